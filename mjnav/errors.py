@@ -1,0 +1,48 @@
+"""What mjnav raises, and the exit code that the command line gives for it."""
+
+from collections.abc import Iterable
+from difflib import get_close_matches
+
+
+class MjnavError(Exception):
+    """Root of all errors that mjnav raises on purpose."""
+
+    exit_code = 1
+
+
+class InputError(MjnavError):
+    """The user's input cannot be used; raised before anything starts."""
+
+    exit_code = 2
+
+
+class DamagedLogError(MjnavError):
+    """A log fails its checksum or holds nothing readable."""
+
+    exit_code = 3
+
+
+class InvalidValue(InputError, ValueError):
+    """One value that is not allowed: where it stands, what was found, what is allowed.
+
+    ``key`` is a dotted path ("people.0.radius"); ``file`` is known to whoever read the file.
+    """
+
+    def __init__(self, key: str, found: object, allowed: str, *, file: str | None = None, nearest: str | None = None):
+        self.key, self.found, self.allowed, self.file, self.nearest = key, found, allowed, file, nearest
+        parts = [f"{file}: " if file else "", f"{key}: " if key else "", f"found {found!r}; allowed: {allowed}"]
+        if nearest is not None:
+            parts.append(f"; did you mean {nearest!r}?")
+        super().__init__("".join(parts))
+
+    def within(self, prefix: str = "", *, file: str | None = None) -> "InvalidValue":
+        """The same error seen from outside: its key below `prefix`, in `file`."""
+        key = ".".join(part for part in (prefix, self.key) if part)
+        return InvalidValue(key, self.found, self.allowed, file=file or self.file, nearest=self.nearest)
+
+
+def unknown_name(key: str, found: str, names: Iterable[str]) -> InvalidValue:
+    """The error for a name that does not exist, with the names that do and the nearest of them."""
+    names = sorted(names)
+    nearest = get_close_matches(str(found), names, n=1, cutoff=0.5)
+    return InvalidValue(key, found, ", ".join(names), nearest=nearest[0] if nearest else None)

@@ -1,0 +1,1 @@
+"""Angles, poses and clearances: plain functions on arrays."""

@@ -1,0 +1,268 @@
+"""What the layers hand to one another: one frozen dataclass per arrow of the data's way.
+
+    world -> Reading -> estimation -> RobotBelief, Track -> loop -> Observation -> control -> Decision -> loop -> world
+    loop -> TickRecord, TickTiming -> recording;  loop or a log -> Trajectory -> metrics
+
+SI units, right-handed world frame, headings counter-clockwise from +x in (-pi, pi]. Arrays are float64 and are not
+changed after they were handed over.
+"""
+
+from dataclasses import dataclass, field
+from enum import StrEnum
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mjnav.errors import InvalidValue
+
+Array = NDArray[np.float64]
+
+
+# ---------------------------------------------------------------------------------------------- world
+
+
+@dataclass(frozen=True, slots=True)
+class Contact:
+    """The robot touches something: `kind` is person, table, wall or pillar; `name` the body ("person3")."""
+
+    kind: str
+    name: str
+    force: float  # [N], the largest normal force seen; 0 in the kinematic engine
+    time: float  # [s], when it was first seen
+
+
+@dataclass(frozen=True, slots=True)
+class WorldState:
+    """The truth at one moment. Only the world, the log and the metrics see it."""
+
+    time: float  # [s]
+    robot_pose: Array  # (3,) x, y [m], heading [rad]
+    robot_twist: Array  # (2,) v [m/s], omega [rad/s]
+    people_position: Array  # (P, 2) [m]
+    people_velocity: Array  # (P, 2) [m/s]
+    contacts: tuple[Contact, ...] = ()  # those seen since the state before
+
+
+@dataclass(frozen=True, slots=True)
+class Reading:
+    """What all sensors measured at one moment; every value carries its channel's noise."""
+
+    time: float  # [s]
+    interval: float  # [s] since the reading before; odometry and gyro are means over it, 0 in the first reading
+    odometry: Array  # (2,) v [m/s], omega [rad/s], from the wheel encoders
+    gyro: float  # [rad/s]
+    pose: Array  # (3,) from the pose sensor
+    detections: Array  # (P, 2) [m] position of each person
+    scan: Array  # (B,) [m] ranges; inf where a beam met nothing. Beam i points to heading + 2 pi i / B - pi
+
+
+# ----------------------------------------------------------------------------------------- estimation
+
+
+@dataclass(frozen=True, slots=True)
+class RobotBelief:
+    """Weighted particles of the robot's pose after a reading."""
+
+    time: float  # [s]
+    particles: Array  # (n, 3) x, y, heading
+    weights: Array  # (n,), sum 1
+    mean: Array  # (3,), the heading's mean is circular
+    covariance: Array  # (3, 3)
+    ess: float  # effective sample size, before any resampling
+    recovered: bool = False  # the likelihood had collapsed and the filter was spread again
+
+
+@dataclass(frozen=True, slots=True)
+class Track:
+    """Weighted particles of one person's position and velocity after a reading."""
+
+    name: str  # "person3"
+    time: float  # [s]
+    particles: Array  # (n, 4) x, y, vx, vy
+    weights: Array  # (n,), sum 1
+    mean: Array  # (4,)
+    covariance: Array  # (4, 4)
+    ess: float
+    radius: float  # [m]
+    recovered: bool = False
+
+
+# -------------------------------------------------------------------------------------------- control
+
+
+@dataclass(frozen=True, slots=True)
+class RobotLimits:
+    """What the robot can do; SI units."""
+
+    max_speed: float = 1.0
+    min_speed: float = 0.0
+    max_turn_rate: float = 1.5
+    max_acceleration: float = 1.0
+    max_turn_acceleration: float = 3.0
+    radius: float = 0.22
+
+    def __post_init__(self):
+        for name in ("max_speed", "max_turn_rate", "max_acceleration", "max_turn_acceleration", "radius"):
+            if not 0.0 < getattr(self, name) < np.inf:
+                raise InvalidValue(name, getattr(self, name), "a finite number > 0")
+        if not -np.inf < self.min_speed < self.max_speed:
+            raise InvalidValue("min_speed", self.min_speed, f"a number below max_speed ({self.max_speed})")
+
+
+@dataclass(frozen=True, slots=True)
+class ObstacleSamples:
+    """Samples of one disc's state at the moment of the decision; M may differ between obstacles."""
+
+    position: Array  # (M, 2) [m]
+    velocity: Array  # (M, 2) [m/s]
+    radius: float  # [m]
+
+
+@dataclass(frozen=True, slots=True)
+class Lanes:
+    """Two lines a x + b y + c = 0: the left one keeps d <= 0, the right one d >= 0."""
+
+    left: tuple[float, float, float]
+    right: tuple[float, float, float]
+    left_offset: Array  # (N,) [m] samples of the boundary's noise
+    right_offset: Array  # (N,) [m]
+
+
+@dataclass(frozen=True, slots=True)
+class Observation:
+    """All that a controller may know, carried forward to the moment at which its decision takes effect."""
+
+    robot_pose: Array  # (N, 3)
+    control_noise: Array  # (N, 2) samples of (dv, domega)
+    twist: Array  # (2,) the command decided last
+    obstacles: tuple[ObstacleSamples, ...]
+    goal: Array  # (2,)
+    walls: Array = field(default_factory=lambda: np.zeros((0, 2, 2)))  # (W, 2, 2) start and end of each
+    lanes: Lanes | None = None
+    time: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class CandidateCosts:
+    """The cost of each of K candidates, term by term; `cone` and `lane` are the method's unweighted risk.
+
+    Column j of `cone` belongs to obstacle j, the walls follow; a column is zero where that obstacle is out of range.
+    """
+
+    v: Array  # (K,)
+    omega: Array  # (K,)
+    goal: Array  # (K,)
+    cone: Array  # (K, J)
+    lane: Array  # (K, 2) left, right
+    total: Array  # (K,)
+    nominal: int
+
+
+class Status(StrEnum):
+    """How a decision came about; `advice` says what to do about it."""
+
+    OK = "ok"
+    INFEASIBLE_NOMINAL = "infeasible_nominal"
+    INFEASIBLE = "infeasible"
+    STOPPED = "stopped"
+
+    @property
+    def advice(self) -> str:
+        """One line for the log."""
+        return _ADVICE[self.value]
+
+
+_ADVICE = {
+    "ok": "",
+    "infeasible_nominal": "no candidate meets the constraints at the mean: the least violation was taken; a longer "
+    "horizon or sensing range, or a lower preferred speed, leaves more room",
+    "infeasible": "no candidate meets the method's own constraint: the least violation was taken; a lower risk level "
+    "or more samples may help",
+    "stopped": "the robot stands still and the best it can do is to stay",
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Decision:
+    """The chosen control."""
+
+    v: float
+    omega: float
+    status: Status
+    costs: CandidateCosts | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class ConeDistribution:
+    """The constraint's samples for the closest obstacle at the chosen control, beside those desired."""
+
+    obstacle: str
+    samples: Array  # (n,) f at the chosen control, as the controller compares it (safe where <= 0)
+    desired: Array  # (m,) the desired samples; empty for a method that has none
+    safe_share: float
+
+
+# ----------------------------------------------------------------------------------------------- loop
+
+
+@dataclass(frozen=True, slots=True)
+class Event:
+    """Something worth a line in the log. `level` is info, warning or error."""
+
+    level: str
+    name: str  # contact, infeasible, recovery, fault, ...
+    text: str
+
+
+@dataclass(frozen=True, slots=True)
+class TickRecord:
+    """Everything that one tick saw and did."""
+
+    tick: int
+    truth: WorldState
+    reading: Reading | None  # None where no sensor was due since the tick before
+    belief: RobotBelief
+    tracks: tuple[Track, ...]
+    observation: Observation
+    decision: Decision
+    command: Array  # (2,) what is in force from now on
+    cone: ConeDistribution | None
+    events: tuple[Event, ...] = ()
+
+
+PHASES = ("sense", "estimate", "control", "record", "advance")
+
+
+@dataclass(frozen=True, slots=True)
+class TickTiming:
+    """Wall-clock figures of one tick; they take no part in the simulation. All in nanoseconds."""
+
+    tick: int
+    phases: tuple[int, ...]  # in the order of PHASES
+    lateness: int  # the tick's start behind its deadline; 0 without a pacer
+    deadline_missed: bool
+
+
+@dataclass(frozen=True, slots=True)
+class Trajectory:
+    """A whole run as arrays, the same from memory and from a log. T ticks, P people.
+
+    The truth has one row more than there were ticks: the state in which the run ended.
+    """
+
+    time: Array  # (T + 1,)
+    robot_pose: Array  # (T + 1, 3) truth
+    robot_twist: Array  # (T + 1, 2) truth
+    people_position: Array  # (T + 1, P, 2) truth
+    people_velocity: Array  # (T + 1, P, 2) truth
+    estimate: Array  # (T, 3) the robot's believed mean
+    estimate_covariance: Array  # (T, 3, 3)
+    tracks: Array  # (T, P, 4) the people's believed means; NaN where a person has no track
+    track_covariance: Array  # (T, P, 4, 4)
+    command: Array  # (T, 2) in force from the tick on
+    decision: Array  # (T, 2)
+    nominal: Array  # (T, 2) the nominal control; NaN where the method has none
+    status: tuple[str, ...]  # (T,)
+    contacts: tuple[Contact, ...]
+    timing: NDArray[np.int64]  # (T', 7): tick, PHASES, lateness; ns. T' may be less than T where messages were lost
+    deadline_misses: int

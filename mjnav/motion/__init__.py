@@ -1,0 +1,1 @@
+"""How the robot and people move: pure steps on arrays."""

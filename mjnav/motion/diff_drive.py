@@ -1,0 +1,45 @@
+"""Differential drive: wheel speeds from (v, omega) and back, and the limits a command passes through."""
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from mjnav.messages import Array, RobotLimits
+
+WHEEL_RADIUS = 0.05  # [m]
+TRACK_WIDTH = 0.34  # [m] between the wheels' contact points
+
+
+def wheel_speeds(v: float, omega: float) -> tuple[float, float]:
+    """Left and right wheel speed [rad/s] for (v [m/s], omega [rad/s])."""
+    return (v - 0.5 * TRACK_WIDTH * omega) / WHEEL_RADIUS, (v + 0.5 * TRACK_WIDTH * omega) / WHEEL_RADIUS
+
+
+def twist_of_wheels(left: float, right: float) -> tuple[float, float]:
+    """(v, omega) for the wheel speeds [rad/s]: the inverse of `wheel_speeds`."""
+    return 0.5 * WHEEL_RADIUS * (left + right), WHEEL_RADIUS * (right - left) / TRACK_WIDTH
+
+
+def reachable(twist: ArrayLike, limits: RobotLimits, duration: float) -> tuple[Array, Array]:
+    """Lowest and highest (v, omega) that can be reached from `twist` within `duration`; each (2,).
+
+    [max(lower, u - a T), min(upper, u + a T)] of either component, u first brought within its bounds.
+    """
+    lower = np.array([limits.min_speed, -limits.max_turn_rate])
+    upper = np.array([limits.max_speed, limits.max_turn_rate])
+    u = np.clip(np.asarray(twist, float), lower, upper)
+    change = np.array([limits.max_acceleration, limits.max_turn_acceleration]) * duration
+    return np.maximum(lower, u - change), np.minimum(upper, u + change)
+
+
+def ramp_mean(before: ArrayLike, command: ArrayLike, limits: RobotLimits, duration: float) -> tuple[Array, Array]:
+    """Mean and final set-point over `duration` while it moves from `before` to `command` at the acceleration limits.
+
+    Each is (2,). With D = command - before and a the limit, the ramp lasts t = min(|D|/a, T), ends at
+    before + sign(D) a t and has the mean  end - sign(D) a t^2 / (2 T).
+    """
+    before, command = np.asarray(before, float), np.asarray(command, float)
+    limit = np.array([limits.max_acceleration, limits.max_turn_acceleration])
+    change = command - before
+    ramp = np.minimum(np.abs(change) / limit, duration)
+    end = np.where(np.abs(change) <= limit * duration, command, before + np.sign(change) * limit * ramp)
+    return end - np.sign(change) * limit * ramp**2 / (2.0 * duration), end
