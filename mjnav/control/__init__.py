@@ -1,0 +1,61 @@
+"""Controllers by name: `make_controller`, `names`, and the messages they take and give."""
+
+from collections.abc import Mapping
+from importlib import import_module
+from types import MappingProxyType
+from typing import Any
+
+from mjnav.control.base import Controller
+from mjnav.control.parameters import make_parameters
+from mjnav.errors import InvalidValue, unknown_name
+from mjnav.messages import CandidateCosts, Decision, Lanes, Observation, ObstacleSamples, RobotLimits, Status
+
+__all__ = [
+    "CandidateCosts",
+    "Controller",
+    "Decision",
+    "Lanes",
+    "Observation",
+    "ObstacleSamples",
+    "RobotLimits",
+    "Status",
+    "make_controller",
+    "names",
+]
+
+# name -> module:Class, and the preset that it starts from where it has one.
+REGISTRY: Mapping[str, str] = MappingProxyType(
+    {
+        "mean": "mjnav.control.mean:Mean",
+        "rkhs": "mjnav.control.rkhs:Rkhs",
+        "rkhs-paper": "mjnav.control.rkhs:Rkhs",
+    }
+)
+PRESETS: Mapping[str, str] = MappingProxyType({"rkhs-paper": "mjnav.control.rkhs:PAPER"})
+
+
+def names() -> tuple[str, ...]:
+    """The controllers that exist."""
+    return tuple(sorted(REGISTRY))
+
+
+def make_controller(name: str, robot_limits: RobotLimits, period: float, **parameters: Any) -> Controller:
+    """The controller `name` for a robot and a control period [s], with its own parameters.
+
+    Raises InvalidValue for a name, parameter or value that does not exist or is not allowed.
+    """
+    if name not in REGISTRY:
+        raise unknown_name("method", name, REGISTRY)
+    if not 0.0 < period < float("inf"):
+        raise InvalidValue("period", period, "a finite number > 0")
+    kind = _load(REGISTRY[name])
+    preset = dict(_load(PRESETS[name])) if name in PRESETS else {}
+    if name == "rkhs-paper":
+        preset["preview"] = period  # the paper previews a candidate over one period
+        preset["lane_horizon"] = period
+    return kind(robot_limits, period, make_parameters(kind.parameters_type, parameters, preset))
+
+
+def _load(path: str) -> Any:
+    module, _, name = path.partition(":")
+    return getattr(import_module(module), name)

@@ -1,0 +1,95 @@
+"""The collision cone f of two discs, safe where f <= 0.
+
+With r the relative position, q the relative velocity, R the sum of the radii:
+
+    line      f = (r.q)^2 / |q|^2 - |r|^2 + R^2        the paper's: least distance from the whole line r + t q
+    ray       as line where r.q < 0, else R^2 - |r|^2   what moves away is as near as it will get
+    segment   f = R^2 - |r + t* q|^2, t* = clip(-r.q / |q|^2, 0, horizon)
+
+Where |q| < 1e-9 every form is R^2 - |r|^2. Source of the line form: Nair et al., arXiv 2112.13034; of the cone itself:
+Fiorini & Shiller (1998), "Motion Planning in Dynamic Environments Using Velocity Obstacles".
+"""
+
+from math import inf
+from types import MappingProxyType
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from mjnav.constraints.compiled import kernel, scalar
+from mjnav.errors import InvalidValue, unknown_name
+from mjnav.messages import Array
+
+LINE, RAY, SEGMENT = 0, 1, 2
+FORMS = MappingProxyType({"line": LINE, "ray": RAY, "segment": SEGMENT})
+STANDSTILL = 1e-18  # [m^2/s^2], |q|^2 below which there is no direction
+
+
+@scalar
+def cone_line(rx, ry, qx, qy, radius_squared, horizon):
+    """f of the line form; `horizon` is not used."""
+    qq = qx * qx + qy * qy
+    rq = rx * qx + ry * qy
+    moving = rq * rq / max(qq, STANDSTILL)
+    return (moving if qq >= STANDSTILL else 0.0) - (rx * rx + ry * ry) + radius_squared
+
+
+@scalar
+def cone_ray(rx, ry, qx, qy, radius_squared, horizon):
+    """f of the ray form; `horizon` is not used."""
+    qq = qx * qx + qy * qy
+    rq = min(rx * qx + ry * qy, 0.0)
+    moving = rq * rq / max(qq, STANDSTILL)
+    return (moving if qq >= STANDSTILL else 0.0) - (rx * rx + ry * ry) + radius_squared
+
+
+@scalar
+def cone_segment(rx, ry, qx, qy, radius_squared, horizon):
+    """f of the segment form: R^2 - |r + t* q|^2."""
+    qq = qx * qx + qy * qy
+    rq = rx * qx + ry * qy
+    t = min(max(-rq / max(qq, STANDSTILL), 0.0), horizon)
+    t = t if qq >= STANDSTILL else 0.0
+    x = rx + t * qx
+    y = ry + t * qy
+    return radius_squared - (x * x + y * y)
+
+
+@kernel
+def _cone(out, rx, ry, qx, qy, radius, form, horizon):
+    if form == LINE:
+        for i in range(out.size):
+            out[i] = cone_line(rx[i], ry[i], qx[i], qy[i], radius[i] * radius[i], horizon)
+    elif form == RAY:
+        for i in range(out.size):
+            out[i] = cone_ray(rx[i], ry[i], qx[i], qy[i], radius[i] * radius[i], horizon)
+    else:
+        for i in range(out.size):
+            out[i] = cone_segment(rx[i], ry[i], qx[i], qy[i], radius[i] * radius[i], horizon)
+
+
+def collision_cone(
+    relative_position: ArrayLike,
+    relative_velocity: ArrayLike,
+    combined_radius: ArrayLike,
+    *,
+    form: str = "segment",
+    horizon: float | None = None,
+) -> Array:
+    """f [m^2], safe where f <= 0, for r and q of shape (..., 2) and R of shape (...), which broadcast.
+
+    `form` is line, ray or segment; `horizon` [s] bounds the segment form's time (None: no bound). Raises InvalidValue.
+    """
+    if form not in FORMS:
+        raise unknown_name("form", form, FORMS)
+    if horizon is not None and not horizon > 0.0:
+        raise InvalidValue("horizon", horizon, "a number > 0, or None")
+    r, q = np.asarray(relative_position, float), np.asarray(relative_velocity, float)
+    for name, value in (("relative_position", r), ("relative_velocity", q)):
+        if value.shape[-1:] != (2,):
+            raise InvalidValue(name, value.shape, "an array whose last axis is 2")
+    columns = np.broadcast_arrays(r[..., 0], r[..., 1], q[..., 0], q[..., 1], np.asarray(combined_radius, float))
+    out = np.empty(columns[0].shape)
+    flat = [np.ascontiguousarray(column).reshape(-1) for column in columns]
+    _cone(out.reshape(-1), *flat, FORMS[form], inf if horizon is None else float(horizon))
+    return out[()]

@@ -1,0 +1,40 @@
+"""The candidate controls: a grid over what the robot can reach, then keep and brake (Nair et al., algorithm 1)."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from mjnav.messages import Array, RobotLimits
+from mjnav.motion.diff_drive import reachable
+
+WINDOWS = ("reachable", "bounds")
+
+
+@dataclass(frozen=True, slots=True)
+class Candidates:
+    """K controls; the last two are keep and brake."""
+
+    v: Array  # (K,) [m/s]
+    omega: Array  # (K,) [rad/s]
+
+
+def candidate_grid(
+    twist: Array, limits: RobotLimits, period: float, num_v: int, num_omega: int, window: str
+) -> Candidates:
+    """num_v x num_omega controls, ends included, over what can be reached from `twist` in one period; keep; brake.
+
+    `window` "bounds" takes the whole range between the limits instead. Keep is `twist` brought within the limits;
+    brake goes as far towards (0, 0) as one period allows.
+    """
+    low, high = reachable(twist, limits, period)
+    keep = np.clip(twist, low, high)
+    brake = np.clip(0.0, low, high)
+    if window == "bounds":
+        low = np.array([limits.min_speed, -limits.max_turn_rate])
+        high = np.array([limits.max_speed, limits.max_turn_rate])
+    v = np.linspace(low[0], high[0], num_v)
+    omega = np.linspace(low[1], high[1], num_omega)
+    return Candidates(
+        np.concatenate([np.repeat(v, num_omega), [keep[0], brake[0]]]),
+        np.concatenate([np.tile(omega, num_v), [keep[1], brake[1]]]),
+    )

@@ -1,0 +1,50 @@
+"""The desired distributions F^des and D^des of one decision.
+
+The samples at the nominal control that are safe. Where fewer than `least` are, safe samples of the nominal controls for
+mean positions within a ball around the mean join them (the ball of Nair et al., arXiv 2112.13034). None at all: empty.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from mjnav.control.problem import Problem
+from mjnav.messages import Array
+
+NUM_DIRECTIONS = 8  # mean positions looked at, on the ball's edge
+
+
+@dataclass(frozen=True)
+class Desired:
+    """The desired samples of each constraint of a problem."""
+
+    problem: Problem
+    least: int
+    ball: float  # [m]
+
+    def cone(self, block: int) -> Array:
+        """F^des of one disc or wall."""
+        c = self.problem.candidates
+        return self._safe(lambda k: self.problem.cone.samples(block, c.v[k], c.omega[k]))
+
+    def lane(self, side: int) -> Array:
+        """D^des of the left (0) or right (1) boundary."""
+        return self._safe(lambda k: self.problem.lanes[side, k])
+
+    def _safe(self, samples_at: Callable[[int], Array]) -> Array:
+        samples = samples_at(self.problem.nominal)
+        safe = samples[samples <= 0.0]
+        if len(safe) >= self.least:
+            return safe
+        more = [samples_at(k) for k in self._beside]
+        return np.concatenate([safe, *(samples[samples <= 0.0] for samples in more)])
+
+    @cached_property
+    def _beside(self) -> tuple[int, ...]:
+        """The nominal controls beside the mean, each once, without the nominal control itself."""
+        angles = 2.0 * np.pi * np.arange(NUM_DIRECTIONS) / NUM_DIRECTIONS
+        shifts = self.ball * np.stack([np.cos(angles), np.sin(angles)], axis=1)
+        beside = {self.problem.nominal_beside(shift) for shift in shifts}
+        return tuple(sorted(beside - {self.problem.nominal}))

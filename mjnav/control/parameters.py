@@ -1,0 +1,106 @@
+"""Parameters of the controllers: those that all share, and how they are checked."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, fields
+from math import inf
+from types import MappingProxyType
+from typing import Any, TypeVar, get_type_hints
+
+from mjnav.constraints.collision_cone import FORMS
+from mjnav.control.candidates import WINDOWS
+from mjnav.errors import InvalidValue, unknown_name
+
+P = TypeVar("P")
+
+
+def at_least(key: str, value: float, low: float, *, above: bool = False) -> None:
+    """Refuses a value below `low`, or not above it; NaN is refused."""
+    if not (value > low if above else value >= low):
+        raise InvalidValue(key, value, f"a number {'>' if above else '>='} {low:g}")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Parameters:
+    """What every method that chooses from the candidate grid shares, so that only the risk term differs.
+
+    `inf` switches a bound off: horizon, sensing_range, clip.
+    """
+
+    preferred_speed: float = 0.8  # [m/s]; the run file gives it under [robot]
+    num_v: int = 20
+    num_omega: int = 20
+    window: str = "reachable"  # or "bounds"
+    preview: float = 1.0  # [s] tau: a candidate's heading is the one after this time
+    approach_time: float = 1.0  # [s]: the goal is approached at distance / approach_time at most
+    heading_weight: float = 0.3  # w_h
+    speed_change_weight: float = 0.01  # w_v
+    turn_change_weight: float = 0.01  # w_omega
+    form: str = "segment"  # of the collision cone: line, ray, segment
+    horizon: float = 5.0  # [s] of the segment form
+    wall_horizon: float = 2.0  # [s] of path that walls are checked against
+    lane_horizon: float = 1.0  # [s] after which the lanes are checked
+    normalise: bool = True  # divide f by R^2, lane distances by the robot's radius
+    clip: float = 3.0  # no sample counts as safer than this
+    samples: int = 25  # N = M drawn from each belief
+    sensing_range: float = 7.0  # [m]
+    max_obstacles: int = 8  # discs, nearest first; walls in range all count
+    safety_margin: float = 0.05  # [m] added to R
+
+    def __post_init__(self):
+        for key, names in (("window", WINDOWS), ("form", FORMS)):
+            if getattr(self, key) not in names:
+                raise unknown_name(key, getattr(self, key), names)
+        for key in ("num_v", "num_omega", "max_obstacles", "samples"):
+            at_least(key, getattr(self, key), 1)
+        for key in ("preferred_speed", "preview", "approach_time", "horizon", "wall_horizon", "lane_horizon"):
+            at_least(key, getattr(self, key), 0.0, above=True)
+        for key in ("clip", "sensing_range"):
+            at_least(key, getattr(self, key), 0.0, above=True)
+        for key in ("heading_weight", "speed_change_weight", "turn_change_weight", "safety_margin"):
+            at_least(key, getattr(self, key), 0.0)
+        for key in ("preferred_speed", "preview", "approach_time", "wall_horizon", "lane_horizon"):
+            if getattr(self, key) == inf:
+                raise InvalidValue(key, inf, "a finite number > 0")
+
+
+def make_parameters(kind: type[P], values: Mapping[str, Any], defaults: Mapping[str, Any] | None = None) -> P:
+    """`kind` from a run file's values over a preset's; raises InvalidValue for unknown names and wrong types."""
+    hints = get_type_hints(kind)
+    names = [f.name for f in fields(kind)]  # type: ignore[arg-type]
+    for key, value in values.items():
+        if key not in names:
+            raise unknown_name(key, key, names)
+        _check_type(key, value, hints[key])
+    return kind(**{**(defaults or {}), **{key: _cast(value, hints[key]) for key, value in values.items()}})
+
+
+def _is_number(value: Any) -> bool:
+    return isinstance(value, (int, float)) and not isinstance(value, bool)
+
+
+def _is_pair(value: Any) -> bool:
+    return isinstance(value, (list, tuple)) and len(value) == 2 and all(map(_is_number, value))
+
+
+# What each annotated type of a parameter accepts, and how the error says so.
+_ACCEPTS: Mapping[Any, tuple[Callable[[Any], bool], str]] = MappingProxyType(
+    {
+        float: (_is_number, "a number"),
+        int: (lambda value: _is_number(value) and isinstance(value, int), "a whole number"),
+        bool: (lambda value: isinstance(value, bool), "true or false"),
+        str: (lambda value: isinstance(value, str), "a string"),
+        tuple[float, float]: (_is_pair, "a list of two numbers"),
+    }
+)
+
+
+def _check_type(key: str, value: Any, hint: Any) -> None:
+    accepts, allowed = _ACCEPTS[hint]
+    if not accepts(value):
+        raise InvalidValue(key, value, allowed)
+
+
+def _cast(value: Any, hint: Any) -> Any:
+    if hint is float:
+        return float(value)
+    return tuple(float(v) for v in value) if isinstance(value, (list, tuple)) else value

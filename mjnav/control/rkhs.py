@@ -1,0 +1,126 @@
+"""`rkhs` and `rkhs-paper`: match each constraint's distribution with a collision-free one, in an RKHS.
+
+With F_j(u) the distribution of the collision cone against obstacle j at candidate u, F_j^des that of a control that is
+free of collisions, and D1, D2 the lane distances,
+
+    u* = argmin_u  J(u) + lambda sum_j MMD^2(F_j(u), F_j^des) + sum_i lambda_i MMD^2(D_i(u), D_i^des)
+
+(Nair et al., "Non Holonomic Collision Avoidance under Non-Parametric Uncertainty: A Hilbert Space Approach", arXiv
+2112.13034). F^des are the samples at the nominal control that are safe; where too few are, safe samples of the nominal
+controls for states within a ball around the mean join them; where none is, max(0, f) is matched with 0.
+"""
+
+from dataclasses import dataclass
+from math import inf
+from types import MappingProxyType
+from typing import ClassVar
+
+import numpy as np
+
+from mjnav.control.base import GridController, spread_columns
+from mjnav.control.desired import Desired
+from mjnav.control.parameters import Parameters, at_least
+from mjnav.control.problem import Problem
+from mjnav.messages import Array, CandidateCosts, Decision, Observation
+from mjnav.rkhs.kernels import PolynomialKernel
+from mjnav.rkhs.moments import moment_distance, raw_moments
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RkhsParameters(Parameters):
+    """The kernel (scale x y + offset)^degree, the weights, and the desired set."""
+
+    degree: int = 1
+    scale: float = 1.0
+    offset: float = 1.0
+    weight: float = 10.0  # lambda
+    lane_weights: tuple[float, float] = (10.0, 10.0)  # lambda_1, lambda_2
+    desired_min: int = 25  # fewer safe samples than this are topped up
+    ball: float = 0.15  # [m] epsilon, the ball's radius
+
+    def __post_init__(self):
+        Parameters.__post_init__(self)
+        PolynomialKernel(self.degree, self.scale, self.offset)
+        for key in ("weight", "desired_min", "ball"):
+            at_least(key, getattr(self, key), 0.0)
+        for weight in self.lane_weights:
+            at_least("lane_weights", weight, 0.0)
+
+    @property
+    def kernel(self) -> PolynomialKernel:
+        """The kernel."""
+        return PolynomialKernel(self.degree, self.scale, self.offset)
+
+
+# The literal method: what the paper does not have is switched off.
+PAPER = MappingProxyType(
+    {
+        "form": "line",
+        "degree": 3,
+        "scale": 1.0,
+        "offset": 1.0,
+        "weight": 1.0,
+        "lane_weights": (1.0, 1.0),
+        "normalise": False,
+        "clip": inf,
+        "sensing_range": inf,
+        "max_obstacles": 1_000_000,
+        "desired_min": 0,
+        "heading_weight": 0.0,
+        "safety_margin": 0.0,
+    }
+)
+
+
+class Rkhs(GridController):
+    """The candidate whose constraint distributions match collision-free ones best, against its goal cost."""
+
+    parameters_type: ClassVar[type[Parameters]] = RkhsParameters
+    parameters: RkhsParameters
+
+    def evaluate(self, problem: Problem) -> CandidateCosts:
+        """Goal cost plus weighted MMD^2 of every constraint."""
+        p, c = self.parameters, problem.candidates
+        coefficients = p.kernel.coefficients
+
+        wanted = self._desired(problem)
+
+        blocks = range(len(problem.cone.blocks.column))
+        desired, hinge = self._targets([wanted.cone(b) for b in blocks])
+        moments = problem.cone.moments(c.v, c.omega, p.degree, hinge)
+        # Both moments of order 0 are 1, so that term vanishes.
+        cone = moment_distance(moments, desired, coefficients[1:])
+
+        lane = np.zeros((len(c.v), 2))
+        if problem.observation.lanes is not None:
+            desired, hinge = self._targets([wanted.lane(side) for side in (0, 1)])
+            for side, samples in enumerate(problem.lanes):
+                samples = np.maximum(samples, 0.0) if hinge[side] else samples
+                lane[:, side] = moment_distance(raw_moments(samples, p.degree)[:, 1:], desired[side], coefficients[1:])
+
+        return CandidateCosts(
+            v=c.v,
+            omega=c.omega,
+            goal=problem.goal,
+            cone=spread_columns(problem, cone),
+            lane=lane,
+            total=problem.goal + p.weight * cone.sum(axis=1) + lane @ np.array(p.lane_weights),
+            nominal=problem.nominal,
+        )
+
+    def closest_cone(self, observation: Observation, decision: Decision) -> tuple[int, Array, Array] | None:
+        """The closest obstacle's samples at the chosen control and the desired ones."""
+        problem = self.problem(observation)
+        if not problem.reach.discs:
+            return None
+        samples = problem.cone.samples(0, decision.v, decision.omega)
+        return problem.reach.discs[0], samples, self._desired(problem).cone(0)
+
+    def _targets(self, desired: list[Array]) -> tuple[Array, np.ndarray]:
+        """Moments 1 ... degree of each desired set, (B, degree), and where max(0, f) is to match 0 instead, (B,)."""
+        degree = self.parameters.degree
+        moments = [raw_moments(x, degree)[1:] if len(x) else np.zeros(degree) for x in desired]
+        return np.array(moments).reshape(-1, degree), np.array([len(x) == 0 for x in desired], bool)
+
+    def _desired(self, problem: Problem) -> Desired:
+        return Desired(problem, self.parameters.desired_min, self.parameters.ball)
