@@ -3,6 +3,8 @@
 from collections.abc import Iterable
 from difflib import get_close_matches
 
+_MAX_SHOWN = 120  # characters of a found value in a message
+
 
 class MjnavError(Exception):
     """Root of all errors that mjnav raises on purpose."""
@@ -25,12 +27,13 @@ class DamagedLogError(MjnavError):
 class InvalidValue(InputError, ValueError):
     """One value that is not allowed: where it stands, what was found, what is allowed.
 
-    ``key`` is a dotted path ("people.0.radius"); ``file`` is known to whoever read the file.
+    ``key`` is a dotted path ("people.0.radius"); ``file`` is known to whoever read the file; ``found`` is None where
+    a required value is missing.
     """
 
     def __init__(self, key: str, found: object, allowed: str, *, file: str | None = None, nearest: str | None = None):
         self.key, self.found, self.allowed, self.file, self.nearest = key, found, allowed, file, nearest
-        parts = [f"{file}: " if file else "", f"{key}: " if key else "", f"found {found!r}; allowed: {allowed}"]
+        parts = [f"{file}: " if file else "", f"{key}: " if key else "", f"found {_shown(found)}; allowed: {allowed}"]
         if nearest is not None:
             parts.append(f"; did you mean {nearest!r}?")
         super().__init__("".join(parts))
@@ -39,6 +42,16 @@ class InvalidValue(InputError, ValueError):
         """The same error seen from outside: its key below `prefix`, in `file`."""
         key = ".".join(part for part in (prefix, self.key) if part)
         return InvalidValue(key, self.found, self.allowed, file=file or self.file, nearest=self.nearest)
+
+
+def _shown(found: object) -> str:
+    if found is None:
+        return "nothing"
+    try:
+        text = repr(found)
+    except ValueError:  # an integer of more digits than Python prints
+        return f"a {type(found).__name__}"
+    return text if len(text) <= _MAX_SHOWN else f"{text[:_MAX_SHOWN]}..."
 
 
 def unknown_name(key: str, found: str, names: Iterable[str]) -> InvalidValue:

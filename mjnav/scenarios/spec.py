@@ -1,34 +1,33 @@
-"""A run file as frozen dataclasses. Each checks its own values; `load` checks what lies between them.
+"""A run file as frozen dataclasses. Each checks its own values; `check` checks what lies between them.
 
 Field names are the run file's keys, but `start` and `end` of a wall, which the file calls `from` and `to`.
 """
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from math import inf, isfinite
-from types import MappingProxyType
-
-import numpy as np
 
 from mjnav.errors import InvalidValue, unknown_name
-from mjnav.messages import Array, RobotLimits
+from mjnav.messages import RobotLimits
 from mjnav.noise import CHANNELS, Distribution, make_distribution, profile, profile_names
-
-Point = tuple[float, float]
-MAX_WALKING_SPEED = 5.0  # [m/s]
-
-
-def check_range(key: str, value: float, low: float, high: float, *, open_low: bool = False) -> None:
-    """Refuses a value outside [low, high], or outside (low, high] with `open_low`."""
-    if not (low < value if open_low else low <= value) or not value <= high or not isfinite(value):
-        sign = ">" if open_low else ">="
-        raise InvalidValue(key, value, f"a number {sign} {low:g}" + (f" and <= {high:g}" if isfinite(high) else ""))
-
-
-def check_finite(key: str, values: tuple[float, ...]) -> None:
-    """Refuses a coordinate that is infinite or not a number."""
-    if not all(isfinite(value) for value in values):
-        raise InvalidValue(key, values, "finite numbers")
+from mjnav.scenarios.bodies import LaneSpec as LaneSpec
+from mjnav.scenarios.bodies import Pillar as Pillar
+from mjnav.scenarios.bodies import Table as Table
+from mjnav.scenarios.bodies import Wall as Wall
+from mjnav.scenarios.people import BEHAVIOURS as BEHAVIOURS
+from mjnav.scenarios.people import Behaviour as Behaviour
+from mjnav.scenarios.people import ConstantVelocity as ConstantVelocity
+from mjnav.scenarios.people import Person as Person
+from mjnav.scenarios.people import StopAndGo as StopAndGo
+from mjnav.scenarios.people import Waypoints as Waypoints
+from mjnav.scenarios.ranges import (
+    MAX_RATE,
+    MAX_TIME,
+    MIN_RATE,
+    Point,
+    check_coordinates,
+    check_range,
+    check_size,
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,17 +47,22 @@ class Robot:
     radius: float = 0.22
 
     def __post_init__(self):
-        check_finite("start", self.start)
+        check_coordinates("start", self.start)
         if self.goal is None and not self.waypoints:
             raise InvalidValue("goal", None, "goal = [x, y] or waypoints = [[x, y], ...]: one of the two is required")
         if self.goal is not None and self.waypoints:
             raise InvalidValue("waypoints", self.waypoints, "goal or waypoints, not both")
         for point in self.route:
-            check_finite("goal" if self.goal is not None else "waypoints", point)
-        check_range("goal_tolerance", self.goal_tolerance, 0.0, inf, open_low=True)
+            check_coordinates("goal" if self.goal is not None else "waypoints", point)
+        check_size("goal_tolerance", self.goal_tolerance)
         check_range("radius", self.radius, 0.2, 0.5)
-        limits = self.limits
-        check_range("preferred_speed", self.preferred_speed, 0.0, limits.max_speed, open_low=True)
+        check_range("max_speed", self.max_speed, 0.01, 10.0)
+        check_range("min_speed", self.min_speed, -10.0, 10.0)
+        check_range("max_turn_rate", self.max_turn_rate, 0.01, 100.0)
+        check_range("max_acceleration", self.max_acceleration, 0.01, 100.0)
+        check_range("max_turn_acceleration", self.max_turn_acceleration, 0.01, 1000.0)
+        limits = self.limits  # checks what lies between them
+        check_range("preferred_speed", self.preferred_speed, 0.01, limits.max_speed)
 
     @property
     def route(self) -> tuple[Point, ...]:
@@ -76,144 +80,6 @@ class Robot:
             max_turn_acceleration=self.max_turn_acceleration,
             radius=self.radius,
         )
-
-
-@dataclass(frozen=True, slots=True)
-class Wall:
-    """A straight wall between two points."""
-
-    start: Point
-    end: Point
-    thickness: float = 0.1
-    height: float = 1.0
-
-    def __post_init__(self):
-        check_finite("from", self.start)
-        check_finite("to", self.end)
-        if self.start == self.end:
-            raise InvalidValue("to", self.end, "a point other than `from`")
-        check_range("thickness", self.thickness, 0.0, inf, open_low=True)
-        check_range("height", self.height, 0.0, inf, open_low=True)
-
-
-@dataclass(frozen=True, slots=True)
-class Table:
-    """A table on four legs; `size` is measured between the legs' centres."""
-
-    position: Point
-    yaw: float = 0.0
-    size: Point = (1.6, 0.8)
-    leg_radius: float = 0.03
-    height: float = 0.74
-
-    def __post_init__(self):
-        check_finite("position", self.position)
-        check_finite("yaw", (self.yaw,))
-        check_range("leg_radius", self.leg_radius, 0.0, inf, open_low=True)
-        for side in self.size:
-            check_range("size", side, 2.0 * self.leg_radius, inf, open_low=True)
-        check_range("height", self.height, 0.5, inf)
-
-    @property
-    def legs(self) -> Array:
-        """Centres of the four legs, (4, 2)."""
-        corners = 0.5 * np.array([[1, 1], [-1, 1], [-1, -1], [1, -1]]) * self.size
-        c, s = np.cos(self.yaw), np.sin(self.yaw)
-        return np.asarray(self.position) + corners @ np.array([[c, s], [-s, c]])
-
-
-@dataclass(frozen=True, slots=True)
-class Pillar:
-    """A round pillar."""
-
-    position: Point
-    radius: float = 0.2
-    height: float = 1.0
-
-    def __post_init__(self):
-        check_finite("position", self.position)
-        check_range("radius", self.radius, 0.0, inf, open_low=True)
-        check_range("height", self.height, 0.0, inf, open_low=True)
-
-
-@dataclass(frozen=True, slots=True)
-class LaneSpec:
-    """Two lines a x + b y + c = 0; the left one keeps d <= 0, the right one d >= 0."""
-
-    left: tuple[float, float, float]
-    right: tuple[float, float, float]
-
-    def __post_init__(self):
-        for key in ("left", "right"):
-            line = getattr(self, key)
-            check_finite(key, line)
-            if line[0] == 0.0 and line[1] == 0.0:
-                raise InvalidValue(key, line, "a line a x + b y + c = 0 with a or b other than 0")
-
-
-# ------------------------------------------------------------------------------------------- people
-
-
-@dataclass(frozen=True, slots=True)
-class ConstantVelocity:
-    """Walks straight on."""
-
-    velocity: Point
-
-    def __post_init__(self):
-        check_range("velocity", float(np.hypot(*self.velocity)), 0.0, MAX_WALKING_SPEED)
-
-
-@dataclass(frozen=True, slots=True)
-class StopAndGo:
-    """Walks straight on for `go_time`, stands for `stop_time`, and so on; seconds."""
-
-    velocity: Point
-    go_time: float = 2.0
-    stop_time: float = 1.0
-
-    def __post_init__(self):
-        check_range("velocity", float(np.hypot(*self.velocity)), 0.0, MAX_WALKING_SPEED)
-        check_range("go_time", self.go_time, 0.0, inf, open_low=True)
-        check_range("stop_time", self.stop_time, 0.0, inf)
-
-
-@dataclass(frozen=True, slots=True)
-class Waypoints:
-    """Walks from point to point; with `loop` from the last back to the first, else stands at the last."""
-
-    waypoints: tuple[Point, ...]
-    speed: float = 1.0
-    loop: bool = True
-
-    def __post_init__(self):
-        if not self.waypoints:
-            raise InvalidValue("waypoints", self.waypoints, "at least one point")
-        for point in self.waypoints:
-            check_finite("waypoints", point)
-        check_range("speed", self.speed, 0.0, MAX_WALKING_SPEED)
-
-
-Behaviour = ConstantVelocity | StopAndGo | Waypoints
-BEHAVIOURS: Mapping[str, type[Behaviour]] = MappingProxyType(
-    {"constant_velocity": ConstantVelocity, "stop_and_go": StopAndGo, "waypoints": Waypoints}
-)
-
-
-@dataclass(frozen=True, slots=True)
-class Person:
-    """A walking person; the file has the behaviour's name in `behaviour` and its keys beside it."""
-
-    start: Point
-    behaviour: Behaviour
-    radius: float = 0.3
-
-    def __post_init__(self):
-        check_finite("start", self.start)
-        check_range("radius", self.radius, 0.1, 1.0)
-
-
-# ---------------------------------------------------------------------- noise, estimation, control
 
 
 @dataclass(frozen=True, slots=True)
@@ -260,9 +126,9 @@ class Sensors:
     lidar_range: float = 10.0
 
     def __post_init__(self):
-        check_range("rate", self.rate, 0.0, 1000.0, open_low=True)
+        check_range("rate", self.rate, MIN_RATE, MAX_RATE)
         check_range("lidar_beams", self.lidar_beams, 1, 10_000)
-        check_range("lidar_range", self.lidar_range, 0.0, 1000.0, open_low=True)
+        check_range("lidar_range", self.lidar_range, 0.1, 1000.0)
 
 
 def _check_choice(key: str, value: str, names: tuple[str, ...]) -> None:
@@ -321,7 +187,7 @@ class Control:
     parameters: Mapping[str, object] = field(default_factory=dict)
 
     def __post_init__(self):
-        check_range("rate", self.rate, 0.0, 1000.0, open_low=True)
+        check_range("rate", self.rate, MIN_RATE, MAX_RATE)
         check_range("delay", self.delay, 0, 100)
 
     @property
@@ -339,7 +205,7 @@ class Physics:
 
     def __post_init__(self):
         _check_choice("engine", self.engine, ("mujoco", "kinematic"))
-        check_range("timestep", self.timestep, 0.0, 0.02, open_low=True)
+        check_range("timestep", self.timestep, 1e-5, 0.02)
 
 
 @dataclass(frozen=True, slots=True)
@@ -368,13 +234,15 @@ class Scenario:
     def __post_init__(self):
         if self.schema != 1:
             raise InvalidValue("schema", self.schema, "1")
+        if not 1 <= len(self.name) <= 100 or not self.name.isprintable() or "/" in self.name:
+            raise InvalidValue("name", self.name, 'up to 100 printable characters without "/": logs are named after it')
         check_range("seed", self.seed, 0, 2**63 - 1)
-        check_range("time_limit", self.time_limit, 0.0, inf, open_low=True)
-        for key, period in (("control.rate", self.control.period), ("sensors.rate", 1.0 / self.sensors.rate)):
-            steps = period / self.physics.timestep
+        check_range("time_limit", self.time_limit, 0.0, MAX_TIME, open_low=True)
+        for key, rate in (("control.rate", self.control.rate), ("sensors.rate", self.sensors.rate)):
+            steps = 1.0 / (rate * self.physics.timestep)
             if round(steps) < 1 or abs(steps - round(steps)) > 1e-6 * steps:
                 raise InvalidValue(
                     key,
-                    1.0 / period,
+                    rate,
                     f"a rate whose period is a whole number of steps of physics.timestep ({self.physics.timestep:g} s)",
                 )

@@ -1,0 +1,34 @@
+"""What comes with mjnav: the folders of its data, and the scenes in one of them."""
+
+import tomllib
+from pathlib import Path
+
+from mjnav.errors import InputError
+
+_PACKAGE = Path(__file__).resolve().parents[1]
+
+
+def data_folder(name: str) -> Path:
+    """The folder "models" or "runs": inside the package where it was installed, beside it in a source tree."""
+    for parent in (_PACKAGE, _PACKAGE.parent):
+        if (parent / name).is_dir():
+            return parent / name
+    raise InputError(f"the folder {name!r} is missing both from {_PACKAGE} and from beside it; install mjnav again")
+
+
+def describe() -> tuple[tuple[str, str], ...]:
+    """Name and one-line description of every shipped scene, by name."""
+    scenes = []
+    for path in sorted(data_folder("runs").glob("*.toml")):
+        try:
+            document = tomllib.loads(path.read_text(encoding="utf-8"))
+        except (OSError, ValueError):
+            continue  # `load` says what is wrong with it
+        if "robot" in document:  # other files in this folder are no scenes
+            scenes.append((path.stem, " ".join(str(document.get("description", "")).split())))
+    return tuple(scenes)
+
+
+def names() -> tuple[str, ...]:
+    """The names of the shipped scenes."""
+    return tuple(name for name, _ in describe())

@@ -1,0 +1,143 @@
+"""Reading a run file: from a shipped name or a path to a checked scenario."""
+
+import os
+import re
+import tomllib
+from collections.abc import Sequence
+from dataclasses import replace
+from difflib import get_close_matches
+from operator import index
+from pathlib import Path
+from typing import Any
+
+from mjnav.errors import InvalidValue, unknown_name
+from mjnav.scenarios import library, override
+from mjnav.scenarios.build import build, tables
+from mjnav.scenarios.check import check
+from mjnav.scenarios.spec import Scenario
+
+_MAX_BYTES = 10_000_000  # of a run file; a device such as /dev/zero never ends
+
+
+def load(
+    name_or_path: str | os.PathLike[str],
+    overrides: Sequence[str] = (),
+    *,
+    controller: str | None = None,
+    seed: int | None = None,
+) -> Scenario:
+    """The scenario of a shipped name, or of a path where there is a "/" or ".toml" at the end.
+
+    `controller` takes the place of control.method, keeps rate and delay and drops the file's method parameters; `seed`
+    takes the place of the file's; `overrides`, "KEY=VALUE" each, come after both. Raises InvalidValue.
+    """
+    file, text = _read(name_or_path)
+    return loads(text, overrides, file=file, controller=controller, seed=seed)
+
+
+def loads(
+    text: str,
+    overrides: Sequence[str] = (),
+    *,
+    file: str = "scenario.toml",
+    controller: str | None = None,
+    seed: int | None = None,
+) -> Scenario:
+    """The scenario that the text of a run file describes; `file` is its name in messages. Otherwise as `load`."""
+    document = _parse(text, file)
+    changed: dict[str, str] = {}  # key -> the option that set it
+    if controller is not None:
+        control = document.get("control")
+        kept = {key: control[key] for key in ("rate", "delay") if key in control} if isinstance(control, dict) else {}
+        document["control"] = {"method": controller, **kept}
+        changed["control.method"] = "--controller"
+    if seed is not None:
+        document["seed"] = index(seed)
+        changed["seed"] = "--seed"
+    for text_of_one in overrides:
+        try:
+            changed[override.apply(document, text_of_one, _with_defaults(document))] = "--set"
+        except InvalidValue as error:
+            raise error.within(file="--set") from None
+    try:
+        scenario = build(document)
+        check(scenario)
+    except InvalidValue as error:
+        raise error.within(file=_origin(error.key, file, changed)) from None
+    return replace(scenario, source=file)
+
+
+def _read(name_or_path: str | os.PathLike[str]) -> tuple[str, str]:
+    """The file's name in messages, and its text."""
+    name = os.fspath(name_or_path)
+    if isinstance(name_or_path, str) and "/" not in name and not name.endswith(".toml"):
+        path = str(library.data_folder("runs") / f"{name}.toml")
+        if not os.path.isfile(path):  # Path.is_file raises for a name that is too long
+            raise unknown_name("scene", name, library.names())
+        name = path
+    try:
+        with open(name, "rb") as file:
+            data = file.read(_MAX_BYTES + 1)
+    except (OSError, ValueError) as error:  # ValueError: a null character in the name
+        reason = getattr(error, "strerror", None) or str(error)
+        allowed = f"a run file that can be read ({reason})"
+        raise InvalidValue("", None, allowed, file=name, nearest=_nearest(name)) from None
+    if len(data) > _MAX_BYTES:
+        raise InvalidValue("", f"more than {_MAX_BYTES} bytes", "a run file", file=name)
+    try:
+        return name, data.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        bad = data[error.start : error.end]
+        line = data.count(b"\n", 0, error.start) + 1
+        raise InvalidValue(f"line {line}", bad, "text in UTF-8", file=name) from None
+
+
+def _nearest(path: str) -> str | None:
+    """The run file or shipped scene whose name is most like that of a path that cannot be read."""
+    wanted = Path(path)
+    try:
+        siblings = [str(other) for other in wanted.parent.glob("*.toml") if other.is_file()]
+    except (OSError, ValueError):
+        siblings = []
+    close = get_close_matches(str(wanted), siblings, n=1, cutoff=0.8)
+    close = close or get_close_matches(wanted.stem, library.names(), n=1)
+    return close[0] if close else None
+
+
+def _parse(text: str, file: str) -> dict[str, Any]:
+    try:
+        return tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        what, line, column = _place(str(error), text)
+        lines = text.splitlines()
+        found = lines[line - 1].strip() if line <= len(lines) else "the end"
+        raise InvalidValue(f"line {line}, column {column}", found, f"TOML ({what})", file=file) from None
+    except ValueError as error:  # a number of thousands of digits
+        raise InvalidValue("", str(error), "TOML with whole numbers of at most 64 bits", file=file) from None
+    except RecursionError:
+        raise InvalidValue("", "tables and arrays too deep in one another", "TOML", file=file) from None
+
+
+def _place(message: str, text: str) -> tuple[str, int, int]:
+    """What tomllib complains about, and the line and column, which it gives in words only."""
+    place = re.fullmatch(r"(.*) \(at line (\d+), column (\d+)\)", message, re.DOTALL)
+    if place:
+        return place[1], int(place[2]), int(place[3])
+    last = text.rpartition("\n")[2]
+    return message.removesuffix(" (at end of document)"), text.count("\n") + 1, len(last) + 1
+
+
+def _with_defaults(document: dict[str, Any]) -> dict[str, Any]:
+    """The tables with every default in them, none where they are not a scenario: further overrides may complete it."""
+    try:
+        return tables(build(document))
+    except InvalidValue:
+        return {}
+
+
+def _origin(key: str, file: str, changed: dict[str, str]) -> str:
+    """Where the value at `key` came from: the option that set it, or a part of it, or what it is part of."""
+    for other, option in reversed(changed.items()):
+        if f"{key}.".startswith(f"{other}.") or f"{other}.".startswith(f"{key}."):
+            return option
+    return f"{file} with {', '.join(sorted(set(changed.values())))}" if changed else file

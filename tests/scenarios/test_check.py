@@ -1,0 +1,136 @@
+"""Bodies that overlap and goals that cannot be reached are refused; bodies that touch are not."""
+
+import pytest
+
+from mjnav.errors import InvalidValue
+from mjnav.scenarios import loads
+
+HEAD = 'schema = 1\nname = "bodies"\n[robot]\nstart = [0, 0, 0]\ngoal = [9, 0]\n'
+ROOM = "[[walls]]\nfrom = [-1, -2]\nto = [12, -2]\n[[walls]]\nfrom = [-1, -2]\nto = [-1, 2]\n"
+
+
+def pillar(x, y, more=""):
+    return f"[[pillars]]\nposition = [{x}, {y}]\n{more}\n"
+
+
+def table(x, y, more=""):
+    return f"[[tables]]\nposition = [{x}, {y}]\n{more}\n"
+
+
+def person(x, y):
+    return f'[[people]]\nstart = [{x}, {y}]\nbehaviour = "constant_velocity"\nvelocity = [0, 0]\n'
+
+
+def wall(x0, y0, x1, y1, more=""):
+    return f"[[walls]]\nfrom = [{x0}, {y0}]\nto = [{x1}, {y1}]\n{more}\n"
+
+
+OVERLAPS = {
+    "a start in a wall": (
+        wall(-1, 0.1, 5, 0.1),
+        "robot.start: found (0.0, 0.0, 0.0); allowed: a place clear of walls.0, 0.170 m further away",
+    ),
+    "a start in a pillar": (
+        pillar(0.3, 0),
+        "robot.start: found (0.0, 0.0, 0.0); allowed: a place clear of pillars.0, 0.120",
+    ),
+    "a start in a table leg": (
+        table(0.8, 0.4),
+        "robot.start: found (0.0, 0.0, 0.0); allowed: a place clear of tables.0, 0.25",
+    ),
+    "a start in a person": (
+        person(0, 0.5),
+        "robot.start: found (0.0, 0.0, 0.0); allowed: a place clear of people.0, 0.020",
+    ),
+    "a person in a wall": (
+        ROOM + person(4, -1.8),
+        "people.0.start: found (4.0, -1.8); allowed: a place clear of walls.0, 0.150 m further away",
+    ),
+    "a person in a pillar": (
+        pillar(4, 2) + person(4, 2),
+        "people.0.start: found (4.0, 2.0); allowed: a place clear of pillars",
+    ),
+    "a person in a table": (
+        table(4, 2) + person(4, 2),
+        "people.0.start: found (4.0, 2.0); allowed: a place clear of tables.0",
+    ),
+    "two people in one place": (
+        person(4, 2) + person(4.5, 2),
+        "people.1.start: found (4.5, 2.0); allowed: a place clear of people",
+    ),
+    "two pillars in one place": (
+        pillar(4, 2) + pillar(4.1, 2),
+        "pillars.1.position: found (4.1, 2.0); allowed: a place clear of pil",
+    ),
+    "a pillar through a table": (
+        table(4, 2) + pillar(4, 2),
+        "pillars.0.position: found (4.0, 2.0); allowed: a place clear of tables",
+    ),
+    "a low pillar in a leg": (
+        table(4, 2) + pillar(4.8, 2.4, "height = 0.3"),
+        "pillars.0.position: found (4.8, 2.4); allowed: a place clear of tables.0",
+    ),
+    "two tables in one place": (
+        table(4, 2) + table(4.5, 2.2),
+        "tables.1.position: found (4.5, 2.2); allowed: a place clear of tab",
+    ),
+    "two tables crosswise": (
+        table(4, 2, "size = [4, 0.5]") + table(4, 2, "size = [4, 0.5]\nyaw = 1.57"),
+        "tables.1.position: found (4.0, 2.0); allowed: a place clear of tables.0",
+    ),
+    "a wall through a table": (
+        wall(3, 1, 5, 3) + table(4, 2),
+        "tables.0.position: found (4.0, 2.0); allowed: a place clear of walls",
+    ),
+    "a low wall through a leg": (
+        wall(3, 2.4, 5, 2.4, "height = 0.3") + table(4, 2),
+        "tables.0.position: found (4.0, 2.0); allowed: a place clear of walls.0",
+    ),
+    "a goal in a wall": (
+        wall(9, -1, 9, 1),
+        "robot.goal: found (9.0, 0.0); allowed: a point that the robot can reach to 0.3 m, clear of walls.0",
+    ),
+    "a goal in a pillar": (pillar(9.1, 0), "robot.goal: found (9.0, 0.0); allowed: a point that the robot can reach"),
+    "a goal in a leg": (table(9.8, 0.4), "robot.goal: found (9.0, 0.0); allowed: a point that the robot can reach"),
+}
+
+
+@pytest.mark.parametrize("title", OVERLAPS)
+def test_bodies_that_overlap_are_refused(title):
+    text, message = OVERLAPS[title]
+    with pytest.raises(InvalidValue) as error:
+        loads(HEAD + text)
+    assert str(error.value).startswith(f"scenario.toml: {message}")
+
+
+def test_a_goal_too_close_to_a_wall_for_its_tolerance_is_refused():
+    close = wall(9.1, -1, 9.1, 1)
+    assert loads(HEAD + close)
+    with pytest.raises(InvalidValue, match=r"robot\.goal: .* reach to 0\.1 m, clear of walls\.0"):
+        loads(HEAD.replace("goal =", "goal_tolerance = 0.1\ngoal =") + close)
+
+
+def test_a_waypoint_that_cannot_be_reached_is_named_by_its_index():
+    with pytest.raises(InvalidValue, match=r"robot.waypoints.1: found \(9.0, 0.0\)"):
+        loads(HEAD.replace("goal = [9, 0]", "waypoints = [[1, 0], [9, 0]]") + pillar(9, 0))
+
+
+ALLOWED = {
+    "walls that meet in a corner": ROOM,
+    "walls that cross": wall(3, 1, 5, 3) + wall(3, 3, 5, 1),
+    "a pillar in a wall": ROOM + pillar(5, -2),
+    "a person who touches a pillar": pillar(4, 2) + person(4.5, 2),
+    "two people who touch": person(4, 2) + person(4.6, 2),
+    "a start between a table's legs": table(0, 0),
+    "a low pillar below a table": table(4, 2) + pillar(4, 2, "height = 0.3"),
+    "a low wall below a table": wall(3, 2, 5, 2, "height = 0.3") + table(4, 2),
+    "a table along a wall": wall(3, 2.5, 5, 2.5) + table(4, 2),
+    "a turned table beside another": table(4, 2) + table(5.7, 2, "yaw = 1.5707963"),
+    "a start off the end of a thick wall": wall(0.3, 0, 5, 0, "thickness = 1.0"),
+    "a person at the goal": person(9, 0),
+}
+
+
+@pytest.mark.parametrize("title", ALLOWED)
+def test_bodies_that_touch_or_pass_below_are_allowed(title):
+    assert loads(HEAD + ALLOWED[title])

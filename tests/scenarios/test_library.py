@@ -1,0 +1,126 @@
+"""The scenes that come with mjnav, and where its data is found."""
+
+import tomllib
+
+import numpy as np
+import pytest
+
+import mjnav.scenarios.library as library
+from mjnav.errors import InputError
+from mjnav.scenarios import data_folder, describe, load, names
+from mjnav.scenarios.spec import ConstantVelocity
+
+NAMES = ("crossing1", "crossing2", "crossing3", "five", "hall", "lane", "table")
+
+
+def test_the_shipped_scenes_are_listed_by_name_with_one_line_each():
+    assert names() == NAMES
+    assert all(text and "\n" not in text for _, text in describe())
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_a_shipped_scene_loads_and_is_named_after_its_file(name):
+    scenario = load(name)
+    assert scenario.name == name
+    assert scenario.source == str(data_folder("runs") / f"{name}.toml")
+    assert load(scenario.source) == scenario
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_a_shipped_scene_states_no_default(name):
+    document = tomllib.loads((data_folder("runs") / f"{name}.toml").read_text())
+    assert not {"seed", "time_limit", "stop_on_collision", "sensors", "physics", "estimation"} & document.keys()
+
+
+def test_data_is_found_beside_the_package_and_rather_inside_it(tmp_path, monkeypatch):
+    package = tmp_path / "mjnav"
+    monkeypatch.setattr(library, "_PACKAGE", package)
+    with pytest.raises(InputError, match="the folder 'runs' is missing"):
+        data_folder("runs")
+    (tmp_path / "runs").mkdir()
+    assert data_folder("runs") == tmp_path / "runs"
+    (package / "runs").mkdir(parents=True)
+    assert data_folder("runs") == package / "runs"
+
+
+def test_files_in_the_folder_that_are_no_scenes_are_not_listed(tmp_path, monkeypatch):
+    monkeypatch.setattr(library, "_PACKAGE", tmp_path / "mjnav")
+    (tmp_path / "runs").mkdir()
+    for name, text in {"study": 'name = "s"\n', "broken": "[robot", "notes": ""}.items():
+        (tmp_path / "runs" / f"{name}.toml").write_text(text)
+    (tmp_path / "runs" / "mine.toml").write_text('description = "two\\nlines"\n[robot]\n')
+    assert describe() == (("mine", "two lines"),)
+
+
+def straight_on(robot, time):
+    """Where the robot is that accelerates at its limit to its preferred speed and drives on, (T, 2)."""
+    ramp = robot.preferred_speed / robot.max_acceleration
+    driven = np.where(
+        time < ramp,
+        0.5 * robot.max_acceleration * time**2,
+        robot.preferred_speed * (time - 0.5 * ramp),
+    )
+    x, y, heading = robot.start
+    return np.stack([x + driven * np.cos(heading), y + driven * np.sin(heading)], axis=-1)
+
+
+@pytest.mark.parametrize(("name", "num_people"), [("crossing1", 1), ("crossing2", 2), ("crossing3", 3), ("five", 5)])
+@pytest.mark.parametrize("delay", [0.0, 0.1, 0.3])
+def test_each_person_of_a_crossing_hits_the_robot_that_drives_straight_on(name, num_people, delay):
+    scenario = load(name)
+    robot = scenario.robot
+    x, y, heading = robot.start
+    assert np.arctan2(robot.goal[1] - y, robot.goal[0] - x) == heading
+    time = np.arange(0.0, np.hypot(robot.goal[0] - x, robot.goal[1] - y) / robot.preferred_speed, 0.01)
+    way = straight_on(robot, np.maximum(time - delay, 0.0))
+    assert len(scenario.people) == num_people
+    assert scenario.walls + scenario.tables + scenario.pillars == ()
+    for person in scenario.people:
+        assert isinstance(person.behaviour, ConstantVelocity)
+        distance = np.linalg.norm(way - person.start - time[:, None] * person.behaviour.velocity, axis=-1)
+        assert distance.min() < 0.8 * (robot.radius + person.radius)
+        assert distance[0] > 2.0
+
+
+@pytest.mark.parametrize("name", ["crossing2", "crossing3", "five"])
+def test_people_of_a_crossing_come_from_distinct_directions(name):
+    angles = np.sort([np.arctan2(*person.behaviour.velocity[::-1]) for person in load(name).people])
+    assert np.diff(angles).min() > np.radians(15.0)
+
+
+def test_the_hall_is_long_and_its_furniture_leaves_room():
+    hall = load("hall")
+    walls = np.array([(wall.start, wall.end) for wall in hall.walls])
+    low, high = walls.min((0, 1)), walls.max((0, 1))
+    np.testing.assert_allclose(high - low, [14.0, 6.0])
+    assert (len(hall.tables), len(hall.pillars), len(hall.people)) == (2, 2, 5)
+    assert hall.robot.goal[0] - hall.robot.start[0] == 12.0
+    boxes = [(np.array(table.position), 0.5 * np.array(table.size) + table.leg_radius) for table in hall.tables]
+    boxes += [(np.array(pillar.position), np.full(2, pillar.radius)) for pillar in hall.pillars]
+    for i, (centre, half) in enumerate(boxes):
+        assert (centre - half - low - 0.05).min() > 1.2
+        assert (high - centre - half - 0.05).min() > 1.2
+        for other, other_half in boxes[:i]:
+            gap = np.maximum(np.abs(centre - other) - half - other_half, 0.0)
+            assert np.hypot(*gap) > 1.2
+
+
+def test_the_table_stands_across_the_way_and_the_robot_fits_between_its_legs():
+    scenario = load("table")
+    (table,), robot = scenario.tables, scenario.robot
+    assert robot.start[0] < table.position[0] < robot.goal[0]
+    sides = np.unique(table.legs[:, 1].round(9))
+    assert np.diff(sides) == 1.5
+    assert sides[0] < robot.start[1] < sides[1]
+    assert 1.5 - 2 * table.leg_radius > 3 * robot.radius
+
+
+def test_the_goal_of_the_lane_is_close_to_the_left_boundary_and_can_be_reached():
+    scenario = load("lane")
+
+    def distance(line):
+        return (line[0] * scenario.robot.goal[0] + line[1] * scenario.robot.goal[1] + line[2]) / np.hypot(*line[:2])
+
+    left, right = distance(scenario.lanes.left), distance(scenario.lanes.right)
+    assert -0.4 < left < -scenario.robot.radius
+    assert right > 1.0

@@ -1,0 +1,416 @@
+"""Bad run files are refused with file, key, what was found, what is allowed and the nearest name."""
+
+import re
+from contextlib import suppress
+
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from mjnav.errors import InvalidValue
+from mjnav.scenarios import load, loads
+from mjnav.scenarios.dump import toml_text
+from mjnav.scenarios.spec import Scenario, StopAndGo, Wall
+
+ROBOT = "start = [0.0, 0.0, 0.0]\ngoal = [9.0, 0.0]\n"
+HEAD = 'schema = 1\nname = "bad"\n'
+GOOD = HEAD + "[robot]\n" + ROBOT
+PERSON = '[[people]]\nstart = [4.0, 2.0]\nbehaviour = "constant_velocity"\n'
+
+
+def of_robot(line):
+    return GOOD + line
+
+
+def of_person(*lines):
+    return GOOD + PERSON + "\n".join(lines)
+
+
+BAD = {
+    "a misspelt key": (
+        HEAD + "[robot]\nstart = [0, 0, 0]\ngaol = [9, 0]",
+        "robot.gaol: found 'gaol'; allowed: goal, goal_tolerance, max_acceleration, max_speed, max_turn_acceleration, "
+        "max_turn_rate, min_speed, preferred_speed, radius, start, waypoints; did you mean 'goal'?",
+    ),
+    "a misspelt table": (
+        GOOD + "[controll]\nrate = 10",
+        "controll: found 'controll'; allowed: control, description, estimation, lanes, name, noise, people, physics, "
+        "pillars, robot, schema, seed, sensors, stop_on_collision, tables, time_limit, walls; did you mean 'control'?",
+    ),
+    "a key that must be quoted": (
+        '"\\u001b[31m" = 1\n' + GOOD,
+        "file.toml: \"\\u001b[31m\": found '\\x1b[31m'; allowed: control, ",
+    ),
+    "another schema": ("schema = 2\nwhatever = 1", "schema: found 2; allowed: 1"),
+    "a schema in words": ('schema = "1"', "schema: found '1'; allowed: a whole number"),
+    "no schema": ('name = "bad"', "schema: found nothing; allowed: schema = 1, the version of this format"),
+    "no name": (GOOD.replace('name = "bad"', ""), "name: found nothing; allowed: a string; this key is required"),
+    "an empty name": (
+        GOOD.replace('"bad"', '""'),
+        "name: found ''; allowed: up to 100 printable characters without \"/\": logs are named after it",
+    ),
+    "a name that is a path": (GOOD.replace('"bad"', '"../bad"'), "name: found '../bad'; allowed: up to 100 printable"),
+    "no robot": (HEAD, "robot: found nothing; allowed: a table; this key is required"),
+    "a robot that is no table": (HEAD + "robot = 3", "robot: found 3; allowed: a table"),
+    "no start": (
+        HEAD + "[robot]\ngoal = [9, 0]",
+        "robot.start: found nothing; allowed: an array of 3 numbers; this key is required",
+    ),
+    "neither goal nor waypoints": (
+        HEAD + "[robot]\nstart = [0, 0, 0]",
+        "robot.goal: found nothing; allowed: goal = [x, y] or waypoints = [[x, y], ...]: one of the two is required",
+    ),
+    "both goal and waypoints": (
+        of_robot("waypoints = [[1, 1]]"),
+        "robot.waypoints: found ((1.0, 1.0),); allowed: goal or waypoints, not both",
+    ),
+    "a start without heading": (
+        GOOD.replace("[0.0, 0.0, 0.0]", "[0.0, 0.0]"),
+        "robot.start: found [0.0, 0.0]; allowed: an array of 3 numbers",
+    ),
+    "a word for a coordinate": (
+        GOOD.replace("[0.0, 0.0, 0.0]", '[0.0, "0", 0.0]'),
+        "robot.start.1: found '0'; allowed: a number",
+    ),
+    "a truth value for a number": (of_robot("radius = true"), "robot.radius: found True; allowed: a number"),
+    "a goal at infinity": (
+        GOOD.replace("[9.0, 0.0]", "[inf, 0.0]"),
+        "robot.goal: found (inf, 0.0); allowed: finite numbers between -10000 and 10000",
+    ),
+    "a start that is not a number": (GOOD.replace("[0.0, 0.0, 0.0]", "[0, nan, 0]"), "robot.start: found (0.0, nan, 0"),
+    "a robot too small for its wheels": (
+        of_robot("radius = 0.1"),
+        "robot.radius: found 0.1; allowed: a number >= 0.2 and <= 0.5",
+    ),
+    "a speed below zero": (of_robot("max_speed = -1"), "robot.max_speed: found -1.0; allowed: a number >= 0.01 and"),
+    "a least speed above the greatest": (
+        of_robot("min_speed = 2.0"),
+        "robot.min_speed: found 2.0; allowed: a number below max_speed (1.0)",
+    ),
+    "a preferred speed above the greatest": (
+        of_robot("max_speed = 0.5\npreferred_speed = 0.6"),
+        "robot.preferred_speed: found 0.6; allowed: a number >= 0.01 and <= 0.5",
+    ),
+    "a fractional seed": ("seed = 1.5\n" + GOOD, "seed: found 1.5; allowed: a whole number"),
+    "a negative seed": ("seed = -1\n" + GOOD, "seed: found -1; allowed: a number >= 0 and <= 9223372036854775807"),
+    "a seed of more than 64 bits": (
+        f"seed = {2**64}\n" + GOOD,
+        f"seed: found {2**64}; allowed: whole numbers of at most 64 bits",
+    ),
+    "no time": ("time_limit = 0\n" + GOOD, "time_limit: found 0.0; allowed: a number > 0 and <= 1000000"),
+    "a number for a truth value": (
+        "stop_on_collision = 1\n" + GOOD,
+        "stop_on_collision: found 1; allowed: true or false",
+    ),
+    "a wall without an end": (
+        GOOD + "[[walls]]\nfrom = [0, 2]",
+        "walls.0.to: found nothing; allowed: an array of 2 numbers; this key is required",
+    ),
+    "a wall of no length": (
+        GOOD + "[[walls]]\nfrom = [1, 2]\nto = [1, 2]",
+        "walls.0.to: found (1.0, 2.0); allowed: a point other than `from`, at least 0.001 m away",
+    ),
+    "a wall by its Python names": (
+        GOOD + "[[walls]]\nstart = [0, 2]\nend = [1, 2]",
+        "walls.0.start: found 'start'; allowed: from, height, thickness, to",
+    ),
+    "one table where several belong": (
+        GOOD + "[walls]\nfrom = [0, 2]\nto = [1, 2]",
+        "walls: found {'from': [0, 2], 'to': [1, 2]}; allowed: an array of tables",
+    ),
+    "a table with one size": (
+        GOOD + "[[tables]]\nposition = [4, 2]\nsize = 1.6",
+        "tables.0.size: found 1.6; allowed: an array of 2 numbers",
+    ),
+    "a table whose legs touch": (
+        GOOD + "[[tables]]\nposition = [4, 2]\nsize = [1.6, 0.05]",
+        "tables.0.size.1: found 0.05; allowed: a number > 0.06 and <= 10000",
+    ),
+    "a pillar of no radius": (
+        GOOD + "[[pillars]]\nposition = [4, 2]\nradius = 0",
+        "pillars.0.radius: found 0.0; allowed: a number >= 0.001 and <= 10000",
+    ),
+    "a lane without direction": (
+        GOOD + "[lanes]\nleft = [0, 0, 1]\nright = [0, 1, 1]",
+        "lanes.left: found (0.0, 0.0, 1.0); allowed: a line a x + b y + c = 0, (a, b) at least 0.001 long",
+    ),
+    "one lane boundary": (
+        GOOD + "[lanes]\nleft = [0, 1, 1]",
+        "lanes.right: found nothing; allowed: an array of 3 numbers; this key is required",
+    ),
+    "an unknown behaviour": (
+        of_person("velocity = [0, 0]").replace("constant_velocity", "constant_velocty"),
+        "people.0.behaviour: found 'constant_velocty'; allowed: constant_velocity, stop_and_go, waypoints; "
+        "did you mean 'constant_velocity'?",
+    ),
+    "no behaviour": (
+        GOOD + "[[people]]\nstart = [4, 2]",
+        "people.0.behaviour: found nothing; allowed: constant_velocity, stop_and_go, waypoints",
+    ),
+    "a misspelt behaviour key": (
+        GOOD + '[[people]]\nstart = [4, 2]\nbehavior = "waypoints"',
+        "people.0.behavior: found 'behavior'; allowed: behaviour, go_time, loop, radius, speed, start, stop_time, "
+        "velocity, waypoints; did you mean 'behaviour'?",
+    ),
+    "another behaviour's key": (
+        of_person("velocity = [0, 0]", "loop = true"),
+        "people.0.loop: found 'loop'; allowed: behaviour, radius, start, velocity",
+    ),
+    "no velocity": (
+        of_person(),
+        "people.0.velocity: found nothing; allowed: an array of 2 numbers; this key is required",
+    ),
+    "a person who runs": (
+        of_person("velocity = [4, 4]"),
+        "people.0.velocity: found (4.0, 4.0); allowed: at most 5 m/s",
+    ),
+    "a person of no radius": (
+        of_person("velocity = [0, 0]", "radius = 0"),
+        "people.0.radius: found 0.0; allowed: a number >= 0.1 and <= 1",
+    ),
+    "nowhere to walk to": (
+        GOOD + '[[people]]\nstart = [4, 2]\nbehaviour = "waypoints"\nwaypoints = []',
+        "people.0.waypoints: found (); allowed: at least one point",
+    ),
+    "the second person": (
+        of_person("velocity = [0, 0]")
+        + '\n[[people]]\nstart = [4]\nbehaviour = "constant_velocity"\nvelocity = [0, 0]',
+        "people.1.start: found [4]; allowed: an array of 2 numbers",
+    ),
+    "an unknown profile": (GOOD + '[noise]\nprofile = "pearsn"', "noise.profile: found 'pearsn'; allowed: bimodal, "),
+    "an unknown channel": (
+        GOOD + '[noise.odometry.omga]\ndistribution = "gaussian"',
+        "noise.odometry.omga: found 'odometry.omga'; allowed: actuation.omega, actuation.v, ",
+    ),
+    "an unknown group of channels": (
+        GOOD + "[noise.odometri]\nv = 1",
+        "noise.odometri: found 'odometri'; allowed: act",
+    ),
+    "a channel without distribution": (
+        GOOD + "[noise.gyro]\nstd = 1.0",
+        "noise.gyro.distribution: found nothing; allowed: empirical, gaussian, ",
+    ),
+    "an unknown distribution": (GOOD + '[noise.gyro]\ndistribution = "gausian"', "did you mean 'gaussian'?"),
+    "a distribution's unknown argument": (
+        GOOD + '[noise.pose.x]\ndistribution = "gaussian"\nsigma = 1.0',
+        "noise.pose.x.sigma: found 'sigma'; allowed: ",
+    ),
+    "a negative standard deviation": (
+        GOOD + '[noise.pose.x]\ndistribution = "gaussian"\nstd = -1.0',
+        "noise.pose.x.std: found -1.0; allowed: ",
+    ),
+    "impossible moments": (
+        GOOD + '[noise.pose.x]\ndistribution = "pearson"\nstd = 1.0\nskew = 2.0\nkurtosis = 3.0',
+        "noise.pose.x.kurtosis: found 3.0; allowed: ",
+    ),
+    "an unknown source": (
+        GOOD + '[estimation]\nrobot = { source = "gps" }',
+        "estimation.robot.source: found 'gps'; allowed: direct, pose",
+    ),
+    "one particle": (
+        GOOD + "[estimation]\nobstacles = { particles = 1 }",
+        "estimation.obstacles.particles: found 1; allowed: a number >= 2 and <= 1000000",
+    ),
+    "an assumed profile that is unknown": (
+        GOOD + '[estimation]\nassumed_profile = "gausian"',
+        "estimation.assumed_profile: found 'gausian'; allowed: ",
+    ),
+    "a rate in words": (GOOD + '[control]\nrate = "10 Hz"', "control.rate: found '10 Hz'; allowed: a number"),
+    "a rate between the steps": (
+        GOOD + "[control]\nrate = 30.0",
+        "control.rate: found 30.0; allowed: a rate whose period is a whole number of steps of physics.timestep (0.002 ",
+    ),
+    "half a period of delay": (GOOD + "[control]\ndelay = 0.5", "control.delay: found 0.5; allowed: a whole number"),
+    "an unknown engine": (
+        GOOD + '[physics]\nengine = "mujocco"',
+        "physics.engine: found 'mujocco'; allowed: kinematic, mujoco; did you mean 'mujoco'?",
+    ),
+    "a step as long as a tick": (
+        GOOD + "[physics]\ntimestep = 0.1",
+        "physics.timestep: found 0.1; allowed: a number >= 1e-05 and <= 0.02",
+    ),
+    "nesting without end": (
+        GOOD + "[control]\nclip = " + "[" * 30 + "]" * 30,
+        "allowed: tables and arrays in one another at most 20 deep",
+    ),
+    "not TOML": (
+        HEAD + "[robot]\nstart [0, 0, 0]",
+        "line 4, column 7: found 'start [0, 0, 0]'; allowed: TOML (Expected '=' after a key in a key/value pair)",
+    ),
+    "TOML that ends too soon": (HEAD + "[robot", "line 3, column 7: found '[robot'; allowed: TOML (Expected ']'"),
+    "a key twice": (
+        HEAD + 'name = "b"',
+        "line 3, column 11: found 'name = \"b\"'; allowed: TOML (Cannot overwrite a value)",
+    ),
+}
+
+
+@pytest.mark.parametrize("title", BAD)
+def test_a_bad_run_file_is_refused_with_the_message_that_says_what_to_do(title, tmp_path, monkeypatch):
+    text, message = BAD[title]
+    (tmp_path / "file.toml").write_text(text, encoding="utf-8")
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(InvalidValue) as error:
+        load("file.toml")
+    assert str(error.value).startswith("file.toml: ")
+    assert message in str(error.value)
+    assert "\n" not in str(error.value)
+    assert error.value.exit_code == 2
+
+
+def test_the_text_that_the_bad_files_spoil_is_good():
+    assert loads(GOOD).robot.goal == (9.0, 0.0)
+    assert loads(of_person("velocity = [0, 0]")).people[0].radius == 0.3
+
+
+def test_what_the_file_names_stands_in_the_scenario():
+    scenario = loads(
+        GOOD
+        + """
+        [[walls]]
+        from = [0, 2]
+        to = [5, 2]
+        [[people]]
+        start = [4, 4]
+        behaviour = "stop_and_go"
+        velocity = [0.5, 0]
+        stop_time = 3
+        [noise.odometry.v]
+        distribution = "gaussian"
+        std = 0.1
+        [noise.gyro]
+        distribution = "gaussian"
+        std = 0.2
+        [control]
+        method = "rkhs"
+        degree = 3
+        weights = { lanes = [1, 2] }
+        """
+    )
+    assert scenario.walls == (Wall((0.0, 2.0), (5.0, 2.0)),)
+    assert scenario.people[0].behaviour == StopAndGo((0.5, 0.0), stop_time=3.0)
+    assert scenario.noise.channels["odometry.v"].arguments == {"std": 0.1}
+    assert scenario.noise.distributions()["gyro"].std == 0.2
+    assert scenario.control.parameters == {"degree": 3, "weights": {"lanes": [1, 2]}}
+
+
+def test_a_robot_slower_than_the_default_preferred_speed_prefers_its_full_speed():
+    assert loads(of_robot("max_speed = 0.5")).robot.preferred_speed == 0.5
+    assert loads(of_robot("max_speed = 0.9")).robot.preferred_speed == 0.8
+
+
+def test_a_missing_shipped_scene_is_answered_with_the_nearest_one():
+    with pytest.raises(InvalidValue) as error:
+        load("hal")
+    assert str(error.value) == (
+        "scene: found 'hal'; allowed: crossing1, crossing2, crossing3, five, hall, lane, table; did you mean 'hall'?"
+    )
+
+
+@pytest.mark.parametrize("name", ["", ".", "..", "a\0b", "hall\n", "x" * 1000])
+def test_a_strange_name_is_no_shipped_scene(name):
+    with pytest.raises(InvalidValue, match=r"^scene: found "):
+        load(name)
+
+
+def test_a_missing_path_is_answered_with_the_nearest_file_beside_it_or_shipped_scene(tmp_path):
+    (tmp_path / "corridor.toml").write_text(GOOD)
+    with pytest.raises(InvalidValue) as error:
+        load(tmp_path / "coridor.toml")
+    assert (
+        f"found nothing; allowed: a run file that can be read (No such file or directory); did you mean '{tmp_path}"
+        in (str(error.value))
+    )
+    with pytest.raises(InvalidValue, match=r"^hal.toml: found nothing.*did you mean 'hall'\?"):
+        load("hal.toml")
+
+
+@pytest.mark.parametrize("path", ["a\0b/", "/", "/dev/null/x.toml", "x" * 1000 + ".toml"])
+def test_a_path_that_cannot_be_read_is_refused(path):
+    with pytest.raises(InvalidValue, match="allowed: a run file that can be read"):
+        load(path)
+
+
+def test_a_folder_is_no_run_file(tmp_path):
+    with pytest.raises(InvalidValue, match=r"\(Is a directory\)"):
+        load(tmp_path)
+
+
+def test_an_endless_device_is_no_run_file():
+    with pytest.raises(InvalidValue, match="/dev/zero: found 'more than 10000000 bytes'; allowed: a run file"):
+        load("/dev/zero")
+
+
+def test_text_in_another_encoding_is_refused_with_its_line(tmp_path):
+    path = tmp_path / "latin1.toml"
+    path.write_bytes(HEAD.encode() + 'description = "caf\xe9"\n'.encode("latin-1"))
+    with pytest.raises(InvalidValue, match=r"line 3: found b'\\xe9'; allowed: text in UTF-8"):
+        load(path)
+
+
+def test_a_number_of_thousands_of_digits_is_refused():
+    with pytest.raises(InvalidValue, match="64 bits"):
+        loads("seed = " + "9" * 5000)
+    with pytest.raises(InvalidValue, match="seed: found a int; allowed: whole numbers of at most 64 bits"):
+        loads("seed = 0x" + "f" * 5000)
+
+
+def test_arrays_nested_deeper_than_the_reader_goes_are_refused():
+    with pytest.raises(InvalidValue):
+        loads("a = " + "[" * 100_000)
+
+
+def test_messages_stay_short_however_long_the_value_is():
+    with pytest.raises(InvalidValue) as error:
+        loads(GOOD.replace("[9.0, 0.0]", str(list(range(100_000)))))
+    assert len(str(error.value)) < 300
+
+
+unhurried = settings(deadline=None, suppress_health_check=[HealthCheck.too_slow])  # the machine may be busy
+
+
+def scenario_or_refusal(text):
+    with suppress(InvalidValue):
+        assert isinstance(loads(text), Scenario)
+
+
+KEYS = st.sampled_from(
+    re.findall(
+        r"\w+",
+        "schema name robot start goal radius people behaviour velocity walls from to tables position size noise gyro "
+        "odometry v distribution std profile estimation source control method rate physics timestep lanes left",
+    )
+)
+LEAVES = st.one_of(
+    st.integers(), st.floats(), st.booleans(), st.text(max_size=5), st.just(1), st.just([0.0, 0.0]), st.just([0, 0, 0])
+)
+VALUES = st.recursive(
+    LEAVES,
+    lambda inner: st.one_of(st.lists(inner, max_size=3), st.dictionaries(KEYS, inner, max_size=4)),
+    max_leaves=12,
+)
+
+
+@unhurried
+@given(st.dictionaries(KEYS, VALUES, max_size=8), st.booleans())
+def test_any_tables_give_a_scenario_or_a_refusal(document, complete):
+    if complete:
+        document = {"schema": 1, "name": "any", "robot": {"start": [0, 0, 0], "goal": [1, 0]}, **document}
+    scenario_or_refusal(toml_text(document))
+
+
+@unhurried
+@given(st.sampled_from([GOOD, of_person("velocity = [0, 0]")]), st.data())
+def test_any_change_of_one_place_gives_a_scenario_or_a_refusal(text, data):
+    start = data.draw(st.integers(0, len(text)))
+    end = data.draw(st.integers(start, min(start + 4, len(text))))
+    scenario_or_refusal(text[:start] + data.draw(st.text(max_size=4)) + text[end:])
+
+
+@unhurried
+@given(st.binary(max_size=60))
+def test_any_bytes_give_a_scenario_or_a_refusal(tmp_path_factory, data):
+    path = tmp_path_factory.getbasetemp() / "bytes.toml"
+    path.write_bytes(data)
+    with pytest.raises(InvalidValue):
+        load(path)

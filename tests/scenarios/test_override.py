@@ -1,0 +1,162 @@
+"""`--set`, `--controller` and `--seed`."""
+
+from contextlib import suppress
+
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from mjnav.errors import InvalidValue
+from mjnav.scenarios import load, loads
+from mjnav.scenarios.spec import LaneSpec, Scenario, StopAndGo, Waypoints
+
+TEXT = """
+schema = 1
+name = "base"
+seed = 7
+[robot]
+start = [0, 0, 0]
+goal = [9, 0]
+[[tables]]
+position = [4, 4]
+[[people]]
+start = [5, -3]
+behaviour = "constant_velocity"
+velocity = [0, 0.5]
+[control]
+method = "rkhs"
+rate = 20.0
+delay = 2
+degree = 3
+"""
+
+
+def test_a_value_is_toml():
+    scenario = loads(TEXT, ["people.0.radius=0.4", "stop_on_collision=false", "control.delay = 0", "control.clip=-3"])
+    assert scenario.people[0].radius == 0.4
+    assert scenario.stop_on_collision is False
+    assert scenario.control.delay == 0
+    assert scenario.control.parameters == {"degree": 3, "clip": -3}
+
+
+@pytest.mark.parametrize("text", ["other", '"other"', "'other'"])
+def test_a_value_that_is_no_toml_is_a_string(text):
+    assert loads(TEXT, [f"name={text}"]).name == "other"
+
+
+def test_only_the_first_equals_sign_divides_key_and_value():
+    assert loads(TEXT, ["description=a=b"]).description == "a=b"
+
+
+def test_an_empty_value_is_an_empty_string():
+    assert loads(TEXT, ["description="]).description == ""
+
+
+def test_a_line_break_in_a_value_sets_no_other_key():
+    assert loads(TEXT, ["description=1\nname = 2"]).description == "1\nname = 2"
+
+
+def test_lists_are_indexed_to_the_last_number():
+    scenario = loads(TEXT, ["people.0.start.1=2", "robot.start.2=1.5"])
+    assert scenario.people[0].start == (5.0, 2.0)
+    assert scenario.robot.start == (0.0, 0.0, 1.5)
+
+
+def test_a_list_that_the_file_leaves_to_its_default_is_indexed_too():
+    assert loads(TEXT, ["tables.0.size.1=2.0"]).tables[0].size == (1.6, 2.0)
+
+
+def test_tables_are_made_as_needed():
+    scenario = loads(
+        TEXT, ["noise.gyro.distribution=gaussian", "noise.gyro.std=0.5", "lanes={left=[0,1,0],right=[0,1,1]}"]
+    )
+    assert scenario.noise.distributions()["gyro"].std == 0.5
+    assert scenario.lanes == LaneSpec((0.0, 1.0, 0.0), (0.0, 1.0, 1.0))
+
+
+def test_overrides_complete_a_file_that_is_none_by_itself():
+    assert loads(TEXT.replace("goal = [9, 0]", ""), ["robot.goal=[3,0]", "seed=1"]).robot.goal == (3.0, 0.0)
+
+
+def test_the_last_of_two_values_counts():
+    assert loads(TEXT, ["seed=1", "seed=2"]).seed == 2
+
+
+def test_waypoints_take_the_place_of_the_goal_and_the_goal_theirs():
+    scenario = loads(TEXT, ["robot.waypoints=[[1, 1], [2, 2]]"])
+    assert (scenario.robot.goal, scenario.robot.waypoints) == (None, ((1.0, 1.0), (2.0, 2.0)))
+    assert loads(TEXT, ["robot.waypoints=[[1, 1]]", "robot.goal=[3, 0]"]).robot.route == ((3.0, 0.0),)
+
+
+def test_another_behaviour_drops_the_keys_that_it_does_not_have():
+    overrides = ["people.0.behaviour=waypoints", "people.0.waypoints=[[1, 1]]"]
+    assert loads(TEXT, overrides).people[0].behaviour == Waypoints(((1.0, 1.0),))
+    assert loads(TEXT, ["people.0.behaviour=stop_and_go"]).people[0].behaviour == StopAndGo((0.0, 0.5))
+
+
+def test_a_controller_keeps_rate_and_delay_and_drops_the_files_parameters():
+    control = loads(TEXT, controller="mean").control
+    assert (control.method, control.rate, control.delay, control.parameters) == ("mean", 20.0, 2, {})
+
+
+def test_overrides_come_after_the_controller_and_the_seed():
+    scenario = loads(TEXT, ["control.degree=1", "control.rate=10", "seed=4"], controller="mean", seed=3)
+    assert scenario.control.parameters == {"degree": 1}
+    assert scenario.control.rate == 10.0
+    assert scenario.seed == 4
+    assert loads(TEXT, controller="mean", seed=3).seed == 3
+
+
+REFUSED = {
+    "people.0.radius=9": "--set: people.0.radius: found 9.0; allowed: a number >= 0.1 and <= 1",
+    "people.0.start.1=x": "--set: people.0.start.1: found 'x'; allowed: a number",
+    "people.0={start=[5]}": "--set: people.0.behaviour: found nothing; allowed: constant_velocity, ",
+    "people.1.radius=0.4": "--set: people.1: found '1'; allowed: an index from 0 to 0",
+    "people.-1.radius=0.4": "--set: people.-1: found '-1'; allowed: an index from 0 to 0",
+    "people.radius=0.4": "--set: people.radius: found 'radius'; allowed: an index from 0 to 0",
+    "walls.0.height=2": "--set: walls.0: found '0'; allowed: nothing below it: the array is empty",
+    "seed.low=2": "--set: seed.low: found 7; allowed: a table or an array in front of .low",
+    "robto.radius=0.3": "--set: robto: found 'robto'; allowed: ",
+    "robot.radios=0.3": "--set: robot.radios: found 'radios'; allowed: ",
+    "control.rate": "--set: found 'control.rate'; allowed: KEY=VALUE, as in people.0.radius=0.4",
+    "=3": "--set: found '=3'; allowed: KEY=VALUE",
+    "robot..radius=3": "--set: found 'robot..radius=3'; allowed: KEY=VALUE",
+    "": "--set: found ''; allowed: KEY=VALUE",
+    "description=\udc80": "--set: found 'description=\\udc80'; allowed: text in UTF-8",
+    "schema=2": "--set: schema: found 2; allowed: 1",
+    "robot.goal=[4.05,4.4]": "--set: robot.goal: found (4.05, 4.4); ",
+}
+
+
+@pytest.mark.parametrize("override", REFUSED)
+def test_a_bad_override_is_refused_and_named(override):
+    text = TEXT.replace("position = [4, 4]", "position = [4, 4]\nsize = [0.1, 0.8]\nleg_radius = 0.04")
+    with pytest.raises(InvalidValue) as error:
+        loads(text, [override], file="base.toml")
+    assert str(error.value).startswith(REFUSED[override])
+
+
+def test_an_override_that_makes_another_value_impossible_is_mentioned_with_the_file():
+    with pytest.raises(InvalidValue, match=r"^base.toml with --set: robot.preferred_speed: found 0.8; "):
+        loads(TEXT.replace("goal =", "preferred_speed = 0.8\ngoal ="), ["robot.max_speed=0.5"], file="base.toml")
+
+
+def test_a_bad_seed_is_named_as_such():
+    with pytest.raises(InvalidValue, match=r"^--seed: seed: found -1; "):
+        loads(TEXT, seed=-1)
+
+
+def test_a_shipped_scene_takes_overrides():
+    assert load("hall", ["people.4.speed=1.2"]).people[4].behaviour.speed == 1.2
+
+
+PARTS = st.sampled_from(
+    ["people", "0", "7", "radius", "start", "robot", "goal", "behaviour", "control", "rate", "seed"]
+)
+
+
+@settings(deadline=None, suppress_health_check=[HealthCheck.too_slow])  # the machine may be busy
+@given(st.lists(st.tuples(st.lists(PARTS, min_size=1, max_size=4), st.text(max_size=6)), max_size=3))
+def test_any_overrides_give_a_scenario_or_a_refusal(overrides):
+    with suppress(InvalidValue):
+        assert isinstance(loads(TEXT, [f"{'.'.join(key)}={value}" for key, value in overrides]), Scenario)
