@@ -60,17 +60,17 @@ def _checked(
             raise DamagedLogError(f"{path}: damaged before byte {file.tell()} of {size}: {what}") from error
         data_ended = data_ended or isinstance(record, DataEnd)
         found_any = found_any or not isinstance(record, Header)
-        if isinstance(record, Footer) and not (data_ended and _summary_intact(file, record, size)):
+        if isinstance(record, Footer) and not (data_ended and _summary_intact(file, record)):
             raise DamagedLogError(f"{path}: damaged: the index at the end does not match its checksum")
         yield record
 
 
-def _summary_intact(file: IO[bytes], footer: Footer, size: int) -> bool:
-    """Verifies the checksum of all between the data and the footer's own last field, where there is one."""
+def _summary_intact(file: IO[bytes], footer: Footer) -> bool:
+    """Verifies the checksum of all between the data and the last field of the footer just read, where there is one."""
     if footer.summary_crc == 0:
         return True
-    position, end = file.tell(), size - len(MCAP0_MAGIC)
+    end = file.tell()
     file.seek(footer.summary_start or end - _FOOTER_SIZE)
     intact = zlib.crc32(file.read(max(0, end - 4 - file.tell()))) == footer.summary_crc
-    file.seek(position)
+    file.seek(end)
     return intact

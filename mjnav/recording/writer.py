@@ -4,6 +4,7 @@ import gzip
 import json
 import os
 from collections.abc import Iterable, Iterator, Mapping
+from contextlib import suppress
 from pathlib import Path
 from types import TracebackType
 from typing import IO, Self
@@ -92,6 +93,8 @@ class Recorder:
 
     def write_timing(self, timing: TickTiming) -> None:
         """The timing of the tick that was written last."""
+        if not self._channels:
+            raise ValueError("a tick's timing comes after the tick")
         now = self._last[1]
         self._put([Message(self._channels[TIMING], now, timing.tick, encode_timing(timing))])
 
@@ -119,8 +122,11 @@ class Recorder:
         try:
             self._stop_thread()
             self._close()
-        except (OSError, MjnavError):
-            self._closed = True  # the disk failed, and who wrote last was told
+        except (OSError, MjnavError):  # the disk failed, and who wrote last was told
+            self._closed = True
+            if self._file is not None:
+                with suppress(OSError):
+                    self._file.close()
 
     def __enter__(self) -> Self:
         return self
@@ -152,7 +158,7 @@ class Recorder:
 
     def _put(self, batch: Iterable[Message]) -> None:
         if self._thread is None or self._closed:
-            raise ValueError("a log takes timings after its first tick and nothing after its end")
+            raise ValueError("a log takes nothing after its end")
         try:
             self._thread.put(batch)
         except OSError as error:

@@ -103,6 +103,11 @@ class MadeUpRun:
         )
         return replace(record, **changes)
 
+    @staticmethod
+    def at(record: TickRecord, tick: int) -> TickRecord:
+        """The same record at another tick."""
+        return replace(record, tick=tick, truth=replace(record.truth, time=tick * PERIOD))
+
     def _track(self, i: int, time: float) -> Track:
         particles = self.rng.normal(size=(200, 4))
         return Track(

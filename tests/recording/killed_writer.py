@@ -1,0 +1,26 @@
+"""A process that records a tick every PAUSE seconds until it is killed, and says when it handed over each."""
+
+import sys
+import time
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).parent))
+
+from conftest import MadeUpRun, make_scenario
+
+from mjnav.recording import Recorder
+
+
+def main() -> None:
+    path, pause = sys.argv[1], float(sys.argv[2])
+    run = MadeUpRun(num_candidates=50)
+    records = [run.record(tick) for tick in range(20)]
+    with Recorder(path, make_scenario(), {"scene": "made-up"}, "<mujoco/>") as recorder:
+        for tick in range(1_000_000):
+            recorder.write(run.at(records[tick % 20], tick))
+            recorder.write_timing(run.timing(tick))
+            print(tick, time.monotonic(), flush=True)
+            time.sleep(pause)
+
+
+main()

@@ -1,0 +1,234 @@
+import gzip
+import json
+import os
+import subprocess
+import sys
+import time
+from dataclasses import replace
+from pathlib import Path
+
+import mcap.records as records
+import pytest
+from mcap.reader import NonSeekingReader, make_reader
+from mcap.stream_reader import StreamReader
+from mcap.writer import MCAP0_MAGIC
+from mcap_protobuf.decoder import DecoderFactory
+
+from mjnav.errors import InputError, MjnavError
+from mjnav.recording import Recorder, check_path, open_log
+from mjnav.scenarios import loads
+
+TOPICS = {
+    "/tf": "foxglove.FrameTransforms",
+    "/scene": "foxglove.SceneUpdate",
+    "/scan": "foxglove.LaserScan",
+    "/belief/robot": "foxglove.PointCloud",
+    "/belief/obstacles": "foxglove.PointCloud",
+    "/candidates": "foxglove.SceneUpdate",
+    "/robot/truth": "foxglove.PoseInFrame",
+    "/robot/estimate": "foxglove.PoseInFrame",
+    "/robot/state": "mjnav.RobotState",
+    "/odometry": "mjnav.Odometry",
+    "/command": "mjnav.Command",
+    "/decision": "mjnav.Decision",
+    "/people/truth": "mjnav.People",
+    "/people/estimate": "mjnav.People",
+    "/cone": "mjnav.ConeDistribution",
+    "/tick": "mjnav.TickTiming",
+    "/contacts": "mjnav.Contacts",
+    "/events": "foxglove.Log",
+}
+FINAL_TOPICS = {"/tf", "/scene", "/robot/truth", "/robot/state", "/people/truth", "/contacts"}
+RESULT = {"outcome": "goal", "success": True, "time_s": 12.345, "collisions": {"person": 0}, "lane_violation_s": None}
+
+
+@pytest.fixture
+def log_path(tmp_path, scenario, made_up, event) -> Path:
+    path = tmp_path / "run.mcap"
+    with Recorder(path, scenario, {"seed": "3", "scene": "made-up"}, "<mujoco/>") as recorder:
+        for tick in range(4):
+            recorder.write(made_up.record(tick, events=(event,) if tick == 2 else ()))
+            recorder.write_timing(made_up.timing(tick))
+        recorder.finish(made_up.truth(4), RESULT)
+    return path
+
+
+def test_mcaps_own_reader_decodes_every_topic_by_the_schema_in_the_file(log_path):
+    class Json(DecoderFactory):
+        def decoder_for(self, message_encoding, schema):
+            return json.loads if message_encoding == "json" and schema.encoding == "jsonschema" else None
+
+    with open(log_path, "rb") as file:
+        reader = make_reader(file, validate_crcs=True, decoder_factories=[DecoderFactory(), Json()])
+        decoded = list(reader.iter_decoded_messages())
+    assert {(message.channel.topic, message.schema.name) for message in decoded} == set(TOPICS.items())
+    times = {}
+    for message in decoded:
+        times.setdefault(message.channel.topic, []).append(message.message.log_time)
+        if message.schema.encoding == "jsonschema":
+            assert json.loads(message.schema.data)["title"] == message.schema.name
+    whole = [0, 100_000_000, 200_000_000, 300_000_000]
+    for topic, at in times.items():
+        assert at == ([200_000_000] if topic == "/events" else whole + [400_000_000] * (topic in FINAL_TOPICS)), topic
+
+
+def test_the_run_comes_first_and_the_result_last(log_path):
+    with open(log_path, "rb") as file:
+        found = [
+            record
+            for record in StreamReader(file, emit_chunks=True).records
+            if isinstance(record, records.Metadata | records.Attachment | records.Chunk)
+        ]
+    assert (found[0].name, found[0].metadata) == ("mjnav/run", {"seed": "3", "scene": "made-up"})
+    assert [record.name for record in found[1:4]] == ["scenario.toml", "model.xml.gz", "foxglove-layout.json"]
+    assert found[-1].name == "mjnav/result"
+    assert all(isinstance(record, records.Chunk) for record in found[4:-1])
+
+
+def test_the_attachments_are_the_run_file_the_model_and_a_layout(log_path, scenario):
+    log = open_log(log_path)
+    assert loads(log.attachments["scenario.toml"].decode()) == scenario
+    assert gzip.decompress(log.attachments["model.xml.gz"]) == b"<mujoco/>"
+    layout = json.loads(log.attachments["foxglove-layout.json"])
+    assert set(layout) == {"configById", "globalVariables", "playbackConfig", "userNodes", "layout"}
+
+
+def test_the_layout_shows_every_panel_once_and_only_topics_that_exist(log_path):
+    layout = json.loads(open_log(log_path).attachments["foxglove-layout.json"])
+
+    def leaves(node):
+        return [node] if isinstance(node, str) else leaves(node["first"]) + leaves(node["second"])
+
+    assert sorted(leaves(layout["layout"])) == sorted(layout["configById"])
+    panels = layout["configById"]
+    assert set(panels["3D!room"]["topics"]) <= set(TOPICS)
+    for panel in panels.values():
+        for path in panel.get("paths", ()):
+            assert any(path["value"].startswith(f"{topic}.") for topic in TOPICS), path["value"]
+
+
+def test_the_file_appears_with_the_first_tick(tmp_path, scenario, made_up):
+    path = tmp_path / "deep" / "er" / "run.mcap"
+    with Recorder(path, scenario, {}, "<mujoco/>") as recorder:
+        assert not path.parent.exists()
+        recorder.write(made_up.record(0))
+        assert path.read_bytes()[:8] == MCAP0_MAGIC
+
+
+def test_a_recorder_that_wrote_nothing_leaves_nothing(tmp_path, scenario):
+    with Recorder(tmp_path / "run.mcap", scenario, {}, "<mujoco/>"):
+        pass
+    assert not list(tmp_path.iterdir())
+
+
+def test_an_existing_file_is_refused_and_left_alone(tmp_path, scenario):
+    path = tmp_path / "run.mcap"
+    path.write_text("mine")
+    with pytest.raises(InputError, match="exists already"):
+        Recorder(path, scenario, {}, "<mujoco/>")
+    assert path.read_text() == "mine"
+
+
+def test_a_file_that_came_in_between_is_not_overwritten(tmp_path, scenario, made_up):
+    path = tmp_path / "run.mcap"
+    with Recorder(path, scenario, {}, "<mujoco/>") as recorder:
+        path.write_text("mine")
+        with pytest.raises(InputError, match="cannot be written"):
+            recorder.write(made_up.record(0))
+    assert path.read_text() == "mine"
+
+
+def test_paths_that_cannot_be_written_are_refused_and_nothing_is_made(tmp_path):
+    (tmp_path / "file").write_text("")
+    (tmp_path / "dangling").symlink_to(tmp_path / "nowhere")
+    for path in (tmp_path, tmp_path / "file" / "x.mcap", tmp_path / "dangling"):
+        with pytest.raises(InputError) as error:
+            check_path(path)
+        assert error.value.exit_code == 2
+    assert check_path(tmp_path / "new" / "x.mcap") == tmp_path / "new" / "x.mcap"
+    assert not (tmp_path / "new").exists()
+
+
+@pytest.mark.skipif(os.geteuid() == 0, reason="root may write anywhere")
+def test_a_folder_without_write_permission_is_refused(tmp_path):
+    tmp_path.chmod(0o500)
+    with pytest.raises(InputError, match="not writable"):
+        check_path(tmp_path / "x.mcap")
+
+
+@pytest.mark.parametrize("error", [RuntimeError, KeyboardInterrupt])
+def test_a_run_that_breaks_off_leaves_a_whole_file_without_a_result(tmp_path, scenario, made_up, error):
+    path = tmp_path / "run.mcap"
+
+    def broken_run():
+        with Recorder(path, scenario, {}, "<mujoco/>") as recorder:
+            recorder.write(made_up.record(0))
+            raise error
+
+    with pytest.raises(error):
+        broken_run()
+    log = open_log(path)
+    assert (log.complete, log.truncated, log.topics["/command"].messages) == (False, False, 1)
+
+
+def test_nothing_can_be_written_after_the_end(tmp_path, scenario, made_up):
+    with Recorder(tmp_path / "run.mcap", scenario, {}, "<mujoco/>") as recorder:
+        with pytest.raises(ValueError, match="after the tick"):
+            recorder.write_timing(made_up.timing(0))
+        recorder.write(made_up.record(0))
+        recorder.finish(made_up.truth(1), {})
+        with pytest.raises(ValueError, match="nothing after its end"):
+            recorder.write(made_up.record(1))
+    assert open_log(tmp_path / "run.mcap").topics["/command"].messages == 1
+
+
+def test_a_tick_without_reading_candidates_or_cone_leaves_those_topics_out(tmp_path, scenario, made_up):
+    record = made_up.record(0, reading=None, cone=None, tracks=())
+    record = replace(record, decision=replace(record.decision, costs=None))
+    with Recorder(tmp_path / "run.mcap", scenario, {}, "<mujoco/>") as recorder:
+        recorder.write(record)
+        recorder.finish(made_up.truth(1), {"outcome": "goal"})
+    empty = {name for name, topic in open_log(tmp_path / "run.mcap").topics.items() if topic.messages == 0}
+    assert empty == {"/scan", "/odometry", "/cone", "/candidates", "/events", "/tick"}
+
+
+def test_a_full_disk_is_an_error_of_one_line(tmp_path, scenario, made_up):
+    path = Path("/dev/full")
+    if not path.exists():
+        pytest.skip("no /dev/full here")
+    recorder = Recorder(tmp_path / "run.mcap", scenario, {}, "<mujoco/>")
+    recorder.write(made_up.record(0))
+    assert recorder._file is not None
+    with open(path, "wb", buffering=0) as full:
+        os.dup2(full.fileno(), recorder._file.fileno())
+
+    def run_on():
+        with recorder:
+            for tick in range(1, 100):
+                recorder.write(made_up.at(record, tick))
+            recorder.finish(made_up.truth(100), {})
+
+    record = made_up.record(0)
+    with pytest.raises(MjnavError, match="No space left"):
+        run_on()
+
+
+@pytest.mark.parametrize(("pause", "lifetime"), [(0.0, 0.6), (0.003, 0.93), (0.05, 0.71)])
+def test_a_killed_writer_loses_at_most_the_last_moments(tmp_path, pause, lifetime):
+    path = tmp_path / "run.mcap"
+    command = [sys.executable, str(Path(__file__).parent / "killed_writer.py"), str(path), str(pause)]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
+        first = process.stdout.readline()
+        time.sleep(lifetime)
+        process.kill()
+        handed_over = [line.split() for line in (first + process.stdout.read()).splitlines() if line.count(" ") == 1]
+    log = open_log(path)
+    assert (log.complete, log.truncated, log.run["scene"]) == (False, True, "made-up")
+    kept = log.topics["/command"].messages
+    assert 0 < kept <= len(handed_over) + 1
+    if kept < len(handed_over):
+        lost = float(handed_over[-1][1]) - float(handed_over[kept][1])
+        assert lost <= 0.3
+    assert len(log.trajectory().status) >= kept - 2
+    with open(path, "rb") as file:
+        assert next(NonSeekingReader(file).iter_metadata()).name == "mjnav/run"
