@@ -1,0 +1,27 @@
+"""Noise: distributions by name, their log-densities, and profiles that give every channel of a run one.
+
+Arrays in, arrays out: `sample(rng, size)` takes the generator, `logpdf(x)` is the exact density of what it draws.
+"""
+
+from mjnav.noise.base import Distribution
+from mjnav.noise.distributions import Empirical, Gaussian, Mixture, StudentT, Uniform, Zero
+from mjnav.noise.pearson import Pearson, pearson_type
+from mjnav.noise.profiles import CHANNELS, profile, profile_names
+from mjnav.noise.registry import make_distribution, names
+
+__all__ = [
+    "CHANNELS",
+    "Distribution",
+    "Empirical",
+    "Gaussian",
+    "Mixture",
+    "Pearson",
+    "StudentT",
+    "Uniform",
+    "Zero",
+    "make_distribution",
+    "names",
+    "pearson_type",
+    "profile",
+    "profile_names",
+]

@@ -1,0 +1,250 @@
+"""Distributions that need no more than a line or two of mathematics; `pearson` has the other one."""
+
+from dataclasses import dataclass, field
+from math import inf, log, pi, sqrt
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from mjnav.errors import InvalidValue
+from mjnav.messages import Array
+from mjnav.noise.base import Size, check_number, check_numbers
+from mjnav.noise.pearson_laws import StudentLaw
+
+_HALF_LOG_2PI = 0.5 * log(2.0 * pi)
+_WEIGHT_SUM_TOLERANCE = 1e-6  # weights are written with a few digits: 0.333, 0.333, 0.334
+
+
+def _gaussian_logpdf(x: ArrayLike, mean: float | Array, std: float) -> Array:
+    with np.errstate(over="ignore"):  # infinite squares give the density 0 that they should
+        return -0.5 * np.square((np.asarray(x, float) - mean) / std) - (_HALF_LOG_2PI + log(std))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Zero:
+    """No noise: every draw is exactly 0, and `mean` and `std` are 0.
+
+    A point mass has no density. `logpdf` is that of a Gaussian of std NARROW, so that a likelihood built from it
+    stays finite; an estimator that needs more width sees it by `std == 0`.
+    """
+
+    NARROW = 1e-3  # in the channel's unit
+
+    @property
+    def mean(self) -> float:
+        """0."""
+        return 0.0
+
+    @property
+    def std(self) -> float:
+        """0."""
+        return 0.0
+
+    @property
+    def support(self) -> tuple[float, float]:
+        """That of the narrow Gaussian."""
+        return -inf, inf
+
+    def sample(self, rng: np.random.Generator, size: Size) -> Array:
+        """Zeros; takes nothing from `rng`."""
+        return np.zeros(size)
+
+    def logpdf(self, x: ArrayLike) -> Array:
+        """Log-density of a Gaussian of std NARROW."""
+        return _gaussian_logpdf(x, 0.0, self.NARROW)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Gaussian:
+    """N(mean, std^2)."""
+
+    mean: float = 0.0
+    std: float
+
+    def __post_init__(self):
+        object.__setattr__(self, "mean", check_number("mean", self.mean))
+        object.__setattr__(self, "std", check_number("std", self.std, above=0.0))
+
+    @property
+    def support(self) -> tuple[float, float]:
+        """The real line."""
+        return -inf, inf
+
+    def sample(self, rng: np.random.Generator, size: Size) -> Array:
+        """Independent draws of shape `size`."""
+        return rng.normal(self.mean, self.std, size)
+
+    def logpdf(self, x: ArrayLike) -> Array:
+        """-((x - mean)/std)^2 / 2 - log(std sqrt(2 pi))."""
+        return _gaussian_logpdf(x, self.mean, self.std)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Uniform:
+    """Constant density on [mean - half_width, mean + half_width]; std = half_width / sqrt(3)."""
+
+    mean: float = 0.0
+    half_width: float
+
+    def __post_init__(self):
+        object.__setattr__(self, "mean", check_number("mean", self.mean))
+        object.__setattr__(self, "half_width", check_number("half_width", self.half_width, above=0.0))
+
+    @property
+    def std(self) -> float:
+        """half_width / sqrt(3)."""
+        return self.half_width / sqrt(3.0)
+
+    @property
+    def support(self) -> tuple[float, float]:
+        """Both ends."""
+        return self.mean - self.half_width, self.mean + self.half_width
+
+    def sample(self, rng: np.random.Generator, size: Size) -> Array:
+        """Independent draws of shape `size`."""
+        return rng.uniform(*self.support, size)
+
+    def logpdf(self, x: ArrayLike) -> Array:
+        """-log(2 half_width) inside, ends included."""
+        low, high = self.support
+        x = np.asarray(x, float)
+        return np.where((x >= low) & (x <= high), -log(2.0 * self.half_width), -inf)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class StudentT:
+    """Student's t with `df` > 2 degrees of freedom, scaled so that `std` is its standard deviation.
+
+    Kurtosis is 3 + 6/(df - 4) for df > 4 and infinite below: outliers without end, at a known variance.
+    """
+
+    mean: float = 0.0
+    std: float
+    df: float
+    _law: StudentLaw = field(init=False, repr=False, compare=False)
+
+    def __post_init__(self):
+        object.__setattr__(self, "mean", check_number("mean", self.mean))
+        object.__setattr__(self, "std", check_number("std", self.std, above=0.0))
+        object.__setattr__(self, "df", check_number("df", self.df, above=2.0))
+        object.__setattr__(self, "_law", StudentLaw.of(self.df))
+
+    @property
+    def support(self) -> tuple[float, float]:
+        """The real line."""
+        return -inf, inf
+
+    def sample(self, rng: np.random.Generator, size: Size) -> Array:
+        """Independent draws of shape `size`."""
+        return self.mean + self.std * self._law.sample(rng, size)
+
+    def logpdf(self, x: ArrayLike) -> Array:
+        """Log-density at `x`."""
+        with np.errstate(over="ignore"):
+            return self._law.logpdf((np.asarray(x, float) - self.mean) / self.std) - log(self.std)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Mixture:
+    """sum_k weights_k N(means_k, stds_k^2); weights are positive and sum to 1."""
+
+    weights: tuple[float, ...]
+    means: tuple[float, ...]
+    stds: tuple[float, ...]
+    _cumulative: Array = field(init=False, repr=False, compare=False)
+
+    def __post_init__(self):
+        object.__setattr__(self, "weights", check_numbers("weights", self.weights, above=0.0))
+        object.__setattr__(self, "means", check_numbers("means", self.means))
+        object.__setattr__(self, "stds", check_numbers("stds", self.stds, above=0.0))
+        for key in ("means", "stds"):
+            if len(getattr(self, key)) != len(self.weights):
+                raise InvalidValue(key, getattr(self, key), f"as many numbers as weights: {len(self.weights)}")
+        total = sum(self.weights)
+        if abs(total - 1.0) > _WEIGHT_SUM_TOLERANCE:
+            raise InvalidValue("weights", self.weights, f"numbers > 0 whose sum is 1, not {total:g}")
+        object.__setattr__(self, "weights", tuple(weight / total for weight in self.weights))
+        object.__setattr__(self, "_cumulative", np.cumsum(self.weights)[:-1])
+
+    @property
+    def mean(self) -> float:
+        """sum_k w_k m_k."""
+        return float(np.dot(self.weights, self.means))
+
+    @property
+    def std(self) -> float:
+        """Root of sum_k w_k (s_k^2 + (m_k - mean)^2)."""
+        return sqrt(np.dot(self.weights, np.square(self.stds) + np.square(np.subtract(self.means, self.mean))))
+
+    @property
+    def support(self) -> tuple[float, float]:
+        """The real line."""
+        return -inf, inf
+
+    def sample(self, rng: np.random.Generator, size: Size) -> Array:
+        """Independent draws of shape `size`."""
+        k = np.searchsorted(self._cumulative, rng.random(size), side="right")
+        return np.take(self.means, k) + np.take(self.stds, k) * rng.standard_normal(size)
+
+    def logpdf(self, x: ArrayLike) -> Array:
+        """log sum_k exp(log w_k + log N(x; m_k, s_k^2)), safe far away from every component."""
+        x = np.asarray(x, float)
+        terms = [
+            log(w) + _gaussian_logpdf(x, m, s) for w, m, s in zip(self.weights, self.means, self.stds, strict=True)
+        ]
+        total = terms[0]
+        for term in terms[1:]:
+            total = np.logaddexp(total, term)
+        return total
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Empirical:
+    """Recorded errors, smoothed: a Gaussian of std `bandwidth` around each sample.
+
+    bandwidth h = 0.9 min(s, IQR/1.34) n^(-1/5), with the samples' standard deviation s and interquartile range IQR
+    (Silverman, Density Estimation, 1986, eq. 3.31). Draws and `logpdf` are of this one density, whose mean is that of
+    the samples and whose variance is s^2 + h^2. `logpdf` of m points costs m n exponentials.
+    """
+
+    samples: tuple[float, ...]
+    bandwidth: float = field(init=False)
+    mean: float = field(init=False)
+    std: float = field(init=False)
+    _array: Array = field(init=False, repr=False, compare=False)
+
+    def __post_init__(self):
+        samples = np.array(check_numbers("samples", self.samples, least=2))
+        spread = float(samples.std())
+        if not 0.0 < spread < inf:
+            raise InvalidValue("samples", self.samples, "at least two different numbers, of finite variance")
+        quartiles = np.percentile(samples, [25, 75])
+        narrow = min(spread, float(quartiles[1] - quartiles[0]) / 1.34) or spread  # IQR is 0 where most are equal
+        bandwidth = 0.9 * narrow * len(samples) ** -0.2
+        object.__setattr__(self, "samples", tuple(samples.tolist()))
+        object.__setattr__(self, "bandwidth", bandwidth)
+        object.__setattr__(self, "mean", float(samples.mean()))
+        object.__setattr__(self, "std", float(np.hypot(spread, bandwidth)))
+        object.__setattr__(self, "_array", samples)
+
+    @property
+    def support(self) -> tuple[float, float]:
+        """The real line."""
+        return -inf, inf
+
+    def sample(self, rng: np.random.Generator, size: Size) -> Array:
+        """Independent draws of shape `size`: a sample at random, and the kernel's Gaussian."""
+        chosen = self._array[rng.integers(len(self._array), size=size)]
+        return chosen + self.bandwidth * rng.standard_normal(size)
+
+    def logpdf(self, x: ArrayLike) -> Array:
+        """log (1/n) sum_i N(x; samples_i, bandwidth^2), safe far away from every sample."""
+        x = np.asarray(x, float)
+        return np.array([self._logpdf_at(value) for value in x.flat]).reshape(x.shape)
+
+    def _logpdf_at(self, x: float) -> float:
+        terms = _gaussian_logpdf(x, self._array, self.bandwidth)
+        largest = terms.max()
+        if largest == -inf:
+            return -inf
+        return float(largest + np.log(np.exp(terms - largest).mean()))

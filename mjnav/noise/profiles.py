@@ -1,0 +1,191 @@
+"""Noise profiles: a distribution for every channel of a run.
+
+A channel's noise is added to the truth: reading = truth + noise, actual twist = command + noise.
+"""
+
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from types import MappingProxyType
+
+import numpy as np
+
+from mjnav.errors import unknown_name
+from mjnav.noise.base import Distribution
+from mjnav.noise.distributions import Gaussian, Mixture, Zero
+from mjnav.noise.pearson import Pearson
+
+CHANNELS = (
+    "odometry.v",  # [m/s]
+    "odometry.omega",  # [rad/s]
+    "actuation.v",  # [m/s]
+    "actuation.omega",  # [rad/s]
+    "pose.x",  # [m]
+    "pose.y",  # [m]
+    "pose.theta",  # [rad]
+    "detection.x",  # [m]
+    "detection.y",  # [m]
+    "lidar.range",  # [m]
+    "gyro",  # [rad/s]
+    "lane.offset",  # [m]
+)
+
+# std, skew, kurtosis of the default profile, mean 0. They fix how hard the problem is.
+_PEARSON: Mapping[str, tuple[float, float, float]] = MappingProxyType(
+    {
+        "odometry.v": (0.03, -2.0, 8.4),
+        "odometry.omega": (0.07, 1.1, 14.0),
+        "actuation.v": (0.05, 1.5, 6.4),
+        "actuation.omega": (0.08, -1.0, 5.0),
+        "pose.x": (0.08, 1.2, 5.2),
+        "pose.y": (0.08, 1.2, 5.2),
+        "pose.theta": (0.05, 0.8, 5.0),
+        "detection.x": (0.12, 1.2, 5.2),
+        "detection.y": (0.12, 1.2, 5.2),
+        "lidar.range": (0.03, -1.2, 4.8),
+        "gyro": (0.02, 0.5, 4.0),
+        "lane.offset": (0.08, 1.2, 5.2),
+    }
+)
+_TABLE_HEADING_STD = 0.2  # [rad] at which matching means and matching shapes choose different ways around a table
+
+# Errors of five robots in sets 6 and 7 of the UTIAS multi-robot data (Leung et al., International Journal of Robotics
+# Research, 2011), fitted by this project: mean, std, skew, kurtosis. n = 15655 for odometry, 31434 for the others.
+_ODOMETRY_V = (-0.006, 0.016, -1.99, 8.4)  # [m/s] over windows of 0.5 s
+_ODOMETRY_OMEGA = (0.0, 0.071, 1.09, 14.3)  # [rad/s]
+_RANGE = (-0.035, 0.174, -1.20, 4.8)  # [m]
+_BEARING = (-0.002, 0.014, -0.49, 7.7)  # [rad]
+
+# Mixtures that the authors of Nair et al. (arXiv 2112.13034) published with related work: weights, means, stds.
+_POSITION_WIDE = ((0.4, 0.6), (0.3, -0.2), (0.25, 0.05))
+_POSITION_NARROW = ((0.4, 0.6), (0.03, -0.04), (0.02, 0.02))
+_VELOCITY = ((0.3, 0.7), (-0.07, 0.03), (0.1, 0.6))
+_CONTROL = ((0.4, 0.6), (-0.9, 1.0), (0.1, 0.6))
+_OBSTACLE_POSITION = ((0.6, 0.4), (-0.5, 0.35), (0.25, 0.35))
+
+_Published = tuple[tuple[float, ...], tuple[float, ...], tuple[float, ...]]
+_BIMODAL: Mapping[str, _Published] = MappingProxyType(
+    {
+        "odometry.v": _VELOCITY,
+        "odometry.omega": _VELOCITY,
+        "actuation.v": _CONTROL,
+        "actuation.omega": _CONTROL,
+        "pose.x": _POSITION_WIDE,
+        "pose.y": _POSITION_WIDE,
+        "pose.theta": _POSITION_NARROW,  # none is published for a heading: nearest the robot's own pose
+        "detection.x": _OBSTACLE_POSITION,
+        "detection.y": _OBSTACLE_POSITION,
+        "lidar.range": _POSITION_NARROW,  # none is published for a range: the one of two sharp modes
+        "gyro": _VELOCITY,  # a rate
+        "lane.offset": _POSITION_WIDE,  # the robot's distance from a line
+    }
+)
+
+
+def none() -> dict[str, Distribution]:
+    """Exactly no noise."""
+    return {channel: Zero() for channel in CHANNELS}
+
+
+def gaussian() -> dict[str, Distribution]:
+    """The first two moments of `pearson`."""
+    return {channel: Gaussian(std=_PEARSON[channel][0]) for channel in CHANNELS}
+
+
+def pearson() -> dict[str, Distribution]:
+    """The default: zero means, stds of a small indoor robot, skews and kurtoses like those in `measured`."""
+    return {channel: _pearson(*_PEARSON[channel]) for channel in CHANNELS}
+
+
+def bimodal() -> dict[str, Distribution]:
+    """Published mixtures, each shifted to mean 0 and scaled to its channel's std in `pearson`.
+
+    Weights and the ratios of means and stds stay as published. The velocity's mixture (odometry, gyro) has a narrow
+    component inside a wide one and a single mode; the others have two.
+    """
+    return {channel: _scaled(_BIMODAL[channel], _PEARSON[channel][0]) for channel in CHANNELS}
+
+
+def measured() -> dict[str, Distribution]:
+    """Moments found in the UTIAS multi-robot data.
+
+    | channel | moments | why |
+    |---|---|---|
+    | odometry.v, odometry.omega | all four, as found | the same quantity |
+    | actuation.v, actuation.omega | of odometry, mean and skew negated | there, odometry is the command |
+    | lidar.range | of range, all four | the same quantity, by camera |
+    | detection.x, detection.y | of range, mean 0 | the mean lies along the ray, not along x and y |
+    | pose.theta | of bearing, all four | a heading from one landmark has the bearing's error |
+    | pose.x, pose.y, lane.offset | skew, kurtosis of range; std of `pearson`, mean 0 | not measured; from ranges |
+    | gyro | skew, kurtosis of bearing; std of `pearson`, mean 0 | not measured; an angle |
+    """
+
+    def negated(moments: tuple[float, float, float, float]) -> Pearson:
+        mean, std, skew, kurtosis = moments
+        return _pearson(std, -skew, kurtosis, mean=0.0 - mean)
+
+    def as_found(moments: tuple[float, float, float, float]) -> Pearson:
+        mean, *others = moments
+        return _pearson(*others, mean=mean)
+
+    def shape_of(moments: tuple[float, float, float, float], std: float) -> Pearson:
+        return _pearson(std, *moments[2:])
+
+    return {
+        "odometry.v": as_found(_ODOMETRY_V),
+        "odometry.omega": as_found(_ODOMETRY_OMEGA),
+        "actuation.v": negated(_ODOMETRY_V),
+        "actuation.omega": negated(_ODOMETRY_OMEGA),
+        "pose.x": shape_of(_RANGE, _PEARSON["pose.x"][0]),
+        "pose.y": shape_of(_RANGE, _PEARSON["pose.y"][0]),
+        "pose.theta": as_found(_BEARING),
+        "detection.x": shape_of(_RANGE, _RANGE[1]),
+        "detection.y": shape_of(_RANGE, _RANGE[1]),
+        "lidar.range": as_found(_RANGE),
+        "gyro": shape_of(_BEARING, _PEARSON["gyro"][0]),
+        "lane.offset": shape_of(_RANGE, _PEARSON["lane.offset"][0]),
+    }
+
+
+def table() -> dict[str, Distribution]:
+    """`pearson` with a heading noise of 0.2 rad, for the figure in which the robot meets a table."""
+    heading = _PEARSON["pose.theta"]
+    return {**pearson(), "pose.theta": _pearson(_TABLE_HEADING_STD, *heading[1:])}
+
+
+_PROFILES: Mapping[str, Callable[[], dict[str, Distribution]]] = MappingProxyType(
+    {
+        "none": none,
+        "gaussian": gaussian,
+        "pearson": pearson,
+        "bimodal": bimodal,
+        "measured": measured,
+        "table": table,
+    }
+)
+
+
+def profile_names() -> tuple[str, ...]:
+    """The profiles that exist."""
+    return tuple(_PROFILES)
+
+
+def profile(name: str) -> Mapping[str, Distribution]:
+    """The distribution of every channel in CHANNELS; InvalidValue where there is no such profile."""
+    if name not in _PROFILES:
+        raise unknown_name("profile", name, _PROFILES)
+    return MappingProxyType(_PROFILES[name]())
+
+
+def _pearson(std: float, skew: float, kurtosis: float, mean: float = 0.0) -> Pearson:
+    return Pearson(mean=mean, std=std, skew=skew, kurtosis=kurtosis)
+
+
+def _scaled(published: _Published, std: float) -> Mixture:
+    weights, means, stds = published
+    shape = Mixture(weights=weights, means=means, stds=stds)
+    ratio = std / shape.std
+    return replace(
+        shape,
+        means=tuple((np.subtract(means, shape.mean) * ratio).tolist()),
+        stds=tuple((np.array(stds) * ratio).tolist()),
+    )

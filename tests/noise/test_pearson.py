@@ -1,0 +1,215 @@
+import numpy as np
+import pytest
+from hypothesis import assume, given, settings
+from hypothesis import strategies as st
+from scipy import stats
+from scipy.optimize import brentq
+
+from mjnav.errors import InvalidValue
+from mjnav.noise import Pearson, pearson_type
+
+
+def inverse_gamma_kurtosis(skew):
+    """The kurtosis for which the roots of Pearson's denominator meet."""
+
+    def gap(kurtosis):
+        b0, b2 = 4 * kurtosis - 3 * skew**2, 2 * kurtosis - 3 * skew**2 - 6
+        return (skew * (kurtosis + 3)) ** 2 - 4 * b0 * b2
+
+    return brentq(gap, 3 + 1.5 * skew**2 + 1e-12, 3 + 4 * skew**2 + 5, xtol=1e-15, rtol=1e-15)
+
+
+# Two members of each type, of both signs where there are two.
+MEMBERS = {
+    "0": [(0.0, 3.0)],
+    "I": [(1.2, 4.0), (-0.5, 2.5), (-2.0, 8.4)],
+    "II": [(0.0, 1.8), (0.0, 2.6)],
+    "III": [(2.0, 9.0), (-0.7, 3.0 + 1.5 * 0.49)],
+    "IV": [(1.1, 14.0), (-1.0, 5.0), (0.1, 3.1), (-3.0, 40.0)],
+    "V": [(1.0, inverse_gamma_kurtosis(1.0)), (-0.3, inverse_gamma_kurtosis(0.3))],
+    "VI": [(1.5, 6.4), (-1.2, 5.2), (2.5, 13.5)],
+    "VII": [(0.0, 4.0), (0.0, 30.0)],
+}
+EVERY_MEMBER = [(kind, *moments) for kind, members in MEMBERS.items() for moments in members]
+
+
+@st.composite
+def possible_moments(draw):
+    """(skew, kurtosis) over every type; beta shapes below 1/2 hide mass between neighbouring floats, so not those."""
+    skew = draw(st.one_of(st.just(0.0), st.floats(-3.0, 3.0)))
+    boundaries = [3.0 + 1.5 * skew**2] + ([inverse_gamma_kurtosis(abs(skew))] if 0.1 < abs(skew) < 2.0 else [])
+    distance = st.floats(-6.0, 0.0).flatmap(lambda e: st.sampled_from([10.0**e, -(10.0**e)]))
+    near = st.builds(lambda b, d: b + d, st.sampled_from(boundaries), distance)
+    kurtosis = draw(st.one_of(st.floats(skew**2 + 1.2, skew**2 + 30.0), near, st.sampled_from(boundaries)))
+    assume(kurtosis > skew**2 + 1.1)
+    if pearson_type(skew, kurtosis) in ("I", "II"):
+        n = 6 * (kurtosis - skew**2 - 1) / (6 + 3 * skew**2 - 2 * kurtosis)
+        assume(0.5 * n * (1 - (n + 2) * np.sqrt(skew**2 / (skew**2 * (n + 2) ** 2 + 16 * (n + 1)))) >= 0.5)
+    return skew, kurtosis
+
+
+@pytest.mark.parametrize(("kind", "skew", "kurtosis"), EVERY_MEMBER)
+def test_moments_have_the_type_of_the_textbook(kind, skew, kurtosis):
+    assert pearson_type(skew, kurtosis) == kind
+    assert Pearson(std=2.0, skew=skew, kurtosis=kurtosis).type == kind
+
+
+def test_kurtosis_sweeps_through_the_types_in_order():
+    skewed = [pearson_type(1.0, k) for k in (2.1, 4.4, 4.5, 4.6, inverse_gamma_kurtosis(1.0), 6.0)]
+    assert skewed == ["I", "I", "III", "VI", "V", "IV"]
+    assert [pearson_type(0.0, k) for k in (1.5, 3.0, 3.1)] == ["II", "0", "VII"]
+
+
+@given(possible_moments(), st.floats(-5.0, 5.0), st.floats(0.01, 10.0))
+@settings(max_examples=150, deadline=None)
+def test_density_has_the_four_moments_asked_for(quadrature, moments, mean, std):
+    noise = Pearson(mean=mean, std=std, skew=moments[0], kurtosis=moments[1])
+    integral = quadrature(noise)
+    assert integral.total == pytest.approx(1.0, abs=1e-6)
+    found = integral.moments()
+    assert found[0] == pytest.approx(mean, abs=1e-6 * std)
+    assert found[1] == pytest.approx(std, rel=1e-6)
+    assert found[2] == pytest.approx(moments[0], abs=1e-5)
+    assert found[3] == pytest.approx(moments[1], rel=1e-5)
+
+
+@given(possible_moments(), st.floats(-2.0, 3.0))
+@settings(max_examples=150, deadline=None)
+def test_density_solves_pearsons_equation(moments, z):
+    skew, kurtosis = moments
+    noise = Pearson(std=1.0, skew=skew, kurtosis=kurtosis)
+    b0, b1, b2 = 4 * kurtosis - 3 * skew**2, skew * (kurtosis + 3), 2 * kurtosis - 3 * skew**2 - 6
+    d = 10 * kurtosis - 12 * skew**2 - 18
+    denominator = b0 + b1 * z + b2 * z * z
+    h = 1e-4
+    assume(noise.support[0] + 0.05 < z < noise.support[1] - 0.05)
+    assume(abs(denominator) > 0.2 * b0)
+    below, above = noise.logpdf([z - h, z + h])
+    slope = -(b1 + d * z) / denominator
+    assert (above - below) / (2 * h) == pytest.approx(slope, abs=1e-5 * (1.0 + abs(slope)))
+
+
+@pytest.mark.parametrize(("kind", "skew", "kurtosis"), EVERY_MEMBER)
+def test_samples_follow_the_density(quadrature, kind, skew, kurtosis):
+    noise = Pearson(mean=0.3, std=0.2, skew=skew, kurtosis=kurtosis)
+    draws = noise.sample(np.random.default_rng(7), 20_000)
+    assert np.isfinite(noise.logpdf(draws)).all()
+    assert stats.kstest(draws, quadrature(noise).cdf).pvalue > 1e-3
+
+
+@pytest.mark.parametrize(
+    "reference",
+    [
+        stats.norm(0.4, 1.7),
+        stats.beta(2.0, 5.0, loc=-1.0, scale=3.0),
+        stats.beta(4.0, 0.8, loc=-1.0, scale=3.0),
+        stats.beta(1.5, 1.5),
+        stats.uniform(-2.0, 5.0),
+        stats.expon(1.0, 2.0),
+        stats.gamma(7.5),
+        stats.invgamma(6.0),
+        stats.betaprime(3.0, 9.0, loc=2.0, scale=0.1),
+        stats.betaprime(0.7, 40.0),
+        stats.t(5.0, 0.1, 3.0),
+        stats.t(60.0),
+    ],
+    ids=lambda frozen: frozen.dist.name,
+)
+def test_density_equals_the_named_one_with_its_moments(reference):
+    mean, variance, skew, excess = (float(m) for m in reference.stats("mvsk"))
+    noise = Pearson(mean=mean, std=variance**0.5, skew=skew, kurtosis=excess + 3.0)
+    x = reference.ppf(np.linspace(0.001, 0.999, 101))
+    np.testing.assert_allclose(noise.logpdf(x), reference.logpdf(x), atol=1e-8)
+    np.testing.assert_allclose(noise.support, reference.support(), atol=1e-12)
+
+
+def test_negatively_skewed_type_iii_equals_scipys():
+    x = np.linspace(-5.0, 2.2, 50)
+    noise = Pearson(std=1.0, skew=-0.9, kurtosis=3.0 + 1.5 * 0.81)
+    np.testing.assert_allclose(noise.logpdf(x), stats.pearson3.logpdf(x, -0.9), atol=1e-8)
+    assert noise.support == pytest.approx((-np.inf, 2.0 / 0.9))
+
+
+def test_skew_2_and_kurtosis_9_are_the_exponential_distribution():
+    noise = Pearson(mean=1.0, std=1.0, skew=2.0, kurtosis=9.0)
+    assert noise.support[0] == pytest.approx(0.0, abs=1e-15)
+    np.testing.assert_allclose(noise.logpdf([0.5, 1.0, 4.0]), [-0.5, -1.0, -4.0], atol=1e-13)
+    assert noise.logpdf(-0.1) == -np.inf
+
+
+def test_kurtosis_of_nine_fifths_is_the_uniform_density():
+    noise = Pearson(std=1.0, skew=0.0, kurtosis=1.8)
+    root = np.sqrt(3.0)
+    assert noise.support == pytest.approx((-root, root))
+    np.testing.assert_allclose(noise.logpdf(np.linspace(-1.7, 1.7, 9)), -np.log(2 * root), atol=1e-14)
+    assert (noise.logpdf([-1.8, 1.8]) == -np.inf).all()
+
+
+def test_negated_skew_mirrors_the_density():
+    z = np.linspace(-3.0, 6.0, 50)
+    for _, skew, kurtosis in EVERY_MEMBER:
+        one = Pearson(std=0.7, skew=skew, kurtosis=kurtosis)
+        other = Pearson(std=0.7, skew=-skew, kurtosis=kurtosis)
+        np.testing.assert_allclose(one.logpdf(z), other.logpdf(-z), rtol=1e-13, atol=1e-13)
+
+
+@pytest.mark.parametrize("digits", range(3, 14))
+@pytest.mark.parametrize(
+    ("skew", "kurtosis"),
+    [(0.0, 3.0), (0.8, 3.0 + 1.5 * 0.64), (2.0, 9.0), (0.8, inverse_gamma_kurtosis(0.8)), (1e-4, 3.0 + 1.5e-8)],
+)
+def test_density_is_continuous_across_a_boundary_between_types(skew, kurtosis, digits):
+    z = np.linspace(-0.9, 4.0, 40)
+    step = 10.0**-digits
+    here = Pearson(std=1.0, skew=skew, kurtosis=kurtosis)
+    for other in (-step, step):
+        there = Pearson(std=1.0, skew=skew, kurtosis=kurtosis + other)
+        np.testing.assert_allclose(there.logpdf(z), here.logpdf(z), atol=40.0 * step + 1e-7)
+        draws = there.sample(np.random.default_rng(3), 4000)
+        assert np.isfinite(draws).all()
+        assert draws.std() == pytest.approx(1.0, abs=0.15)
+
+
+@pytest.mark.parametrize("skew", [1e-3, 1e-6, 1e-7, 1e-9, 1e-12])
+@pytest.mark.parametrize("excess", [-1e-7, 0.0, 1e-12, 1e-7])
+def test_nearly_gaussian_moments_give_nearly_the_gaussian_density(skew, excess):
+    z = np.linspace(-4.0, 4.0, 33)
+    noise = Pearson(std=1.0, skew=skew, kurtosis=3.0 + 1.5 * skew**2 + excess)
+    np.testing.assert_allclose(noise.logpdf(z), stats.norm.logpdf(z), atol=20.0 * (skew + abs(excess)) + 1e-6)
+    assert stats.kstest(noise.sample(np.random.default_rng(5), 4000), "norm").pvalue > 1e-3
+
+
+def test_kurtosis_below_the_least_possible_is_refused_with_the_least():
+    with pytest.raises(InvalidValue, match=r"kurtosis: found 1\.2; allowed: a number > skew² \+ 1 = 2\.44") as error:
+        Pearson(std=1.0, skew=1.2, kurtosis=1.2)
+    assert error.value.key == "kurtosis"
+
+
+def test_two_points_have_no_density_and_are_refused():
+    with pytest.raises(InvalidValue, match="kurtosis"):
+        Pearson(std=1.0, skew=1.2, kurtosis=1.2**2 + 1.0)
+    assert Pearson(std=1.0, skew=1.2, kurtosis=1.2**2 + 1.01).type == "I"
+
+
+@given(possible_moments(), st.lists(st.floats(allow_nan=False), min_size=1))
+@settings(max_examples=100, deadline=None)
+def test_log_density_is_never_nan_and_never_plus_infinity(moments, x):
+    noise = Pearson(mean=0.1, std=0.01, skew=moments[0], kurtosis=moments[1])
+    ends = [end for end in noise.support if np.isfinite(end)]
+    values = noise.logpdf(x + ends)
+    assert not np.isnan(values).any()
+    assert (values < np.inf).all()
+
+
+def test_density_infinite_at_an_end_is_finite_there():
+    noise = Pearson(std=1.0, skew=0.0, kurtosis=1.3)
+    assert np.isfinite(noise.logpdf(noise.support)).all()
+    assert noise.logpdf(noise.support[1]) > noise.logpdf(0.99 * noise.support[1])
+
+
+def test_odometry_omega_has_a_fourth_moment_and_no_fifth(quadrature):
+    noise = Pearson(std=0.07, skew=1.1, kurtosis=14.0)
+    assert quadrature(noise).moments()[3] == pytest.approx(14.0, rel=1e-6)
+    far = noise.std * np.array([1e6, 1e8])
+    exponent = np.diff(noise.logpdf(far)) / np.diff(np.log(far))
+    assert -6.0 < exponent[0] < -5.0  # x^4 p(x) is integrable, x^5 p(x) is not

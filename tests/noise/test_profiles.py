@@ -1,0 +1,107 @@
+import numpy as np
+import pytest
+from scipy import stats
+
+from mjnav.errors import InvalidValue
+from mjnav.noise import CHANNELS, Mixture, Zero, profile, profile_names
+
+# mean, std, skew, kurtosis
+PEARSON = {
+    "odometry.v": (0.0, 0.03, -2.0, 8.4),
+    "odometry.omega": (0.0, 0.07, 1.1, 14.0),
+    "actuation.v": (0.0, 0.05, 1.5, 6.4),
+    "actuation.omega": (0.0, 0.08, -1.0, 5.0),
+    "pose.x": (0.0, 0.08, 1.2, 5.2),
+    "pose.y": (0.0, 0.08, 1.2, 5.2),
+    "pose.theta": (0.0, 0.05, 0.8, 5.0),
+    "detection.x": (0.0, 0.12, 1.2, 5.2),
+    "detection.y": (0.0, 0.12, 1.2, 5.2),
+    "lidar.range": (0.0, 0.03, -1.2, 4.8),
+    "gyro": (0.0, 0.02, 0.5, 4.0),
+    "lane.offset": (0.0, 0.08, 1.2, 5.2),
+}
+MEASURED = {
+    "odometry.v": (-0.006, 0.016, -1.99, 8.4),
+    "odometry.omega": (0.0, 0.071, 1.09, 14.3),
+    "actuation.v": (0.006, 0.016, 1.99, 8.4),
+    "actuation.omega": (0.0, 0.071, -1.09, 14.3),
+    "lidar.range": (-0.035, 0.174, -1.2, 4.8),
+    "detection.x": (0.0, 0.174, -1.2, 4.8),
+    "detection.y": (0.0, 0.174, -1.2, 4.8),
+    "pose.theta": (-0.002, 0.014, -0.49, 7.7),
+    "pose.x": (0.0, 0.08, -1.2, 4.8),
+    "pose.y": (0.0, 0.08, -1.2, 4.8),
+    "lane.offset": (0.0, 0.08, -1.2, 4.8),
+    "gyro": (0.0, 0.02, -0.49, 7.7),
+}
+TABLE = {**PEARSON, "pose.theta": (0.0, 0.2, 0.8, 5.0)}
+GAUSSIAN = {channel: (*moments[:2], 0.0, 3.0) for channel, moments in PEARSON.items()}
+EVERY_CHANNEL = [(name, channel) for name in profile_names() if name != "none" for channel in CHANNELS]
+
+
+def test_every_profile_has_every_channel():
+    assert profile_names() == ("none", "gaussian", "pearson", "bimodal", "measured", "table")
+    for name in profile_names():
+        assert set(profile(name)) == set(CHANNELS)
+
+
+@pytest.mark.parametrize("channel", CHANNELS)
+@pytest.mark.parametrize(
+    ("name", "table"), [("gaussian", GAUSSIAN), ("pearson", PEARSON), ("measured", MEASURED), ("table", TABLE)]
+)
+def test_channel_has_the_moments_of_its_table(quadrature, name, table, channel):
+    mean, std, skew, kurtosis = quadrature(profile(name)[channel]).moments()
+    assert mean == pytest.approx(table[channel][0], abs=1e-7)
+    assert (std, skew, kurtosis) == pytest.approx(table[channel][1:], rel=1e-6, abs=1e-6)
+
+
+@pytest.mark.parametrize(("name", "channel"), EVERY_CHANNEL)
+def test_samples_follow_the_density(quadrature, name, channel):
+    noise = profile(name)[channel]
+    draws = noise.sample(np.random.default_rng(23), 10_000)
+    assert stats.kstest(draws, quadrature(noise).cdf).pvalue > 1e-3
+
+
+@pytest.mark.parametrize(("name", "channel"), EVERY_CHANNEL)
+def test_same_stream_gives_same_finite_draws(name, channel):
+    one, other = (profile(name)[channel].sample(np.random.default_rng(9), 200) for _ in range(2))
+    np.testing.assert_array_equal(one, other)
+    assert np.isfinite(one).all()
+
+
+@pytest.mark.parametrize("channel", CHANNELS)
+def test_bimodal_has_mean_zero_and_the_default_std(channel):
+    noise = profile("bimodal")[channel]
+    assert noise.mean == pytest.approx(0.0, abs=1e-15)
+    assert noise.std == pytest.approx(PEARSON[channel][1], rel=1e-12)
+
+
+def test_bimodal_keeps_the_published_shape():
+    noise = profile("bimodal")["actuation.v"]
+    assert isinstance(noise, Mixture)
+    assert noise.weights == pytest.approx((0.4, 0.6))
+    assert noise.stds[1] / noise.stds[0] == pytest.approx(0.6 / 0.1)
+    assert (noise.means[1] - noise.means[0]) / noise.stds[0] == pytest.approx((1.0 + 0.9) / 0.1)
+
+
+def test_bimodal_has_two_modes_but_for_the_velocity():
+    for channel, noise in profile("bimodal").items():
+        density = noise.logpdf(np.linspace(-4.0, 4.0, 2001) * noise.std)
+        modes = np.sum((density[1:-1] > density[:-2]) & (density[1:-1] > density[2:]))
+        assert modes == (1 if channel.startswith("odometry") or channel == "gyro" else 2), channel
+
+
+def test_none_draws_exact_zeros():
+    for noise in profile("none").values():
+        assert isinstance(noise, Zero)
+        assert not noise.sample(np.random.default_rng(0), 5).any()
+
+
+def test_unknown_profile_is_refused_with_the_nearest_name():
+    with pytest.raises(InvalidValue, match=r"profile: found 'pearsn'; allowed: .*did you mean 'pearson'"):
+        profile("pearsn")
+
+
+def test_a_profile_cannot_be_changed():
+    with pytest.raises(TypeError):
+        profile("pearson")["gyro"] = Zero()  # type: ignore[index]

@@ -1,0 +1,75 @@
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+from mjnav.errors import InvalidValue
+from mjnav.noise import Gaussian, Mixture, Pearson, make_distribution, names
+
+EXAMPLES = {
+    "pearson": {"std": 0.1, "skew": 1.2, "kurtosis": 5.2},
+    "mixture": {"weights": [0.4, 0.6], "means": [-1, 1], "stds": [0.1, 0.6]},
+    "gaussian": {"std": 1},
+    "uniform": {"half_width": 0.5},
+    "student_t": {"std": 1.0, "df": 5},
+    "empirical": {"samples": [0.0, 0.1, 0.5]},
+    "zero": {},
+}
+
+
+def test_every_distribution_can_be_made_by_name():
+    assert set(EXAMPLES) == set(names())
+    for name, arguments in EXAMPLES.items():
+        noise = make_distribution(name, **arguments)
+        assert np.isfinite(noise.logpdf(noise.sample(np.random.default_rng(0), 100))).all()
+
+
+def test_mean_is_zero_by_default_and_integers_become_floats():
+    assert make_distribution("gaussian", std=2) == Gaussian(mean=0.0, std=2.0)
+    assert isinstance(make_distribution("gaussian", std=2).std, float)
+    assert make_distribution("pearson", **EXAMPLES["pearson"]) == Pearson(mean=0.0, std=0.1, skew=1.2, kurtosis=5.2)
+    assert make_distribution("mixture", **EXAMPLES["mixture"]) == Mixture(
+        weights=(0.4, 0.6), means=(-1.0, 1.0), stds=(0.1, 0.6)
+    )
+
+
+@pytest.mark.parametrize(
+    ("name", "arguments", "key", "message"),
+    [
+        ("pearsn", {}, "distribution", "found 'pearsn'; allowed: .*did you mean 'pearson'"),
+        ("pearson", {"std": 1, "skew": 1, "kurtosi": 5}, "kurtosi", "allowed: .*did you mean 'kurtosis'"),
+        ("pearson", {"std": 1, "skew": 1}, "kurtosis", "pearson needs std, skew and kurtosis"),
+        ("gaussian", {}, "std", "gaussian needs std$"),
+        ("gaussian", {"std": 0.0}, "std", r"found 0\.0; allowed: a finite number > 0"),
+        ("gaussian", {"std": -1}, "std", "found -1; allowed: a finite number > 0"),
+        ("gaussian", {"std": "wide"}, "std", "found 'wide'; allowed: a finite number > 0"),
+        ("gaussian", {"std": True}, "std", "found True"),
+        ("gaussian", {"std": float("nan")}, "std", "found nan"),
+        ("gaussian", {"std": 10**400}, "std", "a finite number > 0"),
+        ("gaussian", {"std": 1.0, "mean": float("inf")}, "mean", "found inf; allowed: a finite number$"),
+        ("pearson", {"std": 1, "skew": 1.2, "kurtosis": 1.2}, "kurtosis", r"found 1\.2; .*skew² \+ 1 = 2\.44"),
+        ("pearson", {"std": 1, "skew": 1e6, "kurtosis": 1e13}, "skew", "between -1000 and 1000"),
+        ("student_t", {"std": 1, "df": 2}, "df", "found 2; allowed: a finite number > 2"),
+        ("uniform", {"half_width": 0}, "half_width", "> 0"),
+        ("mixture", {"weights": [0.4, 0.4], "means": [0, 1], "stds": [1, 1]}, "weights", r"sum is 1, not 0\.8"),
+        ("mixture", {"weights": [1.4, -0.4], "means": [0, 1], "stds": [1, 1]}, "weights.1", r"found -0\.4"),
+        ("mixture", {"weights": [0.4, 0.6], "means": [0], "stds": [1, 1]}, "means", "as many numbers as weights: 2"),
+        ("mixture", {"weights": [0.4, 0.6], "means": [0, 1], "stds": [1, 0]}, "stds.1", "found 0"),
+        ("mixture", {"weights": 1.0, "means": [0], "stds": [1]}, "weights", "a list of 1 or more numbers"),
+        ("empirical", {"samples": [1.0]}, "samples", "a list of 2 or more numbers"),
+        ("empirical", {"samples": [1.0, 1.0]}, "samples", "two different numbers"),
+        ("empirical", {"samples": "1, 2"}, "samples", "a list of 2 or more numbers"),
+        ("zero", {"std": 1}, "std", "no arguments: zero has none"),
+    ],
+)
+def test_a_wrong_argument_is_named_with_what_is_allowed(name, arguments, key, message):
+    with pytest.raises(InvalidValue, match=message) as error:
+        make_distribution(name, **arguments)
+    assert error.value.key == key
+
+
+def test_import_brings_neither_scipy_nor_numba():
+    code = "import sys, mjnav.noise; print({'scipy', 'numba'} & set(sys.modules))"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "set()"
