@@ -1,0 +1,52 @@
+"""Estimators: readings in, beliefs out. They see the scenario and the readings, never the truth."""
+
+from collections.abc import Mapping
+from importlib import import_module
+from types import MappingProxyType
+
+from mjnav.estimation.base import Localizer, Tracker
+from mjnav.noise import Distribution, profile
+from mjnav.scenarios.spec import Scenario
+
+__all__ = ["LOCALIZERS", "TRACKERS", "Localizer", "Tracker", "make_localizer", "make_tracker"]
+
+# "source.filter", or the source alone where it takes no filter -> module:Class
+LOCALIZERS: Mapping[str, str] = MappingProxyType(
+    {
+        "pose.particle": "mjnav.estimation.localizer:ParticleLocalizer",
+        "pose.ekf": "mjnav.estimation.kalman:ExtendedKalmanLocalizer",
+        "pose.ukf": "mjnav.estimation.kalman:UnscentedKalmanLocalizer",
+        "direct": "mjnav.estimation.direct:DirectLocalizer",
+    }
+)
+TRACKERS: Mapping[str, str] = MappingProxyType(
+    {
+        "detections.particle": "mjnav.estimation.tracker:ParticleTracker",
+        "detections.kalman": "mjnav.estimation.kalman:KalmanTracker",
+        "direct": "mjnav.estimation.direct:DirectTracker",
+    }
+)
+
+
+def make_localizer(scenario: Scenario, seed: int) -> Localizer:
+    """The robot's estimator that the scenario names, under the run's seed."""
+    choice = scenario.estimation.robot
+    return _load(LOCALIZERS, choice.source, choice.filter)(assumed_noise(scenario), choice.particles, seed)
+
+
+def make_tracker(scenario: Scenario, seed: int) -> Tracker:
+    """The people's estimator that the scenario names, under the run's seed."""
+    choice = scenario.estimation.obstacles
+    radii = tuple(person.radius for person in scenario.people)
+    return _load(TRACKERS, choice.source, choice.filter)(assumed_noise(scenario), choice.particles, radii, seed)
+
+
+def assumed_noise(scenario: Scenario) -> Mapping[str, Distribution]:
+    """The noise that the estimators believe in: the world's, unless `assumed_profile` names another."""
+    assumed = scenario.estimation.assumed_profile
+    return scenario.noise.distributions() if assumed is None else profile(assumed)
+
+
+def _load(registry: Mapping[str, str], source: str, kind: str):
+    module, _, name = registry[source if source in registry else f"{source}.{kind}"].partition(":")
+    return getattr(import_module(module), name)

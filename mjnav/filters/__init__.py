@@ -1,0 +1,1 @@
+"""Sequential Monte Carlo primitives: arrays in, arrays out; the caller passes every generator."""

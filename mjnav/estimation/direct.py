@@ -1,0 +1,129 @@
+"""Beliefs without a filter: each reading less fresh draws of its noise.
+
+Filtering makes beliefs nearly Gaussian. These keep the shape of the noise, reflected: where readings err to the right,
+the truth lies to their left. They are the samples that Nair et al. (arXiv 2112.13034) give to their controller.
+"""
+
+from collections import deque
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from mjnav.estimation.base import HEADING, BeliefDraws, person_names
+from mjnav.estimation.likelihood import LEAST_STD
+from mjnav.estimation.localizer import POSE_CHANNELS, pose_samples
+from mjnav.estimation.person_motion import PersonMotion
+from mjnav.estimation.tracker import DETECTION_CHANNELS, detection_samples
+from mjnav.filters.weights import weighted_moments
+from mjnav.messages import Array, Reading, RobotBelief, Track
+from mjnav.noise import Distribution
+from mjnav.rng import stream
+
+VELOCITY_WINDOW = 1.0  # [s] of detections behind a velocity: shorter is noisier, longer lags behind a turn
+
+
+class DirectLocalizer:
+    """Particles = pose reading - noise draws, equally weighted; without noise all of them are the reading."""
+
+    def __init__(self, noise: Mapping[str, Distribution], num_particles: int, seed: int):
+        self._noise = [noise[channel] for channel in POSE_CHANNELS]
+        self._weights = np.full(num_particles, 1.0 / num_particles)
+        self._stream = stream(seed, "estimation.direct")
+        self._draws = BeliefDraws(("robot",), seed)
+        self._belief: RobotBelief | None = None
+
+    def update(self, reading: Reading) -> RobotBelief:
+        """The belief from this reading alone."""
+        particles = pose_samples(reading, self._noise, self._weights.size, self._stream)
+        mean, covariance = weighted_moments(particles, self._weights, heading=HEADING)
+        self._belief = RobotBelief(
+            reading.time, particles, self._weights, mean, covariance, ess=float(self._weights.size)
+        )
+        return self._belief
+
+    def draw(self, num: int) -> Array:
+        """Samples of the latest belief, (num, 3), in random order."""
+        return self._draws(0, self._belief, num)
+
+
+class DirectTracker:
+    """Position = detection - noise draws; velocity = the slope of such positions over a window.
+
+    Sample i keeps the draws that were made for each detection of the window, so it is one possible history. Its
+    velocity is the least-squares slope with the prior v0_i ~ N(0, walking_speed^2) as one more equation,
+
+        v_i = (sum_k t_k p_ik + r v0_i) / (sum_k t_k^2 + r),   r = (noise std / walking_speed)^2,
+
+    t_k from the window's mean time. With one detection it is the prior, with two it is not yet ruled by the noise, and
+    after a whole window the prior weighs about 1 %.
+    """
+
+    def __init__(
+        self,
+        noise: Mapping[str, Distribution],
+        num_particles: int,
+        radii: Sequence[float],
+        seed: int,
+        *,
+        window: float = VELOCITY_WINDOW,
+        motion: PersonMotion | None = None,
+    ):
+        self._noise = [noise[channel] for channel in DETECTION_CHANNELS]
+        self._radii = tuple(radii)
+        self._names = person_names(len(self._radii))
+        self._window = window
+        self._weights = np.full(num_particles, 1.0 / num_particles)
+        walking_speed = (motion or PersonMotion()).walking_speed
+        std = [max(channel.std, LEAST_STD[name]) for channel, name in zip(self._noise, DETECTION_CHANNELS, strict=True)]
+        self._ridge = np.square(np.asarray(std) / walking_speed)  # (2,) r [s^2]
+        self._streams = [stream(seed, "estimation.direct", name) for name in self._names]
+        self._prior_velocity = walking_speed * np.stack(
+            [stream(seed, "estimation.start", name).standard_normal((num_particles, 2)) for name in self._names]
+            or [np.zeros((num_particles, 2))]
+        )  # (P, n, 2)
+        self._history: deque[tuple[float, Array]] = deque()  # time, positions (P, n, 2)
+        self._draws = BeliefDraws(self._names, seed)
+        self._tracks: tuple[Track, ...] | None = None
+
+    def update(self, reading: Reading) -> tuple[Track, ...]:
+        """One track a person from the readings of the window."""
+        if not self._names:
+            self._tracks = ()
+            return ()
+        position = np.stack(
+            [
+                detection_samples(detection, self._noise, self._weights.size, rng)
+                for detection, rng in zip(reading.detections, self._streams, strict=True)
+            ]
+        )
+        self._history.append((reading.time, position))
+        while self._history[0][0] < reading.time - self._window - 1e-9:
+            self._history.popleft()
+        particles = np.concatenate([position, self._velocity()], axis=-1)
+        mean, covariance = weighted_moments(particles, np.broadcast_to(self._weights, particles.shape[:2]))
+        self._tracks = tuple(
+            Track(
+                name=name,
+                time=reading.time,
+                particles=particles[p],
+                weights=self._weights,
+                mean=mean[p],
+                covariance=covariance[p],
+                ess=float(self._weights.size),
+                radius=self._radii[p],
+            )
+            for p, name in enumerate(self._names)
+        )
+        return self._tracks
+
+    def draw(self, num: int) -> tuple[Array, ...]:
+        """Samples of the latest tracks, (num, 4) each, in random order."""
+        tracks = (None,) * len(self._names) if self._tracks is None else self._tracks
+        return tuple(self._draws(p, track, num) for p, track in enumerate(tracks))
+
+    def _velocity(self) -> Array:
+        """Slopes of the window's positions, (P, n, 2)."""
+        times = np.array([time for time, _ in self._history])
+        times -= times.mean()
+        moment = sum(t * position for t, (_, position) in zip(times, self._history, strict=True))
+        return (moment + self._ridge * self._prior_velocity) / (times @ times + self._ridge)

@@ -1,0 +1,86 @@
+"""The robot's pose by a bootstrap particle filter on (x, y, heading): odometry predicts, a pose sensor corrects."""
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from mjnav.estimation.base import HEADING, BeliefDraws, FilterSettings
+from mjnav.estimation.bootstrap import Bootstrap
+from mjnav.estimation.likelihood import Likelihood, widened
+from mjnav.geometry.angles import wrap
+from mjnav.messages import Array, Reading, RobotBelief
+from mjnav.motion.unicycle import integrate
+from mjnav.noise import Distribution
+from mjnav.rng import stream
+
+POSE_CHANNELS = ("pose.x", "pose.y", "pose.theta")
+ODOMETRY_CHANNELS = ("odometry.v", "odometry.omega")
+
+
+class ParticleLocalizer:
+    """Monte Carlo localisation (Thrun, Burgard & Fox 2005, table 8.2) with the noise as it is, not a Gaussian.
+
+    Predict: (v, omega)_i = odometry - noise draw, through the unicycle over the reading's interval.
+    Correct: w_i <- w_i prod_c [(1 - epsilon) p_c(z_c - x_i,c) + floor] over x, y and the heading (wrapped).
+    Start: measurement - noise draws of the first reading, so the filter need not trust where the robot was put.
+    """
+
+    def __init__(
+        self,
+        noise: Mapping[str, Distribution],
+        num_particles: int,
+        seed: int,
+        settings: FilterSettings | None = None,
+    ):
+        settings = settings or FilterSettings()
+        self._num = num_particles
+        self._odometry = [widened(channel, noise[channel]) for channel in ODOMETRY_CHANNELS]
+        self._likelihoods = [Likelihood.of(channel, noise[channel], settings.epsilon) for channel in POSE_CHANNELS]
+        self._motion_streams = [stream(seed, f"estimation.motion.{channel}") for channel in ODOMETRY_CHANNELS]
+        self._start_stream = stream(seed, "estimation.start")
+        self._filter = Bootstrap(("robot",), seed, settings, heading=HEADING)
+        self._draws = BeliefDraws(("robot",), seed)
+        self._belief: RobotBelief | None = None
+
+    def update(self, reading: Reading) -> RobotBelief:
+        """The belief after one more reading; its moments come from the weights before resampling."""
+        if self._filter.particles is None:
+            posterior = self._filter.start(self._spawn(reading)[None])
+        else:
+            predicted = self._predict(self._filter.particles, reading)
+            errors = [reading.pose[c] - predicted[..., c] for c in range(3)]
+            errors[HEADING] = wrap(errors[HEADING])
+            posterior = self._filter.correct(predicted, errors, self._likelihoods, lambda _: self._spawn(reading))
+        self._belief = RobotBelief(
+            time=reading.time,
+            particles=posterior.particles[0],
+            weights=posterior.weights[0],
+            mean=posterior.mean[0],
+            covariance=posterior.covariance[0],
+            ess=float(posterior.ess[0]),
+            recovered=bool(posterior.recovered[0]),
+        )
+        return self._belief
+
+    def draw(self, num: int) -> Array:
+        """Samples of the latest belief, (num, 3), in random order."""
+        return self._draws(0, self._belief, num)
+
+    def _predict(self, particles: Array, reading: Reading) -> Array:
+        """Particles (1, n, 3) moved by what the odometry measured less a noise draw each."""
+        v, omega = (
+            measured - noise.sample(rng, self._num)
+            for measured, noise, rng in zip(reading.odometry, self._odometry, self._motion_streams, strict=True)
+        )
+        return integrate(particles, v, omega, reading.interval)
+
+    def _spawn(self, reading: Reading) -> Array:
+        """Poses that the reading alone allows: measurement - noise draws, (n, 3)."""
+        return pose_samples(reading, [model.noise for model in self._likelihoods], self._num, self._start_stream)
+
+
+def pose_samples(reading: Reading, noise: list[Distribution], num: int, rng: np.random.Generator) -> Array:
+    """Measurement - noise draws, (num, 3), headings in (-pi, pi]."""
+    samples = reading.pose - np.stack([channel.sample(rng, num) for channel in noise], axis=-1)
+    samples[:, HEADING] = wrap(samples[:, HEADING])
+    return samples

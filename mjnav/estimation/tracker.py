@@ -1,0 +1,98 @@
+"""People's positions and velocities by one bootstrap particle filter a person on (x, y, vx, vy)."""
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from mjnav.estimation.base import BeliefDraws, FilterSettings, person_names
+from mjnav.estimation.bootstrap import Bootstrap
+from mjnav.estimation.likelihood import Likelihood
+from mjnav.estimation.person_motion import PersonMotion
+from mjnav.messages import Array, Reading, Track
+from mjnav.noise import Distribution
+from mjnav.rng import stream
+
+DETECTION_CHANNELS = ("detection.x", "detection.y")
+
+
+class ParticleTracker:
+    """Tracks people whose detections come with their identity.
+
+    Predict: `PersonMotion`. Correct: w_i <- w_i prod_c [(1 - epsilon) p_c(z_c - x_i,c) + floor] over x and y.
+    Start: position = detection - noise draws, velocity ~ N(0, walking_speed^2). All people are computed at once, each
+    from streams of its own, so that one person's track does not depend on how many others there are.
+    """
+
+    def __init__(
+        self,
+        noise: Mapping[str, Distribution],
+        num_particles: int,
+        radii: Sequence[float],
+        seed: int,
+        settings: FilterSettings | None = None,
+        motion: PersonMotion | None = None,
+    ):
+        settings = settings or FilterSettings()
+        self._num = num_particles
+        self._radii = tuple(radii)
+        self._names = person_names(len(self._radii))
+        self._motion = motion or PersonMotion()
+        self._likelihoods = [Likelihood.of(channel, noise[channel], settings.epsilon) for channel in DETECTION_CHANNELS]
+        self._motion_streams = [stream(seed, "estimation.motion", name) for name in self._names]
+        self._start_streams = [stream(seed, "estimation.start", name) for name in self._names]
+        self._filter = Bootstrap(self._names, seed, settings)
+        self._draws = BeliefDraws(self._names, seed)
+        self._tracks: tuple[Track, ...] | None = None
+
+    def update(self, reading: Reading) -> tuple[Track, ...]:
+        """One track a person after one more reading; their moments come from the weights before resampling."""
+        if not self._names:
+            self._tracks = ()
+            return ()
+        if self._filter.particles is None:
+            posterior = self._filter.start(np.stack([self._spawn(p, reading) for p in range(len(self._names))]))
+        else:
+            predicted = self._predict(self._filter.particles, reading.interval)
+            errors = [reading.detections[:, c, None] - predicted[..., c] for c in range(2)]
+            posterior = self._filter.correct(predicted, errors, self._likelihoods, lambda p: self._spawn(p, reading))
+        self._tracks = tuple(
+            Track(
+                name=name,
+                time=reading.time,
+                particles=posterior.particles[p],
+                weights=posterior.weights[p],
+                mean=posterior.mean[p],
+                covariance=posterior.covariance[p],
+                ess=float(posterior.ess[p]),
+                radius=self._radii[p],
+                recovered=bool(posterior.recovered[p]),
+            )
+            for p, name in enumerate(self._names)
+        )
+        return self._tracks
+
+    def draw(self, num: int) -> tuple[Array, ...]:
+        """Samples of the latest tracks, (num, 4) each, in random order."""
+        tracks = (None,) * len(self._names) if self._tracks is None else self._tracks
+        return tuple(self._draws(p, track, num) for p, track in enumerate(tracks))
+
+    def _predict(self, particles: Array, interval: float) -> Array:
+        """Particles (P, n, 4) after `interval` [s]."""
+        draws = np.empty((len(self._names), 3, self._num))
+        for rng, row in zip(self._motion_streams, draws, strict=True):
+            rng.random(out=row[0])
+            rng.standard_normal(out=row[1:])
+        return self._motion.predict(particles, interval, draws[:, 0], np.swapaxes(draws[:, 1:], 1, 2))
+
+    def _spawn(self, person: int, reading: Reading) -> Array:
+        """States that one detection alone allows, (n, 4)."""
+        rng = self._start_streams[person]
+        position = detection_samples(
+            reading.detections[person], [model.noise for model in self._likelihoods], self._num, rng
+        )
+        return np.hstack([position, self._motion.walking_speed * rng.standard_normal((self._num, 2))])
+
+
+def detection_samples(detection: Array, noise: Sequence[Distribution], num: int, rng: np.random.Generator) -> Array:
+    """Detection - noise draws, (num, 2)."""
+    return detection - np.stack([channel.sample(rng, num) for channel in noise], axis=-1)

@@ -1,0 +1,85 @@
+import numpy as np
+import pytest
+from filterpy.monte_carlo import resampling as filterpy_resampling
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy import stats
+
+from mjnav.filters.resampling import roughen, shuffled, systematic
+
+OFFSETS = st.floats(0.0, 1.0 - 1e-9)  # closer to 1, offset + i rounds to i + 1: a draw of probability 1e-16 a particle
+WEIGHTS = st.lists(st.integers(0, 1000), min_size=1, max_size=40).filter(sum).map(lambda w: np.array(w) / sum(w))
+LAST_OFFSET = np.nextafter(1.0, 0.0)
+
+
+def test_draws_of_small_cases_are_exact():
+    assert systematic([0.5, 0.25, 0.25], 0.5, num=4).tolist() == [0, 0, 1, 2]
+    assert systematic([0.1, 0.2, 0.3, 0.4], 0.0).tolist() == [0, 1, 2, 3]
+    assert systematic([0.1, 0.2, 0.3, 0.4], 0.5).tolist() == [1, 2, 3, 3]
+    assert systematic([0.0, 1.0, 0.0], 0.0).tolist() == [1, 1, 1]
+    assert systematic([0.5, 0.5], 0.9, num=1).tolist() == [1]
+    assert systematic([1.0], 0.3, num=0).tolist() == []
+
+
+@given(OFFSETS)
+def test_weights_that_are_whole_multiples_of_one_draw_give_exact_counts_at_every_offset(u):
+    assert np.bincount(systematic([0.5, 0.125, 0.0, 0.375], u, num=8)).tolist() == [4, 1, 0, 3]
+
+
+@given(WEIGHTS, OFFSETS, st.integers(1, 100))
+def test_a_particle_comes_as_often_as_its_share_rounded_down_or_up(weights, u, num):
+    counts = np.bincount(systematic(weights, u, num), minlength=weights.size)
+    assert counts.sum() == num
+    assert np.all(np.abs(counts - num * weights) < 1.0 + 1e-9)
+    assert np.all(counts[weights == 0.0] == 0)
+
+
+@given(WEIGHTS)
+def test_resampling_is_unbiased(weights):
+    offsets = (np.arange(200) + 0.5) / 200
+    counts = np.array([np.bincount(systematic(weights, u, 7), minlength=weights.size) for u in offsets])
+    assert counts.mean(axis=0) == pytest.approx(7 * weights, abs=1.01 / offsets.size)
+
+
+@given(WEIGHTS, OFFSETS)
+def test_draws_equal_filterpys_with_its_generator_pinned(weights, u):
+    weights = weights / weights.sum()
+    if np.cumsum(weights)[-1] != 1.0:
+        return  # filterpy runs past the end of such weights
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(filterpy_resampling, "random", lambda: u)
+        assert systematic(weights, u).tolist() == filterpy_resampling.systematic_resample(weights).tolist()
+
+
+def test_weights_that_sum_to_slightly_less_than_one_lose_no_draw():
+    weights = np.full(10, 0.1)
+    assert np.cumsum(weights)[-1] < 1.0
+    for num in (10, 10**6):
+        indices = systematic(np.append(weights, 0.0), LAST_OFFSET, num)
+        assert indices.size == num
+        assert indices[-1] == 9
+
+
+def test_a_generator_gives_the_offset_by_one_draw():
+    weights = np.random.default_rng(3).random(50)
+    u = np.random.default_rng(4).random()
+    assert systematic(weights, np.random.default_rng(4)).tolist() == systematic(weights, u).tolist()
+
+
+def test_shuffled_draws_are_the_systematic_ones_without_their_order():
+    rng = np.random.default_rng(5)
+    weights = rng.dirichlet(np.ones(200))
+    correlations = []
+    for seed in range(200):
+        drawn = shuffled(weights, 25, np.random.default_rng(seed))
+        expected = systematic(weights, np.random.default_rng(seed), 25)
+        assert sorted(drawn) == expected.tolist()
+        correlations.append(stats.spearmanr(drawn, np.arange(25)).statistic)
+    assert abs(np.mean(correlations)) < 4.0 / np.sqrt(200 * 24)
+
+
+def test_roughening_adds_the_variance_that_its_docstring_says():
+    n, spread, strength = 40_000, np.array([2.0, 0.5]), 3.0
+    added = roughen(np.zeros((n, 2)), spread, strength, np.random.default_rng(6))
+    assert added.std(axis=0) == pytest.approx(strength * spread * n**-0.5, rel=0.02)
+    assert stats.kstest(added[:, 0] / (strength * 2.0 * n**-0.5), "norm").pvalue > 1e-3
