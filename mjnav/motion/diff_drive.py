@@ -1,5 +1,7 @@
 """Differential drive: wheel speeds from (v, omega) and back, and the limits a command passes through."""
 
+from typing import TypeVar
+
 import numpy as np
 from numpy.typing import ArrayLike
 
@@ -8,13 +10,15 @@ from mjnav.messages import Array, RobotLimits
 WHEEL_RADIUS = 0.05  # [m]
 TRACK_WIDTH = 0.34  # [m] between the wheels' contact points
 
+Speed = TypeVar("Speed", float, Array)
 
-def wheel_speeds(v: float, omega: float) -> tuple[float, float]:
-    """Left and right wheel speed [rad/s] for (v [m/s], omega [rad/s])."""
+
+def wheel_speeds(v: Speed, omega: Speed) -> tuple[Speed, Speed]:
+    """Left and right wheel speed [rad/s] for (v [m/s], omega [rad/s]), numbers or arrays."""
     return (v - 0.5 * TRACK_WIDTH * omega) / WHEEL_RADIUS, (v + 0.5 * TRACK_WIDTH * omega) / WHEEL_RADIUS
 
 
-def twist_of_wheels(left: float, right: float) -> tuple[float, float]:
+def twist_of_wheels(left: Speed, right: Speed) -> tuple[Speed, Speed]:
     """(v, omega) for the wheel speeds [rad/s]: the inverse of `wheel_speeds`."""
     return 0.5 * WHEEL_RADIUS * (left + right), WHEEL_RADIUS * (right - left) / TRACK_WIDTH
 

@@ -1,0 +1,87 @@
+"""What the simulator asks of an engine, and the contacts that one reports."""
+
+from typing import Protocol
+
+from mjnav.messages import Array, Contact
+from mjnav.scenarios.spec import Scenario
+
+
+class ContactLog:
+    """What the robot touched, each body once: when first, and how hard at most."""
+
+    def __init__(self):
+        self._seen: dict[str, Contact] = {}
+
+    def add(self, name: str, force: float, time: float) -> None:
+        """Body `name` ("person3", whose kind is person) touched with a normal `force` [N]."""
+        before = self._seen.get(name)
+        if before is None or force > before.force:
+            self._seen[name] = Contact(name.rstrip("0123456789"), name, force, time if before is None else before.time)
+
+    def clear(self) -> None:
+        """Forgets all."""
+        self._seen.clear()
+
+    def seen(self) -> tuple[Contact, ...]:
+        """In the order in which they were first seen."""
+        return tuple(self._seen.values())
+
+
+class Engine(Protocol):
+    """Moves robot and people. Everything that it tells holds for the present moment.
+
+    The same steps with the same set-points end in the same bits, however they are grouped into calls.
+    """
+
+    contacts: ContactLog
+
+    def advance(self, twists: Array) -> None:
+        """One step for each row of `twists` (n, 2), the wheels' set-points as v [m/s], omega [rad/s]."""
+        ...
+
+    def walk(self, velocities: Array) -> None:
+        """From now on people want to walk with `velocities` (P, 2) [m/s]."""
+        ...
+
+    def robot_pose(self) -> Array:
+        """(3,) x, y [m], heading [rad] in (-pi, pi]."""
+        ...
+
+    def robot_twist(self) -> Array:
+        """(2,) v along the heading [m/s], omega [rad/s]."""
+        ...
+
+    def yaw(self) -> float:
+        """The heading with its full turns [rad]."""
+        ...
+
+    def wheel_angles(self) -> tuple[float, float]:
+        """Left and right encoder [rad]."""
+        ...
+
+    def people_position(self) -> Array:
+        """(P, 2) [m]."""
+        ...
+
+    def people_velocity(self) -> Array:
+        """(P, 2) [m/s]."""
+        ...
+
+    def scan(self) -> Array:
+        """(B,) exact lidar ranges [m], inf where a beam meets nothing within the lidar's range."""
+        ...
+
+    def state_bytes(self) -> bytes:
+        """Everything on which the future depends, bit for bit."""
+        ...
+
+
+def make_engine(scenario: Scenario, velocities: Array) -> Engine:
+    """The engine that the scenario names; people start with `velocities` (P, 2)."""
+    if scenario.physics.engine == "kinematic":
+        from mjnav.world.kinematic_engine import KinematicEngine
+
+        return KinematicEngine(scenario, velocities)
+    from mjnav.world.mujoco_engine import MujocoEngine
+
+    return MujocoEngine(scenario, velocities)

@@ -1,0 +1,60 @@
+"""What stands in the room, seen from above: legs and pillars as discs, walls as rectangles."""
+
+from dataclasses import dataclass
+from math import hypot
+
+import numpy as np
+
+from mjnav.messages import Array
+from mjnav.scenarios.spec import Scenario
+
+
+@dataclass(frozen=True, slots=True)
+class FloorPlan:
+    """Fixed things, discs first; `names` holds the body ("table0") of each disc, then of each box."""
+
+    discs: Array  # (n, 3) x, y, radius [m]
+    disc_heights: Array  # (n,) [m]
+    boxes: Array  # (m, 6) centre x, y; unit vector along, x, y; half length, half thickness [m]
+    box_heights: Array  # (m,) [m]
+    names: tuple[str, ...]  # (n + m,)
+
+    @classmethod
+    def of(cls, scenario: Scenario) -> "FloorPlan":
+        """The scenario's tables' legs, pillars and walls."""
+        discs, heights, names = [], [], []
+        for i, table in enumerate(scenario.tables):
+            discs += [(*leg, table.leg_radius) for leg in table.legs]
+            heights += [table.height] * 4
+            names += [f"table{i}"] * 4
+        for i, pillar in enumerate(scenario.pillars):
+            discs.append((*pillar.position, pillar.radius))
+            heights.append(pillar.height)
+            names.append(f"pillar{i}")
+        boxes = []
+        for i, wall in enumerate(scenario.walls):
+            (x0, y0), (x1, y1) = wall.start, wall.end
+            length = hypot(x1 - x0, y1 - y0)
+            along = ((x1 - x0) / length, (y1 - y0) / length)
+            boxes.append((0.5 * (x0 + x1), 0.5 * (y0 + y1), *along, 0.5 * length, 0.5 * wall.thickness))
+            names.append(f"wall{i}")
+        return cls(
+            discs=np.array(discs, float).reshape(-1, 3),
+            disc_heights=np.array(heights, float),
+            boxes=np.array(boxes, float).reshape(-1, 6),
+            box_heights=np.array([wall.height for wall in scenario.walls], float),
+            names=tuple(names),
+        )
+
+    def distance(self, x: float, y: float) -> float:
+        """From a point to the nearest surface [m], negative inside a disc; inf in an empty room."""
+        nearest = np.inf
+        if len(self.discs):
+            nearest = float((np.hypot(self.discs[:, 0] - x, self.discs[:, 1] - y) - self.discs[:, 2]).min())
+        if len(self.boxes):
+            dx, dy = x - self.boxes[:, 0], y - self.boxes[:, 1]
+            ux, uy = self.boxes[:, 2], self.boxes[:, 3]
+            along = np.maximum(np.abs(dx * ux + dy * uy) - self.boxes[:, 4], 0.0)
+            across = np.maximum(np.abs(dy * ux - dx * uy) - self.boxes[:, 5], 0.0)
+            nearest = min(nearest, float(np.hypot(along, across).min()))
+        return nearest

@@ -1,0 +1,212 @@
+"""The world in MuJoCo: wheels that push, people of 70 kg, contacts with forces.
+
+Between samples of the state nothing calls `mj_forward`: poses and velocities are read from qpos and qvel, which are
+current, where derived fields lag one step; so looking does not change the run.
+"""
+
+# pyright: reportAttributeAccessIssue=false
+# mujoco's compiled modules carry no types.
+
+from math import atan2, cos, pi, sin, sqrt
+
+import mujoco
+import numpy as np
+
+from mjnav.messages import Array
+from mjnav.motion.diff_drive import wheel_speeds
+from mjnav.scenarios.spec import Scenario
+from mjnav.world.engine import ContactLog
+from mjnav.world.floor_plan import FloorPlan
+from mjnav.world.lidar import LIDAR_HEIGHT, beam_angles
+from mjnav.world.scene import DECORATION, SEEN_BY_LIDAR, compose
+
+ROBOT_ACCELERATION = 15.0  # [m/s^2] more than tyres of friction 0.9 can give, 8.8
+PERSON_ACCELERATION = 6.0  # [m/s^2] more than 250 N on each of two axes give 70 kg, 5.05
+NEAR = 0.01  # [m] for the chassis' lean
+_NOBODY, _ROBOT = -2, -1  # geoms' owners; others are indices of bodies' names
+
+
+class MujocoEngine:
+    """An `Engine` on MuJoCo."""
+
+    def __init__(self, scenario: Scenario, velocities: Array):
+        spec = compose(scenario)
+        for geom in [geom for geom in spec.geoms if geom.group == DECORATION]:
+            spec.delete(geom)  # what is for the eye only costs a tenth of each step
+        self.model = spec.compile()
+        # MuJoCo would compute every sensor in every step, a step late; encoders and yaw are read from the state.
+        self.model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_SENSOR
+        self.data = mujoco.MjData(self.model)
+        self.contacts = ContactLog()
+        model, data, num_people = self.model, self.data, len(scenario.people)
+        free = int(model.joint("robot/free").qposadr[0]), int(model.joint("robot/free").dofadr[0])
+        self._qpos, self._qvel, self._ctrl = data.qpos, data.qvel, data.ctrl
+        self._pose, self._velocity = self._qpos[free[0] : free[0] + 7], self._qvel[free[1] : free[1] + 6]
+        self._wheels = [int(model.joint(f"robot/{side}_wheel").qposadr[0]) for side in ("left", "right")]
+        self._drive = [model.actuator(f"robot/{side}_wheel").id for side in ("left", "right")]
+        axes = [[f"person{i}/{axis}" for axis in "xy"] for i in range(num_people)]
+        self._people_qpos = _index([[model.joint(name).qposadr[0] for name in row] for row in axes])
+        self._people_dof = _index([[model.joint(name).dofadr[0] for name in row] for row in axes])
+        self._people_ctrl = _index([[model.actuator(name).id for name in row] for row in axes])
+        self._people_start = np.array([person.start for person in scenario.people], float).reshape(-1, 2)
+        self._qvel[self._people_dof] = velocities
+
+        self._plan = FloorPlan.of(scenario)
+        self._radius = scenario.robot.radius
+        self._people_reach = np.array([person.radius for person in scenario.people]) + self._radius
+        self._steps = 0
+        self._untouched = 0.0  # [s] of simulated time until which nothing can reach the robot
+        self._owners, self._names = self._geom_owners()
+        self._force = np.zeros(6)
+
+        self._beams = beam_angles(scenario.sensors.lidar_beams)
+        self._range = scenario.sensors.lidar_range
+        self._rays = np.zeros((len(self._beams), 3))
+        self._ranges, self._hits = np.zeros(len(self._beams)), np.zeros(len(self._beams), np.int32)
+        self._seen = np.zeros(mujoco.mjNGROUP, np.uint8)
+        self._seen[SEEN_BY_LIDAR] = 1
+        self._heading = self._yaw_angle()
+        self._turns = 0
+
+    def _geom_owners(self) -> tuple[Array, list[str]]:
+        """For each geom the index into the bodies' names, or who else owns it."""
+        owners, names = np.full(self.model.ngeom, _NOBODY), []
+        for i in range(self.model.ngeom):
+            body = self.model.body(int(self.model.geom_bodyid[i])).name
+            name, _, inner = body.partition("/")
+            if name == "robot":
+                owners[i] = _ROBOT
+            elif inner:
+                if name not in names:
+                    names.append(name)
+                owners[i] = names.index(name)
+        return owners, names
+
+    # ------------------------------------------------------------------------------------- motion
+
+    def advance(self, twists: Array) -> None:
+        """See `Engine`."""
+        model, data, ctrl = self.model, self.data, self._ctrl
+        left, right = wheel_speeds(twists[:, 0], twists[:, 1])
+        (left_id, right_id), timestep, num_steps = self._drive, model.opt.timestep, len(twists)
+        near = not self._is_untouched(num_steps * timestep)
+        if not near and (twists == twists[0]).all():
+            ctrl[left_id], ctrl[right_id] = left[0], right[0]
+            mujoco.mj_step(model, data, num_steps)
+        else:
+            for i, (v_left, v_right) in enumerate(zip(left.tolist(), right.tolist(), strict=True)):
+                ctrl[left_id], ctrl[right_id] = v_left, v_right
+                mujoco.mj_step(model, data)
+                if near:
+                    self._record_contacts((self._steps + i) * timestep)
+        self._steps += num_steps
+        heading = self._yaw_angle()
+        if abs(heading - self._heading) > pi:
+            self._turns += 1 if heading < self._heading else -1
+        self._heading = heading
+
+    def walk(self, velocities: Array) -> None:
+        """See `Engine`."""
+        self._ctrl[self._people_ctrl] = velocities
+
+    def _is_untouched(self, duration: float) -> bool:
+        """Whether nothing can touch the robot for `duration` [s]: then steps need not be looked at one by one.
+
+        With clearance c and closing speed s, the earliest touch is where s t + a t^2 / 2 = c.
+        """
+        now = self._steps * self.model.opt.timestep
+        if now + duration <= self._untouched:
+            return True
+        x, y = self._pose[0], self._pose[1]
+        speed = sqrt(self._velocity[0] ** 2 + self._velocity[1] ** 2)
+        earliest = _time_to_touch(self._plan.distance(x, y) - self._radius - NEAR, speed, ROBOT_ACCELERATION)
+        if len(self._people_reach):
+            gap = self.people_position() - (x, y)
+            clearance = np.hypot(gap[:, 0], gap[:, 1]) - self._people_reach
+            walking = self._qvel[self._people_dof]
+            closing = speed + sqrt(float((walking * walking).sum(-1).max()))
+            acceleration = ROBOT_ACCELERATION + PERSON_ACCELERATION
+            earliest = min(earliest, _time_to_touch(float(clearance.min()) - NEAR, closing, acceleration))
+        self._untouched = now + earliest
+        return duration <= earliest
+
+    def _record_contacts(self, time: float) -> None:
+        owners = self._owners[self.data.contact.geom]  # (ncon, 2)
+        if not ((owners == _ROBOT) & (owners[:, ::-1] >= 0)).any():
+            return
+        for i, pair in enumerate(owners.tolist()):
+            if min(pair) == _ROBOT and max(pair) >= 0:
+                mujoco.mj_contactForce(self.model, self.data, i, self._force)
+                self.contacts.add(self._names[max(pair)], float(self._force[0]), time)
+
+    # ------------------------------------------------------------------------------------ reading
+
+    def _yaw_angle(self) -> float:
+        _, _, _, w, x, y, z = self._pose.tolist()
+        return atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
+
+    def robot_pose(self) -> Array:
+        """See `Engine`."""
+        return np.array([self._pose[0], self._pose[1], self._heading])
+
+    def robot_twist(self) -> Array:
+        """See `Engine`."""
+        vx, vy, _, _, _, omega = self._velocity.tolist()
+        return np.array([vx * cos(self._heading) + vy * sin(self._heading), omega])
+
+    def yaw(self) -> float:
+        """See `Engine`."""
+        return self._heading + 2.0 * pi * self._turns
+
+    def wheel_angles(self) -> tuple[float, float]:
+        """See `Engine`."""
+        return float(self._qpos[self._wheels[0]]), float(self._qpos[self._wheels[1]])
+
+    def people_position(self) -> Array:
+        """See `Engine`."""
+        return self._people_start + self._qpos[self._people_qpos]
+
+    def people_velocity(self) -> Array:
+        """See `Engine`."""
+        return self._qvel[self._people_dof]
+
+    def scan(self) -> Array:
+        """See `Engine`."""
+        model, data = self.model, self.data
+        mujoco.mj_kinematics(model, data)
+        angles = self._beams + self._heading
+        self._rays[:, 0], self._rays[:, 1] = np.cos(angles), np.sin(angles)
+        origin = np.array([self._pose[0], self._pose[1], LIDAR_HEIGHT])
+        mujoco.mj_multiRay(
+            model,
+            data,
+            origin,
+            self._rays.reshape(-1),
+            self._seen,
+            True,
+            -1,
+            self._hits,
+            self._ranges,
+            None,
+            len(self._beams),
+            self._range,
+        )
+        return np.where((self._ranges < 0.0) | (self._ranges > self._range), np.inf, self._ranges)
+
+    def state_bytes(self) -> bytes:
+        """See `Engine`."""
+        state = np.zeros(mujoco.mj_stateSize(self.model, mujoco.mjtState.mjSTATE_INTEGRATION))
+        mujoco.mj_getState(self.model, self.data, state, mujoco.mjtState.mjSTATE_INTEGRATION)
+        return state.tobytes()
+
+
+def _index(rows: list) -> np.ndarray:
+    return np.array(rows, int).reshape(-1, 2)
+
+
+def _time_to_touch(clearance: float, speed: float, acceleration: float) -> float:
+    if clearance <= 0.0:
+        return 0.0
+    if clearance == np.inf:
+        return np.inf
+    return (sqrt(speed * speed + 2.0 * acceleration * clearance) - speed) / acceleration

@@ -1,0 +1,108 @@
+"""How people want to walk: one class a behaviour, deciding for all the people who have it.
+
+A behaviour may see the robot and everybody. It decides on a grid of simulated time (`PERIOD`), never at the control
+rate, and keeps its own state, such as the waypoint that comes next.
+"""
+
+from collections.abc import Callable, Mapping, Sequence
+from math import hypot
+from types import MappingProxyType
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mjnav.messages import Array
+from mjnav.scenarios.spec import ConstantVelocity, Person, StopAndGo, Waypoints
+
+Index = NDArray[np.int64]  # positions in the list of all people
+
+PERIOD = 0.02  # [s] between decisions
+REACHED = 0.2  # [m] from a waypoint on the way at which the next one counts
+ARRIVAL_TIME = 0.8  # [s] in which the distance to the last waypoint falls to 1/e
+
+
+class Walk(Protocol):
+    """The desired velocities of the n people who have one behaviour."""
+
+    def velocities(
+        self, time: float, positions: Array, velocities: Array, robot_pose: Array, robot_twist: Array
+    ) -> Array:
+        """(n, 2) [m/s], from everybody's positions and velocities (P, 2) and the robot's pose (3,) and twist (2,)."""
+        ...
+
+
+class Straight:
+    """Constant velocity, in turns with standing still: moving while time mod (go + stop) < go."""
+
+    def __init__(self, people: Sequence[Person], index: Index):
+        behaviours = [
+            person.behaviour for person in people if isinstance(person.behaviour, ConstantVelocity | StopAndGo)
+        ]
+        self._velocity = np.array([behaviour.velocity for behaviour in behaviours], float)  # (n, 2)
+        self._phases = [
+            (behaviour.go_time, behaviour.go_time + behaviour.stop_time) if isinstance(behaviour, StopAndGo) else None
+            for behaviour in behaviours
+        ]
+
+    def velocities(
+        self, time: float, positions: Array, velocities: Array, robot_pose: Array, robot_twist: Array
+    ) -> Array:
+        """See `Walk`."""
+        time += 1e-9  # the grid's rounding must not move a phase's end by one decision
+        walking = [phases is None or time % phases[1] < phases[0] for phases in self._phases]
+        return self._velocity * np.array(walking, float)[:, None]
+
+
+class Route:
+    """From waypoint to waypoint at constant speed; the last one, unless the route loops, is approached and kept."""
+
+    def __init__(self, people: Sequence[Person], index: Index):
+        self._index = index
+        routes = [person.behaviour for person in people if isinstance(person.behaviour, Waypoints)]
+        self._routes = [(route.waypoints, route.speed, route.loop and len(route.waypoints) > 1) for route in routes]
+        self._next = [0] * len(routes)
+
+    def velocities(
+        self, time: float, positions: Array, velocities: Array, robot_pose: Array, robot_twist: Array
+    ) -> Array:
+        """See `Walk`."""
+        desired = []
+        for i, (x, y) in enumerate(positions[self._index].tolist()):
+            waypoints, speed, loops = self._routes[i]
+            target = waypoints[self._next[i]]
+            if hypot(target[0] - x, target[1] - y) <= REACHED and (loops or self._next[i] + 1 < len(waypoints)):
+                self._next[i] = (self._next[i] + 1) % len(waypoints)
+                target = waypoints[self._next[i]]
+            dx, dy = target[0] - x, target[1] - y
+            distance = hypot(dx, dy)
+            if not loops and self._next[i] + 1 == len(waypoints):
+                speed = min(speed, distance / ARRIVAL_TIME)
+            scale = speed / distance if distance > 0.0 else 0.0
+            desired.append((scale * dx, scale * dy))
+        return np.array(desired)
+
+
+WALKS: Mapping[type, Callable[[Sequence[Person], Index], Walk]] = MappingProxyType(
+    {ConstantVelocity: Straight, StopAndGo: Straight, Waypoints: Route}
+)
+
+
+class Pedestrians:
+    """Everybody who walks, each with their behaviour."""
+
+    def __init__(self, people: Sequence[Person]):
+        self._num_people = len(people)
+        self._groups: list[tuple[Index, Walk]] = []
+        for behaviour in dict.fromkeys(type(person.behaviour) for person in people):
+            index = np.array([i for i, person in enumerate(people) if type(person.behaviour) is behaviour])
+            self._groups.append((index, WALKS[behaviour]([people[i] for i in index], index)))
+
+    def velocities(
+        self, time: float, positions: Array, velocities: Array, robot_pose: Array, robot_twist: Array
+    ) -> Array:
+        """Desired velocities of all, (P, 2) [m/s]; arguments as in `Walk.velocities`."""
+        desired = np.zeros((self._num_people, 2))
+        for index, walk in self._groups:
+            desired[index] = walk.velocities(time, positions, velocities, robot_pose, robot_twist)
+        return desired

@@ -1,0 +1,136 @@
+"""Composes the MuJoCo model of a scenario from the parts in models/.
+
+Parts are attached with prefixes: `robot/`, `table0/`, `pillar1/`, `person3/`. Walls are boxes on bodies of their own,
+`wall2/`.
+"""
+
+# pyright: reportAttributeAccessIssue=false
+# mujoco's compiled modules carry no types.
+
+import hashlib
+from math import atan2, hypot, pi
+
+import mujoco
+import numpy as np
+
+from mjnav.messages import Array
+from mjnav.scenarios.library import data_folder
+from mjnav.scenarios.spec import Person, Pillar, Robot, Scenario, Table, Wall
+
+PARTS = ("scene", "robot", "pedestrian", "table", "pillar")
+SEEN_BY_LIDAR, UNSEEN, DECORATION = 0, 1, 2  # geom groups, as in models/
+FIXED = 6  # contype of what the robot (2) and people (4) run into
+
+_SHIRTS = ((0.25, 0.45, 0.70), (0.72, 0.34, 0.30), (0.33, 0.57, 0.42), (0.55, 0.40, 0.66), (0.85, 0.64, 0.25))
+_SHOULDER, _HEAD = 1.42, 1.54  # [m] heights
+
+
+def _part(name: str) -> mujoco.MjSpec:
+    return mujoco.MjSpec.from_file(str(data_folder("models") / f"{name}.xml"))
+
+
+def parts_hash() -> str:
+    """SHA-256 over the MJCF parts, hexadecimal."""
+    digest = hashlib.sha256()
+    for name in PARTS:
+        digest.update(name.encode() + b"\0" + (data_folder("models") / f"{name}.xml").read_bytes() + b"\0")
+    return digest.hexdigest()
+
+
+def scene_points(scenario: Scenario) -> Array:
+    """Points on the floor that span everything in the scenario, (n, 2) [m]."""
+    robot = scenario.robot
+    points = [robot.start[:2], *robot.route]
+    points += [point for wall in scenario.walls for point in (wall.start, wall.end)]
+    points += [tuple(leg) for table in scenario.tables for leg in table.legs]
+    points += [pillar.position for pillar in scenario.pillars]
+    points += [person.start for person in scenario.people]
+    return np.array(points, float)
+
+
+def compose(scenario: Scenario) -> mujoco.MjSpec:
+    """The scenario's model, not yet compiled, everything at its start."""
+    scene = _part("scene")
+    scene.modelname = scenario.name
+    scene.option.timestep = scenario.physics.timestep
+    low, high = (extreme(scene_points(scenario), axis=0) for extreme in (np.min, np.max))
+    scene.stat.center = [*(0.5 * (low + high)), 0.5]
+    scene.stat.extent = max(2.0, 0.5 * float(np.hypot(*(high - low))))
+    floor = scene.geom("floor")
+    floor.pos = [*np.round(0.5 * (low + high)), 0.0]
+    floor.size = [*np.ceil(0.5 * (high - low) + 20.0), 0.1]
+    _attach(scene, _robot(scenario.robot), "robot/", *scenario.robot.start)
+    for i, wall in enumerate(scenario.walls):
+        _add_wall(scene, wall, f"wall{i}/")
+    for i, table in enumerate(scenario.tables):
+        _attach(scene, _table(table), f"table{i}/", *table.position, table.yaw)
+    for i, pillar in enumerate(scenario.pillars):
+        _attach(scene, _pillar(pillar), f"pillar{i}/", *pillar.position)
+    for i, person in enumerate(scenario.people):
+        _attach(scene, _person(person, _SHIRTS[i % len(_SHIRTS)]), f"person{i}/", *person.start)
+    return scene
+
+
+def _attach(scene: mujoco.MjSpec, part: mujoco.MjSpec, prefix: str, x: float, y: float, yaw: float = 0.0) -> None:
+    frame = scene.worldbody.add_frame(pos=[x, y, 0.0], quat=[np.cos(0.5 * yaw), 0.0, 0.0, np.sin(0.5 * yaw)])
+    scene.attach(part, prefix=prefix, frame=frame)
+
+
+def _robot(robot: Robot) -> mujoco.MjSpec:
+    part = _part("robot")
+    for name, margin in (("chassis", 0.0), ("bumper", 0.002), ("deck", -0.025)):
+        geom = part.geom(name)
+        geom.size = [robot.radius + margin, *geom.size[1:]]
+    part.geom("mark").pos = [robot.radius - 0.095, 0.0, 0.301]
+    return part
+
+
+def _table(table: Table) -> mujoco.MjSpec:
+    part = _part("table")
+    x, y = 0.5 * table.size[0], 0.5 * table.size[1]
+    half_height = 0.5 * table.height - 0.01  # ends within the top
+    for i, (sx, sy) in enumerate(((1, 1), (-1, 1), (-1, -1), (1, -1))):
+        leg = part.geom(f"leg{i}")
+        leg.pos, leg.size = [sx * x, sy * y, half_height], [table.leg_radius, half_height, 0.0]
+    top = part.geom("top")
+    overhang = table.leg_radius + 0.02
+    top.size, top.pos = [x + overhang, y + overhang, 0.015], [0.0, 0.0, table.height - 0.015]
+    return part
+
+
+def _pillar(pillar: Pillar) -> mujoco.MjSpec:
+    part = _part("pillar")
+    geom = part.geom("pillar")
+    geom.size, geom.pos = [pillar.radius, 0.5 * pillar.height, 0.0], [0.0, 0.0, 0.5 * pillar.height]
+    rim = min(0.03, 0.5 * pillar.height)
+    part.geom("rim").size, part.geom("rim").pos = [pillar.radius + 0.002, rim, 0.0], [0.0, 0.0, rim]
+    return part
+
+
+def _person(person: Person, shirt: tuple[float, float, float]) -> mujoco.MjSpec:
+    part = _part("pedestrian")
+    half = 0.5 * max(_SHOULDER - person.radius, 0.6)
+    body = part.geom("body")
+    body.size, body.pos = [person.radius, half, 0.0], [0.0, 0.0, half]
+    part.geom("head").pos = [0.0, 0.0, 2.0 * half + person.radius + _HEAD - _SHOULDER]
+    part.material("shirt").rgba = [*shirt, 1.0]
+    return part
+
+
+def _add_wall(scene: mujoco.MjSpec, wall: Wall, prefix: str) -> None:
+    (x0, y0), (x1, y1) = wall.start, wall.end
+    yaw = atan2(y1 - y0, x1 - x0) % pi
+    body = scene.worldbody.add_body(
+        name=f"{prefix}wall",
+        pos=[0.5 * (x0 + x1), 0.5 * (y0 + y1), 0.5 * wall.height],
+        quat=[np.cos(0.5 * yaw), 0.0, 0.0, np.sin(0.5 * yaw)],
+    )
+    body.add_geom(
+        name=f"{prefix}wall",
+        type=mujoco.mjtGeom.mjGEOM_BOX,
+        size=[0.5 * hypot(x1 - x0, y1 - y0), 0.5 * wall.thickness, 0.5 * wall.height],
+        material="wall",
+        group=SEEN_BY_LIDAR,
+        contype=FIXED,
+        conaffinity=0,
+    )

@@ -1,0 +1,56 @@
+"""What the robot measures: exact values from the engine plus every channel's noise."""
+
+import numpy as np
+
+from mjnav.geometry.angles import wrap
+from mjnav.messages import Reading
+from mjnav.motion.diff_drive import twist_of_wheels
+from mjnav.rng import stream
+from mjnav.scenarios.spec import Scenario
+from mjnav.world.draws import Draws
+from mjnav.world.engine import Engine
+
+_ROBOT_CHANNELS = ("odometry.v", "odometry.omega", "gyro", "pose.x", "pose.y", "pose.theta")
+
+
+class Sensors:
+    """All sensors, read together. Each reading draws equally often from every stream, whatever there is to see."""
+
+    def __init__(self, scenario: Scenario, seed: int):
+        distributions = scenario.noise.distributions()
+        people = [f"person{i}" for i in range(len(scenario.people))]
+        columns = [(channel, "robot") for channel in _ROBOT_CHANNELS]
+        columns += [(f"detection.{axis}", person) for person in people for axis in "xy"]
+        self._draws = Draws(distributions, columns, seed)
+        self._range_noise, self._range_rng = distributions["lidar.range"], stream(seed, "lidar.range")
+        self._max_range = scenario.sensors.lidar_range
+        self._before: tuple[float, tuple[float, float], float] | None = None  # time, wheel angles, yaw
+
+    def read(self, engine: Engine, time: float) -> Reading:
+        """A reading of the present moment.
+
+        Odometry is the mean twist since the reading before by the encoders, the gyro's value the mean yaw rate: its
+        exact integral, as a rate-integrating gyro gives it. In the first reading both are noise alone.
+        """
+        noise = self._draws.row()
+        wheels, yaw, pose = engine.wheel_angles(), engine.yaw(), engine.robot_pose()
+        interval, odometry, turn_rate = 0.0, np.zeros(2), 0.0
+        if self._before is not None:
+            time_before, (left, right), yaw_before = self._before
+            interval = time - time_before
+            odometry[:] = twist_of_wheels((wheels[0] - left) / interval, (wheels[1] - right) / interval)
+            turn_rate = (yaw - yaw_before) / interval
+        self._before = time, wheels, yaw
+        pose += noise[3:6]
+        pose[2] = wrap(pose[2])
+        ranges = engine.scan()
+        range_noise = self._range_noise.sample(self._range_rng, len(ranges))
+        return Reading(
+            time=time,
+            interval=interval,
+            odometry=odometry + noise[:2],
+            gyro=float(turn_rate + noise[2]),
+            pose=pose,
+            detections=engine.people_position() + noise[6:].reshape(-1, 2),
+            scan=np.where(np.isfinite(ranges), np.clip(ranges + range_noise, 0.0, self._max_range), np.inf),
+        )

@@ -1,0 +1,136 @@
+"""One world that runs: engine, people, actuation and sensors on one clock of whole steps."""
+
+import hashlib
+import struct
+from collections.abc import Iterable
+from math import isfinite
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from mjnav.errors import InvalidValue
+from mjnav.messages import Reading, WorldState
+from mjnav.scenarios.spec import Scenario
+from mjnav.world import pedestrians
+from mjnav.world.actuation import NOISE_WINDOW, Actuation
+from mjnav.world.engine import make_engine
+from mjnav.world.grid import Grid, whole_steps
+from mjnav.world.sensors import Sensors
+
+
+class Simulator:
+    """The world of a scenario under a seed.
+
+    The same commands over the same time end in the same state, bit for bit, however calls of `advance` slice it and
+    whether or not anybody looks.
+    """
+
+    def __init__(self, scenario: Scenario, seed: int):
+        self._scenario = scenario
+        self._timestep = scenario.physics.timestep
+        self._step = 0
+        self._pedestrians = pedestrians.Pedestrians(scenario.people)
+        start = np.array([person.start for person in scenario.people], float).reshape(-1, 2)
+        # People are already walking when the run begins.
+        self._engine = make_engine(
+            scenario,
+            self._pedestrians.velocities(0.0, start, np.zeros_like(start), np.array(scenario.robot.start), np.zeros(2)),
+        )
+        self._actuation = Actuation(scenario, seed)
+        self._sensors = Sensors(scenario, seed)
+        self._readings: list[Reading] = []
+        self._noise_windows = Grid(NOISE_WINDOW, self._timestep)
+        self._decisions = Grid(pedestrians.PERIOD, self._timestep)
+        self._sensing = Grid(1.0 / scenario.sensors.rate, self._timestep)
+        self._pass_moment()
+
+    @property
+    def timestep(self) -> float:
+        """[s]"""
+        return self._timestep
+
+    @property
+    def time(self) -> float:
+        """[s] since the start."""
+        return self._step * self._timestep
+
+    def advance(self, duration: float, command: ArrayLike, switches: Iterable[tuple[float, ArrayLike]] = ()) -> None:
+        """Moves on by `duration` [s], a whole number of steps, with `command` (v, omega) in force.
+
+        Each (offset [s], command) of `switches`, in order of time, takes force at its offset. Raises InvalidValue for
+        times that are no whole steps and commands that are not finite.
+        """
+        end = self._step + whole_steps("duration", duration, self._timestep)
+        changes = [(self._step + whole_steps("switches", at, self._timestep), _finite(c)) for at, c in switches]
+        current = _finite(command)
+        self._engine.contacts.clear()
+        for until, following in [*changes, (end, current)]:
+            until = min(until, end)
+            while self._step < until:
+                moment = min(until, self._noise_windows.next, self._decisions.next, self._sensing.next)
+                self._engine.advance(self._actuation.twists(current, moment - self._step))
+                self._step = moment
+                self._pass_moment()
+            current = following
+
+    def _pass_moment(self) -> None:
+        """Does what is due at the present step: it is done on reaching a moment, so that looking changes nothing."""
+        engine, step = self._engine, self._step
+        if self._sensing.due(step):
+            self._readings.append(self._sensors.read(engine, self.time))
+        if self._decisions.due(step):
+            engine.walk(
+                self._pedestrians.velocities(
+                    self.time,
+                    engine.people_position(),
+                    engine.people_velocity(),
+                    engine.robot_pose(),
+                    engine.robot_twist(),
+                )
+            )
+        if self._noise_windows.due(step):
+            self._actuation.open_window()
+
+    def sense(self) -> tuple[Reading, ...]:
+        """The readings since the last call, in order of time, the present moment's with them if one was due."""
+        readings = tuple(self._readings)
+        self._readings.clear()
+        return readings
+
+    def state(self) -> WorldState:
+        """The truth now, with the contacts of the latest `advance`.
+
+        A contact is seen by the step that starts in it, so one that begins with the last step belongs to the next call.
+        """
+        engine = self._engine
+        return WorldState(
+            time=self.time,
+            robot_pose=engine.robot_pose(),
+            robot_twist=engine.robot_twist(),
+            people_position=engine.people_position(),
+            people_velocity=engine.people_velocity(),
+            contacts=engine.contacts.seen(),
+        )
+
+    def state_hash(self) -> str:
+        """SHA-256 over time and everything in the engine on which the future depends, hexadecimal."""
+        return hashlib.sha256(struct.pack("<qd", self._step, self._timestep) + self._engine.state_bytes()).hexdigest()
+
+    def model_xml(self) -> str:
+        """The composed MuJoCo model as MJCF, to look at: it has six digits a number. Of either engine."""
+        from mjnav.world.scene import compose
+
+        return compose(self._scenario).to_xml()
+
+    def parts_hash(self) -> str:
+        """SHA-256 over the MJCF parts in models/, hexadecimal: says whether a replay composes the same world."""
+        from mjnav.world.scene import parts_hash
+
+        return parts_hash()
+
+
+def _finite(command: ArrayLike) -> tuple[float, float]:
+    v, omega = (float(value) for value in np.asarray(command, float))
+    if not (isfinite(v) and isfinite(omega)):
+        raise InvalidValue("command", (v, omega), "finite v [m/s] and omega [rad/s]")
+    return v, omega

@@ -1,0 +1,62 @@
+import numpy as np
+import pytest
+
+from mjnav.motion.diff_drive import ramp_mean, twist_of_wheels, wheel_speeds
+from mjnav.world.actuation import Actuation
+
+
+def test_wheel_speeds_and_their_inverse_are_a_round_trip_on_arrays():
+    twists = np.random.default_rng(0).normal(size=(50, 2))
+    np.testing.assert_allclose(
+        np.stack(twist_of_wheels(*wheel_speeds(twists[:, 0], twists[:, 1])), axis=-1), twists, atol=1e-12
+    )
+
+
+def test_the_set_point_moves_by_at_most_a_dt_each_step_and_arrives(scene):
+    actuation = Actuation(scene(), 0)
+    twists = actuation.twists((1.0, -1.5), 600)
+    change = np.diff(twists, axis=0, prepend=[[0.0, 0.0]])
+    assert np.abs(change[:, 0]).max() <= 1.0 * 0.002 + 1e-12
+    assert np.abs(change[:, 1]).max() <= 3.0 * 0.002 + 1e-12
+    assert tuple(twists[-1]) == actuation.set_point == (1.0, -1.5)
+
+
+def test_the_ramp_is_the_same_bits_however_it_is_sliced(scene):
+    whole, sliced = Actuation(scene(), 0), Actuation(scene(), 0)
+    parts = [sliced.twists((0.83, -1.31), n) for n in (1, 7, 50, 3, 239)]
+    np.testing.assert_array_equal(whole.twists((0.83, -1.31), 300), np.concatenate(parts))
+
+
+def test_the_ramp_is_the_one_by_which_commands_are_predicted(scene):
+    scenario = scene()
+    twists = Actuation(scenario, 0).twists((0.05, 1.2), 50)
+    mean, end = ramp_mean((0.0, 0.0), (0.05, 1.2), scenario.robot.limits, 0.1)
+    np.testing.assert_allclose(twists[-1], end, atol=1e-12)
+    np.testing.assert_allclose(twists.mean(0), mean, atol=0.004)  # half a step of 3 rad/s^2
+
+
+def test_commands_are_brought_within_the_bounds_but_the_robot_may_always_stop(scene):
+    actuation = Actuation(scene(robot={"min_speed": 0.2}), 0)
+    assert tuple(actuation.twists((9.0, -9.0), 2000)[-1]) == (1.0, -1.5)
+    assert tuple(actuation.twists((-9.0, 0.0), 2000)[-1]) == (0.0, 0.0)
+
+
+def test_each_window_has_one_draw_and_noise_is_not_limited(scene):
+    actuation = Actuation(scene(profile="gaussian"), 3)
+    draws = []
+    for _ in range(200):
+        actuation.open_window()
+        twists = actuation.twists((0.0, 0.0), 5)
+        assert (twists == twists[0]).all()
+        draws.append(twists[0])
+    assert np.std(draws, axis=0) == pytest.approx([0.05, 0.08], rel=0.2)
+
+
+def test_a_seed_gives_the_same_draws_and_another_seed_others(scene):
+    def draw(seed: int) -> np.ndarray:
+        actuation = Actuation(scene(profile="pearson"), seed)
+        actuation.open_window()
+        return actuation.twists((0.0, 0.0), 1)
+
+    np.testing.assert_array_equal(draw(1), draw(1))
+    assert (draw(1) != draw(2)).all()

@@ -1,0 +1,94 @@
+import numpy as np
+import pytest
+
+from mjnav.scenarios.spec import ConstantVelocity, Person, Pillar, Sensors, Table, Wall
+from mjnav.world.lidar import LIDAR_HEIGHT, beam_angles
+from mjnav.world.simulator import Simulator
+
+AHEAD = 180  # the beam along the heading, of 360
+
+
+def scan(scenario) -> np.ndarray:
+    return Simulator(scenario, 0).sense()[0].scan
+
+
+def test_beam_i_points_to_two_pi_i_over_b_minus_pi():
+    angles = beam_angles(8)
+    assert angles[0] == -np.pi
+    assert angles[4] == 0.0
+    np.testing.assert_allclose(np.diff(angles), np.pi / 4)
+
+
+def test_an_empty_room_returns_nothing_not_even_the_robot(scene, engine):
+    assert np.isinf(scan(scene(engine=engine))).all()
+
+
+@pytest.mark.parametrize("heading", [0.0, 0.7, -2.5])
+def test_a_wall_is_where_it_is(scene, engine, heading):
+    ranges = scan(scene(engine=engine, start=(0.5, 0.0, heading), walls=(Wall((3.0, -30.0), (3.0, 30.0)),)))
+    along = np.cos(beam_angles(360) + heading)
+    expected = np.where(along > 0.0, 2.45 / np.maximum(along, 1e-9), np.inf)
+    expected[expected > 10.0] = np.inf
+    np.testing.assert_allclose(ranges, expected, rtol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("things", "radius"),
+    [
+        ({"pillars": (Pillar((2.0, 0.0), 0.3),)}, 0.3),
+        ({"people": (Person((2.0, 0.0), ConstantVelocity((0.0, 0.0)), 0.35),)}, 0.35),
+        ({"tables": (Table((2.5, 0.5), size=(1.0, 1.0), leg_radius=0.04),)}, 0.04),
+    ],
+    ids=["pillar", "person", "leg"],
+)
+def test_a_disc_is_seen_as_a_disc(scene, engine, things, radius):
+    ranges = scan(scene(engine=engine, **things))
+    angles = beam_angles(360)
+    inside = np.abs(2.0 * np.sin(angles)) < radius - 1e-9
+    near = inside & (np.abs(angles) < 0.5 * np.pi)
+    expected = 2.0 * np.cos(angles) - np.sqrt(np.maximum(radius**2 - (2.0 * np.sin(angles)) ** 2, 0.0))
+    np.testing.assert_allclose(ranges[near], expected[near], atol=1e-6)
+    assert ranges[AHEAD] == pytest.approx(2.0 - radius, abs=1e-9)
+
+
+def test_under_a_table_only_the_legs_are_seen(scene, engine):
+    ranges = scan(scene(engine=engine, start=(0.0, 0.0, 0.0), tables=(Table((0.0, 0.0), size=(1.6, 0.8)),)))
+    hits = np.isfinite(ranges)
+    half_width = np.arcsin(0.03 / np.hypot(0.8, 0.4))
+    corners = np.arctan2([0.4, 0.4, -0.4, -0.4], [0.8, -0.8, -0.8, 0.8])
+    to_leg = np.abs(np.angle(np.exp(1j * (beam_angles(360)[:, None] - corners)))).min(1)
+    np.testing.assert_array_equal(hits, to_leg < half_width)
+
+
+def test_what_is_lower_than_the_lidar_is_not_seen(scene, engine):
+    low = scene(
+        engine=engine,
+        walls=(Wall((2.0, -2.0), (2.0, 2.0), height=LIDAR_HEIGHT - 0.01),),
+        pillars=(Pillar((-2.0, 0.0), 0.3, LIDAR_HEIGHT - 0.01),),
+    )
+    assert np.isinf(scan(low)).all()
+
+
+def test_beams_end_at_the_range(scene, engine):
+    walls = (Wall((3.0, -30.0), (3.0, 30.0)),)
+    ranges = scan(scene(engine=engine, walls=walls, sensors=Sensors(lidar_range=4.0, lidar_beams=720)))
+    assert ranges.shape == (720,)
+    assert ranges[np.isfinite(ranges)].max() <= 4.0
+    assert 0 < np.isfinite(ranges).sum() < 300
+
+
+def test_both_engines_see_the_same_room(clutter):
+    exact = [scan(clutter(engine=engine, start=(0.0, 0.2, 0.4))) for engine in ("mujoco", "kinematic")]
+    np.testing.assert_allclose(exact[0], exact[1], atol=1e-6)
+
+
+def test_noise_moves_hits_within_the_range_and_leaves_misses(scene, engine):
+    walls = (Wall((3.0, -30.0), (3.0, 30.0)),)
+    exact = scan(scene(engine=engine, walls=walls))
+    noisy = scan(scene(engine=engine, walls=walls, profile="gaussian"))
+    hits = np.isfinite(exact)
+    np.testing.assert_array_equal(np.isfinite(noisy), hits)
+    assert (noisy[hits] != exact[hits]).any()
+    assert np.std(noisy[hits] - exact[hits]) == pytest.approx(0.03, rel=0.3)
+    assert noisy[hits].min() >= 0.0
+    assert noisy[hits].max() <= 10.0

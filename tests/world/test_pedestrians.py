@@ -1,0 +1,95 @@
+import numpy as np
+import pytest
+
+from mjnav.scenarios.spec import ConstantVelocity, Person, Pillar, StopAndGo, Table, Wall, Waypoints
+from mjnav.world.pedestrians import ARRIVAL_TIME, Pedestrians
+from mjnav.world.simulator import Simulator
+
+FAR = (0.0, -8.0, 0.0)
+
+
+def walk(simulator: Simulator, duration: float, every: float = 0.02) -> tuple[np.ndarray, np.ndarray]:
+    """Positions and velocities over time, (T, P, 2) each."""
+    states = []
+    for _ in range(round(duration / every)):
+        simulator.advance(every, (0.0, 0.0))
+        states.append(simulator.state())
+    return np.array([s.people_position for s in states]), np.array([s.people_velocity for s in states])
+
+
+def test_a_person_of_constant_velocity_has_it_from_the_start_and_keeps_it(scene, engine):
+    scenario = scene(engine=engine, start=FAR, people=(Person((1.0, 2.0), ConstantVelocity((0.6, -0.3))),))
+    simulator = Simulator(scenario, 0)
+    np.testing.assert_allclose(simulator.state().people_velocity, [[0.6, -0.3]])
+    position, velocity = walk(simulator, 2.0)
+    np.testing.assert_allclose(velocity[:, 0], np.broadcast_to([0.6, -0.3], (100, 2)), atol=1e-9)
+    np.testing.assert_allclose(position[-1, 0], [2.2, 1.4], atol=1e-6)
+
+
+def test_stop_and_go_walks_for_go_time_and_stands_for_stop_time(scene, engine):
+    behaviour = StopAndGo((1.0, 0.0), go_time=1.0, stop_time=1.5)
+    simulator = Simulator(scene(engine=engine, start=FAR, people=(Person((0.0, 0.0), behaviour),)), 0)
+    _, velocity = walk(simulator, 3.4)
+    speed = velocity[:, 0, 0]
+    time = 0.02 * np.arange(1, len(speed) + 1)
+    assert speed[time < 1.0].min() == pytest.approx(1.0, abs=1e-6)
+    assert speed[(time > 2.1) & (time < 2.49)].max() < 0.02  # the servo's time constant is 0.175 s
+    assert speed[-1] > 0.97
+
+
+def test_waypoints_are_visited_in_turn_and_again(scene, engine):
+    corners = ((2.0, 0.0), (2.0, 2.0), (0.0, 0.0))
+    simulator = Simulator(scene(engine=engine, start=FAR, people=(Person((0.0, 0.0), Waypoints(corners)),)), 0)
+    position, velocity = walk(simulator, 18.0)
+    for lap in np.array_split(position, 2):
+        for corner in corners:
+            assert np.hypot(*(lap[:, 0] - corner).T).min() < 0.25
+    assert np.hypot(*velocity[:, 0].T).max() < 1.0 + 1e-6
+
+
+def test_without_loop_a_person_stands_at_the_last_waypoint(scene, engine):
+    behaviour = Waypoints(((1.0, 0.0), (1.0, 1.0)), speed=1.2, loop=False)
+    simulator = Simulator(scene(engine=engine, start=FAR, people=(Person((0.0, 0.0), behaviour),)), 0)
+    position, velocity = walk(simulator, 2.0 + 8.0 * ARRIVAL_TIME)
+    np.testing.assert_allclose(position[-1, 0], [1.0, 1.0], atol=0.01)
+    assert np.hypot(*velocity[-1, 0]) < 0.01
+
+
+def test_behaviours_are_mixed_without_mixing_up_people():
+    people = (
+        Person((0.0, 0.0), ConstantVelocity((1.0, 0.0))),
+        Person((5.0, 0.0), Waypoints(((5.0, 3.0),), speed=0.5)),
+        Person((9.0, 0.0), ConstantVelocity((0.0, -2.0))),
+        Person((7.0, 0.0), StopAndGo((0.3, 0.0), 1.0, 1.0)),
+    )
+    positions = np.array([person.start for person in people])
+    arguments = (positions, np.zeros((4, 2)), np.zeros(3), np.zeros(2))
+    pedestrians = Pedestrians(people)
+    np.testing.assert_allclose(pedestrians.velocities(0.5, *arguments), [[1, 0], [0, 0.5], [0, -2], [0.3, 0]])
+    np.testing.assert_allclose(pedestrians.velocities(1.5, *arguments), [[1, 0], [0, 0.5], [0, -2], [0, 0]])
+    assert Pedestrians(()).velocities(0.0, np.zeros((0, 2)), np.zeros((0, 2)), np.zeros(3), np.zeros(2)).shape == (0, 2)
+
+
+@pytest.mark.parametrize(
+    "obstacle",
+    [
+        {"walls": (Wall((2.0, -2.0), (2.0, 2.0)),)},
+        {"pillars": (Pillar((2.0, 0.0), 0.25),)},
+        {"tables": (Table((2.5, 0.4), size=(1.0, 0.8)),)},
+    ],
+    ids=["wall", "pillar", "table"],
+)
+def test_a_blocked_person_stays_where_it_is(scene, engine, obstacle):
+    person = Person((0.0, 0.0), ConstantVelocity((1.0, 0.0)))
+    simulator = Simulator(scene(engine=engine, start=FAR, people=(person,), **obstacle), 0)
+    position, velocity = walk(simulator, 4.0)
+    assert position[:, 0, 0].max() < 1.76
+    np.testing.assert_allclose(position[-1, 0], position[-50, 0], atol=0.005)
+    assert np.hypot(*velocity[-1, 0]) < 0.01
+
+
+def test_people_pass_through_one_another(scene, engine):
+    people = (Person((0.0, 0.0), ConstantVelocity((1.0, 0.0))), Person((2.0, 0.0), ConstantVelocity((-1.0, 0.0))))
+    simulator = Simulator(scene(engine=engine, start=FAR, people=people), 0)
+    position, _ = walk(simulator, 2.0)
+    np.testing.assert_allclose(position[-1], [[2.0, 0.0], [0.0, 0.0]], atol=1e-6)

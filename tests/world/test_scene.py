@@ -1,0 +1,64 @@
+import mujoco
+import numpy as np
+import pytest
+
+from mjnav.scenarios.library import data_folder
+from mjnav.scenarios.spec import ConstantVelocity, Person, Pillar, Table
+from mjnav.world.lidar import LIDAR_HEIGHT
+from mjnav.world.scene import DECORATION, PARTS, UNSEEN, compose, parts_hash
+from mjnav.world.simulator import Simulator
+
+
+@pytest.mark.parametrize("part", PARTS)
+def test_every_part_compiles_on_its_own(part):
+    assert mujoco.MjModel.from_xml_path(str(data_folder("models") / f"{part}.xml")).nbody >= 1
+
+
+def test_sizes_come_from_the_scenario(scene):
+    scenario = scene(
+        robot={"radius": 0.3},
+        tables=(Table((3.0, 0.0), size=(1.2, 0.6), leg_radius=0.05, height=0.8),),
+        pillars=(Pillar((-2.0, 0.0), 0.4, 2.0),),
+        people=(Person((0.0, 2.0), ConstantVelocity((0.0, 0.0)), 0.25),),
+    )
+    model = compose(scenario).compile()
+    assert model.geom("robot/chassis").size[0] == 0.3
+    assert model.geom("table0/leg2").size[0] == 0.05
+    np.testing.assert_allclose(model.geom("table0/leg2").pos[:2], (-0.6, -0.3))
+    top = model.geom("table0/top")
+    assert top.pos[2] + top.size[2] == pytest.approx(0.8)
+    np.testing.assert_allclose(model.geom("pillar0/pillar").size[:2], (0.4, 1.0))
+    assert model.geom("person0/body").size[0] == 0.25
+    assert model.body("person0/body").mass[0] == pytest.approx(70.0)
+    assert model.body_subtreemass[model.body("robot/base").id] == pytest.approx(14.0)
+    assert model.site("robot/lidar").pos[2] == LIDAR_HEIGHT
+
+
+def test_a_turned_table_has_its_legs_where_the_scenario_says(scene):
+    table = Table((1.0, 2.0), yaw=0.6)
+    model = compose(scene(tables=(table,))).compile()
+    data = mujoco.MjData(model)
+    mujoco.mj_kinematics(model, data)
+    legs = [data.geom(f"table0/leg{i}").xpos[:2] for i in range(4)]
+    np.testing.assert_allclose(legs, table.legs, atol=1e-9)
+
+
+def test_what_is_for_the_eye_only_touches_nothing_and_hides_from_the_lidar(clutter):
+    model = compose(clutter()).compile()
+    decoration = model.geom_group == DECORATION
+    assert decoration.any()
+    assert not model.geom_contype[decoration].any()
+    assert not model.geom_conaffinity[decoration].any()
+    robot = [i for i in range(model.ngeom) if model.geom(i).name.startswith("robot/")]
+    assert set(model.geom_group[robot]) <= {UNSEEN, DECORATION}
+
+
+def test_the_model_can_be_read_back(clutter, engine):
+    model = mujoco.MjModel.from_xml_string(Simulator(clutter(engine=engine), 0).model_xml())
+    assert model.body("person1/body").id > 0
+    assert model.body("wall2/wall").id > 0
+
+
+def test_the_parts_hash_is_a_sha256_and_stays():
+    assert len(parts_hash()) == 64
+    assert parts_hash() == parts_hash()

@@ -1,0 +1,94 @@
+import numpy as np
+import pytest
+
+from mjnav.scenarios.spec import ConstantVelocity, Person, Sensors
+from mjnav.world.simulator import Simulator
+
+
+@pytest.mark.parametrize("control_rate", [1.0, 5.0, 10.0, 20.0, 50.0, 100.0])
+@pytest.mark.parametrize("sensor_rate", [10.0, 25.0])
+def test_readings_come_at_the_sensors_rate_whatever_the_control_rate(scene, control_rate, sensor_rate):
+    scenario = scene(engine="kinematic", sensors=Sensors(rate=sensor_rate, lidar_beams=4))
+    simulator = Simulator(scenario, 0)
+    readings = list(simulator.sense())
+    assert [reading.time for reading in readings] == [0.0]
+    for _ in range(round(2.0 * control_rate)):
+        simulator.advance(1.0 / control_rate, (0.5, 0.0))
+        new = simulator.sense()
+        assert all(reading.time <= simulator.time for reading in new)
+        readings += new
+    times = [reading.time for reading in readings]
+    np.testing.assert_allclose(times, np.arange(len(times)) / sensor_rate, atol=1e-9)
+    assert len(times) == 2 * sensor_rate + 1
+    np.testing.assert_allclose([reading.interval for reading in readings[1:]], 1.0 / sensor_rate)
+    assert readings[0].interval == 0.0
+    assert simulator.sense() == ()
+
+
+def test_encoders_without_noise_match_the_motion(scene, engine):
+    simulator = Simulator(scene(engine=engine), 0)
+    simulator.sense()
+    for _ in range(20):
+        simulator.advance(0.1, (0.7, 0.5))
+    heading = simulator.state().robot_pose[2]
+    readings = simulator.sense()
+    odometry = np.array([reading.odometry for reading in readings])
+    gyro = np.array([reading.gyro for reading in readings])
+    assert gyro.sum() * 0.1 == pytest.approx(heading, abs=1e-9)
+    assert odometry[:, 1].sum() * 0.1 == pytest.approx(heading, abs=0.005)
+    np.testing.assert_allclose(odometry[-1], [0.7, 0.5], atol=0.005)
+
+
+def test_the_yaw_rate_is_right_across_half_turns(scene, engine):
+    simulator = Simulator(scene(engine=engine, start=(0.0, 0.0, 3.0), sensors=Sensors(rate=0.2)), 0)
+    simulator.advance(5.0, (0.0, 1.5))
+    assert simulator.sense()[-1].gyro == pytest.approx(1.5 - 1.5 * 0.5 / 2 / 5.0, abs=0.02)
+
+
+def test_without_noise_pose_and_detections_are_the_truth(scene, engine):
+    people = (Person((2.0, 1.0), ConstantVelocity((0.5, 0.0))), Person((2.0, -1.0), ConstantVelocity((-0.2, 0.1))))
+    simulator = Simulator(scene(engine=engine, people=people), 0)
+    for _ in range(7):
+        simulator.advance(0.1, (0.3, -0.4))
+    reading, state = simulator.sense()[-1], simulator.state()
+    assert reading.time == state.time
+    np.testing.assert_allclose(reading.pose, state.robot_pose, atol=1e-12)
+    np.testing.assert_array_equal(reading.detections, state.people_position)
+
+
+def test_every_channel_has_its_own_noise_of_its_own_size(scene):
+    people = tuple(Person((2.0, y), ConstantVelocity((0.0, 0.0))) for y in (-1.0, 1.0))
+    sensors = Sensors(rate=100.0, lidar_beams=1)
+    simulator = Simulator(scene(engine="kinematic", profile="gaussian", people=people, sensors=sensors), 5)
+    truth = simulator.state().people_position
+    for _ in range(100):
+        simulator.advance(0.1, (0.0, 0.0))
+    readings = simulator.sense()
+    detections = np.array([reading.detections - truth for reading in readings]).reshape(-1, 4)
+    assert detections.std(0) == pytest.approx([0.12] * 4, rel=0.15)
+    correlation = np.corrcoef(detections.T) - np.eye(4)
+    assert np.abs(correlation).max() < 0.15
+    assert all(-np.pi < reading.pose[2] <= np.pi for reading in readings)
+
+
+def test_a_heading_near_pi_stays_wrapped_under_noise(scene):
+    simulator = Simulator(scene(engine="kinematic", profile="gaussian", start=(0.0, 0.0, 3.14)), 0)
+    for _ in range(100):
+        simulator.advance(0.1, (0.0, 0.0))
+    headings = np.array([reading.pose[2] for reading in simulator.sense()])
+    assert (headings > 0).any()
+    assert (headings < 0).any()
+    assert (np.abs(headings) <= np.pi).all()
+
+
+def test_draws_do_not_depend_on_what_the_robot_does(clutter, engine):
+    """The first detections' noise under two controllers is the same: seeds pair."""
+    scenario = clutter(engine=engine, profile="pearson")
+    noises = []
+    for command in ((0.0, 0.0), (0.2, 1.0)):
+        simulator, noise = Simulator(scenario, 9), []
+        for _ in range(5):
+            simulator.advance(0.1, command)
+            noise.append(simulator.sense()[-1].pose - simulator.state().robot_pose)
+        noises.append(noise)
+    np.testing.assert_allclose(noises[0], noises[1], atol=1e-12)
