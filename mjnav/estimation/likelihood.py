@@ -1,7 +1,6 @@
 """Likelihood of one sensor channel, with a floor, and the least noise that a filter believes in."""
 
 from dataclasses import dataclass
-from math import exp
 
 import numpy as np
 
@@ -61,7 +60,5 @@ class Likelihood:
 
     def density(self, error: Array) -> Array:
         """p(z | x) for errors z - x of any shape; never below the floor, never infinite."""
-        density = np.exp(self.noise.logpdf(error))
-        if not np.isfinite(density.max(initial=0.0)):
-            density = np.minimum(density, exp(MAX_LOG_DENSITY))
+        density = np.exp(np.minimum(self.noise.logpdf(error), MAX_LOG_DENSITY))
         return (1.0 - self.epsilon) * density + self.floor

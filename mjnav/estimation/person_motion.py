@@ -49,11 +49,16 @@ class PersonMotion:
     def predict(self, state: Array, interval: float, uniform: ArrayLike, normal: ArrayLike) -> Array:
         """States (..., 4) after `interval` [s], by draws uniform (...) from [0, 1) and normal (..., 2) from N(0, 1)."""
         q = self.turn_probability(interval)
-        uniform, normal, before = np.asarray(uniform)[..., None], np.asarray(normal), state[..., 2:]
-        walks = before + self.sway * np.sqrt(interval) * normal
-        turns = np.where(uniform < q * self.stop_share, 0.0, self.walking_speed * normal)
-        after = np.where(uniform < q, turns, walks)
-        return np.concatenate([state[..., :2] + 0.5 * interval * (before + after), after], axis=-1)
+        state, uniform, normal = np.asarray(state, float), np.asarray(uniform), np.asarray(normal)
+        kept = uniform >= q
+        std = np.where(kept, self.sway * np.sqrt(interval), self.walking_speed * (uniform >= q * self.stop_share))
+        moved = np.empty_like(state)
+        for axis in (0, 1):
+            before = state[..., 2 + axis]
+            after = kept * before + std * normal[..., axis]
+            moved[..., axis] = state[..., axis] + 0.5 * interval * (before + after)
+            moved[..., 2 + axis] = after
+        return moved
 
     def gaussian(self, interval: float) -> tuple[Array, Array]:
         """Transition matrix and covariance (4, 4) of a constant-velocity model with a Gaussian change of velocity.

@@ -41,13 +41,14 @@ def weighted_moments(particles: ArrayLike, weights: ArrayLike, *, heading: int |
 
     Column `heading` is an angle [rad]: its mean is the direction of the mean unit vector, its deviations are wrapped.
     """
-    particles, weights = np.asarray(particles, float), np.asarray(weights, float)
-    row = weights[..., None, :]  # (..., 1, n)
-    mean = (row @ particles)[..., 0, :]
+    weights = np.asarray(weights, float)
+    rows = np.ascontiguousarray(np.swapaxes(np.asarray(particles, float), -1, -2))  # (..., d, n): long inner loops
+    column = weights[..., None]  # (..., n, 1)
+    mean = (rows @ column)[..., 0]
     if heading is not None:
-        angle = particles[..., heading, None]  # (..., n, 1)
-        mean[..., heading] = np.arctan2(row @ np.sin(angle), row @ np.cos(angle))[..., 0, 0]
-    deviation = particles - mean[..., None, :]
+        angle = rows[..., heading, None, :]
+        mean[..., heading] = np.arctan2(np.sin(angle) @ column, np.cos(angle) @ column)[..., 0, 0]
+    deviation = rows - mean[..., None]
     if heading is not None:
-        deviation[..., heading] = wrap(deviation[..., heading])
-    return mean, np.swapaxes(deviation, -1, -2) @ (deviation * weights[..., None])
+        deviation[..., heading, :] = wrap(deviation[..., heading, :])
+    return mean, (deviation * weights[..., None, :]) @ np.swapaxes(deviation, -1, -2)
