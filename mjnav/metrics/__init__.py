@@ -1,0 +1,5 @@
+"""What a run was worth: pure functions of a trajectory and its scenario, from memory and from a log alike."""
+
+from mjnav.metrics.summary import summarise
+
+__all__ = ["summarise"]

@@ -31,15 +31,20 @@ class LogThread:
     A batch may be a generator, and then its messages are encoded here.
 
     The clock read here decides when bytes reach the disk and nothing else. A killed process loses what came after the
-    last flush. An error is raised by every call that follows.
+    last flush. An error is raised by every call that follows. The thread starts here, before any real-time scheduling
+    that it would inherit, and the writer may come later.
     """
 
-    def __init__(self, writer: Writer):
-        self._writer = writer
+    def __init__(self):
+        self._writer: Writer | None = None
         self._queue: queue.Queue[Iterable[Message] | None] = queue.Queue(_QUEUE_SIZE)
         self._error: Exception | None = None
         self._thread = threading.Thread(target=self._run, name="mjnav-log", daemon=True)
         self._thread.start()
+
+    def attach(self, writer: Writer) -> None:
+        """Writes with this writer what is put from now on."""
+        self._writer = writer
 
     def put(self, batch: Iterable[Message]) -> None:
         """Hands over messages; waits only where the disk cannot keep up. Raises what went wrong before."""
@@ -68,6 +73,7 @@ class LogThread:
             if self._error is not None:
                 continue  # the caller must not wait for ever on a full queue
             try:
+                assert self._writer is not None
                 for channel, time_ns, sequence, data in batch:
                     self._writer.add_message(channel, time_ns, data, time_ns, sequence)
                 if deadline is None:

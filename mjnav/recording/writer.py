@@ -4,7 +4,7 @@ import gzip
 import json
 import os
 from collections.abc import Iterable, Iterator, Mapping
-from contextlib import suppress
+from contextlib import contextmanager, nullcontext, suppress
 from pathlib import Path
 from types import TracebackType
 from typing import IO, Self
@@ -12,7 +12,7 @@ from typing import IO, Self
 from mcap.writer import CompressionType, Writer
 
 from mjnav.errors import InputError, MjnavError
-from mjnav.messages import TickRecord, TickTiming, WorldState
+from mjnav.messages import Event, TickRecord, TickTiming, WorldState
 from mjnav.recording.documents import encode_timing
 from mjnav.recording.geometry import time_ns
 from mjnav.recording.layout import foxglove_layout
@@ -72,7 +72,7 @@ class Recorder:
         self._channels: dict[str, int] = {}
         self._file: IO[bytes] | None = None
         self._writer: Writer | None = None
-        self._thread: LogThread | None = None
+        self._thread = LogThread()
         self._last: tuple[int, int] = (-1, 0)  # number and time [ns] of the last tick
         self._closed = False
 
@@ -98,35 +98,24 @@ class Recorder:
         now = self._last[1]
         self._put([Message(self._channels[TIMING], now, timing.tick, encode_timing(timing))])
 
-    def finish(self, final: WorldState, result: Mapping[str, object]) -> None:
-        """The state in which the run ended, the metadata `mjnav/result`, and the end of the file."""
+    def finish(self, final: WorldState, result: Mapping[str, object], events: Iterable[Event] = ()) -> None:
+        """The state in which the run ended, its last events, the metadata `mjnav/result`, and the end of the file."""
         self._open()
-        assert self._writer is not None
         now, tick = time_ns(final.time), self._last[0] + 1
-        self._put(
-            [
-                Message(self._channels[topic.name], now, tick, topic.encode_final(tick, final))
-                for topic in self._topics
-                if topic.encode_final is not None
-            ]
-        )
-        self._stop_thread()
-        self._writer.flush()
-        self._writer.add_metadata(RESULT, {key: _result_value(value) for key, value in result.items()})
-        self._close()
+        batch = [
+            Message(self._channels[topic.name], now, tick, topic.encode_final(tick, final))
+            for topic in self._topics
+            if topic.encode_final is not None
+        ]
+        batch += [Message(self._channels[EVENTS], now, tick, encode_event(final.time, event)) for event in events]
+        self._put(batch)
+        self._close({key: _result_value(value) for key, value in result.items()})
 
     def abort(self) -> None:
         """Ends the file without a result; what was written before is readable. Does nothing after `finish`."""
-        if self._closed:
-            return
-        try:
-            self._stop_thread()
-            self._close()
-        except (OSError, MjnavError):  # the disk failed, and who wrote last was told
-            self._closed = True
-            if self._file is not None:
-                with suppress(OSError):
-                    self._file.close()
+        if not self._closed:
+            with suppress(MjnavError):  # who wrote last was told
+                self._close()
 
     def __enter__(self) -> Self:
         return self
@@ -138,7 +127,7 @@ class Recorder:
 
     def _open(self) -> None:
         """Creates the file with all that a reader needs before the first message, unless it is there already."""
-        if self._thread is not None:
+        if self._writer is not None or self._closed:
             return
         try:
             self.path.parent.mkdir(parents=True, exist_ok=True)
@@ -148,35 +137,39 @@ class Recorder:
         writer = self._writer = Writer(
             self._file, chunk_size=CHUNK_SIZE, compression=CompressionType.LZ4, enable_data_crcs=True
         )
-        writer.start(library="mjnav")
-        writer.add_metadata(RUN, self._run_info)
-        for name, media_type, data in self._attachments:
-            writer.add_attachment(0, 0, name, media_type, data)
-        self._channels = _register(writer, self._topics)
-        writer.flush()
-        self._thread = LogThread(writer)
+        with self._one_line():
+            writer.start(library="mjnav")
+            writer.add_metadata(RUN, self._run_info)
+            for name, media_type, data in self._attachments:
+                writer.add_attachment(0, 0, name, media_type, data)
+            self._channels = _register(writer, self._topics)
+            writer.flush()
+        self._thread.attach(writer)
 
     def _put(self, batch: Iterable[Message]) -> None:
-        if self._thread is None or self._closed:
+        if self._closed:
             raise ValueError("a log takes nothing after its end")
-        try:
+        with self._one_line():
             self._thread.put(batch)
-        except OSError as error:
-            raise MjnavError(f"{self.path}: writing failed: {error.strerror}") from error
 
-    def _stop_thread(self) -> None:
-        if self._thread is None:
-            return
-        try:
-            self._thread.close()
-        except OSError as error:
-            raise MjnavError(f"{self.path}: writing failed: {error.strerror}") from error
-
-    def _close(self) -> None:
+    def _close(self, result: Mapping[str, str] | None = None) -> None:
+        """Ends the thread and the file, with `mjnav/result` where there is one."""
         self._closed = True
-        if self._writer is not None and self._file is not None:
-            with self._file:
+        with self._one_line(), self._file or nullcontext():
+            self._thread.close()
+            if self._writer is not None:
+                if result is not None:
+                    self._writer.flush()
+                    self._writer.add_metadata(RESULT, dict(result))
                 self._writer.finish()
+
+    @contextmanager
+    def _one_line(self) -> Iterator[None]:
+        """What the disk refuses as an error for people."""
+        try:
+            yield
+        except OSError as error:
+            raise MjnavError(f"{self.path}: writing failed: {error.strerror}") from error
 
 
 def _register(writer: Writer, table: tuple[Topic, ...]) -> dict[str, int]:

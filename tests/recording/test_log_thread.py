@@ -20,7 +20,8 @@ class CountingWriter:
 
 def test_what_was_handed_over_is_flushed_although_nothing_follows():
     writer = CountingWriter()
-    thread = LogThread(writer)
+    thread = LogThread()
+    thread.attach(writer)
     thread.put([Message(1, 0, 7, b"")])
     deadline = time.monotonic() + 20 * FLUSH_INTERVAL
     while not writer.flushes and time.monotonic() < deadline:
@@ -31,7 +32,8 @@ def test_what_was_handed_over_is_flushed_although_nothing_follows():
 
 def test_messages_keep_their_order_and_none_is_lost():
     writer = CountingWriter()
-    thread = LogThread(writer)
+    thread = LogThread()
+    thread.attach(writer)
     for i in range(500):
         thread.put([Message(1, 0, 2 * i, b""), Message(1, 0, 2 * i + 1, b"")])
     thread.close()
@@ -43,7 +45,8 @@ def test_an_error_while_encoding_reaches_the_caller():
         yield Message(1, 0, 0, b"")
         raise ZeroDivisionError
 
-    thread = LogThread(CountingWriter())
+    thread = LogThread()
+    thread.attach(CountingWriter())
     thread.put(broken())
     with pytest.raises(ZeroDivisionError):
         thread.close()

@@ -10,6 +10,7 @@ from mcap.writer import MCAP0_MAGIC, Writer
 from mjnav.errors import DamagedLogError, InputError
 from mjnav.messages import Status
 from mjnav.recording import Recorder, TrajectoryBuilder, open_log
+from mjnav.recording.log_thread import LogThread
 
 
 def record_run(path, scenario, made_up, contact, num_ticks=6, finish=True):
@@ -105,7 +106,8 @@ def whole(tmp_path_factory):
             if tick == 5:  # so that there is more than one chunk
                 recorder._thread.close()
                 recorder._writer.flush()
-                recorder._thread = type(recorder._thread)(recorder._writer)
+                recorder._thread = LogThread()
+                recorder._thread.attach(recorder._writer)
         recorder.finish(run.truth(12), {"outcome": "goal"})
     return folder / "whole.mcap"
 

@@ -3,6 +3,7 @@ import json
 import os
 import subprocess
 import sys
+import threading
 import time
 from dataclasses import replace
 from pathlib import Path
@@ -49,7 +50,7 @@ def log_path(tmp_path, scenario, made_up, event) -> Path:
         for tick in range(4):
             recorder.write(made_up.record(tick, events=(event,) if tick == 2 else ()))
             recorder.write_timing(made_up.timing(tick))
-        recorder.finish(made_up.truth(4), RESULT)
+        recorder.finish(made_up.truth(4), RESULT, (event,))
     return path
 
 
@@ -69,7 +70,9 @@ def test_mcaps_own_reader_decodes_every_topic_by_the_schema_in_the_file(log_path
             assert json.loads(message.schema.data)["title"] == message.schema.name
     whole = [0, 100_000_000, 200_000_000, 300_000_000]
     for topic, at in times.items():
-        assert at == ([200_000_000] if topic == "/events" else whole + [400_000_000] * (topic in FINAL_TOPICS)), topic
+        assert at == (
+            [200_000_000, 400_000_000] if topic == "/events" else whole + [400_000_000] * (topic in FINAL_TOPICS)
+        ), topic
 
 
 def test_the_run_comes_first_and_the_result_last(log_path):
@@ -113,6 +116,13 @@ def test_the_file_appears_with_the_first_tick(tmp_path, scenario, made_up):
         assert not path.parent.exists()
         recorder.write(made_up.record(0))
         assert path.read_bytes()[:8] == MCAP0_MAGIC
+
+
+def test_the_logs_thread_runs_before_the_first_tick(tmp_path, scenario):
+    before = threading.active_count()
+    with Recorder(tmp_path / "run.mcap", scenario, {}, "<mujoco/>"):
+        assert threading.active_count() == before + 1
+    assert threading.active_count() == before
 
 
 def test_a_recorder_that_wrote_nothing_leaves_nothing(tmp_path, scenario):

@@ -1,0 +1,94 @@
+"""How close the robot came to things, what it touched, and how long it was over a lane's boundary."""
+
+from collections.abc import Iterable
+
+import numpy as np
+
+from mjnav.geometry.clearance import segment_distance
+from mjnav.messages import Array, Contact, Trajectory
+from mjnav.scenarios.spec import Scenario, Wall
+
+KINDS: tuple[str, ...] = ("person", "table", "wall", "pillar")
+
+
+def min_clearance(trajectory: Trajectory, scenario: Scenario) -> float | None:
+    """Least distance between the robot's surface and any other [m]; None in an empty room, negative in contact.
+
+    Robot and people are taken to move straight from tick to tick, so nothing is missed between two. Table tops, above
+    the robot, do not count.
+    """
+    route = trajectory.robot_pose[:, :2]
+    clearances = [
+        *(
+            _disc_distance(route - trajectory.people_position[:, i]) - person.radius
+            for i, person in enumerate(scenario.people)
+        ),
+        *(_disc_distance(route - leg) - table.leg_radius for table in scenario.tables for leg in table.legs),
+        *(_disc_distance(route - pillar.position) - pillar.radius for pillar in scenario.pillars),
+        *(wall_distance(route, wall) for wall in scenario.walls),
+    ]
+    return min(clearances) - scenario.robot.radius if clearances else None
+
+
+def _disc_distance(relative: Array) -> float:
+    """Least distance from the origin of the polyline through `relative` (n, 2)."""
+    if len(relative) == 1:
+        return float(np.hypot(*relative[0]))
+    return float(segment_distance(np.zeros(2), relative[:-1], relative[1:]).min())
+
+
+def wall_distance(route: Array, wall: Wall) -> float:
+    """Least distance between the polyline `route` (n, 2), n >= 1, and a wall as thick as it is [m].
+
+    Outside of the wall it is exact: a straight line and a rectangle are closest at an end of the line or at a corner.
+    Inside it is minus the depth below the nearest face, at the route's corners.
+    """
+    start, end = np.array(wall.start), np.array(wall.end)
+    length = np.hypot(*(end - start))
+    along = (end - start) / length
+    across = np.array([-along[1], along[0]])
+    half = 0.5 * np.array([length, wall.thickness])
+    relative = route - 0.5 * (start + end)
+    local = np.stack([relative @ along, relative @ across], axis=-1)
+    excess = np.abs(local) - half
+    at_ends = np.hypot(*np.maximum(excess, 0.0).T) + np.minimum(excess.max(-1), 0.0)
+    if len(local) == 1:
+        return float(at_ends.min())
+    corners = np.array([[1, 1], [-1, 1], [-1, -1], [1, -1]]) * half
+    at_corners = segment_distance(corners[:, None], local[:-1], local[1:])
+    return float(min(at_ends.min(), at_corners.min()))
+
+
+def collisions(contacts: Iterable[Contact], period: float) -> dict[str, int]:
+    """How often the robot began to touch something, by kind.
+
+    A contact is reported in every period in which it lasts; the same body seen again within two periods [s] is the same
+    contact, so a bump that bounces counts once.
+    """
+    count: dict[str, int] = dict.fromkeys(KINDS, 0)
+    last: dict[str, float] = {}
+    for contact in sorted(contacts, key=lambda contact: contact.time):
+        if contact.time - last.get(contact.name, -np.inf) > 2.0 * period:
+            count[contact.kind] = count.get(contact.kind, 0) + 1
+        last[contact.name] = contact.time
+    return count
+
+
+def lane_violation(trajectory: Trajectory, scenario: Scenario) -> float | None:
+    """How long any part of the robot was over a boundary [s]; None without lanes.
+
+    Over the left one is d1 + radius > 0, over the right one d2 - radius < 0, linear between ticks.
+    """
+    if scenario.lanes is None:
+        return None
+    from mjnav.constraints.lane import lane_distance  # numba comes with its package
+
+    route, radius = trajectory.robot_pose[:, :2], scenario.robot.radius
+    left = lane_distance(route, scenario.lanes.left) + radius
+    right = radius - lane_distance(route, scenario.lanes.right)
+    excess = np.maximum(left, right)
+    before, after = excess[:-1], excess[1:]
+    over = np.maximum(before, 0.0) + np.maximum(after, 0.0)
+    size = np.abs(before) + np.abs(after)
+    share = np.divide(over, size, out=np.zeros_like(size), where=size > 0.0)
+    return float(share @ np.diff(trajectory.time))

@@ -1,0 +1,56 @@
+import numpy as np
+import pytest
+
+from mjnav.metrics import effort
+
+
+def test_control_cost_of_two_commands_by_hand():
+    command = np.array([[0.5, 0.0], [0.5, 1.0], [0.2, 1.0]])
+    expected = (0.5**2 + 0.17**2 * 1.0**2 + 0.3**2) / 0.1
+    assert effort.control_cost(command, 0.1) == pytest.approx(expected)
+
+
+def test_control_cost_counts_from_rest_and_a_constant_command_once():
+    assert effort.control_cost(np.tile([0.8, 0.0], (50, 1)), 0.1) == pytest.approx(6.4)
+    assert effort.control_cost(np.zeros((0, 2)), 0.1) == 0.0
+
+
+def straight_run(trajectory_through, nominal):
+    nominal = np.asarray(nominal, float)
+    xy = [[0.05 * i, 0.0] for i in range(len(nominal) + 1)]
+    return trajectory_through(xy, nominal=nominal)
+
+
+def test_time_to_avoid_is_from_the_first_tick_that_leaves_to_the_last(trajectory_through, scenario_with):
+    keep, leave = (0.5, 0.0), (0.5, 1.0)
+    trajectory = straight_run(trajectory_through, [keep, keep, leave, keep, leave, leave, keep, keep])
+    assert effort.time_to_avoid(trajectory, scenario_with()) == pytest.approx(0.4)
+
+
+def test_the_turn_from_the_start_is_no_avoiding(trajectory_through, scenario_with):
+    turn, keep, leave = (0.1, 1.5), (0.5, 0.0), (0.5, -1.0)
+    trajectory = straight_run(trajectory_through, [turn, turn, keep, leave, keep])
+    assert effort.time_to_avoid(trajectory, scenario_with()) == pytest.approx(0.1)
+    assert effort.time_to_avoid(straight_run(trajectory_through, [turn, turn, keep]), scenario_with()) == 0.0
+
+
+def test_a_stopped_nominal_control_that_faces_the_goal_keeps_the_way(trajectory_through, scenario_with):
+    trajectory = straight_run(trajectory_through, [(0.5, 0.0), (0.0, 0.0), (0.5, 0.0)])
+    assert effort.time_to_avoid(trajectory, scenario_with()) == 0.0
+
+
+def test_small_corrections_keep_the_way(trajectory_through, scenario_with):
+    trajectory = straight_run(trajectory_through, [(0.5, 0.1), (0.5, -0.3), (0.5, 0.2)])
+    assert effort.time_to_avoid(trajectory, scenario_with()) == 0.0
+
+
+def test_the_way_leads_to_the_next_waypoint_once_one_was_reached(trajectory_through, scenario_with):
+    scenario = scenario_with(waypoints=((1.0, 0.0), (1.0, 5.0)))
+    xy = [[0.0, 0.0], [0.5, 0.0], [0.9, 0.0], [1.0, 0.0], [1.0, 0.2]]
+    trajectory = trajectory_through(xy, nominal=np.array([(0.5, 0.0)] * 4))
+    # from the third tick on the goal is to the left and straight on leads away
+    assert effort.time_to_avoid(trajectory, scenario) == pytest.approx(0.2)
+
+
+def test_a_method_without_nominal_controls_has_no_time_to_avoid(trajectory_through, scenario_with):
+    assert effort.time_to_avoid(trajectory_through([[0, 0], [1, 0]]), scenario_with()) is None

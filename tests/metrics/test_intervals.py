@@ -1,0 +1,59 @@
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy import stats
+
+from mjnav.errors import InvalidValue
+from mjnav.metrics.intervals import paired_bootstrap, wilson
+
+
+@pytest.mark.parametrize(
+    ("successes", "trials", "low", "high"),
+    [  # Newcombe, Statistics in Medicine 17 (1998) 857, table I, method 3
+        (81, 263, 0.2553, 0.3662),
+        (15, 148, 0.0624, 0.1605),
+        (0, 20, 0.0000, 0.1611),
+        (1, 29, 0.0061, 0.1718),
+    ],
+)
+def test_wilson_gives_the_published_intervals(successes, trials, low, high):
+    assert wilson(successes, trials) == pytest.approx((low, high), abs=5e-5)
+
+
+@given(st.integers(1, 500), st.data())
+def test_wilson_equals_scipys_and_mirrors(trials, data):
+    successes = data.draw(st.integers(0, trials))
+    low, high = wilson(successes, trials)
+    expected = stats.binomtest(successes, trials).proportion_ci(method="wilson")
+    assert (low, high) == pytest.approx((expected.low, expected.high), abs=1e-12)
+    assert 0.0 <= low <= successes / trials <= high <= 1.0
+    assert wilson(trials - successes, trials) == pytest.approx((1.0 - high, 1.0 - low), abs=1e-12)
+
+
+def test_no_trials_have_no_rate():
+    assert wilson(0, 0) is None
+    with pytest.raises(InvalidValue, match="from 0 to the 3 trials"):
+        wilson(4, 3)
+
+
+def test_the_bootstrap_is_that_of_the_normal_approximation_for_many_pairs():
+    rng = np.random.default_rng(3)
+    common = rng.normal(size=2000) * 10.0  # what both methods share; unpaired it would drown the difference
+    a, b = common + 0.3 + rng.normal(size=2000), common
+    low, high = paired_bootstrap(a, b, np.random.default_rng(4))
+    difference = a - b
+    half = 1.96 * difference.std() / np.sqrt(2000)
+    assert (low, high) == pytest.approx((difference.mean() - half, difference.mean() + half), abs=0.1 * half)
+
+
+def test_the_bootstrap_draws_from_its_generator_alone_and_leaves_out_broken_pairs():
+    a, b = np.array([1.0, 2.0, np.nan, 4.0]), np.array([0.0, 0.5, 1.0, np.nan])
+    first = paired_bootstrap(a, b, np.random.default_rng(5), resamples=200)
+    assert first == paired_bootstrap(a[:2], b[:2], np.random.default_rng(5), resamples=200)
+    assert first == (1.0, 1.5)
+    assert paired_bootstrap([np.nan], [1.0], np.random.default_rng(0)) is None
+
+
+def test_equal_methods_differ_by_nothing():
+    assert paired_bootstrap([1.0, 2.0, 3.0], [1.0, 2.0, 3.0], np.random.default_rng(0)) == (0.0, 0.0)

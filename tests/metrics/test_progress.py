@@ -1,0 +1,44 @@
+import numpy as np
+import pytest
+
+from mjnav.metrics import progress
+
+
+def test_the_path_is_the_sum_of_its_steps(trajectory_through):
+    assert progress.path_length(trajectory_through([[0, 0], [3, 4], [3, 5]])) == pytest.approx(6.0)
+
+
+def test_the_ratio_is_to_the_way_over_all_waypoints(trajectory_through, scenario_with):
+    scenario = scenario_with(waypoints=((3.0, 0.0), (3.0, 4.0)))
+    assert progress.length(progress.way(scenario)) == pytest.approx(7.0)
+    trajectory = trajectory_through([[0, 0], [3, 0], [3, 4], [3, 7.5]])
+    assert progress.path_ratio(trajectory, scenario) == pytest.approx(10.5 / 7.0)
+
+
+def test_a_way_without_length_has_no_ratio(trajectory_through, scenario_with):
+    scenario = scenario_with(goal=(0.0, 0.0))
+    trajectory = trajectory_through([[0, 0], [1, 0]])
+    assert progress.path_ratio(trajectory, scenario) is None
+    assert progress.deviation(trajectory, scenario) == pytest.approx((0.5, 1.0))
+
+
+def test_deviation_is_the_time_mean_and_the_maximum(trajectory_through, scenario_with):
+    # a triangle of height 2 over two of four periods: (2 * 2 / 2) / 4
+    trajectory = trajectory_through([[0, 0], [1, 0], [2, -2], [3, 0], [4, 0]])
+    assert progress.deviation(trajectory, scenario_with()) == pytest.approx((0.5, 2.0))
+
+
+def test_being_behind_the_start_or_past_the_goal_is_no_deviation():
+    corners = np.array([[0.0, 0.0], [10.0, 0.0]])
+    points = np.array([[-3.0, 0.5], [5.0, 1.0], [13.0, -0.25], [-2.0, 0.0]])
+    np.testing.assert_allclose(progress.lateral_distance(points, corners), [0.5, 1.0, 0.25, 0.0])
+
+
+def test_at_a_corner_the_nearest_leg_counts():
+    corners = np.array([[0.0, 0.0], [4.0, 0.0], [4.0, 4.0]])
+    points = np.array([[2.0, 1.0], [3.5, 2.0], [5.0, -1.0], [4.5, 6.0], [-1.0, 0.3]])
+    np.testing.assert_allclose(progress.lateral_distance(points, corners), [1.0, 0.5, np.sqrt(2), 0.5, 0.3])
+
+
+def test_a_single_state_deviates_by_its_distance(trajectory_through, scenario_with):
+    assert progress.deviation(trajectory_through([[2.0, 0.75]]), scenario_with()) == pytest.approx((0.75, 0.75))

@@ -1,0 +1,122 @@
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
+
+from mjnav.messages import Contact
+from mjnav.metrics import safety
+from mjnav.scenarios.spec import LaneSpec, Pillar, Table, Wall
+
+coordinates = st.floats(-10, 10)
+routes = arrays(float, st.tuples(st.integers(1, 6), st.just(2)), elements=coordinates)
+
+
+def test_clearance_from_a_person_is_from_surface_to_surface(trajectory_through, scenario_with):
+    trajectory = trajectory_through([[0, 0], [1, 0]], people=[[[4.0, 4.0]], [[4.0, 4.0]]])
+    expected = 5.0 - 0.3 - 0.25
+    assert safety.min_clearance(trajectory, scenario_with(num_people=1)) == pytest.approx(expected)
+
+
+def test_an_encounter_between_two_ticks_is_seen(trajectory_through, scenario_with):
+    # they pass at x = 0.5, half-way between the ticks, 1 m apart
+    trajectory = trajectory_through([[0, 0], [1, 0]], people=[[[1.0, 1.0]], [[0.0, 1.0]]])
+    assert safety.min_clearance(trajectory, scenario_with(num_people=1)) == pytest.approx(1.0 - 0.55)
+
+
+def test_overlap_is_negative_clearance(trajectory_through, scenario_with):
+    trajectory = trajectory_through([[0, 0], [0, 0]], people=[[[0.5, 0.0]], [[0.5, 0.0]]])
+    assert safety.min_clearance(trajectory, scenario_with(num_people=1)) == pytest.approx(-0.05)
+
+
+def test_an_empty_room_has_no_clearance(trajectory_through, scenario_with):
+    assert safety.min_clearance(trajectory_through([[0, 0], [1, 0]]), scenario_with()) is None
+
+
+@pytest.mark.parametrize(
+    ("bodies", "expected"),
+    [
+        ({"pillars": (Pillar((1.0, 2.0), radius=0.4),)}, 2.0 - 0.4),
+        ({"walls": (Wall((-5.0, 3.0), (5.0, 3.0), thickness=0.2),)}, 2.9),
+        ({"walls": (Wall((3.0, 0.0), (9.0, 0.0), thickness=0.2),)}, 1.0),
+        ({"tables": (Table((1.0, 3.0), size=(2.0, 1.0), leg_radius=0.05),)}, 2.5 - 0.05),
+    ],
+)
+def test_clearance_from_still_bodies(trajectory_through, scenario_with, bodies, expected):
+    trajectory = trajectory_through([[0, 0], [2, 0]])
+    assert safety.min_clearance(trajectory, scenario_with(**bodies)) == pytest.approx(expected - 0.25)
+
+
+def test_the_nearest_of_all_bodies_counts(trajectory_through, scenario_with):
+    scenario = scenario_with(
+        num_people=1, pillars=(Pillar((0.0, 3.0), radius=0.5),), walls=(Wall((-9.0, -2.0), (9.0, -2.0)),)
+    )
+    trajectory = trajectory_through([[0, 0]], people=[[[9.0, 0.0]]])
+    assert safety.min_clearance(trajectory, scenario) == pytest.approx(1.95 - 0.25)
+
+
+def sampled_wall_distance(route, wall):
+    """Distance to the rectangle of many points along the route, each by clipping in the wall's frame."""
+    t = np.linspace(0, 1, 401)[:, None]
+    points = np.concatenate([a + t * (b - a) for a, b in pairwise(route)] or [route])
+    start, end = np.array(wall.start), np.array(wall.end)
+    length = np.linalg.norm(end - start)
+    along = (end - start) / length
+    local = (points - start) @ np.stack([along, [-along[1], along[0]]], axis=-1)
+    low, high = [0.0, -wall.thickness / 2], [length, wall.thickness / 2]
+    distance = np.linalg.norm(local - np.clip(local, low, high), axis=-1)
+    return distance.min()
+
+
+@given(routes, coordinates, coordinates, st.floats(0.1, 8), st.floats(-3.2, 3.2), st.floats(0.05, 1))
+def test_wall_distance_is_that_of_many_points_on_the_way(route, x, y, length, angle, thickness):
+    wall = Wall((x, y), (x + length * np.cos(angle), y + length * np.sin(angle)), thickness)
+    sampled = sampled_wall_distance(route, wall)
+    exact = safety.wall_distance(route, wall)
+    step = max(np.hypot(*np.diff(route, axis=0).T), default=0.0) / 400
+    if sampled > step:  # the route stays outside
+        assert sampled - step - 1e-9 <= exact <= sampled + 1e-9
+    assert exact <= sampled + 1e-9 or sampled <= step
+
+
+def test_inside_a_wall_the_distance_is_minus_the_depth():
+    wall = Wall((0.0, 0.0), (4.0, 0.0), thickness=1.0)
+    assert safety.wall_distance(np.array([[2.0, 0.2]]), wall) == pytest.approx(-0.3)
+    assert safety.wall_distance(np.array([[3.9, 0.0]]), wall) == pytest.approx(-0.1)
+
+
+def contact(name, time, kind="person"):
+    return Contact(kind, name, 1.0, time)
+
+
+def test_a_contact_that_lasts_counts_once_and_a_new_one_again():
+    lasting = [contact("person0", t) for t in (1.04, 1.1, 1.2, 1.3)]
+    assert safety.collisions(lasting, 0.1) == {"person": 1, "table": 0, "wall": 0, "pillar": 0}
+    again = [*lasting, contact("person0", 1.6)]
+    assert safety.collisions(again, 0.1)["person"] == 2
+
+
+def test_contacts_with_different_bodies_count_each():
+    contacts = [contact("person1", 1.0), contact("person0", 1.0), contact("wall0", 1.1, "wall")]
+    assert safety.collisions(contacts, 0.1) == {"person": 2, "table": 0, "wall": 1, "pillar": 0}
+
+
+def test_no_contact_counts_nothing():
+    assert sum(safety.collisions((), 0.1).values()) == 0
+
+
+def test_lane_violation_counts_the_time_that_any_part_is_over(trajectory_through, scenario_with):
+    lanes = LaneSpec(left=(0.0, 1.0, -1.0), right=(0.0, 1.0, 1.0))  # y <= 1 and y >= -1
+    scenario = scenario_with(lanes=lanes)
+    # the robot's edge is over the left boundary from y = 0.75 on: half of the second period, all of the third
+    trajectory = trajectory_through([[0, 0.5], [1, 0.5], [2, 1.0], [3, 1.0]])
+    assert safety.lane_violation(trajectory, scenario) == pytest.approx(0.15)
+    mirrored = trajectory_through([[0, -0.5], [1, -0.5], [2, -1.0], [3, -1.0]])
+    assert safety.lane_violation(mirrored, scenario) == pytest.approx(0.15)
+    assert safety.lane_violation(trajectory_through([[0, 0], [1, 0]]), scenario) == 0.0
+
+
+def test_without_lanes_there_is_no_violation_to_speak_of(trajectory_through, scenario_with):
+    assert safety.lane_violation(trajectory_through([[0, 0], [1, 0]]), scenario_with()) is None
