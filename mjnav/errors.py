@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable
 from difflib import get_close_matches
+from functools import partial
 
 _MAX_SHOWN = 120  # characters of a found value in a message
 
@@ -37,6 +38,10 @@ class InvalidValue(InputError, ValueError):
         if nearest is not None:
             parts.append(f"; did you mean {nearest!r}?")
         super().__init__("".join(parts))
+
+    def __reduce__(self):
+        # An exception is pickled as its message alone, which does not make it again; workers send theirs back.
+        return partial(InvalidValue, file=self.file, nearest=self.nearest), (self.key, self.found, self.allowed)
 
     def within(self, prefix: str = "", *, file: str | None = None) -> "InvalidValue":
         """The same error seen from outside: its key below `prefix`, in `file`."""

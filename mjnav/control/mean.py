@@ -9,6 +9,7 @@ from math import inf
 import numpy as np
 
 from mjnav.control.base import GridController
+from mjnav.control.nominal import least_violating
 from mjnav.control.problem import Problem
 from mjnav.messages import CandidateCosts
 
@@ -17,10 +18,9 @@ class Mean(GridController):
     """Chooses the nominal control."""
 
     def evaluate(self, problem: Problem) -> CandidateCosts:
-        """Goal cost where the mean violates nothing, infinite elsewhere; where all violate, the violation itself."""
+        """Goal cost where the mean violates nothing, or least where all violate; infinite elsewhere."""
         o, c = problem.observation, problem.candidates
-        violation = problem.violation
-        total = np.where(violation <= max(0.0, violation.min()), problem.goal, inf)
+        total = np.where(least_violating(problem.violation), problem.goal, inf)
         return CandidateCosts(
             v=c.v,
             omega=c.omega,

@@ -13,6 +13,8 @@ from mjnav.constraints.wall import wall_segment
 from mjnav.control.sample_cone import ConeBlocks, ConeRule
 from mjnav.messages import Array
 
+TIE = 1e-9  # relative difference below which two violations are the same
+
 
 @kernel
 def _add_violation(out, vx, vy, x, y, ovx, ovy, num_discs, radius_squared, unit, wall, form, horizons):
@@ -47,6 +49,14 @@ def mean_violation(blocks: ConeBlocks, rule: ConeRule, vx: Array, vy: Array) -> 
     return out
 
 
+def least_violating(violation: Array) -> np.ndarray:
+    """Which candidates violate nothing, or least where all do, (K,) bool.
+
+    Where the robot touches an obstacle already, all controls that lead away violate alike, but for rounding.
+    """
+    return violation <= max(0.0, violation.min()) * (1.0 + TIE)
+
+
 def cheapest(cost: Array, violation: Array) -> int:
     """Index of the least cost among those that violate nothing; else of the least violation, then cost."""
-    return int(np.argmin(np.where(violation <= max(0.0, violation.min()), cost, inf)))
+    return int(np.argmin(np.where(least_violating(violation), cost, inf)))

@@ -35,7 +35,7 @@ def in_reach(observation: Observation, mean: Array, limits: RobotLimits, paramet
         )
         radius = limits.radius + p.safety_margin
         cut = radius * np.sqrt(1.0 + p.clip) if p.normalise else np.sqrt(radius**2 + p.clip)
-        fastest = limits.max_speed + np.abs(observation.control_noise[:, 0]).max()
+        fastest = max(limits.max_speed, -limits.min_speed) + np.abs(observation.control_noise[:, 0]).max()
         reach = min(p.sensing_range, fastest * p.wall_horizon + cut)
         walls = [int(w) for w in np.flatnonzero(distance.min(axis=0) <= reach)]
     return Reach(tuple(discs), tuple(walls))

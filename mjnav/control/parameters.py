@@ -19,6 +19,14 @@ def at_least(key: str, value: float, low: float, *, above: bool = False) -> None
         raise InvalidValue(key, value, f"a number {'>' if above else '>='} {low:g}")
 
 
+def finite(parameters: Any, *keys: str) -> None:
+    """Refuses an infinite value of any of `keys`; a pair's too."""
+    for key in keys:
+        value = getattr(parameters, key)
+        if inf in (value if isinstance(value, tuple) else (value,)):
+            raise InvalidValue(key, value, "a finite number")
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Parameters:
     """What every method that chooses from the candidate grid shares, so that only the risk term differs.
@@ -58,9 +66,8 @@ class Parameters:
             at_least(key, getattr(self, key), 0.0, above=True)
         for key in ("heading_weight", "speed_change_weight", "turn_change_weight", "safety_margin"):
             at_least(key, getattr(self, key), 0.0)
-        for key in ("preferred_speed", "preview", "approach_time", "wall_horizon", "lane_horizon"):
-            if getattr(self, key) == inf:
-                raise InvalidValue(key, inf, "a finite number > 0")
+        finite(self, "preferred_speed", "preview", "approach_time", "wall_horizon", "lane_horizon", "safety_margin")
+        finite(self, "heading_weight", "speed_change_weight", "turn_change_weight")
 
 
 def make_parameters(kind: type[P], values: Mapping[str, Any], defaults: Mapping[str, Any] | None = None) -> P:

@@ -19,7 +19,7 @@ import numpy as np
 
 from mjnav.control.base import GridController, spread_columns
 from mjnav.control.desired import Desired
-from mjnav.control.parameters import Parameters, at_least
+from mjnav.control.parameters import Parameters, at_least, finite
 from mjnav.control.problem import Problem
 from mjnav.messages import Array, CandidateCosts, Decision, Observation
 from mjnav.rkhs.kernels import PolynomialKernel
@@ -45,6 +45,7 @@ class RkhsParameters(Parameters):
             at_least(key, getattr(self, key), 0.0)
         for weight in self.lane_weights:
             at_least("lane_weights", weight, 0.0)
+        finite(self, "weight", "lane_weights", "ball")
 
     @property
     def kernel(self) -> PolynomialKernel:

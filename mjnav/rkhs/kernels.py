@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 from math import comb, inf
+from numbers import Integral
 
 import numpy as np
 
@@ -22,7 +23,7 @@ class PolynomialKernel:
     offset: float = 1.0
 
     def __post_init__(self):
-        if isinstance(self.degree, bool) or self.degree != int(self.degree) or not 1 <= self.degree <= 10:
+        if not isinstance(self.degree, Integral) or isinstance(self.degree, bool) or not 1 <= self.degree <= 10:
             raise InvalidValue("degree", self.degree, "a whole number from 1 to 10")
         for name in ("scale", "offset"):
             if not 0.0 < getattr(self, name) < inf:
