@@ -1,0 +1,111 @@
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from mjnav.constraints import wall_clearance
+from mjnav.errors import InvalidValue
+
+POINT = st.tuples(st.floats(-5.0, 5.0), st.floats(-5.0, 5.0))
+VELOCITY = st.tuples(st.floats(-2.0, 2.0), st.floats(-2.0, 2.0))
+POINTS = 201
+
+
+def brute_force(p, q, start, end, horizon):
+    """Least distance over many points of both segments, and the half spacing of those points."""
+    p, q, start, end = (np.array(a, float) for a in (p, q, start, end))
+    share = np.linspace(0.0, 1.0, POINTS)[:, None]
+    path, wall = p + share * horizon * q, start + share * (end - start)
+    distance = np.hypot(path[:, None, 0] - wall[None, :, 0], path[:, None, 1] - wall[None, :, 1]).min()
+    spacing = (np.hypot(*(horizon * q)) + np.hypot(*(end - start))) / (POINTS - 1)
+    return distance, 0.5 * spacing
+
+
+def least_distance(p, q, start, end, horizon):
+    return float(np.sqrt(max(-float(wall_clearance(p, q, start, end, 0.0, horizon)), 0.0)))
+
+
+@settings(max_examples=60)
+@given(POINT, VELOCITY, POINT, POINT, st.floats(0.0, 3.0))
+def test_the_distance_is_that_of_the_nearest_of_many_points_of_path_and_wall(p, q, start, end, horizon):
+    sampled, spacing = brute_force(p, q, start, end, horizon)
+    exact = least_distance(p, q, start, end, horizon)
+    assert exact <= sampled + 1e-6
+    assert exact >= sampled - spacing - 1e-6
+
+
+@settings(max_examples=40)
+@given(POINT, st.floats(-3.2, 3.2), st.floats(0.0, 2.0), st.floats(-5.0, 5.0), st.floats(-1.0, 1.0))
+def test_paths_along_a_wall_agree_too(p, direction, speed, length, aside):
+    along = np.array([np.cos(direction), np.sin(direction)])
+    start = np.array(p) + aside * np.array([-along[1], along[0]])
+    arguments = (p, speed * along, start, start + length * along, 2.0)
+    sampled, spacing = brute_force(*arguments)
+    assert least_distance(*arguments) == pytest.approx(sampled, abs=spacing + 1e-6)
+
+
+@pytest.mark.parametrize(
+    ("p", "q", "start", "end", "horizon", "distance"),
+    [
+        ((0.0, 0.0), (1.0, 0.0), (1.0, -1.0), (1.0, 1.0), 2.0, 0.0),  # crosses
+        ((0.0, 0.0), (1.0, 0.0), (1.0, -1.0), (1.0, 1.0), 0.25, 0.75),  # stops short
+        ((0.0, 0.0), (1.0, 0.0), (1.0, 0.0), (1.0, 1.0), 2.0, 0.0),  # touches the wall's end
+        ((0.0, 0.0), (1.0, 0.0), (2.0, -1.0), (2.0, 1.0), 2.0, 0.0),  # ends on the wall
+        ((0.0, 0.0), (1.0, 0.0), (-5.0, 1.0), (5.0, 1.0), 2.0, 1.0),  # parallel
+        ((0.0, 0.0), (1.0, 0.0), (0.5, 0.0), (9.0, 0.0), 2.0, 0.0),  # on one line, overlapping
+        ((0.0, 0.0), (1.0, 0.0), (5.0, 0.0), (9.0, 0.0), 2.0, 3.0),  # on one line, apart
+        ((0.0, 0.0), (-1.0, 0.0), (1.0, -1.0), (1.0, 1.0), 2.0, 1.0),  # drives away
+        ((0.0, 0.0), (1.0, 0.0), (3.0, 1.0), (4.0, 5.0), 2.0, 2.0**0.5),  # end to end
+        ((0.0, 0.0), (0.0, 0.0), (3.0, -9.0), (3.0, 9.0), 2.0, 3.0),  # no path
+        ((0.0, 0.0), (1.0, 0.0), (3.0, 4.0), (3.0, 4.0), 0.0, 5.0),  # no path, no wall
+        ((0.0, 0.0), (1.0, 0.0), (1.0, 0.5), (1.0, 0.5), 2.0, 0.5),  # no wall, beside the path
+        ((0.0, 0.0), (1.0, 1.0), (0.0, 2.0), (2.0, 0.0), 2.0, 0.0),  # oblique
+    ],
+)
+def test_known_places_have_the_exact_distance_and_reversing_the_wall_changes_nothing(
+    p, q, start, end, horizon, distance
+):
+    for a, b in ((start, end), (end, start)):
+        f = float(wall_clearance(p, q, a, b, 0.3, horizon))
+        assert f == pytest.approx(0.09 - distance**2, abs=1e-12)
+
+
+def test_an_oblique_approach_is_seen_though_the_nearest_point_of_the_wall_is_not_on_the_way():
+    # The wall runs along x = 2 from y = 1 on: straight ahead it is clear, obliquely upwards it is hit.
+    assert float(wall_clearance((0.0, 0.0), (1.0, 0.0), (2.0, 1.0), (2.0, 9.0), 0.3, 4.0)) == pytest.approx(0.09 - 1.0)
+    assert float(wall_clearance((0.0, 0.0), (1.0, 1.0), (2.0, 1.0), (2.0, 9.0), 0.3, 4.0)) == pytest.approx(0.09)
+
+
+def test_all_arguments_broadcast():
+    p = np.array([[[0.0, 0.0]], [[0.0, 5.0]]])  # (2, 1, 2)
+    start, end = np.array([[1.0, -9.0], [3.0, -9.0], [-2.0, -9.0]]), np.array([[1.0, 9.0], [3.0, 9.0], [-2.0, 9.0]])
+    f = wall_clearance(p, (0.5, 0.0), start, end, np.array([0.1, 0.2, 0.3]), 1.0)
+    assert f == pytest.approx(np.array([[0.01 - 0.25, 0.04 - 6.25, 0.09 - 4.0]] * 2))
+
+
+@given(
+    *[st.tuples(*[st.one_of(st.floats(-1e70, 1e70), st.sampled_from([0.0, 1e-200, 5e-324]))] * 2)] * 4,
+    st.floats(0.0, 1e5),
+)
+def test_f_is_always_a_finite_number(p, q, start, end, horizon):
+    assert np.isfinite(float(wall_clearance(p, q, start, end, 0.3, horizon)))
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ({"horizon": -1.0}, "horizon: found -1.0; allowed: a finite number >= 0"),
+        ({"horizon": np.inf}, "horizon: found inf"),
+        ({"horizon": np.nan}, "horizon: found nan"),
+        ({"position": np.zeros(3)}, "position: found (3,); allowed: an array whose last axis is 2"),
+        ({"velocity": 0.0}, "velocity: found ()"),
+        ({"start": np.zeros((2, 1))}, "start: found (2, 1)"),
+        ({"end": np.zeros(0)}, "end: found (0,)"),
+    ],
+)
+def test_bad_input_is_refused_by_its_name(arguments, message):
+    points = dict.fromkeys(("position", "velocity", "start", "end"), (0.0, 0.0))
+    arguments = points | {"radius": 1.0, "horizon": 1.0} | arguments
+    with pytest.raises(InvalidValue) as error:
+        wall_clearance(**arguments)
+    assert message in str(error.value)

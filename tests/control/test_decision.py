@@ -1,0 +1,243 @@
+"""What must be true of every decision, whatever the numbers."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from mjnav.control import Status, make_controller, names
+from mjnav.messages import Lanes, ObstacleSamples
+
+SMALL = {"num_v": 6, "num_omega": 7}
+CROWDED = {"spread": 0.2, "near": 0.05, "far": 2.5, "num_samples": 9}
+
+
+@pytest.fixture(params=names())
+def controller(request, limits):
+    return make_controller(request.param, limits, 0.1, **SMALL)
+
+
+def assert_equal_costs(a, b, *, columns=None):
+    columns = slice(None) if columns is None else columns
+    for term, left, right in (
+        ("goal", a.costs.goal, b.costs.goal),
+        ("cone", a.costs.cone[:, columns], b.costs.cone),
+        ("lane", a.costs.lane, b.costs.lane),
+        ("total", a.costs.total, b.costs.total),
+    ):
+        size = np.abs(left[np.isfinite(left)]).max(initial=1.0)
+        assert left == pytest.approx(right, rel=1e-7, abs=1e-10 * size), term
+    assert a.costs.nominal == b.costs.nominal
+    assert (a.v, a.omega, a.status) == (b.v, b.omega, b.status)
+
+
+def turned(line, angle, shift):
+    """The line a x + b y + c = 0 in a world turned by `angle` about the origin and then shifted."""
+    a, b, c = line
+    a, b = a * np.cos(angle) - b * np.sin(angle), a * np.sin(angle) + b * np.cos(angle)
+    return (a, b, c - a * shift[0] - b * shift[1])
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_the_order_of_the_robots_samples_changes_nothing(controller, observe, seed):
+    o = observe(seed, num_samples=8)
+    order = np.random.default_rng(seed).permutation(8)
+    lanes = replace(o.lanes, left_offset=o.lanes.left_offset[order], right_offset=o.lanes.right_offset[order])
+    other = replace(o, robot_pose=o.robot_pose[order], control_noise=o.control_noise[order], lanes=lanes)
+    assert_equal_costs(controller.decide(o), controller.decide(other))
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_the_order_of_an_obstacles_samples_changes_nothing(controller, observe, seed):
+    o = observe(seed)
+    rng = np.random.default_rng(seed)
+    shuffled = []
+    for disc in o.obstacles:
+        order = rng.permutation(len(disc.position))
+        shuffled.append(replace(disc, position=disc.position[order], velocity=disc.velocity[order]))
+    assert_equal_costs(controller.decide(o), controller.decide(replace(o, obstacles=tuple(shuffled))))
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_the_order_of_the_obstacles_only_permutes_the_columns(controller, observe, seed):
+    o = observe(seed, num_obstacles=4, num_walls=2)
+    order = np.random.default_rng(seed).permutation(4)
+    other = replace(o, obstacles=tuple(o.obstacles[j] for j in order))
+    assert_equal_costs(controller.decide(o), controller.decide(other), columns=[*order, 4, 5])
+
+
+@pytest.mark.parametrize("crowded", [False, True])
+@pytest.mark.parametrize("seed", range(8))
+def test_a_turned_and_shifted_world_gives_the_same_decision(controller, observe, seed, crowded):
+    o = observe(seed, **(CROWDED if crowded else {}))
+    rng = np.random.default_rng(seed)
+    angle, shift = rng.uniform(-np.pi, np.pi), rng.normal(scale=20.0, size=2)
+    rotation = np.array([[np.cos(angle), np.sin(angle)], [-np.sin(angle), np.cos(angle)]])  # acts from the right
+    other = replace(
+        o,
+        robot_pose=np.column_stack([o.robot_pose[:, :2] @ rotation + shift, o.robot_pose[:, 2] + angle]),
+        obstacles=tuple(
+            replace(disc, position=disc.position @ rotation + shift, velocity=disc.velocity @ rotation)
+            for disc in o.obstacles
+        ),
+        goal=o.goal @ rotation + shift,
+        walls=o.walls @ rotation + shift,
+        lanes=replace(o.lanes, left=turned(o.lanes.left, angle, shift), right=turned(o.lanes.right, angle, shift)),
+    )
+    assert_equal_costs(controller.decide(o), controller.decide(other))
+
+
+def test_the_same_observation_gives_the_same_bits(controller, observe):
+    o = observe(1)
+    first, second = controller.decide(o), controller.decide(o)
+    for field in ("v", "omega", "goal", "cone", "lane", "total"):
+        assert getattr(first.costs, field).tobytes() == getattr(second.costs, field).tobytes()
+    assert (first.v, first.omega, first.status) == (second.v, second.omega, second.status)
+
+
+def test_an_observation_is_not_changed(controller, observe):
+    o = observe(2)
+    arrays = [o.robot_pose, o.control_noise, o.twist, o.goal, o.walls, o.obstacles[0].position, o.lanes.left_offset]
+    before = [a.copy() for a in arrays]
+    for a in arrays:
+        a.flags.writeable = False
+    controller.decide(o)
+    assert all((a == b).all() for a, b in zip(arrays, before, strict=True))
+
+
+@pytest.mark.parametrize("seed", range(10))
+def test_the_decision_is_the_cheapest_candidate_and_every_cost_is_a_number(controller, observe, seed):
+    decision = controller.decide(observe(seed, **(CROWDED if seed % 2 else {})))
+    costs = decision.costs
+    best = np.argmin(costs.total)
+    assert (decision.v, decision.omega) == (costs.v[best], costs.omega[best])
+    assert np.isfinite(costs.total[best])
+    assert not np.isnan(costs.total).any()
+    assert np.isfinite(costs.cone).all()
+    assert np.isfinite(costs.lane).all()
+
+
+@pytest.mark.parametrize("name", ["rkhs", "rkhs-paper"])
+def test_matching_costs_nothing_at_a_nominal_control_whose_samples_are_all_safe(observe, limits, name):
+    controller = make_controller(name, limits, 0.1, **SMALL, desired_min=0)
+    checked = 0
+    for seed in range(12):
+        o = observe(seed, near=2.0, far=6.0, lanes=False)
+        problem = controller.problem(o)
+        c, costs = problem.candidates, controller.evaluate(problem)
+        for block, column in enumerate(problem.cone.blocks.column):
+            samples = problem.cone.samples(block, c.v[problem.nominal], c.omega[problem.nominal])
+            if (samples <= 0.0).all():
+                size = 1.0 + np.abs(samples).max() ** (2 * controller.parameters.degree)
+                assert costs.cone[problem.nominal, column] == pytest.approx(0.0, abs=1e-12 * size)
+                checked += 1
+    assert checked >= 12
+
+
+@pytest.mark.parametrize("degree", [1, 3])
+def test_without_uncertainty_a_heavy_risk_leaves_the_nominal_control(alone, limits, degree):
+    rng = np.random.default_rng(degree)
+    checked = 0
+    for _ in range(30):
+        angle, distance = rng.uniform(-1.5, 1.5), rng.uniform(1.2, 4.0)
+        place = distance * np.array([np.cos(angle), np.sin(angle)])
+        disc = ObstacleSamples(place[None], rng.normal(scale=0.5, size=(1, 2)) - 0.5 * place[None] / distance, 0.3)
+        o = alone(obstacles=(disc,))
+        light, heavy = (make_controller("rkhs", limits, 0.1, degree=degree, weight=w).decide(o) for w in (0.0, 1e9))
+        if heavy.status != Status.OK:
+            continue
+        assert light.costs.total.min() <= heavy.costs.goal[heavy.costs.nominal]
+        assert (heavy.v, heavy.omega) == (heavy.costs.v[heavy.costs.nominal], heavy.costs.omega[heavy.costs.nominal])
+        checked += light.v != heavy.v or light.omega != heavy.omega
+    assert checked >= 3  # the risk made a difference
+
+
+@pytest.mark.parametrize("name", ["rkhs", "rkhs-paper"])
+def test_without_risk_weight_only_the_goal_counts(observe, limits, name):
+    decision = make_controller(name, limits, 0.1, **SMALL, weight=0.0, lane_weights=(0.0, 0.0)).decide(observe(5))
+    assert (decision.costs.total == decision.costs.goal).all()
+
+
+def test_obstacles_out_of_range_or_beyond_the_number_have_columns_of_zeros(observe, limits):
+    o = observe(6, num_obstacles=5, far=6.5, num_walls=0)
+    gaps = [np.hypot(*(d.position.mean(0) - o.robot_pose[:, :2].mean(0))) - d.radius for d in o.obstacles]
+    nearest = np.argsort(gaps)
+
+    def seen(**parameters):
+        return set(
+            np.flatnonzero(make_controller("rkhs", limits, 0.1, clip=np.inf, **parameters).decide(o).costs.cone.any(0))
+        )
+
+    assert seen() == set(range(5))
+    for number in (1, 2, 4):
+        assert seen(max_obstacles=number) == set(nearest[:number])
+    middle = 0.5 * (gaps[nearest[2]] + gaps[nearest[3]])
+    assert seen(sensing_range=middle) == set(nearest[:3])
+
+
+def test_walls_have_the_columns_after_the_obstacles(alone, limits):
+    disc = ObstacleSamples(np.array([[-5.0, 4.0]]), np.zeros((1, 2)), 0.3)
+    ahead, behind = [[1.0, -1.0], [1.0, 1.0]], [[-6.0, -1.0], [-6.0, 1.0]]
+    cone = (
+        make_controller("rkhs", limits, 0.1)
+        .decide(alone(obstacles=(disc,), walls=np.array([behind, ahead])))
+        .costs.cone
+    )
+    assert cone.shape == (402, 3)
+    assert cone.any(axis=0).tolist() == [False, False, True]
+
+
+def test_a_robot_at_rest_that_faces_away_from_its_goal_turns(alone, limits):
+    for name in ("mean", "rkhs"):
+        for heading in (3.0, -3.0, np.pi, 2.0):
+            decision = make_controller(name, limits, 0.1).decide(alone(twist=(0.0, 0.0), heading=heading))
+            assert abs(decision.omega) == pytest.approx(0.3)  # all that one period allows
+            if abs(heading) < np.pi:
+                assert np.sign(decision.omega) == -np.sign(heading)
+
+
+def test_a_robot_without_obstacles_drives_to_its_goal(controller, alone):
+    decision = controller.decide(alone())
+    assert decision.status == Status.OK
+    assert decision.v == pytest.approx(0.6)
+    assert abs(decision.omega) < 0.1
+
+
+def test_between_lanes_a_robot_near_the_left_one_turns_right(alone, limits):
+    zero = np.zeros(25)
+    lanes = Lanes((0.0, 1.0, -0.25), (0.0, 1.0, 2.0), zero, zero)
+    for name in ("mean", "rkhs"):
+        decision = make_controller(name, limits, 0.1).decide(alone(heading=0.1, goal=(5.0, 1.0), lanes=lanes))
+        assert decision.omega < 0.0
+
+
+def test_the_status_says_when_no_candidate_meets_the_constraints(controller, alone):
+    on_top = ObstacleSamples(np.array([[0.1, 0.0]]), np.zeros((1, 2)), 0.3)
+    decision = controller.decide(alone(obstacles=(on_top,)))
+    assert decision.status == Status.INFEASIBLE_NOMINAL
+    assert decision.status.advice
+
+
+def test_the_status_says_when_the_robot_stands_and_stays(controller, alone):
+    at_goal = alone(twist=(0.0, 0.0), goal=(0.0, 0.0))
+    decision = controller.decide(at_goal)
+    assert (decision.v, decision.omega, decision.status) == (0.0, 0.0, Status.STOPPED)
+    moving = controller.decide(replace(at_goal, twist=np.array([0.05, 0.0])))
+    assert moving.status == Status.OK
+
+
+def test_every_status_but_ok_carries_advice():
+    assert Status.OK.advice == ""
+    assert all(len(status.advice) > 10 for status in Status if status != Status.OK)
+
+
+def test_the_closest_obstacles_samples_are_those_of_the_decision(observe, limits):
+    o = observe(7, num_obstacles=4)
+    gaps = [np.hypot(*(d.position.mean(0) - o.robot_pose[:, :2].mean(0))) - d.radius for d in o.obstacles]
+    for name in names():
+        controller = make_controller(name, limits, 0.1, **SMALL)
+        index, samples, desired = controller.closest_cone(o, controller.decide(o))
+        assert index == np.argmin(gaps)
+        assert samples.shape == (5 * len(o.obstacles[index].position),)
+        assert (desired <= 0.0).all()
+        assert controller.closest_cone(replace(o, obstacles=()), controller.decide(o)) is None

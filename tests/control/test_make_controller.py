@@ -1,0 +1,110 @@
+from math import inf, nan
+
+import numpy as np
+import pytest
+
+from mjnav.control import PRESETS, REGISTRY, make_controller, names
+from mjnav.errors import InvalidValue
+from mjnav.messages import RobotLimits
+
+
+def test_the_names_are_sorted_and_each_makes_a_controller(limits):
+    assert names() == ("mean", "rkhs", "rkhs-paper")
+    for name in names():
+        assert callable(make_controller(name, limits, 0.1).decide)
+
+
+def test_the_registries_cannot_be_written():
+    for registry in (REGISTRY, PRESETS):
+        with pytest.raises(TypeError):
+            registry["x"] = "y"
+
+
+def test_rkhs_paper_is_the_literal_method(limits):
+    p = make_controller("rkhs-paper", limits, 0.125).parameters
+    assert (p.form, p.degree, p.scale, p.offset) == ("line", 3, 1.0, 1.0)
+    assert (p.normalise, p.clip, p.sensing_range) == (False, inf, inf)
+    assert p.max_obstacles >= 100_000
+    assert (p.desired_min, p.heading_weight, p.safety_margin) == (0, 0.0, 0.0)
+    assert (p.preview, p.lane_horizon) == (0.125, 0.125)
+
+
+def test_given_parameters_come_over_those_of_the_preset(limits):
+    p = make_controller("rkhs-paper", limits, 0.1, form="ray", preview=1, degree=2, lane_weights=[1, 2]).parameters
+    assert (p.form, p.preview, p.degree, p.lane_weights, p.clip) == ("ray", 1.0, 2, (1.0, 2.0), inf)
+    assert all(isinstance(value, float) for value in (p.preview, *p.lane_weights))
+
+
+def test_the_shared_parameters_are_the_same_in_every_tuned_method(limits):
+    rkhs, mean = (make_controller(name, limits, 0.1).parameters for name in ("rkhs", "mean"))
+    assert all(getattr(rkhs, key) == getattr(mean, key) for key in type(mean).__dataclass_fields__)
+    assert (rkhs.num_v, rkhs.num_omega, rkhs.samples, rkhs.max_obstacles, rkhs.safety_margin) == (20, 20, 25, 8, 0.05)
+
+
+@pytest.mark.parametrize(
+    ("name", "parameters", "message"),
+    [
+        ("rkhz", {}, "method: found 'rkhz'; allowed: mean, rkhs, rkhs-paper; did you mean 'rkhs'?"),
+        ("rkhs", {"weigth": 1.0}, "weigth: found 'weigth'; allowed: approach_time, ball, clip, degree"),
+        ("rkhs", {"weigth": 1.0}, "did you mean 'weight'?"),
+        ("mean", {"degree": 2}, "degree: found 'degree'; allowed: approach_time, clip, form"),
+        ("rkhs", {"weight": "heavy"}, "weight: found 'heavy'; allowed: a number"),
+        ("rkhs", {"weight": True}, "weight: found True; allowed: a number"),
+        ("rkhs", {"degree": 2.0}, "degree: found 2.0; allowed: a whole number"),
+        ("rkhs", {"num_v": True}, "num_v: found True; allowed: a whole number"),
+        ("rkhs", {"normalise": 1}, "normalise: found 1; allowed: true or false"),
+        ("rkhs", {"form": 3}, "form: found 3; allowed: a string"),
+        ("rkhs", {"lane_weights": 3.0}, "lane_weights: found 3.0; allowed: a list of two numbers"),
+        ("rkhs", {"lane_weights": [1.0]}, "lane_weights: found [1.0]; allowed: a list of two numbers"),
+        ("rkhs", {"form": "lime"}, "form: found 'lime'; allowed: line, ray, segment; did you mean 'line'?"),
+        ("mean", {"window": "bound"}, "window: found 'bound'; allowed: bounds, reachable; did you mean 'bounds'?"),
+        ("rkhs", {"degree": 0}, "degree: found 0; allowed: a whole number from 1 to 10"),
+        ("rkhs", {"degree": 11}, "degree: found 11; allowed: a whole number from 1 to 10"),
+        ("rkhs", {"scale": 0.0}, "scale: found 0.0; allowed: a finite number > 0"),
+        ("rkhs", {"offset": -1.0}, "offset: found -1.0; allowed: a finite number > 0"),
+        ("rkhs", {"weight": -1.0}, "weight: found -1.0; allowed: a number >= 0"),
+        ("rkhs", {"weight": nan}, "weight: found nan; allowed: a number >= 0"),
+        ("rkhs", {"weight": inf}, "weight: found inf; allowed: a finite number"),
+        ("rkhs", {"lane_weights": [1.0, -2.0]}, "lane_weights: found -2.0; allowed: a number >= 0"),
+        ("rkhs", {"lane_weights": [1.0, inf]}, "lane_weights: found (1.0, inf); allowed: a finite number"),
+        ("rkhs", {"ball": inf}, "ball: found inf; allowed: a finite number"),
+        ("rkhs", {"desired_min": -1}, "desired_min: found -1; allowed: a number >= 0"),
+        ("mean", {"num_v": 0}, "num_v: found 0; allowed: a number >= 1"),
+        ("mean", {"max_obstacles": 0}, "max_obstacles: found 0; allowed: a number >= 1"),
+        ("mean", {"samples": 0}, "samples: found 0; allowed: a number >= 1"),
+        ("mean", {"preview": 0.0}, "preview: found 0.0; allowed: a number > 0"),
+        ("mean", {"preview": inf}, "preview: found inf; allowed: a finite number"),
+        ("mean", {"wall_horizon": inf}, "wall_horizon: found inf; allowed: a finite number"),
+        ("mean", {"horizon": nan}, "horizon: found nan; allowed: a number > 0"),
+        ("mean", {"clip": 0.0}, "clip: found 0.0; allowed: a number > 0"),
+        ("mean", {"sensing_range": -1.0}, "sensing_range: found -1.0; allowed: a number > 0"),
+        ("mean", {"heading_weight": -0.1}, "heading_weight: found -0.1; allowed: a number >= 0"),
+        ("mean", {"heading_weight": inf}, "heading_weight: found inf; allowed: a finite number"),
+        ("mean", {"safety_margin": -0.1}, "safety_margin: found -0.1; allowed: a number >= 0"),
+    ],
+)
+def test_what_cannot_be_is_refused_with_what_is_allowed(limits, name, parameters, message):
+    with pytest.raises(InvalidValue) as error:
+        make_controller(name, limits, 0.1, **parameters)
+    assert message in str(error.value)
+
+
+@pytest.mark.parametrize("key", ["horizon", "sensing_range", "clip"])
+def test_a_bound_is_switched_off_by_infinity(observe, limits, key):
+    decision = make_controller("rkhs", limits, 0.1, **{key: inf}).decide(observe(3))
+    assert np.isfinite(decision.costs.total).all()
+
+
+@pytest.mark.parametrize("period", [0.0, -0.1, nan, inf])
+def test_a_period_that_is_none_is_refused(limits, period):
+    with pytest.raises(InvalidValue, match="period: found"):
+        make_controller("rkhs", limits, period)
+
+
+@pytest.mark.parametrize(
+    ("field", "value"),
+    [("max_speed", 0.0), ("max_turn_rate", nan), ("max_acceleration", inf), ("radius", -1.0), ("min_speed", 1.0)],
+)
+def test_limits_that_are_none_are_refused(field, value):
+    with pytest.raises(InvalidValue, match=f"{field}: found"):
+        RobotLimits(**{field: value})

@@ -1,0 +1,57 @@
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from mjnav.geometry.angles import circular_mean, wrap
+
+ANGLES = st.floats(-1e4, 1e4)
+
+
+@given(ANGLES)
+def test_a_wrapped_angle_is_the_same_direction_in_the_half_open_range(angle):
+    wrapped = float(wrap(angle))
+    assert -np.pi < wrapped <= np.pi
+    assert np.cos(wrapped) == pytest.approx(np.cos(angle), abs=1e-9)
+    assert np.sin(wrapped) == pytest.approx(np.sin(angle), abs=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("angle", "expected"),
+    [(0.0, 0.0), (np.pi, np.pi), (-np.pi, np.pi), (3 * np.pi, np.pi), (2 * np.pi, 0.0), (1.5 * np.pi, -0.5 * np.pi)],
+)
+def test_the_ends_of_the_range_wrap_exactly(angle, expected):
+    assert float(wrap(angle)) == pytest.approx(expected, abs=1e-15)
+
+
+@pytest.mark.parametrize("turns", range(-5, 6))
+@pytest.mark.parametrize("towards", [-np.inf, np.inf])
+def test_the_neighbours_of_pi_stay_inside_the_range(turns, towards):
+    for steps in range(5):
+        angle = (2 * turns + 1) * np.pi
+        for _ in range(steps):
+            angle = np.nextafter(angle, towards)
+        assert -np.pi < float(wrap(angle)) <= np.pi
+
+
+def test_wrapping_keeps_the_shape():
+    assert wrap(np.zeros((2, 3))).shape == (2, 3)
+    assert wrap([7.0, -7.0]).tolist() == pytest.approx([7.0 - 2 * np.pi, 2 * np.pi - 7.0])
+
+
+def test_the_mean_direction_crosses_the_seam():
+    assert circular_mean([np.pi - 0.1, -np.pi + 0.3]) == pytest.approx(-np.pi + 0.1)
+    assert circular_mean([-np.pi]) == pytest.approx(np.pi)
+    assert circular_mean([0.2, 0.4, 0.6]) == pytest.approx(0.4)
+
+
+def test_the_mean_direction_follows_the_weights():
+    assert circular_mean([0.0, np.pi / 2], [1.0, 1.0]) == pytest.approx(np.pi / 4)
+    assert circular_mean([0.0, np.pi / 2], [2.0, 0.0]) == pytest.approx(0.0)
+    assert circular_mean([0.0, np.pi / 2], [1.0, np.sqrt(3.0)]) == pytest.approx(np.pi / 3)
+
+
+@given(st.lists(st.floats(-1.0, 1.0), min_size=1, max_size=10), ANGLES)
+def test_turning_all_angles_turns_their_mean(angles, turn):
+    turned = circular_mean(np.array(angles) + turn)
+    assert float(wrap(turned - circular_mean(angles) - turn)) == pytest.approx(0.0, abs=1e-9)

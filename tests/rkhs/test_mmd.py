@@ -1,0 +1,160 @@
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
+
+from mjnav.errors import InvalidValue
+from mjnav.rkhs import mmd_squared
+from mjnav.rkhs.kernels import PolynomialKernel
+from mjnav.rkhs.mmd import mmd_squared_gram
+from mjnav.rkhs.moments import moment_distance, raw_moments
+
+VALUES = st.floats(-10.0, 10.0)
+WEIGHTS = st.floats(-2.0, 2.0)
+SAMPLES = st.integers(1, 12).flatmap(
+    lambda n: st.tuples(arrays(float, n, elements=VALUES), arrays(float, n, elements=WEIGHTS))
+)
+KERNELS = st.fixed_dictionaries(
+    {"degree": st.integers(1, 5), "scale": st.floats(0.01, 5.0), "offset": st.floats(0.01, 5.0)}
+)
+
+
+def literal(x, y, alpha, beta, degree, scale, offset):
+    """MMD^2 and K_xx + K_yy, sums over pairs as in the definition."""
+
+    def k(a, b):
+        return (scale * a * b + offset) ** degree
+
+    xx = sum(a * b * k(u, v) for u, a in zip(x, alpha, strict=True) for v, b in zip(x, alpha, strict=True))
+    xy = sum(a * b * k(u, v) for u, a in zip(x, alpha, strict=True) for v, b in zip(y, beta, strict=True))
+    yy = sum(a * b * k(u, v) for u, a in zip(y, beta, strict=True) for v, b in zip(y, beta, strict=True))
+    # With weights of either sign K_xx may cancel; the rounding of a sum goes with the sum of its terms' sizes.
+    size = sum(abs(a * b) * abs(k(u, v)) for u, a in zip(x, alpha, strict=True) for v, b in zip(x, alpha, strict=True))
+    size += sum(abs(a * b) * abs(k(u, v)) for u, a in zip(y, beta, strict=True) for v, b in zip(y, beta, strict=True))
+    return xx - 2.0 * xy + yy, size
+
+
+@given(SAMPLES, SAMPLES, KERNELS)
+def test_moments_gram_matrices_and_the_definitions_sums_agree_for_any_weights_and_lengths(first, second, kernel):
+    (x, alpha), (y, beta) = first, second
+    expected, size = literal(x, y, alpha, beta, **kernel)
+    by_moments = mmd_squared(x, y, x_weights=alpha, y_weights=beta, **kernel)
+    by_gram = mmd_squared_gram(x, y, x_weights=alpha, y_weights=beta, **kernel)
+    assert by_moments == pytest.approx(expected, rel=0.0, abs=1e-9 * size + 1e-300)
+    assert by_gram == pytest.approx(expected, rel=0.0, abs=1e-9 * size + 1e-300)
+
+
+@given(SAMPLES, SAMPLES, KERNELS)
+def test_without_weights_every_sample_counts_the_same(first, second, kernel):
+    (x, _), (y, _) = first, second
+    alpha, beta = [1.0 / len(x)] * len(x), [1.0 / len(y)] * len(y)
+    expected, _ = literal(x, y, alpha, beta, **kernel)
+    k = PolynomialKernel(**kernel)
+    scale = k.gram(x, x).mean() + k.gram(y, y).mean()
+    assert mmd_squared(x, y, **kernel) == pytest.approx(expected, rel=0.0, abs=1e-9 * scale)
+    assert mmd_squared_gram(x, y, **kernel) == pytest.approx(expected, rel=0.0, abs=1e-9 * scale)
+
+
+@pytest.mark.parametrize(
+    ("x", "y", "kernel", "expected"),
+    [
+        ([2.0], [5.0], {"degree": 1}, 9.0),
+        ([2.0], [5.0], {"degree": 1, "scale": 3.0, "offset": 7.0}, 27.0),
+        # 2 (1 - 2)^2 + (1 - 4)^2
+        ([1.0], [2.0], {"degree": 2}, 11.0),
+        # scale 2, offset 3: c = 9, 12, 4
+        ([1.0], [2.0], {"degree": 2, "scale": 2.0, "offset": 3.0}, 12.0 + 4.0 * 9.0),
+        # equal means, variances 1 and 0: only p = 2 and p = 3, where E x^3 = 0
+        ([-1.0, 1.0], [0.0], {"degree": 3}, 3.0),
+        ([0.0, 0.0, 3.0], [1.0], {"degree": 3}, 3.0 * (3.0 - 1.0) ** 2 + (9.0 - 1.0) ** 2),
+    ],
+)
+def test_small_cases_come_out_exactly(x, y, kernel, expected):
+    assert mmd_squared(x, y, **kernel) == pytest.approx(expected, rel=1e-14)
+    assert mmd_squared_gram(x, y, **kernel) == pytest.approx(expected, rel=1e-13)
+
+
+@pytest.mark.parametrize("degree", range(1, 6))
+def test_weights_that_do_not_sum_to_one_add_the_term_of_order_zero(degree):
+    difference = mmd_squared([0.0], [0.0], degree=degree, offset=2.0, x_weights=[3.0], y_weights=[0.5])
+    assert difference == pytest.approx(2.0**degree * 2.5**2, rel=1e-14)
+
+
+@given(SAMPLES, st.integers(1, 5))
+def test_the_distance_is_zero_between_equal_distributions_however_they_are_written(first, degree):
+    x, _ = first
+    assert mmd_squared(x, x, degree=degree) == 0.0
+    twice = np.concatenate([x, x])
+    scale = PolynomialKernel(degree).gram(x, x).mean()
+    assert mmd_squared(x, twice, degree=degree) <= 1e-12 * scale
+
+
+def test_the_distance_of_degree_d_sees_the_moments_up_to_d_and_no_further():
+    # Weights 1/6, 2/3, 1/6 on -sqrt 3, 0, sqrt 3 have the moments 0, 1, 0, 3, 0 of a normal; -1 and 1 have 0, 1, 0, 1.
+    x, alpha = np.sqrt(3.0) * np.array([-1.0, 0.0, 1.0]), np.array([1.0, 4.0, 1.0]) / 6.0
+    y = [-1.0, 1.0]
+    for degree in (1, 2, 3):
+        assert mmd_squared(x, y, degree=degree, x_weights=alpha) == pytest.approx(0.0, abs=1e-28)
+    assert mmd_squared(x, y, degree=4, x_weights=alpha) == pytest.approx(4.0, rel=1e-12)
+
+
+@given(SAMPLES, SAMPLES, st.floats(0.01, 5.0), st.floats(0.01, 5.0))
+def test_degree_one_is_the_distance_of_the_means(first, second, scale, offset):
+    (x, _), (y, _) = first, second
+    expected = scale * (x.mean() - y.mean()) ** 2
+    assert mmd_squared(x, y, degree=1, scale=scale, offset=offset) == pytest.approx(expected, rel=1e-9, abs=1e-24)
+
+
+@given(SAMPLES, SAMPLES, KERNELS)
+def test_the_distance_is_symmetric_and_never_negative(first, second, kernel):
+    (x, alpha), (y, beta) = first, second
+    there = mmd_squared(x, y, x_weights=alpha, y_weights=beta, **kernel)
+    assert there >= 0.0
+    assert there == mmd_squared(y, x, x_weights=beta, y_weights=alpha, **kernel)
+
+
+@pytest.mark.parametrize("function", [mmd_squared, mmd_squared_gram])
+@pytest.mark.parametrize(
+    ("arguments", "key"),
+    [
+        ({"x": []}, "x"),
+        ({"x": 1.0}, "x"),
+        ({"y": [[1.0]]}, "y"),
+        ({"x": [1.0, np.nan]}, "x"),
+        ({"y": [np.inf]}, "y"),
+        ({"x_weights": [0.5]}, "x_weights"),
+        ({"y_weights": [np.nan]}, "y_weights"),
+        ({"y_weights": [[1.0]]}, "y_weights"),
+        ({"degree": 0}, "degree"),
+        ({"degree": 11}, "degree"),
+        ({"degree": 1.5}, "degree"),
+        ({"degree": 2.0}, "degree"),
+        ({"degree": np.nan}, "degree"),
+        ({"degree": True}, "degree"),
+        ({"degree": "3"}, "degree"),
+        ({"scale": 0.0}, "scale"),
+        ({"scale": -1.0}, "scale"),
+        ({"offset": 0.0}, "offset"),
+        ({"offset": np.inf}, "offset"),
+        ({"offset": np.nan}, "offset"),
+    ],
+)
+def test_bad_input_is_refused_by_its_name(function, arguments, key):
+    arguments = {"x": [1.0, 2.0], "y": [3.0], "degree": 2} | arguments
+    with pytest.raises(InvalidValue) as error:
+        function(arguments.pop("x"), arguments.pop("y"), **arguments)
+    assert error.value.key == key
+
+
+def test_the_feature_maps_coefficients_are_the_binomials():
+    assert PolynomialKernel(3).coefficients.tolist() == [1.0, 3.0, 3.0, 1.0]
+    assert PolynomialKernel(2, scale=2.0, offset=3.0).coefficients.tolist() == [9.0, 12.0, 4.0]
+    assert PolynomialKernel(np.int64(1), 2.0, 5.0).coefficients.tolist() == [5.0, 2.0]
+
+
+def test_moments_are_taken_over_the_last_axis():
+    x = np.array([[1.0, 2.0], [0.0, -3.0]])
+    assert raw_moments(x, 3).tolist() == [[1.0, 1.5, 2.5, 4.5], [1.0, -1.5, 4.5, -13.5]]
+    assert raw_moments(x, 1, np.array([2.0, 1.0])).tolist() == [[3.0, 4.0], [3.0, -3.0]]
+    assert moment_distance(x, np.zeros(2), np.array([1.0, 10.0])).tolist() == [41.0, 90.0]

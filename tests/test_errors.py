@@ -1,0 +1,62 @@
+import pickle
+
+import pytest
+
+from mjnav.errors import DamagedLogError, InputError, InvalidValue, MjnavError, unknown_name
+
+
+def test_exit_codes_are_those_of_the_command_line():
+    assert (MjnavError.exit_code, InputError.exit_code, DamagedLogError.exit_code) == (1, 2, 3)
+    assert InvalidValue("a", 1, "b").exit_code == 2
+
+
+def test_an_invalid_value_is_an_input_error_and_a_value_error():
+    error = InvalidValue("radius", -1.0, "a number > 0")
+    assert isinstance(error, InputError)
+    assert isinstance(error, ValueError)
+
+
+@pytest.mark.parametrize(
+    ("error", "message"),
+    [
+        (InvalidValue("people.0.radius", -1.0, "a number > 0"), "people.0.radius: found -1.0; allowed: a number > 0"),
+        (InvalidValue("", 3, "a table"), "found 3; allowed: a table"),
+        (InvalidValue("name", None, "a string"), "name: found nothing; allowed: a string"),
+        (
+            InvalidValue("form", "lime", "line, ray", file="a.toml", nearest="line"),
+            "a.toml: form: found 'lime'; allowed: line, ray; did you mean 'line'?",
+        ),
+    ],
+)
+def test_the_message_says_where_what_was_found_what_is_allowed_and_what_is_near(error, message):
+    assert str(error) == message
+
+
+def test_a_long_value_is_shortened():
+    message = str(InvalidValue("x", "y" * 10_000, "less"))
+    assert len(message) < 200
+    assert message.endswith("...; allowed: less")
+
+
+def test_an_integer_too_long_to_print_is_named_by_its_type():
+    assert str(InvalidValue("seed", 10**5000, "less")) == "seed: found a int; allowed: less"
+
+
+def test_seen_from_outside_the_key_and_the_file_are_longer_and_the_rest_stays():
+    inner = InvalidValue("radius", -1.0, "a number > 0", nearest="1.0")
+    outer = inner.within("people.0").within("", file="run.toml")
+    assert str(outer) == "run.toml: people.0.radius: found -1.0; allowed: a number > 0; did you mean '1.0'?"
+    assert str(inner) == "radius: found -1.0; allowed: a number > 0; did you mean '1.0'?"
+    assert outer.within("x").file == "run.toml"
+    assert str(InvalidValue("", 1, "b").within("a")) == "a: found 1; allowed: b"
+
+
+def test_an_unknown_name_lists_those_that_exist_and_the_nearest():
+    error = unknown_name("method", "rkhz", {"mean": 0, "rkhs": 1})
+    assert str(error) == "method: found 'rkhz'; allowed: mean, rkhs; did you mean 'rkhs'?"
+    assert unknown_name("method", "zzzzzz", ["mean", "rkhs"]).nearest is None
+
+
+def test_errors_survive_the_way_between_processes():
+    error = InvalidValue("form", "lime", "line, ray", file="a.toml", nearest="line")
+    assert str(pickle.loads(pickle.dumps(error))) == str(error)
