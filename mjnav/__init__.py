@@ -1,0 +1,31 @@
+"""mjnav: robot navigation under non-Gaussian uncertainty, in MuJoCo.
+
+import mjnav
+result = mjnav.run("hall", seed=3)
+print(result.summary["outcome"], result.summary["min_clearance_m"])
+"""
+
+from importlib import import_module
+from types import MappingProxyType
+from typing import Any
+
+__all__ = ["load_scenario", "open_log", "run"]
+
+# name -> where it is; imported when first asked for, so that `import mjnav` is cheap
+_API = MappingProxyType(
+    {
+        "load_scenario": "mjnav.loop.prepare",
+        "open_log": "mjnav.recording.reader",
+        "run": "mjnav.loop.run",
+    }
+)
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _API:
+        raise AttributeError(f"module 'mjnav' has no attribute {name!r}")
+    return getattr(import_module(_API[name]), name)
+
+
+def __dir__() -> list[str]:
+    return sorted([*globals(), *_API])

@@ -1,0 +1,66 @@
+"""`mjnav COMMAND ...`: finds the command's module, and turns what it raises into an exit code and a line of text."""
+
+import argparse
+import sys
+from collections.abc import Mapping, Sequence
+from importlib import import_module
+from types import MappingProxyType
+
+from mjnav.errors import InputError, MjnavError
+
+INTERRUPTED = 130
+
+# command -> (module, what it does); a module is imported when its command is called
+COMMANDS: Mapping[str, tuple[str, str]] = MappingProxyType(
+    {
+        "run": ("mjnav.cli.run", "run one episode of a scene"),
+        "list": ("mjnav.cli.list", "list scenes, controllers, noise profiles and behaviours"),
+        "inspect": ("mjnav.cli.inspect", "say what a log holds and how its run went"),
+    }
+)
+
+
+class _Parser(argparse.ArgumentParser):
+    def error(self, message: str):
+        raise InputError(f"{message}\n{self.format_usage().strip()}")
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Runs one command; returns its exit code."""
+    argv = sys.argv[1:] if argv is None else list(argv)
+    try:
+        return _execute(argv)
+    except KeyboardInterrupt:
+        print("mjnav: interrupted", file=sys.stderr)
+        return INTERRUPTED
+    except BrokenPipeError:  # the reader of our output has gone
+        sys.stderr.close()
+        return 0
+    except MjnavError as error:
+        print(f"mjnav: {error}", file=sys.stderr)
+        return error.exit_code
+
+
+def _execute(argv: list[str]) -> int:
+    parser = _Parser(prog="mjnav", description="Robot navigation under non-Gaussian uncertainty, in MuJoCo.")
+    parser.add_argument("--version", action="store_true", help="print the version and end")
+    commands = parser.add_subparsers(dest="command", metavar="COMMAND")
+    name = next((word for word in argv if not word.startswith("-")), None)
+    for command, (path, text) in COMMANDS.items():
+        sub = commands.add_parser(command, help=text, description=f"{text[0].upper()}{text[1:]}.")
+        if command == name:
+            import_module(path).configure(sub)
+    arguments = parser.parse_args(argv)
+    if arguments.version:
+        from importlib.metadata import version
+
+        print(version("mjnav"))
+        return 0
+    if arguments.command is None:
+        parser.print_help()
+        return 0
+    return import_module(COMMANDS[arguments.command][0]).execute(arguments)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,120 @@
+"""`mjnav run SCENE`: one episode."""
+
+import argparse
+import json
+import signal
+import sys
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any
+
+from mjnav.cli.main import INTERRUPTED
+from mjnav.loop.prepare import load_scenario
+
+COMPILE_NOTICE = 2.0  # [s] of silence before we say what takes so long
+
+
+def configure(parser: argparse.ArgumentParser) -> None:
+    """The command's options."""
+    parser.add_argument("scene", metavar="SCENE", help="a shipped scene's name, or the path of a run file")
+    parser.add_argument("--seed", type=int, metavar="N", help="in place of the run file's seed")
+    parser.add_argument("--controller", metavar="NAME", help="in place of the run file's, with its default parameters")
+    parser.add_argument(
+        "--set", action="append", default=[], dest="overrides", metavar="KEY=VALUE", help="any key: people.0.radius=0.4"
+    )
+    parser.add_argument("--real-time", action="store_true", help="pace the loop to the wall clock")
+    log = parser.add_mutually_exclusive_group()
+    log.add_argument("--log", metavar="PATH", help="where the log goes; runs/out/ by default")
+    log.add_argument("--no-log", action="store_true", help="write no log")
+    parser.add_argument("--json", action="store_true", help="one JSON object in place of text")
+
+
+def execute(arguments: argparse.Namespace) -> int:
+    """Runs the episode and prints how it went."""
+    scenario = load_scenario(arguments.scene, arguments.overrides, controller=arguments.controller, seed=arguments.seed)
+    from mjnav.loop.episode import warm_up
+    from mjnav.loop.run import run
+
+    with _notice():
+        warm_up(scenario)
+    with _interruptible() as interrupted:
+        result = run(
+            scenario,
+            real_time=arguments.real_time,
+            log=None if arguments.no_log else arguments.log or True,
+            stop=interrupted.is_set,
+        )
+    if arguments.json:
+        print(json.dumps(result.summary))
+    else:
+        print(describe(result.summary))
+    if interrupted.is_set():
+        print("mjnav: interrupted", file=sys.stderr)
+        return INTERRUPTED
+    return 0
+
+
+def describe(summary: dict[str, Any]) -> str:
+    """How a run went, for people."""
+    s = summary
+    collisions = ", ".join(f"{n} × {kind}" for kind, n in s["collisions"].items() if n) or "none"
+    compute = s["compute_ms"]
+    phases = ", ".join(
+        f"{name} {compute[name]['p50']:.2f}" for name in compute if name != "tick" and compute[name]["p50"] is not None
+    )
+    lines = [
+        f"{s['scene']}, {s['controller']}, seed {s['seed']}: {s['outcome']} after {_number(s['time_s'], '.1f')} s",
+        f"  collisions      {collisions}",
+        f"  min clearance   {_number(s['min_clearance_m'], '.2f')} m",
+        f"  path            {_number(s['path_length_m'], '.2f')} m, straight {_number(s['straight_line_m'], '.2f')} m, "
+        f"deviation {_number(s['mean_deviation_m'], '.2f')} m mean, {_number(s['max_deviation_m'], '.2f')} m max",
+        f"  control cost    {_number(s['control_cost'], '.2f')}",
+        f"  estimates       robot {_number(s['localization_rmse_m'], '.3f')} m, "
+        f"people {_number(s['tracking_rmse_m'], '.3f')} m RMSE",
+        f"  infeasible      {s['infeasible_ticks']} of {s['ticks']} ticks",
+        f"  speed           {_number(s['real_time_factor'], '.1f')} × real time; "
+        f"tick {_number(compute['tick']['p50'], '.2f')} ms p50, {_number(compute['tick']['p99'], '.2f')} ms p99",
+        f"                  ms p50 by phase: {phases}",
+    ]  # fmt: skip
+    if s["lane_violation_s"]:
+        lines.insert(2, f"  outside lanes   {s['lane_violation_s']:.1f} s")
+    if s["log"]:
+        lines.append(f"  log             {s['log']}")
+    return "\n".join(lines)
+
+
+def _number(value: float | None, form: str) -> str:
+    return "-" if value is None else format(value, form)
+
+
+@contextmanager
+def _interruptible() -> Iterator[threading.Event]:
+    """The first SIGINT or SIGTERM asks the run to end in order; the second ends the process."""
+    asked = threading.Event()
+
+    def ask(number: int, frame: object) -> None:
+        if asked.is_set():
+            signal.signal(number, signal.SIG_DFL)
+            signal.raise_signal(number)
+        asked.set()
+
+    before = {number: signal.signal(number, ask) for number in (signal.SIGINT, signal.SIGTERM)}
+    try:
+        yield asked
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
+
+
+@contextmanager
+def _notice() -> Iterator[None]:
+    """Says on standard error that kernels are being compiled, if it takes long enough to wonder."""
+    text = "mjnav: compiling for this machine; later runs start at once"
+    timer = threading.Timer(COMPILE_NOTICE, print, (text,), {"file": sys.stderr})
+    timer.daemon = True
+    timer.start()
+    try:
+        yield
+    finally:
+        timer.cancel()

@@ -1,0 +1,188 @@
+"""One episode: composes world, navigator, referee and recorder, and runs the loop to its end."""
+
+import hashlib
+from collections.abc import Callable
+from dataclasses import dataclass
+from itertools import count
+from pathlib import Path
+from typing import Any
+
+from mjnav.errors import MjnavError
+from mjnav.loop.pacer import FreePacer, RealTimePacer, Stopwatch
+from mjnav.loop.prepare import build_controller
+from mjnav.loop.referee import ABORTED, GOAL, Referee, describe
+from mjnav.loop.run_info import run_info
+from mjnav.loop.tick import Beliefs, Navigator
+from mjnav.messages import (
+    ConeDistribution,
+    Decision,
+    Event,
+    Observation,
+    Status,
+    TickRecord,
+    TickTiming,
+    Trajectory,
+    WorldState,
+)
+from mjnav.metrics.summary import summarise
+from mjnav.metrics.timing import compute_ms
+from mjnav.recording.trajectory import TrajectoryBuilder
+from mjnav.recording.writer import Recorder
+from mjnav.scenarios.spec import Scenario
+from mjnav.world.simulator import Simulator
+
+WARM_UP_TICKS = 3
+
+
+@dataclass(frozen=True, slots=True)
+class Result:
+    """How a run went: `summary` is what `mjnav run --json` prints, `trajectory` the arrays it was computed from."""
+
+    summary: dict[str, Any]
+    trajectory: Trajectory
+
+
+class Episode:
+    """One run of a scenario. `run` may be called once."""
+
+    def __init__(
+        self,
+        scenario: Scenario,
+        *,
+        log: Path | None = None,
+        pacer: FreePacer | RealTimePacer | None = None,
+        stop: Callable[[], bool] = lambda: False,
+    ):
+        """`stop` is asked before every tick whether to abort. Raises InputError for a log that cannot be written."""
+        self._scenario = scenario
+        self._pacer = pacer or FreePacer()
+        self._stop = stop
+        self._period = scenario.control.period
+        self._simulator = Simulator(scenario, scenario.seed)
+        self._navigator = Navigator(scenario, scenario.seed, build_controller(scenario))
+        self._referee = Referee(scenario)
+        self._trajectory = TrajectoryBuilder()
+        self._hash = hashlib.sha256()
+        self._beliefs: Beliefs | None = None
+        self._status = Status.OK
+        self._log = log
+        self._recorder = None
+        if log is not None:
+            info = run_info(scenario, scenario.seed, self._simulator.parts_hash())
+            self._recorder = Recorder(log, scenario, info, self._simulator.model_xml())
+
+    def run(self) -> Result:
+        """Runs to the goal, a collision, the time limit or an abort. A fault ends the log in order, then raises."""
+        began = self._pacer.now()
+        tick = 0
+        watch = Stopwatch(self._pacer.now)
+        try:
+            while True:
+                start = self._pacer.wait()
+                watch.start()
+                truth = self._simulator.state()
+                outcome = self._outcome(truth)
+                if outcome is not None:
+                    break
+                self._tick(tick, truth, watch)
+                timing = TickTiming(tick, tuple(watch.phases), start.lateness, start.missed)
+                self._trajectory.add_timing(timing)
+                if self._recorder is not None:
+                    self._recorder.write_timing(timing)
+                tick += 1
+        except BaseException as error:
+            self._finish(self._simulator.state(), ABORTED, tick, began, fault=repr(error))
+            if isinstance(error, Exception):
+                place = f"; the log is {self._log}" if self._log else ""
+                raise MjnavError(f"the run broke in tick {tick}: {error!r}{place}") from error
+            raise
+        return self._finish(truth, outcome, tick, began)
+
+    def _outcome(self, truth: WorldState) -> str | None:
+        if self._stop():
+            return ABORTED
+        return self._referee.outcome(truth, on_last_leg=self._navigator.on_last_leg)
+
+    def _tick(self, tick: int, truth: WorldState, watch: Stopwatch) -> None:
+        """Sense, estimate, decide, record, act: the world moves on by one period. A lap for each of PHASES."""
+        navigator = self._navigator
+        readings = self._simulator.sense()
+        watch.lap()
+        beliefs = self._beliefs = navigator.estimate(readings, self._beliefs)
+        watch.lap()
+        observation = navigator.observe(tick, beliefs)
+        decision, command = navigator.decide(tick, observation)
+        watch.lap()
+        self._hash.update(truth.robot_pose.tobytes() + beliefs.robot.mean.tobytes() + command.tobytes())
+        record = TickRecord(
+            tick=tick,
+            truth=truth,
+            reading=readings[-1] if readings else None,
+            belief=beliefs.robot,
+            tracks=beliefs.people,
+            observation=observation,
+            decision=decision,
+            command=command,
+            cone=self._cone(observation, decision) if self._recorder is not None else None,
+            events=self._events(truth, beliefs if readings else None, decision),
+        )
+        self._trajectory.add(record)
+        if self._recorder is not None:
+            self._recorder.write(record)
+        watch.lap()
+        self._simulator.advance(self._period, command)
+        watch.lap()
+
+    def _cone(self, observation: Observation, decision: Decision) -> ConeDistribution | None:
+        found = self._navigator.controller.closest_cone(observation, decision)
+        if found is None:
+            return None
+        obstacle, samples, desired = found
+        return ConeDistribution(self._navigator.names[obstacle], samples, desired, float((samples <= 0.0).mean()))
+
+    def _events(self, truth: WorldState, news: Beliefs | None, decision: Decision) -> tuple[Event, ...]:
+        events = [Event("error", "contact", describe(contact)) for contact in truth.contacts]
+        if news is not None:
+            recovered = [belief for belief in (news.robot, *news.people) if belief.recovered]
+            events += [
+                Event("warning", "recovery", f"the filter of {getattr(belief, 'name', 'robot')} was spread again")
+                for belief in recovered
+            ]
+        if decision.status != self._status:
+            level = "info" if decision.status == Status.OK else "warning"
+            text = ": ".join(part for part in (decision.status.value, decision.status.advice) if part)
+            events.append(Event(level, "decision", text))
+            self._status = decision.status
+        return tuple(events)
+
+    def _finish(self, final: WorldState, outcome: str, ticks: int, began: int, fault: str | None = None) -> Result:
+        seconds = (self._pacer.now() - began) * 1e-9
+        trajectory = self._trajectory.finish(final)
+        self._hash.update(self._simulator.state_hash().encode())
+        summary = {
+            "schema": 1,
+            "scene": self._scenario.name,
+            "controller": self._scenario.control.method,
+            "seed": self._scenario.seed,
+            **summarise(trajectory, self._scenario, outcome=outcome),
+            "ticks": ticks,
+            "compute_ms": compute_ms(trajectory.timing),
+            "real_time_factor": final.time / seconds if seconds > 0.0 else None,
+            "deadline_misses": trajectory.deadline_misses,
+            "state_hash": self._hash.hexdigest(),
+            "log": str(self._log) if self._log else None,
+        }
+        if self._recorder is not None:
+            events = [Event("error", "contact", describe(contact)) for contact in final.contacts]
+            if fault is not None:
+                events.append(Event("error", "fault", fault))
+            level = "info" if outcome == GOAL else "warning"
+            events.append(Event(level, "end", f"the run ended: {outcome}"))
+            self._recorder.finish(final, summary, tuple(events))
+        return Result(summary, trajectory)
+
+
+def warm_up(scenario: Scenario) -> None:
+    """Compiles and touches what a run of this scenario uses, in a few ticks that are thrown away."""
+    asked = count()
+    Episode(scenario, stop=lambda: next(asked) >= WARM_UP_TICKS).run()

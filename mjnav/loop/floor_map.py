@@ -1,0 +1,31 @@
+"""The known map as controllers take it: legs and pillars as exact discs at rest, walls as the faces towards the robot."""
+
+import numpy as np
+
+from mjnav.messages import Array, ObstacleSamples
+from mjnav.scenarios.spec import Scenario
+
+
+class FloorMap:
+    """Static obstacles of a scenario, with their names for the log."""
+
+    def __init__(self, scenario: Scenario):
+        legs = [(leg, table.leg_radius, f"table{i}") for i, table in enumerate(scenario.tables) for leg in table.legs]
+        pillars = [(np.array(p.position), p.radius, f"pillar{i}") for i, p in enumerate(scenario.pillars)]
+        discs = [*legs, *pillars]
+        self.discs = tuple(ObstacleSamples(at.reshape(1, 2), np.zeros((1, 2)), radius) for at, radius, _ in discs)
+        self.names = tuple(name for *_, name in discs)
+
+        self._start = np.array([wall.start for wall in scenario.walls], float).reshape(-1, 2)
+        self._end = np.array([wall.end for wall in scenario.walls], float).reshape(-1, 2)
+        half = 0.5 * np.array([[wall.thickness] for wall in scenario.walls]).reshape(-1, 1)
+        along = self._end - self._start
+        along = along / np.linalg.norm(along, axis=1, keepdims=True)
+        self._across = half * np.stack([-along[:, 1], along[:, 0]], axis=1)
+        # A face is as long as the wall with its two ends.
+        self._start, self._end = self._start - half * along, self._end + half * along
+
+    def walls(self, position: Array) -> Array:
+        """The face of each wall on the side of `position` (2,): start and end, (W, 2, 2)."""
+        side = np.where(((position - self._start) * self._across).sum(axis=1) >= 0.0, 1.0, -1.0)[:, None]
+        return np.stack([self._start + side * self._across, self._end + side * self._across], axis=1)

@@ -1,0 +1,91 @@
+"""The only place that reads a clock: when a tick may begin, and how long its phases took.
+
+The clock never reaches the simulation: a run paced, late or unpaced has the same states.
+"""
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+Clock = Callable[[], int]
+SPIN = 300_000  # [ns] before a deadline that are spun instead of slept: a sleep wakes 50-150 us late
+MAX_CATCH_UP = 3  # periods that may be made up for before whole periods are skipped
+
+
+@dataclass(frozen=True, slots=True)
+class Start:
+    """How a tick began: behind its deadline by `lateness` [ns], and whether it missed it."""
+
+    lateness: int
+    missed: bool
+
+
+class FreePacer:
+    """Begins every tick at once: as fast as the machine can."""
+
+    def __init__(self, clock: Clock = time.perf_counter_ns):
+        self.now = clock
+
+    def wait(self) -> Start:
+        """Never waits."""
+        return Start(0, False)
+
+
+class RealTimePacer:
+    """Begins tick k at start + k period on the wall: sleeps, then spins the last stretch.
+
+    A tick misses its deadline if the one before it was still at work at that moment. What is late by no more than
+    `max_catch_up` periods is caught up with; beyond that the schedule moves on by whole periods, keeping its phase.
+    """
+
+    def __init__(
+        self,
+        period: float,
+        *,
+        max_catch_up: int = MAX_CATCH_UP,
+        clock: Clock = time.perf_counter_ns,
+        sleep: Callable[[float], None] = time.sleep,
+    ):
+        self.now = clock
+        self._sleep = sleep
+        self._period = round(period * 1e9)
+        self._max_catch_up = max_catch_up
+        self._deadline: int | None = None
+        self.skipped = 0  # whole periods given up so far
+
+    def wait(self) -> Start:
+        """Returns at the next tick's deadline, at once if it has passed. The first call starts the schedule."""
+        now = self.now()
+        if self._deadline is None:
+            self._deadline = now
+        else:
+            self._deadline += self._period
+        missed = now > self._deadline
+        behind = (now - self._deadline) // self._period
+        if behind > self._max_catch_up:
+            self._deadline += behind * self._period
+            self.skipped += behind
+        while (left := self._deadline - self.now()) > 0:
+            if left > SPIN:
+                self._sleep((left - SPIN) * 1e-9)
+        return Start(max(0, self.now() - self._deadline), missed)
+
+
+@dataclass(slots=True)
+class Stopwatch:
+    """Time by phase of one tick: `lap` closes the phase that is running."""
+
+    now: Clock
+    phases: list[int] = field(default_factory=list)
+    _since: int = 0
+
+    def start(self) -> None:
+        """A new tick begins."""
+        self.phases = []
+        self._since = self.now()
+
+    def lap(self) -> None:
+        """The running phase ends, the next begins."""
+        now = self.now()
+        self.phases.append(now - self._since)
+        self._since = now

@@ -1,0 +1,35 @@
+"""Everything that is checked before a run starts."""
+
+import os
+from collections.abc import Sequence
+
+from mjnav import scenarios
+from mjnav.control import Controller, make_controller
+from mjnav.errors import InvalidValue
+from mjnav.scenarios.spec import Scenario
+
+
+def load_scenario(
+    name_or_path: str | os.PathLike[str],
+    overrides: Sequence[str] = (),
+    *,
+    controller: str | None = None,
+    seed: int | None = None,
+) -> Scenario:
+    """A shipped scene by name, or a run file by path, checked to the last key. Raises InvalidValue.
+
+    `overrides` are "KEY=VALUE"; `controller` and `seed` take the place of the file's.
+    """
+    scenario = scenarios.load(name_or_path, overrides, controller=controller, seed=seed)
+    build_controller(scenario)
+    return scenario
+
+
+def build_controller(scenario: Scenario) -> Controller:
+    """The controller that the scenario names, with its parameters. Raises InvalidValue with the run file's key."""
+    control = scenario.control
+    parameters = {"preferred_speed": scenario.robot.preferred_speed, **control.parameters}
+    try:
+        return make_controller(control.method, scenario.robot.limits, control.period, **parameters)
+    except InvalidValue as error:
+        raise error.within("control", file=scenario.source or None) from None

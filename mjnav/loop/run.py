@@ -1,0 +1,61 @@
+"""`mjnav.run`: a scenario in, a result out."""
+
+import os
+import time
+from collections.abc import Callable
+from contextlib import nullcontext
+from pathlib import Path
+
+from mjnav import scenarios
+from mjnav.loop.episode import Episode, Result, warm_up
+from mjnav.loop.pacer import FreePacer, RealTimePacer
+from mjnav.loop.prepare import build_controller, load_scenario
+from mjnav.loop.realtime import real_time as ask_for_real_time
+from mjnav.recording.writer import check_path
+from mjnav.scenarios.spec import Scenario
+
+LOG_FOLDER = Path("runs/out")
+
+
+def run(
+    scenario: Scenario | str | os.PathLike[str],
+    *,
+    seed: int | None = None,
+    controller: str | None = None,
+    real_time: bool = False,
+    log: bool | str | os.PathLike[str] | None = None,
+    stop: Callable[[], bool] = lambda: False,
+) -> Result:
+    """Runs one episode and returns how it went.
+
+    `scenario` may be a name or a path; `seed` and `controller` take the place of its own (another controller starts
+    with its own default parameters); `real_time` paces the loop to the wall clock; `log` is None for no log, True for
+    the default path below the working directory, or a path; `stop` is asked before every tick whether to abort.
+    Raises InputError before anything starts where something cannot be used.
+    """
+    if not isinstance(scenario, Scenario):
+        scenario = load_scenario(scenario, controller=controller, seed=seed)
+    else:
+        scenario = _changed(scenario, seed, controller)
+    build_controller(scenario)
+    path = None
+    if log is not None and log is not False:
+        path = check_path(default_log_path(scenario) if log is True else log)
+    warm_up(scenario)
+    pacer = RealTimePacer(scenario.control.period) if real_time else FreePacer()
+    episode = Episode(scenario, log=path, pacer=pacer, stop=stop)
+    with ask_for_real_time() if real_time else nullcontext():
+        return episode.run()
+
+
+def default_log_path(scenario: Scenario) -> Path:
+    """runs/out/<scene>-<controller>-<seed>-<time>.mcap below the working directory."""
+    now = time.strftime("%Y%m%dT%H%M%S")
+    name = "".join(c if c.isalnum() or c in "-_." else "_" for c in scenario.name)
+    return LOG_FOLDER / f"{name}-{scenario.control.method}-{scenario.seed}-{now}.mcap"
+
+
+def _changed(scenario: Scenario, seed: int | None, controller: str | None) -> Scenario:
+    if controller is None and seed is None:
+        return scenario
+    return scenarios.loads(scenarios.dumps(scenario), file=scenario.source, seed=seed, controller=controller)

@@ -1,0 +1,103 @@
+"""One tick of the loop, from what the sensors say to the command that takes force.
+
+readings -> belief, tracks -> samples carried to the moment of effect -> decision -> pending -> command
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from mjnav.control import Controller
+from mjnav.estimation import Localizer, Tracker, assumed_noise, make_localizer, make_tracker
+from mjnav.loop.floor_map import FloorMap
+from mjnav.loop.prediction import CommandHistory, Predictor, carry_people
+from mjnav.messages import Array, Decision, Lanes, Observation, ObstacleSamples, Reading, RobotBelief, Track
+from mjnav.rng import stream
+from mjnav.scenarios.spec import Scenario
+
+
+@dataclass(frozen=True, slots=True)
+class Beliefs:
+    """What is believed after the latest reading."""
+
+    robot: RobotBelief
+    people: tuple[Track, ...]
+
+
+class Navigator:
+    """Everything on board of the robot: estimators, prediction, route and the commands under way.
+
+    It knows the scenario's map and noise, and sees the world through readings alone.
+    """
+
+    def __init__(self, scenario: Scenario, seed: int, controller: Controller):
+        self.controller = controller
+        self.floor_map = FloorMap(scenario)
+        self.names = (*(f"person{i}" for i in range(len(scenario.people))), *self.floor_map.names)
+        self._localizer: Localizer = make_localizer(scenario, seed)
+        self._tracker: Tracker = make_tracker(scenario, seed)
+        noise = assumed_noise(scenario)
+        limits = scenario.robot.limits
+        self._predictor = Predictor(noise, limits, seed)
+        self._history = CommandHistory(scenario.control.period, limits, scenario.control.delay)
+        self._period, self._delay = scenario.control.period, scenario.control.delay
+        self._lanes = scenario.lanes
+        self._lane_noise = noise["lane.offset"]
+        self._lane_rng = stream(seed, "prediction", "lane.offset")
+        self._route = [np.array(point) for point in scenario.robot.route]
+        self._tolerance = scenario.robot.goal_tolerance
+        self._decided = np.zeros(2)
+
+    @property
+    def goal(self) -> Array:
+        """The point of the route that the robot is on its way to, (2,)."""
+        return self._route[0]
+
+    @property
+    def on_last_leg(self) -> bool:
+        """Whether only the goal is left of the route."""
+        return len(self._route) == 1
+
+    def estimate(self, readings: tuple[Reading, ...], beliefs: Beliefs | None) -> Beliefs:
+        """The beliefs after the readings; those before where there are none. The first tick always has one."""
+        for reading in readings:
+            beliefs = Beliefs(self._localizer.update(reading), self._tracker.update(reading))
+        if beliefs is None:
+            raise RuntimeError("the first tick has no reading")
+        while not self.on_last_leg and np.hypot(*(beliefs.robot.mean[:2] - self.goal)) <= self._tolerance:
+            self._route.pop(0)
+        return beliefs
+
+    def observe(self, tick: int, beliefs: Beliefs) -> Observation:
+        """Samples of all beliefs at the moment at which the decision of this tick takes effect."""
+        num = self.controller.parameters.samples
+        effect = (tick + self._delay) * self._period
+        belief = beliefs.robot
+        stretches = self._history.stretches(belief.time, effect)
+        pose, noise = self._predictor.robot(self._localizer.draw(num), belief.time, effect, stretches)
+        people = []
+        for track, samples in zip(beliefs.people, self._tracker.draw(num), strict=True):
+            people.append(ObstacleSamples(*carry_people(samples, effect - track.time), track.radius))
+        return Observation(
+            robot_pose=pose,
+            control_noise=noise,
+            twist=self._decided,
+            obstacles=(*people, *self.floor_map.discs),
+            goal=self.goal,
+            walls=self.floor_map.walls(pose[:, :2].mean(axis=0)),
+            lanes=self._observe_lanes(num),
+            time=effect,
+        )
+
+    def decide(self, tick: int, observation: Observation) -> tuple[Decision, Array]:
+        """The controller's decision, now pending, and the command that is in force in this tick."""
+        decision = self.controller.decide(observation)
+        self._decided = np.array([decision.v, decision.omega])
+        self._history.append(self._decided)
+        return decision, self._history.in_force(tick)
+
+    def _observe_lanes(self, num: int) -> Lanes | None:
+        if self._lanes is None:
+            return None
+        left, right = self._lane_noise.sample(self._lane_rng, (2, num))
+        return Lanes(self._lanes.left, self._lanes.right, left, right)

@@ -1,0 +1,105 @@
+"""Many seeds of scenes under controllers, as a table with intervals: the figures in README.md and the changelog.
+
+    uv run python tests/benchmarks/seeds.py hall --seeds 50
+    uv run python tests/benchmarks/seeds.py crossing1 --controller rkhs mean --seeds 50 --set control.degree=3
+
+Seeds are 0 ... n - 1 plus --first, the same for every controller; rates carry Wilson 95 % intervals, the rest is medians
+over the runs that succeeded (clearance: over all).
+"""
+
+import argparse
+import json
+import os
+import sys
+from concurrent.futures import ProcessPoolExecutor
+
+for library in ("NUMBA", "OMP", "OPENBLAS", "MKL"):
+    os.environ.setdefault(f"{library}_NUM_THREADS", "1")
+
+import numpy as np
+
+from mjnav.loop.prepare import load_scenario
+from mjnav.loop.run import run
+from mjnav.metrics.intervals import wilson_interval
+
+KINDS = ("person", "table", "wall", "pillar")
+
+
+def one(task: tuple[str, str, tuple[str, ...], int, bool]) -> dict:
+    """The summary of one episode."""
+    scene, controller, overrides, seed, log = task
+    scenario = load_scenario(scene, overrides, controller=controller, seed=seed)
+    return run(
+        scenario, log=f"/tmp/mjnav-seeds/{scene}-{controller}-{seed}-{os.getpid()}.mcap" if log else None
+    ).summary
+
+
+def rate(count: int, total: int) -> str:
+    low, high = wilson_interval(count, total)
+    return f"{count:3d}/{total} {100 * count / total:5.1f} % [{100 * low:.1f}, {100 * high:.1f}]"
+
+
+def median(rows: list[dict], *path: str) -> float:
+    values = []
+    for row in rows:
+        value = row
+        for key in path:
+            value = value[key]
+        if value is not None:
+            values.append(value)
+    return float(np.median(values)) if values else float("nan")
+
+
+def describe(rows: list[dict]) -> str:
+    """One controller's figures."""
+    n = len(rows)
+    good = [row for row in rows if row["success"]]
+    lines = [f"  success         {rate(len(good), n)}"]
+    lines += [f"  hit {kind:11} {rate(sum(row['collisions'][kind] > 0 for row in rows), n)}" for kind in KINDS]
+    lines.append(f"  timeouts        {rate(sum(row['outcome'] == 'timeout' for row in rows), n)}")
+    lines.append(
+        f"  time {median(good, 'time_s'):.2f} s, control cost {median(good, 'control_cost'):.2f}, mean deviation "
+        f"{median(good, 'mean_deviation_m'):.3f} m, min clearance {median(rows, 'min_clearance_m'):.3f} m (5 % "
+        f"{np.percentile([row['min_clearance_m'] for row in rows], 5):.3f}), infeasible ticks "
+        f"{100 * sum(r['infeasible_ticks'] for r in rows) / sum(r['ticks'] for r in rows):.1f} %"
+    )
+    lines.append(
+        f"  localisation {median(rows, 'localization_rmse_m'):.4f} m, tracking {median(rows, 'tracking_rmse_m'):.4f} m, "
+        f"mean real-time factor {np.mean([row['real_time_factor'] for row in rows]):.1f}"
+    )
+    phases = rows[0]["compute_ms"]
+    lines.append(
+        "  ms p50/p99      "
+        + ", ".join(
+            f"{p} {median(rows, 'compute_ms', p, 'p50'):.2f}/{median(rows, 'compute_ms', p, 'p99'):.2f}" for p in phases
+        )
+    )
+    return "\n".join(lines)
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("scenes", nargs="+")
+    parser.add_argument("--controller", nargs="+", default=["rkhs"])
+    parser.add_argument("--seeds", type=int, default=50)
+    parser.add_argument("--first", type=int, default=0)
+    parser.add_argument("--set", action="append", default=[], dest="overrides")
+    parser.add_argument("--workers", type=int, default=os.cpu_count())
+    parser.add_argument("--log", action="store_true", help="write each run's log, below the temp folder")
+    parser.add_argument("--json", action="store_true", help="a row a run")
+    arguments = parser.parse_args()
+    with ProcessPoolExecutor(arguments.workers) as pool:
+        for scene in arguments.scenes:
+            for controller in arguments.controller:
+                seeds = range(arguments.first, arguments.first + arguments.seeds)
+                tasks = [(scene, controller, tuple(arguments.overrides), seed, arguments.log) for seed in seeds]
+                rows = list(pool.map(one, tasks))
+                if arguments.json:
+                    print("\n".join(json.dumps(row) for row in rows))
+                else:
+                    print(f"{scene}, {controller} {' '.join(arguments.overrides)}\n{describe(rows)}", flush=True)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
