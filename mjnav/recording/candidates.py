@@ -10,8 +10,8 @@ from mjnav.recording import wire
 from mjnav.recording.geometry import WORLD_FRAME, pose, time_ns
 
 PREVIEW = 1.0  # [s] that an arc is drawn ahead
-NUM_CORNERS = 3  # of an arc, beside its start
-NUM_LEVELS = 16  # of colour
+NUM_CORNERS = 2  # of an arc, beside its start
+NUM_LEVELS = 8  # of colour
 RESOLUTION = 2.0**-10  # [m]; drawn coordinates are whole multiples, whose doubles compress to a third
 
 _LINE_LIST = 2

@@ -1,7 +1,7 @@
 """Protobuf's wire format for what a tick repeats hundreds of times.
 
 A field is its tag (number << 3 | wire type) and its value; a submessage is a tag, its length and its bytes; joining the
-bytes of messages merges them. A point of three doubles has always the same length, so a table of points is one
+bytes of messages merges them. A point of two doubles has always the same length, so a table of points is one
 structured array. Building a message object for each point takes a hundred times as long.
 
 Source: https://protobuf.dev/programming-guides/encoding/
@@ -13,7 +13,6 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 VARINT, FIXED64, LENGTH_DELIMITED = 0, 1, 2
-_DOUBLES_SIZE = 27  # [bytes] three doubles, each behind a tag of one byte
 
 
 def varint(value: int) -> bytes:
@@ -52,20 +51,22 @@ def timestamp(number: int, time_ns: int) -> bytes:
     return delimited(number, integer(1, seconds) + integer(2, nanos))
 
 
-_COORDINATES = tuple(column for axis in "xyz" for column in ((f"{axis}_tag", "u1"), (axis, "<f8")))
-_POINT = np.dtype([("tag", "u1"), ("length", "u1"), *_COORDINATES])  # without padding: NumPy pads only on request
+_POINT = np.dtype(
+    [("tag", "u1"), ("length", "u1"), ("x_tag", "u1"), ("x", "<f8"), ("y_tag", "u1"), ("y", "<f8")]
+)  # without padding: NumPy pads only on request
 POINT_SIZE = _POINT.itemsize  # [bytes]
 
 
-def points(number: int, x: ArrayLike, y: ArrayLike, z: ArrayLike = 0.0) -> bytes:
-    """Repeated field `number` (< 16) of foxglove.Point3, one for each element of x, y, z; POINT_SIZE bytes each."""
-    x, y, z = np.broadcast_arrays(x, y, z)
+def points(number: int, x: ArrayLike, y: ArrayLike) -> bytes:
+    """Repeated field `number` (< 16) of foxglove.Point3, POINT_SIZE bytes for each x and y; z = 0 is left out."""
+    x, y = np.asarray(x, float), np.asarray(y, float)
     table = np.empty(x.size, _POINT)
     table["tag"] = number << 3 | LENGTH_DELIMITED
-    table["length"] = _DOUBLES_SIZE
-    for field_number, (name, values) in enumerate((("x", x), ("y", y), ("z", z)), start=1):
-        table[f"{name}_tag"] = field_number << 3 | FIXED64
-        table[name] = values.ravel()
+    table["length"] = POINT_SIZE - 2
+    table["x_tag"] = 1 << 3 | FIXED64
+    table["x"] = x.ravel()
+    table["y_tag"] = 2 << 3 | FIXED64
+    table["y"] = y.ravel()
     return table.tobytes()
 
 
