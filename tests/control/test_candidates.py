@@ -74,6 +74,10 @@ def test_the_goal_cost_is_the_sum_of_its_terms():
     assert away == pytest.approx(0.8**2 + 0.3)  # half a turn away
 
 
+def test_the_desired_speed_is_not_more_than_the_robot_can_do():
+    assert cost_of(1.0, 0.0, preferred_speed=2.0, twist=(1.0, 0.0)) == pytest.approx(0.0)
+
+
 def test_the_desired_speed_falls_near_the_goal():
     assert cost_of(0.25, 0.0, goal=(0.5, 0.0), approach_time=2.0, twist=(0.25, 0.0)) == pytest.approx(0.0)
     assert cost_of(0.0, 0.0, goal=(0.0, 0.0), twist=(0.0, 0.0)) == 0.0  # at the goal; no division by its distance

@@ -175,6 +175,16 @@ def test_obstacles_out_of_range_or_beyond_the_number_have_columns_of_zeros(obser
     assert seen(sensing_range=middle) == set(nearest[:3])
 
 
+def test_the_distance_of_an_obstacle_is_that_of_its_surface(alone, limits):
+    def disc(x, radius):
+        return ObstacleSamples(np.array([[x, 0.0]]), np.zeros((1, 2)), radius)
+
+    o = alone(obstacles=(disc(-2.0, 0.1), disc(3.0, 1.5)))
+    for parameters in ({"max_obstacles": 1}, {"sensing_range": 1.7}):
+        controller = make_controller("rkhs", limits, 0.1, clip=np.inf, **parameters)
+        assert controller.decide(o).costs.cone.any(axis=0).tolist() == [False, True]
+
+
 def test_walls_have_the_columns_after_the_obstacles(alone, limits):
     disc = ObstacleSamples(np.array([[-5.0, 4.0]]), np.zeros((1, 2)), 0.3)
     ahead, behind = [[1.0, -1.0], [1.0, 1.0]], [[-6.0, -1.0], [-6.0, 1.0]]
@@ -218,12 +228,14 @@ def test_the_status_says_when_no_candidate_meets_the_constraints(controller, alo
     assert decision.status.advice
 
 
-def test_the_status_says_when_the_robot_stands_and_stays(controller, alone):
+@pytest.mark.parametrize("name", names())
+def test_the_status_says_when_the_robot_stands_and_stays(alone, limits, name):
+    controller = make_controller(name, limits, 0.1, speed_change_weight=0.0)
     at_goal = alone(twist=(0.0, 0.0), goal=(0.0, 0.0))
     decision = controller.decide(at_goal)
     assert (decision.v, decision.omega, decision.status) == (0.0, 0.0, Status.STOPPED)
     moving = controller.decide(replace(at_goal, twist=np.array([0.05, 0.0])))
-    assert moving.status == Status.OK
+    assert (moving.v, moving.omega, moving.status) == (0.0, 0.0, Status.OK)  # it stops, but does not stand yet
 
 
 def test_every_status_but_ok_carries_advice():

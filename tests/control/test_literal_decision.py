@@ -15,12 +15,8 @@ CROWDED = {"spread": 0.2, "near": 0.05, "far": 2.5, "num_samples": 9, "num_walls
 
 
 def turn(angle):
-    """Into (-pi, pi], one turn at a time."""
-    while angle > pi:
-        angle -= 2.0 * pi
-    while angle <= -pi:
-        angle += 2.0 * pi
-    return angle
+    """Into [-pi, pi], by whole turns."""
+    return angle - 2.0 * pi * round(angle / (2.0 * pi))
 
 
 def cone(rx, ry, qx, qy, radius, form, horizon):
@@ -68,11 +64,8 @@ class Literal:
     def __init__(self, o, p):
         self.o, self.p, poses = o, p, o.robot_pose
         n = len(poses)
-        self.mean = [
-            sum(poses[:, 0]) / n,
-            sum(poses[:, 1]) / n,
-            atan2(sum(map(sin, poses[:, 2])), sum(map(cos, poses[:, 2]))),
-        ]
+        heading = atan2(sum(map(sin, poses[:, 2])), sum(map(cos, poses[:, 2])))
+        self.mean = [sum(poses[:, 0]) / n, sum(poses[:, 1]) / n, heading]
         self.mean_noise = [sum(o.control_noise[:, 0]) / n, sum(o.control_noise[:, 1]) / n]
         self.controls = self.candidates()
         self.discs = self.discs_in_reach()
@@ -208,9 +201,8 @@ class Literal:
             self.cone[:, j] = self.risk("disc", j)
         for j in range(len(o.walls)):
             self.cone[:, len(o.obstacles) + j] = self.risk("wall", j)
-        if o.lanes is not None:
-            for side in (0, 1):
-                self.lane[:, side] = self.risk("lane", side)
+        for side in (0, 1) if o.lanes is not None else ():
+            self.lane[:, side] = self.risk("lane", side)
         self.total = np.array(self.goal) + self.p.weight * self.cone.sum(axis=1)
         self.total += self.lane @ np.array(self.p.lane_weights)
         return self
@@ -225,8 +217,7 @@ def assert_same(observation, name, **parameters):
     assert costs.nominal == literal.nominal
     if name == "mean":
         best = literal.nominal
-        assert not costs.cone.any()
-        assert not costs.lane.any()
+        assert not (costs.cone.any() or costs.lane.any())
     else:
         literal.evaluate()
         # Where a cost is zero by cancellation, what is left goes with the kernel's own size.
@@ -282,6 +273,17 @@ def test_the_observations_above_cover_feasible_topped_up_and_hinged_cases(observ
             desired = len(literal.desired("disc", j))
             seen.add("enough" if safe >= 25 else "topped up" if desired > safe else "hinge" if not desired else "few")
     assert seen >= {"feasible", "infeasible", "topped up", "hinge", "enough"}
+
+
+@pytest.mark.parametrize(
+    ("seed", "hinged"), [(2, ("lane", 0)), (17, ("disc", 0)), (29, ("lane", 0)), (35, ("disc", 1))]
+)
+def test_where_nothing_safe_is_known_only_what_is_unsafe_is_charged_as_written_down(observe, seed, hinged):
+    observation = observe(seed, **{**CROWDED, "num_samples": 1, "most": 1})
+    literal = assert_same(observation, "rkhs", desired_min=0, window="bounds", degree=2)
+    assert literal.desired(*hinged) == []
+    # Some candidates are safe in this constraint, so that f and max(0, f) differ.
+    assert min(f for u in literal.controls for f in literal.constraint_samples(*hinged, u)) < 0.0
 
 
 @pytest.mark.parametrize(
