@@ -19,16 +19,24 @@ __all__ = [
     "ObstacleSamples",
     "RobotLimits",
     "Status",
+    "describe",
     "make_controller",
     "names",
 ]
 
-# name -> module:Class, and the preset that it starts from where it has one.
+# name -> module:Class; the preset that it starts from where it has one; a line for `mjnav list`.
 REGISTRY: Mapping[str, str] = MappingProxyType(
     {
         "mean": "mjnav.control.mean:Mean",
         "rkhs": "mjnav.control.rkhs:Rkhs",
         "rkhs-paper": "mjnav.control.rkhs:Rkhs",
+    }
+)
+DESCRIPTIONS: Mapping[str, str] = MappingProxyType(
+    {
+        "mean": "the constraints at the mean only (velocity obstacles, Fiorini & Shiller 1998)",
+        "rkhs": "matches constraint distributions with collision-free ones in an RKHS (Nair et al. 2021), tuned",
+        "rkhs-paper": "the same, literally as published",
     }
 )
 PRESETS: Mapping[str, str] = MappingProxyType({"rkhs-paper": "mjnav.control.rkhs:PAPER"})
@@ -37,6 +45,11 @@ PRESETS: Mapping[str, str] = MappingProxyType({"rkhs-paper": "mjnav.control.rkhs
 def names() -> tuple[str, ...]:
     """The controllers that exist."""
     return tuple(sorted(REGISTRY))
+
+
+def describe() -> dict[str, str]:
+    """What each controller does, in a line, by name."""
+    return {name: DESCRIPTIONS[name] for name in names()}
 
 
 def make_controller(name: str, robot_limits: RobotLimits, period: float, **parameters: Any) -> Controller:

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+from numpy.typing import NDArray
 
 from mjnav.control.problem import Problem
 from mjnav.messages import Array
@@ -25,12 +26,28 @@ class Desired:
     ball: float  # [m]
 
     def cone(self, block: int) -> Array:
-        """F^des of one disc or wall."""
+        """F^des of one disc or wall, (n,)."""
         c = self.problem.candidates
         return self._safe(lambda k: self.problem.cone.samples(block, c.v[k], c.omega[k]))
 
+    def cone_moments(self, degree: int) -> tuple[Array, NDArray[np.int64]]:
+        """Means of f^p, p = 1 ... degree, over F^des of every disc and wall, (B, degree), and its sizes (B,).
+
+        The moments of `cone` for all blocks at once; 0 where the set is empty.
+        """
+        c, cone = self.problem.candidates, self.problem.cone
+        num_blocks = len(cone.blocks.column)
+        sums, sizes = np.zeros((num_blocks, degree)), np.zeros(num_blocks, np.int64)
+        nominal = [self.problem.nominal]
+        cone.add_safe(sums, sizes, np.ones(num_blocks, bool), c.v[nominal], c.omega[nominal])
+        few = sizes < self.least
+        if few.any():
+            beside = list(self._beside)
+            cone.add_safe(sums, sizes, few, c.v[beside], c.omega[beside])
+        return sums / np.maximum(sizes, 1)[:, None], sizes
+
     def lane(self, side: int) -> Array:
-        """D^des of the left (0) or right (1) boundary."""
+        """D^des of the left (0) or right (1) boundary, (n,)."""
         return self._safe(lambda k: self.problem.lanes[side, k])
 
     def _safe(self, samples_at: Callable[[int], Array]) -> Array:

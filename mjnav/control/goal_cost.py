@@ -8,6 +8,8 @@ domega are the change of control, dv_max and domega_max the most that one period
 two are the cost of Nair et al.; the heading's makes a robot at rest turn to a goal behind it.
 """
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from mjnav.control.candidates import Candidates
@@ -16,25 +18,49 @@ from mjnav.geometry.angles import wrap
 from mjnav.messages import Array, RobotLimits
 
 
-def goal_cost(
-    candidates: Candidates,
-    pose: Array,
-    goal: Array,
-    twist: Array,
-    limits: RobotLimits,
-    period: float,
-    parameters: Parameters,
-) -> Array:
-    """J of every candidate, (K,), for the mean pose (3,)."""
-    p = parameters
-    dx, dy = goal[0] - pose[0], goal[1] - pose[1]
-    distance = float(np.hypot(dx, dy))
-    speed = min(p.preferred_speed, limits.max_speed, distance / p.approach_time)
-    direction = (dx / distance, dy / distance) if distance > 0.0 else (0.0, 0.0)
-    heading = pose[2] + candidates.omega * p.preview
-    ex = candidates.v * np.cos(heading) - speed * direction[0]
-    ey = candidates.v * np.sin(heading) - speed * direction[1]
-    cost = ex * ex + ey * ey
-    cost += p.heading_weight * (wrap(heading - np.arctan2(dy, dx)) / np.pi) ** 2
-    cost += p.speed_change_weight * ((candidates.v - twist[0]) / (limits.max_acceleration * period)) ** 2
-    return cost + p.turn_change_weight * ((candidates.omega - twist[1]) / (limits.max_turn_acceleration * period)) ** 2
+@dataclass(frozen=True, slots=True)
+class GoalCost:
+    """J of every candidate as a function of the mean position: what does not depend on it is computed once."""
+
+    heading: Array  # (K,) theta + omega tau
+    vx: Array  # (K,) x'(u)
+    vy: Array  # (K,)
+    change: Array  # (K,) the two terms of the change of control
+    speed: float  # [m/s] of x'_d far from the goal
+    approach_time: float  # [s]
+    heading_weight: float
+
+    @classmethod
+    def of(
+        cls,
+        candidates: Candidates,
+        heading: float,
+        twist: Array,
+        limits: RobotLimits,
+        period: float,
+        parameters: Parameters,
+    ) -> "GoalCost":
+        """For a mean heading and the command decided last, `twist` (2,)."""
+        p = parameters
+        after = heading + candidates.omega * p.preview
+        dv = (candidates.v - twist[0]) / (limits.max_acceleration * period)
+        domega = (candidates.omega - twist[1]) / (limits.max_turn_acceleration * period)
+        return cls(
+            heading=after,
+            vx=candidates.v * np.cos(after),
+            vy=candidates.v * np.sin(after),
+            change=p.speed_change_weight * dv * dv + p.turn_change_weight * domega * domega,
+            speed=min(p.preferred_speed, limits.max_speed),
+            approach_time=p.approach_time,
+            heading_weight=p.heading_weight,
+        )
+
+    def __call__(self, position: Array, goal: Array) -> Array:
+        """J, (K,), at a mean position (2,) on the way to `goal` (2,)."""
+        dx, dy = float(goal[0] - position[0]), float(goal[1] - position[1])
+        distance = np.hypot(dx, dy)
+        speed = min(self.speed, distance / self.approach_time)
+        per_metre = speed / distance if distance > 0.0 else 0.0
+        ex, ey = self.vx - per_metre * dx, self.vy - per_metre * dy
+        turn = wrap(self.heading - np.arctan2(dy, dx)) / np.pi
+        return ex * ex + ey * ey + self.heading_weight * turn * turn + self.change

@@ -1,5 +1,6 @@
 """Which discs and walls count in a decision, and their layout for the kernel."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -7,7 +8,52 @@ import numpy as np
 from mjnav.control.parameters import Parameters
 from mjnav.control.sample_cone import ConeBlocks
 from mjnav.geometry.clearance import segment_distance
-from mjnav.messages import Array, Observation, RobotLimits
+from mjnav.messages import Array, Observation, ObstacleSamples, RobotLimits
+
+
+@dataclass(frozen=True, slots=True)
+class Discs:
+    """The samples of J discs one after another, and each disc's mean."""
+
+    position: Array  # (S, 2) samples; disc j has rows start[j] ... start[j + 1] - 1
+    velocity: Array  # (S, 2)
+    start: np.ndarray  # (J + 1,) int
+    radius: Array  # (J,)
+
+    @classmethod
+    def of(cls, obstacles: Sequence[ObstacleSamples]) -> "Discs":
+        """From an observation's obstacles."""
+        if not obstacles:
+            return cls(np.zeros((0, 2)), np.zeros((0, 2)), np.zeros(1, np.int64), np.zeros(0))
+        return cls(
+            np.concatenate([o.position for o in obstacles]),
+            np.concatenate([o.velocity for o in obstacles]),
+            np.cumsum([0, *(len(o.position) for o in obstacles)]),
+            np.array([o.radius for o in obstacles]),
+        )
+
+    def take(self, indices: Sequence[int]) -> "Discs":
+        """The discs of these indices, in their order."""
+        rows = [slice(self.start[j], self.start[j + 1]) for j in indices]
+        return Discs(
+            np.concatenate([self.position[r] for r in rows]) if rows else np.zeros((0, 2)),
+            np.concatenate([self.velocity[r] for r in rows]) if rows else np.zeros((0, 2)),
+            np.cumsum([0, *(r.stop - r.start for r in rows)]),
+            self.radius[list(indices)],
+        )
+
+    def means(self) -> "Discs":
+        """The same discs with one sample each: the mean."""
+        if not len(self.radius):
+            return self
+        count = np.diff(self.start)[:, None]
+        first = self.start[:-1]
+        return Discs(
+            np.add.reduceat(self.position, first) / count,
+            np.add.reduceat(self.velocity, first) / count,
+            np.arange(len(self.radius) + 1),
+            self.radius,
+        )
 
 
 @dataclass(frozen=True, slots=True)
@@ -18,16 +64,18 @@ class Reach:
     walls: tuple[int, ...]
 
 
-def in_reach(observation: Observation, mean: Array, limits: RobotLimits, parameters: Parameters) -> Reach:
+def in_reach(
+    observation: Observation, means: Discs, mean_pose: Array, limits: RobotLimits, parameters: Parameters
+) -> Reach:
     """Discs within sensing_range of the mean pose, at most max_obstacles, and walls that could matter.
 
     A wall farther off than the path of wall_horizon at top speed, plus the distance at which the clip cuts f off, gives
     the same samples for every candidate: it is left out.
     """
     p = parameters
-    gaps = np.array([np.hypot(*(o.position.mean(0) - mean[:2])) - o.radius for o in observation.obstacles])
+    gaps = np.hypot(*(means.position - mean_pose[:2]).T) - means.radius
     order = np.argsort(gaps, kind="stable")
-    discs = [int(j) for j in order if gaps[j] <= p.sensing_range][: p.max_obstacles]
+    discs = order[gaps[order] <= p.sensing_range][: p.max_obstacles].tolist()
     walls: list[int] = []
     if len(observation.walls):
         distance = segment_distance(
@@ -37,53 +85,27 @@ def in_reach(observation: Observation, mean: Array, limits: RobotLimits, paramet
         cut = radius * np.sqrt(1.0 + p.clip) if p.normalise else np.sqrt(radius**2 + p.clip)
         fastest = max(limits.max_speed, -limits.min_speed) + np.abs(observation.control_noise[:, 0]).max()
         reach = min(p.sensing_range, fastest * p.wall_horizon + cut)
-        walls = [int(w) for w in np.flatnonzero(distance.min(axis=0) <= reach)]
+        walls = np.flatnonzero(distance.min(axis=0) <= reach).tolist()
     return Reach(tuple(discs), tuple(walls))
 
 
-def sample_blocks(observation: Observation, reach: Reach, limits: RobotLimits, parameters: Parameters) -> ConeBlocks:
-    """All N M pairs of every disc, and the robot's samples for every wall."""
-    robot = observation.robot_pose
-    discs = [observation.obstacles[j] for j in reach.discs]
-    pairs = [(robot[None, :, :2] - o.position[:, None, :]).reshape(-1, 2) for o in discs]
-    velocities = [np.repeat(o.velocity, len(robot), axis=0) for o in discs]
-    radii = [limits.radius + o.radius + parameters.safety_margin for o in discs]
-    return _blocks(observation, reach, pairs, velocities, radii, robot[:, :2], limits, parameters)
-
-
-def mean_blocks(
-    observation: Observation, reach: Reach, mean: Array, limits: RobotLimits, parameters: Parameters
+def blocks(
+    robot: Array, discs: Discs, reach: Reach, observation: Observation, limits: RobotLimits, parameters: Parameters
 ) -> ConeBlocks:
-    """One pair an obstacle: the mean robot against the mean disc."""
-    discs = [observation.obstacles[j] for j in reach.discs]
-    pairs = [(mean[:2] - o.position.mean(axis=0))[None] for o in discs]
-    velocities = [o.velocity.mean(axis=0)[None] for o in discs]
-    radii = [limits.radius + o.radius + parameters.safety_margin for o in discs]
-    return _blocks(observation, reach, pairs, velocities, radii, mean[None, :2], limits, parameters)
-
-
-def _blocks(
-    observation: Observation,
-    reach: Reach,
-    pairs: list[Array],
-    velocities: list[Array],
-    radii: list[float],
-    robot: Array,
-    limits: RobotLimits,
-    parameters: Parameters,
-) -> ConeBlocks:
-    num_discs, num_walls = len(reach.discs), len(reach.walls)
-    pairs = [*pairs, *[robot] * num_walls]
-    velocities = [*velocities, *[np.zeros_like(robot)] * num_walls]
-    position = np.concatenate(pairs) if pairs else np.zeros((0, 2))
-    velocity = np.concatenate(velocities) if velocities else np.zeros((0, 2))
-    radius_squared = np.array([*radii, *[limits.radius + parameters.safety_margin] * num_walls]) ** 2
+    """The pairs of the robot's positions (n, 2) with all samples of `discs`, and the positions for every wall."""
+    n, num_discs, num_walls = len(robot), len(reach.discs), len(reach.walls)
+    # Row by row of the discs' samples, the robot's run fastest.
+    pair = (robot - discs.position[:, None, :]).reshape(-1, 2)
+    pair_velocity = np.repeat(discs.velocity, n, axis=0)
+    position = np.concatenate([pair, *[robot] * num_walls])
+    velocity = np.concatenate([pair_velocity, np.zeros((num_walls * n, 2))])
+    radius = limits.radius + parameters.safety_margin
+    radius_squared = np.concatenate([discs.radius + radius, np.full(num_walls, radius)]) ** 2
     wall = np.zeros((num_discs + num_walls, 4))
-    if num_walls:
-        wall[num_discs:] = observation.walls[list(reach.walls)].reshape(-1, 4)
+    wall[num_discs:] = observation.walls[list(reach.walls)].reshape(-1, 4)
     return ConeBlocks(
         column=np.array([*reach.discs, *(len(observation.obstacles) + w for w in reach.walls)], dtype=np.int64),
-        start=np.cumsum([0, *(len(p) for p in pairs)]),
+        start=np.concatenate([discs.start, discs.start[-1] + np.arange(1, num_walls + 1)]) * n,
         num_discs=num_discs,
         x=np.ascontiguousarray(position[:, 0]),
         y=np.ascontiguousarray(position[:, 1]),

@@ -10,10 +10,10 @@ import numpy as np
 
 from mjnav.constraints.collision_cone import FORMS
 from mjnav.control.candidates import Candidates, candidate_grid
-from mjnav.control.goal_cost import goal_cost
+from mjnav.control.goal_cost import GoalCost
 from mjnav.control.lane_samples import lane_samples
 from mjnav.control.nominal import cheapest, mean_violation
-from mjnav.control.obstacles import in_reach, mean_blocks, sample_blocks
+from mjnav.control.obstacles import Discs, Reach, blocks, in_reach
 from mjnav.control.parameters import Parameters
 from mjnav.control.sample_cone import ConeBlocks, ConeRule, SampleCone
 from mjnav.geometry.angles import circular_mean
@@ -53,21 +53,39 @@ class Problem:
         return ConeRule(FORMS[p.form], p.horizon, p.wall_horizon, -p.clip)
 
     @cached_property
-    def reach(self):
+    def discs(self) -> Discs:
+        """The samples of all obstacles."""
+        return Discs.of(self.observation.obstacles)
+
+    @cached_property
+    def _means(self) -> Discs:
+        return self.discs.means()
+
+    @cached_property
+    def reach(self) -> Reach:
         """The discs and walls that count."""
-        return in_reach(self.observation, self.mean_pose, self.limits, self.parameters)
+        return in_reach(self.observation, self._means, self.mean_pose, self.limits, self.parameters)
 
     @cached_property
     def cone(self) -> SampleCone:
         """The constraint samples of all discs and walls."""
         o = self.observation
-        blocks = sample_blocks(o, self.reach, self.limits, self.parameters)
-        return SampleCone.of(blocks, self.rule, o.robot_pose, o.control_noise, self.parameters.preview)
+        pairs = self._blocks(o.robot_pose[:, :2], self.discs)
+        return SampleCone.of(pairs, self.rule, o.robot_pose, o.control_noise, self.parameters.preview)
+
+    def _blocks(self, robot: Array, discs: Discs) -> ConeBlocks:
+        taken = discs.take(self.reach.discs)
+        return blocks(robot, taken, self.reach, self.observation, self.limits, self.parameters)
+
+    @cached_property
+    def _goal_cost(self) -> GoalCost:
+        o, heading = self.observation, float(self.mean_pose[2])
+        return GoalCost.of(self.candidates, heading, o.twist, self.limits, self.period, self.parameters)
 
     @cached_property
     def goal(self) -> Array:
         """J of every candidate, (K,)."""
-        return self._goal_at(self.mean_pose)
+        return self._goal_cost(self.mean_pose[:2], self.observation.goal)
 
     @cached_property
     def lanes(self) -> Array:
@@ -85,7 +103,14 @@ class Problem:
 
     @cached_property
     def _mean_blocks(self) -> ConeBlocks:
-        return mean_blocks(self.observation, self.reach, self.mean_pose, self.limits, self.parameters)
+        return self._blocks(self.mean_pose[None, :2], self._means)
+
+    @cached_property
+    def _mean_velocity(self) -> tuple[Array, Array]:
+        """The mean robot's velocity at every candidate, (K,) each."""
+        heading = self.mean_pose[2] + (self.candidates.omega + self.mean_noise[0, 1]) * self.parameters.preview
+        speed = self.candidates.v + self.mean_noise[0, 0]
+        return speed * np.cos(heading), speed * np.sin(heading)
 
     @cached_property
     def violation(self) -> Array:
@@ -100,18 +125,12 @@ class Problem:
     def nominal_beside(self, shift: Array) -> int:
         """The nominal control if the robot's mean position were `shift` (2,) away."""
         pose = self.mean_pose + np.array([shift[0], shift[1], 0.0])
-        blocks = replace(self._mean_blocks, x=self._mean_blocks.x + shift[0], y=self._mean_blocks.y + shift[1])
-        return cheapest(self._goal_at(pose), self._violation_at(pose, blocks))
+        moved = replace(self._mean_blocks, x=self._mean_blocks.x + shift[0], y=self._mean_blocks.y + shift[1])
+        return cheapest(self._goal_cost(pose[:2], self.observation.goal), self._violation_at(pose, moved))
 
-    def _goal_at(self, pose: Array) -> Array:
-        o = self.observation
-        return goal_cost(self.candidates, pose, o.goal, o.twist, self.limits, self.period, self.parameters)
-
-    def _violation_at(self, pose: Array, blocks: ConeBlocks) -> Array:
+    def _violation_at(self, pose: Array, pairs: ConeBlocks) -> Array:
         c, lanes = self.candidates, self.observation.lanes
-        heading = pose[2] + (c.omega + self.mean_noise[0, 1]) * self.parameters.preview
-        speed = c.v + self.mean_noise[0, 0]
-        violation = mean_violation(blocks, self.rule, speed * np.cos(heading), speed * np.sin(heading))
+        violation = mean_violation(pairs, self.rule, *self._mean_velocity)
         if lanes is not None:
             offsets = (lanes.left_offset.mean(keepdims=True), lanes.right_offset.mean(keepdims=True))
             margin = self.limits.radius

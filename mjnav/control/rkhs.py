@@ -82,22 +82,21 @@ class Rkhs(GridController):
     def evaluate(self, problem: Problem) -> CandidateCosts:
         """Goal cost plus weighted MMD^2 of every constraint."""
         p, c = self.parameters, problem.candidates
-        coefficients = p.kernel.coefficients
-
-        wanted = self._desired(problem)
-
-        blocks = range(len(problem.cone.blocks.column))
-        desired, hinge = self._targets([wanted.cone(b) for b in blocks])
-        moments = problem.cone.moments(c.v, c.omega, p.degree, hinge)
         # Both moments of order 0 are 1, so that term vanishes.
-        cone = moment_distance(moments, desired, coefficients[1:])
+        coefficients = p.kernel.coefficients[1:]
+        wanted = self._desired(problem)
+        desired, sizes = wanted.cone_moments(p.degree)
+        # Where nothing is safe, max(0, f) is matched with 0.
+        moments = problem.cone.moments(c.v, c.omega, p.degree, sizes == 0)
+        cone = moment_distance(moments, desired, coefficients)
 
         lane = np.zeros((len(c.v), 2))
         if problem.observation.lanes is not None:
-            desired, hinge = self._targets([wanted.lane(side) for side in (0, 1)])
             for side, samples in enumerate(problem.lanes):
-                samples = np.maximum(samples, 0.0) if hinge[side] else samples
-                lane[:, side] = moment_distance(raw_moments(samples, p.degree)[:, 1:], desired[side], coefficients[1:])
+                safe = wanted.lane(side)
+                target = raw_moments(safe, p.degree)[1:] if len(safe) else np.zeros(p.degree)
+                samples = samples if len(safe) else np.maximum(samples, 0.0)
+                lane[:, side] = moment_distance(raw_moments(samples, p.degree)[:, 1:], target, coefficients)
 
         return CandidateCosts(
             v=c.v,
@@ -116,12 +115,6 @@ class Rkhs(GridController):
             return None
         samples = problem.cone.samples(0, decision.v, decision.omega)
         return problem.reach.discs[0], samples, self._desired(problem).cone(0)
-
-    def _targets(self, desired: list[Array]) -> tuple[Array, np.ndarray]:
-        """Moments 1 ... degree of each desired set, (B, degree), and where max(0, f) is to match 0 instead, (B,)."""
-        degree = self.parameters.degree
-        moments = [raw_moments(x, degree)[1:] if len(x) else np.zeros(degree) for x in desired]
-        return np.array(moments).reshape(-1, degree), np.array([len(x) == 0 for x in desired], bool)
 
     def _desired(self, problem: Problem) -> Desired:
         return Desired(problem, self.parameters.desired_min, self.parameters.ball)

@@ -175,6 +175,32 @@ def _samples(
     fill_any(out, b, x, y, ovx, ovy, start, num_discs, vx, vy, radius_squared, unit, wall, form, horizons, floor)
 
 
+@kernel
+def _add_safe(
+    sums, counts, wanted, v, cos_turn, sin_turn, speed_noise, cos_heading, sin_heading,
+    x, y, ovx, ovy, start, num_discs, radius_squared, unit, wall, form, horizons, floor, longest,
+):  # fmt: skip
+    vx = np.empty(longest)
+    vy = np.empty(longest)
+    buffer = np.empty(longest)
+    for k in range(v.size):
+        robot_velocities(
+            vx, vy, speed_noise.size, v[k], cos_turn[k], sin_turn[k], speed_noise, cos_heading, sin_heading
+        )
+        for b in range(sums.shape[0]):
+            if not wanted[b]:
+                continue
+            f = buffer[: start[b + 1] - start[b]]
+            fill_any(f, b, x, y, ovx, ovy, start, num_discs, vx, vy, radius_squared, unit, wall, form, horizons, floor)
+            for i in range(f.size):
+                if f[i] <= 0.0:
+                    counts[b] += 1
+                    power = 1.0
+                    for p in range(sums.shape[1]):
+                        power *= f[i]
+                        sums[b, p] += power
+
+
 @dataclass(frozen=True, slots=True)
 class SampleCone:
     """All constraint samples of one observation, ready to be evaluated at candidates."""
@@ -194,20 +220,27 @@ class SampleCone:
             blocks, rule, preview, np.ascontiguousarray(control_noise[:, 0]), np.cos(heading), np.sin(heading)
         )  # fmt: skip
 
+    def _arguments(self) -> tuple:
+        """What every kernel takes, in its order."""
+        b, rule = self.blocks, self.rule
+        return (
+            self.speed_noise, self.cos_heading, self.sin_heading,
+            b.x, b.y, b.vx, b.vy, b.start, b.num_discs, b.radius_squared, b.unit, b.wall,
+            rule.form, (rule.horizon, rule.wall_horizon), rule.floor,
+        )  # fmt: skip
+
+    def _longest(self) -> int:
+        """Pairs of the largest block, and at least the robot's samples."""
+        return max(int(np.diff(self.blocks.start).max(initial=0)), self.speed_noise.size)
+
     def moments(self, v: Array, omega: Array, degree: int, hinge: np.ndarray) -> Array:
         """Means of f^p, p = 1 ... degree, for candidates (K,) and all blocks: (K, B, degree).
 
         Where hinge[b] is set, of max(0, f)^p.
         """
-        b = self.blocks
-        out = np.empty((v.size, b.column.size, degree))
-        longest = max(int(np.diff(b.start).max(initial=0)), self.speed_noise.size)
+        out = np.empty((v.size, self.blocks.column.size, degree))
         turn = omega * self.preview
-        _moments(
-            out, hinge, v, np.cos(turn), np.sin(turn), self.speed_noise, self.cos_heading, self.sin_heading,
-            b.x, b.y, b.vx, b.vy, b.start, b.num_discs, b.radius_squared, b.unit, b.wall,
-            self.rule.form, (self.rule.horizon, self.rule.wall_horizon), self.rule.floor, longest,
-        )  # fmt: skip
+        _moments(out, hinge, v, np.cos(turn), np.sin(turn), *self._arguments(), self._longest())
         return out
 
     def samples(self, block: int, v: float, omega: float) -> Array:
@@ -215,9 +248,14 @@ class SampleCone:
         b = self.blocks
         out = np.empty(int(b.start[block + 1] - b.start[block]))
         turn = omega * self.preview
-        _samples(
-            out, block, v, np.cos(turn), np.sin(turn), self.speed_noise, self.cos_heading, self.sin_heading,
-            b.x, b.y, b.vx, b.vy, b.start, b.num_discs, b.radius_squared, b.unit, b.wall,
-            self.rule.form, (self.rule.horizon, self.rule.wall_horizon), self.rule.floor,
-        )  # fmt: skip
+        _samples(out, block, v, np.cos(turn), np.sin(turn), *self._arguments())
         return out
+
+    def add_safe(self, sums: Array, counts: np.ndarray, wanted: np.ndarray, v: Array, omega: Array) -> None:
+        """Adds what is safe at the controls (K,): sums of f^p, p = 1 ... degree, to `sums` (B, degree), numbers to
+        `counts` (B,), for the blocks that are `wanted` (B,).
+        """
+        turn = omega * self.preview
+        _add_safe(
+            sums, counts, wanted, v, np.cos(turn), np.sin(turn), *self._arguments(), self._longest()
+        )  # fmt: skip

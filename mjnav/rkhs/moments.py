@@ -6,7 +6,7 @@ from mjnav.messages import Array
 
 
 def raw_moments(x: Array, degree: int, weights: Array | None = None) -> Array:
-    """sum_i w_i x_i^p for p = 0 ... degree over the last axis, (..., degree + 1), for x (..., n); w_i is 1/n by default."""
+    """sum_i w_i x_i^p for p = 0 ... degree, (..., degree + 1), of x (..., n); w_i is 1/n by default."""
     moments = np.empty((*x.shape[:-1], degree + 1))
     power = np.ones_like(x)
     for p in range(degree + 1):
