@@ -51,7 +51,7 @@ class Parameters:
     clip: float = 3.0  # no sample counts as safer than this
     samples: int = 25  # N = M drawn from each belief
     sensing_range: float = 7.0  # [m]
-    max_obstacles: int = 8  # discs, nearest first; walls in range all count
+    max_obstacles: int = 16  # discs, nearest first; walls in range all count. Two tables alone are eight
     safety_margin: float = 0.05  # [m] added to R
 
     def __post_init__(self):

@@ -29,8 +29,8 @@ class PersonMotion:
     """
 
     walking_speed: float = 1.0
-    sway: float = 0.3
-    turn_rate: float = 1.0
+    sway: float = 0.2
+    turn_rate: float = 0.5
     stop_share: float = 0.5
 
     def __post_init__(self):

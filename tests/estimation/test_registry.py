@@ -32,7 +32,7 @@ def choose(localizer="pose.particle", tracker="detections.particle", **rest):
     source, _, kind = localizer.partition(".")
     robot = RobotEstimation(source=source, filter=kind or "particle", particles=60)
     source, _, kind = tracker.partition(".")
-    obstacles = ObstacleEstimation(source=source, filter=kind or "particle", particles=40)
+    obstacles = ObstacleEstimation(source=source, filter=kind or "particle", particles=200)
     return replace(SCENARIO, estimation=Estimation(robot=robot, obstacles=obstacles, **rest))
 
 
@@ -72,7 +72,7 @@ def test_every_tracker_is_finite_seeded_and_deterministic(drive, name, profile):
         for p, track in enumerate(tracks):
             assert np.array_equal(drawn[p], again[p])
             assert np.array_equal(track.particles, same[p].particles)
-            assert track.particles.shape == (40, 4)
+            assert track.particles.shape == (200, 4)
             assert track.mean.shape == (4,)
             assert drawn[p].shape == (25, 4)
             assert np.isfinite(track.particles).all()
