@@ -1,12 +1,13 @@
 """`mjnav COMMAND ...`: finds the command's module, and turns what it raises into an exit code and a line of text."""
 
 import argparse
+import os
 import sys
 from collections.abc import Mapping, Sequence
 from importlib import import_module
 from types import MappingProxyType
 
-from mjnav.errors import InputError, MjnavError
+from mjnav.errors import InputError, MjnavError, unknown_name
 
 INTERRUPTED = 130
 
@@ -15,6 +16,7 @@ COMMANDS: Mapping[str, tuple[str, str]] = MappingProxyType(
     {
         "run": ("mjnav.cli.run", "run one episode of a scene"),
         "list": ("mjnav.cli.list", "list scenes, controllers, noise profiles and behaviours"),
+        "render": ("mjnav.cli.render", "draw the scene at one moment of a run"),
         "inspect": ("mjnav.cli.inspect", "say what a log holds and how its run went"),
     }
 )
@@ -29,16 +31,28 @@ def main(argv: Sequence[str] | None = None) -> int:
     """Runs one command; returns its exit code."""
     argv = sys.argv[1:] if argv is None else list(argv)
     try:
-        return _execute(argv)
+        code = _execute(argv)
+        if sys.stdout is not None:
+            sys.stdout.flush()  # here, where an error can still be told
+        return code
     except KeyboardInterrupt:
         print("mjnav: interrupted", file=sys.stderr)
         return INTERRUPTED
     except BrokenPipeError:  # the reader of our output has gone
-        sys.stderr.close()
+        _drop_output()
         return 0
     except MjnavError as error:
         print(f"mjnav: {error}", file=sys.stderr)
         return error.exit_code
+    except OSError as error:  # run files and logs raise errors of their own: what is left is standard output's
+        _drop_output()
+        print(f"mjnav: {error}", file=sys.stderr)
+        return MjnavError.exit_code
+
+
+def _drop_output() -> None:
+    """Sends what standard output still holds nowhere: the interpreter would try once more on its way out."""
+    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
 def _execute(argv: list[str]) -> int:
@@ -46,6 +60,8 @@ def _execute(argv: list[str]) -> int:
     parser.add_argument("--version", action="store_true", help="print the version and end")
     commands = parser.add_subparsers(dest="command", metavar="COMMAND")
     name = next((word for word in argv if not word.startswith("-")), None)
+    if name is not None and name not in COMMANDS:
+        raise unknown_name("command", name, COMMANDS)
     for command, (path, text) in COMMANDS.items():
         sub = commands.add_parser(command, help=text, description=f"{text[0].upper()}{text[1:]}.")
         if command == name:

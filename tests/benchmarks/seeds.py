@@ -3,24 +3,22 @@
     uv run python tests/benchmarks/seeds.py hall --seeds 50
     uv run python tests/benchmarks/seeds.py crossing1 --controller rkhs mean --seeds 50 --set control.degree=3
 
-Seeds are 0 ... n - 1 plus --first, the same for every controller; rates carry Wilson 95 % intervals, the rest is medians
-over the runs that succeeded (clearance: over all).
+Seeds are 0 ... n - 1 plus --first, the same for every controller. Rates carry Wilson 95 % intervals; the rest is
+medians over the runs that succeeded (clearance: over all).
 """
 
 import argparse
 import json
 import os
 import sys
+import tempfile
 from concurrent.futures import ProcessPoolExecutor
-
-for library in ("NUMBA", "OMP", "OPENBLAS", "MKL"):
-    os.environ.setdefault(f"{library}_NUM_THREADS", "1")
 
 import numpy as np
 
 from mjnav.loop.prepare import load_scenario
 from mjnav.loop.run import run
-from mjnav.metrics.intervals import wilson_interval
+from mjnav.metrics.intervals import wilson
 
 KINDS = ("person", "table", "wall", "pillar")
 
@@ -29,13 +27,12 @@ def one(task: tuple[str, str, tuple[str, ...], int, bool]) -> dict:
     """The summary of one episode."""
     scene, controller, overrides, seed, log = task
     scenario = load_scenario(scene, overrides, controller=controller, seed=seed)
-    return run(
-        scenario, log=f"/tmp/mjnav-seeds/{scene}-{controller}-{seed}-{os.getpid()}.mcap" if log else None
-    ).summary
+    with tempfile.TemporaryDirectory() as folder:
+        return run(scenario, log=os.path.join(folder, "run.mcap") if log else None).summary
 
 
 def rate(count: int, total: int) -> str:
-    low, high = wilson_interval(count, total)
+    low, high = wilson(count, total)
     return f"{count:3d}/{total} {100 * count / total:5.1f} % [{100 * low:.1f}, {100 * high:.1f}]"
 
 
@@ -64,7 +61,7 @@ def describe(rows: list[dict]) -> str:
         f"{100 * sum(r['infeasible_ticks'] for r in rows) / sum(r['ticks'] for r in rows):.1f} %"
     )
     lines.append(
-        f"  localisation {median(rows, 'localization_rmse_m'):.4f} m, tracking {median(rows, 'tracking_rmse_m'):.4f} m, "
+        f"  RMSE robot {median(rows, 'localization_rmse_m'):.4f} m, people {median(rows, 'tracking_rmse_m'):.4f} m; "
         f"mean real-time factor {np.mean([row['real_time_factor'] for row in rows]):.1f}"
     )
     phases = rows[0]["compute_ms"]
@@ -85,7 +82,7 @@ def main() -> int:
     parser.add_argument("--first", type=int, default=0)
     parser.add_argument("--set", action="append", default=[], dest="overrides")
     parser.add_argument("--workers", type=int, default=os.cpu_count())
-    parser.add_argument("--log", action="store_true", help="write each run's log, below the temp folder")
+    parser.add_argument("--log", action="store_true", help="write each run's log too, and delete it")
     parser.add_argument("--json", action="store_true", help="a row a run")
     arguments = parser.parse_args()
     with ProcessPoolExecutor(arguments.workers) as pool:
