@@ -38,9 +38,9 @@ class Parameters:
     num_v: int = 20
     num_omega: int = 20
     window: str = "reachable"  # or "bounds"
-    preview: float = 1.0  # [s] tau: a candidate's heading is the one after this time
+    preview: float = 0.4  # [s] tau: a candidate drives straight on at the heading that it has after this time
     approach_time: float = 1.0  # [s]: the goal is approached at distance / approach_time at most
-    heading_weight: float = 0.3  # w_h
+    heading_weight: float = 0.6  # w_h
     speed_change_weight: float = 0.01  # w_v
     turn_change_weight: float = 0.01  # w_omega
     form: str = "segment"  # of the collision cone: line, ray, segment
@@ -48,7 +48,7 @@ class Parameters:
     wall_horizon: float = 2.0  # [s] of path that walls are checked against
     lane_horizon: float = 1.0  # [s] after which the lanes are checked
     normalise: bool = True  # divide f by R^2, lane distances by the robot's radius
-    clip: float = 3.0  # no sample counts as safer than this
+    clip: float = 2.0  # no sample counts as safer than this
     samples: int = 25  # N = M drawn from each belief
     sensing_range: float = 7.0  # [m]
     max_obstacles: int = 16  # discs, nearest first; walls in range all count. Two tables alone are eight

@@ -38,7 +38,7 @@ def test_given_parameters_come_over_those_of_the_preset(limits):
 def test_the_shared_parameters_are_the_same_in_every_tuned_method(limits):
     rkhs, mean = (make_controller(name, limits, 0.1).parameters for name in ("rkhs", "mean"))
     assert all(getattr(rkhs, key) == getattr(mean, key) for key in type(mean).__dataclass_fields__)
-    assert (rkhs.num_v, rkhs.num_omega, rkhs.samples, rkhs.max_obstacles, rkhs.safety_margin) == (20, 20, 25, 8, 0.05)
+    assert (rkhs.num_v, rkhs.num_omega, rkhs.samples, rkhs.max_obstacles, rkhs.safety_margin) == (20, 20, 25, 16, 0.05)
 
 
 @pytest.mark.parametrize(
