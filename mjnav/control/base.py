@@ -33,10 +33,13 @@ class GridController:
 
     def __init__(self, limits: RobotLimits, period: float, parameters: Parameters):
         self.limits, self.period, self.parameters = limits, period, parameters
+        self._latest: Problem | None = None
 
     def problem(self, observation: Observation) -> Problem:
-        """The observation as this controller sees it."""
-        return Problem(observation, self.limits, self.period, self.parameters)
+        """The observation as this controller sees it; asked for the same one again, the same problem."""
+        if self._latest is None or self._latest.observation is not observation:
+            self._latest = Problem(observation, self.limits, self.period, self.parameters)
+        return self._latest
 
     def decide(self, observation: Observation) -> Decision:
         """The candidate of least total cost."""
@@ -50,12 +53,16 @@ class GridController:
         raise NotImplementedError
 
     def closest_cone(self, observation: Observation, decision: Decision) -> tuple[int, Array, Array] | None:
-        """The closest obstacle's samples at the chosen control; nothing is desired of them."""
+        """The closest obstacle's samples at the chosen control, and what the method wants of them."""
         problem = self.problem(observation)
         if not problem.reach.discs:
             return None
-        samples = problem.cone.samples(0, decision.v, decision.omega)
-        return problem.reach.discs[0], samples, np.zeros(0)
+        samples = problem.cone.samples(0, np.array([decision.v]), np.array([decision.omega]))[:, 0]
+        return problem.reach.discs[0], samples, self.desired_cone(problem, 0)
+
+    def desired_cone(self, problem: Problem, block: int) -> Array:
+        """The samples that the method wants of one disc or wall; empty for a method that wants none."""
+        return np.zeros(0)
 
 
 def decision_at(problem: Problem, costs: CandidateCosts, best: int) -> Decision:

@@ -28,7 +28,7 @@ class Desired:
     def cone(self, block: int) -> Array:
         """F^des of one disc or wall, (n,)."""
         c = self.problem.candidates
-        return self._safe(lambda k: self.problem.cone.samples(block, c.v[k], c.omega[k]))
+        return self._safe(lambda ks: self.problem.cone.samples(block, c.v[ks], c.omega[ks]).T)
 
     def cone_moments(self, degree: int) -> tuple[Array, NDArray[np.int64]]:
         """Means of f^p, p = 1 ... degree, over F^des of every disc and wall, (B, degree), and its sizes (B,).
@@ -48,15 +48,16 @@ class Desired:
 
     def lane(self, side: int) -> Array:
         """D^des of the left (0) or right (1) boundary, (n,)."""
-        return self._safe(lambda k: self.problem.lanes[side, k])
+        return self._safe(lambda ks: self.problem.lanes[side, ks])
 
-    def _safe(self, samples_at: Callable[[int], Array]) -> Array:
-        samples = samples_at(self.problem.nominal)
+    def _safe(self, samples_at: Callable[[list[int]], Array]) -> Array:
+        """What is safe of the samples at candidates, given as (K, n)."""
+        samples = samples_at([self.problem.nominal])
         safe = samples[samples <= 0.0]
         if len(safe) >= self.least:
             return safe
-        more = [samples_at(k) for k in self._beside]
-        return np.concatenate([safe, *(samples[samples <= 0.0] for samples in more)])
+        samples = samples_at(list(self._beside))
+        return np.concatenate([safe, samples[samples <= 0.0]])
 
     @cached_property
     def _beside(self) -> tuple[int, ...]:

@@ -94,11 +94,14 @@ def blocks(
 ) -> ConeBlocks:
     """The pairs of the robot's positions (n, 2) with all samples of `discs`, and the positions for every wall."""
     n, num_discs, num_walls = len(robot), len(reach.discs), len(reach.walls)
-    # Row by row of the discs' samples, the robot's run fastest.
-    pair = (robot - discs.position[:, None, :]).reshape(-1, 2)
-    pair_velocity = np.repeat(discs.velocity, n, axis=0)
-    position = np.concatenate([pair, *[robot] * num_walls])
-    velocity = np.concatenate([pair_velocity, np.zeros((num_walls * n, 2))])
+    still = np.zeros(num_walls * n)
+    columns = []
+    for axis in (0, 1):
+        # Row by row of the discs' samples, the robot's run fastest.
+        pairs = np.subtract.outer(-discs.position[:, axis], -robot[:, axis]).ravel()
+        columns.append(np.concatenate([pairs, np.tile(robot[:, axis], num_walls)]))
+        columns.append(np.concatenate([np.repeat(discs.velocity[:, axis], n), still]))
+    x, vx, y, vy = columns
     radius = limits.radius + parameters.safety_margin
     radius_squared = np.concatenate([discs.radius + radius, np.full(num_walls, radius)]) ** 2
     wall = np.zeros((num_discs + num_walls, 4))
@@ -107,10 +110,10 @@ def blocks(
         column=np.array([*reach.discs, *(len(observation.obstacles) + w for w in reach.walls)], dtype=np.int64),
         start=np.concatenate([discs.start, discs.start[-1] + np.arange(1, num_walls + 1)]) * n,
         num_discs=num_discs,
-        x=np.ascontiguousarray(position[:, 0]),
-        y=np.ascontiguousarray(position[:, 1]),
-        vx=np.ascontiguousarray(velocity[:, 0]),
-        vy=np.ascontiguousarray(velocity[:, 1]),
+        x=x,
+        y=y,
+        vx=vx,
+        vy=vy,
         radius_squared=radius_squared,
         unit=1.0 / radius_squared if parameters.normalise else np.ones_like(radius_squared),
         wall=wall,

@@ -21,7 +21,7 @@ from mjnav.control.base import GridController, spread_columns
 from mjnav.control.desired import Desired
 from mjnav.control.parameters import Parameters, at_least, finite
 from mjnav.control.problem import Problem
-from mjnav.messages import Array, CandidateCosts, Decision, Observation
+from mjnav.messages import Array, CandidateCosts
 from mjnav.rkhs.kernels import PolynomialKernel
 from mjnav.rkhs.moments import moment_distance, raw_moments
 
@@ -108,13 +108,9 @@ class Rkhs(GridController):
             nominal=problem.nominal,
         )
 
-    def closest_cone(self, observation: Observation, decision: Decision) -> tuple[int, Array, Array] | None:
-        """The closest obstacle's samples at the chosen control and the desired ones."""
-        problem = self.problem(observation)
-        if not problem.reach.discs:
-            return None
-        samples = problem.cone.samples(0, decision.v, decision.omega)
-        return problem.reach.discs[0], samples, self._desired(problem).cone(0)
+    def desired_cone(self, problem: Problem, block: int) -> Array:
+        """F^des of one disc or wall."""
+        return self._desired(problem).cone(block)
 
     def _desired(self, problem: Problem) -> Desired:
         return Desired(problem, self.parameters.desired_min, self.parameters.ball)

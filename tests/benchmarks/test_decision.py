@@ -116,10 +116,10 @@ def test_gram_matrices_give_the_decisions_costs(benchmark, medians, controller, 
     costs, c = controller.evaluate(problem), problem.candidates
     k, block = 123, 0
     column = problem.cone.blocks.column[block]
-    nominal = problem.cone.samples(block, c.v[problem.nominal], c.omega[problem.nominal])
+    nominal = problem.cone.samples(block, c.v[[problem.nominal]], c.omega[[problem.nominal]])[:, 0]
     desired = nominal[nominal <= 0.0]
     assert len(desired) >= controller.parameters.desired_min
-    samples = problem.cone.samples(block, c.v[k], c.omega[k])
+    samples = problem.cone.samples(block, c.v[[k]], c.omega[[k]])[:, 0]
     times = len(c.v) * NUM_OBSTACLES
     value = timed(benchmark, medians, GRAM, lambda: mmd_squared_gram(samples, desired, degree=DEGREE), times=times)
     size = np.abs(samples).max() ** (2 * DEGREE) + 1.0

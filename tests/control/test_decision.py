@@ -126,7 +126,7 @@ def test_matching_costs_nothing_at_a_nominal_control_whose_samples_are_all_safe(
         problem = controller.problem(o)
         c, costs = problem.candidates, controller.evaluate(problem)
         for block, column in enumerate(problem.cone.blocks.column):
-            samples = problem.cone.samples(block, c.v[problem.nominal], c.omega[problem.nominal])
+            samples = problem.cone.samples(block, c.v[[problem.nominal]], c.omega[[problem.nominal]])[:, 0]
             if (samples <= 0.0).all():
                 size = 1.0 + np.abs(samples).max() ** (2 * controller.parameters.degree)
                 assert costs.cone[problem.nominal, column] == pytest.approx(0.0, abs=1e-12 * size)
