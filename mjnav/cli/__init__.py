@@ -1,1 +1,1 @@
-"""The command line: one file a command, each with HELP, `configure(parser)` and `execute(arguments) -> exit code`."""
+"""The command line: one file a command, each with `configure(parser)` and `execute(arguments) -> exit code`."""

@@ -5,7 +5,7 @@ import json
 import signal
 import sys
 import threading
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from typing import Any
 
@@ -42,21 +42,21 @@ def execute(arguments: argparse.Namespace) -> int:
         result = run(
             scenario,
             real_time=arguments.real_time,
-            log=None if arguments.no_log else arguments.log or True,
+            log=None if arguments.no_log else True if arguments.log is None else arguments.log,
             stop=interrupted.is_set,
         )
     if arguments.json:
         print(json.dumps(result.summary))
     else:
-        print(describe(result.summary))
+        print(describe(result.summary, result.real_time))
     if interrupted.is_set():
         print("mjnav: interrupted", file=sys.stderr)
         return INTERRUPTED
     return 0
 
 
-def describe(summary: dict[str, Any]) -> str:
-    """How a run went, for people."""
+def describe(summary: dict[str, Any], real_time: Mapping[str, str] | None = None) -> str:
+    """How a run went, for people; `real_time` is what a paced run got of the machine."""
     s = summary
     collisions = ", ".join(f"{n} × {kind}" for kind, n in s["collisions"].items() if n) or "none"
     compute = s["compute_ms"]
@@ -77,6 +77,9 @@ def describe(summary: dict[str, Any]) -> str:
         f"tick {_number(compute['tick']['p50'], '.2f')} ms p50, {_number(compute['tick']['p99'], '.2f')} ms p99",
         f"                  ms p50 by phase: {phases}",
     ]  # fmt: skip
+    if real_time is not None:
+        got = ", ".join(f"{name} {value}" for name, value in real_time.items())
+        lines.append(f"  real time       {s['deadline_misses']} of {s['ticks']} deadlines missed; {got}")
     if s["lane_violation_s"]:
         lines.insert(2, f"  outside lanes   {s['lane_violation_s']:.1f} s")
     if s["log"]:

@@ -1,7 +1,8 @@
 """One episode: composes world, navigator, referee and recorder, and runs the loop to its end."""
 
 import hashlib
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from contextlib import nullcontext, suppress
 from dataclasses import dataclass
 from itertools import count
 from pathlib import Path
@@ -36,10 +37,14 @@ WARM_UP_TICKS = 3
 
 @dataclass(frozen=True, slots=True)
 class Result:
-    """How a run went: `summary` is what `mjnav run --json` prints, `trajectory` the arrays it was computed from."""
+    """How a run went: `summary` is what `mjnav run --json` prints, `trajectory` the arrays it was computed from.
+
+    `real_time` says of a paced run what it got of the machine: scheduler, memory, affinity.
+    """
 
     summary: dict[str, Any]
     trajectory: Trajectory
+    real_time: Mapping[str, str] | None = None
 
 
 class Episode:
@@ -52,8 +57,12 @@ class Episode:
         log: Path | None = None,
         pacer: FreePacer | RealTimePacer | None = None,
         stop: Callable[[], bool] = lambda: False,
+        cones: bool = False,
     ):
-        """`stop` is asked before every tick whether to abort. Raises InputError for a log that cannot be written."""
+        """`stop` is asked before every tick whether to abort; `cones` computes what only a log needs without one too.
+
+        Raises InputError for a log that cannot be written.
+        """
         self._scenario = scenario
         self._pacer = pacer or FreePacer()
         self._stop = stop
@@ -65,14 +74,24 @@ class Episode:
         self._hash = hashlib.sha256()
         self._beliefs: Beliefs | None = None
         self._status = Status.OK
+        self._events_before: tuple[Event, ...] = ()
+        self._cones = cones or log is not None
         self._log = log
         self._recorder = None
         if log is not None:
             info = run_info(scenario, scenario.seed, self._simulator.parts_hash())
             self._recorder = Recorder(log, scenario, info, self._simulator.model_xml())
 
-    def run(self) -> Result:
-        """Runs to the goal, a collision, the time limit or an abort. A fault ends the log in order, then raises."""
+    def run(self, events: tuple[Event, ...] = ()) -> Result:
+        """Runs to the goal, a collision, the time limit or an abort. A fault ends the log in order, then raises.
+
+        `events` are from before the first tick, and are logged with it.
+        """
+        self._events_before = events
+        with self._recorder or nullcontext():
+            return self._run()
+
+    def _run(self) -> Result:
         began = self._pacer.now()
         tick = 0
         watch = Stopwatch(self._pacer.now)
@@ -91,12 +110,13 @@ class Episode:
                     self._recorder.write_timing(timing)
                 tick += 1
         except BaseException as error:
-            self._finish(self._simulator.state(), ABORTED, tick, began, fault=repr(error))
-            if isinstance(error, Exception):
+            with suppress(Exception):  # what came first is what counts; the recorder's context closes the file
+                self._finish(self._simulator.state(), ABORTED, began, fault=repr(error))
+            if isinstance(error, Exception) and not isinstance(error, MjnavError):
                 place = f"; the log is {self._log}" if self._log else ""
                 raise MjnavError(f"the run broke in tick {tick}: {error!r}{place}") from error
             raise
-        return self._finish(truth, outcome, tick, began)
+        return self._finish(truth, outcome, began)
 
     def _outcome(self, truth: WorldState) -> str | None:
         if self._stop():
@@ -123,7 +143,7 @@ class Episode:
             observation=observation,
             decision=decision,
             command=command,
-            cone=self._cone(observation, decision) if self._recorder is not None else None,
+            cone=self._cone(observation, decision) if self._cones else None,
             events=self._events(truth, beliefs if readings else None, decision),
         )
         self._trajectory.add(record)
@@ -141,7 +161,8 @@ class Episode:
         return ConeDistribution(self._navigator.names[obstacle], samples, desired, float((samples <= 0.0).mean()))
 
     def _events(self, truth: WorldState, news: Beliefs | None, decision: Decision) -> tuple[Event, ...]:
-        events = [Event("error", "contact", describe(contact)) for contact in truth.contacts]
+        events = [*self._events_before, *(Event("error", "contact", describe(contact)) for contact in truth.contacts)]
+        self._events_before = ()
         if news is not None:
             recovered = [belief for belief in (news.robot, *news.people) if belief.recovered]
             events += [
@@ -155,7 +176,7 @@ class Episode:
             self._status = decision.status
         return tuple(events)
 
-    def _finish(self, final: WorldState, outcome: str, ticks: int, began: int, fault: str | None = None) -> Result:
+    def _finish(self, final: WorldState, outcome: str, began: int, fault: str | None = None) -> Result:
         seconds = (self._pacer.now() - began) * 1e-9
         trajectory = self._trajectory.finish(final)
         self._hash.update(self._simulator.state_hash().encode())
@@ -165,7 +186,6 @@ class Episode:
             "controller": self._scenario.control.method,
             "seed": self._scenario.seed,
             **summarise(trajectory, self._scenario, outcome=outcome),
-            "ticks": ticks,
             "compute_ms": compute_ms(trajectory.timing),
             "real_time_factor": final.time / seconds if seconds > 0.0 else None,
             "deadline_misses": trajectory.deadline_misses,
@@ -185,4 +205,4 @@ class Episode:
 def warm_up(scenario: Scenario) -> None:
     """Compiles and touches what a run of this scenario uses, in a few ticks that are thrown away."""
     asked = count()
-    Episode(scenario, stop=lambda: next(asked) >= WARM_UP_TICKS).run()
+    Episode(scenario, stop=lambda: next(asked) >= WARM_UP_TICKS, cones=True).run()

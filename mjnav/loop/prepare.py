@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from mjnav import scenarios
 from mjnav.control import Controller, make_controller
 from mjnav.errors import InvalidValue
+from mjnav.scenarios.load import origin
 from mjnav.scenarios.spec import Scenario
 
 
@@ -21,7 +22,12 @@ def load_scenario(
     `overrides` are "KEY=VALUE"; `controller` and `seed` take the place of the file's.
     """
     scenario = scenarios.load(name_or_path, overrides, controller=controller, seed=seed)
-    build_controller(scenario)
+    changed = {"control.method": "--controller"} if controller is not None else {}
+    changed |= {override.partition("=")[0].strip(): "--set" for override in overrides}
+    try:
+        build_controller(scenario)
+    except InvalidValue as error:
+        raise error.within(file=origin(error.key, scenario.source, changed)) from None
     return scenario
 
 

@@ -4,7 +4,7 @@ import ctypes
 import gc
 import os
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 
 MCL_CURRENT, MCL_FUTURE = 1, 2  # from <sys/mman.h>
 FIFO_PRIORITY = 50
@@ -16,28 +16,42 @@ def real_time() -> Iterator[dict[str, str]]:
 
     The garbage collector's view of what exists is frozen, so that no full collection (14 ms) hits a tick.
     """
-    got = {"scheduler": "SCHED_OTHER", "memory": "not locked", "affinity": "any"}
-    policy, priority = os.sched_getscheduler(0), os.sched_getparam(0)
-    cpus = os.sched_getaffinity(0)
+    policy, priority, cpus = os.sched_getscheduler(0), os.sched_getparam(0), os.sched_getaffinity(0)
     libc = ctypes.CDLL(None, use_errno=True)
     try:
-        os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(FIFO_PRIORITY))
-        got["scheduler"] = f"SCHED_FIFO {FIFO_PRIORITY}"
-    except OSError as error:
-        got["scheduler"] = f"SCHED_OTHER (SCHED_FIFO: {error.strerror})"
-    if libc.mlockall(MCL_CURRENT | MCL_FUTURE) == 0:
-        got["memory"] = "locked"
-    else:
-        got["memory"] = f"not locked ({os.strerror(ctypes.get_errno())})"
-    if len(cpus) > 1:
-        os.sched_setaffinity(0, {max(cpus)})
-        got["affinity"] = f"CPU {max(cpus)}"
-    gc.collect()
-    gc.freeze()
-    try:
+        got = {"scheduler": _take_fifo(), "memory": _lock_memory(libc), "affinity": _take_cpu(cpus)}
+        gc.collect()
+        gc.freeze()
         yield got
     finally:
         gc.unfreeze()
-        os.sched_setaffinity(0, cpus)
         libc.munlockall()
-        os.sched_setscheduler(0, policy, priority)
+        with suppress(OSError):
+            os.sched_setaffinity(0, cpus)
+        with suppress(OSError):
+            os.sched_setscheduler(0, policy, priority)
+
+
+def _take_fifo() -> str:
+    try:
+        os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(FIFO_PRIORITY))
+    except OSError as error:
+        return f"SCHED_OTHER (SCHED_FIFO: {error.strerror})"
+    return f"SCHED_FIFO {FIFO_PRIORITY}"
+
+
+def _lock_memory(libc: ctypes.CDLL) -> str:
+    if libc.mlockall(MCL_CURRENT | MCL_FUTURE) == 0:
+        return "locked"
+    return f"not locked ({os.strerror(ctypes.get_errno())})"
+
+
+def _take_cpu(cpus: set[int]) -> str:
+    """One of the CPUs that the process may use, so that caches stay warm."""
+    cpu = max(cpus)
+    if len(cpus) > 1:
+        try:
+            os.sched_setaffinity(0, {cpu})
+        except OSError as error:
+            return f"any ({error.strerror})"
+    return f"CPU {cpu}"

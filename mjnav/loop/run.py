@@ -1,9 +1,9 @@
 """`mjnav.run`: a scenario in, a result out."""
 
 import os
-import time
 from collections.abc import Callable
-from contextlib import nullcontext
+from dataclasses import replace
+from datetime import datetime
 from pathlib import Path
 
 from mjnav import scenarios
@@ -11,6 +11,7 @@ from mjnav.loop.episode import Episode, Result, warm_up
 from mjnav.loop.pacer import FreePacer, RealTimePacer
 from mjnav.loop.prepare import build_controller, load_scenario
 from mjnav.loop.realtime import real_time as ask_for_real_time
+from mjnav.messages import Event
 from mjnav.recording.writer import check_path
 from mjnav.scenarios.spec import Scenario
 
@@ -44,13 +45,16 @@ def run(
     warm_up(scenario)
     pacer = RealTimePacer(scenario.control.period) if real_time else FreePacer()
     episode = Episode(scenario, log=path, pacer=pacer, stop=stop)
-    with ask_for_real_time() if real_time else nullcontext():
+    if not real_time:
         return episode.run()
+    with ask_for_real_time() as got:
+        note = Event("info", "real_time", ", ".join(f"{name} {value}" for name, value in got.items()))
+        return replace(episode.run((note,)), real_time=got)
 
 
 def default_log_path(scenario: Scenario) -> Path:
-    """runs/out/<scene>-<controller>-<seed>-<time>.mcap below the working directory."""
-    now = time.strftime("%Y%m%dT%H%M%S")
+    """runs/out/<scene>-<controller>-<seed>-<time>.mcap below the working directory; the time goes to microseconds."""
+    now = datetime.now().strftime("%Y%m%dT%H%M%S.%f")
     name = "".join(c if c.isalnum() or c in "-_." else "_" for c in scenario.name)
     return LOG_FOLDER / f"{name}-{scenario.control.method}-{scenario.seed}-{now}.mcap"
 

@@ -2,6 +2,7 @@
 
 import os
 import platform
+import shlex
 import subprocess
 import sys
 from functools import cache
@@ -22,7 +23,7 @@ def run_info(scenario: Scenario, seed: int, parts_hash: str) -> dict[str, str]:
         "engine": scenario.physics.engine,
         "parts_hash": parts_hash,
         "git_revision": _git_revision(),
-        "argv": " ".join(sys.argv),
+        "argv": shlex.join(sys.argv),
         "python": platform.python_version(),
         "machine": platform.machine(),
         **{f"version.{package}": _version(package) for package in PACKAGES},

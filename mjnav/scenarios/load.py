@@ -63,7 +63,7 @@ def loads(
         scenario = build(document)
         check(scenario)
     except InvalidValue as error:
-        raise error.within(file=_origin(error.key, file, changed)) from None
+        raise error.within(file=origin(error.key, file, changed)) from None
     return replace(scenario, source=file)
 
 
@@ -135,7 +135,7 @@ def _with_defaults(document: dict[str, Any]) -> dict[str, Any]:
         return {}
 
 
-def _origin(key: str, file: str, changed: dict[str, str]) -> str:
+def origin(key: str, file: str, changed: dict[str, str]) -> str:
     """Where the value at `key` came from: the option that set it, or a part of it, or what it is part of."""
     for other, option in reversed(changed.items()):
         if f"{key}.".startswith(f"{other}.") or f"{other}.".startswith(f"{key}."):

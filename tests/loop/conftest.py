@@ -1,0 +1,53 @@
+"""Rooms for the loop: small, and with as much noise as a test asks for."""
+
+from collections.abc import Callable
+
+import pytest
+
+from mjnav import scenarios
+from mjnav.scenarios import Scenario
+
+ROOM = """
+schema = 1
+name = "room"
+time_limit = 1.0
+[robot]
+start = [0.0, 0.0, 0.0]
+goal = [6.0, 0.0]
+[[walls]]
+from = [-1.0, -2.0]
+to = [8.0, -2.0]
+[[tables]]
+position = [4.0, 1.0]
+[[pillars]]
+position = [3.0, -1.0]
+[[people]]
+start = [5.0, -0.2]
+behaviour = "constant_velocity"
+velocity = [-0.6, 0.0]
+"""
+
+EMPTY = """
+schema = 1
+name = "empty"
+time_limit = 30.0
+[robot]
+start = [0.0, 0.0, 0.0]
+goal = [3.0, 0.0]
+[physics]
+engine = "kinematic"
+"""
+
+Make = Callable[..., Scenario]
+
+
+@pytest.fixture
+def room() -> Make:
+    """A furnished room with one person; overrides as `--set` takes them."""
+    return lambda *overrides, **options: scenarios.loads(ROOM, overrides, **options)
+
+
+@pytest.fixture
+def empty() -> Make:
+    """Open floor in the kinematic engine; overrides as `--set` takes them."""
+    return lambda *overrides, **options: scenarios.loads(EMPTY, overrides, **options)

@@ -1,0 +1,295 @@
+"""Whole runs: the same seed ends in the same state, whatever else happens, and every end is in order."""
+
+import json
+import os
+import resource
+from itertools import count
+
+import numpy as np
+import pytest
+
+import mjnav
+from mjnav import control, scenarios
+from mjnav.errors import InputError, MjnavError
+from mjnav.loop import episode as episode_module
+from mjnav.loop.episode import Episode
+from mjnav.loop.pacer import RealTimePacer
+from mjnav.loop.tick import Navigator
+from mjnav.metrics import summarise
+from mjnav.recording import open_log
+
+ENGINES = ("mujoco", "kinematic")
+
+
+def state_hash(scenario, **options) -> str:
+    return Episode(scenario, **options).run().summary["state_hash"]
+
+
+class FakeClock:
+    """Every look takes 30 ms, so ticks of 100 ms come late, are caught up with and are skipped."""
+
+    def __init__(self):
+        self.time = 0
+
+    def __call__(self) -> int:
+        self.time += 30_000_000
+        return self.time
+
+    def sleep(self, seconds: float) -> None:
+        self.time += round(seconds * 1e9)
+
+
+# ------------------------------------------------------------------------------------- the same state
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+@pytest.mark.parametrize(("rate", "delay"), [(10.0, 1), (10.0, 0), (10.0, 3), (5.0, 1), (50.0, 1), (4.0, 0)])
+def test_a_seed_ends_in_the_same_state_logged_or_not_late_or_not(room, tmp_path, engine, rate, delay):
+    scenario = room(f"physics.engine={engine}", f"control.rate={rate}", f"control.delay={delay}")
+    clock = FakeClock()
+    hashes = {
+        "first": state_hash(scenario),
+        "again": state_hash(scenario),
+        "logged": state_hash(scenario, log=tmp_path / "a.mcap"),
+        "looked at": state_hash(scenario, cones=True),
+        "late": state_hash(scenario, pacer=RealTimePacer(1.0 / rate, clock=clock, sleep=clock.sleep)),
+    }
+    assert len(set(hashes.values())) == 1, hashes
+
+
+def test_paced_by_the_wall_clock_a_seed_ends_in_the_same_state(room):
+    scenario = room("time_limit=0.5")
+    paced = mjnav.run(scenario, real_time=True)
+    assert paced.summary["state_hash"] == mjnav.run(scenario).summary["state_hash"]
+    assert set(paced.real_time) == {"scheduler", "memory", "affinity"}
+    assert mjnav.run(scenario).real_time is None
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+def test_another_seed_ends_in_another_state(room, engine):
+    hashes = {state_hash(room(f"physics.engine={engine}", seed=seed)) for seed in range(4)}
+    assert len(hashes) == 4
+
+
+def test_what_matters_changes_the_hash(room):
+    changes = ("control.delay=2", "control.rate=5", "physics.engine=kinematic", "noise.profile=none", "time_limit=1.1")
+    hashes = [state_hash(room(change)) for change in ("seed=0", *changes)]
+    assert len(set(hashes)) == len(hashes)
+
+
+@pytest.mark.parametrize("rate", [2.5, 10.0, 25.0])
+def test_sensors_of_their_own_rate_serve_any_control_rate(room, rate):
+    result = Episode(room("sensors.rate=4", f"control.rate={rate}", "time_limit=2.0")).run()
+    assert result.summary["ticks"] == round(2.0 * rate)
+    assert result.summary["localization_rmse_m"] < 0.3
+    assert np.isfinite(result.trajectory.estimate).all()
+
+
+# ------------------------------------------------------------------------------- paired random streams
+
+
+def sensor_noise(scenario, monkeypatch) -> tuple[np.ndarray, np.ndarray]:
+    """Detections and poses less the truth, tick by tick."""
+    readings = []
+    estimate = Navigator.estimate
+
+    def listening(self, new, beliefs):
+        readings.extend(new)
+        return estimate(self, new, beliefs)
+
+    with monkeypatch.context() as patch:
+        patch.setattr(Navigator, "estimate", listening)
+        trajectory = Episode(scenario).run().trajectory
+    detections = np.array([reading.detections for reading in readings]) - trajectory.people_position[:-1]
+    return detections, np.array([reading.pose[:2] for reading in readings]) - trajectory.robot_pose[:-1, :2]
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+def test_every_method_meets_the_same_noise(room, monkeypatch, engine):
+    overrides = (f"physics.engine={engine}", "time_limit=2.0")
+    mean = sensor_noise(room(*overrides, controller="mean"), monkeypatch)
+    rkhs = sensor_noise(room(*overrides, "control.samples=40", controller="rkhs"), monkeypatch)
+    for one, other in zip(mean, rkhs, strict=True):
+        assert len(one) == 20
+        assert one == pytest.approx(other, abs=1e-12)
+        assert one.std() > 0.03
+
+
+# ------------------------------------------------------------------------------------- how runs end
+
+
+def test_waypoints_are_visited_in_their_order(empty):
+    route = [(1.5, 0.0), (1.5, 1.5), (0.0, 1.5)]
+    scenario = empty(f"robot.waypoints={[list(point) for point in route]}", "noise.profile=none")
+    result = Episode(scenario).run()
+    assert result.summary["outcome"] == "goal"
+    path = result.trajectory.robot_pose[:, :2]
+    reached = [np.flatnonzero(np.hypot(*(path - point).T) <= scenario.robot.goal_tolerance)[0] for point in route]
+    assert reached == sorted(reached)
+    assert reached[-1] == len(path) - 1
+    assert result.summary["straight_line_m"] == pytest.approx(4.5)
+
+
+def test_a_route_that_ends_where_it_begins_is_driven(empty):
+    result = Episode(empty("robot.waypoints=[[1.5, 0.0], [0.0, 0.0]]")).run()
+    assert result.summary["outcome"] == "goal"
+    assert result.summary["path_length_m"] > 2.0
+
+
+@pytest.mark.parametrize("method", control.names())
+def test_a_goal_behind_the_robot_is_reached_by_turning_round(empty, method):
+    overrides = ["robot.goal=[-2.0, 0.1]"]
+    if method == "rkhs-paper":  # its cost has no heading term, with which a robot at rest would turn
+        overrides += ["control.heading_weight=0.3", "control.preview=1.0"]
+    result = Episode(empty(*overrides, controller=method)).run()
+    assert (result.summary["outcome"], result.summary["success"]) == ("goal", True)
+
+
+def test_a_robot_at_its_goal_has_nothing_to_do(empty, tmp_path):
+    result = Episode(empty("robot.goal=[0.1, 0.0]"), log=tmp_path / "a.mcap").run()
+    assert (result.summary["outcome"], result.summary["ticks"], result.summary["time_s"]) == ("goal", 0, 0.0)
+    assert open_log(tmp_path / "a.mcap").complete
+    assert json.loads(json.dumps(result.summary, allow_nan=False)) == result.summary
+
+
+BLOCKED = ("pillars.0.position=[1.0, 0.0]", "control.sensing_range=0.01", "noise.profile=none")  # it sees nothing
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+def test_a_collision_ends_the_run_where_it_should(room, engine):
+    result = Episode(room(*BLOCKED, "time_limit=10", f"physics.engine={engine}")).run()
+    assert (result.summary["outcome"], result.summary["success"]) == ("collision", False)
+    assert result.summary["collisions"] == {"person": 0, "table": 0, "wall": 0, "pillar": 1}
+    assert result.summary["min_clearance_m"] < 0.02
+    assert result.trajectory.contacts[0].name == "pillar0"
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+def test_or_the_run_goes_on_and_is_no_success(room, tmp_path, engine):
+    scenario = room(*BLOCKED, "stop_on_collision=false", "time_limit=3.5", f"physics.engine={engine}")
+    result = Episode(scenario, log=tmp_path / "a.mcap").run()
+    assert (result.summary["outcome"], result.summary["success"]) == ("timeout", False)
+    assert result.summary["collisions"]["pillar"] == 1
+    assert result.summary["ticks"] == 35
+    texts = [message.value.message for message in open_log(tmp_path / "a.mcap").messages("/events")]
+    assert any("contact with pillar pillar0" in text for text in texts)
+
+
+def test_reaching_the_goal_after_a_touch_is_no_success(room):
+    # A person walks into the robot's side, and leaves it able to go on.
+    person = ("people.0.start=[0.45, 1.2]", "people.0.velocity=[0.0, -0.6]")
+    blind = ("control.sensing_range=0.01", "noise.profile=none")
+    rest = ("stop_on_collision=false", "time_limit=20", "physics.engine=kinematic", "robot.goal=[2.0, 0.0]")
+    scenario = room(*person, *blind, *rest)
+    summary = Episode(scenario).run().summary
+    assert (summary["outcome"], summary["success"], summary["collisions"]["person"]) == ("goal", False, 1)
+
+
+def test_time_runs_out(room):
+    summary = Episode(room()).run().summary
+    assert (summary["outcome"], summary["success"], summary["ticks"]) == ("timeout", False, 10)
+    assert summary["time_s"] == pytest.approx(1.0)
+
+
+def test_a_run_is_aborted_when_it_is_asked_to(room, tmp_path):
+    asked = count()
+    result = Episode(room(), log=tmp_path / "a.mcap", stop=lambda: next(asked) >= 4).run()
+    assert (result.summary["outcome"], result.summary["ticks"]) == ("aborted", 4)
+    log = open_log(tmp_path / "a.mcap")
+    assert (log.complete, log.truncated, log.result["outcome"]) == (True, False, "aborted")
+
+
+# ------------------------------------------------------------------------------------------- faults
+
+
+@pytest.fixture
+def broken_controller(monkeypatch):
+    """Every controller breaks in its sixth decision."""
+    build = episode_module.build_controller
+
+    def breaking(scenario):
+        controller = build(scenario)
+        decide, asked = controller.decide, count()
+
+        def decide_or_break(observation):
+            if next(asked) == 5:
+                raise ZeroDivisionError("half a person")
+            return decide(observation)
+
+        controller.decide = decide_or_break
+        return controller
+
+    monkeypatch.setattr(episode_module, "build_controller", breaking)
+
+
+@pytest.mark.usefixtures("broken_controller")
+def test_a_fault_ends_the_log_in_order_and_is_told_in_one_line(room, tmp_path):
+    path = tmp_path / "a.mcap"
+    with pytest.raises(MjnavError) as raised:
+        Episode(room(), log=path).run()
+    text = str(raised.value)
+    assert text == f"the run broke in tick 5: ZeroDivisionError('half a person'); the log is {path}"
+    assert raised.value.exit_code == 1
+    assert isinstance(raised.value.__cause__, ZeroDivisionError)
+    log = open_log(path)
+    assert (log.complete, log.truncated) == (True, False)
+    assert (log.result["outcome"], log.result["ticks"]) == ("aborted", 5)
+    events = [message.value for message in log.messages("/events")]
+    assert any("half a person" in event.message for event in events)
+    assert len(log.trajectory().command) == 5
+
+
+@pytest.mark.usefixtures("broken_controller")
+def test_a_fault_without_a_log_names_none(room):
+    with pytest.raises(MjnavError, match=r"^the run broke in tick 5: ZeroDivisionError\('half a person'\)$"):
+        Episode(room()).run()
+
+
+def test_an_interrupt_ends_the_log_in_order_and_stays_one(room, tmp_path):
+    def interrupt():
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        Episode(room(), log=tmp_path / "a.mcap", stop=interrupt).run()
+    assert open_log(tmp_path / "a.mcap").result["outcome"] == "aborted"
+
+
+def test_a_disk_that_takes_no_more_is_told_in_one_line_and_leaves_a_readable_log(room, tmp_path):
+    path = tmp_path / "a.mcap"
+    soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
+    episode = Episode(room("time_limit=20"), log=path)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (60_000, hard))
+    try:
+        with pytest.raises(MjnavError) as raised:
+            episode.run()
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
+    assert str(raised.value) == f"{path}: writing failed: File too large"
+    assert os.path.getsize(path) <= 60_000
+    assert open_log(path).run["scene"] == "room"
+
+
+def test_a_log_that_appears_after_the_check_is_not_replaced(room, tmp_path):
+    path = tmp_path / "a.mcap"
+    episode = Episode(room(), log=path)
+    path.write_bytes(b"mine")
+    with pytest.raises(InputError, match="cannot be written: File exists"):
+        episode.run()
+    assert path.read_bytes() == b"mine"
+
+
+# --------------------------------------------------------------------------------- memory and the log
+
+
+@pytest.mark.parametrize("scene", ["hall", "lane", "crossing2"])
+def test_metrics_of_the_log_are_those_of_memory(tmp_path, scene):
+    scenario = scenarios.load(scene, ("time_limit=3",))
+    result = Episode(scenario, log=tmp_path / "a.mcap").run()
+    log = open_log(tmp_path / "a.mcap")
+    again = summarise(log.trajectory(), log.scenario(), outcome=log.result["outcome"])
+    for name, value in again.items():
+        expected = result.summary[name]
+        assert value == (pytest.approx(expected, rel=1e-9, abs=1e-9) if isinstance(value, float) else expected), name
+    assert log.result["state_hash"] == result.summary["state_hash"]
+    assert dict(log.result) == result.summary
+    assert log.run["seed"] == "0"

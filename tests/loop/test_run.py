@@ -1,0 +1,86 @@
+"""`mjnav.run`: what it takes, and where its log goes."""
+
+import re
+from pathlib import Path
+
+import pytest
+
+import mjnav
+from mjnav.errors import InputError, InvalidValue
+from mjnav.loop.prepare import load_scenario
+from mjnav.loop.run import default_log_path
+from mjnav.recording import open_log
+
+SHORT = ("time_limit=0.4",)
+
+
+def test_a_scenario_a_name_and_a_path_give_the_same_run(tmp_path):
+    scenario = load_scenario("crossing1", SHORT)
+    path = tmp_path / "mine.toml"
+    path.write_text(mjnav_toml(scenario))
+    hashes = {mjnav.run(which).summary["state_hash"] for which in (scenario, path, str(path))}
+    assert len(hashes) == 1
+
+
+def mjnav_toml(scenario) -> str:
+    from mjnav.scenarios import dumps
+
+    return dumps(scenario)
+
+
+def test_seed_and_controller_take_the_place_of_the_scenarios_own():
+    scenario = load_scenario("crossing1", (*SHORT, "control.degree=3", "control.rate=5"))
+    summary = mjnav.run(scenario, seed=7, controller="mean").summary
+    assert (summary["seed"], summary["controller"], summary["ticks"]) == (7, "mean", 2)
+    other = load_scenario("crossing1", (*SHORT, "control.rate=5"), controller="mean", seed=7)
+    assert summary["state_hash"] == mjnav.run(other).summary["state_hash"]
+    assert (scenario.seed, scenario.control.method) == (0, "rkhs")
+
+
+@pytest.mark.parametrize("log", [None, False])
+def test_without_a_log_nothing_is_written(tmp_path, monkeypatch, log):
+    monkeypatch.chdir(tmp_path)
+    assert mjnav.run(load_scenario("crossing1", SHORT), log=log).summary["log"] is None
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_default_log_is_named_after_the_run_below_the_working_directory(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    scenario = load_scenario("crossing1", (*SHORT, 'name="my scene"'), seed=3)
+    paths = [Path(mjnav.run(scenario, log=True).summary["log"]) for _ in range(2)]
+    for path in paths:
+        assert re.fullmatch(r"runs/out/my_scene-rkhs-3-\d{8}T\d{6}\.\d{6}\.mcap", str(path))
+        assert open_log(path).complete
+    assert len(set(paths)) == 2  # also within a second
+
+
+def test_a_name_of_many_signs_makes_a_plain_file_name():
+    scenario = load_scenario("crossing1", ('name="a:b c*é"',))
+    assert default_log_path(scenario).name.startswith("a_b_c_é-rkhs-0-")
+
+
+def test_what_cannot_be_used_is_refused_before_anything_starts(tmp_path):
+    existing = tmp_path / "a.mcap"
+    existing.write_bytes(b"mine")
+    with pytest.raises(InputError, match="exists already"):
+        mjnav.run("crossing1", log=existing)
+    assert existing.read_bytes() == b"mine"
+    with pytest.raises(InputError, match="a folder"):
+        mjnav.run("crossing1", log=tmp_path)
+    with pytest.raises(InvalidValue, match="did you mean 'crossing1'"):
+        mjnav.run("crosing1")
+    with pytest.raises(InvalidValue, match=r"control\.method.*did you mean 'mean'"):
+        mjnav.run("crossing1", controller="meen")
+    with pytest.raises(InvalidValue, match="seed"):
+        mjnav.run("crossing1", seed=-1)
+
+
+def test_errors_in_a_methods_parameters_name_where_they_came_from(tmp_path):
+    with pytest.raises(InvalidValue, match=r"^--set: control\.degre: .*did you mean 'degree'"):
+        load_scenario("crossing1", ("control.degre=2",))
+    with pytest.raises(InvalidValue, match=r"^--controller: control\.method: "):
+        load_scenario("crossing1", controller="rkh")
+    path = tmp_path / "mine.toml"
+    path.write_text(mjnav_toml(load_scenario("crossing1")).replace("[control]", "[control]\ndegre = 2"))
+    with pytest.raises(InvalidValue, match=rf"^{re.escape(str(path))}: control\.degre: "):
+        load_scenario(path)

@@ -1,0 +1,40 @@
+"""Every scene under every controller, and every noise profile: finite, and the same for the same seed."""
+
+import json
+
+import pytest
+
+from mjnav import control, noise, scenarios
+from mjnav.loop.episode import Episode
+from mjnav.loop.prepare import load_scenario
+
+
+def summary(*overrides: str, scene: str = "hall", controller: str | None = None) -> dict:
+    return Episode(load_scenario(scene, overrides, controller=controller)).run().summary
+
+
+@pytest.mark.parametrize("controller", control.names())
+@pytest.mark.parametrize("scene", scenarios.names())
+def test_two_seconds_are_finite_and_deterministic(scene, controller):
+    first, again = (summary("time_limit=2", scene=scene, controller=controller) for _ in range(2))
+    json.dumps(first, allow_nan=False)  # an undefined figure is None
+    assert first["state_hash"] == again["state_hash"]
+    assert (first["scene"], first["controller"], first["outcome"]) == (scene, controller, "timeout")
+    assert first["ticks"] == 20
+    assert first["collisions"] == {"person": 0, "table": 0, "wall": 0, "pillar": 0}
+    assert first["path_length_m"] > 0.1
+
+
+@pytest.mark.parametrize("profile", noise.profile_names())
+def test_every_noise_profile_gives_finite_figures(profile):
+    figures = summary("time_limit=1", f"noise.profile={profile}")
+    json.dumps(figures, allow_nan=False)
+    assert figures["ticks"] == 10
+    assert figures["localization_rmse_m"] < 0.5
+
+
+@pytest.mark.parametrize("channel", noise.CHANNELS)
+def test_every_channel_takes_a_distribution_of_its_own(channel):
+    figures = summary("time_limit=0.5", f'noise.{channel}={{distribution="uniform", half_width=0.02}}', scene="lane")
+    json.dumps(figures, allow_nan=False)
+    assert figures["ticks"] == 5
