@@ -72,11 +72,10 @@ def _print(log: Log) -> None:
     console.print(_headline(log), style="bold")
     for title, values in (("result", _ordered(log.result or {})), ("run", log.run or {})):
         if values:
-            table = Table.grid(padding=(0, 2))
-            for key, value in values.items():
-                table.add_row(f"  {key}", _text(value))
+            width = max(map(len, values))
             console.print(f"\n{title}", style="bold")
-            console.print(table)
+            for key, value in values.items():
+                print(f"  {key:{width}}  {_text(value)}")
     table = Table(box=None, padding=(0, 2, 0, 0), pad_edge=False)
     table.add_column("topic", overflow="fold")
     table.add_column("schema", overflow="fold")

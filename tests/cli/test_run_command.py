@@ -1,0 +1,140 @@
+"""`mjnav run`: what it prints, what it writes and what it refuses."""
+
+import json
+import os
+import re
+from pathlib import Path
+
+import pytest
+
+from mjnav import scenarios
+from mjnav.loop.tick import Navigator
+from mjnav.recording import open_log
+
+SHORT = ("--set", "time_limit=0.3")
+FIGURES = """
+    schema scene controller seed outcome success collisions lane_violation_s time_s path_length_m straight_line_m path_ratio
+    mean_deviation_m max_deviation_m control_cost min_clearance_m ticks infeasible_ticks compute_ms real_time_factor
+    deadline_misses localization_rmse_m tracking_rmse_m state_hash log
+"""
+
+
+def files(folder: Path) -> list[str]:
+    return sorted(str(path.relative_to(folder)) for path in folder.rglob("*") if path.is_file())
+
+
+def test_json_is_one_object_with_the_documented_keys_and_nothing_else(mjnav):
+    said = mjnav("run", "crossing1", "--json", "--no-log", "--seed", "3", *SHORT)
+    assert said.code == 0
+    printed = json.loads(said.out, parse_constant=pytest.fail)  # NaN and infinity are no JSON
+    assert sorted(printed) == sorted(FIGURES.split())
+    assert printed["schema"] == 1
+    assert (printed["scene"], printed["controller"], printed["seed"]) == ("crossing1", "rkhs", 3)
+    assert list(printed["collisions"]) == ["person", "table", "wall", "pillar"]
+    assert list(printed["compute_ms"]) == ["sense", "estimate", "control", "record", "tick"]
+    assert all(list(figures) == ["p50", "p99", "max"] for figures in printed["compute_ms"].values())
+    assert (printed["ticks"], printed["log"], printed["lane_violation_s"]) == (3, None, None)
+    assert re.fullmatch("[0-9a-f]{64}", printed["state_hash"])
+
+
+def test_without_a_log_no_file_appears(mjnav, tmp_path):
+    assert mjnav("run", "crossing1", "--no-log", *SHORT).code == 0
+    assert files(tmp_path) == []
+
+
+def test_a_log_goes_below_the_working_directory_and_is_named_after_the_run(mjnav, tmp_path):
+    said = mjnav("run", "crossing1", "--controller", "mean", "--seed", "2", *SHORT)
+    (path,) = files(tmp_path)
+    assert re.fullmatch(r"runs/out/crossing1-mean-2-[0-9T.]+\.mcap", path)
+    assert said.out.splitlines()[-1].split() == ["log", path]
+    assert open_log(tmp_path / path).complete
+
+
+def test_a_log_goes_where_it_is_told_and_makes_the_folders_it_needs(mjnav, tmp_path):
+    assert mjnav("run", "crossing1", "--log", "new/folder/a.mcap", *SHORT).code == 0
+    assert files(tmp_path) == ["new/folder/a.mcap"]
+
+
+def test_a_run_for_people_says_how_it_went(mjnav):
+    said = mjnav("run", "lane", "--no-log", *SHORT)
+    assert said.out.startswith("lane, rkhs, seed 0: timeout after 0.3 s\n")
+    for word in ("collisions", "clearance", "path", "control cost", "estimates", "infeasible", "real time"):
+        assert word in said.out
+    assert "deadlines" not in said.out
+
+
+def test_a_paced_run_says_what_it_got(mjnav):
+    said = mjnav("run", "lane", "--no-log", "--real-time", *SHORT)
+    (line,) = (line for line in said.out.splitlines() if "deadlines missed" in line)
+    assert re.search(r"\d of 3 deadlines missed; scheduler SCHED_\w+.*, memory .*locked.*, affinity ", line)
+
+
+def test_a_path_and_several_overrides_are_taken(mjnav, tmp_path):
+    path = tmp_path / "mine.toml"
+    path.write_text(scenarios.dumps(scenarios.load("crossing1")))
+    overrides = ("--set", "control.rate=5", "--set", "people.0.radius=0.4", "--set", "name=other")
+    printed = json.loads(mjnav("run", path, "--json", "--no-log", *overrides, "--set", "time_limit=0.4").out)
+    assert (printed["scene"], printed["ticks"]) == ("other", 2)
+
+
+# ------------------------------------------------------------------------------------------- refusals
+
+
+@pytest.mark.parametrize(
+    ("words", "fragments"),
+    [
+        (["hal"], ["scene: found 'hal'", "did you mean 'hall'?"]),
+        (["./hall.toml"], ["./hall.toml", "No such file", "did you mean 'hall'?"]),
+        (["hall", "--controller", "rkh"], ["--controller: control.method: found 'rkh'", "did you mean 'rkhs'?"]),
+        (["hall", "--seed", "-1"], ["--seed: seed: found -1"]),
+        (["hall", "--set", "control.degre=3"], ["--set: control.degre", "did you mean 'degree'?"]),
+        (["hall", "--set", "control.degree=0"], ["--set: control.degree: found 0"]),
+        (["hall", "--set", "control.degree=three"], ["--set: control.degree: found 'three'; allowed: a whole number"]),
+        (["hall", "--controller", "mean", "--set", "control.degree=3"], ["--set: control.degree"]),
+        (["hall", "--set", "contrl.rate=3"], ["contrl", "did you mean 'control'?"]),
+        (["hall", "--set", "time_limit"], ["--set: found 'time_limit'; allowed: KEY=VALUE"]),
+        (["hall", "--set", "people.9.radius=0.3"], ["--set: people.9: found '9'; allowed: an index from 0 to 4"]),
+        (["hall", "--set", "noise.profile=pearsn"], ["--set: noise.profile", "did you mean 'pearson'?"]),
+        (["hall", "--set", "control.rate=30"], ["control.rate: found 30", "physics.timestep"]),
+        (["hall", "--set", "physics.engine=mujcoo"], ["physics.engine", "did you mean 'mujoco'?"]),
+        (["hall", "--log", ""], ["a folder; a log needs the name of a file"]),
+        (["hall", "--log", "."], ["a folder; a log needs the name of a file"]),
+        (["hall", "--log", "/dev/null"], ["/dev/null: exists already"]),
+        (["hall", "--log", "/dev/null/a.mcap"], ["/dev/null is not a folder"]),
+        (["hall", "--log", "/proc/a.mcap"], ["/proc/a.mcap"]),
+    ],
+)
+def test_what_cannot_be_used_is_refused_in_one_line_with_the_nearest_name(mjnav, tmp_path, words, fragments):
+    said = mjnav("run", *words)
+    assert (said.code, said.out) == (2, "")
+    assert len(said.err.splitlines()) == 1
+    assert said.err.startswith("mjnav: ")
+    for fragment in fragments:
+        assert fragment in said.err
+    assert files(tmp_path) == []
+
+
+def test_an_existing_log_is_left_as_it_is(mjnav, tmp_path):
+    path = tmp_path / "a.mcap"
+    path.write_bytes(b"mine")
+    said = mjnav("run", "hall", "--log", path)
+    assert (said.code, said.out) == (2, "")
+    assert "exists already" in said.err
+    assert path.read_bytes() == b"mine"
+
+
+@pytest.mark.skipif(os.geteuid() == 0, reason="root may write anywhere")
+def test_a_folder_that_may_not_be_written_to_is_refused(mjnav, tmp_path):
+    folder = tmp_path / "closed"
+    folder.mkdir(mode=0o500)
+    said = mjnav("run", "hall", "--log", folder / "a.mcap")
+    assert said.code == 2
+    assert "is not writable" in said.err
+
+
+def test_a_fault_in_the_run_is_one_line_and_exit_1(mjnav, monkeypatch):
+    monkeypatch.setattr(Navigator, "observe", lambda *_: 1 // 0)
+    said = mjnav("run", "crossing1", "--no-log", *SHORT)
+    assert (said.code, said.out) == (1, "")
+    assert said.err.startswith("mjnav: the run broke in tick 0: ZeroDivisionError(")
+    assert len(said.err.splitlines()) == 1
