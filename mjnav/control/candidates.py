@@ -32,9 +32,14 @@ def candidate_grid(
     if window == "bounds":
         low = np.array([limits.min_speed, -limits.max_turn_rate])
         high = np.array([limits.max_speed, limits.max_turn_rate])
-    v = np.linspace(low[0], high[0], num_v)
-    omega = np.linspace(low[1], high[1], num_omega)
+    v, omega = _between(low[0], high[0], num_v), _between(low[1], high[1], num_omega)
     return Candidates(
         np.concatenate([np.repeat(v, num_omega), [keep[0], brake[0]]]),
         np.concatenate([np.tile(omega, num_v), [keep[1], brake[1]]]),
     )
+
+
+def _between(low: float, high: float, num: int) -> Array:
+    """`num` values from low to high, ends included and exact; the low end where there is one."""
+    share = np.arange(num) / max(num - 1, 1)
+    return low * (1.0 - share) + high * share

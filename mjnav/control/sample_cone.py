@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from mjnav.constraints.collision_cone import LINE, RAY, cone_line, cone_ray, cone_segment
+from mjnav.constraints.collision_cone import LINE, RAY, SEGMENT, cone_line, cone_ray, cone_segment
 from mjnav.constraints.compiled import kernel
 from mjnav.constraints.wall import wall_segment
 from mjnav.messages import Array
@@ -101,6 +101,29 @@ def _velocities(v, cos_turn, sin_turn, speed_noise, cos_heading, sin_heading):
 
 
 @kernel
+def _spread(vx, vy):
+    """For each robot sample the middle of its velocities at all candidates, and the farthest from it: (N, 3)."""
+    middle = np.empty((vx.shape[0], 3))
+    for i in range(vx.shape[0]):
+        cx, cy = 0.5 * (vx[i].min() + vx[i].max()), 0.5 * (vy[i].min() + vy[i].max())
+        farthest = 0.0
+        for k in range(vx.shape[1]):
+            farthest = max(farthest, (vx[i, k] - cx) ** 2 + (vy[i, k] - cy) ** 2)
+        middle[i, 0], middle[i, 1], middle[i, 2] = cx, cy, np.sqrt(farthest)
+    return middle
+
+
+@kernel
+def _is_far(x, y, vx, vy, slack, horizon, cut):
+    """Whether a pair stays farther apart than `cut` for every velocity within `slack` of (vx, vy) relative to it.
+
+    |r + t (q + e)| >= |r + t q| - t |e|, and t is at most the horizon.
+    """
+    nearest = np.sqrt(-cone_segment(x, y, vx, vy, 0.0, horizon))
+    return nearest - slack * horizon > cut
+
+
+@kernel
 def _add_powers(sums, f):
     """Adds f^p, p = 1 ... degree, to `sums` (degree, K)."""
     degree = sums.shape[0]
@@ -129,17 +152,34 @@ def _moments(
     x, y, ovx, ovy, start, num_discs, radius_squared, unit, wall, form, horizons, floor,
 ):  # fmt: skip
     vx, vy = _velocities(v, cos_turn, sin_turn, speed_noise, cos_heading, sin_heading)
+    middle = _spread(vx, vy)
+    num_samples = speed_noise.size
     f = np.empty(v.size)
     sums = np.empty((out.shape[2], v.size))
     for b in range(out.shape[1]):
         sums[:] = 0.0
         least = max(floor, 0.0) if hinge[b] else floor
+        # Beyond this distance the clip takes f, exactly: those pairs are counted, not evaluated.
+        cut = (1.0 + 1e-9) * np.sqrt(radius_squared[b] - least / unit[b])
+        bounded = b < num_discs and form == SEGMENT and cut < np.inf and horizons[0] < np.inf
+        num_far = 0
         for n in range(start[b], start[b + 1]):
+            i = (n - start[b]) % num_samples
+            if bounded and _is_far(
+                x[n], y[n], middle[i, 0] - ovx[n], middle[i, 1] - ovy[n], middle[i, 2], horizons[0], cut
+            ):
+                num_far += 1
+                continue
             _fill(f, b, n, vx, vy, x, y, ovx, ovy, start, num_discs, radius_squared, unit, wall, form, horizons, least)
             _add_powers(sums, f)
-        for k in range(v.size):
-            for p in range(out.shape[2]):
-                out[k, b, p] = sums[p, k] / (start[b + 1] - start[b])
+        count = start[b + 1] - start[b]
+        power = 1.0
+        for p in range(out.shape[2]):
+            power *= least
+            # Not least^p times 0: that is not a number where nothing is clipped.
+            far = num_far * power if num_far > 0 else 0.0
+            for k in range(v.size):
+                out[k, b, p] = (sums[p, k] + far) / count
 
 
 @kernel
