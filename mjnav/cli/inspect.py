@@ -4,9 +4,12 @@ import argparse
 import json
 import sys
 from collections.abc import Mapping
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from mjnav.recording import Log, open_log
+
+if TYPE_CHECKING:
+    from rich.table import Table
 
 _FIRST_FIGURES = ("success", "time_s", "collisions", "min_clearance_m", "path_length_m", "control_cost")
 _PIPE_WIDTH = 200  # [characters] where no terminal says how wide it is
@@ -66,16 +69,25 @@ def _headline(log: Log) -> str:
 
 def _print(log: Log) -> None:
     from rich.console import Console
+
+    on_terminal = sys.stdout is not None and sys.stdout.isatty()
+    console = Console(width=None if on_terminal else _PIPE_WIDTH, highlight=False, markup=False, emoji=False)
+    with console.capture() as captured:  # rich itself would end the process where the reader has gone
+        console.print(_headline(log), style="bold")
+        for title, values in (("result", _ordered(log.result or {})), ("run", log.run or {})):
+            if values:
+                width = max(map(len, values))
+                console.print(f"\n{title}", style="bold")
+                for key, value in values.items():
+                    console.print(f"  {key:{width}}  {_text(value)}", soft_wrap=True)
+        console.print()
+        console.print(_topics(log))
+    print(captured.get(), end="")
+
+
+def _topics(log: Log) -> "Table":
     from rich.table import Table
 
-    console = Console(width=None if sys.stdout.isatty() else _PIPE_WIDTH, highlight=False, markup=False, emoji=False)
-    console.print(_headline(log), style="bold")
-    for title, values in (("result", _ordered(log.result or {})), ("run", log.run or {})):
-        if values:
-            width = max(map(len, values))
-            console.print(f"\n{title}", style="bold")
-            for key, value in values.items():
-                print(f"  {key:{width}}  {_text(value)}")
     table = Table(box=None, padding=(0, 2, 0, 0), pad_edge=False)
     table.add_column("topic", overflow="fold")
     table.add_column("schema", overflow="fold")
@@ -90,8 +102,7 @@ def _print(log: Log) -> None:
             "-" if topic.max_gap_ns is None else f"{1e-9 * topic.max_gap_ns:.3f}",
             f"{1e-3 * topic.bytes:.1f}",
         )
-    console.print()
-    console.print(table)
+    return table
 
 
 def _ordered(values: Mapping[str, Any]) -> dict[str, Any]:

@@ -66,7 +66,9 @@ def _execute(argv: list[str]) -> int:
         sub = commands.add_parser(command, help=text, description=f"{text[0].upper()}{text[1:]}.")
         if command == name:
             import_module(path).configure(sub)
-    arguments = parser.parse_args(argv)
+    arguments, unknown = parser.parse_known_args(argv)
+    if unknown:
+        commands.choices.get(name or "", parser).error(f"unrecognized arguments: {' '.join(unknown)}")
     if arguments.version:
         from importlib.metadata import version
 

@@ -52,6 +52,11 @@ def test_words_that_make_no_sense_are_bad_input(mjnav, words, line):
     assert "Traceback" not in said.err
 
 
+def test_an_unknown_option_is_answered_with_its_commands_usage(mjnav):
+    said = mjnav("run", "hall", "--sed", "3")
+    assert said.err.startswith("mjnav: unrecognized arguments: --sed 3\nusage: mjnav run ")
+
+
 def test_the_nearest_command_is_named(mjnav):
     assert mjnav("rum").err.endswith("did you mean 'run'?\n")
     assert mjnav("insepct").err.endswith("did you mean 'inspect'?\n")
