@@ -80,7 +80,8 @@ class Episode:
         self._recorder = None
         if log is not None:
             info = run_info(scenario, scenario.seed, self._simulator.parts_hash())
-            self._recorder = Recorder(log, scenario, info, self._simulator.model_xml())
+            threaded = isinstance(self._pacer, RealTimePacer)
+            self._recorder = Recorder(log, scenario, info, self._simulator.model_xml(), threaded=threaded)
 
     def run(self, events: tuple[Event, ...] = ()) -> Result:
         """Runs to the goal, a collision, the time limit or an abort. A fault ends the log in order, then raises.

@@ -16,7 +16,7 @@ from mjnav.messages import Event, TickRecord, TickTiming, WorldState
 from mjnav.recording.documents import encode_timing
 from mjnav.recording.geometry import time_ns
 from mjnav.recording.layout import foxglove_layout
-from mjnav.recording.log_thread import LogThread, Message
+from mjnav.recording.sink import DirectSink, Message, Sink, ThreadSink
 from mjnav.recording.topics import EVENTS, TIMING, Topic, encode_event, topics
 from mjnav.scenarios import Scenario, dumps
 
@@ -57,10 +57,19 @@ class Recorder:
     """Writes the log of one run; a context manager that leaves a readable log behind an exception too.
 
     `path` is checked as `check_path` does, and the file appears with the first tick. `run_info` becomes the metadata
-    `mjnav/run` (seed, scene, controller, versions, argv, ...), `model_xml` the attachment `model.xml.gz`.
+    `mjnav/run` (seed, scene, controller, versions, argv, ...), `model_xml` the attachment `model.xml.gz`. A log that is
+    `threaded` encodes and writes on a thread of its own: slower in all, but out of the tick's way in real time.
     """
 
-    def __init__(self, path: str | os.PathLike, scenario: Scenario, run_info: Mapping[str, str], model_xml: str):
+    def __init__(
+        self,
+        path: str | os.PathLike,
+        scenario: Scenario,
+        run_info: Mapping[str, str],
+        model_xml: str,
+        *,
+        threaded: bool = False,
+    ):
         self.path = check_path(path)
         self._run_info = dict(run_info)
         self._attachments = (
@@ -72,7 +81,7 @@ class Recorder:
         self._channels: dict[str, int] = {}
         self._file: IO[bytes] | None = None
         self._writer: Writer | None = None
-        self._thread = LogThread()
+        self._sink: Sink = ThreadSink() if threaded else DirectSink()
         self._last: tuple[int, int] = (-1, 0)  # number and time [ns] of the last tick
         self._closed = False
 
@@ -84,7 +93,7 @@ class Recorder:
         self._put(self._encoded(record, now))
 
     def _encoded(self, record: TickRecord, now: int) -> Iterator[Message]:
-        """A tick's messages; encoded where they are asked for, on the log's thread."""
+        """A tick's messages; encoded where they are asked for."""
         for topic in self._topics:
             if topic.encode is not None and (data := topic.encode(record)) is not None:
                 yield Message(self._channels[topic.name], now, record.tick, data)
@@ -144,19 +153,19 @@ class Recorder:
                 writer.add_attachment(0, 0, name, media_type, data)
             self._channels = _register(writer, self._topics)
             writer.flush()
-        self._thread.attach(writer)
+        self._sink.attach(writer)
 
     def _put(self, batch: Iterable[Message]) -> None:
         if self._closed:
             raise ValueError("a log takes nothing after its end")
         with self._one_line():
-            self._thread.put(batch)
+            self._sink.put(batch)
 
     def _close(self, result: Mapping[str, str] | None = None) -> None:
-        """Ends the thread and the file, with `mjnav/result` where there is one."""
+        """Ends the sink and the file, with `mjnav/result` where there is one."""
         self._closed = True
         with self._one_line(), self._file or nullcontext():
-            self._thread.close()
+            self._sink.close()
             if self._writer is not None:
                 if result is not None:
                     self._writer.flush()

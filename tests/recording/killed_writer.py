@@ -1,4 +1,4 @@
-"""A process that records a tick every PAUSE seconds until it is killed, and says when it handed over each."""
+"""killed_writer.py PATH PAUSE SINK: records a tick every PAUSE seconds until it is killed, and says when."""
 
 import sys
 import time
@@ -12,10 +12,10 @@ from mjnav.recording import Recorder
 
 
 def main() -> None:
-    path, pause = sys.argv[1], float(sys.argv[2])
+    path, pause, threaded = sys.argv[1], float(sys.argv[2]), sys.argv[3] == "thread"
     run = MadeUpRun(num_candidates=50)
     records = [run.record(tick) for tick in range(20)]
-    with Recorder(path, make_scenario(), {"scene": "made-up"}, "<mujoco/>") as recorder:
+    with Recorder(path, make_scenario(), {"scene": "made-up"}, "<mujoco/>", threaded=threaded) as recorder:
         for tick in range(1_000_000):
             recorder.write(run.at(records[tick % 20], tick))
             recorder.write_timing(run.timing(tick))

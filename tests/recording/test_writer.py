@@ -120,7 +120,7 @@ def test_the_file_appears_with_the_first_tick(tmp_path, scenario, made_up):
 
 def test_the_logs_thread_runs_before_the_first_tick(tmp_path, scenario):
     before = threading.active_count()
-    with Recorder(tmp_path / "run.mcap", scenario, {}, "<mujoco/>"):
+    with Recorder(tmp_path / "run.mcap", scenario, {}, "<mujoco/>", threaded=True):
         assert threading.active_count() == before + 1
     assert threading.active_count() == before
 
@@ -223,10 +223,11 @@ def test_a_full_disk_is_an_error_of_one_line(tmp_path, scenario, made_up):
         run_on()
 
 
+@pytest.mark.parametrize("sink", ["direct", "thread"])
 @pytest.mark.parametrize(("pause", "lifetime"), [(0.0, 0.6), (0.003, 0.93), (0.05, 0.71)])
-def test_a_killed_writer_loses_at_most_the_last_moments(tmp_path, pause, lifetime):
+def test_a_killed_writer_loses_at_most_the_last_moments(tmp_path, pause, lifetime, sink):
     path = tmp_path / "run.mcap"
-    command = [sys.executable, str(Path(__file__).parent / "killed_writer.py"), str(path), str(pause)]
+    command = [sys.executable, str(Path(__file__).parent / "killed_writer.py"), str(path), str(pause), sink]
     with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
         first = process.stdout.readline()
         time.sleep(lifetime)

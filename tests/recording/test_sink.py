@@ -2,7 +2,7 @@ import time
 
 import pytest
 
-from mjnav.recording.log_thread import FLUSH_INTERVAL, LogThread, Message
+from mjnav.recording.sink import FLUSH_INTERVAL, DirectSink, Message, ThreadSink
 
 
 class CountingWriter:
@@ -20,7 +20,7 @@ class CountingWriter:
 
 def test_what_was_handed_over_is_flushed_although_nothing_follows():
     writer = CountingWriter()
-    thread = LogThread()
+    thread = ThreadSink()
     thread.attach(writer)
     thread.put([Message(1, 0, 7, b"")])
     deadline = time.monotonic() + 20 * FLUSH_INTERVAL
@@ -32,7 +32,7 @@ def test_what_was_handed_over_is_flushed_although_nothing_follows():
 
 def test_messages_keep_their_order_and_none_is_lost():
     writer = CountingWriter()
-    thread = LogThread()
+    thread = ThreadSink()
     thread.attach(writer)
     for i in range(500):
         thread.put([Message(1, 0, 2 * i, b""), Message(1, 0, 2 * i + 1, b"")])
@@ -45,10 +45,37 @@ def test_an_error_while_encoding_reaches_the_caller():
         yield Message(1, 0, 0, b"")
         raise ZeroDivisionError
 
-    thread = LogThread()
+    thread = ThreadSink()
     thread.attach(CountingWriter())
     thread.put(broken())
     with pytest.raises(ZeroDivisionError):
         thread.close()
     with pytest.raises(ZeroDivisionError):
         thread.put([])
+
+
+def test_a_direct_sink_writes_at_once_and_flushes_when_that_is_due():
+    writer = CountingWriter()
+    sink = DirectSink()
+    sink.attach(writer)
+    assert sink.due_in is None
+    sink.put([Message(1, 0, 7, b"")])
+    assert writer.added == [7]
+    assert not writer.flushes
+    assert 0.0 < sink.due_in <= FLUSH_INTERVAL
+    while sink.due_in > 0.0:
+        time.sleep(0.01)
+    sink.put([Message(1, 0, 8, b"")])
+    assert [count for _, count in writer.flushes] == [2]
+    assert sink.due_in is None
+
+
+def test_a_direct_sink_raises_at_the_call_that_failed():
+    class Full(CountingWriter):
+        def add_message(self, *_):
+            raise OSError(28, "No space left on device")
+
+    sink = DirectSink()
+    sink.attach(Full())
+    with pytest.raises(OSError, match="No space"):
+        sink.put([Message(1, 0, 0, b"")])
