@@ -10,9 +10,10 @@ import pytest
 
 import mjnav
 from mjnav import control, scenarios
+from mjnav.control.base import GridController
 from mjnav.errors import InputError, MjnavError
 from mjnav.loop import episode as episode_module
-from mjnav.loop.episode import Episode
+from mjnav.loop.episode import WARM_UP_TICKS, Episode, warm_up
 from mjnav.loop.pacer import RealTimePacer
 from mjnav.loop.tick import Navigator
 from mjnav.metrics import summarise
@@ -57,12 +58,15 @@ def test_a_seed_ends_in_the_same_state_logged_or_not_late_or_not(room, tmp_path,
     assert len(set(hashes.values())) == 1, hashes
 
 
-def test_paced_by_the_wall_clock_a_seed_ends_in_the_same_state(room):
+def test_paced_by_the_wall_clock_a_seed_ends_in_the_same_state(room, tmp_path):
     scenario = room("time_limit=0.5")
-    paced = mjnav.run(scenario, real_time=True)
+    paced = mjnav.run(scenario, real_time=True, log=tmp_path / "a.mcap")
     assert paced.summary["state_hash"] == mjnav.run(scenario).summary["state_hash"]
     assert set(paced.real_time) == {"scheduler", "memory", "affinity"}
     assert mjnav.run(scenario).real_time is None
+    first = next(open_log(tmp_path / "a.mcap").messages("/events")).value
+    assert first.name == "real_time"
+    assert paced.real_time["scheduler"] in first.message
 
 
 @pytest.mark.parametrize("engine", ENGINES)
@@ -83,6 +87,21 @@ def test_sensors_of_their_own_rate_serve_any_control_rate(room, rate):
     assert result.summary["ticks"] == round(2.0 * rate)
     assert result.summary["localization_rmse_m"] < 0.3
     assert np.isfinite(result.trajectory.estimate).all()
+
+
+def test_warming_up_goes_through_what_only_a_log_needs(room, monkeypatch):
+    calls = []
+    closest = GridController.closest_cone
+
+    def counting(self, *arguments):
+        calls.append(arguments)
+        return closest(self, *arguments)
+
+    monkeypatch.setattr(GridController, "closest_cone", counting)
+    warm_up(room(controller="mean"))
+    assert len(calls) == WARM_UP_TICKS
+    Episode(room(controller="mean")).run()
+    assert len(calls) == WARM_UP_TICKS
 
 
 # ------------------------------------------------------------------------------- paired random streams
