@@ -7,7 +7,12 @@ print(result.summary["outcome"], result.summary["min_clearance_m"])
 
 from importlib import import_module
 from types import MappingProxyType
-from typing import Any
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from mjnav.loop.prepare import load_scenario
+    from mjnav.loop.run import run
+    from mjnav.recording.reader import open_log
 
 __all__ = ["load_scenario", "open_log", "run"]
 

@@ -5,7 +5,7 @@ import json
 import signal
 import sys
 import threading
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from typing import Any
 
@@ -38,12 +38,13 @@ def execute(arguments: argparse.Namespace) -> int:
 
     with _notice():
         warm_up(scenario)
-    with _interruptible() as interrupted:
+    with _interruptible() as interrupted, _progress(scenario.name, scenario.time_limit) as progress:
         result = run(
             scenario,
             real_time=arguments.real_time,
             log=None if arguments.no_log else True if arguments.log is None else arguments.log,
             stop=interrupted.is_set,
+            progress=progress,
         )
     if arguments.json:
         print(json.dumps(result.summary))
@@ -108,6 +109,21 @@ def _interruptible() -> Iterator[threading.Event]:
     finally:
         for number, handler in before.items():
             signal.signal(number, handler)
+
+
+@contextmanager
+def _progress(name: str, time_limit: float) -> Iterator[Callable[[float], None]]:
+    """Shows simulated time against the limit, on standard error and on a terminal only."""
+    if not sys.stderr.isatty():
+        yield lambda time: None
+        return
+    from rich.console import Console
+    from rich.progress import BarColumn, Progress, TextColumn
+
+    columns = (TextColumn("{task.description}"), BarColumn(), TextColumn("{task.completed:.1f} of {task.total:.0f} s"))
+    with Progress(*columns, console=Console(stderr=True), refresh_per_second=5, transient=True) as bar:
+        task = bar.add_task(name, total=time_limit)
+        yield lambda time: bar.update(task, completed=time)
 
 
 @contextmanager

@@ -78,6 +78,7 @@ class Rkhs(GridController):
 
     parameters_type: ClassVar[type[Parameters]] = RkhsParameters
     parameters: RkhsParameters
+    _wanted: Desired | None = None
 
     def evaluate(self, problem: Problem) -> CandidateCosts:
         """Goal cost plus weighted MMD^2 of every constraint."""
@@ -113,4 +114,7 @@ class Rkhs(GridController):
         return self._desired(problem).cone(block)
 
     def _desired(self, problem: Problem) -> Desired:
-        return Desired(problem, self.parameters.desired_min, self.parameters.ball)
+        """The desired sets of a problem; asked for the same one again, the same sets."""
+        if self._wanted is None or self._wanted.problem is not problem:
+            self._wanted = Desired(problem, self.parameters.desired_min, self.parameters.ball)
+        return self._wanted

@@ -57,15 +57,18 @@ class Episode:
         log: Path | None = None,
         pacer: FreePacer | RealTimePacer | None = None,
         stop: Callable[[], bool] = lambda: False,
+        progress: Callable[[float], None] = lambda time: None,
         cones: bool = False,
     ):
-        """`stop` is asked before every tick whether to abort; `cones` computes what only a log needs without one too.
+        """`stop` is asked before every tick whether to abort, and `progress` is told the simulated time [s].
+
+        `cones` computes what only a log needs without one too.
 
         Raises InputError for a log that cannot be written.
         """
         self._scenario = scenario
         self._pacer = pacer or FreePacer()
-        self._stop = stop
+        self._stop, self._progress = stop, progress
         self._period = scenario.control.period
         self._simulator = Simulator(scenario, scenario.seed)
         self._navigator = Navigator(scenario, scenario.seed, build_controller(scenario))
@@ -120,6 +123,7 @@ class Episode:
         return self._finish(truth, outcome, began)
 
     def _outcome(self, truth: WorldState) -> str | None:
+        self._progress(truth.time)
         if self._stop():
             return ABORTED
         return self._referee.outcome(truth, on_last_leg=self._navigator.on_last_leg)

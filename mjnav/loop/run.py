@@ -26,13 +26,14 @@ def run(
     real_time: bool = False,
     log: bool | str | os.PathLike[str] | None = None,
     stop: Callable[[], bool] = lambda: False,
+    progress: Callable[[float], None] = lambda time: None,
 ) -> Result:
     """Runs one episode and returns how it went.
 
     `scenario` may be a name or a path; `seed` and `controller` take the place of its own (another controller starts
     with its own default parameters); `real_time` paces the loop to the wall clock; `log` is None for no log, True for
-    the default path below the working directory, or a path; `stop` is asked before every tick whether to abort.
-    Raises InputError before anything starts where something cannot be used.
+    the default path below the working directory, or a path; `stop` is asked before every tick whether to abort, and
+    `progress` is told the simulated time [s]. Raises InputError before anything starts where something cannot be used.
     """
     if not isinstance(scenario, Scenario):
         scenario = load_scenario(scenario, controller=controller, seed=seed)
@@ -44,7 +45,7 @@ def run(
         path = check_path(default_log_path(scenario) if log is True else log)
     warm_up(scenario)
     pacer = RealTimePacer(scenario.control.period) if real_time else FreePacer()
-    episode = Episode(scenario, log=path, pacer=pacer, stop=stop)
+    episode = Episode(scenario, log=path, pacer=pacer, stop=stop, progress=progress)
     if not real_time:
         return episode.run()
     with ask_for_real_time() as got:

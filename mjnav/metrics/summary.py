@@ -22,7 +22,7 @@ def summarise(trajectory: Trajectory, scenario: Scenario, *, outcome: str) -> di
         "success": outcome == "goal" and not any(collisions.values()),
         "collisions": collisions,
         "lane_violation_s": safety.lane_violation(trajectory, scenario),
-        "time_s": float(trajectory.time[-1] - trajectory.time[0]),
+        "time_s": round(float(trajectory.time[-1] - trajectory.time[0]), 9),  # without the dust of binary fractions
         "path_length_m": progress.path_length(trajectory),
         "straight_line_m": progress.length(progress.way(scenario)),
         "path_ratio": progress.path_ratio(trajectory, scenario),

@@ -51,13 +51,14 @@ def describe(rows: list[dict]) -> str:
     """One controller's figures."""
     n = len(rows)
     good = [row for row in rows if row["success"]]
+    clearances = [row["min_clearance_m"] for row in rows if row["min_clearance_m"] is not None]
     lines = [f"  success         {rate(len(good), n)}"]
     lines += [f"  hit {kind:11} {rate(sum(row['collisions'][kind] > 0 for row in rows), n)}" for kind in KINDS]
     lines.append(f"  timeouts        {rate(sum(row['outcome'] == 'timeout' for row in rows), n)}")
     lines.append(
         f"  time {median(good, 'time_s'):.2f} s, control cost {median(good, 'control_cost'):.2f}, mean deviation "
         f"{median(good, 'mean_deviation_m'):.3f} m, min clearance {median(rows, 'min_clearance_m'):.3f} m (5 % "
-        f"{np.percentile([row['min_clearance_m'] for row in rows], 5):.3f}), infeasible ticks "
+        f"{np.percentile(clearances, 5) if clearances else np.nan:.3f}), infeasible ticks "
         f"{100 * sum(r['infeasible_ticks'] for r in rows) / sum(r['ticks'] for r in rows):.1f} %"
     )
     lines.append(
