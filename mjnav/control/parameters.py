@@ -11,6 +11,8 @@ from mjnav.control.candidates import WINDOWS
 from mjnav.errors import InvalidValue, unknown_name
 
 P = TypeVar("P")
+RATED_PERIOD = 0.1  # [s] at which w_v and w_omega are
+CHANGE_WEIGHT = 0.01
 
 
 def at_least(key: str, value: float, low: float, *, above: bool = False) -> None:
@@ -41,8 +43,8 @@ class Parameters:
     preview: float = 0.4  # [s] tau: a candidate drives straight on at the heading that it has after this time
     approach_time: float = 1.0  # [s]: the goal is approached at distance / approach_time at most
     heading_weight: float = 0.6  # w_h
-    speed_change_weight: float = 0.01  # w_v
-    turn_change_weight: float = 0.01  # w_omega
+    speed_change_weight: float = CHANGE_WEIGHT  # w_v; make_controller's default follows the period
+    turn_change_weight: float = CHANGE_WEIGHT  # w_omega; the same
     form: str = "segment"  # of the collision cone: line, ray, segment
     horizon: float = 5.0  # [s] of the segment form
     wall_horizon: float = 2.0  # [s] of path that walls are checked against

@@ -108,3 +108,12 @@ def test_a_period_that_is_none_is_refused(limits, period):
 def test_limits_that_are_none_are_refused(field, value):
     with pytest.raises(InvalidValue, match=f"{field}: found"):
         RobotLimits(**{field: value})
+
+
+@pytest.mark.parametrize("name", names())
+def test_the_weights_of_a_change_follow_the_period_unless_they_are_given(name, limits):
+    at_10, at_50 = (make_controller(name, limits, period).parameters for period in (0.1, 0.02))
+    assert at_10.speed_change_weight == at_10.turn_change_weight == pytest.approx(0.01)
+    assert at_50.speed_change_weight == at_50.turn_change_weight == pytest.approx(0.002)
+    given = make_controller(name, limits, 0.02, speed_change_weight=0.5).parameters
+    assert (given.speed_change_weight, given.turn_change_weight) == (0.5, pytest.approx(0.002))
