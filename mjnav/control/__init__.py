@@ -65,7 +65,9 @@ def make_controller(name: str, robot_limits: RobotLimits, period: float, **param
     kind = _load(REGISTRY[name])
     # What a change of control gains in one period is in proportion to the period, so its cost has to be as well: with
     # weights that do not follow it, a robot at 50 Hz accelerates a fifth as readily as at 10 Hz.
-    preset = dict.fromkeys(("speed_change_weight", "turn_change_weight"), CHANGE_WEIGHT * (period / RATED_PERIOD))
+    preset: dict[str, Any] = dict.fromkeys(
+        ("speed_change_weight", "turn_change_weight"), CHANGE_WEIGHT * (period / RATED_PERIOD)
+    )
     if name in PRESETS:
         preset |= _load(PRESETS[name])
     if name == "rkhs-paper":
