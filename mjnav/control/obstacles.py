@@ -99,7 +99,7 @@ def blocks(
     for axis in (0, 1):
         # Row by row of the discs' samples, the robot's run fastest.
         pairs = np.subtract.outer(-discs.position[:, axis], -robot[:, axis]).ravel()
-        columns.append(np.concatenate([pairs, np.tile(robot[:, axis], num_walls)]))
+        columns.append(np.concatenate([pairs, np.broadcast_to(robot[:, axis], (num_walls, n)).ravel()]))
         columns.append(np.concatenate([np.repeat(discs.velocity[:, axis], n), still]))
     x, vx, y, vy = columns
     radius = limits.radius + parameters.safety_margin

@@ -198,19 +198,31 @@ def _add_safe(
     sums, counts, wanted, v, cos_turn, sin_turn, speed_noise, cos_heading, sin_heading,
     x, y, ovx, ovy, start, num_discs, radius_squared, unit, wall, form, horizons, floor,
 ):  # fmt: skip
+    # A handful of controls: no loop long enough to vectorise, so every f is computed by itself.
     vx, vy = _velocities(v, cos_turn, sin_turn, speed_noise, cos_heading, sin_heading)
-    f = np.empty(v.size)
+    num_samples = speed_noise.size
     for b in range(sums.shape[0]):
         if not wanted[b]:
             continue
+        rr, u = radius_squared[b], unit[b]
+        ax, ay, bx, by = wall[b, 0], wall[b, 1], wall[b, 2], wall[b, 3]
         for n in range(start[b], start[b + 1]):
-            _fill(f, b, n, vx, vy, x, y, ovx, ovy, start, num_discs, radius_squared, unit, wall, form, horizons, floor)
+            i = (n - start[b]) % num_samples
             for k in range(v.size):
-                if f[k] <= 0.0:
+                if b >= num_discs:
+                    f = wall_segment(x[n], y[n], vx[i, k], vy[i, k], ax, ay, bx, by, rr, horizons[1])
+                elif form == LINE:
+                    f = cone_line(x[n], y[n], vx[i, k] - ovx[n], vy[i, k] - ovy[n], rr, horizons[0])
+                elif form == RAY:
+                    f = cone_ray(x[n], y[n], vx[i, k] - ovx[n], vy[i, k] - ovy[n], rr, horizons[0])
+                else:
+                    f = cone_segment(x[n], y[n], vx[i, k] - ovx[n], vy[i, k] - ovy[n], rr, horizons[0])
+                if f <= 0.0:
+                    f = max(f * u, floor)
                     counts[b] += 1
                     power = 1.0
                     for p in range(sums.shape[1]):
-                        power *= f[k]
+                        power *= f
                         sums[b, p] += power
 
 
