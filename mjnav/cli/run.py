@@ -76,7 +76,7 @@ def describe(summary: dict[str, Any], real_time: Mapping[str, str] | None = None
         f"  infeasible      {s['infeasible_ticks']} of {s['ticks']} ticks",
         f"  speed           {_number(s['real_time_factor'], '.1f')} × real time; "
         f"tick {_number(compute['tick']['p50'], '.2f')} ms p50, {_number(compute['tick']['p99'], '.2f')} ms p99",
-        f"                  ms p50 by phase: {phases}",
+        f"                  ms p50 by phase: {phases or '-'}",
     ]  # fmt: skip
     if real_time is not None:
         got = ", ".join(f"{name} {value}" for name, value in real_time.items())
