@@ -1,5 +1,6 @@
 """What a controller is, and what all that choose from the candidate grid share."""
 
+from abc import ABC, abstractmethod
 from typing import ClassVar, Protocol
 
 import numpy as np
@@ -26,8 +27,8 @@ class Controller(Protocol):
         ...
 
 
-class GridController:
-    """A method that picks one of the candidates: a subclass gives `risk_costs` and its parameters' type."""
+class GridController(ABC):
+    """A method that picks one of the candidates: a subclass gives `evaluate` and its parameters' type."""
 
     parameters_type: ClassVar[type[Parameters]] = Parameters
 
@@ -48,9 +49,9 @@ class GridController:
         best = int(np.argmin(costs.total))
         return decision_at(problem, costs, best)
 
+    @abstractmethod
     def evaluate(self, problem: Problem) -> CandidateCosts:
         """The cost of every candidate, term by term."""
-        raise NotImplementedError
 
     def closest_cone(self, observation: Observation, decision: Decision) -> tuple[int, Array, Array] | None:
         """The closest obstacle's samples at the chosen control, and what the method wants of them."""

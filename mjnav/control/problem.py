@@ -90,16 +90,12 @@ class Problem:
     @cached_property
     def lanes(self) -> Array:
         """The lane constraints' samples, (2, K, N); N = 0 without lanes."""
-        return self.lane_samples_at(self.candidates.v, self.candidates.omega)
-
-    def lane_samples_at(self, v: Array, omega: Array) -> Array:
-        """The lane constraints' samples at other controls (K,): (2, K, N)."""
-        o = self.observation
+        o, c = self.observation, self.candidates
         if o.lanes is None:
-            return np.zeros((2, len(v), 0))
+            return np.zeros((2, len(c.v), 0))
         offsets = (o.lanes.left_offset, o.lanes.right_offset)
         margin = self.limits.radius
-        return lane_samples(o.lanes, o.robot_pose, o.control_noise, offsets, v, omega, margin, self.parameters)
+        return lane_samples(o.lanes, o.robot_pose, o.control_noise, offsets, c.v, c.omega, margin, self.parameters)
 
     @cached_property
     def _mean_blocks(self) -> ConeBlocks:

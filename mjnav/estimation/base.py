@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
+from numpy.typing import NDArray
 
 from mjnav.errors import InvalidValue
 from mjnav.filters.resampling import shuffled
@@ -82,3 +83,45 @@ class BeliefDraws:
 def person_names(num_people: int) -> tuple[str, ...]:
     """Names of the people, in the order of the readings' detections."""
     return tuple(f"person{i}" for i in range(num_people))
+
+
+class PeopleTracker:
+    """What all trackers share: the people's names and radii, the latest tracks and the draws from them."""
+
+    def __init__(self, radii: Sequence[float], seed: int):
+        self._radii = tuple(radii)
+        self._names = person_names(len(self._radii))
+        self._draws = BeliefDraws(self._names, seed)
+        self._tracks: tuple[Track, ...] | None = None
+
+    def draw(self, num: int) -> tuple[Array, ...]:
+        """Samples of the latest tracks, (num, 4) each, in random order."""
+        tracks = (None,) * len(self._names) if self._tracks is None else self._tracks
+        return tuple(self._draws(p, track, num) for p, track in enumerate(tracks))
+
+    def _conclude(
+        self,
+        time: float,
+        particles: Sequence[Array] | Array,
+        weights: Sequence[Array] | Array,
+        mean: Sequence[Array] | Array,
+        covariance: Sequence[Array] | Array,
+        ess: Sequence[float] | Array,
+        recovered: NDArray[np.bool_] | None = None,
+    ) -> tuple[Track, ...]:
+        """The latest tracks from a row a person of everything."""
+        self._tracks = tuple(
+            Track(
+                name=name,
+                time=time,
+                particles=particles[p],
+                weights=weights[p],
+                mean=mean[p],
+                covariance=covariance[p],
+                ess=float(ess[p]),
+                radius=self._radii[p],
+                recovered=recovered is not None and bool(recovered[p]),
+            )
+            for p, name in enumerate(self._names)
+        )
+        return self._tracks

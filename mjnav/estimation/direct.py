@@ -9,7 +9,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from mjnav.estimation.base import HEADING, BeliefDraws, person_names
+from mjnav.estimation.base import HEADING, BeliefDraws, PeopleTracker
 from mjnav.estimation.likelihood import LEAST_STD
 from mjnav.estimation.localizer import POSE_CHANNELS, pose_samples
 from mjnav.estimation.person_motion import PersonMotion
@@ -46,7 +46,7 @@ class DirectLocalizer:
         return self._draws(0, self._belief, num)
 
 
-class DirectTracker:
+class DirectTracker(PeopleTracker):
     """Position = detection - noise draws; velocity = the slope of such positions over a window.
 
     Sample i keeps the draws that were made for each detection of the window, so it is one possible history. Its
@@ -68,9 +68,8 @@ class DirectTracker:
         window: float = VELOCITY_WINDOW,
         motion: PersonMotion | None = None,
     ):
+        super().__init__(radii, seed)
         self._noise = [noise[channel] for channel in DETECTION_CHANNELS]
-        self._radii = tuple(radii)
-        self._names = person_names(len(self._radii))
         self._window = window
         self._weights = np.full(num_particles, 1.0 / num_particles)
         walking_speed = (motion or PersonMotion()).walking_speed
@@ -82,8 +81,6 @@ class DirectTracker:
             or [np.zeros((num_particles, 2))]
         )  # (P, n, 2)
         self._history: deque[tuple[float, Array]] = deque()  # time, positions (P, n, 2)
-        self._draws = BeliefDraws(self._names, seed)
-        self._tracks: tuple[Track, ...] | None = None
 
     def update(self, reading: Reading) -> tuple[Track, ...]:
         """One track a person from the readings of the window."""
@@ -100,26 +97,10 @@ class DirectTracker:
         while self._history[0][0] < reading.time - self._window - 1e-9:
             self._history.popleft()
         particles = np.concatenate([position, self._velocity()], axis=-1)
-        mean, covariance = weighted_moments(particles, np.broadcast_to(self._weights, particles.shape[:2]))
-        self._tracks = tuple(
-            Track(
-                name=name,
-                time=reading.time,
-                particles=particles[p],
-                weights=self._weights,
-                mean=mean[p],
-                covariance=covariance[p],
-                ess=float(self._weights.size),
-                radius=self._radii[p],
-            )
-            for p, name in enumerate(self._names)
-        )
-        return self._tracks
-
-    def draw(self, num: int) -> tuple[Array, ...]:
-        """Samples of the latest tracks, (num, 4) each, in random order."""
-        tracks = (None,) * len(self._names) if self._tracks is None else self._tracks
-        return tuple(self._draws(p, track, num) for p, track in enumerate(tracks))
+        weights = np.broadcast_to(self._weights, particles.shape[:2])
+        mean, covariance = weighted_moments(particles, weights)
+        ess = np.full(len(particles), self._weights.size)
+        return self._conclude(reading.time, particles, weights, mean, covariance, ess)
 
     def _velocity(self) -> Array:
         """Slopes of the window's positions, (P, n, 2)."""

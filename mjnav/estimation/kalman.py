@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.linalg import cholesky
 
-from mjnav.estimation.base import HEADING, BeliefDraws, person_names
+from mjnav.estimation.base import HEADING, BeliefDraws, PeopleTracker
 from mjnav.estimation.likelihood import widened
 from mjnav.estimation.localizer import ODOMETRY_CHANNELS, POSE_CHANNELS
 from mjnav.estimation.person_motion import PersonMotion
@@ -166,7 +166,7 @@ class UnscentedKalmanLocalizer(KalmanLocalizer):
         self._kalman.update(measured)
 
 
-class KalmanTracker:
+class KalmanTracker(PeopleTracker):
     """One linear Kalman filter a person, with the Gaussian of `PersonMotion`'s first two moments."""
 
     def __init__(
@@ -180,9 +180,8 @@ class KalmanTracker:
     ):
         from filterpy.kalman import KalmanFilter
 
+        super().__init__(radii, seed)
         self._num = num_particles
-        self._radii = tuple(radii)
-        self._names = person_names(len(self._radii))
         self._motion = motion or PersonMotion()
         self._noise_mean, self._noise_covariance = _gaussian(noise, DETECTION_CHANNELS)
         self._filters = [KalmanFilter(dim_x=4, dim_z=2) for _ in self._names]
@@ -192,14 +191,12 @@ class KalmanTracker:
         self._started = False
         self._streams = [stream(seed, "estimation.gaussian", name) for name in self._names]
         self._weights = np.full(num_particles, 1.0 / num_particles)
-        self._draws = BeliefDraws(self._names, seed)
-        self._tracks: tuple[Track, ...] | None = None
 
     def update(self, reading: Reading) -> tuple[Track, ...]:
         """One track a person after one more reading."""
         transition, process = self._motion.gaussian(reading.interval)
-        tracks = []
-        for p, (kalman, name) in enumerate(zip(self._filters, self._names, strict=True)):
+        particles, means, covariances = [], [], []
+        for p, kalman in enumerate(self._filters):
             measured = reading.detections[p] - self._noise_mean
             if self._started:
                 kalman.predict(F=transition, Q=process)
@@ -207,24 +204,9 @@ class KalmanTracker:
             else:
                 variance = np.append(np.diagonal(self._noise_covariance), 2 * [self._motion.walking_speed**2])
                 kalman.x, kalman.P = np.append(measured, [0.0, 0.0]), np.diag(variance)
-            covariance = 0.5 * (kalman.P + kalman.P.T)
-            tracks.append(
-                Track(
-                    name=name,
-                    time=reading.time,
-                    particles=_samples(kalman.x, covariance, self._num, self._streams[p]),
-                    weights=self._weights,
-                    mean=kalman.x.copy(),
-                    covariance=covariance,
-                    ess=float(self._num),
-                    radius=self._radii[p],
-                )
-            )
+            covariances.append(0.5 * (kalman.P + kalman.P.T))
+            means.append(kalman.x.copy())
+            particles.append(_samples(kalman.x, covariances[p], self._num, self._streams[p]))
         self._started = True
-        self._tracks = tuple(tracks)
-        return self._tracks
-
-    def draw(self, num: int) -> tuple[Array, ...]:
-        """Samples of the latest tracks, (num, 4) each, in random order."""
-        tracks = (None,) * len(self._names) if self._tracks is None else self._tracks
-        return tuple(self._draws(p, track, num) for p, track in enumerate(tracks))
+        num = len(self._names)
+        return self._conclude(reading.time, particles, [self._weights] * num, means, covariances, [self._num] * num)

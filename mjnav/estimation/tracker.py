@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from mjnav.estimation.base import BeliefDraws, FilterSettings, person_names
+from mjnav.estimation.base import FilterSettings, PeopleTracker
 from mjnav.estimation.bootstrap import Bootstrap
 from mjnav.estimation.likelihood import Likelihood
 from mjnav.estimation.person_motion import PersonMotion
@@ -15,7 +15,7 @@ from mjnav.rng import stream
 DETECTION_CHANNELS = ("detection.x", "detection.y")
 
 
-class ParticleTracker:
+class ParticleTracker(PeopleTracker):
     """Tracks people whose detections come with their identity.
 
     Predict: `PersonMotion`. Correct: w_i <- w_i prod_c [(1 - epsilon) p_c(z_c - x_i,c) + floor] over x and y.
@@ -32,17 +32,14 @@ class ParticleTracker:
         settings: FilterSettings | None = None,
         motion: PersonMotion | None = None,
     ):
+        super().__init__(radii, seed)
         settings = settings or FilterSettings()
         self._num = num_particles
-        self._radii = tuple(radii)
-        self._names = person_names(len(self._radii))
         self._motion = motion or PersonMotion()
         self._likelihoods = [Likelihood.of(channel, noise[channel], settings.epsilon) for channel in DETECTION_CHANNELS]
         self._motion_streams = [stream(seed, "estimation.motion", name) for name in self._names]
         self._start_streams = [stream(seed, "estimation.start", name) for name in self._names]
         self._filter = Bootstrap(self._names, seed, settings)
-        self._draws = BeliefDraws(self._names, seed)
-        self._tracks: tuple[Track, ...] | None = None
 
     def update(self, reading: Reading) -> tuple[Track, ...]:
         """One track a person after one more reading; their moments come from the weights before resampling."""
@@ -55,26 +52,15 @@ class ParticleTracker:
             predicted = self._predict(self._filter.particles, reading.interval)
             errors = [reading.detections[:, c, None] - predicted[..., c] for c in range(2)]
             posterior = self._filter.correct(predicted, errors, self._likelihoods, lambda p: self._spawn(p, reading))
-        self._tracks = tuple(
-            Track(
-                name=name,
-                time=reading.time,
-                particles=posterior.particles[p],
-                weights=posterior.weights[p],
-                mean=posterior.mean[p],
-                covariance=posterior.covariance[p],
-                ess=float(posterior.ess[p]),
-                radius=self._radii[p],
-                recovered=bool(posterior.recovered[p]),
-            )
-            for p, name in enumerate(self._names)
+        return self._conclude(
+            reading.time,
+            posterior.particles,
+            posterior.weights,
+            posterior.mean,
+            posterior.covariance,
+            posterior.ess,
+            posterior.recovered,
         )
-        return self._tracks
-
-    def draw(self, num: int) -> tuple[Array, ...]:
-        """Samples of the latest tracks, (num, 4) each, in random order."""
-        tracks = (None,) * len(self._names) if self._tracks is None else self._tracks
-        return tuple(self._draws(p, track, num) for p, track in enumerate(tracks))
 
     def _predict(self, particles: Array, interval: float) -> Array:
         """Particles (P, n, 4) after `interval` [s]."""

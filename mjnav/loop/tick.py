@@ -9,6 +9,7 @@ import numpy as np
 
 from mjnav.control import Controller
 from mjnav.estimation import Localizer, Tracker, assumed_noise, make_localizer, make_tracker
+from mjnav.estimation.base import person_names
 from mjnav.loop.floor_map import FloorMap
 from mjnav.loop.prediction import CommandHistory, Predictor, carry_people
 from mjnav.messages import Array, Decision, Lanes, Observation, ObstacleSamples, Reading, RobotBelief, Track
@@ -33,7 +34,7 @@ class Navigator:
     def __init__(self, scenario: Scenario, seed: int, controller: Controller):
         self.controller = controller
         self.floor_map = FloorMap(scenario)
-        self.names = (*(f"person{i}" for i in range(len(scenario.people))), *self.floor_map.names)
+        self.names = (*person_names(len(scenario.people)), *self.floor_map.names)
         self._localizer: Localizer = make_localizer(scenario, seed)
         self._tracker: Tracker = make_tracker(scenario, seed)
         noise = assumed_noise(scenario)

@@ -4,7 +4,7 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from mjnav.geometry.clearance import segment_distance
+from mjnav.geometry.clearance import polyline_distance, segment_distance
 from mjnav.messages import Array, Contact, Trajectory
 from mjnav.scenarios.spec import Scenario, Wall
 
@@ -34,7 +34,7 @@ def _disc_distance(relative: Array) -> float:
     """Least distance from the origin of the polyline through `relative` (n, 2)."""
     if len(relative) == 1:
         return float(np.hypot(*relative[0]))
-    return float(segment_distance(np.zeros(2), relative[:-1], relative[1:]).min())
+    return float(polyline_distance(np.zeros(2), relative))
 
 
 def wall_distance(route: Array, wall: Wall) -> float:
