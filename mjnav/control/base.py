@@ -1,13 +1,19 @@
 """What a controller is, and what all that choose from the candidate grid share."""
 
 from abc import ABC, abstractmethod
-from typing import ClassVar, Protocol
+from collections.abc import Callable
+from math import inf
+from typing import ClassVar, Generic, Protocol, TypeVar
 
 import numpy as np
 
-from mjnav.control.parameters import Parameters
+from mjnav.control.nominal import least_violating
+from mjnav.control.parameters import Parameters, WeightedParameters
 from mjnav.control.problem import Problem
 from mjnav.messages import Array, CandidateCosts, Decision, Observation, RobotLimits, Status
+
+P = TypeVar("P", bound=Parameters)
+W = TypeVar("W", bound=WeightedParameters)
 
 
 class Controller(Protocol):
@@ -27,12 +33,12 @@ class Controller(Protocol):
         ...
 
 
-class GridController(ABC):
+class GridController(ABC, Generic[P]):
     """A method that picks one of the candidates: a subclass gives `evaluate` and its parameters' type."""
 
     parameters_type: ClassVar[type[Parameters]] = Parameters
 
-    def __init__(self, limits: RobotLimits, period: float, parameters: Parameters):
+    def __init__(self, limits: RobotLimits, period: float, parameters: P):
         self.limits, self.period, self.parameters = limits, period, parameters
         self._latest: Problem | None = None
 
@@ -47,7 +53,15 @@ class GridController(ABC):
         problem = self.problem(observation)
         costs = self.evaluate(problem)
         best = int(np.argmin(costs.total))
-        return decision_at(problem, costs, best)
+        return Decision(float(costs.v[best]), float(costs.omega[best]), self.status(problem, costs, best), costs)
+
+    def status(self, problem: Problem, costs: CandidateCosts, best: int) -> Status:
+        """How the decision for candidate `best` came about."""
+        if problem.violation[costs.nominal] > 0.0:
+            return Status.INFEASIBLE_NOMINAL
+        if costs.v[best] == 0.0 and costs.omega[best] == 0.0 and not problem.observation.twist.any():
+            return Status.STOPPED
+        return Status.OK
 
     @abstractmethod
     def evaluate(self, problem: Problem) -> CandidateCosts:
@@ -66,21 +80,71 @@ class GridController(ABC):
         return np.zeros(0)
 
 
-def decision_at(problem: Problem, costs: CandidateCosts, best: int) -> Decision:
-    """The decision for candidate `best`, with its status."""
-    v, omega = float(costs.v[best]), float(costs.omega[best])
-    if problem.violation[costs.nominal] > 0.0:
-        status = Status.INFEASIBLE_NOMINAL
-    elif v == 0.0 and omega == 0.0 and not problem.observation.twist.any():
-        status = Status.STOPPED
-    else:
-        status = Status.OK
-    return Decision(v, omega, status, costs)
+class WeightedController(GridController[W]):
+    """A method that adds its risk to the goal cost: a subclass gives `risk`; total = J + weights . risk."""
+
+    @abstractmethod
+    def risk(self, problem: Problem) -> tuple[Array, Array]:
+        """The risk of every disc and wall in reach, (K, B), and of the lanes, (K, 2)."""
+
+    def evaluate(self, problem: Problem) -> CandidateCosts:
+        """Goal cost plus weighted risk."""
+        p = self.parameters
+        cone, lane = self.risk(problem)
+        total = problem.goal + p.weight * cone.sum(axis=1) + lane @ np.array(p.lane_weights)
+        return candidate_costs(problem, cone, lane, total)
 
 
-def spread_columns(problem: Problem, risk: Array) -> Array:
-    """The risk of the blocks in reach, (K, B), in the columns of all obstacles and walls, (K, J); 0 elsewhere."""
-    o = problem.observation
-    columns = np.zeros((len(risk), len(o.obstacles) + len(o.walls)))
-    columns[:, problem.cone.blocks.column] = risk
-    return columns
+class ConstrainedController(GridController[P]):
+    """A method that forbids what is too risky: a subclass gives `risk`, allowed up to `bound`.
+
+    The candidate of least goal cost among those whose every risk is within the bound. Where there is none, status
+    `infeasible`: of those whose risk exceeds the bound least, summed over the constraints, the one of least goal cost.
+    """
+
+    @property
+    def bound(self) -> float:
+        """The risk that is allowed of each constraint."""
+        return 0.0
+
+    @abstractmethod
+    def risk(self, problem: Problem) -> tuple[Array, Array]:
+        """The risk of every disc and wall in reach, (K, B), and of the lanes, (K, 2)."""
+
+    def evaluate(self, problem: Problem) -> CandidateCosts:
+        """Goal cost where the risk is allowed, or exceeds the bound least where it is nowhere; infinite elsewhere."""
+        cone, lane = self.risk(problem)
+        allowed = least_violating(self._excess(cone, lane))
+        return candidate_costs(problem, cone, lane, np.where(allowed, problem.goal, inf))
+
+    def status(self, problem: Problem, costs: CandidateCosts, best: int) -> Status:
+        """`infeasible` where the chosen candidate exceeds the bound."""
+        if self._excess(costs.cone[[best]], costs.lane[[best]]) > 0.0:
+            return Status.INFEASIBLE
+        return super().status(problem, costs, best)
+
+    def _excess(self, cone: Array, lane: Array) -> Array:
+        """By how much each candidate exceeds the bound, (K,)."""
+        return np.maximum(cone - self.bound, 0.0).sum(axis=1) + np.maximum(lane - self.bound, 0.0).sum(axis=1)
+
+
+def candidate_costs(problem: Problem, cone: Array, lane: Array, total: Array) -> CandidateCosts:
+    """The message from the risk of the blocks in reach, (K, B), and of the lanes, (K, 2).
+
+    The blocks go to the columns of all obstacles and walls, (K, J); 0 elsewhere.
+    """
+    o, c = problem.observation, problem.candidates
+    columns = np.zeros((len(cone), len(o.obstacles) + len(o.walls)))
+    columns[:, problem.cone.blocks.column] = cone
+    return CandidateCosts(c.v, c.omega, problem.goal, columns, lane, total, problem.nominal)
+
+
+def sample_risk(problem: Problem, reduction: Callable[[Array], Array]) -> tuple[Array, Array]:
+    """The risk of blocks, (K, B), and lanes, (K, 2), where `reduction` takes samples (n, K) to risks (K,)."""
+    c = problem.candidates
+    cone = problem.cone.reduce(c.v, c.omega, reduction)
+    lane = np.zeros((len(c.v), 2))
+    if problem.observation.lanes is not None:
+        for side, samples in enumerate(problem.lanes):
+            lane[:, side] = reduction(np.ascontiguousarray(samples.T))
+    return cone, lane

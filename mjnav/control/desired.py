@@ -54,7 +54,7 @@ class Desired:
         """What is safe of the samples at candidates, given as (K, n)."""
         samples = samples_at([self.problem.nominal])
         safe = samples[samples <= 0.0]
-        if len(safe) >= self.least:
+        if len(safe) >= self.least or not self._beside:
             return safe
         samples = samples_at(list(self._beside))
         return np.concatenate([safe, samples[samples <= 0.0]])

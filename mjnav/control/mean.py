@@ -8,25 +8,18 @@ from math import inf
 
 import numpy as np
 
-from mjnav.control.base import GridController
+from mjnav.control.base import GridController, candidate_costs
 from mjnav.control.nominal import least_violating
+from mjnav.control.parameters import Parameters
 from mjnav.control.problem import Problem
 from mjnav.messages import CandidateCosts
 
 
-class Mean(GridController):
+class Mean(GridController[Parameters]):
     """Chooses the nominal control."""
 
     def evaluate(self, problem: Problem) -> CandidateCosts:
         """Goal cost where the mean violates nothing, or least where all violate; infinite elsewhere."""
-        o, c = problem.observation, problem.candidates
         total = np.where(least_violating(problem.violation), problem.goal, inf)
-        return CandidateCosts(
-            v=c.v,
-            omega=c.omega,
-            goal=problem.goal,
-            cone=np.zeros((len(c.v), len(o.obstacles) + len(o.walls))),
-            lane=np.zeros((len(c.v), 2)),
-            total=total,
-            nominal=problem.nominal,
-        )
+        num, num_blocks = len(total), len(problem.cone.blocks.column)
+        return candidate_costs(problem, np.zeros((num, num_blocks)), np.zeros((num, 2)), total)

@@ -72,6 +72,21 @@ class Parameters:
         finite(self, "heading_weight", "speed_change_weight", "turn_change_weight")
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class WeightedParameters(Parameters):
+    """Of a method whose risk is added to the goal cost: the weights of that risk."""
+
+    weight: float = 10.0  # lambda, of each disc and wall
+    lane_weights: tuple[float, float] = (10.0, 10.0)  # lambda_1, lambda_2: left, right
+
+    def __post_init__(self):
+        Parameters.__post_init__(self)
+        at_least("weight", self.weight, 0.0)
+        for weight in self.lane_weights:
+            at_least("lane_weights", weight, 0.0)
+        finite(self, "weight", "lane_weights")
+
+
 def make_parameters(kind: type[P], values: Mapping[str, Any], defaults: Mapping[str, Any] | None = None) -> P:
     """`kind` from a run file's values over a preset's; raises InvalidValue for unknown names and wrong types."""
     hints = get_type_hints(kind)

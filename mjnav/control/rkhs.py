@@ -17,35 +17,31 @@ from typing import ClassVar
 
 import numpy as np
 
-from mjnav.control.base import GridController, spread_columns
+from mjnav.control.base import WeightedController
 from mjnav.control.desired import Desired
-from mjnav.control.parameters import Parameters, at_least, finite
+from mjnav.control.parameters import Parameters, WeightedParameters, at_least, finite
 from mjnav.control.problem import Problem
-from mjnav.messages import Array, CandidateCosts
+from mjnav.messages import Array
 from mjnav.rkhs.kernels import PolynomialKernel
 from mjnav.rkhs.moments import moment_distance, raw_moments
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class RkhsParameters(Parameters):
-    """The kernel (scale x y + offset)^degree, the weights, and the desired set."""
+class RkhsParameters(WeightedParameters):
+    """The kernel (scale x y + offset)^degree and the desired set."""
 
     degree: int = 1
     scale: float = 1.0
     offset: float = 1.0
-    weight: float = 10.0  # lambda
-    lane_weights: tuple[float, float] = (10.0, 10.0)  # lambda_1, lambda_2
     desired_min: int = 25  # fewer safe samples than this are topped up
     ball: float = 0.15  # [m] epsilon, the ball's radius
 
     def __post_init__(self):
-        Parameters.__post_init__(self)
+        WeightedParameters.__post_init__(self)
         PolynomialKernel(self.degree, self.scale, self.offset)
-        for key in ("weight", "desired_min", "ball"):
+        for key in ("desired_min", "ball"):
             at_least(key, getattr(self, key), 0.0)
-        for weight in self.lane_weights:
-            at_least("lane_weights", weight, 0.0)
-        finite(self, "weight", "lane_weights", "ball")
+        finite(self, "ball")
 
     @property
     def kernel(self) -> PolynomialKernel:
@@ -73,15 +69,14 @@ PAPER = MappingProxyType(
 )
 
 
-class Rkhs(GridController):
+class Rkhs(WeightedController[RkhsParameters]):
     """The candidate whose constraint distributions match collision-free ones best, against its goal cost."""
 
     parameters_type: ClassVar[type[Parameters]] = RkhsParameters
-    parameters: RkhsParameters
     _wanted: Desired | None = None
 
-    def evaluate(self, problem: Problem) -> CandidateCosts:
-        """Goal cost plus weighted MMD^2 of every constraint."""
+    def risk(self, problem: Problem) -> tuple[Array, Array]:
+        """MMD^2 of every constraint."""
         p, c = self.parameters, problem.candidates
         # Both moments of order 0 are 1, so that term vanishes.
         coefficients = p.kernel.coefficients[1:]
@@ -98,16 +93,7 @@ class Rkhs(GridController):
                 target = raw_moments(safe, p.degree)[1:] if len(safe) else np.zeros(p.degree)
                 samples = samples if len(safe) else np.maximum(samples, 0.0)
                 lane[:, side] = moment_distance(raw_moments(samples, p.degree)[:, 1:], target, coefficients)
-
-        return CandidateCosts(
-            v=c.v,
-            omega=c.omega,
-            goal=problem.goal,
-            cone=spread_columns(problem, cone),
-            lane=lane,
-            total=problem.goal + p.weight * cone.sum(axis=1) + lane @ np.array(p.lane_weights),
-            nominal=problem.nominal,
-        )
+        return cone, lane
 
     def desired_cone(self, problem: Problem, block: int) -> Array:
         """F^des of one disc or wall."""

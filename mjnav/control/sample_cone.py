@@ -9,6 +9,7 @@ where `normalise` says so, and none counts as safer than the clip. The innermost
 of samples is then a handful of constants, and even an obstacle with one sample fills the vector units.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -114,6 +115,12 @@ def _spread(vx, vy):
 
 
 @kernel
+def _far_beyond(radius_squared, unit, floor):
+    """The distance beyond which f is cut off at the floor."""
+    return (1.0 + 1e-9) * np.sqrt(radius_squared - floor / unit)
+
+
+@kernel
 def _is_far(x, y, vx, vy, slack, horizon, cut):
     """Whether a pair stays farther apart than `cut` for every velocity within `slack` of (vx, vy) relative to it.
 
@@ -159,8 +166,8 @@ def _moments(
     for b in range(out.shape[1]):
         sums[:] = 0.0
         least = max(floor, 0.0) if hinge[b] else floor
-        # Beyond this distance the clip takes f, exactly: those pairs are counted, not evaluated.
-        cut = (1.0 + 1e-9) * np.sqrt(radius_squared[b] - least / unit[b])
+        # What the clip takes, exactly, is counted, not evaluated.
+        cut = _far_beyond(radius_squared[b], unit[b], least)
         bounded = b < num_discs and form == SEGMENT and cut < np.inf and horizons[0] < np.inf
         num_far = 0
         for n in range(start[b], start[b + 1]):
@@ -187,10 +194,23 @@ def _samples(
     out, b, v, cos_turn, sin_turn, speed_noise, cos_heading, sin_heading,
     x, y, ovx, ovy, start, num_discs, radius_squared, unit, wall, form, horizons, floor,
 ):  # fmt: skip
+    """f of block b at all candidates into `out` (n, K); returns how many of its pairs the clip takes everywhere."""
     vx, vy = _velocities(v, cos_turn, sin_turn, speed_noise, cos_heading, sin_heading)
+    middle = _spread(vx, vy)
+    cut = _far_beyond(radius_squared[b], unit[b], floor)
+    bounded = b < num_discs and form == SEGMENT and cut < np.inf and horizons[0] < np.inf
+    num_far = 0
     for n in range(start[b], start[b + 1]):
         f = out[n - start[b]]
-        _fill(f, b, n, vx, vy, x, y, ovx, ovy, start, num_discs, radius_squared, unit, wall, form, horizons, floor)
+        i = (n - start[b]) % speed_noise.size
+        if bounded and _is_far(
+            x[n], y[n], middle[i, 0] - ovx[n], middle[i, 1] - ovy[n], middle[i, 2], horizons[0], cut
+        ):
+            f[:] = floor
+            num_far += 1
+        else:
+            _fill(f, b, n, vx, vy, x, y, ovx, ovy, start, num_discs, radius_squared, unit, wall, form, horizons, floor)
+    return num_far
 
 
 @kernel
@@ -263,6 +283,18 @@ class SampleCone:
         """f of one block, (n, K)."""
         out = np.empty((int(self.blocks.start[block + 1] - self.blocks.start[block]), v.size))
         _samples(out, block, *self._arguments(v, omega))
+        return out
+
+    def reduce(self, v: Array, omega: Array, reduction: Callable[[Array], Array]) -> Array:
+        """(K, B): what `reduction` makes of each block's samples (n, K). Blocks out of reach are looked at once."""
+        out = np.empty((v.size, self.blocks.column.size))
+        sizes = np.diff(self.blocks.start)
+        samples = np.empty((int(sizes.max(initial=0)), v.size))
+        arguments = self._arguments(v, omega)
+        for block, size in enumerate(sizes.tolist()):
+            num_far = _samples(samples[:size], block, *arguments)
+            # Where all samples are alike, one candidate stands for all.
+            out[:, block] = reduction(samples[:size] if num_far < size else samples[:size, :1].copy())
         return out
 
     def add_safe(
