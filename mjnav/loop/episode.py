@@ -58,9 +58,12 @@ class Episode:
         pacer: FreePacer | RealTimePacer | None = None,
         stop: Callable[[], bool] = lambda: False,
         progress: Callable[[float], None] = lambda time: None,
+        watch: Callable[[TickRecord], None] = lambda record: None,
         cones: bool = False,
     ):
         """`stop` is asked before every tick whether to abort, and `progress` is told the simulated time [s].
+
+        `watch` sees what every tick saw and did, before the world moves on.
 
         `cones` computes what only a log needs without one too.
 
@@ -68,7 +71,7 @@ class Episode:
         """
         self._scenario = scenario
         self._pacer = pacer or FreePacer()
-        self._stop, self._progress = stop, progress
+        self._stop, self._progress, self._watch = stop, progress, watch
         self._period = scenario.control.period
         self._simulator = Simulator(scenario, scenario.seed)
         self._navigator = Navigator(scenario, scenario.seed, build_controller(scenario))
@@ -154,6 +157,7 @@ class Episode:
         self._trajectory.add(record)
         if self._recorder is not None:
             self._recorder.write(record)
+        self._watch(record)
         watch.lap()
         self._simulator.advance(self._period, command)
         watch.lap()

@@ -70,6 +70,15 @@ def test_paced_by_the_wall_clock_a_seed_ends_in_the_same_state(room, tmp_path):
 
 
 @pytest.mark.parametrize("engine", ENGINES)
+def test_a_watcher_sees_every_tick_and_changes_nothing(room, engine):
+    records = []
+    scenario = room(f"physics.engine={engine}")
+    watched = Episode(scenario, watch=records.append).run()
+    assert [record.tick for record in records] == list(range(watched.summary["ticks"]))
+    assert watched.summary["state_hash"] == state_hash(scenario)
+
+
+@pytest.mark.parametrize("engine", ENGINES)
 def test_another_seed_ends_in_another_state(room, engine):
     hashes = {state_hash(room(f"physics.engine={engine}", seed=seed)) for seed in range(4)}
     assert len(hashes) == 4
