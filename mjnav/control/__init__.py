@@ -6,6 +6,7 @@ from types import MappingProxyType
 from typing import Any
 
 from mjnav.control.base import Controller
+from mjnav.control.custom import custom_class, make_custom
 from mjnav.control.parameters import CHANGE_WEIGHT, RATED_PERIOD, make_parameters
 from mjnav.errors import InvalidValue, unknown_name
 from mjnav.messages import CandidateCosts, Decision, Lanes, Observation, ObstacleSamples, RobotLimits, Status
@@ -55,14 +56,15 @@ def describe() -> dict[str, str]:
 def make_controller(name: str, robot_limits: RobotLimits, period: float, **parameters: Any) -> Controller:
     """The controller `name` for a robot and a control period [s], with its own parameters.
 
-    The defaults of speed_change_weight and turn_change_weight follow the period: 0.01 at 0.1 s. Raises InvalidValue for
-    a name, parameter or value that does not exist or is not allowed.
+    `name` is one of `names()`, or "package.module:Class" for a controller of one's own. The defaults of
+    speed_change_weight and turn_change_weight follow the period: 0.01 at 0.1 s. Raises InvalidValue for a name,
+    parameter or value that does not exist or is not allowed.
     """
-    if name not in REGISTRY:
+    if name not in REGISTRY and ":" not in name:
         raise unknown_name("method", name, REGISTRY)
     if not 0.0 < period < float("inf"):
         raise InvalidValue("period", period, "a finite number > 0")
-    kind = _load(REGISTRY[name])
+    kind = _load(REGISTRY[name]) if name in REGISTRY else custom_class(name)
     # What a change of control gains in one period is in proportion to the period, so its cost has to be as well: with
     # weights that do not follow it, a robot at 50 Hz accelerates a fifth as readily as at 10 Hz.
     preset: dict[str, Any] = dict.fromkeys(
@@ -73,7 +75,8 @@ def make_controller(name: str, robot_limits: RobotLimits, period: float, **param
     if name == "rkhs-paper":
         preset["preview"] = period  # the paper previews a candidate over one period
         preset["lane_horizon"] = period
-    return kind(robot_limits, period, make_parameters(kind.parameters_type, parameters, preset))
+    own = make_parameters(kind.parameters_type, parameters, preset)
+    return kind(robot_limits, period, own) if name in REGISTRY else make_custom(name, kind, robot_limits, period, own)
 
 
 def _load(path: str) -> Any:

@@ -17,7 +17,13 @@ W = TypeVar("W", bound=WeightedParameters)
 
 
 class Controller(Protocol):
-    """Turns an observation into a decision. It keeps no state that changes what it decides, and it does not raise."""
+    """Turns an observation into a decision.
+
+    A class of one's own with these members and a `parameters_type` (a frozen dataclass below `Parameters`) is called as
+    Class(robot_limits, period, parameters), and works wherever a name does as "package.module:Class". What it decides
+    depends on the observations since it was made alone: no clock, no random numbers but from its own seeded generator.
+    In the loop it does not raise: what it cannot do is a status.
+    """
 
     parameters: Parameters
 

@@ -119,7 +119,8 @@ _ACCEPTS: Mapping[Any, tuple[Callable[[Any], bool], str]] = MappingProxyType(
 
 
 def _check_type(key: str, value: Any, hint: Any) -> None:
-    accepts, allowed = _ACCEPTS[hint]
+    # A controller of one's own may have parameters of other types; it checks them itself.
+    accepts, allowed = _ACCEPTS.get(hint, (lambda value: True, ""))
     if not accepts(value):
         raise InvalidValue(key, value, allowed)
 
@@ -127,4 +128,4 @@ def _check_type(key: str, value: Any, hint: Any) -> None:
 def _cast(value: Any, hint: Any) -> Any:
     if hint is float:
         return float(value)
-    return tuple(float(v) for v in value) if isinstance(value, (list, tuple)) else value
+    return tuple(float(v) for v in value) if hint == tuple[float, float] else value

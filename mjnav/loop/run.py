@@ -56,8 +56,8 @@ def run(
 def default_log_path(scenario: Scenario) -> Path:
     """runs/out/<scene>-<controller>-<seed>-<time>.mcap below the working directory; the time goes to microseconds."""
     now = datetime.now().strftime("%Y%m%dT%H%M%S.%f")
-    name = "".join(c if c.isalnum() or c in "-_." else "_" for c in scenario.name)
-    return LOG_FOLDER / f"{name}-{scenario.control.method}-{scenario.seed}-{now}.mcap"
+    name = f"{scenario.name}-{scenario.control.method}-{scenario.seed}-{now}"
+    return LOG_FOLDER / f"{''.join(c if c.isalnum() or c in '-_.' else '_' for c in name)}.mcap"
 
 
 def _changed(scenario: Scenario, seed: int | None, controller: str | None) -> Scenario:

@@ -4,6 +4,7 @@ readings -> belief, tracks -> samples carried to the moment of effect -> decisio
 """
 
 from dataclasses import dataclass
+from math import isfinite
 
 import numpy as np
 
@@ -93,6 +94,8 @@ class Navigator:
     def decide(self, tick: int, observation: Observation) -> tuple[Decision, Array]:
         """The controller's decision, now pending, and the command that is in force in this tick."""
         decision = self.controller.decide(observation)
+        if not (isfinite(decision.v) and isfinite(decision.omega)):
+            raise ValueError(f"the controller decided v = {decision.v}, omega = {decision.omega}")
         self._decided = np.array([decision.v, decision.omega])
         self._history.append(self._decided)
         return decision, self._history.in_force(tick)

@@ -1,5 +1,7 @@
 """What is on board of the robot: from readings to the command in force."""
 
+from math import inf, nan
+
 import numpy as np
 import pytest
 
@@ -92,3 +94,13 @@ def test_waypoints_are_made_for_one_after_another_and_the_last_is_never_dropped(
     beliefs = board.estimate((reading(scenario, 2.0, time=0.2),), beliefs)
     assert board.goal.tolist() == [2.0, 0.0]
     assert board.observe(2, beliefs).goal.tolist() == [2.0, 0.0]
+
+
+@pytest.mark.parametrize("command", [(nan, 0.0), (0.0, -inf)])
+def test_what_is_no_number_is_no_command(room, monkeypatch, command):
+    scenario = room()
+    board = navigator(scenario)
+    observation = board.observe(0, board.estimate((reading(scenario, 0.0),), None))
+    monkeypatch.setattr(board.controller, "decide", lambda observation: Decision(*command, Status.OK))
+    with pytest.raises(ValueError, match="the controller decided v = "):
+        board.decide(0, observation)

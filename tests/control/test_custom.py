@@ -1,0 +1,109 @@
+"""Controllers of one's own, by "package.module:Class"."""
+
+import pytest
+
+from mjnav.control import Decision, Status, make_controller
+from mjnav.errors import InvalidValue
+
+MODULE = """
+from dataclasses import dataclass
+
+from mjnav.control import Decision, Status
+from mjnav.control.base import GridController
+from mjnav.control.parameters import Parameters
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SlowParameters(Parameters):
+    speed: float = 0.1
+    extra: list[str] | None = None
+
+
+class Slow:
+    parameters_type = SlowParameters
+
+    def __init__(self, robot_limits, period, parameters):
+        self.parameters = parameters
+
+    def decide(self, observation):
+        return Decision(self.parameters.speed, 0.0, Status.OK)
+
+    def closest_cone(self, observation, decision):
+        return None
+
+
+class Half:
+    parameters_type = Parameters
+
+    def decide(self, observation): ...
+
+
+class Lone(Slow):
+    def __init__(self): ...
+
+
+class Untyped(Slow):
+    parameters_type = dict
+
+
+class Unfinished(GridController): ...
+
+
+def function(): ...
+"""
+
+
+@pytest.fixture
+def own(tmp_path, monkeypatch):
+    (tmp_path / "own_package").mkdir()
+    (tmp_path / "own_package" / "__init__.py").write_text("")
+    (tmp_path / "own_package" / "own.py").write_text(MODULE)
+    (tmp_path / "own_broken.py").write_text("1 / 0")
+    monkeypatch.syspath_prepend(tmp_path)
+
+
+@pytest.mark.usefixtures("own")
+def test_a_class_below_the_protocol_alone_works_with_its_parameters(limits, observe):
+    controller = make_controller("own_package.own:Slow", limits, 0.1, speed=0.25, samples=7, extra=["a"])
+    assert controller.decide(observe(0)) == Decision(0.25, 0.0, Status.OK)
+    assert (controller.parameters.samples, controller.parameters.extra) == (7, ["a"])
+    assert controller.parameters.turn_change_weight == pytest.approx(0.01)
+
+
+def test_a_shipped_class_by_its_place_decides_what_it_does_by_its_name(limits, observe):
+    by_place = make_controller("mjnav.control.mean:Mean", limits, 0.1).decide(observe(3))
+    by_name = make_controller("mean", limits, 0.1).decide(observe(3))
+    assert (by_place.v, by_place.omega) == (by_name.v, by_name.omega)
+
+
+@pytest.mark.usefixtures("own")
+@pytest.mark.parametrize(
+    ("name", "message"),
+    [
+        ("own_pakage:Slow", "found 'own_pakage:Slow'; allowed: a module that can be imported (ModuleNotFoundError"),
+        ("own_broken:Slow", "allowed: a module that can be imported (ZeroDivisionError: division by zero)"),
+        ("own_package.own:Slaw", "did you mean 'own_package.own:Slow'?"),
+        ("own_package.own:function", "which has closest_cone and decide"),
+        ("own_package.own:Half", "a controller, which has closest_cone"),
+        ("own_package.own:Unfinished", "a controller, which has evaluate"),
+        ("own_package.own:Untyped", "whose parameters_type is a dataclass below Parameters"),
+        ("own_package.own:Lone", "made as Class(robot_limits, period, parameters) (TypeError: "),
+        ("own_package.own:", "found 'own_package.own:'; allowed: package.module:Class, a controller"),
+        (":Slow", "allowed: package.module:Class, a controller"),
+        ("../own:Slow", "allowed: package.module:Class, a controller"),
+        ("a:b:c", "allowed: package.module:Class, a controller"),
+    ],
+)
+def test_what_is_no_controller_is_refused_with_what_it_lacks(limits, name, message):
+    with pytest.raises(InvalidValue) as raised:
+        make_controller(name, limits, 0.1)
+    assert raised.value.key == "method"
+    assert message in str(raised.value)
+
+
+@pytest.mark.usefixtures("own")
+def test_its_parameters_are_checked_like_all_others(limits):
+    with pytest.raises(InvalidValue, match="did you mean 'speed'"):
+        make_controller("own_package.own:Slow", limits, 0.1, sped=1.0)
+    with pytest.raises(InvalidValue, match="speed: found 'fast'; allowed: a number"):
+        make_controller("own_package.own:Slow", limits, 0.1, speed="fast")
