@@ -28,16 +28,22 @@ __all__ = [
 # name -> module:Class; the preset that it starts from where it has one; a line for `mjnav list`.
 REGISTRY: Mapping[str, str] = MappingProxyType(
     {
+        "cvar": "mjnav.control.cvar:Cvar",
         "mean": "mjnav.control.mean:Mean",
+        "mmd-dirac": "mjnav.control.mmd_dirac:MmdDirac",
         "rkhs": "mjnav.control.rkhs:Rkhs",
         "rkhs-paper": "mjnav.control.rkhs:Rkhs",
+        "saa": "mjnav.control.saa:Saa",
     }
 )
 DESCRIPTIONS: Mapping[str, str] = MappingProxyType(
     {
+        "cvar": "the mean of the worst share of samples must be safe (Rockafellar & Uryasev 2000; Yin et al. 2023)",
         "mean": "the constraints at the mean only (velocity obstacles, Fiorini & Shiller 1998)",
+        "mmd-dirac": "the distance of violations from none, Gaussian kernel (Gupta, Singh & Krishna 2022)",
         "rkhs": "matches constraint distributions with collision-free ones in an RKHS (Nair et al. 2021), tuned",
         "rkhs-paper": "the same, literally as published",
+        "saa": "at most a share of the samples may collide (sample average approximation; MMD-OPT 2024's baseline)",
     }
 )
 PRESETS: Mapping[str, str] = MappingProxyType({"rkhs-paper": "mjnav.control.rkhs:PAPER"})

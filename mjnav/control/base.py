@@ -145,12 +145,16 @@ def candidate_costs(problem: Problem, cone: Array, lane: Array, total: Array) ->
     return CandidateCosts(c.v, c.omega, problem.goal, columns, lane, total, problem.nominal)
 
 
-def sample_risk(problem: Problem, reduction: Callable[[Array], Array]) -> tuple[Array, Array]:
-    """The risk of blocks, (K, B), and lanes, (K, 2), where `reduction` takes samples (n, K) to risks (K,)."""
+def sample_risk(problem: Problem, reduction: Callable[[Array], Array], *, hinge: bool = False) -> tuple[Array, Array]:
+    """The risk of blocks, (K, B), and lanes, (K, 2), where `reduction` takes samples (n, K) to risks (K,).
+
+    With `hinge` it takes those of max(0, f), which are fewer to evaluate.
+    """
     c = problem.candidates
-    cone = problem.cone.reduce(c.v, c.omega, reduction)
+    cone = problem.cone.reduce(c.v, c.omega, reduction, hinge=hinge)
     lane = np.zeros((len(c.v), 2))
     if problem.observation.lanes is not None:
         for side, samples in enumerate(problem.lanes):
-            lane[:, side] = reduction(np.ascontiguousarray(samples.T))
+            samples = np.ascontiguousarray(samples.T)
+            lane[:, side] = reduction(np.maximum(samples, 0.0) if hinge else samples)
     return cone, lane

@@ -21,6 +21,12 @@ def at_least(key: str, value: float, low: float, *, above: bool = False) -> None
         raise InvalidValue(key, value, f"a number {'>' if above else '>='} {low:g}")
 
 
+def between(key: str, value: float, low: float, high: float) -> None:
+    """Refuses a value outside [low, high]; NaN is refused."""
+    if not low <= value <= high:
+        raise InvalidValue(key, value, f"a number from {low:g} to {high:g}")
+
+
 def finite(parameters: Any, *keys: str) -> None:
     """Refuses an infinite value of any of `keys`; a pair's too."""
     for key in keys:

@@ -9,8 +9,8 @@ where `normalise` says so, and none counts as safer than the clip. The innermost
 of samples is then a handful of constants, and even an obstacle with one sample fills the vector units.
 """
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -285,16 +285,25 @@ class SampleCone:
         _samples(out, block, *self._arguments(v, omega))
         return out
 
-    def reduce(self, v: Array, omega: Array, reduction: Callable[[Array], Array]) -> Array:
-        """(K, B): what `reduction` makes of each block's samples (n, K). Blocks out of reach are looked at once."""
-        out = np.empty((v.size, self.blocks.column.size))
+    def each(self, v: Array, omega: Array, *, hinge: bool = False) -> Iterator[Array]:
+        """f of one block after another, (n, K), in memory that the next overwrites; (n, 1) for one out of reach.
+
+        With `hinge` max(0, f), which is less to evaluate.
+        """
         sizes = np.diff(self.blocks.start)
         samples = np.empty((int(sizes.max(initial=0)), v.size))
-        arguments = self._arguments(v, omega)
+        cone = replace(self, rule=replace(self.rule, floor=max(self.rule.floor, 0.0))) if hinge else self
+        arguments = cone._arguments(v, omega)
         for block, size in enumerate(sizes.tolist()):
             num_far = _samples(samples[:size], block, *arguments)
             # Where all samples are alike, one candidate stands for all.
-            out[:, block] = reduction(samples[:size] if num_far < size else samples[:size, :1].copy())
+            yield samples[:size] if num_far < size else samples[:size, :1].copy()
+
+    def reduce(self, v: Array, omega: Array, reduction: Callable[[Array], Array], *, hinge: bool = False) -> Array:
+        """(K, B): what `reduction` makes of each block's samples (n, K), which `each` gives."""
+        out = np.empty((v.size, self.blocks.column.size))
+        for block, samples in enumerate(self.each(v, omega, hinge=hinge)):
+            out[:, block] = reduction(samples)
         return out
 
     def add_safe(

@@ -1,10 +1,12 @@
 """Random observations: a robot near the origin among discs, walls and lanes, every belief skewed."""
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
+from mjnav.constraints import collision_cone, lane_distance, wall_clearance
 from mjnav.messages import Lanes, Observation, ObstacleSamples
 
 
@@ -80,5 +82,65 @@ def alone() -> Callable[..., Observation]:
             goal=np.array(goal, float),
             **fields,
         )
+
+    return build
+
+
+@pytest.fixture(scope="session")
+def constraint_samples() -> Callable[..., tuple[dict[int, np.ndarray], list[np.ndarray]]]:
+    """constraint_samples(controller, observation) -> f by the columns in reach, and of both lanes: (K, n) each."""
+
+    def build(controller, observation):
+        o, p, radius = observation, controller.parameters, controller.limits.radius
+        problem = controller.problem(o)
+        omega, v = problem.candidates.omega[:, None], problem.candidates.v[:, None]
+        heading = o.robot_pose[:, 2] + (omega + o.control_noise[:, 1]) * p.preview  # (K, N)
+        direction = np.stack([np.cos(heading), np.sin(heading)], axis=-1)
+        velocity = (v + o.control_noise[:, 0])[..., None] * direction  # (K, N, 2)
+        position = o.robot_pose[:, :2]
+        columns, lanes = {}, []
+        for j in problem.reach.discs:
+            disc, combined = o.obstacles[j], radius + o.obstacles[j].radius + p.safety_margin
+            f = collision_cone(
+                position[:, None] - disc.position,
+                velocity[:, :, None] - disc.velocity,
+                combined,
+                form=p.form,
+                horizon=p.horizon,
+            ).reshape(len(v), -1)
+            columns[j] = f / combined**2 if p.normalise else f
+        for w in problem.reach.walls:
+            combined = radius + p.safety_margin
+            f = wall_clearance(position, velocity, *o.walls[w], combined, p.wall_horizon)
+            columns[len(o.obstacles) + w] = f / combined**2 if p.normalise else f
+        if o.lanes is not None:
+            after = position + velocity * p.lane_horizon
+            lanes = [
+                lane_distance(after, o.lanes.left) + o.lanes.left_offset + radius,
+                -lane_distance(after, o.lanes.right) - o.lanes.right_offset + radius,
+            ]
+            lanes = [d / radius if p.normalise else d for d in lanes]
+        return {j: np.maximum(f, -p.clip) for j, f in columns.items()}, [np.maximum(d, -p.clip) for d in lanes]
+
+    return build
+
+
+@pytest.fixture(scope="session")
+def certain() -> Callable[..., Observation]:
+    """certain(observation) -> the same, where every sample is the first one."""
+
+    def build(observation):
+        o, n = observation, len(observation.robot_pose)
+        obstacles = tuple(
+            replace(d, position=np.tile(d.position[0], (m, 1)), velocity=np.tile(d.velocity[0], (m, 1)))
+            for d, m in ((d, len(d.position)) for d in o.obstacles)
+        )
+        lanes = o.lanes and replace(
+            o.lanes,
+            left_offset=np.full(n, o.lanes.left_offset[0]),
+            right_offset=np.full(n, o.lanes.right_offset[0]),
+        )
+        pose, noise = np.tile(o.robot_pose[0], (n, 1)), np.tile(o.control_noise[0], (n, 1))
+        return replace(o, robot_pose=pose, control_noise=noise, obstacles=obstacles, lanes=lanes)
 
     return build
