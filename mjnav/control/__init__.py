@@ -29,6 +29,7 @@ __all__ = [
 REGISTRY: Mapping[str, str] = MappingProxyType(
     {
         "cvar": "mjnav.control.cvar:Cvar",
+        "kld": "mjnav.control.kld:Kld",
         "mean": "mjnav.control.mean:Mean",
         "mmd-dirac": "mjnav.control.mmd_dirac:MmdDirac",
         "rkhs": "mjnav.control.rkhs:Rkhs",
@@ -39,6 +40,7 @@ REGISTRY: Mapping[str, str] = MappingProxyType(
 DESCRIPTIONS: Mapping[str, str] = MappingProxyType(
     {
         "cvar": "the mean of the worst share of samples must be safe (Rockafellar & Uryasev 2000; Yin et al. 2023)",
+        "kld": "matches Gaussian mixtures of the constraints with collision-free ones by KL divergence (PVO 2020)",
         "mean": "the constraints at the mean only (velocity obstacles, Fiorini & Shiller 1998)",
         "mmd-dirac": "the distance of violations from none, Gaussian kernel (Gupta, Singh & Krishna 2022)",
         "rkhs": "matches constraint distributions with collision-free ones in an RKHS (Nair et al. 2021), tuned",

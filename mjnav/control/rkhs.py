@@ -17,9 +17,8 @@ from typing import ClassVar
 
 import numpy as np
 
-from mjnav.control.base import WeightedController
-from mjnav.control.desired import Desired
-from mjnav.control.parameters import Parameters, WeightedParameters, at_least, finite
+from mjnav.control.matching import MatchingController, MatchingParameters
+from mjnav.control.parameters import Parameters
 from mjnav.control.problem import Problem
 from mjnav.messages import Array
 from mjnav.rkhs.kernels import PolynomialKernel
@@ -27,21 +26,16 @@ from mjnav.rkhs.moments import moment_distance, raw_moments
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class RkhsParameters(WeightedParameters):
-    """The kernel (scale x y + offset)^degree and the desired set."""
+class RkhsParameters(MatchingParameters):
+    """The kernel (scale x y + offset)^degree."""
 
     degree: int = 1
     scale: float = 1.0
     offset: float = 1.0
-    desired_min: int = 25  # fewer safe samples than this are topped up
-    ball: float = 0.15  # [m] epsilon, the ball's radius
 
     def __post_init__(self):
-        WeightedParameters.__post_init__(self)
+        MatchingParameters.__post_init__(self)
         PolynomialKernel(self.degree, self.scale, self.offset)
-        for key in ("desired_min", "ball"):
-            at_least(key, getattr(self, key), 0.0)
-        finite(self, "ball")
 
     @property
     def kernel(self) -> PolynomialKernel:
@@ -69,18 +63,17 @@ PAPER = MappingProxyType(
 )
 
 
-class Rkhs(WeightedController[RkhsParameters]):
+class Rkhs(MatchingController[RkhsParameters]):
     """The candidate whose constraint distributions match collision-free ones best, against its goal cost."""
 
     parameters_type: ClassVar[type[Parameters]] = RkhsParameters
-    _wanted: Desired | None = None
 
     def risk(self, problem: Problem) -> tuple[Array, Array]:
         """MMD^2 of every constraint."""
         p, c = self.parameters, problem.candidates
         # Both moments of order 0 are 1, so that term vanishes.
         coefficients = p.kernel.coefficients[1:]
-        wanted = self._desired(problem)
+        wanted = self.desired(problem)
         desired, sizes = wanted.cone_moments(p.degree)
         # Where nothing is safe, max(0, f) is matched with 0.
         moments = problem.cone.moments(c.v, c.omega, p.degree, sizes == 0)
@@ -94,13 +87,3 @@ class Rkhs(WeightedController[RkhsParameters]):
                 samples = samples if len(safe) else np.maximum(samples, 0.0)
                 lane[:, side] = moment_distance(raw_moments(samples, p.degree)[:, 1:], target, coefficients)
         return cone, lane
-
-    def desired_cone(self, problem: Problem, block: int) -> Array:
-        """F^des of one disc or wall."""
-        return self._desired(problem).cone(block)
-
-    def _desired(self, problem: Problem) -> Desired:
-        """The desired sets of a problem; asked for the same one again, the same sets."""
-        if self._wanted is None or self._wanted.problem is not problem:
-            self._wanted = Desired(problem, self.parameters.desired_min, self.parameters.ball)
-        return self._wanted
