@@ -29,6 +29,8 @@ __all__ = [
 REGISTRY: Mapping[str, str] = MappingProxyType(
     {
         "cvar": "mjnav.control.cvar:Cvar",
+        "gaussian-linearised": "mjnav.control.gaussian_linearised:GaussianLinearised",
+        "gaussian-moments": "mjnav.control.gaussian_moments:GaussianMoments",
         "kld": "mjnav.control.kld:Kld",
         "mean": "mjnav.control.mean:Mean",
         "mmd-dirac": "mjnav.control.mmd_dirac:MmdDirac",
@@ -40,6 +42,8 @@ REGISTRY: Mapping[str, str] = MappingProxyType(
 DESCRIPTIONS: Mapping[str, str] = MappingProxyType(
     {
         "cvar": "the mean of the worst share of samples must be safe (Rockafellar & Uryasev 2000; Yin et al. 2023)",
+        "gaussian-linearised": "chance constraints, linearised about Gaussian means (Zhu & Alonso-Mora 2019)",
+        "gaussian-moments": "mean(f) + k std(f) <= 0 under Gaussian beliefs (Gopalakrishnan et al. 2015; PRVO 2017)",
         "kld": "matches Gaussian mixtures of the constraints with collision-free ones by KL divergence (PVO 2020)",
         "mean": "the constraints at the mean only (velocity obstacles, Fiorini & Shiller 1998)",
         "mmd-dirac": "the distance of violations from none, Gaussian kernel (Gupta, Singh & Krishna 2022)",

@@ -1,0 +1,291 @@
+"""The linearised chance constraints against the equation written down a second time, and what must be true of them."""
+
+from dataclasses import replace
+from itertools import pairwise
+from math import atan2, cos, hypot, inf, pi, sin, sqrt
+
+import numpy as np
+import pytest
+from scipy.special import erfinv
+from scipy.stats import norm
+
+from mjnav.control import Status, make_controller
+from mjnav.errors import InvalidValue
+from mjnav.messages import ObstacleSamples, RobotLimits
+
+NAME = "gaussian-linearised"
+LIMITS = RobotLimits(max_speed=1.1, min_speed=-0.2, max_turn_rate=1.4, max_acceleration=1.5, max_turn_acceleration=4.0)
+SMALL = {"num_v": 4, "num_omega": 5}
+
+
+def mean(values):
+    return sum(values) / len(values)
+
+
+class Literal:
+    """The risk of one candidate u, one constraint at a time; every variance is that of the samples' departures."""
+
+    def __init__(self, o, p, u):
+        self.o, self.p = o, p
+        heading = atan2(mean([sin(h) for h in o.robot_pose[:, 2]]), mean([cos(h) for h in o.robot_pose[:, 2]]))
+        dv, domega = o.control_noise.T
+        self.x, self.y = mean(o.robot_pose[:, 0]), mean(o.robot_pose[:, 1])
+        angle = heading + (u[1] + mean(domega)) * p.preview
+        self.e, self.speed = (cos(angle), sin(angle)), u[0] + mean(dv)
+        self.q = (self.speed * self.e[0], self.speed * self.e[1])
+        self.departures = []  # of each sample: in position, and in velocity to first order
+        for (x, y, theta), v, w in zip(o.robot_pose, dv, domega, strict=True):
+            turn = atan2(sin(theta - heading), cos(theta - heading)) + w * p.preview
+            turn -= mean([atan2(sin(t - heading), cos(t - heading)) for t in o.robot_pose[:, 2]])
+            turn -= mean(domega) * p.preview
+            faster = v - mean(dv)
+            velocity = (
+                self.e[0] * faster - self.speed * self.e[1] * turn,
+                self.e[1] * faster + self.speed * self.e[0] * turn,
+            )
+            self.departures.append((x - self.x, y - self.y, *velocity))
+
+    @staticmethod
+    def variance(departures, a, t):
+        """Of a . (position + t velocity)."""
+        return mean([(a[0] * (x + t * vx) + a[1] * (y + t * vy)) ** 2 for x, y, vx, vy in departures])
+
+    def probability(self, excess, variance):
+        """That excess + noise > 0; the published inequality says the same."""
+        std = sqrt(variance)
+        probability = norm.cdf(excess / std)
+        allowed = -excess >= erfinv(1.0 - 2.0 * self.p.delta) * sqrt(2.0) * std
+        assert allowed == (probability <= self.p.delta)
+        return probability
+
+    def collides(self, radius, d, t, others=()):
+        distance = hypot(*d)
+        a = (d[0] / distance, d[1] / distance)
+        variance = self.variance(self.departures, a, t) + (self.variance(others, a, t) if others else 0.0)
+        return self.probability(radius - distance, variance)
+
+    def disc(self, disc):
+        (ox, oy), (ovx, ovy) = disc.position.mean(axis=0), disc.velocity.mean(axis=0)
+        rx, ry, qx, qy = self.x - ox, self.y - oy, self.q[0] - ovx, self.q[1] - ovy
+        t = min(max(-(rx * qx + ry * qy) / (qx * qx + qy * qy), 0.0), self.p.horizon)
+        others = [
+            (x - ox, y - oy, vx - ovx, vy - ovy) for (x, y), (vx, vy) in zip(disc.position, disc.velocity, strict=True)
+        ]
+        radius = LIMITS.radius + disc.radius + self.p.safety_margin
+        return self.collides(radius, (rx + t * qx, ry + t * qy), t, others)
+
+    def wall(self, ends):
+        """Where path and wall do not cross; at the ends of the path, and where it is nearest to the wall's ends."""
+        (ax, ay), (bx, by) = ends.tolist()
+        wx, wy, horizon, qq = bx - ax, by - ay, self.p.wall_horizon, self.q[0] ** 2 + self.q[1] ** 2
+        times = [0.0, horizon]
+        for ex, ey in ends.tolist():
+            t = ((ex - self.x) * self.q[0] + (ey - self.y) * self.q[1]) / qq
+            times.append(min(max(t, 0.0), horizon))
+        risks = []
+        for t in times:
+            x, y = self.x + t * self.q[0], self.y + t * self.q[1]
+            share = min(max(((x - ax) * wx + (y - ay) * wy) / (wx * wx + wy * wy), 0.0), 1.0)
+            risks.append(
+                self.collides(LIMITS.radius + self.p.safety_margin, (x - ax - share * wx, y - ay - share * wy), t)
+            )
+        return max(risks)
+
+    def crossed(self, ends):
+        """The share of the path at which it crosses the wall, or None."""
+        (ax, ay), (bx, by) = ends.tolist()
+        matrix = np.array([[self.q[0] * self.p.wall_horizon, ax - bx], [self.q[1] * self.p.wall_horizon, ay - by]])
+        path, wall = np.linalg.solve(matrix, [ax - self.x, ay - self.y])
+        return path if 0.0 < path < 1.0 and 0.0 < wall < 1.0 else None
+
+    def wall_crossed(self, ends, path):
+        t, (wx, wy), radius = path * self.p.wall_horizon, ends[1] - ends[0], LIMITS.radius + self.p.safety_margin
+        normal = (-wy / hypot(wx, wy), wx / hypot(wx, wy))
+        return max(self.wall(ends), self.probability(radius, self.variance(self.departures, normal, t)))
+
+    def lane(self, side):
+        lanes, t, margin = self.o.lanes, self.p.lane_horizon, LIMITS.radius
+        (a, b, c), offsets = ((lanes.left, lanes.left_offset), (lanes.right, lanes.right_offset))[side]
+        norm_ = sqrt(a * a + b * b)
+        d = (a * (self.x + t * self.q[0]) + b * (self.y + t * self.q[1]) + c) / norm_ + mean(offsets)
+        variance = self.variance(self.departures, (a / norm_, b / norm_), t)
+        variance += mean([(o - mean(offsets)) ** 2 for o in offsets])
+        return self.probability(d + margin if side == 0 else -(d - margin), variance)
+
+
+@pytest.fixture
+def blocked(observe):
+    """blocked(seed) -> a random observation with one wall more, right before the robot."""
+
+    def build(seed):
+        o = observe(seed, spread=0.2, num_samples=7)
+        x, y, heading = o.robot_pose.mean(axis=0)
+        ahead = np.array([x + 0.5 * cos(heading), y + 0.5 * sin(heading)])
+        half = np.array([cos(heading + 1.0), sin(heading + 1.0)])
+        return replace(o, walls=np.concatenate([o.walls, [[ahead - half, ahead + half]]]))
+
+    return build
+
+
+@pytest.mark.parametrize("delta", [0.001, 0.05, 0.5])
+@pytest.mark.parametrize("normalise", [True, False])
+@pytest.mark.parametrize("seed", range(6))
+def test_the_risk_is_the_one_written_down(blocked, seed, normalise, delta):
+    o = blocked(seed)
+    controller = make_controller(
+        NAME, LIMITS, 0.2, **SMALL, delta=delta, normalise=normalise, horizon=1.0 + seed, window="bounds"
+    )
+    costs = controller.decide(o).costs
+    for k, u in enumerate(zip(costs.v, costs.omega, strict=True)):
+        literal = Literal(o, controller.parameters, u)
+        for j, disc in enumerate(o.obstacles):
+            assert costs.cone[k, j] == pytest.approx(literal.disc(disc), rel=1e-9, abs=1e-12)
+        for j, ends in enumerate(o.walls, start=len(o.obstacles)):
+            crossed = literal.crossed(ends)
+            expected = literal.wall(ends) if crossed is None else literal.wall_crossed(ends, crossed)
+            if costs.cone[:, j].any():  # else out of reach
+                assert costs.cone[k, j] == pytest.approx(expected, rel=1e-9, abs=1e-12)
+        for side in (0, 1):
+            assert costs.lane[k, side] == pytest.approx(literal.lane(side), rel=1e-9, abs=1e-12)
+
+
+def test_the_observations_above_hold_walls_that_are_crossed_and_walls_that_are_not(blocked):
+    seen = []
+    for seed in range(6):
+        controller = make_controller(NAME, LIMITS, 0.2, **SMALL, window="bounds")
+        o = blocked(seed)
+        costs = controller.decide(o).costs
+        for j, ends in enumerate(o.walls, start=len(o.obstacles)):
+            if costs.cone[:, j].any():
+                literals = [Literal(o, controller.parameters, u) for u in zip(costs.v, costs.omega, strict=True)]
+                seen += [literal.crossed(ends) is not None for literal in literals]
+    assert seen.count(True) >= 10
+    assert seen.count(False) >= 10
+
+
+def test_the_risk_is_the_share_that_collides_where_the_spread_is_small(observe):
+    """The half-plane is the disc's own edge then."""
+    rng = np.random.default_rng(0)
+    checked, n = 0, 20_000
+    for seed in range(12):
+        o = observe(seed, num_samples=1, most=1, num_obstacles=1, num_walls=0, lanes=False)
+        spread = 0.004 * rng.normal(size=(4, 4))
+        disc = o.obstacles[0]
+        state = np.concatenate([disc.position, disc.velocity], axis=1) + rng.normal(size=(n, 4)) @ spread
+        o = replace(o, obstacles=(ObstacleSamples(state[:, :2], state[:, 2:], disc.radius),))
+        risk = make_controller(NAME, LIMITS, 0.2, horizon=3.0).decide(o).costs.cone[:, 0]
+        problem = make_controller("mean", LIMITS, 0.2, horizon=3.0, clip=inf).problem(o)
+        near = np.flatnonzero((risk > 0.02) & (risk < 0.98))[:5]
+        if not len(near):
+            continue
+        samples = problem.cone.samples(0, problem.candidates.v[near], problem.candidates.omega[near])
+        assert (samples > 0.0).mean(axis=0) == pytest.approx(risk[near], abs=0.02)
+        checked += len(near)
+    assert checked >= 10
+
+
+def test_what_a_smaller_delta_allows_a_larger_one_allows(observe):
+    fewer = 0
+    for seed in range(10):
+        o = observe(seed, spread=0.2)
+        allowed = []
+        for delta in (0.01, 0.1, 0.4):
+            costs = make_controller(NAME, LIMITS, 0.2, **SMALL, delta=delta).decide(o).costs
+            allowed.append((costs.cone <= delta).all(axis=1) & (costs.lane <= delta).all(axis=1))
+        for small, large in pairwise(allowed):
+            assert (large | ~small).all()
+            fewer += (large & ~small).any()
+    assert fewer >= 5
+
+
+@pytest.mark.parametrize("delta", [1e-6, 0.05, 0.5])
+def test_without_noise_it_decides_as_the_mean_does(observe, delta):
+    agreed = 0
+    for seed in range(60):
+        o = observe(seed, num_samples=1, most=1, num_walls=seed % 3)
+        decision = make_controller(NAME, LIMITS, 0.2, delta=delta).decide(o)
+        nominal = make_controller("mean", LIMITS, 0.2).decide(o)
+        assert (decision.status == Status.INFEASIBLE) == (nominal.status == Status.INFEASIBLE_NOMINAL)
+        if decision.status != Status.INFEASIBLE:
+            assert (decision.v, decision.omega) == (nominal.v, nominal.omega)
+            agreed += 1
+    assert agreed >= 20
+
+
+def test_at_delta_one_half_it_allows_what_the_mean_allows(observe):
+    for seed in range(20):
+        o = observe(seed, spread=0.3, num_samples=9)
+        controller = make_controller(NAME, LIMITS, 0.2, delta=0.5)
+        costs = controller.decide(o).costs
+        allowed = (costs.cone <= 0.5).all(axis=1) & (costs.lane <= 0.5).all(axis=1)
+        assert (allowed == (controller.problem(o).violation == 0.0)).all()
+
+
+def test_infeasible_is_reported_and_the_least_excess_taken_where_no_candidate_is_allowed(observe):
+    seen = set()
+    for seed in range(40):
+        o = observe(seed, spread=0.1, near=0.5, far=5.0, num_walls=seed % 2)
+        controller = make_controller(NAME, LIMITS, 0.2, **SMALL)
+        decision = controller.decide(o)
+        costs, delta = decision.costs, controller.parameters.delta
+        excess = np.maximum(costs.cone - delta, 0.0).sum(axis=1) + np.maximum(costs.lane - delta, 0.0).sum(axis=1)
+        best = int(np.argmin(costs.total))
+        assert (decision.status == Status.INFEASIBLE) == (excess.min() > 0.0)
+        assert excess[best] == pytest.approx(excess.min(), rel=1e-8)
+        assert costs.goal[best] == costs.goal[excess <= excess.min() * (1.0 + 1e-10)].min()
+        seen.add(decision.status)
+    assert {Status.INFEASIBLE, Status.OK} <= seen
+
+
+@pytest.mark.parametrize("heading", [0.0, 1.0, -2.5])
+@pytest.mark.parametrize("speed", [0.0, 0.5])
+def test_where_the_means_meet_it_is_the_spread_across_the_way_that_counts(alone, heading, speed):
+    """Relative to the robot the disc lies still on its centre, or comes straight at it."""
+    e = np.array([cos(heading), sin(heading)])
+    across = np.array([-e[1], e[0]])
+    position = 2.0 * speed * e + 0.4 * np.array([[1.0], [-1.0]]) * across
+    disc = ObstacleSamples(position, np.zeros((2, 2)), 0.3)
+    o = alone(heading=heading, twist=(speed, 0.0), obstacles=(disc,))
+    controller = make_controller(NAME, LIMITS, 0.2)
+    costs = controller.decide(o).costs
+    keep = int(np.flatnonzero((costs.v == speed) & (costs.omega == 0.0))[0])
+    radius = 0.22 + 0.3 + 0.05
+    assert costs.cone[keep, 0] == pytest.approx(norm.cdf(radius / 0.4), abs=1e-9)
+
+
+def test_a_path_along_a_wall_is_as_uncertain_as_its_end(alone):
+    """Heading noise of 0.1 rad, 2 s at 0.5 m/s: 0.1 m."""
+    o = alone(walls=np.array([[[-9.0, 0.4], [9.0, 0.4]]]), num_samples=2)
+    o = replace(o, robot_pose=np.array([[0.0, 0.0, 0.1], [0.0, 0.0, -0.1]]))
+    costs = make_controller(NAME, LIMITS, 0.2, wall_horizon=2.0).decide(o).costs
+    keep = int(np.flatnonzero((costs.v == 0.5) & (costs.omega == 0.0))[0])
+    assert costs.cone[keep, 0] == pytest.approx(norm.cdf((0.27 - 0.4) / 0.1))
+
+
+def test_a_wall_that_is_a_point_and_a_horizon_without_end_give_numbers(alone):
+    point = np.array([[[1.0, 0.0], [1.0, 0.0]]])
+    disc = ObstacleSamples(np.array([[2.0, 0.0], [2.1, 0.1]]), np.zeros((2, 2)), 0.3)
+    for twist in ((0.0, 0.0), (0.5, 0.0)):
+        costs = (
+            make_controller(NAME, LIMITS, 0.2, horizon=inf)
+            .decide(alone(twist=twist, walls=point, obstacles=(disc,)))
+            .costs
+        )
+        assert np.isfinite(costs.cone).all()
+
+
+def test_the_heading_may_lie_on_either_side_of_pi(alone):
+    disc = ObstacleSamples(np.array([[-2.0, 0.3]]), np.zeros((1, 2)), 0.3)
+    o = alone(heading=pi, goal=(-5.0, 0.0), num_samples=4, obstacles=(disc,))
+    spread = np.array([0.1, -0.1, 0.05, -0.05])
+    apart, wrapped = o.robot_pose.copy(), o.robot_pose.copy()
+    apart[:, 2] = pi + spread
+    wrapped[:, 2] = np.where(spread > 0.0, spread - pi, pi + spread)
+    a, b = (make_controller(NAME, LIMITS, 0.2).decide(replace(o, robot_pose=pose)).costs for pose in (apart, wrapped))
+    assert a.cone == pytest.approx(b.cone, abs=1e-12)
+
+
+@pytest.mark.parametrize("delta", [0.0, -0.1, 0.51, float("nan"), inf])
+def test_a_delta_that_is_none_is_refused(delta):
+    with pytest.raises(InvalidValue, match=r"delta: found .*; allowed: a number > 0 and <= 0.5"):
+        make_controller(NAME, LIMITS, 0.2, delta=delta)
