@@ -24,7 +24,7 @@ from mjnav.control.parameters import Parameters, between
 from mjnav.control.problem import Problem
 from mjnav.messages import Array
 
-HALVINGS, FEW = 12, 8  # see _mean_of_largest; these decide its speed, not its result
+HALVINGS, FEW = 12, 8  # see _value_at_risk; they decide its speed, not its result
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -54,16 +54,15 @@ def conditional_value_at_risk(samples: Array, eta: float) -> Array:
     # Of less than one sample the mean is that sample.
     tail = max(1.0, (1.0 - eta) * len(samples))
     keep = min(ceil(tail), len(samples))
-    _mean_of_largest(out, samples, tail, keep, np.empty(len(samples)), np.empty(len(samples)))
+    _conditional_value_at_risk(out, samples, tail, keep, np.empty(len(samples)), np.empty(len(samples)))
     return out
 
 
 @kernel
-def _mean_of_largest(out, samples, tail, keep, column, between):
-    """Mean of the `tail` largest samples (n, K) into `out` (K,): `keep` of them, the least of these in part.
+def _conditional_value_at_risk(out, samples, tail, keep, column, scratch):
+    """t + sum_i max(0, f_i - t) / tail of samples (n, K) into `out` (K,), where t is the `keep`-th largest.
 
-    Counting is many times faster than ordering: the range that holds the least of them is halved until few samples are
-    left between its ends, and only those are ordered.
+    That t is where the minimum over t is.
     """
     num = samples.shape[0]
     for k in range(out.size):
@@ -72,30 +71,48 @@ def _mean_of_largest(out, samples, tail, keep, column, between):
             f = samples[i, k]
             column[i] = f
             low, high = min(low, f), max(high, f)
-        # More than `low` are at least `keep`, num_low; more than `high` are fewer, num_high.
-        low, num_low, num_high = low - 1.0, num, 0
-        for _ in range(HALVINGS):
-            if num_low - num_high <= FEW:
-                break
-            middle = 0.5 * (low + high)
-            count = 0
-            for i in range(num):
-                count += column[i] > middle
-            if count >= keep:
-                low, num_low = middle, count
-            else:
-                high, num_high = middle, count
-        total, count = 0.0, 0
+        t = _value_at_risk(column, keep, low, high, scratch)
+        excess = 0.0
         for i in range(num):
-            f = column[i]
-            total += f if f > high else 0.0
-            between[count] = f
-            count += (f > low) & (f <= high)
-        rest = keep - num_high
-        _largest_first(between, count, rest)
-        for i in range(rest):
-            total += between[i]
-        out[k] = (total - (keep - tail) * between[rest - 1]) / tail
+            excess += max(0.0, column[i] - t)
+        out[k] = t + excess / tail
+
+
+@kernel
+def _value_at_risk(column, keep, low, high, scratch):
+    """The `keep`-th largest of values from `low` to `high`; `scratch` has room for them all.
+
+    Counting is many times faster than ordering: the range that holds the wanted value is halved until few values are
+    left in it, and only those are ordered.
+    """
+    # Above `low` there are at least `keep`, num_low; above `high` fewer, num_high.
+    num_low, num_high = _count_above(column, low), 0
+    if num_low < keep:
+        return low
+    for _ in range(HALVINGS):
+        if num_low - num_high <= FEW:
+            break
+        middle = 0.5 * (low + high)
+        count = _count_above(column, middle)
+        if count >= keep:
+            low, num_low = middle, count
+        else:
+            high, num_high = middle, count
+    count = 0
+    for i in range(column.size):
+        scratch[count] = column[i]
+        count += (column[i] > low) & (column[i] <= high)
+    rest = keep - num_high
+    _largest_first(scratch, count, rest)
+    return scratch[rest - 1]
+
+
+@kernel
+def _count_above(values, threshold):
+    count = 0
+    for i in range(values.size):
+        count += values[i] > threshold
+    return count
 
 
 @kernel
