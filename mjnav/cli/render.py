@@ -1,10 +1,10 @@
 """`mjnav render LOG -o OUT.png`: a picture of the scene at one moment of a run, with the way that the robot came."""
 
 import argparse
-from pathlib import Path
 
 import numpy as np
 
+from mjnav.cli.output import output_path
 from mjnav.errors import InputError, InvalidValue
 from mjnav.messages import Trajectory, WorldState
 
@@ -20,11 +20,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 def execute(arguments: argparse.Namespace) -> int:
     """Draws the picture off screen."""
-    output = Path(arguments.output)
-    if output.suffix.lower() != ".png":
-        raise InvalidValue("--output", arguments.output, "a file name that ends in .png")
-    if not output.absolute().parent.is_dir():
-        raise InputError(f"{output}: there is no folder {output.absolute().parent}")
+    output = output_path("--output", arguments.output, ".png")
 
     from PIL import Image
 

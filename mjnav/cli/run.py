@@ -5,24 +5,19 @@ import json
 import signal
 import sys
 import threading
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from typing import Any
 
+from mjnav.cli import scene_options
 from mjnav.cli.main import INTERRUPTED
+from mjnav.cli.waiting import compile_notice, progress
 from mjnav.loop.prepare import load_scenario
-
-COMPILE_NOTICE = 2.0  # [s] of silence before we say what takes so long
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
     """The command's options."""
-    parser.add_argument("scene", metavar="SCENE", help="a shipped scene's name, or the path of a run file")
-    parser.add_argument("--seed", type=int, metavar="N", help="in place of the run file's seed")
-    parser.add_argument("--controller", metavar="NAME", help="in place of the run file's, with its default parameters")
-    parser.add_argument(
-        "--set", action="append", default=[], dest="overrides", metavar="KEY=VALUE", help="any key: people.0.radius=0.4"
-    )
+    scene_options.configure(parser)
     parser.add_argument("--real-time", action="store_true", help="pace the loop to the wall clock")
     log = parser.add_mutually_exclusive_group()
     log.add_argument("--log", metavar="PATH", help="where the log goes; runs/out/ by default")
@@ -36,15 +31,15 @@ def execute(arguments: argparse.Namespace) -> int:
     from mjnav.loop.episode import warm_up
     from mjnav.loop.run import run
 
-    with _notice():
+    with compile_notice():
         warm_up(scenario)
-    with _interruptible() as interrupted, _progress(scenario.name, scenario.time_limit) as progress:
+    with _interruptible() as interrupted, progress(scenario.name, scenario.time_limit) as show:
         result = run(
             scenario,
             real_time=arguments.real_time,
             log=None if arguments.no_log else True if arguments.log is None else arguments.log,
             stop=interrupted.is_set,
-            progress=progress,
+            progress=show,
         )
     if arguments.json:
         print(json.dumps(result.summary))
@@ -109,31 +104,3 @@ def _interruptible() -> Iterator[threading.Event]:
     finally:
         for number, handler in before.items():
             signal.signal(number, handler)
-
-
-@contextmanager
-def _progress(name: str, time_limit: float) -> Iterator[Callable[[float], None]]:
-    """Shows simulated time against the limit, on standard error and on a terminal only."""
-    if not sys.stderr.isatty():
-        yield lambda time: None
-        return
-    from rich.console import Console
-    from rich.progress import BarColumn, Progress, TextColumn
-
-    columns = (TextColumn("{task.description}"), BarColumn(), TextColumn("{task.completed:.1f} of {task.total:.0f} s"))
-    with Progress(*columns, console=Console(stderr=True), refresh_per_second=5, transient=True) as bar:
-        task = bar.add_task(name, total=time_limit)
-        yield lambda time: bar.update(task, completed=time)
-
-
-@contextmanager
-def _notice() -> Iterator[None]:
-    """Says on standard error that kernels are being compiled, if it takes long enough to wonder."""
-    text = "mjnav: compiling for this machine; later runs start at once"
-    timer = threading.Timer(COMPILE_NOTICE, print, (text,), {"file": sys.stderr})
-    timer.daemon = True
-    timer.start()
-    try:
-        yield
-    finally:
-        timer.cancel()

@@ -116,13 +116,17 @@ class Problem:
     @cached_property
     def nominal(self) -> int:
         """The cheapest candidate that meets every constraint at the mean; where none does, the least violation."""
-        return cheapest(self.goal, self.violation)
+        return self.cheapest(self.goal, self.violation)
 
     def nominal_beside(self, shift: Array) -> int:
         """The nominal control if the robot's mean position were `shift` (2,) away."""
         pose = self.mean_pose + np.array([shift[0], shift[1], 0.0])
         moved = replace(self._mean_blocks, x=self._mean_blocks.x + shift[0], y=self._mean_blocks.y + shift[1])
-        return cheapest(self._goal_cost(pose[:2], self.observation.goal), self._violation_at(pose, moved))
+        return self.cheapest(self._goal_cost(pose[:2], self.observation.goal), self._violation_at(pose, moved))
+
+    def cheapest(self, cost: Array, violation: Array) -> int:
+        """Which candidate is nominal where the candidates have this goal cost and violation, (K,) each."""
+        return cheapest(cost, violation)
 
     def _violation_at(self, pose: Array, pairs: ConeBlocks) -> Array:
         c, lanes = self.candidates, self.observation.lanes

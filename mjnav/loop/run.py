@@ -15,7 +15,7 @@ from mjnav.messages import Event
 from mjnav.recording.writer import check_path
 from mjnav.scenarios.spec import Scenario
 
-LOG_FOLDER = Path("runs/out")
+OUT_FOLDER = Path("runs/out")
 
 
 def run(
@@ -55,9 +55,13 @@ def run(
 
 def default_log_path(scenario: Scenario) -> Path:
     """runs/out/<scene>-<controller>-<seed>-<time>.mcap below the working directory; the time goes to microseconds."""
-    now = datetime.now().strftime("%Y%m%dT%H%M%S.%f")
-    name = f"{scenario.name}-{scenario.control.method}-{scenario.seed}-{now}"
-    return LOG_FOLDER / f"{''.join(c if c.isalnum() or c in '-_.' else '_' for c in name)}.mcap"
+    return OUT_FOLDER / f"{file_stem(scenario, datetime.now().strftime('%Y%m%dT%H%M%S.%f'))}.mcap"
+
+
+def file_stem(scenario: Scenario, time: str) -> str:
+    """<scene>-<controller>-<seed>-<time> of characters that any file system takes."""
+    name = f"{scenario.name}-{scenario.control.method}-{scenario.seed}-{time}"
+    return "".join(c if c.isalnum() or c in "-_." else "_" for c in name)
 
 
 def _changed(scenario: Scenario, seed: int | None, controller: str | None) -> Scenario:

@@ -1,0 +1,24 @@
+"""Where a command's pictures and arrays go."""
+
+import os
+from pathlib import Path
+
+from mjnav.errors import InputError, InvalidValue
+
+
+def output_path(option: str, given: str | os.PathLike[str], suffix: str) -> Path:
+    """The path of a file that could be written; one that exists will be replaced. Creates nothing.
+
+    Raises InputError where the name does not end in `suffix`, and where there is no such folder or it is not writable.
+    """
+    path = Path(given)
+    if path.suffix.lower() != suffix:
+        raise InvalidValue(option, str(given), f"a file name that ends in {suffix}")
+    folder = path.absolute().parent
+    if not folder.is_dir():
+        raise InputError(f"{path}: there is no folder {folder}")
+    if path.is_dir():
+        raise InputError(f"{path}: a folder")
+    if not os.access(path if path.exists() else folder, os.W_OK):
+        raise InputError(f"{path}: not writable")
+    return path

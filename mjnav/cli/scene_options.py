@@ -1,0 +1,13 @@
+"""The scene that a command runs: its name or path, and what takes the place of what stands in it."""
+
+import argparse
+
+
+def configure(parser: argparse.ArgumentParser) -> None:
+    """SCENE, --seed, --controller and --set."""
+    parser.add_argument("scene", metavar="SCENE", help="a shipped scene's name, or the path of a run file")
+    parser.add_argument("--seed", type=int, metavar="N", help="in place of the run file's seed")
+    parser.add_argument("--controller", metavar="NAME", help="in place of the run file's, with its default parameters")
+    parser.add_argument(
+        "--set", action="append", default=[], dest="overrides", metavar="KEY=VALUE", help="any key: people.0.radius=0.4"
+    )

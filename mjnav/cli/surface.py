@@ -1,0 +1,160 @@
+"""`mjnav surface SCENE --at TIME`: what one decision's cost is over all (v, omega), as a picture and as arrays."""
+
+import argparse
+import json
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import IO, Any
+
+import numpy as np
+
+from mjnav.cli import scene_options
+from mjnav.cli.output import output_path
+from mjnav.cli.waiting import compile_notice, progress
+from mjnav.control.candidates import WINDOWS
+from mjnav.control.surface import CostSurface, cost_surface, require_candidates
+from mjnav.errors import InputError, InvalidValue
+from mjnav.loop.episode import warm_up
+from mjnav.loop.moment import column_names, tick_at
+from mjnav.loop.prepare import build_controller, load_scenario
+from mjnav.loop.run import OUT_FOLDER, file_stem
+from mjnav.messages import Status
+from mjnav.scenarios.spec import Scenario
+
+GRID = 61  # controls an axis; odd, so that driving straight on is one of them
+GRID_RANGE = (2, 200)  # 200 x 200 controls against 625 pairs of samples take 200 MB
+
+
+def configure(parser: argparse.ArgumentParser) -> None:
+    """The command's options."""
+    scene_options.configure(parser)
+    parser.add_argument(
+        "--at", type=float, metavar="TIME", required=True, help="[s]: the tick then, or the last before"
+    )
+    parser.add_argument(
+        "--window", choices=WINDOWS, default="bounds", help="all between the limits (bounds, the default), or reachable"
+    )
+    parser.add_argument("--grid", type=int, default=GRID, metavar="N", help=f"N x N controls; {GRID} by default")
+    parser.add_argument("-o", "--output", metavar="OUT.png", help="where the picture goes; runs/out/ by default")
+    parser.add_argument("--data", metavar="OUT.npz", help="where the arrays go; beside the picture by default")
+    parser.add_argument("--json", action="store_true", help="one JSON object in place of text")
+
+
+def execute(arguments: argparse.Namespace) -> int:
+    """Runs the scene up to the moment, and costs and draws the decision that it came to."""
+    scenario = load_scenario(arguments.scene, arguments.overrides, controller=arguments.controller, seed=arguments.seed)
+    controller = require_candidates(build_controller(scenario), scenario.control.method)
+    low, high = GRID_RANGE
+    if not low <= arguments.grid <= high:
+        raise InvalidValue("--grid", arguments.grid, f"a whole number from {low} to {high}")
+    picture, data = _paths(arguments, scenario)
+    replaced = {path for path in (picture, data) if path.exists()}
+
+    with compile_notice():
+        warm_up(scenario)
+    with progress(scenario.name, arguments.at) as show:
+        try:
+            record = tick_at(scenario, arguments.at, progress=show)
+        except InvalidValue as error:
+            raise error.within(file="--at") from None
+    surface = cost_surface(controller, record.observation, record.decision, window=arguments.window, num=arguments.grid)
+    about = {
+        "scene": scenario.name,
+        "controller": scenario.control.method,
+        "seed": scenario.seed,
+        "time_s": record.truth.time,
+        "status": record.decision.status.value,
+        "window": arguments.window,
+        "grid": arguments.grid,
+    }
+    _save_picture(picture, surface, _heading(about))
+    _save_arrays(data, surface, column_names(scenario), about)
+    controls = _controls(surface)
+    if arguments.json:
+        print(json.dumps({"schema": 1, **about, **controls, "picture": str(picture), "data": str(data)}))
+        return 0
+    print(_heading(about))
+    for name, u in controls.items():
+        print(f"  {name:8}  {_text(u)}")
+    for name, path in (("picture", picture), ("arrays", data)):
+        print(f"  {name:8}  {path}{', replaced' if path in replaced else ''}")
+    return 0
+
+
+def _heading(about: dict[str, Any]) -> str:
+    status = "" if about["status"] == Status.OK else f" ({about['status'].replace('_', ' ')})"
+    return f"{about['scene']}, {about['controller']}, seed {about['seed']}, {about['time_s']:.2f} s{status}"
+
+
+def _paths(arguments: argparse.Namespace, scenario: Scenario) -> tuple[Path, Path]:
+    """Of the picture and of the arrays; those that were named are checked, the default folder is made in time."""
+    if arguments.output is None:
+        picture = OUT_FOLDER / f"{file_stem(scenario, f'{arguments.at:g}s')}-surface.png"
+        data = picture.with_suffix(".npz")
+    else:
+        picture = output_path("--output", arguments.output, ".png")
+        data = output_path("--data", picture.with_suffix(".npz"), ".npz")
+    return picture, data if arguments.data is None else output_path("--data", arguments.data, ".npz")
+
+
+def _controls(surface: CostSurface) -> dict[str, dict[str, float | None] | None]:
+    """What was chosen, the nominal control, and the cheapest on the grid; null for what is infinite."""
+    s, costs = surface, surface.costs
+    found = s.minimum
+    return {
+        "chosen": _control(s.decision.v, s.decision.omega, costs.total.min()),
+        "nominal": _control(s.nominal[0], s.nominal[1], costs.total[costs.nominal]),
+        "minimum": None if found is None else _control(s.v[found[0]], s.omega[found[1]], s.total[found]),
+    }
+
+
+def _control(v: float, omega: float, total: float) -> dict[str, float | None]:
+    return {"v": float(v), "omega": float(omega), "total": float(total) if np.isfinite(total) else None}
+
+
+def _text(control: dict[str, float | None] | None) -> str:
+    if control is None:
+        return "nothing on the grid is allowed"
+    total = "infinite" if control["total"] is None else f"{control['total']:.4g}"
+    return f"v {control['v']:.3f} m/s, ω {control['omega']:.3f} rad/s, total cost {total}"
+
+
+def _save_picture(path: Path, surface: CostSurface, title: str) -> None:
+    from mjnav.report.surface_figure import surface_figure
+
+    with _written(path) as file:
+        surface_figure(surface, title).savefig(file, format="png")
+
+
+def _save_arrays(path: Path, surface: CostSurface, names: tuple[str, ...], about: dict[str, Any]) -> None:
+    s = surface
+    with _written(path) as file:
+        np.savez_compressed(
+            file,
+            v=s.v,
+            omega=s.omega,
+            goal=s.goal,
+            cone=s.cone_term,
+            lane=s.lane_term,
+            total=s.total,
+            cone_by_obstacle=s.cone,
+            lane_by_side=s.lane,
+            names=np.array(names, str),
+            weighted=s.weighted,
+            chosen=[s.decision.v, s.decision.omega],
+            nominal=s.nominal,
+            reachable=s.reachable,
+            **about,
+        )
+
+
+@contextmanager
+def _written(path: Path) -> Iterator[IO[bytes]]:
+    """The open file; what the disk refuses is an error of the user's path."""
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        with open(path, "wb") as file:
+            yield file
+    except OSError as error:
+        raise InputError(f"{path}: {error.strerror or error}") from None

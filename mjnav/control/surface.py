@@ -1,0 +1,146 @@
+"""The cost of a decision as a surface over (v, omega).
+
+    goal J(v, omega)  +  weighted cone and wall terms  +  weighted lane terms  =  total
+
+The controls of a fine grid stand behind the decision's own candidates and are costed with them, by the method itself;
+but the nominal controls, and with them what the method desires, stay the decision's. So the surface goes through the
+costs that were decided on, and what lies beyond reach is what they would have been there.
+"""
+
+from dataclasses import dataclass
+from functools import cached_property
+from importlib import import_module
+
+import numpy as np
+
+from mjnav.control import REGISTRY, Controller
+from mjnav.control.base import GridController, WeightedController
+from mjnav.control.candidates import WINDOWS, Candidates, candidate_grid
+from mjnav.control.parameters import at_least
+from mjnav.control.problem import Problem
+from mjnav.errors import InvalidValue, unknown_name
+from mjnav.messages import Array, CandidateCosts, Decision, Observation
+from mjnav.motion.diff_drive import reachable
+
+
+@dataclass(frozen=True, slots=True)
+class CostSurface:
+    """The costs of V x W controls, term by term, around one decision.
+
+    Where `weighted`, the terms carry the method's weights and add up to `total`. A method that forbids what is too
+    risky has its bare risks in `cone` and `lane`, and a `total` that is infinite where it forbids: everywhere, where
+    what it chose for want of anything allowed does not lie on the grid.
+    """
+
+    v: Array  # (V,) [m/s]
+    omega: Array  # (W,) [rad/s]
+    goal: Array  # (V, W)
+    cone: Array  # (V, W, J) each obstacle, then each wall; zero where that is out of reach
+    lane: Array  # (V, W, 2) left, right
+    total: Array  # (V, W)
+    weighted: bool
+    decision: Decision
+    costs: CandidateCosts  # of the decision's own candidates
+    reachable: Array  # (2, 2) lowest and highest (v, omega) that one period allows
+
+    @property
+    def cone_term(self) -> Array:
+        """What obstacles and walls add to the total, (V, W); where not `weighted`, the greatest of their risks."""
+        return self._term(self.cone)
+
+    @property
+    def lane_term(self) -> Array:
+        """The same of the lanes."""
+        return self._term(self.lane)
+
+    def _term(self, parts: Array) -> Array:
+        if self.weighted:
+            return parts.sum(axis=-1)
+        parts = parts[:, :, parts.any(axis=(0, 1))]  # what is out of reach takes no part, also where others are below 0
+        return parts.max(axis=-1) if parts.size else np.zeros_like(self.total)
+
+    @property
+    def nominal(self) -> Array:
+        """The nominal control of the decision, (2,)."""
+        c = self.costs
+        return np.array([c.v[c.nominal], c.omega[c.nominal]])
+
+    @property
+    def minimum(self) -> tuple[int, int] | None:
+        """Where `total` is least: indices into `v` and `omega`; None where all of it is infinite."""
+        if np.isinf(self.total).all():
+            return None
+        i, j = np.unravel_index(np.argmin(self.total), self.total.shape)
+        return int(i), int(j)
+
+
+@dataclass(frozen=True)
+class _WiderProblem(Problem):
+    """A problem with more controls behind its candidates, none of which may be nominal."""
+
+    beyond: Candidates
+
+    @cached_property
+    def candidates(self) -> Candidates:
+        own = super().candidates
+        return Candidates(np.concatenate([own.v, self.beyond.v]), np.concatenate([own.omega, self.beyond.omega]))
+
+    def cheapest(self, cost: Array, violation: Array) -> int:
+        own = len(cost) - len(self.beyond.v)
+        return super().cheapest(cost[:own], violation[:own])
+
+
+def cost_surface(
+    controller: GridController, observation: Observation, decision: Decision, *, window: str = "bounds", num: int = 61
+) -> CostSurface:
+    """The costs of num x num controls as `controller` sees them in `observation`, on which it took `decision`.
+
+    `window` "bounds" covers the whole range between the limits, "reachable" what one period allows. Raises InvalidValue
+    for a window or number that is not allowed.
+    """
+    if window not in WINDOWS:
+        raise unknown_name("window", window, WINDOWS)
+    at_least("num", num, 2)
+    if decision.costs is None:
+        raise InvalidValue("decision.costs", None, "the costs of the candidates")
+    limits, period = controller.limits, controller.period
+    grid = candidate_grid(observation.twist, limits, period, num, num, window)
+    grid = Candidates(grid.v[:-2], grid.omega[:-2])  # without keep and brake
+    costs = controller.evaluate(_WiderProblem(observation, limits, period, controller.parameters, grid))
+
+    def on_grid(values: Array) -> Array:
+        return values[-num * num :].reshape(num, num, *values.shape[1:])
+
+    weight, lane_weights = 1.0, np.ones(2)
+    if isinstance(controller, WeightedController):
+        weight, lane_weights = controller.parameters.weight, np.array(controller.parameters.lane_weights)
+    return CostSurface(
+        v=grid.v[::num],
+        omega=grid.omega[:num],
+        goal=on_grid(costs.goal),
+        cone=weight * on_grid(costs.cone),
+        lane=lane_weights * on_grid(costs.lane),
+        total=on_grid(costs.total),
+        weighted=isinstance(controller, WeightedController),
+        decision=decision,
+        costs=decision.costs,
+        reachable=np.stack(reachable(observation.twist, limits, period)),
+    )
+
+
+def require_candidates(controller: Controller, method: str) -> GridController:
+    """The controller itself, if it takes the cheapest candidate; else raises InvalidValue with the methods that do."""
+    if isinstance(controller, GridController) and _takes_cheapest(type(controller)):
+        return controller
+    able = [name for name, path in REGISTRY.items() if _takes_cheapest(_class(path))]
+    raise InvalidValue("control.method", method, f"a method that chooses from candidates: {', '.join(sorted(able))}")
+
+
+def _takes_cheapest(kind: type) -> bool:
+    """Whether decisions are the base's: what replaces `decide` may look at other controls than the candidates."""
+    return getattr(kind, "decide", None) is GridController.decide
+
+
+def _class(path: str) -> type:
+    module, _, name = path.partition(":")
+    return getattr(import_module(module), name)

@@ -1,0 +1,1 @@
+"""Pictures and pages for people; the only folder that imports matplotlib."""

@@ -1,0 +1,191 @@
+"""`mjnav surface`: what it prints, what it writes and what it refuses."""
+
+import json
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from mjnav.control.surface import cost_surface
+from mjnav.loop.moment import column_names, tick_at
+from mjnav.loop.prepare import build_controller, load_scenario
+
+QUICK = ("--grid", "5", "--set", "physics.engine=kinematic")
+KEYS = "schema scene controller seed time_s status window grid chosen nominal minimum picture data"
+
+
+def files(folder: Path) -> list[str]:
+    return sorted(str(path.relative_to(folder)) for path in folder.rglob("*") if path.is_file())
+
+
+def test_picture_and_arrays_go_below_the_working_directory_and_are_named_after_the_moment(mjnav, tmp_path):
+    said = mjnav("surface", "crossing1", "--controller", "mean", "--seed", "2", "--at", "0.25", *QUICK)
+    assert said.code == 0
+    stem = "runs/out/crossing1-mean-2-0.25s-surface"
+    assert files(tmp_path) == [f"{stem}.npz", f"{stem}.png"]
+    lines = said.out.splitlines()
+    assert lines[0] == "crossing1, mean, seed 2, 0.20 s"
+    assert [line.split()[0] for line in lines[1:]] == ["chosen", "nominal", "minimum", "picture", "arrays"]
+    assert lines[-2:] == [f"  picture   {stem}.png", f"  arrays    {stem}.npz"]
+    picture = np.asarray(Image.open(tmp_path / f"{stem}.png"))
+    assert min(picture.shape[:2]) > 500
+    assert picture.std() > 10.0  # not blank
+
+
+def test_files_go_where_they_are_told_and_one_that_is_replaced_is_said_to_be(mjnav, tmp_path):
+    assert "replaced" not in mjnav("surface", "crossing1", "--at", "0", "-o", "a.png", *QUICK).out
+    assert files(tmp_path) == ["a.npz", "a.png"]
+    said = mjnav("surface", "crossing1", "--at", "0", "-o", "a.png", "--data", "b.npz", *QUICK)
+    assert files(tmp_path) == ["a.npz", "a.png", "b.npz"]
+    assert said.out.splitlines()[-2:] == ["  picture   a.png, replaced", "  arrays    b.npz"]
+
+
+def test_json_is_one_object_with_the_documented_keys_and_nothing_else(mjnav):
+    said = mjnav("surface", "crossing1", "--at", "0.31", "-o", "a.png", "--json", *QUICK)
+    assert said.code == 0
+    printed = json.loads(said.out, parse_constant=pytest.fail)  # NaN and infinity are no JSON
+    assert list(printed) == KEYS.split()
+    assert (printed["schema"], printed["scene"], printed["controller"], printed["seed"]) == (1, "crossing1", "rkhs", 0)
+    assert (printed["time_s"], printed["status"]) == (pytest.approx(0.3), "ok")
+    assert (printed["window"], printed["grid"]) == ("bounds", 5)
+    assert (printed["picture"], printed["data"]) == ("a.png", "a.npz")
+    for control in ("chosen", "nominal", "minimum"):
+        assert sorted(printed[control]) == ["omega", "total", "v"]
+
+
+@pytest.mark.parametrize("scene", ["hall", "lane"])
+@pytest.mark.parametrize("window", ["bounds", "reachable"])
+def test_the_arrays_are_the_surface_of_the_moments_decision(mjnav, tmp_path, scene, window):
+    options = ("--seed", "3", "--window", window, *QUICK)
+    printed = json.loads(mjnav("surface", scene, "--at", "1.3", "-o", "a.png", "--json", *options).out)
+    scenario = load_scenario(scene, ("physics.engine=kinematic",), seed=3)
+    record = tick_at(scenario, 1.3)
+    s = cost_surface(build_controller(scenario), record.observation, record.decision, window=window, num=5)
+    with np.load(tmp_path / "a.npz") as data:
+        arrays = dict(data)  # no pickles
+    for name in ("v", "omega", "goal", "total", "nominal", "reachable"):
+        assert (arrays[name] == getattr(s, name)).all()
+    assert (arrays["cone_by_obstacle"] == s.cone).all()
+    assert (arrays["lane_by_side"] == s.lane).all()
+    assert tuple(arrays["chosen"]) == (record.decision.v, record.decision.omega)
+    assert tuple(arrays["names"]) == column_names(scenario)
+    assert arrays["cone_by_obstacle"].shape == (5, 5, len(arrays["names"]))
+    assert arrays["cone"] == pytest.approx(arrays["cone_by_obstacle"].sum(axis=-1))
+    assert arrays["lane"] == pytest.approx(arrays["lane_by_side"].sum(axis=-1))
+    assert arrays["total"] == pytest.approx(arrays["goal"] + arrays["cone"] + arrays["lane"])
+    about = {key: arrays[key].item() for key in ("scene", "controller", "seed", "time_s", "window")}
+    assert about == {"scene": scene, "controller": "rkhs", "seed": 3, "time_s": record.truth.time, "window": window}
+    costs = record.decision.costs
+    assert printed["chosen"] == {"v": record.decision.v, "omega": record.decision.omega, "total": costs.total.min()}
+    assert printed["nominal"]["total"] == costs.total[costs.nominal]
+    assert printed["minimum"]["total"] == s.total.min()
+
+
+def test_what_is_infinite_is_null(mjnav, tmp_path):
+    (tmp_path / "timid.py").write_text(
+        """
+from dataclasses import replace
+import numpy as np
+from mjnav.control.mean import Mean
+
+class Timid(Mean):
+    def evaluate(self, problem):
+        costs = super().evaluate(problem)
+        return replace(costs, total=np.where(np.arange(len(costs.v)) == 0, 1.0, np.inf))
+"""
+    )
+    words = ("crossing1", "--controller", "timid:Timid", "--at", "0.1", "-o", "a.png", *QUICK)
+    printed = json.loads(mjnav("surface", *words, "--json").out, parse_constant=pytest.fail)
+    assert (printed["chosen"]["total"], printed["nominal"]["total"], printed["minimum"]) == (1.0, None, None)
+    text = mjnav("surface", *words).out
+    assert re.search(r"  nominal   v .* total cost infinite\n  minimum   nothing on the grid is allowed\n", text)
+
+
+# ------------------------------------------------------------------------------------------- refusals
+
+
+@pytest.mark.parametrize(
+    ("words", "fragments"),
+    [
+        (["hal", "--at", "1"], ["scene: found 'hal'", "did you mean 'hall'?"]),
+        (["hall", "--at", "1", "--controller", "rkh"], ["--controller: control.method: found 'rkh'"]),
+        (["hall", "--at", "1", "--set", "control.degre=3"], ["--set: control.degre", "did you mean 'degree'?"]),
+        (["hall", "--at", "1", "--seed", "-1"], ["--seed: seed: found -1"]),
+        (["hall", "--at", "-0.5"], ["--at: time: found -0.5; allowed: 0 to 60 s, the run's time limit"]),
+        (["hall", "--at", "nan"], ["--at: time: found nan"]),
+        (["hall", "--at", "61"], ["--at: time: found 61.0"]),
+        (["hall", "--at", "1", "--grid", "1"], ["--grid: found 1; allowed: a whole number from 2 to 200"]),
+        (["hall", "--at", "1", "--grid", "1000"], ["--grid: found 1000"]),
+        (["hall", "--at", "1", "-o", "a.jpg"], ["--output: found 'a.jpg'; allowed: a file name that ends in .png"]),
+        (["hall", "--at", "1", "--data", "a.csv"], ["--data: found 'a.csv'; allowed: a file name that ends in .npz"]),
+        (["hall", "--at", "1", "-o", "none/a.png"], ["none/a.png: there is no folder "]),
+        (["hall", "--at", "0", "-o", "/proc/a.png"], ["/proc/a.png"]),
+        (["hall", "--at", "0", "--data", "/dev/null/a.npz"], ["there is no folder /dev/null"]),
+    ],
+)
+def test_what_cannot_be_used_is_refused_in_one_line(mjnav, tmp_path, words, fragments):
+    said = mjnav("surface", *words, "--set", "physics.engine=kinematic")
+    assert (said.code, said.out) == (2, "")
+    assert len(said.err.splitlines()) == 1
+    for fragment in fragments:
+        assert fragment in said.err
+    assert files(tmp_path) == []
+
+
+def test_a_window_that_does_not_exist_is_refused(mjnav):
+    said = mjnav("surface", "hall", "--at", "1", "--window", "all")
+    assert (said.code, said.out) == (2, "")
+    assert "argument --window: invalid choice: 'all'" in said.err
+
+
+def test_a_moment_is_required(mjnav):
+    said = mjnav("surface", "hall")
+    assert (said.code, said.out) == (2, "")
+    assert "the following arguments are required: --at" in said.err
+
+
+def test_after_the_end_of_the_run_there_is_no_surface(mjnav, tmp_path):
+    said = mjnav("surface", "crossing1", "--at", "9", "--set", "robot.goal=[0.6, 0.0]", *QUICK)
+    assert (said.code, said.out) == (2, "")
+    assert re.fullmatch(
+        r"mjnav: --at: time: found 9.0; allowed: 0 to [0-9.]+ s: there the run ended \(goal\)\n", said.err
+    )
+    assert files(tmp_path) == []
+
+
+def test_a_method_without_candidates_is_refused_with_those_that_have_them(mjnav, tmp_path):
+    (tmp_path / "still.py").write_text(
+        """
+from mjnav.control.parameters import Parameters
+
+class Still:
+    parameters_type = Parameters
+
+    def __init__(self, limits, period, parameters):
+        self.parameters = parameters
+
+    def decide(self, observation):
+        raise NotImplementedError
+
+    def closest_cone(self, observation, decision):
+        return None
+"""
+    )
+    said = mjnav("surface", "hall", "--at", "1", "--controller", "still:Still", *QUICK)
+    assert (said.code, said.out) == (2, "")
+    assert said.err.startswith(
+        "mjnav: control.method: found 'still:Still'; allowed: a method that chooses from candidates"
+    )
+    assert re.search(r"\bmean\b.*\brkhs\b", said.err)
+
+
+def test_a_controller_of_ones_own_that_chooses_from_candidates_has_a_surface(mjnav, tmp_path):
+    (tmp_path / "bold.py").write_text("from mjnav.control.mean import Mean\n\nclass Bold(Mean):\n    pass\n")
+    said = mjnav("surface", "crossing1", "--at", "0.1", "--controller", "bold:Bold", *QUICK)
+    assert said.code == 0
+    assert files(tmp_path / "runs") == [
+        "out/crossing1-bold_Bold-0-0.1s-surface.npz",
+        "out/crossing1-bold_Bold-0-0.1s-surface.png",
+    ]

@@ -1,0 +1,193 @@
+"""The cost surface: the method's own costs, with the decision's own nominal controls, at every node of a grid."""
+
+from contextlib import suppress
+
+import numpy as np
+import pytest
+
+from mjnav.control import make_controller, names
+from mjnav.control.base import ConstrainedController, GridController, WeightedController
+from mjnav.control.surface import cost_surface, require_candidates
+from mjnav.errors import InvalidValue
+from mjnav.messages import RobotLimits
+from mjnav.rkhs.mmd import mmd_squared
+
+SMALL = {"num_v": 5, "num_omega": 5}
+PERIOD = 0.2
+
+
+def kinds(kind):
+    """The methods with candidates that are of a kind."""
+    found = []
+    for name in names():
+        controller = make_controller(name, RobotLimits(), PERIOD)
+        with suppress(InvalidValue):
+            require_candidates(controller, name)
+            found += [name] if isinstance(controller, kind) else []
+    return found
+
+
+@pytest.fixture(params=kinds(GridController))
+def controller(request, limits):
+    return make_controller(request.param, limits, PERIOD, **SMALL)
+
+
+def surface_of(controller, observation, **options):
+    return cost_surface(controller, observation, controller.decide(observation), **options)
+
+
+def weights(controller):
+    if not isinstance(controller, WeightedController):
+        return 1.0, np.ones(2)
+    return controller.parameters.weight, np.array(controller.parameters.lane_weights)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_on_the_decisions_own_candidates_the_surface_is_what_was_decided_on(controller, observe, seed):
+    o = observe(seed)
+    s, costs = surface_of(controller, o, window="reachable", num=5), controller.decide(o).costs
+    weight, lane_weights = weights(controller)
+    k = 0
+    for i, v in enumerate(s.v):
+        for j, omega in enumerate(s.omega):
+            assert (v, omega) == (costs.v[k], costs.omega[k])
+            assert s.goal[i, j] == costs.goal[k]
+            size = 1.0 + np.abs(costs.cone).max()
+            assert s.cone[i, j] == pytest.approx(weight * costs.cone[k], rel=1e-9, abs=1e-12 * weight * size)
+            assert s.lane[i, j] == pytest.approx(lane_weights * costs.lane[k], rel=1e-9, abs=1e-12)
+            assert s.total[i, j] == pytest.approx(costs.total[k], rel=1e-9, abs=1e-12 * weight * size)
+            k += 1
+
+
+@pytest.mark.parametrize("name", ["rkhs", "rkhs-paper"])
+@pytest.mark.parametrize("seed", range(4))
+def test_beyond_reach_every_control_is_matched_with_what_the_decision_desired(observe, limits, name, seed):
+    o = observe(seed, num_walls=1)
+    controller = make_controller(name, limits, PERIOD, **SMALL, window="reachable")
+    p, problem = controller.parameters, controller.problem(o)
+    s = surface_of(controller, o, window="bounds", num=3)
+    columns = problem.cone.blocks.column.tolist()
+    for i, v in enumerate(s.v):
+        for j, omega in enumerate(s.omega):
+            for block, column in enumerate(columns):
+                samples = problem.cone.samples(block, np.array([v]), np.array([omega]))[:, 0]
+                desired = controller.desired_cone(problem, block)
+                if not len(desired):
+                    samples, desired = np.maximum(samples, 0.0), np.zeros(1)
+                kernel = {"degree": p.degree, "scale": p.scale, "offset": p.offset}
+                size = 1.0 + np.abs(samples).max() ** (2 * p.degree)
+                expected = p.weight * mmd_squared(samples, desired, **kernel)
+                assert s.cone[i, j, column] == pytest.approx(expected, rel=1e-6, abs=1e-9 * p.weight * size)
+    rest = [j for j in range(s.cone.shape[2]) if j not in columns]
+    assert not s.cone[:, :, rest].any()
+
+
+def test_a_wider_set_of_candidates_would_have_another_nominal_control(observe, limits):
+    """Else the test above could not tell the decision's desired sets from those of the whole range."""
+    near, wide = (
+        make_controller("rkhs", limits, PERIOD, **SMALL, window=w).problem(observe(0)) for w in ("reachable", "bounds")
+    )
+    assert near.candidates.omega[near.nominal] != wide.candidates.omega[wide.nominal]
+
+
+@pytest.mark.parametrize("name", kinds(WeightedController))
+@pytest.mark.parametrize("seed", range(4))
+def test_weighted_terms_add_up_to_the_total(observe, limits, name, seed):
+    s = surface_of(make_controller(name, limits, PERIOD, **SMALL), observe(seed, near=0.3), num=6)
+    assert s.weighted
+    assert s.goal + s.cone_term + s.lane_term == pytest.approx(s.total, rel=1e-9)
+    assert s.cone_term == pytest.approx(sum(s.cone[:, :, j] for j in range(s.cone.shape[2])), rel=1e-9)
+    assert s.lane_term == pytest.approx(s.lane[:, :, 0] + s.lane[:, :, 1], rel=1e-9)
+
+
+@pytest.mark.parametrize("name", kinds(ConstrainedController))
+def test_what_exceeds_the_bound_is_forbidden_and_the_rest_costs_its_way_to_the_goal(observe, limits, name):
+    controller, checked = make_controller(name, limits, PERIOD, **SMALL), 0
+    for seed in range(8):
+        s = surface_of(controller, observe(seed, far=8.0, lanes=False), num=9)
+        assert not s.weighted
+        assert (s.cone_term == s.cone[:, :, s.cone.any(axis=(0, 1))].max(axis=-1)).all()
+        allowed = s.cone_term <= controller.bound
+        if allowed.any():
+            assert (np.isfinite(s.total) == allowed).all()
+            assert (s.total[allowed] == s.goal[allowed]).all()
+            checked += not allowed.all()
+    assert checked >= 3
+
+
+@pytest.mark.parametrize("name", ["rkhs", "rkhs-paper"])
+def test_a_finer_grid_goes_through_the_coarser_ones_nodes(observe, limits, name):
+    o, controller = observe(3), make_controller(name, limits, PERIOD)
+    coarse, fine = surface_of(controller, o, num=4), surface_of(controller, o, num=10)
+    for term in ("goal", "cone", "lane", "total"):
+        values = getattr(fine, term)[::3, ::3]
+        assert values == pytest.approx(getattr(coarse, term), rel=1e-6, abs=1e-9 * np.abs(values).max())
+
+
+def test_the_bounds_are_the_limits_and_the_window_is_what_one_period_allows(observe, alone, limits):
+    controller, o = make_controller("mean", limits, PERIOD), alone(twist=(0.5, 1.4))
+    s = surface_of(controller, o, num=7)
+    assert (s.v[0], s.v[-1]) == (limits.min_speed, limits.max_speed)
+    assert (s.omega[0], s.omega[-1]) == (-limits.max_turn_rate, limits.max_turn_rate)
+    assert s.reachable == pytest.approx(np.array([[0.3, 0.8], [0.7, 1.5]]))
+    near = surface_of(controller, o, window="reachable", num=7)
+    assert np.array([[near.v[0], near.omega[0]], [near.v[-1], near.omega[-1]]]) == pytest.approx(s.reachable)
+    for axis in (s.v, s.omega, near.v, near.omega):
+        assert np.diff(axis) == pytest.approx(np.full(6, (axis[-1] - axis[0]) / 6))
+
+
+def test_it_carries_the_decision_its_nominal_control_and_its_least_total(observe, limits):
+    o, controller = observe(2), make_controller("rkhs", limits, PERIOD)
+    decision = controller.decide(o)
+    s = cost_surface(controller, o, decision, num=8)
+    assert s.decision is decision
+    k = decision.costs.nominal
+    assert tuple(s.nominal) == (decision.costs.v[k], decision.costs.omega[k])
+    i, j = s.minimum
+    assert s.total[i, j] == min(s.total.ravel())
+
+
+def test_without_obstacles_and_lanes_only_the_goal_costs(controller, alone):
+    s = surface_of(controller, alone(), num=4)
+    assert s.cone.shape == (4, 4, 0)
+    assert not s.cone_term.any()
+    assert not s.lane_term.any()
+    assert s.total[np.isfinite(s.total)] == pytest.approx(s.goal[np.isfinite(s.total)])
+
+
+def test_a_robot_that_touches_an_obstacle_and_one_at_its_goal_have_surfaces(controller, observe, alone):
+    for o in (observe(0, near=0.01, far=0.1), alone(twist=(0.0, 0.0), goal=(0.0, 0.0)), observe(1, num_samples=1)):
+        s = surface_of(controller, o, num=5)
+        for term in (s.goal, s.cone_term, s.lane_term):
+            assert np.isfinite(term).all()
+        assert not np.isnan(s.total).any()
+        assert (s.minimum is None) == np.isinf(s.total).all()
+
+
+def test_where_all_violate_what_violates_least_may_lie_beside_the_grid(observe, limits):
+    s = surface_of(make_controller("mean", limits, PERIOD), observe(0, near=0.01, far=0.1), num=5)
+    assert np.isinf(s.total).all()
+    assert s.minimum is None
+
+
+# ------------------------------------------------------------------------------------------- refusals
+
+
+@pytest.mark.parametrize(
+    ("options", "text"),
+    [({"window": "reachble"}, "did you mean 'reachable'"), ({"num": 1}, "num: found 1"), ({"num": 0}, "num: found 0")],
+)
+def test_windows_and_grids_that_make_no_sense_are_refused(observe, limits, options, text):
+    with pytest.raises(InvalidValue, match=text):
+        surface_of(make_controller("mean", limits, PERIOD), observe(0), **options)
+
+
+def test_a_method_without_candidates_is_refused_with_those_that_have_them():
+    class Still:
+        def decide(self, observation):
+            raise NotImplementedError
+
+    with pytest.raises(InvalidValue, match=r"control\.method: found 'still'; .*mean, .*rkhs, rkhs-paper") as refused:
+        require_candidates(Still(), "still")
+    listed = refused.value.allowed.rpartition(": ")[2].split(", ")
+    assert listed == kinds(GridController)
