@@ -30,9 +30,9 @@ ATOM = 1e-9  # of the floor: samples closer together than this are one point
 class Mixtures:
     """K mixtures of C Gaussians each."""
 
-    weight: Array  # (K, C) pi, rows sum to 1
-    mean: Array  # (K, C) mu
-    variance: Array  # (K, C) s^2
+    weight: Array  # (C, K) pi, columns sum to 1
+    mean: Array  # (C, K) mu
+    variance: Array  # (C, K) s^2
 
 
 @scalar
@@ -111,7 +111,7 @@ def _iterate(weight, mean, variance, count, first, second, num_samples, density,
 
 @kernel
 def _fit(weight, mean, variance, samples, num_iterations, std_floor, num_cells):
-    num_samples, num_components, floor = samples.shape[0], weight.shape[1], std_floor * std_floor
+    num_samples, num_components, floor = samples.shape[0], weight.shape[0], std_floor * std_floor
     x, cell = np.empty(num_samples), np.empty(num_samples, np.int64)
     count, first, second = np.empty(num_cells), np.empty(num_cells), np.empty(num_cells)
     density, largest, share = np.empty((num_components, num_cells)), np.empty(num_cells), np.empty(num_cells)
@@ -121,7 +121,7 @@ def _fit(weight, mean, variance, samples, num_iterations, std_floor, num_cells):
             x[i] = samples[i, k]
             low, high = min(low, x[i]), max(high, x[i])
         if high - low <= ATOM * std_floor:
-            weight[k], mean[k], variance[k] = 1.0 / num_components, low, floor
+            weight[:, k], mean[:, k], variance[:, k] = 1.0 / num_components, low, floor
             continue
         # About the mean: what is far from 0 loses no digits in the squares.
         centre = x.mean()
@@ -130,15 +130,15 @@ def _fit(weight, mean, variance, samples, num_iterations, std_floor, num_cells):
         size = _gather(count, first, second, x, cell, low - centre, high - centre)
         std = x.std()
         for c in range(num_components):
-            weight[k, c] = 1.0 / num_components
-            mean[k, c] = std * (2.0 * c / (num_components - 1.0) - 1.0) if num_components > 1 else 0.0
-            variance[k, c] = max((std / num_components) ** 2, floor)
+            weight[c, k] = 1.0 / num_components
+            mean[c, k] = std * (2.0 * c / (num_components - 1.0) - 1.0) if num_components > 1 else 0.0
+            variance[c, k] = max((std / num_components) ** 2, floor)
         for _ in range(num_iterations):
             _iterate(
-                weight[k], mean[k], variance[k], count[:size], first[:size], second[:size],
+                weight[:, k], mean[:, k], variance[:, k], count[:size], first[:size], second[:size],
                 num_samples, density, largest, share, floor,
             )  # fmt: skip
-        mean[k] += centre
+        mean[:, k] += centre
 
 
 def fit_mixtures(
@@ -148,7 +148,7 @@ def fit_mixtures(
 
     The order of the samples changes nothing but rounding. More than `num_cells` samples are gathered in cells.
     """
-    shape = (samples.shape[1], num_components)
+    shape = (num_components, samples.shape[1])
     mixtures = Mixtures(np.empty(shape), np.empty(shape), np.empty(shape))
     _fit(
         mixtures.weight, mixtures.mean, mixtures.variance, np.ascontiguousarray(samples),
@@ -166,14 +166,13 @@ def kl_divergence(f: Mixtures, g: Mixtures) -> Array:
     "Approximating the Kullback Leibler divergence between Gaussian mixture models"). Exact for one component and for
     equal mixtures.
     """
-    return np.maximum((f.weight * (_log_overlap(f, f) - _log_overlap(f, g))).sum(axis=1), 0.0)
+    return np.maximum((f.weight * (_log_overlap(f, f) - _log_overlap(f, g))).sum(axis=0), 0.0)
 
 
 def _log_overlap(f: Mixtures, g: Mixtures) -> Array:
-    """log sum_b omega_b exp(-KL(f_a || g_b)), (K, C)."""
-    variance, apart = g.variance[:, None, :], f.mean[:, :, None] - g.mean[:, None, :]
-    ratio = f.variance[:, :, None] / variance
-    divergence = 0.5 * (apart * apart / variance + ratio - 1.0 - np.log(ratio))
-    terms = np.log(g.weight)[:, None, :] - divergence
-    largest = terms.max(axis=2, keepdims=True)
-    return largest[..., 0] + np.log(np.exp(terms - largest).sum(axis=2))
+    """log sum_b omega_b exp(-KL(f_a || g_b)), (C, K)."""
+    apart, precision = f.mean[:, None] - g.mean, 1.0 / g.variance
+    ratio = f.variance[:, None] * precision
+    terms = np.log(g.weight) - 0.5 * (apart * apart * precision + ratio - 1.0 - np.log(ratio))  # (C of f, C of g, K)
+    largest = terms.max(axis=1)
+    return largest + np.log(np.exp(terms - largest[:, None]).sum(axis=1))

@@ -56,7 +56,7 @@ def textbook_em(x, num_components, num_iterations, std_floor):
 
 def log_density(x, mixtures, k=0):
     """log p of each x (n,) under mixture k."""
-    w, m, v = mixtures.weight[k], mixtures.mean[k], mixtures.variance[k]
+    w, m, v = mixtures.weight[:, k], mixtures.mean[:, k], mixtures.variance[:, k]
     terms = np.log(w) - 0.5 * np.log(2.0 * np.pi * v) - (x[:, None] - m) ** 2 / (2.0 * v)
     return np.logaddexp.reduce(terms, axis=1)
 
@@ -67,7 +67,7 @@ def gaussian(mean, std):
 
 def random_mixtures(seed, num_components=2):
     rng = np.random.default_rng(seed)
-    weight = rng.dirichlet(np.ones(num_components), 1)
+    weight = rng.dirichlet(np.ones(num_components), 1).T
     return Mixtures(weight, rng.uniform(-2.0, 1.0, weight.shape), rng.uniform(0.2, 0.6, weight.shape) ** 2)
 
 
@@ -79,7 +79,7 @@ def test_em_is_the_textbooks(shape, num_components):
     for found, expected in zip(
         (fitted.weight, fitted.mean, fitted.variance), textbook_em(x, num_components, 10, FLOOR), strict=True
     ):
-        assert found[0] == pytest.approx(expected, rel=1e-7, abs=1e-9)
+        assert found[:, 0] == pytest.approx(expected, rel=1e-7, abs=1e-9)
 
 
 @pytest.mark.parametrize("shape", ["skewed", "bimodal", "uniform"])
@@ -99,9 +99,9 @@ def test_em_is_scikit_learns_from_the_same_start(shape, num_components, num_iter
         warnings.simplefilter("ignore", ConvergenceWarning)
         model.fit(x[:, None])
     fitted = fit_mixtures(x[:, None], num_components, num_iterations, 1e-4, num_cells=len(x))
-    assert fitted.weight[0] == pytest.approx(model.weights_, abs=1e-6)
-    assert fitted.mean[0] == pytest.approx(model.means_[:, 0], abs=1e-6)
-    assert fitted.variance[0] == pytest.approx(model.covariances_[:, 0, 0], abs=1e-6)
+    assert fitted.weight[:, 0] == pytest.approx(model.weights_, abs=1e-6)
+    assert fitted.mean[:, 0] == pytest.approx(model.means_[:, 0], abs=1e-6)
+    assert fitted.variance[:, 0] == pytest.approx(model.covariances_[:, 0, 0], abs=1e-6)
 
 
 @pytest.mark.parametrize("shape", SHAPES)
@@ -147,8 +147,8 @@ def test_in_cells_the_bound_of_the_likelihood_never_falls(x, num_components, num
     def bound(n):
         """The mean over the samples of log sum_c exp(the cell's mean of log pi_c N(x; mu_c, s_c^2))."""
         m = fit_mixtures(x, num_components, n, FLOOR, num_cells=num_cells)
-        terms = np.log(m.weight[0]) - 0.5 * np.log(2.0 * np.pi * m.variance[0])
-        terms = terms - (x - m.mean[0]) ** 2 / (2.0 * m.variance[0])
+        terms = np.log(m.weight[:, 0]) - 0.5 * np.log(2.0 * np.pi * m.variance[:, 0])
+        terms = terms - (x - m.mean[:, 0]) ** 2 / (2.0 * m.variance[:, 0])
         return sum(
             np.logaddexp.reduce(terms[cell == c].mean(axis=0)) * (cell == c).mean()
             for c in range(num_cells)
@@ -173,17 +173,17 @@ def test_every_mixture_is_one(x, num_components, num_cells):
 def test_an_atom_is_a_gaussian_with_the_floors_width(n, value):
     rounded = value * (1.0 + 1e-16 * np.arange(n))
     m = fit_mixtures(rounded[:, None], 2, 10, FLOOR)
-    assert m.mean[0] == pytest.approx([value, value], rel=1e-12, abs=1e-12)
-    assert m.variance[0] == pytest.approx([FLOOR**2] * 2, rel=1e-12)
+    assert m.mean[:, 0] == pytest.approx([value, value], rel=1e-12, abs=1e-12)
+    assert m.variance[:, 0] == pytest.approx([FLOOR**2] * 2, rel=1e-12)
 
 
 @pytest.mark.parametrize("n", [20, 600])
 def test_two_atoms_are_told_apart(n):
     x = np.repeat([-2.0, 0.5], [3 * n // 4, n // 4])
     m = fit_mixtures(x[:, None], 2, 10, FLOOR)
-    assert m.weight[0] == pytest.approx([0.75, 0.25], abs=1e-9)
-    assert m.mean[0] == pytest.approx([-2.0, 0.5], abs=1e-9)
-    assert m.variance[0] == pytest.approx([FLOOR**2] * 2)
+    assert m.weight[:, 0] == pytest.approx([0.75, 0.25], abs=1e-9)
+    assert m.mean[:, 0] == pytest.approx([-2.0, 0.5], abs=1e-9)
+    assert m.variance[:, 0] == pytest.approx([FLOOR**2] * 2)
 
 
 @pytest.mark.parametrize("n", [30, 625])
@@ -213,9 +213,9 @@ def test_columns_are_fitted_one_by_one():
     together = fit_mixtures(x, 2, 10, FLOOR)
     for k in range(x.shape[1]):
         alone = fit_mixtures(x[:, [k]], 2, 10, FLOOR)
-        assert (together.weight[k] == alone.weight[0]).all()
-        assert (together.mean[k] == alone.mean[0]).all()
-        assert (together.variance[k] == alone.variance[0]).all()
+        assert (together.weight[:, k] == alone.weight[:, 0]).all()
+        assert (together.mean[:, k] == alone.mean[:, 0]).all()
+        assert (together.variance[:, k] == alone.variance[:, 0]).all()
 
 
 @given(st.floats(-2.0, 1.0), st.floats(0.1, 2.0), st.floats(-2.0, 1.0), st.floats(0.1, 2.0))
@@ -229,13 +229,13 @@ def test_the_divergence_of_equal_mixtures_is_zero(num_components):
     for seed in range(20):
         m = random_mixtures(seed, num_components)
         assert kl_divergence(m, m)[0] == 0.0
-        turned = Mixtures(m.weight[:, ::-1], m.mean[:, ::-1], m.variance[:, ::-1])
+        turned = Mixtures(m.weight[::-1], m.mean[::-1], m.variance[::-1])
         assert kl_divergence(m, turned)[0] == pytest.approx(0.0, abs=1e-14)
 
 
 def test_a_component_split_in_two_is_the_same_mixture():
     whole = gaussian(-1.0, 0.3)
-    split = Mixtures(np.array([[0.3, 0.7]]), np.full((1, 2), -1.0), np.full((1, 2), 0.09))
+    split = Mixtures(np.array([[0.3], [0.7]]), np.full((2, 1), -1.0), np.full((2, 1), 0.09))
     far = random_mixtures(0)
     assert kl_divergence(split, whole)[0] == pytest.approx(0.0, abs=1e-14)
     assert kl_divergence(split, far) == pytest.approx(kl_divergence(whole, far))
@@ -256,7 +256,7 @@ def test_the_divergence_comes_close_to_the_integral():
 
 def test_what_is_far_apart_diverges_by_a_number():
     atom, far = gaussian(-2.0, 1e-3), gaussian(1e6, 1e-3)
-    dying = Mixtures(np.array([[1.0, 1e-18]]), np.array([[-2.0, 1e6]]), np.full((1, 2), 1e-6))
+    dying = Mixtures(np.array([[1.0], [1e-18]]), np.array([[-2.0], [1e6]]), np.full((2, 1), 1e-6))
     for f in (atom, far, dying):
         for g in (atom, far, dying):
             assert 0.0 <= kl_divergence(f, g)[0] < np.inf
