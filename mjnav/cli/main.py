@@ -17,6 +17,7 @@ COMMANDS: Mapping[str, tuple[str, str]] = MappingProxyType(
         "run": ("mjnav.cli.run", "run one episode of a scene"),
         "list": ("mjnav.cli.list", "list scenes, controllers, noise profiles and behaviours"),
         "surface": ("mjnav.cli.surface", "draw what one decision's cost is over all speeds and turn rates"),
+        "calibrate": ("mjnav.cli.calibrate", "compare predicted risks with how often they come true"),
         "render": ("mjnav.cli.render", "draw the scene at one moment of a run"),
         "inspect": ("mjnav.cli.inspect", "say what a log holds and how its run went"),
     }

@@ -90,6 +90,6 @@ def collision_cone(
             raise InvalidValue(name, value.shape, "an array whose last axis is 2")
     columns = np.broadcast_arrays(r[..., 0], r[..., 1], q[..., 0], q[..., 1], np.asarray(combined_radius, float))
     out = np.empty(columns[0].shape)
-    flat = [np.ascontiguousarray(column).reshape(-1) for column in columns]
+    flat = [np.array(column, order="C").reshape(-1) for column in columns]
     _cone(out.reshape(-1), *flat, FORMS[form], inf if horizon is None else float(horizon))
     return out[()]

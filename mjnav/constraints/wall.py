@@ -68,5 +68,5 @@ def wall_clearance(
     columns = [a[..., axis] for a in arrays for axis in (0, 1)]
     columns = np.broadcast_arrays(*columns, np.asarray(radius, float))
     out = np.empty(columns[0].shape)
-    _wall(out.reshape(-1), *(np.ascontiguousarray(c).reshape(-1) for c in columns), float(horizon))
+    _wall(out.reshape(-1), *(np.array(c, order="C").reshape(-1) for c in columns), float(horizon))
     return out[()]

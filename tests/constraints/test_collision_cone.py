@@ -140,6 +140,10 @@ def test_arrays_that_must_not_be_written_are_only_read():
     assert collision_cone(r, q, 1.0).tolist() == [-1.0] * 3
 
 
+def test_one_pair_in_a_list_is_like_any_other():
+    assert collision_cone([[2.0, 0.0]], [[1.0, 0.0]], 1.0).tolist() == [-3.0]
+
+
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [

@@ -109,3 +109,7 @@ def test_bad_input_is_refused_by_its_name(arguments, message):
     with pytest.raises(InvalidValue) as error:
         wall_clearance(**arguments)
     assert message in str(error.value)
+
+
+def test_one_path_in_a_list_is_like_any_other():
+    assert wall_clearance([[0.0, 2.0]], [1.0, 0.0], [-1.0, 0.0], [1.0, 0.0], 1.0, 1.0).tolist() == [-3.0]

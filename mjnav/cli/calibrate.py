@@ -1,0 +1,156 @@
+"""`mjnav calibrate SCENE`: how far the predicted risk of the chosen controls can be believed, method by method."""
+
+import argparse
+import json
+import signal
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import asdict, replace
+from itertools import count
+
+from mjnav.cli.output import output_path
+from mjnav.cli.waiting import compile_notice, progress
+from mjnav.errors import InputError, InvalidValue
+from mjnav.loop.episode import WARM_UP_TICKS
+from mjnav.loop.prepare import load_scenario
+from mjnav.metrics.calibration import Bin, Calibration, Interval
+from mjnav.scenarios.spec import Scenario
+from mjnav.study.calibration import SETTINGS, Plan, calibrate, forecasts
+from mjnav.study.collision_event import EVENT
+
+PLAN = Plan()
+MAX_SEED = 2**63 - 1  # of a run file
+
+
+def configure(parser: argparse.ArgumentParser) -> None:
+    """The command's options."""
+    parser.add_argument("scene", metavar="SCENE", help="a shipped scene's name, or the path of a run file")
+    parser.add_argument(
+        "--controller",
+        nargs="+",
+        action="extend",
+        metavar="NAME",
+        help="one or more, each with its default parameters; the run file's by default",
+    )
+    parser.add_argument("--seeds", type=int, default=10, metavar="N", help="runs of each controller; 10 by default")
+    parser.add_argument("--first", type=int, default=0, metavar="S", help="the first seed; 0 by default")
+    parser.add_argument(
+        "--every", type=int, default=PLAN.every, metavar="K", help=f"every K-th decision; {PLAN.every} by default"
+    )
+    parser.add_argument(
+        "--draws", type=int, default=PLAN.draws, metavar="N", help=f"fresh draws a decision; {PLAN.draws} by default"
+    )
+    parser.add_argument(
+        "--setting",
+        choices=(*SETTINGS, "all"),
+        default="all",
+        help="samples around the truth (direct); the filters' samples against the model of motion from the true state "
+        "(filtered) or against rollouts (rollout)",
+    )
+    parser.add_argument(
+        "--set", action="append", default=[], dest="overrides", metavar="KEY=VALUE", help="any key: people.0.radius=0.4"
+    )
+    parser.add_argument("--workers", type=int, default=1, metavar="N", help="processes; 1 by default")
+    parser.add_argument("--json", action="store_true", help="one JSON object in place of text")
+    parser.add_argument("-o", "--output", metavar="OUT.png", help="a picture of the reliability curves")
+
+
+def execute(arguments: argparse.Namespace) -> int:
+    """Runs every controller under every seed and prints the tables."""
+    for key, low in (("seeds", 1), ("first", 0), ("every", 1), ("draws", 1), ("workers", 1)):
+        if getattr(arguments, key) < low:
+            raise InvalidValue(f"--{key}", getattr(arguments, key), f"a whole number >= {low}")
+    last = arguments.first + arguments.seeds - 1
+    if last > MAX_SEED:
+        raise InvalidValue("--first", arguments.first, f"a number for which the last seed is at most {MAX_SEED}")
+    picture = None if arguments.output is None else output_path("--output", arguments.output, ".png")
+    names = dict.fromkeys(arguments.controller or [None])
+    scenarios = [load_scenario(arguments.scene, arguments.overrides, controller=name) for name in names]
+    plan = Plan(SETTINGS if arguments.setting == "all" else (arguments.setting,), arguments.draws, arguments.every)
+    seeds = range(arguments.first, last + 1)
+
+    with _terminable():
+        with compile_notice():
+            for scenario in scenarios:
+                _warm_up(scenario, plan)
+        with progress(scenarios[0].name, len(scenarios) * len(seeds), "runs") as show:
+            found = calibrate(scenarios, seeds, plan, workers=arguments.workers, progress=show)
+    runs = f"seed {last}" if len(seeds) == 1 else f"seeds {seeds[0]} to {last}"
+    heading = f"{scenarios[0].name}, {runs}, every {_nth(plan.every)}decision, {plan.draws} draws"
+    if picture is not None:
+        from mjnav.report.calibration_figure import calibration_figure
+
+        try:
+            calibration_figure(found, heading).savefig(picture, format="png")
+        except OSError as error:
+            raise InputError(f"{picture}: {error.strerror or error}") from None
+    if arguments.json:
+        about = {"scene": scenarios[0].name, "seeds": list(seeds), "every": plan.every, "draws": plan.draws}
+        event = {"form": EVENT.form, "horizon_s": EVENT.horizon, "preview_s": EVENT.preview, "margin_m": 0.0}
+        methods = {name: {setting: asdict(c) for setting, c in row.items()} for name, row in found.items()}
+        print(json.dumps({"schema": 1, **about, "event": event, "methods": methods, "picture": arguments.output}))
+        return 0
+    print(heading)
+    print(f"event: the control, kept for {EVENT.horizon:g} s, hits a person, leg or pillar; [95 %] over seeds\n")
+    print(describe(found))
+    if picture is not None:
+        print(f"\n{picture}")
+    return 0
+
+
+def describe(found: dict[str, dict[str, Calibration]]) -> str:
+    """The methods side by side, then each one's reliability curve."""
+    width = max(map(len, (*found, "controller")))
+    lines = [
+        f"{'setting':8}  {'controller':{width}}  decisions  predicted  observed  "
+        f"{'bias':24}  {'expected calibration error':26}  Brier"
+    ]
+    for setting in next(iter(found.values())):
+        for name, row in found.items():
+            c = row[setting]
+            lines.append(
+                f"{setting:8}  {name:{width}}  {c.count:9}  {_share(c.predicted):>9}  {_share(c.observed):>8}  "
+                f"{_share(c.bias, '+') + _interval(c.bias_interval, '+'):24}  "
+                f"{_share(c.ece) + _interval(c.ece_interval):26}  {_share(c.brier)}"
+            )
+    for name, row in found.items():
+        for setting, c in row.items():
+            lines += ["", f"{name}, {setting}", "  predicted     decisions   mean  observed", *map(_row, c.bins)]
+    return "\n".join(lines)
+
+
+def _row(b: Bin) -> str:
+    span = "0" if b.high == 0.0 else f"{b.low:g} to {b.high:g}"
+    mean, observed = _share(b.predicted), f"{_share(b.observed)}{_interval(b.observed_interval)}"
+    return f"  {span:12}  {b.count:9}  {mean:>5}  {observed}"
+
+
+def _share(value: float | None, sign: str = "") -> str:
+    return "-" if value is None else format(value, f"{sign}.3f")
+
+
+def _interval(interval: Interval | None, sign: str = "") -> str:
+    return "" if interval is None else f" [{', '.join(_share(end, sign) for end in interval)}]"
+
+
+def _nth(every: int) -> str:
+    if every == 1:
+        return ""
+    ending = "th" if every // 10 % 10 == 1 else {1: "st", 2: "nd", 3: "rd"}.get(every % 10, "th")
+    return f"{every}{ending} "
+
+
+def _warm_up(scenario: Scenario, plan: Plan) -> None:
+    """Compiles what a run uses."""
+    asked = count()
+    forecasts(scenario, replace(plan, draws=1, every=1), stop=lambda: next(asked) >= WARM_UP_TICKS)
+
+
+@contextmanager
+def _terminable() -> Iterator[None]:
+    """SIGTERM ends workers too: it is taken for an interrupt."""
+    before = signal.signal(signal.SIGTERM, signal.default_int_handler)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGTERM, before)
