@@ -28,12 +28,15 @@ __all__ = [
 # name -> module:Class; the preset that it starts from where it has one; a line for `mjnav list`.
 REGISTRY: Mapping[str, str] = MappingProxyType(
     {
-        "cvar": "mjnav.control.cvar:Cvar",
         "gaussian-linearised": "mjnav.control.gaussian_linearised:GaussianLinearised",
         "gaussian-moments": "mjnav.control.gaussian_moments:GaussianMoments",
         "kld": "mjnav.control.kld:Kld",
+        "cvar": "mjnav.control.cvar:Cvar",
+        "dwa": "mjnav.control.dwa:Dwa",
         "mean": "mjnav.control.mean:Mean",
+        "mppi": "mjnav.control.mppi:Mppi",
         "mmd-dirac": "mjnav.control.mmd_dirac:MmdDirac",
+        "orca": "mjnav.control.orca:Orca",
         "rkhs": "mjnav.control.rkhs:Rkhs",
         "rkhs-paper": "mjnav.control.rkhs:Rkhs",
         "saa": "mjnav.control.saa:Saa",
@@ -41,12 +44,15 @@ REGISTRY: Mapping[str, str] = MappingProxyType(
 )
 DESCRIPTIONS: Mapping[str, str] = MappingProxyType(
     {
-        "cvar": "the mean of the worst share of samples must be safe (Rockafellar & Uryasev 2000; Yin et al. 2023)",
         "gaussian-linearised": "chance constraints, linearised about Gaussian means (Zhu & Alonso-Mora 2019)",
         "gaussian-moments": "mean(f) + k std(f) <= 0 under Gaussian beliefs (Gopalakrishnan et al. 2015; PRVO 2017)",
         "kld": "matches Gaussian mixtures of the constraints with collision-free ones by KL divergence (PVO 2020)",
+        "cvar": "the mean of the worst share of samples must be safe (Rockafellar & Uryasev 2000; Yin et al. 2023)",
+        "dwa": "the dynamic window: clearance along arcs, obstacles where they are now (Fox, Burgard & Thrun 1997)",
         "mean": "the constraints at the mean only (velocity obstacles, Fiorini & Shiller 1998)",
         "mmd-dirac": "the distance of violations from none, Gaussian kernel (Gupta, Singh & Krishna 2022)",
+        "mppi": "plans ahead: a mean of sampled rollouts, weighed by goal cost and collision probability (MPPI)",
+        "orca": "half-planes of velocity (van den Berg et al. 2011) through the effective centre (Snape et al. 2010)",
         "rkhs": "matches constraint distributions with collision-free ones in an RKHS (Nair et al. 2021), tuned",
         "rkhs-paper": "the same, literally as published",
         "saa": "at most a share of the samples may collide (sample average approximation; MMD-OPT 2024's baseline)",

@@ -1,4 +1,4 @@
-"""What a controller is, and what all that choose from the candidate grid share."""
+"""What a controller is, and what those share that see a problem, or choose from the candidate grid."""
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable
@@ -39,8 +39,8 @@ class Controller(Protocol):
         ...
 
 
-class GridController(ABC, Generic[P]):
-    """A method that picks one of the candidates: a subclass gives `evaluate` and its parameters' type."""
+class ProblemController(ABC, Generic[P]):
+    """A method that sees an observation as a `Problem`: a subclass gives `decide` and its parameters' type."""
 
     parameters_type: ClassVar[type[Parameters]] = Parameters
 
@@ -53,6 +53,26 @@ class GridController(ABC, Generic[P]):
         if self._latest is None or self._latest.observation is not observation:
             self._latest = Problem(observation, self.limits, self.period, self.parameters)
         return self._latest
+
+    @abstractmethod
+    def decide(self, observation: Observation) -> Decision:
+        """The control for the moment at which the observation's samples stand."""
+
+    def closest_cone(self, observation: Observation, decision: Decision) -> tuple[int, Array, Array] | None:
+        """The closest obstacle's samples at the chosen control, and what the method wants of them."""
+        problem = self.problem(observation)
+        if not problem.reach.discs:
+            return None
+        samples = problem.cone.samples(0, np.array([decision.v]), np.array([decision.omega]))[:, 0]
+        return problem.reach.discs[0], samples, self.desired_cone(problem, 0)
+
+    def desired_cone(self, problem: Problem, block: int) -> Array:
+        """The samples that the method wants of one disc or wall; empty for a method that wants none."""
+        return np.zeros(0)
+
+
+class GridController(ProblemController[P]):
+    """A method that picks one of the candidates: a subclass gives `evaluate` and its parameters' type."""
 
     def decide(self, observation: Observation) -> Decision:
         """The candidate of least total cost."""
@@ -72,18 +92,6 @@ class GridController(ABC, Generic[P]):
     @abstractmethod
     def evaluate(self, problem: Problem) -> CandidateCosts:
         """The cost of every candidate, term by term."""
-
-    def closest_cone(self, observation: Observation, decision: Decision) -> tuple[int, Array, Array] | None:
-        """The closest obstacle's samples at the chosen control, and what the method wants of them."""
-        problem = self.problem(observation)
-        if not problem.reach.discs:
-            return None
-        samples = problem.cone.samples(0, np.array([decision.v]), np.array([decision.omega]))[:, 0]
-        return problem.reach.discs[0], samples, self.desired_cone(problem, 0)
-
-    def desired_cone(self, problem: Problem, block: int) -> Array:
-        """The samples that the method wants of one disc or wall; empty for a method that wants none."""
-        return np.zeros(0)
 
 
 class WeightedController(GridController[W]):

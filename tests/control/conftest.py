@@ -7,7 +7,10 @@ import numpy as np
 import pytest
 
 from mjnav.constraints import collision_cone, lane_distance, wall_clearance
+from mjnav.geometry.clearance import segment_distance
 from mjnav.messages import Lanes, Observation, ObstacleSamples
+from mjnav.motion.diff_drive import reachable
+from mjnav.motion.unicycle import integrate
 
 
 def _skewed(rng, size):
@@ -144,3 +147,34 @@ def certain() -> Callable[..., Observation]:
         return replace(o, robot_pose=pose, control_noise=noise, obstacles=obstacles, lanes=lanes)
 
     return build
+
+
+@pytest.fixture(scope="session")
+def drive() -> Callable[..., tuple[bool, float]]:
+    """drive(controller, goal, heading=, discs=, walls=, seconds=) -> whether the goal was reached, least clearance [m].
+
+    A robot that starts at rest at the origin and does exactly what it decides, among discs (position, velocity, radius)
+    that walk on and walls, all known exactly. Every decision is checked to be within reach.
+    """
+
+    def run(controller, goal, *, heading=0.0, discs=(), walls=(), seconds=40.0) -> tuple[bool, float]:
+        pose, twist, least = np.array([0.0, 0.0, heading]), np.zeros(2), np.inf
+        goal, walls = np.array(goal, float), np.array(walls, float).reshape(-1, 2, 2)
+        for tick in range(round(seconds / controller.period)):
+            now = [(np.add(at, tick * controller.period * np.array(u)), np.array(u, float), r) for at, u, r in discs]
+            gaps = [np.hypot(*(at - pose[:2])) - r for at, _, r in now]
+            gaps += [float(segment_distance(pose[:2], *wall)) for wall in walls]
+            least = min([least, *(gap - controller.limits.radius for gap in gaps)])
+            if np.hypot(*(goal - pose[:2])) < 0.3:
+                return True, least
+            seen = tuple(ObstacleSamples(at[None], u[None], r) for at, u, r in now)
+            o = Observation(pose[None], np.zeros((1, 2)), twist, seen, goal, walls)
+            decision = controller.decide(o)
+            low, high = reachable(twist, controller.limits, controller.period)
+            twist = np.array([decision.v, decision.omega])
+            assert (low <= twist).all()
+            assert (twist <= high).all()
+            pose = integrate(pose, *twist, controller.period)
+        return False, least
+
+    return run

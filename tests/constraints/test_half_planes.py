@@ -1,0 +1,112 @@
+from itertools import combinations
+from math import cos, hypot, pi, sin
+
+import numpy as np
+import pytest
+from scipy.optimize import linprog
+
+from mjnav.constraints.half_planes import nearest_velocity
+
+BOX = ((-1.0, -1.0), (1.0, 1.0))
+
+
+def corners(planes, preferred):
+    """All points at which the nearest of a polygon may lie: the target, its feet on the edges, the corners."""
+    yield preferred
+    for a, b, c in planes:
+        gap = c - a * preferred[0] - b * preferred[1]
+        yield preferred[0] + gap * a, preferred[1] + gap * b
+    for (a, b, c), (d, e, f) in combinations(planes, 2):
+        det = a * e - b * d
+        if abs(det) > 1e-12:
+            yield (c * e - b * f) / det, (a * f - c * d) / det
+
+
+def nearest(planes, preferred, slack=1e-8):
+    """The nearest to `preferred` of the points that obey a x + b y >= c for all planes; None where there is none."""
+    obedient = [p for p in corners(planes, preferred) if all(a * p[0] + b * p[1] >= c - slack for a, b, c in planes)]
+    return min(obedient, key=lambda p: hypot(p[0] - preferred[0], p[1] - preferred[1]), default=None)
+
+
+def sides(low, high):
+    return [(1.0, 0.0, low[0]), (0.0, 1.0, low[1]), (-1.0, 0.0, -high[0]), (0.0, -1.0, -high[1])]
+
+
+def random_problem(seed):
+    rng = np.random.default_rng(seed)
+    num = int(rng.integers(0, 13))
+    angle = rng.uniform(-pi, pi, num)
+    normal = np.column_stack([np.cos(angle), np.sin(angle)])
+    offset = 0.5 * rng.normal(size=num) - rng.choice([0.0, 0.4])
+    return normal, offset, -rng.uniform(0.05, 1.0, 2), rng.uniform(0.05, 1.0, 2), rng.normal(size=2)
+
+
+def test_the_velocity_is_the_nearest_that_the_half_planes_and_the_box_leave():
+    solved = 0
+    for seed in range(400):
+        normal, offset, low, high, preferred = random_problem(seed)
+        velocity, violation = nearest_velocity(normal, offset, low, high, preferred)
+        planes = [(a, b, c) for (a, b), c in zip(normal, offset, strict=True)] + sides(low, high)
+        expected = nearest(planes, preferred)
+        if expected is not None:
+            assert violation <= 1e-8
+            assert velocity == pytest.approx(expected, abs=1e-6)
+            solved += violation == 0.0
+    assert 100 < solved < 390
+
+
+def test_where_they_leave_none_the_largest_violation_is_least_and_the_velocity_the_nearest_of_those():
+    conflicts = 0
+    for seed in range(400):
+        normal, offset, low, high, preferred = random_problem(seed)
+        if not len(offset):
+            continue
+        velocity, violation = nearest_velocity(normal, offset, low, high, preferred)
+        rows = np.column_stack([-normal, -np.ones(len(offset))])
+        bounds = [*zip(low, high, strict=True), (0.0, None)]
+        least = linprog([0.0, 0.0, 1.0], A_ub=rows, b_ub=-offset, bounds=bounds).fun
+        assert violation == pytest.approx(least, abs=1e-7)
+        assert np.maximum(offset - normal @ velocity, 0.0).max() == pytest.approx(least, abs=1e-7)
+        planes = [(a, b, c - least) for (a, b), c in zip(normal, offset, strict=True)] + sides(low, high)
+        # Where two planes are nearly parallel, the slack of rounding goes far along them.
+        assert velocity == pytest.approx(nearest(planes, preferred, 1e-7), abs=1e-4)
+        conflicts += violation > 0.0
+    assert conflicts > 100
+
+
+def test_exact_answers():
+    def solve(normal, offset, preferred):
+        velocity, violation = nearest_velocity(np.reshape(normal, (-1, 2)), offset, *BOX, preferred)
+        return *velocity.tolist(), violation
+
+    assert solve([], [], (0.3, -0.2)) == (0.3, -0.2, 0.0)
+    assert solve([], [], (3.0, -0.2)) == (1.0, -0.2, 0.0)
+    assert solve([(1.0, 0.0)], [0.5], (0.0, 0.25)) == (0.5, 0.25, 0.0)
+    assert solve([(1.0, 0.0), (0.0, 1.0)], [0.5, 0.5], (0.0, 0.0)) == (0.5, 0.5, 0.0)
+    assert solve([(0.6, 0.8)], [1.0], (0.0, 0.0)) == pytest.approx((0.6, 0.8, 0.0))
+    # Two that face each other: half way; the other axis stays free.
+    assert solve([(1.0, 0.0), (-1.0, 0.0)], [0.75, 0.25], (0.0, 0.1)) == pytest.approx((0.25, 0.1, 0.5), abs=1e-8)
+    # Three that point outwards from the middle.
+    star = [(cos(a), sin(a)) for a in (0.0, 2.0 * pi / 3.0, -2.0 * pi / 3.0)]
+    assert solve(star, [0.5, 0.5, 0.5], (0.9, 0.0)) == pytest.approx((0.0, 0.0, 0.5), abs=1e-8)
+    # One that the box does not reach: its nearest edge.
+    assert solve([(1.0, 0.0)], [3.0], (-0.5, 0.2)) == pytest.approx((1.0, 0.2, 2.0), abs=1e-8)
+
+
+def test_the_order_of_the_half_planes_changes_nothing():
+    for seed in range(60):
+        normal, offset, low, high, preferred = random_problem(seed)
+        order = np.random.default_rng(seed).permutation(len(offset))
+        velocity, violation = nearest_velocity(normal, offset, low, high, preferred)
+        other, same = nearest_velocity(normal[order], offset[order], low, high, preferred)
+        assert same == pytest.approx(violation, abs=1e-8)
+        assert other == pytest.approx(velocity, abs=1e-5)
+
+
+def test_the_box_is_kept_to_the_last_bit_even_where_it_has_no_size():
+    for seed in range(100):
+        normal, offset, low, high, preferred = random_problem(seed)
+        for high_ in (high, low):
+            velocity, _ = nearest_velocity(normal, offset, low, high_, preferred)
+            assert (low <= velocity).all()
+            assert (velocity <= high_).all()

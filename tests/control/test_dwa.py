@@ -1,0 +1,208 @@
+from dataclasses import replace
+from math import inf, sqrt
+
+import numpy as np
+import pytest
+
+from mjnav.control import make_controller
+from mjnav.errors import InvalidValue
+from mjnav.messages import Lanes, ObstacleSamples, RobotLimits, Status
+from mjnav.motion.diff_drive import reachable
+from mjnav.motion.unicycle import integrate
+
+PERIOD = 0.1
+SMALL = {"num_v": 4, "num_omega": 5}
+CROWDED = {"spread": 0.2, "near": 0.05, "far": 2.5}
+
+
+@pytest.fixture(scope="module")
+def dwa():
+    return make_controller("dwa", RobotLimits(), PERIOD)
+
+
+def disc(x, y, vx=0.0, vy=0.0, radius=0.3):
+    return ObstacleSamples(np.array([[x, y]]), np.array([[vx, vy]]), radius)
+
+
+def wall_distance(at, ends):
+    a, along = ends[0], ends[1] - ends[0]
+    s = np.clip((at - a) @ along / (along @ along), 0.0, 1.0)
+    return np.hypot(*(at - a - s[:, None] * along).T)
+
+
+class Literal:
+    """The method of the module's docstring, every arc driven in steps of a few millimetres."""
+
+    def __init__(self, o, controller):
+        self.o, self.p, self.limits = o, controller.parameters, controller.limits
+        heading = np.arctan2(np.sin(o.robot_pose[:, 2]).mean(), np.cos(o.robot_pose[:, 2]).mean())
+        self.pose = np.array([*o.robot_pose[:, :2].mean(axis=0), heading])
+
+    def way(self, v, omega, distance, radius):
+        """Until `distance` of the robot first falls below R, or below what it is now, if that is less."""
+        if v == 0.0:
+            return inf
+        length = self.p.clearance if omega == 0.0 else min(self.p.clearance, 2.0 * np.pi * abs(v / omega))
+        s = np.linspace(0.0, length, 2000)
+        gap = distance(integrate(self.pose, v, omega * np.ones_like(s), s / v)[:, :2])
+        touching = np.flatnonzero(gap < min(radius, gap[0]) - 1e-7)
+        return s[touching[0]] if len(touching) else inf
+
+    def ways(self, v, omega):
+        """To every disc, wall and lane boundary."""
+        o, r, margin = self.o, self.limits.radius, self.p.safety_margin
+        to_disc = [
+            self.way(v, omega, lambda at, d=d: np.hypot(*(at - d.position.mean(axis=0)).T), r + d.radius + margin)
+            for d in o.obstacles
+        ]
+        to_wall = [self.way(v, omega, lambda at, e=ends: wall_distance(at, e), r + margin) for ends in o.walls]
+
+        def inside(at, line, noise, side):
+            return side * ((at @ line[:2] + line[2]) / np.hypot(*line[:2]) + noise.mean())
+
+        to_left = self.way(v, omega, lambda at: inside(at, o.lanes.left, o.lanes.left_offset, -1.0), r)
+        to_right = self.way(v, omega, lambda at: inside(at, o.lanes.right, o.lanes.right_offset, 1.0), r)
+        return np.array([*to_disc, *to_wall, to_left, to_right])
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_every_risk_and_total_is_that_of_arcs_driven_in_small_steps(observe, seed):
+    controller = make_controller("dwa", RobotLimits(), PERIOD, **SMALL, clearance=2.0, weight=0.7)
+    o = observe(seed, num_obstacles=3, num_walls=2, **(CROWDED if seed % 3 == 2 else {}))
+    problem, literal = controller.problem(o), Literal(o, controller)
+    costs = controller.evaluate(problem)
+    for k, (v, omega) in enumerate(zip(costs.v, costs.omega, strict=True)):
+        ways = literal.ways(v, omega)
+        risk = 1.0 - np.minimum(ways, 2.0) / 2.0
+        assert np.concatenate([costs.cone[k], costs.lane[k]]) == pytest.approx(risk, abs=3e-3)
+        dist = ways.min()
+        stop = max(v * v / 2.0, abs(v * omega) / 6.0)  # accelerations of 1 m/s^2 and 3 rad/s^2
+        if abs(stop - dist) < 3e-3:
+            continue
+        if stop < dist:
+            assert costs.total[k] == pytest.approx(costs.goal[k] + 0.7 * risk.max(), abs=3e-3)
+        elif controller.decide(o).status != Status.INFEASIBLE:
+            assert costs.total[k] == inf
+
+
+def test_admissible_is_what_can_stop_before_the_contact(alone, dwa):
+    gap = 0.17
+    o = alone(twist=(0.6, 0.0), obstacles=(disc(gap + 0.22 + 0.05 + 0.3, 0.0),))
+    costs = dwa.decide(o).costs
+    straight = np.flatnonzero(np.abs(costs.omega) < 1e-12)
+    assert len(straight) >= 1
+    for k in straight:
+        assert (costs.total[k] < inf) == (costs.v[k] <= sqrt(2.0 * gap * 1.0))
+    assert {costs.total[k] < inf for k in straight} == {True, False}
+
+
+def test_the_velocity_of_an_obstacle_takes_no_part(alone, dwa):
+    still, walking = (dwa.decide(alone(obstacles=(disc(2.5, 0.3, *u),))) for u in ((0.0, 0.0), (-1.0, 0.4)))
+    assert (still.v, still.omega) == (walking.v, walking.omega)
+    assert (still.costs.total == walking.costs.total).all()
+
+
+def test_without_weight_only_what_is_not_admissible_counts(alone):
+    o = alone(obstacles=(disc(2.5, 0.3),))
+    costs = make_controller("dwa", RobotLimits(), PERIOD, weight=0.0).decide(o).costs
+    assert (costs.total == costs.goal).all()
+    assert costs.cone.any()
+
+
+def test_a_way_beyond_the_clearance_counts_for_nothing(alone):
+    o = alone(obstacles=(disc(3.0, 0.0),))
+    for clearance, risky in ((2.0, False), (3.0, True)):
+        costs = make_controller("dwa", RobotLimits(), PERIOD, clearance=clearance).decide(o).costs
+        assert costs.cone.any() == risky
+
+
+def test_where_nothing_is_admissible_it_brakes_and_says_so(alone, dwa):
+    decision = dwa.decide(alone(twist=(0.8, 0.0), obstacles=(disc(0.65, 0.0),)))
+    assert decision.status == Status.INFEASIBLE
+    assert decision.v == pytest.approx(0.7)
+    assert np.isfinite(decision.costs.total).any()
+
+
+def test_a_robot_that_touches_something_may_drive_away_from_it(alone, dwa):
+    decision = dwa.decide(alone(twist=(0.3, 0.0), obstacles=(disc(-0.3, 0.0),)))
+    assert decision.v == pytest.approx(0.4)
+
+
+def test_columns_are_those_of_the_obstacles_and_walls(alone, dwa):
+    far, ahead = disc(-30.0, 0.0), disc(1.5, 0.0)
+    behind = [[-1.0, -1.0], [-1.0, 1.0]]
+    across = [[1.9, -1.0], [1.9, 1.0]]
+    lanes = Lanes((0.0, 1.0, -0.3), (0.0, 1.0, 9.0), np.zeros(25), np.zeros(25))
+    costs = dwa.decide(alone(obstacles=(far, ahead), walls=np.array([behind, across]), lanes=lanes)).costs
+    assert costs.cone.shape == (402, 4)
+    assert costs.cone.any(axis=0).tolist() == [False, True, False, True]
+    assert costs.lane.any(axis=0).tolist() == [True, False]
+
+
+@pytest.mark.parametrize("goal", [(4.0, 0.0), (3.0, 3.0), (-3.0, 0.5), (-4.0, 0.0), (0.0, 2.0)])
+def test_it_reaches_a_goal_in_the_open_wherever_it_lies(drive, dwa, goal):
+    assert drive(dwa, goal, seconds=20.0)[0]
+
+
+@pytest.mark.parametrize("aside", [-0.3, -0.1, 0.05, 0.2])
+def test_it_passes_a_pillar_at_rest(drive, dwa, aside):
+    reached, clearance = drive(dwa, (6.0, 0.0), discs=[((3.0, aside), (0.0, 0.0), 0.3)])
+    assert reached
+    assert clearance > 0.0
+
+
+def test_it_passes_someone_who_comes_towards_it_slowly(drive, dwa):
+    reached, clearance = drive(dwa, (6.0, 0.0), discs=[((5.0, 0.2), (-0.2, 0.0), 0.3)])
+    assert reached
+    assert clearance > 0.0
+
+
+def test_it_drives_along_a_wall_and_stops_before_one(drive, dwa):
+    assert drive(dwa, (4.0, 0.0), walls=[[[-2.0, 0.4], [8.0, 0.4]]], seconds=15.0)[0]
+    reached, clearance = drive(dwa, (4.0, 0.0), walls=[[[2.0, -50.0], [2.0, 50.0]]], seconds=20.0)
+    assert not reached
+    assert clearance > 0.0
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_the_decision_is_the_cheapest_within_reach(observe, dwa, seed):
+    o = observe(seed, **(CROWDED if seed % 2 else {}))
+    decision = dwa.decide(o)
+    low, high = reachable(o.twist, dwa.limits, PERIOD)
+    assert low[0] <= decision.v <= high[0]
+    assert low[1] <= decision.omega <= high[1]
+    costs = decision.costs
+    best = np.argmin(costs.total)
+    assert (decision.v, decision.omega) == (costs.v[best], costs.omega[best])
+    assert np.isfinite(costs.total[best])
+    assert (costs.cone >= 0.0).all()
+    assert (costs.cone <= 1.0).all()
+
+
+def test_what_is_degenerate_is_decided_all_the_same(alone, dwa):
+    zero = np.zeros(25)
+    on_top, point = disc(0.0, 0.0), np.zeros((1, 2, 2))
+    lanes = Lanes((0.0, 1.0, 1.0), (0.0, 1.0, -1.0), zero, zero)  # nothing lies between them
+    for o in (
+        alone(num_samples=1),
+        alone(twist=(0.0, 0.0)),
+        alone(twist=(9.0, -9.0)),
+        alone(goal=(0.0, 0.0)),
+        alone(obstacles=(on_top, on_top)),
+        alone(obstacles=(on_top,), twist=(0.0, 0.0)),
+        alone(obstacles=(disc(0.3, 0.0, radius=0.0),)),
+        alone(walls=point),
+        alone(walls=np.array([[[-1.0, 0.0], [1.0, 0.0]]])),
+        alone(lanes=lanes),
+        replace(alone(), walls=np.zeros((0, 2, 2))),
+    ):
+        costs = dwa.decide(o).costs
+        assert not np.isnan(costs.total).any()
+        assert np.isfinite(costs.total).any()
+        assert np.isfinite(costs.cone).all()
+
+
+@pytest.mark.parametrize(("key", "value"), [("weight", -1.0), ("weight", inf), ("clearance", 0.0), ("clearance", inf)])
+def test_parameters_that_cannot_be_are_refused(key, value):
+    with pytest.raises(InvalidValue, match=f"{key}: found"):
+        make_controller("dwa", RobotLimits(), PERIOD, **{key: value})
