@@ -86,7 +86,12 @@ def execute(arguments: argparse.Namespace) -> int:
             raise InputError(f"{picture}: {error.strerror or error}") from None
     if arguments.json:
         about = {"scene": scenarios[0].name, "seeds": list(seeds), "every": plan.every, "draws": plan.draws}
-        event = {"form": EVENT.form, "horizon_s": EVENT.horizon, "preview_s": EVENT.preview, "margin_m": 0.0}
+        event = {
+            "form": EVENT.form,
+            "horizon_s": EVENT.horizon,
+            "preview_s": EVENT.preview,
+            "margin_m": EVENT.safety_margin,
+        }
         methods = {name: {setting: asdict(c) for setting, c in row.items()} for name, row in found.items()}
         print(json.dumps({"schema": 1, **about, "event": event, "methods": methods, "picture": arguments.output}))
         return 0

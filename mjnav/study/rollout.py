@@ -24,7 +24,7 @@ def _num_hits(x0, y0, heading0, twist, noise, ox, oy, ovx, ovy, radius, window):
     for i in range(noise.shape[0]):
         x, y, heading, hit = x0, y0, heading0, False
         for s in range(noise.shape[1]):
-            # The exact arc of a window; the cone sees its chord, v omega T^2 / 8 from it: 1 mm.
+            # The exact arc of a window; the cone sees its chord, v omega T^2 / 8 from it: 2 mm at most.
             half = 0.5 * window * (twist[s, 1] + noise[i, s, 1])
             speed = (twist[s, 0] + noise[i, s, 0]) * (np.sin(half) / half if abs(half) > 1e-9 else 1.0)
             vx, vy = speed * np.cos(heading + half), speed * np.sin(heading + half)
