@@ -47,7 +47,7 @@ PARALLEL = 1e-12  # [m^2/s] cross product of velocity and wall below which they 
 class GaussianLinearisedParameters(Parameters):
     """The risk that is accepted; above 0.5 more spread would count as safer."""
 
-    delta: float = 0.05  # probability that one constraint is violated; at 0.5 the mean decides
+    delta: float = 0.1  # probability that one constraint is violated; at 0.5 the mean decides
 
     def __post_init__(self):
         Parameters.__post_init__(self)

@@ -3,10 +3,10 @@
 Gaussians are fitted to the samples of the robot (pose, actuation noise, lane offsets) and of every obstacle (position,
 velocity), samples are drawn from those, and of each constraint f on these samples
 
-    mean(f) + k std(f) <= 0
+    mean(f) + k std(f) <= 0,   that is   Phi(mean(f) / std(f)) <= Phi(-k)
 
-is asked, which bounds the probability of f > 0 by 1 - eta. Cantelli's inequality gives k = sqrt(eta / (1 - eta)) for
-any distribution of f; were f itself Gaussian, the quantile k = Phi^-1(eta) would do, which is never more.
+is asked, so that f > 0 has at most probability 1 - eta. Cantelli's inequality gives k = sqrt(eta / (1 - eta)) for any
+distribution of f; were f itself Gaussian, the quantile k = Phi^-1(eta) would do, which is never more.
 
 Sources: Gopalakrishnan, Singh & Krishna 2015, "Closed-form characterization of collision free velocities and
 confidence bounds for non-holonomic robots in uncertain dynamic environments"; Gopalakrishnan, Singh, Kaushik, Krishna
@@ -14,13 +14,13 @@ confidence bounds for non-holonomic robots in uncertain dynamic environments"; G
 clip changes no f > 0, so the bound holds; it takes away spread among what is safe, of which f, a square of distances,
 has most where the obstacle is far.
 
-The risk is mean(f) + k std(f), allowed up to 0. `infeasible`: no candidate is allowed, and the one whose risks above 0
-sum to the least is taken.
+The risk is Phi(mean / std), the probability of f > 0 were f Gaussian, allowed up to Phi(-k). `infeasible`: no
+candidate is allowed, and the one whose risks above that sum to the least is taken: mean + k std itself grows with the
+spread of what is far off, and would weigh more than a wall close by.
 """
 
 from dataclasses import dataclass
-from functools import partial
-from math import sqrt
+from math import erfc, sqrt
 from statistics import NormalDist
 from typing import ClassVar
 
@@ -76,8 +76,13 @@ class GaussianMoments(ConstrainedController[GaussianMomentsParameters]):
             for body, size in (("robot", ROBOT_STATE), ("obstacle", DISC_STATE))
         )
 
+    @property
+    def bound(self) -> float:
+        """Phi(-k)."""
+        return NormalDist().cdf(-deviations(self.parameters.eta, self.parameters.tail))
+
     def risk(self, problem: Problem) -> tuple[Array, Array]:
-        """mean(f) + k std(f) of every constraint."""
+        """Phi(mean(f) / std(f)) of every constraint."""
         o, c, p = problem.observation, problem.candidates, self.parameters
         heading = problem.mean_pose[2]
         # Rows times `axes` turn from the mean robot's frame to the world's: draws in that frame turn with the world.
@@ -85,13 +90,12 @@ class GaussianMoments(ConstrainedController[GaussianMomentsParameters]):
         pose, noise, offsets = self._robot(problem, axes)
         discs = Discs.of([self._disc(o.obstacles[j], axes) for j in problem.reach.discs])
         pairs = blocks(pose[:, :2], discs, problem.reach, o, self.limits, p)
-        bound = partial(_mean_and_deviations, k=deviations(p.eta, p.tail))
-        cone = SampleCone.of(pairs, problem.rule, pose, noise, p.preview).reduce(c.v, c.omega, bound)
+        cone = SampleCone.of(pairs, problem.rule, pose, noise, p.preview).reduce(c.v, c.omega, _probability)
         lane = np.zeros((len(c.v), 2))
         if o.lanes is not None:
             margin = self.limits.radius
             for side, samples in enumerate(lane_samples(o.lanes, pose, noise, offsets, c.v, c.omega, margin, p)):
-                lane[:, side] = bound(np.ascontiguousarray(samples.T))
+                lane[:, side] = _probability(np.ascontiguousarray(samples.T))
         return cone, lane
 
     def _robot(self, problem: Problem, axes: Array) -> tuple[Array, Array, tuple[Array, Array]]:
@@ -140,14 +144,23 @@ def white(draws: Array) -> Array:
 
 
 @kernel
-def _mean_and_deviations(samples, k):
-    """mean + k std of samples (n, K): (K,). The mean is taken first: squares of what hardly differs would cancel."""
+def _probability(samples):
+    """Phi(mean / std) of samples (n, K), (K,); 0 or 1 where there is no spread.
+
+    The mean is taken first: squares of what hardly differs would cancel.
+    """
     mean, square = np.zeros(samples.shape[1]), np.zeros(samples.shape[1])
     for i in range(samples.shape[0]):
-        for j in range(mean.size):
-            mean[j] += samples[i, j]
+        for k in range(mean.size):
+            mean[k] += samples[i, k]
     mean /= samples.shape[0]
     for i in range(samples.shape[0]):
-        for j in range(mean.size):
-            square[j] += (samples[i, j] - mean[j]) ** 2
-    return mean + k * np.sqrt(square / samples.shape[0])
+        for k in range(mean.size):
+            square[k] += (samples[i, k] - mean[k]) ** 2
+    out = np.empty(mean.size)
+    for k in range(mean.size):
+        if square[k] > 0.0:
+            out[k] = 0.5 * erfc(-mean[k] / sqrt(2.0 * square[k] / samples.shape[0]))
+        else:
+            out[k] = 1.0 if mean[k] > 0.0 else 0.0
+    return out
