@@ -39,9 +39,10 @@ TOLERANCE = 1e-10  # of the terms left out, as a share of k(x, x) = 1
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MmdDiracParameters(WeightedParameters):
-    """The weighted methods' parameters and the kernel."""
+    """The weighted methods' parameters, with a weight of this risk's size, and the kernel."""
 
-    bandwidth: float = 0.5  # sigma, in the unit of f: R^2 where normalised
+    weight: float = 100.0
+    bandwidth: float = 1.0  # sigma, in the unit of f: R^2 where normalised
 
     def __post_init__(self):
         WeightedParameters.__post_init__(self)
