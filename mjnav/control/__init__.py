@@ -45,17 +45,17 @@ REGISTRY: Mapping[str, str] = MappingProxyType(
 DESCRIPTIONS: Mapping[str, str] = MappingProxyType(
     {
         "gaussian-linearised": "chance constraints, linearised about Gaussian means (Zhu & Alonso-Mora 2019)",
-        "gaussian-moments": "mean(f) + k std(f) <= 0 under Gaussian beliefs (Gopalakrishnan et al. 2015; PRVO 2017)",
-        "kld": "matches Gaussian mixtures of the constraints with collision-free ones by KL divergence (PVO 2020)",
-        "cvar": "the mean of the worst share of samples must be safe (Rockafellar & Uryasev 2000; Yin et al. 2023)",
-        "dwa": "the dynamic window: clearance along arcs, obstacles where they are now (Fox, Burgard & Thrun 1997)",
+        "gaussian-moments": "mean(f) + k std(f) <= 0, Gaussian beliefs (Gopalakrishnan et al. 2015; PRVO 2017)",
+        "kld": "as rkhs, by the KL divergence of Gaussian mixtures (PVO, Poonganam et al. 2020)",
+        "cvar": "the mean of the worst samples must be safe (Rockafellar & Uryasev 2000)",
+        "dwa": "clearance along arcs, obstacles where they are now (Fox, Burgard & Thrun 1997)",
         "mean": "the constraints at the mean only (velocity obstacles, Fiorini & Shiller 1998)",
         "mmd-dirac": "the distance of violations from none, Gaussian kernel (Gupta, Singh & Krishna 2022)",
-        "mppi": "plans ahead: a mean of sampled rollouts, weighed by goal cost and collision probability (MPPI)",
-        "orca": "half-planes of velocity (van den Berg et al. 2011) through the effective centre (Snape et al. 2010)",
-        "rkhs": "matches constraint distributions with collision-free ones in an RKHS (Nair et al. 2021), tuned",
+        "mppi": "a mean of sampled rollouts, weighed by their cost (Williams et al. 2017; DRA-MPPI 2025)",
+        "orca": "half-planes of velocity (van den Berg et al. 2011), effective centre (Snape et al. 2010)",
+        "rkhs": "matches distributions with collision-free ones in an RKHS (Nair et al. 2021), tuned",
         "rkhs-paper": "the same, literally as published",
-        "saa": "at most a share of the samples may collide (sample average approximation; MMD-OPT 2024's baseline)",
+        "saa": "at most a share of the samples may collide (sample average approximation)",
     }
 )
 PRESETS: Mapping[str, str] = MappingProxyType({"rkhs-paper": "mjnav.control.rkhs:PAPER"})

@@ -3,13 +3,18 @@ from math import inf, nan
 import numpy as np
 import pytest
 
-from mjnav.control import PRESETS, REGISTRY, make_controller, names
+from mjnav.control import PRESETS, REGISTRY, describe, make_controller, names
+from mjnav.control.parameters import Parameters
 from mjnav.errors import InvalidValue
 from mjnav.messages import RobotLimits
 
 
 def test_the_names_are_sorted_and_each_makes_a_controller(limits):
-    assert names() == ("mean", "rkhs", "rkhs-paper")
+    assert names() == (
+        "cvar", "dwa", "gaussian-linearised", "gaussian-moments", "kld", "mean", "mmd-dirac", "mppi", "orca", "rkhs",
+        "rkhs-paper", "saa",
+    )  # fmt: skip
+    assert set(describe()) == set(names())
     for name in names():
         assert callable(make_controller(name, limits, 0.1).decide)
 
@@ -36,15 +41,17 @@ def test_given_parameters_come_over_those_of_the_preset(limits):
 
 
 def test_the_shared_parameters_are_the_same_in_every_tuned_method(limits):
-    rkhs, mean = (make_controller(name, limits, 0.1).parameters for name in ("rkhs", "mean"))
-    assert all(getattr(rkhs, key) == getattr(mean, key) for key in type(mean).__dataclass_fields__)
+    rkhs = make_controller("rkhs", limits, 0.1).parameters
+    for name in sorted({*names()} - {"rkhs-paper"}):
+        other = make_controller(name, limits, 0.1).parameters
+        assert all(getattr(rkhs, key) == getattr(other, key) for key in Parameters.__dataclass_fields__), name
     assert (rkhs.num_v, rkhs.num_omega, rkhs.samples, rkhs.max_obstacles, rkhs.safety_margin) == (20, 20, 25, 16, 0.05)
 
 
 @pytest.mark.parametrize(
     ("name", "parameters", "message"),
     [
-        ("rkhz", {}, "method: found 'rkhz'; allowed: mean, rkhs, rkhs-paper; did you mean 'rkhs'?"),
+        ("rkhz", {}, "method: found 'rkhz'; allowed: cvar, dwa, gaussian-linearised, "),
         ("rkhs", {"weigth": 1.0}, "weigth: found 'weigth'; allowed: approach_time, ball, clip, degree"),
         ("rkhs", {"weigth": 1.0}, "did you mean 'weight'?"),
         ("mean", {"degree": 2}, "degree: found 'degree'; allowed: approach_time, clip, form"),
