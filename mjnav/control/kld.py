@@ -28,7 +28,7 @@ class KldParameters(MatchingParameters):
 
     num_components: int = 2
     num_iterations: int = 10  # of EM
-    std_floor: float = 0.2  # of every component, in f's unit
+    std_floor: float = 1.0  # of every component, in f's unit; tuned: so wide, it is mostly means that are compared
 
     def __post_init__(self):
         MatchingParameters.__post_init__(self)

@@ -60,7 +60,8 @@ def assert_as_written_down(limits, constraint_samples):
 
 
 def compare(observation, limits, constraint_samples, **parameters):
-    controller = make_controller("kld", limits, 0.1, **SMALL, **parameters)
+    # A floor so low that the components' own widths count.
+    controller = make_controller("kld", limits, 0.1, **SMALL, **{"std_floor": 0.1, **parameters})
     problem, p = controller.problem(observation), controller.parameters
     cone, lane = controller.risk(problem)
     columns, lanes = constraint_samples(controller, observation)
