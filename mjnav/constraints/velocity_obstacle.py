@@ -55,23 +55,22 @@ def leave_velocity_obstacle(rx, ry, qx, qy, radius, horizon, period):
 def _leave(normal, depth, r, q, radius, horizon, period):
     for b in range(depth.size):
         normal[b, 0], normal[b, 1], depth[b] = leave_velocity_obstacle(
-            r[b, 0], r[b, 1], q[b, 0], q[b, 1], radius[b], horizon[b], period
+            r[b, 0], r[b, 1], q[b, 0], q[b, 1], radius[b], horizon, period
         )
 
 
 def velocity_obstacle_exits(
-    relative_position: ArrayLike, relative_velocity: ArrayLike, radius: ArrayLike, horizon: ArrayLike, period: float
+    relative_position: ArrayLike, relative_velocity: ArrayLike, radius: ArrayLike, horizon: float, period: float
 ) -> tuple[Array, Array]:
-    """n (B, 2) and n . u (B,) [m/s] for r and q (B, 2) and R (B,); `horizon` [s], one or (B,), and `period` [s].
+    """n (B, 2) and n . u (B,) [m/s] for r and q (B, 2) and R (B,); `horizon` and `period` [s].
 
     Every relative velocity w with n . (w - q) >= n . u keeps clear of the obstacle for `horizon`. Raises InvalidValue.
     """
     for key, value in (("horizon", horizon), ("period", period)):
-        if not (np.greater(value, 0.0) & np.less(value, np.inf)).all():
+        if not 0.0 < value < np.inf:
             raise InvalidValue(key, value, "a finite number > 0")
     r, q = (np.ascontiguousarray(a, dtype=float).reshape(-1, 2) for a in (relative_position, relative_velocity))
     radius = np.ascontiguousarray(radius, dtype=float).reshape(-1)
-    horizon = np.full(len(radius), horizon, dtype=float)
     normal, depth = np.empty_like(r), np.empty(len(r))
-    _leave(normal, depth, r, q, radius, horizon, float(period))
+    _leave(normal, depth, r, q, radius, float(horizon), float(period))
     return normal, depth

@@ -26,7 +26,7 @@ import numpy as np
 
 from mjnav.constraints.arc import contact_distance
 from mjnav.constraints.lane import lane_distance
-from mjnav.control.base import GridController, candidate_costs
+from mjnav.control.base import GridController
 from mjnav.control.nominal import least_violating
 from mjnav.control.parameters import Parameters, at_least, finite
 from mjnav.control.problem import Problem
@@ -54,15 +54,17 @@ class Dwa(GridController[DwaParameters]):
 
     def evaluate(self, problem: Problem) -> CandidateCosts:
         """Goal cost plus weighted lack of clearance; infinite where the candidate is not admissible."""
-        p, c = self.parameters, problem.candidates
+        p, c, o = self.parameters, problem.candidates, problem.observation
         ways = self.ways(problem, c.v, c.omega)
         risk = 1.0 - np.minimum(ways, p.clearance) / p.clearance
-        total = problem.goal + p.weight * risk.max(axis=1, initial=0.0)
+        total = problem.goal + p.weight * risk.max(axis=1)
         admissible = least_violating(self.excess(c.v, c.omega, ways))
-        num_blocks, lane = len(problem.cone.blocks.column), np.zeros((len(total), 2))
-        if problem.observation.lanes is not None:
-            lane = risk[:, num_blocks:]
-        return candidate_costs(problem, risk[:, :num_blocks], lane, np.where(admissible, total, inf))
+        num_discs, num_obstacles = len(problem.reach.discs), len(o.obstacles)
+        cone = np.zeros((len(total), num_obstacles + len(o.walls)))
+        cone[:, list(problem.reach.discs)] = risk[:, :num_discs]
+        cone[:, num_obstacles:] = risk[:, num_discs:-2]
+        total = np.where(admissible, total, inf)
+        return CandidateCosts(c.v, c.omega, problem.goal, cone, risk[:, -2:], total, problem.nominal)
 
     def status(self, problem: Problem, costs: CandidateCosts, best: int) -> Status:
         """`infeasible` where the chosen candidate is not admissible."""
@@ -72,14 +74,17 @@ class Dwa(GridController[DwaParameters]):
         return super().status(problem, costs, best)
 
     def ways(self, problem: Problem, v: Array, omega: Array) -> Array:
-        """dist [m] of controls (K,) to every disc and wall in reach, (K, B), and to the lane boundaries, (K, B + 2)."""
+        """dist [m] of controls (K,) to the discs in reach, to all walls and to both lane boundaries, (K, D + W + 2).
+
+        The shared reach leaves out walls beyond `wall_horizon`, which may be nearer than `clearance`.
+        """
         o, (x, y, heading) = problem.observation, problem.mean_pose
         c, s = np.cos(heading), np.sin(heading)
         to_robot = np.array([[c, -s], [s, c]])  # from the right
         discs = problem.discs.means().take(problem.reach.discs)
         radius = self.limits.radius + self.parameters.safety_margin
         disc = np.column_stack([(discs.position - (x, y)) @ to_robot, discs.radius + radius])
-        ends = (o.walls[list(problem.reach.walls)] - (x, y)) @ to_robot
+        ends = (o.walls - (x, y)) @ to_robot
         wall = np.column_stack([ends.reshape(-1, 4), np.full(len(ends), radius)])
         line = np.zeros((0, 4))
         if o.lanes is not None:
@@ -92,7 +97,8 @@ class Dwa(GridController[DwaParameters]):
                 ]
                 for boundary, noise, inwards in sides
             ])  # fmt: skip
-        return contact_distance(v, omega, disc, wall, line)
+        ways = contact_distance(v, omega, disc, wall, line)
+        return ways if o.lanes is not None else np.column_stack([ways, np.full((len(v), 2), inf)])
 
     def excess(self, v: Array, omega: Array, ways: Array) -> Array:
         """By how much the way to a stop goes beyond the first contact [m], (K,)."""
@@ -100,4 +106,4 @@ class Dwa(GridController[DwaParameters]):
             v * v / (2.0 * self.limits.max_acceleration),
             np.abs(v * omega) / (2.0 * self.limits.max_turn_acceleration),
         )
-        return np.maximum(stop - ways.min(axis=1, initial=inf), 0.0)
+        return np.maximum(stop - ways.min(axis=1), 0.0)

@@ -1,7 +1,6 @@
 """`orca`: optimal reciprocal collision avoidance on a differential drive, at the means only.
 
-The velocity nearest to the preferred one within half-planes that keep clear of whatever moves for `time_horizon`, and
-of what is at rest for `wall_horizon`, as with the two horizons of the authors' RVO2 library,
+The velocity nearest to the preferred one within half-planes that keep clear of every disc for `time_horizon`,
 
     V* = argmin |V - V_pref|   subject to   n_j . (V - (V_now + alpha u_j)) >= 0
 
@@ -97,9 +96,7 @@ class Orca(ProblemController[OrcaParameters]):
         position = (discs.position - problem.mean_pose[:2]) @ to_robot - np.array([p.effective_centre, 0.0])
         radius = discs.radius + self._radius + p.safety_margin
         relative_velocity = now - discs.velocity @ to_robot
-        at_rest = ~discs.velocity.any(axis=1)
-        horizon = np.where(at_rest, p.wall_horizon, p.time_horizon)
-        normal, depth = velocity_obstacle_exits(position, relative_velocity, radius, horizon, self.period)
+        normal, depth = velocity_obstacle_exits(position, relative_velocity, radius, p.time_horizon, self.period)
         return normal, normal @ now + p.responsibility * depth
 
     def _walls(self, problem: Problem) -> tuple[Array, Array]:

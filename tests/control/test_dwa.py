@@ -128,6 +128,14 @@ def test_a_robot_that_touches_something_may_drive_away_from_it(alone, dwa):
     assert decision.v == pytest.approx(0.4)
 
 
+def test_a_wall_within_the_clearance_counts_from_afar(alone):
+    o = alone(walls=np.array([[[3.9, -9.0], [3.9, 9.0]]]))
+    controller = make_controller("dwa", RobotLimits(), PERIOD, clearance=4.0)
+    ways = controller.ways(controller.problem(o), np.array([0.5]), np.array([0.0]))
+    assert ways[0].tolist() == pytest.approx([3.9 - 0.22 - 0.05, inf, inf])
+    assert controller.decide(o).costs.cone.any()
+
+
 def test_columns_are_those_of_the_obstacles_and_walls(alone, dwa):
     far, ahead = disc(-30.0, 0.0), disc(1.5, 0.0)
     behind = [[-1.0, -1.0], [-1.0, 1.0]]

@@ -37,7 +37,7 @@ def centre_velocity(decision, heading, lead):
 
 
 @given(st.floats(-3.1, 3.1), st.floats(-1.0, 1.0), st.floats(-8.0, 8.0))
-def test_the_effective_centre_moves_at_the_velocity_that_was_chosen(alone, heading, v, omega):
+def test_the_effective_centre_moves_at_the_velocity_that_was_chosen(heading, v, omega):
     """Simulated: the unicycle under (v, omega) against v e + D omega e'."""
     lead, dt = 0.25, 1e-6
     before, after = np.array([0.0, 0.0, heading]), integrate([0.0, 0.0, heading], v, omega, dt)
@@ -78,7 +78,6 @@ def test_what_obeys_the_half_planes_keeps_the_effective_disc_clear_for_the_horiz
     controller = make_controller("orca", FREE, PERIOD)
     p = controller.parameters
     o = observe(seed, near=1.5, num_walls=1)
-    o = replace(o, obstacles=(*o.obstacles, disc(*(o.goal + 0.1))))
     decision = controller.decide(o)
     if decision.status == Status.INFEASIBLE:
         return
@@ -89,7 +88,7 @@ def test_what_obeys_the_half_planes_keeps_the_effective_disc_clear_for_the_horiz
     radius = FREE.radius + p.effective_centre
     for obstacle in o.obstacles:
         at, u = obstacle.position.mean(axis=0), obstacle.velocity.mean(axis=0)
-        t = np.linspace(0.0, p.time_horizon if u.any() else p.wall_horizon, 500)[:, None]
+        t = np.linspace(0.0, p.time_horizon, 500)[:, None]
         gap = np.hypot(*(start + t * velocity - at - t * u).T)
         allowed = obstacle.radius + radius + p.safety_margin
         assert gap.min() >= allowed - 1e-6 or gap[0] < allowed
@@ -121,17 +120,6 @@ def test_half_the_responsibility_is_half_the_change(alone):
     assert normals[0] == pytest.approx(normals[1])
     assert offsets[0] == pytest.approx(0.5 * offsets[1])
     assert offsets[1] > 0.0
-
-
-def test_what_is_at_rest_is_looked_at_for_the_horizon_of_walls(alone):
-    controller = make_controller(
-        "orca", RobotLimits(), PERIOD, effective_centre=0.2, time_horizon=4.0, wall_horizon=2.0
-    )
-    for speed, horizon in ((0.0, 2.0), (1e-6, 4.0)):
-        o = alone(twist=(0.0, 0.0), obstacles=(disc(3.0, 0.0, speed),))
-        normal, offset = controller.half_planes(controller.problem(o))
-        assert normal == pytest.approx(np.array([[-1.0, 0.0]]))
-        assert offset == pytest.approx([-(3.0 - 0.2 - 0.2 - 0.22 - 0.05 - 0.3) / horizon], abs=1e-5)
 
 
 def test_a_wall_bounds_the_speed_towards_it_and_nothing_else(alone):
