@@ -17,6 +17,8 @@ from mjnav.control.parameters import Parameters
 from mjnav.geometry.angles import wrap
 from mjnav.messages import Array, RobotLimits
 
+TINY = 1e-300  # [m], so that the way to a goal that is reached has a length
+
 
 @dataclass(frozen=True, slots=True)
 class GoalCost:
@@ -56,11 +58,11 @@ class GoalCost:
         )
 
     def __call__(self, position: Array, goal: Array) -> Array:
-        """J, (K,), at a mean position (2,) on the way to `goal` (2,)."""
-        dx, dy = float(goal[0] - position[0]), float(goal[1] - position[1])
+        """J, (K,), at a mean position (2,) on the way to `goal` (2,); positions (2, ...) broadcast with the terms."""
+        dx, dy = goal[0] - position[0], goal[1] - position[1]
         distance = np.hypot(dx, dy)
-        speed = min(self.speed, distance / self.approach_time)
-        per_metre = speed / distance if distance > 0.0 else 0.0
+        speed = np.minimum(self.speed, distance / self.approach_time)
+        per_metre = speed / np.maximum(distance, TINY)
         ex, ey = self.vx - per_metre * dx, self.vy - per_metre * dy
         turn = wrap(self.heading - np.arctan2(dy, dx)) / np.pi
         return ex * ex + ey * ey + self.heading_weight * turn * turn + self.change

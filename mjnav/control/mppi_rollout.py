@@ -1,0 +1,134 @@
+"""Rollouts: control sequences within the robot's limits and the paths they lead along.
+
+Arrays are (T, K), step by rollout, so that the innermost loops run over the rollouts. Positions are relative to the
+robot's mean position; step t ends (t + 1) `step` seconds after the decision takes effect.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from mjnav.constraints.compiled import kernel, scalar
+from mjnav.control.parameters import Parameters
+from mjnav.messages import Array, RobotLimits
+from mjnav.motion.diff_drive import reachable
+
+
+@scalar
+def _chord(v, half_turn, step):
+    """Length of the chord of an arc that turns by twice `half_turn`."""
+    return step * v * (np.sin(half_turn) / half_turn if half_turn != 0.0 else 1.0)
+
+
+@kernel
+def _limit(out, first_low, first_high, low, high, change):
+    """Clips controls (T, K) to [low, high], each to at most `change` from the one before, the first to its window."""
+    for k in range(out.shape[1]):
+        out[0, k] = min(max(out[0, k], first_low), first_high)
+    for t in range(1, out.shape[0]):
+        for k in range(out.shape[1]):
+            before = out[t - 1, k]
+            out[t, k] = min(max(out[t, k], max(low, before - change)), min(high, before + change))
+
+
+@kernel
+def _drive(heading, x, y, v, omega, step):
+    """The exact arcs from the origin at heading[0]; every array (T + 1, K) but the controls (T, K)."""
+    for t in range(v.shape[0]):
+        for k in range(v.shape[1]):
+            half = 0.5 * step * omega[t, k]
+            chord = _chord(v[t, k], half, step)
+            x[t + 1, k] = x[t, k] + chord * np.cos(heading[t, k] + half)
+            y[t + 1, k] = y[t, k] + chord * np.sin(heading[t, k] + half)
+            heading[t + 1, k] = heading[t, k] + 2.0 * half
+
+
+@kernel
+def _approach(out, heading, goal_x, goal_y, first, bounds, change, speed, approach_time, preview, step):
+    """Controls (2, T) that turn to the goal and drive there, from the origin at `heading`.
+
+    first and bounds (2, 2): lowest and highest (v, omega), of the first control and of all; `change` (2,) is the most
+    from one to the next.
+    """
+    x, y = 0.0, 0.0
+    for t in range(out.shape[1]):
+        dx, dy = goal_x - x, goal_y - y
+        distance = np.sqrt(dx * dx + dy * dy)
+        turn = np.arctan2(dy, dx) - heading if distance > 0.0 else 0.0
+        turn -= 2.0 * np.pi * np.round(turn / (2.0 * np.pi))
+        out[0, t] = min(speed, distance / approach_time) * max(np.cos(turn), 0.0)
+        out[1, t] = turn / preview
+        for c in range(2):
+            low, high = first[0, c], first[1, c]
+            if t > 0:
+                before = out[c, t - 1]
+                low, high = max(bounds[0, c], before - change[c]), min(bounds[1, c], before + change[c])
+            out[c, t] = min(max(out[c, t], low), high)
+        half = 0.5 * step * out[1, t]
+        chord = _chord(out[0, t], half, step)
+        x += chord * np.cos(heading + half)
+        y += chord * np.sin(heading + half)
+        heading += 2.0 * half
+
+
+@dataclass(frozen=True, slots=True)
+class Rollouts:
+    """K control sequences and the path of each from the mean state."""
+
+    v: Array  # (T, K) [m/s]
+    omega: Array  # (T, K) [rad/s]
+    x: Array  # (T, K) [m], at the end of each step
+    y: Array  # (T, K)
+    heading: Array  # (T, K) [rad]
+    step: float  # [s]
+
+    @classmethod
+    def of(
+        cls, wanted: Array, heading: float, twist: Array, limits: RobotLimits, period: float, step: float
+    ) -> "Rollouts":
+        """From wanted controls (2, T, K), brought within the limits.
+
+        The first is reached from `twist` (2,) in one `period`, each of the others from the one before in one `step`.
+        """
+        controls = np.array(wanted, order="C")
+        first, bounds, change = np.stack(reachable(twist, limits, period)), _bounds(limits), _change(limits, step)
+        for c in range(2):
+            _limit(controls[c], first[0, c], first[1, c], bounds[0, c], bounds[1, c], change[c])
+        x, y, headings = np.zeros((3, wanted.shape[1] + 1, wanted.shape[2]))
+        headings[0] = heading
+        _drive(headings, x, y, controls[0], controls[1], step)
+        return cls(controls[0], controls[1], x[1:], y[1:], headings[1:], step)
+
+
+def approach(
+    goal: Array,
+    heading: float,
+    twist: Array,
+    limits: RobotLimits,
+    period: float,
+    step: float,
+    num: int,
+    parameters: Parameters,
+) -> Array:
+    """`num` controls (2, T) within the limits, straight to `goal` (2,), which is relative to the robot.
+
+    The robot turns to the goal within the preview, and drives as fast as the goal cost wants it to, slower while it
+    faces another way.
+    """
+    p = parameters
+    out = np.empty((2, num))
+    _approach(
+        out, heading, goal[0], goal[1], np.stack(reachable(twist, limits, period)), _bounds(limits),
+        _change(limits, step), min(p.preferred_speed, limits.max_speed), p.approach_time, p.preview, step,
+    )  # fmt: skip
+    return out
+
+
+def _bounds(limits: RobotLimits) -> Array:
+    """Lowest and highest (v, omega), (2, 2)."""
+    return np.array([[limits.min_speed, -limits.max_turn_rate], [limits.max_speed, limits.max_turn_rate]])
+
+
+def _change(limits: RobotLimits, duration: float) -> Array:
+    """The most that (v, omega) change in `duration` [s], (2,)."""
+    return np.array([limits.max_acceleration, limits.max_turn_acceleration]) * duration
