@@ -23,6 +23,7 @@ from mjnav.messages import Array
 LINE, RAY, SEGMENT = 0, 1, 2
 FORMS = MappingProxyType({"line": LINE, "ray": RAY, "segment": SEGMENT})
 STANDSTILL = 1e-18  # [m^2/s^2], |q|^2 below which there is no direction
+TINY = 1e-300  # [m^2/s^2], so that |q|^2 can be divided by
 
 
 @scalar
@@ -45,14 +46,14 @@ def cone_ray(rx, ry, qx, qy, radius_squared, horizon):
 
 @scalar
 def cone_segment(rx, ry, qx, qy, radius_squared, horizon):
-    """f of the segment form: R^2 - |r + t* q|^2."""
-    qq = qx * qx + qy * qy
-    rq = rx * qx + ry * qy
-    t = min(max(-rq / max(qq, STANDSTILL), 0.0), horizon)
-    t = t if qq >= STANDSTILL else 0.0
-    x = rx + t * qx
-    y = ry + t * qy
-    return radius_squared - (x * x + y * y)
+    """f of the segment form, R^2 - |r|^2 - t* (2 r.q + t* |q|^2), from |q|^2 t* = clip(-r.q, 0, horizon |q|^2).
+
+    With a finite horizon and |q| below 1e-9 this is R^2 - |r|^2 up to 2e-9 horizon |r|; where q = 0, exactly.
+    """
+    qq = qx * qx + (qy * qy + TINY)
+    towards = max(-(rx * qx + ry * qy), 0.0)
+    way = min(towards, horizon * qq)
+    return (radius_squared - (rx * rx + ry * ry)) + way * (towards + (towards - way)) / qq
 
 
 @kernel
@@ -65,7 +66,9 @@ def _cone(out, rx, ry, qx, qy, radius, form, horizon):
             out[i] = cone_ray(rx[i], ry[i], qx[i], qy[i], radius[i] * radius[i], horizon)
     else:
         for i in range(out.size):
-            out[i] = cone_segment(rx[i], ry[i], qx[i], qy[i], radius[i] * radius[i], horizon)
+            moves = qx[i] * qx[i] + qy[i] * qy[i] >= STANDSTILL
+            x, y = (qx[i], qy[i]) if moves else (0.0, 0.0)
+            out[i] = cone_segment(rx[i], ry[i], x, y, radius[i] * radius[i], horizon)
 
 
 def collision_cone(

@@ -8,7 +8,7 @@ caches are stale (`rm -r mjnav/**/__pycache__`; the tests keep a cache for each 
 from collections.abc import Callable
 from typing import Any
 
-from numba import njit
+from numba import njit, vectorize
 
 # "contract" allows fused multiply-add, "reassoc" vector sums, "arcp" reciprocals, "nsz" ignores the sign of zero.
 FAST = frozenset({"contract", "reassoc", "arcp", "nsz"})
@@ -17,6 +17,11 @@ FAST = frozenset({"contract", "reassoc", "arcp", "nsz"})
 def kernel(function: Callable[..., Any]) -> Callable[..., Any]:
     """Compiles a loop over arrays."""
     return njit(cache=True, fastmath=set(FAST), error_model="numpy", nogil=True)(function)
+
+
+def elementwise(function: Callable[..., Any]) -> Callable[..., Any]:
+    """Compiles a function of numbers into one of arrays that broadcast, as NumPy's own are."""
+    return vectorize(nopython=True, cache=True)(function)
 
 
 def scalar(function: Callable[..., Any]) -> Callable[..., Any]:

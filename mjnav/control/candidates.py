@@ -27,16 +27,17 @@ def candidate_grid(
     brake goes as far towards (0, 0) as one period allows.
     """
     low, high = reachable(twist, limits, period)
-    keep = np.clip(twist, low, high)
-    brake = np.clip(0.0, low, high)
+    keep = np.minimum(np.maximum(twist, low), high)
+    brake = np.minimum(np.maximum(0.0, low), high)
     if window == "bounds":
         low = np.array([limits.min_speed, -limits.max_turn_rate])
         high = np.array([limits.max_speed, limits.max_turn_rate])
-    v, omega = _between(low[0], high[0], num_v), _between(low[1], high[1], num_omega)
-    return Candidates(
-        np.concatenate([np.repeat(v, num_omega), [keep[0], brake[0]]]),
-        np.concatenate([np.tile(omega, num_v), [keep[1], brake[1]]]),
-    )
+    v, omega = np.empty(num_v * num_omega + 2), np.empty(num_v * num_omega + 2)
+    v[:-2].reshape(num_v, num_omega)[:] = _between(low[0], high[0], num_v)[:, None]
+    omega[:-2].reshape(num_v, num_omega)[:] = _between(low[1], high[1], num_omega)
+    v[-2], omega[-2] = keep
+    v[-1], omega[-1] = brake
+    return Candidates(v, omega)
 
 
 def _between(low: float, high: float, num: int) -> Array:

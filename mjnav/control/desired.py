@@ -65,5 +65,4 @@ class Desired:
         # From the heading on, so that a turned world gives the same decision.
         angles = self.problem.mean_pose[2] + 2.0 * np.pi * np.arange(NUM_DIRECTIONS) / NUM_DIRECTIONS
         shifts = self.ball * np.stack([np.cos(angles), np.sin(angles)], axis=1)
-        beside = {self.problem.nominal_beside(shift) for shift in shifts}
-        return tuple(sorted(beside - {self.problem.nominal}))
+        return tuple(sorted(set(self.problem.nominals_at(shifts)) - {self.problem.nominal}))

@@ -89,7 +89,7 @@ class GaussianMoments(ConstrainedController[GaussianMomentsParameters]):
         axes = np.array([[np.cos(heading), np.sin(heading)], [-np.sin(heading), np.cos(heading)]])
         pose, noise, offsets = self._robot(problem, axes)
         discs = Discs.of([self._disc(o.obstacles[j], axes) for j in problem.reach.discs])
-        pairs = blocks(pose[:, :2], discs, problem.reach, o, self.limits, p)
+        pairs = blocks(discs, problem.reach, o, self.limits, p)
         cone = SampleCone.of(pairs, problem.rule, pose, noise, p.preview).reduce(c.v, c.omega, _probability)
         lane = np.zeros((len(c.v), 2))
         if o.lanes is not None:

@@ -9,15 +9,29 @@ two are the cost of Nair et al.; the heading's makes a robot at rest turn to a g
 """
 
 from dataclasses import dataclass
+from math import floor, pi
 
 import numpy as np
 
+from mjnav.constraints.compiled import elementwise
 from mjnav.control.candidates import Candidates
 from mjnav.control.parameters import Parameters
-from mjnav.geometry.angles import wrap
 from mjnav.messages import Array, RobotLimits
 
 TINY = 1e-300  # [m], so that the way to a goal that is reached has a length
+
+
+@elementwise
+def _change(v, omega, v_before, omega_before, v_weight, omega_weight):
+    return v_weight * (v - v_before) ** 2 + omega_weight * (omega - omega_before) ** 2
+
+
+@elementwise
+def _cost(vx, vy, heading, change, wanted_x, wanted_y, bearing, heading_weight):
+    ex, ey = vx - wanted_x, vy - wanted_y
+    turns = (heading - bearing) / (2.0 * pi)
+    half_turns = 2.0 * (turns - floor(turns + 0.5))  # of the wrapped difference
+    return ex * ex + ey * ey + heading_weight * half_turns * half_turns + change
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,13 +59,14 @@ class GoalCost:
         """For a mean heading and the command decided last, `twist` (2,)."""
         p = parameters
         after = heading + candidates.omega * p.preview
-        dv = (candidates.v - twist[0]) / (limits.max_acceleration * period)
-        domega = (candidates.omega - twist[1]) / (limits.max_turn_acceleration * period)
+        dv, domega = limits.max_acceleration * period, limits.max_turn_acceleration * period
         return cls(
             heading=after,
             vx=candidates.v * np.cos(after),
             vy=candidates.v * np.sin(after),
-            change=p.speed_change_weight * dv * dv + p.turn_change_weight * domega * domega,
+            change=_change(
+                candidates.v, candidates.omega, *twist, p.speed_change_weight / dv**2, p.turn_change_weight / domega**2
+            ),
             speed=min(p.preferred_speed, limits.max_speed),
             approach_time=p.approach_time,
             heading_weight=p.heading_weight,
@@ -63,6 +78,7 @@ class GoalCost:
         distance = np.hypot(dx, dy)
         speed = np.minimum(self.speed, distance / self.approach_time)
         per_metre = speed / np.maximum(distance, TINY)
-        ex, ey = self.vx - per_metre * dx, self.vy - per_metre * dy
-        turn = wrap(self.heading - np.arctan2(dy, dx)) / np.pi
-        return ex * ex + ey * ey + self.heading_weight * turn * turn + self.change
+        wanted_x, wanted_y, bearing = per_metre * dx, per_metre * dy, np.arctan2(dy, dx)
+        return _cost(
+            self.vx, self.vy, self.heading, self.change, wanted_x, wanted_y, bearing, self.heading_weight
+        )  # fmt: skip

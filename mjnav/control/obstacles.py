@@ -5,9 +5,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from mjnav.constraints.compiled import kernel
+from mjnav.constraints.wall import wall_segment
+from mjnav.control.cone_blocks import ConeBlocks
 from mjnav.control.parameters import Parameters
-from mjnav.control.sample_cone import ConeBlocks
-from mjnav.geometry.clearance import segment_distance
 from mjnav.messages import Array, Observation, ObstacleSamples, RobotLimits
 
 
@@ -78,42 +79,44 @@ def in_reach(
     discs = order[gaps[order] <= p.sensing_range][: p.max_obstacles].tolist()
     walls: list[int] = []
     if len(observation.walls):
-        distance = segment_distance(
-            observation.robot_pose[:, None, :2], observation.walls[:, 0], observation.walls[:, 1]
-        )
+        distance = _wall_distance(observation.robot_pose, observation.walls)
         radius = limits.radius + p.safety_margin
         cut = radius * np.sqrt(1.0 + p.clip) if p.normalise else np.sqrt(radius**2 + p.clip)
         fastest = max(limits.max_speed, -limits.min_speed) + np.abs(observation.control_noise[:, 0]).max()
         reach = min(p.sensing_range, fastest * p.wall_horizon + cut)
-        walls = np.flatnonzero(distance.min(axis=0) <= reach).tolist()
+        walls = np.flatnonzero(distance <= reach).tolist()
     return Reach(tuple(discs), tuple(walls))
 
 
+@kernel
+def _wall_distance(pose, walls):
+    """Least distance of any of the robot's samples (N, 3) from each wall (W, 2, 2): (W,)."""
+    out = np.empty(len(walls))
+    for w in range(len(walls)):
+        ax, ay, bx, by = walls[w, 0, 0], walls[w, 0, 1], walls[w, 1, 0], walls[w, 1, 1]
+        least = np.inf
+        for i in range(len(pose)):
+            least = min(least, -wall_segment(pose[i, 0], pose[i, 1], 0.0, 0.0, ax, ay, bx, by, 0.0, 0.0))
+        out[w] = np.sqrt(least)
+    return out
+
+
 def blocks(
-    robot: Array, discs: Discs, reach: Reach, observation: Observation, limits: RobotLimits, parameters: Parameters
+    discs: Discs, reach: Reach, observation: Observation, limits: RobotLimits, parameters: Parameters
 ) -> ConeBlocks:
-    """The pairs of the robot's positions (n, 2) with all samples of `discs`, and the positions for every wall."""
-    n, num_discs, num_walls = len(robot), len(reach.discs), len(reach.walls)
-    still = np.zeros(num_walls * n)
-    columns = []
-    for axis in (0, 1):
-        # Row by row of the discs' samples, the robot's run fastest.
-        pairs = np.subtract.outer(-discs.position[:, axis], -robot[:, axis]).ravel()
-        columns.append(np.concatenate([pairs, np.broadcast_to(robot[:, axis], (num_walls, n)).ravel()]))
-        columns.append(np.concatenate([np.repeat(discs.velocity[:, axis], n), still]))
-    x, vx, y, vy = columns
-    radius = limits.radius + parameters.safety_margin
-    radius_squared = np.concatenate([discs.radius + radius, np.full(num_walls, radius)]) ** 2
+    """What is in reach as the kernel takes it; `discs` are those in reach, in their order."""
+    num_discs, num_walls = len(reach.discs), len(reach.walls)
+    radius = np.full(num_discs + num_walls, limits.radius + parameters.safety_margin)
+    radius[:num_discs] += discs.radius
+    radius_squared = radius * radius
     wall = np.zeros((num_discs + num_walls, 4))
     wall[num_discs:] = observation.walls[list(reach.walls)].reshape(-1, 4)
     return ConeBlocks(
         column=np.array([*reach.discs, *(len(observation.obstacles) + w for w in reach.walls)], dtype=np.int64),
-        start=np.concatenate([discs.start, discs.start[-1] + np.arange(1, num_walls + 1)]) * n,
+        start=np.concatenate([discs.start, discs.start[-1] + np.arange(1, num_walls + 1)]),
         num_discs=num_discs,
-        x=x,
-        y=y,
-        vx=vx,
-        vy=vy,
+        position=discs.position,
+        velocity=discs.velocity,
         radius_squared=radius_squared,
         unit=1.0 / radius_squared if parameters.normalise else np.ones_like(radius_squared),
         wall=wall,

@@ -3,19 +3,20 @@
 What is costly is computed when it is first asked for.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
 from mjnav.constraints.collision_cone import FORMS
 from mjnav.control.candidates import Candidates, candidate_grid
+from mjnav.control.cone_blocks import ConeRule
 from mjnav.control.goal_cost import GoalCost
 from mjnav.control.lane_samples import lane_samples
-from mjnav.control.nominal import cheapest, mean_violation
+from mjnav.control.nominal import cheapest
 from mjnav.control.obstacles import Discs, Reach, blocks, in_reach
 from mjnav.control.parameters import Parameters
-from mjnav.control.sample_cone import ConeBlocks, ConeRule, SampleCone
+from mjnav.control.sample_cone import SampleCone
 from mjnav.geometry.angles import circular_mean
 from mjnav.messages import Array, Observation, RobotLimits
 
@@ -69,13 +70,20 @@ class Problem:
     @cached_property
     def cone(self) -> SampleCone:
         """The constraint samples of all discs and walls."""
-        o = self.observation
-        pairs = self._blocks(o.robot_pose[:, :2], self.discs)
-        return SampleCone.of(pairs, self.rule, o.robot_pose, o.control_noise, self.parameters.preview)
+        o, discs = self.observation, self.discs.take(self.reach.discs)
+        surroundings = blocks(discs, self.reach, o, self.limits, self.parameters)
+        return SampleCone.of(surroundings, self.rule, o.robot_pose, o.control_noise, self.parameters.preview)
 
-    def _blocks(self, robot: Array, discs: Discs) -> ConeBlocks:
-        taken = discs.take(self.reach.discs)
-        return blocks(robot, taken, self.reach, self.observation, self.limits, self.parameters)
+    @cached_property
+    def _mean_cone(self) -> SampleCone:
+        """One sample of everything: the mean."""
+        surroundings, discs = self.cone.blocks, list(self.reach.discs)
+        surroundings = surroundings._replace(
+            start=np.arange(len(surroundings.start)),
+            position=self._means.position[discs],
+            velocity=self._means.velocity[discs],
+        )
+        return SampleCone.of(surroundings, self.rule, self.mean_pose[None], self.mean_noise, self.parameters.preview)
 
     @cached_property
     def _goal_cost(self) -> GoalCost:
@@ -98,44 +106,34 @@ class Problem:
         return lane_samples(o.lanes, o.robot_pose, o.control_noise, offsets, c.v, c.omega, margin, self.parameters)
 
     @cached_property
-    def _mean_blocks(self) -> ConeBlocks:
-        return self._blocks(self.mean_pose[None, :2], self._means)
-
-    @cached_property
-    def _mean_velocity(self) -> tuple[Array, Array]:
-        """The mean robot's velocity at every candidate, (K,) each."""
-        heading = self.mean_pose[2] + (self.candidates.omega + self.mean_noise[0, 1]) * self.parameters.preview
-        speed = self.candidates.v + self.mean_noise[0, 0]
-        return speed * np.cos(heading), speed * np.sin(heading)
-
-    @cached_property
     def violation(self) -> Array:
         """By how much each candidate violates the constraints at the mean, (K,); 0 where it meets them all."""
-        return self._violation_at(self.mean_pose, self._mean_blocks)
+        return self._violation_at(np.zeros((1, 2)))[0]
 
     @cached_property
     def nominal(self) -> int:
         """The cheapest candidate that meets every constraint at the mean; where none does, the least violation."""
-        return self.cheapest(self.goal, self.violation)
+        return self.cheapest(self.goal[None], self.violation[None])[0]
 
-    def nominal_beside(self, shift: Array) -> int:
-        """The nominal control if the robot's mean position were `shift` (2,) away."""
-        pose = self.mean_pose + np.array([shift[0], shift[1], 0.0])
-        moved = replace(self._mean_blocks, x=self._mean_blocks.x + shift[0], y=self._mean_blocks.y + shift[1])
-        return self.cheapest(self._goal_cost(pose[:2], self.observation.goal), self._violation_at(pose, moved))
+    def nominals_at(self, shifts: Array) -> list[int]:
+        """The nominal controls if the robot's mean position were `shifts` (P, 2) away."""
+        position = (self.mean_pose[:2] + shifts).T[:, :, None]
+        return self.cheapest(self._goal_cost(position, self.observation.goal), self._violation_at(shifts))
 
-    def cheapest(self, cost: Array, violation: Array) -> int:
-        """Which candidate is nominal where the candidates have this goal cost and violation, (K,) each."""
+    def cheapest(self, cost: Array, violation: Array) -> list[int]:
+        """Which candidates are nominal, (P,), where the candidates have these goal costs and violations (P, K)."""
         return cheapest(cost, violation)
 
-    def _violation_at(self, pose: Array, pairs: ConeBlocks) -> Array:
-        c, lanes = self.candidates, self.observation.lanes
-        violation = mean_violation(pairs, self.rule, *self._mean_velocity)
-        if lanes is not None:
-            offsets = (lanes.left_offset.mean(keepdims=True), lanes.right_offset.mean(keepdims=True))
+    def _violation_at(self, shifts: Array) -> Array:
+        """(P, K), with the robot's mean position `shifts` (P, 2) away."""
+        c, o = self.candidates, self.observation
+        violation = self._mean_cone.violation(c.v, c.omega, shifts)
+        if o.lanes is not None:
+            pose, noise = np.tile(self.mean_pose, (len(shifts), 1)), np.tile(self.mean_noise, (len(shifts), 1))
+            pose[:, :2] += shifts
+            ones = np.ones(len(shifts))
+            offsets = (o.lanes.left_offset.mean() * ones, o.lanes.right_offset.mean() * ones)
             margin = self.limits.radius
-            d = lane_samples(
-                lanes, pose[None], self.mean_noise, offsets, c.v, c.omega, margin, self.parameters, clip=False
-            )  # fmt: skip
-            violation += np.maximum(d, 0.0).sum(axis=(0, 2))
+            d = lane_samples(o.lanes, pose, noise, offsets, c.v, c.omega, margin, self.parameters, clip=False)
+            violation += np.maximum(d, 0.0).sum(axis=0).T
         return violation

@@ -85,9 +85,9 @@ class _WiderProblem(Problem):
         own = super().candidates
         return Candidates(np.concatenate([own.v, self.beyond.v]), np.concatenate([own.omega, self.beyond.omega]))
 
-    def cheapest(self, cost: Array, violation: Array) -> int:
-        own = len(cost) - len(self.beyond.v)
-        return super().cheapest(cost[:own], violation[:own])
+    def cheapest(self, cost: Array, violation: Array) -> list[int]:
+        own = cost.shape[-1] - len(self.beyond.v)
+        return super().cheapest(cost[:, :own], violation[:, :own])
 
 
 def cost_surface(

@@ -103,7 +103,7 @@ def test_the_whole_decision_costs_all_candidates_and_obstacles(benchmark, median
 def test_the_moment_kernel_covers_all_pairs(benchmark, medians, problem):
     moments = timed(benchmark, medians, KERNEL, lambda: kernel_moments(problem))
     assert moments.shape == (402, NUM_OBSTACLES, DEGREE)
-    assert np.diff(problem.cone.blocks.start).tolist() == [NUM_SAMPLES**2] * NUM_OBSTACLES
+    assert problem.cone.sizes.tolist() == [NUM_SAMPLES**2] * NUM_OBSTACLES
 
 
 def test_moments_of_plain_arrays_are_those_of_the_kernel(benchmark, medians, problem):
