@@ -1,11 +1,15 @@
 """/candidates and /cone: what the controller weighed up."""
 
+from dataclasses import dataclass
+from functools import lru_cache
+from itertools import pairwise
+from math import cos, sin
+
 import numpy as np
 from foxglove_schemas_protobuf.Color_pb2 import Color
 from google.protobuf.descriptor_pb2 import FieldDescriptorProto, FileDescriptorProto, FileDescriptorSet
 
 from mjnav.messages import Array, CandidateCosts, ConeDistribution, Decision
-from mjnav.motion.unicycle import integrate
 from mjnav.recording import wire
 from mjnav.recording.geometry import WORLD_FRAME, pose, time_ns
 
@@ -15,7 +19,6 @@ NUM_LEVELS = 8  # of colour
 RESOLUTION = 2.0**-10  # [m]; drawn coordinates are whole multiples, whose doubles compress to a third
 
 _LINE_LIST = 2
-_SEGMENTS_SIZE = 8 * NUM_CORNERS  # [bytes]
 _SHARES = np.arange(1, NUM_CORNERS + 1) / NUM_CORNERS
 
 
@@ -42,10 +45,7 @@ _CHOSEN_COLOR = wire.delimited(6, Color(r=0.1, g=0.25, b=1.0, a=1.0).SerializeTo
 
 
 def _segments(num_arcs: int) -> bytes:
-    """Indices of the segments of arcs that share point 0 and have NUM_CORNERS points of their own.
-
-    _SEGMENTS_SIZE bytes an arc; those of fewer arcs are the beginning of those of more.
-    """
+    """Indices of the segments of arcs that share point 0 and have NUM_CORNERS points of their own."""
     ends = np.empty((num_arcs, NUM_CORNERS, 2), "<u4")
     ends[..., 1] = 1 + np.arange(num_arcs * NUM_CORNERS).reshape(num_arcs, NUM_CORNERS)
     ends[:, 1:, 0] = ends[:, :-1, 1]
@@ -53,10 +53,46 @@ def _segments(num_arcs: int) -> bytes:
     return ends.tobytes()
 
 
-def _corners(estimate: Array, v: Array, omega: Array) -> Array:
-    """Points along each arc from the estimated pose, (K, NUM_CORNERS, 2)."""
-    poses = integrate(estimate, v[:, None] * _SHARES, omega[:, None] * _SHARES, PREVIEW)
-    return np.rint(poses[..., :2] / RESOLUTION) * RESOLUTION
+def _corners(estimate: Array, v: Array, omega: Array) -> tuple[Array, Array]:
+    """x and y, (K, NUM_CORNERS) each, of points along each arc from the estimated pose; as `unicycle.integrate`."""
+    x, y, heading = estimate.tolist()
+    half = omega[:, None] * (0.5 * PREVIEW * _SHARES)
+    sine, cosine = np.sin(half), np.cos(half)
+    chord = np.divide(sine, half, out=np.ones_like(half), where=half != 0.0)
+    chord *= v[:, None] * (PREVIEW * _SHARES)
+    cosine *= chord
+    sine *= chord
+    ahead, left = cos(heading), sin(heading)
+    return x + (ahead * cosine - left * sine), y + (left * cosine + ahead * sine)
+
+
+@dataclass(frozen=True, slots=True)
+class _Frame:
+    """What is the same in every message about K candidates: a table of points, and the bytes between its stretches."""
+
+    places: np.ndarray  # of each row's point among the start, the corners in order of cost and the chosen arc's
+    table: bytes
+    stretches: tuple[slice, ...]  # of the table: one a line, which begins with the start
+    lines: tuple[tuple[bytes, bytes], ...]  # before and after each stretch
+
+
+@lru_cache(maxsize=8)
+def _frame(num_candidates: int) -> _Frame:
+    bounds = [num_candidates * i // NUM_LEVELS for i in range(NUM_LEVELS + 1)]
+    groups = [(*pair, _THIN, color) for pair, color in zip(pairwise(bounds), _LEVEL_COLORS, strict=True)]
+    groups = [group for group in groups if group[0] < group[1]]
+    groups.append((num_candidates, num_candidates + 1, _BOLD, _CHOSEN_COLOR))
+    places, stretches, lines, size = [], [], [], 0
+    for first, last, header, color in groups:
+        points = [0, *range(1 + first * NUM_CORNERS, 1 + last * NUM_CORNERS)]
+        places += points
+        stretches.append(slice(size, size + len(points) * wire.POINT_SIZE))
+        size = stretches[-1].stop
+        after = color + wire.delimited(8, _segments(last - first))
+        length = len(header) + len(points) * wire.POINT_SIZE + len(after)
+        lines.append((wire.tag(11, wire.LENGTH_DELIMITED) + wire.varint(length) + header, after))
+    table = wire.point_table(5, len(places)).tobytes()
+    return _Frame(np.array(places), table, tuple(stretches), tuple(lines))
 
 
 def encode_candidates(time: float, estimate: Array, decision: Decision, costs: CandidateCosts) -> bytes:
@@ -66,22 +102,21 @@ def encode_candidates(time: float, estimate: Array, decision: Decision, costs: C
     times another, and a linear scale would paint all others alike.
     """
     order = np.argsort(costs.total, kind="stable")
-    v, omega = np.append(costs.v[order], decision.v), np.append(costs.omega[order], decision.omega)
-    corners = _corners(estimate, v, omega)
-    table = wire.points(5, corners[..., 0], corners[..., 1])
-    start = wire.points(5, *np.rint(estimate[:2] / RESOLUTION) * RESOLUTION)
-    arc_size = NUM_CORNERS * wire.POINT_SIZE
-    indices = _segments(-(-order.size // NUM_LEVELS))
-    lines = []
-    for level, color in enumerate(_LEVEL_COLORS):
-        first, last = (order.size * i // NUM_LEVELS for i in (level, level + 1))
-        if first < last:
-            arcs = table[first * arc_size : last * arc_size]
-            segments = wire.delimited(8, indices[: (last - first) * _SEGMENTS_SIZE])
-            lines.append(wire.delimited(11, b"".join((_THIN, start, arcs, color, segments))))
-    bold = (_BOLD, start, table[-arc_size:], _CHOSEN_COLOR, wire.delimited(8, indices[:_SEGMENTS_SIZE]))
-    lines.append(wire.delimited(11, b"".join(bold)))
-    return wire.delimited(2, b"".join((wire.timestamp(1, time_ns(time)), _ENTITY, *lines)))
+    frame = _frame(order.size)
+    v, omega = np.empty((2, order.size + 1))
+    v[:-1], v[-1] = costs.v[order], decision.v
+    omega[:-1], omega[-1] = costs.omega[order], decision.omega
+    data = bytearray(frame.table)
+    rows = np.frombuffer(data, wire.POINT)
+    for axis, start, corners in zip("xy", estimate.tolist(), _corners(estimate, v, omega), strict=False):
+        points = np.empty(1 + corners.size)
+        points[0], points[1:] = start, corners.ravel()
+        rows[axis] = (np.rint(points / RESOLUTION) * RESOLUTION)[frame.places]
+    table = memoryview(data)
+    pieces: list[bytes | memoryview] = [wire.timestamp(1, time_ns(time)), _ENTITY]
+    for stretch, (before, after) in zip(frame.stretches, frame.lines, strict=True):
+        pieces.extend((before, table[stretch], after))
+    return wire.delimited(2, b"".join(pieces))
 
 
 # ----------------------------------------------------------------------------------- cone distribution

@@ -1,10 +1,11 @@
 """Poses, transforms, scans and particles as Foxglove's protobuf messages."""
 
+from collections.abc import Sequence
+from functools import lru_cache
 from math import cos, pi, sin
 
 import numpy as np
 from foxglove_schemas_protobuf.FrameTransform_pb2 import FrameTransform
-from foxglove_schemas_protobuf.FrameTransforms_pb2 import FrameTransforms
 from foxglove_schemas_protobuf.PackedElementField_pb2 import PackedElementField
 from foxglove_schemas_protobuf.PointCloud_pb2 import PointCloud
 from foxglove_schemas_protobuf.Pose_pb2 import Pose
@@ -42,30 +43,50 @@ def pose(x: float, y: float, z: float = 0.0, heading: float = 0.0) -> Pose:
     return Pose(position=Vector3(x=x, y=y, z=z), orientation=rotation(heading))
 
 
-def encode_transforms(truth: WorldState, belief: RobotBelief | None) -> bytes:
-    """map -> base_link (truth) and, where there is a belief, map -> base_link_estimated (its mean)."""
-    frames = [(TRUE_FRAME, truth.robot_pose)]
-    if belief is not None:
-        frames.append((ESTIMATED_FRAME, belief.mean))
-    time = stamp(truth.time)
-    transforms = [
-        FrameTransform(
-            timestamp=time,
+def _transform(name: str) -> wire.Template:
+    """foxglove.FrameTransform from the map, but for its time; x, y and the rotation's z, w are open."""
+
+    def encode(values: Sequence[float]) -> bytes:
+        x, y, z, w = values
+        return FrameTransform(
             parent_frame_id=WORLD_FRAME,
             child_frame_id=name,
             translation=Vector3(x=x, y=y),
-            rotation=rotation(heading),
-        )
-        for name, (x, y, heading) in ((name, values.tolist()) for name, values in frames)
-    ]
-    return FrameTransforms(transforms=transforms).SerializeToString()
+            rotation=Quaternion(z=z, w=w),
+        ).SerializeToString()
+
+    return wire.Template(encode, 4)
+
+
+def _placed(values: Sequence[float]) -> bytes:
+    """foxglove.PoseInFrame, but for its time, from x, y and the rotation's z, w."""
+    x, y, z, w = values
+    placed = Pose(position=Vector3(x=x, y=y), orientation=Quaternion(z=z, w=w))
+    return PoseInFrame(frame_id=WORLD_FRAME, pose=placed).SerializeToString()
+
+
+_TRUE_TRANSFORM, _ESTIMATED_TRANSFORM = _transform(TRUE_FRAME), _transform(ESTIMATED_FRAME)
+_PLACED = wire.Template(_placed, 4)
+
+
+def _planar(robot_pose: Array) -> tuple[float, float, float, float]:
+    """x, y and the rotation's z, w of a pose (3,)."""
+    x, y, heading = robot_pose.tolist()
+    return x, y, sin(0.5 * heading), cos(0.5 * heading)
+
+
+def encode_transforms(truth: WorldState, belief: RobotBelief | None) -> bytes:
+    """map -> base_link (truth) and, where there is a belief, map -> base_link_estimated (its mean)."""
+    time = wire.timestamp(1, time_ns(truth.time))
+    data = wire.delimited(1, time + _TRUE_TRANSFORM.fill(_planar(truth.robot_pose)))
+    if belief is not None:
+        data += wire.delimited(1, time + _ESTIMATED_TRANSFORM.fill(_planar(belief.mean)))
+    return data
 
 
 def encode_pose(time: float, robot_pose: Array) -> bytes:
-    """A pose (3,) in the world's frame."""
-    x, y, heading = robot_pose.tolist()
-    message = PoseInFrame(timestamp=stamp(time), frame_id=WORLD_FRAME, pose=pose(x, y, heading=heading))
-    return message.SerializeToString()
+    """foxglove.PoseInFrame: a pose (3,) in the world's frame."""
+    return wire.timestamp(1, time_ns(time)) + _PLACED.fill(_planar(robot_pose))
 
 
 _SCAN_POSE = wire.delimited(3, pose(0.0, 0.0).SerializeToString())
@@ -73,17 +94,15 @@ _SCAN_POSE = wire.delimited(3, pose(0.0, 0.0).SerializeToString())
 
 def encode_scan(reading: Reading) -> bytes:
     """The lidar's ranges in the true robot's frame; beam i of B points to 2 pi i / B - pi."""
-    beams = reading.scan.size
-    return b"".join(
-        (
-            wire.timestamp(1, time_ns(reading.time)),
-            wire.delimited(2, TRUE_FRAME.encode()),
-            _SCAN_POSE,
-            wire.double(4, -pi),
-            wire.double(5, pi - 2.0 * pi / max(beams, 1)),
-            wire.packed_doubles(6, reading.scan),
-        )
-    )
+    time = wire.timestamp(1, time_ns(reading.time))
+    return time + _scan_header(reading.scan.size) + wire.packed_doubles(6, reading.scan)
+
+
+@lru_cache(maxsize=8)
+def _scan_header(beams: int) -> bytes:
+    """foxglove.LaserScan, but for its time and ranges."""
+    frame = wire.delimited(2, TRUE_FRAME.encode())
+    return frame + _SCAN_POSE + wire.double(4, -pi) + wire.double(5, pi - 2.0 * pi / max(beams, 1))
 
 
 def _cloud_header(names: tuple[str, ...]) -> bytes:
@@ -110,11 +129,12 @@ def encode_robot_particles(belief: RobotBelief) -> bytes:
 def encode_track_particles(time: float, tracks: tuple[Track, ...]) -> bytes:
     """Particles of all tracks x, y, vx, vy, weight and the track's place in the tuple; float32, for looking."""
     table = np.empty((sum(track.weights.size for track in tracks), 6), "<f4")
+    states, weights, places = table[:, :4], table[:, 4], table[:, 5]
     first = 0
     for place, track in enumerate(tracks):
-        rows = table[first : first + track.weights.size]
-        rows[:, :4] = track.particles
-        rows[:, 4] = track.weights
-        rows[:, 5] = place
-        first += track.weights.size
+        last = first + track.weights.size
+        states[first:last] = track.particles
+        weights[first:last] = track.weights
+        places[first:last] = place
+        first = last
     return wire.timestamp(1, time_ns(time)) + _TRACKS_CLOUD + wire.delimited(6, table.tobytes())

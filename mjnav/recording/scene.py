@@ -1,5 +1,6 @@
 """/scene: what stands in the room, the robot and the people, as Foxglove entities."""
 
+from collections.abc import Sequence
 from math import atan2, hypot
 
 from foxglove_schemas_protobuf.ArrowPrimitive_pb2 import ArrowPrimitive
@@ -13,7 +14,8 @@ from foxglove_schemas_protobuf.SceneUpdate_pb2 import SceneUpdate
 from foxglove_schemas_protobuf.Vector3_pb2 import Vector3
 
 from mjnav.messages import WorldState
-from mjnav.recording.geometry import TRUE_FRAME, WORLD_FRAME, pose, stamp
+from mjnav.recording import wire
+from mjnav.recording.geometry import TRUE_FRAME, WORLD_FRAME, pose, time_ns
 from mjnav.scenarios.spec import Scenario, Table
 
 ROBOT_HEIGHT = 0.35  # [m]
@@ -129,13 +131,22 @@ class SceneEncoder:
 
     def __init__(self, scenario: Scenario):
         self._still = _still(scenario)
-        self._radii = tuple(person.radius for person in scenario.people)
+        self._people = _people(tuple(person.radius for person in scenario.people))
 
     def encode(self, truth: WorldState) -> bytes:
         """The scene at one moment."""
-        people = [
+        people = self._people.fill(truth.people_position.ravel().tolist())
+        return self._still + wire.delimited(2, wire.timestamp(1, time_ns(truth.time)) + people)
+
+
+def _people(radii: tuple[float, ...]) -> wire.Template:
+    """The people's entity, but for its time; x and y of each are open."""
+
+    def encode(places: Sequence[float]) -> bytes:
+        cylinders = [
             _cylinder(x, y, radius, PERSON_HEIGHT, _RED)
-            for (x, y), radius in zip(truth.people_position.tolist(), self._radii, strict=True)
+            for x, y, radius in zip(places[0::2], places[1::2], radii, strict=True)
         ]
-        entity = SceneEntity(timestamp=stamp(truth.time), frame_id=WORLD_FRAME, id="people", cylinders=people)
-        return self._still + SceneUpdate(entities=[entity]).SerializeToString()
+        return SceneEntity(frame_id=WORLD_FRAME, id="people", cylinders=cylinders).SerializeToString()
+
+    return wire.Template(encode, 2 * len(radii))

@@ -2,12 +2,15 @@
 
 A field is its tag (number << 3 | wire type) and its value; a submessage is a tag, its length and its bytes; joining the
 bytes of messages merges them. A point of two doubles has always the same length, so a table of points is one
-structured array. Building a message object for each point takes a hundred times as long.
+structured array, and a message of which only some doubles change is bytes with holes. Building a message object for
+each point takes a hundred times as long.
 
 Source: https://protobuf.dev/programming-guides/encoding/
 """
 
 import struct
+from collections.abc import Callable, Sequence
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -45,29 +48,56 @@ def double(number: int, value: float) -> bytes:
     return tag(number, FIXED64) + struct.pack("<d", value)
 
 
+@lru_cache(maxsize=8)  # the messages of a tick share a few
 def timestamp(number: int, time_ns: int) -> bytes:
     """Field `number` with a google.protobuf.Timestamp."""
     seconds, nanos = divmod(time_ns, 1_000_000_000)
     return delimited(number, integer(1, seconds) + integer(2, nanos))
 
 
-_POINT = np.dtype(
+POINT = np.dtype(
     [("tag", "u1"), ("length", "u1"), ("x_tag", "u1"), ("x", "<f8"), ("y_tag", "u1"), ("y", "<f8")]
 )  # without padding: NumPy pads only on request
-POINT_SIZE = _POINT.itemsize  # [bytes]
+POINT_SIZE = POINT.itemsize  # [bytes]
 
 
-def points(number: int, x: ArrayLike, y: ArrayLike) -> bytes:
-    """Repeated field `number` (< 16) of foxglove.Point3, POINT_SIZE bytes for each x and y; z = 0 is left out."""
-    x, y = np.asarray(x, float), np.asarray(y, float)
-    table = np.empty(x.size, _POINT)
+def point_table(number: int, num_points: int) -> np.ndarray:
+    """Repeated field `number` (< 16) of foxglove.Point3, of dtype POINT; "x" and "y" are to be filled in.
+
+    z = 0 is left out.
+    """
+    table = np.zeros(num_points, POINT)
     table["tag"] = number << 3 | LENGTH_DELIMITED
     table["length"] = POINT_SIZE - 2
     table["x_tag"] = 1 << 3 | FIXED64
-    table["x"] = x.ravel()
     table["y_tag"] = 2 << 3 | FIXED64
-    table["y"] = y.ravel()
-    return table.tobytes()
+    return table
+
+
+class Template:
+    """The bytes of a message of which only some doubles change.
+
+    `encode` maps `num_holes` non-zero doubles to the message's bytes, in which each stands once and in their order.
+    """
+
+    def __init__(self, encode: Callable[[Sequence[float]], bytes], num_holes: int):
+        marks = [1.0 + (i + 1) / 1024.0 for i in range(num_holes)]
+        rest, layout = encode(marks), "<"
+        self._pieces: list[bytes | float] = []
+        for i, mark in enumerate(marks):
+            before, found, rest = rest.partition(struct.pack("<d", mark))
+            if not found:
+                raise ValueError(f"hole {i} of {num_holes} is not in the message")
+            self._pieces += [before, mark]
+            layout += f"{len(before)}sd"
+        self._pieces.append(rest)
+        self._pack = struct.Struct(f"{layout}{len(rest)}s").pack
+
+    def fill(self, values: Sequence[float]) -> bytes:
+        """The message with these doubles, as many as there are holes; one that is 0 is written too."""
+        pieces = self._pieces.copy()
+        pieces[1::2] = values
+        return self._pack(*pieces)
 
 
 def packed_doubles(number: int, values: ArrayLike) -> bytes:

@@ -13,17 +13,49 @@ from mjnav.recording import wire
 finite = st.floats(allow_nan=False, allow_infinity=False)
 
 
+def points(number: int, xy: np.ndarray) -> bytes:
+    table = wire.point_table(number, len(xy))
+    table["x"], table["y"] = xy.T
+    return table.tobytes()
+
+
 @given(arrays(float, st.tuples(st.integers(0, 40), st.just(2)), elements=finite))
-def test_packed_points_are_what_protobuf_reads_as_the_same_points(xy):
-    data = wire.points(5, *xy.T)
+def test_a_table_of_points_is_what_protobuf_reads_as_the_same_points(xy):
+    data = points(5, xy)
     assert len(data) == len(xy) * wire.POINT_SIZE
     parsed = LinePrimitive.FromString(data)
     assert [(p.x, p.y, p.z) for p in parsed.points] == [(*row, 0.0) for row in xy.tolist()]
 
 
-def test_packed_points_equal_protobufs_own_bytes():
+def test_a_table_of_points_equals_protobufs_own_bytes():
     message = LinePrimitive(points=[Point3(x=1.5, y=-2.5), Point3(x=4.0, y=5.0)])
-    assert wire.points(5, [1.5, 4.0], [-2.5, 5.0]) == message.SerializeToString()
+    assert points(5, np.array([[1.5, -2.5], [4.0, 5.0]])) == message.SerializeToString()
+
+
+def encode_line(values) -> bytes:
+    x, y, thickness = values
+    return LinePrimitive(points=[Point3(x=x, y=y, z=9.0)], thickness=thickness).SerializeToString()
+
+
+@given(st.tuples(finite, finite, finite))
+def test_a_filled_template_reads_as_the_message_with_these_values(values):
+    x, thickness, y = values
+    # In the order of the wire: the thickness is field 3, the points are field 5.
+    template = wire.Template(lambda v: encode_line((v[1], v[2], v[0])), 3)
+    assert LinePrimitive.FromString(template.fill([thickness, x, y])) == LinePrimitive.FromString(
+        encode_line((x, y, thickness))
+    )
+
+
+def test_a_template_without_a_hole_for_each_value_is_refused():
+    with pytest.raises(ValueError, match="hole 1 of 2"):
+        wire.Template(lambda values: LinePrimitive(thickness=values[0]).SerializeToString(), 2)
+
+
+def test_a_template_takes_as_many_values_as_it_has_holes():
+    template = wire.Template(lambda values: LinePrimitive(thickness=values[0]).SerializeToString(), 1)
+    with pytest.raises(ValueError, match="size"):
+        template.fill([1.0, 2.0])
 
 
 @given(st.integers(0, 2**63 - 1))
