@@ -1,6 +1,7 @@
 """From commands to the wheels' set-points: bounds, acceleration limits, then noise."""
 
 import numpy as np
+from numba import njit
 
 from mjnav.messages import Array
 from mjnav.scenarios.spec import Scenario
@@ -19,10 +20,10 @@ class Actuation:
     def __init__(self, scenario: Scenario, seed: int):
         limits, timestep = scenario.robot.limits, scenario.physics.timestep
         # A base may always stop, even one whose planner has a minimum speed.
-        self._low = (min(limits.min_speed, 0.0), -limits.max_turn_rate)
-        self._high = (max(limits.max_speed, 0.0), limits.max_turn_rate)
-        self._change = (limits.max_acceleration * timestep, limits.max_turn_acceleration * timestep)
-        self._set_point = [0.0, 0.0]
+        self._low = np.array([min(limits.min_speed, 0.0), -limits.max_turn_rate])
+        self._high = np.array([max(limits.max_speed, 0.0), limits.max_turn_rate])
+        self._change = np.array([limits.max_acceleration * timestep, limits.max_turn_acceleration * timestep])
+        self._set_point = np.zeros(2)
         channels = ("actuation.v", "actuation.omega")
         self._draws = Draws(scenario.noise.distributions(), [(channel, "robot") for channel in channels], seed)
         self._noise = np.zeros(2)
@@ -30,7 +31,8 @@ class Actuation:
     @property
     def set_point(self) -> tuple[float, float]:
         """v [m/s] and omega [rad/s] without the noise."""
-        return self._set_point[0], self._set_point[1]
+        v, omega = self._set_point.tolist()
+        return v, omega
 
     def open_window(self) -> None:
         """Draws the noise for the window that begins now."""
@@ -39,17 +41,23 @@ class Actuation:
     def twists(self, command: tuple[float, float], num_steps: int) -> Array:
         """Noisy set-points of the next `num_steps` steps under `command`, (n, 2)."""
         twists = np.empty((num_steps, 2))
-        for j in range(2):
-            target = min(max(command[j], self._low[j]), self._high[j])
-            value, change = self._set_point[j], self._change[j]
-            if value == target:
-                twists[:, j] = value
-                continue
-            # Step by step, so that the bits do not depend on where a call ends.
-            column = np.full(num_steps + 1, change if value < target else -change)
-            column[0] = value
-            column = np.add.accumulate(column)[1:]
-            twists[:, j] = np.minimum(column, target) if value < target else np.maximum(column, target)
-            self._set_point[j] = float(twists[-1, j])
-        twists += self._noise
+        _ramp(self._set_point, command, self._low, self._high, self._change, self._noise, twists)
         return twists
+
+
+@njit(cache=True)
+def _ramp(set_point, command, low, high, change, noise, twists):
+    """Moves the set-point in place, one step a row of `twists`, which receives it with the noise.
+
+    Step by step, so that the bits do not depend on where a call ends.
+    """
+    for j in range(2):
+        target = min(max(command[j], low[j]), high[j])
+        value = set_point[j]
+        for i in range(len(twists)):
+            if value < target:
+                value = min(value + change[j], target)
+            elif value > target:
+                value = max(value - change[j], target)
+            twists[i, j] = value + noise[j]
+        set_point[j] = value

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 from math import hypot
 
 import numpy as np
+from numba import njit
 
 from mjnav.messages import Array
 from mjnav.scenarios.spec import Scenario
@@ -48,13 +49,23 @@ class FloorPlan:
 
     def distance(self, x: float, y: float) -> float:
         """From a point to the nearest surface [m], negative inside a disc; inf in an empty room."""
-        nearest = np.inf
-        if len(self.discs):
-            nearest = float((np.hypot(self.discs[:, 0] - x, self.discs[:, 1] - y) - self.discs[:, 2]).min())
-        if len(self.boxes):
-            dx, dy = x - self.boxes[:, 0], y - self.boxes[:, 1]
-            ux, uy = self.boxes[:, 2], self.boxes[:, 3]
-            along = np.maximum(np.abs(dx * ux + dy * uy) - self.boxes[:, 4], 0.0)
-            across = np.maximum(np.abs(dy * ux - dx * uy) - self.boxes[:, 5], 0.0)
-            nearest = min(nearest, float(np.hypot(along, across).min()))
-        return nearest
+        return _distance(x, y, self.discs, self.boxes)
+
+
+@njit(cache=True)
+def _distance(x, y, discs, boxes):
+    nearest = np.inf
+    for j in range(len(discs)):
+        nearest = min(nearest, np.hypot(discs[j, 0] - x, discs[j, 1] - y) - discs[j, 2])
+    for j in range(len(boxes)):
+        nearest = min(nearest, box_distance(x, y, boxes[j]))
+    return nearest
+
+
+@njit(cache=True)
+def box_distance(x, y, box):
+    """From a point to a box as in `FloorPlan.boxes` [m]; 0 inside it."""
+    dx, dy = x - box[0], y - box[1]
+    along = max(abs(dx * box[2] + dy * box[3]) - box[4], 0.0)
+    across = max(abs(dy * box[2] - dx * box[3]) - box[5], 0.0)
+    return np.sqrt(along * along + across * across)

@@ -8,7 +8,7 @@ from mjnav.messages import Array
 from mjnav.motion.diff_drive import wheel_speeds
 from mjnav.scenarios.spec import Scenario
 from mjnav.world.engine import ContactLog
-from mjnav.world.floor_plan import FloorPlan
+from mjnav.world.floor_plan import FloorPlan, box_distance
 from mjnav.world.lidar import LIDAR_HEIGHT, beam_angles, cast
 
 
@@ -103,14 +103,6 @@ class KinematicEngine:
 
 
 @njit(cache=True)
-def _box_distance(x, y, box):
-    dx, dy = x - box[0], y - box[1]
-    along = max(abs(dx * box[2] + dy * box[3]) - box[4], 0.0)
-    across = max(abs(dy * box[2] - dx * box[3]) - box[5], 0.0)
-    return np.sqrt(along * along + across * across)
-
-
-@njit(cache=True)
 def _blocked(x, y, new_x, new_y, radius, discs, boxes, touched, step):
     """Whether moving a disc there would bring it closer to a fixed thing than touching; notes which and when."""
     blocked = False
@@ -122,8 +114,8 @@ def _blocked(x, y, new_x, new_y, radius, discs, boxes, touched, step):
             if touched[j] < 0:
                 touched[j] = step
     for j in range(len(boxes)):
-        distance = _box_distance(new_x, new_y, boxes[j])
-        if distance < radius and distance < _box_distance(x, y, boxes[j]):
+        distance = box_distance(new_x, new_y, boxes[j])
+        if distance < radius and distance < box_distance(x, y, boxes[j]):
             blocked = True
             if touched[len(discs) + j] < 0:
                 touched[len(discs) + j] = step

@@ -7,10 +7,11 @@ current, where derived fields lag one step; so looking does not change the run.
 # pyright: reportAttributeAccessIssue=false
 # mujoco's compiled modules carry no types.
 
-from math import atan2, cos, pi, sin, sqrt
+from math import atan2, cos, hypot, pi, sin, sqrt
 
 import mujoco
 import numpy as np
+from numba import njit
 
 from mjnav.messages import Array
 from mjnav.motion.diff_drive import wheel_speeds
@@ -55,6 +56,7 @@ class MujocoEngine:
         self._radius = scenario.robot.radius
         self._people_reach = np.array([person.radius for person in scenario.people]) + self._radius
         self._steps = 0
+        self._timestep: float = model.opt.timestep
         self._untouched = 0.0  # [s] of simulated time until which nothing can reach the robot
         self._owners, self._names = self._geom_owners()
         self._force = np.zeros(6)
@@ -87,15 +89,15 @@ class MujocoEngine:
     def advance(self, twists: Array) -> None:
         """See `Engine`."""
         model, data, ctrl = self.model, self.data, self._ctrl
-        left, right = wheel_speeds(twists[:, 0], twists[:, 1])
-        (left_id, right_id), timestep, num_steps = self._drive, model.opt.timestep, len(twists)
+        (left, right), timestep, num_steps = self._drive, self._timestep, len(twists)
+        rows = twists.tolist()  # a few steps: numbers are quicker than arrays
         near = not self._is_untouched(num_steps * timestep)
-        if not near and (twists == twists[0]).all():
-            ctrl[left_id], ctrl[right_id] = left[0], right[0]
+        if not near and rows.count(rows[0]) == num_steps:
+            ctrl[left], ctrl[right] = wheel_speeds(*rows[0])
             mujoco.mj_step(model, data, num_steps)
         else:
-            for i, (v_left, v_right) in enumerate(zip(left.tolist(), right.tolist(), strict=True)):
-                ctrl[left_id], ctrl[right_id] = v_left, v_right
+            for i, (v, omega) in enumerate(rows):
+                ctrl[left], ctrl[right] = wheel_speeds(v, omega)
                 mujoco.mj_step(model, data)
                 if near:
                     self._record_contacts((self._steps + i) * timestep)
@@ -114,19 +116,19 @@ class MujocoEngine:
 
         With clearance c and closing speed s, the earliest touch is where s t + a t^2 / 2 = c.
         """
-        now = self._steps * self.model.opt.timestep
+        now = self._steps * self._timestep
         if now + duration <= self._untouched:
             return True
-        x, y = self._pose[0], self._pose[1]
-        speed = sqrt(self._velocity[0] ** 2 + self._velocity[1] ** 2)
+        x, y = self._pose[:2].tolist()
+        vx, vy = self._velocity[:2].tolist()
+        speed = hypot(vx, vy)
         earliest = _time_to_touch(self._plan.distance(x, y) - self._radius - NEAR, speed, ROBOT_ACCELERATION)
         if len(self._people_reach):
-            gap = self.people_position() - (x, y)
-            clearance = np.hypot(gap[:, 0], gap[:, 1]) - self._people_reach
-            walking = self._qvel[self._people_dof]
-            closing = speed + sqrt(float((walking * walking).sum(-1).max()))
+            clearance, walking = _nearest_person(
+                x, y, self.people_position(), self.people_velocity(), self._people_reach
+            )
             acceleration = ROBOT_ACCELERATION + PERSON_ACCELERATION
-            earliest = min(earliest, _time_to_touch(float(clearance.min()) - NEAR, closing, acceleration))
+            earliest = min(earliest, _time_to_touch(clearance - NEAR, speed + walking, acceleration))
         self._untouched = now + earliest
         return duration <= earliest
 
@@ -202,6 +204,16 @@ class MujocoEngine:
 
 def _index(rows: list) -> np.ndarray:
     return np.array(rows, int).reshape(-1, 2)
+
+
+@njit(cache=True)
+def _nearest_person(x, y, positions, velocities, reach):
+    """Clearance [m] of the person nearest to touching, and the fastest one's speed [m/s]."""
+    clearance, fastest = np.inf, 0.0
+    for i in range(len(reach)):
+        clearance = min(clearance, np.hypot(positions[i, 0] - x, positions[i, 1] - y) - reach[i])
+        fastest = max(fastest, np.hypot(velocities[i, 0], velocities[i, 1]))
+    return clearance, fastest
 
 
 def _time_to_touch(clearance: float, speed: float, acceleration: float) -> float:

@@ -44,12 +44,15 @@ class Straight:
             (behaviour.go_time, behaviour.go_time + behaviour.stop_time) if isinstance(behaviour, StopAndGo) else None
             for behaviour in behaviours
         ]
+        self._always = not any(self._phases)
 
     def velocities(
         self, time: float, positions: Array, velocities: Array, robot_pose: Array, robot_twist: Array
     ) -> Array:
         """See `Walk`."""
         time += 1e-9  # the grid's rounding must not move a phase's end by one decision
+        if self._always:
+            return self._velocity
         walking = [phases is None or time % phases[1] < phases[0] for phases in self._phases]
         return self._velocity * np.array(walking, float)[:, None]
 
