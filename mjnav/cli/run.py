@@ -22,6 +22,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     log = parser.add_mutually_exclusive_group()
     log.add_argument("--log", metavar="PATH", help="where the log goes; runs/out/ by default")
     log.add_argument("--no-log", action="store_true", help="write no log")
+    parser.add_argument("--profile", action="store_true", help="say where each tick's time went")
     parser.add_argument("--json", action="store_true", help="one JSON object in place of text")
 
 
@@ -40,6 +41,7 @@ def execute(arguments: argparse.Namespace) -> int:
             log=None if arguments.no_log else True if arguments.log is None else arguments.log,
             stop=interrupted.is_set,
             progress=show,
+            profile=arguments.profile,
         )
     if arguments.json:
         print(json.dumps(result.summary))
@@ -80,6 +82,10 @@ def describe(summary: dict[str, Any], real_time: Mapping[str, str] | None = None
         lines.insert(2, f"  outside lanes   {s['lane_violation_s']:.1f} s")
     if s["log"]:
         lines.append(f"  log             {s['log']}")
+    if "profile" in s:
+        from mjnav.loop.profile import describe as describe_profile
+
+        lines += ["", describe_profile(s["profile"])]
     return "\n".join(lines)
 
 

@@ -10,6 +10,7 @@ from mjnav import scenarios
 from mjnav.loop.episode import Episode, Result, warm_up
 from mjnav.loop.pacer import FreePacer, RealTimePacer
 from mjnav.loop.prepare import build_controller, load_scenario
+from mjnav.loop.profile import profiled
 from mjnav.loop.realtime import real_time as ask_for_real_time
 from mjnav.messages import Event
 from mjnav.recording.writer import check_path
@@ -27,13 +28,15 @@ def run(
     log: bool | str | os.PathLike[str] | None = None,
     stop: Callable[[], bool] = lambda: False,
     progress: Callable[[float], None] = lambda time: None,
+    profile: bool = False,
 ) -> Result:
     """Runs one episode and returns how it went.
 
     `scenario` may be a name or a path; `seed` and `controller` take the place of its own (another controller starts
     with its own default parameters); `real_time` paces the loop to the wall clock; `log` is None for no log, True for
     the default path below the working directory, or a path; `stop` is asked before every tick whether to abort, and
-    `progress` is told the simulated time [s]. Raises InputError before anything starts where something cannot be used.
+    `progress` is told the simulated time [s]; `profile` adds to the summary, as "profile", where each tick's time went.
+    Raises InputError before anything starts where something cannot be used.
     """
     if not isinstance(scenario, Scenario):
         scenario = load_scenario(scenario, controller=controller, seed=seed)
@@ -44,6 +47,16 @@ def run(
     if log is not None and log is not False:
         path = check_path(default_log_path(scenario) if log is True else log)
     warm_up(scenario)
+    if profile:
+        with profiled() as profiler:
+            result = _run(scenario, path, real_time, stop, progress)
+        return replace(result, summary={**result.summary, "profile": profiler.summary()})
+    return _run(scenario, path, real_time, stop, progress)
+
+
+def _run(
+    scenario: Scenario, path: Path | None, real_time: bool, stop: Callable[[], bool], progress: Callable[[float], None]
+) -> Result:
     pacer = RealTimePacer(scenario.control.period) if real_time else FreePacer()
     episode = Episode(scenario, log=path, pacer=pacer, stop=stop, progress=progress)
     if not real_time:

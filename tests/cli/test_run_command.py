@@ -138,3 +138,15 @@ def test_a_fault_in_the_run_is_one_line_and_exit_1(mjnav, monkeypatch):
     assert (said.code, said.out) == (1, "")
     assert said.err.startswith("mjnav: the run broke in tick 0: ZeroDivisionError(")
     assert len(said.err.splitlines()) == 1
+
+
+def test_a_profile_is_a_table_for_people_and_a_key_of_the_json(mjnav):
+    said = mjnav("run", "crossing1", "--no-log", "--profile", *SHORT)
+    assert [line.split()[0] for line in said.out.splitlines() if line.startswith(("sense ", "advance ", "tick "))] == [
+        "sense",
+        "advance",
+        "tick",
+    ]
+    profile = json.loads(mjnav("run", "crossing1", "--no-log", "--profile", "--json", *SHORT).out)["profile"]
+    assert profile["ticks"] == 3
+    assert profile["phases"]["advance"]["parts"]["physics"]["calls"] == 5.0
