@@ -110,10 +110,12 @@ class Profile:
         @wraps(start)
         def starting(*args):
             start(*args)
-            if self._since is not None:
+            if self._since is None:
+                self._since, self._inner = self._clock(), 0
+            else:
                 self._close(BETWEEN)
                 self._ticks.append(self._tick)
-            self._tick, self._phase, self._inner, self._since = {}, 0, 0, self._clock()
+            self._tick, self._phase = {}, 0
 
         return starting
 
