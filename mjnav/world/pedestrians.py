@@ -44,17 +44,17 @@ class Straight:
             (behaviour.go_time, behaviour.go_time + behaviour.stop_time) if isinstance(behaviour, StopAndGo) else None
             for behaviour in behaviours
         ]
-        self._always = not any(self._phases)
+        self._pauses = any(self._phases)
 
     def velocities(
         self, time: float, positions: Array, velocities: Array, robot_pose: Array, robot_twist: Array
     ) -> Array:
         """See `Walk`."""
-        time += 1e-9  # the grid's rounding must not move a phase's end by one decision
-        if self._always:
+        if not self._pauses:
             return self._velocity
+        time += 1e-9  # the grid's rounding must not move a phase's end by one decision
         walking = [phases is None or time % phases[1] < phases[0] for phases in self._phases]
-        return self._velocity * np.array(walking, float)[:, None]
+        return self._velocity if all(walking) else self._velocity * np.array(walking, float)[:, None]
 
 
 class Route:
@@ -96,16 +96,19 @@ class Pedestrians:
 
     def __init__(self, people: Sequence[Person]):
         self._num_people = len(people)
-        self._groups: list[tuple[Index, Walk]] = []
+        self._groups: list[tuple[Index | slice, Walk]] = []
         for behaviour in dict.fromkeys(type(person.behaviour) for person in people):
             index = np.array([i for i, person in enumerate(people) if type(person.behaviour) is behaviour])
-            self._groups.append((index, WALKS[behaviour]([people[i] for i in index], index)))
+            first, last = int(index[0]), int(index[-1]) + 1
+            together = last - first == len(index)  # a slice is written to in a third of the time
+            place = slice(first, last) if together else index
+            self._groups.append((place, WALKS[behaviour]([people[i] for i in index], index)))
 
     def velocities(
         self, time: float, positions: Array, velocities: Array, robot_pose: Array, robot_twist: Array
     ) -> Array:
         """Desired velocities of all, (P, 2) [m/s]; arguments as in `Walk.velocities`."""
         desired = np.zeros((self._num_people, 2))
-        for index, walk in self._groups:
-            desired[index] = walk.velocities(time, positions, velocities, robot_pose, robot_twist)
+        for place, walk in self._groups:
+            desired[place] = walk.velocities(time, positions, velocities, robot_pose, robot_twist)
         return desired
