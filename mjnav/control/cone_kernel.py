@@ -5,16 +5,16 @@ What was measured for 402 controls, 5 discs of 625 pairs each and degree 3, on Z
 
     1.75   pairs outside with the robot's samples fastest, whose velocities (N, K) are then read from the second cache;
            f = R^2 - |r + t q|^2 with t = -r.q / |q|^2 clipped afterwards; every f times unit; powers row by row
-    1.2    ... with the robot's samples outermost; the closest point r + t q, or t clipped after the division
-    1.14   |q| < 1e-9 told apart by a select in the innermost loop; nothing depends on it where the horizon is finite
+    1.2    the robot's samples outermost, and the closest point r + t q; 1.1 with t clipped after the division
+    1.1    |q| < 1e-9 told apart by a select in the innermost loop; nothing depends on it where the horizon is finite
     1.4    256-bit vectors
     1.37   the division in float32, which loses nothing (f is stationary in t): converting costs more than it saves
-    1.03   one division for two samples, 1 / (a b), beside the same loop with two
-    1.0    tiles of 128 ... 416 controls; 1.01 for 1602 controls too
-    0.93   four pairs at once with their powers summed in registers; 0.97 two pairs: not worth a loop for every form and
-           degree, and sums in one array hide from LLVM that they do not overlap
-    0.49   all in float32, sums in float64 at the end: costs differ by up to 1.5e-4 of themselves and the choice in 4 of
-           2239 random and recorded decisions, by a cost of at most 2e-5, or, at degree 1, in 3 that were ties
+    1.1    tiles of 128 or 256 controls; for 1602 controls 0.95
+    0.97   two pairs at once with their powers summed in registers, also with one division for both, 1 / (a b); 0.93
+           with four: not worth a loop for every form and degree
+    0.49   all in float32, summed over a robot sample and then in float64: costs differ by up to 1.5e-4 of themselves,
+           and the choice in 4 of 2239 random and recorded decisions, by a cost of up to 2.5e-5; at degree 1 in 3, all
+           of them ties
 """
 
 import numpy as np
