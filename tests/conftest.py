@@ -20,7 +20,7 @@ def _kernel_cache() -> Path:
     digest = hashlib.sha256()
     for path in sorted(PACKAGE.rglob("*.py")):
         source = path.read_bytes()
-        if b"numba" in source or b"constraints.compiled" in source:
+        if b"numba" in source or b"compiled import" in source:
             digest.update(path.relative_to(PACKAGE).as_posix().encode() + b"\0" + source + b"\0")
     return Path(tempfile.gettempdir()) / f"mjnav-kernels-{os.getuid()}-{digest.hexdigest()[:16]}"
 

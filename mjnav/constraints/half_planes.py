@@ -16,7 +16,7 @@ Geometry", chapter 4. The random order there is for the expected time only; here
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mjnav.constraints.compiled import kernel
+from mjnav.geometry.compiled import kernel
 from mjnav.messages import Array
 
 ROUNDING = 1e-10  # [m/s] of violation that is none

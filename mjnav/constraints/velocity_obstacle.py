@@ -18,8 +18,8 @@ within one period. Source: van den Berg, Guy, Lin & Manocha (2011), "Reciprocal 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mjnav.constraints.compiled import kernel, scalar
 from mjnav.errors import InvalidValue
+from mjnav.geometry.compiled import kernel, scalar
 from mjnav.messages import Array
 
 

@@ -8,8 +8,8 @@ Two segments that do not cross are nearest at one of their four ends (Ericson, "
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mjnav.constraints.compiled import kernel, scalar
 from mjnav.errors import InvalidValue
+from mjnav.geometry.compiled import kernel, scalar
 from mjnav.messages import Array
 
 TINY = 1e-300

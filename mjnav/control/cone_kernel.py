@@ -20,8 +20,8 @@ What was measured for 402 controls, 5 discs of 625 pairs each and degree 3, on Z
 import numpy as np
 
 from mjnav.constraints.collision_cone import SEGMENT
-from mjnav.constraints.compiled import kernel
 from mjnav.control.cone_rows import disc_column, fill_row, mark_near, reach_of, units, velocity_row, wall_column
+from mjnav.geometry.compiled import kernel
 
 ROWS = 4  # rows of f whose powers are added up together: the sums are then loaded and stored once for all of them
 LANES = 8  # float64 in the widest vector register. Rows are a multiple of it long, so that none has a remainder

@@ -8,8 +8,8 @@ divided by the horizon, so that neither is met again in the innermost loop.
 import numpy as np
 
 from mjnav.constraints.collision_cone import LINE, RAY, SEGMENT, cone_line, cone_ray, cone_segment
-from mjnav.constraints.compiled import kernel, scalar
 from mjnav.constraints.wall import wall_segment
+from mjnav.geometry.compiled import kernel, scalar
 
 
 @scalar

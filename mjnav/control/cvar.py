@@ -18,10 +18,10 @@ from typing import ClassVar
 
 import numpy as np
 
-from mjnav.constraints.compiled import kernel
 from mjnav.control.base import ConstrainedController, sample_risk
 from mjnav.control.parameters import Parameters, between
 from mjnav.control.problem import Problem
+from mjnav.geometry.compiled import kernel
 from mjnav.messages import Array
 
 HALVINGS, FEW = 12, 8  # see _value_at_risk; they decide its speed, not its result

@@ -29,7 +29,6 @@ from typing import ClassVar, NamedTuple
 import numpy as np
 
 from mjnav.constraints.collision_cone import STANDSTILL
-from mjnav.constraints.compiled import kernel
 from mjnav.control.base import ConstrainedController
 from mjnav.control.lane_samples import lane_samples
 from mjnav.control.obstacles import Discs
@@ -37,6 +36,7 @@ from mjnav.control.parameters import Parameters
 from mjnav.control.problem import Problem
 from mjnav.errors import InvalidValue
 from mjnav.geometry.angles import wrap
+from mjnav.geometry.compiled import kernel
 from mjnav.messages import Array, Lanes
 
 COINCIDENT = 1e-9  # [m, m/s] below which a vector has no direction

@@ -26,7 +26,6 @@ from typing import ClassVar
 
 import numpy as np
 
-from mjnav.constraints.compiled import kernel
 from mjnav.control.base import ConstrainedController
 from mjnav.control.lane_samples import lane_samples
 from mjnav.control.obstacles import Discs, blocks
@@ -35,6 +34,7 @@ from mjnav.control.problem import Problem
 from mjnav.control.sample_cone import SampleCone
 from mjnav.errors import InvalidValue, unknown_name
 from mjnav.geometry.angles import wrap
+from mjnav.geometry.compiled import kernel
 from mjnav.messages import Array, ObstacleSamples, RobotLimits
 from mjnav.rng import stream
 

@@ -13,9 +13,9 @@ from math import floor, pi
 
 import numpy as np
 
-from mjnav.constraints.compiled import elementwise
 from mjnav.control.candidates import Candidates
 from mjnav.control.parameters import Parameters
+from mjnav.geometry.compiled import elementwise
 from mjnav.messages import Array, RobotLimits
 
 TINY = 1e-300  # [m], so that the way to a goal that is reached has a length

@@ -9,9 +9,9 @@ from math import inf
 
 import numpy as np
 
-from mjnav.constraints.compiled import kernel
 from mjnav.constraints.lane import lane_distance
 from mjnav.control.parameters import Parameters
+from mjnav.geometry.compiled import kernel
 from mjnav.messages import Array, Lanes
 
 

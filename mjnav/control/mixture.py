@@ -18,7 +18,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from mjnav.constraints.compiled import kernel, scalar
+from mjnav.geometry.compiled import kernel, scalar
 from mjnav.messages import Array
 
 NUM_CELLS = 64  # of 625 samples: moves means and deviations by 0.2 % of the range at most, weights by 0.005

@@ -27,10 +27,10 @@ from typing import ClassVar
 
 import numpy as np
 
-from mjnav.constraints.compiled import kernel
 from mjnav.control.base import WeightedController, sample_risk
 from mjnav.control.parameters import Parameters, WeightedParameters, at_least, finite
 from mjnav.control.problem import Problem
+from mjnav.geometry.compiled import kernel
 from mjnav.messages import Array
 
 FARTHEST = 8.0  # bandwidths, beyond which samples are not told apart

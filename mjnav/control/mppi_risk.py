@@ -11,11 +11,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from mjnav.constraints.compiled import kernel
 from mjnav.constraints.lane import lane_distance
 from mjnav.control.mppi_rollout import Rollouts
 from mjnav.control.obstacles import Discs, Reach
 from mjnav.control.problem import Problem
+from mjnav.geometry.compiled import kernel
 from mjnav.messages import Array
 
 SLACK = 1e-9  # relative, by which a cloud's reach is rounded up

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from mjnav.constraints.compiled import kernel, scalar
 from mjnav.control.parameters import Parameters
+from mjnav.geometry.compiled import kernel, scalar
 from mjnav.messages import Array, RobotLimits
 from mjnav.motion.diff_drive import reachable
 

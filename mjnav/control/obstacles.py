@@ -5,10 +5,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from mjnav.constraints.compiled import kernel
 from mjnav.constraints.wall import wall_segment
 from mjnav.control.cone_blocks import ConeBlocks
 from mjnav.control.parameters import Parameters
+from mjnav.geometry.compiled import kernel
 from mjnav.messages import Array, Observation, ObstacleSamples, RobotLimits
 
 

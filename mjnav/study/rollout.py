@@ -8,7 +8,7 @@ world. People walk on straight at their true velocities; nobody is stopped by a 
 import numpy as np
 
 from mjnav.constraints.collision_cone import cone_segment
-from mjnav.constraints.compiled import kernel
+from mjnav.geometry.compiled import kernel
 from mjnav.messages import Array, Observation, RobotLimits
 from mjnav.motion.diff_drive import ramp_mean
 from mjnav.study.collision_event import EVENT

@@ -19,6 +19,11 @@ def kernel(function: Callable[..., Any]) -> Callable[..., Any]:
     return njit(cache=True, fastmath=set(FAST), error_model="numpy", nogil=True)(function)
 
 
+def exact(function: Callable[..., Any]) -> Callable[..., Any]:
+    """Compiles a loop over arrays, every operation rounded as it is written: for indices and for draws that replay."""
+    return njit(cache=True, error_model="numpy", nogil=True)(function)
+
+
 def elementwise(function: Callable[..., Any]) -> Callable[..., Any]:
     """Compiles a function of numbers into one of arrays that broadcast, as NumPy's own are."""
     return vectorize(nopython=True, cache=True)(function)
