@@ -88,6 +88,7 @@ class Pearson:
     kurtosis: float
     _law: Law = field(init=False, repr=False, compare=False)
     _sign: float = field(init=False, repr=False, compare=False)
+    _ends: tuple[float, float] = field(init=False, repr=False, compare=False)  # of where the density is computed
 
     def __post_init__(self):
         object.__setattr__(self, "mean", check_number("mean", self.mean))
@@ -103,6 +104,8 @@ class Pearson:
             raise InvalidValue("kurtosis", self.kurtosis, f"a number <= {_MAX_KURTOSIS:g}")
         object.__setattr__(self, "_law", _law(abs(self.skew), self.kurtosis))
         object.__setattr__(self, "_sign", -1.0 if self.skew < 0.0 else 1.0)
+        (low, high), far = self.support, _FARTHEST * self.std
+        object.__setattr__(self, "_ends", (max(low, self.mean - far), min(high, self.mean + far)))
 
     @property
     def type(self) -> str:
@@ -122,8 +125,7 @@ class Pearson:
     def logpdf(self, x: ArrayLike) -> Array:
         """Log-density at `x`; -inf outside the support, finite at its ends even where the density is infinite."""
         x = np.asarray(x, float)
-        low, high = self.support
-        far = _FARTHEST * self.std
-        inside = (x >= max(low, self.mean - far)) & (x <= min(high, self.mean + far))
+        low, high = self._ends
+        inside = (x >= low) & (x <= high)
         z = (np.where(inside, x, self.mean) - self.mean) * (self._sign / self.std)
         return np.where(inside, self._law.logpdf(z) - log(self.std), -inf)

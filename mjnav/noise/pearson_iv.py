@@ -25,6 +25,7 @@ from mjnav.noise.stirling import complex_log1p
 from mjnav.noise.stirling import stirling_remainder as R
 
 _STEPS = 256  # of the staircase, on each side of the mode
+_GUIDES = 512  # a power of two, so that k/_GUIDES is exact
 _LOG_CUT = -45.0  # log g at which the staircase may end: what it leaves out has a probability below 1e-18
 _EDGE = -1.0 + 2.0**-53
 
@@ -37,6 +38,7 @@ class Staircase:
     high: Array  # (2 _STEPS,)
     low: Array  # (2 _STEPS,)
     area: Array  # (2 _STEPS + 1,) from 0 to the whole area
+    guide: Array  # (_GUIDES,) the step in which k/_GUIDES of the whole area lies: where a search for more begins
 
 
 @dataclass(frozen=True, slots=True)
@@ -89,17 +91,13 @@ class TypeIVLaw:
 
     def _accepted(self, rng: np.random.Generator, most: int) -> Array:
         """At most `most` draws of psi, seldom fewer."""
+        from mjnav.noise.rejection import (
+            accept,
+        )  # with the first draw: a compiler takes longer to load than all the rest
+
         stairs = self.staircase
         u = rng.random((2, most + most // 8 + 4))
-        area = u[0] * stairs.area[-1]
-        step = np.minimum(stairs.area.searchsorted(area, side="right") - 1, 2 * _STEPS - 1)
-        high = stairs.high[step]
-        psi = stairs.left[step] + (area - stairs.area[step]) / high
-        height = u[1] * high
-        accept = height <= stairs.low[step]
-        doubtful = np.flatnonzero(~accept)
-        accept[doubtful] = height[doubtful] <= np.exp(self._log_g(psi[doubtful]))
-        return psi[accept][:most]
+        return accept(u, stairs.left, stairs.high, stairs.low, stairs.area, stairs.guide, self.r, self.t0)[:most]
 
     def _log_g(self, psi: ArrayLike) -> Array:
         cosine = -2.0 * np.square(np.sin(0.5 * np.asarray(psi))) - self.t0 * np.sin(psi)  # cos psi - t0 sin psi - 1
@@ -118,4 +116,5 @@ class TypeIVLaw:
         g = np.exp(self._log_g(edges))
         high = np.maximum(g[:-1], g[1:])
         area = np.concatenate([[0.0], np.cumsum(high * np.diff(edges))])
-        return Staircase(edges[:-1], high, np.minimum(g[:-1], g[1:]), area)
+        guide = area[:-1].searchsorted(area[-1] * np.arange(_GUIDES) / _GUIDES, side="right") - 1
+        return Staircase(edges[:-1], high, np.minimum(g[:-1], g[1:]), area, guide)

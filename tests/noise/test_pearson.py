@@ -7,6 +7,7 @@ from scipy.optimize import brentq
 
 from mjnav.errors import InvalidValue
 from mjnav.noise import Pearson, pearson_type
+from mjnav.noise.pearson_iv import TypeIVLaw
 
 
 def inverse_gamma_kurtosis(skew):
@@ -213,3 +214,16 @@ def test_odometry_omega_has_a_fourth_moment_and_no_fifth(quadrature):
     far = noise.std * np.array([1e6, 1e8])
     exponent = np.diff(noise.logpdf(far)) / np.diff(np.log(far))
     assert -6.0 < exponent[0] < -5.0  # x^4 p(x) is integrable, x^5 p(x) is not
+
+
+def test_compiled_rejection_accepts_what_searches_and_formulas_on_arrays_accept():
+    law = TypeIVLaw.of(r=9.0, skew=0.8)
+    stairs = law.staircase
+    u = np.random.default_rng(8).random((2, 4000 + 4000 // 8 + 4))
+    area = u[0] * stairs.area[-1]
+    step = np.searchsorted(stairs.area, area, side="right") - 1
+    psi = stairs.left[step] + (area - stairs.area[step]) / stairs.high[step]
+    g = np.exp(law.r * (np.log(np.cos(psi) - law.t0 * np.sin(psi)) + law.t0 * psi))
+    expected = psi[u[1] * stairs.high[step] <= g]
+    assert 4000 < expected.size < psi.size
+    assert np.array_equal(law._accepted(np.random.default_rng(8), 4000), expected[:4000])
