@@ -16,16 +16,19 @@ class FloorMap:
         self.discs = tuple(ObstacleSamples(at.reshape(1, 2), np.zeros((1, 2)), radius) for at, radius, _ in discs)
         self.names = tuple(name for *_, name in discs)
 
-        self._start = np.array([wall.start for wall in scenario.walls], float).reshape(-1, 2)
-        self._end = np.array([wall.end for wall in scenario.walls], float).reshape(-1, 2)
+        start = np.array([wall.start for wall in scenario.walls], float).reshape(-1, 2)
+        end = np.array([wall.end for wall in scenario.walls], float).reshape(-1, 2)
         half = 0.5 * np.array([[wall.thickness] for wall in scenario.walls]).reshape(-1, 1)
-        along = self._end - self._start
+        along = end - start
         along = along / np.linalg.norm(along, axis=1, keepdims=True)
         self._across = half * np.stack([-along[:, 1], along[:, 0]], axis=1)
-        # A face is as long as the wall with its two ends.
-        self._start, self._end = self._start - half * along, self._end + half * along
+        self._middle = (start * self._across).sum(axis=1)
+        # A face is as long as the wall with its two ends. The second is the one to the left of start-end.
+        ends = np.stack([start - half * along, end + half * along], axis=1)
+        self._faces = np.stack([ends - self._across[:, None], ends + self._across[:, None]], axis=1)  # (W, 2, 2, 2)
+        self._index = np.arange(len(ends))
 
     def walls(self, position: Array) -> Array:
         """The face of each wall on the side of `position` (2,): start and end, (W, 2, 2)."""
-        side = np.where(((position - self._start) * self._across).sum(axis=1) >= 0.0, 1.0, -1.0)[:, None]
-        return np.stack([self._start + side * self._across, self._end + side * self._across], axis=1)
+        left = self._across @ position >= self._middle
+        return self._faces[self._index, left.astype(int)]

@@ -12,7 +12,7 @@ import numpy as np
 
 from mjnav.messages import Array, RobotLimits
 from mjnav.motion.diff_drive import ramp_mean
-from mjnav.motion.unicycle import integrate
+from mjnav.motion.rows import integrate_rows
 from mjnav.noise import Distribution
 from mjnav.rng import stream
 from mjnav.world.actuation import NOISE_WINDOW
@@ -81,17 +81,17 @@ class Predictor:
         """Poses (N, 3) at `end` from poses (N, 3) at `start`, and the actuation noise in force at `end`, (N, 2)."""
         first = _window(start)
         windows = _window(end) - first + 1
-        noise = np.stack([d.sample(rng, (windows, len(pose))) for d, rng in self._noise], axis=-1)
+        v, omega = (d.sample(rng, (windows, len(pose))) for d, rng in self._noise)
         for stretch in stretches:
             begin, before = stretch.start, stretch.set_point
             while stretch.end - begin > ROUNDING:
                 window = _window(begin)
                 until = min(stretch.end, (window + 1) * NOISE_WINDOW)
                 mean, before = ramp_mean(before, stretch.command, self._limits, until - begin)
-                twist = mean + noise[window - first]
-                pose = integrate(pose, twist[:, 0], twist[:, 1], until - begin)
+                i = window - first
+                pose = integrate_rows(pose, mean[0] + v[i], mean[1] + omega[i], until - begin)
                 begin = until
-        return pose, noise[-1]
+        return pose, np.column_stack([v[-1], omega[-1]])
 
 
 def _window(time: float) -> int:

@@ -1,5 +1,6 @@
 """Differential drive: wheel speeds from (v, omega) and back, and the limits a command passes through."""
 
+from math import copysign
 from typing import TypeVar
 
 import numpy as np
@@ -41,9 +42,17 @@ def ramp_mean(before: ArrayLike, command: ArrayLike, limits: RobotLimits, durati
     Each is (2,). With D = command - before and a the limit, the ramp lasts t = min(|D|/a, T), ends at
     before + sign(D) a t and has the mean  end - sign(D) a t^2 / (2 T).
     """
-    before, command = np.asarray(before, float), np.asarray(command, float)
-    limit = np.array([limits.max_acceleration, limits.max_turn_acceleration])
+    v, omega = np.asarray(before, float).tolist()  # plain numbers: eight array operations on two would cost five times
+    to_v, to_omega = np.asarray(command, float).tolist()
+    mean_v, end_v = _ramp(v, to_v, limits.max_acceleration, duration)
+    mean_omega, end_omega = _ramp(omega, to_omega, limits.max_turn_acceleration, duration)
+    return np.array([mean_v, mean_omega]), np.array([end_v, end_omega])
+
+
+def _ramp(before: float, command: float, limit: float, duration: float) -> tuple[float, float]:
+    """`ramp_mean` of one component."""
     change = command - before
-    ramp = np.minimum(np.abs(change) / limit, duration)
-    end = np.where(np.abs(change) <= limit * duration, command, before + np.sign(change) * limit * ramp)
-    return end - np.sign(change) * limit * ramp**2 / (2.0 * duration), end
+    ramp = min(abs(change) / limit, duration)
+    slope = copysign(limit, change)
+    end = command if abs(change) <= limit * duration else before + slope * ramp
+    return end - slope * (ramp * ramp) / (2.0 * duration), end
