@@ -77,7 +77,7 @@ class BeliefDraws:
         """`num` of the belief's particles by weight, (num, d); an error before the first reading."""
         if belief is None:
             raise RuntimeError("draw() needs a belief: call update() with a reading first")
-        return belief.particles[shuffled(belief.weights, num, self._streams[body])]
+        return shuffled(belief.particles, belief.weights, num, self._streams[body])
 
 
 def person_names(num_people: int) -> tuple[str, ...]:
@@ -110,18 +110,9 @@ class PeopleTracker:
         recovered: NDArray[np.bool_] | None = None,
     ) -> tuple[Track, ...]:
         """The latest tracks from a row a person of everything."""
-        self._tracks = tuple(
-            Track(
-                name=name,
-                time=time,
-                particles=particles[p],
-                weights=weights[p],
-                mean=mean[p],
-                covariance=covariance[p],
-                ess=float(ess[p]),
-                radius=self._radii[p],
-                recovered=recovered is not None and bool(recovered[p]),
-            )
-            for p, name in enumerate(self._names)
+        again = (False,) * len(self._names) if recovered is None else recovered.tolist()
+        rows = zip(
+            particles, weights, mean, covariance, np.asarray(ess, float).tolist(), self._radii, again, strict=True
         )
+        self._tracks = tuple(Track(name, time, *row) for name, row in zip(self._names, rows, strict=True))
         return self._tracks

@@ -8,16 +8,14 @@ the belief explains the readings no more.
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from math import log
 
 import numpy as np
 from numpy.typing import NDArray
 
 from mjnav.estimation.base import FilterSettings
 from mjnav.estimation.likelihood import Likelihood
-from mjnav.filters.resampling import roughen, systematic
-from mjnav.filters.weights import ess, normalise, weighted_moments
-from mjnav.geometry.angles import wrap
+from mjnav.filters.resampling import resample
+from mjnav.filters.weights import ess, reweigh, weighted_moments
 from mjnav.messages import Array
 from mjnav.rng import stream
 
@@ -37,66 +35,65 @@ class Posterior:
 class Bootstrap:
     """State of B bodies' filters: the particles to predict from, and their weights."""
 
-    def __init__(self, bodies: Sequence[str], seed: int, settings: FilterSettings, *, heading: int | None = None):
+    def __init__(
+        self,
+        bodies: Sequence[str],
+        likelihoods: Sequence[Likelihood],
+        seed: int,
+        settings: FilterSettings,
+        *,
+        heading: int = -1,
+    ):
+        """`likelihoods` has one a channel; column `heading` of the particles is an angle."""
+        self._likelihoods = tuple(likelihoods)
+        self._least = np.array([[2.0 * model.floor] for model in likelihoods])  # mean density of an explained reading
         self._settings = settings
         self._heading = heading
         self._resampling = [stream(seed, "estimation.resampling", body) for body in bodies]
         self._roughening = [stream(seed, "estimation.roughening", body) for body in bodies]
         self._unexplained = np.zeros(len(bodies), int)  # readings in a row
-        self._log_weights = np.zeros((len(bodies), 0))
+        self._weights = np.zeros((len(bodies), 0))
         self.particles: Array | None = None  # (B, n, d) after resampling; None before the first reading
 
     def start(self, particles: Array) -> Posterior:
         """Starts from equally weighted particles (B, n, d)."""
-        self._log_weights = np.full(particles.shape[:2], -log(particles.shape[1]))
+        self._weights = np.full(particles.shape[:2], 1.0 / particles.shape[1])
         return self._conclude(particles, np.zeros(len(particles), bool))
 
-    def correct(
-        self,
-        predicted: Array,
-        errors: Sequence[Array],
-        likelihoods: Sequence[Likelihood],
-        respawn: Callable[[int], Array],
-    ) -> Posterior:
-        """Weighs predicted particles (B, n, d) by errors z - x, (B, n) a channel.
+    def correct(self, predicted: Array, errors: Array, respawn: Callable[[int], Array]) -> Posterior:
+        """Weighs predicted particles (B, n, d) by errors z - x of C channels, (C, B, n).
 
         A reading is unexplained where the mean of p(z - x) under the belief falls below the floor in any channel.
         After `patience` of them in a row body b starts again from respawn(b), (n, d).
         """
-        prior = np.exp(self._log_weights)
-        likelihood = 1.0
-        explained = np.ones(len(predicted), bool)
-        for error, model in zip(errors, likelihoods, strict=True):
-            density = model.density(error)
-            explained &= np.einsum("bn,bn->b", prior, density) >= 2.0 * model.floor
-            likelihood = likelihood * density
-        self._log_weights = self._log_weights + np.log(likelihood)
-        self._unexplained = np.where(explained, 0, self._unexplained + 1)
+        densities = np.empty(errors.shape)
+        for density, error, model in zip(densities, errors, self._likelihoods, strict=True):
+            density[:] = model.density(error)
+        self._weights, expected = reweigh(self._weights, densities)
+        self._unexplained = (self._unexplained + 1) * (expected < self._least).any(axis=0)
         recovered = self._unexplained >= self._settings.patience
         if recovered.any():
             predicted = predicted.copy()
             for body in np.flatnonzero(recovered):
                 predicted[body] = respawn(int(body))
-                self._log_weights[body] = 0.0
+                self._weights[body] = 1.0 / predicted.shape[1]
                 self._unexplained[body] = 0
         return self._conclude(predicted, recovered)
 
     def _conclude(self, particles: Array, recovered: NDArray[np.bool_]) -> Posterior:
         """The posterior by the weights; what to predict from is resampled where they have become uneven."""
-        weights, log_sum = normalise(self._log_weights)
-        self._log_weights = self._log_weights - log_sum[:, None]
-        mean, covariance = weighted_moments(particles, weights, heading=self._heading)
+        weights, num, strength = self._weights, particles.shape[1], self._settings.roughening
+        mean, covariance = weighted_moments(particles, weights, self._heading)
         size = ess(weights)
         offsets = [rng.random() for rng in self._resampling]  # one a reading, used or not, so that seeds stay paired
-        uneven = np.flatnonzero(size < self._settings.resample_below * weights.shape[1])
+        uneven = np.flatnonzero(size < self._settings.resample_below * num).tolist()
         self.particles = particles
-        if uneven.size:
-            self.particles = particles.copy()
+        if uneven:
+            self.particles, self._weights = particles.copy(), weights.copy()
             for body in uneven:
-                chosen = particles[body, systematic(weights[body], offsets[body])]
-                spread = np.sqrt(np.diagonal(covariance[body]))
-                self.particles[body] = roughen(chosen, spread, self._settings.roughening, self._roughening[body])
-                self._log_weights[body] = -log(weights.shape[1])
-            if self._heading is not None:
-                self.particles[..., self._heading] = wrap(self.particles[..., self._heading])
+                normal = self._roughening[body].standard_normal(particles.shape[1:])
+                self.particles[body] = resample(
+                    particles[body], weights[body], offsets[body], covariance[body], strength, normal
+                )
+                self._weights[body] = 1.0 / num
         return Posterior(particles, weights, mean, covariance, size, recovered)

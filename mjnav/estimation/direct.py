@@ -35,7 +35,7 @@ class DirectLocalizer:
     def update(self, reading: Reading) -> RobotBelief:
         """The belief from this reading alone."""
         particles = pose_samples(reading, self._noise, self._weights.size, self._stream)
-        mean, covariance = weighted_moments(particles, self._weights, heading=HEADING)
+        (mean,), (covariance,) = weighted_moments(particles[None], self._weights[None], HEADING)
         self._belief = RobotBelief(
             reading.time, particles, self._weights, mean, covariance, ess=float(self._weights.size)
         )
@@ -97,7 +97,7 @@ class DirectTracker(PeopleTracker):
         while self._history[0][0] < reading.time - self._window - 1e-9:
             self._history.popleft()
         particles = np.concatenate([position, self._velocity()], axis=-1)
-        weights = np.broadcast_to(self._weights, particles.shape[:2])
+        weights = np.tile(self._weights, (len(particles), 1))
         mean, covariance = weighted_moments(particles, weights)
         ess = np.full(len(particles), self._weights.size)
         return self._conclude(reading.time, particles, weights, mean, covariance, ess)

@@ -8,8 +8,10 @@ from mjnav.estimation.base import HEADING, BeliefDraws, FilterSettings
 from mjnav.estimation.bootstrap import Bootstrap
 from mjnav.estimation.likelihood import Likelihood, widened
 from mjnav.geometry.angles import wrap
+from mjnav.geometry.compiled import kernel
+from mjnav.geometry.heading import wrapped
 from mjnav.messages import Array, Reading, RobotBelief
-from mjnav.motion.unicycle import integrate
+from mjnav.motion.rows import integrate_rows
 from mjnav.noise import Distribution
 from mjnav.rng import stream
 
@@ -38,7 +40,7 @@ class ParticleLocalizer:
         self._likelihoods = [Likelihood.of(channel, noise[channel], settings.epsilon) for channel in POSE_CHANNELS]
         self._motion_streams = [stream(seed, f"estimation.motion.{channel}") for channel in ODOMETRY_CHANNELS]
         self._start_stream = stream(seed, "estimation.start")
-        self._filter = Bootstrap(("robot",), seed, settings, heading=HEADING)
+        self._filter = Bootstrap(("robot",), self._likelihoods, seed, settings, heading=HEADING)
         self._draws = BeliefDraws(("robot",), seed)
         self._belief: RobotBelief | None = None
 
@@ -47,10 +49,9 @@ class ParticleLocalizer:
         if self._filter.particles is None:
             posterior = self._filter.start(self._spawn(reading)[None])
         else:
-            predicted = self._predict(self._filter.particles, reading)
-            errors = [reading.pose[c] - predicted[..., c] for c in range(3)]
-            errors[HEADING] = wrap(errors[HEADING])
-            posterior = self._filter.correct(predicted, errors, self._likelihoods, lambda _: self._spawn(reading))
+            predicted = self._predict(self._filter.particles[0], reading)
+            errors = pose_errors(reading.pose, predicted)[:, None]
+            posterior = self._filter.correct(predicted[None], errors, lambda _: self._spawn(reading))
         self._belief = RobotBelief(
             time=reading.time,
             particles=posterior.particles[0],
@@ -67,16 +68,27 @@ class ParticleLocalizer:
         return self._draws(0, self._belief, num)
 
     def _predict(self, particles: Array, reading: Reading) -> Array:
-        """Particles (1, n, 3) moved by what the odometry measured less a noise draw each."""
+        """Particles (n, 3) moved by what the odometry measured less a noise draw each."""
         v, omega = (
             measured - noise.sample(rng, self._num)
             for measured, noise, rng in zip(reading.odometry, self._odometry, self._motion_streams, strict=True)
         )
-        return integrate(particles, v, omega, reading.interval)
+        return integrate_rows(particles, v, omega, reading.interval)
 
     def _spawn(self, reading: Reading) -> Array:
         """Poses that the reading alone allows: measurement - noise draws, (n, 3)."""
         return pose_samples(reading, [model.noise for model in self._likelihoods], self._num, self._start_stream)
+
+
+@kernel
+def pose_errors(measured, poses):
+    """Measurement (3,) - poses (n, 3), one row a component, (3, n); the heading's is wrapped."""
+    errors = np.empty((3, len(poses)))
+    for i in range(len(poses)):
+        errors[0, i] = measured[0] - poses[i, 0]
+        errors[1, i] = measured[1] - poses[i, 1]
+        errors[2, i] = wrapped(measured[2] - poses[i, 2])
+    return errors
 
 
 def pose_samples(reading: Reading, noise: list[Distribution], num: int, rng: np.random.Generator) -> Array:

@@ -1,11 +1,13 @@
 """How the trackers believe that people move."""
 
 from dataclasses import dataclass
+from math import sqrt
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from mjnav.errors import InvalidValue
+from mjnav.geometry.compiled import kernel
 from mjnav.messages import Array
 
 
@@ -49,16 +51,20 @@ class PersonMotion:
     def predict(self, state: Array, interval: float, uniform: ArrayLike, normal: ArrayLike) -> Array:
         """States (..., 4) after `interval` [s], by draws uniform (...) from [0, 1) and normal (..., 2) from N(0, 1)."""
         q = self.turn_probability(interval)
-        state, uniform, normal = np.asarray(state, float), np.asarray(uniform), np.asarray(normal)
-        kept = uniform >= q
-        std = np.where(kept, self.sway * np.sqrt(interval), self.walking_speed * (uniform >= q * self.stop_share))
-        moved = np.empty_like(state)
-        for axis in (0, 1):
-            before = state[..., 2 + axis]
-            after = kept * before + std * normal[..., axis]
-            moved[..., axis] = state[..., axis] + 0.5 * interval * (before + after)
-            moved[..., 2 + axis] = after
-        return moved
+        state = np.asarray(state, float)
+        filters = state.reshape(-1, *state.shape[-2:]) if state.ndim > 1 else state.reshape(1, 1, 4)
+        shape = filters.shape[:2]
+        moved = _predict(
+            filters,
+            np.reshape(uniform, shape),
+            np.reshape(normal, (*shape, 2)),
+            interval,
+            self.sway * sqrt(interval),
+            self.walking_speed,
+            q,
+            q * self.stop_share,
+        )
+        return moved.reshape(state.shape)
 
     def gaussian(self, interval: float) -> tuple[Array, Array]:
         """Transition matrix and covariance (4, 4) of a constant-velocity model with a Gaussian change of velocity.
@@ -72,3 +78,19 @@ class PersonMotion:
         transition[:2, 2:] = interval * np.eye(2)
         gain[:2], gain[2:] = 0.5 * interval * np.eye(2), np.eye(2)
         return transition, variance * gain @ gain.T
+
+
+@kernel
+def _predict(state, uniform, normal, interval, sway, walking_speed, turn, stop):
+    """`PersonMotion.predict` of P x n states (P, n, 4); a velocity changes where uniform < turn, to 0 where < stop."""
+    moved = np.empty(state.shape)
+    for p in range(state.shape[0]):
+        for i in range(state.shape[1]):
+            u = uniform[p, i]
+            std = sway if u >= turn else walking_speed if u >= stop else 0.0
+            for axis in range(2):
+                before = state[p, i, 2 + axis]
+                after = std * normal[p, i, axis] + (before if u >= turn else 0.0)
+                moved[p, i, axis] = state[p, i, axis] + 0.5 * interval * (before + after)
+                moved[p, i, 2 + axis] = after
+    return moved

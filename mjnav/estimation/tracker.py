@@ -39,7 +39,7 @@ class ParticleTracker(PeopleTracker):
         self._likelihoods = [Likelihood.of(channel, noise[channel], settings.epsilon) for channel in DETECTION_CHANNELS]
         self._motion_streams = [stream(seed, "estimation.motion", name) for name in self._names]
         self._start_streams = [stream(seed, "estimation.start", name) for name in self._names]
-        self._filter = Bootstrap(self._names, seed, settings)
+        self._filter = Bootstrap(self._names, self._likelihoods, seed, settings)
 
     def update(self, reading: Reading) -> tuple[Track, ...]:
         """One track a person after one more reading; their moments come from the weights before resampling."""
@@ -50,8 +50,8 @@ class ParticleTracker(PeopleTracker):
             posterior = self._filter.start(np.stack([self._spawn(p, reading) for p in range(len(self._names))]))
         else:
             predicted = self._predict(self._filter.particles, reading.interval)
-            errors = [reading.detections[:, c, None] - predicted[..., c] for c in range(2)]
-            posterior = self._filter.correct(predicted, errors, self._likelihoods, lambda p: self._spawn(p, reading))
+            errors = np.subtract(reading.detections.T[:, :, None], predicted.transpose(2, 0, 1)[:2], order="C")
+            posterior = self._filter.correct(predicted, errors, lambda p: self._spawn(p, reading))
         return self._conclude(
             reading.time,
             posterior.particles,

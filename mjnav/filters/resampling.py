@@ -3,7 +3,25 @@
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from mjnav.geometry.compiled import exact
 from mjnav.messages import Array
+
+
+@exact
+def draw(weights, offset, num):
+    """Compiled `systematic`: weights (n,), offset in [0, 1) -> indices (num,)."""
+    cumulative = np.cumsum(weights)
+    total, last = cumulative[-1], len(weights) - 1
+    while last > 0 and weights[last] == 0.0:  # rounding may carry a position to the total itself
+        last -= 1
+    indices = np.empty(num, np.intp)
+    j = 0
+    for i in range(num):
+        position = total * ((offset + i) / num)
+        while j < last and cumulative[j] <= position:
+            j += 1
+        indices[i] = j
+    return indices
 
 
 def systematic(weights: ArrayLike, offset: float | np.random.Generator, num: int | None = None) -> NDArray[np.intp]:
@@ -13,32 +31,42 @@ def systematic(weights: ArrayLike, offset: float | np.random.Generator, num: int
     particle j comes floor(num w_j) or ceil(num w_j) times and num w_j times on average. The weights (n,) need a
     positive sum and no particular one: a sum of 1 - 1e-16 loses no draw. A particle of weight zero is never drawn.
     """
-    cumulative = np.cumsum(np.asarray(weights, float))
-    num = cumulative.size if num is None else num
+    weights = np.ascontiguousarray(weights, float)
     u = offset.random() if isinstance(offset, np.random.Generator) else offset
-    total = cumulative[-1]
-    indices = np.searchsorted(cumulative, total * ((u + np.arange(num)) / num), side="right")
-    # Rounding may carry the last position to the total itself: it belongs to the last particle that has weight.
-    if num and indices[-1] == cumulative.size:
-        indices = np.minimum(indices, np.searchsorted(cumulative, total))
-    return indices
+    return draw(weights, float(u), weights.size if num is None else num)
 
 
-def shuffled(weights: ArrayLike, num: int, rng: np.random.Generator) -> NDArray[np.intp]:
-    """Systematic draws in random order, (num,).
+def shuffled(particles: Array, weights: Array, num: int, rng: np.random.Generator) -> Array:
+    """Systematic draws from particles (n, d) in random order, (num, d).
 
     Systematic draws alone come sorted by particle, and neighbours share ancestors. Where row i of one body's draws
     meets row i of another's, that order would correlate bodies that are independent.
     """
-    return rng.permutation(systematic(weights, rng, num))
+    return _ordered(particles, weights, rng.random(), rng.permutation(num))
 
 
-def roughen(particles: Array, spread: ArrayLike, strength: float, rng: np.random.Generator) -> Array:
-    """The particles (n, d) with independent N(0, (K spread_j n^(-1/d))^2) added to column j.
+@exact
+def _ordered(particles, weights, offset, order):
+    return particles[draw(weights, offset, len(order))[order]]
 
-    Gordon, Salmond & Smith (1993), section 4.2, with the standard deviation (d,) in place of the range, which grows
-    with n. Copies of one particle part again; the variance grows by the factor 1 + K^2 n^(-2/d).
+
+@exact
+def roughen(particles, covariance, strength, normal):
+    """Adds to column j of the particles (n, d) K sqrt(covariance_jj) n^(-1/d) times draws `normal` (n, d) of N(0, 1).
+
+    Gordon, Salmond & Smith (1993), section 4.2, with the standard deviation in place of the range, which grows with n.
+    Copies of one particle part again; the variance grows by the factor 1 + K^2 n^(-2/d).
     """
     n, d = particles.shape
-    scale = strength * n ** (-1.0 / d) * np.asarray(spread, float)
-    return particles + scale * rng.standard_normal((n, d))
+    for j in range(d):
+        scale = strength * n ** (-1.0 / d) * np.sqrt(covariance[j, j])
+        for i in range(n):
+            particles[i, j] += scale * normal[i, j]
+
+
+@exact
+def resample(particles, weights, offset, covariance, strength, normal):
+    """Systematic draws from particles (n, d) by their weights (n,), roughened: a new (n, d)."""
+    drawn = particles[draw(weights, offset, len(particles))]
+    roughen(drawn, covariance, strength, normal)
+    return drawn

@@ -1,54 +1,93 @@
-"""Weights of particles: normalisation, effective sample size, weighted moments.
+"""Weights of particles: Bayes' rule, effective sample size, weighted moments.
 
-Particles have shape (..., n, d), weights (..., n); leading axes are filters side by side.
+Compiled, for B filters side by side: particles are (B, n, d), weights (B, n) and sum to one.
 """
 
+from math import atan2, cos, sin
+
 import numpy as np
-from numpy.typing import ArrayLike
 
-from mjnav.geometry.angles import wrap
-from mjnav.messages import Array
+from mjnav.geometry.compiled import kernel
+from mjnav.geometry.heading import wrapped
 
 
-def normalise(log_weights: ArrayLike) -> tuple[Array, Array]:
-    """Weights that sum to one along the last axis, (..., n), and log sum_i exp(log_weights_i), (...).
+@kernel
+def reweigh(weights, likelihoods):
+    """Bayes' rule, w_i prod_c l_ci / sum: the posterior (B, n), and sum_i w_i l_ci of each factor, (C, B).
 
-    The largest is subtracted before the exponential (log-sum-exp), so no scale under- or overflows. Where every
-    particle is impossible (all -inf) the weights are uniform and the sum is -inf.
+    `likelihoods` (C, B, n) are positive. Where every product underflows the posterior is uniform.
     """
-    log_weights = np.asarray(log_weights, float)
-    largest = log_weights.max(axis=-1, keepdims=True)
-    impossible = largest == -np.inf
-    if impossible.any():
-        log_weights = np.where(impossible, 0.0, log_weights)
-        shift = np.where(impossible, 0.0, largest)
-    else:
-        shift = largest
-    weights = np.exp(log_weights - shift)
-    total = weights.sum(axis=-1, keepdims=True)
-    log_sum = np.where(impossible, -np.inf, shift + np.log(total))
-    return weights / total, log_sum[..., 0]
+    num_factors, num_filters, n = likelihoods.shape
+    posterior, expected = np.empty((num_filters, n)), np.empty((num_factors, num_filters))
+    for b in range(num_filters):
+        row = posterior[b]
+        row[:] = weights[b]
+        for c in range(num_factors):
+            mean = 0.0
+            for i in range(n):
+                mean += weights[b, i] * likelihoods[c, b, i]
+                row[i] *= likelihoods[c, b, i]
+            expected[c, b] = mean
+        total = row.sum()
+        if total > 0.0:
+            row /= total
+        else:
+            row[:] = 1.0 / n
+    return posterior, expected
 
 
-def ess(weights: ArrayLike) -> Array:
-    """Effective sample size (sum w)^2 / sum w^2 along the last axis (Kong, Liu & Wong 1994): from 1 to n."""
-    weights = np.asarray(weights, float)
-    return weights.sum(axis=-1) ** 2 / np.einsum("...n,...n->...", weights, weights)
+@kernel
+def ess(weights):
+    """Effective sample size (sum w)^2 / sum w^2 (Kong, Liu & Wong 1994), (B,): from 1 to n."""
+    size = np.empty(len(weights))
+    for b in range(len(weights)):
+        total, squares = 0.0, 0.0
+        for w in weights[b]:
+            total += w
+            squares += w * w
+        size[b] = total * total / squares
+    return size
 
 
-def weighted_moments(particles: ArrayLike, weights: ArrayLike, *, heading: int | None = None) -> tuple[Array, Array]:
-    """Mean (..., d) and covariance sum_i w_i e_i e_i^T (..., d, d) under weights that sum to one.
+@kernel
+def weighted_moments(particles, weights, heading=-1):
+    """Mean (B, d) and covariance sum_i w_i e_i e_i^T (B, d, d).
 
     Column `heading` is an angle [rad]: its mean is the direction of the mean unit vector, its deviations are wrapped.
     """
-    weights = np.asarray(weights, float)
-    rows = np.ascontiguousarray(np.swapaxes(np.asarray(particles, float), -1, -2))  # (..., d, n): long inner loops
-    column = weights[..., None]  # (..., n, 1)
-    mean = (rows @ column)[..., 0]
-    if heading is not None:
-        angle = rows[..., heading, None, :]
-        mean[..., heading] = np.arctan2(np.sin(angle) @ column, np.cos(angle) @ column)[..., 0, 0]
-    deviation = rows - mean[..., None]
-    if heading is not None:
-        deviation[..., heading, :] = wrap(deviation[..., heading, :])
-    return mean, (deviation * weights[..., None, :]) @ np.swapaxes(deviation, -1, -2)
+    num_filters, n, d = particles.shape
+    mean, covariance = np.empty((num_filters, d)), np.empty((num_filters, d, d))
+    e, weighted = np.empty((d, n)), np.empty(n)  # a row a column of the particles: long inner loops
+    for b in range(num_filters):
+        w = weights[b]
+        for j in range(d):
+            row = e[j]
+            row[:] = particles[b, :, j]
+            if j == heading:
+                mean[b, j] = _direction(row, w)
+                for i in range(n):
+                    row[i] = wrapped(row[i] - mean[b, j])
+            else:
+                centre = 0.0
+                for i in range(n):
+                    centre += w[i] * row[i]
+                row -= centre
+                mean[b, j] = centre
+        for j in range(d):
+            weighted[:] = w * e[j]
+            for k in range(j, d):
+                total = 0.0
+                for i in range(n):
+                    total += weighted[i] * e[k, i]
+                covariance[b, j, k] = covariance[b, k, j] = total
+    return mean, covariance
+
+
+@kernel
+def _direction(angles, weights):
+    """Of the weighted mean unit vector [rad]."""
+    x, y = 0.0, 0.0
+    for i in range(len(angles)):
+        x += weights[i] * cos(angles[i])
+        y += weights[i] * sin(angles[i])
+    return atan2(y, x)

@@ -89,11 +89,11 @@ def test_one_outlier_neither_moves_the_belief_nor_spreads_it_again(drive, pearso
 
 def test_moments_and_size_are_those_of_the_weighted_particles(drive, pearson):
     for belief in track(ParticleLocalizer(pearson, 200, 5), *drive(pearson, 5, ticks=30))[0]:
-        mean, covariance = weighted_moments(belief.particles, belief.weights, heading=2)
+        (mean,), (covariance,) = weighted_moments(belief.particles[None], belief.weights[None], 2)
         assert belief.weights.sum() == pytest.approx(1.0, abs=1e-12)
         assert belief.mean == pytest.approx(mean, abs=1e-12)
         assert belief.covariance == pytest.approx(covariance, abs=1e-12)
-        assert belief.ess == pytest.approx(ess(belief.weights))
+        assert belief.ess == pytest.approx(ess(belief.weights[None])[0])
 
 
 def test_a_belief_stays_as_it_was_handed_over(drive, pearson):

@@ -5,7 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy import stats
 
-from mjnav.filters.resampling import roughen, shuffled, systematic
+from mjnav.filters.resampling import resample, roughen, shuffled, systematic
 
 OFFSETS = st.floats(0.0, 1.0 - 1e-9)  # closer to 1, offset + i rounds to i + 1: a draw of probability 1e-16 a particle
 WEIGHTS = st.lists(st.integers(0, 1000), min_size=1, max_size=40).filter(sum).map(lambda w: np.array(w) / sum(w))
@@ -71,7 +71,7 @@ def test_shuffled_draws_are_the_systematic_ones_without_their_order():
     weights = rng.dirichlet(np.ones(200))
     correlations = []
     for seed in range(200):
-        drawn = shuffled(weights, 25, np.random.default_rng(seed))
+        drawn = shuffled(np.arange(200.0)[:, None], weights, 25, np.random.default_rng(seed))[:, 0]
         expected = systematic(weights, np.random.default_rng(seed), 25)
         assert sorted(drawn) == expected.tolist()
         correlations.append(stats.spearmanr(drawn, np.arange(25)).statistic)
@@ -80,6 +80,17 @@ def test_shuffled_draws_are_the_systematic_ones_without_their_order():
 
 def test_roughening_adds_the_variance_that_its_docstring_says():
     n, spread, strength = 40_000, np.array([2.0, 0.5]), 3.0
-    added = roughen(np.zeros((n, 2)), spread, strength, np.random.default_rng(6))
+    added = np.zeros((n, 2))
+    roughen(added, np.diag(spread**2), strength, np.random.default_rng(6).standard_normal((n, 2)))
     assert added.std(axis=0) == pytest.approx(strength * spread * n**-0.5, rel=0.02)
     assert stats.kstest(added[:, 0] / (strength * 2.0 * n**-0.5), "norm").pvalue > 1e-3
+
+
+def test_resampled_particles_are_the_systematic_draws_roughened():
+    rng = np.random.default_rng(7)
+    particles, weights, normal = rng.normal(size=(60, 4)), rng.dirichlet(np.ones(60)), rng.normal(size=(60, 4))
+    before, covariance = particles.copy(), np.cov(particles.T)
+    drawn = resample(particles, weights, 0.3, covariance, 1.5, normal)
+    scale = 1.5 * 60 ** (-1 / 4) * np.sqrt(np.diagonal(covariance))
+    assert drawn == pytest.approx(before[systematic(weights, 0.3)] + scale * normal, rel=1e-14)
+    assert np.array_equal(particles, before)

@@ -4,30 +4,43 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from mjnav.filters.weights import ess, normalise, weighted_moments
+from mjnav.filters.weights import ess, reweigh, weighted_moments
+from mjnav.geometry.angles import circular_mean, wrap
 
-LOG_WEIGHTS = arrays(float, st.integers(1, 30), elements=st.floats(-800.0, 800.0))
-
-
-def test_normalised_weights_are_the_exact_shares():
-    weights, log_sum = normalise(np.log([1.0, 3.0]))
-    assert weights == pytest.approx([0.25, 0.75], rel=1e-15)
-    assert log_sum == pytest.approx(np.log(4.0), rel=1e-15)
+LIKELIHOODS = arrays(
+    float, st.tuples(st.integers(1, 3), st.integers(1, 4), st.integers(1, 30)), elements=st.floats(1e-9, 1e9)
+)
 
 
-@given(LOG_WEIGHTS, st.floats(-1e4, 1e4))
-def test_a_common_factor_of_any_size_changes_no_weight(log_weights, shift):
-    weights, log_sum = normalise(log_weights)
-    shifted, shifted_sum = normalise(log_weights + shift)
-    assert weights.sum() == pytest.approx(1.0, abs=1e-12)
-    assert shifted == pytest.approx(weights, abs=1e-9)
-    assert shifted_sum == pytest.approx(log_sum + shift, abs=1e-8)
+def test_bayes_rule_gives_the_exact_shares():
+    prior = np.array([[0.5, 0.5], [0.25, 0.75]])
+    factors = np.array([[[1.0, 3.0], [3.0, 1.0]], [[2.0, 2.0], [0.5, 0.5]]])
+    posterior, expected = reweigh(prior, factors)
+    assert posterior == pytest.approx(np.array([[0.25, 0.75], [0.5, 0.5]]), rel=1e-15)
+    assert expected == pytest.approx(np.array([[2.0, 1.5], [2.0, 0.5]]), rel=1e-15)
 
 
-def test_an_impossible_particle_weighs_nothing_and_if_all_are_impossible_they_weigh_the_same():
-    weights, log_sum = normalise([[0.0, -np.inf], [-np.inf, -np.inf]])
-    assert weights.tolist() == [[1.0, 0.0], [0.5, 0.5]]
-    assert log_sum.tolist() == [0.0, -np.inf]
+@given(LIKELIHOODS, st.floats(1e-6, 1e6))
+def test_a_common_factor_changes_no_weight_and_the_order_of_the_channels_neither(likelihoods, scale):
+    prior = np.random.default_rng(0).dirichlet(np.ones(likelihoods.shape[2]), likelihoods.shape[1])
+    posterior, expected = reweigh(prior, likelihoods)
+    product = prior * np.prod(likelihoods, axis=0)
+    assert posterior == pytest.approx(product / product.sum(axis=1, keepdims=True), rel=1e-9)
+    assert expected == pytest.approx((prior * likelihoods).sum(axis=2), rel=1e-9)
+    scaled, scaled_expected = reweigh(prior, np.ascontiguousarray(scale * likelihoods[::-1]))
+    assert scaled == pytest.approx(posterior, rel=1e-9)
+    assert scaled_expected == pytest.approx(scale * expected[::-1], rel=1e-9)
+
+
+def test_where_every_product_underflows_the_posterior_is_uniform():
+    posterior, _ = reweigh(np.full((1, 4), 0.25), np.full((2, 1, 4), 1e-200))
+    assert posterior.tolist() == [[0.25] * 4]
+
+
+def test_a_prior_stays_as_it_was_handed_over():
+    prior = np.full((1, 3), 1.0 / 3.0)
+    reweigh(prior, np.array([[[1.0, 2.0, 3.0]]]))
+    assert prior.tolist() == [[1.0 / 3.0] * 3]
 
 
 @pytest.mark.parametrize(
@@ -35,36 +48,38 @@ def test_an_impossible_particle_weighs_nothing_and_if_all_are_impossible_they_we
     [([0.25] * 4, 4.0), ([0, 1, 0], 1.0), ([0.5, 0.5, 0, 0], 2.0), ([0.5, 0.25, 0.25], 8 / 3), ([2, 1, 1], 8 / 3)],
 )
 def test_effective_sample_size_of_exact_cases(weights, size):
-    assert ess(weights) == pytest.approx(size, rel=1e-15)
+    assert ess(np.array([weights, weights], float)) == pytest.approx([size, size], rel=1e-15)
 
 
-@given(LOG_WEIGHTS)
-def test_effective_sample_size_lies_between_one_and_the_number_of_particles(log_weights):
-    size = ess(normalise(log_weights)[0])
-    assert 1.0 - 1e-9 <= size <= log_weights.size + 1e-9
+@given(LIKELIHOODS)
+def test_effective_sample_size_lies_between_one_and_the_number_of_particles(likelihoods):
+    size = ess(likelihoods[0])
+    assert np.all((size >= 1.0 - 1e-9) & (size <= likelihoods.shape[2] + 1e-9))
 
 
-def test_moments_are_those_that_numpy_computes():
+def test_moments_are_those_that_numpy_computes_for_each_filter_alone():
     rng = np.random.default_rng(1)
-    particles, weights = rng.normal(size=(40, 3)), normalise(rng.normal(size=40))[0]
+    particles, weights = rng.normal(size=(5, 40, 3)), rng.dirichlet(np.ones(40), 5)
     mean, covariance = weighted_moments(particles, weights)
-    assert mean == pytest.approx(np.average(particles, axis=0, weights=weights), abs=1e-14)
-    assert covariance == pytest.approx(np.cov(particles.T, aweights=weights, ddof=0), abs=1e-14)
-
-
-def test_filters_side_by_side_have_the_moments_of_each_alone():
-    rng = np.random.default_rng(2)
-    particles, weights = rng.normal(size=(5, 20, 3)), normalise(rng.normal(size=(5, 20)))[0]
-    mean, covariance = weighted_moments(particles, weights, heading=2)
     for b in range(5):
-        one_mean, one_covariance = weighted_moments(particles[b], weights[b], heading=2)
-        assert mean[b] == pytest.approx(one_mean, abs=1e-14)
-        assert covariance[b] == pytest.approx(one_covariance, abs=1e-14)
+        assert mean[b] == pytest.approx(np.average(particles[b], axis=0, weights=weights[b]), abs=1e-14)
+        assert covariance[b] == pytest.approx(np.cov(particles[b].T, aweights=weights[b], ddof=0), abs=1e-14)
+
+
+def test_moments_of_headings_are_circular():
+    rng = np.random.default_rng(2)
+    particles, weights = 4.0 * rng.normal(size=(3, 30, 3)), rng.dirichlet(np.ones(30), 3)
+    mean, covariance = weighted_moments(particles, weights, 2)
+    for b in range(3):
+        assert wrap(mean[b, 2] - circular_mean(particles[b, :, 2], weights[b])) == pytest.approx(0.0, abs=1e-12)
+        deviation = particles[b] - mean[b]
+        deviation[:, 2] = wrap(deviation[:, 2])
+        assert covariance[b] == pytest.approx((weights[b] * deviation.T) @ deviation, abs=1e-13)
 
 
 def test_headings_on_both_sides_of_pi_have_their_mean_at_pi_and_a_small_variance():
-    particles = np.array([[0.0, 0.0, np.pi - 0.1], [1.0, 0.0, -np.pi + 0.1]])
-    mean, covariance = weighted_moments(particles, [0.5, 0.5], heading=2)
+    particles = np.array([[[0.0, 0.0, np.pi - 0.1], [1.0, 0.0, -np.pi + 0.1]]])
+    (mean,), (covariance,) = weighted_moments(particles, np.array([[0.5, 0.5]]), 2)
     assert abs(mean[2]) == pytest.approx(np.pi, abs=1e-12)
     assert covariance[2, 2] == pytest.approx(0.01, abs=1e-12)
     assert covariance[0, 2] == pytest.approx(0.05, abs=1e-12)
