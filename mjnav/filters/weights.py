@@ -20,19 +20,19 @@ def reweigh(weights, likelihoods):
     num_factors, num_filters, n = likelihoods.shape
     posterior, expected = np.empty((num_filters, n)), np.empty((num_factors, num_filters))
     for b in range(num_filters):
-        row = posterior[b]
-        row[:] = weights[b]
+        for i in range(n):
+            posterior[b, i] = weights[b, i]
         for c in range(num_factors):
             mean = 0.0
             for i in range(n):
                 mean += weights[b, i] * likelihoods[c, b, i]
-                row[i] *= likelihoods[c, b, i]
+                posterior[b, i] *= likelihoods[c, b, i]
             expected[c, b] = mean
-        total = row.sum()
-        if total > 0.0:
-            row /= total
-        else:
-            row[:] = 1.0 / n
+        total = 0.0
+        for i in range(n):
+            total += posterior[b, i]
+        for i in range(n):
+            posterior[b, i] = posterior[b, i] / total if total > 0.0 else 1.0 / n
     return posterior, expected
 
 
@@ -62,7 +62,8 @@ def weighted_moments(particles, weights, heading=-1):
         w = weights[b]
         for j in range(d):
             row = e[j]
-            row[:] = particles[b, :, j]
+            for i in range(n):
+                row[i] = particles[b, i, j]
             if j == heading:
                 mean[b, j] = _direction(row, w)
                 for i in range(n):
@@ -71,10 +72,12 @@ def weighted_moments(particles, weights, heading=-1):
                 centre = 0.0
                 for i in range(n):
                     centre += w[i] * row[i]
-                row -= centre
+                for i in range(n):
+                    row[i] -= centre
                 mean[b, j] = centre
         for j in range(d):
-            weighted[:] = w * e[j]
+            for i in range(n):
+                weighted[i] = w[i] * e[j, i]
             for k in range(j, d):
                 total = 0.0
                 for i in range(n):
