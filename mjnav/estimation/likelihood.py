@@ -74,7 +74,7 @@ class Likelihood:
 
         Interpolated in a table where one is fine enough: the result lies between `exact_density` at the two ends of a
         cell of 1/128 standard deviation, so an edge is blurred by no more than that; the relative error over
-        the shipped noises averages 1e-5 to 1e-4. Others are computed exactly: infinite peaks, spikes, tails without end.
+        the shipped noises averages 1e-5 to 1e-4. Computed exactly are infinite peaks, spikes, tails without end.
         """
         if self._table is None:
             return self.exact_density(error)
