@@ -3,12 +3,13 @@
 import hashlib
 from collections.abc import Callable, Mapping
 from contextlib import nullcontext, suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import count
 from pathlib import Path
 from typing import Any
 
 from mjnav.errors import MjnavError
+from mjnav.loop.latency import Computed, replayed
 from mjnav.loop.pacer import FreePacer, RealTimePacer, Stopwatch
 from mjnav.loop.prepare import build_controller
 from mjnav.loop.referee import ABORTED, GOAL, Referee, describe
@@ -39,11 +40,13 @@ WARM_UP_TICKS = 3
 class Result:
     """How a run went: `summary` is what `mjnav run --json` prints, `trajectory` the arrays it was computed from.
 
-    `real_time` says of a paced run what it got of the machine: scheduler, memory, affinity.
+    `real_time` says of a paced run what it got of the machine: scheduler, memory, affinity. `replay` is the scenario
+    that ends in the same state hash: the run's own, but where latency was measured.
     """
 
     summary: dict[str, Any]
     trajectory: Trajectory
+    replay: Scenario
     real_time: Mapping[str, str] | None = None
 
 
@@ -139,8 +142,9 @@ class Episode:
         beliefs = self._beliefs = navigator.estimate(readings, self._beliefs)
         watch.lap()
         observation = navigator.observe(tick, beliefs)
-        decision, command = navigator.decide(tick, observation)
+        decision = navigator.decide(observation)
         watch.lap()
+        command, switches = navigator.schedule(tick, 1e-9 * sum(watch.phases))
         self._hash.update(truth.robot_pose.tobytes() + beliefs.robot.mean.tobytes() + command.tobytes())
         record = TickRecord(
             tick=tick,
@@ -159,7 +163,7 @@ class Episode:
             self._recorder.write(record)
         self._watch(record)
         watch.lap()
-        self._simulator.advance(self._period, command)
+        self._simulator.advance(self._period, command, switches)
         watch.lap()
 
     def _cone(self, observation: Observation, decision: Decision) -> ConeDistribution | None:
@@ -201,14 +205,23 @@ class Episode:
             "state_hash": self._hash.hexdigest(),
             "log": str(self._log) if self._log else None,
         }
+        replay = self._replay()
         if self._recorder is not None:
             events = [Event("error", "contact", describe(contact)) for contact in final.contacts]
             if fault is not None:
                 events.append(Event("error", "fault", fault))
             level = "info" if outcome == GOAL else "warning"
             events.append(Event(level, "end", f"the run ended: {outcome}"))
-            self._recorder.finish(final, summary, tuple(events))
-        return Result(summary, trajectory)
+            self._recorder.finish(final, summary, tuple(events), None if replay is self._scenario else replay)
+        return Result(summary, trajectory, replay)
+
+    def _replay(self) -> Scenario:
+        """The scenario with measured latencies written down."""
+        control, model = self._scenario.control, self._navigator.latency
+        if control.latency is None or control.latency.model != "measured" or not isinstance(model, Computed):
+            return self._scenario
+        latency = replayed(control.latency, control.period, model.trace)
+        return replace(self._scenario, control=replace(control, latency=latency))
 
 
 def warm_up(scenario: Scenario) -> None:

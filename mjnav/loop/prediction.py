@@ -6,67 +6,16 @@ the actuation noise, which hold for a window each as they do in the world. Obsta
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
+from mjnav.loop.commands import ROUNDING, Stretch
 from mjnav.messages import Array, RobotLimits
 from mjnav.motion.diff_drive import ramp_mean
 from mjnav.motion.rows import integrate_rows
 from mjnav.noise import Distribution
 from mjnav.rng import stream
 from mjnav.world.actuation import NOISE_WINDOW
-
-ROUNDING = 1e-9  # [s] below which two moments are the same
-
-
-@dataclass(frozen=True, slots=True)
-class Stretch:
-    """A command in force from `start` to `end` [s], with the set-point at which it found the robot."""
-
-    start: float
-    end: float
-    set_point: Array  # (2,)
-    command: Array  # (2,)
-
-
-class CommandHistory:
-    """What was and will be commanded: command j is in force from j T to (j + 1) T."""
-
-    def __init__(self, period: float, limits: RobotLimits, delay: int):
-        self._period, self._limits = period, limits
-        self._commands = [np.zeros(2) for _ in range(delay)]
-        self._set_points = [np.zeros(2)]  # at the start of each command
-
-    def append(self, command: Array) -> None:
-        """One more decision, in force for one period when its turn comes."""
-        self._commands.append(command)
-
-    def in_force(self, tick: int) -> Array:
-        """The command of tick `tick`, (2,)."""
-        return self._commands[tick]
-
-    def stretches(self, start: float, end: float) -> list[Stretch]:
-        """The commands in force between two moments [s], in order; `end` is where the known commands end at most."""
-        first = int((start + ROUNDING) / self._period)
-        found = []
-        for j in range(first, len(self._commands)):
-            begin, until = max(start, j * self._period), min(end, (j + 1) * self._period)
-            if until - begin <= ROUNDING:
-                break
-            before = self._set_point(j)
-            if begin > j * self._period + ROUNDING:
-                _, before = ramp_mean(before, self._commands[j], self._limits, begin - j * self._period)
-            found.append(Stretch(begin, until, before, self._commands[j]))
-        return found
-
-    def _set_point(self, index: int) -> Array:
-        """The set-point when command `index` begins."""
-        while len(self._set_points) <= index:
-            j = len(self._set_points) - 1
-            _, end = ramp_mean(self._set_points[j], self._commands[j], self._limits, self._period)
-            self._set_points.append(end)
-        return self._set_points[index]
 
 
 class Predictor:

@@ -11,8 +11,10 @@ import numpy as np
 from mjnav.control import Controller
 from mjnav.estimation import Localizer, Tracker, assumed_noise, make_localizer, make_tracker
 from mjnav.estimation.base import person_names
+from mjnav.loop.commands import CommandHistory
 from mjnav.loop.floor_map import FloorMap
-from mjnav.loop.prediction import CommandHistory, Predictor, carry_people
+from mjnav.loop.latency import make_latency
+from mjnav.loop.prediction import Predictor, carry_people
 from mjnav.messages import Array, Decision, Lanes, Observation, ObstacleSamples, Reading, RobotBelief, Track
 from mjnav.rng import stream
 from mjnav.scenarios.spec import Scenario
@@ -41,8 +43,9 @@ class Navigator:
         noise = assumed_noise(scenario)
         limits = scenario.robot.limits
         self._predictor = Predictor(noise, limits, seed)
-        self._history = CommandHistory(scenario.control.period, limits, scenario.control.delay)
-        self._period, self._delay = scenario.control.period, scenario.control.delay
+        self._history = CommandHistory(limits)
+        self.latency = make_latency(scenario, seed)
+        self._period = scenario.control.period
         self._lanes = scenario.lanes
         self._lane_noise = noise["lane.offset"]
         self._lane_rng = stream(seed, "prediction", "lane.offset")
@@ -73,7 +76,7 @@ class Navigator:
     def observe(self, tick: int, beliefs: Beliefs) -> Observation:
         """Samples of all beliefs at the moment at which the decision of this tick takes effect."""
         num = self.controller.parameters.samples
-        effect = (tick + self._delay) * self._period
+        effect = self.latency.expected(tick)
         belief = beliefs.robot
         stretches = self._history.stretches(belief.time, effect)
         pose, noise = self._predictor.robot(self._localizer.draw(num), belief.time, effect, stretches)
@@ -91,14 +94,22 @@ class Navigator:
             time=effect,
         )
 
-    def decide(self, tick: int, observation: Observation) -> tuple[Decision, Array]:
-        """The controller's decision, now pending, and the command that is in force in this tick."""
+    def decide(self, observation: Observation) -> Decision:
+        """The controller's decision."""
         decision = self.controller.decide(observation)
         if not (isfinite(decision.v) and isfinite(decision.omega)):
             raise ValueError(f"the controller decided v = {decision.v}, omega = {decision.omega}")
         self._decided = np.array([decision.v, decision.omega])
-        self._history.append(self._decided)
-        return decision, self._history.in_force(tick)
+        return decision
+
+    def schedule(self, tick: int, spent: float) -> tuple[Array, list[tuple[float, Array]]]:
+        """Puts what was decided last on its way, after `spent` [s] of computing.
+
+        Returns the command in force when the period begins, and those that take force within it, by their offset [s].
+        """
+        begin, end = tick * self._period, (tick + 1) * self._period
+        self._history.append(self.latency.actual(tick, spent), self._decided)
+        return self._history.in_force(begin), self._history.switches(begin, end)
 
     def _observe_lanes(self, num: int) -> Lanes | None:
         if self._lanes is None:

@@ -21,7 +21,7 @@ from mjnav.recording.topics import EVENTS, TIMING, Topic, encode_event, topics
 from mjnav.scenarios import Scenario, dumps
 
 RUN, RESULT = "mjnav/run", "mjnav/result"
-SCENARIO, MODEL, LAYOUT = "scenario.toml", "model.xml.gz", "foxglove-layout.json"
+SCENARIO, REPLAY, MODEL, LAYOUT = "scenario.toml", "replay.toml", "model.xml.gz", "foxglove-layout.json"
 CHUNK_SIZE = 192 * 1024  # [bytes] before compression; LZ4 takes 40 % less time a tick than Zstandard and 20 % more room
 
 
@@ -107,8 +107,17 @@ class Recorder:
         now = self._last[1]
         self._put([Message(self._channels[TIMING], now, timing.tick, encode_timing(timing))])
 
-    def finish(self, final: WorldState, result: Mapping[str, object], events: Iterable[Event] = ()) -> None:
-        """The state in which the run ended, its last events, the metadata `mjnav/result`, and the end of the file."""
+    def finish(
+        self,
+        final: WorldState,
+        result: Mapping[str, object],
+        events: Iterable[Event] = (),
+        replay: Scenario | None = None,
+    ) -> None:
+        """The state in which the run ended, its last events, the metadata `mjnav/result`, and the end of the file.
+
+        `replay`, where it is not the run's own, is the scenario that repeats it: the attachment `replay.toml`.
+        """
         self._open()
         now, tick = time_ns(final.time), self._last[0] + 1
         batch = [
@@ -118,7 +127,7 @@ class Recorder:
         ]
         batch += [Message(self._channels[EVENTS], now, tick, encode_event(final.time, event)) for event in events]
         self._put(batch)
-        self._close({key: _result_value(value) for key, value in result.items()})
+        self._close({key: _result_value(value) for key, value in result.items()}, replay)
 
     def abort(self) -> None:
         """Ends the file without a result; what was written before is readable. Does nothing after `finish`."""
@@ -161,7 +170,7 @@ class Recorder:
         with self._one_line():
             self._sink.put(batch)
 
-    def _close(self, result: Mapping[str, str] | None = None) -> None:
+    def _close(self, result: Mapping[str, str] | None = None, replay: Scenario | None = None) -> None:
         """Ends the sink and the file, with `mjnav/result` where there is one."""
         self._closed = True
         with self._one_line(), self._file or nullcontext():
@@ -169,6 +178,8 @@ class Recorder:
             if self._writer is not None:
                 if result is not None:
                     self._writer.flush()
+                    if replay is not None:
+                        self._writer.add_attachment(0, 0, REPLAY, "application/toml", dumps(replay).encode())
                     self._writer.add_metadata(RESULT, dict(result))
                 self._writer.finish()
 

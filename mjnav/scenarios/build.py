@@ -63,7 +63,14 @@ def tables(value: object) -> Any:
         name = next(name for name, behaviour in BEHAVIOURS.items() if type(value.behaviour) is behaviour)
         return {"start": list(value.start), "behaviour": name, **tables(value.behaviour), "radius": value.radius}
     if isinstance(value, Control):
-        return {"method": value.method, "rate": value.rate, "delay": value.delay, **tables(value.parameters)}
+        latency = {} if value.latency is None else {"latency": tables(value.latency)}
+        return {
+            "method": value.method,
+            "rate": value.rate,
+            "delay": value.delay,
+            **tables(value.parameters),
+            **latency,
+        }
     if isinstance(value, Noise):
         table: TomlTable = {"profile": value.profile}
         for channel, noise in value.channels.items():

@@ -11,11 +11,12 @@ from pathlib import Path
 from typing import Any
 
 from mjnav.errors import InvalidValue, unknown_name
-from mjnav.scenarios import library, override
+from mjnav.scenarios import files, library, override
 from mjnav.scenarios.build import build, tables
 from mjnav.scenarios.check import check
 from mjnav.scenarios.spec import Scenario
 
+_LOOP = ("rate", "delay", "latency")  # keys of [control] that belong to the loop, not to the method
 _MAX_BYTES = 10_000_000  # of a run file; a device such as /dev/zero never ends
 
 
@@ -28,8 +29,9 @@ def load(
 ) -> Scenario:
     """The scenario of a shipped name, or of a path where there is a "/" or ".toml" at the end.
 
-    `controller` takes the place of control.method, keeps rate and delay and drops the file's method parameters; `seed`
-    takes the place of the file's; `overrides`, "KEY=VALUE" each, come after both. Raises InvalidValue.
+    `controller` takes the place of control.method, keeps rate, delay and latency and drops the file's method
+    parameters; `seed` takes the place of the file's; `overrides`, "KEY=VALUE" each, come after both. Raises
+    InvalidValue.
     """
     file, text = _read(name_or_path)
     return loads(text, overrides, file=file, controller=controller, seed=seed)
@@ -48,8 +50,8 @@ def loads(
     changed: dict[str, str] = {}  # key -> the option that set it
     if controller is not None:
         control = document.get("control")
-        kept = {key: control[key] for key in ("rate", "delay") if key in control} if isinstance(control, dict) else {}
-        document["control"] = {"method": controller, **kept}
+        own = control if isinstance(control, dict) else {}
+        document["control"] = {"method": controller, **{key: own[key] for key in _LOOP if key in own}}
         changed["control.method"] = "--controller"
     if seed is not None:
         document["seed"] = index(seed)
@@ -60,6 +62,7 @@ def loads(
         except InvalidValue as error:
             raise error.within(file="--set") from None
     try:
+        files.inline(document, file)
         scenario = build(document)
         check(scenario)
     except InvalidValue as error:

@@ -13,6 +13,7 @@ from mjnav.scenarios.bodies import LaneSpec as LaneSpec
 from mjnav.scenarios.bodies import Pillar as Pillar
 from mjnav.scenarios.bodies import Table as Table
 from mjnav.scenarios.bodies import Wall as Wall
+from mjnav.scenarios.latency import Latency as Latency
 from mjnav.scenarios.people import BEHAVIOURS as BEHAVIOURS
 from mjnav.scenarios.people import Behaviour as Behaviour
 from mjnav.scenarios.people import ConstantVelocity as ConstantVelocity
@@ -183,7 +184,8 @@ class Control:
 
     method: str = "rkhs"
     rate: float = 10.0
-    delay: int = 1
+    delay: int = 1  # periods
+    latency: Latency | None = None  # in place of `delay`
     parameters: Mapping[str, object] = field(default_factory=dict)
 
     def __post_init__(self):

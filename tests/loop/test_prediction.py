@@ -5,77 +5,12 @@ import pytest
 from scipy import stats
 
 from mjnav.geometry.angles import wrap
-from mjnav.loop.prediction import CommandHistory, Predictor, Stretch, carry_people
-from mjnav.messages import RobotLimits
+from mjnav.loop.commands import CommandHistory, Stretch
+from mjnav.loop.prediction import Predictor, carry_people
 from mjnav.noise import profile
 from mjnav.world.simulator import Simulator
 
 DELAYS = (0, 1, 3)
-
-
-# ------------------------------------------------------------------------------------ the history
-
-
-@pytest.mark.parametrize("delay", DELAYS)
-def test_a_decision_takes_force_after_the_delay_and_zero_commands_before_it(limits, delay):
-    history = CommandHistory(0.1, limits, delay)
-    decisions = [np.array([0.1 * k, 0.2]) for k in range(1, 6)]
-    for tick, decision in enumerate(decisions):
-        history.append(decision)
-        expected = decisions[tick - delay] if tick >= delay else np.zeros(2)
-        assert np.array_equal(history.in_force(tick), expected)
-
-
-@pytest.mark.parametrize("delay", DELAYS)
-def test_the_stretches_reach_from_the_belief_to_the_moment_of_effect_without_a_gap(limits, delay):
-    history = CommandHistory(0.1, limits, delay)
-    for tick in range(12):
-        effect = (tick + delay) * 0.1
-        for lag in (0.0, 0.04, 0.1, 0.13):  # the reading may be older than the tick
-            start = max(0.0, tick * 0.1 - lag)
-            stretches = history.stretches(start, effect)
-            if effect - start < 1e-9:
-                assert stretches == []
-                continue
-            assert stretches[0].start == pytest.approx(start)
-            assert stretches[-1].end == pytest.approx(effect)
-            assert [a.end for a in stretches[:-1]] == pytest.approx([b.start for b in stretches[1:]])
-        history.append(np.array([0.05 * tick, 0.0]))
-
-
-def test_stretches_name_the_command_in_force_and_the_set_point_at_their_start():
-    limits = RobotLimits(max_acceleration=1.0, max_turn_acceleration=2.0)
-    history = CommandHistory(0.1, limits, 1)
-    history.append(np.array([0.5, 0.3]))  # from 0.1 to 0.2
-    history.append(np.array([0.05, 0.0]))  # from 0.2 to 0.3
-    first, second, third = history.stretches(0.04, 0.26)
-    assert (first.start, first.end, second.start, second.end, third.start, third.end) == pytest.approx(
-        (0.04, 0.1, 0.1, 0.2, 0.2, 0.26)
-    )
-    assert [s.command.tolist() for s in (first, second, third)] == [[0.0, 0.0], [0.5, 0.3], [0.05, 0.0]]
-    assert first.set_point == pytest.approx([0.0, 0.0])
-    assert second.set_point == pytest.approx([0.0, 0.0])
-    assert third.set_point == pytest.approx([0.1, 0.2])  # 0.1 s at the limits
-    (late,) = history.stretches(0.23, 0.26)
-    assert late.set_point == pytest.approx([0.07, 0.14])
-
-
-@pytest.mark.parametrize("period", [0.02, 0.1, 0.2])
-def test_set_points_follow_a_fine_simulation_of_the_ramp(limits, period):
-    rng = np.random.default_rng(1)
-    commands = rng.uniform([0.0, -1.5], [1.0, 1.5], (40, 2))
-    history = CommandHistory(period, limits, 0)
-    for command in commands:
-        history.append(command)
-    num, limit = 400, np.array([limits.max_acceleration, limits.max_turn_acceleration])
-    step = period / num
-    value = np.zeros(2)
-    for j, command in enumerate(commands):
-        for i in range(num):
-            if i in (0, num // 3):
-                stretch = history.stretches(j * period + i * step, (j + 1) * period)[0]
-                assert stretch.set_point == pytest.approx(value, abs=1e-9 + limit.max() * step)
-            value = value + np.clip(command - value, -limit * step, limit * step)
 
 
 # ---------------------------------------------------------------------------- against the engines
@@ -89,7 +24,7 @@ def predictions(scenario, seed: int, duration: float, num: int = 1):
     period, delay = scenario.control.period, scenario.control.delay
     limits = scenario.robot.limits
     simulator = Simulator(scenario, seed)
-    history = CommandHistory(period, limits, delay)
+    history = CommandHistory(limits)
     predictor = Predictor(scenario.noise.distributions(), limits, seed)
     rng = np.random.default_rng(seed)
     pending = {}
@@ -103,8 +38,9 @@ def predictions(scenario, seed: int, duration: float, num: int = 1):
         if tick in pending:
             yield pending.pop(tick), truth
         # Anywhere within the bounds: a ramp to it lasts several periods.
-        history.append(rng.uniform([0.0, -limits.max_turn_rate], [limits.max_speed, limits.max_turn_rate]))
-        simulator.advance(period, history.in_force(tick))
+        command = rng.uniform([0.0, -limits.max_turn_rate], [limits.max_speed, limits.max_turn_rate])
+        history.append(effect, command)
+        simulator.advance(period, history.in_force(tick * period))
 
 
 @pytest.mark.parametrize("rate", [5.0, 10.0, 50.0])

@@ -51,7 +51,9 @@ def test_an_observation_stands_at_the_moment_at_which_its_decision_takes_effect(
         observation = board.observe(tick, beliefs)
         assert observation.time == pytest.approx(0.1 * (tick + delay))
         assert observation.twist.tolist() == ([0.05, 0.1] if tick else [0.0, 0.0])
-        _, command = board.decide(tick, observation)
+        board.decide(observation)
+        command, switches = board.schedule(tick, spent=0.05)
+        assert switches == []
         assert command.tolist() == ([0.05, 0.1] if tick >= delay else [0.0, 0.0])
 
 
@@ -103,4 +105,4 @@ def test_what_is_no_number_is_no_command(room, monkeypatch, command):
     observation = board.observe(0, board.estimate((reading(scenario, 0.0),), None))
     monkeypatch.setattr(board.controller, "decide", lambda observation: Decision(*command, Status.OK))
     with pytest.raises(ValueError, match="the controller decided v = "):
-        board.decide(0, observation)
+        board.decide(observation)

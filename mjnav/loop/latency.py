@@ -1,0 +1,86 @@
+"""When a decision takes effect: after whole periods, or when it has been computed.
+
+A controller decides for the moment at which its decision is expected to take effect, and the plant switches when it
+does: at a step of the physics, anywhere within a period or after it.
+"""
+
+from collections.abc import Callable
+from math import ceil
+from typing import Protocol
+
+import numpy as np
+
+from mjnav.rng import stream
+from mjnav.scenarios.spec import Latency, Scenario
+
+
+class LatencyModel(Protocol):
+    """Moments of effect of the decision of each tick, in simulated time [s]."""
+
+    def expected(self, tick: int) -> float:
+        """What the prediction counts on."""
+        ...
+
+    def actual(self, tick: int, spent: float) -> float:
+        """What happens, where computing took `spent` [s] of wall time. Called once a tick, in order."""
+        ...
+
+
+class WholePeriods:
+    """Decision k takes effect at (k + delay) T."""
+
+    def __init__(self, period: float, delay: int):
+        self._period, self._delay = period, delay
+
+    def expected(self, tick: int) -> float:
+        """See `LatencyModel`."""
+        return (tick + self._delay) * self._period
+
+    def actual(self, tick: int, spent: float) -> float:
+        """See `LatencyModel`; `spent` does not count."""
+        return self.expected(tick)
+
+
+class Computed:
+    """Decision k takes effect at k T + tau_k, rounded up to a step; tau_k comes from `source`(tick, spent)."""
+
+    def __init__(self, period: float, timestep: float, planned: float, source: Callable[[int, float], float]):
+        self._period, self._timestep, self._planned, self._source = period, timestep, planned, source
+        self.trace: list[float] = []  # tau_k [s]
+
+    def expected(self, tick: int) -> float:
+        """See `LatencyModel`."""
+        return tick * self._period + self._planned
+
+    def actual(self, tick: int, spent: float) -> float:
+        """See `LatencyModel`."""
+        self.trace.append(self._source(tick, spent))
+        steps = ceil(self.trace[-1] / self._timestep - 1e-6)
+        return tick * self._period + steps * self._timestep
+
+
+def make_latency(scenario: Scenario, seed: int) -> WholePeriods | Computed:
+    """The scenario's model."""
+    control, timestep = scenario.control, scenario.physics.timestep
+    latency = control.latency
+    if latency is None:
+        return WholePeriods(control.period, control.delay)
+    planned = _planned(latency, control.period)
+    if latency.model == "measured":
+        return Computed(control.period, timestep, planned, lambda tick, spent: spent)
+    trace = latency.trace
+    if latency.order == "recorded":
+        return Computed(control.period, timestep, planned, lambda tick, spent: trace[tick % len(trace)])
+    rng = stream(seed, "latency")
+    return Computed(control.period, timestep, planned, lambda tick, spent: trace[rng.integers(len(trace))])
+
+
+def replayed(latency: Latency, period: float, trace: list[float]) -> Latency:
+    """The latency that repeats a measured run: its own times in their order."""
+    return Latency("sampled", tuple(trace), "recorded", _planned(latency, period))
+
+
+def _planned(latency: Latency, period: float) -> float:
+    if latency.planned is not None:
+        return latency.planned
+    return float(np.median(latency.trace)) if latency.trace else 0.5 * period

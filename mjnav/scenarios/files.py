@@ -1,0 +1,40 @@
+"""Values of a run file that stand in files of their own."""
+
+import re
+from pathlib import Path
+from typing import Any
+
+from mjnav.errors import InvalidValue
+
+_MAX_BYTES = 10_000_000
+TRACE = "control.latency.trace"
+
+
+def inline(document: dict[str, Any], file: str) -> None:
+    """Replaces the path of a latency trace by its numbers, so that the scenario needs no file but its own.
+
+    A relative path counts from the run file's folder, or else from the working folder. Raises InvalidValue.
+    """
+    latency = document.get("control", {})
+    latency = latency.get("latency") if isinstance(latency, dict) else None
+    if isinstance(latency, dict) and isinstance(latency.get("trace"), str):
+        latency["trace"] = _numbers(latency["trace"], Path(file).parent)
+
+
+def _numbers(name: str, folder: Path) -> list[float]:
+    beside = folder / name
+    path = beside if beside.exists() else Path(name)
+    try:
+        with open(path, "rb") as stream:
+            text = stream.read(_MAX_BYTES).decode()
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or str(error)
+        raise InvalidValue(TRACE, name, f"a text file of numbers that can be read ({reason})") from None
+    values = []
+    for number, line in enumerate(text.splitlines(), start=1):
+        for word in re.split(r"[,;\s]+", line.partition("#")[0].strip()):
+            try:
+                values += [float(word)] if word else []
+            except ValueError:
+                raise InvalidValue(TRACE, word, f"numbers, one or more a line (line {number} of {path})") from None
+    return values
