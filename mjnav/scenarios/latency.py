@@ -3,11 +3,10 @@
 from dataclasses import dataclass
 
 from mjnav.errors import InvalidValue, unknown_name
-from mjnav.scenarios.ranges import check_range
+from mjnav.scenarios.ranges import MAX_TIME, check_range
 
 MODELS = ("sampled", "measured")
 ORDERS = ("drawn", "recorded")
-MAX_LATENCY = 10.0  # [s]
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,6 +32,6 @@ class Latency:
         if self.model == "measured" and self.trace:
             raise InvalidValue("trace", self.trace, 'a trace for model "sampled" only')
         for i, value in enumerate(self.trace):
-            check_range(f"trace.{i}", value, 0.0, MAX_LATENCY)
+            check_range(f"trace.{i}", value, 0.0, MAX_TIME)
         if self.planned is not None:
-            check_range("planned", self.planned, 0.0, MAX_LATENCY)
+            check_range("planned", self.planned, 0.0, MAX_TIME)
