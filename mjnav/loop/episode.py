@@ -10,7 +10,7 @@ from typing import Any
 
 from mjnav.errors import MjnavError
 from mjnav.loop.latency import Computed, replayed
-from mjnav.loop.pacer import FreePacer, RealTimePacer, Stopwatch
+from mjnav.loop.pacer import FreePacer, Pacer, Start, Stopwatch
 from mjnav.loop.prepare import build_controller
 from mjnav.loop.referee import ABORTED, GOAL, Referee, describe
 from mjnav.loop.run_info import run_info
@@ -41,13 +41,15 @@ class Result:
     """How a run went: `summary` is what `mjnav run --json` prints, `trajectory` the arrays it was computed from.
 
     `real_time` says of a paced run what it got of the machine: scheduler, memory, affinity. `replay` is the scenario
-    that ends in the same state hash: the run's own, but where latency was measured.
+    that ends in the same state hash: the run's own, but where latency was measured. `log_dropped` counts what a paced
+    run's log could not take in time.
     """
 
     summary: dict[str, Any]
     trajectory: Trajectory
     replay: Scenario
     real_time: Mapping[str, str] | None = None
+    log_dropped: int = 0
 
 
 class Episode:
@@ -58,7 +60,7 @@ class Episode:
         scenario: Scenario,
         *,
         log: Path | None = None,
-        pacer: FreePacer | RealTimePacer | None = None,
+        pacer: Pacer | None = None,
         stop: Callable[[], bool] = lambda: False,
         progress: Callable[[float], None] = lambda time: None,
         watch: Callable[[TickRecord], None] = lambda record: None,
@@ -89,7 +91,7 @@ class Episode:
         self._recorder = None
         if log is not None:
             info = run_info(scenario, scenario.seed, self._simulator.parts_hash())
-            threaded = isinstance(self._pacer, RealTimePacer)
+            threaded = self._pacer.real_time
             self._recorder = Recorder(log, scenario, info, self._simulator.model_xml(), threaded=threaded)
 
     def run(self, events: tuple[Event, ...] = ()) -> Result:
@@ -110,7 +112,7 @@ class Episode:
                 start = self._pacer.wait()
                 watch.start()
                 truth = self._simulator.state()
-                outcome = self._outcome(truth)
+                outcome = self._outcome(truth, start)
                 if outcome is not None:
                     break
                 self._tick(tick, truth, watch)
@@ -128,9 +130,12 @@ class Episode:
             raise
         return self._finish(truth, outcome, began)
 
-    def _outcome(self, truth: WorldState) -> str | None:
+    def _outcome(self, truth: WorldState, start: Start) -> str | None:
         self._progress(truth.time)
-        if self._stop():
+        if start.abort:
+            text = f"a deadline was missed by {1e-6 * start.lateness:.1f} ms, which ends the run on request"
+            self._events_before = (*self._events_before, Event("error", "overrun", text))
+        if start.abort or self._stop():
             return ABORTED
         return self._referee.outcome(truth, on_last_leg=self._navigator.on_last_leg)
 
@@ -207,13 +212,14 @@ class Episode:
         }
         replay = self._replay()
         if self._recorder is not None:
-            events = [Event("error", "contact", describe(contact)) for contact in final.contacts]
+            events = list(self._events_before)
+            events += [Event("error", "contact", describe(contact)) for contact in final.contacts]
             if fault is not None:
                 events.append(Event("error", "fault", fault))
             level = "info" if outcome == GOAL else "warning"
             events.append(Event(level, "end", f"the run ended: {outcome}"))
             self._recorder.finish(final, summary, tuple(events), None if replay is self._scenario else replay)
-        return Result(summary, trajectory, replay)
+        return Result(summary, trajectory, replay, log_dropped=self._recorder.dropped if self._recorder else 0)
 
     def _replay(self) -> Scenario:
         """The scenario with measured latencies written down."""

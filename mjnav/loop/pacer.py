@@ -6,22 +6,44 @@ The clock never reaches the simulation: a run paced, late or unpaced has the sam
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from typing import Protocol
+
+from mjnav.errors import unknown_name
 
 Clock = Callable[[], int]
+POLICIES = ("skip", "abort")
 SPIN = 300_000  # [ns] before a deadline that are spun instead of slept: a sleep wakes 50-150 us late
 MAX_CATCH_UP = 3  # periods that may be made up for before whole periods are skipped
 
 
 @dataclass(frozen=True, slots=True)
 class Start:
-    """How a tick began: behind its deadline by `lateness` [ns], and whether it missed it."""
+    """How a tick began: behind its deadline by `lateness` [ns], and whether it missed it.
+
+    `skipped` periods were given up before it, and `abort` asks for the end of the run.
+    """
 
     lateness: int
     missed: bool
+    skipped: int = 0
+    abort: bool = False
+
+
+class Pacer(Protocol):
+    """Says when the next tick may begin; `now` is the clock [ns]."""
+
+    now: Clock
+    real_time: bool  # whether time on the wall counts
+
+    def wait(self) -> Start:
+        """Returns when the next tick may begin."""
+        ...
 
 
 class FreePacer:
     """Begins every tick at once: as fast as the machine can."""
+
+    real_time = False
 
     def __init__(self, clock: Clock = time.perf_counter_ns):
         self.now = clock
@@ -36,17 +58,24 @@ class RealTimePacer:
 
     A tick misses its deadline if the one before it was still at work at that moment. What is late by no more than
     `max_catch_up` periods is caught up with; beyond that the schedule moves on by whole periods, keeping its phase.
+    Under the policy "abort" the first deadline missed ends the run instead. Raises InvalidValue for another policy.
     """
+
+    real_time = True
 
     def __init__(
         self,
         period: float,
         *,
         max_catch_up: int = MAX_CATCH_UP,
+        policy: str = "skip",
         clock: Clock = time.perf_counter_ns,
         sleep: Callable[[float], None] = time.sleep,
     ):
+        if policy not in POLICIES:
+            raise unknown_name("policy", policy, POLICIES)
         self.now = clock
+        self._policy = policy
         self._sleep = sleep
         self._period = round(period * 1e9)
         self._max_catch_up = max_catch_up
@@ -61,14 +90,16 @@ class RealTimePacer:
         else:
             self._deadline += self._period
         missed = now > self._deadline
-        behind = (now - self._deadline) // self._period
-        if behind > self._max_catch_up:
-            self._deadline += behind * self._period
-            self.skipped += behind
+        if missed and self._policy == "abort":
+            return Start(now - self._deadline, missed, abort=True)
+        skipped = (now - self._deadline) // self._period
+        skipped = skipped if skipped > self._max_catch_up else 0
+        self._deadline += skipped * self._period
+        self.skipped += skipped
         while (left := self._deadline - self.now()) > 0:
             if left > SPIN:
                 self._sleep((left - SPIN) * 1e-9)
-        return Start(max(0, self.now() - self._deadline), missed)
+        return Start(max(0, self.now() - self._deadline), missed, skipped)
 
 
 @dataclass(slots=True)

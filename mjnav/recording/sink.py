@@ -14,7 +14,7 @@ from typing import NamedTuple, Protocol
 from mcap.writer import Writer
 
 FLUSH_INTERVAL = 0.25  # [s] of wall time between which everything reaches the file
-_QUEUE_SIZE = 64  # batches, two a tick; a full queue holds the caller back, and nothing is dropped
+_QUEUE_SIZE = 64  # batches, two a tick
 _POLL = 0.001  # [s]
 
 
@@ -38,8 +38,13 @@ class Sink(Protocol):
         """Writes with this writer what is put from now on."""
         ...
 
-    def put(self, batch: Iterable[Message]) -> None:
-        """Takes messages. Raises what went wrong in writing, here or before."""
+    dropped: int
+
+    def put(self, batch: Iterable[Message], *, may_drop: bool = False) -> None:
+        """Takes messages. Raises what went wrong in writing, here or before.
+
+        A batch that `may_drop` is dropped and counted in `dropped` where taking it would hold the caller up.
+        """
         ...
 
     def close(self) -> None:
@@ -49,6 +54,8 @@ class Sink(Protocol):
 
 class DirectSink:
     """Writes at once, on the calling thread."""
+
+    dropped = 0
 
     def __init__(self):
         self._writer: Writer | None = None
@@ -63,8 +70,8 @@ class DirectSink:
         """See `Sink`."""
         self._writer = writer
 
-    def put(self, batch: Iterable[Message]) -> None:
-        """See `Sink`; an empty batch only flushes, if that is due."""
+    def put(self, batch: Iterable[Message], *, may_drop: bool = False) -> None:
+        """See `Sink`; nothing is dropped, and an empty batch only flushes, if that is due."""
         writer = self._writer
         assert writer is not None
         for channel, time_ns, sequence, data in batch:
@@ -84,6 +91,7 @@ class ThreadSink:
     """Writes on a thread of its own, which starts here, before any real-time scheduling that it would inherit."""
 
     def __init__(self):
+        self.dropped = 0
         self._sink = DirectSink()
         self._queue: queue.SimpleQueue[Iterable[Message] | None] = queue.SimpleQueue()
         self._error: Exception | None = None
@@ -94,10 +102,13 @@ class ThreadSink:
         """See `Sink`."""
         self._sink.attach(writer)
 
-    def put(self, batch: Iterable[Message]) -> None:
-        """See `Sink`; waits only where the disk cannot keep up."""
+    def put(self, batch: Iterable[Message], *, may_drop: bool = False) -> None:
+        """See `Sink`; drops or waits where the disk cannot keep up."""
         if self._error is not None:
             raise self._error
+        if may_drop and self._queue.qsize() >= _QUEUE_SIZE:
+            self.dropped += 1
+            return
         while self._queue.qsize() >= _QUEUE_SIZE:  # a bounded queue's lock would hold up every call, not only these
             time.sleep(_POLL)
         self._queue.put(batch)

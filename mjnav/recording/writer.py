@@ -58,7 +58,8 @@ class Recorder:
 
     `path` is checked as `check_path` does, and the file appears with the first tick. `run_info` becomes the metadata
     `mjnav/run` (seed, scene, controller, versions, argv, ...), `model_xml` the attachment `model.xml.gz`. A log that is
-    `threaded` encodes and writes on a thread of its own: slower in all, but out of the tick's way in real time.
+    `threaded` encodes and writes on a thread of its own: slower in all, but out of the tick's way in real time. Where
+    the disk cannot keep up, such a log drops ticks rather than hold the loop up; `dropped` counts their parts.
     """
 
     def __init__(
@@ -85,12 +86,17 @@ class Recorder:
         self._last: tuple[int, int] = (-1, 0)  # number and time [ns] of the last tick
         self._closed = False
 
+    @property
+    def dropped(self) -> int:
+        """How many parts of ticks were dropped: all of a tick's messages but its timing, or its timing."""
+        return self._sink.dropped
+
     def write(self, record: TickRecord) -> None:
         """One tick: everything but its timing, which is known only afterwards."""
         self._open()
         now = time_ns(record.truth.time)
         self._last = record.tick, now
-        self._put(self._encoded(record, now))
+        self._put(self._encoded(record, now), may_drop=True)
 
     def _encoded(self, record: TickRecord, now: int) -> Iterator[Message]:
         """A tick's messages; encoded where they are asked for."""
@@ -105,7 +111,7 @@ class Recorder:
         if not self._channels:
             raise ValueError("a tick's timing comes after the tick")
         now = self._last[1]
-        self._put([Message(self._channels[TIMING], now, timing.tick, encode_timing(timing))])
+        self._put([Message(self._channels[TIMING], now, timing.tick, encode_timing(timing))], may_drop=True)
 
     def finish(
         self,
@@ -164,11 +170,11 @@ class Recorder:
             writer.flush()
         self._sink.attach(writer)
 
-    def _put(self, batch: Iterable[Message]) -> None:
+    def _put(self, batch: Iterable[Message], *, may_drop: bool = False) -> None:
         if self._closed:
             raise ValueError("a log takes nothing after its end")
         with self._one_line():
-            self._sink.put(batch)
+            self._sink.put(batch, may_drop=may_drop)
 
     def _close(self, result: Mapping[str, str] | None = None, replay: Scenario | None = None) -> None:
         """Ends the sink and the file, with `mjnav/result` where there is one."""

@@ -1,0 +1,191 @@
+"""`mjnav rate-test SCENE --rate HZ --duration S`: does the loop keep its schedule on this machine?"""
+
+import argparse
+import json
+from collections.abc import Callable, Iterator, Sequence
+from math import inf, isfinite
+
+from mjnav.cli import scene_options
+from mjnav.cli.interrupt import interruptible
+from mjnav.cli.main import INTERRUPTED
+from mjnav.cli.waiting import compile_notice, progress
+from mjnav.errors import InvalidValue
+from mjnav.loop.crowd import crowd
+from mjnav.loop.episode import warm_up
+from mjnav.loop.prepare import load_scenario
+from mjnav.loop.rate_test import RateTest, rate_test, shuttling
+from mjnav.metrics.realtime import FAIL, PASS, RULES, histogram
+from mjnav.scenarios.spec import Scenario
+
+BAR = 40  # [characters] of the longest
+LATENESS_EDGES = (2, 5, 10, 20, 50, 100, 200, 500, 1000, 2000, 5000, 10_000, 20_000, 50_000, 100_000)  # [us]
+BUSY_EDGES = tuple(range(10, 160, 10))  # [% of the period]
+RATE = 50.0  # [Hz]
+
+
+def configure(parser: argparse.ArgumentParser) -> None:
+    """The command's options."""
+    scene_options.configure(parser)
+    rates = parser.add_mutually_exclusive_group()
+    rates.add_argument("--rate", type=float, default=RATE, metavar="HZ", help=f"of control; {RATE:g} by default")
+    rates.add_argument("--sweep", metavar="HZ,HZ,...", help="several rates: which is the highest that passes?")
+    parser.add_argument("--people", metavar="N,N,...", help="these numbers of people in place of the scene's")
+    parser.add_argument("--samples", metavar="N,N,...", help="these numbers of samples of each belief")
+    parser.add_argument("--duration", type=float, default=60.0, metavar="S", help="of each test [s]; 60 by default")
+    parser.add_argument("--stress", action="store_true", help="load every processor and the disk meanwhile")
+    parser.add_argument("--log", metavar="PATH", help="keep the log of a single test")
+    parser.add_argument("--json", action="store_true", help="one JSON object in place of text")
+
+
+def execute(arguments: argparse.Namespace) -> int:
+    """Runs the tests and prints what came of them; 1 where the test, or every test of a sweep, fails."""
+    rates = [arguments.rate] if arguments.sweep is None else _numbers("--sweep", arguments.sweep, float)
+    people = [None] if arguments.people is None else _numbers("--people", arguments.people, int)
+    samples = [None] if arguments.samples is None else _numbers("--samples", arguments.samples, int)
+    for key, values in (("--rate", rates), ("--duration", [arguments.duration])):
+        for value in values:
+            if not (isfinite(value) and value > 0.0):
+                raise InvalidValue(key, value, "a finite number > 0")
+    cases = [(n, m, rate) for n in people for m in samples for rate in sorted(rates)]
+    if len(cases) > 1 and arguments.log is not None:
+        raise InvalidValue("--log", arguments.log, "no log where several tests run")
+
+    tests: list[tuple[int | None, int | None, RateTest]] = []
+    with interruptible() as interrupted:
+        for case in _prepared(arguments, cases):
+            tests.append((*case[:2], _run(arguments, case, interrupted.is_set)))
+            if interrupted.is_set():
+                break
+            if len(cases) > 1 and not arguments.json:
+                print(_line(*tests[-1]), flush=True)
+    statuses = [test.status for *_, test in tests]
+    if len(cases) == 1:
+        print(json.dumps(tests[0][2].summary) if arguments.json else describe(tests[0][2]))
+    elif arguments.json:
+        print(json.dumps(_sweep_summary(tests)))
+    else:
+        print("\n".join(_highest(tests)))
+    if interrupted.is_set():
+        return INTERRUPTED
+    return 1 if all(status == FAIL for status in statuses) else 0
+
+
+Case = tuple[int | None, int | None, float, Scenario]
+
+
+def _prepared(arguments: argparse.Namespace, cases: Sequence[tuple[int | None, int | None, float]]) -> list[Case]:
+    """Each case with its scenario: all are checked before the first runs."""
+    prepared = []
+    for people, samples, rate in cases:
+        overrides = [*arguments.overrides, *([] if samples is None else [f"control.samples={samples}"])]
+        scenario = load_scenario(arguments.scene, overrides, controller=arguments.controller, seed=arguments.seed)
+        if people is not None:
+            scenario = crowd(scenario, people)
+        prepared.append((people, samples, rate, shuttling(scenario, rate, arguments.duration)))
+    return prepared
+
+
+def _run(arguments: argparse.Namespace, case: Case, stop: Callable[[], bool]) -> RateTest:
+    *_, rate, scenario = case
+    with compile_notice():
+        warm_up(scenario)
+    with progress(f"{scenario.name} at {rate:g} Hz", arguments.duration) as show:
+        return rate_test(scenario, stressed=arguments.stress, log=arguments.log, stop=stop, progress=show)
+
+
+def _numbers(key: str, text: str, kind: type) -> list:
+    """What a list of numbers on the command line says."""
+    try:
+        return [kind(word) for word in text.split(",")]
+    except ValueError:
+        whole = "whole numbers" if kind is int else "numbers"
+        raise InvalidValue(key, text, f"{whole} with commas between them") from None
+
+
+def describe(test: RateTest) -> str:
+    """One test's report, for people."""
+    s, m, schedule = test.summary, test.machine, test.schedule
+    misses, wake = int(schedule.missed.sum()), test.wakeup_us
+    overrun = test.overrun
+    lines = [
+        f"{test.scene}, {test.controller}: {test.status} at {test.requested_hz:g} Hz",
+        f"  rate          {schedule.achieved_hz:.4g} Hz achieved, {schedule.ticks} ticks of "
+        f"{1e3 * schedule.period:.4g} ms, {_text(s['real_time_factor'], '.4f')} × real time",
+        f"  deadlines     {misses} of {schedule.ticks} missed, {schedule.skipped} periods skipped",
+        "  overrun       "
+        + (f"{overrun.milliseconds:.2f} ms in tick {overrun.tick}, phase {overrun.phase}" if overrun else "none"),
+        f"  wake-up       {_text(wake['p50'], '.1f')} µs p50, {_text(wake['p99'], '.1f')} p99, "
+        f"{_text(wake['p999'], '.1f')} p99.9, {_text(wake['max'], '.1f')} max behind the deadline",
+        f"  log           {schedule.log_dropped} parts of ticks dropped",
+        f"  machine       {m['scheduler']}; memory {m['memory']}; {m['affinity']} of {m['cpus']}; {m['kernel']}; "
+        f"{100 * schedule.stolen:.1f} % of the processors stolen",
+        f"  load          {m['load']}",
+        "  compute [ms]  p50     p99     max",
+    ]
+    for phase, values in test.compute_ms.items():
+        lines.append(f"    {phase:10}" + "".join(f"  {_text(values[key], '6.3f')}" for key in ("p50", "p99", "max")))
+    lines += ["", "  start of ticks behind their deadline [µs]"]
+    lines += _bars(histogram(schedule.lateness * 1e-3, LATENESS_EDGES), "")
+    lines += ["", "  work of ticks [% of the period]"]
+    lines += _bars(histogram(test.busy * 1e-7 / schedule.period, BUSY_EDGES), " %")
+    lines += ["", f"  {test.status}, by the first of these that holds:"]
+    lines += [f"    {name:12}  {rule}" for name, rule in RULES]
+    return "\n".join(lines)
+
+
+def _bars(rows: list[tuple[float, float, int]], unit: str) -> Iterator[str]:
+    most = max((count for *_, count in rows), default=1)
+    for low, high, count in rows:
+        name = (
+            f"under {high:g}{unit}"
+            if low == -inf
+            else f"over {low:g}{unit}"
+            if high == inf
+            else f"{low:g} to {high:g}{unit}"
+        )
+        bar = "█" * max(1, round(BAR * count / most)) if count else ""
+        yield f"    {name:>16}  {count:7d}  {bar}"
+
+
+def _line(people: int | None, samples: int | None, test: RateTest) -> str:
+    """One test of several."""
+    s = test.summary
+    with_what = "".join(f", {n} {what}" for n, what in ((people, "people"), (samples, "samples")) if n is not None)
+    tick = test.compute_ms["tick"]
+    return (
+        f"{test.requested_hz:6g} Hz{with_what}: {test.status:12}  {s['deadline_misses']} of {s['ticks']} missed, "
+        f"longest overrun {s['longest_overrun_ms']:.2f} ms; tick {_text(tick['p50'], '.2f')} ms p50, "
+        f"{_text(tick['p99'], '.2f')} p99, "
+        f"{100 * (tick['p99'] or 0.0) * 1e-3 / test.schedule.period:.0f} % of the period"
+    )
+
+
+def _highest(tests: Sequence[tuple[int | None, int | None, RateTest]]) -> Iterator[str]:
+    for (people, samples), rate in _passing(tests).items():
+        of_what = [f"{n} {what}" for n, what in ((people, "people"), (samples, "samples")) if n is not None]
+        place = f"with {' and '.join(of_what)}: " if of_what else ""
+        yield f"{place}the highest rate that passes is {rate:g} Hz" if rate else f"{place}no rate passes"
+
+
+def _passing(tests: Sequence[tuple[int | None, int | None, RateTest]]) -> dict[tuple, float | None]:
+    """The highest rate that passes by people and samples."""
+    found: dict[tuple, float | None] = {}
+    for people, samples, test in tests:
+        best = found.setdefault((people, samples), None)
+        if test.status == PASS:
+            found[people, samples] = max(best or 0.0, test.requested_hz)
+    return found
+
+
+def _sweep_summary(tests: Sequence[tuple[int | None, int | None, RateTest]]) -> dict[str, object]:
+    return {
+        "schema": 1,
+        "tests": [{"people": people, "samples": samples, **test.summary} for people, samples, test in tests],
+        "highest_passing_hz": [
+            {"people": people, "samples": samples, "hz": rate} for (people, samples), rate in _passing(tests).items()
+        ],
+    }
+
+
+def _text(value: object, form: str) -> str:
+    return "-" if value is None else format(value, form)

@@ -1,0 +1,48 @@
+"""A scenario with another number of people, to see what they cost."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from mjnav.errors import InvalidValue
+from mjnav.rng import stream
+from mjnav.scenarios.check import check
+from mjnav.scenarios.spec import Person, Scenario, Waypoints
+
+MARGIN = 2.0  # [m] around everything that the map holds, where people may walk
+MAX_TRIES = 1000  # places a person
+
+
+def crowd(scenario: Scenario, num_people: int) -> Scenario:
+    """The scenario with its first `num_people` people, and where it has fewer, with more who walk to and fro.
+
+    They start and turn at random places, which follow the scenario's seed. Raises InvalidValue where there is no room.
+    """
+    people = scenario.people[:num_people]
+    rng = stream(scenario.seed, "crowd")
+    low, high = _bounds(scenario)
+    while len(people) < num_people:
+        for _ in range(MAX_TRIES):
+            start, turn = rng.uniform(low, high, (2, 2)).round(3).tolist()
+            walk = Waypoints((tuple(turn), tuple(start)), speed=float(rng.uniform(0.3, 0.8)))
+            more = replace(scenario, people=(*people, Person(tuple(start), walk)))
+            try:
+                check(more)
+            except InvalidValue:
+                continue
+            people = more.people
+            break
+        else:
+            raise InvalidValue("people", num_people, f"at most {len(people)}: there is no room for more")
+    return replace(scenario, people=people)
+
+
+def _bounds(scenario: Scenario) -> tuple[np.ndarray, np.ndarray]:
+    """The lowest and highest (x, y) where people may walk."""
+    robot = scenario.robot
+    points = [robot.start[:2], *robot.route, *(p.start for p in scenario.people)]
+    points += [end for wall in scenario.walls for end in (wall.start, wall.end)]
+    points += [body.position for body in (*scenario.tables, *scenario.pillars)]
+    corners = np.array(points, float)
+    margin = 0.0 if scenario.walls else MARGIN
+    return corners.min(axis=0) - margin, corners.max(axis=0) + margin
