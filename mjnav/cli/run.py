@@ -2,14 +2,12 @@
 
 import argparse
 import json
-import signal
 import sys
-import threading
-from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Mapping
 from typing import Any
 
 from mjnav.cli import scene_options
+from mjnav.cli.interrupt import interruptible
 from mjnav.cli.main import INTERRUPTED
 from mjnav.cli.waiting import compile_notice, progress
 from mjnav.loop.prepare import load_scenario
@@ -34,7 +32,7 @@ def execute(arguments: argparse.Namespace) -> int:
 
     with compile_notice():
         warm_up(scenario)
-    with _interruptible() as interrupted, progress(scenario.name, scenario.time_limit) as show:
+    with interruptible() as interrupted, progress(scenario.name, scenario.time_limit) as show:
         result = run(
             scenario,
             real_time=arguments.real_time,
@@ -91,22 +89,3 @@ def describe(summary: dict[str, Any], real_time: Mapping[str, str] | None = None
 
 def _number(value: float | None, form: str) -> str:
     return "-" if value is None else format(value, form)
-
-
-@contextmanager
-def _interruptible() -> Iterator[threading.Event]:
-    """The first SIGINT or SIGTERM asks the run to end in order; the second ends the process."""
-    asked = threading.Event()
-
-    def ask(number: int, frame: object) -> None:
-        if asked.is_set():
-            signal.signal(number, signal.SIG_DFL)
-            signal.raise_signal(number)
-        asked.set()
-
-    before = {number: signal.signal(number, ask) for number in (signal.SIGINT, signal.SIGTERM)}
-    try:
-        yield asked
-    finally:
-        for number, handler in before.items():
-            signal.signal(number, handler)
