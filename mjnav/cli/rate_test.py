@@ -2,8 +2,9 @@
 
 import argparse
 import json
+import sys
 from collections.abc import Callable, Iterator, Sequence
-from math import inf, isfinite
+from math import inf
 
 from mjnav.cli import scene_options
 from mjnav.cli.interrupt import interruptible
@@ -15,6 +16,7 @@ from mjnav.loop.episode import warm_up
 from mjnav.loop.prepare import load_scenario
 from mjnav.loop.rate_test import RateTest, rate_test, shuttling
 from mjnav.metrics.realtime import FAIL, PASS, RULES, histogram
+from mjnav.recording.writer import check_path
 from mjnav.scenarios.spec import Scenario
 
 BAR = 40  # [characters] of the longest
@@ -42,30 +44,30 @@ def execute(arguments: argparse.Namespace) -> int:
     rates = [arguments.rate] if arguments.sweep is None else _numbers("--sweep", arguments.sweep, float)
     people = [None] if arguments.people is None else _numbers("--people", arguments.people, int)
     samples = [None] if arguments.samples is None else _numbers("--samples", arguments.samples, int)
-    for key, values in (("--rate", rates), ("--duration", [arguments.duration])):
-        for value in values:
-            if not (isfinite(value) and value > 0.0):
-                raise InvalidValue(key, value, "a finite number > 0")
     cases = [(n, m, rate) for n in people for m in samples for rate in sorted(rates)]
     if len(cases) > 1 and arguments.log is not None:
         raise InvalidValue("--log", arguments.log, "no log where several tests run")
+    if arguments.log is not None:
+        check_path(arguments.log)
+    single = len(cases) == 1 and arguments.sweep is None
 
     tests: list[tuple[int | None, int | None, RateTest]] = []
     with interruptible() as interrupted:
         for case in _prepared(arguments, cases):
             tests.append((*case[:2], _run(arguments, case, interrupted.is_set)))
+            if not single and not arguments.json:
+                print(_line(*tests[-1]), flush=True)
             if interrupted.is_set():
                 break
-            if len(cases) > 1 and not arguments.json:
-                print(_line(*tests[-1]), flush=True)
     statuses = [test.status for *_, test in tests]
-    if len(cases) == 1:
+    if single:
         print(json.dumps(tests[0][2].summary) if arguments.json else describe(tests[0][2]))
     elif arguments.json:
         print(json.dumps(_sweep_summary(tests)))
     else:
         print("\n".join(_highest(tests)))
     if interrupted.is_set():
+        print("mjnav: interrupted", file=sys.stderr)
         return INTERRUPTED
     return 1 if all(status == FAIL for status in statuses) else 0
 
@@ -105,13 +107,13 @@ def _numbers(key: str, text: str, kind: type) -> list:
 def describe(test: RateTest) -> str:
     """One test's report, for people."""
     s, m, schedule = test.summary, test.machine, test.schedule
-    misses, wake = int(schedule.missed.sum()), test.wakeup_us
-    overrun = test.overrun
+    wake, overrun, faults = test.wakeup_us, test.overrun, test.page_faults
     lines = [
         f"{test.scene}, {test.controller}: {test.status} at {test.requested_hz:g} Hz",
         f"  rate          {schedule.achieved_hz:.4g} Hz achieved, {schedule.ticks} ticks of "
-        f"{1e3 * schedule.period:.4g} ms, {_text(s['real_time_factor'], '.4f')} × real time",
-        f"  deadlines     {misses} of {schedule.ticks} missed, {schedule.skipped} periods skipped",
+        f"{1e3 * schedule.period:.4g} ms ({1e3 * test.timestep:.3g} ms of physics a step), "
+        f"{_text(s['real_time_factor'], '.4f')} × real time",
+        f"  deadlines     {schedule.misses} of {schedule.ticks} missed, {schedule.skipped} periods skipped",
         "  overrun       "
         + (f"{overrun.milliseconds:.2f} ms in tick {overrun.tick}, phase {overrun.phase}" if overrun else "none"),
         f"  wake-up       {_text(wake['p50'], '.1f')} µs p50, {_text(wake['p99'], '.1f')} p99, "
@@ -119,7 +121,9 @@ def describe(test: RateTest) -> str:
         f"  log           {schedule.log_dropped} parts of ticks dropped",
         f"  machine       {m['scheduler']}; memory {m['memory']}; {m['affinity']} of {m['cpus']}; {m['kernel']}; "
         f"{100 * schedule.stolen:.1f} % of the processors stolen",
-        f"  load          {m['load']}",
+        f"  load          {m['load']}; load average {m['load_average']}",
+        f"  page faults   {_text(faults['p50'], '.0f')} a tick p50, {_text(faults['p99'], '.0f')} p99, "
+        f"{_text(faults['max'], '.0f')} max",
         "  compute [ms]  p50     p99     max",
     ]
     for phase, values in test.compute_ms.items():
@@ -127,7 +131,7 @@ def describe(test: RateTest) -> str:
     lines += ["", "  start of ticks behind their deadline [µs]"]
     lines += _bars(histogram(schedule.lateness * 1e-3, LATENESS_EDGES), "")
     lines += ["", "  work of ticks [% of the period]"]
-    lines += _bars(histogram(test.busy * 1e-7 / schedule.period, BUSY_EDGES), " %")
+    lines += _bars(histogram(schedule.busy * 1e-7 / schedule.period, BUSY_EDGES), " %")
     lines += ["", f"  {test.status}, by the first of these that holds:"]
     lines += [f"    {name:12}  {rule}" for name, rule in RULES]
     return "\n".join(lines)

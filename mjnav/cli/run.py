@@ -10,6 +10,8 @@ from mjnav.cli import scene_options
 from mjnav.cli.interrupt import interruptible
 from mjnav.cli.main import INTERRUPTED
 from mjnav.cli.waiting import compile_notice, progress
+from mjnav.errors import InvalidValue, unknown_name
+from mjnav.loop.pacer import POLICIES
 from mjnav.loop.prepare import load_scenario
 
 
@@ -17,6 +19,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     """The command's options."""
     scene_options.configure(parser)
     parser.add_argument("--real-time", action="store_true", help="pace the loop to the wall clock")
+    parser.add_argument("--overruns", metavar="skip|abort", help="what a missed deadline does; skip by default")
     log = parser.add_mutually_exclusive_group()
     log.add_argument("--log", metavar="PATH", help="where the log goes; runs/out/ by default")
     log.add_argument("--no-log", action="store_true", help="write no log")
@@ -26,6 +29,11 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 def execute(arguments: argparse.Namespace) -> int:
     """Runs the episode and prints how it went."""
+    overruns = arguments.overruns
+    if overruns is not None and overruns not in POLICIES:
+        raise unknown_name("--overruns", overruns, POLICIES)
+    if overruns is not None and not arguments.real_time:
+        raise InvalidValue("--overruns", overruns, "nothing without --real-time")
     scenario = load_scenario(arguments.scene, arguments.overrides, controller=arguments.controller, seed=arguments.seed)
     from mjnav.loop.episode import warm_up
     from mjnav.loop.run import run
@@ -36,6 +44,7 @@ def execute(arguments: argparse.Namespace) -> int:
         result = run(
             scenario,
             real_time=arguments.real_time,
+            overruns=overruns or POLICIES[0],
             log=None if arguments.no_log else True if arguments.log is None else arguments.log,
             stop=interrupted.is_set,
             progress=show,
@@ -44,15 +53,15 @@ def execute(arguments: argparse.Namespace) -> int:
     if arguments.json:
         print(json.dumps(result.summary))
     else:
-        print(describe(result.summary, result.real_time))
+        print(describe(result.summary, result.real_time, result.log_dropped))
     if interrupted.is_set():
         print("mjnav: interrupted", file=sys.stderr)
         return INTERRUPTED
     return 0
 
 
-def describe(summary: dict[str, Any], real_time: Mapping[str, str] | None = None) -> str:
-    """How a run went, for people; `real_time` is what a paced run got of the machine."""
+def describe(summary: dict[str, Any], real_time: Mapping[str, str] | None = None, log_dropped: int = 0) -> str:
+    """How a run went, for people; `real_time` is what a paced run got, `log_dropped` what its log lacks."""
     s = summary
     collisions = ", ".join(f"{n} × {kind}" for kind, n in s["collisions"].items() if n) or "none"
     compute = s["compute_ms"]
@@ -79,7 +88,8 @@ def describe(summary: dict[str, Any], real_time: Mapping[str, str] | None = None
     if s["lane_violation_s"]:
         lines.insert(2, f"  outside lanes   {s['lane_violation_s']:.1f} s")
     if s["log"]:
-        lines.append(f"  log             {s['log']}")
+        lost = f" ({log_dropped} parts of ticks are missing: the disk could not keep up)" if log_dropped else ""
+        lines.append(f"  log             {s['log']}{lost}")
     if "profile" in s:
         from mjnav.loop.profile import describe as describe_profile
 

@@ -20,8 +20,10 @@ def progress(name: str, total: float, unit: str = "s") -> Iterator[Callable[[flo
     done = "{task.completed:.1f}" if unit == "s" else "{task.completed:.0f}"
     columns = (TextColumn("{task.description}"), BarColumn(), TextColumn(f"{done} of {{task.total:.0f}} {unit}"))
     with Progress(*columns, console=Console(stderr=True), refresh_per_second=5, transient=True) as bar:
-        task = bar.add_task(name, total=total)
-        yield lambda so_far: bar.update(task, completed=so_far)
+        bar.add_task(name, total=total)
+        (task,) = bar.tasks
+        # Not bar.update: it waits for the thread that draws, and the caller may be in the middle of a tick.
+        yield lambda so_far: setattr(task, "completed", so_far)
 
 
 @contextmanager

@@ -16,8 +16,11 @@ MAX_TRIES = 1000  # places a person
 def crowd(scenario: Scenario, num_people: int) -> Scenario:
     """The scenario with its first `num_people` people, and where it has fewer, with more who walk to and fro.
 
-    They start and turn at random places, which follow the scenario's seed. Raises InvalidValue where there is no room.
+    They start and turn at random places, which follow the scenario's seed. Raises InvalidValue for a number below zero
+    and where there is no room.
     """
+    if num_people < 0:
+        raise InvalidValue("people", num_people, "a number >= 0")
     people = scenario.people[:num_people]
     rng = stream(scenario.seed, "crowd")
     low, high = _bounds(scenario)

@@ -84,6 +84,7 @@ class Episode:
         self._trajectory = TrajectoryBuilder()
         self._hash = hashlib.sha256()
         self._beliefs: Beliefs | None = None
+        self._misses = 0  # of deadlines; that of the last tick's end, too, which no tick's timing tells
         self._status = Status.OK
         self._events_before: tuple[Event, ...] = ()
         self._cones = cones or log is not None
@@ -112,7 +113,7 @@ class Episode:
                 start = self._pacer.wait()
                 watch.start()
                 truth = self._simulator.state()
-                outcome = self._outcome(truth, start)
+                outcome = self._outcome(tick, truth, start)
                 if outcome is not None:
                     break
                 self._tick(tick, truth, watch)
@@ -130,10 +131,12 @@ class Episode:
             raise
         return self._finish(truth, outcome, began)
 
-    def _outcome(self, truth: WorldState, start: Start) -> str | None:
+    def _outcome(self, tick: int, truth: WorldState, start: Start) -> str | None:
         self._progress(truth.time)
+        self._misses += start.missed
         if start.abort:
-            text = f"a deadline was missed by {1e-6 * start.lateness:.1f} ms, which ends the run on request"
+            late = f"{1e-6 * start.lateness:.1f} ms after the deadline of the next"
+            text = f"tick {tick - 1} was still at work {late}, which ends the run on request"
             self._events_before = (*self._events_before, Event("error", "overrun", text))
         if start.abort or self._stop():
             return ABORTED
@@ -206,7 +209,7 @@ class Episode:
             **summarise(trajectory, self._scenario, outcome=outcome),
             "compute_ms": compute_ms(trajectory.timing),
             "real_time_factor": final.time / seconds if seconds > 0.0 else None,
-            "deadline_misses": trajectory.deadline_misses,
+            "deadline_misses": self._misses,
             "state_hash": self._hash.hexdigest(),
             "log": str(self._log) if self._log else None,
         }
@@ -216,6 +219,9 @@ class Episode:
             events += [Event("error", "contact", describe(contact)) for contact in final.contacts]
             if fault is not None:
                 events.append(Event("error", "fault", fault))
+            if self._recorder.dropped:
+                text = f"{self._recorder.dropped} parts of ticks are missing: the disk could not keep up"
+                events.append(Event("warning", "log", text))
             level = "info" if outcome == GOAL else "warning"
             events.append(Event(level, "end", f"the run ended: {outcome}"))
             self._recorder.finish(final, summary, tuple(events), None if replay is self._scenario else replay)

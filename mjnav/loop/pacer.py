@@ -20,7 +20,7 @@ MAX_CATCH_UP = 3  # periods that may be made up for before whole periods are ski
 class Start:
     """How a tick began: behind its deadline by `lateness` [ns], and whether it missed it.
 
-    `skipped` periods were given up before it, and `abort` asks for the end of the run.
+    `skipped` periods were given up before it, which its deadline has moved by, and `abort` asks for the end of the run.
     """
 
     lateness: int
@@ -73,14 +73,13 @@ class RealTimePacer:
         sleep: Callable[[float], None] = time.sleep,
     ):
         if policy not in POLICIES:
-            raise unknown_name("policy", policy, POLICIES)
+            raise unknown_name("overruns", policy, POLICIES)
         self.now = clock
         self._policy = policy
         self._sleep = sleep
         self._period = round(period * 1e9)
         self._max_catch_up = max_catch_up
         self._deadline: int | None = None
-        self.skipped = 0  # whole periods given up so far
 
     def wait(self) -> Start:
         """Returns at the next tick's deadline, at once if it has passed. The first call starts the schedule."""
@@ -95,7 +94,6 @@ class RealTimePacer:
         skipped = (now - self._deadline) // self._period
         skipped = skipped if skipped > self._max_catch_up else 0
         self._deadline += skipped * self._period
-        self.skipped += skipped
         while (left := self._deadline - self.now()) > 0:
             if left > SPIN:
                 self._sleep((left - SPIN) * 1e-9)

@@ -2,6 +2,7 @@
 
 import os
 import platform
+import resource
 from collections.abc import Callable
 from contextlib import nullcontext
 from dataclasses import dataclass, replace
@@ -19,13 +20,14 @@ from mjnav.loop.realtime import real_time
 from mjnav.loop.stress import stress
 from mjnav.messages import PHASES, Event
 from mjnav.metrics.realtime import Overrun, Schedule, longest_overrun, verdict, wakeup_us
-from mjnav.metrics.timing import compute_ms
+from mjnav.metrics.timing import compute_ms, quantiles
 from mjnav.recording.writer import check_path
+from mjnav.scenarios.ranges import MAX_RATE, MAX_TIME, MIN_RATE, check_range
 from mjnav.scenarios.spec import Scenario
 
 TIMESTEP = 0.002  # [s], the longest
 MAX_REFINEMENT = 100  # of the timestep, until the sensors' period is a whole number of steps too
-MIN_LEG = 0.05  # [m] that a leg of the route is longer than the tolerances at its ends
+MIN_LEG = 0.2  # [m] that a leg of the route is longer than the tolerances at its ends
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,13 +37,15 @@ class RateTest:
     scene: str
     controller: str
     requested_hz: float
+    timestep: float  # [s] of the physics
     schedule: Schedule
     status: str
     wakeup_us: dict[str, float | None]
     compute_ms: dict[str, dict[str, float | None]]
     overrun: Overrun | None
-    busy: np.ndarray  # (n,) [ns] that each tick computed
-    machine: dict[str, str]
+    page_faults: dict[str, float | None]  # of a tick
+    state_hash: str
+    machine: dict[str, str | float]
 
     @property
     def summary(self) -> dict[str, object]:
@@ -55,43 +59,39 @@ class RateTest:
             "achieved_hz": s.achieved_hz,
             "real_time_factor": s.ticks * s.period / s.wall if s.wall > 0.0 else None,
             "ticks": s.ticks,
-            "deadline_misses": int(s.missed.sum()),
+            "timestep_ms": 1e3 * self.timestep,
+            "deadline_misses": s.misses,
             "skipped_periods": s.skipped,
             "longest_overrun_ms": self.overrun.milliseconds if self.overrun else 0.0,
             "longest_overrun": {"tick": self.overrun.tick, "phase": self.overrun.phase} if self.overrun else None,
-            "lateness_us": _quantiles(s.lateness * 1e-3),
+            "lateness_us": quantiles(s.lateness * 1e-3),
             "wakeup_us": self.wakeup_us,
             "compute_ms": self.compute_ms,
+            "page_faults": self.page_faults,
             "log_dropped": s.log_dropped,
             "stolen": s.stolen,
             **self.machine,
+            "state_hash": self.state_hash,
             "status": self.status,
         }
 
 
-def _quantiles(values: np.ndarray) -> dict[str, float | None]:
-    if not values.size:
-        return {"p50": None, "p99": None, "max": None}
-    p50, p99 = np.quantile(values, [0.5, 0.99]).tolist()
-    return {"p50": p50, "p99": p99, "max": float(values.max())}
-
-
 class _Noting:
-    """A pacer that keeps how every tick began, and when the first and the last did [ns]."""
-
-    real_time = True
+    """A pacer that keeps how every tick began, and when work ended before it [ns]."""
 
     def __init__(self, pacer: Pacer):
-        self.now, self._pacer = pacer.now, pacer
+        self.now, self.real_time, self._pacer = pacer.now, pacer.real_time, pacer
         self.starts: list[Start] = []
-        self.first = self.last = 0
+        self.ended: list[int] = []
+        self.began: list[int] = []
+        self.faults: list[int] = []  # pages that this thread has asked the system for so far
 
     def wait(self) -> Start:
-        start = self._pacer.wait()
-        self.last = self.now()
-        self.first = self.first or self.last
-        self.starts.append(start)
-        return start
+        self.faults.append(resource.getrusage(resource.RUSAGE_THREAD).ru_minflt)
+        self.ended.append(self.now())
+        self.starts.append(self._pacer.wait())
+        self.began.append(self.now())
+        return self.starts[-1]
 
 
 def rate_test(
@@ -108,47 +108,53 @@ def rate_test(
     The log goes to `log`, or to a temporary file. `stressed` loads the machine meanwhile. Raises InputError for what
     cannot be run.
     """
+    log = None if log is None else check_path(log)
     warm_up(scenario)
     noting = _Noting(pacer or RealTimePacer(scenario.control.period))
     with TemporaryDirectory(prefix="mjnav-rate-") as folder:
-        path = Path(folder) / "rate-test.mcap" if log is None else check_path(log)
+        path = log or Path(folder) / "rate-test.mcap"
         episode = Episode(scenario, log=path, pacer=noting, stop=stop, progress=progress)
         with stress() if stressed else nullcontext("none") as load, real_time() as got:
             note = Event("info", "real_time", ", ".join(f"{name} {value}" for name, value in got.items()))
             stolen = _processor_time()
             result = episode.run((note,))
             stolen = _processor_time() - stolen
-    machine = {**got, "load": load, "kernel": f"{platform.system()} {platform.release()}", "cpus": str(os.cpu_count())}
+    kernel = f"{platform.system()} {platform.release()}"
+    busy = round(os.getloadavg()[0], 2)  # of the last minute, the test's own work among it
+    machine = {**got, "load": load, "load_average": busy, "kernel": kernel, "cpus": os.cpu_count() or 0}
     return _assess(scenario, result, noting, stolen, machine)
 
 
 def _assess(
-    scenario: Scenario, result: Result, noting: _Noting, stolen: np.ndarray, machine: dict[str, str]
+    scenario: Scenario, result: Result, noting: _Noting, stolen: np.ndarray, machine: dict[str, str | float]
 ) -> RateTest:
-    ticks = result.summary["ticks"]
-    begun = noting.starts[:ticks]  # the last wait was for a tick that did not come
+    control, ticks = scenario.control, result.summary["ticks"]
+    period = round(control.period * 1e9)
+    after = noting.starts[1:]  # the last wait is for a tick that does not come: it says how the last one ended
     schedule = Schedule(
-        ticks=ticks,
-        period=scenario.control.period,
-        wall=1e-9 * (noting.last - noting.first),
-        lateness=np.array([start.lateness for start in begun], np.int64),
-        missed=np.array([start.missed for start in begun], bool),
-        skipped=sum(start.skipped for start in begun),
+        period=control.period,
+        wall=1e-9 * (noting.began[-1] - noting.began[0]),
+        lateness=np.array([start.lateness for start in noting.starts[:ticks]], np.int64),
+        overrun=np.array([start.missed * (start.lateness + start.skipped * period) for start in after], np.int64),
+        phases=result.trajectory.timing[:, 1 : 1 + len(PHASES)],
+        busy=np.array(noting.ended[1:], np.int64) - np.array(noting.began[:-1], np.int64),
+        skipped=sum(start.skipped for start in after),
         log_dropped=result.log_dropped,
         stolen=float(stolen[0] / stolen[1]) if stolen[1] > 0 else 0.0,
         interrupted=result.summary["outcome"] == "aborted",
     )
-    phases = result.trajectory.timing[:, 1 : 1 + len(PHASES)]
     return RateTest(
         scene=scenario.name,
-        controller=scenario.control.method,
-        requested_hz=scenario.control.rate,
+        controller=control.method,
+        requested_hz=control.rate,
+        timestep=scenario.physics.timestep,
         schedule=schedule,
         status=verdict(schedule),
         wakeup_us=wakeup_us(schedule),
         compute_ms=compute_ms(result.trajectory.timing),
-        overrun=longest_overrun(schedule, phases, PHASES),
-        busy=phases.sum(axis=1),
+        overrun=longest_overrun(schedule),
+        page_faults=quantiles(np.diff(noting.faults)),
+        state_hash=result.summary["state_hash"],
         machine=machine,
     )
 
@@ -158,16 +164,22 @@ def shuttling(scenario: Scenario, rate: float, duration: float) -> Scenario:
 
     The time step is the longest up to 2 ms that divides the period and the sensors'. Raises InvalidValue.
     """
+    check_range("rate", rate, MIN_RATE, MAX_RATE)
+    check_range("duration", duration, 0.0, MAX_TIME, open_low=True)
     robot = scenario.robot
     there = [robot.start[:2], *robot.route]
     round_trip = [*there[1:], *there[-2::-1]]
     longest = max(hypot(b[0] - a[0], b[1] - a[1]) for a, b in pairwise(there))
     leg = longest - 2.0 * robot.goal_tolerance
     if leg < MIN_LEG:
+        far = 2.0 * robot.goal_tolerance + MIN_LEG
         raise InvalidValue(
-            "robot.goal", robot.route[-1], "a goal beyond twice its tolerance: there is nothing to drive"
+            "robot.goal" if robot.goal is not None else "robot.waypoints",
+            robot.route[-1],
+            f"a way to drive: {far:g} m, twice robot.goal_tolerance and {MIN_LEG:g} m",
+            file=scenario.source or None,
         )
-    num_trips = ceil(duration * robot.max_speed / (2.0 * leg)) + 1
+    num_trips = 2 * ceil(duration * robot.max_speed / (2.0 * leg)) + 1  # twice: beliefs reach a point before the robot
     return replace(
         scenario,
         robot=replace(robot, goal=None, waypoints=tuple(round_trip * num_trips)),
@@ -180,11 +192,11 @@ def shuttling(scenario: Scenario, rate: float, duration: float) -> Scenario:
 
 def _timestep(rate: float, sensor_rate: float) -> float:
     least = ceil(1.0 / (rate * TIMESTEP) - 1e-9)
-    for steps in range(least, MAX_REFINEMENT * least):
+    for steps in range(least, MAX_REFINEMENT * least + 1):
         each = steps * rate / sensor_rate
         if abs(each - round(each)) < 1e-9 * each and round(each) >= 1:
             return 1.0 / (rate * steps)
-    raise InvalidValue("--rate", rate, f"a rate with a time step in common with sensors.rate ({sensor_rate:g} Hz)")
+    raise InvalidValue("rate", rate, f"a rate with a time step in common with sensors.rate ({sensor_rate:g} Hz)")
 
 
 def _processor_time() -> np.ndarray:

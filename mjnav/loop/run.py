@@ -7,8 +7,9 @@ from datetime import datetime
 from pathlib import Path
 
 from mjnav import scenarios
+from mjnav.errors import InvalidValue
 from mjnav.loop.episode import Episode, Result, warm_up
-from mjnav.loop.pacer import FreePacer, RealTimePacer
+from mjnav.loop.pacer import FreePacer, Pacer, RealTimePacer
 from mjnav.loop.prepare import build_controller, load_scenario
 from mjnav.loop.profile import profiled
 from mjnav.loop.realtime import real_time as ask_for_real_time
@@ -25,6 +26,7 @@ def run(
     seed: int | None = None,
     controller: str | None = None,
     real_time: bool = False,
+    overruns: str = "skip",
     log: bool | str | os.PathLike[str] | None = None,
     stop: Callable[[], bool] = lambda: False,
     progress: Callable[[float], None] = lambda time: None,
@@ -33,33 +35,36 @@ def run(
     """Runs one episode and returns how it went.
 
     `scenario` may be a name or a path; `seed` and `controller` take the place of its own (another controller starts
-    with its own default parameters); `real_time` paces the loop to the wall clock; `log` is None for no log, True for
-    the default path below the working directory, or a path; `stop` is asked before every tick whether to abort, and
-    `progress` is told the simulated time [s]; `profile` adds to the summary, as "profile", where each tick's time went.
-    Raises InputError before anything starts where something cannot be used.
+    with its own default parameters); `real_time` paces the loop to the wall clock, and `overruns` says what a missed
+    deadline does to it ("skip" catches up, or else skips periods, and "abort" ends the run); `log` is None for no log,
+    True for the default path below the working directory, or a path; `stop` is asked before every tick whether to
+    abort, and `progress` is told the simulated time [s]; `profile` adds to the summary, as "profile", where each tick's
+    time went. Raises InputError before anything starts where something cannot be used.
     """
     if not isinstance(scenario, Scenario):
         scenario = load_scenario(scenario, controller=controller, seed=seed)
     else:
         scenario = _changed(scenario, seed, controller)
     build_controller(scenario)
+    if not real_time and overruns != "skip":
+        raise InvalidValue("overruns", overruns, "skip, unless the run is in real time")
+    pacer = RealTimePacer(scenario.control.period, policy=overruns) if real_time else FreePacer()
     path = None
     if log is not None and log is not False:
         path = check_path(default_log_path(scenario) if log is True else log)
     warm_up(scenario)
     if profile:
         with profiled() as profiler:
-            result = _run(scenario, path, real_time, stop, progress)
+            result = _run(scenario, path, pacer, stop, progress)
         return replace(result, summary={**result.summary, "profile": profiler.summary()})
-    return _run(scenario, path, real_time, stop, progress)
+    return _run(scenario, path, pacer, stop, progress)
 
 
 def _run(
-    scenario: Scenario, path: Path | None, real_time: bool, stop: Callable[[], bool], progress: Callable[[float], None]
+    scenario: Scenario, path: Path | None, pacer: Pacer, stop: Callable[[], bool], progress: Callable[[float], None]
 ) -> Result:
-    pacer = RealTimePacer(scenario.control.period) if real_time else FreePacer()
     episode = Episode(scenario, log=path, pacer=pacer, stop=stop, progress=progress)
-    if not real_time:
+    if not pacer.real_time:
         return episode.run()
     with ask_for_real_time() as got:
         note = Event("info", "real_time", ", ".join(f"{name} {value}" for name, value in got.items()))

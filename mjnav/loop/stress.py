@@ -10,12 +10,16 @@ import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-_COMPUTE = "import os\nparent = os.getppid()\nwhile os.getppid() == parent:\n    sum(i * i for i in range(200_000))\n"
+_COMPUTE = """
+import os, sys
+while os.getppid() == int(sys.argv[1]):
+    sum(i * i for i in range(200_000))
+"""
 _WRITE = """
 import os, sys
-parent, block = os.getppid(), os.urandom(1 << 20)
-with open(sys.argv[1], "wb") as file:
-    while os.getppid() == parent:
+block = os.urandom(1 << 20)
+with open(sys.argv[2], "wb") as file:
+    while os.getppid() == int(sys.argv[1]):
         file.seek(0)
         for _ in range(16):
             file.write(block)
@@ -27,12 +31,13 @@ with open(sys.argv[1], "wb") as file:
 @contextmanager
 def stress() -> Iterator[str]:
     """Runs the load; yields what it is, in words."""
-    num_cpus = len(os.sched_getaffinity(0))
+    num_cpus, parent = len(os.sched_getaffinity(0)), str(os.getpid())
     with tempfile.NamedTemporaryFile(prefix="mjnav-stress-") as file:
-        commands = [[sys.executable, "-c", _COMPUTE]] * num_cpus + [[sys.executable, "-c", _WRITE, file.name]]
+        programs = [(_COMPUTE, parent)] * num_cpus + [(_WRITE, parent, file.name)]
         processes: list[subprocess.Popen] = []
         try:
-            processes += [subprocess.Popen(command) for command in commands]
+            for program in programs:  # in sessions of their own: an interrupt at the terminal is not theirs to answer
+                processes.append(subprocess.Popen([sys.executable, "-c", *program], start_new_session=True))
             yield f"{num_cpus} computing processes and one that writes and syncs 16 MiB over and over"
         finally:
             for process in processes:

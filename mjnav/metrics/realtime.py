@@ -7,6 +7,9 @@ from math import inf
 import numpy as np
 from numpy.typing import NDArray
 
+from mjnav.messages import PHASES
+from mjnav.metrics.timing import quantiles
+
 PASS, DEGRADED, FAIL, INCONCLUSIVE = "PASS", "DEGRADED", "FAIL", "INCONCLUSIVE"
 LEAST_TICKS = 300  # without a miss in n ticks the share of misses is below 3 / n, 1 % here, at 95 % (the rule of three)
 DEGRADED_SHARE = 0.01  # of ticks that may miss their deadline in a run that is not a failure
@@ -20,76 +23,95 @@ RULES = (
     (INCONCLUSIVE, f"other virtual machines took more than {100 * STOLEN_SHARE:g} % of the processors' time"),
     (
         DEGRADED,
-        f"at most {100 * DEGRADED_SHARE:g} % of deadlines missed, every overrun made up for without skipping a period",
+        f"at most {100 * DEGRADED_SHARE:g} % of deadlines missed, every overrun made up for without skipping a period, "
+        f"at least {100 * RATE_SHARE:g} % of the rate achieved",
     ),
     (FAIL, "all else"),
 )
 
+CAUSES = ("wake-up", *PHASES, "rest")  # of an overrun; the rest is what lies between phases, as writing the timing down
+
 
 @dataclass(frozen=True, slots=True)
 class Overrun:
-    """The tick that was at work longest behind the next one's deadline, and the phase that took unusually long."""
+    """The furthest that work went beyond a deadline, and which phase of which tick is to blame."""
 
     tick: int
-    phase: str
-    milliseconds: float  # behind the deadline
+    phase: str  # of CAUSES
+    milliseconds: float
 
 
 @dataclass(frozen=True, slots=True)
 class Schedule:
-    """What a paced run did to its schedule of n ticks."""
+    """What a paced run did to its schedule of n ticks. All arrays in ns."""
 
-    ticks: int
     period: float  # [s]
     wall: float  # [s] from the first tick's start to the end
-    lateness: NDArray[np.int64]  # (n,) [ns] of each tick's start behind its deadline
-    missed: NDArray[np.bool_]  # (n,) whether the tick before it was at work at its deadline
-    skipped: int  # periods
-    log_dropped: int
-    stolen: float  # share of the processors' time that other virtual machines took
+    lateness: NDArray[np.int64]  # (n,) of each tick's start behind its deadline, once periods were skipped
+    overrun: NDArray[np.int64]  # (n,) of each tick's work beyond the next one's deadline, skipped periods too; or 0
+    phases: NDArray[np.int64]  # (n, len(PHASES)) of work
+    busy: NDArray[np.int64]  # (n,) from each tick's start to the end of its work
+    skipped: int = 0  # periods
+    log_dropped: int = 0
+    stolen: float = 0.0  # share of the processors' time that other virtual machines took
     interrupted: bool = False
+
+    @property
+    def ticks(self) -> int:
+        """n"""
+        return len(self.lateness)
+
+    @property
+    def misses(self) -> int:
+        """Ticks that were still at work at the next one's deadline."""
+        return int(np.count_nonzero(self.overrun))
 
     @property
     def achieved_hz(self) -> float:
         """Ticks a second of wall time."""
         return self.ticks / self.wall if self.wall > 0.0 else 0.0
 
+    @property
+    def waited(self) -> NDArray[np.bool_]:
+        """(n,) which ticks had nothing but the clock to wait for: all but the first and those after a miss."""
+        return np.concatenate([[False], self.overrun[:-1] == 0])[: self.ticks]
+
 
 def verdict(schedule: Schedule) -> str:
     """PASS, DEGRADED, FAIL or INCONCLUSIVE, by RULES."""
     s = schedule
-    misses = int(s.missed.sum())
     enough = s.ticks >= LEAST_TICKS and not s.interrupted
     holds = (
         not enough,
-        misses == 0 and s.log_dropped == 0 and s.achieved_hz >= RATE_SHARE / s.period,
+        s.misses == 0 and s.log_dropped == 0 and s.achieved_hz >= RATE_SHARE / s.period,
         s.stolen > STOLEN_SHARE,
-        misses <= DEGRADED_SHARE * s.ticks and s.skipped == 0 and s.achieved_hz >= RATE_SHARE / s.period,
+        s.misses <= DEGRADED_SHARE * s.ticks and s.skipped == 0 and s.achieved_hz >= RATE_SHARE / s.period,
         True,
     )
     return next(name for (name, _), hold in zip(RULES, holds, strict=True) if hold)
 
 
 def wakeup_us(schedule: Schedule) -> dict[str, float | None]:
-    """How late ticks began that had nothing to wait for but the clock [us]; without the first."""
-    waited = schedule.lateness[1:][~schedule.missed[1:]] * 1e-3
-    if not waited.size:
-        return dict.fromkeys(("p50", "p99", "p999", "max"))
-    p50, p99, p999 = np.quantile(waited, [0.5, 0.99, 0.999]).tolist()
-    return {"p50": p50, "p99": p99, "p999": p999, "max": float(waited.max())}
+    """How late ticks began that had nothing but the clock to wait for [us]."""
+    return quantiles(schedule.lateness[schedule.waited] * 1e-3, p999=0.999)
 
 
-def longest_overrun(schedule: Schedule, phases: NDArray[np.int64], names: Sequence[str]) -> Overrun | None:
-    """None where no deadline was missed. `phases` (n, len(names)) is each tick's time by phase [ns].
+def longest_overrun(schedule: Schedule) -> Overrun | None:
+    """None where no deadline was missed.
 
-    The phase is the one furthest above its own median.
+    A tick that began late because those before it were slow is not to blame: of all that happened since work was last
+    done in time, it is the phase that took longest beyond its own median.
     """
-    misses = np.flatnonzero(schedule.missed)
-    if not misses.size:
+    s = schedule
+    if not s.misses:
         return None
-    culprit = max(0, int(misses[np.argmax(schedule.lateness[misses])]) - 1)
-    excess = phases[culprit] - np.median(phases, axis=0)
-    return Overrun(culprit, names[int(np.argmax(excess))], float(schedule.lateness[misses].max()) * 1e-6)
+    worst = int(np.argmax(s.overrun))
+    in_time = np.flatnonzero(s.overrun[:worst] == 0)
+    first = int(in_time[-1]) + 1 if in_time.size else 0
+    took = np.column_stack([np.where(s.waited, s.lateness, 0), s.phases, s.busy - s.phases.sum(axis=1)])
+    excess = (took - np.median(took, axis=0))[first : worst + 1]
+    tick, cause = np.unravel_index(np.argmax(excess), excess.shape)
+    return Overrun(first + int(tick), CAUSES[int(cause)], float(s.overrun[worst]) * 1e-6)
 
 
 def histogram(values: NDArray[np.floating], edges: Sequence[float]) -> list[tuple[float, float, int]]:

@@ -15,11 +15,13 @@ def compute_ms(timing: NDArray[np.int64]) -> dict[str, dict[str, float | None]]:
     """
     phases = timing[:, 1 : 1 + len(PHASES)] * 1e-6
     columns = {name: phases[:, PHASES.index(name)] for name in REPORTED}
-    return {name: _quantiles(values) for name, values in {**columns, "tick": phases.sum(-1)}.items()}
+    return {name: quantiles(values) for name, values in {**columns, "tick": phases.sum(-1)}.items()}
 
 
-def _quantiles(values: NDArray[np.float64]) -> dict[str, float | None]:
+def quantiles(values: NDArray[np.floating] | NDArray[np.integer], **more: float) -> dict[str, float | None]:
+    """p50, p99, `more` by name, and max of values (n,). None where there is none."""
+    levels = {"p50": 0.5, "p99": 0.99, **more}
     if not values.size:
-        return {"p50": None, "p99": None, "max": None}
-    p50, p99 = np.quantile(values, [0.5, 0.99]).tolist()
-    return {"p50": p50, "p99": p99, "max": float(values.max())}
+        return dict.fromkeys((*levels, "max"))
+    found = np.quantile(values, list(levels.values())).tolist()
+    return {**dict(zip(levels, found, strict=True)), "max": float(values.max())}

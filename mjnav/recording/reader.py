@@ -108,8 +108,8 @@ class Log:
     def trajectory(self) -> Trajectory:
         """The run as arrays: the same as the loop's own, to the last bit.
 
-        Where the writer was killed, the last tick of which everything is there gives the truth's last row. Raises
-        InputError where there is no whole tick.
+        Where the writer was killed or dropped a tick, the last tick before which everything is there gives the truth's
+        last row. Raises InputError where there is no whole tick.
         """
         by_topic: dict[str, dict[int, Any]] = {topic: {} for topic in _TRUTH + _TICK}
         timings = []

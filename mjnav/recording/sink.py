@@ -14,7 +14,7 @@ from typing import NamedTuple, Protocol
 from mcap.writer import Writer
 
 FLUSH_INTERVAL = 0.25  # [s] of wall time between which everything reaches the file
-_QUEUE_SIZE = 64  # batches, two a tick
+QUEUE_SIZE = 64  # batches, two a tick
 _POLL = 0.001  # [s]
 
 
@@ -34,11 +34,11 @@ class Sink(Protocol):
     when bytes reach the disk and nothing else: a killed process loses what came after the last flush.
     """
 
+    dropped: int  # batches
+
     def attach(self, writer: Writer) -> None:
         """Writes with this writer what is put from now on."""
         ...
-
-    dropped: int
 
     def put(self, batch: Iterable[Message], *, may_drop: bool = False) -> None:
         """Takes messages. Raises what went wrong in writing, here or before.
@@ -106,10 +106,10 @@ class ThreadSink:
         """See `Sink`; drops or waits where the disk cannot keep up."""
         if self._error is not None:
             raise self._error
-        if may_drop and self._queue.qsize() >= _QUEUE_SIZE:
+        if may_drop and self._queue.qsize() >= QUEUE_SIZE:
             self.dropped += 1
             return
-        while self._queue.qsize() >= _QUEUE_SIZE:  # a bounded queue's lock would hold up every call, not only these
+        while self._queue.qsize() >= QUEUE_SIZE:  # a bounded queue's lock would hold up every call, not only these
             time.sleep(_POLL)
         self._queue.put(batch)
 

@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 from mjnav import scenarios
+from mjnav.cli.run import describe
 from mjnav.loop.tick import Navigator
 from mjnav.recording import open_log
 
@@ -69,6 +70,36 @@ def test_a_paced_run_says_what_it_got(mjnav):
     assert re.search(r"\d of 3 deadlines missed; scheduler SCHED_\w+.*, memory .*locked.*, affinity ", line)
 
 
+TOO_FAST = ("--set", "control.rate=1000", "--set", "physics.timestep=0.001", "--set", "control.samples=150")
+
+
+def test_on_request_the_first_missed_deadline_ends_the_run_and_the_log_says_which(mjnav, tmp_path):
+    words = ("--real-time", "--overruns", "abort", "--log", "a.mcap", "--json", "--set", "time_limit=5")
+    said = mjnav("run", "crossing1", *words, *TOO_FAST)
+    printed = json.loads(said.out)
+    assert said.code == 0
+    assert (printed["outcome"], printed["deadline_misses"]) == ("aborted", 1)
+    assert 1 <= printed["ticks"] < 5000
+    log = open_log(tmp_path / "a.mcap")
+    (event,) = (message.value for message in log.messages("/events") if message.value.name == "overrun")
+    last = printed["ticks"] - 1
+    assert re.fullmatch(rf"tick {last} was still at work \d+\.\d ms after the deadline of the next, .*", event.message)
+    assert (log.complete, log.result["outcome"]) == (True, "aborted")
+
+
+def test_otherwise_a_run_that_cannot_keep_up_goes_on(mjnav):
+    words = ("--real-time", "--overruns", "skip", "--no-log", "--json", "--set", "time_limit=0.05")
+    printed = json.loads(mjnav("run", "crossing1", *words, *TOO_FAST).out)
+    assert (printed["outcome"], printed["ticks"]) == ("timeout", 50)
+    assert printed["deadline_misses"] > 1
+
+
+def test_a_log_that_lacks_something_is_no_secret(mjnav):
+    summary = json.loads(mjnav("run", "crossing1", "--log", "a.mcap", "--json", *SHORT).out)
+    assert describe(summary).splitlines()[-1].split() == ["log", "a.mcap"]
+    assert describe(summary, log_dropped=3).endswith("(3 parts of ticks are missing: the disk could not keep up)")
+
+
 def test_a_path_and_several_overrides_are_taken(mjnav, tmp_path):
     path = tmp_path / "mine.toml"
     path.write_text(scenarios.dumps(scenarios.load("crossing1")))
@@ -97,6 +128,9 @@ def test_a_path_and_several_overrides_are_taken(mjnav, tmp_path):
         (["hall", "--set", "noise.profile=pearsn"], ["--set: noise.profile", "did you mean 'pearson'?"]),
         (["hall", "--set", "control.rate=30"], ["control.rate: found 30", "physics.timestep"]),
         (["hall", "--set", "physics.engine=mujcoo"], ["physics.engine", "did you mean 'mujoco'?"]),
+        (["hall", "--overruns", "abort"], ["--overruns: found 'abort'; allowed: nothing without --real-time"]),
+        (["hall", "--overruns", "skip"], ["--overruns: found 'skip'; allowed: nothing without --real-time"]),
+        (["hall", "--real-time", "--overruns", "abrot"], ["--overruns: found 'abrot'", "did you mean 'abort'?"]),
         (["hall", "--log", ""], ["a folder; a log needs the name of a file"]),
         (["hall", "--log", "."], ["a folder; a log needs the name of a file"]),
         (["hall", "--log", "/dev/null"], ["/dev/null: exists already"]),

@@ -1,6 +1,7 @@
 """Rooms for the loop: small, and with as much noise as a test asks for."""
 
 from collections.abc import Callable
+from dataclasses import dataclass
 
 import pytest
 
@@ -39,6 +40,48 @@ engine = "kinematic"
 """
 
 Make = Callable[..., Scenario]
+LOOK = 1000  # [ns] that a look at the clock takes; a clock that stood still would be spun on for ever
+
+
+@dataclass
+class FakeClock:
+    """Moves by what a look costs, by what is slept (and `oversleep`), and by what a test adds [ns]."""
+
+    now: int = 5_000_000_000
+    oversleep: int = 0
+
+    def __call__(self) -> int:
+        self.now += LOOK
+        return self.now
+
+    def sleep(self, seconds: float) -> None:
+        self.now += round(seconds * 1e9) + self.oversleep
+
+
+class SlowClock:
+    """Every look takes 30 ms, so that ticks come late, are caught up with and are skipped."""
+
+    def __init__(self):
+        self.now = 0
+
+    def __call__(self) -> int:
+        self.now += 30_000_000
+        return self.now
+
+    def sleep(self, seconds: float) -> None:
+        self.now += round(seconds * 1e9)
+
+
+@pytest.fixture
+def slow_clock() -> SlowClock:
+    """A clock by which every tick takes too long."""
+    return SlowClock()
+
+
+@pytest.fixture
+def clock() -> FakeClock:
+    """A clock that only moves when it is told to."""
+    return FakeClock()
 
 
 @pytest.fixture

@@ -26,34 +26,19 @@ def state_hash(scenario, **options) -> str:
     return Episode(scenario, **options).run().summary["state_hash"]
 
 
-class FakeClock:
-    """Every look takes 30 ms, so ticks of 100 ms come late, are caught up with and are skipped."""
-
-    def __init__(self):
-        self.time = 0
-
-    def __call__(self) -> int:
-        self.time += 30_000_000
-        return self.time
-
-    def sleep(self, seconds: float) -> None:
-        self.time += round(seconds * 1e9)
-
-
 # ------------------------------------------------------------------------------------- the same state
 
 
 @pytest.mark.parametrize("engine", ENGINES)
 @pytest.mark.parametrize(("rate", "delay"), [(10.0, 1), (10.0, 0), (10.0, 3), (5.0, 1), (50.0, 1), (4.0, 0)])
-def test_a_seed_ends_in_the_same_state_logged_or_not_late_or_not(room, tmp_path, engine, rate, delay):
+def test_a_seed_ends_in_the_same_state_logged_or_not_late_or_not(room, slow_clock, tmp_path, engine, rate, delay):
     scenario = room(f"physics.engine={engine}", f"control.rate={rate}", f"control.delay={delay}")
-    clock = FakeClock()
     hashes = {
         "first": state_hash(scenario),
         "again": state_hash(scenario),
         "logged": state_hash(scenario, log=tmp_path / "a.mcap"),
         "looked at": state_hash(scenario, cones=True),
-        "late": state_hash(scenario, pacer=RealTimePacer(1.0 / rate, clock=clock, sleep=clock.sleep)),
+        "late": state_hash(scenario, pacer=RealTimePacer(1.0 / rate, clock=slow_clock, sleep=slow_clock.sleep)),
     }
     assert len(set(hashes.values())) == 1, hashes
 

@@ -1,49 +1,29 @@
 """The schedule of ticks against a clock that only moves when it is told to."""
 
-from dataclasses import dataclass
-
 import pytest
 
-from mjnav.loop.pacer import SPIN, FreePacer, RealTimePacer, Stopwatch
+from mjnav.errors import InvalidValue
+from mjnav.loop.pacer import SPIN, FreePacer, RealTimePacer, Start, Stopwatch
 
 MS = 1_000_000  # [ns]
 PERIOD = 100 * MS
-
-
-LOOK = 1000  # [ns] that a look at the clock takes; a clock that stood still would be spun on for ever
-
-
-@dataclass
-class FakeClock:
-    """Moves by what a look costs, by what is slept (and `oversleep`), and by what a test adds."""
-
-    now: int = 5_000 * MS
-    oversleep: int = 0
-
-    def __call__(self) -> int:
-        self.now += LOOK
-        return self.now
-
-    def sleep(self, seconds: float) -> None:
-        self.now += round(seconds * 1e9) + self.oversleep
+LOOK = 1000  # [ns] that a look at the fake clock takes
 
 
 def about(time: int):
-    return pytest.approx(time, abs=20 * LOOK)
+    return pytest.approx(time, abs=60 * LOOK)
 
 
-def paced(clock: FakeClock, **options) -> RealTimePacer:
+def paced(clock, **options) -> RealTimePacer:
     return RealTimePacer(0.1, clock=clock, sleep=clock.sleep, **options)
 
 
-def test_the_first_tick_begins_at_once_and_starts_the_schedule():
-    clock = FakeClock()
+def test_the_first_tick_begins_at_once_and_starts_the_schedule(clock):
     start = paced(clock).wait()
     assert (start.lateness, start.missed, clock.now) == (about(0), False, about(5_000 * MS))
 
 
-def test_ticks_that_are_done_in_time_begin_at_whole_periods():
-    clock = FakeClock()
+def test_ticks_that_are_done_in_time_begin_at_whole_periods(clock):
     pacer = paced(clock)
     pacer.wait()
     began = clock.now
@@ -52,11 +32,11 @@ def test_ticks_that_are_done_in_time_begin_at_whole_periods():
         start = pacer.wait()
         assert (start.lateness, start.missed) == (about(0), False)
         assert clock.now == about(began + tick * PERIOD)
-    assert pacer.skipped == 0
+        assert start.skipped == 0
 
 
-def test_the_last_stretch_before_a_deadline_is_spun_and_not_slept():
-    clock = FakeClock(oversleep=SPIN // 2)
+def test_the_last_stretch_before_a_deadline_is_spun_and_not_slept(clock):
+    clock.oversleep = SPIN // 2
     pacer = paced(clock)
     pacer.wait()
     assert pacer.wait().lateness == about(0)
@@ -65,8 +45,7 @@ def test_the_last_stretch_before_a_deadline_is_spun_and_not_slept():
     assert (start.lateness, start.missed) == (about(700_000), False)
 
 
-def test_a_tick_whose_work_passes_the_deadline_is_missed_and_late_by_the_rest():
-    clock = FakeClock()
+def test_a_tick_whose_work_passes_the_deadline_is_missed_and_late_by_the_rest(clock):
     pacer = paced(clock)
     pacer.wait()
     clock.now += 130 * MS
@@ -74,8 +53,7 @@ def test_a_tick_whose_work_passes_the_deadline_is_missed_and_late_by_the_rest():
     assert (start.lateness, start.missed) == (about(30 * MS), True)
 
 
-def test_lateness_within_the_bound_is_caught_up_with():
-    clock = FakeClock()
+def test_lateness_within_the_bound_is_caught_up_with(clock):
     pacer = paced(clock, max_catch_up=3)
     pacer.wait()
     began = clock.now
@@ -84,41 +62,94 @@ def test_lateness_within_the_bound_is_caught_up_with():
     assert [start.lateness for start in late] == [about(t * MS) for t in (330, 230, 130, 30, 0)]
     assert [start.missed for start in late] == [True, True, True, True, False]
     assert clock.now == about(began + 5 * PERIOD)
-    assert pacer.skipped == 0
+    assert not any(start.skipped for start in late)
 
 
-def test_beyond_the_bound_whole_periods_are_skipped_and_the_phase_is_kept():
-    clock = FakeClock()
+def test_beyond_the_bound_whole_periods_are_skipped_and_the_phase_is_kept(clock):
     pacer = paced(clock, max_catch_up=3)
     pacer.wait()
     began = clock.now
     clock.now += 570 * MS  # 470 late: four whole periods behind
     start = pacer.wait()
-    assert (start.lateness, start.missed, pacer.skipped) == (about(70 * MS), True, 4)
+    assert (start.lateness, start.missed, start.skipped) == (about(70 * MS), True, 4)
     start = pacer.wait()
     assert (start.lateness, start.missed) == (about(0), False)
     assert clock.now == about(began + 6 * PERIOD)
 
 
-def test_a_bound_of_zero_never_makes_up_for_anything():
-    clock = FakeClock()
+def test_a_bound_of_zero_never_makes_up_for_anything(clock):
     pacer = paced(clock, max_catch_up=0)
     pacer.wait()
     clock.now += 210 * MS
-    assert pacer.wait().lateness == about(10 * MS)
-    assert pacer.skipped == 1
+    start = pacer.wait()
+    assert (start.lateness, start.skipped) == (about(10 * MS), 1)
 
 
-def test_the_free_pacer_neither_waits_nor_is_ever_late():
-    clock = FakeClock()
+# What each tick of 100 ms works [ms] -> how the next one begins: late [ms], missed, periods skipped; up to 3 caught up.
+SCHEDULES = {
+    "on time": ([10, 99, 0, 50], [(0, False, 0)] * 4),
+    "late once": ([130, 20, 20], [(30, True, 0), (0, False, 0), (0, False, 0)]),
+    "a little late again and again": ([110, 95, 110, 80], [(10, True, 0), (5, True, 0), (15, True, 0), (0, False, 0)]),
+    "very late": (
+        [430, 10, 10, 10, 10],
+        [(330, True, 0), (240, True, 0), (150, True, 0), (60, True, 0), (0, False, 0)],
+    ),
+    "late beyond the bound": ([570, 10, 10], [(70, True, 4), (0, False, 0), (0, False, 0)]),
+    "stalled": ([12_345, 40], [(45, True, 122), (0, False, 0)]),
+    "stalled, then slow": ([12_345, 90, 90], [(45, True, 122), (35, True, 0), (25, True, 0)]),
+    "overloaded": (
+        [160] * 8,
+        [(60 * n, True, 0) for n in range(1, 7)] + [(20, True, 4), (80, True, 0)],
+    ),
+}
+
+
+@pytest.mark.parametrize("name", SCHEDULES)
+def test_schedules(clock, name):
+    works, expected = SCHEDULES[name]
+    pacer = paced(clock, max_catch_up=3)
+    pacer.wait()
+    began, phase = clock.now, 0
+    for work, (late, missed, skipped) in zip(works, expected, strict=True):
+        clock.now += work * MS
+        start = pacer.wait()
+        assert start == Start(about(late * MS), missed, skipped)
+        phase += 1 + skipped
+        assert clock.now == about(began + phase * PERIOD + late * MS)  # the schedule keeps its phase
+
+
+def test_the_first_missed_deadline_asks_for_the_end_on_request(clock):
+    pacer = paced(clock, policy="abort")
+    pacer.wait()
+    for work in (10, 99, 0):
+        clock.now += work * MS
+        assert pacer.wait() == Start(about(0), False)
+    clock.now += 570 * MS
+    before = clock.now
+    assert pacer.wait() == Start(about(470 * MS), True, skipped=0, abort=True)
+    assert clock.now == about(before)
+
+
+def test_a_late_wake_up_is_no_missed_deadline_and_ends_nothing(clock):
+    pacer = paced(clock, policy="abort")
+    pacer.wait()
+    clock.oversleep = SPIN + 20 * MS
+    assert pacer.wait() == Start(about(20 * MS), False)
+
+
+def test_a_policy_that_does_not_exist_is_refused():
+    with pytest.raises(InvalidValue, match=r"overruns: found 'abrot'; allowed: abort, skip; did you mean 'abort'\?"):
+        RealTimePacer(0.1, policy="abrot")
+
+
+def test_the_free_pacer_neither_waits_nor_is_ever_late(clock):
     pacer = FreePacer(clock)
     clock.now += 990 * MS
     start = pacer.wait()
     assert (start.lateness, start.missed, clock.now) == (0, False, 5_990 * MS)
 
 
-def test_a_stopwatch_gives_each_phase_its_own_time_and_starts_afresh():
-    clock = FakeClock()
+def test_a_stopwatch_gives_each_phase_its_own_time_and_starts_afresh(clock):
     watch = Stopwatch(clock)
     taken = []
     for works in ((3, 5, 7), (11,)):

@@ -3,10 +3,12 @@
 import ctypes
 import gc
 import os
+import sys
+import threading
 
 import pytest
 
-from mjnav.loop.realtime import real_time
+from mjnav.loop.realtime import HELPER_PRIORITY, SWITCH_INTERVAL, real_time
 
 
 def asked_for() -> tuple:
@@ -36,18 +38,89 @@ def test_what_was_changed_is_restored_also_after_an_exception():
     assert asked_for() == before
 
 
-@pytest.mark.skipif(not may_use_fifo(), reason="this process may not use SCHED_FIFO")
+def test_the_interpreter_is_given_back_sooner_and_as_before_afterwards():
+    before = sys.getswitchinterval()
+    sys.setswitchinterval(0.007)
+    try:
+        with real_time():
+            assert sys.getswitchinterval() == pytest.approx(SWITCH_INTERVAL)
+        assert sys.getswitchinterval() == pytest.approx(0.007)
+        with pytest.raises(ZeroDivisionError), real_time():
+            _ = 1 / 0
+        assert sys.getswitchinterval() == pytest.approx(0.007)
+    finally:
+        sys.setswitchinterval(before)
+
+
+@pytest.fixture
+def helper():
+    """Starts threads that wait for the test's end; gives their ids."""
+    over, threads = threading.Event(), []
+
+    def start() -> int:
+        threads.append(threading.Thread(target=over.wait))
+        threads[-1].start()
+        return threads[-1].native_id
+
+    yield start
+    over.set()
+    for thread in threads:
+        thread.join()
+
+
+def scheduling(thread: int) -> tuple[int, int]:
+    return os.sched_getscheduler(thread), os.sched_getparam(thread).sched_priority
+
+
+needs_fifo = pytest.mark.skipif(not may_use_fifo(), reason="this process may not use SCHED_FIFO")
+
+
+@needs_fifo
+def test_other_threads_run_under_fifo_below_the_loops_and_as_before_afterwards(helper):
+    ordinary, urgent = helper(), helper()
+    os.sched_setscheduler(urgent, os.SCHED_FIFO, os.sched_param(30))
+    with real_time() as got:
+        assert scheduling(0) == (os.SCHED_FIFO, 50)
+        assert scheduling(ordinary) == scheduling(urgent) == (os.SCHED_FIFO, HELPER_PRIORITY)
+        assert got["scheduler"] == "SCHED_FIFO 50"
+        later = helper()
+    assert scheduling(ordinary) == (os.SCHED_OTHER, 0)
+    assert scheduling(urgent) == (os.SCHED_FIFO, 30)
+    assert scheduling(later) == (os.SCHED_OTHER, 0)  # inherited what the loop had
+
+
+@needs_fifo
+def test_other_threads_keep_all_processors(helper):
+    thread = helper()
+    before = os.sched_getaffinity(thread)
+    with real_time():
+        assert os.sched_getaffinity(thread) == before
+
+
+@needs_fifo
 def test_with_the_privilege_the_loop_runs_under_fifo():
     with real_time() as got:
         assert got["scheduler"] == "SCHED_FIFO 50"
         assert os.sched_getscheduler(0) == os.SCHED_FIFO
 
 
+@needs_fifo
 @pytest.mark.skipif(len(os.sched_getaffinity(0)) < 2, reason="one CPU only")
 def test_the_loop_stays_on_one_cpu():
     with real_time() as got:
         (cpu,) = os.sched_getaffinity(0)
         assert got["affinity"] == f"CPU {cpu}"
+
+
+@needs_fifo
+@pytest.mark.skipif(len(os.sched_getaffinity(0)) < 2, reason="one CPU only")
+def test_or_it_says_why_it_does_not(monkeypatch):
+    def refuse(*_):
+        raise PermissionError(1, "Operation not permitted")
+
+    monkeypatch.setattr(os, "sched_setaffinity", refuse)
+    with real_time() as got:
+        assert got["affinity"] == "any (Operation not permitted)"
 
 
 def test_without_any_privilege_it_goes_on_and_says_why(monkeypatch):
@@ -70,5 +143,5 @@ def test_without_any_privilege_it_goes_on_and_says_why(monkeypatch):
         assert got == {
             "scheduler": "SCHED_OTHER (SCHED_FIFO: Operation not permitted)",
             "memory": "not locked (Cannot allocate memory)",
-            "affinity": "any (Operation not permitted)",
+            "affinity": "any CPU",
         }

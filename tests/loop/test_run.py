@@ -75,6 +75,14 @@ def test_what_cannot_be_used_is_refused_before_anything_starts(tmp_path):
         mjnav.run("crossing1", seed=-1)
 
 
+def test_what_a_missed_deadline_does_is_asked_of_runs_in_real_time_only():
+    scenario = load_scenario("crossing1", SHORT)
+    with pytest.raises(InvalidValue, match="overruns: found 'abort'; allowed: skip, unless the run is in real time"):
+        mjnav.run(scenario, overruns="abort")
+    with pytest.raises(InvalidValue, match="overruns: found 'abrot'; allowed: abort, skip"):
+        mjnav.run(scenario, real_time=True, overruns="abrot")
+
+
 def test_errors_in_a_methods_parameters_name_where_they_came_from(tmp_path):
     with pytest.raises(InvalidValue, match=r"^--set: control\.degre: .*did you mean 'degree'"):
         load_scenario("crossing1", ("control.degre=2",))

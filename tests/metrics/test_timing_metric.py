@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from mjnav.messages import PHASES
-from mjnav.metrics.timing import compute_ms
+from mjnav.metrics.timing import compute_ms, quantiles
 
 
 def test_quantiles_are_by_phase_in_milliseconds_and_the_tick_is_their_sum():
@@ -20,3 +20,8 @@ def test_quantiles_are_by_phase_in_milliseconds_and_the_tick_is_their_sum():
 
 def test_no_tick_has_no_time():
     assert compute_ms(np.zeros((0, 7), np.int64))["tick"] == {"p50": None, "p99": None, "max": None}
+
+
+def test_more_quantiles_come_before_the_maximum():
+    assert quantiles(np.arange(1001), p999=0.999) == {"p50": 500.0, "p99": 990.0, "p999": 999.0, "max": 1000.0}
+    assert list(quantiles(np.zeros(0), p999=0.999).items()) == [(key, None) for key in ("p50", "p99", "p999", "max")]

@@ -1,8 +1,9 @@
+import threading
 import time
 
 import pytest
 
-from mjnav.recording.sink import FLUSH_INTERVAL, DirectSink, Message, ThreadSink
+from mjnav.recording.sink import FLUSH_INTERVAL, QUEUE_SIZE, DirectSink, Message, ThreadSink
 
 
 class CountingWriter:
@@ -16,6 +17,107 @@ class CountingWriter:
 
     def flush(self):
         self.flushes.append((time.monotonic(), len(self.added)))
+
+
+class BlockedWriter(CountingWriter):
+    """Writes nothing until it may go on."""
+
+    def __init__(self):
+        super().__init__()
+        self.entered, self.go_on = threading.Event(), threading.Event()
+
+    def add_message(self, *arguments):
+        self.entered.set()
+        self.go_on.wait()
+        super().add_message(*arguments)
+
+
+def batch(*sequences: int) -> list[Message]:
+    return [Message(1, 0, sequence, b"") for sequence in sequences]
+
+
+@pytest.fixture
+def full():
+    """A thread that is blocked in writing batch 0, and its queue full of the batches 1 .. QUEUE_SIZE."""
+    writer, sink = BlockedWriter(), ThreadSink()
+    sink.attach(writer)
+    sink.put(batch(0), may_drop=True)
+    writer.entered.wait()
+    for number in range(1, QUEUE_SIZE + 1):
+        sink.put(batch(number), may_drop=True)
+    assert sink.dropped == 0
+    yield sink, writer
+    writer.go_on.set()
+    sink.close()
+
+
+def test_a_full_queue_drops_and_counts_what_may_be_dropped_and_keeps_the_rest_in_order(full):
+    sink, writer = full
+    for _ in range(5):
+        sink.put(batch(-1, -2, -3), may_drop=True)
+    assert sink.dropped == 5  # batches, not messages
+    assert writer.added == []
+    writer.go_on.set()
+    sink.close()
+    assert writer.added == list(range(QUEUE_SIZE + 1))
+    assert sink.dropped == 5
+
+
+def test_what_is_dropped_is_never_encoded(full):
+    sink, _ = full
+    encoded = []
+    sink.put((encoded.append(1) or message for message in batch(-1)), may_drop=True)
+    assert (sink.dropped, encoded) == (1, [])
+
+
+def test_what_may_not_be_dropped_waits_for_its_place(full):
+    sink, writer = full
+    waiting = threading.Thread(target=sink.put, args=(batch(1000),))
+    waiting.start()
+    sink.put(batch(-1), may_drop=True)
+    writer.go_on.set()
+    waiting.join()
+    sink.close()
+    assert writer.added == [*range(QUEUE_SIZE + 1), 1000]
+    assert sink.dropped == 1
+
+
+def test_once_there_is_room_again_batches_are_taken_again(full):
+    sink, writer = full
+    sink.put(batch(-1), may_drop=True)
+    writer.go_on.set()
+    sink.put(batch(500))  # waits until the queue has room
+    while len(writer.added) < QUEUE_SIZE + 2:
+        time.sleep(0.001)
+    sink.put(batch(501), may_drop=True)
+    sink.close()
+    assert writer.added == [*range(QUEUE_SIZE + 1), 500, 501]
+    assert sink.dropped == 1
+
+
+def test_an_error_ends_the_wait_for_a_place():
+    class Full(BlockedWriter):
+        def add_message(self, *arguments):
+            super().add_message(*arguments)
+            raise OSError(28, "No space left on device")
+
+    writer, sink = Full(), ThreadSink()
+    sink.attach(writer)
+    for number in range(QUEUE_SIZE + 1):
+        sink.put(batch(number))
+    threading.Thread(target=writer.go_on.set).start()
+    sink.put(batch(-1))  # would wait for ever
+    with pytest.raises(OSError, match="No space"):
+        sink.close()
+
+
+def test_a_direct_sink_drops_nothing():
+    writer, sink = CountingWriter(), DirectSink()
+    sink.attach(writer)
+    for number in range(4 * QUEUE_SIZE):
+        sink.put(batch(number), may_drop=True)
+    assert writer.added == list(range(4 * QUEUE_SIZE))
+    assert sink.dropped == 0
 
 
 def test_what_was_handed_over_is_flushed_although_nothing_follows():

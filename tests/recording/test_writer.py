@@ -12,11 +12,12 @@ import mcap.records as records
 import pytest
 from mcap.reader import NonSeekingReader, make_reader
 from mcap.stream_reader import StreamReader
-from mcap.writer import MCAP0_MAGIC
+from mcap.writer import MCAP0_MAGIC, Writer
 from mcap_protobuf.decoder import DecoderFactory
 
 from mjnav.errors import InputError, MjnavError
 from mjnav.recording import Recorder, check_path, open_log
+from mjnav.recording.sink import QUEUE_SIZE
 from mjnav.scenarios import loads
 
 TOPICS = {
@@ -221,6 +222,66 @@ def test_a_full_disk_is_an_error_of_one_line(tmp_path, scenario, made_up):
     record = made_up.record(0)
     with pytest.raises(MjnavError, match="No space left"):
         run_on()
+
+
+# -------------------------------------------------------------------------------------- dropped ticks
+
+
+@pytest.fixture
+def disk(monkeypatch):
+    """A disk that takes nothing until `go_on` is set."""
+
+    class Disk:
+        entered, go_on = threading.Event(), threading.Event()
+
+    add_message = Writer.add_message
+
+    def blocking(self, *arguments):
+        Disk.entered.set()
+        Disk.go_on.wait()
+        add_message(self, *arguments)
+
+    monkeypatch.setattr(Writer, "add_message", blocking)
+    yield Disk
+    Disk.go_on.set()
+
+
+def sequences(log, topic: str) -> list[int]:
+    return [message.sequence for message in log.messages(topic)]
+
+
+def test_a_log_that_cannot_keep_up_counts_what_it_drops_and_readers_see_the_gap(tmp_path, scenario, made_up, disk):
+    path, first = tmp_path / "a.mcap", made_up.record(0)
+    whole = QUEUE_SIZE // 2  # ticks that fill the queue: of each its messages and its timing
+    with Recorder(path, scenario, {}, "<mujoco/>", threaded=True) as recorder:
+        recorder.write(first)
+        disk.entered.wait()  # the thread has taken the first batch out of the queue
+        recorder.write_timing(made_up.timing(0))
+        for tick in range(1, whole + 4):
+            recorder.write(made_up.at(first, tick))
+            recorder.write_timing(made_up.timing(tick))
+        assert recorder.dropped == 7  # the timing of one tick, and both parts of three
+        disk.go_on.set()
+        recorder.finish(made_up.truth(whole + 4), {"outcome": "goal"})
+        assert recorder.dropped == 7
+    log = open_log(path)
+    assert (log.complete, log.result["outcome"]) == (True, "goal")
+    assert sequences(log, "/command") == [*range(whole + 1)]
+    assert sequences(log, "/tick") == [*range(whole)]
+    assert sequences(log, "/robot/truth") == [*range(whole + 1), whole + 4]  # the end is never dropped
+    trajectory = log.trajectory()  # reaches to the gap
+    assert (len(trajectory.command), len(trajectory.time), len(trajectory.timing)) == (whole, whole + 1, whole)
+
+
+def test_a_log_on_the_callers_thread_drops_nothing(tmp_path, scenario, made_up):
+    record = made_up.record(0)
+    with Recorder(tmp_path / "a.mcap", scenario, {}, "<mujoco/>") as recorder:
+        for tick in range(QUEUE_SIZE):
+            recorder.write(made_up.at(record, tick))
+            recorder.write_timing(made_up.timing(tick))
+        recorder.finish(made_up.truth(QUEUE_SIZE), {})
+        assert recorder.dropped == 0
+    assert sequences(open_log(tmp_path / "a.mcap"), "/tick") == [*range(QUEUE_SIZE)]
 
 
 @pytest.mark.parametrize("sink", ["direct", "thread"])
