@@ -23,7 +23,7 @@ from math import inf
 import numpy as np
 import pytest
 
-from mjnav.constraints.compiled import kernel
+from mjnav.geometry.compiled import kernel
 from mjnav.control import make_controller
 
 SIZE, REPEATS = 512, 200  # float64: an array fills an eighth of the first cache
