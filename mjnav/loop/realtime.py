@@ -12,7 +12,7 @@ MCL_CURRENT, MCL_FUTURE = 1, 2  # from <sys/mman.h>
 FIFO_PRIORITY = 50
 # Of the other threads, the log's among them: below the loop's, above whatever else runs. While one of them holds the
 # interpreter's lock the loop waits for it, so it must not lose its processor to a busy process (35 ms were seen).
-HELPER_PRIORITY = 10
+OTHER_THREADS_PRIORITY = 10
 SWITCH_INTERVAL = 2e-4  # [s]; Python's own is 5 ms, which the loop would wait where the log's thread computes
 
 
@@ -54,7 +54,7 @@ def _take_fifo(helpers: Iterable[int]) -> str:
         return f"SCHED_OTHER (SCHED_FIFO: {error.strerror})"
     for thread in helpers:
         with suppress(OSError):  # it may just have ended
-            os.sched_setscheduler(thread, os.SCHED_FIFO, os.sched_param(HELPER_PRIORITY))
+            os.sched_setscheduler(thread, os.SCHED_FIFO, os.sched_param(OTHER_THREADS_PRIORITY))
     return f"SCHED_FIFO {FIFO_PRIORITY}"
 
 

@@ -8,7 +8,7 @@ import threading
 
 import pytest
 
-from mjnav.loop.realtime import HELPER_PRIORITY, SWITCH_INTERVAL, real_time
+from mjnav.loop.realtime import OTHER_THREADS_PRIORITY, SWITCH_INTERVAL, real_time
 
 
 def asked_for() -> tuple:
@@ -81,7 +81,7 @@ def test_other_threads_run_under_fifo_below_the_loops_and_as_before_afterwards(h
     os.sched_setscheduler(urgent, os.SCHED_FIFO, os.sched_param(30))
     with real_time() as got:
         assert scheduling(0) == (os.SCHED_FIFO, 50)
-        assert scheduling(ordinary) == scheduling(urgent) == (os.SCHED_FIFO, HELPER_PRIORITY)
+        assert scheduling(ordinary) == scheduling(urgent) == (os.SCHED_FIFO, OTHER_THREADS_PRIORITY)
         assert got["scheduler"] == "SCHED_FIFO 50"
         later = helper()
     assert scheduling(ordinary) == (os.SCHED_OTHER, 0)
