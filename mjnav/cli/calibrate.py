@@ -8,9 +8,9 @@ from contextlib import contextmanager
 from dataclasses import asdict, replace
 from itertools import count
 
-from mjnav.cli.output import output_path
+from mjnav.cli.output import output_path, written
 from mjnav.cli.waiting import compile_notice, progress
-from mjnav.errors import InputError, InvalidValue
+from mjnav.errors import InvalidValue
 from mjnav.loop.episode import WARM_UP_TICKS
 from mjnav.loop.prepare import load_scenario
 from mjnav.metrics.calibration import Bin, Calibration, Interval
@@ -80,10 +80,8 @@ def execute(arguments: argparse.Namespace) -> int:
     if picture is not None:
         from mjnav.report.calibration_figure import calibration_figure
 
-        try:
-            calibration_figure(found, heading).savefig(picture, format="png")
-        except OSError as error:
-            raise InputError(f"{picture}: {error.strerror or error}") from None
+        with written(picture) as file:
+            calibration_figure(found, heading).savefig(file, format="png")
     if arguments.json:
         about = {"scene": scenarios[0].name, "seeds": list(seeds), "every": plan.every, "draws": plan.draws}
         event = {

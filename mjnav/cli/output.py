@@ -1,7 +1,10 @@
 """Where a command's pictures and arrays go."""
 
 import os
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
+from typing import IO
 
 from mjnav.errors import InputError, InvalidValue
 
@@ -22,3 +25,14 @@ def output_path(option: str, given: str | os.PathLike[str], suffix: str) -> Path
     if not os.access(path if path.exists() else folder, os.W_OK):
         raise InputError(f"{path}: not writable")
     return path
+
+
+@contextmanager
+def written(path: Path) -> Iterator[IO[bytes]]:
+    """The open file, its folder made where there is none; what the disk refuses is an InputError of the path."""
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        with open(path, "wb") as file:
+            yield file
+    except OSError as error:
+        raise InputError(f"{path}: {error.strerror or error}") from None

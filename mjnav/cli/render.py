@@ -4,8 +4,8 @@ import argparse
 
 import numpy as np
 
-from mjnav.cli.output import output_path
-from mjnav.errors import InputError, InvalidValue
+from mjnav.cli.output import output_path, written
+from mjnav.errors import InvalidValue
 from mjnav.messages import Trajectory, WorldState
 
 SIZE = (1280, 560)  # [pixels]
@@ -32,10 +32,8 @@ def execute(arguments: argparse.Namespace) -> int:
     index = _index(trajectory, arguments.at)
     trail = trajectory.robot_pose[: index + 1, :2]
     picture = render(log.scenario(), _state(trajectory, index), size=SIZE, trail=trail)
-    try:
-        Image.fromarray(picture).save(output, optimize=True)
-    except OSError as error:
-        raise InputError(f"{output}: {error.strerror or error}") from None
+    with written(output) as file:
+        Image.fromarray(picture).save(file, format="png", optimize=True)
     print(f"{output}: {trajectory.time[index]:.1f} s")
     return 0
 

@@ -2,19 +2,17 @@
 
 import argparse
 import json
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
-from typing import IO, Any
+from typing import Any
 
 import numpy as np
 
 from mjnav.cli import scene_options
-from mjnav.cli.output import output_path
+from mjnav.cli.output import output_path, written
 from mjnav.cli.waiting import compile_notice, progress
 from mjnav.control.candidates import WINDOWS
 from mjnav.control.surface import CostSurface, cost_surface, require_candidates
-from mjnav.errors import InputError, InvalidValue
+from mjnav.errors import InvalidValue
 from mjnav.loop.episode import warm_up
 from mjnav.loop.moment import column_names, tick_at
 from mjnav.loop.prepare import build_controller, load_scenario
@@ -123,13 +121,13 @@ def _text(control: dict[str, float | None] | None) -> str:
 def _save_picture(path: Path, surface: CostSurface, title: str) -> None:
     from mjnav.report.surface_figure import surface_figure
 
-    with _written(path) as file:
+    with written(path) as file:
         surface_figure(surface, title).savefig(file, format="png")
 
 
 def _save_arrays(path: Path, surface: CostSurface, names: tuple[str, ...], about: dict[str, Any]) -> None:
     s = surface
-    with _written(path) as file:
+    with written(path) as file:
         np.savez_compressed(
             file,
             v=s.v,
@@ -147,14 +145,3 @@ def _save_arrays(path: Path, surface: CostSurface, names: tuple[str, ...], about
             reachable=s.reachable,
             **about,
         )
-
-
-@contextmanager
-def _written(path: Path) -> Iterator[IO[bytes]]:
-    """The open file; what the disk refuses is an error of the user's path."""
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        with open(path, "wb") as file:
-            yield file
-    except OSError as error:
-        raise InputError(f"{path}: {error.strerror or error}") from None
