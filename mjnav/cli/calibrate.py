@@ -8,23 +8,24 @@ from contextlib import contextmanager
 from dataclasses import asdict, replace
 from itertools import count
 
+from mjnav.cli import scene_options
 from mjnav.cli.output import output_path, written
 from mjnav.cli.waiting import compile_notice, progress
 from mjnav.errors import InvalidValue
 from mjnav.loop.episode import WARM_UP_TICKS
 from mjnav.loop.prepare import load_scenario
 from mjnav.metrics.calibration import Bin, Calibration, Interval
+from mjnav.scenarios.ranges import MAX_SEED
 from mjnav.scenarios.spec import Scenario
 from mjnav.study.calibration import SETTINGS, Plan, calibrate, forecasts
 from mjnav.study.collision_event import EVENT
 
 PLAN = Plan()
-MAX_SEED = 2**63 - 1  # of a run file
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
     """The command's options."""
-    parser.add_argument("scene", metavar="SCENE", help="a shipped scene's name, or the path of a run file")
+    scene_options.scene(parser)
     parser.add_argument(
         "--controller",
         nargs="+",
@@ -47,9 +48,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
         help="samples around the truth (direct); the filters' samples against the model of motion from the true state "
         "(filtered) or against rollouts (rollout)",
     )
-    parser.add_argument(
-        "--set", action="append", default=[], dest="overrides", metavar="KEY=VALUE", help="any key: people.0.radius=0.4"
-    )
+    scene_options.overrides(parser)
     parser.add_argument("--workers", type=int, default=1, metavar="N", help="processes; 1 by default")
     parser.add_argument("--json", action="store_true", help="one JSON object in place of text")
     parser.add_argument("-o", "--output", metavar="OUT.png", help="a picture of the reliability curves")

@@ -7,6 +7,7 @@ MAX_LENGTH = 1e4  # [m], and [rad] for headings: far beyond any room, far within
 MIN_SIZE = 1e-3  # [m]
 MIN_RATE, MAX_RATE = 0.1, 1000.0  # [Hz]
 MAX_TIME = 1e6  # [s], a week and a half
+MAX_SEED = 2**63 - 1
 
 
 def check_range(key: str, value: float, low: float, high: float, *, open_low: bool = False) -> None:

@@ -22,6 +22,7 @@ from mjnav.scenarios.people import StopAndGo as StopAndGo
 from mjnav.scenarios.people import Waypoints as Waypoints
 from mjnav.scenarios.ranges import (
     MAX_RATE,
+    MAX_SEED,
     MAX_TIME,
     MIN_RATE,
     Point,
@@ -238,7 +239,7 @@ class Scenario:
             raise InvalidValue("schema", self.schema, "1")
         if not 1 <= len(self.name) <= 100 or not self.name.isprintable() or "/" in self.name:
             raise InvalidValue("name", self.name, 'up to 100 printable characters without "/": logs are named after it')
-        check_range("seed", self.seed, 0, 2**63 - 1)
+        check_range("seed", self.seed, 0, MAX_SEED)
         check_range("time_limit", self.time_limit, 0.0, MAX_TIME, open_low=True)
         for key, rate in (("control.rate", self.control.rate), ("sensors.rate", self.sensors.rate)):
             steps = 1.0 / (rate * self.physics.timestep)
