@@ -16,7 +16,7 @@ TINY = 1e-300
 
 
 @scalar
-def _point_to_segment(px, py, ax, ay, dx, dy):
+def point_to_segment(px, py, ax, ay, dx, dy):
     """Squared distance of p from the segment a + s d, s in [0, 1]."""
     x = px - ax
     y = py - ay
@@ -34,8 +34,8 @@ def wall_segment(px, py, qx, qy, ax, ay, bx, by, radius_squared, horizon):
     wx = bx - ax
     wy = by - ay
     ends = min(
-        min(_point_to_segment(px, py, ax, ay, wx, wy), _point_to_segment(px + ux, py + uy, ax, ay, wx, wy)),
-        min(_point_to_segment(ax, ay, px, py, ux, uy), _point_to_segment(bx, by, px, py, ux, uy)),
+        min(point_to_segment(px, py, ax, ay, wx, wy), point_to_segment(px + ux, py + uy, ax, ay, wx, wy)),
+        min(point_to_segment(ax, ay, px, py, ux, uy), point_to_segment(bx, by, px, py, ux, uy)),
     )
     # They cross where each has its two ends on opposite sides of the other.
     a_side = ux * (ay - py) - uy * (ax - px)

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from mjnav.constraints.wall import wall_segment
+from mjnav.constraints.wall import point_to_segment
 from mjnav.control.cone_blocks import ConeBlocks
 from mjnav.control.parameters import Parameters
 from mjnav.geometry.compiled import kernel
@@ -93,10 +93,11 @@ def _wall_distance(pose, walls):
     """Least distance of any of the robot's samples (N, 3) from each wall (W, 2, 2): (W,)."""
     out = np.empty(len(walls))
     for w in range(len(walls)):
-        ax, ay, bx, by = walls[w, 0, 0], walls[w, 0, 1], walls[w, 1, 0], walls[w, 1, 1]
+        ax, ay = walls[w, 0, 0], walls[w, 0, 1]
+        dx, dy = walls[w, 1, 0] - ax, walls[w, 1, 1] - ay
         least = np.inf
         for i in range(len(pose)):
-            least = min(least, -wall_segment(pose[i, 0], pose[i, 1], 0.0, 0.0, ax, ay, bx, by, 0.0, 0.0))
+            least = min(least, point_to_segment(pose[i, 0], pose[i, 1], ax, ay, dx, dy))
         out[w] = np.sqrt(least)
     return out
 

@@ -1,8 +1,8 @@
 """From commands to the wheels' set-points: bounds, acceleration limits, then noise."""
 
 import numpy as np
-from numba import njit
 
+from mjnav.geometry.compiled import exact
 from mjnav.messages import Array
 from mjnav.scenarios.spec import Scenario
 from mjnav.world.draws import Draws
@@ -45,7 +45,7 @@ class Actuation:
         return twists
 
 
-@njit(cache=True)
+@exact
 def _ramp(set_point, command, low, high, change, noise, twists):
     """Moves the set-point in place, one step a row of `twists`, which receives it with the noise.
 

@@ -4,8 +4,8 @@ from dataclasses import dataclass
 from math import hypot
 
 import numpy as np
-from numba import njit
 
+from mjnav.geometry.compiled import exact
 from mjnav.messages import Array
 from mjnav.scenarios.spec import Scenario
 
@@ -52,7 +52,7 @@ class FloorPlan:
         return _distance(x, y, self.discs, self.boxes)
 
 
-@njit(cache=True)
+@exact
 def _distance(x, y, discs, boxes):
     nearest = np.inf
     for j in range(len(discs)):
@@ -62,7 +62,7 @@ def _distance(x, y, discs, boxes):
     return nearest
 
 
-@njit(cache=True)
+@exact
 def box_distance(x, y, box):
     """From a point to a box as in `FloorPlan.boxes` [m]; 0 inside it."""
     dx, dy = x - box[0], y - box[1]

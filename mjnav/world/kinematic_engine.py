@@ -1,9 +1,9 @@
 """The world as plain kinematics: a unicycle and discs that never overlap. No forces; fast; the paper's own setting."""
 
 import numpy as np
-from numba import njit
 
 from mjnav.geometry.angles import wrap
+from mjnav.geometry.compiled import exact
 from mjnav.messages import Array
 from mjnav.motion.diff_drive import wheel_speeds
 from mjnav.scenarios.spec import Scenario
@@ -102,7 +102,7 @@ class KinematicEngine:
         return b"".join(a.tobytes() for a in (np.array(self._steps), self._robot, self._people, self._desired))
 
 
-@njit(cache=True)
+@exact
 def _blocked(x, y, new_x, new_y, radius, discs, boxes, touched, step):
     """Whether moving a disc there would bring it closer to a fixed thing than touching; notes which and when."""
     blocked = False
@@ -122,7 +122,7 @@ def _blocked(x, y, new_x, new_y, radius, discs, boxes, touched, step):
     return blocked
 
 
-@njit(cache=True)
+@exact
 def _advance(robot, radius, people, desired, discs, boxes, twists, timestep, wheel, first_touch):
     """Steps everything in place, one step a row of `twists`; `wheel` is wheel speed per v and per omega.
 

@@ -1,8 +1,8 @@
 """The planar lidar: beams all round the robot at one height."""
 
 import numpy as np
-from numba import njit
 
+from mjnav.geometry.compiled import exact
 from mjnav.messages import Array
 
 LIDAR_HEIGHT = 0.33  # [m] above the floor: over the robot's back, under every table's top
@@ -13,7 +13,7 @@ def beam_angles(num_beams: int) -> Array:
     return 2.0 * np.pi * np.arange(num_beams) / num_beams - np.pi
 
 
-@njit(cache=True)
+@exact
 def cast(origin, angles, discs, boxes, max_range):
     """Distance along each beam to the first disc or box, inf beyond `max_range`.
 

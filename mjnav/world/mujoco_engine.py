@@ -11,8 +11,8 @@ from math import atan2, cos, hypot, pi, sin, sqrt
 
 import mujoco
 import numpy as np
-from numba import njit
 
+from mjnav.geometry.compiled import exact
 from mjnav.messages import Array
 from mjnav.motion.diff_drive import wheel_speeds
 from mjnav.scenarios.spec import Scenario
@@ -206,7 +206,7 @@ def _index(rows: list) -> np.ndarray:
     return np.array(rows, int).reshape(-1, 2)
 
 
-@njit(cache=True)
+@exact
 def _nearest_person(x, y, positions, velocities, reach):
     """Clearance [m] of the person nearest to touching, and the fastest one's speed [m/s]."""
     clearance, fastest = np.inf, 0.0
