@@ -8,7 +8,7 @@ import pytest
 from mjnav.control import Status, make_controller, names
 from mjnav.control.base import ConstrainedController
 from mjnav.control.dwa import Dwa
-from mjnav.messages import Lanes, ObstacleSamples
+from mjnav.messages import Lanes, ObstacleSamples, RobotLimits
 
 SMALL = {"num_v": 6, "num_omega": 7}
 # These choose from candidates of their own or from none; what must be true of them stands in their own tests.
@@ -241,6 +241,36 @@ def test_the_status_says_when_the_robot_stands_and_stays(alone, limits, name):
     assert (decision.v, decision.omega, decision.status) == (0.0, 0.0, Status.STOPPED)
     moving = controller.decide(replace(at_goal, twist=np.array([0.05, 0.0])))
     assert (moving.v, moving.omega, moving.status) == (0.0, 0.0, Status.OK)  # it stops, but does not stand yet
+
+
+@pytest.mark.parametrize(
+    ("name", "scenes"),
+    [
+        (
+            "gaussian-linearised",
+            [{"seed": seed, "far": 5.0, "num_walls": seed % 2} for seed in range(40)],
+        ),
+        *((name, [{"seed": seed, "far": 4.0} for seed in range(30)]) for name in ("cvar", "gaussian-moments", "saa")),
+    ],
+)
+def test_a_constrained_method_reports_infeasible_and_takes_the_least_excess_where_nothing_is_allowed(
+    observe, name, scenes
+):
+    limits = RobotLimits(
+        max_speed=1.1, min_speed=-0.2, max_turn_rate=1.4, max_acceleration=1.5, max_turn_acceleration=4.0
+    )
+    seen = set()
+    for scene in scenes:
+        controller = make_controller(name, limits, 0.2, num_v=4, num_omega=5)
+        decision = controller.decide(observe(near=0.5, **scene))
+        costs, bound = decision.costs, controller.bound
+        excess = np.maximum(costs.cone - bound, 0.0).sum(axis=1) + np.maximum(costs.lane - bound, 0.0).sum(axis=1)
+        best = int(np.argmin(costs.total))
+        assert (decision.status == Status.INFEASIBLE) == (excess.min() > 0.0)
+        assert excess[best] == pytest.approx(excess.min(), rel=1e-8)
+        assert costs.goal[best] == costs.goal[excess <= excess.min() * (1.0 + 1e-10)].min()
+        seen.add(decision.status)
+    assert {Status.INFEASIBLE, Status.OK} <= seen
 
 
 def test_every_status_but_ok_carries_advice():
