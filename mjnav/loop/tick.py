@@ -46,6 +46,7 @@ class Navigator:
         self._history = CommandHistory(limits)
         self.latency = make_latency(scenario, seed)
         self._period = scenario.control.period
+        self._predicts = scenario.control.prediction
         self._lanes = scenario.lanes
         self._lane_noise = noise["lane.offset"]
         self._lane_rng = stream(seed, "prediction", "lane.offset")
@@ -74,10 +75,14 @@ class Navigator:
         return beliefs
 
     def observe(self, tick: int, beliefs: Beliefs) -> Observation:
-        """Samples of all beliefs at the moment at which the decision of this tick takes effect."""
+        """Samples of all beliefs at the moment at which the decision of this tick takes effect.
+
+        Without prediction that is taken to be now: the robot's samples stay where they are, and people are carried no
+        further than to the time of the robot's belief.
+        """
         num = self.controller.parameters.samples
-        effect = self.latency.expected(tick)
         belief = beliefs.robot
+        effect = self.latency.expected(tick) if self._predicts else belief.time
         stretches = self._history.stretches(belief.time, effect)
         pose, noise = self._predictor.robot(self._localizer.draw(num), belief.time, effect, stretches)
         people = []

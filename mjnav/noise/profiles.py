@@ -96,7 +96,7 @@ def pearson() -> dict[str, Distribution]:
     return {channel: _pearson(*_PEARSON[channel]) for channel in CHANNELS}
 
 
-def bimodal() -> dict[str, Distribution]:
+def bimodal() -> dict[str, Mixture]:
     """Published mixtures, each shifted to mean 0 and scaled to its channel's std in `pearson`.
 
     Weights and the ratios of means and stds stay as published. The velocity's mixture (odometry, gyro) has a narrow
@@ -146,19 +146,31 @@ def measured() -> dict[str, Distribution]:
     }
 
 
+def pearson_mirrored() -> dict[str, Distribution]:
+    """`pearson` with every skew negated: the same mean, std and kurtosis. It tells whether a method uses the shape."""
+    return {channel: _pearson(std, -skew, kurtosis) for channel, (std, skew, kurtosis) in _PEARSON.items()}
+
+
+def bimodal_mirrored() -> dict[str, Distribution]:
+    """`bimodal` reflected at its mean, 0."""
+    return {channel: replace(law, means=tuple(-mean for mean in law.means)) for channel, law in bimodal().items()}
+
+
 def table() -> dict[str, Distribution]:
     """`pearson` with a heading noise of 0.2 rad, for the figure in which the robot meets a table."""
     heading = _PEARSON["pose.theta"]
     return {**pearson(), "pose.theta": _pearson(_TABLE_HEADING_STD, *heading[1:])}
 
 
-_PROFILES: Mapping[str, Callable[[], dict[str, Distribution]]] = MappingProxyType(
+_PROFILES: Mapping[str, Callable[[], Mapping[str, Distribution]]] = MappingProxyType(
     {
         "none": none,
         "gaussian": gaussian,
         "pearson": pearson,
         "bimodal": bimodal,
         "measured": measured,
+        "pearson-mirrored": pearson_mirrored,
+        "bimodal-mirrored": bimodal_mirrored,
         "table": table,
     }
 )

@@ -187,6 +187,7 @@ class Control:
     rate: float = 10.0
     delay: int = 1  # periods
     latency: Latency | None = None  # in place of `delay`
+    prediction: bool = True  # beliefs are carried to the moment at which the decision takes effect
     parameters: Mapping[str, object] = field(default_factory=dict)
 
     def __post_init__(self):

@@ -57,6 +57,21 @@ def test_an_observation_stands_at_the_moment_at_which_its_decision_takes_effect(
         assert command.tolist() == ([0.05, 0.1] if tick >= delay else [0.0, 0.0])
 
 
+def test_without_prediction_an_observation_stands_where_the_robot_was_believed(room):
+    scenario = room("control.delay=2", "control.prediction=false", "noise.profile=none")
+    board = navigator(scenario)
+    board.controller = Always(board.controller, 0.5, 0.0)
+    beliefs = None
+    for tick in range(6):
+        now = reading(scenario, 0.05 * tick, time=0.1 * tick)
+        beliefs = board.estimate((now,), beliefs)
+        observation = board.observe(tick, beliefs)
+        assert observation.time == now.time
+        np.testing.assert_allclose(observation.robot_pose.mean(0), beliefs.robot.particles.mean(0), atol=0.02)
+        board.decide(observation)
+        board.schedule(tick, spent=0.0)
+
+
 def test_an_observation_carries_people_then_the_map_and_as_many_samples_as_the_controller_wants(room):
     scenario = room()
     board = navigator(scenario, samples=17)

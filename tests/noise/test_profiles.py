@@ -40,7 +40,8 @@ EVERY_CHANNEL = [(name, channel) for name in profile_names() if name != "none" f
 
 
 def test_every_profile_has_every_channel():
-    assert profile_names() == ("none", "gaussian", "pearson", "bimodal", "measured", "table")
+    expected = {"none", "gaussian", "pearson", "bimodal", "measured", "pearson-mirrored", "bimodal-mirrored", "table"}
+    assert set(profile_names()) == expected
     for name in profile_names():
         assert set(profile(name)) == set(CHANNELS)
 
@@ -67,6 +68,15 @@ def test_same_stream_gives_same_finite_draws(name, channel):
     one, other = (profile(name)[channel].sample(np.random.default_rng(9), 200) for _ in range(2))
     np.testing.assert_array_equal(one, other)
     assert np.isfinite(one).all()
+
+
+@pytest.mark.parametrize("channel", CHANNELS)
+@pytest.mark.parametrize("name", ["pearson", "bimodal"])
+def test_a_mirrored_profile_has_the_densities_of_the_other_side(name, channel):
+    x = np.linspace(-0.5, 0.5, 101)
+    there, mirrored = profile(name)[channel], profile(f"{name}-mirrored")[channel]
+    np.testing.assert_allclose(mirrored.logpdf(x), there.logpdf(-x), rtol=1e-9)
+    assert (mirrored.mean, mirrored.std) == pytest.approx((-there.mean, there.std), abs=1e-12)
 
 
 @pytest.mark.parametrize("channel", CHANNELS)
