@@ -1,0 +1,1 @@
+"""What each figure of Nair et al. (arXiv 2112.13034) shows, measured again."""
