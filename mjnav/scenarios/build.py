@@ -68,6 +68,7 @@ def tables(value: object) -> Any:
             "method": value.method,
             "rate": value.rate,
             "delay": value.delay,
+            "prediction": value.prediction,
             **tables(value.parameters),
             **latency,
         }
