@@ -64,3 +64,8 @@ def unknown_name(key: str, found: str, names: Iterable[str]) -> InvalidValue:
     names = sorted(names)
     nearest = get_close_matches(str(found), names, n=1, cutoff=0.5)
     return InvalidValue(key, found, ", ".join(names), nearest=nearest[0] if nearest else None)
+
+
+def missing_extra(package: str, extra: str) -> InputError:
+    """The error for an optional package that is not installed, and the extra that brings it."""
+    return InputError(f"{package} is not installed: pip install 'mjnav[{extra}]'")

@@ -30,6 +30,12 @@ def run_info(scenario: Scenario, seed: int, parts_hash: str) -> dict[str, str]:
     }
 
 
+@cache
+def revision() -> str:
+    """The version of mjnav, and the git revision where it runs from a source tree."""
+    return " ".join(part for part in (_version("mjnav"), _git_revision()) if part)
+
+
 def _version(package: str) -> str:
     try:
         return version(package)

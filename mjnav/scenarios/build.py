@@ -5,7 +5,7 @@ import re
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import MISSING, Field, fields, is_dataclass
-from types import MappingProxyType, UnionType
+from types import MappingProxyType, NoneType, UnionType
 from typing import Any, TypeVar, Union, get_args, get_origin, get_type_hints
 
 from mjnav.errors import InvalidValue, unknown_name
@@ -42,19 +42,33 @@ def build(document: TomlTable) -> Scenario:
     return _read_fields(Scenario, document)
 
 
+def read(cls: type[T], document: TomlTable) -> T:
+    """The dataclass of another kind of file that the tables describe, checked in the same way. Raises InvalidValue."""
+    _check_values(document)
+    return _read_fields(cls, document)
+
+
 def _read(hint: Any, value: object) -> Any:
     """`value` as the type `hint`, or InvalidValue. A whole number serves as a number, a truth value never does."""
     if is_dataclass(hint):
         return _READERS.get(hint, _read_fields)(hint, _as_table(value))
     if get_origin(hint) is tuple:
         return _read_array(hint, value)
-    if get_origin(hint) in (Union, UnionType):  # X | None: TOML has no null
-        return _read(get_args(hint)[0], value)
+    if get_origin(hint) is Mapping:  # of any keys
+        return _as_table(value)
+    if get_origin(hint) in (Union, UnionType):
+        return _read(_option(hint, value), value)
     if hint is float and type(value) is int:
         return float(value)
     if type(value) is hint:
         return value
     raise InvalidValue("", value, _describe(hint))
+
+
+def _option(hint: Any, value: object) -> Any:
+    """What a union wants of a value: X of X | None, as TOML has no null; a dataclass of a table."""
+    options = [option for option in get_args(hint) if option is not NoneType]
+    return next((option for option in options if is_dataclass(option) == isinstance(value, dict)), options[0])
 
 
 def tables(value: object) -> Any:

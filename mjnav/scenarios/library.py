@@ -16,17 +16,17 @@ def data_folder(name: str) -> Path:
     raise InputError(f"the folder {name!r} is missing both from {_PACKAGE} and from beside it; install mjnav again")
 
 
-def describe() -> tuple[tuple[str, str], ...]:
-    """Name and one-line description of every shipped scene, by name."""
-    scenes = []
-    for path in sorted(data_folder("runs").glob("*.toml")):
+def describe(folder: str = "") -> tuple[tuple[str, str], ...]:
+    """Name and one-line description of every shipped scene, by name; or of the studies, where `folder` has them."""
+    found = []
+    for path in sorted((data_folder("runs") / folder).glob("*.toml")):
         try:
             document = tomllib.loads(path.read_text(encoding="utf-8"))
         except (OSError, ValueError):
             continue  # `load` says what is wrong with it
-        if "robot" in document:  # other files in this folder are no scenes
-            scenes.append((path.stem, " ".join(str(document.get("description", "")).split())))
-    return tuple(scenes)
+        if folder or "robot" in document:  # other files beside the scenes are none
+            found.append((path.stem, " ".join(str(document.get("description", "")).split())))
+    return tuple(found)
 
 
 def names() -> tuple[str, ...]:

@@ -46,7 +46,7 @@ def loads(
     seed: int | None = None,
 ) -> Scenario:
     """The scenario that the text of a run file describes; `file` is its name in messages. Otherwise as `load`."""
-    document = _parse(text, file)
+    document = parse(text, file)
     changed: dict[str, str] = {}  # key -> the option that set it
     if controller is not None:
         control = document.get("control")
@@ -78,6 +78,11 @@ def _read(name_or_path: str | os.PathLike[str]) -> tuple[str, str]:
         if not os.path.isfile(path):  # Path.is_file raises for a name that is too long
             raise unknown_name("scene", name, library.names())
         name = path
+    return name, read_text(name)
+
+
+def read_text(name: str) -> str:
+    """The text of a run file or study file. Raises InvalidValue where it cannot be read."""
     try:
         with open(name, "rb") as file:
             data = file.read(_MAX_BYTES + 1)
@@ -88,7 +93,7 @@ def _read(name_or_path: str | os.PathLike[str]) -> tuple[str, str]:
     if len(data) > _MAX_BYTES:
         raise InvalidValue("", f"more than {_MAX_BYTES} bytes", "a run file", file=name)
     try:
-        return name, data.decode("utf-8-sig")
+        return data.decode("utf-8-sig")
     except UnicodeDecodeError as error:
         bad = data[error.start : error.end]
         line = data.count(b"\n", 0, error.start) + 1
@@ -107,7 +112,8 @@ def _nearest(path: str) -> str | None:
     return close[0] if close else None
 
 
-def _parse(text: str, file: str) -> dict[str, Any]:
+def parse(text: str, file: str) -> dict[str, Any]:
+    """The tables of a TOML text; `file` is its name in messages. Raises InvalidValue."""
     try:
         return tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
