@@ -1,0 +1,80 @@
+"""One episode as a flat row: the columns of the store, fixed for every study.
+
+A figure that is undefined is null, and so are all of a failed episode, whose `error` says why.
+"""
+
+from collections.abc import Mapping
+from types import MappingProxyType
+from typing import Any
+
+Row = dict[str, Any]
+
+STRING, INTEGER, NUMBER, TRUTH = "string", "int64", "double", "bool"
+
+# column -> (Arrow type, what it says)
+LABELS: Mapping[str, tuple[str, str]] = MappingProxyType(
+    {
+        "id": (STRING, "the episode: a hash of its labels, scenario and seed"),
+        "study": (STRING, "the study file's name"),
+        "scene": (STRING, "the scene's name"),
+        "setting": (STRING, "the setting's name and swept values of the study's grid; default without either"),
+        "method": (STRING, "the method's name and swept values"),
+        "seed": (INTEGER, ""),
+        "controller": (STRING, "control.method"),
+        "parameters": (STRING, 'the swept values by key as JSON: {"control.weight": 0.3}'),
+        "scenario": (STRING, "the run file, every default explicit; `mjnav run` repeats the episode with it and seed"),
+    }
+)
+FIGURES: Mapping[str, tuple[str, str]] = MappingProxyType(
+    {
+        "error": (STRING, "why there is no result, in a line; null where there is one"),
+        "outcome": (STRING, "goal, collision, timeout or aborted"),
+        "success": (TRUTH, "the goal, without contact, in time"),
+        **{f"collisions_{kind}": (INTEGER, "contacts") for kind in ("person", "table", "wall", "pillar")},
+        "lane_violation_s": (NUMBER, "time over a lane's boundary; null without lanes"),
+        "time_s": (NUMBER, "simulated time to the end"),
+        "path_length_m": (NUMBER, ""),
+        "straight_line_m": (NUMBER, "length of the way over the waypoints"),
+        "path_ratio": (NUMBER, "path over way"),
+        "mean_deviation_m": (NUMBER, "lateral distance from the way, mean over time"),
+        "max_deviation_m": (NUMBER, ""),
+        "control_cost": (NUMBER, "m^2/s^3"),
+        "min_clearance_m": (NUMBER, "surface to surface; null in an empty room"),
+        "time_to_avoid_s": (NUMBER, "from the nominal control's first leaving of the way to its last; null without"),
+        "ticks": (INTEGER, ""),
+        "infeasible_ticks": (INTEGER, "the two below"),
+        "ticks_without_nominal": (INTEGER, "status infeasible_nominal: nothing met the constraints at the mean"),
+        "ticks_without_own": (INTEGER, "status infeasible: nothing met the method's own constraint"),
+        "stopped_ticks": (INTEGER, "status stopped"),
+        "localization_rmse_m": (NUMBER, ""),
+        "tracking_rmse_m": (NUMBER, "null where nobody was tracked"),
+        "robot_skew": (NUMBER, "of the robot samples' x and y that the controller got"),
+        "robot_kurtosis": (NUMBER, "3 for a Gaussian"),
+        "people_skew": (NUMBER, "the same of people's samples; null without people"),
+        "people_kurtosis": (NUMBER, ""),
+        **{
+            f"compute_ms_{phase}_{level}": (NUMBER, "wall time of a tick's phase")
+            for phase in ("sense", "estimate", "control", "record", "tick")
+            for level in ("p50", "p99", "max")
+        },
+        "real_time_factor": (NUMBER, ""),
+        "deadline_misses": (INTEGER, "0 without a pacer"),
+        "state_hash": (STRING, "of everything that happened: equal where the episode was the same"),
+    }
+)
+PLACE: Mapping[str, tuple[str, str]] = MappingProxyType(
+    {
+        "wall_s": (NUMBER, "the episode's own wall time"),
+        "machine": (STRING, "the host's name"),
+        "revision": (STRING, "mjnav's version and git revision"),
+    }
+)
+COLUMNS: Mapping[str, tuple[str, str]] = MappingProxyType({**LABELS, **FIGURES, **PLACE})
+
+
+def flatten(summary: Mapping[str, Any], prefix: str = "") -> Row:
+    """A run's summary with one key a figure: compute_ms_control_p50."""
+    row: Row = {}
+    for key, value in summary.items():
+        row |= flatten(value, f"{prefix}{key}_") if isinstance(value, Mapping) else {f"{prefix}{key}": value}
+    return row

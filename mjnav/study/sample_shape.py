@@ -1,0 +1,50 @@
+"""How far from Gaussian the samples were that the controller got."""
+
+from math import nan, sqrt
+
+import numpy as np
+
+from mjnav.messages import Array, TickRecord
+from mjnav.metrics.consistency import skew_and_kurtosis
+
+
+class SampleShape:
+    """Watches a run: skew and kurtosis of the samples' x and y, means over ticks, axes and people.
+
+    Of n samples they are, with g1 and g2 + 3 the moments' own, the estimates that are right for Gaussians of any n,
+
+        G1 = sqrt(n (n - 1)) / (n - 2) g1,   G2 = (n - 1) / ((n - 2) (n - 3)) ((n + 1) g2 + 6),   kurtosis G2 + 3;
+
+    of few samples of a heavy tail both are too small. Source: Joanes & Gill, The Statistician 47 (1998) 183.
+    """
+
+    def __init__(self):
+        self._robot: list[Array] = []  # (N, 2) each
+        self._people: list[Array] = []
+
+    def __call__(self, record: TickRecord) -> None:
+        """One more tick."""
+        observation = record.observation
+        self._robot.append(observation.robot_pose[:, :2])
+        self._people += [person.position for person in observation.obstacles[: len(record.tracks)]]
+
+    def figures(self) -> dict[str, float | None]:
+        """Under the names of a row's columns; None where all samples are alike, or too few."""
+        found: dict[str, float | None] = {}
+        for name, samples in (("robot", self._robot), ("people", self._people)):
+            skew, kurtosis = _unbiased(np.stack(samples, axis=1)) if samples else (nan, nan)
+            found[f"{name}_skew"] = skew if np.isfinite(skew) else None
+            found[f"{name}_kurtosis"] = kurtosis if np.isfinite(kurtosis) else None
+        return found
+
+
+def _unbiased(samples: Array) -> tuple[float, float]:
+    """Means of G1 and G2 + 3 over the columns of (n, ...) that are not all alike; NaN where all are."""
+    n = len(samples)
+    g1, kurtosis = skew_and_kurtosis(samples)
+    usable = np.isfinite(g1) & np.isfinite(kurtosis)
+    if n < 4 or not usable.any():
+        return nan, nan
+    g2 = kurtosis[usable].mean() - 3.0
+    skew = sqrt(n * (n - 1)) / (n - 2) * g1[usable].mean()
+    return float(skew), float((n - 1) / ((n - 2) * (n - 3)) * ((n + 1) * g2 + 6.0) + 3.0)

@@ -1,0 +1,164 @@
+"""A study file: which scenes, methods, settings and seeds are run against one another.
+
+    schema = 1
+    name = "noise"                              # its results go to runs/out/noise/
+    description = "One line that `mjnav list` prints."
+    scenes = ["crossing1", "mine/corner.toml"]  # shipped names, or paths from this file's folder
+    seeds = { first = 0, count = 200 }          # or a list; the same for every cell
+    [set]                                       # any keys of a run file, for all episodes
+    physics.engine = "kinematic"
+    [grid]                                      # lists of values, every one with every other
+    control.rate = [10.0, 20.0]
+    [[settings]]                                # optional: variants of the world, by name
+    name = "skewed"
+    set = { noise.profile = "pearson" }
+    [[methods]]
+    controller = "rkhs"
+    name = "rkhs d=1"                           # the controller's name by default
+    set = { degree = 1 }                        # a key without a dot is the controller's, others are a run file's
+    grid = { weight = [0.3, 1, 3] }
+
+The cells are scenes x settings x grid x methods x their grids; an episode is a cell under a seed. Keys that are given
+more than once: the method's grid comes last, before it the method's set, the grid, the setting, [set], the scene. A
+method starts with its own default parameters, as `--controller` does.
+"""
+
+import os
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+
+from mjnav.errors import InvalidValue, unknown_name
+from mjnav.scenarios.build import read
+from mjnav.scenarios.library import data_folder, describe
+from mjnav.scenarios.load import parse, read_text
+from mjnav.scenarios.ranges import MAX_SEED, check_range
+
+FOLDER = "studies"  # below runs/
+MAX_SEEDS = 10_000_000
+
+Overrides = Mapping[str, object]  # as tables in one another, or by dotted keys
+
+
+@dataclass(frozen=True, slots=True)
+class SeedRange:
+    """`count` seeds from `first` on."""
+
+    count: int
+    first: int = 0
+
+    def __post_init__(self):
+        check_range("count", self.count, 1, MAX_SEEDS)
+        check_range("first", self.first, 0, MAX_SEED - self.count + 1)
+
+
+@dataclass(frozen=True, slots=True)
+class MethodEntry:
+    """A controller with parameters of its own, under a name of its own."""
+
+    controller: str
+    name: str = ""
+    set: Overrides = field(default_factory=dict)
+    grid: Overrides = field(default_factory=dict)
+
+    @property
+    def label(self) -> str:
+        """The name, or else the controller's."""
+        return self.name or self.controller
+
+
+@dataclass(frozen=True, slots=True)
+class SettingEntry:
+    """A variant of the world."""
+
+    name: str
+    set: Overrides = field(default_factory=dict)
+
+    def __post_init__(self):
+        if not self.name:
+            raise InvalidValue("name", self.name, "a name")
+
+
+@dataclass(frozen=True, slots=True)
+class StudyFile:
+    """A study file as it stands; `cells.resolve` says what it asks for."""
+
+    schema: int
+    name: str
+    scenes: tuple[str, ...]
+    methods: tuple[MethodEntry, ...]
+    seeds: SeedRange | tuple[int, ...] = SeedRange(100)
+    description: str = ""
+    set: Overrides = field(default_factory=dict)
+    grid: Overrides = field(default_factory=dict)
+    settings: tuple[SettingEntry, ...] = ()
+    source: str = field(default="", compare=False)  # the file it came from
+
+    def __post_init__(self):
+        if self.schema != 1:
+            raise InvalidValue("schema", self.schema, "1")
+        name = self.name
+        if not 1 <= len(name) <= 100 or not name.isprintable() or "/" in name or name.startswith("."):
+            raise InvalidValue("name", name, 'up to 100 printable characters without "/": a folder is named after it')
+        for key in ("scenes", "methods"):
+            if not getattr(self, key):
+                raise InvalidValue(key, [], "one or more")
+        _check_distinct("scenes", self.scenes)
+        _check_distinct("methods", [method.label for method in self.methods])
+        _check_distinct("settings", [setting.name for setting in self.settings])
+        if not isinstance(self.seeds, SeedRange):
+            if not self.seeds:
+                raise InvalidValue("seeds", [], "one or more")
+            _check_distinct("seeds", self.seeds)
+            for i, seed in enumerate(self.seeds):
+                check_range(f"seeds.{i}", seed, 0, MAX_SEED)
+
+    @property
+    def all_seeds(self) -> range | tuple[int, ...]:
+        """Every seed."""
+        if isinstance(self.seeds, SeedRange):
+            return range(self.seeds.first, self.seeds.first + self.seeds.count)
+        return self.seeds
+
+    def with_seeds(self, count: int) -> "StudyFile":
+        """The same study with `count` seeds from its first on. Raises InvalidValue."""
+        try:
+            return replace(self, seeds=SeedRange(count, self.all_seeds[0]))
+        except InvalidValue as error:
+            raise InvalidValue("", error.found, error.allowed, file="--seeds") from None
+
+
+def load_study(name_or_path: str | os.PathLike[str]) -> StudyFile:
+    """The study of a shipped name, or of a path where there is a "/" or ".toml" at the end. Raises InvalidValue."""
+    name = os.fspath(name_or_path)
+    if isinstance(name_or_path, str) and "/" not in name and not name.endswith(".toml"):
+        path = data_folder("runs") / FOLDER / f"{name}.toml"
+        if not os.path.isfile(path):
+            raise unknown_name("study", name, studies())
+        name = str(path)
+    document = parse(read_text(name), name)
+    try:
+        if "schema" not in document:
+            raise InvalidValue("schema", None, "schema = 1, the version of this format")
+        return replace(read(StudyFile, document), source=name)
+    except InvalidValue as error:
+        raise error.within(file=name) from None
+
+
+def studies() -> dict[str, str]:
+    """The description of every shipped study, by name."""
+    return dict(describe(FOLDER))
+
+
+def scene_path(study: StudyFile, scene: str) -> str:
+    """A scene as `load_scenario` takes it: a relative path counts from the study file's folder."""
+    if "/" not in scene and not scene.endswith(".toml"):
+        return scene
+    path = Path(study.source).parent / scene
+    return str(path) if "/" in str(path) else f"./{path}"
+
+
+def _check_distinct(key: str, values) -> None:
+    for i, value in enumerate(values):
+        if value in values[:i]:
+            raise InvalidValue(f"{key}.{i}", value, "every one once")

@@ -1,0 +1,105 @@
+"""One episode of a study: what it is, and the row that it gives."""
+
+import hashlib
+import json
+import platform
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import lru_cache
+
+from mjnav import scenarios
+from mjnav.loop.episode import Episode, Result, warm_up
+from mjnav.loop.run_info import revision
+from mjnav.metrics.effort import time_to_avoid
+from mjnav.scenarios.spec import Scenario
+from mjnav.study.cells import Cell
+from mjnav.study.row import COLUMNS, Row, flatten
+from mjnav.study.sample_shape import SampleShape
+
+ID_DIGITS = 32  # 128 bits: of a billion episodes, two with the same id are one in 10^21
+MAX_ERROR = 500  # characters
+KEPT_SCENARIOS = 256  # that a process keeps built and warm
+
+
+@dataclass(frozen=True, slots=True)
+class Trial:
+    """A cell under a seed."""
+
+    study: str
+    cell: Cell
+    seed: int
+
+    @property
+    def id(self) -> str:
+        """A hash of the labels, the resolved scenario and the seed: equal where the episode is the same.
+
+        It says nothing of the program's version, which stands in the row.
+        """
+        cell = self.cell
+        content = [cell.scene, cell.setting, cell.method, cell.parameters, cell.document, self.seed]
+        return hashlib.sha256(json.dumps(content).encode()).hexdigest()[:ID_DIGITS]
+
+
+def run_trial(trial: Trial, stop: Callable[[], bool] = lambda: False) -> Row:
+    """The episode's row; of one that breaks, with the cause as `error`. `stop` is asked as by `Episode`.
+
+    All but the wall times and the place is a function of the trial alone.
+    """
+    began = time.perf_counter()
+    try:
+        scenario = replace(_prepared(trial.cell.document), seed=trial.seed)
+        began = time.perf_counter()
+        shape = SampleShape()
+        result = Episode(scenario, watch=shape, stop=stop).run()
+        figures = {**_figures(result, scenario), **shape.figures()}
+        row = _row(trial, time.perf_counter() - began, **figures)
+    except Exception as error:  # whatever a controller does, the other episodes go on
+        row = failed_row(trial, error, time.perf_counter() - began)
+    return row
+
+
+def failed_row(trial: Trial, error: Exception | str, seconds: float | None = None) -> Row:
+    """The row of an episode without a result."""
+    text = " ".join((str(error) or repr(error)).split())
+    if isinstance(error, Exception) and type(error).__module__ == "builtins":
+        text = f"{type(error).__name__}: {text}"
+    return _row(trial, seconds, error=text[:MAX_ERROR])
+
+
+def _row(trial: Trial, seconds: float | None, **figures: object) -> Row:
+    cell = trial.cell
+    row: Row = dict.fromkeys(COLUMNS) | {
+        "id": trial.id,
+        "study": trial.study,
+        "scene": cell.scene,
+        "setting": cell.setting,
+        "method": cell.method,
+        "seed": trial.seed,
+        "controller": cell.controller,
+        "parameters": cell.parameters,
+        "scenario": cell.document,
+        "wall_s": seconds,
+        "machine": platform.node(),
+        "revision": revision(),
+    }
+    return row | {column: value for column, value in figures.items() if column in COLUMNS}
+
+
+def _figures(result: Result, scenario: Scenario) -> Row:
+    status = result.trajectory.status
+    return {
+        **{key: value for key, value in flatten(result.summary).items() if key not in ("scene", "controller", "seed")},
+        "time_to_avoid_s": time_to_avoid(result.trajectory, scenario),
+        "ticks_without_nominal": status.count("infeasible_nominal"),
+        "ticks_without_own": status.count("infeasible"),
+        "stopped_ticks": status.count("stopped"),
+    }
+
+
+@lru_cache(KEPT_SCENARIOS)
+def _prepared(document: str) -> Scenario:
+    """The scenario of a run file's text, all that its episodes use compiled: timings count from the first."""
+    scenario = scenarios.loads(document)
+    warm_up(scenario)
+    return scenario
