@@ -3,6 +3,7 @@
 import datetime
 import math
 import tomllib
+from dataclasses import fields
 
 import pytest
 from hypothesis import HealthCheck, given, settings
@@ -54,6 +55,7 @@ PARAMETER = st.recursive(
 )
 CHANNELS = {"gyro": ChannelNoise("gaussian", {"std": 0.1}), "pose.x": ChannelNoise("gaussian", {"mean": 1, "std": 2})}
 FEW = {"max_size": 2}
+CONTROL_KEYS = {field.name for field in fields(Control)}
 SCENARIO = st.builds(
     Scenario,
     name=st.text(min_size=1, max_size=20).filter(lambda name: name.isprintable() and "/" not in name),
@@ -73,9 +75,9 @@ SCENARIO = st.builds(
     control=st.builds(
         Control,
         method=st.text(),
-        parameters=st.dictionaries(
-            st.text().filter(lambda key: key not in ("method", "rate", "delay")), PARAMETER, max_size=3
-        ),
+        delay=st.integers(0, 100),
+        prediction=st.booleans(),
+        parameters=st.dictionaries(st.text().filter(lambda key: key not in CONTROL_KEYS), PARAMETER, max_size=3),
     ),
 )
 
