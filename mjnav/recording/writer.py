@@ -4,10 +4,10 @@ import gzip
 import json
 import os
 from collections.abc import Iterable, Iterator, Mapping
-from contextlib import contextmanager, nullcontext, suppress
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from types import TracebackType
-from typing import IO, Self
+from typing import IO, Self, cast
 
 from mcap.writer import CompressionType, Writer
 
@@ -16,6 +16,8 @@ from mjnav.messages import Event, TickRecord, TickTiming, WorldState
 from mjnav.recording.documents import encode_timing
 from mjnav.recording.geometry import time_ns
 from mjnav.recording.layout import foxglove_layout
+from mjnav.recording.live import LiveServer
+from mjnav.recording.log_file import LogFile
 from mjnav.recording.sink import DirectSink, Message, Sink, ThreadSink
 from mjnav.recording.topics import EVENTS, TIMING, Topic, encode_event, topics
 from mjnav.scenarios import Scenario, dumps
@@ -23,6 +25,10 @@ from mjnav.scenarios import Scenario, dumps
 RUN, RESULT = "mjnav/run", "mjnav/result"
 SCENARIO, REPLAY, MODEL, LAYOUT = "scenario.toml", "replay.toml", "model.xml.gz", "foxglove-layout.json"
 CHUNK_SIZE = 192 * 1024  # [bytes] before compression; LZ4 takes 40 % less time a tick than Zstandard and 20 % more room
+
+
+class LogError(MjnavError):
+    """The log of a run cannot be written any more; says what of it can be read."""
 
 
 def check_path(path: str | os.PathLike) -> Path:
@@ -59,19 +65,24 @@ class Recorder:
     `path` is checked as `check_path` does, and the file appears with the first tick. `run_info` becomes the metadata
     `mjnav/run` (seed, scene, controller, versions, argv, ...), `model_xml` the attachment `model.xml.gz`. A log that is
     `threaded` encodes and writes on a thread of its own: slower in all, but out of the tick's way in real time. Where
-    the disk cannot keep up, such a log drops ticks rather than hold the loop up; `dropped` counts their parts.
+    the disk cannot keep up, such a log drops ticks rather than hold the loop up; `dropped` counts their parts. What is
+    written goes to the clients of `live`, too, which is told of the topics here; `path` may then be None for no file.
+
+    Where the disk takes no more, or somebody deletes the file or cuts it short, a call soon after raises LogError, and
+    so does every later one. The file then keeps the whole records before and, where there is room, the result.
     """
 
     def __init__(
         self,
-        path: str | os.PathLike,
+        path: str | os.PathLike | None,
         scenario: Scenario,
         run_info: Mapping[str, str],
         model_xml: str,
         *,
         threaded: bool = False,
+        live: LiveServer | None = None,
     ):
-        self.path = check_path(path)
+        self.path = None if path is None else check_path(path)
         self._run_info = dict(run_info)
         self._attachments = (
             (SCENARIO, "application/toml", dumps(scenario).encode()),
@@ -80,20 +91,38 @@ class Recorder:
         )
         self._topics = topics(scenario)
         self._channels: dict[str, int] = {}
-        self._file: IO[bytes] | None = None
+        self._file: LogFile | None = None
         self._writer: Writer | None = None
         self._sink: Sink = ThreadSink() if threaded else DirectSink()
         self._last: tuple[int, int] = (-1, 0)  # number and time [ns] of the last tick
         self._closed = False
+        self._live = live
+        if live is not None:
+            live.announce(self._topics)
 
     @property
     def dropped(self) -> int:
         """How many parts of ticks were dropped: all of a tick's messages but its timing, or its timing."""
         return self._sink.dropped
 
+    def open(self) -> None:
+        """Takes up writing, which the first tick does otherwise.
+
+        Raises InputError where the file cannot be made, or exists by now, LogError where it cannot be written.
+        """
+        if self._channels or self._closed:
+            return
+        if self.path is None:
+            self._channels = {topic.name: number for number, topic in enumerate(self._topics)}
+        else:
+            self._create(self.path)
+        destination = self._writer if self._live is None else self._live.writer(self._channels, self._writer)
+        assert destination is not None  # a file, clients or both
+        self._sink.attach(destination)
+
     def write(self, record: TickRecord) -> None:
         """One tick: everything but its timing, which is known only afterwards."""
-        self._open()
+        self.open()
         now = time_ns(record.truth.time)
         self._last = record.tick, now
         self._put(self._encoded(record, now), may_drop=True)
@@ -124,7 +153,7 @@ class Recorder:
 
         `replay`, where it is not the run's own, is the scenario that repeats it: the attachment `replay.toml`.
         """
-        self._open()
+        self.open()
         now, tick = time_ns(final.time), self._last[0] + 1
         batch = [
             Message(self._channels[topic.name], now, tick, topic.encode_final(tick, final))
@@ -149,17 +178,16 @@ class Recorder:
     ) -> None:
         self.abort()
 
-    def _open(self) -> None:
-        """Creates the file with all that a reader needs before the first message, unless it is there already."""
-        if self._writer is not None or self._closed:
-            return
+    def _create(self, path: Path) -> None:
+        """The file, with all that a reader needs before the first message."""
         try:
-            self.path.parent.mkdir(parents=True, exist_ok=True)
-            self._file = open(self.path, "xb")  # noqa: SIM115 - closed in _close
+            path.parent.mkdir(parents=True, exist_ok=True)
+            self._file = LogFile(path)
         except OSError as error:
-            raise InputError(f"{self.path}: cannot be written: {error.strerror}") from error
+            raise InputError(f"{path}: cannot be written: {error.strerror}") from error
+        output = cast(IO[bytes], self._file)
         writer = self._writer = Writer(
-            self._file, chunk_size=CHUNK_SIZE, compression=CompressionType.LZ4, enable_data_crcs=True
+            output, chunk_size=CHUNK_SIZE, compression=CompressionType.LZ4, enable_data_crcs=True
         )
         with self._one_line():
             writer.start(library="mjnav")
@@ -168,7 +196,6 @@ class Recorder:
                 writer.add_attachment(0, 0, name, media_type, data)
             self._channels = _register(writer, self._topics)
             writer.flush()
-        self._sink.attach(writer)
 
     def _put(self, batch: Iterable[Message], *, may_drop: bool = False) -> None:
         if self._closed:
@@ -179,15 +206,27 @@ class Recorder:
     def _close(self, result: Mapping[str, str] | None = None, replay: Scenario | None = None) -> None:
         """Ends the sink and the file, with `mjnav/result` where there is one."""
         self._closed = True
-        with self._one_line(), self._file or nullcontext():
-            self._sink.close()
-            if self._writer is not None:
-                if result is not None:
-                    self._writer.flush()
-                    if replay is not None:
-                        self._writer.add_attachment(0, 0, REPLAY, "application/toml", dumps(replay).encode())
-                    self._writer.add_metadata(RESULT, dict(result))
-                self._writer.finish()
+        fault: Exception | None = None
+        try:
+            with self._one_line():
+                try:
+                    self._sink.close()
+                except OSError:
+                    raise
+                except Exception as error:  # what could not be encoded must not cost the file its end
+                    fault = error
+                if self._writer is not None:
+                    _end(self._writer, result, replay)
+        except LogError:
+            if self._file is not None and result is not None:
+                with suppress(OSError):  # a record by itself, where there is room for one
+                    Writer(cast(IO[bytes], self._file), use_chunking=False).add_metadata(RESULT, dict(result))
+            raise
+        finally:
+            if self._file is not None:
+                self._file.close()
+        if fault is not None:
+            raise fault
 
     @contextmanager
     def _one_line(self) -> Iterator[None]:
@@ -195,7 +234,25 @@ class Recorder:
         try:
             yield
         except OSError as error:
-            raise MjnavError(f"{self.path}: writing failed: {error.strerror}") from error
+            raise LogError(f"{self.path}: writing failed: {error.strerror}; {self._left()}") from error
+
+    def _left(self) -> str:
+        """What can be read of a log that cannot be written any more."""
+        if self._file is None or not self._file.exists:
+            return "nothing of it is left"
+        if not self._file.whole:
+            return "what is left of it can be read"
+        flushed = self._sink.flushed_ns
+        return "it holds no tick" if flushed is None else f"it can be read up to {1e-9 * flushed:.1f} s"
+
+
+def _end(writer: Writer, result: Mapping[str, str] | None, replay: Scenario | None) -> None:
+    if result is not None:
+        writer.flush()
+        if replay is not None:
+            writer.add_attachment(0, 0, REPLAY, "application/toml", dumps(replay).encode())
+        writer.add_metadata(RESULT, dict(result))
+    writer.finish()
 
 
 def _register(writer: Writer, table: tuple[Topic, ...]) -> dict[str, int]:

@@ -1,0 +1,124 @@
+"""The run while it goes: a WebSocket server that Foxglove and Lichtblick connect to.
+
+It sends the very bytes that go to the file. Every client has a queue in the server's own threads, which drops the
+oldest messages where that client is slow; the loop waits for none.
+"""
+
+import threading
+import time
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Protocol, Self
+
+from mjnav.errors import InputError, InvalidValue, missing_extra
+from mjnav.recording.topics import Topic
+
+if TYPE_CHECKING:
+    from foxglove import Channel
+    from foxglove.websocket import WebSocketServer
+
+HOST = "127.0.0.1"  # nobody but this machine: there is no password
+PORT = 8765
+LAST_MESSAGES = 0.2  # [s] that clients have to take them in before the server ends
+STOP_TIMEOUT = 2.0  # [s] after which a client that takes nothing is no longer waited for
+_PORTS = range(65536)
+
+
+class Writer(Protocol):
+    """What messages are written to: the file's `mcap.writer.Writer`, or what stands before it."""
+
+    def add_message(self, channel_id: int, log_time: int, data: bytes, publish_time: int, sequence: int = 0) -> None:
+        """Takes one message; times in simulated nanoseconds."""
+        ...
+
+    def flush(self) -> None:
+        """Brings what was taken to the disk."""
+        ...
+
+
+class LiveServer:
+    """Serves one run after another on `port` of this machine, 0 for any that is free; a context manager.
+
+    Raises InputError where the port is taken or foxglove-sdk is not installed.
+    """
+
+    def __init__(self, port: int = PORT, *, name: str = "mjnav"):
+        if port not in _PORTS:
+            raise InvalidValue("port", port, f"a whole number from 0 to {_PORTS[-1]}")
+        try:
+            import foxglove
+            from foxglove.websocket import Capability
+        except ImportError:
+            raise missing_extra("foxglove-sdk", "live") from None
+        self._context = foxglove.Context()
+        self._channels: dict[str, Channel] = {}
+        try:
+            # Clients that are told the time show simulated time, not the wall's.
+            self._server = foxglove.start_server(
+                name=name, host=HOST, port=port, context=self._context, capabilities=[Capability.Time]
+            )
+        except RuntimeError as error:
+            reason = str(error).rpartition("port: ")[2].partition(" (")[0]
+            raise InputError(f"port {port} of {HOST} cannot be served: {reason}; choose another") from None
+        self.url = f"ws://{HOST}:{self._server.port}"
+
+    def announce(self, topics: tuple[Topic, ...]) -> None:
+        """Offers the topics of a run that is to begin, in place of the last one's."""
+        import foxglove
+
+        if self._channels:
+            self._server.clear_session()  # simulated time begins anew
+        for channel in self._channels.values():
+            channel.close()
+        self._channels = {
+            topic.name: foxglove.Channel(
+                topic.name,
+                message_encoding=topic.schema.message_encoding,
+                schema=foxglove.Schema(name=topic.schema.name, encoding=topic.schema.encoding, data=topic.schema.data),
+                context=self._context,
+            )
+            for topic in topics
+        }
+
+    def writer(self, channels: Mapping[str, int], file: Writer | None) -> Writer:
+        """Sends every message to the clients before it goes to the file, if there is one.
+
+        `channels` holds the number that messages bear for each topic that was announced.
+        """
+        return _LiveWriter(self._server, {number: self._channels[name] for name, number in channels.items()}, file)
+
+    def close(self) -> None:
+        """Ends the server when its clients had time for the last messages."""
+        if any(channel.has_sinks() for channel in self._channels.values()):
+            time.sleep(LAST_MESSAGES)
+        # It waits for each client to take what was sent, and one that is stopped never does.
+        stopping = threading.Thread(target=self._server.stop, daemon=True)
+        stopping.start()
+        stopping.join(STOP_TIMEOUT)
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        self.close()
+
+
+class _LiveWriter:
+    """A `Writer` to clients and file."""
+
+    def __init__(self, server: "WebSocketServer", channels: Mapping[int, "Channel"], file: Writer | None):
+        self._server, self._channels, self._file = server, channels, file
+        self._time_ns = -1
+
+    def add_message(self, channel_id: int, log_time: int, data: bytes, publish_time: int, sequence: int = 0) -> None:
+        """See `Writer`."""
+        if log_time != self._time_ns:
+            self._time_ns = log_time
+            self._server.broadcast_time(log_time)
+        self._channels[channel_id].log(data, log_time=log_time)
+        if self._file is not None:
+            self._file.add_message(channel_id, log_time, data, publish_time, sequence)
+
+    def flush(self) -> None:
+        """See `Writer`."""
+        if self._file is not None:
+            self._file.flush()
