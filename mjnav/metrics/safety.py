@@ -79,6 +79,31 @@ def lane_violation(trajectory: Trajectory, scenario: Scenario) -> float | None:
 
     Over the left one is d1 + radius > 0, over the right one d2 - radius < 0, linear between ticks.
     """
+    excess = _lane_excess(trajectory, scenario)
+    if excess is None:
+        return None
+    before, after = excess[:-1], excess[1:]
+    over = np.maximum(before, 0.0) + np.maximum(after, 0.0)
+    size = np.abs(before) + np.abs(after)
+    share = np.divide(over, size, out=np.zeros_like(size), where=size > 0.0)
+    return float(share @ np.diff(trajectory.time))
+
+
+def lane_clearance(trajectory: Trajectory, scenario: Scenario) -> tuple[float, float] | None:
+    """Distance of the robot's edge from the nearer boundary, its least and its mean over time [m]; None without lanes.
+
+    Negative where the robot is over a boundary.
+    """
+    excess = _lane_excess(trajectory, scenario)
+    if excess is None:
+        return None
+    duration = trajectory.time[-1] - trajectory.time[0]
+    mean = np.trapezoid(excess, trajectory.time) / duration if duration > 0.0 else excess[0]
+    return -float(excess.max()), -float(mean)
+
+
+def _lane_excess(trajectory: Trajectory, scenario: Scenario) -> Array | None:
+    """How far the robot's edge is beyond the boundary that it is nearer to, at each state (T + 1,); None as above."""
     if scenario.lanes is None:
         return None
     from mjnav.constraints.lane import lane_distance  # numba comes with its package
@@ -86,9 +111,4 @@ def lane_violation(trajectory: Trajectory, scenario: Scenario) -> float | None:
     route, radius = trajectory.robot_pose[:, :2], scenario.robot.radius
     left = lane_distance(route, scenario.lanes.left) + radius
     right = radius - lane_distance(route, scenario.lanes.right)
-    excess = np.maximum(left, right)
-    before, after = excess[:-1], excess[1:]
-    over = np.maximum(before, 0.0) + np.maximum(after, 0.0)
-    size = np.abs(before) + np.abs(after)
-    share = np.divide(over, size, out=np.zeros_like(size), where=size > 0.0)
-    return float(share @ np.diff(trajectory.time))
+    return np.maximum(left, right)

@@ -32,6 +32,8 @@ FIGURES: Mapping[str, tuple[str, str]] = MappingProxyType(
         "success": (TRUTH, "the goal, without contact, in time"),
         **{f"collisions_{kind}": (INTEGER, "contacts") for kind in ("person", "table", "wall", "pillar")},
         "lane_violation_s": (NUMBER, "time over a lane's boundary; null without lanes"),
+        "min_lane_clearance_m": (NUMBER, "the robot's edge to the nearer boundary; null without lanes"),
+        "mean_lane_clearance_m": (NUMBER, "the same, mean over time"),
         "time_s": (NUMBER, "simulated time to the end"),
         "path_length_m": (NUMBER, ""),
         "straight_line_m": (NUMBER, "length of the way over the waypoints"),
@@ -52,6 +54,8 @@ FIGURES: Mapping[str, tuple[str, str]] = MappingProxyType(
         "robot_kurtosis": (NUMBER, "3 for a Gaussian"),
         "people_skew": (NUMBER, "the same of people's samples; null without people"),
         "people_kurtosis": (NUMBER, ""),
+        "min_safe_share": (NUMBER, "of the closest obstacle's samples at the chosen control, least over ticks"),
+        "mean_safe_share": (NUMBER, "mean over ticks; null where the method never met an obstacle"),
         **{
             f"compute_ms_{phase}_{level}": (NUMBER, "wall time of a tick's phase")
             for phase in ("sense", "estimate", "control", "record", "tick")

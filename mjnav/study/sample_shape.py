@@ -1,4 +1,4 @@
-"""How far from Gaussian the samples were that the controller got."""
+"""What the controller got and what it chose: how far from Gaussian its samples were, and how many of them it avoided."""
 
 from math import nan, sqrt
 
@@ -16,21 +16,30 @@ class SampleShape:
         G1 = sqrt(n (n - 1)) / (n - 2) g1,   G2 = (n - 1) / ((n - 2) (n - 3)) ((n + 1) g2 + 6),   kurtosis G2 + 3;
 
     of few samples of a heavy tail both are too small. Source: Joanes & Gill, The Statistician 47 (1998) 183.
+
+    And the share of the closest obstacle's samples that the chosen control avoids, where the run computes `cones`.
     """
 
     def __init__(self):
         self._robot: list[Array] = []  # (N, 2) each
         self._people: list[Array] = []
+        self._safe_shares: list[float] = []
 
     def __call__(self, record: TickRecord) -> None:
         """One more tick."""
         observation = record.observation
         self._robot.append(observation.robot_pose[:, :2])
         self._people += [person.position for person in observation.obstacles[: len(record.tracks)]]
+        if record.cone is not None:
+            self._safe_shares.append(record.cone.safe_share)
 
     def figures(self) -> dict[str, float | None]:
         """Under the names of a row's columns; None where all samples are alike, or too few."""
-        found: dict[str, float | None] = {}
+        shares = self._safe_shares
+        found: dict[str, float | None] = {
+            "min_safe_share": min(shares, default=None),
+            "mean_safe_share": sum(shares) / len(shares) if shares else None,
+        }
         for name, samples in (("robot", self._robot), ("people", self._people)):
             skew, kurtosis = _unbiased(np.stack(samples, axis=1)) if samples else (nan, nan)
             found[f"{name}_skew"] = skew if np.isfinite(skew) else None

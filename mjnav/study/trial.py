@@ -12,6 +12,7 @@ from mjnav import scenarios
 from mjnav.loop.episode import Episode, Result, warm_up
 from mjnav.loop.run_info import revision
 from mjnav.metrics.effort import time_to_avoid
+from mjnav.metrics.safety import lane_clearance
 from mjnav.scenarios.spec import Scenario
 from mjnav.study.cells import Cell
 from mjnav.study.row import COLUMNS, Row, flatten
@@ -51,7 +52,7 @@ def run_trial(trial: Trial, stop: Callable[[], bool] = lambda: False) -> Row:
         scenario = replace(_prepared(trial.cell.document), seed=trial.seed)
         began = time.perf_counter()
         shape = SampleShape()
-        result = Episode(scenario, watch=shape, stop=stop).run()
+        result = Episode(scenario, watch=shape, stop=stop, cones=True).run()
         figures = {**_figures(result, scenario), **shape.figures()}
         row = _row(trial, time.perf_counter() - began, **figures)
     except Exception as error:  # whatever a controller does, the other episodes go on
@@ -88,8 +89,11 @@ def _row(trial: Trial, seconds: float | None, **figures: object) -> Row:
 
 def _figures(result: Result, scenario: Scenario) -> Row:
     status = result.trajectory.status
+    least, mean = lane_clearance(result.trajectory, scenario) or (None, None)
     return {
         **{key: value for key, value in flatten(result.summary).items() if key not in ("scene", "controller", "seed")},
+        "min_lane_clearance_m": least,
+        "mean_lane_clearance_m": mean,
         "time_to_avoid_s": time_to_avoid(result.trajectory, scenario),
         "ticks_without_nominal": status.count("infeasible_nominal"),
         "ticks_without_own": status.count("infeasible"),

@@ -118,5 +118,16 @@ def test_lane_violation_counts_the_time_that_any_part_is_over(trajectory_through
     assert safety.lane_violation(trajectory_through([[0, 0], [1, 0]]), scenario) == 0.0
 
 
+def test_lane_clearance_is_from_the_robots_edge_to_the_nearer_boundary(trajectory_through, scenario_with):
+    scenario = scenario_with(lanes=LaneSpec(left=(0.0, 1.0, -1.0), right=(0.0, 1.0, 1.0)))
+    radius = scenario.robot.radius
+    least, mean = safety.lane_clearance(trajectory_through([[0, 0.0], [1, 0.5], [2, -0.1]]), scenario)
+    assert least == pytest.approx(0.5 - radius)
+    # by trapezoids over |y| = 0, 0.5, 0.1
+    assert mean == pytest.approx(1.0 - radius - (0.25 + 0.3) / 2)
+
+
 def test_without_lanes_there_is_no_violation_to_speak_of(trajectory_through, scenario_with):
-    assert safety.lane_violation(trajectory_through([[0, 0], [1, 0]]), scenario_with()) is None
+    trajectory = trajectory_through([[0, 0], [1, 0]])
+    assert safety.lane_violation(trajectory, scenario_with()) is None
+    assert safety.lane_clearance(trajectory, scenario_with()) is None
