@@ -1,4 +1,4 @@
-"""What the controller got and what it chose: how far from Gaussian its samples were, and how many of them it avoided."""
+"""What the controller got and what it chose: its samples' distance from Gaussian, and how many of them it avoided."""
 
 from math import nan, sqrt
 
