@@ -1,0 +1,248 @@
+"""Reading an MCAP file past damage anywhere: everything that is intact, and where something is not.
+
+A file is a row of records, so the reader goes from one to the next. Where no intact record stands, it goes on with the
+record behind the damaged one, if that one's length still leads there, or else looks at every byte for a record that
+
+* is a chunk or an attachment whose checksum fits, or
+* is the same bytes when written again and is followed by the header of another.
+
+A chunk whose checksum does not fit is lost as a whole: nothing says which of its messages are right, and what LZ4 or
+Zstandard make of the bytes before the damage is not checked by itself.
+"""
+
+import os
+import re
+from collections import defaultdict
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass, field, replace
+from itertools import chain
+
+from mcap.opcode import Opcode
+from mcap.records import (
+    Attachment,
+    Channel,
+    Chunk,
+    DataEnd,
+    Header,
+    McapRecord,
+    Message,
+    MessageIndex,
+    Metadata,
+    Schema,
+)
+from mcap.writer import MCAP0_MAGIC
+
+from mjnav.errors import InputError
+from mjnav.recording.probe import HEADER_SIZE, Bytes, Found, attachment_at, chunk_at, record_at
+from mjnav.recording.summary import find_summary
+
+_KNOWN = frozenset(Opcode)
+# A magic, or an opcode and a length below 2^40; it takes up no bytes, so that matches may overlap.
+_END = re.compile(rb"\x02\x14\x00{7}[\s\S]{20}\x89MCAP0\r\n")  # a footer and the magic
+_END_SIZE = HEADER_SIZE + 20 + len(MCAP0_MAGIC)
+_CANDIDATE = re.compile(rb"(?=(\x89MCAP0\r\n)|[\x01-\x0f][\s\S]{5}\x00{3})")
+
+
+@dataclass(frozen=True, slots=True)
+class Lost:
+    """Bytes from `start` to before `end` that are no intact record."""
+
+    start: int
+    end: int
+    why: str
+    messages: Mapping[int, int] = field(default_factory=dict)  # by channel, at least so many; from indexes left intact
+
+
+@dataclass(frozen=True, slots=True)
+class Unchecked:
+    """The record that comes next reads well, but no checksum of its own vouches for it. An intact DataEnd still may."""
+
+    start: int
+    end: int
+
+
+Salvaged = McapRecord | Lost | Unchecked
+
+
+def salvage(path: str | os.PathLike[str]) -> Iterator[Salvaged]:
+    """What is intact in a file, in its order, and what is not.
+
+    Statistics, schemas and channels come first where the summary at the file's end is intact, and may come again where
+    they stand. Then Header, Schema, Channel, Message, Attachment and Metadata, those inside chunks too. DataEnd comes
+    only where its checksum, if it has one, is that of all before it: then nothing in the data was damaged. Footer comes
+    only where the summary and the file's end are intact: the file of which it does not come was cut off or its end is
+    damaged. Memory is bounded by the largest intact record.
+
+    Raises InputError where the file cannot be read; a file that is no MCAP at all is one Lost.
+    """
+    with _opened(path) as file:
+        yield from _joined(_Walk(file).items())
+
+
+@contextmanager
+def _opened(path: str | os.PathLike[str]) -> Iterator[Bytes]:
+    try:
+        file = open(path, "rb")  # noqa: SIM115 - closed below
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read: {error.strerror}") from error
+    with file:
+        yield Bytes(file)
+
+
+def _joined(items: Iterable[Salvaged]) -> Iterator[Salvaged]:
+    """The items, with adjacent losses as one that counts the messages of the indexes behind it."""
+    lost: Lost | None = None
+    for item in items:
+        if isinstance(item, Lost) and lost is not None and lost.end == item.start:
+            lost = replace(lost, end=item.end)
+        elif isinstance(item, MessageIndex):
+            if lost is not None:
+                count = lost.messages.get(item.channel_id, 0) + len(item.records)
+                lost = replace(lost, messages={**lost.messages, item.channel_id: count})
+        else:
+            if lost is not None:
+                yield lost
+            lost = item if isinstance(item, Lost) else None
+            if lost is None:
+                yield item
+    if lost is not None:
+        yield lost
+
+
+class _Walk:
+    """From one record of a file to the next."""
+
+    def __init__(self, file: Bytes):
+        self._file = file
+        self._summary = summary = find_summary(file)
+        self._end = file.size if summary is None else summary.start
+        # Whether messages stand outside chunks: told by the summary, or by what comes first, before any damage.
+        self._flat = summary.statistics.chunk_count == 0 if summary and summary.statistics else None
+        self._checksums = False  # a chunk had one, so one without is not believed
+        self._started = self._damaged = self._data_ended = False
+        self._times: dict[int, list[int]] = {}  # of the messages of the last intact chunk, by channel
+
+    def items(self) -> Iterator[Salvaged]:
+        """Everything; message indexes only of chunks that were lost."""
+        summary = self._summary
+        if summary is not None:
+            yield from chain([summary.statistics] if summary.statistics else [], summary.definitions)
+        place = len(MCAP0_MAGIC) if self._file.read(0, len(MCAP0_MAGIC)) == MCAP0_MAGIC else 0
+        while place < self._end:
+            found = self._found(place)
+            if found is not None:
+                self._started = True
+                yield from self._kept(place, found)
+                place = found.end
+            else:
+                after, why = self._resynchronised(place)
+                self._damaged = True
+                yield Lost(place, after, why)
+                place = after
+        if summary is not None:
+            end = summary.end + len(MCAP0_MAGIC)
+            closed = self._file.read(summary.end, end) == MCAP0_MAGIC
+            if closed and end == self._file.size:
+                yield summary.footer
+            elif summary.end < self._file.size:
+                yield Lost(end if closed else summary.end, self._file.size, "not the end of an MCAP file")
+
+    def _found(self, place: int) -> Found | None:
+        """The intact record where one is due, also where only its opcode or length was damaged."""
+        found = record_at(self._file, place, self._end)
+        if found is None:
+            for by_checksum in (chunk_at, attachment_at):
+                found = by_checksum(self._file, place, self._end)
+                if found is not None and found.checked:
+                    return found
+            return None
+        without = isinstance(found.record, Chunk) and not found.checked
+        return None if without and self._checksums else found
+
+    def _kept(self, place: int, found: Found) -> Iterator[Salvaged]:
+        record = found.record
+        if isinstance(record, Chunk):
+            self._flat = False
+            self._checksums = self._checksums or found.checked
+            self._times = _times(found.contents)
+            if not found.checked:
+                yield Unchecked(place, found.end)
+            yield from found.contents
+        elif isinstance(record, Attachment):
+            if not found.checked:
+                yield Unchecked(place, found.end)
+            yield record
+        elif isinstance(record, Header | Metadata) or (
+            isinstance(record, Schema | Channel | Message) and self._outside_chunks()
+        ):
+            yield Unchecked(place, found.end)
+            yield record
+        elif isinstance(record, MessageIndex):
+            if sorted(time for time, _ in record.records) != self._times.get(record.channel_id):
+                yield record
+        elif isinstance(record, DataEnd):
+            self._data_ended = True
+            if record.data_section_crc in (0, self._file.checksum(0, place)):
+                yield record
+        else:
+            self._damaged = True
+            yield Lost(place, found.end, "an index whose checksum does not fit")
+
+    def _outside_chunks(self) -> bool:
+        """Whether a schema, channel or message here is not a piece of a damaged chunk or summary."""
+        if self._flat is None:
+            self._flat = not self._damaged
+        return self._flat and not self._data_ended
+
+    def _resynchronised(self, place: int) -> tuple[int, str]:
+        """Where the next intact record starts, or the data's end; and what stands before it."""
+        opcode, length = self._file.header(place)
+        after = place + HEADER_SIZE + length
+        if opcode in _KNOWN and after <= self._end and self._plausible(after):
+            name = Opcode(opcode).name.lower().replace("_", " ")
+            fits = "whose checksum does not fit" if opcode in (Opcode.CHUNK, Opcode.ATTACHMENT) else "of no sense"
+            return after, f"{name} {fits}"
+        after = self._searched(place + 1)
+        cut_off = after == self._file.size and opcode in _KNOWN and place + HEADER_SIZE + length > after
+        return after, "cut off" if cut_off else "no record can be made out"
+
+    def _searched(self, first: int) -> int:
+        """The first byte from `first` on at which an intact record starts, or the data's end."""
+        inside_until = first  # the end of a file inside this one: an attachment that is itself a log
+        for start, block in self._file.blocks(first, self._end, overlap=HEADER_SIZE - 1):
+            for match in _CANDIDATE.finditer(block):
+                place = start + match.start()
+                if place < inside_until:
+                    continue
+                if match[1] and self._started:
+                    inside_until = self._end_of_file_at(place)
+                elif not match[1] and self._plausible(place):
+                    return place
+        return self._end
+
+    def _end_of_file_at(self, place: int) -> int:
+        """Where the MCAP file that starts at a byte ends; where it starts, if that is not before this one's own end."""
+        for start, block in self._file.blocks(place, self._end, overlap=_END_SIZE - 1):
+            if (match := _END.search(block)) is not None and start + match.end() < self._end:
+                return start + match.end()
+        return place
+
+    def _plausible(self, place: int) -> bool:
+        """Whether an intact record stands at a byte, so that chance bytes do not look like it."""
+        if place == self._end:
+            return True
+        found = record_at(self._file, place, self._end)
+        if found is None or found.checked:
+            return found is not None
+        opcode, length = self._file.header(found.end)
+        return found.end == self._end or (opcode in _KNOWN and found.end + HEADER_SIZE + length <= self._file.size)
+
+
+def _times(contents: Iterable[McapRecord]) -> dict[int, list[int]]:
+    """The sorted log times of messages by channel."""
+    times: defaultdict[int, list[int]] = defaultdict(list)
+    for record in contents:
+        if isinstance(record, Message):
+            times[record.channel_id].append(record.log_time)
+    return {channel: sorted(values) for channel, values in times.items()}
