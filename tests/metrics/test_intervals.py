@@ -5,7 +5,7 @@ from hypothesis import strategies as st
 from scipy import stats
 
 from mjnav.errors import InvalidValue
-from mjnav.metrics.intervals import paired_bootstrap, wilson
+from mjnav.metrics.intervals import SharedBootstrap, holm, mcnemar, paired_bootstrap, wilson
 
 
 @pytest.mark.parametrize(
@@ -57,3 +57,38 @@ def test_the_bootstrap_draws_from_its_generator_alone_and_leaves_out_broken_pair
 
 def test_equal_methods_differ_by_nothing():
     assert paired_bootstrap([1.0, 2.0, 3.0], [1.0, 2.0, 3.0], np.random.default_rng(0)) == (0.0, 0.0)
+
+
+def test_a_shared_bootstrap_gives_the_interval_of_one_alone():
+    rng = np.random.default_rng(6)
+    a, b = rng.gamma(2.0, size=150) + 100.0, rng.gamma(2.0, size=150) + 100.0
+    a[:5] = np.nan
+    shared = SharedBootstrap(150, np.random.default_rng(7))
+    low, high = paired_bootstrap(a, b, np.random.default_rng(8))
+    assert shared.interval(a - b) == pytest.approx((low, high), abs=0.03 * (high - low))
+    assert shared.interval(np.full(150, np.nan)) is None
+    assert shared.interval(np.full(150, 0.25)) == (0.25, 0.25)
+
+
+def test_its_p_values_are_uniform_where_nothing_differs_and_small_where_something_does():
+    shared = SharedBootstrap(40, np.random.default_rng(9), resamples=2000)
+    rng = np.random.default_rng(10)
+    found = [shared.p_value(rng.standard_t(3, size=40)) for _ in range(300)]
+    assert stats.kstest(found, "uniform").pvalue > 1e-3
+    assert shared.p_value(rng.normal(size=40) + 1.5) == pytest.approx(1 / 2001)
+    assert shared.p_value(np.zeros(40)) == 1.0
+    assert shared.p_value(np.full(40, np.nan)) is None
+
+
+@pytest.mark.parametrize(("only_a", "only_b"), [(0, 0), (3, 0), (2, 9), (40, 22)])
+def test_mcnemars_test_is_the_binomial_one(only_a, only_b):
+    n = only_a + only_b
+    tail = sum(stats.binom.pmf(k, n, 0.5) for k in range(min(only_a, only_b) + 1))
+    assert mcnemar(only_a, only_b) == pytest.approx(min(1.0, 2.0 * tail))
+
+
+def test_holms_correction_has_the_answers_of_its_definition():
+    assert holm([0.01, 0.04, 0.03]) == pytest.approx([0.03, 0.06, 0.06])
+    assert holm([0.5]) == [0.5]
+    assert holm([0.6, 0.9]) == [1.0, 1.0]
+    assert holm([]) == []
