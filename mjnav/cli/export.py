@@ -1,0 +1,77 @@
+"""`mjnav export LOG --format tum|csv|rosbag2 OUT`: a log as a folder that other programs read."""
+
+import argparse
+import json
+
+from mjnav.cli.interrupt import interruptible
+from mjnav.cli.waiting import progress
+from mjnav.errors import DamagedLogError, InputError
+from mjnav.recording import Log, open_log
+from mjnav.recording.export import FORMATS, check_format, check_new_folder, export
+
+
+def configure(parser: argparse.ArgumentParser) -> None:
+    """The command's options."""
+    parser.add_argument("log", metavar="LOG", help="the log of a run")
+    parser.add_argument("output", metavar="OUT", help="a folder that does not exist yet")
+    parser.add_argument(
+        "--format",
+        metavar="|".join(FORMATS),
+        required=True,
+        help="trajectories for evo; a table a topic for pandas; a ROS 2 bag",
+    )
+    parser.add_argument("--topic", action="append", metavar="NAME", help="csv: this topic only; may be repeated")
+    parser.add_argument("--json", action="store_true", help="one JSON object in place of text")
+
+
+def execute(arguments: argparse.Namespace) -> int:
+    """Writes the folder and says what is in it."""
+    form, topics = arguments.format, arguments.topic or ()
+    check_format(form)
+    if topics and form != "csv":
+        raise InputError(f"--topic goes with --format csv, not with {form}")
+    check_format(form, topics)
+    check_new_folder(arguments.output)
+    with interruptible() as asked:
+        log = _opened(arguments.log)
+        with progress(form, total=log.duration or 0.0) as show:
+
+            def step(time: float) -> None:
+                if asked.is_set():
+                    raise KeyboardInterrupt
+                show(time)
+
+            written = export(log, form, arguments.output, topics=topics, progress=step)
+    if arguments.json:
+        print(json.dumps(_summary(log, form, arguments.output, written)))
+    else:
+        _print(log, form, arguments.output, written)
+    return 0
+
+
+def _opened(path: str) -> Log:
+    try:
+        return open_log(path)
+    except DamagedLogError as error:
+        raise DamagedLogError(f"{error}\n`mjnav recover {path} OUT.mcap` saves what can be read") from None
+
+
+def _summary(log: Log, form: str, output: str, written: dict[str, int]) -> dict:
+    return {
+        "schema": 1,
+        "format": form,
+        "output": output,
+        "complete": log.complete,
+        "truncated": log.truncated,
+        "duration_s": log.duration,
+        "written": written,
+    }
+
+
+def _print(log: Log, form: str, output: str, written: dict[str, int]) -> None:
+    print(f"{output}: {log.duration:.1f} s of simulated time")
+    if log.truncated:
+        print("  the log has no end, its writer was killed: this is what was written before")
+    width = max(map(len, written), default=0)
+    for name, count in written.items():
+        print(f"  {name:{width}}  {count:8d} {FORMATS[form][1]}")

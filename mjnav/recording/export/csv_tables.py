@@ -1,0 +1,45 @@
+"""Tidy tables: a CSV file for each topic, a row for each thing observed, a column for each of its figures.
+
+Every table begins with the number of the tick and the simulated time, by which tables join. columns.csv says what unit
+each column of each table has. Numbers are the shortest decimals that read back as the same number: pandas does so with
+`read_csv(..., float_precision="round_trip")`. Particles and the cone's samples are float32 in the log and here. What is
+not there or not finite in a JSON message is an empty field.
+"""
+
+import csv
+from collections.abc import Iterator, Sequence
+from contextlib import ExitStack
+from pathlib import Path
+from typing import Any
+
+from mjnav.recording.export.tables import TABLES as TOPICS
+from mjnav.recording.reader import Log, LogMessage
+
+_FIRST = {"tick": "", "time": "s"}
+
+
+def write(log: Log, topics: Sequence[str], messages: Iterator[LogMessage], folder: Path) -> dict[str, int]:
+    """The tables of these topics, an empty one where there were no messages; gives the number of rows in each."""
+    folder.mkdir()
+    counts: dict[str, int] = {}
+    with ExitStack() as stack:
+
+        def begin(name: str, *columns: str) -> Any:
+            file = stack.enter_context(open(folder / f"{name}.csv", "x", encoding="utf-8", newline=""))
+            writer = csv.writer(file, lineterminator="\n")
+            writer.writerow(columns)
+            return writer
+
+        chosen = [(table, begin(table.name, *_FIRST, *table.columns)) for topic in topics for table in TOPICS[topic]]
+        units = begin("columns", "table", "column", "unit")
+        for table, _ in chosen:
+            units.writerows((table.name, *column) for column in {**_FIRST, **table.columns}.items())
+        writers = {table.name: writer for table, writer in chosen}
+        counts = dict.fromkeys((f"{name}.csv" for name in writers), 0)
+        for message in messages:
+            first = (message.sequence, message.time_ns / 1e9)
+            for table in TOPICS[message.topic]:
+                rows = [(*first, *row) for row in table.rows(message.value)]
+                writers[table.name].writerows(rows)
+                counts[f"{table.name}.csv"] += len(rows)
+    return counts

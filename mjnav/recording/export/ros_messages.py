@@ -1,0 +1,219 @@
+"""What the log's messages are in ROS 2: poses, twists, scans and particles.
+
+The definitions of these types are the same in every distribution from Humble to Lyrical.
+"""
+
+from collections.abc import Mapping, Sequence
+from math import atan2, cos, sin
+from typing import Any
+
+import numpy as np
+from foxglove_schemas_protobuf.Log_pb2 import Log as Event
+from rosbags.typesys.stores import ros2_humble as ros
+
+from mjnav.recording.geometry import TRUE_FRAME, WORLD_FRAME, time_ns
+
+_PLANAR = [0, 1, 5]  # x, y and the turn about z among the six coordinates of a pose
+
+
+def stamp(nanoseconds: int) -> ros.builtin_interfaces__msg__Time:
+    """Simulated time."""
+    return ros.builtin_interfaces__msg__Time(*divmod(nanoseconds, 1_000_000_000))
+
+
+def header(nanoseconds: int, frame: str = WORLD_FRAME) -> ros.std_msgs__msg__Header:
+    """Stamped with simulated time."""
+    return ros.std_msgs__msg__Header(stamp(nanoseconds), frame)
+
+
+def _measured(message: Any) -> int:
+    """The time [ns] that a protobuf message bears."""
+    return message.timestamp.ToNanoseconds()
+
+
+def vector(x: float = 0.0, y: float = 0.0, z: float = 0.0) -> ros.geometry_msgs__msg__Vector3:
+    """Zero where nothing is said."""
+    return ros.geometry_msgs__msg__Vector3(x, y, z)
+
+
+def same_vector(given: Any) -> ros.geometry_msgs__msg__Vector3:
+    """Of a foxglove.Vector3."""
+    return ros.geometry_msgs__msg__Vector3(given.x, given.y, given.z)
+
+
+def same_turn(turn: Any) -> ros.geometry_msgs__msg__Quaternion:
+    """Of a foxglove.Quaternion."""
+    return ros.geometry_msgs__msg__Quaternion(turn.x, turn.y, turn.z, turn.w)
+
+
+def same_point(point: Any) -> ros.geometry_msgs__msg__Point:
+    """Of a foxglove.Point3 or Vector3."""
+    return ros.geometry_msgs__msg__Point(point.x, point.y, point.z)
+
+
+def _pose(x: float, y: float, heading: float) -> ros.geometry_msgs__msg__Pose:
+    turn = ros.geometry_msgs__msg__Quaternion(0.0, 0.0, sin(0.5 * heading), cos(0.5 * heading))
+    return ros.geometry_msgs__msg__Pose(ros.geometry_msgs__msg__Point(x, y, 0.0), turn)
+
+
+def _twist(v: float, omega: float) -> ros.geometry_msgs__msg__Twist:
+    return ros.geometry_msgs__msg__Twist(vector(x=v), vector(z=omega))
+
+
+def _floats(values: Sequence[float | None]) -> list[float]:
+    """With NaN again for what JSON has no number for."""
+    return np.array(values, float).tolist()
+
+
+# --------------------------------------------------------------------------------------------- robot
+
+
+def clock(nanoseconds: int) -> ros.rosgraph_msgs__msg__Clock:
+    """The simulated time, for nodes with use_sim_time."""
+    return ros.rosgraph_msgs__msg__Clock(stamp(nanoseconds))
+
+
+def transforms(message: Any, _: int) -> ros.tf2_msgs__msg__TFMessage:
+    """foxglove.FrameTransforms."""
+    return ros.tf2_msgs__msg__TFMessage(
+        [
+            ros.geometry_msgs__msg__TransformStamped(
+                header(_measured(moved), moved.parent_frame_id),
+                moved.child_frame_id,
+                ros.geometry_msgs__msg__Transform(same_vector(moved.translation), same_turn(moved.rotation)),
+            )
+            for moved in message.transforms
+        ]
+    )
+
+
+def truth(document: Mapping, now: int) -> ros.nav_msgs__msg__Odometry:
+    """The true pose and twist of mjnav.RobotState; no covariance."""
+    return ros.nav_msgs__msg__Odometry(
+        header(now),
+        TRUE_FRAME,
+        ros.geometry_msgs__msg__PoseWithCovariance(_pose(*_floats(document["pose"])), np.zeros(36)),
+        ros.geometry_msgs__msg__TwistWithCovariance(_twist(*_floats(document["twist"])), np.zeros(36)),
+    )
+
+
+def estimate(document: Mapping, now: int) -> ros.geometry_msgs__msg__PoseWithCovarianceStamped | None:
+    """The believed pose of mjnav.RobotState, where there is one; a belief has no twist."""
+    believed = document["estimate"]
+    if believed is None:
+        return None
+    covariance = np.zeros((6, 6))
+    covariance[np.ix_(_PLANAR, _PLANAR)] = np.array(believed["covariance"], float)
+    pose = ros.geometry_msgs__msg__PoseWithCovariance(_pose(*_floats(believed["mean"])), covariance.ravel())
+    return ros.geometry_msgs__msg__PoseWithCovarianceStamped(header(now), pose)
+
+
+def odometry(document: Mapping, _: int) -> ros.geometry_msgs__msg__TwistStamped:
+    """The wheels' mean twist since the reading before."""
+    twist = _twist(*_floats([document["v"], document["omega"]]))
+    return ros.geometry_msgs__msg__TwistStamped(header(time_ns(document["time"]), TRUE_FRAME), twist)
+
+
+def measured_pose(document: Mapping, _: int) -> ros.geometry_msgs__msg__PoseStamped:
+    """The pose sensor's of mjnav.Odometry."""
+    return ros.geometry_msgs__msg__PoseStamped(header(time_ns(document["time"])), _pose(*_floats(document["pose"])))
+
+
+def gyro(document: Mapping, _: int) -> ros.sensor_msgs__msg__Imu:
+    """The turn rate; -1 says that there is neither orientation nor acceleration."""
+    (rate,) = _floats([document["gyro"]])
+    missing = np.zeros(9)
+    missing[0] = -1.0
+    return ros.sensor_msgs__msg__Imu(
+        header=header(time_ns(document["time"]), TRUE_FRAME),
+        orientation=ros.geometry_msgs__msg__Quaternion(0.0, 0.0, 0.0, 1.0),
+        orientation_covariance=missing,
+        angular_velocity=vector(z=rate),
+        angular_velocity_covariance=np.zeros(9),
+        linear_acceleration=vector(),
+        linear_acceleration_covariance=missing,
+    )
+
+
+def command(document: Mapping, now: int) -> ros.geometry_msgs__msg__TwistStamped:
+    """The command in force from now on."""
+    twist = _twist(*_floats([document["v"], document["omega"]]))
+    return ros.geometry_msgs__msg__TwistStamped(header(now, TRUE_FRAME), twist)
+
+
+def event(message: Any, _: int) -> ros.rcl_interfaces__msg__Log:
+    """foxglove.Log."""
+    line = ros.rcl_interfaces__msg__Log
+    level = {Event.INFO: line.INFO, Event.WARNING: line.WARN, Event.ERROR: line.ERROR}
+    return line(
+        stamp=stamp(_measured(message)),
+        level=level.get(message.level, line.DEBUG),
+        name=message.name,
+        msg=message.message,
+        file="",
+        function="",
+        line=0,
+    )
+
+
+def scan(message: Any, _: int, *, period: float, max_range: float) -> ros.sensor_msgs__msg__LaserScan:
+    """foxglove.LaserScan; a beam that met nothing has an infinite range, as REP 117 wants it."""
+    return ros.sensor_msgs__msg__LaserScan(
+        header=header(_measured(message), message.frame_id),
+        angle_min=message.start_angle,
+        angle_max=message.end_angle,
+        angle_increment=(message.end_angle - message.start_angle) / max(1, len(message.ranges) - 1),
+        time_increment=0.0,
+        scan_time=period,
+        range_min=0.0,
+        range_max=max_range,
+        ranges=np.array(message.ranges, np.float32),
+        intensities=np.zeros(0, np.float32),
+    )
+
+
+# --------------------------------------------------------------------------------- people, particles
+
+
+def people(document: Mapping, now: int) -> ros.geometry_msgs__msg__PoseArray:
+    """Each person's position, facing the way it walks."""
+    states = [_floats([*person["position"], *person["velocity"]]) for person in document["people"]]
+    return ros.geometry_msgs__msg__PoseArray(header(now), [_pose(x, y, atan2(vy, vx)) for x, y, vx, vy in states])
+
+
+def detections(document: Mapping, now: int) -> ros.geometry_msgs__msg__PoseArray | None:
+    """The detected positions, where the tick had any reading."""
+    if "detections" not in document:
+        return None
+    places = [_floats(place) for place in document["detections"]]
+    return ros.geometry_msgs__msg__PoseArray(header(now), [_pose(x, y, 0.0) for x, y in places])
+
+
+def _table(cloud: Any) -> np.ndarray:
+    """The particles of a foxglove.PointCloud of float32, (n, columns)."""
+    return np.frombuffer(cloud.data, "<f4").reshape(-1, len(cloud.fields))
+
+
+def particle_poses(cloud: Any, _: int) -> ros.geometry_msgs__msg__PoseArray:
+    """Particles whose first columns are x, y and heading, as arrows; without their weights."""
+    poses = [_pose(*row) for row in _table(cloud)[:, :3].tolist()]
+    return ros.geometry_msgs__msg__PoseArray(header(_measured(cloud), cloud.frame_id), poses)
+
+
+def particles(cloud: Any, _: int) -> ros.sensor_msgs__msg__PointCloud2:
+    """Every column of a foxglove.PointCloud, with the z = 0 after x and y that viewers ask for."""
+    table = np.insert(_table(cloud), 2, 0.0, axis=1)
+    names = [column.name for column in cloud.fields]
+    names.insert(2, "z")
+    field = ros.sensor_msgs__msg__PointField
+    return ros.sensor_msgs__msg__PointCloud2(
+        header=header(_measured(cloud), cloud.frame_id),
+        height=1,
+        width=len(table),
+        fields=[field(name, 4 * i, field.FLOAT32, 1) for i, name in enumerate(names)],
+        is_bigendian=False,
+        point_step=4 * len(names),
+        row_step=table.nbytes,
+        data=table.reshape(-1).view(np.uint8),
+        is_dense=bool(np.isfinite(table).all()),
+    )

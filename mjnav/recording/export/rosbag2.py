@@ -1,0 +1,121 @@
+"""A ROS 2 bag: metadata.yaml and one MCAP file of CDR messages, for Humble and every later distribution.
+
+Topics keep the log's names where ROS has no custom. Stamps are simulated time, which /clock carries too. What ROS has
+no type for goes as JSON in a std_msgs/String. The run's metadata are the bag's custom data.
+"""
+
+import json
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+from google.protobuf.json_format import MessageToDict
+from rosbags.interfaces import Qos, QosDurability, QosHistory, QosLiveliness, QosReliability, QosTime
+from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, Writer
+from rosbags.typesys import Stores, get_typestore
+from rosbags.typesys.stores.ros2_humble import std_msgs__msg__String as String
+
+from mjnav.recording.export import ros_markers, ros_messages
+from mjnav.recording.reader import Log, LogMessage
+from mjnav.scenarios.spec import Sensors
+
+VERSION = 8  # of the metadata; Humble cannot read the quality of service as version 9 writes it
+_NO_LIMIT = QosTime(0, 0)
+
+
+def _quality(durability: QosDurability, depth: int) -> Qos:
+    """Reliable, which suits subscribers of both kinds."""
+    history, reliability, liveliness = QosHistory.KEEP_LAST, QosReliability.RELIABLE, QosLiveliness.SYSTEM_DEFAULT
+    return Qos(history, depth, reliability, durability, _NO_LIMIT, _NO_LIMIT, liveliness, _NO_LIMIT, False)
+
+
+STREAM = _quality(QosDurability.VOLATILE, 10)
+LATCHED = _quality(QosDurability.TRANSIENT_LOCAL, 1)  # who comes late gets the last one
+
+
+@dataclass(frozen=True, slots=True)
+class RosTopic:
+    """A topic of the bag. `encode` makes its message, or None, of the log's one and the time [ns] of that."""
+
+    name: str
+    type: str
+    encode: Callable[[Any, int], Any]
+    quality: Qos = STREAM
+
+
+def _as_text(value: Any, _: int) -> String:
+    document = value if isinstance(value, dict) else MessageToDict(value, preserving_proto_field_name=True)
+    return String(json.dumps(document))
+
+
+def _text(name: str) -> RosTopic:
+    return RosTopic(name, "std_msgs/msg/String", _as_text)
+
+
+def ros_topics(sensors: Sensors) -> dict[str, tuple[RosTopic, ...]]:
+    """The bag's topics by those of the log. /robot/state says more than /robot/truth and /robot/estimate there."""
+    poses, cloud = "geometry_msgs/msg/PoseArray", "sensor_msgs/msg/PointCloud2"
+    markers = "visualization_msgs/msg/MarkerArray"
+    scan = partial(ros_messages.scan, period=1.0 / sensors.rate, max_range=sensors.lidar_range)
+    return {
+        "/tf": (RosTopic("/tf", "tf2_msgs/msg/TFMessage", ros_messages.transforms),),
+        "/robot/state": (
+            RosTopic("/robot/truth", "nav_msgs/msg/Odometry", ros_messages.truth),
+            RosTopic("/robot/estimate", "geometry_msgs/msg/PoseWithCovarianceStamped", ros_messages.estimate),
+        ),
+        "/people/truth": (RosTopic("/people/truth", poses, ros_messages.people),),
+        "/people/estimate": (
+            RosTopic("/people/estimate", poses, ros_messages.people),
+            RosTopic("/people/detections", poses, ros_messages.detections),
+        ),
+        "/odometry": (
+            RosTopic("/odometry", "geometry_msgs/msg/TwistStamped", ros_messages.odometry),
+            RosTopic("/imu", "sensor_msgs/msg/Imu", ros_messages.gyro),
+            RosTopic("/measured_pose", "geometry_msgs/msg/PoseStamped", ros_messages.measured_pose),
+        ),
+        "/scan": (RosTopic("/scan", "sensor_msgs/msg/LaserScan", scan),),
+        "/command": (RosTopic("/cmd_vel", "geometry_msgs/msg/TwistStamped", ros_messages.command),),
+        "/belief/robot": (
+            RosTopic("/belief/robot", poses, ros_messages.particle_poses),
+            RosTopic("/belief/robot/points", cloud, ros_messages.particles),
+        ),
+        "/belief/obstacles": (RosTopic("/belief/obstacles/points", cloud, ros_messages.particles),),
+        "/scene": (RosTopic("/scene", markers, ros_markers.markers, LATCHED),),
+        "/candidates": (RosTopic("/candidates", markers, ros_markers.markers),),
+        "/events": (RosTopic("/events", "rcl_interfaces/msg/Log", ros_messages.event),),
+        **{name: (_text(name),) for name in ("/contacts", "/decision", "/cone", "/tick")},
+    }
+
+
+TOPICS = tuple(ros_topics(Sensors()))
+_CLOCK = RosTopic("/clock", "rosgraph_msgs/msg/Clock", lambda _, now: ros_messages.clock(now))
+
+
+def write(log: Log, topics: Sequence[str], messages: Iterator[LogMessage], folder: Path) -> dict[str, int]:
+    """The bag; gives the number of messages in each of its topics. Its chunks are compressed with Zstandard."""
+    store = get_typestore(Stores.ROS2_HUMBLE)
+    table = ros_topics(log.scenario().sensors)
+    writer = Writer(folder, version=VERSION, storage_plugin=StoragePlugin.MCAP)
+    writer.set_compression(CompressionMode.STORAGE, CompressionFormat.ZSTD)
+    for key, value in (log.run or {}).items():
+        writer.set_custom_data(key, value)
+    with writer:
+        counts: dict[str, int] = {}
+        connections = {}
+        for topic in (_CLOCK, *(topic for name in topics for topic in table[name])):
+            connections[topic.name] = writer.add_connection(
+                topic.name, topic.type, typestore=store, offered_qos_profiles=[topic.quality]
+            )
+            counts[topic.name] = 0
+        now = None
+        for name, time_ns, _, value in messages:
+            clock = () if time_ns == now else (_CLOCK,)
+            now = time_ns
+            for topic in (*clock, *table[name]):
+                if (message := topic.encode(value, time_ns)) is not None:
+                    data = store.serialize_cdr(message, topic.type)
+                    writer.write(connections[topic.name], time_ns, data)
+                    counts[topic.name] += 1
+    return counts

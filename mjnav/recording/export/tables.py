@@ -1,0 +1,217 @@
+"""What a row is: the tables of each topic, their columns with units, and the rows of one message."""
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from types import MappingProxyType
+from typing import Any
+
+import numpy as np
+from foxglove_schemas_protobuf.Log_pb2 import Log as Event
+
+from mjnav.messages import PHASES
+from mjnav.recording.export.segments import segments
+
+Rows = Iterable[Sequence[Any]]
+
+
+@dataclass(frozen=True, slots=True)
+class Table:
+    """A file, but for its suffix; its columns with their units; and the rows of one message, without tick and time."""
+
+    name: str
+    columns: Mapping[str, str]
+    rows: Callable[[Any], Rows]
+
+
+# --------------------------------------------------------------------------------------------- columns
+
+_TWIST = {"v": "m/s", "omega": "rad/s"}
+_PLANAR = {"x": "m", "y": "m", "theta": "rad"}
+_POINT = {"x": "m", "y": "m", "z": "m"}
+_POSE = {**_POINT, "qx": "", "qy": "", "qz": "", "qw": ""}
+_COLOR = {"red": "", "green": "", "blue": "", "alpha": ""}
+_STATE = {"x": "m", "y": "m", "vx": "m/s", "vy": "m/s"}
+_SAMPLES = {"ess": "", "recovered": ""}
+
+
+def _prefixed(prefix: str, columns: Mapping[str, str]) -> dict[str, str]:
+    return {f"{prefix}_{name}": unit for name, unit in columns.items()}
+
+
+def _covariance(columns: Mapping[str, str]) -> dict[str, str]:
+    """Every entry of the matrix, row by row."""
+    return {f"covariance_{a}_{b}": f"{columns[a]}*{columns[b]}" for a in columns for b in columns}
+
+
+# ------------------------------------------------------------------------------------------------ rows
+
+
+def _flat(*parts: Any) -> list[Any]:
+    """The scalars of nested lists, in order."""
+    return [scalar for part in parts for scalar in (_flat(*part) if isinstance(part, list) else [part])]
+
+
+def _state(document: Mapping) -> Rows:
+    believed = document["estimate"]
+    columns = len(_BELIEVED)
+    estimate = [None] * columns if believed is None else _flat(*(believed[key] for key in _ESTIMATE_KEYS))
+    yield _flat(document["pose"], document["twist"], estimate)
+
+
+_ESTIMATE_KEYS = ("mean", "covariance", "ess", "recovered")
+_BELIEVED = _prefixed("estimate", {**_PLANAR, **_covariance(_PLANAR), **_SAMPLES})
+
+
+def _odometry(document: Mapping) -> Rows:
+    yield _flat(*(document[key] for key in ("time", "interval", "v", "omega", "gyro", "pose")))
+
+
+def _people(document: Mapping) -> Rows:
+    for person in document["people"]:
+        yield _flat(person["name"], person["position"], person["velocity"])
+
+
+def _tracks(document: Mapping) -> Rows:
+    keys = ("name", "position", "velocity", "covariance", "radius", "ess", "recovered")
+    for person in document["people"]:
+        yield _flat(*(person[key] for key in keys))
+
+
+def _detections(document: Mapping) -> Rows:
+    for number, position in enumerate(document.get("detections", ())):
+        yield _flat(number, position)
+
+
+def _contacts(document: Mapping) -> Rows:
+    for contact in document["contacts"]:
+        yield [contact[key] for key in ("kind", "name", "force", "time")]
+
+
+def _decision(document: Mapping) -> Rows:
+    nominal, cost = document["nominal"] or {}, document["cost"] or {}
+    yield [
+        *(document[key] for key in ("v", "omega", "status", "advice")),
+        nominal.get("v"),
+        nominal.get("omega"),
+        cost.get("goal"),
+        *cost.get("lane", (None, None)),
+        cost.get("total"),
+    ]
+
+
+def _decision_cone(document: Mapping) -> Rows:
+    return enumerate((document["cost"] or {}).get("cone", ()))
+
+
+def _timing(document: Mapping) -> Rows:
+    yield [*(document[f"{phase}_ns"] for phase in PHASES), document["lateness_ns"], document["deadline_missed"]]
+
+
+def _command(document: Mapping) -> Rows:
+    yield document["v"], document["omega"]
+
+
+def _cone(cone: Any) -> Rows:
+    for kind in ("samples", "desired"):
+        for text in np.array(getattr(cone, kind), "<f4").astype("U").tolist():
+            yield cone.obstacle, cone.safe_share, kind, text
+
+
+def _particles(cloud: Any) -> Rows:
+    """As text, which is that of float32; the track's number is a whole one."""
+    names = [field.name for field in cloud.fields]
+    table = np.frombuffer(cloud.data, "<f4").reshape(-1, len(names))
+    columns = [table[:, i].astype("i8" if name == "track" else "U").tolist() for i, name in enumerate(names)]
+    return zip(*columns, strict=True)
+
+
+def _scan(scan: Any) -> Rows:
+    step = (scan.end_angle - scan.start_angle) / max(1, len(scan.ranges) - 1)
+    for beam, distance in enumerate(scan.ranges):
+        yield beam, scan.start_angle + beam * step, distance
+
+
+def _pose_figures(position: Any, turn: Any) -> list[float]:
+    return [position.x, position.y, position.z, turn.x, turn.y, turn.z, turn.w]
+
+
+def _placed(message: Any) -> Rows:
+    yield message.frame_id, *_pose_figures(message.pose.position, message.pose.orientation)
+
+
+def _transforms(message: Any) -> Rows:
+    for transform in message.transforms:
+        moved = _pose_figures(transform.translation, transform.rotation)
+        yield transform.parent_frame_id, transform.child_frame_id, *moved
+
+
+def _color(color: Any) -> list[str]:
+    return np.array([color.r, color.g, color.b, color.a], "<f4").astype("U").tolist()
+
+
+def _solids(update: Any) -> Rows:
+    """Boxes, cylinders and arrows; an arrow's size is its length and its head's diameter, twice."""
+    for entity in update.entities:
+        for shape, solids in (("box", entity.cubes), ("cylinder", entity.cylinders), ("arrow", entity.arrows)):
+            for number, solid in enumerate(solids):
+                if shape == "arrow":
+                    size = [solid.shaft_length + solid.head_length, solid.head_diameter, solid.head_diameter]
+                else:
+                    size = [solid.size.x, solid.size.y, solid.size.z]
+                placed = _pose_figures(solid.pose.position, solid.pose.orientation)
+                yield entity.id, shape, number, entity.frame_id, *placed, *size, *_color(solid.color)
+
+
+def _lines(update: Any) -> Rows:
+    for entity in update.entities:
+        for number, line in enumerate(entity.lines):
+            color, lift = _color(line.color), line.pose.position.z
+            for a, b in segments(line):
+                yield entity.id, number, a.x, a.y, a.z + lift, b.x, b.y, b.z + lift, *color
+
+
+def _event(event: Any) -> Rows:
+    yield Event.Level.Name(event.level), event.name, event.message
+
+
+# -------------------------------------------------------------------------------------------- the tables
+
+_SOLID = {"entity": "", "shape": "", "number": "", "frame": "", **_POSE, **_prefixed("size", _POINT), **_COLOR}
+_LINE = {"entity": "", "line": "", **_prefixed("from", _POINT), **_prefixed("to", _POINT), **_COLOR}
+_COSTS = _prefixed("cost", {"goal": "", "lane_left": "", "lane_right": "", "total": ""})
+
+# topic -> its tables
+TABLES: Mapping[str, tuple[Table, ...]] = MappingProxyType(
+    {
+        "/robot/state": (Table("robot_state", {**_PLANAR, **_TWIST, **_BELIEVED}, _state),),
+        "/robot/truth": (Table("robot_truth", {"frame": "", **_POSE}, _placed),),
+        "/robot/estimate": (Table("robot_estimate", {"frame": "", **_POSE}, _placed),),
+        "/tf": (Table("tf", {"parent": "", "child": "", **_POSE}, _transforms),),
+        "/people/truth": (Table("people_truth", {"name": "", **_STATE}, _people),),
+        "/people/estimate": (
+            Table("people_estimate", {"name": "", **_STATE, **_covariance(_STATE), "radius": "m", **_SAMPLES}, _tracks),
+            Table("people_detections", {"detection": "", "x": "m", "y": "m"}, _detections),
+        ),
+        "/contacts": (Table("contacts", {"kind": "", "name": "", "force": "N", "seen": "s"}, _contacts),),
+        "/odometry": (
+            Table("odometry", {"measured": "s", "interval": "s", **_TWIST, "gyro": "rad/s", **_PLANAR}, _odometry),
+        ),
+        "/scan": (Table("scan", {"beam": "", "angle": "rad", "range": "m"}, _scan),),
+        "/belief/robot": (Table("belief_robot", {**_PLANAR, "weight": ""}, _particles),),
+        "/belief/obstacles": (Table("belief_obstacles", {**_STATE, "weight": "", "track": ""}, _particles),),
+        "/decision": (
+            Table(
+                "decision", {**_TWIST, "status": "", "advice": "", **_prefixed("nominal", _TWIST), **_COSTS}, _decision
+            ),
+            Table("decision_cone", {"constraint": "", "cost": ""}, _decision_cone),
+        ),
+        "/command": (Table("command", _TWIST, _command),),
+        "/cone": (Table("cone", {"obstacle": "", "safe_share": "", "kind": "", "f": ""}, _cone),),
+        "/candidates": (Table("candidates", _LINE, _lines),),
+        "/scene": (Table("scene", _SOLID, _solids), Table("scene_lines", _LINE, _lines)),
+        "/events": (Table("events", {"level": "", "name": "", "text": ""}, _event),),
+        "/tick": (
+            Table("tick", {**{f"{phase}_ns": "ns" for phase in (*PHASES, "lateness")}, "deadline_missed": ""}, _timing),
+        ),
+    }
+)
