@@ -3,7 +3,8 @@
 The only folder that imports mcap and protobuf.
 """
 
-from mjnav.recording.reader import Log, TopicSummary, open_log
+from mjnav.recording.reader import Log, open_log
+from mjnav.recording.survey import TopicSummary
 from mjnav.recording.trajectory import TrajectoryBuilder
 from mjnav.recording.writer import Recorder, check_path
 

@@ -5,7 +5,7 @@ What metrics need is here to the last bit: JSON writes the shortest decimal that
 
 import json
 from collections.abc import Mapping
-from math import isfinite
+from math import isfinite, nan
 
 import numpy as np
 
@@ -175,15 +175,25 @@ def _array(values: object, shape: tuple[int, ...]) -> Array:
     return np.array(values, float).reshape(shape)
 
 
+def number(value: float | None) -> float:
+    """A number; NaN for the null that took its place."""
+    return nan if value is None else float(value)
+
+
+def _contact(document: Mapping) -> Contact:
+    kind, name = str(document["kind"]), str(document["name"])
+    return Contact(kind, name, number(document["force"]), number(document["time"]))
+
+
 def decode_truth(robot: Mapping, people: Mapping, contacts: Mapping) -> WorldState:
     """The truth from mjnav.RobotState, mjnav.People and mjnav.Contacts."""
     return WorldState(
-        time=robot["time"],
+        time=number(robot["time"]),
         robot_pose=_array(robot["pose"], (3,)),
         robot_twist=_array(robot["twist"], (2,)),
         people_position=_array([person["position"] for person in people["people"]], (-1, 2)),
         people_velocity=_array([person["velocity"] for person in people["people"]], (-1, 2)),
-        contacts=tuple(Contact(**contact) for contact in contacts["contacts"]),
+        contacts=tuple(_contact(contact) for contact in contacts["contacts"]),
     )
 
 

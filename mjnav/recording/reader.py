@@ -3,7 +3,8 @@
 import json
 import os
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, replace
+from contextlib import contextmanager
+from dataclasses import dataclass
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any, NamedTuple
@@ -11,40 +12,13 @@ from typing import Any, NamedTuple
 import mcap.records as records
 from mcap_protobuf.decoder import DecoderFactory
 
-from mjnav.errors import InputError
+from mjnav.errors import DamagedLogError, InputError
 from mjnav.messages import Trajectory
-from mjnav.recording import documents
 from mjnav.recording.stream import read_records
-from mjnav.recording.trajectory import TrajectoryBuilder
+from mjnav.recording.survey import Survey, TopicSummary
+from mjnav.recording.ticks import TICK, TIMING, BadDocument, TickAssembler
 from mjnav.recording.writer import RESULT, RUN, SCENARIO
 from mjnav.scenarios import Scenario, loads
-
-
-@dataclass(frozen=True, slots=True)
-class TopicSummary:
-    """What one topic holds. Times are simulated nanoseconds."""
-
-    schema: str
-    messages: int = 0
-    first_ns: int | None = None
-    last_ns: int | None = None
-    max_gap_ns: int | None = None  # the longest time between two successive messages
-    bytes: int = 0  # of the messages, before compression
-
-    @property
-    def hz(self) -> float | None:
-        """Messages a second over the topic's own span; None where they span no time."""
-        if self.first_ns is None or self.last_ns is None or self.last_ns <= self.first_ns:
-            return None
-        return (self.messages - 1) / (1e-9 * (self.last_ns - self.first_ns))
-
-    def with_message(self, time_ns: int, size: int) -> "TopicSummary":
-        """The summary after one more message."""
-        gap = None if self.last_ns is None else max(self.max_gap_ns or 0, time_ns - self.last_ns)
-        first = time_ns if self.first_ns is None else self.first_ns
-        return replace(
-            self, messages=self.messages + 1, first_ns=first, last_ns=time_ns, max_gap_ns=gap, bytes=self.bytes + size
-        )
 
 
 class LogMessage(NamedTuple):
@@ -83,10 +57,18 @@ class Log:
         """The run file that the log carries. Raises InputError where it carries none."""
         if SCENARIO not in self.attachments:
             raise InputError(f"{self.path}: holds no {SCENARIO}; was it written by mjnav?")
-        return loads(self.attachments[SCENARIO].decode(), file=f"{self.path}: {SCENARIO}")
+        file = f"{self.path}: {SCENARIO}"
+        try:
+            text = self.attachments[SCENARIO].decode()
+        except UnicodeDecodeError as error:
+            raise InputError(f"{file}: not text in UTF-8") from error
+        return loads(text, file=file)
 
     def messages(self, *topics: str) -> Iterator[LogMessage]:
-        """The messages of these topics, or of all, in the order in which they were written."""
+        """The messages of these topics, or of all, in the order in which they were written.
+
+        Raises DamagedLogError where one is not what its topic says.
+        """
         wanted = set(topics) or set(self.topics)
         schemas: dict[int, records.Schema] = {}
         channels: dict[int, tuple[str, Callable[[bytes], Any]]] = {}
@@ -95,72 +77,53 @@ class Log:
             if isinstance(record, records.Message):
                 if record.channel_id in channels:
                     topic, decode = channels[record.channel_id]
-                    yield LogMessage(topic, record.log_time, record.sequence, decode(record.data))
+                    with self._decoding(topic):
+                        value = decode(record.data)
+                    yield LogMessage(topic, record.log_time, record.sequence, value)
             elif isinstance(record, records.Schema):
                 schemas[record.id] = record
             elif isinstance(record, records.Channel) and record.topic in wanted:
                 if record.message_encoding == "json":
                     decode = json.loads
                 else:
-                    decode = factory.decoder_for(record.message_encoding, schemas.get(record.schema_id)) or bytes
+                    with self._decoding(record.topic):
+                        schema = schemas.get(record.schema_id)
+                        decode = factory.decoder_for(record.message_encoding, schema) or bytes
                 channels[record.id] = (record.topic, decode)
+
+    @contextmanager
+    def _decoding(self, topic: str) -> Iterator[None]:
+        try:
+            yield
+        except Exception as error:  # protobuf's descriptor pool raises what it likes
+            raise DamagedLogError(
+                f"{self.path}: damaged: {topic} holds what its schema does not say ({error})"
+            ) from error
 
     def trajectory(self) -> Trajectory:
         """The run as arrays: the same as the loop's own, to the last bit.
 
-        Where the writer was killed or dropped a tick, the last tick before which everything is there gives the truth's
-        last row. Raises InputError where there is no whole tick.
+        It ends before the first tick that is not whole, where the writer was killed or the log dropped one, so that
+        every row is one period after the one before; the last tick before which everything is there gives the truth's
+        last row. Raises InputError where there is no whole tick, DamagedLogError where one is not mjnav's.
         """
-        by_topic: dict[str, dict[int, Any]] = {topic: {} for topic in _TRUTH + _TICK}
-        timings = []
-        for message in self.messages(*by_topic, "/tick"):
-            if message.topic == "/tick":
-                timings.append(documents.decode_timing(message.value))
-            else:
-                by_topic[message.topic][message.sequence] = message.value
-        states = _leading(by_topic, _TRUTH)
-        ticks = min(_leading(by_topic, _TRUTH + _TICK), states - 1)
-        if ticks < 0:
+        assembler = TickAssembler()
+        try:
+            for message in self.messages(*TICK, TIMING):
+                assembler.add(message.topic, message.sequence, message.value)
+            run = assembler.finish()
+        except BadDocument as error:
+            raise DamagedLogError(f"{self.path}: {error}") from error
+        if run is None:
             raise InputError(f"{self.path}: holds no whole tick of a run")
-        builder = TrajectoryBuilder()
-        for tick in range(ticks):
-            _add_tick(builder, {topic: values[tick] for topic, values in by_topic.items()})
-        for timing in timings:
-            if timing.tick < ticks:
-                builder.add_timing(timing)
-        return builder.finish(documents.decode_truth(*(by_topic[topic][ticks] for topic in _TRUTH)))
-
-
-_TRUTH = ("/robot/state", "/people/truth", "/contacts")
-_TICK = ("/people/estimate", "/decision", "/command")
-
-
-def _leading(by_topic: Mapping[str, Mapping[int, Any]], topics: tuple[str, ...]) -> int:
-    """How many ticks from the first on have a message of each of these topics."""
-    tick = 0
-    while all(tick in by_topic[topic] for topic in topics):
-        tick += 1
-    return tick
-
-
-def _add_tick(builder: TrajectoryBuilder, documents_of: Mapping[str, Any]) -> None:
-    robot, decision = documents_of["/robot/state"], documents_of["/decision"]
-    builder.add_states(
-        documents.decode_truth(*(documents_of[topic] for topic in _TRUTH)),
-        estimate=documents.decode_estimate(robot["estimate"]),
-        tracks=documents.decode_tracks(documents_of["/people/estimate"]),
-        command=documents.decode_twist(documents_of["/command"]),
-        decision=documents.decode_twist(decision),
-        nominal=documents.decode_twist(decision["nominal"]),
-        status=decision["status"],
-    )
+        return run.trajectory
 
 
 def _result_value(text: str) -> object:
     """The inverse of the writer's: JSON where it is JSON, else the string."""
     try:
         return json.loads(text)
-    except ValueError:
+    except (ValueError, RecursionError):
         return text
 
 
@@ -171,32 +134,20 @@ def open_log(path: str | os.PathLike[str]) -> Log:
     be read. A file whose writer was killed is read as far as it goes.
     """
     path = Path(path)
-    metadata: dict[str, dict[str, str]] = {}
-    attachments: dict[str, bytes] = {}
-    schemas: dict[int, str] = {0: ""}
-    topic_of: dict[int, str] = {}
-    topics: dict[str, TopicSummary] = {}
-    truncated = True
+    survey = Survey()
     for record in read_records(path):
-        if isinstance(record, records.Message):
-            topic = topic_of[record.channel_id]
-            topics[topic] = topics[topic].with_message(record.log_time, len(record.data))
-        elif isinstance(record, records.Schema):
-            schemas[record.id] = record.name
-        elif isinstance(record, records.Channel):
-            topic_of[record.id] = record.topic
-            topics.setdefault(record.topic, TopicSummary(schemas[record.schema_id]))
-        elif isinstance(record, records.Metadata):
-            metadata[record.name] = record.metadata
-        elif isinstance(record, records.Attachment):
-            attachments[record.name] = record.data
-        truncated = truncated and not isinstance(record, records.Footer)
-    run, result = metadata.get(RUN), metadata.get(RESULT)
+        survey.add(record)
+    return surveyed(path, survey)
+
+
+def surveyed(path: Path, survey: Survey) -> Log:
+    """The log whose records were surveyed."""
+    run, result = survey.metadata.get(RUN), survey.metadata.get(RESULT)
     return Log(
         path=path,
-        run=run and MappingProxyType(run),
+        run=None if run is None else MappingProxyType(run),
         result=result and MappingProxyType({key: _result_value(value) for key, value in result.items()}),
-        attachments=MappingProxyType(attachments),
-        topics=MappingProxyType(topics),
-        truncated=truncated,
+        attachments=MappingProxyType(survey.attachments),
+        topics=MappingProxyType(survey.topics),
+        truncated=not survey.has_end,
     )
