@@ -1,4 +1,4 @@
-"""Distances of points from segments and polylines."""
+"""Distances of points from segments."""
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -13,10 +13,3 @@ def segment_distance(points: ArrayLike, start: ArrayLike, end: ArrayLike) -> Arr
     length_squared = np.maximum((along * along).sum(-1), np.finfo(float).tiny)
     t = np.clip(((points - start) * along).sum(-1) / length_squared, 0.0, 1.0)
     return np.linalg.norm(points - start - t[..., None] * along, axis=-1)
-
-
-def polyline_distance(points: ArrayLike, corners: ArrayLike) -> Array:
-    """Least distance of each point (..., 2) from a polyline of at least two corners (n, 2) [m]."""
-    corners = np.asarray(corners, float)
-    points = np.asarray(points, float)[..., None, :]
-    return segment_distance(points, corners[:-1], corners[1:]).min(-1)

@@ -4,7 +4,7 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from mjnav.geometry.clearance import polyline_distance, segment_distance
+from mjnav.geometry.clearance import segment_distance
 from mjnav.messages import Array, Contact, Trajectory
 from mjnav.scenarios.spec import Scenario, Wall
 
@@ -12,33 +12,40 @@ KINDS: tuple[str, ...] = ("person", "table", "wall", "pillar")
 
 
 def min_clearance(trajectory: Trajectory, scenario: Scenario) -> float | None:
-    """Least distance between the robot's surface and any other [m]; None in an empty room, negative in contact.
+    """Least distance between the robot's surface and any other [m]; None in an empty room, negative in contact."""
+    distances = clearance(trajectory, scenario).values()
+    return float(min(distance.min() for distance in distances)) if distances else None
+
+
+def clearance(trajectory: Trajectory, scenario: Scenario) -> dict[str, Array]:
+    """Least distance of the robot's surface from each body's in each step from tick to tick [m], (max(T, 1),) by name.
 
     Robot and people are taken to move straight from tick to tick, so nothing is missed between two. Table tops, above
     the robot, do not count.
     """
     route = trajectory.robot_pose[:, :2]
-    clearances = [
-        *(
-            _disc_distance(route - trajectory.people_position[:, i]) - person.radius
-            for i, person in enumerate(scenario.people)
-        ),
-        *(_disc_distance(route - leg) - table.leg_radius for table in scenario.tables for leg in table.legs),
-        *(_disc_distance(route - pillar.position) - pillar.radius for pillar in scenario.pillars),
-        *(wall_distance(route, wall) for wall in scenario.walls),
-    ]
-    return min(clearances) - scenario.robot.radius if clearances else None
+    found: dict[str, Array] = {}
+    for i, person in enumerate(scenario.people):
+        found[f"person{i}"] = _disc_distance(route - trajectory.people_position[:, i]) - person.radius
+    for i, table in enumerate(scenario.tables):
+        legs = [_disc_distance(route - leg) for leg in table.legs]
+        found[f"table{i}"] = np.min(legs, axis=0) - table.leg_radius
+    for i, pillar in enumerate(scenario.pillars):
+        found[f"pillar{i}"] = _disc_distance(route - pillar.position) - pillar.radius
+    for i, wall in enumerate(scenario.walls):
+        found[f"wall{i}"] = wall_distance(route, wall)
+    return {name: distance - scenario.robot.radius for name, distance in found.items()}
 
 
-def _disc_distance(relative: Array) -> float:
-    """Least distance from the origin of the polyline through `relative` (n, 2)."""
+def _disc_distance(relative: Array) -> Array:
+    """Least distance from the origin in each step through `relative` (n, 2), (max(n - 1, 1),)."""
     if len(relative) == 1:
-        return float(np.hypot(*relative[0]))
-    return float(polyline_distance(np.zeros(2), relative))
+        return np.hypot(*relative.T)
+    return segment_distance(np.zeros(2), relative[:-1], relative[1:])
 
 
-def wall_distance(route: Array, wall: Wall) -> float:
-    """Least distance between the polyline `route` (n, 2), n >= 1, and a wall as thick as it is [m].
+def wall_distance(route: Array, wall: Wall) -> Array:
+    """Least distance between each step of `route` (n, 2), n >= 1, and a wall as thick as it is [m], (max(n - 1, 1),).
 
     Outside of the wall it is exact: a straight line and a rectangle are closest at an end of the line or at a corner.
     Inside it is minus the depth below the nearest face, at the route's corners.
@@ -53,10 +60,10 @@ def wall_distance(route: Array, wall: Wall) -> float:
     excess = np.abs(local) - half
     at_ends = np.hypot(*np.maximum(excess, 0.0).T) + np.minimum(excess.max(-1), 0.0)
     if len(local) == 1:
-        return float(at_ends.min())
+        return at_ends
     corners = np.array([[1, 1], [-1, 1], [-1, -1], [1, -1]]) * half
     at_corners = segment_distance(corners[:, None], local[:-1], local[1:])
-    return float(min(at_ends.min(), at_corners.min()))
+    return np.minimum(np.minimum(at_ends[:-1], at_ends[1:]), at_corners.min(0))
 
 
 def collisions(contacts: Iterable[Contact], period: float) -> dict[str, int]:

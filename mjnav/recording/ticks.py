@@ -17,6 +17,17 @@ from mjnav.recording.trajectory import TrajectoryBuilder
 TRUTH = ("/robot/state", "/people/truth", "/contacts")
 TICK = (*TRUTH, "/people/estimate", "/decision", "/command")
 TIMING = "/tick"
+# No tick goes without these. Others are left out where no sensor was due or there was nothing to weigh up or to say.
+EVERY_TICK = (
+    *TICK,
+    TIMING,
+    "/tf",
+    "/scene",
+    "/robot/truth",
+    "/robot/estimate",
+    "/belief/robot",
+    "/belief/obstacles",
+)
 BLOCK = 256  # ticks that are kept as objects until they become rows of arrays
 
 # What decoding a document raises that is JSON but not mjnav's.

@@ -1,12 +1,10 @@
-from itertools import pairwise
-
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from mjnav.geometry.clearance import polyline_distance, segment_distance
+from mjnav.geometry.clearance import segment_distance
 
 POINT = arrays(float, 2, elements=st.floats(-5.0, 5.0))
 
@@ -41,14 +39,3 @@ def test_points_and_segments_broadcast():
     points = np.array([[[0.0, 1.0]], [[1.0, -2.0]]])  # (2, 1, 2)
     start, end = np.array([[-9.0, 0.0], [5.0, -9.0], [0.0, 0.0]]), np.array([[9.0, 0.0], [5.0, 9.0], [0.0, 0.0]])
     assert segment_distance(points, start, end).tolist() == [[1.0, 5.0, 1.0], [2.0, 4.0, pytest.approx(5.0**0.5)]]
-
-
-@given(arrays(float, (4, 2), elements=st.floats(-5.0, 5.0)), POINT)
-def test_a_polyline_is_as_near_as_its_nearest_piece(corners, point):
-    pieces = [float(segment_distance(point, a, b)) for a, b in pairwise(corners)]
-    assert float(polyline_distance(point, corners)) == min(pieces)
-
-
-def test_many_points_have_a_distance_each():
-    corners = [[0.0, 0.0], [2.0, 0.0], [2.0, 2.0]]
-    assert polyline_distance([[1.0, 1.0], [3.0, 1.0], [-1.0, 0.0]], corners).tolist() == [1.0, 1.0, 1.0]
