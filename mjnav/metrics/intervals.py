@@ -72,7 +72,7 @@ class SharedBootstrap:
         known = np.isfinite(values)
         if not known.any():
             return None
-        centre = values[known].mean()  # single precision is for what is left
+        centre = float(values[known].mean())  # single precision is for what is left
         sums = self._counts @ np.where(known, values - centre, 0.0).astype(np.float32)
         sizes = self._counts @ known.astype(np.float32)
         means = sums[sizes > 0.0] / sizes[sizes > 0.0]

@@ -1,0 +1,238 @@
+"""A sweep's rows as comparisons: every method's figures with intervals, and its differences from a reference.
+
+Rates carry Wilson intervals. Means are over the seeds that succeeded (clearances: over all), with bootstrap intervals.
+Differences are means over the seeds on which both methods succeeded, with paired bootstrap intervals. Their p-values,
+of sign-flip tests (rates: McNemar's), carry Holm's correction over the methods compared with one reference.
+"""
+
+import re
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from math import nan
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from mjnav.errors import unknown_name
+from mjnav.messages import Array
+from mjnav.metrics.intervals import SharedBootstrap, holm, mcnemar, wilson
+from mjnav.rng import stream
+from mjnav.study.row import COLUMNS
+
+if TYPE_CHECKING:
+    import pyarrow
+
+COLLISIONS = tuple(name for name in COLUMNS if name.startswith("collisions_"))
+OVER_ALL = ("min_clearance_m", "min_lane_clearance_m", "mean_lane_clearance_m")  # whether or not the run succeeded
+FIGURES = ("time_s", "control_cost", "mean_deviation_m", "path_ratio", "min_clearance_m")  # compared by default
+RATES = ("success", "collision")
+RESAMPLES = 5_000
+
+Interval = tuple[float, float] | None
+
+
+@dataclass(frozen=True, slots=True)
+class Estimate:
+    """A figure and its 95 % interval, from `num` seeds; None and NaN where nothing defines them."""
+
+    value: float
+    interval: Interval
+    num: int
+
+
+@dataclass(frozen=True, slots=True)
+class Difference:
+    """An estimate of method - reference, and its p-value with Holm's correction over the table's methods."""
+
+    estimate: Estimate
+    p: float | None
+
+
+@dataclass(frozen=True)
+class CellRows:
+    """The rows of one cell by seed: columns as arrays (n,), null as NaN."""
+
+    scene: str
+    setting: str
+    method: str
+    columns: Mapping[str, Array]
+
+    @property
+    def seeds(self) -> Array:
+        """Ascending, (n,)."""
+        return self.columns["seed"]
+
+    @cached_property
+    def collided(self) -> Array:
+        """Whether the robot touched anything, (n,); NaN of a failed episode."""
+        return np.where(self.failed, np.nan, sum(self.columns[name] for name in COLLISIONS) > 0)
+
+    @property
+    def failed(self) -> Array:
+        """Which episodes have no result, (n,)."""
+        return np.isnan(self.columns["success"])
+
+    def values(self, figure: str) -> Array:
+        """A figure by seed, (n,): NaN where it does not count."""
+        if figure == "collision":
+            return self.collided
+        values = self.columns[figure]
+        if figure in OVER_ALL or figure == "success":
+            return values
+        return np.where(self.columns["success"] == 1, values, np.nan)
+
+
+def cell_rows(table: "pyarrow.Table", methods: Sequence[str] = ()) -> list[CellRows]:
+    """A table of rows by cell: scenes and settings by name, methods in the order of `methods`, names without a grid.
+
+    Text columns other than the labels are left out.
+    """
+    names = [name for name in table.column_names if COLUMNS[name][0] != "string"]
+    columns = {name: table[name].cast("double").to_numpy(zero_copy_only=False) for name in names}
+    columns["seed"] = table["seed"].to_numpy()
+    labels = list(zip(*(table[name].to_pylist() for name in ("scene", "setting", "method")), strict=True))
+    places: dict[tuple[str, str, str], list[int]] = {}
+    for place in np.argsort(columns["seed"], kind="stable").tolist():
+        places.setdefault(labels[place], []).append(place)
+
+    def order(cell: tuple[str, str, str]) -> tuple:
+        scene, setting, method = cell
+        known = [i for i, label in enumerate(methods) if method == label or method.startswith(f"{label} ")]
+        return natural(scene), natural(setting), max(known, key=lambda i: len(methods[i]), default=0), natural(method)
+
+    return [
+        CellRows(*label, {name: column[places[label]] for name, column in columns.items()})
+        for label in sorted(places, key=order)
+    ]
+
+
+def natural(text: str) -> list[tuple[float, str]]:
+    """A key by which weight=3.0 comes before weight=10.0."""
+    parts = re.split(r"(\d+\.?\d*(?:e[+-]?\d+)?)", text)
+    return [(float(part), "") if i % 2 else (0.0, part) for i, part in enumerate(parts)]
+
+
+@dataclass(frozen=True, slots=True)
+class MethodRow:
+    """A method's line of a table."""
+
+    method: str
+    num: int  # episodes
+    num_failed: int  # of them, those without a result
+    figures: Mapping[str, Estimate]  # RATES and those asked for
+    differences: Mapping[str, Difference]  # the same; empty for the reference itself
+    infeasible_share: float  # of all ticks
+    decision_ms: float  # median over episodes of their median
+
+
+@dataclass(frozen=True, slots=True)
+class Comparison:
+    """The methods in one scene and setting."""
+
+    scene: str
+    setting: str
+    reference: str
+    rows: tuple[MethodRow, ...]
+
+
+def compare(
+    cells: Sequence[CellRows], *, reference: str | None = None, figures: Sequence[str] = FIGURES
+) -> Iterator[Comparison]:
+    """One table for every scene and setting, in the order of `cells`.
+
+    `reference` is a method's label, by default the first. Raises InvalidValue for a method or a figure that none has.
+    """
+    for figure in figures:
+        if COLUMNS.get(figure, ("", ""))[0] not in ("double", "int64", "bool"):
+            allowed = [name for name, (kind, _) in COLUMNS.items() if kind != "string"]
+            raise unknown_name("figure", figure, allowed)
+    known = {cell.method for cell in cells}
+    if reference is not None and reference not in known:
+        raise unknown_name("reference", reference, known)
+    bootstraps = _Bootstraps()
+    tables: dict[tuple[str, str], list[CellRows]] = {}
+    for cell in cells:
+        tables.setdefault((cell.scene, cell.setting), []).append(cell)
+    for (scene, setting), of_table in tables.items():
+        base = next((cell for cell in of_table if cell.method == reference), None)
+        if base is None and reference is None:
+            base = of_table[0]
+        yield _comparison(scene, setting, of_table, base, (*RATES, *figures), bootstraps)
+
+
+class _Bootstraps:
+    """One shared bootstrap for every number of seeds."""
+
+    def __init__(self):
+        self._by_number: dict[int, SharedBootstrap] = {}
+
+    def of(self, num: int) -> SharedBootstrap:
+        if num not in self._by_number:
+            self._by_number[num] = SharedBootstrap(num, stream(0, "compare.bootstrap"), resamples=RESAMPLES)
+        return self._by_number[num]
+
+
+def _comparison(
+    scene: str,
+    setting: str,
+    cells: Sequence[CellRows],
+    base: CellRows | None,
+    figures: Sequence[str],
+    bootstraps: _Bootstraps,
+) -> Comparison:
+    others = [cell for cell in cells if base is not None and cell is not base]
+    differences: dict[str, dict[str, Difference]] = {cell.method: {} for cell in cells}
+    for figure in figures:
+        found = [difference(cell, base, figure, bootstraps.of) for cell in others] if base is not None else []
+        with_p = [(cell, d) for cell, d in zip(others, found, strict=True) if d.p is not None]
+        adjusted = dict(zip((cell.method for cell, _ in with_p), holm([d.p or 0.0 for _, d in with_p]), strict=True))
+        for cell, d in zip(others, found, strict=True):
+            differences[cell.method][figure] = replace(d, p=adjusted.get(cell.method))
+    rows = [
+        MethodRow(
+            method=cell.method,
+            num=len(cell.seeds),
+            num_failed=int(cell.failed.sum()),
+            figures={figure: estimate(cell, figure, bootstraps.of) for figure in figures},
+            differences=differences[cell.method],
+            infeasible_share=_ratio(cell.columns["infeasible_ticks"], cell.columns["ticks"]),
+            decision_ms=_median(cell.columns["compute_ms_control_p50"]),
+        )
+        for cell in cells
+    ]
+    return Comparison(scene, setting, base.method if base is not None else "", tuple(rows))
+
+
+def estimate(cell: CellRows, figure: str, bootstrap: Callable[[int], SharedBootstrap]) -> Estimate:
+    """A rate or a mean of one cell. `bootstrap` gives the one for a number of seeds."""
+    values = cell.values(figure)
+    known = values[np.isfinite(values)]
+    rate = figure in RATES
+    interval = wilson(int(known.sum()), known.size) if rate else bootstrap(len(values)).interval(values)
+    return Estimate(float(known.mean()) if known.size else nan, interval, known.size)
+
+
+def difference(cell: CellRows, base: CellRows, figure: str, bootstrap: Callable[[int], SharedBootstrap]) -> Difference:
+    """cell - base over their common seeds, the p-value without correction."""
+    _, here, there = np.intersect1d(cell.seeds, base.seeds, assume_unique=True, return_indices=True)
+    a, b = cell.values(figure)[here], base.values(figure)[there]
+    change = a - b
+    known = change[np.isfinite(change)]
+    shared = bootstrap(len(change))
+    if figure in RATES:
+        p = mcnemar(int((known > 0).sum()), int((known < 0).sum())) if known.size else None
+    else:
+        p = shared.p_value(change)
+    value = float(known.mean()) if known.size else nan
+    return Difference(Estimate(value, shared.interval(change), known.size), p)
+
+
+def _ratio(part: Array, whole: Array) -> float:
+    total = np.nansum(whole)
+    return float(np.nansum(part) / total) if total else nan
+
+
+def _median(values: Array) -> float:
+    known = values[np.isfinite(values)]
+    return float(np.median(known)) if known.size else nan
