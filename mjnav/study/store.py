@@ -14,6 +14,7 @@ killed at whatever moment, each id stands in one shard at most. Everything that 
 import fcntl
 import os
 import uuid
+from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
@@ -40,9 +41,23 @@ class Store:
         """The ids of all episodes with a row, failed ones too."""
         return set(self.rows(["id"])["id"].to_pylist())
 
+    def has_rows(self) -> bool:
+        """Whether there is any."""
+        return bool(self._shards(DONE) or self._shards(FAILED))
+
     def num_failed(self) -> int:
         """How many rows have an error."""
         return sum(_parquet().read_metadata(shard).num_rows for shard in self._shards(FAILED))
+
+    def causes(self) -> Counter[str]:
+        """How many episodes failed of each cause."""
+        return Counter(
+            error for shard in self._shards(FAILED) for error in _read(shard, ["error"])["error"].to_pylist()
+        )
+
+    def revisions(self) -> set[str]:
+        """The revisions of mjnav that the rows are of."""
+        return set(self.rows(["revision"])["revision"].unique().to_pylist())
 
     def study(self) -> str:
         """The text of the study file that was last swept into this folder; empty where there is none."""
@@ -62,8 +77,9 @@ class Store:
         wanted = list(dict.fromkeys(["id", *names]))
         shards = [*self._shards(DONE), *(self._shards(FAILED) if failed else ())]
         tables = [_read(shard, wanted) for shard in shards]
-        table = pa.concat_tables([_schema().empty_table().select(wanted), *tables])
-        if len(table) != table["id"].combine_chunks().unique().__len__():
+        # Columns that a shard of an older version lacks are null.
+        table = pa.concat_tables([_schema().empty_table().select(wanted), *tables], promote_options="default")
+        if len(table) != len(table["id"].unique()):
             raise MjnavError(f"{self.folder}: an episode stands in two shards; shards were copied into this folder?")
         return table.select(names)
 
@@ -102,7 +118,7 @@ class Store:
                 fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
             except OSError:
                 raise InputError(f"{self.folder}: another sweep writes to it") from None
-            for left in self.folder.glob("*.tmp"):
+            for left in self.folder.glob("*.parquet.tmp"):
                 left.unlink()
             self._write(STUDY_FILE, lambda file: file.write(study.encode()))
             yield
@@ -138,7 +154,8 @@ class Store:
         except OSError as error:
             with suppress(OSError):
                 temporary.unlink(missing_ok=True)
-            raise MjnavError(f"{path}: {error.strerror or error}") from None
+            reason = error.strerror or " ".join(str(error).split())
+            raise MjnavError(f"{path}: {reason}") from None
 
 
 def _parquet() -> Any:

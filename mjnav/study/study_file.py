@@ -24,7 +24,7 @@ method starts with its own default parameters, as `--controller` does.
 """
 
 import os
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
@@ -145,6 +145,11 @@ def load_study(name_or_path: str | os.PathLike[str]) -> StudyFile:
         raise error.within(file=name) from None
 
 
+def study_text(study: StudyFile) -> str:
+    """The text of the file that a study came from."""
+    return read_text(study.source)
+
+
 def studies() -> dict[str, str]:
     """The description of every shipped study, by name."""
     return dict(describe(FOLDER))
@@ -158,7 +163,7 @@ def scene_path(study: StudyFile, scene: str) -> str:
     return str(path) if "/" in str(path) else f"./{path}"
 
 
-def _check_distinct(key: str, values) -> None:
+def _check_distinct(key: str, values: Sequence[object]) -> None:
     for i, value in enumerate(values):
         if value in values[:i]:
             raise InvalidValue(f"{key}.{i}", value, "every one once")
