@@ -8,6 +8,7 @@ class Verdict(StrEnum):
     """Whether a claim survives its measurement."""
 
     HOLDS = "holds"
+    PARTLY = "holds in some settings"
     FAILS = "does not hold"
     OPEN = "not decided"
 
@@ -20,3 +21,10 @@ class Finding:
     source: str  # where the claim is made: section or figure
     verdict: Verdict
     evidence: str  # figures with their n and 95 % intervals
+
+
+def verdict(interval: tuple[float, float] | None, boundary: float = 0.0) -> Verdict:
+    """Of the claim that a figure lies above the boundary, by the figure's interval; None decides nothing."""
+    if interval is None or interval[0] <= boundary <= interval[1]:
+        return Verdict.OPEN
+    return Verdict.HOLDS if interval[0] > boundary else Verdict.FAILS
