@@ -94,7 +94,7 @@ def _row(future: Any, trial: Trial, address: str) -> Row:
 
 def _check_address(address: str) -> None:
     try:
-        from distributed.comm import parse_address, parse_host_port
+        from distributed.comm.addressing import parse_address, parse_host_port
     except ImportError:
         raise missing_extra("distributed", "sweep") from None
     try:
