@@ -228,6 +228,7 @@ class TickRecord:
     command: Array  # (2,) what is in force from now on
     cone: ConeDistribution | None
     events: tuple[Event, ...] = ()
+    readings_before: tuple[Reading, ...] = ()  # since the tick before, where sensors are quicker than the loop
 
 
 PHASES = ("sense", "estimate", "control", "record", "advance")

@@ -5,10 +5,16 @@ import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 
+# Ctrl-C, `kill`, and a terminal that is closed
+SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+
 
 @contextmanager
 def interruptible() -> Iterator[threading.Event]:
-    """The first SIGINT or SIGTERM asks for an end in order; the second ends the process."""
+    """The first of SIGNALS asks for an end in order; the second ends the process.
+
+    What the process was started to ignore, as under nohup, it ignores.
+    """
     asked = threading.Event()
 
     def ask(number: int, frame: object) -> None:
@@ -17,7 +23,8 @@ def interruptible() -> Iterator[threading.Event]:
             signal.raise_signal(number)
         asked.set()
 
-    before = {number: signal.signal(number, ask) for number in (signal.SIGINT, signal.SIGTERM)}
+    heeded = [number for number in SIGNALS if signal.getsignal(number) != signal.SIG_IGN]
+    before = {number: signal.signal(number, ask) for number in heeded}
     try:
         yield asked
     finally:

@@ -8,7 +8,7 @@ from itertools import count
 from pathlib import Path
 from typing import Any
 
-from mjnav.errors import MjnavError
+from mjnav.loop.fault import RunFault, describe_fault, fault_events
 from mjnav.loop.latency import Computed, replayed
 from mjnav.loop.pacer import FreePacer, Pacer, Start, Stopwatch
 from mjnav.loop.prepare import build_controller
@@ -28,9 +28,11 @@ from mjnav.messages import (
 )
 from mjnav.metrics.summary import summarise
 from mjnav.metrics.timing import compute_ms
+from mjnav.recording.live import LiveServer
 from mjnav.recording.trajectory import TrajectoryBuilder
-from mjnav.recording.writer import Recorder
+from mjnav.recording.writer import LogError, Recorder
 from mjnav.scenarios.spec import Scenario
+from mjnav.world.engine import DivergedError
 from mjnav.world.simulator import Simulator
 
 WARM_UP_TICKS = 3
@@ -60,6 +62,7 @@ class Episode:
         scenario: Scenario,
         *,
         log: Path | None = None,
+        live: LiveServer | None = None,
         pacer: Pacer | None = None,
         stop: Callable[[], bool] = lambda: False,
         progress: Callable[[float], None] = lambda time: None,
@@ -68,7 +71,8 @@ class Episode:
     ):
         """`stop` is asked before every tick whether to abort, and `progress` is told the simulated time [s].
 
-        `watch` sees what every tick saw and did, before the world moves on.
+        `watch` sees what every tick saw and did, before the world moves on. The clients of `live` get what a log gets,
+        also where there is none.
 
         `cones` computes what only a log needs without one too.
 
@@ -79,6 +83,7 @@ class Episode:
         self._stop, self._progress, self._watch = stop, progress, watch
         self._period = scenario.control.period
         self._simulator = Simulator(scenario, scenario.seed)
+        self._truth = self._simulator.state()  # when the tick began
         self._navigator = Navigator(scenario, scenario.seed, build_controller(scenario))
         self._referee = Referee(scenario)
         self._trajectory = TrajectoryBuilder()
@@ -87,49 +92,72 @@ class Episode:
         self._misses = 0  # of deadlines; that of the last tick's end, too, which no tick's timing tells
         self._status = Status.OK
         self._events_before: tuple[Event, ...] = ()
-        self._cones = cones or log is not None
+        recorded = log is not None or live is not None
+        self._cones = cones or recorded
         self._log = log
         self._recorder = None
-        if log is not None:
+        if recorded:
             info = run_info(scenario, scenario.seed, self._simulator.parts_hash())
             threaded = self._pacer.real_time
-            self._recorder = Recorder(log, scenario, info, self._simulator.model_xml(), threaded=threaded)
+            self._recorder = Recorder(log, scenario, info, self._simulator.model_xml(), threaded=threaded, live=live)
 
     def run(self, events: tuple[Event, ...] = ()) -> Result:
-        """Runs to the goal, a collision, the time limit or an abort. A fault ends the log in order, then raises.
+        """Runs to the goal, a collision, the time limit or an abort.
 
-        `events` are from before the first tick, and are logged with it.
+        `events` are from before the first tick, and are logged with it. Whatever breaks in a tick, the log among it,
+        ends the run: with the outcome aborted, a fault among the log's events, and RunFault, which holds the result.
+        Raises InputError where the log cannot be made.
         """
         self._events_before = events
         with self._recorder or nullcontext():
+            if self._recorder is not None:
+                self._recorder.open()
             return self._run()
 
     def _run(self) -> Result:
         began = self._pacer.now()
-        tick = 0
-        watch = Stopwatch(self._pacer.now)
+        errors: list[BaseException] = []
         try:
-            while True:
-                start = self._pacer.wait()
-                watch.start()
-                truth = self._simulator.state()
-                outcome = self._outcome(tick, truth, start)
-                if outcome is not None:
-                    break
-                self._tick(tick, truth, watch)
-                timing = TickTiming(tick, tuple(watch.phases), start.lateness, start.missed)
-                self._trajectory.add_timing(timing)
-                if self._recorder is not None:
-                    self._recorder.write_timing(timing)
-                tick += 1
+            final, outcome = self._loop()
         except BaseException as error:
-            with suppress(Exception):  # what came first is what counts; the recorder's context closes the file
-                self._finish(self._simulator.state(), ABORTED, began, fault=repr(error))
-            if isinstance(error, Exception) and not isinstance(error, MjnavError):
-                place = f"; the log is {self._log}" if self._log else ""
-                raise MjnavError(f"the run broke in tick {tick}: {error!r}{place}") from error
-            raise
-        return self._finish(truth, outcome, began)
+            errors.append(error)
+            final, outcome = self._simulator.state(), ABORTED
+            if isinstance(error, DivergedError):  # the last that is known
+                final = replace(self._truth, contacts=())
+            self._events_before = (*self._events_before, *fault_events(error))
+        result = None
+        try:
+            result = self._result(final, outcome, began)
+            self._end_log(final, result)
+        except Exception as error:
+            errors.append(error)
+        if not errors and result is not None:
+            return result
+        first = errors[0]
+        if not isinstance(first, Exception | SystemExit):  # an interrupt stays one
+            raise first
+        ticks = len(self._trajectory)
+        what = "; ".join(dict.fromkeys(map(describe_fault, errors)))
+        place = f"; the log is {self._log}" if self._log and not any(isinstance(e, LogError) for e in errors) else ""
+        raise RunFault(f"{outcome} after {final.time:.1f} s, {ticks} ticks: {what}{place}", result) from first
+
+    def _loop(self) -> tuple[WorldState, str]:
+        """Tick after tick; the state in which the run ended, and how."""
+        watch = Stopwatch(self._pacer.now)
+        tick = 0
+        while True:
+            start = self._pacer.wait()
+            watch.start()
+            truth = self._truth = self._simulator.state()
+            outcome = self._outcome(tick, truth, start)
+            if outcome is not None:
+                return truth, outcome
+            self._tick(tick, truth, watch)
+            timing = TickTiming(tick, tuple(watch.phases), start.lateness, start.missed)
+            self._trajectory.add_timing(timing)
+            if self._recorder is not None:
+                self._recorder.write_timing(timing)
+            tick += 1
 
     def _outcome(self, tick: int, truth: WorldState, start: Start) -> str | None:
         self._progress(truth.time)
@@ -158,6 +186,7 @@ class Episode:
             tick=tick,
             truth=truth,
             reading=readings[-1] if readings else None,
+            readings_before=readings[:-1],
             belief=beliefs.robot,
             tracks=beliefs.people,
             observation=observation,
@@ -197,7 +226,7 @@ class Episode:
             self._status = decision.status
         return tuple(events)
 
-    def _finish(self, final: WorldState, outcome: str, began: int, fault: str | None = None) -> Result:
+    def _result(self, final: WorldState, outcome: str, began: int) -> Result:
         seconds = (self._pacer.now() - began) * 1e-9
         trajectory = self._trajectory.finish(final)
         self._hash.update(self._simulator.state_hash().encode())
@@ -213,19 +242,21 @@ class Episode:
             "state_hash": self._hash.hexdigest(),
             "log": str(self._log) if self._log else None,
         }
-        replay = self._replay()
-        if self._recorder is not None:
-            events = list(self._events_before)
-            events += [Event("error", "contact", describe(contact)) for contact in final.contacts]
-            if fault is not None:
-                events.append(Event("error", "fault", fault))
-            if self._recorder.dropped:
-                text = f"{self._recorder.dropped} parts of ticks are missing: the disk could not keep up"
-                events.append(Event("warning", "log", text))
-            level = "info" if outcome == GOAL else "warning"
-            events.append(Event(level, "end", f"the run ended: {outcome}"))
-            self._recorder.finish(final, summary, tuple(events), None if replay is self._scenario else replay)
-        return Result(summary, trajectory, replay, log_dropped=self._recorder.dropped if self._recorder else 0)
+        dropped = self._recorder.dropped if self._recorder else 0
+        return Result(summary, trajectory, self._replay(), log_dropped=dropped)
+
+    def _end_log(self, final: WorldState, result: Result) -> None:
+        """The log's last state, its last events and the result."""
+        if self._recorder is None:
+            return
+        outcome = result.summary["outcome"]
+        events = [*self._events_before, *(Event("error", "contact", describe(contact)) for contact in final.contacts)]
+        if result.log_dropped:
+            text = f"{result.log_dropped} parts of ticks are missing: the disk could not keep up"
+            events.append(Event("warning", "log", text))
+        events.append(Event("info" if outcome == GOAL else "warning", "end", f"the run ended: {outcome}"))
+        replay = None if result.replay is self._scenario else result.replay
+        self._recorder.finish(final, result.summary, events, replay)
 
     def _replay(self) -> Scenario:
         """The scenario with measured latencies written down."""
@@ -239,4 +270,5 @@ class Episode:
 def warm_up(scenario: Scenario) -> None:
     """Compiles and touches what a run of this scenario uses, in a few ticks that are thrown away."""
     asked = count()
-    Episode(scenario, stop=lambda: next(asked) >= WARM_UP_TICKS, cones=True).run()
+    with suppress(RunFault):  # the run itself will tell, and log, what is wrong
+        Episode(scenario, stop=lambda: next(asked) >= WARM_UP_TICKS, cones=True).run()

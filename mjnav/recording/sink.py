@@ -11,11 +11,12 @@ import time
 from collections.abc import Iterable
 from typing import NamedTuple, Protocol
 
-from mcap.writer import Writer
+from mjnav.recording.live import Writer
 
-FLUSH_INTERVAL = 0.25  # [s] of wall time between which everything reaches the file
+FLUSH_INTERVAL = 0.2  # [s] of wall time, and of simulated time, between which everything reaches the file
 QUEUE_SIZE = 64  # batches, two a tick
 _POLL = 0.001  # [s]
+_FLUSH_NS = round(1e9 * FLUSH_INTERVAL)
 
 
 class Message(NamedTuple):
@@ -28,22 +29,33 @@ class Message(NamedTuple):
 
 
 class Sink(Protocol):
-    """Takes batches of messages and flushes at least every FLUSH_INTERVAL of wall time.
+    """Takes batches of messages and flushes at least every FLUSH_INTERVAL.
 
-    A batch may be a generator, and then its messages are encoded where they are written. The clock read here decides
-    when bytes reach the disk and nothing else: a killed process loses what came after the last flush.
+    A batch may be a generator, and then its messages are encoded where they are written, all before the first of them
+    is: what cannot be encoded is not in the log by half. The clock read here decides when bytes reach the disk and
+    nothing else: a killed process loses what came after the last flush.
     """
 
-    dropped: int  # batches
+    @property
+    def dropped(self) -> int:
+        """How many batches were."""
+        ...
+
+    @property
+    def flushed_ns(self) -> int | None:
+        """Simulated time of the latest message that a killed process would leave behind."""
+        ...
 
     def attach(self, writer: Writer) -> None:
         """Writes with this writer what is put from now on."""
         ...
 
     def put(self, batch: Iterable[Message], *, may_drop: bool = False) -> None:
-        """Takes messages. Raises what went wrong in writing, here or before.
+        """Takes messages.
 
-        A batch that `may_drop` is dropped and counted in `dropped` where taking it would hold the caller up.
+        Raises OSError where writing failed, here or before: then nothing more is written. Raises once what else went
+        wrong in encoding, here or before. A batch that `may_drop` is dropped and counted in `dropped` where taking it
+        would hold the caller up.
         """
         ...
 
@@ -58,8 +70,11 @@ class DirectSink:
     dropped = 0
 
     def __init__(self):
+        self.flushed_ns: int | None = None
+        self.error: OSError | None = None  # the writer cannot be used any more
         self._writer: Writer | None = None
         self._due: float | None = None  # when to flush; None while nothing was written since
+        self._latest_ns = 0
 
     @property
     def due_in(self) -> float | None:
@@ -72,19 +87,33 @@ class DirectSink:
 
     def put(self, batch: Iterable[Message], *, may_drop: bool = False) -> None:
         """See `Sink`; nothing is dropped, and an empty batch only flushes, if that is due."""
+        if self.error is not None:
+            raise self.error
+        messages = list(batch)
+        try:
+            self._write(messages)
+        except OSError as error:
+            self.error = error
+            raise
+
+    def _write(self, messages: list[Message]) -> None:
         writer = self._writer
         assert writer is not None
-        for channel, time_ns, sequence, data in batch:
+        for channel, time_ns, sequence, data in messages:
             writer.add_message(channel, time_ns, data, time_ns, sequence)
+            self._latest_ns = max(self._latest_ns, time_ns)
         now = time.monotonic()
         if self._due is None:
             self._due = now + FLUSH_INTERVAL
-        elif now >= self._due:
+        if now >= self._due or self.flushed_ns is None or self._latest_ns - self.flushed_ns >= _FLUSH_NS:
             writer.flush()
+            self.flushed_ns = self._latest_ns
             self._due = None
 
     def close(self) -> None:
         """See `Sink`."""
+        if self.error is not None:
+            raise self.error
 
 
 class ThreadSink:
@@ -94,9 +123,14 @@ class ThreadSink:
         self.dropped = 0
         self._sink = DirectSink()
         self._queue: queue.SimpleQueue[Iterable[Message] | None] = queue.SimpleQueue()
-        self._error: Exception | None = None
+        self._fault: Exception | None = None  # from encoding, not yet told
         self._thread = threading.Thread(target=self._run, name="mjnav-log", daemon=True)
         self._thread.start()
+
+    @property
+    def flushed_ns(self) -> int | None:
+        """See `Sink`."""
+        return self._sink.flushed_ns
 
     def attach(self, writer: Writer) -> None:
         """See `Sink`."""
@@ -104,34 +138,39 @@ class ThreadSink:
 
     def put(self, batch: Iterable[Message], *, may_drop: bool = False) -> None:
         """See `Sink`; drops or waits where the disk cannot keep up."""
-        if self._error is not None:
-            raise self._error
+        if self._sink.error is not None:
+            raise self._sink.error
         if may_drop and self._queue.qsize() >= QUEUE_SIZE:
             self.dropped += 1
             return
         while self._queue.qsize() >= QUEUE_SIZE:  # a bounded queue's lock would hold up every call, not only these
             time.sleep(_POLL)
         self._queue.put(batch)
+        self._raise()  # what went wrong before is no reason to lose this
 
     def close(self) -> None:
         """See `Sink`; the thread ends."""
         if self._thread.is_alive():
             self._queue.put(None)
             self._thread.join()
-        if self._error is not None:
-            raise self._error
+        self._raise()
+
+    def _raise(self) -> None:
+        if self._sink.error is not None:
+            raise self._sink.error
+        fault, self._fault = self._fault, None
+        if fault is not None:
+            raise fault
 
     def _run(self) -> None:
         while True:
             try:
-                batch = self._queue.get(timeout=None if self._error else self._sink.due_in)
+                batch = self._queue.get(timeout=None if self._sink.error else self._sink.due_in)
             except queue.Empty:
                 batch = ()
             if batch is None:
                 return
-            if self._error is not None:
-                continue  # the caller must not wait for ever on a full queue
             try:
-                self._sink.put(batch)
+                self._sink.put(batch)  # after an error it takes nothing, but the caller must not wait for a place
             except Exception as error:  # whatever it was, the simulation's thread shall raise it
-                self._error = error
+                self._fault = error

@@ -10,7 +10,7 @@ from foxglove_schemas_protobuf.PointCloud_pb2 import PointCloud
 from foxglove_schemas_protobuf.PoseInFrame_pb2 import PoseInFrame
 from foxglove_schemas_protobuf.SceneUpdate_pb2 import SceneUpdate
 
-from mjnav.messages import Event, TickRecord, WorldState
+from mjnav.messages import Event, Reading, TickRecord, WorldState
 from mjnav.recording import candidates, documents, geometry
 from mjnav.recording.scene import SceneEncoder
 from mjnav.recording.schemas import Schema, cone_distribution_schema, document_schema, foxglove_schema
@@ -22,12 +22,13 @@ EVENTS = "/events"
 
 @dataclass(frozen=True, slots=True)
 class Topic:
-    """One topic of the log; either encoder may be missing or, where there is nothing to say, return None."""
+    """One topic of the log; an encoder may be missing or, where there is nothing to say, return None."""
 
     name: str
     schema: Schema
     encode: Callable[[TickRecord], bytes | None] | None = None
     encode_final: Callable[[int, WorldState], bytes] | None = None  # of the state in which the run ended
+    encode_reading: Callable[[Reading], bytes] | None = None  # of each reading before the tick's last
 
 
 def encode_event(time: float, event: Event) -> bytes:
@@ -83,11 +84,17 @@ def topics(scenario: Scenario) -> tuple[Topic, ...]:
             documents.encode_contacts,
         ),
         Topic("/scene", scene_update, lambda r: scene.encode(r.truth), lambda tick, final: scene.encode(final)),
-        Topic("/scan", foxglove_schema(LaserScan), lambda r: r.reading and geometry.encode_scan(r.reading)),
+        Topic(
+            "/scan",
+            foxglove_schema(LaserScan),
+            lambda r: r.reading and geometry.encode_scan(r.reading),
+            encode_reading=geometry.encode_scan,
+        ),
         Topic(
             "/odometry",
             document_schema("mjnav.Odometry"),
             lambda r: r.reading and documents.encode_odometry(r.reading),
+            encode_reading=documents.encode_odometry,
         ),
         Topic("/belief/robot", cloud, lambda r: geometry.encode_robot_particles(r.belief)),
         Topic("/belief/obstacles", cloud, lambda r: geometry.encode_track_particles(r.truth.time, r.tracks)),

@@ -129,6 +129,11 @@ class Recorder:
 
     def _encoded(self, record: TickRecord, now: int) -> Iterator[Message]:
         """A tick's messages; encoded where they are asked for."""
+        for reading in record.readings_before:
+            for topic in self._topics:
+                if topic.encode_reading is not None:
+                    data = topic.encode_reading(reading)
+                    yield Message(self._channels[topic.name], time_ns(reading.time), record.tick, data)
         for topic in self._topics:
             if topic.encode is not None and (data := topic.encode(record)) is not None:
                 yield Message(self._channels[topic.name], now, record.tick, data)
@@ -161,8 +166,10 @@ class Recorder:
             if topic.encode_final is not None
         ]
         batch += [Message(self._channels[EVENTS], now, tick, encode_event(final.time, event)) for event in events]
-        self._put(batch)
-        self._close({key: _result_value(value) for key, value in result.items()}, replay)
+        try:
+            self._put(batch)
+        finally:
+            self._close({key: _result_value(value) for key, value in result.items()}, replay)
 
     def abort(self) -> None:
         """Ends the file without a result; what was written before is readable. Does nothing after `finish`."""
@@ -189,13 +196,17 @@ class Recorder:
         writer = self._writer = Writer(
             output, chunk_size=CHUNK_SIZE, compression=CompressionType.LZ4, enable_data_crcs=True
         )
-        with self._one_line():
-            writer.start(library="mjnav")
-            writer.add_metadata(RUN, self._run_info)
-            for name, media_type, data in self._attachments:
-                writer.add_attachment(0, 0, name, media_type, data)
-            self._channels = _register(writer, self._topics)
-            writer.flush()
+        try:
+            with self._one_line():
+                writer.start(library="mjnav")
+                writer.add_metadata(RUN, self._run_info)
+                for name, media_type, data in self._attachments:
+                    writer.add_attachment(0, 0, name, media_type, data)
+                self._channels = _register(writer, self._topics)
+                writer.flush()
+        except LogError:
+            path.unlink(missing_ok=True)  # our own, and of no use
+            raise
 
     def _put(self, batch: Iterable[Message], *, may_drop: bool = False) -> None:
         if self._closed:
@@ -238,12 +249,10 @@ class Recorder:
 
     def _left(self) -> str:
         """What can be read of a log that cannot be written any more."""
-        if self._file is None or not self._file.exists:
-            return "nothing of it is left"
-        if not self._file.whole:
-            return "what is left of it can be read"
         flushed = self._sink.flushed_ns
-        return "it holds no tick" if flushed is None else f"it can be read up to {1e-9 * flushed:.1f} s"
+        if self._file is None or not self._file.exists or flushed is None:
+            return "nothing of it is left"
+        return f"it can be read up to {1e-9 * flushed:.1f} s" if self._file.whole else "what is left of it can be read"
 
 
 def _end(writer: Writer, result: Mapping[str, str] | None, replay: Scenario | None) -> None:

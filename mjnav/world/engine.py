@@ -2,8 +2,13 @@
 
 from typing import Protocol
 
+from mjnav.errors import MjnavError
 from mjnav.messages import Array, Contact
 from mjnav.scenarios.spec import Scenario
+
+
+class DivergedError(MjnavError):
+    """The physics became nonsense: a number without bounds, or no memory for contacts. The state is lost."""
 
 
 class ContactLog:
@@ -36,7 +41,10 @@ class Engine(Protocol):
     contacts: ContactLog
 
     def advance(self, twists: Array) -> None:
-        """One step for each row of `twists` (n, 2), the wheels' set-points as v [m/s], omega [rad/s]."""
+        """One step for each row of `twists` (n, 2), the wheels' set-points as v [m/s], omega [rad/s].
+
+        Raises DivergedError.
+        """
         ...
 
     def walk(self, velocities: Array) -> None:

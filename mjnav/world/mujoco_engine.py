@@ -7,6 +7,8 @@ current, where derived fields lag one step; so looking does not change the run.
 # pyright: reportAttributeAccessIssue=false
 # mujoco's compiled modules carry no types.
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from math import atan2, cos, hypot, pi, sin, sqrt
 
 import mujoco
@@ -16,7 +18,7 @@ from mjnav.geometry.compiled import exact
 from mjnav.messages import Array
 from mjnav.motion.diff_drive import wheel_speeds
 from mjnav.scenarios.spec import Scenario
-from mjnav.world.engine import ContactLog
+from mjnav.world.engine import ContactLog, DivergedError
 from mjnav.world.floor_plan import FloorPlan
 from mjnav.world.lidar import LIDAR_HEIGHT, beam_angles
 from mjnav.world.scene import DECORATION, SEEN_BY_LIDAR, compose
@@ -37,6 +39,8 @@ class MujocoEngine:
         self.model = spec.compile()
         # MuJoCo would compute every sensor in every step, a step late; encoders and yaw are read from the state.
         self.model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_SENSOR
+        # MuJoCo would put everything back to where the run began.
+        self.model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET
         self.data = mujoco.MjData(self.model)
         self.contacts = ContactLog()
         model, data, num_people = self.model, self.data, len(scenario.people)
@@ -60,6 +64,7 @@ class MujocoEngine:
         self._untouched = 0.0  # [s] of simulated time until which nothing can reach the robot
         self._owners, self._names = self._geom_owners()
         self._force = np.zeros(6)
+        self._warnings = data.warning.number  # how often MuJoCo complained, by kind
 
         self._beams = beam_angles(scenario.sensors.lidar_beams)
         self._range = scenario.sensors.lidar_range
@@ -92,20 +97,28 @@ class MujocoEngine:
         (left, right), timestep, num_steps = self._drive, self._timestep, len(twists)
         rows = twists.tolist()  # a few steps: numbers are quicker than arrays
         near = not self._is_untouched(num_steps * timestep)
-        if not near and rows.count(rows[0]) == num_steps:
-            ctrl[left], ctrl[right] = wheel_speeds(*rows[0])
-            mujoco.mj_step(model, data, num_steps)
-        else:
-            for i, (v, omega) in enumerate(rows):
-                ctrl[left], ctrl[right] = wheel_speeds(v, omega)
-                mujoco.mj_step(model, data)
-                if near:
-                    self._record_contacts((self._steps + i) * timestep)
+        with _silence():
+            if not near and rows.count(rows[0]) == num_steps:
+                ctrl[left], ctrl[right] = wheel_speeds(*rows[0])
+                mujoco.mj_step(model, data, num_steps)
+            else:
+                for i, (v, omega) in enumerate(rows):
+                    ctrl[left], ctrl[right] = wheel_speeds(v, omega)
+                    mujoco.mj_step(model, data)
+                    if near:
+                        self._record_contacts((self._steps + i) * timestep)
+        if self._warnings.any():
+            raise DivergedError(self._complaint())
         self._steps += num_steps
         heading = self._yaw_angle()
         if abs(heading - self._heading) > pi:
             self._turns += 1 if heading < self._heading else -1
         self._heading = heading
+
+    def _complaint(self) -> str:
+        kind = int(np.flatnonzero(self._warnings)[-1])  # a state that is out of bounds comes after what led to it
+        text = mujoco.mju_warningText(kind, self.data.warning[kind].lastinfo)
+        return f"MuJoCo lost the physics before {self._steps * self._timestep:.3f} s: {text.strip()}"
 
     def walk(self, velocities: Array) -> None:
         """See `Engine`."""
@@ -200,6 +213,17 @@ class MujocoEngine:
         state = np.zeros(mujoco.mj_stateSize(self.model, mujoco.mjtState.mjSTATE_INTEGRATION))
         mujoco.mj_getState(self.model, self.data, state, mujoco.mjtState.mjSTATE_INTEGRATION)
         return state.tobytes()
+
+
+@contextmanager
+def _silence() -> Iterator[None]:
+    """Keeps MuJoCo's warnings from standard error and from a file MUJOCO_LOG.TXT in the working folder."""
+    before = mujoco.get_mju_user_warning()
+    mujoco.set_mju_user_warning(lambda text: None)
+    try:
+        yield
+    finally:
+        mujoco.set_mju_user_warning(before)
 
 
 def _index(rows: list) -> np.ndarray:

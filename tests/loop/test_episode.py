@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 import resource
 from itertools import count
 
@@ -11,9 +12,10 @@ import pytest
 import mjnav
 from mjnav import control, scenarios
 from mjnav.control.base import GridController
-from mjnav.errors import InputError, MjnavError
+from mjnav.errors import InputError
 from mjnav.loop import episode as episode_module
 from mjnav.loop.episode import WARM_UP_TICKS, Episode, warm_up
+from mjnav.loop.fault import RunFault
 from mjnav.loop.pacer import RealTimePacer
 from mjnav.loop.tick import Navigator
 from mjnav.metrics import summarise
@@ -238,23 +240,28 @@ def broken_controller(monkeypatch):
 @pytest.mark.usefixtures("broken_controller")
 def test_a_fault_ends_the_log_in_order_and_is_told_in_one_line(room, tmp_path):
     path = tmp_path / "a.mcap"
-    with pytest.raises(MjnavError) as raised:
+    with pytest.raises(RunFault) as raised:
         Episode(room(), log=path).run()
     text = str(raised.value)
-    assert text == f"the run broke in tick 5: ZeroDivisionError('half a person'); the log is {path}"
+    what = "ZeroDivisionError: half a person"
+    assert re.fullmatch(
+        rf"aborted after 0\.5 s, 5 ticks: {what} \({__file__}:\d+, in decide_or_break\); the log is {path}", text
+    )
     assert raised.value.exit_code == 1
+    assert (raised.value.result.summary["outcome"], raised.value.result.summary["ticks"]) == ("aborted", 5)
     assert isinstance(raised.value.__cause__, ZeroDivisionError)
     log = open_log(path)
     assert (log.complete, log.truncated) == (True, False)
     assert (log.result["outcome"], log.result["ticks"]) == ("aborted", 5)
-    events = [message.value for message in log.messages("/events")]
-    assert any("half a person" in event.message for event in events)
+    events = {message.value.name: message.value.message for message in log.messages("/events")}
+    assert events["fault"].startswith(what)
+    assert "Traceback" in events["traceback"]
     assert len(log.trajectory().command) == 5
 
 
 @pytest.mark.usefixtures("broken_controller")
 def test_a_fault_without_a_log_names_none(room):
-    with pytest.raises(MjnavError, match=r"^the run broke in tick 5: ZeroDivisionError\('half a person'\)$"):
+    with pytest.raises(RunFault, match=r"^aborted after 0\.5 s, 5 ticks: ZeroDivisionError: half a person \([^;]*\)$"):
         Episode(room()).run()
 
 
@@ -273,13 +280,18 @@ def test_a_disk_that_takes_no_more_is_told_in_one_line_and_leaves_a_readable_log
     episode = Episode(room("time_limit=20"), log=path)
     resource.setrlimit(resource.RLIMIT_FSIZE, (60_000, hard))
     try:
-        with pytest.raises(MjnavError) as raised:
+        with pytest.raises(RunFault) as raised:
             episode.run()
     finally:
         resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
-    assert str(raised.value) == f"{path}: writing failed: File too large"
+    told = re.fullmatch(
+        rf"aborted after \d\.\d s, \d ticks: {path}: writing failed: File too large; it can be read up to (\d\.\d) s",
+        str(raised.value),
+    )
     assert os.path.getsize(path) <= 60_000
-    assert open_log(path).run["scene"] == "room"
+    log = open_log(path)
+    assert (log.run["scene"], log.truncated, log.result["outcome"]) == ("room", True, "aborted")
+    assert log.duration == pytest.approx(float(told[1]))
 
 
 def test_a_log_that_appears_after_the_check_is_not_replaced(room, tmp_path):

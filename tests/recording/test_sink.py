@@ -144,42 +144,74 @@ def test_messages_keep_their_order_and_none_is_lost():
     assert writer.added == list(range(1000))
 
 
-def test_an_error_while_encoding_reaches_the_caller():
-    def broken():
-        yield Message(1, 0, 0, b"")
-        raise ZeroDivisionError
+def broken():
+    yield Message(1, 0, 0, b"")
+    raise ZeroDivisionError
 
+
+@pytest.mark.parametrize("kind", [DirectSink, ThreadSink])
+def test_what_cannot_be_encoded_is_told_once_leaves_no_half_and_what_follows_is_written(kind):
+    writer, sink = CountingWriter(), kind()
+    sink.attach(writer)
+
+    def put_and_wait():
+        sink.put(broken())
+        while True:  # until the thread has come to it
+            sink.put([])
+            time.sleep(0.001)
+
+    with pytest.raises(ZeroDivisionError):
+        put_and_wait()
+    sink.put(batch(7, 8))
+    sink.close()
+    assert writer.added == [7, 8]
+
+
+def test_what_cannot_be_encoded_at_the_end_is_told_at_the_end():
     thread = ThreadSink()
     thread.attach(CountingWriter())
     thread.put(broken())
     with pytest.raises(ZeroDivisionError):
         thread.close()
-    with pytest.raises(ZeroDivisionError):
-        thread.put([])
 
 
-def test_a_direct_sink_writes_at_once_and_flushes_when_that_is_due():
+def test_a_direct_sink_writes_at_once_and_flushes_the_first_batch_and_then_when_that_is_due():
     writer = CountingWriter()
     sink = DirectSink()
     sink.attach(writer)
-    assert sink.due_in is None
-    sink.put([Message(1, 0, 7, b"")])
-    assert writer.added == [7]
-    assert not writer.flushes
+    assert (sink.due_in, sink.flushed_ns) == (None, None)
+    sink.put(batch(7))
+    assert [count for _, count in writer.flushes] == [1]
+    assert (sink.due_in, sink.flushed_ns) == (None, 0)
+    sink.put(batch(8))
     assert 0.0 < sink.due_in <= FLUSH_INTERVAL
     while sink.due_in > 0.0:
         time.sleep(0.01)
-    sink.put([Message(1, 0, 8, b"")])
-    assert [count for _, count in writer.flushes] == [2]
+    sink.put(batch(9))
+    assert [count for _, count in writer.flushes] == [1, 3]
     assert sink.due_in is None
 
 
-def test_a_direct_sink_raises_at_the_call_that_failed():
+def test_simulated_time_calls_for_a_flush_too_however_fast_it_goes():
+    writer = CountingWriter()
+    sink = DirectSink()
+    sink.attach(writer)
+    for tick in range(11):
+        sink.put([Message(1, tick * 100_000_000, tick, b"")])
+    assert [count for _, count in writer.flushes][:2] == [1, 3]
+    assert len(writer.flushes) == 6  # one for the first tick, and one for every two
+    assert sink.flushed_ns == 1_000_000_000
+
+
+def test_a_direct_sink_raises_at_the_call_that_failed_and_writes_no_more():
     class Full(CountingWriter):
         def add_message(self, *_):
             raise OSError(28, "No space left on device")
 
     sink = DirectSink()
     sink.attach(Full())
+    for _ in range(2):  # and at every one after it: the writer has lost its place
+        with pytest.raises(OSError, match="No space"):
+            sink.put([Message(1, 0, 0, b"")])
     with pytest.raises(OSError, match="No space"):
-        sink.put([Message(1, 0, 0, b"")])
+        sink.close()

@@ -1,6 +1,7 @@
 import gzip
 import json
 import os
+import resource
 import subprocess
 import sys
 import threading
@@ -15,9 +16,10 @@ from mcap.stream_reader import StreamReader
 from mcap.writer import MCAP0_MAGIC, Writer
 from mcap_protobuf.decoder import DecoderFactory
 
-from mjnav.errors import InputError, MjnavError
+from mjnav.errors import InputError
 from mjnav.recording import Recorder, check_path, open_log
 from mjnav.recording.sink import QUEUE_SIZE
+from mjnav.recording.writer import LogError
 from mjnav.scenarios import loads
 
 TOPICS = {
@@ -203,25 +205,56 @@ def test_a_tick_without_reading_candidates_or_cone_leaves_those_topics_out(tmp_p
     assert empty == {"/scan", "/odometry", "/cone", "/candidates", "/events", "/tick"}
 
 
-def test_a_full_disk_is_an_error_of_one_line(tmp_path, scenario, made_up):
-    path = Path("/dev/full")
-    if not path.exists():
-        pytest.skip("no /dev/full here")
-    recorder = Recorder(tmp_path / "run.mcap", scenario, {}, "<mujoco/>")
-    recorder.write(made_up.record(0))
-    assert recorder._file is not None
-    with open(path, "wb", buffering=0) as full:
-        os.dup2(full.fileno(), recorder._file.fileno())
+@pytest.mark.parametrize("threaded", [False, True])
+def test_a_full_disk_is_an_error_of_one_line_and_what_was_written_stays(tmp_path, scenario, made_up, threaded):
+    path, record = tmp_path / "run.mcap", made_up.record(0)
+    limits = resource.getrlimit(resource.RLIMIT_FSIZE)
+    recorder = Recorder(path, scenario, {}, "<mujoco/>", threaded=threaded)
 
     def run_on():
         with recorder:
-            for tick in range(1, 100):
+            for tick in range(1000):
                 recorder.write(made_up.at(record, tick))
-            recorder.finish(made_up.truth(100), {})
+            recorder.finish(made_up.truth(1000), {"outcome": "timeout"})
 
-    record = made_up.record(0)
-    with pytest.raises(MjnavError, match="No space left"):
-        run_on()
+    resource.setrlimit(resource.RLIMIT_FSIZE, (400_000, limits[1]))
+    try:
+        with pytest.raises(
+            LogError, match=r"writing failed: File too large; it can be read up to [0-9.]+ s$"
+        ) as raised:
+            run_on()
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, limits)
+    log = open_log(path)
+    kept = sequences(log, "/command")
+    assert kept == list(range(len(kept)))
+    assert f"up to {0.1 * kept[-1]:.1f} s" in str(raised.value)
+    assert 200_000 < path.stat().st_size <= 400_000
+
+
+def test_a_disk_that_has_no_room_for_the_beginning_is_left_without_a_file(tmp_path, scenario):
+    limits = resource.getrlimit(resource.RLIMIT_FSIZE)
+    with Recorder(tmp_path / "run.mcap", scenario, {}, "<mujoco/>") as recorder:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (1000, limits[1]))
+        try:
+            with pytest.raises(LogError, match="File too large; nothing of it is left"):
+                recorder.open()
+        finally:
+            resource.setrlimit(resource.RLIMIT_FSIZE, limits)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_every_reading_of_a_tick_is_there_at_its_own_time(tmp_path, scenario, made_up):
+    first, second = (made_up.record(tick) for tick in (0, 3))
+    before = tuple(replace(second.reading, time=time) for time in (0.1, 0.2))
+    with Recorder(tmp_path / "run.mcap", scenario, {}, "<mujoco/>") as recorder:
+        recorder.write(first)
+        recorder.write(replace(second, tick=1, readings_before=before))
+    log = open_log(tmp_path / "run.mcap")
+    for topic in ("/odometry", "/scan"):
+        found = [(message.sequence, message.time_ns) for message in log.messages(topic)]
+        assert found == [(0, 0), (1, 100_000_000), (1, 200_000_000), (1, 300_000_000)]
+    assert [message.value["time"] for message in log.messages("/odometry")] == pytest.approx([0.0, 0.1, 0.2, 0.3])
 
 
 # -------------------------------------------------------------------------------------- dropped ticks
