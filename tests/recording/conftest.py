@@ -1,10 +1,12 @@
 """Made-up ticks of the size that a real run has."""
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 
+import mjnav
 from mjnav.messages import (
     CandidateCosts,
     ConeDistribution,
@@ -20,6 +22,7 @@ from mjnav.messages import (
     Track,
     WorldState,
 )
+from mjnav.recording import Log, Recorder, open_log
 from mjnav.scenarios.spec import ConstantVelocity, LaneSpec, Person, Pillar, Robot, Scenario, Table, Wall
 
 PERIOD = 0.1
@@ -144,3 +147,35 @@ def contact() -> Contact:
 @pytest.fixture
 def event() -> Event:
     return Event("warning", "contact", "the robot touches person2")
+
+
+@pytest.fixture(scope="session")
+def recorded(tmp_path_factory) -> Path:
+    """The log of six made-up ticks; the third has only what every tick has, and one track's state is not finite."""
+    run, path = MadeUpRun(num_people=3, num_candidates=21), tmp_path_factory.mktemp("recorded") / "a.mcap"
+    touched = (Contact("person", "person2", 12.5, 0.43),)
+    with Recorder(path, make_scenario(3), {"scene": "made-up", "seed": "3"}, "<mujoco/>") as recorder:
+        for tick in range(6):
+            record = run.record(tick, events=(Event("warning", "contact", f"the robot, again: {tick}"),))
+            if tick == 2:
+                decision = replace(record.decision, costs=None, status=Status.INFEASIBLE)
+                record = replace(
+                    record, decision=decision, reading=None, cone=None, tracks=record.tracks[1:], events=()
+                )
+            if tick == 3:
+                record = replace(record, truth=replace(record.truth, contacts=touched))
+            if tick == 4:
+                lost = replace(record.tracks[0], mean=np.full(4, np.nan))
+                record = replace(record, tracks=(lost, *record.tracks[1:]))
+            recorder.write(record)
+            recorder.write_timing(run.timing(tick))
+        recorder.finish(run.truth(6, contacts=touched * 2), {"outcome": "goal"})
+    return path
+
+
+@pytest.fixture(scope="session")
+def driven(tmp_path_factory) -> Log:
+    """The log of two seconds of a real run."""
+    path = tmp_path_factory.mktemp("driven") / "a.mcap"
+    mjnav.run(mjnav.load_scenario("crossing1", ["time_limit=2.0", "physics.engine=kinematic"]), log=path)
+    return open_log(path)

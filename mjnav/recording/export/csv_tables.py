@@ -1,9 +1,9 @@
 """Tidy tables: a CSV file for each topic, a row for each thing observed, a column for each of its figures.
 
 Every table begins with the number of the tick and the simulated time, by which tables join. columns.csv says what unit
-each column of each table has. Numbers are the shortest decimals that read back as the same number: pandas does so with
-`read_csv(..., float_precision="round_trip")`. Particles and the cone's samples are float32 in the log and here. What is
-not there or not finite in a JSON message is an empty field.
+each column of each table has. Numbers are the shortest decimals that read back as the same number: pandas 3 does so by
+itself, older ones with `read_csv(..., float_precision="round_trip")`. Particles and the cone's samples are float32 in
+the log and here. What is not there or not finite in a JSON message is an empty field.
 """
 
 import csv

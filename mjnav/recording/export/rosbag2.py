@@ -109,10 +109,10 @@ def write(log: Log, topics: Sequence[str], messages: Iterator[LogMessage], folde
                 topic.name, topic.type, typestore=store, offered_qos_profiles=[topic.quality]
             )
             counts[topic.name] = 0
-        now = None
+        now = -1
         for name, time_ns, _, value in messages:
-            clock = () if time_ns == now else (_CLOCK,)
-            now = time_ns
+            clock = (_CLOCK,) if time_ns > now else ()
+            now = max(now, time_ns)
             for topic in (*clock, *table[name]):
                 if (message := topic.encode(value, time_ns)) is not None:
                     data = store.serialize_cdr(message, topic.type)

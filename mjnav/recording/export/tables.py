@@ -145,8 +145,8 @@ def _transforms(message: Any) -> Rows:
         yield transform.parent_frame_id, transform.child_frame_id, *moved
 
 
-def _color(color: Any) -> list[str]:
-    return np.array([color.r, color.g, color.b, color.a], "<f4").astype("U").tolist()
+def _color(color: Any) -> list[float]:
+    return [color.r, color.g, color.b, color.a]
 
 
 def _solids(update: Any) -> Rows:
