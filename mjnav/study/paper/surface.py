@@ -1,0 +1,240 @@
+"""The paper's cost over (v, omega): whether it has kinks, and whether a gradient method does worse than samples.
+
+Decisions are looked at where obstacles matter: where another candidate was chosen than the goal alone would choose. On
+each of them the cost is that of the published method and of the tuned one for d = 1, 2, 3, with the nominal control and
+the desired distributions held where the decision has them. The grid's 402 candidates stand against SLSQP from 1, 4 and
+16 starts (`search`), in the window of one period and between the limits; the reference is the least cost that anything
+found, a fine grid among them.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mjnav.control.surface import require_candidates
+from mjnav.errors import InvalidValue
+from mjnav.loop.prepare import build_controller
+from mjnav.messages import Array, TickRecord
+from mjnav.metrics.intervals import paired_bootstrap, wilson
+from mjnav.rng import stream
+from mjnav.scenarios.spec import Scenario
+from mjnav.study.paper.continuous_cost import VARIANTS, variant_costs
+from mjnav.study.paper.cost_view import BATCHES, View, look
+from mjnav.study.paper.decisions import given_up, spread, that_matter
+from mjnav.study.paper.finding import Finding, verdict
+from mjnav.study.paper.kinks import slope_jump
+from mjnav.study.paper.search import by_gradient, fine_grid, on_grid, starts, window_of
+
+PUBLISHED = 3  # its place among them
+WINDOWS = ("reachable", "bounds")
+STARTS = (1, 4, 16)
+NEAR = 0.01  # of a cost: what counts as worse, and as the same
+JUMP_STEPS = (1e-3, 1e-4)  # [rad/s] of those in every decision
+KINK = 0.3  # the jump of the smaller step over that of the larger: 0.1 where smooth, 1 at a kink
+LEAST_RUNS = 5  # fewer make no interval
+SOURCE = "why controls are sampled: the cost over (v, ω)"
+
+
+@dataclass(frozen=True, slots=True)
+class SurfaceData:
+    """D decisions, V variants, W windows, S numbers of starts. Times [s] are this machine's."""
+
+    scene: Array  # (D,)
+    seed: Array  # (D,)
+    tick: Array  # (D,)
+    run: Array  # (D,) which run each is from
+    reference: Array  # (D, V, W) the least cost known
+    grid: Array  # (D, V, W) of the cheapest candidate
+    grid_seconds: Array  # (D, V, W)
+    found: Array  # (D, V, W, S) of the best of the starts
+    points: Array  # (D, V, W, S) at which the cost was computed
+    seconds: Array  # (D, V, W, S)
+    near: Array  # (D, V, W) share of 16 starts that end within NEAR of the reference
+    jumps: Array  # (D, V, 2) as in View, at JUMP_STEPS
+    drawn: tuple[str, int, float]  # scene, seed, time [s] of the decision that is drawn
+    views: tuple[View, ...]  # one a variant, then the tuned d = 3 without its clip
+
+    @property
+    def against_grid(self) -> Array:
+        """1 where all starts end more than NEAR above the grid, -1 where one ends as far below it: (D, V, W, S)."""
+        grid = self.grid[..., None]
+        worse, better = self.found > (1.0 + NEAR) * grid, grid > (1.0 + NEAR) * self.found
+        return worse.astype(float) - better
+
+    @property
+    def kinked(self) -> NDArray[np.bool_]:
+        """Whether the cut along omega through the chosen control has a kink, (D, V)."""
+        return self.jumps[..., 1] > KINK * self.jumps[..., 0]
+
+    def rows(self) -> list[dict[str, Any]]:
+        """One for every decision, variant and window."""
+        against, kinked, found = self.against_grid, self.kinked, []
+        for i, v, w in np.ndindex(*self.grid.shape):
+            row = {"scene": self.scene[i], "seed": self.seed[i], "tick": self.tick[i], "variant": tuple(VARIANTS)[v]}
+            row |= {"window": WINDOWS[w], "reference_cost": self.reference[i, v, w], "grid_cost": self.grid[i, v, w]}
+            row |= {"grid_s": self.grid_seconds[i, v, w], "near_share": self.near[i, v, w]}
+            for s, num in enumerate(STARTS):
+                row |= {f"slsqp{num}_cost": self.found[i, v, w, s], f"slsqp{num}_s": self.seconds[i, v, w, s]}
+                row |= {f"slsqp{num}_points": self.points[i, v, w, s], f"slsqp{num}_against": against[i, v, w, s]}
+            row |= {"slope_jump": self.jumps[i, v, 1], "kink": kinked[i, v]}
+            found.append({key: value.item() if isinstance(value, np.generic) else value for key, value in row.items()})
+        return found
+
+
+def measure(
+    scenarios: Sequence[Scenario],
+    *,
+    quick: bool = False,
+    progress: Callable[[int, int], None] = lambda done, total: None,
+) -> SurfaceData:
+    """From runs of every scenario, from its seed on; a decision of the first run is drawn.
+
+    Raises InvalidValue for a method without candidates, and where no obstacle matters.
+    """
+    num_seeds, num_decisions, fine = (1, 3, 61) if quick else (8, 6, 201)
+    for scenario in scenarios:
+        require_candidates(build_controller(scenario), scenario.control.method)
+    runs = [replace(scenario, seed=scenario.seed + k) for scenario in scenarios for k in range(num_seeds)]
+    rows: list[dict[str, Any]] = []
+    drawn: tuple[Scenario, TickRecord] | None = None
+    for index, scenario in enumerate(runs):
+        records = that_matter(scenario)
+        if drawn is None and records:
+            drawn = scenario, max(records, key=given_up)
+        for record in spread(records, num_decisions):
+            where = {"scene": scenario.name, "seed": scenario.seed, "tick": record.tick, "run": index}
+            rows.append(where | _compare(scenario, record, fine))
+        progress(index + 1, len(runs) + 1)
+    if drawn is None:
+        raise InvalidValue("scenarios", tuple(s.name for s in scenarios), "one in which an obstacle matters")
+    scenario, record = drawn
+    views = look(scenario, record, 61 if quick else 161)
+    progress(len(runs) + 1, len(runs) + 1)
+    return SurfaceData(
+        **{key: np.array([row[key] for row in rows]) for key in rows[0]},
+        drawn=(scenario.name, scenario.seed, record.truth.time), views=views,
+    )  # fmt: skip
+
+
+def _compare(scenario: Scenario, record: TickRecord, fine: int) -> dict[str, Array]:
+    """The part of SurfaceData that is one decision's."""
+    shape = (len(VARIANTS), len(WINDOWS))
+    one = {key: np.empty(shape) for key in ("reference", "grid", "grid_seconds", "near")}
+    one |= {key: np.empty((*shape, len(STARTS))) for key in ("found", "points", "seconds")}
+    jumps = np.empty((len(VARIANTS), len(JUMP_STEPS)))
+    for i, cost in enumerate(variant_costs(scenario, record.observation)[: len(VARIANTS)]):
+        on_grid(cost, WINDOWS[0])  # what a decision computes once is not the search's
+        for j, window in enumerate(WINDOWS):
+            low, high = window_of(cost, window)
+            sampled = on_grid(cost, window)
+            searches = [[by_gradient(cost, low, high, start) for start in starts(num)] for num in STARTS]
+            costs = [np.array([found.cost for found in several]) for several in searches]
+            reference = min(fine_grid(cost, low, high, fine), sampled.cost, *(c.min() for c in costs))
+            one["reference"][i, j], one["grid"][i, j], one["grid_seconds"][i, j] = (
+                reference, sampled.cost, sampled.seconds,
+            )  # fmt: skip
+            one["near"][i, j] = (costs[-1] <= (1.0 + NEAR) * reference).mean()
+            one["found"][i, j] = [c.min() for c in costs]
+            one["points"][i, j] = [sum(found.points for found in several) for several in searches]
+            one["seconds"][i, j] = [sum(found.seconds for found in several) for several in searches]
+        low, high = window_of(cost, "bounds")
+        jumps[i] = [slope_jump(cost, record.decision.v, low[1], high[1], step) for step in JUMP_STEPS]
+    return one | {"jumps": jumps}
+
+
+def findings(data: SurfaceData) -> tuple[Finding, ...]:
+    """Of the cost's kinks, of the gradient method's ends and of its price; the published method, then the tuned one."""
+    tuned = [v for v in range(len(VARIANTS)) if v != PUBLISHED]
+    return (
+        _of_kinks(data, [PUBLISHED], "as published"),
+        _of_kinks(data, tuned, "as tuned here, d = 1, 2, 3"),
+        _of_ends(data, [PUBLISHED], "as published"),
+        _of_ends(data, tuned, "as tuned here, d = 1, 2, 3"),
+        _of_price(data),
+    )
+
+
+def _of_kinks(data: SurfaceData, variants: list[int], name: str) -> Finding:
+    kinked = np.any(data.kinked[:, variants], axis=1)
+    jump = 100.0 * np.median(data.jumps[:, variants, 1], axis=0)
+    why = (
+        "The line form has a derivative wherever robot and obstacle do not move alike."
+        if variants == [PUBLISHED]
+        else "All come from the clip, one of each pair of samples: the segment form without it is smooth, as f is "
+        "stationary where t* meets its bounds."
+    )
+    interval = wilson(int(kinked.sum()), len(kinked))
+    return Finding(
+        f"The cost over (v, ω), {name}, is not smooth.",
+        SOURCE,
+        verdict(interval, 0.5),
+        f"Kinks along ω through the chosen control at {_share(kinked)} of {len(kinked)} "
+        f"decisions. The slope's largest jump within "
+        f"{JUMP_STEPS[1]:g} rad/s is {', '.join(f'{j:.2g}' for j in jump)} % of its range (median). {why}",
+    )
+
+
+def _of_ends(data: SurfaceData, variants: list[int], name: str) -> Finding:
+    texts, intervals = [], []
+    for w, window in enumerate(("what one period reaches", "the whole range between the limits")):
+        against = data.against_grid[:, variants, w, 0]  # (D, n)
+        interval = _by_run(data, (against > 0).mean(axis=1), (against < 0).mean(axis=1))
+        intervals.append(interval)
+        many = data.against_grid[:, variants, w, -1]
+        texts.append(
+            f"In {window}: from one start more than {100 * NEAR:g} % worse than the 20 × 20 grid in "
+            f"{_share(against > 0)}, as much better in {_share(against < 0)}, a difference of "
+            f"{_points((against > 0).mean() - (against < 0).mean(), interval)}; from {STARTS[-1]} starts worse in "
+            f"{_share(many > 0)}."
+        )
+    return Finding(
+        f"A gradient method finds worse controls than sampling them, on the cost {name}.",
+        SOURCE,
+        verdict(intervals[0]),
+        f"SLSQP on {len(data.run)} decisions of {_num_runs(data)} runs, {len(variants)} cost(s) each. "
+        + " ".join(texts),
+    )
+
+
+def _of_price(data: SurfaceData) -> Finding:
+    grid, searched = data.grid_seconds[:, :, 0], data.seconds[:, :, 0, 0]
+    ratio = np.log(searched / grid).mean(axis=1)
+    interval = _by_run(data, ratio, np.zeros_like(ratio))
+    ends = "-" if interval is None else f"[{np.exp(interval[0]):.1f}, {np.exp(interval[1]):.1f}]"
+    calls = 1e6 * np.mean([view.call_seconds for view in data.views[: len(VARIANTS)]], axis=0)
+    each = ", ".join(f"{time:.0f} µs for {num}" for num, time in zip(BATCHES, calls, strict=True))
+    return Finding(
+        "Sampling the controls takes less time than a gradient method.",
+        SOURCE,
+        verdict(interval),
+        f"On this machine SLSQP from one start takes {np.exp(ratio.mean()):.1f} {ends} times as long as the grid in "
+        f"what one period reaches: {1e3 * np.median(searched):.2g} ms against {1e3 * np.median(grid):.2g} (medians; "
+        f"{len(ratio)} decisions of {_num_runs(data)} runs, {len(VARIANTS)} costs each). It looks at fewer controls, "
+        f"{np.median(data.points[:, :, 0, 0]):.0f} in place of 402, but a call of the compiled cost takes {each}.",
+    )
+
+
+def _share(events: NDArray[np.bool_]) -> str:
+    low, high = wilson(int(events.sum()), events.size) or (0.0, 1.0)
+    return f"{100 * events.mean():.1f} % [{100 * low:.1f}, {100 * high:.1f}]"
+
+
+def _points(difference: float, interval: tuple[float, float] | None) -> str:
+    ends = "-" if interval is None else f"[{100 * interval[0]:+.1f}, {100 * interval[1]:+.1f}]"
+    return f"{100 * difference:+.1f} {ends} points by runs"
+
+
+def _num_runs(data: SurfaceData) -> int:
+    return len(np.unique(data.run))
+
+
+def _by_run(data: SurfaceData, a: Array, b: Array) -> tuple[float, float] | None:
+    """The interval of mean a - b, each (D,), by whole runs; None of fewer than LEAST_RUNS."""
+    runs = np.unique(data.run)
+    if len(runs) < LEAST_RUNS:
+        return None
+    means = [[side[data.run == run].mean() for run in runs] for side in (a, b)]
+    return paired_bootstrap(means[0], means[1], stream(int(data.seed[0]), "paper.surface.bootstrap"))
