@@ -9,45 +9,45 @@ Source: https://mcap.dev/spec
 import os
 import struct
 import zlib
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass
 from io import BytesIO
 from types import MappingProxyType
 from typing import IO
 
-import lz4.frame
 import mcap.records as records
-import zstandard
 from mcap.data_stream import ReadDataStream, RecordBuilder
 from mcap.exceptions import McapError
 from mcap.opcode import Opcode
-from mcap.stream_reader import breakup_chunk
+
+from mjnav.errors import InputError
+from mjnav.recording.chunks import LIMIT, BadRecord, chunk_records, parse_record
 
 HEADER_SIZE = 1 + 8  # [bytes] opcode and length
-MAX_CHUNK = 2**28  # [bytes] before compression and after
-MAX_UNCHECKED = 2**26  # [bytes] of a record without a checksum
 _BLOCK = 2**20  # [bytes] read at a time
 _CHUNK_FIELDS = struct.Struct("<QQQII")  # start, end, uncompressed size, checksum, length of the compression's name
-_FRAME_MAGIC = MappingProxyType({"lz4": b"\x04\x22\x4d\x18", "zstd": b"\x28\xb5\x2f\xfd", "": b""})
-_UNREADABLE = (McapError, struct.error, ValueError)  # what the library's parsers make of other bytes
+_FRAME_MAGIC = MappingProxyType({b"lz4": b"\x04\x22\x4d\x18", b"zstd": b"\x28\xb5\x2f\xfd", b"": b""})
 
 
 class Bytes:
-    """A file of which any range is read without reading the rest."""
+    """A file of which any range is read without reading the rest; one bit of it, if any, is read as the other."""
 
-    def __init__(self, file: IO[bytes]):
+    def __init__(self, file: IO[bytes], other_bit: int | None = None):
         self._descriptor = file.fileno()
+        self._other_bit = other_bit  # bit 0 is the lowest of byte 0
         self.size = os.fstat(self._descriptor).st_size
 
     def read(self, start: int, end: int) -> bytes:
         """The bytes from `start` to before `end`, or to the file's end."""
-        length = max(0, min(end, self.size) - start)
-        pieces = []
-        while length > 0 and (piece := os.pread(self._descriptor, length, start)):
+        place, end, pieces = start, min(end, self.size), []
+        while place < end and (piece := os.pread(self._descriptor, end - place, place)):
             pieces.append(piece)
-            start += len(piece)
-            length -= len(piece)
-        return pieces[0] if len(pieces) == 1 else b"".join(pieces)
+            place += len(piece)
+        data = pieces[0] if len(pieces) == 1 else b"".join(pieces)
+        if self._other_bit is not None and 0 <= (at := self._other_bit // 8 - start) < len(data):
+            data = b"".join((data[:at], bytes([data[at] ^ 1 << self._other_bit % 8]), data[at + 1 :]))
+        return data
 
     def blocks(self, start: int, end: int, overlap: int = 0) -> Iterator[tuple[int, bytes]]:
         """Where each block starts, and the block with `overlap` bytes of the next."""
@@ -68,13 +68,26 @@ class Bytes:
         return struct.unpack("<BQ", raw) if len(raw) == HEADER_SIZE else (0, 0)
 
 
+@contextmanager
+def opened(path: str | os.PathLike[str], other_bit: int | None = None) -> Iterator[Bytes]:
+    """The file's bytes. Raises InputError where it cannot be read."""
+    if os.path.exists(path) and not os.path.isfile(path):
+        raise InputError(f"{path}: not a file")
+    try:
+        file = open(path, "rb")  # noqa: SIM115 - closed below
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read: {error.strerror}") from error
+    with file:
+        yield Bytes(file, other_bit)
+
+
 @dataclass(frozen=True, slots=True)
 class Found:
-    """A record, where it ends, what is in it if it is a chunk, and whether a checksum of its own vouches for it."""
+    """What kind of record stands there, where it ends, and whether a checksum of its own vouches for it."""
 
-    record: records.McapRecord
+    opcode: Opcode
     end: int
-    contents: tuple[records.McapRecord, ...] = ()
+    records: tuple[records.McapRecord, ...]  # itself, or those in a chunk
     checked: bool = False
 
 
@@ -94,34 +107,26 @@ def record_at(file: Bytes, place: int, end: int) -> Found | None:
 
 
 def chunk_at(file: Bytes, place: int, end: int) -> Found | None:
-    """The chunk at a byte, whatever opcode and lengths its header has, if its contents agree with their checksum.
-
-    No more is decompressed than the size that the chunk states.
-    """
+    """The chunk at a byte, whatever opcode and lengths its header has, if its contents agree with their checksum."""
     fields = file.read(place + HEADER_SIZE, place + HEADER_SIZE + _CHUNK_FIELDS.size)
     if len(fields) < _CHUNK_FIELDS.size:
         return None
-    start_time, end_time, size, checksum, name_length = _CHUNK_FIELDS.unpack(fields)
-    if size > MAX_CHUNK:
-        return None
+    *others, checksum, name_length = _CHUNK_FIELDS.unpack(fields)
     for name, magic in _FRAME_MAGIC.items():
         start = place + HEADER_SIZE + _CHUNK_FIELDS.size + len(name) + 8
         if file.read(start, start + len(magic)) != magic or (not name and name_length):
             continue
-        inner = int.from_bytes(file.read(start - 8, start), "little")
         outer = place + HEADER_SIZE + file.header(place)[1] - start
+        inner = int.from_bytes(file.read(start - 8, start), "little")
         for length in dict.fromkeys((outer, inner)):
-            if not 0 <= length <= min(MAX_CHUNK, end - start):
+            if not 0 <= length <= min(LIMIT, end - start):
                 continue
-            data = _decompressed(name, file.read(start, start + length), size)
-            if data is None or not (agrees(checksum, zlib.crc32(data)) or (checksum == 0 and len(data) == size)):
-                continue
-            chunk = records.Chunk("", data, end_time, start_time, uncompressed_crc=0, uncompressed_size=size)
+            header = _CHUNK_FIELDS.pack(*others, checksum, len(name)) + name + length.to_bytes(8, "little")
             try:
-                contents = tuple(breakup_chunk(chunk))
-            except _UNREADABLE:
+                contents = tuple(chunk_records(header + file.read(start, start + length)))
+            except BadRecord:
                 continue
-            return Found(chunk, start + length, contents, checked=checksum != 0)
+            return Found(Opcode.CHUNK, start + length, contents, checked=checksum != 0)
     return None
 
 
@@ -139,71 +144,45 @@ def attachment_at(file: Bytes, place: int, end: int) -> Found | None:
     if stop > end:
         return None
     checksum = int.from_bytes(file.read(data_end, stop), "little")
-    if checksum != 0 and not agrees(checksum, file.checksum(start, data_end)):
+    if checksum not in (0, file.checksum(start, data_end)):
         return None
     try:
-        attachment = records.Attachment.read(ReadDataStream(BytesIO(file.read(start, stop))))
-    except _UNREADABLE:
+        attachment = parse_record(Opcode.ATTACHMENT, file.read(start, stop))
+    except BadRecord:
         return None
-    return Found(attachment, stop, checked=checksum != 0)
+    return attachment and Found(Opcode.ATTACHMENT, stop, (attachment,), checked=checksum != 0)
 
 
-def agrees(stated: int, computed: int) -> bool:
-    """Whether a checksum is that of the bytes, or differs in one bit: then it is the checksum that was damaged.
-
-    No single changed bit of the bytes changes only one bit of their CRC-32, and any other damage does so once in 2^27.
-    """
-    return stated != 0 and (stated ^ computed).bit_count() <= 1
-
-
-def _decompressed(name: str, data: bytes, size: int) -> bytes | None:
-    """A chunk's data, at most `size` bytes; None where they cannot be decompressed or are more."""
-    try:
-        if name == "lz4":
-            data = lz4.frame.LZ4FrameDecompressor().decompress(data, max_length=size + 1)
-        elif name == "zstd":
-            data = zstandard.ZstdDecompressor().stream_reader(data).read(size + 1)
-    except (RuntimeError, EOFError, MemoryError, zstandard.ZstdError):
-        return None
-    return data if len(data) <= size else None
-
-
-_Read = Callable[[ReadDataStream, int], records.McapRecord]
-
-
-def _reader(kind: type) -> _Read:
-    return lambda stream, length: kind.read(stream)
-
-
-_UNCHECKED: Mapping[int, _Read] = MappingProxyType(
+_UNCHECKED: Mapping[int, type] = MappingProxyType(
     {
-        Opcode.HEADER: _reader(records.Header),
-        Opcode.FOOTER: _reader(records.Footer),
-        Opcode.SCHEMA: _reader(records.Schema),
-        Opcode.CHANNEL: _reader(records.Channel),
-        Opcode.MESSAGE: records.Message.read,
-        Opcode.MESSAGE_INDEX: _reader(records.MessageIndex),
-        Opcode.CHUNK_INDEX: _reader(records.ChunkIndex),
-        Opcode.ATTACHMENT_INDEX: _reader(records.AttachmentIndex),
-        Opcode.STATISTICS: _reader(records.Statistics),
-        Opcode.METADATA: _reader(records.Metadata),
-        Opcode.METADATA_INDEX: _reader(records.MetadataIndex),
-        Opcode.SUMMARY_OFFSET: _reader(records.SummaryOffset),
-        Opcode.DATA_END: _reader(records.DataEnd),
+        Opcode.HEADER: records.Header,
+        Opcode.FOOTER: records.Footer,
+        Opcode.SCHEMA: records.Schema,
+        Opcode.CHANNEL: records.Channel,
+        Opcode.MESSAGE: records.Message,
+        Opcode.MESSAGE_INDEX: records.MessageIndex,
+        Opcode.CHUNK_INDEX: records.ChunkIndex,
+        Opcode.ATTACHMENT_INDEX: records.AttachmentIndex,
+        Opcode.STATISTICS: records.Statistics,
+        Opcode.METADATA: records.Metadata,
+        Opcode.METADATA_INDEX: records.MetadataIndex,
+        Opcode.SUMMARY_OFFSET: records.SummaryOffset,
+        Opcode.DATA_END: records.DataEnd,
     }
 )
 
 
 def _unchecked_at(file: Bytes, place: int, opcode: int, length: int) -> Found | None:
     """A record without a checksum, if it is the same bytes when it is written again."""
-    if (read := _UNCHECKED.get(opcode)) is None or length > MAX_UNCHECKED:
+    if (kind := _UNCHECKED.get(opcode)) is None or length > LIMIT:
         return None
     stop = place + HEADER_SIZE + length
     raw = file.read(place, stop)
+    stream = ReadDataStream(BytesIO(raw[HEADER_SIZE:]))
     builder = RecordBuilder()
     try:
-        record = read(ReadDataStream(BytesIO(raw[HEADER_SIZE:])), length)
+        record = kind.read(stream, length) if kind is records.Message else kind.read(stream)
         record.write(builder)
-    except _UNREADABLE:
+    except (McapError, struct.error, ValueError):  # what the library's parsers make of other bytes
         return None
-    return Found(record, stop) if builder.end() == raw else None
+    return Found(Opcode(opcode), stop, (record,)) if builder.end() == raw else None

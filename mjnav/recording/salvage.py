@@ -13,16 +13,13 @@ Zstandard make of the bytes before the damage is not checked by itself.
 import os
 import re
 from collections import defaultdict
-from collections.abc import Iterable, Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
-from itertools import chain
 
 from mcap.opcode import Opcode
 from mcap.records import (
     Attachment,
     Channel,
-    Chunk,
     DataEnd,
     Header,
     McapRecord,
@@ -30,12 +27,12 @@ from mcap.records import (
     MessageIndex,
     Metadata,
     Schema,
+    Statistics,
 )
 from mcap.writer import MCAP0_MAGIC
 
-from mjnav.errors import InputError
-from mjnav.recording.probe import HEADER_SIZE, Bytes, Found, attachment_at, chunk_at, record_at
-from mjnav.recording.summary import find_summary
+from mjnav.recording.probe import HEADER_SIZE, Bytes, Found, attachment_at, chunk_at, opened, record_at
+from mjnav.recording.summary import Described, find_summary
 
 _KNOWN = frozenset(Opcode)
 # A magic, or an opcode and a length below 2^40; it takes up no bytes, so that matches may overlap.
@@ -65,29 +62,24 @@ class Unchecked:
 Salvaged = McapRecord | Lost | Unchecked
 
 
-def salvage(path: str | os.PathLike[str]) -> Iterator[Salvaged]:
+def salvage(
+    path: str | os.PathLike[str], *, other_bit: int | None = None, on_byte: Callable[[int], None] | None = None
+) -> Iterator[Salvaged]:
     """What is intact in a file, in its order, and what is not.
 
-    Statistics, schemas and channels come first where the summary at the file's end is intact, and may come again where
-    they stand. Then Header, Schema, Channel, Message, Attachment and Metadata, those inside chunks too. DataEnd comes
-    only where its checksum, if it has one, is that of all before it: then nothing in the data was damaged. Footer comes
-    only where the summary and the file's end are intact: the file of which it does not come was cut off or its end is
-    damaged. Memory is bounded by the largest intact record.
+    What the summary at the file's end says comes first, where that is intact: Schema and Channel, which may come again
+    where they stand, Statistics, AttachmentIndex and MetadataIndex. Then Header, Schema, Channel, Message, Attachment
+    and Metadata, those inside chunks too. DataEnd comes only where its checksum, if it has one, is that of all before
+    it: then nothing in the data was damaged. Footer comes only where the summary and the file's end are intact: the
+    file of which it does not come was cut off or its end is damaged. Memory is bounded by the largest intact record.
+
+    `other_bit` is one bit that is read as the other, counted from the lowest of byte 0; `on_byte` is told how far the
+    reading is.
 
     Raises InputError where the file cannot be read; a file that is no MCAP at all is one Lost.
     """
-    with _opened(path) as file:
-        yield from _joined(_Walk(file).items())
-
-
-@contextmanager
-def _opened(path: str | os.PathLike[str]) -> Iterator[Bytes]:
-    try:
-        file = open(path, "rb")  # noqa: SIM115 - closed below
-    except OSError as error:
-        raise InputError(f"{path}: cannot be read: {error.strerror}") from error
-    with file:
-        yield Bytes(file)
+    with opened(path, other_bit) as file:
+        yield from _joined(_Walk(file, on_byte).items())
 
 
 def _joined(items: Iterable[Salvaged]) -> Iterator[Salvaged]:
@@ -113,12 +105,13 @@ def _joined(items: Iterable[Salvaged]) -> Iterator[Salvaged]:
 class _Walk:
     """From one record of a file to the next."""
 
-    def __init__(self, file: Bytes):
-        self._file = file
+    def __init__(self, file: Bytes, on_byte: Callable[[int], None] | None = None):
+        self._file, self._on_byte = file, on_byte or (lambda place: None)
         self._summary = summary = find_summary(file)
         self._end = file.size if summary is None else summary.start
         # Whether messages stand outside chunks: told by the summary, or by what comes first, before any damage.
-        self._flat = summary.statistics.chunk_count == 0 if summary and summary.statistics else None
+        counted = [record.chunk_count for record in self._described() if isinstance(record, Statistics)]
+        self._flat = counted[0] == 0 if counted else None
         self._checksums = False  # a chunk had one, so one without is not believed
         self._started = self._damaged = self._data_ended = False
         self._times: dict[int, list[int]] = {}  # of the messages of the last intact chunk, by channel
@@ -126,10 +119,10 @@ class _Walk:
     def items(self) -> Iterator[Salvaged]:
         """Everything; message indexes only of chunks that were lost."""
         summary = self._summary
-        if summary is not None:
-            yield from chain([summary.statistics] if summary.statistics else [], summary.definitions)
+        yield from self._described()
         place = len(MCAP0_MAGIC) if self._file.read(0, len(MCAP0_MAGIC)) == MCAP0_MAGIC else 0
         while place < self._end:
+            self._on_byte(place)
             found = self._found(place)
             if found is not None:
                 self._started = True
@@ -148,6 +141,9 @@ class _Walk:
             elif summary.end < self._file.size:
                 yield Lost(end if closed else summary.end, self._file.size, "not the end of an MCAP file")
 
+    def _described(self) -> tuple[Described, ...]:
+        return () if self._summary is None else self._summary.records
+
     def _found(self, place: int) -> Found | None:
         """The intact record where one is due, also where only its opcode or length was damaged."""
         found = record_at(self._file, place, self._end)
@@ -157,37 +153,36 @@ class _Walk:
                 if found is not None and found.checked:
                     return found
             return None
-        without = isinstance(found.record, Chunk) and not found.checked
-        return None if without and self._checksums else found
+        unbelieved = found.opcode == Opcode.CHUNK and not found.checked and self._checksums
+        return None if unbelieved else found
 
     def _kept(self, place: int, found: Found) -> Iterator[Salvaged]:
-        record = found.record
-        if isinstance(record, Chunk):
+        """The records of what was found, as far as they are of use."""
+        record = found.records[0] if found.records else None
+        if found.opcode == Opcode.CHUNK:
             self._flat = False
             self._checksums = self._checksums or found.checked
-            self._times = _times(found.contents)
-            if not found.checked:
-                yield Unchecked(place, found.end)
-            yield from found.contents
-        elif isinstance(record, Attachment):
-            if not found.checked:
-                yield Unchecked(place, found.end)
-            yield record
-        elif isinstance(record, Header | Metadata) or (
-            isinstance(record, Schema | Channel | Message) and self._outside_chunks()
-        ):
-            yield Unchecked(place, found.end)
-            yield record
+            self._times = _times(found.records)
         elif isinstance(record, MessageIndex):
             if sorted(time for time, _ in record.records) != self._times.get(record.channel_id):
                 yield record
+            return
         elif isinstance(record, DataEnd):
             self._data_ended = True
             if record.data_section_crc in (0, self._file.checksum(0, place)):
                 yield record
-        else:
+            return
+        elif not (
+            isinstance(record, Attachment | Header | Metadata)
+            or (isinstance(record, Schema | Channel | Message) and self._outside_chunks())
+        ):
             self._damaged = True
             yield Lost(place, found.end, "an index whose checksum does not fit")
+            return
+        for item in found.records:
+            if not found.checked:
+                yield Unchecked(place, found.end)
+            yield item
 
     def _outside_chunks(self) -> bool:
         """Whether a schema, channel or message here is not a piece of a damaged chunk or summary."""
@@ -211,6 +206,7 @@ class _Walk:
         """The first byte from `first` on at which an intact record starts, or the data's end."""
         inside_until = first  # the end of a file inside this one: an attachment that is itself a log
         for start, block in self._file.blocks(first, self._end, overlap=HEADER_SIZE - 1):
+            self._on_byte(start)
             for match in _CANDIDATE.finditer(block):
                 place = start + match.start()
                 if place < inside_until:

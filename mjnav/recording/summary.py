@@ -9,28 +9,30 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 from mcap.opcode import Opcode
-from mcap.records import Channel, DataEnd, Footer, Schema, Statistics
+from mcap.records import AttachmentIndex, Channel, Footer, MetadataIndex, Schema, Statistics
 
 from mjnav.recording.probe import HEADER_SIZE, Bytes, record_at
 
 FOOTER_SIZE = HEADER_SIZE + 20  # [bytes] three fields, of which the checksum is the last
 _FOOTER_HEADER = struct.pack("<BQ", Opcode.FOOTER, 20)
 _DATA_END_HEADER = struct.pack("<BQ", Opcode.DATA_END, 4)
-_DATA_END_SIZE = HEADER_SIZE + 4
+DATA_END_SIZE = HEADER_SIZE + 4
 _FOOTER_SEARCH = 2**20  # [bytes] from the end
 _START_SEARCH = 2**26  # [bytes] before the footer
 _MAX_STARTS = 64  # that are tried
 
 
+Described = Schema | Channel | Statistics | AttachmentIndex | MetadataIndex
+
+
 @dataclass(frozen=True, slots=True)
 class Summary:
-    """Where the summary stands, and what it repeats."""
+    """Where the summary stands, and what it says of the data; nothing where it has no checksum."""
 
     start: int
     end: int  # of the footer
     footer: Footer
-    statistics: Statistics | None
-    definitions: tuple[Schema | Channel, ...]
+    records: tuple[Described, ...]
 
 
 def find_summary(file: Bytes) -> Summary | None:
@@ -40,10 +42,10 @@ def find_summary(file: Bytes) -> Summary | None:
     at = len(tail)
     while (at := tail.rfind(_FOOTER_HEADER, 0, at)) >= 0:
         found = record_at(file, tail_start + at, file.size)
-        if found is not None and isinstance(found.record, Footer):
-            for start in _starts(file, tail_start + at, found.record):
-                if _intact(file, start, tail_start + at, found.record):
-                    return _read(file, start, found.end, found.record)
+        if found is not None and isinstance(footer := found.records[0], Footer):
+            for start in _starts(file, tail_start + at, footer):
+                if _intact(file, start, tail_start + at, footer):
+                    return _read(file, start, found.end, footer)
     return None
 
 
@@ -58,26 +60,22 @@ def _starts(file: Bytes, footer_at: int, footer: Footer) -> Iterator[int]:
         at = len(block)
         while tried < _MAX_STARTS and (at := block.rfind(_DATA_END_HEADER, 0, at)) >= 0:
             tried += 1
-            yield place + at + _DATA_END_SIZE
+            yield place + at + DATA_END_SIZE
 
 
 def _intact(file: Bytes, start: int, footer_at: int, footer: Footer) -> bool:
-    if not _DATA_END_SIZE <= start <= footer_at:
+    if not DATA_END_SIZE <= start <= footer_at:
         return False
     if footer.summary_crc == 0:  # written without: where it stands can still be told
-        found = record_at(file, start - _DATA_END_SIZE, start)
-        return found is not None and isinstance(found.record, DataEnd)
+        found = record_at(file, start - DATA_END_SIZE, start)
+        return found is not None and found.opcode == Opcode.DATA_END
     return file.checksum(start, footer_at + FOOTER_SIZE - 4) == footer.summary_crc
 
 
 def _read(file: Bytes, start: int, end: int, footer: Footer) -> Summary:
-    statistics = None
-    definitions = []
+    described: list[Described] = []
     place = start
     while footer.summary_crc != 0 and (found := record_at(file, place, end)) is not None:
-        if isinstance(found.record, Statistics):
-            statistics = found.record
-        elif isinstance(found.record, Schema | Channel):
-            definitions.append(found.record)
+        described += [record for record in found.records if isinstance(record, Described)]
         place = found.end
-    return Summary(start, end, footer, statistics, tuple(definitions))
+    return Summary(start, end, footer, tuple(described))
