@@ -21,6 +21,7 @@ COMMANDS: Mapping[str, tuple[str, str]] = MappingProxyType(
         "calibrate": ("mjnav.cli.calibrate", "compare predicted risks with how often they come true"),
         "render": ("mjnav.cli.render", "draw the scene at one moment of a run"),
         "inspect": ("mjnav.cli.inspect", "say what a log holds and how its run went"),
+        "recover": ("mjnav.cli.recover", "make a whole log of what is intact in a damaged one"),
         "export": ("mjnav.cli.export", "write a log as trajectories, tables or a ROS 2 bag"),
     }
 )
