@@ -60,9 +60,8 @@ def _at_equal_clearance(cells: Cells, setting: str, method: str, rival: str, fig
     seeds = sorted(set.intersection(*(set(cell.seeds.tolist()) for cell in (*ours, *theirs))))
     rng = stream(0, "paper.pareto", setting)
     # How often each resample has each seed; the first has each once.
-    counts = np.vstack(
-        [np.ones(len(seeds)), rng.multinomial(len(seeds), np.full(len(seeds), 1 / len(seeds)), RESAMPLES)]
-    )
+    drawn = rng.multinomial(len(seeds), np.full(len(seeds), 1.0 / len(seeds)), RESAMPLES)
+    counts = np.vstack([np.ones(len(seeds)), drawn]).astype(float)
     a, b = (_points(curve_cells, seeds, figure, counts) for curve_cells in (ours, theirs))
     low = max(np.nanmin(points[0, :, 0]) for points in (a, b))
     high = min(np.nanmax(points[0, :, 0]) for points in (a, b))
