@@ -32,16 +32,15 @@ def execute(arguments: argparse.Namespace) -> int:
         raise InputError(f"--topic goes with --format csv, not with {form}")
     check_format(form, topics)
     check_new_folder(arguments.output)
-    with interruptible() as asked:
-        log = _opened(arguments.log)
-        with progress(form, total=log.duration or 0.0) as show:
+    log = _opened(arguments.log)
+    with interruptible() as asked, progress(form, total=log.duration or 0.0) as show:
 
-            def step(time: float) -> None:
-                if asked.is_set():
-                    raise KeyboardInterrupt
-                show(time)
+        def step(time: float) -> None:
+            if asked.is_set():
+                raise KeyboardInterrupt
+            show(time)
 
-            written = export(log, form, arguments.output, topics=topics, progress=step)
+        written = export(log, form, arguments.output, topics=topics, progress=step)
     if arguments.json:
         print(json.dumps(_summary(log, form, arguments.output, written)))
     else:

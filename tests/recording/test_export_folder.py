@@ -4,9 +4,9 @@ import os
 
 import pytest
 
-from mjnav.errors import InputError, InvalidValue, MjnavError
+from mjnav.errors import InputError, MjnavError
 from mjnav.recording import open_log
-from mjnav.recording.export import FORMATS, check_format, export
+from mjnav.recording.export import export
 from mjnav.recording.export.folder import new_folder
 
 
@@ -54,34 +54,3 @@ def test_the_folder_around_it_must_be_there_and_take_it(tmp_path):
         (tmp_path / "closed").mkdir(mode=0o555)
         with pytest.raises(InputError, match="not writable"), new_folder(tmp_path / "closed" / "out"):
             pass
-
-
-@pytest.mark.parametrize("form", FORMATS)
-@pytest.mark.parametrize("error", [KeyboardInterrupt, MjnavError])
-def test_an_export_that_is_broken_off_leaves_nothing(recorded, tmp_path, form, error):
-    def broken_off(time):
-        if time > 0.35:
-            raise error
-
-    with pytest.raises(error):
-        export(open_log(recorded), form, tmp_path / "out", progress=broken_off)
-    assert list(tmp_path.iterdir()) == []
-
-
-def test_a_full_disk_is_told_in_one_line_and_leaves_nothing(recorded, tmp_path, monkeypatch):
-    def full(*_):
-        raise OSError(28, "No space left on device")
-
-    monkeypatch.setattr("mjnav.recording.export.tum._poses", full)
-    with pytest.raises(MjnavError, match=r"out: writing failed: No space left on device$"):
-        export(open_log(recorded), "tum", tmp_path / "out")
-    assert list(tmp_path.iterdir()) == []
-
-
-def test_unknown_formats_and_topics_are_answered_with_the_nearest():
-    with pytest.raises(InvalidValue) as error:
-        check_format("rosbag")
-    assert error.value.nearest == "rosbag2"
-    with pytest.raises(InvalidValue) as error:
-        check_format("csv", ["/people/estimat"])
-    assert error.value.nearest == "/people/estimate"

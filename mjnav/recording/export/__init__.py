@@ -9,7 +9,7 @@ from importlib import import_module
 from pathlib import Path
 from types import MappingProxyType, ModuleType
 
-from mjnav.errors import InputError, missing_extra, unknown_name
+from mjnav.errors import DamagedLogError, InputError, MjnavError, missing_extra, unknown_name
 from mjnav.recording.export.folder import check_new_folder, new_folder
 from mjnav.recording.reader import Log, LogMessage
 
@@ -45,9 +45,10 @@ def export(
 
     Gives the number of poses, rows or messages by the name of what holds them. `progress` is told the simulated time
     so far [s]; what it raises ends the export, and then, as after any error, nothing is left of it. Raises InputError
-    where the log was not written by mjnav or holds no messages, and as `check_format` and `check_new_folder` do.
+    where the log was not written by mjnav or holds no messages, and as `check_format` and `check_new_folder` do,
+    DamagedLogError where a message is not one of mjnav's.
     """
-    chosen = tuple(topics)
+    chosen = tuple(dict.fromkeys(topics))
     check_format(form, chosen)
     if log.run is None:
         raise InputError(f"{log.path}: not a run of mjnav, and no other log can be exported")
@@ -55,8 +56,13 @@ def export(
         raise InputError(f"{log.path}: holds no messages to export")
     module = _load(form)
     chosen = chosen or tuple(module.TOPICS)
-    with new_folder(path) as folder:
-        return module.write(log, chosen, _told(log.messages(*chosen), progress), folder)
+    try:
+        with new_folder(path) as folder:
+            return module.write(log, chosen, _told(log.messages(*chosen), progress), folder)
+    except MjnavError:
+        raise
+    except (LookupError, TypeError, ValueError, AttributeError) as error:  # what a stranger's message leads to
+        raise DamagedLogError(f"{log.path}: holds a message that is not one of mjnav's ({error!r})") from error
 
 
 def _load(name: str) -> ModuleType:

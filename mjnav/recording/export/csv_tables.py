@@ -21,21 +21,20 @@ _FIRST = {"tick": "", "time": "s"}
 def write(log: Log, topics: Sequence[str], messages: Iterator[LogMessage], folder: Path) -> dict[str, int]:
     """The tables of these topics, an empty one where there were no messages; gives the number of rows in each."""
     folder.mkdir()
-    counts: dict[str, int] = {}
-    with ExitStack() as stack:
+    tables = [table for topic in topics for table in TOPICS[topic]]
+    counts = {f"{table.name}.csv": 0 for table in tables}
+    with ExitStack() as files:
 
         def begin(name: str, *columns: str) -> Any:
-            file = stack.enter_context(open(folder / f"{name}.csv", "x", encoding="utf-8", newline=""))
+            file = files.enter_context(open(folder / f"{name}.csv", "x", encoding="utf-8", newline=""))
             writer = csv.writer(file, lineterminator="\n")
             writer.writerow(columns)
             return writer
 
-        chosen = [(table, begin(table.name, *_FIRST, *table.columns)) for topic in topics for table in TOPICS[topic]]
         units = begin("columns", "table", "column", "unit")
-        for table, _ in chosen:
-            units.writerows((table.name, *column) for column in {**_FIRST, **table.columns}.items())
-        writers = {table.name: writer for table, writer in chosen}
-        counts = dict.fromkeys((f"{name}.csv" for name in writers), 0)
+        for table in tables:
+            units.writerows((table.name, *column) for column in (*_FIRST.items(), *table.columns.items()))
+        writers = {table.name: begin(table.name, *_FIRST, *table.columns) for table in tables}
         for message in messages:
             first = (message.sequence, message.time_ns / 1e9)
             for table in TOPICS[message.topic]:

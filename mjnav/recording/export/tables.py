@@ -31,7 +31,7 @@ _POINT = {"x": "m", "y": "m", "z": "m"}
 _POSE = {**_POINT, "qx": "", "qy": "", "qz": "", "qw": ""}
 _COLOR = {"red": "", "green": "", "blue": "", "alpha": ""}
 _STATE = {"x": "m", "y": "m", "vx": "m/s", "vy": "m/s"}
-_SAMPLES = {"ess": "", "recovered": ""}
+_BELIEF = {"ess": "", "recovered": ""}
 
 
 def _prefixed(prefix: str, columns: Mapping[str, str]) -> dict[str, str]:
@@ -41,6 +41,9 @@ def _prefixed(prefix: str, columns: Mapping[str, str]) -> dict[str, str]:
 def _covariance(columns: Mapping[str, str]) -> dict[str, str]:
     """Every entry of the matrix, row by row."""
     return {f"covariance_{a}_{b}": f"{columns[a]}*{columns[b]}" for a in columns for b in columns}
+
+
+_ESTIMATE = _prefixed("estimate", {**_PLANAR, **_covariance(_PLANAR), **_BELIEF})
 
 
 # ------------------------------------------------------------------------------------------------ rows
@@ -53,13 +56,11 @@ def _flat(*parts: Any) -> list[Any]:
 
 def _state(document: Mapping) -> Rows:
     believed = document["estimate"]
-    columns = len(_BELIEVED)
-    estimate = [None] * columns if believed is None else _flat(*(believed[key] for key in _ESTIMATE_KEYS))
+    if believed is None:
+        estimate = [None] * len(_ESTIMATE)
+    else:
+        estimate = [believed[key] for key in ("mean", "covariance", "ess", "recovered")]
     yield _flat(document["pose"], document["twist"], estimate)
-
-
-_ESTIMATE_KEYS = ("mean", "covariance", "ess", "recovered")
-_BELIEVED = _prefixed("estimate", {**_PLANAR, **_covariance(_PLANAR), **_SAMPLES})
 
 
 def _odometry(document: Mapping) -> Rows:
@@ -183,13 +184,13 @@ _COSTS = _prefixed("cost", {"goal": "", "lane_left": "", "lane_right": "", "tota
 # topic -> its tables
 TABLES: Mapping[str, tuple[Table, ...]] = MappingProxyType(
     {
-        "/robot/state": (Table("robot_state", {**_PLANAR, **_TWIST, **_BELIEVED}, _state),),
+        "/robot/state": (Table("robot_state", {**_PLANAR, **_TWIST, **_ESTIMATE}, _state),),
         "/robot/truth": (Table("robot_truth", {"frame": "", **_POSE}, _placed),),
         "/robot/estimate": (Table("robot_estimate", {"frame": "", **_POSE}, _placed),),
         "/tf": (Table("tf", {"parent": "", "child": "", **_POSE}, _transforms),),
         "/people/truth": (Table("people_truth", {"name": "", **_STATE}, _people),),
         "/people/estimate": (
-            Table("people_estimate", {"name": "", **_STATE, **_covariance(_STATE), "radius": "m", **_SAMPLES}, _tracks),
+            Table("people_estimate", {"name": "", **_STATE, **_covariance(_STATE), "radius": "m", **_BELIEF}, _tracks),
             Table("people_detections", {"detection": "", "x": "m", "y": "m"}, _detections),
         ),
         "/contacts": (Table("contacts", {"kind": "", "name": "", "force": "N", "seen": "s"}, _contacts),),
