@@ -1,17 +1,17 @@
-"""`mjnav inspect LOG`: what a log holds and how its run went, also where its writer was killed."""
+"""`mjnav inspect LOG`: what a log holds and how its run went, also of a killed writer or a damaged file."""
 
 import argparse
-import json
 import sys
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
-from mjnav.recording import Log, open_log
+from mjnav.errors import DamagedLogError
 
 if TYPE_CHECKING:
     from rich.table import Table
 
-_FIRST_FIGURES = ("success", "time_s", "collisions", "min_clearance_m", "path_length_m", "control_cost")
+_RUN = ("scene", "controller", "seed", "engine")  # of the metadata, in one line
+_VERSION = "version."
 _PIPE_WIDTH = 200  # [characters] where no terminal says how wide it is
 
 
@@ -22,93 +22,120 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 
 def execute(arguments: argparse.Namespace) -> int:
-    """Prints the summary; 0 for any readable beginning of a log."""
-    log = open_log(arguments.log)
+    """Prints what can be read; 0 for any readable beginning of a log. Raises DamagedLogError after printing."""
+    from mjnav.recording.documents import dumps
+    from mjnav.report.inspection import inspect
+
+    found = inspect(arguments.log)
     if arguments.json:
-        print(json.dumps(summary(log)))
-    else:
-        _print(log)
+        print(dumps(found).decode())
+    elif found["topics"] or found["run"] is not None or found["damage"] is None:
+        _print(found)
+    if found["damage"] is not None:
+        sys.stdout.flush()
+        raise DamagedLogError(found["damage"]["error"])
     return 0
 
 
-def summary(log: Log) -> dict[str, Any]:
-    """The object that `--json` prints; times are simulated, rates are over a topic's own span."""
-    return {
-        "schema": 1,
-        "complete": log.complete,
-        "truncated": log.truncated,
-        "duration_s": log.duration,
-        "outcome": _outcome(log),
-        "topics": {
-            name: {
-                "schema": topic.schema,
-                "messages": topic.messages,
-                "hz": topic.hz,
-                "max_gap_s": None if topic.max_gap_ns is None else 1e-9 * topic.max_gap_ns,
-                "bytes": topic.bytes,
-            }
-            for name, topic in sorted(log.topics.items())
-        },
-        "run": None if log.run is None else dict(log.run),
-        "result": None if log.result is None else dict(log.result),
-    }
-
-
-def _outcome(log: Log) -> str | None:
-    return None if log.result is None else log.result.get("outcome")
-
-
-def _headline(log: Log) -> str:
-    """How the run ended, in one line."""
-    duration = "no messages" if log.duration is None else f"{log.duration:.1f} s of simulated time"
-    end = "; the file has no end: its writer was killed" if log.truncated else ""
-    if log.run is None:
-        return f"not a run of mjnav: {duration}{end}"
-    return f"{_outcome(log) or 'the run did not end'}: {duration}{end}"
-
-
-def _print(log: Log) -> None:
+def _print(found: Mapping[str, Any]) -> None:
     from rich.console import Console
 
     on_terminal = sys.stdout is not None and sys.stdout.isatty()
     console = Console(width=None if on_terminal else _PIPE_WIDTH, highlight=False, markup=False, emoji=False)
     with console.capture() as captured:  # rich itself would end the process where the reader has gone
-        console.print(_headline(log), style="bold")
-        for title, values in (("result", _ordered(log.result or {})), ("run", log.run or {})):
-            if values:
-                width = max(map(len, values))
+        console.print(_headline(found), style="bold", soft_wrap=True)
+        for line in _origin(found):
+            console.print(line, soft_wrap=True)
+        for title, lines in (
+            ("missing", [f"  {_printable(sentence)}" for sentence in found["missing"]]),
+            ("recovered from another log", list(_named(found["recovered"] or {}))),
+            ("worst moments", list(_moments(found["moments"]))),
+            ("figures", list(_named(found["figures"] or {}))),
+            ("timing", list(_timing(found["timing"]))),
+            ("result", list(_named(_not_yet_said(found)))),
+        ):
+            if lines:
                 console.print(f"\n{title}", style="bold")
-                for key, value in values.items():
-                    console.print(f"  {key:{width}}  {_text(value)}", soft_wrap=True)
+            for line in lines:
+                console.print(line, soft_wrap=True)
         console.print()
-        console.print(_topics(log))
+        console.print(_topics(found["topics"]))
     print(captured.get(), end="")
 
 
-def _topics(log: Log) -> "Table":
+def _headline(found: Mapping[str, Any]) -> str:
+    """How the run ended and what state the file is in, in one line."""
+    duration = found["duration_s"]
+    length = (
+        "no messages" if duration is None else f"{duration:.1f} s of {'simulated ' * (found['run'] is not None)}time"
+    )
+    state = "damaged" if found["damage"] is not None else "truncated" if found["truncated"] else ""
+    ended = found["outcome"] or ("not a run of mjnav" if found["run"] is None else "the run did not end")
+    return f"{_printable(ended)}: {length}{f'; the file is {state}' if state else ''}"
+
+
+def _origin(found: Mapping[str, Any]) -> Iterator[str]:
+    """Where the log comes from."""
+    run = {key: _printable(value) for key, value in (found["run"] or {}).items()}
+    yield f"  {_printable(found['path'])}, {_size(found['bytes'])}"
+    if run:
+        yield f"  {', '.join(f'{key} {run.pop(key)}' for key in _RUN if key in run)}"
+        versions = [f"{key.removeprefix(_VERSION)} {run.pop(key)}" for key in list(run) if key.startswith(_VERSION)]
+        if versions:
+            yield f"  {', '.join(versions)}"
+        for key, value in run.items():
+            yield f"  {_printable(key)} {value}".rstrip()
+
+
+def _moments(moments: list[Mapping[str, Any]]) -> Iterator[str]:
+    for m in moments:
+        yield f"  {m['time_s']:8.2f} s  tick {m['tick']:<6d}  {m['kind']:12}  {_printable(m['text'])}"
+
+
+def _timing(timing: Mapping[str, Any] | None) -> Iterator[str]:
+    if timing is None:
+        return
+    yield f"  {'ms':10}  {'p50':>8}  {'p99':>8}  {'max':>8}"
+    for name, quantiles in {**timing["compute_ms"], "lateness": timing["lateness_ms"]}.items():
+        yield f"  {name:10}  " + "  ".join(
+            f"{'-' if value is None else f'{value:.3f}':>8}" for value in quantiles.values()
+        )
+    yield from _named({key: timing[key] for key in ("deadline_misses", "real_time_factor", "work_factor")})
+
+
+def _not_yet_said(found: Mapping[str, Any]) -> dict[str, Any]:
+    """What only the result says."""
+    said = {**(found["figures"] or {}), **(found["timing"] or {}), **(found["run"] or {}), "schema": 1}
+    return {key: value for key, value in (found["result"] or {}).items() if key not in said}
+
+
+def _topics(topics: Mapping[str, Mapping[str, Any]]) -> "Table":
     from rich.table import Table
 
     table = Table(box=None, padding=(0, 2, 0, 0), pad_edge=False)
     table.add_column("topic", overflow="fold")
     table.add_column("schema", overflow="fold")
-    for column in ("messages", "Hz", "max gap [s]", "kB"):
+    for column in ("messages", "missing", "Hz", "max gap [s]", "at [s]", "size", "share"):
         table.add_column(column, justify="right", no_wrap=True)
-    for name, topic in sorted(log.topics.items()):
+    for name, topic in topics.items():
         table.add_row(
-            name,
-            topic.schema,
-            str(topic.messages),
-            "-" if topic.hz is None else f"{topic.hz:.2f}",
-            "-" if topic.max_gap_ns is None else f"{1e-9 * topic.max_gap_ns:.3f}",
-            f"{1e-3 * topic.bytes:.1f}",
+            _printable(name),
+            _printable(topic["schema"]),
+            str(topic["messages"]),
+            _number(topic["missing"], "d"),
+            _number(topic["hz"], ".2f"),
+            _number(topic["max_gap_s"], ".3f"),
+            _number(topic["max_gap_at_s"], ".2f"),
+            _size(topic["bytes"]),
+            _number(topic["share"], ".1%"),
         )
     return table
 
 
-def _ordered(values: Mapping[str, Any]) -> dict[str, Any]:
-    """What is asked first comes first."""
-    first = [key for key in _FIRST_FIGURES if key in values]
-    return {key: values[key] for key in [*first, *(key for key in values if key not in first)]}
+def _named(values: Mapping[str, Any]) -> Iterator[str]:
+    width = max(map(len, values), default=0)
+    for key, value in values.items():
+        yield f"  {_printable(key):{width}}  {_text(value)}"
 
 
 def _text(value: object) -> str:
@@ -119,6 +146,25 @@ def _text(value: object) -> str:
         return "yes" if value else "no"
     if isinstance(value, float):
         return f"{value:.4g}"
+    if isinstance(value, list):
+        return f"{len(value)}" if len(value) > 3 else "; ".join(map(_text, value)) or "none"
     if isinstance(value, Mapping):
-        return ", ".join(f"{key} {_text(part)}" for key, part in value.items())
-    return str(value)
+        return ", ".join(f"{_printable(key)} {_text(part)}" for key, part in value.items())
+    return _printable(value)
+
+
+def _number(value: float | None, form: str) -> str:
+    return "-" if value is None else format(value, form)
+
+
+def _size(size: float) -> str:
+    for unit in ("B", "kB", "MB"):
+        if size < 1000:
+            return f"{size:.3g} {unit}"
+        size /= 1000
+    return f"{size:.3g} GB"
+
+
+def _printable(value: object) -> str:
+    """Text of which nothing moves the cursor: a damaged or foreign file may hold anything."""
+    return "".join(c if c.isprintable() else "\N{REPLACEMENT CHARACTER}" for c in str(value))

@@ -14,6 +14,8 @@ from mcap_protobuf.decoder import DecoderFactory
 
 from mjnav.errors import DamagedLogError, InputError
 from mjnav.messages import Trajectory
+from mjnav.recording.recover import RECOVERED
+from mjnav.recording.salvage import salvage
 from mjnav.recording.stream import read_records
 from mjnav.recording.survey import Survey, TopicSummary
 from mjnav.recording.ticks import TICK, TIMING, BadDocument, TickAssembler
@@ -30,6 +32,9 @@ class LogMessage(NamedTuple):
     value: Any
 
 
+MAX_NESTING = 500  # brackets in a value of metadata
+
+
 @dataclass(frozen=True, slots=True)
 class Log:
     """A log that was read once from end to end; messages are read again when they are asked for."""
@@ -40,6 +45,8 @@ class Log:
     attachments: Mapping[str, bytes]
     topics: Mapping[str, TopicSummary]
     truncated: bool  # the file has no end: its writer was killed
+    recovered: Mapping[str, Any] | None = None  # metadata `mjnav/recovered`: what was lost of the log it was made from
+    damaged: bool = False  # messages are those that are intact before and behind the damage
 
     @property
     def complete(self) -> bool:
@@ -47,11 +54,15 @@ class Log:
         return self.result is not None
 
     @property
+    def start_ns(self) -> int | None:
+        """When the first message was [ns]; None without messages."""
+        return min((topic.first_ns for topic in self.topics.values() if topic.first_ns is not None), default=None)
+
+    @property
     def duration(self) -> float | None:
         """Simulated time from the first message to the last [s]; None without messages."""
-        firsts = [topic.first_ns for topic in self.topics.values() if topic.first_ns is not None]
         lasts = [topic.last_ns for topic in self.topics.values() if topic.last_ns is not None]
-        return 1e-9 * (max(lasts) - min(firsts)) if firsts else None
+        return None if self.start_ns is None else 1e-9 * (max(lasts) - self.start_ns)
 
     def scenario(self) -> Scenario:
         """The run file that the log carries. Raises InputError where it carries none."""
@@ -73,7 +84,7 @@ class Log:
         schemas: dict[int, records.Schema] = {}
         channels: dict[int, tuple[str, Callable[[bytes], Any]]] = {}
         factory = DecoderFactory()  # it remembers schemas by their number in this file
-        for record in read_records(self.path):
+        for record in salvage(self.path) if self.damaged else read_records(self.path):
             if isinstance(record, records.Message):
                 if record.channel_id in channels:
                     topic, decode = channels[record.channel_id]
@@ -119,11 +130,17 @@ class Log:
         return run.trajectory
 
 
-def _result_value(text: str) -> object:
-    """The inverse of the writer's: JSON where it is JSON, else the string."""
+def _values(texts: Mapping[str, str]) -> Mapping[str, Any]:
+    """Metadata whose values are JSON where they can be read as that, else strings."""
+    return MappingProxyType({key: _value(text) for key, text in texts.items()})
+
+
+def _value(text: str) -> object:
+    if text.count("[") + text.count("{") > MAX_NESTING:  # none that is mjnav's: it could be too deep to be printed
+        return text
     try:
         return json.loads(text)
-    except (ValueError, RecursionError):
+    except ValueError:
         return text
 
 
@@ -142,11 +159,12 @@ def open_log(path: str | os.PathLike[str]) -> Log:
 
 def surveyed(path: Path, survey: Survey) -> Log:
     """The log whose records were surveyed."""
-    run, result = survey.metadata.get(RUN), survey.metadata.get(RESULT)
+    run, result, recovered = (survey.metadata.get(name) for name in (RUN, RESULT, RECOVERED))
     return Log(
         path=path,
         run=None if run is None else MappingProxyType(run),
-        result=result and MappingProxyType({key: _result_value(value) for key, value in result.items()}),
+        result=None if result is None else _values(result),
+        recovered=None if recovered is None else _values(recovered),
         attachments=MappingProxyType(survey.attachments),
         topics=MappingProxyType(survey.topics),
         truncated=not survey.has_end,

@@ -24,6 +24,7 @@ class Scan:
     """What is in a log, and what is not."""
 
     log: Log
+    size: int  # [bytes] of the file
     run: LoggedRun | None  # across gaps; None where no tick is whole
     lost: tuple[Lost, ...]  # bytes that are no intact record
     error: DamagedLogError | None  # None where nothing but the end is missing
@@ -46,11 +47,11 @@ def scan_log(path: str | os.PathLike[str]) -> Scan:
     except DamagedLogError as damaged:
         error = damaged
     scan, _ = _scan(path, salvage(path))
-    holes = [lost for lost in scan.lost if lost.end < path.stat().st_size]
+    holes = [lost for lost in scan.lost if lost.end < scan.size]
     if error is None and holes:
         size = sum(lost.end - lost.start for lost in holes)
         error = DamagedLogError(f"{path}: damaged from byte {holes[0].start} on: {size} bytes are no record")
-    return replace(scan, error=error)
+    return replace(scan, log=replace(scan.log, damaged=error is not None), error=error)
 
 
 def _scan(path: Path, found: Iterable[Salvaged | CutOff]) -> tuple[Scan, CutOff | None]:
@@ -73,4 +74,4 @@ def _scan(path: Path, found: Iterable[Salvaged | CutOff]) -> tuple[Scan, CutOff 
                     except (ValueError, RecursionError):
                         unreadable[topic] += 1
     log = surveyed(path, survey)
-    return Scan(log, ticks.finish(), tuple(lost), None, unreadable, survey.unregistered), cut_off
+    return Scan(log, path.stat().st_size, ticks.finish(), tuple(lost), None, unreadable, survey.unregistered), cut_off

@@ -98,7 +98,7 @@ class TickAssembler:
             trajectory,
             ticks=np.array([*self._ticks, number], np.int64),
             robot_ess=np.array(self._robot_ess, float),
-            people_ess=np.array(self._people_ess, float).reshape(len(self._robot_ess), -1),
+            people_ess=np.array(self._people_ess, float).reshape(len(self._robot_ess), len(final.people_position)),
             recoveries=self._recoveries,
             timing=np.array(self._timing, np.int64).reshape(-1, len(PHASES) + 2),
             deadline_misses=self._misses,

@@ -1,82 +1,194 @@
 """What a log holds and how its run went, as one dictionary: `mjnav inspect --json` prints it, a report shows it."""
 
 import os
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from itertools import pairwise
 from typing import Any
 
+import numpy as np
+
 from mjnav.errors import InputError
-from mjnav.messages import Trajectory
+from mjnav.messages import PHASES, Array
 from mjnav.metrics.summary import summarise
 from mjnav.metrics.timing import compute_ms, quantiles
-from mjnav.recording.reader import Log, open_log
+from mjnav.recording.scan import Scan, scan_log
+from mjnav.recording.survey import TopicSummary
+from mjnav.recording.ticks import EVERY_TICK, LoggedRun
+from mjnav.report.moments import worst_moments
 from mjnav.scenarios.spec import Scenario
+
+NUM_SHOWN = 10  # ranges of bytes and of ticks that sentences name
+NUM_RANGES = 1000  # that are listed
 
 
 def inspect(path: str | os.PathLike[str]) -> dict[str, Any]:
-    """Reads a log once and says what it holds.
+    """Reads a log of whatever state and says what it holds.
 
-    Times are simulated, rates over a topic's own span. What is not known is None, and what is missing stands under
-    `missing`, as sentences. `figures` are computed from the messages under the names of `mjnav run --json`, so that a
-    run that did not end has them too. Raises InputError where the file is missing or not MCAP.
+    Times are simulated, rates are over a topic's own span, and what is not known is None.
+
+    * `damage` is None or {error, lost_bytes, lost: [{from, to, why}]}, `missing` says in sentences what is not there.
+    * `topics`: max_gap_at_s is when the largest gap begins; `missing` counts the messages that a topic of which every
+      tick has one lacks, and is None for any other; `share` is of the bytes before compression.
+    * `ticks` is None or {whole, missing, ranges: [[first, last]]}; a tick is whole if figures can be computed from it.
+    * `figures` are computed from the messages under the names of `mjnav run --json`, so that a run that did not end has
+      them too, with the least effective sample sizes and the number of recoveries.
+    * `timing` has `mjnav run`'s compute_ms, lateness_ms likewise; work_factor is simulated time over the time that
+      ticks took, and real_time_factor, against the clock, only the result's.
+    * `recovered` is what `mjnav recover` said of the log that this one was made from.
+    * `moments` are the worst: {kind, time_s, tick, value, unit, text}, the most severe first.
+
+    Raises InputError where the file is missing or not MCAP.
     """
-    log = open_log(path)
-    try:
-        trajectory, scenario = log.trajectory(), log.scenario()
-    except InputError:
-        trajectory = scenario = None
-    result = None if log.result is None else dict(log.result)
+    scan = scan_log(path)
+    log, run = scan.log, scan.run
+    scenario, refused = _scenario(scan)
     total = sum(topic.bytes for topic in log.topics.values())
+    ticks = None if run is None else _ticks(run, _result_ticks(scan))
+    with np.errstate(all="ignore"):  # what a damaged log says may be any number
+        return {
+            "schema": 1,
+            "complete": log.complete,
+            "truncated": log.truncated,
+            "duration_s": log.duration,
+            "outcome": _outcome(scan),
+            "topics": {name: _topic(name, topic, scan, total) for name, topic in sorted(log.topics.items())},
+            "run": None if log.run is None else dict(log.run),
+            "result": None if log.result is None else dict(log.result),
+            "recovered": None if log.recovered is None else dict(log.recovered),
+            "path": str(log.path),
+            "bytes": scan.size,
+            "damage": _damage(scan),
+            "missing": list(_missing(scan, ticks, refused)),
+            "ticks": ticks,
+            "figures": None if run is None or scenario is None else _figures(scan, run, scenario),
+            "timing": None if run is None else _timing(scan, run, scenario),
+            "moments": [] if run is None or scenario is None else _moments(run, scenario),
+        }
+
+
+def _scenario(scan: Scan) -> tuple[Scenario | None, str]:
+    """The log's scenario, if its people are those of the messages; or else why not."""
+    if scan.run is None:
+        return None, ""
+    try:
+        scenario = scan.log.scenario()
+    except InputError as error:
+        return None, str(error)
+    in_messages = scan.run.trajectory.people_position.shape[1]
+    if len(scenario.people) != in_messages:
+        return None, f"its scenario has {len(scenario.people)} people, its messages {in_messages}"
+    return scenario, ""
+
+
+def _outcome(scan: Scan) -> str | None:
+    outcome = (scan.log.result or {}).get("outcome")
+    return None if outcome is None else str(outcome)
+
+
+def _result_ticks(scan: Scan) -> int | None:
+    """How many ticks the run had, if it says so."""
+    ticks = (scan.log.result or {}).get("ticks")
+    return ticks if isinstance(ticks, int) else None
+
+
+def _topic(name: str, topic: TopicSummary, scan: Scan, total: int) -> dict[str, Any]:
+    start = 0 if scan.log.run is not None else scan.log.start_ns
+    gap_at = topic.max_gap_at_ns
     return {
-        "schema": 1,
-        "complete": log.complete,
-        "truncated": log.truncated,
-        "duration_s": log.duration,
-        "outcome": result and result.get("outcome"),
-        "topics": {
-            name: {
-                "schema": topic.schema,
-                "messages": topic.messages,
-                "hz": topic.hz,
-                "max_gap_s": None if topic.max_gap_ns is None else 1e-9 * topic.max_gap_ns,
-                "max_gap_at_s": None,  # when it begins
-                "missing": None,  # messages that must have been there; None where a tick may go without
-                "bytes": topic.bytes,
-                "share": topic.bytes / total if total else None,
-            }
-            for name, topic in sorted(log.topics.items())
-        },
-        "run": None if log.run is None else dict(log.run),
-        "result": result,
-        "path": str(log.path),
-        "bytes": os.path.getsize(path),
-        "damage": None,  # or {"error": text, "lost_bytes": n, "lost": [{"from": byte, "to": byte, "why": text}]}
-        "missing": [],  # sentences
-        "ticks": None,  # or {"whole": n, "missing": n, "ranges": [[first, last]]}
-        "figures": _figures(log, trajectory, scenario),
-        "timing": _timing(log, trajectory),
-        "moments": [],  # the five worst: {"kind", "time_s", "tick", "value", "unit", "text"}
+        "schema": topic.schema,
+        "messages": topic.messages,
+        "hz": topic.hz,
+        "max_gap_s": None if topic.max_gap_ns is None else 1e-9 * topic.max_gap_ns,
+        "max_gap_at_s": None if gap_at is None or start is None else 1e-9 * (gap_at - start),
+        "missing": _missing_messages(topic, scan) if name in EVERY_TICK and scan.log.run is not None else None,
+        "bytes": topic.bytes,
+        "share": topic.bytes / total if total else None,
     }
 
 
-def _figures(log: Log, trajectory: Trajectory | None, scenario: Scenario | None) -> dict[str, Any] | None:
-    if trajectory is None or scenario is None:
+def _missing_messages(topic: TopicSummary, scan: Scan) -> int:
+    """Ticks without a message among those that the topic must have told of."""
+    ticks = _result_ticks(scan)
+    if topic.first_sequence is None or topic.last_sequence is None:
+        return ticks or 0
+    return topic.first_sequence + topic.skipped + max(0, (ticks or 0) - 1 - topic.last_sequence)
+
+
+def _ticks(run: LoggedRun, expected: int | None) -> dict[str, Any]:
+    ends = [-1, *run.ticks.tolist(), expected or 0]
+    ranges = [[a + 1, b - 1] for a, b in pairwise(ends) if b > a + 1]
+    missing = sum(last - first + 1 for first, last in ranges)
+    return {"whole": len(run.trajectory.status), "missing": missing, "ranges": ranges[:NUM_RANGES]}
+
+
+def _damage(scan: Scan) -> dict[str, Any] | None:
+    if scan.error is None:
         return None
-    outcome = None if log.result is None else log.result.get("outcome")
-    figures = summarise(trajectory, scenario, outcome=str(outcome))
+    lost = [{"from": part.start, "to": part.end, "why": part.why} for part in scan.lost]
+    return {
+        "error": str(scan.error),
+        "lost_bytes": sum(part["to"] - part["from"] for part in lost),
+        "lost": lost[:NUM_RANGES],
+    }
+
+
+def _missing(scan: Scan, ticks: Mapping[str, Any] | None, refused: str) -> Iterator[str]:
+    log = scan.log
+    if log.truncated:
+        yield "no footer: the writer was killed, or the file was not copied whole"
+    if log.run is None:
+        yield "no mjnav/run: another program wrote this, or its beginning is lost"
+    elif log.result is None:
+        yield "no mjnav/result: the run did not end"
+    for part in scan.lost[:NUM_SHOWN]:
+        messages = sum(part.messages.values())
+        held = f", at least {messages} messages" if messages else ""
+        yield f"bytes {part.start} to {part.end}: {part.why}{held}"
+    if len(scan.lost) > NUM_SHOWN:
+        yield f"bytes in {len(scan.lost) - NUM_SHOWN} more places"
+    if ticks is not None and ticks["missing"]:
+        named = ", ".join(f"{a}" if a == b else f"{a} to {b}" for a, b in ticks["ranges"][:NUM_SHOWN])
+        more = ", and more" if len(ticks["ranges"]) > NUM_SHOWN else ""
+        yield f"{ticks['missing']} ticks: {named}{more}"
+    if scan.unregistered:
+        yield f"the topic of {scan.unregistered} messages"
+    for topic, count in scan.unreadable.items() if log.run is not None else ():
+        yield f"{count} messages of {topic} that are not JSON"
+    if refused:
+        yield f"figures: {refused}"
+
+
+def _figures(scan: Scan, run: LoggedRun, scenario: Scenario) -> dict[str, Any]:
+    outcome = _outcome(scan)
+    figures = summarise(run.trajectory, scenario, outcome=outcome or "")
     if outcome is None:
         figures |= {"outcome": None, "success": None}
-    return {**figures, "ess_min": {"robot": None, "people": None}, "recoveries": None}
+    ess = {"robot": _least(run.robot_ess), "people": _least(run.people_ess)}
+    return {**figures, "ess_min": ess, "recoveries": run.recoveries}
 
 
-def _timing(log: Log, trajectory: Trajectory | None) -> dict[str, Any] | None:
-    if trajectory is None:
-        return None
-    result: Mapping[str, Any] = log.result or {}
+def _least(values: Array) -> float | None:
+    finite = values[np.isfinite(values)]
+    return float(finite.min()) if finite.size else None
+
+
+def _timing(scan: Scan, run: LoggedRun, scenario: Scenario | None) -> dict[str, Any]:
+    result = scan.log.result or {}
+    busy = 1e-9 * float(run.timing[:, 1 : 1 + len(PHASES)].sum())
+    simulated = None if scenario is None else len(run.timing) * scenario.control.period
     return {
-        "ticks": len(trajectory.timing),
-        "compute_ms": compute_ms(trajectory.timing),
-        "lateness_ms": quantiles(trajectory.timing[:, -1] * 1e-6),
-        "deadline_misses": result.get("deadline_misses", trajectory.deadline_misses),
-        "real_time_factor": result.get("real_time_factor"),  # against the wall clock; only the result knows it
-        "work_factor": None,  # simulated time over the time that ticks took
+        "ticks": len(run.timing),
+        "compute_ms": compute_ms(run.timing),
+        "lateness_ms": quantiles(run.timing[:, -1] * 1e-6),
+        # The end of the last tick may miss its deadline, too, which no tick's timing tells.
+        "deadline_misses": result.get("deadline_misses", run.deadline_misses),
+        "real_time_factor": result.get("real_time_factor"),
+        "work_factor": simulated / busy if simulated is not None and busy > 0.0 else None,
     }
+
+
+def _moments(run: LoggedRun, scenario: Scenario) -> list[dict[str, Any]]:
+    return [
+        {"kind": m.kind, "time_s": m.time, "tick": m.tick, "value": m.value, "unit": m.unit, "text": m.text}
+        for m in worst_moments(run, scenario)
+    ]

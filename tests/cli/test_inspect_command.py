@@ -4,6 +4,7 @@ import json
 import subprocess
 
 import pytest
+from mcap.writer import Writer
 
 SHORT = ("--set", "time_limit=0.3")
 
@@ -17,17 +18,30 @@ def log(mjnav, tmp_path):
 def test_it_says_how_the_run_went(mjnav, log):
     said = mjnav("inspect", log)
     assert (said.code, said.err) == (0, "")
-    assert said.out.startswith("timeout: 0.3 s of simulated time\n")
-    assert not any(line.endswith(" ") for line in said.out.splitlines() if line.startswith("  "))
+    lines = said.out.splitlines()
+    assert lines[0] == "timeout: 0.3 s of simulated time"
+    assert lines[2] == "  scene crossing1, controller rkhs, seed 0, engine mujoco"
+    assert not any(line.endswith(" ") for line in lines if line.startswith("  "))
+    headings = [line for line in lines if line and not line.startswith((" ", "/"))]
+    assert headings[1:] == ["worst moments", "figures", "timing", "result", headings[-1]]
+    assert any(line.split() == ["success", "no"] for line in lines)
+    (scan,) = (line.split() for line in lines if line.startswith("/scan"))
+    assert scan[1:7] == ["foxglove.LaserScan", "3", "-", "10.00", "0.100", "0.00"]
+    assert "\x1b" not in said.out
 
 
-def test_json_holds_what_the_run_printed(mjnav, log):
-    printed = json.loads(mjnav("inspect", log, "--json").out, parse_constant=pytest.fail)
+def test_json_holds_what_the_run_printed(mjnav, tmp_path):
+    ran = json.loads(mjnav("run", "crossing1", "--log", "b.mcap", "--json", *SHORT).out)
+    printed = json.loads(mjnav("inspect", "b.mcap", "--json").out, parse_constant=pytest.fail)
     assert (printed["outcome"], printed["complete"], printed["truncated"]) == ("timeout", True, False)
     assert printed["duration_s"] == pytest.approx(0.3)
     assert printed["topics"]["/scan"]["messages"] == 3
     assert printed["run"]["scene"] == "crossing1"
-    assert printed["result"]["ticks"] == 3
+    assert printed["result"] == ran
+    assert {key: printed["figures"][key] for key in ("ticks", "path_length_m")} == {
+        "ticks": 3,
+        "path_length_m": pytest.approx(ran["path_length_m"], abs=1e-9),
+    }
 
 
 @pytest.mark.parametrize("share", [0.3, 0.6, 0.95])
@@ -35,8 +49,13 @@ def test_any_readable_beginning_is_enough(mjnav, log, share):
     content = log.read_bytes()
     log.write_bytes(content[: int(share * len(content))])
     said = mjnav("inspect", log, "--json")
-    assert said.code == 0
-    assert json.loads(said.out)["truncated"]
+    assert (said.code, said.err) == (0, "")
+    printed = json.loads(said.out)
+    assert (printed["truncated"], printed["damage"]) == (True, None)
+    text = mjnav("inspect", log)
+    assert text.code == 0
+    assert text.out.splitlines()[0].endswith("; the file is truncated")
+    assert "no footer: the writer was killed, or the file was not copied whole" in text.out
 
 
 @pytest.mark.parametrize(
@@ -45,6 +64,7 @@ def test_any_readable_beginning_is_enough(mjnav, log, share):
         (b"", 2),
         (b"garbage, and more than eight bytes of it", 2),
         (b"\x89MCAP0\r\n", 3),  # nothing in it can be read
+        (b"\x89MCAP0\r\n\x06\xff\xff\xff\xff\xff\xff\xff\x0f", 3),  # a chunk of 2^60 bytes
     ],
 )
 def test_what_is_no_log_is_told_in_one_line(mjnav, tmp_path, content, code):
@@ -56,13 +76,47 @@ def test_what_is_no_log_is_told_in_one_line(mjnav, tmp_path, content, code):
     assert len(said.err.splitlines()) == 1
 
 
-def test_a_log_with_a_changed_byte_is_damaged(mjnav, log):
+def test_what_can_be_read_of_a_damaged_log_is_printed_and_the_damage_told(mjnav, log):
     content = bytearray(log.read_bytes())
     content[content.index(b"lz4") + 200] ^= 0xFF
     log.write_bytes(content)
     said = mjnav("inspect", log)
-    assert (said.code, said.out) == (3, "")
-    assert "damaged" in said.err
+    assert said.code == 3
+    assert said.out.splitlines()[0] == "timeout: 0.3 s of simulated time; the file is damaged"
+    assert said.err.startswith(f"mjnav: {log}: damaged before byte ")
+    assert len(said.err.splitlines()) == 1
+    assert "chunk whose checksum does not fit" in said.out
+    printed = mjnav("inspect", log, "--json")
+    assert (printed.code, printed.err) == (3, said.err)
+    found = json.loads(printed.out)
+    assert (found["outcome"], len(found["damage"]["lost"])) == ("timeout", 1)
+
+
+def test_nothing_in_a_foreign_log_moves_the_cursor(mjnav, tmp_path):
+    path = tmp_path / "foreign.mcap"
+    with open(path, "wb") as file:
+        writer = Writer(file)
+        writer.start()
+        channel = writer.register_channel("/clear\x1b[2J[bold]\n", "text", 0)
+        writer.add_message(channel, 5, b"hello", 5)
+        writer.add_metadata("mjnav/run", {"scene": "\x1b]0;title\x07", "version.\r": "\u202e"})
+        writer.finish()
+    said = mjnav("inspect", path)
+    assert said.code == 0
+    assert all(c.isprintable() or c == "\n" for c in said.out)
+    assert "[bold]" in said.out
+
+
+def test_a_recovered_log_says_what_was_lost(mjnav, log):
+    content = bytearray(log.read_bytes())
+    for place in (200, 210):
+        content[content.index(b"lz4") + place] ^= 0xFF
+    log.write_bytes(content)
+    assert mjnav("recover", log, "again.mcap").code == 0
+    said = mjnav("inspect", "again.mcap")
+    assert said.code == 0
+    assert "recovered from another log" in said.out.splitlines()
+    assert json.loads(mjnav("inspect", "again.mcap", "--json").out)["recovered"]["file"] == "a.mcap"
 
 
 def test_missing_files_and_folders_are_bad_input(mjnav, tmp_path):

@@ -1,0 +1,266 @@
+"""What `inspect` says of real runs and of made-up logs, whole, cut off, damaged and foreign."""
+
+import json
+import struct
+
+import numpy as np
+import pytest
+from mcap.writer import Writer
+
+import mjnav
+from mjnav.errors import InputError
+from mjnav.loop.prepare import load_scenario
+from mjnav.recording import Recorder, open_log
+from mjnav.report.inspection import inspect
+from mjnav.scenarios import dumps
+from tests.recording.conftest import MadeUpRun, make_scenario
+
+KEYS = [
+    "schema",
+    "complete",
+    "truncated",
+    "duration_s",
+    "outcome",
+    "topics",
+    "run",
+    "result",
+    "recovered",
+    "path",
+    "bytes",
+    "damage",
+    "missing",
+    "ticks",
+    "figures",
+    "timing",
+    "moments",
+]
+CHUNK, DATA_END = 6, 15
+
+
+@pytest.fixture(scope="module")
+def runs(tmp_path_factory):
+    """Real runs by name: (what the run said, the log's path)."""
+    folder = tmp_path_factory.mktemp("runs")
+    lanes = ("lanes.left=[0.0, 1.0, -0.3]", "lanes.right=[0.0, 1.0, 0.3]")
+    asked = {
+        "short": ("crossing1", ("time_limit=2.5",), None),
+        "hit": ("crossing1", ("stop_on_collision=false", "time_limit=12", *lanes), "dwa"),
+        "slow sensors": ("hall", ("time_limit=2", "sensors.rate=5"), "saa"),
+    }
+    found = {}
+    for name, (scene, overrides, controller) in asked.items():
+        path = folder / f"{name}.mcap"
+        scenario = load_scenario(scene, overrides, controller=controller, seed=1)
+        found[name] = mjnav.run(scenario, log=path), path
+    return found
+
+
+def same(a, b):
+    """Equal, numbers to 1e-9."""
+    if isinstance(a, dict):
+        return a.keys() == b.keys() and all(same(a[key], b[key]) for key in a)
+    return a == (pytest.approx(b, abs=1e-9) if isinstance(b, float) else b)
+
+
+@pytest.mark.parametrize("name", ["short", "hit", "slow sensors"])
+def test_figures_from_the_messages_are_the_results(runs, name):
+    result, path = runs[name]
+    found = inspect(path)
+    assert list(found) == KEYS
+    json.dumps(found, allow_nan=False)
+    assert (found["complete"], found["truncated"], found["damage"], found["missing"]) == (True, False, None, [])
+    for key, value in found["figures"].items():
+        if key not in ("ess_min", "recoveries"):
+            assert same(value, result.summary[key]), key
+    for key in ("compute_ms", "deadline_misses", "real_time_factor"):
+        assert same(found["timing"][key], result.summary[key]), key
+    assert found["ticks"] == {"whole": result.summary["ticks"], "missing": 0, "ranges": []}
+    assert found["bytes"] == path.stat().st_size
+
+
+def test_the_runs_of_these_tests_hit_and_leave_their_lane(runs):
+    figures = inspect(runs["hit"][1])["figures"]
+    assert figures["collisions"]["person"] > 0
+    assert figures["lane_violation_s"] > 0.0
+
+
+@pytest.mark.parametrize("name", ["short", "hit", "slow sensors"])
+def test_effective_sample_sizes_are_the_least_of_the_log(runs, name):
+    path = runs[name][1]
+    log = open_log(path)
+    states = [m.value["estimate"]["ess"] for m in log.messages("/robot/state") if m.value["estimate"]]
+    people = [track["ess"] for m in log.messages("/people/estimate") for track in m.value["people"]]
+    assert inspect(path)["figures"]["ess_min"] == {"robot": min(states), "people": min(people)}
+
+
+def test_the_topics_that_no_tick_goes_without_have_a_message_each(runs):
+    for result, path in runs.values():
+        counted = {name: topic for name, topic in inspect(path)["topics"].items() if topic["missing"] is not None}
+        assert {"/tick", "/tf", "/robot/state"} <= counted.keys()
+        assert {topic["missing"] for topic in counted.values()} == {0}
+        assert {topic["messages"] - result.summary["ticks"] for topic in counted.values()} == {0, 1}
+    assert inspect(runs["slow sensors"][1])["topics"]["/scan"]["messages"] == 10  # of 20 ticks: not each has one
+
+
+def test_shares_are_of_all_bytes(runs):
+    topics = inspect(runs["short"][1])["topics"]
+    assert sum(topic["share"] for topic in topics.values()) == pytest.approx(1.0)
+    assert topics["/scan"]["share"] == topics["/scan"]["bytes"] / sum(topic["bytes"] for topic in topics.values())
+
+
+def test_a_run_that_was_killed_has_the_figures_of_its_whole_ticks(runs, tmp_path):
+    result, path = runs["hit"]
+    content = path.read_bytes()
+    (tmp_path / "cut.mcap").write_bytes(content[: int(0.7 * len(content))])
+    found = inspect(tmp_path / "cut.mcap")
+    assert (found["complete"], found["truncated"], found["damage"], found["outcome"]) == (False, True, None, None)
+    assert found["missing"][:2] == [
+        "no footer: the writer was killed, or the file was not copied whole",
+        "no mjnav/result: the run did not end",
+    ]
+    figures, ticks = found["figures"], found["ticks"]["whole"]
+    assert (figures["outcome"], figures["success"], figures["ticks"]) == (None, None, ticks)
+    assert 10 < ticks < result.summary["ticks"]
+    path_so_far = np.hypot(*np.diff(result.trajectory.robot_pose[: ticks + 1, :2], axis=0).T).sum()
+    assert figures["path_length_m"] == pytest.approx(path_so_far, abs=1e-9)
+    assert found["timing"]["real_time_factor"] is None
+    assert found["timing"]["work_factor"] > 1.0
+    assert found["moments"]
+
+
+def record(path, *, ticks, dropped=(), result=True):
+    """A made-up run whose log dropped some ticks, all but their timing, as a log that cannot keep up does."""
+    run = MadeUpRun(num_people=1, num_candidates=5)
+    with Recorder(path, make_scenario(1), {"scene": "made-up"}, "<mujoco/>") as recorder:
+        for tick in range(ticks):
+            record = run.record(tick)
+            if tick in dropped:
+                recorder._last = tick, round(1e9 * record.truth.time)
+            else:
+                recorder.write(record)
+            recorder.write_timing(run.timing(tick))
+            recorder._writer.flush()
+        if result:
+            recorder.finish(run.truth(ticks), {"outcome": "goal", "ticks": ticks})
+
+
+def places(content, opcode):
+    """Where each record of a kind that is longer than a tick's timing starts, and where it ends."""
+    place = 8
+    while place < len(content) - 8:
+        found, length = struct.unpack_from("<BQ", content, place)
+        if found == opcode and (length > 1000 or found != CHUNK):
+            yield place, place + 9 + length
+        place += 9 + length
+
+
+def test_dropped_ticks_are_counted_and_told_by_their_numbers(tmp_path):
+    record(tmp_path / "a.mcap", ticks=12, dropped=(3, 8, 9, 11))
+    found = inspect(tmp_path / "a.mcap")
+    assert found["damage"] is None
+    assert found["ticks"] == {"whole": 8, "missing": 4, "ranges": [[3, 3], [8, 9], [11, 11]]}
+    assert found["missing"] == ["4 ticks: 3, 8 to 9, 11"]
+    assert found["topics"]["/command"]["missing"] == 4
+    assert (found["topics"]["/command"]["max_gap_s"], found["topics"]["/command"]["max_gap_at_s"]) == (
+        pytest.approx(0.3),
+        pytest.approx(0.7),
+    )
+    assert found["topics"]["/tick"]["missing"] == 0
+    assert found["topics"]["/scan"]["missing"] is None
+    assert len(open_log(tmp_path / "a.mcap").trajectory().status) == 2  # every row one period after the one before
+    assert found["timing"]["ticks"] == 12
+
+
+def test_a_damaged_log_is_read_before_and_behind_the_damage(tmp_path):
+    path = tmp_path / "a.mcap"
+    record(path, ticks=12)
+    whole = inspect(path)
+    content = bytearray(path.read_bytes())
+    start, end = list(places(content, CHUNK))[7]
+    content[(start + end) // 2] ^= 4
+    path.write_bytes(content)
+    found = inspect(path)
+    assert "does not match its checksum" in found["damage"]["error"]
+    (lost,) = found["damage"]["lost"]
+    assert lost["from"] == start
+    assert lost["to"] >= end
+    assert found["damage"]["lost_bytes"] == lost["to"] - lost["from"]
+    ((tick, _),) = found["ticks"]["ranges"]
+    assert found["ticks"] == {"whole": 11, "missing": 1, "ranges": [[tick, tick]]}
+    assert [topic["missing"] for name, topic in found["topics"].items() if name in ("/tf", "/tick")] == [1, 1]
+    assert (found["outcome"], found["complete"], found["run"]) == ("goal", True, whole["run"])
+    assert found["figures"]["ticks"] == 11
+
+
+@pytest.mark.parametrize("content_too", [False, True])
+def test_a_damaged_length_in_a_log_without_an_end_is_no_end(tmp_path, content_too):
+    path = tmp_path / "a.mcap"
+    record(path, ticks=12, result=False)
+    content = path.read_bytes()
+    ((data_end, _),) = places(content, DATA_END)
+    start, end = list(places(content, CHUNK))[4]
+    content = bytearray(content[:data_end])
+    content[start + 3] ^= 0x80  # 8 MB
+    content[(start + end) // 2] ^= content_too
+    path.write_bytes(content)
+    found = inspect(path)
+    assert found["truncated"]
+    assert found["ticks"]["whole"] == 10 + (not content_too)
+    if content_too:
+        assert found["damage"]["error"] == f"{path}: damaged from byte {start} on: {end - start} bytes are no record"
+    else:
+        assert found["damage"] is None
+
+
+@pytest.mark.parametrize("damage", ["none", "cut"])
+def test_another_programs_log_has_a_table_of_topics_and_nothing_else(tmp_path, damage):
+    path = tmp_path / "ros.mcap"
+    with open(path, "wb") as file:
+        writer = Writer(file)
+        writer.start("ros2", "rosbag2")
+        schema = writer.register_schema("std_msgs/msg/String", "ros2msg", b"string data")
+        chatter = writer.register_channel("/chatter", "cdr", schema)
+        twin = writer.register_channel("/chatter", "cdr", schema)
+        command = writer.register_channel("/command", "json", 0)  # a topic of mjnav's by name
+        start = 1_700_000_000_000_000_000
+        for i in range(5):
+            writer.add_message(chatter, start + i * 500_000_000, b"hello", 0)
+            writer.add_message(command, start + i * i * 500_000_000, b'{"x": 1}' if i else b"not json", 0, 7 * i)
+        writer.add_message(twin, start + 4_000_000_000, b"hi", 0)
+        writer.finish()
+    if damage == "cut":
+        path.write_bytes(path.read_bytes()[:-30])
+    found = inspect(path)
+    assert (found["run"], found["figures"], found["timing"], found["ticks"], found["moments"]) == (None,) * 4 + ([],)
+    assert found["topics"]["/chatter"] == {
+        "schema": "std_msgs/msg/String",
+        "messages": 6,
+        "hz": 1.25,
+        "max_gap_s": 2.0,
+        "max_gap_at_s": 2.0,
+        "missing": None,
+        "bytes": 27,
+        "share": 27 / (27 + 40),
+    }
+    assert found["topics"]["/command"]["missing"] is None
+    assert "no mjnav/run: another program wrote this, or its beginning is lost" in found["missing"]
+
+
+def test_a_log_whose_scenario_is_not_that_of_its_messages_has_no_figures(tmp_path):
+    path = tmp_path / "a.mcap"
+    run = MadeUpRun(num_people=2, num_candidates=5)
+    with Recorder(path, make_scenario(2), {}, "<mujoco/>") as recorder:
+        recorder._attachments = (("scenario.toml", "application/toml", dumps(make_scenario(1)).encode()),)
+        recorder.write(run.record(0))
+        recorder.finish(run.truth(1), {"outcome": "goal"})
+    found = inspect(path)
+    assert (found["figures"], found["moments"]) == (None, [])
+    assert found["missing"] == ["figures: its scenario has 1 people, its messages 2"]
+    assert found["topics"]["/command"]["messages"] == 1
+
+
+@pytest.mark.parametrize("content", [b"", b"\x89MCAP", b"not a log at all"])
+def test_what_is_no_mcap_is_bad_input(tmp_path, content):
+    (tmp_path / "x").write_bytes(content)
+    with pytest.raises(InputError, match="not an MCAP file"):
+        inspect(tmp_path / "x")
