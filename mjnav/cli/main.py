@@ -20,6 +20,7 @@ COMMANDS: Mapping[str, tuple[str, str]] = MappingProxyType(
         "surface": ("mjnav.cli.surface", "draw what one decision's cost is over all speeds and turn rates"),
         "calibrate": ("mjnav.cli.calibrate", "compare predicted risks with how often they come true"),
         "render": ("mjnav.cli.render", "draw the scene at one moment of a run"),
+        "report": ("mjnav.cli.report", "write a page that shows what happened in a run"),
         "inspect": ("mjnav.cli.inspect", "say what a log holds and how its run went"),
         "recover": ("mjnav.cli.recover", "make a whole log of what is intact in a damaged one"),
         "export": ("mjnav.cli.export", "write a log as trajectories, tables or a ROS 2 bag"),

@@ -7,6 +7,7 @@ from math import cos, sin
 
 import numpy as np
 from foxglove_schemas_protobuf.Color_pb2 import Color
+from foxglove_schemas_protobuf.SceneUpdate_pb2 import SceneUpdate
 from google.protobuf.descriptor_pb2 import FieldDescriptorProto, FileDescriptorProto, FileDescriptorSet
 
 from mjnav.messages import Array, CandidateCosts, ConeDistribution, Decision
@@ -117,6 +118,24 @@ def encode_candidates(time: float, estimate: Array, decision: Decision, costs: C
     for stretch, (before, after) in zip(frame.stretches, frame.lines, strict=True):
         pieces.extend((before, table[stretch], after))
     return wire.delimited(2, b"".join(pieces))
+
+
+@dataclass(frozen=True, slots=True)
+class CandidateArcs:
+    """The arcs of one message, the cheapest first."""
+
+    start: Array  # (2,) [m]
+    ends: Array  # (K, 2) [m], after PREVIEW seconds
+    level: np.ndarray  # (K,) bytes, of colour
+
+
+def decode_candidates(message: SceneUpdate) -> CandidateArcs:
+    """What a message of /candidates draws, but for the chosen arc."""
+    *lines, _ = message.entities[0].lines
+    start = lines[0].points[0]
+    ends = [[(point.x, point.y) for point in line.points[NUM_CORNERS::NUM_CORNERS]] for line in lines]
+    level = np.repeat(np.arange(len(lines), dtype=np.uint8), [len(part) for part in ends])
+    return CandidateArcs(np.array([start.x, start.y]), np.array([end for part in ends for end in part]), level)
 
 
 # ----------------------------------------------------------------------------------- cone distribution

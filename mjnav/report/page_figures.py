@@ -1,0 +1,157 @@
+"""Figures of `mjnav inspect --json` as HTML: every one bears its key and its raw value."""
+
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from html import escape
+from typing import Any
+
+DASH = "–"
+
+
+@dataclass(frozen=True, slots=True)
+class Figure:
+    """One figure: its key in the document, what it is called, its unit."""
+
+    key: str
+    label: str
+    unit: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Card:
+    """Figures that belong together, the first in large letters."""
+
+    label: str
+    figures: tuple[Figure, ...]
+
+
+def _quantiles(key: str, unit: str) -> tuple[Figure, ...]:
+    names = (("p50", "median"), ("p99", "99 %"), ("max", "longest"))
+    return tuple(Figure(f"{key}.{part}", name, unit) for part, name in names)
+
+
+CARDS = (
+    Card("Time", (Figure("figures.time_s", "", "s"),)),
+    Card("Least clearance", (Figure("figures.min_clearance_m", "", "m"),)),
+    Card(
+        "Collisions",
+        tuple(Figure(f"figures.collisions.{kind}", kind) for kind in ("person", "table", "wall", "pillar")),
+    ),
+    Card(
+        "Path",
+        (
+            Figure("figures.path_length_m", "", "m"),
+            Figure("figures.path_ratio", "times"),
+            Figure("figures.straight_line_m", "straight", "m"),
+        ),
+    ),
+    Card(
+        "Deviation",
+        (Figure("figures.mean_deviation_m", "mean", "m"), Figure("figures.max_deviation_m", "greatest", "m")),
+    ),
+    Card("Control cost", (Figure("figures.control_cost", "", "m²/s³"),)),
+    Card("Over a lane", (Figure("figures.lane_violation_s", "", "s"),)),
+    Card("Infeasible ticks", (Figure("figures.infeasible_ticks", ""), Figure("figures.ticks", "ticks in all"))),
+    Card(
+        "Error of beliefs, RMSE",
+        (Figure("figures.localization_rmse_m", "robot", "m"), Figure("figures.tracking_rmse_m", "people", "m")),
+    ),
+    Card("Time of a decision", _quantiles("timing.compute_ms.control", "ms")),
+    Card("Time of a tick", _quantiles("timing.compute_ms.tick", "ms")),
+    Card("Deadlines missed", (Figure("timing.deadline_misses", ""), Figure("timing.real_time_factor", "× real time"))),
+)
+
+
+def flatten(document: Any, prefix: str = "") -> dict[str, Any]:
+    """Every leaf of a JSON document under its dotted key; an empty object or list is a leaf."""
+    parts: Any = ()
+    if isinstance(document, Mapping):
+        parts = document.items()
+    elif isinstance(document, list | tuple):
+        parts = enumerate(document)
+    if not parts:
+        return {prefix: document}
+    return {
+        key: leaf
+        for name, part in parts
+        for key, leaf in flatten(part, f"{prefix}.{name}" if prefix else str(name)).items()
+    }
+
+
+def shown(value: Any) -> str:
+    """A value for people: three digits, thousands apart, a dash for what is unknown."""
+    if value is None or value == {} or value == []:
+        return DASH
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    if isinstance(value, int):
+        return f"{value:,}".replace(",", "\u202f").replace("-", "−")
+    if isinstance(value, float):
+        return (f"{value:.0f}" if 1e3 <= abs(value) < 1e7 else f"{value:.3g}").replace("-", "−")
+    return str(value)
+
+
+def element(run: int, key: str, value: Any, unit: str = "", *, strong: bool = False) -> str:
+    """One figure; `data-value` is the raw value as JSON."""
+    raw = escape(json.dumps(value))
+    name = "strong" if strong else "span"
+    tail = f' <span class="unit">{escape(unit)}</span>' if unit and value is not None else ""
+    return f'<{name} data-run="{run}" data-key="{escape(key)}" data-value="{raw}">{escape(shown(value))}</{name}>{tail}'
+
+
+def cards(flat: Mapping[str, Any]) -> str:
+    """The key figures of one run; what a log does not have makes no card."""
+    return "\n".join(
+        _card(card, flat) for card in CARDS if any(flat.get(figure.key) is not None for figure in card.figures)
+    )
+
+
+def _card(card: Card, flat: Mapping[str, Any]) -> str:
+    first, *rest = card.figures
+    equal = card.label == "Collisions"
+    rows = [_labelled(figure, flat) for figure in (card.figures if equal else rest)]
+    head = "" if equal else f'<p class="figure">{_labelled(first, flat, strong=True)}</p>'
+    tail = f"<p>{' '.join(f'<span>{row}</span>' for row in rows)}</p>" if rows else ""
+    return f'<div class="card{" equal" if equal else ""}"><h2>{escape(card.label)}</h2>{head}{tail}</div>'
+
+
+def _labelled(figure: Figure, flat: Mapping[str, Any], *, strong: bool = False) -> str:
+    label = f' <span class="what">{escape(figure.label)}</span>' if figure.label else ""
+    return element(0, figure.key, flat.get(figure.key), figure.unit, strong=strong) + label
+
+
+def comparison(runs: Sequence[Mapping[str, Any]], heads: Sequence[str]) -> str:
+    """The key figures of several runs in columns under `heads`, in HTML, each with its difference from the first."""
+    head = "".join(f'<th scope="col">{text}</th>' for text in heads)
+    rows = [("Outcome", Figure("figures.outcome", ""))]
+    rows += [(card.label, figure) for card in CARDS for figure in card.figures]
+    body = []
+    for label, figure in rows:
+        values = [flat.get(figure.key) for flat in runs]
+        if all(value is None for value in values):
+            continue
+        name = f"{label}, {figure.label}" if figure.label else label
+        unit = f' <span class="unit">{escape(figure.unit)}</span>' if figure.unit else ""
+        cells = "".join(
+            f"<td>{element(i, figure.key, value)}{_difference(value, values[0]) if i else ''}</td>"
+            for i, value in enumerate(values)
+        )
+        body.append(f'<tr><th scope="row">{escape(name)}{unit}</th>{cells}</tr>')
+    return f'<table class="comparison"><thead><tr><td></td>{head}</tr></thead><tbody>{"".join(body)}</tbody></table>'
+
+
+def _difference(value: Any, first: Any) -> str:
+    if isinstance(value, bool) or not (isinstance(value, int | float) and isinstance(first, int | float)):
+        return ""
+    change = value - first
+    text = f"{'+' if change > 0 else ''}{shown(float(f'{change:.3g}'))}" if change else "="
+    return f' <span class="difference">{text}</span>'
+
+
+def figure_table(run: int, flat: Mapping[str, Any]) -> str:
+    """All leaves of `flat` in two columns."""
+    rows = "".join(
+        f'<tr><th scope="row">{escape(key)}</th><td>{element(run, key, value)}</td></tr>' for key, value in flat.items()
+    )
+    return f'<table class="all"><tbody>{rows}</tbody></table>'

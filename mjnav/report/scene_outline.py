@@ -1,0 +1,34 @@
+"""What stands in a room, as plain lists for a page's map [m]."""
+
+from typing import Any
+
+import numpy as np
+
+from mjnav.messages import Array
+from mjnav.scenarios.spec import Scenario, Table
+
+
+def scene_outline(scenario: Scenario) -> dict[str, Any]:
+    """Walls as {from, to, thickness}, tables as {corners, legs, leg_radius}, pillars, lanes, the way and the radii."""
+    robot = scenario.robot
+    return {
+        "start": list(robot.start),
+        "route": [list(point) for point in robot.route],
+        "goal_tolerance": robot.goal_tolerance,
+        "radius": robot.radius,
+        "people_radius": [person.radius for person in scenario.people],
+        "walls": [{"from": w.start, "to": w.end, "thickness": w.thickness} for w in scenario.walls],
+        "tables": [
+            {"corners": _top(t).tolist(), "legs": t.legs.tolist(), "leg_radius": t.leg_radius} for t in scenario.tables
+        ],
+        "pillars": [{"position": p.position, "radius": p.radius} for p in scenario.pillars],
+        "lanes": [scenario.lanes.left, scenario.lanes.right] if scenario.lanes else [],
+    }
+
+
+def _top(table: Table) -> Array:
+    """Corners of a table's top, (4, 2)."""
+    half = 0.5 * np.array(table.size) + table.leg_radius
+    cosine, sine = np.cos(table.yaw), np.sin(table.yaw)
+    corners = half * [[1, 1], [-1, 1], [-1, -1], [1, -1]]
+    return np.array(table.position) + corners @ [[cosine, sine], [-sine, cosine]]

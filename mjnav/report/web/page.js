@@ -1,0 +1,133 @@
+'use strict';
+
+/* Puts the page together: runs, maps, plots and time. */
+
+/** A control of the page that shows or hides a layer of all maps. */
+function layerSwitches(redraw) {
+  const layers = {};
+  for (const box of document.querySelectorAll('input[data-layer]')) {
+    layers[box.dataset.layer] = box.checked;
+    box.addEventListener('change', () => {
+      layers[box.dataset.layer] = box.checked;
+      redraw();
+    });
+  }
+  return layers;
+}
+
+/** What one run is doing, as figures beside its map. */
+function readouts(block, run) {
+  const places = Object.fromEntries([...block.querySelectorAll('[data-now]')].map((place) => [place.dataset.now, place]));
+  return (frame) => {
+    const [v, omega] = run.row('twist', frame), [toV, toOmega] = run.row('command', frame);
+    const status = run.status(frame), ended = frame === run.last;
+    places.speed.textContent = quantity(v, 2, 'm/s');
+    places['speed-command'].textContent = quantity(toV, 2);
+    places.turn.textContent = quantity(omega, 2, 'rad/s');
+    places['turn-command'].textContent = quantity(toOmega, 2);
+    places.clearance.textContent = quantity(run.at('clearance', frame), 2, 'm');
+    places.nearest.textContent = run.bodies[run.at('nearest', frame)] ?? '';
+    places.cost.textContent = compact(run.at('cost', frame, 3));
+    places.status.textContent = status ? status.replace('_', ' ') : ended ? 'the run ended' : '\u2013';
+    places.status.classList.toggle('warned', status !== null && status.startsWith('infeasible'));
+  };
+}
+
+/** Where the time line is shaded: ticks at which nothing was allowed, and moments worth a look. */
+function timeStrip(runs, start, duration) {
+  const strip = document.getElementById('strip');
+  for (const run of runs) {
+    const status = run.tables.status.column(0);
+    const step = run.period * run.stride;
+    status.forEach((code, frame) => {
+      if (!(run.statuses[code] ?? '').startsWith('infeasible')) return;
+      const mark = strip.appendChild(document.createElement('i'));
+      mark.style.left = `${(100 * (run.time[frame] - start)) / duration}%`;
+      mark.style.width = `${(100 * step) / duration}%`;
+    });
+  }
+  let free = -Infinity; // [pixels] so that no number stands on another
+  const buttons = [...document.querySelectorAll('button[data-moment]')];
+  for (const button of buttons.sort((a, b) => a.dataset.seek - b.dataset.seek)) {
+    const place = Math.max(((Number(button.dataset.seek) - start) / duration) * strip.clientWidth, free);
+    const mark = strip.appendChild(document.createElement('span'));
+    mark.textContent = button.dataset.moment;
+    mark.style.left = `${(100 * place) / strip.clientWidth}%`;
+    free = place + 9;
+  }
+}
+
+/** The time of every frame of every run, once and in order. */
+function allTimes(runs) {
+  const every = runs.flatMap((run) => [...run.time]).sort((a, b) => a - b);
+  return every.filter((time, i) => i === 0 || time - every[i - 1] > SAME);
+}
+
+function themeSwitch(changed) {
+  const root = document.documentElement, dark = matchMedia('(prefers-color-scheme: dark)');
+  document.getElementById('theme').addEventListener('click', () => {
+    const now = root.dataset.theme ?? (dark.matches ? 'dark' : 'light');
+    root.dataset.theme = now === 'dark' ? 'light' : 'dark';
+    changed();
+  });
+  dark.addEventListener('change', changed);
+  let before;
+  addEventListener('beforeprint', () => { before = root.dataset.theme; root.dataset.theme = 'light'; changed(); });
+  addEventListener('afterprint', () => {
+    if (before === undefined) delete root.dataset.theme;
+    else root.dataset.theme = before;
+    changed();
+  });
+}
+
+async function start() {
+  const packed = JSON.parse(document.getElementById('runs').textContent);
+  const runs = await Promise.all(packed.map((run, index) => Run.load(run, index)));
+  const blocks = [...document.querySelectorAll('.run')];
+  const times = allTimes(runs), duration = times[times.length - 1] - times[0] || 1;
+  let playback = null;
+  const redraw = () => playback?.show(playback.time);
+  const layers = layerSwitches(redraw);
+  const views = runs.map((run, i) => ({
+    run,
+    map: new RunMap(blocks[i].querySelector('canvas'), run, layers),
+    cone: new Distribution(blocks[i].querySelector('.cone'), run),
+    read: readouts(blocks[i], run),
+  }));
+  const seek = (time) => playback.seek(times[0] + time);
+  const plots = plotSpecs(runs).filter((spec) => spec.series.some((series) => series.values.some(Number.isFinite)))
+    .map((spec) => new TimePlot(document.getElementById('plots'), spec, duration, seek));
+  const show = (time) => {
+    for (const { run, map, cone, read } of views) {
+      const frame = run.frameAt(time);
+      map.draw(frame);
+      cone.draw(frame);
+      read(frame);
+    }
+    plots.forEach((plot) => plot.cursor(time - times[0]));
+  };
+  const moments = [...document.querySelectorAll('[data-moment]')].map((place) => Number(place.dataset.seek));
+  playback = new Playback(times, moments.sort((a, b) => a - b), show);
+  timeStrip(runs, times[0], duration);
+  for (const button of document.querySelectorAll('button[data-seek]')) {
+    button.addEventListener('click', () => playback.seek(Number(button.dataset.seek)));
+  }
+  themeSwitch(() => { views.forEach(({ map }) => map.recolour()); redraw(); });
+  let width = innerWidth;
+  addEventListener('resize', () => {
+    if (innerWidth === width) return; // a phone's address bar only changes the height
+    width = innerWidth;
+    views.forEach(({ map, cone }) => { map.resize(); cone.resize(); });
+    plots.forEach((plot) => plot.resize());
+    redraw();
+  });
+  plots.forEach((plot) => plot.resize()); // now that all have their place
+  playback.go(0, true);
+  document.documentElement.dataset.ready = 'yes';
+}
+
+start().catch((error) => {
+  const notice = document.getElementById('failed');
+  notice.textContent = `The playback cannot start in this browser: ${error.message}. The figures below are complete.`;
+  notice.hidden = false;
+});
