@@ -118,7 +118,7 @@ def chunk_at(file: Bytes, place: int, end: int) -> Found | None:
             continue
         outer = place + HEADER_SIZE + file.header(place)[1] - start
         inner = int.from_bytes(file.read(start - 8, start), "little")
-        for length in dict.fromkeys((outer, inner)):
+        for length in sorted({outer, inner}):  # the shorter first: what follows a whole frame is passed over
             if not 0 <= length <= min(LIMIT, end - start):
                 continue
             header = _CHUNK_FIELDS.pack(*others, checksum, len(name)) + name + length.to_bytes(8, "little")

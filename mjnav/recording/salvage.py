@@ -16,6 +16,7 @@ from collections import defaultdict
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 
+import numpy as np
 from mcap.opcode import Opcode
 from mcap.records import (
     Attachment,
@@ -30,15 +31,14 @@ from mcap.records import (
     Statistics,
 )
 from mcap.writer import MCAP0_MAGIC
+from numpy.typing import NDArray
 
 from mjnav.recording.probe import HEADER_SIZE, Bytes, Found, attachment_at, chunk_at, opened, record_at
 from mjnav.recording.summary import Described, find_summary
 
 _KNOWN = frozenset(Opcode)
-# A magic, or an opcode and a length below 2^40; it takes up no bytes, so that matches may overlap.
 _END = re.compile(rb"\x02\x14\x00{7}[\s\S]{20}\x89MCAP0\r\n")  # a footer and the magic
 _END_SIZE = HEADER_SIZE + 20 + len(MCAP0_MAGIC)
-_CANDIDATE = re.compile(rb"(?=(\x89MCAP0\r\n)|[\x01-\x0f][\s\S]{5}\x00{3})")
 
 
 @dataclass(frozen=True, slots=True)
@@ -207,13 +207,12 @@ class _Walk:
         inside_until = first  # the end of a file inside this one: an attachment that is itself a log
         for start, block in self._file.blocks(first, self._end, overlap=HEADER_SIZE - 1):
             self._on_byte(start)
-            for match in _CANDIDATE.finditer(block):
-                place = start + match.start()
+            for place in (start + _candidates(block)).tolist():
                 if place < inside_until:
                     continue
-                if match[1] and self._started:
+                if self._started and self._file.read(place, place + len(MCAP0_MAGIC)) == MCAP0_MAGIC:
                     inside_until = self._end_of_file_at(place)
-                elif not match[1] and self._plausible(place):
+                elif self._plausible(place):
                     return place
         return self._end
 
@@ -242,3 +241,13 @@ def _times(contents: Iterable[McapRecord]) -> dict[int, list[int]]:
         if isinstance(record, Message):
             times[record.channel_id].append(record.log_time)
     return {channel: sorted(values) for channel, values in times.items()}
+
+
+def _candidates(block: bytes) -> NDArray[np.intp]:
+    """Where in a block an opcode and a length below 2^40 stand, or the first byte of a magic."""
+    data = np.frombuffer(block, np.uint8)
+    opcode, *_, length_5, length_6, length_7 = (
+        data[i : max(0, len(data) - HEADER_SIZE + 1 + i)] for i in range(HEADER_SIZE)
+    )
+    is_header = (opcode - np.uint8(1) < max(Opcode)) & (length_5 | length_6 | length_7 == 0)
+    return np.flatnonzero(is_header | (opcode == MCAP0_MAGIC[0]))

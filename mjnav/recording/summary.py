@@ -10,6 +10,7 @@ from dataclasses import dataclass
 
 from mcap.opcode import Opcode
 from mcap.records import AttachmentIndex, Channel, Footer, MetadataIndex, Schema, Statistics
+from mcap.writer import MCAP0_MAGIC
 
 from mjnav.recording.probe import HEADER_SIZE, Bytes, record_at
 
@@ -64,12 +65,19 @@ def _starts(file: Bytes, footer_at: int, footer: Footer) -> Iterator[int]:
 
 
 def _intact(file: Bytes, start: int, footer_at: int, footer: Footer) -> bool:
-    if not DATA_END_SIZE <= start <= footer_at:
+    if not DATA_END_SIZE <= start <= footer_at or _belongs_inside(file, start - footer.summary_start):
         return False
     if footer.summary_crc == 0:  # written without: where it stands can still be told
         found = record_at(file, start - DATA_END_SIZE, start)
         return found is not None and found.opcode == Opcode.DATA_END
     return file.checksum(start, footer_at + FOOTER_SIZE - 4) == footer.summary_crc
+
+
+def _belongs_inside(file: Bytes, shift: int) -> bool:
+    """Whether the summary that stands `shift` bytes behind where its footer says is of a log attached to this one."""
+    if shift <= 0 or file.read(shift, shift + len(MCAP0_MAGIC)) != MCAP0_MAGIC:
+        return False
+    return record_at(file, len(MCAP0_MAGIC), file.size) is not None
 
 
 def _read(file: Bytes, start: int, end: int, footer: Footer) -> Summary:
