@@ -13,6 +13,7 @@ from queue import Empty, SimpleQueue
 from typing import Any
 
 from mjnav.errors import InvalidValue, MjnavError, missing_extra
+from mjnav.loop.fault import describe_fault
 from mjnav.study.row import Row
 from mjnav.study.trial import Trial, failed_row, run_trial
 from mjnav.study.workers import MAX_DEATHS, POLL, as_done
@@ -89,7 +90,7 @@ def _row(future: Any, trial: Trial, address: str) -> Row:
     if future.status != "error":
         raise MjnavError(f"the scheduler at {address} is gone")
     error = future.exception()
-    return failed_row(trial, DIED if isinstance(error, KilledWorker) else error)
+    return failed_row(trial, DIED if isinstance(error, KilledWorker) else describe_fault(error))
 
 
 def _check_address(address: str) -> None:

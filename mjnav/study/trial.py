@@ -10,6 +10,7 @@ from functools import lru_cache
 
 from mjnav import scenarios
 from mjnav.loop.episode import Episode, Result, warm_up
+from mjnav.loop.fault import RunFault, describe_fault
 from mjnav.loop.run_info import revision
 from mjnav.metrics.effort import time_to_avoid
 from mjnav.metrics.safety import lane_clearance
@@ -19,7 +20,6 @@ from mjnav.study.row import COLUMNS, Row, flatten
 from mjnav.study.sample_shape import SampleShape
 
 ID_DIGITS = 32  # 128 bits: of a billion episodes, two with the same id are one in 10^21
-MAX_ERROR = 500  # characters
 KEPT_SCENARIOS = 256  # that a process keeps built and warm
 
 
@@ -56,16 +56,15 @@ def run_trial(trial: Trial, stop: Callable[[], bool] = lambda: False) -> Row:
         figures = {**_figures(result, scenario), **shape.figures()}
         row = _row(trial, time.perf_counter() - began, **figures)
     except Exception as error:  # whatever a controller does, the other episodes go on
-        row = failed_row(trial, error, time.perf_counter() - began)
+        # The cause alone: how far an episode came is another one in each, and causes are counted.
+        cause = error.__cause__ if isinstance(error, RunFault) and error.__cause__ is not None else error
+        row = failed_row(trial, describe_fault(cause), time.perf_counter() - began)
     return row
 
 
-def failed_row(trial: Trial, error: Exception | str, seconds: float | None = None) -> Row:
+def failed_row(trial: Trial, cause: str, seconds: float | None = None) -> Row:
     """The row of an episode without a result."""
-    text = " ".join((str(error) or repr(error)).split())
-    if isinstance(error, Exception) and type(error).__module__ == "builtins":
-        text = f"{type(error).__name__}: {text}"
-    return _row(trial, seconds, error=text[:MAX_ERROR])
+    return _row(trial, seconds, error=cause)
 
 
 def _row(trial: Trial, seconds: float | None, **figures: object) -> Row:

@@ -1,6 +1,7 @@
-"""Scenes whose risks are known in closed form, and the observations and truths that go with them."""
+"""Scenes whose risks are known in closed form, the observations and truths that go with them, and a small study."""
 
 from collections.abc import Callable
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -8,6 +9,10 @@ import pytest
 from mjnav import scenarios
 from mjnav.messages import Observation, ObstacleSamples, WorldState
 from mjnav.scenarios import Scenario
+from mjnav.study.cells import resolve
+from mjnav.study.study_file import load_study
+from mjnav.study.sweep import trials
+from mjnav.study.trial import Trial, run_trial
 
 ONE_PILLAR = """
 schema = 1
@@ -80,3 +85,44 @@ def known() -> Callable[..., Observation]:
 @pytest.fixture
 def true() -> Callable[..., WorldState]:
     return true_state
+
+
+FOUR_CELLS = """
+schema = 1
+name = "small"
+scenes = ["crossing1"]
+seeds = { first = 5, count = 4 }
+[set]
+physics.engine = "kinematic"
+time_limit = 1.0
+[[settings]]
+name = "pearson"
+[[settings]]
+name = "bimodal"
+set = { noise.profile = "bimodal" }
+[[methods]]
+controller = "rkhs"
+grid = { weight = [3.0] }
+[[methods]]
+controller = "mean"
+"""
+
+
+@pytest.fixture(scope="session")
+def small_study(tmp_path_factory) -> Path:
+    """A study of 16 episodes that take a second together."""
+    path = tmp_path_factory.mktemp("study") / "small.toml"
+    path.write_text(FOUR_CELLS)
+    return path
+
+
+@pytest.fixture(scope="session")
+def small_trials(small_study) -> list[Trial]:
+    study = load_study(small_study)
+    return trials(study, resolve(study))
+
+
+@pytest.fixture(scope="session")
+def serial_hashes(small_trials) -> dict[str, str]:
+    """The state hash of each of its episodes by id, run here one after another."""
+    return {row["id"]: row["state_hash"] for row in map(run_trial, small_trials)}

@@ -2,11 +2,18 @@
 
 import multiprocessing
 import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
 
 import pytest
 
 from mjnav.errors import InvalidValue, MjnavError
-from mjnav.study.workers import in_order
+from mjnav.study.workers import THREADS, as_done, in_order
+
+PATIENCE = 30.0  # [s]
 
 
 def square(x: int) -> tuple[int, int]:
@@ -47,3 +54,60 @@ def test_a_worker_that_is_killed_is_told_and_not_waited_for():
     with pytest.raises(MjnavError, match="a worker process was killed"):
         list(in_order(os._exit, [9, 9, 9], workers=2))
     assert multiprocessing.active_children() == []
+
+
+def die_once(path: str) -> str:
+    """Dies where the file is not there yet, and leaves it."""
+    if not path or not os.path.exists(path):
+        if path:
+            Path(path).touch()
+        os.kill(os.getpid(), signal.SIGKILL)
+    return f"{path} done"
+
+
+def test_the_task_of_a_killed_worker_is_done_by_another_until_it_is_given_up(tmp_path):
+    once, there = str(tmp_path / "once"), str(tmp_path / "there")
+    Path(there).touch()
+    tasks = [once, "", there, there]
+    found = dict(filter(None, as_done(die_once, tasks, 2, given_up=lambda task: f"gave up {task!r}")))
+    assert found == {0: f"{once} done", 1: "gave up ''", 2: f"{there} done", 3: f"{there} done"}
+    assert multiprocessing.active_children() == []
+
+
+def threads(_: int) -> list[str | None]:
+    return [os.environ.get(name) for name in THREADS]
+
+
+def test_a_worker_computes_in_one_thread_and_we_in_as_many_as_before(monkeypatch):
+    monkeypatch.setenv("OMP_NUM_THREADS", "7")
+    before = threads(0)
+    assert list(in_order(threads, range(2), workers=2)) == [["1"] * len(THREADS)] * 2
+    assert threads(0) == before
+
+
+def test_workers_end_with_a_parent_that_is_killed():
+    code = "import time; from mjnav.study.workers import in_order\n"
+    code += "if __name__ == '__main__': next(in_order(time.sleep, [60.0, 60.0], workers=2))"
+    with subprocess.Popen([sys.executable, "-c", code]) as parent:
+        children = Path(f"/proc/{parent.pid}/task/{parent.pid}/children")
+        wait_for(lambda: len(workers := processes(children)) == 2 and all(map(is_waiting, workers)))
+        workers = processes(children)
+        parent.kill()
+    wait_for(lambda: not any(Path(f"/proc/{pid}").exists() for pid in workers))
+
+
+def processes(children: Path) -> list[int]:
+    pids = [int(pid) for pid in children.read_text().split()]
+    return [pid for pid in pids if "spawn_main" in Path(f"/proc/{pid}/cmdline").read_text()]
+
+
+def is_waiting(pid: int) -> bool:
+    """Whether the thread that looks after the parent is there."""
+    return len(list(Path(f"/proc/{pid}/task").iterdir())) >= 2
+
+
+def wait_for(condition) -> None:
+    ends = time.monotonic() + PATIENCE
+    while not condition():
+        assert time.monotonic() < ends
+        time.sleep(0.02)

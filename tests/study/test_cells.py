@@ -1,0 +1,117 @@
+"""The combinations that a study file asks for, each as a scenario that is checked."""
+
+import json
+
+import pytest
+
+from mjnav.errors import InvalidValue
+from mjnav.loop.prepare import load_scenario
+from mjnav.scenarios import loads
+from mjnav.study.cells import resolve
+from mjnav.study.study_file import load_study
+
+STUDY = """
+schema = 1
+name = "every kind"
+scenes = ["crossing1", "mine.toml"]
+[set]
+time_limit = 1.0
+physics.engine = "kinematic"
+[grid]
+control.rate = [10.0, 20.0]
+[[settings]]
+name = "plain"
+[[settings]]
+name = "loud"
+set = { noise.profile = "bimodal", time_limit = 2.0 }
+[[methods]]
+controller = "rkhs"
+name = "mine"
+set = { degree = 2, estimation.robot.source = "direct" }
+grid = { weight = [0.3, 3.0], form = ["line"] }
+[[methods]]
+controller = "mean"
+"""
+MINE = 'schema = 1\nname = "mine"\n[robot]\nstart = [0, 0, 0]\ngoal = [3, 0]\n'
+
+
+@pytest.fixture
+def cells(tmp_path):
+    """Resolves a study of this text, beside a scene of one's own."""
+    (tmp_path / "mine.toml").write_text(MINE)
+
+    def resolved(text: str, *overrides: str, scenes=()):
+        (tmp_path / "study.toml").write_text(text)
+        return resolve(load_study(tmp_path / "study.toml"), overrides, scenes)
+
+    return resolved
+
+
+def test_every_scene_meets_every_setting_value_and_method(cells):
+    found = cells(STUDY)
+    methods = ("mine weight=0.3 form=line", "mine weight=3.0 form=line", "mean")
+    settings = [f"{name}, rate={rate}" for name in ("plain", "loud") for rate in ("10.0", "20.0")]
+    assert [(cell.scene, cell.setting, cell.method) for cell in found] == [
+        (scene, setting, method) for scene in ("crossing1", "mine") for setting in settings for method in methods
+    ]
+    assert [json.loads(cell.parameters) for cell in found[:3]] == [
+        {"control.form": "line", "control.rate": 10.0, "control.weight": 0.3},
+        {"control.form": "line", "control.rate": 10.0, "control.weight": 3.0},
+        {"control.rate": 10.0},
+    ]
+    assert [cell.controller for cell in found[:3]] == ["rkhs", "rkhs", "mean"]
+
+
+def test_a_cell_is_the_scenario_that_run_makes_of_the_same_overrides(cells):
+    loud = next(cell for cell in cells(STUDY, "time_limit=0.5") if cell.setting == "loud, rate=20.0")
+    overrides = ["physics.engine=kinematic", "noise.profile=bimodal", "control.rate=20", "control.degree=2"]
+    overrides += ["estimation.robot.source=direct", "control.weight=0.3", "control.form=line", "time_limit=0.5"]
+    own = loads(loud.document)
+    expected = load_scenario("crossing1", [*overrides, "description=''", "seed=0"], controller="rkhs")
+    assert own == expected
+
+
+def test_settings_come_after_set_and_the_command_line_last(cells):
+    def limits(*overrides):
+        return [loads(cell.document).time_limit for cell in cells(STUDY, *overrides, scenes=["crossing1"])]
+
+    assert limits() == [1.0] * 6 + [2.0] * 6
+    assert limits("time_limit=0.5") == [0.5] * 12
+
+
+def test_without_settings_and_grid_there_is_the_default_one(cells):
+    (cell,) = cells('schema = 1\nname = "s"\nscenes = ["lane"]\n[[methods]]\ncontroller = "rkhs"')
+    assert (cell.scene, cell.setting, cell.method, cell.parameters) == ("lane", "default", "rkhs", "{}")
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ('"crossing1"', '"crosing1"', "study.toml: scenes.0: scene: found 'crosing1'.*did you mean 'crossing1'?"),
+        ('"mine.toml"', '"nine.toml"', "nine.toml: found nothing; allowed: a run file that can be read"),
+        ("degree", "degre", "method mine weight=0.3 form=line: control.degre: .*did you mean 'degree'?"),
+        ("degree = 2", "degree = 0", "scene crossing1, setting plain, rate=10.0, method .*: control.degree: found 0"),
+        ('"bimodal"', '"bimodel"', "setting loud, rate=10.0, .*noise.profile: .*did you mean 'bimodal'?"),
+        ("time_limit = 1.0", "time_limt = 1.0", "study.toml: .*time_limt: .*did you mean 'time_limit'?"),
+        ('controller = "mean"', 'controller = "maen"', "control.method: .*did you mean 'mean'?"),
+        ("[10.0, 20.0]", "10.0", "study.toml: grid.control.rate: found 10.0; allowed: an array of one or more"),
+        ("[0.3, 3.0]", "[3.0, 3.0]", r"study.toml: method mine: grid.control.weight: found \[3.0, 3.0\]; allowed"),
+        (
+            'name = "loud"\nset',
+            'name = "loud"\n# set',
+            "found 'scene crossing1, setting loud.*allowed: cells that differ",
+        ),
+        ("[grid]", "control.latency.model = 'measured'\n[grid]", "control.latency.model: found 'measured'; allowed"),
+        ('"mine.toml"', '"./mine.toml", "mine.toml"', "scenes.2: .*allowed: a scene of another name than 'mine'"),
+    ],
+)
+def test_what_is_wrong_is_told_with_its_cell(cells, old, new, message):
+    with pytest.raises(InvalidValue, match=message):
+        cells(STUDY.replace(old, new, 1))
+
+
+def test_what_is_wrong_on_the_command_line_is_told_as_that(cells):
+    with pytest.raises(InvalidValue, match=r"^--set: time_limt: .*did you mean 'time_limit'?"):
+        cells(STUDY, "time_limt=3")
+    with pytest.raises(InvalidValue, match=r"^--scene: scene: found 'hal'"):
+        cells(STUDY, scenes=["hal"])

@@ -1,0 +1,71 @@
+"""Workers of a Dask scheduler, real processes on loopback, give the rows that one process gives."""
+
+import json
+import signal
+import subprocess
+import sys
+import time
+
+import pytest
+
+from mjnav.errors import InputError, MjnavError
+from mjnav.study.schedulers import dask
+from mjnav.study.store import Store
+from mjnav.study.sweep import sweep
+
+PATIENCE = 120.0  # [s]
+WORKER = ("dask_worker", "--no-nanny", "--nthreads", "1", "--no-dashboard", "--host", "127.0.0.1")
+SCHEDULER = ("dask_scheduler", "--no-dashboard", "--host", "127.0.0.1", "--port", "0")
+
+
+@pytest.fixture
+def cluster(tmp_path):
+    """The scheduler's address, its process, and those of two workers."""
+    where = tmp_path / "scheduler.json"
+    started = []
+
+    def start(program, *options):
+        command = [sys.executable, "-m", f"distributed.cli.{program}", *options, "--scheduler-file", str(where)]
+        started.append(subprocess.Popen(command, cwd=tmp_path, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL))
+        return started[-1]
+
+    try:
+        scheduler = start(*SCHEDULER)
+        ends = time.monotonic() + PATIENCE
+        while not where.exists():
+            assert time.monotonic() < ends
+            time.sleep(0.05)
+        workers = [start(*WORKER) for _ in range(2)]
+        yield json.loads(where.read_text())["address"], scheduler, workers
+    finally:
+        for process in started:
+            process.kill()
+            process.wait()
+
+
+def test_dask_gives_the_serial_rows_also_where_a_worker_is_killed_and_ends_in_a_line_without_scheduler(
+    cluster, tmp_path, small_trials, serial_hashes
+):
+    address, scheduler, workers = cluster
+    store = Store(tmp_path / "out")
+
+    def kill(done, row):
+        if done == 4:
+            workers[0].send_signal(signal.SIGKILL)
+
+    report = sweep(small_trials, store, dask(address), progress=kill)
+    rows = store.rows(["id", "state_hash", "error"]).to_pylist()
+    assert (report.run, report.failed, len(rows)) == (16, 0, 16)
+    assert {row["id"]: row["state_hash"] for row in rows} == serial_hashes
+
+    cut = Store(tmp_path / "cut")
+    with pytest.raises(MjnavError, match=f"the scheduler at {address} is gone"):
+        sweep(small_trials, cut, dask(address), progress=lambda done, row: scheduler.kill())
+    assert 0 < len(cut.done()) <= 16
+    with pytest.raises(InputError, match=rf"--scheduler: found '{address}'; allowed: .*Connection refused"):
+        dask(address)
+
+
+def test_what_is_no_address_is_told_at_once():
+    with pytest.raises(InputError, match="--scheduler: found 'cluster'; allowed: the address of a Dask scheduler"):
+        dask("cluster")

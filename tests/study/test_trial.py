@@ -1,0 +1,90 @@
+"""An episode as a row, and the id that it is known by."""
+
+import subprocess
+import sys
+from dataclasses import fields, replace
+
+import pyarrow as pa
+
+from mjnav import scenarios
+from mjnav.loop.episode import Episode
+from mjnav.study.cells import Cell
+from mjnav.study.row import COLUMNS, FIGURES, flatten
+from mjnav.study.trial import Trial, failed_row, run_trial
+
+CELL = Cell("scene", "setting", "method", "rkhs", "{}", "document")
+NOT_IN_A_ROW = {"schema", "log"}  # of a run's summary
+
+
+def test_an_id_changes_with_every_part_of_the_episode_and_with_nothing_else():
+    trial = Trial("study", CELL, 3)
+    assert replace(trial, study="renamed").id == replace(trial, cell=replace(CELL)).id == trial.id
+    names = [field.name for field in fields(Cell) if field.name != "controller"]  # the document has it
+    others = [replace(trial, cell=replace(CELL, **{name: "other"})).id for name in names] + [replace(trial, seed=4).id]
+    assert len({trial.id, *others}) == 1 + len(names) + 1
+
+
+def test_an_id_is_the_same_in_every_process():
+    code = "from mjnav.study.cells import Cell; from mjnav.study.trial import Trial; "
+    code += "print(Trial('study', Cell('scene', 'setting', 'method', 'rkhs', '{}', 'document'), 3).id)"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == Trial("study", CELL, 3).id
+
+
+def test_a_row_has_every_column_and_every_figure_of_the_summary(small_trials):
+    trial = small_trials[0]
+    row = run_trial(trial)
+    assert list(row) == list(COLUMNS)
+    assert row["error"] is None
+    scenario = replace(scenarios.loads(trial.cell.document), seed=trial.seed)
+    summary = flatten(Episode(scenario).run().summary)
+    assert set(summary) - set(row) == NOT_IN_A_ROW
+    timed = {name for name in summary if name.startswith("compute_ms")} | {"real_time_factor", "log", "schema"}
+    assert {name: row[name] for name in summary if name not in {*timed, "scene"}} == {
+        name: value for name, value in summary.items() if name not in {*timed, "scene"}
+    }
+    assert row["wall_s"] > 0.0
+    assert row["ticks"] == 10
+
+
+def test_figures_beside_the_summarys_are_there(small_trials):
+    row = run_trial(small_trials[0])
+    assert row["infeasible_ticks"] == row["ticks_without_nominal"] + row["ticks_without_own"]
+    for name in ("time_to_avoid_s", "robot_skew", "robot_kurtosis", "people_skew", "people_kurtosis"):
+        assert isinstance(row[name], float)
+    assert row["min_lane_clearance_m"] is None
+
+
+def test_values_fit_their_columns(small_trials):
+    schema = pa.schema([(name, pa.type_for_alias(kind)) for name, (kind, _) in COLUMNS.items()])
+    rows = [run_trial(small_trials[0]), failed_row(small_trials[1], "why")]
+    table = pa.Table.from_pylist(rows, schema=schema)
+    assert table.to_pylist() == rows
+
+
+def test_an_episode_is_a_function_of_its_trial(small_trials, serial_hashes):
+    assert [run_trial(trial)["state_hash"] for trial in small_trials[:4]] == [
+        serial_hashes[trial.id] for trial in small_trials[:4]
+    ]
+    assert len(set(serial_hashes.values())) == len(small_trials)
+
+
+def test_a_broken_episode_is_a_row_with_its_cause_in_a_line(small_trials):
+    trial = replace(small_trials[0], cell=replace(small_trials[0].cell, document="schema = 2"))
+    row = run_trial(trial)
+    assert row["error"] == "scenario.toml: schema: found 2; allowed: 1"
+    assert {row[name] for name in FIGURES if name != "error"} == {None}
+    assert (row["id"], row["seed"], row["method"]) == (trial.id, trial.seed, trial.cell.method)
+
+
+def test_a_broken_controller_is_told_by_its_cause_wherever_in_the_run_it_breaks(small_trials, monkeypatch):
+    def decide(self, observation):
+        raise ZeroDivisionError("by\n zero")
+
+    run_trial(small_trials[0])  # warm
+    monkeypatch.setattr("mjnav.control.base.GridController.decide", decide)
+    assert run_trial(small_trials[0])["error"].startswith(f"ZeroDivisionError: by zero ({__file__}:")
+
+
+def test_a_trial_that_is_stopped_says_so(small_trials):
+    assert run_trial(small_trials[0], lambda: True)["outcome"] == "aborted"
