@@ -19,6 +19,7 @@ COMMANDS: Mapping[str, tuple[str, str]] = MappingProxyType(
         "list": ("mjnav.cli.list", "list scenes, controllers, noise profiles and behaviours"),
         "surface": ("mjnav.cli.surface", "draw what one decision's cost is over all speeds and turn rates"),
         "calibrate": ("mjnav.cli.calibrate", "compare predicted risks with how often they come true"),
+        "sweep": ("mjnav.cli.sweep", "run a study: scenes, methods and settings under many seeds"),
         "render": ("mjnav.cli.render", "draw the scene at one moment of a run"),
         "report": ("mjnav.cli.report", "write a page that shows what happened in a run"),
         "inspect": ("mjnav.cli.inspect", "say what a log holds and how its run went"),

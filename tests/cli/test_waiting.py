@@ -2,11 +2,12 @@
 
 import io
 import sys
+import time
 
 import pytest
 from rich.progress import Progress
 
-from mjnav.cli.waiting import progress
+from mjnav.cli.waiting import pace, progress
 
 
 class Terminal(io.StringIO):
@@ -29,3 +30,28 @@ def test_on_a_terminal_it_says_what_is_done_without_making_the_caller_wait_for_t
         show(12.5)
     assert "hall" in terminal.getvalue()
     assert "12.5 of 60 s" in terminal.getvalue()
+
+
+def test_a_count_comes_with_its_rate_and_the_time_that_is_left(monkeypatch):
+    terminal = Terminal()
+    monkeypatch.setattr(sys, "stderr", terminal)
+    monkeypatch.setenv("TERM", "xterm")
+    monkeypatch.setenv("COLUMNS", "120")
+    with progress("small", 50, "episodes") as show:
+        show(40)
+        time.sleep(0.01)
+        show(41)
+    assert "41 of 50 episodes, " in terminal.getvalue()
+    assert " a second, " in terminal.getvalue()
+
+
+@pytest.mark.parametrize(
+    ("done", "left", "seconds", "text"),
+    [
+        (10, 50, 4.0, "2.5 a second, 20 s left"),
+        (10, 1000, 4.0, "2.5 a second, 7 min left"),
+        (100, 100_000, 40.0, "2.5 a second, 11.1 h left"),
+    ],
+)
+def test_the_pace_is_what_was_done_over_its_time(done, left, seconds, text):
+    assert pace(done, left, seconds) == text

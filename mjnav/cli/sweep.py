@@ -1,0 +1,140 @@
+"""`mjnav sweep STUDY`: every scene under every method and seed that a study file names."""
+
+import argparse
+import json
+import os
+import shlex
+import sys
+import time
+from collections.abc import Callable
+from dataclasses import asdict
+from pathlib import Path
+
+from mjnav.cli import scene_options
+from mjnav.cli.interrupt import interruptible
+from mjnav.cli.main import INTERRUPTED
+from mjnav.cli.waiting import pace, progress, tell
+from mjnav.errors import InputError, InvalidValue, MjnavError
+from mjnav.study.row import Row
+from mjnav.study.study_file import load_study, study_text
+
+OUT_FOLDER = Path("runs/out")
+FEW = 10  # episodes after which it is told how long the rest will take
+MAX_CAUSES = 5  # of failures that are told
+
+
+def configure(parser: argparse.ArgumentParser) -> None:
+    """The command's options."""
+    parser.add_argument("study", metavar="STUDY", help="a shipped study's name, or the path of a study file")
+    parser.add_argument("--scene", action="append", default=[], metavar="SCENE", help="in place of the study's scenes")
+    parser.add_argument("--seeds", type=int, metavar="N", help="N seeds, from the study's first on")
+    scene_options.overrides(parser)
+    where = parser.add_mutually_exclusive_group()
+    where.add_argument("--workers", type=int, metavar="N", help="processes; one a processor by default, 1 runs it here")
+    where.add_argument("--scheduler", metavar="ADDRESS", help="a Dask scheduler, as in tcp://host:8786")
+    parser.add_argument("-o", "--output", metavar="FOLDER", help="where results go; runs/out/<study> by default")
+    parser.add_argument("--resume", action="store_true", help="add what is missing from the folder")
+    parser.add_argument("--retry-failed", action="store_true", help="the same, and run again what failed")
+    parser.add_argument("--dry-run", action="store_true", help="check everything, say what would be run, and end")
+    parser.add_argument("--json", action="store_true", help="one JSON object in place of text")
+
+
+def execute(arguments: argparse.Namespace) -> int:
+    """Runs what is missing and says where it is; 1 where episodes failed."""
+    workers = len(os.sched_getaffinity(0)) if arguments.workers is None else arguments.workers
+    if workers < 1:
+        raise InvalidValue("--workers", workers, "a whole number >= 1")
+    study = load_study(arguments.study)
+    if arguments.seeds is not None:
+        study = study.with_seeds(arguments.seeds)
+    folder = Path(arguments.output) if arguments.output else OUT_FOLDER / study.name
+
+    from mjnav.study import schedulers
+    from mjnav.study.cells import resolve
+    from mjnav.study.store import Store
+    from mjnav.study.sweep import sweep, trials
+
+    store = Store(folder)
+    cells = resolve(study, arguments.overrides, arguments.scene)
+    wanted = trials(study, cells)
+    say = _nothing if arguments.json else _print
+    say(f"{study.name}: {len(cells)} cells under {len(study.all_seeds)} seeds are {len(wanted)} episodes")
+    if arguments.dry_run:
+        say("\n".join(cell.label for cell in cells))
+        if arguments.json:
+            print(json.dumps({"schema": 1, "study": study.name, "episodes": len(wanted), "cells": len(cells)}))
+        return 0
+    if arguments.scheduler is not None:
+        scheduler = schedulers.dask(arguments.scheduler)
+    else:
+        scheduler = schedulers.local(workers) if workers > 1 else schedulers.serial
+    with interruptible() as interrupted, progress(study.name, len(wanted), "episodes") as show:
+        watch = _Watch(say, show)
+        try:
+            report = sweep(
+                wanted,
+                store,
+                scheduler,
+                text=f"# {shlex.join(['mjnav', *sys.argv[1:]])}\n{study_text(study)}",
+                resume=arguments.resume,
+                retry_failed=arguments.retry_failed,
+                stop=interrupted.is_set,
+                begin=lambda kept: watch.begin(kept, len(wanted), store.revisions()),
+                progress=watch.progress,
+            )
+        except InputError:
+            raise
+        except MjnavError as error:
+            raise MjnavError(f"{error}\nwhat was done before is kept: --resume goes on") from None
+    if arguments.json:
+        causes = dict(store.causes())
+        print(json.dumps({"schema": 1, "study": study.name, "folder": str(folder), **asdict(report), "causes": causes}))
+    else:
+        speed = f", {report.run / report.seconds:.1f} a second" if report.run else ""
+        print(f"{folder}: {report.kept + report.run} episodes, {report.run} of them in {report.seconds:.1f} s{speed}")
+        for cause, count in store.causes().most_common(MAX_CAUSES):
+            print(f"  {count} failed: {cause}")
+        if report.failed:
+            print("  --retry-failed runs them again")
+    if report.interrupted:
+        tell(f"interrupted: {report.episodes - report.kept - report.run} episodes are missing, --resume adds them")
+        return INTERRUPTED
+    return 1 if report.failed else 0
+
+
+class _Watch:
+    """Tells how a sweep goes."""
+
+    def __init__(self, say: Callable[[str], None], show: Callable[[float], None]):
+        self._say, self._show = say, show
+        self._began = 0.0
+
+    def begin(self, kept: int, total: int, revisions: set[str]) -> None:
+        """Before the first episode, with the revisions of those that are kept."""
+        from mjnav.loop.run_info import revision
+
+        self._kept, self._total, self._revisions = kept, total, {*revisions, revision()}
+        if kept:
+            self._say(f"{kept} of them are done")
+        if revisions - {revision()}:
+            tell(f"some were run by another revision: {', '.join(sorted(revisions))}; this is {revision()}")
+
+    def progress(self, done: int, row: Row) -> None:
+        """After an episode."""
+        if done == 1:
+            self._began = time.monotonic()
+        left = self._total - self._kept - done
+        if done == FEW and left > 0:
+            self._say(f"the rest: {pace(done - 1, left, time.monotonic() - self._began)}")
+        if row["revision"] not in self._revisions:
+            self._revisions.add(row["revision"])
+            tell(f"{row['machine']} runs another revision: {row['revision']}")
+        self._show(self._kept + done)
+
+
+def _print(text: str) -> None:
+    print(text, flush=True)
+
+
+def _nothing(text: str) -> None:
+    pass

@@ -1,0 +1,164 @@
+"""`mjnav sweep`: what it prints, where it puts results and what it refuses."""
+
+import json
+import signal
+
+import pytest
+
+from mjnav.study.store import Store
+
+STUDY = """
+schema = 1
+name = "two methods"
+scenes = ["crossing1"]
+seeds = { count = 6 }
+[set]
+physics.engine = "kinematic"
+time_limit = 0.5
+[[methods]]
+controller = "rkhs"
+[[methods]]
+controller = "mean"
+"""
+FAILING = """
+from mjnav.control.rkhs import Rkhs
+
+
+class Failing(Rkhs):
+    def decide(self, observation):
+        if observation.time > 0.2:
+            raise ZeroDivisionError("half way")
+        return super().decide(observation)
+"""
+
+
+@pytest.fixture
+def sweep(mjnav, tmp_path):
+    """Calls `mjnav sweep` on the study in one process."""
+    (tmp_path / "two.toml").write_text(STUDY)
+    return lambda *words, study="two.toml": mjnav("sweep", study, "--workers", 1, *words)
+
+
+def test_it_says_what_it_runs_and_where_the_rows_are(sweep, tmp_path):
+    said = sweep()
+    assert (said.code, said.err) == (0, "")
+    first, rest, last = said.out.splitlines()
+    assert first == "two methods: 2 cells under 6 seeds are 12 episodes"
+    assert rest.startswith("the rest: ")
+    assert last.startswith("runs/out/two methods: 12 episodes, 12 of them in ")
+    store = Store(tmp_path / "runs/out/two methods")
+    assert len(store.done()) == 12
+    assert store.study().startswith("# mjnav ")
+    assert store.study().endswith(STUDY)
+
+
+def test_results_are_added_to_on_request_only(sweep):
+    assert sweep("--seeds", 1).code == 0
+    refused = sweep("--seeds", 2)
+    assert (refused.code, refused.out.count("\n")) == (2, 1)
+    assert refused.err.startswith("mjnav: runs/out/two methods has results: --resume adds what is missing")
+    said = sweep("--seeds", 2, "--resume")
+    assert said.code == 0
+    assert said.out.splitlines()[1] == "2 of them are done"
+    assert sweep("--seeds", 2, "-o", "elsewhere").code == 0
+    assert len(Store("elsewhere").done()) == 4
+
+
+def test_json_is_one_object_and_nothing_else(sweep):
+    printed = json.loads(sweep("--json", "--seeds", 2).out)
+    assert (printed["schema"], printed["study"], printed["folder"]) == (1, "two methods", "runs/out/two methods")
+    assert {key: printed[key] for key in ("episodes", "kept", "run", "failed", "interrupted", "causes")} == {
+        "episodes": 4, "kept": 0, "run": 4, "failed": 0, "interrupted": False, "causes": {}
+    }  # fmt: skip
+    assert 0.0 < printed["episode_seconds"] < printed["seconds"]
+
+
+def test_a_dry_run_names_the_cells_and_runs_nothing(sweep, tmp_path):
+    said = sweep("--dry-run", "--scene", "lane", "--set", "noise.profile=none")
+    assert said.out.splitlines()[1:] == [
+        "scene lane, setting default, method rkhs",
+        "scene lane, setting default, method mean",
+    ]
+    assert json.loads(sweep("--dry-run", "--json").out) == {
+        "schema": 1, "study": "two methods", "episodes": 12, "cells": 2
+    }  # fmt: skip
+    assert not (tmp_path / "runs").exists()
+
+
+def test_overrides_of_the_command_line_come_last(sweep):
+    assert sweep("--seeds", 1, "--set", "time_limit=0.3").code == 0
+    assert Store("runs/out/two methods").rows(["time_s"])["time_s"].to_pylist() == [0.3, 0.3]
+
+
+def test_an_episode_that_breaks_is_counted_by_its_cause_and_can_be_retried(sweep, tmp_path, monkeypatch):
+    monkeypatch.syspath_prepend(tmp_path)
+    (tmp_path / "failing_controllers.py").write_text(FAILING)
+    (tmp_path / "two.toml").write_text(STUDY.replace('"mean"', '"failing_controllers:Failing"'))
+    said = sweep("--seeds", 2)
+    assert (said.code, said.err) == (1, "")
+    cause, retry = said.out.splitlines()[-2:]
+    assert cause.startswith("  2 failed: ")
+    assert "ZeroDivisionError: half way" in cause
+    assert retry == "  --retry-failed runs them again"
+    assert "4 episodes, 0 of them" in sweep("--seeds", 2, "--resume").out
+    assert "4 episodes, 2 of them" in sweep("--seeds", 2, "--retry-failed").out
+
+
+def test_results_of_another_revision_are_told(sweep, monkeypatch):
+    assert sweep("--seeds", 1).code == 0
+    monkeypatch.setattr("mjnav.loop.run_info.revision", lambda: "0.0.1 abc")
+    monkeypatch.setattr("mjnav.study.trial.revision", lambda: "0.0.1 abc")
+    assert "mjnav: some were run by another revision: " in sweep("--seeds", 2, "--resume").err
+
+
+@pytest.mark.parametrize(
+    ("words", "line"),
+    [
+        (["--workers", "0"], "mjnav: --workers: found 0; allowed: a whole number >= 1"),
+        (["--seeds", "0"], "mjnav: --seeds: found 0; allowed: a number >= 1"),
+        (["--scene", "hal"], "mjnav: --scene: scene: found 'hal'"),
+        (["--set", "time_limt=3"], "mjnav: --set: time_limt: found 'time_limt'"),
+        (["--scheduler", "there", "--workers", "2"], "mjnav: argument --"),
+        (["-o", "two.toml/out"], "mjnav: two.toml/out: Not a directory"),
+    ],
+)
+def test_bad_input_is_refused_before_anything_starts(mjnav, tmp_path, monkeypatch, words, line):
+    monkeypatch.setattr("mjnav.study.trial.Episode", pytest.fail)
+    (tmp_path / "two.toml").write_text(STUDY)
+    said = mjnav("sweep", "two.toml", *words)
+    assert said.code == 2
+    assert line in said.err
+    assert "Traceback" not in said.err
+    assert not (tmp_path / "runs").exists()
+
+
+def test_a_study_that_does_not_exist_is_refused(mjnav):
+    said = mjnav("sweep", "crosings")
+    assert (said.code, said.out) == (2, "")
+    assert "did you mean 'crossings'?" in said.err
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_an_interrupt_keeps_what_is_done_and_says_how_to_go_on(sweep, monkeypatch, number):
+    before = signal.getsignal(number)
+    asked = []
+
+    def interrupt(self, done, row):
+        asked.append(done)
+        if done == 3:
+            signal.raise_signal(number)
+
+    monkeypatch.setattr("mjnav.cli.sweep._Watch.progress", interrupt)
+    said = sweep()
+    assert (said.code, asked) == (130, [1, 2, 3])
+    assert said.err == "mjnav: interrupted: 9 episodes are missing, --resume adds them\n"
+    assert len(Store("runs/out/two methods").done()) == 3
+    assert signal.getsignal(number) is before
+
+
+def test_without_the_extra_it_says_what_to_install(sweep, monkeypatch):
+    import sys
+
+    monkeypatch.setitem(sys.modules, "pyarrow.parquet", None)
+    said = sweep()
+    assert (said.code, said.err) == (2, "mjnav: pyarrow is not installed: pip install 'mjnav[sweep]'\n")
