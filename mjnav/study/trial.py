@@ -20,7 +20,7 @@ from mjnav.study.row import COLUMNS, Row, flatten
 from mjnav.study.sample_shape import SampleShape
 
 ID_DIGITS = 32  # 128 bits: of a billion episodes, two with the same id are one in 10^21
-KEPT_SCENARIOS = 256  # that a process keeps built and warm
+KEPT_SCENARIOS = 4096  # that a process keeps built and warm: a sweep goes through all its cells seed by seed
 
 
 @dataclass(frozen=True, slots=True)
