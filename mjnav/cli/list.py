@@ -5,6 +5,7 @@ import json
 
 from mjnav import control, noise, scenarios
 from mjnav.scenarios.spec import BEHAVIOURS
+from mjnav.study.study_file import studies
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
@@ -13,9 +14,10 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 
 def execute(arguments: argparse.Namespace) -> int:
-    """Prints scenes, controllers, noise profiles and behaviours."""
+    """Prints scenes, studies, controllers, noise profiles and behaviours."""
     listed = {
         "scenes": dict(scenarios.describe()),
+        "studies": studies(),
         "controllers": control.describe(),
         "noise profiles": dict.fromkeys(noise.profile_names(), ""),
         "behaviours": {name: _first_line(kind) for name, kind in sorted(BEHAVIOURS.items())},
