@@ -68,6 +68,8 @@ def chunk_records(body: bytes) -> Iterator[records.McapRecord]:
             raise BadRecord("a chunk that ends within a record")
         opcode, length = _RECORD.unpack_from(data, position)
         position += _RECORD.size
+        if opcode == 0:
+            raise BadRecord("a chunk with a record of kind 0, which does not exist")
         if length > end - position:
             raise BadRecord(f"a chunk with a record of {length} bytes, of which it holds {end - position}")
         content = data[position : position + length]

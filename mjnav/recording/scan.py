@@ -45,7 +45,7 @@ def scan_log(path: str | os.PathLike[str]) -> Scan:
         if cut_off is None:
             return scan
     except DamagedLogError as damaged:
-        error = damaged
+        error = DamagedLogError(str(damaged))  # a new one: that one's traceback holds the chunk it was about
     scan, _ = _scan(path, salvage(path))
     holes = [lost for lost in scan.lost if lost.end < scan.size]
     if error is None and holes:

@@ -1,0 +1,198 @@
+"""Whatever became of a log, every command that reads one ends in order: done, bad input or damaged.
+
+A reader that is added to COMMANDS is tried on all of it. MJNAV_FUZZ=N tries N random logs in place of a few fixed ones.
+"""
+
+import io
+import json
+import os
+import resource
+import signal
+import tracemalloc
+from contextlib import contextmanager, redirect_stderr, redirect_stdout, suppress
+
+import lz4.frame
+import pytest
+import zstandard
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+from mcap.writer import MCAP0_MAGIC, CompressionType, Writer
+
+from mjnav.cli.main import main
+from mjnav.errors import DamagedLogError, InputError
+from mjnav.recording import Recorder, open_log
+from tests.recording.conftest import MadeUpRun, make_scenario
+from tests.recording.mutated_logs import CHUNK, Record, joined, mutated_logs, split
+
+COMMANDS = {
+    "inspect": ("inspect", "{log}"),
+    "inspect --json": ("inspect", "{log}", "--json"),
+    "recover": ("recover", "{log}", "{out}.mcap"),
+}
+MEMORY = 1 << 30  # [bytes] that a reader may map beyond what was there
+PATIENCE = 60  # [s] after which a reader of some kB hangs
+
+EXAMPLES = int(os.environ.get("MJNAV_FUZZ", "60"))
+fuzzed = settings(
+    max_examples=EXAMPLES,
+    derandomize="MJNAV_FUZZ" not in os.environ,
+    database=None,
+    suppress_health_check=list(HealthCheck),
+)
+
+
+class Hangs(BaseException):
+    """No reader may catch it."""
+
+
+@contextmanager
+def bounded():
+    """An end to memory and time: MemoryError and Hangs where a reader takes more than it may."""
+
+    def too_long(number, frame):
+        raise Hangs(f"still at work after {PATIENCE} s")
+
+    with open("/proc/self/statm") as file:
+        mapped = int(file.read().split()[0]) * resource.getpagesize()
+    soft, hard = resource.getrlimit(resource.RLIMIT_AS)
+    before = signal.signal(signal.SIGALRM, too_long)
+    resource.setrlimit(resource.RLIMIT_AS, (mapped + MEMORY, hard))
+    signal.alarm(PATIENCE)
+    try:
+        yield
+    finally:
+        signal.alarm(0)
+        signal.signal(signal.SIGALRM, before)
+        resource.setrlimit(resource.RLIMIT_AS, (soft, hard))
+
+
+def call(words, folder):
+    """The command's exit code, and what it said on standard output and error."""
+    out, err = io.StringIO(), io.StringIO()
+    for left in folder.glob("out*"):
+        left.unlink()
+    words = [word.format(log=folder / "log.mcap", out=folder / "out") for word in words]
+    with redirect_stdout(out), redirect_stderr(err), bounded():
+        code = main(words)
+    return code, out.getvalue(), err.getvalue()
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    return tmp_path_factory.mktemp("fuzz")
+
+
+@pytest.fixture(scope="module")
+def sound(folder):
+    """The bytes of small sound logs: a run's, and another program's."""
+    run = MadeUpRun(num_people=2, num_candidates=5)
+    with Recorder(folder / "run.mcap", make_scenario(2), {"seed": "3", "scene": "made-up"}, "<mujoco/>") as recorder:
+        for tick in range(6):
+            recorder.write(run.record(tick))
+            recorder.write_timing(run.timing(tick))
+            if tick % 3 == 2:
+                recorder._writer.flush()
+        recorder.finish(run.truth(6), {"outcome": "goal", "ticks": 6, "deadline_misses": 1})
+    foreign = io.BytesIO()
+    writer = Writer(foreign, chunk_size=200, compression=CompressionType.ZSTD)
+    writer.start("ros2", "rosbag2")
+    for topic in ("/chatter", "/command"):
+        schema = writer.register_schema(topic, "ros2msg", b"string data")
+        channel = writer.register_channel(topic, "json" if topic == "/command" else "cdr", schema)
+        for i in range(9):
+            writer.add_message(channel, i * 10**8, b'{"tick": 1}', 0, i)
+    writer.finish()
+    flat = io.BytesIO()
+    writer = Writer(flat, use_chunking=False, enable_crcs=False)
+    writer.start()
+    channel = writer.register_channel("/robot/state", "json", 0)
+    for i in range(5):
+        writer.add_message(channel, i, b"{}", 0, i)
+    writer.finish()
+    return ((folder / "run.mcap").read_bytes(), foreign.getvalue(), flat.getvalue())
+
+
+@pytest.mark.parametrize("words", COMMANDS.values(), ids=COMMANDS)
+def test_a_command_reads_the_sound_logs_of_these_tests(words, sound, folder):
+    for content in sound:
+        (folder / "log.mcap").write_bytes(content)
+        assert call(words, folder)[0] == 0
+
+
+@pytest.mark.parametrize("words", COMMANDS.values(), ids=COMMANDS)
+@fuzzed
+@given(st.data())
+def test_a_command_ends_in_order_whatever_became_of_a_log(words, sound, folder, data):
+    content = data.draw(st.sampled_from(sound).flatmap(mutated_logs))
+    (folder / "log.mcap").write_bytes(content)
+    code, out, err = call(words, folder)
+    assert code in (0, 2, 3)
+    assert (err == "") == (code == 0)
+    assert len(err.splitlines()) <= 1
+    if "--json" in words:
+        assert (out == "") == (code == 2)
+        if out:
+            json.loads(out, parse_constant=pytest.fail)
+
+
+@fuzzed
+@given(st.data())
+def test_the_library_raises_its_own_errors_whatever_became_of_a_log(sound, folder, data):
+    path = folder / "log.mcap"
+    path.write_bytes(data.draw(st.sampled_from(sound).flatmap(mutated_logs)))
+    with bounded(), suppress(InputError, DamagedLogError):
+        log = open_log(path)
+        for ask in (log.trajectory, log.scenario, lambda: list(log.messages())):
+            with suppress(InputError, DamagedLogError):
+                ask()
+
+
+def with_chunk(content, body):
+    """The log with its last chunk replaced by one of these bytes."""
+    records = list(split(content))
+    last = max(i for i, record in enumerate(records) if record.opcode == CHUNK)
+    records[last] = Record(CHUNK, body)
+    return joined(tuple(records))
+
+
+def chunk(compression, packed, size, checksum=0):
+    fields = size.to_bytes(8, "little") + checksum.to_bytes(4, "little") + len(compression).to_bytes(4, "little")
+    return bytes(16) + fields + compression + len(packed).to_bytes(8, "little") + packed
+
+
+@pytest.fixture(scope="module")
+def bombs():
+    """A few hundred kB that decompress to many million zeros."""
+    return {b"lz4": lz4.frame.compress(bytes(50_000_000)), b"zstd": zstandard.compress(bytes(400_000_000))}
+
+
+def peak_memory(words, folder):
+    """The command's exit code, and the most that it had allocated [bytes]."""
+    tracemalloc.start()
+    try:
+        code, _, _ = call(words, folder)
+        return code, tracemalloc.get_traced_memory()[1]
+    finally:
+        tracemalloc.stop()
+
+
+@pytest.mark.parametrize("words", COMMANDS.values(), ids=COMMANDS)
+@pytest.mark.parametrize("compression", [b"lz4", b"zstd"])
+@pytest.mark.parametrize("said", [0, 100, 50_000_000, 2**28 + 1, 2**60, 2**64 - 1])
+def test_a_chunk_takes_no_more_memory_than_it_may_however_much_it_decompresses_to(
+    words, compression, said, sound, bombs, folder
+):
+    (folder / "log.mcap").write_bytes(with_chunk(sound[0], chunk(compression, bombs[compression], said)))
+    code, peak = peak_memory(words, folder)
+    assert code in (0, 3)
+    assert peak < 130_000_000
+
+
+@pytest.mark.parametrize("words", COMMANDS.values(), ids=COMMANDS)
+@pytest.mark.parametrize("opcode", [1, 3, 4, 5, 6, 7, 9, 12, 15, 77, 200])
+def test_a_record_that_says_it_has_2_to_the_60_bytes_takes_no_memory(words, opcode, sound, folder):
+    head = bytes([opcode]) + (2**60).to_bytes(8, "little")
+    (folder / "log.mcap").write_bytes(MCAP0_MAGIC + head + sound[0][len(MCAP0_MAGIC) :])
+    code, peak = peak_memory(words, folder)
+    assert code in (0, 3)
+    assert peak < 50_000_000
