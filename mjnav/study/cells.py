@@ -44,12 +44,13 @@ def resolve(study: StudyFile, overrides: Sequence[str] = (), scenes: Sequence[st
     paths = [*scenes] or [scene_path(study, scene) for scene in study.scenes]
     names: dict[str, str] = {}
     for i, path in enumerate(paths):
+        where = "--scene" if scenes else f"{study.source}: scenes.{i}"
         try:
             name = load_scenario(path).name
         except InvalidValue as error:
-            raise error.within(file=error.file or ("--scene" if scenes else f"{study.source}: scenes.{i}")) from None
+            raise error.within(file=error.file or where) from None
         if name in names.values():
-            raise InvalidValue(f"scenes.{i}", path, f"a scene of another name than {name!r}", file=study.source)
+            raise InvalidValue("", path, f"a scene of another name than {name!r}", file=where)
         names[path] = name
     cells: list[Cell] = []
     seen: dict[str, Cell] = {}
