@@ -1,0 +1,154 @@
+"""`mjnav paper`: the figures and comparisons of Nair et al., run, judged and put on a page."""
+
+import argparse
+import os
+import shlex
+import sys
+import time
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from mjnav.cli.interrupt import interruptible
+from mjnav.cli.main import INTERRUPTED
+from mjnav.cli.waiting import pace, progress, tell
+from mjnav.errors import InvalidValue, unknown_name
+
+if TYPE_CHECKING:
+    from mjnav.study.paper.rows import PaperStudy
+    from mjnav.study.schedulers import Scheduler
+    from mjnav.study.store import Store
+
+FOLDER, QUICK_FOLDER = "runs/out/paper", "runs/out/paper-quick"
+QUICK_SEEDS = 2
+PAGE, ROWS = "index.html", "rows"
+
+
+def configure(parser: argparse.ArgumentParser) -> None:
+    """The command's options."""
+    parser.add_argument("--quick", action="store_true", help="all items within minutes, on too few seeds to judge by")
+    parser.add_argument("--only", nargs="+", metavar="NAME", help="these items; all by default")
+    parser.add_argument("--seeds", type=int, metavar="N", help="N seeds a cell in place of 200")
+    parser.add_argument("--draw", action="store_true", help="run no episode: draw and judge those that are there")
+    where = parser.add_mutually_exclusive_group()
+    where.add_argument("--workers", type=int, metavar="N", help="processes; one a processor by default")
+    where.add_argument("--scheduler", metavar="ADDRESS", help="a Dask scheduler, as in tcp://host:8786")
+    parser.add_argument("-o", "--output", metavar="FOLDER", help=f"where all goes; {FOLDER} by default")
+
+
+def execute(arguments: argparse.Namespace) -> int:
+    """Runs what is missing, then draws and judges every item. An interrupted run is gone on with."""
+    from mjnav.study import schedulers
+    from mjnav.study.paper import ITEMS
+    from mjnav.study.paper.rows import studies
+    from mjnav.study.store import Store
+
+    names = list(ITEMS) if arguments.only is None else arguments.only
+    for name in names:
+        if name not in ITEMS:
+            raise unknown_name("--only", name, ITEMS)
+    workers = len(os.sched_getaffinity(0)) if arguments.workers is None else arguments.workers
+    if workers < 1:
+        raise InvalidValue("--workers", workers, "a whole number >= 1")
+    seeds = arguments.seeds if arguments.seeds is not None else QUICK_SEEDS if arguments.quick else None
+    folder = Path(arguments.output or (QUICK_FOLDER if arguments.quick else FOLDER))
+    wanted = studies(names, seeds)
+    store = Store(folder / ROWS)
+    scheduler = schedulers.dask(arguments.scheduler) if arguments.scheduler else schedulers.local(workers)
+    with interruptible() as interrupted:
+        if not arguments.draw and not _run(wanted, store, scheduler, interrupted.is_set):
+            tell("interrupted: the same command goes on, and --draw draws what is there")
+            return INTERRUPTED
+        for name in names:
+            if interrupted.is_set():
+                tell("interrupted: the same command goes on")
+                return INTERRUPTED
+            _publish(name, folder, wanted, store, quick=arguments.quick, draw=arguments.draw)
+    _write_page(folder)
+    print(f"{folder / PAGE}")
+    return 0
+
+
+def _run(wanted: "Sequence[PaperStudy]", store: "Store", scheduler: "Scheduler", stop: Any) -> bool:
+    """Runs the episodes that the store lacks; whether all are there. Says beforehand how long it will take.
+
+    Every cell's first seed is run first, and its time tells the rest's.
+    """
+    from mjnav.study.paper.rows import trials
+    from mjnav.study.sweep import sweep
+
+    every = trials(wanted)
+    if not every:
+        return True
+    text = f"# {shlex.join(['mjnav', *sys.argv[1:]])}\n"
+    num_cells = sum(len(study.cells) for study in wanted)
+    missing = len(every) - len({trial.id for trial in every} & store.done())
+    print(f"{num_cells} cells, {len(every)} episodes, {missing} of them to run", flush=True)
+    began = time.monotonic()
+    with progress("paper", len(every), "episodes") as show:
+        for part in (every[:num_cells], every):
+            report = sweep(
+                part, store, scheduler, text=text, resume=True, stop=stop, progress=lambda done, row: show(done)
+            )
+            if report.interrupted:
+                return False
+            if len(part) < len(every) and report.run:
+                left = len({trial.id for trial in every} - store.done())
+                print(f"the rest: {pace(report.run, left, time.monotonic() - began)}", flush=True)
+    if report.failed:
+        causes = "; ".join(f"{count} × {cause}" for cause, count in store.causes().most_common(3))
+        tell(f"{report.failed} episodes failed: {causes}")
+    return True
+
+
+def _publish(
+    name: str, folder: Path, wanted: "Sequence[PaperStudy]", store: "Store", *, quick: bool, draw: bool
+) -> None:
+    """Measures, judges and draws one item. With `draw`, a measurement that is there is kept."""
+    from importlib import import_module
+
+    from mjnav.loop.prepare import load_scenario
+    from mjnav.loop.run_info import revision
+    from mjnav.report.paper.publish import cell_table, publish, read
+    from mjnav.study.paper import ITEMS, module
+    from mjnav.study.paper.rows import rows
+    from mjnav.study.study_file import study_text
+
+    item, study = ITEMS[name], module(name)
+    about: dict[str, Any] = {"revision": revision(), "command": f"mjnav paper --only {name}{' --quick' * quick}"}
+    if item.is_sweep:
+        data = rows(store, wanted, study.STUDIES)
+        table = cell_table(data)
+        about["episodes"] = sum(len(cell.seeds) for cell in data)
+        about["parameters"] = {s.file.name: study_text(s.file) for s in wanted if s.file.name in study.STUDIES}
+        if not data:
+            tell(f"{name}: no episode was run yet")
+            return
+    else:
+        if draw and read(folder / name) is not None:
+            return
+        scenarios = [load_scenario(scene, list(item.overrides)) for scene in item.scenes]
+        with progress(name, 1.0, "items") as show:
+            data = study.measure(scenarios, quick=quick, progress=lambda done, total: show(done / total))
+        table = data.rows()
+        about["parameters"] = {"scenes": "\n".join([*item.scenes, *item.overrides])}
+    figure = import_module(f"mjnav.report.paper.{name}").figure(data)
+    findings = study.findings(data)
+    publish(folder / name, figure, table, findings, about)
+    print(f"{name}: " + ", ".join(f"{f.verdict.value}" for f in findings), flush=True)
+
+
+def _write_page(folder: Path) -> None:
+    import platform
+
+    from mjnav.cli.output import written
+    from mjnav.loop.run_info import revision
+    from mjnav.report.paper.page import page
+
+    about = {
+        "made by": shlex.join(["mjnav", *sys.argv[1:]]),
+        "revision": revision(),
+        "machine": f"{platform.machine()}, {os.cpu_count()} processors, Python {platform.python_version()}",
+    }
+    with written(folder / PAGE) as file:
+        file.write(page(folder, about).encode())
