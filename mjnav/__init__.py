@@ -11,16 +11,18 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from mjnav.loop.prepare import load_scenario
+    from mjnav.loop.replay import replay
     from mjnav.loop.run import run
     from mjnav.recording.reader import open_log
 
-__all__ = ["load_scenario", "open_log", "run"]
+__all__ = ["load_scenario", "open_log", "replay", "run"]
 
 # name -> where it is; imported when first asked for, so that `import mjnav` is cheap
 _API = MappingProxyType(
     {
         "load_scenario": "mjnav.loop.prepare",
         "open_log": "mjnav.recording.reader",
+        "replay": "mjnav.loop.replay",
         "run": "mjnav.loop.run",
     }
 )

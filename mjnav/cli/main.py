@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 from importlib import import_module
 from types import MappingProxyType
 
+from mjnav.cli.waiting import tell
 from mjnav.errors import InputError, MjnavError, unknown_name
 
 INTERRUPTED = 130
@@ -20,8 +21,10 @@ COMMANDS: Mapping[str, tuple[str, str]] = MappingProxyType(
         "surface": ("mjnav.cli.surface", "draw what one decision's cost is over all speeds and turn rates"),
         "calibrate": ("mjnav.cli.calibrate", "compare predicted risks with how often they come true"),
         "sweep": ("mjnav.cli.sweep", "run a study: scenes, methods and settings under many seeds"),
+        "paper": ("mjnav.cli.paper", "make the figures of Nair et al. again, and judge its claims"),
         "render": ("mjnav.cli.render", "draw the scene at one moment of a run"),
         "report": ("mjnav.cli.report", "write a page that shows what happened in a run"),
+        "replay": ("mjnav.cli.replay", "run a log's scenario again and compare it tick by tick"),
         "inspect": ("mjnav.cli.inspect", "say what a log holds and how its run went"),
         "recover": ("mjnav.cli.recover", "make a whole log of what is intact in a damaged one"),
         "export": ("mjnav.cli.export", "write a log as trajectories, tables or a ROS 2 bag"),
@@ -45,17 +48,17 @@ def main(argv: Sequence[str] | None = None) -> int:
             sys.stdout.flush()  # here, where an error can still be told
         return code
     except KeyboardInterrupt:
-        print("mjnav: interrupted", file=sys.stderr)
+        tell("interrupted")
         return INTERRUPTED
     except BrokenPipeError:  # the reader of our output has gone
         _drop_output()
         return 0
     except MjnavError as error:
-        print(f"mjnav: {error}", file=sys.stderr)
+        tell(str(error))
         return error.exit_code
     except OSError as error:  # run files and logs raise errors of their own: what is left is standard output's
         _drop_output()
-        print(f"mjnav: {error}", file=sys.stderr)
+        tell(str(error))
         return MjnavError.exit_code
 
 

@@ -5,6 +5,7 @@ import platform
 import shlex
 import subprocess
 import sys
+from contextlib import suppress
 from functools import cache
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
@@ -26,6 +27,8 @@ def run_info(scenario: Scenario, seed: int, parts_hash: str) -> dict[str, str]:
         "argv": shlex.join(sys.argv),
         "python": platform.python_version(),
         "machine": platform.machine(),
+        "processor": _processor(),
+        "libc": " ".join(platform.libc_ver()),
         **{f"version.{package}": _version(package) for package in PACKAGES},
     }
 
@@ -34,6 +37,17 @@ def run_info(scenario: Scenario, seed: int, parts_hash: str) -> dict[str, str]:
 def revision() -> str:
     """The version of mjnav, and the git revision where it runs from a source tree."""
     return " ".join(part for part in (_version("mjnav"), _git_revision()) if part)
+
+
+@cache
+def _processor() -> str:
+    """Its name: NumPy and numba compute with whatever instructions it has."""
+    with suppress(OSError), open("/proc/cpuinfo") as file:
+        for line in file:
+            name, _, value = line.partition(":")
+            if name.strip() == "model name":
+                return value.strip()
+    return platform.processor()
 
 
 def _version(package: str) -> str:

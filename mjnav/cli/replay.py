@@ -1,0 +1,92 @@
+"""`mjnav replay LOG`: runs a log's scenario again, and says identical, or what differs first."""
+
+import argparse
+import json
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Any
+
+from mjnav.cli.interrupt import interruptible
+from mjnav.cli.main import INTERRUPTED
+from mjnav.cli.waiting import compile_notice, progress, tell
+
+if TYPE_CHECKING:
+    from mjnav.loop.replay import Replay
+
+
+def configure(parser: argparse.ArgumentParser) -> None:
+    """The command's options."""
+    parser.add_argument("log", metavar="LOG", help="a log of mjnav's")
+    parser.add_argument("--json", action="store_true", help="one JSON object in place of text")
+
+
+def execute(arguments: argparse.Namespace) -> int:
+    """Prints the comparison; 0 where nothing differs, 1 where something does."""
+    from mjnav.loop.replay import replay
+    from mjnav.recording import open_log
+
+    log = open_log(arguments.log)
+    with compile_notice(), interruptible() as interrupted, progress("replay", log.duration or 0.0) as show:
+        found = replay(log, stop=interrupted.is_set, progress=show)
+    if interrupted.is_set():
+        tell(f"interrupted after {found.ticks} ticks, {'all identical' if found.identical else 'which differ'}")
+        return INTERRUPTED
+    print(json.dumps(summary(found)) if arguments.json else describe(found))
+    return 0 if found.identical else 1
+
+
+def summary(found: "Replay") -> dict[str, Any]:
+    """The object that `--json` prints."""
+    first = found.differences[0] if found.differences else None
+    return {
+        "schema": 1,
+        "log": str(found.path),
+        "identical": found.identical,
+        "ticks": found.ticks,
+        "missing_ticks": found.missing,
+        "complete": found.complete,
+        "outcome": found.outcome,
+        "state_hash": found.state_hash,
+        "first_difference": first
+        and {
+            "tick": found.tick,
+            "time_s": found.time,
+            "part": first.part,
+            "field": first.field,
+            "log": first.logged,
+            "replay": first.again,
+            "amount": first.amount,
+        },
+        "differences": len(found.differences),
+        "warnings": list(found.warnings),
+    }
+
+
+def describe(found: "Replay") -> str:
+    """The comparison, for people."""
+    if found.identical and found.complete:
+        lines = [f"identical: {found.ticks} ticks, state hash {found.state_hash}"]
+    elif found.identical:
+        lines = [f"identical as far as the log goes: {found.ticks} ticks; its run did not end in order"]
+    else:
+        lines = list(_differing(found))
+    if found.missing:
+        lines.append(f"  the log lacks {found.missing} ticks, which were not compared")
+    lines += [f"  warning: {text}" for text in found.warnings]
+    return "\n".join(lines)
+
+
+def _differing(found: "Replay") -> Iterator[str]:
+    parts = {part: [d for d in found.differences if d.part == part] for part in (d.part for d in found.differences)}
+    if found.differences[0].part in ("run", "result"):
+        place = f"at the end, after {found.tick} ticks"
+    else:
+        place = f"in tick {found.tick}, at {found.time:g} s"
+    yield f"differs {place}: {len(found.differences)} values, {', '.join(parts)}"
+    for part, (first, *more) in parts.items():
+        others = f" (and {len(more)} more)" if more else ""
+        apart = f", {first.amount:.3g} apart" if first.amount is not None else ""
+        yield f"  {part:8}  {first.field}: {_text(first.logged)} in the log, {_text(first.again)} now{apart}{others}"
+
+
+def _text(value: object) -> str:
+    return "nothing" if value is None else str(value)

@@ -1,0 +1,217 @@
+"""A run again, from the scenario in its log, tick by tick beside what the log holds."""
+
+import os
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+from mjnav.errors import InputError
+from mjnav.loop.episode import Episode, Result
+from mjnav.loop.fault import RunFault
+from mjnav.loop.latency import replayed
+from mjnav.loop.referee import ABORTED
+from mjnav.loop.run_info import run_info
+from mjnav.messages import PHASES, TickRecord, WorldState
+from mjnav.recording.differences import COMPARED, Comparison, Difference, LoggedTick, differences, logged_ticks
+from mjnav.recording.reader import Log, open_log
+from mjnav.recording.topics import TIMING
+from mjnav.recording.writer import REPLAY
+from mjnav.scenarios import loads
+from mjnav.scenarios.spec import Scenario
+from mjnav.world.scene import parts_hash
+
+# What `mjnav/run` says of a run; all else there is of the machine and its programs.
+_OF_THE_RUN = ("scene", "controller", "seed", "engine", "argv")
+# Figures of the result that depend on the clock or on where the log is.
+_OF_THE_CLOCK = ("compute_ms", "real_time_factor", "deadline_misses", "log", "profile")
+
+
+@dataclass(frozen=True, slots=True)
+class Replay:
+    """What became of a run the second time."""
+
+    path: Path
+    ticks: int  # that were compared
+    missing: int  # that the log lacks between them
+    complete: bool  # it came to where the log says that its run ended
+    outcome: str | None  # as the log has it
+    state_hash: str | None  # as the log has it
+    differences: tuple[Difference, ...]  # of the first tick that has any, causes first
+    tick: int | None  # that tick, and when it was [s]; the number of ticks where it is the end that differs
+    time: float | None
+    warnings: tuple[str, ...]  # what is another program or machine now
+
+    @property
+    def identical(self) -> bool:
+        """Nothing differs, to the last bit."""
+        return not self.differences
+
+
+def replay(
+    log: Log | str | os.PathLike[str],
+    *,
+    stop: Callable[[], bool] = lambda: False,
+    progress: Callable[[float], None] = lambda time: None,
+) -> Replay:
+    """Runs the scenario of a log, open or by its path, again and compares every tick, up to the first that differs.
+
+    The log is read as the run goes on, and a log that does not reach to the end of its run is compared as far as it
+    goes. `stop` and `progress` as in `run`. Raises InputError where the log is missing, not mjnav's, or its scenario
+    cannot be run here, DamagedLogError where a checksum fails.
+    """
+    log = log if isinstance(log, Log) else open_log(log)
+    if log.run is None:
+        raise InputError(f"{log.path}: not a log of mjnav's")
+    scenario, known = _scenario(log)
+    follower = _Follower(log, scenario, known)
+    if follower.empty and not log.complete:
+        raise InputError(f"{log.path}: holds no tick that could be compared")
+    episode = Episode(scenario, watch=follower.watch, stop=lambda: follower.done or stop(), progress=progress)
+    fault = None
+    try:
+        result = episode.run()
+    except RunFault as error:
+        if error.result is None:
+            raise
+        result, fault = error.result, str(error)
+    if follower.error is not None:
+        raise follower.error
+    if not (follower.differences or stop()):
+        follower.finish(result, fault)
+    return Replay(
+        path=log.path,
+        ticks=follower.compared,
+        missing=follower.missing,
+        complete=follower.complete,
+        outcome=log.result.get("outcome") if log.result else None,
+        state_hash=log.result.get("state_hash") if log.result else None,
+        differences=tuple(follower.differences),
+        tick=follower.tick if follower.differences else None,
+        time=follower.time if follower.differences else None,
+        warnings=_warnings(log.run, run_info(scenario, scenario.seed, parts_hash())),
+    )
+
+
+class _Follower:
+    """Goes through a log beside the run that repeats it. `known` ticks can be repeated; None for all."""
+
+    def __init__(self, log: Log, scenario: Scenario, known: int | None):
+        gaps = log.truncated or log.recovered is not None
+        self._comparison = Comparison(scenario, gaps=gaps)
+        self._logged = logged_ticks(log.messages(*COMPARED))
+        self._next = next(self._logged, None)
+        self._result = log.result
+        self._total = None if log.result is None else log.result.get("ticks")  # of the run
+        self._aborted = log.result is None or log.result.get("outcome") == ABORTED
+        self._known = known
+        self._ticks = self._contacts = 0  # that were run
+        self.compared = self.missing = 0
+        self.complete = False
+        self.differences: list[Difference] = []
+        self.tick, self.time = 0, 0.0  # the last that was looked at
+        self.error: Exception | None = None  # of the log; in a tick it would pass for the run's
+        self.empty = self._next is None or known == 0
+
+    @property
+    def done(self) -> bool:
+        """There is nothing more to compare; a run that ended by itself must do so again."""
+        if self.differences or self.error is not None or self._ticks == self._known:
+            return True
+        if self._total is None:
+            return self._next is None
+        return self._ticks >= self._total + (not self._aborted)
+
+    def watch(self, record: TickRecord) -> None:
+        """One tick of the run."""
+        self._ticks += 1
+        self._contacts += len(record.truth.contacts)
+        self.tick, self.time = record.tick, record.truth.time
+        if record.tick == self._total:
+            self.differences = [Difference("run", "end", self._ended, "goes on")]
+        elif self._next is not None and self._next.tick == record.tick:
+            try:
+                self.differences = self._comparison.tick(self._next.documents, record)
+                self._next = next(self._logged, None)
+            except Exception as error:
+                self.error = error
+            self.compared += 1
+        else:
+            self.missing += 1
+
+    def finish(self, result: Result, fault: str | None) -> None:
+        """The end of the run, where no tick differed."""
+        summary = result.summary
+        self.tick, self.time = summary["ticks"], summary["time_s"]
+        ended = fault or _ending(summary)
+        if self._result is None:
+            if self._next is not None and not self.done and not _is_last(self._next):
+                self.differences = [Difference("run", "end", "goes on", ended)]
+            return
+        if self._known is not None and self._known < self._result["ticks"]:
+            return
+        if self._aborted and fault is None and self._result["time_s"] != summary["time_s"]:
+            return  # what ended it, a full disk perhaps, did so within a tick
+        self.complete = True
+        if (fault is not None and not self._aborted) or _ending(summary) != self._ended:
+            self.differences = [Difference("run", "end", self._ended, ended)]
+            return
+        if self._next is not None and self._next.tick == self._ticks and _is_last(self._next):
+            self.differences = self._comparison.final(self._next.documents, self._ticks, _final(result, self._contacts))
+        for key in summary:
+            if key in self._result and key not in _OF_THE_CLOCK:
+                self.differences += differences("result", key, self._result[key], summary[key])
+
+    @property
+    def _ended(self) -> str | None:
+        return None if self._result is None else _ending(self._result)
+
+
+def _ending(result: Mapping[str, Any]) -> str:
+    return f"{result.get('outcome')} after {result.get('ticks')} ticks"
+
+
+def _is_last(logged: LoggedTick) -> bool:
+    """Whether it is the state in which a run ended: nobody decides in it."""
+    return "/decision" not in logged.documents
+
+
+def _final(result: Result, contacts_before: int) -> WorldState:
+    t = result.trajectory
+    return WorldState(
+        time=float(t.time[-1]),
+        robot_pose=t.robot_pose[-1],
+        robot_twist=t.robot_twist[-1],
+        people_position=t.people_position[-1],
+        people_velocity=t.people_velocity[-1],
+        contacts=t.contacts[contacts_before:],
+    )
+
+
+def _scenario(log: Log) -> tuple[Scenario, int | None]:
+    """The scenario that repeats the run, and for how many ticks; None where for all.
+
+    A run whose latency was measured is repeated by its own times, which a log that was not ended holds tick by tick.
+    """
+    if REPLAY in log.attachments:
+        return loads(log.attachments[REPLAY].decode(), file=f"{log.path}: {REPLAY}"), None
+    scenario = log.scenario()
+    control = scenario.control
+    if control.latency is None or control.latency.model != "measured":
+        return scenario, None
+    trace: list[float] = []
+    for message in log.messages(TIMING):
+        if message.sequence != len(trace):
+            break
+        spent = sum(message.value[f"{phase}_ns"] for phase in PHASES[: PHASES.index("control") + 1])
+        trace.append(1e-9 * spent)
+    latency = replayed(control.latency, control.period, trace)
+    return replace(scenario, control=replace(control, latency=latency)), len(trace)
+
+
+def _warnings(logged: Mapping[str, str], now: Mapping[str, str]) -> tuple[str, ...]:
+    return tuple(
+        f"{key} was {logged[key] or 'unknown'}, is {value or 'unknown'}"
+        for key, value in now.items()
+        if key not in _OF_THE_RUN and key in logged and logged[key] != value
+    )

@@ -1,0 +1,85 @@
+"""`mjnav replay`: what it prints, and its exit codes."""
+
+import json
+import sys
+
+import pytest
+
+from mjnav.scenarios import loads
+
+SHORT = ("--set", "time_limit=0.5", "--controller", "mean")
+
+
+@pytest.fixture
+def log(mjnav, tmp_path):
+    assert mjnav("run", "crossing1", "--log", "a.mcap", *SHORT).code == 0
+    return tmp_path / "a.mcap"
+
+
+def test_a_run_that_is_the_same_again_is_one_line(mjnav, log):
+    state_hash = json.loads(mjnav("inspect", log, "--json").out)["result"]["state_hash"]
+    said = mjnav("replay", log)
+    assert (said.code, said.out, said.err) == (0, f"identical: 5 ticks, state hash {state_hash}\n", "")
+
+
+def test_one_that_is_not_says_where_it_begins_and_exits_with_1(mjnav, log, monkeypatch):
+    other = 'noise.pose.x={distribution="gaussian", std=0.08}'
+    # of the scenario in a log
+    monkeypatch.setattr("mjnav.recording.reader.loads", lambda text, file: loads(text, [other], file=file))
+    said = mjnav("replay", log)
+    first, second, *_ = said.out.splitlines()
+    assert said.code == 1
+    assert first.startswith("differs in tick 0, at 0 s: ")
+    assert first.endswith(" values, reading, estimate, decision")
+    assert second.startswith("  reading   /odometry pose.0: ")
+    assert " in the log, " in second
+    assert second.endswith(" apart")
+    printed = json.loads(mjnav("replay", log, "--json").out)
+    assert (printed["identical"], printed["ticks"], printed["outcome"]) == (False, 1, "timeout")
+    found = printed["first_difference"]
+    assert (found["tick"], found["time_s"], found["part"], found["field"]) == (0, 0.0, "reading", "/odometry pose.0")
+    assert found["amount"] == pytest.approx(abs(found["log"] - found["replay"]))
+    assert printed["differences"] > 3
+
+
+def test_json_is_one_object(mjnav, log):
+    printed = json.loads(mjnav("replay", log, "--json").out)
+    assert (printed["schema"], printed["identical"], printed["ticks"], printed["missing_ticks"]) == (1, True, 5, 0)
+    assert (printed["complete"], printed["first_difference"], printed["differences"]) == (True, None, 0)
+    assert set(printed) == {
+        *("schema", "log", "identical", "ticks", "missing_ticks", "complete", "outcome", "state_hash"),
+        *("first_difference", "differences", "warnings"),
+    }
+
+
+def test_a_log_without_its_end_is_said_to_be_one(mjnav, log):
+    log.write_bytes(log.read_bytes()[: log.stat().st_size // 2])
+    said = mjnav("replay", log)
+    assert said.code == 0
+    assert said.out.startswith("identical as far as the log goes: ")
+
+
+@pytest.mark.parametrize(
+    ("content", "code", "message"),
+    [(None, 2, "cannot be read"), (b"no log", 2, "not an MCAP file"), (b"\x89MCAP0\r\n" + bytes(20), 3, "damaged")],
+)
+def test_what_cannot_be_replayed_is_refused_in_one_line(mjnav, tmp_path, content, code, message):
+    path = tmp_path / "b.mcap"
+    if content is not None:
+        path.write_bytes(content)
+    said = mjnav("replay", path)
+    assert (said.code, said.out) == (code, "")
+    assert message in said.err
+    assert len(said.err.splitlines()) == 1
+
+
+def test_a_controller_that_is_not_here_is_an_input_error_with_its_name(mjnav, tmp_path):
+    (tmp_path / "gone_for_replay.py").write_text("from mjnav.control.mean import Mean\nclass Own(Mean): pass\n")
+    words = ("--controller", "gone_for_replay:Own", "--set", "time_limit=0.2")
+    assert mjnav("run", "crossing1", "--log", "b.mcap", *words).code == 0
+    assert mjnav("replay", "b.mcap").code == 0
+    (tmp_path / "gone_for_replay.py").unlink()
+    del sys.modules["gone_for_replay"]
+    said = mjnav("replay", "b.mcap")
+    assert (said.code, said.out) == (2, "")
+    assert "gone_for_replay:Own" in said.err

@@ -1,0 +1,326 @@
+"""A log can be run again: nothing differs, or what does is found where it begins."""
+
+import json
+import os
+import resource
+from dataclasses import replace as changed
+
+import pytest
+from mcap.reader import make_reader
+from mcap.writer import Writer
+
+import mjnav
+from mjnav import scenarios
+from mjnav.errors import DamagedLogError, InputError
+from mjnav.loop.episode import Episode
+from mjnav.loop.fault import RunFault
+from mjnav.loop.pacer import RealTimePacer
+from mjnav.loop.replay import replay
+from mjnav.world.mujoco_engine import MujocoEngine
+
+OWN = """
+from mjnav.control.mean import Mean
+
+class Timid(Mean):
+    slowness = 0.5
+
+    def decide(self, observation):
+        decision = super().decide(observation)
+        return type(decision)(self.slowness * decision.v, decision.omega, decision.status, decision.costs)
+"""
+
+
+def rewrite(path, message=lambda topic, tick, document: document, attachment=lambda name, data: data, keep=None):
+    """The same log with other JSON documents, other attachments, or without the ticks that are not kept."""
+    out = path.with_name("rewritten.mcap")
+    with open(path, "rb") as source, open(out, "wb") as target:
+        reader, writer = make_reader(source), Writer(target, chunk_size=50_000)
+        writer.start()
+        metadata = {record.name: record.metadata for record in reader.iter_metadata()}
+        writer.add_metadata("mjnav/run", metadata["mjnav/run"])
+        for found in reader.iter_attachments():
+            writer.add_attachment(0, 0, found.name, found.media_type, attachment(found.name, found.data))
+        schemas, channels = {}, {}
+        for schema, channel, found in reader.iter_messages(log_time_order=False):
+            if keep is not None and not keep(found.sequence):
+                continue
+            if channel.id not in channels:
+                if schema.id not in schemas:
+                    schemas[schema.id] = writer.register_schema(schema.name, schema.encoding, schema.data)
+                channels[channel.id] = writer.register_channel(
+                    channel.topic, channel.message_encoding, schemas[schema.id]
+                )
+            data = found.data
+            if channel.message_encoding == "json":
+                data = json.dumps(message(channel.topic, found.sequence, json.loads(data))).encode()
+            writer.add_message(channels[channel.id], found.log_time, data, found.publish_time, found.sequence)
+        if "mjnav/result" in metadata:
+            writer.add_metadata("mjnav/result", metadata["mjnav/result"])
+        writer.finish()
+    return out
+
+
+@pytest.fixture
+def path(tmp_path):
+    return tmp_path / "a.mcap"
+
+
+@pytest.fixture
+def logged(room, path):
+    """The log of a run of ten ticks."""
+    Episode(room("control.method=mean"), log=path).run()
+    return path
+
+
+# ------------------------------------------------------------------------------------------- identical
+
+
+@pytest.mark.parametrize(
+    ("scene", "overrides"),
+    [
+        ("hall", ()),
+        ("lane", ("control.method=cvar",)),
+        ("crossing3", ("physics.engine=kinematic", "control.method=orca")),
+        ("crossing2", ("control.method=mppi", "control.rate=4", "sensors.rate=20", "estimation.robot.filter=ukf")),
+        ("crossing1", ("noise.profile=none", "control.delay=0", "control.rate=50")),
+    ],
+)
+def test_every_kind_of_run_is_the_same_again(path, scene, overrides):
+    result = Episode(scenarios.load(scene, ("time_limit=1.5", *overrides)), log=path).run()
+    found = replay(path)
+    assert found.differences == ()
+    assert (found.identical, found.complete, found.missing) == (True, True, 0)
+    assert found.ticks == result.summary["ticks"] > 5
+    assert (found.outcome, found.state_hash) == ("timeout", result.summary["state_hash"])
+
+
+def test_a_paced_run_of_the_same_seed_is_too(room, path):
+    mjnav.run(room("time_limit=0.5"), real_time=True, log=path)
+    assert mjnav.replay(path).identical
+
+
+def test_a_run_that_was_late_is_too(room, path, slow_clock):
+    pacer = RealTimePacer(0.1, clock=slow_clock, sleep=slow_clock.sleep)
+    Episode(room(), log=path, pacer=pacer).run()
+    assert replay(path).identical
+
+
+@pytest.mark.parametrize(
+    ("overrides", "outcome"),
+    [
+        (("robot.goal=[0.5, 0.0]", "time_limit=20"), "goal"),
+        (("pillars.0.position=[1.0, 0.0]", "control.sensing_range=0.01", "time_limit=20"), "collision"),
+        (("robot.goal=[0.1, 0.0]",), "goal"),  # before the first tick
+    ],
+)
+def test_however_it_ended(room, path, overrides, outcome):
+    Episode(room(*overrides, "noise.profile=none"), log=path).run()
+    found = replay(path)
+    assert (found.identical, found.outcome) == (True, outcome)
+
+
+def test_a_run_of_measured_latency_is_repeated_with_its_own_times(room, path):
+    Episode(room('control.latency={model="measured"}'), log=path).run()
+    found = replay(path)
+    assert (found.identical, found.ticks) == (True, 10)
+
+
+def test_also_where_it_was_killed_before_they_were_all_written_down(room, path):
+    Episode(room('control.latency={model="measured"}', "time_limit=4"), log=path).run()
+    os.truncate(path, path.stat().st_size * 2 // 3)
+    found = replay(path)
+    assert (found.identical, found.complete) == (True, False)
+    assert 15 < found.ticks < 30
+
+
+@pytest.mark.parametrize("share", [0.5, 0.8, 0.97])
+def test_a_log_that_was_cut_off_is_compared_as_far_as_it_goes(room, path, share):
+    Episode(room("time_limit=4"), log=path).run()
+    os.truncate(path, int(path.stat().st_size * share))
+    found = replay(path)
+    assert (found.identical, found.complete, found.outcome, found.state_hash) == (True, False, None, None)
+    assert share * 40 - 10 < found.ticks <= 40
+
+
+def test_an_interrupted_run_is_repeated_up_to_there(room, path):
+    left = iter([False] * 7)
+    Episode(room(), log=path, stop=lambda: next(left, True)).run()
+    found = replay(path)
+    assert (found.identical, found.ticks, found.outcome) == (True, 7, "aborted")
+
+
+def test_ticks_that_the_log_had_to_drop_are_passed_over(logged):
+    found = replay(rewrite(logged, keep=lambda tick: tick not in (3, 4, 9)))
+    assert (found.identical, found.ticks, found.missing) == (True, 7, 3)
+
+
+def test_a_controller_of_ones_own_from_the_working_folder(room, path, tmp_path, monkeypatch):
+    (tmp_path / "own_for_replay.py").write_text(OWN)
+    monkeypatch.syspath_prepend(tmp_path)
+    Episode(room(controller="own_for_replay:Timid"), log=path).run()
+    assert replay(path).identical
+    monkeypatch.setattr("own_for_replay.Timid.slowness", 0.6)
+    found = replay(path)
+    assert found.tick == 0
+    assert {difference.part for difference in found.differences} == {"decision"}
+
+
+# --------------------------------------------------------------------------------------------- it differs
+
+
+def test_under_another_seed_the_first_difference_is_what_was_measured(logged):
+    def reseeded(name, data):
+        return (
+            scenarios.dumps(changed(scenarios.loads(data.decode()), seed=1)).encode()
+            if name == "scenario.toml"
+            else data
+        )
+
+    found = replay(rewrite(logged, attachment=reseeded))
+    assert (found.identical, found.tick, found.time) == (False, 0, 0.0)
+    first = found.differences[0]
+    assert (first.part, first.field) == ("reading", "/odometry v")
+    assert {d.part for d in found.differences} >= {"reading", "estimate", "tracks"}
+
+
+@pytest.mark.parametrize(
+    ("topic", "way", "part", "field"),
+    [
+        ("/robot/state", ("pose", 1), "truth", "/robot/state pose.1"),
+        ("/people/truth", ("people", 0, "velocity", 0), "truth", "/people/truth people.person0.velocity.0"),
+        ("/odometry", ("gyro",), "reading", "/odometry gyro"),
+        ("/people/estimate", ("detections", 0, 1), "reading", "/people/estimate detections.0.1"),
+        ("/robot/state", ("estimate", "mean", 2), "estimate", "/robot/state estimate.mean.2"),
+        ("/people/estimate", ("people", 0, "position", 0), "tracks", "/people/estimate people.person0.position.0"),
+        ("/decision", ("omega",), "decision", "/decision omega"),
+        ("/command", ("v",), "command", "/command v"),
+    ],
+)
+def test_one_number_that_was_altered_is_found_at_its_tick_and_by_its_amount(logged, topic, way, part, field):
+    def altered(found_topic, tick, document):
+        if (found_topic, tick) == (topic, 6):
+            *outer, last = way
+            inner = document
+            for key in outer:
+                inner = inner[key]
+            inner[last] += 2e-9
+        return document
+
+    found = replay(rewrite(logged, altered))
+    (difference,) = found.differences
+    assert (found.tick, found.time, found.ticks) == (6, pytest.approx(0.6), 7)
+    assert (difference.part, difference.field) == (part, field)
+    assert difference.amount == pytest.approx(2e-9, abs=1e-15)
+    assert difference.logged - difference.again == pytest.approx(2e-9, abs=1e-15)
+
+
+def test_so_are_a_status_and_a_contact_that_were_not(logged):
+    def altered(topic, tick, document):
+        if (topic, tick) == ("/decision", 4):
+            document["status"] = "infeasible"
+        if (topic, tick) == ("/contacts", 5):
+            document["contacts"] = [{"kind": "wall", "name": "wall0", "force": 1.0, "time": 0.5}]
+        return document
+
+    found = replay(rewrite(logged, altered))
+    (difference,) = found.differences
+    assert (found.tick, difference.field) == (4, "/decision status")
+    assert (difference.logged, difference.again, difference.amount) == ("infeasible", "ok", None)
+    found = replay(rewrite(logged, lambda *told: altered(*told) if told[0] == "/contacts" else told[2]))
+    assert (found.tick, found.differences[0].field) == (5, "/contacts contacts.wall0.kind")
+
+
+def test_the_state_in_which_the_run_ended_counts_and_so_does_the_result(logged):
+    def altered(topic, tick, document):
+        if (topic, tick) == ("/robot/state", 10):
+            document["twist"][0] = 7.0
+        return document
+
+    found = replay(rewrite(logged, altered))
+    assert (found.tick, found.differences[0].part, found.differences[0].logged) == (10, "truth", 7.0)
+
+
+@pytest.mark.parametrize(("limit", "again"), [(0.5, "timeout after 5 ticks"), (2.0, "goes on")])
+def test_a_run_that_ends_at_another_time_is_told(logged, limit, again):
+    def longer(name, data):
+        return data.replace(b"time_limit = 1.0", f"time_limit = {limit}".encode()) if name == "scenario.toml" else data
+
+    (difference,) = replay(rewrite(logged, attachment=longer)).differences
+    assert (difference.part, difference.logged, difference.again) == ("run", "timeout after 10 ticks", again)
+
+
+# ------------------------------------------------------------------------------------- faults, other files
+
+
+def test_a_run_that_its_controller_broke_is_repeated_up_to_there(room, path, tmp_path, monkeypatch):
+    code = OWN.replace("decision = ", "decision = observation.time < 0.55 and ").replace("own", "breaking")
+    (tmp_path / "breaking_for_replay.py").write_text(code)
+    monkeypatch.syspath_prepend(tmp_path)
+    with pytest.raises(RunFault, match="AttributeError: 'bool' object has no attribute"):
+        Episode(room(controller="breaking_for_replay:Timid"), log=path).run()
+    found = replay(path)
+    assert (found.identical, found.complete, found.ticks, found.outcome) == (True, True, 5, "aborted")
+
+
+def test_a_run_whose_disk_was_full_is_repeated_up_to_there(room, path):
+    limits = resource.getrlimit(resource.RLIMIT_FSIZE)
+    episode = Episode(room("time_limit=20"), log=path)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (200_000, limits[1]))
+    try:
+        with pytest.raises(RunFault, match="File too large"):
+            episode.run()
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, limits)
+    found = replay(path)
+    assert (found.identical, found.complete, found.outcome) == (True, False, "aborted")
+    assert found.ticks > 5
+
+
+def test_physics_that_diverged_do_so_again_or_it_is_told(room, path, monkeypatch):
+    def diverging(self, twists):
+        if self._steps == 250:
+            self.data.qvel[0] = 1e11
+        advance(self, twists)
+
+    advance = MujocoEngine.advance
+    with monkeypatch.context() as patch:
+        patch.setattr(MujocoEngine, "advance", diverging)
+        with pytest.raises(RunFault, match="MuJoCo lost the physics"):
+            Episode(room(), log=path).run()
+        found = replay(path)
+        assert (found.identical, found.complete, found.ticks) == (True, True, 6)
+    found = replay(path)
+    assert (found.identical, found.complete, found.ticks) == (True, False, 6)
+
+
+def test_a_replay_can_be_stopped(logged):
+    left = iter([False] * 4)
+    found = replay(logged, stop=lambda: next(left, True))
+    assert (found.identical, found.ticks) == (True, 4)
+
+
+def test_what_was_another_program_is_told(logged, monkeypatch):
+    assert replay(logged).warnings == ()
+    monkeypatch.setattr("mjnav.loop.run_info.version", lambda package: "9.9")
+    monkeypatch.setattr("mjnav.loop.replay.parts_hash", lambda: "0" * 64)
+    warnings = replay(logged).warnings
+    assert any(text.startswith("version.numpy was ") and text.endswith(", is 9.9") for text in warnings)
+    assert any(text.startswith("parts_hash was ") for text in warnings)
+
+
+def test_what_is_no_whole_log_of_mjnavs_is_refused(logged, tmp_path):
+    with pytest.raises(InputError, match="cannot be read"):
+        replay(tmp_path / "none.mcap")
+    stranger = tmp_path / "b.mcap"
+    with open(stranger, "wb") as file:
+        writer = Writer(file)
+        writer.start()
+        writer.add_metadata("theirs", {"a": "b"})
+        writer.finish()
+    with pytest.raises(InputError, match="not a log of mjnav's"):
+        replay(stranger)
+    damaged = bytearray(logged.read_bytes())
+    damaged[len(damaged) // 2] ^= 1
+    stranger.write_bytes(damaged)
+    with pytest.raises(DamagedLogError):
+        replay(stranger)
