@@ -168,9 +168,9 @@ def test_a_folder_that_may_not_be_written_to_is_refused(mjnav, tmp_path):
 
 def test_a_fault_in_the_run_is_one_line_and_exit_1(mjnav, monkeypatch):
     monkeypatch.setattr(Navigator, "observe", lambda *_: 1 // 0)
-    said = mjnav("run", "crossing1", "--no-log", *SHORT)
-    assert (said.code, said.out) == (1, "")
-    assert said.err.startswith("mjnav: the run broke in tick 0: ZeroDivisionError(")
+    said = mjnav("run", "crossing1", "--no-log", "--json", *SHORT)
+    assert (said.code, json.loads(said.out)["outcome"]) == (1, "aborted")
+    assert said.err.startswith("mjnav: aborted after 0.0 s, 0 ticks: ZeroDivisionError: integer division or modulo by")
     assert len(said.err.splitlines()) == 1
 
 

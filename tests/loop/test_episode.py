@@ -265,6 +265,31 @@ def test_a_fault_without_a_log_names_none(room):
         Episode(room()).run()
 
 
+def test_physics_that_diverge_abort_the_run_at_the_last_state_that_is_known(room, tmp_path):
+    def upset(record):
+        if record.tick == 5:
+            episode._simulator._engine.data.qvel[0] = 1e11
+
+    episode = Episode(room(), log=tmp_path / "a.mcap", watch=upset)
+    with pytest.raises(RunFault, match=r"^aborted after 0\.5 s, 6 ticks: MuJoCo lost the physics before 0\.5\d+ s: "):
+        episode.run()
+    log = open_log(tmp_path / "a.mcap")
+    assert (log.complete, log.truncated, log.result["outcome"]) == (True, False, "aborted")
+    assert log.result["path_length_m"] < 1.0
+    trajectory = log.trajectory()
+    assert (len(trajectory.command), np.isfinite(trajectory.robot_pose).all()) == (6, True)
+    faults = [message.value for message in log.messages("/events") if message.value.name == "fault"]
+    assert [fault.message.partition(":")[0] for fault in faults] == ["MuJoCo lost the physics before 0.500 s"]
+
+
+def test_sensors_quicker_than_the_loop_are_logged_reading_by_reading(room, tmp_path):
+    Episode(room("control.rate=4", "sensors.rate=20"), log=tmp_path / "a.mcap").run()
+    found = [(m.sequence, m.value["time"]) for m in open_log(tmp_path / "a.mcap").messages("/odometry")]
+    times = [0.05 * i for i in range(16)]
+    assert [time for _, time in found] == pytest.approx(times)
+    assert [tick for tick, _ in found] == [0, *([1] * 5), *([2] * 5), *([3] * 5)]
+
+
 def test_an_interrupt_ends_the_log_in_order_and_stays_one(room, tmp_path):
     def interrupt():
         raise KeyboardInterrupt

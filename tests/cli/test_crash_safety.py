@@ -1,0 +1,285 @@
+"""However a run ends, what it wrote can be read, and one line says how it ended and where the log is."""
+
+import json
+import os
+import re
+import shutil
+import signal
+import struct
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+from mjnav.recording import open_log
+
+PATIENCE = 60.0  # [s] for a process to do on a busy machine what it does at once on an idle one
+SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+NEVER = ("--set", "time_limit=600", "--set", "robot.goal_tolerance=0.001", "--set", "stop_on_collision=false")
+MINE = '''
+import mmap, sys, time
+from mjnav.control.mean import Mean
+
+class Noting(Mean):
+    """Notes the time of its tick where it outlives the process."""
+
+    def __init__(self, *arguments):
+        super().__init__(*arguments)
+        with open("noted", "r+b") as file:
+            self.noted = memoryview(mmap.mmap(file.fileno(), 8)).cast("d")
+
+    def decide(self, observation):
+        self.noted[0] = observation.time
+        return super().decide(observation)
+
+class Breaking(Mean):
+    def decide(self, observation):
+        return super().decide(observation if observation.time < 0.75 else None)  # a bug
+
+class Broken(Mean):
+    def decide(self, observation):
+        raise KeyError("never")
+
+class Leaving(Mean):
+    def decide(self, observation):
+        sys.exit(7)
+
+class Stuck(Noting):
+    def decide(self, observation):
+        decision = super().decide(observation)
+        time.sleep(60.0 * (observation.time > 0.35))
+        return decision
+'''
+
+
+class Started:
+    """A run as a process of its own."""
+
+    def __init__(self, ask, folder: Path, words: list[str], ignore: tuple[int, ...], pipe: bool):
+        self._ask, self.folder = ask, folder
+        folder.mkdir(exist_ok=True)
+        (folder / "mine.py").write_text(MINE)
+        (folder / "noted").write_bytes(struct.pack("d", -1.0))
+        self.log = folder / "logs" / "a.mcap"
+        argv = ["run", "crossing1", "--log", "logs/a.mcap", *words]
+        self.number = ask({"argv": argv, "folder": str(folder), "ignore": ignore, "pipe": pipe})
+        self.code: int | None = None
+
+    @property
+    def noted(self) -> float:
+        """The simulated time [s] of the tick in which `Noting` is, or was; negative before the first."""
+        return struct.unpack("d", (self.folder / "noted").read_bytes())[0]
+
+    def until(self, condition) -> None:
+        ends = time.monotonic() + PATIENCE
+        while not condition():
+            assert time.monotonic() < ends, "the run did not get there"
+            time.sleep(0.01)
+
+    def until_logged(self, size: int = 40_000) -> None:
+        """Until there is a little more than the log's beginning."""
+        self.until(lambda: self.log.exists() and self.log.stat().st_size > size)
+
+    def kill(self, number: int) -> None:
+        os.kill(self.number, number)
+
+    def has_ended(self) -> bool:
+        if self.code is None:
+            self.code = self._ask({"wait": self.number})
+        return self.code is not None
+
+    def ended(self) -> tuple[int, str, str]:
+        """Exit code, standard output, standard error."""
+        self.until(self.has_ended)
+        return (self.code, *((self.folder / f"{self.number}.{name}").read_text() for name in ("out", "err")))
+
+
+@pytest.fixture(scope="module")
+def server():
+    command = [sys.executable, str(Path(__file__).parent / "fork_server.py")]
+    environment = {**os.environ, "OPENBLAS_NUM_THREADS": "1"}
+    with subprocess.Popen(
+        command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, env=environment, start_new_session=True
+    ) as process:
+        assert json.loads(process.stdout.readline()) == "ready"
+
+        def ask(request):
+            process.stdin.write(json.dumps(request) + "\n")
+            process.stdin.flush()
+            return json.loads(process.stdout.readline())
+
+        yield ask
+        process.stdin.close()
+
+
+@pytest.fixture
+def start(server, tmp_path):
+    """Starts a run, in a folder of its own unless it is told which."""
+    started = []
+
+    def start(*words: str, ignore=(), pipe=False, folder=None) -> Started:
+        folder = folder or tmp_path / str(len(started))
+        started.append(Started(server, folder, [*words], tuple(ignore), pipe))
+        return started[-1]
+
+    yield start
+    for run in started:
+        if not run.has_ended():
+            run.kill(signal.SIGKILL)
+            run.ended()
+
+
+def events(log) -> dict[str, str]:
+    return {message.value.name: message.value.message for message in log.messages("/events")}
+
+
+# ------------------------------------------------------------------------------------------- signals
+
+
+def test_a_killed_run_loses_less_than_a_third_of_a_second_of_either_time(start):
+    noting = ("--controller", "mine:Noting", "--set", "control.delay=0", *NEVER)
+    paced = [start("--real-time", *noting) for _ in range(3)]
+    quick = [start(*noting) for _ in range(3)]
+    for moment, runs in enumerate(zip(paced, quick, strict=True)):
+        for run in runs:
+            run.until(lambda run=run, moment=moment: run.noted > 0.5 + 0.33 * moment)
+            run.kill(signal.SIGKILL)
+    for run in (*paced, *quick):
+        code, _, err = run.ended()
+        assert (code, err) == (-signal.SIGKILL, "")
+        log = open_log(run.log)
+        assert (log.complete, log.truncated, log.run["scene"]) == (False, True, "crossing1")
+        assert run.noted - log.duration <= 0.3
+        assert len(log.trajectory().command) >= 2
+
+
+def test_the_first_signal_ends_the_run_and_its_log_in_order_and_says_where_it_is(start):
+    runs = {number: start("--real-time", "--json", *NEVER) for number in SIGNALS}
+    for number, run in runs.items():
+        run.until_logged()
+        run.kill(number)
+    for run in runs.values():
+        code, out, err = run.ended()
+        printed, log = json.loads(out), open_log(run.log)
+        assert (code, log.complete, log.truncated) == (130, True, False)
+        assert printed["outcome"] == log.result["outcome"] == "aborted"
+        assert printed["ticks"] == log.result["ticks"] == len(log.trajectory().command) > 0
+        time_s, ticks = printed["time_s"], printed["ticks"]
+        assert err == f"mjnav: interrupted: aborted after {time_s:.1f} s, {ticks} ticks; the log is logs/a.mcap\n"
+
+
+def test_a_run_that_was_started_to_outlive_its_terminal_does(start):
+    run = start("--real-time", *NEVER, ignore=(signal.SIGHUP,))
+    run.until_logged()
+    run.kill(signal.SIGHUP)
+    run.until_logged(run.log.stat().st_size + 40_000)
+    assert not run.has_ended()
+    run.kill(signal.SIGTERM)
+    assert run.ended()[0] == 130
+
+
+def test_the_second_signal_ends_a_run_that_is_stuck_and_what_it_wrote_is_there(start):
+    run = start("--controller", "mine:Stuck", "--set", "control.delay=0", *NEVER)
+    run.until(lambda: run.noted > 0.35)
+    run.kill(signal.SIGTERM)
+    time.sleep(0.1)
+    assert not run.has_ended()
+    run.kill(signal.SIGTERM)
+    assert run.ended()[0] == -signal.SIGTERM
+    log = open_log(run.log)
+    assert (log.complete, log.duration) == (False, pytest.approx(0.2))
+
+
+# ---------------------------------------------------------------------------------- controllers' bugs
+
+
+@pytest.mark.parametrize("real_time", [(), ("--real-time",)])
+def test_a_controller_that_raises_aborts_the_run_with_its_own_line_and_a_whole_log(start, real_time):
+    bugs = {  # what is told of it, a part of its line, and ticks before it
+        "Breaking": ("AttributeError: 'NoneType' object has no attribute '.*'", "# a bug", 7),
+        "Broken": ("KeyError: 'never'", "raise KeyError", 0),
+        "Leaving": ("SystemExit: 7", "sys.exit(7)", 0),
+    }
+    runs = {name: start("--json", "--controller", f"mine:{name}", *real_time) for name in bugs}
+    for name, (what, part, ticks) in bugs.items():
+        run = runs[name]
+        code, out, err = run.ended()
+        number = next(i for i, line in enumerate(MINE.splitlines(), 1) if part in line)
+        fault = rf"{what} \({run.folder}/mine.py:{number}, in decide\)"  # its own line, not mjnav's below it
+        assert code == 1
+        assert re.fullmatch(rf"mjnav: aborted after 0.{ticks} s, {ticks} ticks: {fault}; the log is logs/a.mcap\n", err)
+        printed, log = json.loads(out), open_log(run.log)
+        assert (log.complete, log.truncated) == (True, False)
+        assert printed["outcome"] == log.result["outcome"] == "aborted"
+        assert printed["ticks"] == log.result["ticks"] == ticks
+        assert events(log)["fault"] in err
+        assert f'mine.py", line {number}, in decide' in events(log)["traceback"]
+
+
+# ------------------------------------------------------------------------------------------- the disk
+
+
+@pytest.fixture
+def small_disk(tmp_path):
+    """A file system of 400 kB."""
+    folder = tmp_path / "disk"
+    folder.mkdir()
+    mounted = subprocess.run(["mount", "-t", "tmpfs", "-o", "size=400k", "tmpfs", folder], capture_output=True)
+    if mounted.returncode != 0:
+        pytest.skip(f"no small file system can be mounted: {mounted.stderr.decode().strip()}")
+    yield folder
+    subprocess.run(["umount", "--lazy", folder], check=True)
+
+
+@pytest.mark.skipif(shutil.which("mount") is None, reason="there is no mount")
+def test_a_full_disk_aborts_the_run_and_what_is_on_it_can_be_read(start, small_disk):
+    run = start("--json", "--log", str(small_disk / "a.mcap"), *NEVER)
+    code, out, err = run.ended()
+    assert (code, json.loads(out)["outcome"]) == (1, "aborted")
+    told = re.fullmatch(
+        rf"mjnav: aborted after [0-9.]+ s, \d+ ticks: {small_disk}/a.mcap: writing failed: "
+        r"No space left on device; it can be read up to ([0-9.]+) s\n",
+        err,
+    )
+    log = open_log(small_disk / "a.mcap")
+    assert log.duration == pytest.approx(float(told[1]))
+    assert log.truncated
+    assert log.result is None or log.result["outcome"] == "aborted"
+
+
+def test_a_log_that_is_deleted_or_cut_short_is_noticed_and_ends_the_run(start):
+    deleted, cut = (start("--json", *paced, *NEVER) for paced in ((), ("--real-time",)))
+    for run in (deleted, cut):
+        run.until_logged()
+    shutil.rmtree(deleted.log.parent)
+    os.truncate(cut.log, 45_000)
+    assert deleted.ended()[0] == cut.ended()[0] == 1
+    assert deleted.ended()[2].endswith(
+        "ticks: logs/a.mcap: writing failed: somebody deleted it; nothing of it is left\n"
+    )
+    assert cut.ended()[2].endswith(
+        "ticks: logs/a.mcap: writing failed: somebody cut it short; what is left of it can be read\n"
+    )
+    assert cut.log.stat().st_size == 45_000
+    log = open_log(cut.log)
+    assert (log.complete, log.truncated) == (False, True)
+    assert json.loads(cut.ended()[1])["outcome"] == "aborted"
+
+
+def test_of_two_runs_that_want_one_log_one_gets_it(start, tmp_path):
+    runs = [start("--json", "--set", "time_limit=1", folder=tmp_path / "one") for _ in range(3)]
+    ended = [run.ended() for run in runs]
+    assert sorted(code for code, _, _ in ended) == [0, 2, 2]
+    refused = [err for code, _, err in ended if code == 2]
+    assert all(re.fullmatch(r"mjnav: logs/a.mcap: .*exist.*\n", err, re.IGNORECASE) for err in refused)
+    (printed,) = (json.loads(out) for code, out, _ in ended if code == 0)
+    assert dict(open_log(runs[0].log).result) == printed
+
+
+def test_nobody_who_reads_costs_no_log(start):
+    run = start("--set", "time_limit=1", pipe=True)
+    code, _, err = run.ended()
+    assert (code, err) == (0, "")
+    assert open_log(run.log).result["outcome"] == "timeout"
