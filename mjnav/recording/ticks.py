@@ -162,6 +162,8 @@ class TickAssembler:
 def _parts(found: Mapping[str, Any], timing: TickTiming | None, num_people: int) -> _Parts:
     """A tick that has a document of every topic in TICK."""
     estimate, decision, people = found["/robot/state"]["estimate"], found["/decision"], found["/people/estimate"]
+    if found["/command"] is None:  # a nominal control may be
+        raise TypeError("no command")
     ess = {track["name"]: documents.number(track["ess"]) for track in people["people"]}
     return _Parts(
         states={

@@ -212,3 +212,51 @@ def test_another_programs_empty_log_is_no_error(tmp_path):
         writer.finish()
     log = open_log(path)
     assert (log.duration, log.topics, log.truncated) == (None, {}, False)
+
+
+def test_a_document_that_is_no_json_and_a_schema_that_is_none_are_damage(tmp_path):
+    path = tmp_path / "odd.mcap"
+    with open(path, "wb") as file:
+        writer = Writer(file)
+        writer.start()
+        text = writer.register_channel("/text", "json", 0)
+        schema = writer.register_schema("a.B", "protobuf", b"no descriptors")
+        proto = writer.register_channel("/proto", "protobuf", schema)
+        writer.add_message(text, 0, b"[" * 100_000, 0)
+        writer.add_message(proto, 0, b"abc", 0)
+        writer.finish()
+    log = open_log(path)
+    assert {name: topic.messages for name, topic in log.topics.items()} == {"/text": 1, "/proto": 1}
+    for topic in log.topics:
+        with pytest.raises(DamagedLogError, match=f"{topic} holds what its schema does not say"):
+            list(log.messages(topic))
+
+
+def test_messages_of_which_nothing_tells_the_topic_are_counted_by_nobody(tmp_path):
+    path = tmp_path / "odd.mcap"
+    with open(path, "wb") as file:
+        writer = Writer(file, use_chunking=False, repeat_channels=False)
+        writer.start()
+        writer.add_message(5, 0, b"", 0)
+        writer.register_channel("/late", "text", 7)
+        writer.finish()
+    log = open_log(path)
+    assert (log.topics["/late"].messages, log.topics["/late"].schema) == (0, "")
+
+
+@pytest.mark.parametrize("rest", [b"\0", b"\0" * 8, b"more", MCAP0_MAGIC])
+def test_bytes_behind_the_end_are_damage(whole, rest):
+    path = whole.parent / "longer.mcap"
+    path.write_bytes(whole.read_bytes() + rest)
+    with pytest.raises(DamagedLogError, match="something else than the end follows the footer"):
+        open_log(path)
+
+
+def test_records_of_kinds_unknown_today_are_passed_over(whole):
+    content = whole.read_bytes()
+    private = b"\xc8" + (7).to_bytes(8, "little") + b"private"
+    header_end = len(MCAP0_MAGIC) + 9 + content[len(MCAP0_MAGIC) + 1]
+    unfinished = content[: content.rindex(b"\x0f\x04\0\0\0\0\0\0\0")]
+    path = whole.parent / "private.mcap"
+    path.write_bytes(unfinished[:header_end] + private + unfinished[header_end:])
+    assert open_log(path).topics["/command"].messages == 12
