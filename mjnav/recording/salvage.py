@@ -37,6 +37,7 @@ from mjnav.recording.probe import HEADER_SIZE, Bytes, Found, attachment_at, chun
 from mjnav.recording.summary import Described, find_summary
 
 _KNOWN = frozenset(Opcode)
+_WITH_CHECKSUM = (Opcode.CHUNK, Opcode.ATTACHMENT)
 _END = re.compile(rb"\x02\x14\x00{7}[\s\S]{20}\x89MCAP0\r\n")  # a footer and the magic
 _END_SIZE = HEADER_SIZE + 20 + len(MCAP0_MAGIC)
 
@@ -112,7 +113,8 @@ class _Walk:
         # Whether messages stand outside chunks: told by the summary, or by what comes first, before any damage.
         counted = [record.chunk_count for record in self._described() if isinstance(record, Statistics)]
         self._flat = counted[0] == 0 if counted else None
-        self._checksums = False  # a chunk had one, so one without is not believed
+        self._checksums = False  # some record had one, so one without is not believed
+        self._last: tuple[int, Found | None] = (-1, None)
         self._started = self._damaged = self._data_ended = False
         self._times: dict[int, list[int]] = {}  # of the messages of the last intact chunk, by channel
 
@@ -120,7 +122,8 @@ class _Walk:
         """Everything; message indexes only of chunks that were lost."""
         summary = self._summary
         yield from self._described()
-        place = len(MCAP0_MAGIC) if self._file.read(0, len(MCAP0_MAGIC)) == MCAP0_MAGIC else 0
+        self._damaged = self._file.read(0, len(MCAP0_MAGIC)) != MCAP0_MAGIC
+        place = 0 if self._damaged else len(MCAP0_MAGIC)
         while place < self._end:
             self._on_byte(place)
             found = self._found(place)
@@ -144,24 +147,40 @@ class _Walk:
     def _described(self) -> tuple[Described, ...]:
         return () if self._summary is None else self._summary.records
 
+    def _record(self, place: int) -> Found | None:
+        """The record at a byte; the last is remembered, since a record is looked at once more before it is next."""
+        if self._last[0] != place:
+            self._last = place, record_at(self._file, place, self._end)
+        return self._last[1]
+
     def _found(self, place: int) -> Found | None:
         """The intact record where one is due, also where only its opcode or length was damaged."""
-        found = record_at(self._file, place, self._end)
+        found = self._record(place)
         if found is None:
             for by_checksum in (chunk_at, attachment_at):
                 found = by_checksum(self._file, place, self._end)
                 if found is not None and found.checked:
                     return found
             return None
-        unbelieved = found.opcode == Opcode.CHUNK and not found.checked and self._checksums
-        return None if unbelieved else found
+        if found.checked:
+            return found
+        if self._checksums and found.opcode in _WITH_CHECKSUM:
+            return None
+        return None if self._swallows(place, found.end) else found
+
+    def _swallows(self, place: int, end: int) -> bool:
+        """Whether what reads like one record runs into the next: bytes of it are missing."""
+        if self._plausible(end):
+            return False
+        stop = min(end + HEADER_SIZE - 1, self._end)
+        return self._searched(place + 1, stop) < stop
 
     def _kept(self, place: int, found: Found) -> Iterator[Salvaged]:
         """The records of what was found, as far as they are of use."""
         record = found.records[0] if found.records else None
+        self._checksums = self._checksums or found.checked
         if found.opcode == Opcode.CHUNK:
             self._flat = False
-            self._checksums = self._checksums or found.checked
             self._times = _times(found.records)
         elif isinstance(record, MessageIndex):
             if sorted(time for time, _ in record.records) != self._times.get(record.channel_id):
@@ -196,16 +215,16 @@ class _Walk:
         after = place + HEADER_SIZE + length
         if opcode in _KNOWN and after <= self._end and self._plausible(after):
             name = Opcode(opcode).name.lower().replace("_", " ")
-            fits = "whose checksum does not fit" if opcode in (Opcode.CHUNK, Opcode.ATTACHMENT) else "of no sense"
+            fits = "whose checksum does not fit" if opcode in _WITH_CHECKSUM else "of no sense"
             return after, f"{name} {fits}"
-        after = self._searched(place + 1)
+        after = self._searched(place + 1, self._end)
         cut_off = after == self._file.size and opcode in _KNOWN and place + HEADER_SIZE + length > after
         return after, "cut off" if cut_off else "no record can be made out"
 
-    def _searched(self, first: int) -> int:
-        """The first byte from `first` on at which an intact record starts, or the data's end."""
+    def _searched(self, first: int, end: int) -> int:
+        """The first byte from `first` on at which an intact record starts, its header before `end`; else `end`."""
         inside_until = first  # the end of a file inside this one: an attachment that is itself a log
-        for start, block in self._file.blocks(first, self._end, overlap=HEADER_SIZE - 1):
+        for start, block in self._file.blocks(first, end, overlap=HEADER_SIZE - 1):
             self._on_byte(start)
             for place in (start + _candidates(block)).tolist():
                 if place < inside_until:
@@ -214,7 +233,7 @@ class _Walk:
                     inside_until = self._end_of_file_at(place)
                 elif self._plausible(place):
                     return place
-        return self._end
+        return end
 
     def _end_of_file_at(self, place: int) -> int:
         """Where the MCAP file that starts at a byte ends; where it starts, if that is not before this one's own end."""
@@ -227,7 +246,7 @@ class _Walk:
         """Whether an intact record stands at a byte, so that chance bytes do not look like it."""
         if place == self._end:
             return True
-        found = record_at(self._file, place, self._end)
+        found = self._record(place)
         if found is None or found.checked:
             return found is not None
         opcode, length = self._file.header(found.end)

@@ -292,6 +292,25 @@ def test_in_a_file_of_checksums_a_chunk_without_is_not_believed(tmp_path):
     assert len(messages_of(salvaged(tmp_path, bytes(content)))) == 2
 
 
+def test_a_record_that_runs_into_the_next_does_not_take_it_along(tmp_path):
+    """Missing bytes of an index or of an attachment of equal bytes leave something that reads like the whole."""
+    content = written(tmp_path / "a.mcap", attachment=b"x" * 300)
+    pieces = pieces_of(content)
+    for piece in (of_kind(pieces, Opcode.ATTACHMENT)[0], *of_kind(pieces, Opcode.MESSAGE_INDEX)):
+        for num_missing in range(1, 30):
+            items = salvaged(tmp_path, content[: piece.end - 32] + content[piece.end - 32 + num_missing :])
+            assert messages_of(items) == everything_in(pieces)
+            assert kinds_of(items)[Attachment] == (piece.opcode != Opcode.ATTACHMENT)
+
+
+def test_a_file_that_begins_within_a_chunk_gives_only_whole_chunks(tmp_path):
+    content = written(tmp_path / "a.mcap", compression=CompressionType.NONE)
+    pieces = pieces_of(content)
+    first, second = of_kind(pieces, Opcode.CHUNK)
+    for start in range(first.start + 1, first.end):
+        assert messages_of(salvaged(tmp_path, content[start : second.end])) == list(second.messages)
+
+
 def test_what_no_checksum_vouches_for_is_said_to_be_unchecked(tmp_path):
     content = written(tmp_path / "flat.mcap", use_chunking=False)
     items = salvaged(tmp_path, content[:-100])
