@@ -18,10 +18,11 @@ from mjnav.control.surface import require_candidates
 from mjnav.errors import InvalidValue
 from mjnav.loop.prepare import build_controller
 from mjnav.messages import Array, TickRecord
-from mjnav.metrics.intervals import paired_bootstrap, wilson
-from mjnav.rng import stream
+from mjnav.metrics.intervals import wilson
 from mjnav.scenarios.spec import Scenario
+from mjnav.study.paper.by_run import mean_by_run
 from mjnav.study.paper.continuous_cost import VARIANTS, variant_costs
+from mjnav.study.paper.contrast import shown
 from mjnav.study.paper.cost_view import BATCHES, View, look
 from mjnav.study.paper.decisions import given_up, spread, that_matter
 from mjnav.study.paper.finding import Finding, verdict
@@ -34,7 +35,6 @@ STARTS = (1, 4, 16)
 NEAR = 0.01  # of a cost: what counts as worse, and as the same
 JUMP_STEPS = (1e-3, 1e-4)  # [rad/s] of those in every decision
 KINK = 0.3  # the jump of the smaller step over that of the larger: 0.1 where smooth, 1 at a kink
-LEAST_RUNS = 5  # fewer make no interval
 SOURCE = "why controls are sampled: the cost over (v, ω)"
 
 
@@ -178,41 +178,40 @@ def _of_kinks(data: SurfaceData, variants: list[int], name: str) -> Finding:
 
 
 def _of_ends(data: SurfaceData, variants: list[int], name: str) -> Finding:
-    texts, intervals = [], []
+    texts, differences = [], []
     for w, window in enumerate(("what one period reaches", "the whole range between the limits")):
         against = data.against_grid[:, variants, w, 0]  # (D, n)
-        interval = _by_run(data, (against > 0).mean(axis=1), (against < 0).mean(axis=1))
-        intervals.append(interval)
-        many = data.against_grid[:, variants, w, -1]
+        difference = 100.0 * ((against > 0).mean(axis=1) - (against < 0).mean(axis=1))
+        differences.append(mean_by_run(data.run, difference, int(data.seed[0]), "surface"))
         texts.append(
             f"In {window}: from one start more than {100 * NEAR:g} % worse than the 20 × 20 grid in "
             f"{_share(against > 0)}, as much better in {_share(against < 0)}, a difference of "
-            f"{_points((against > 0).mean() - (against < 0).mean(), interval)}; from {STARTS[-1]} starts worse in "
-            f"{_share(many > 0)}."
+            f"{shown(differences[-1], 'points', signed=True)} by runs; from {STARTS[-1]} starts worse in "
+            f"{_share(data.against_grid[:, variants, w, -1] > 0)}."
         )
+    count = f"SLSQP on {len(data.run)} decisions of {differences[0].num} runs, {len(variants)} cost(s) each."
     return Finding(
         f"A gradient method finds worse controls than sampling them, on the cost {name}.",
         SOURCE,
-        verdict(intervals[0]),
-        f"SLSQP on {len(data.run)} decisions of {_num_runs(data)} runs, {len(variants)} cost(s) each. "
-        + " ".join(texts),
+        verdict(differences[0].interval),
+        " ".join([count, *texts]),
     )
 
 
 def _of_price(data: SurfaceData) -> Finding:
     grid, searched = data.grid_seconds[:, :, 0], data.seconds[:, :, 0, 0]
-    ratio = np.log(searched / grid).mean(axis=1)
-    interval = _by_run(data, ratio, np.zeros_like(ratio))
-    ends = "-" if interval is None else f"[{np.exp(interval[0]):.1f}, {np.exp(interval[1]):.1f}]"
+    ratio = mean_by_run(data.run, np.log2(searched / grid).mean(axis=1), int(data.seed[0]), "surface")
+    times = 2.0**ratio.value
+    ends = "" if ratio.interval is None else f" [{2.0 ** ratio.interval[0]:.1f}, {2.0 ** ratio.interval[1]:.1f}]"
     calls = 1e6 * np.mean([view.call_seconds for view in data.views[: len(VARIANTS)]], axis=0)
     each = ", ".join(f"{time:.0f} µs for {num}" for num, time in zip(BATCHES, calls, strict=True))
     return Finding(
         "Sampling the controls takes less time than a gradient method.",
         SOURCE,
-        verdict(interval),
-        f"On this machine SLSQP from one start takes {np.exp(ratio.mean()):.1f} {ends} times as long as the grid in "
-        f"what one period reaches: {1e3 * np.median(searched):.2g} ms against {1e3 * np.median(grid):.2g} (medians; "
-        f"{len(ratio)} decisions of {_num_runs(data)} runs, {len(VARIANTS)} costs each). It looks at fewer controls, "
+        verdict(ratio.interval),
+        f"On this machine SLSQP from one start takes {times:.1f}{ends} times as long as the grid in what one period "
+        f"reaches (geometric mean): {1e3 * np.median(searched):.2g} ms against {1e3 * np.median(grid):.2g} (medians; "
+        f"{len(data.run)} decisions of {ratio.num} runs, {len(VARIANTS)} costs each). It looks at fewer controls, "
         f"{np.median(data.points[:, :, 0, 0]):.0f} in place of 402, but a call of the compiled cost takes {each}.",
     )
 
@@ -220,21 +219,3 @@ def _of_price(data: SurfaceData) -> Finding:
 def _share(events: NDArray[np.bool_]) -> str:
     low, high = wilson(int(events.sum()), events.size) or (0.0, 1.0)
     return f"{100 * events.mean():.1f} % [{100 * low:.1f}, {100 * high:.1f}]"
-
-
-def _points(difference: float, interval: tuple[float, float] | None) -> str:
-    ends = "-" if interval is None else f"[{100 * interval[0]:+.1f}, {100 * interval[1]:+.1f}]"
-    return f"{100 * difference:+.1f} {ends} points by runs"
-
-
-def _num_runs(data: SurfaceData) -> int:
-    return len(np.unique(data.run))
-
-
-def _by_run(data: SurfaceData, a: Array, b: Array) -> tuple[float, float] | None:
-    """The interval of mean a - b, each (D,), by whole runs; None of fewer than LEAST_RUNS."""
-    runs = np.unique(data.run)
-    if len(runs) < LEAST_RUNS:
-        return None
-    means = [[side[data.run == run].mean() for run in runs] for side in (a, b)]
-    return paired_bootstrap(means[0], means[1], stream(int(data.seed[0]), "paper.surface.bootstrap"))
