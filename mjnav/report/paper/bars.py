@@ -1,6 +1,6 @@
 """Methods side by side in every setting: a bar a method, as the paper has them, with the intervals that it lacks."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -8,7 +8,8 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
 from mjnav.report.paper.style import DEGREES, GREY, INK, METHODS, TWO_COLUMNS, new_figure, style
-from mjnav.study.paper.contrast import Cells, by_place, values
+from mjnav.study.compare import Estimate
+from mjnav.study.paper.contrast import Cells, place, short, values
 
 ROW_HEIGHT = 1.25  # [inches]
 
@@ -16,39 +17,46 @@ ROW_HEIGHT = 1.25  # [inches]
 def bars(
     cells: Cells, methods: Sequence[str], figures: Mapping[str, str], *, colors: Mapping[str, str] | None = None
 ) -> Figure:
-    """A row of panels for each of `figures` (column -> axis label), a panel for each scene and setting.
+    """A row of panels for each of `figures` (column -> axis label), a panel a setting, in it a group of bars a scene.
 
     Bars are means (rates: shares), whiskers 95 % intervals over seeds.
     """
-    places = list(dict.fromkeys(place for method in methods for place in by_place(cells, method)))
+    scenes, settings = (list(dict.fromkeys(getattr(cell, name) for cell in cells)) for name in ("scene", "setting"))
     colors = colors or {method: color(method) for method in methods}
-    width = max(TWO_COLUMNS, 0.95 * len(places))
+    found = {figure: {method: values(cells, method, figure) for method in methods} for figure in figures}
     with style():
-        figure = new_figure(width, 0.6 + ROW_HEIGHT * len(figures))
-        panels = figure.subplots(len(figures), max(len(places), 1), sharex=True, sharey="row", squeeze=False)
+        figure = new_figure(max(TWO_COLUMNS, 0.95 * len(settings)), 0.6 + ROW_HEIGHT * len(figures))
+        panels = figure.subplots(len(figures), max(len(settings), 1), sharex=True, sharey="row", squeeze=False)
         for row, (name, label) in zip(panels, figures.items(), strict=True):
-            found = {method: values(cells, method, name) for method in methods}
-            for axes, place in zip(row, places, strict=False):
-                _panel(axes, [found[method].get(place) for method in methods], [colors[m] for m in methods])
+            for axes, setting in zip(row, settings, strict=False):
+                for group, scene in enumerate(scenes):
+                    _group(axes, group, [found[name][m].get(place(scene, setting)) for m in methods], colors.values())
+                names = [scene.removeprefix("crossing") for scene in scenes]
+                axes.set_xticks(range(len(scenes)), names if len(scenes) > 1 else [""])
+                axes.tick_params(axis="x", length=0.0)
+                axes.grid(axis="y")
             row[0].set_ylabel(label)
-        for axes, place in zip(panels[0], places, strict=False):
-            axes.set_title(place.replace(", ", "\n").replace(" ", "\n"), fontsize=6.0)
+        for axes, setting in zip(panels[0], settings, strict=False):
+            axes.set_title(short(setting).replace(", ", "\n").replace(" ", "\n"), fontsize=6.0)
+        if len(scenes) > 1:
+            for axes in panels[-1]:
+                axes.set_xlabel("obstacles" if scenes[0].startswith("crossing") else "scene")
         handles = [Patch(facecolor=colors[method], label=method) for method in methods]
         figure.legend(handles=handles, loc="outside lower center", ncols=min(len(methods), 6))
     return figure
 
 
-def _panel(axes: Axes, found: Sequence, colors: Sequence[str]) -> None:
-    for x, (estimate, shade) in enumerate(zip(found, colors, strict=True)):
+def _group(axes: Axes, group: int, found: Sequence[Estimate | None], colors: Iterable[str]) -> None:
+    """The bars of one scene, around x = group."""
+    width = 0.84 / len(found)
+    for i, (estimate, shade) in enumerate(zip(found, colors, strict=True)):
+        x = group + (i - 0.5 * (len(found) - 1)) * width
         if estimate is None or not np.isfinite(estimate.value):
             axes.annotate("–", (x, 0.0), ha="center", va="bottom", color=GREY)
             continue
-        axes.bar(x, estimate.value, width=0.8, color=shade)
+        axes.bar(x, estimate.value, width=0.95 * width, color=shade)
         if estimate.interval is not None:
             axes.vlines(x, *estimate.interval, color=INK, linewidth=0.7)
-    axes.set_xticks([])
-    axes.margins(x=0.05)
-    axes.grid(axis="y")
 
 
 def color(label: str) -> str:

@@ -50,7 +50,12 @@ def contrasts(cells: Cells, method: str, reference: str, figure: str) -> list[Co
 
 def by_place(cells: Cells, method: str) -> dict[str, CellRows]:
     """The cells of a method by scene and setting."""
-    return {f"{cell.scene}, {short(cell.setting)}": cell for cell in cells if cell.method == method}
+    return {place(cell.scene, cell.setting): cell for cell in cells if cell.method == method}
+
+
+def place(scene: str, setting: str) -> str:
+    """A scene and setting in a few words."""
+    return f"{scene}, {short(setting)}"
 
 
 def short(setting: str) -> str:
