@@ -114,5 +114,6 @@ def _run_block(i: int, inspection: Mapping[str, Any], letters: str) -> str:
 
 def _log_section(i: int, inspection: Mapping[str, Any], letters: str) -> str:
     title = f"{page_parts.run_letter(i, letters)}{escape(str(inspection.get('path', '')))}"
-    topics, details = page_parts.topics(i, inspection), page_parts.details(i, inspection)
+    topics = page_parts.topics(i, inspection)
+    details = page_parts.details(i, inspection, expanded=len(letters) == 1)
     return f'<h3>{title}</h3><div class="log">{topics}<div>{details}</div></div>'

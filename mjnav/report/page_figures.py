@@ -32,7 +32,7 @@ def _quantiles(key: str, unit: str) -> tuple[Figure, ...]:
 
 
 CARDS = (
-    Card("Time", (Figure("figures.time_s", "", "s"),)),
+    Card("Time", (Figure("figures.time_s", "", "s"), Figure("timing.real_time_factor", "× real time"))),
     Card("Least clearance", (Figure("figures.min_clearance_m", "", "m"),)),
     Card(
         "Collisions",
@@ -59,7 +59,7 @@ CARDS = (
     ),
     Card("Time of a decision", _quantiles("timing.compute_ms.control", "ms")),
     Card("Time of a tick", _quantiles("timing.compute_ms.tick", "ms")),
-    Card("Deadlines missed", (Figure("timing.deadline_misses", ""), Figure("timing.real_time_factor", "× real time"))),
+    Card("Deadlines missed", (Figure("timing.deadline_misses", ""),)),
 )
 
 
@@ -110,7 +110,8 @@ def cards(flat: Mapping[str, Any]) -> str:
 def _card(card: Card, flat: Mapping[str, Any]) -> str:
     first, *rest = card.figures
     equal = card.label == "Collisions"
-    rows = [_labelled(figure, flat) for figure in (card.figures if equal else rest)]
+    shown_too = card.figures if equal else [figure for figure in rest if flat.get(figure.key) is not None]
+    rows = [_labelled(figure, flat) for figure in shown_too]
     head = "" if equal else f'<p class="figure">{_labelled(first, flat, strong=True)}</p>'
     tail = f"<p>{' '.join(f'<span>{row}</span>' for row in rows)}</p>" if rows else ""
     return f'<div class="card{" equal" if equal else ""}"><h2>{escape(card.label)}</h2>{head}{tail}</div>'

@@ -117,15 +117,15 @@ def topics(run: int, inspection: Mapping[str, Any]) -> str:
     )
 
 
-def details(run: int, inspection: Mapping[str, Any]) -> str:
-    """Everything else of the document: all figures, the result, how the run was made."""
+def details(run: int, inspection: Mapping[str, Any], *, expanded: bool) -> str:
+    """Everything else of the document: all figures, the result, how the run was made; the last may be `expanded`."""
     parts = (
         ("All figures", {key: inspection.get(key) for key in ("figures", "timing", "ticks", "duration_s", "bytes")}),
         ("Result in the log", {"result": inspection["result"]}),
         ("Run", {"run": inspection["run"]}),
     )
     return "".join(
-        f"<details{' open' if title == 'Run' else ''}><summary>{title}</summary>"
+        f"<details{' open' if expanded and title == 'Run' else ''}><summary>{title}</summary>"
         f'<div class="wide">{figure_table(run, flatten(part))}</div></details>'
         for title, part in parts
     )

@@ -18,11 +18,11 @@ from mjnav.report.run_frames import TRACK_PARTICLES, RunFrames
 from mjnav.report.scene_outline import scene_outline
 
 MAX_FRAMES = 1200  # two minutes at 10 Hz
-LENGTH, ANGLE, SPEED, DURATION, SHARE = 1e-3, 1e-3, 1e-3, 1e-3, 1e-3  # steps: m, rad, m/s and rad/s, ms, 1
+STEP = 1e-3  # m, rad, m/s, rad/s, ms, or of 1
 PARTICLE = 4e-3  # [m] step of a particle's offset: half a metre at most
 
 
-def run_data(scan: Scan) -> dict[str, Any]:
+def run_data(scan: Scan, max_frames: int = MAX_FRAMES) -> dict[str, Any]:
     """Names, the room, the events and all arrays, ready to be JSON.
 
     Raises InputError where the log holds no run, no whole tick of it, or messages that are not as mjnav writes them.
@@ -31,7 +31,7 @@ def run_data(scan: Scan) -> dict[str, Any]:
     scenario = log.scenario()
     if run is None:
         raise InputError(f"{log.path}: holds no whole tick of a run")
-    stride = max(1, -(-len(run.ticks) // MAX_FRAMES))
+    stride = max(1, -(-len(run.ticks) // max_frames))
     kept = np.unique([*range(0, len(run.ticks), stride), len(run.ticks) - 1])
     frames = RunFrames(log, run.ticks[kept].tolist())
     people, tracks = frames.names("person"), frames.names("track")
@@ -73,17 +73,17 @@ def _pack_states(packer: Packer, frames: RunFrames, people: list[str], tracks: l
     size = len(frames)
     packer.numbers("time", frames.array("time"))
     for name in ("pose", "estimate"):
-        packer.measured(name, _unwrapped(frames.array(name, 3)), LENGTH)
-    packer.measured("ellipse", frames.array("ellipse", 3), LENGTH)
+        packer.measured(name, _unwrapped(frames.array(name, 3)), STEP)
+    packer.measured("ellipse", frames.array("ellipse", 3), STEP)
     for name in ("twist", "command", "decision", "nominal"):
-        packer.measured(name, frames.array(name, 2), SPEED)
+        packer.measured(name, frames.array(name, 2), STEP)
     packer.numbers("cost", frames.array("cost", 4).astype(np.float32))
     packer.numbers("robot_ess", frames.array("robot ess").astype(np.float32))
     packer.numbers("people_ess", frames.array("people ess").astype(np.float32))
-    packer.measured("phases", frames.array("phases", len(PHASES)), DURATION)
-    packer.measured("lateness", frames.array("lateness"), DURATION)
-    packer.measured("people", _stacked([frames.array(f"person {name}", 2) for name in people], size, 2), LENGTH)
-    packer.measured("tracks", _stacked([frames.array(f"track {name}", 5) for name in tracks], size, 5), LENGTH)
+    packer.measured("phases", frames.array("phases", len(PHASES)), STEP)
+    packer.measured("lateness", frames.array("lateness"), STEP)
+    packer.measured("people", _stacked([frames.array(f"person {name}", 2) for name in people], size, 2), STEP)
+    packer.measured("tracks", _stacked([frames.array(f"track {name}", 5) for name in tracks], size, 5), STEP)
     packer.offsets("robot_particles", frames.array("robot particles", 0, 2), PARTICLE)
     particles = [frames.array(f"particles {name}", TRACK_PARTICLES, 2) for name in tracks]
     packer.offsets("track_particles", _stacked(particles, size, TRACK_PARTICLES, 2), PARTICLE)
@@ -106,7 +106,7 @@ def _pack_clearance(packer: Packer, distances: Mapping[str, Array], kept: NDArra
         by_frame = np.minimum.reduceat(steps, np.minimum(kept, steps.shape[1] - 1), axis=1)
         least = by_frame.min(axis=0)
         nearest = np.minimum(by_frame.argmin(axis=0), NONE).astype(np.uint8)
-    packer.measured("clearance", least, LENGTH)
+    packer.measured("clearance", least, STEP)
     packer.numbers("nearest", nearest)
     return names
 
@@ -131,7 +131,7 @@ def _pack_cones(packer: Packer, frames: RunFrames) -> dict[str, Any] | None:
         codes[frame] = names.index(name)
     packer.numbers("cone_obstacle", codes)
     packer.numbers("cone", bins.shares)
-    packer.measured("safe_share", frames.array("safe share"), SHARE)
+    packer.measured("safe_share", frames.array("safe share"), STEP)
     return {"low": bins.low, "width": bins.width, "bins": bins.shares.shape[2], "obstacles": names}
 
 
@@ -153,7 +153,7 @@ def _pack_candidates(packer: Packer, frames: RunFrames) -> dict[str, Any] | None
         level[frame, : ranks.level.size] = ranks.level
         if ranks.free is not None:
             places[frame, : len(ranks.free)] = ranks.free
-    packer.measured("window", window, SPEED)
+    packer.measured("window", window, STEP)
     packer.numbers("level", level)
     packer.numbers("places", places)
     return {"grid": None if free else list(frames.grid)}

@@ -30,7 +30,7 @@ class Distribution {
 
   resize() {
     if (!this.cone) return;
-    const width = this.parent.clientWidth || 320;
+    const width = this.parent.clientWidth;
     const { low, width: step, bins } = this.cone, { root } = this;
     root.replaceChildren();
     root.setAttribute('viewBox', `0 0 ${width} ${TALL}`);
@@ -46,14 +46,13 @@ class Distribution {
     this.outline = svg(root, 'path', { class: 'desired' });
     svg(root, 'line', { class: 'axis', x1: FRAME.left, x2: width - FRAME.right, y1: floor, y2: floor });
     svg(root, 'line', { class: 'zero', x1: this.x(0), x2: this.x(0), y1: FRAME.top - 4, y2: floor });
-    svg(root, 'text', { class: 'tick', x: this.x(0) - 5, y: FRAME.top - 8, 'text-anchor': 'end' }, 'safe');
-    const room = width - this.x(0) > 60;
-    svg(root, 'text', { class: 'tick', x: room ? this.x(0) + 5 : width, y: room ? FRAME.top - 8 : FRAME.top + 8,
-      'text-anchor': room ? 'start' : 'end' }, 'colliding');
+    const right = Math.min(this.x(0) + 5, width - 50); // where "colliding" begins, so that it is not cut off
+    svg(root, 'text', { class: 'tick', x: right - 10, y: FRAME.top - 8, 'text-anchor': 'end' }, 'safe');
+    svg(root, 'text', { class: 'tick', x: right, y: FRAME.top - 8 }, 'colliding');
     for (const tick of niceTicks(low, high, 6)) {
       svg(root, 'text', { class: 'tick', x: this.x(tick), y: floor + 13, 'text-anchor': 'middle' }, tickText(tick));
     }
-    const label = this.run.normalised ? 'f / R²  (collision cone, safe ≤ 0)' : 'f [m²]  (collision cone, safe ≤ 0)';
+    const label = `${this.run.normalised ? 'f / R²' : 'f [m²]'} (collision cone, safe ≤ 0)`;
     const middle = 0.5 * (FRAME.left + width - FRAME.right);
     svg(root, 'text', { class: 'tick', x: middle, y: TALL - 5, 'text-anchor': 'middle' }, label);
   }

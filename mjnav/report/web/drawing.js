@@ -32,10 +32,12 @@ class Drawing {
   }
 
   clear() {
-    this.context.setTransform(this.ratio, 0, 0, this.ratio, 0, 0);
-    this.context.fillStyle = this.ink.floor;
-    this.context.fillRect(0, 0, this.width, this.height);
-    this.context.lineJoin = this.context.lineCap = 'round';
+    const { context, canvas } = this;
+    context.resetTransform();
+    context.fillStyle = this.ink.floor;
+    context.fillRect(0, 0, canvas.width, canvas.height);
+    context.setTransform(this.ratio, 0, 0, this.ratio, 0, 0);
+    context.lineJoin = context.lineCap = 'round';
   }
 
   /** World [m] to pixels. */

@@ -17,7 +17,8 @@ function layerSwitches(redraw) {
 
 /** What one run is doing, as figures beside its map. */
 function readouts(block, run) {
-  const places = Object.fromEntries([...block.querySelectorAll('[data-now]')].map((place) => [place.dataset.now, place]));
+  const places = {};
+  for (const place of block.querySelectorAll('[data-now]')) places[place.dataset.now] = place;
   return (frame) => {
     const [v, omega] = run.row('twist', frame), [toV, toOmega] = run.row('command', frame);
     const status = run.status(frame), ended = frame === run.last;

@@ -20,7 +20,9 @@ class Playback {
     document.getElementById('end').textContent = quantity(times[times.length - 1], 1, 's');
     this.slider.addEventListener('input', () => this.go(Number(this.slider.value)));
     this.button.addEventListener('click', () => this.toggle());
-    document.getElementById('speed').addEventListener('change', (event) => { this.speed = Number(event.target.value); });
+    document.getElementById('speed').addEventListener('change', ({ target }) => {
+      this.speed = Number(target.value);
+    });
     document.getElementById('back').addEventListener('click', () => this.go(this.index - 1));
     document.getElementById('forward').addEventListener('click', () => this.go(this.index + 1));
     document.addEventListener('keydown', (event) => this.key(event));
@@ -49,8 +51,10 @@ class Playback {
     if (!quiet) this.say(text);
   }
 
+  /** Shows the frame nearest to `time`. */
   seek(time) {
-    this.go(this.indexAt(time));
+    const index = this.indexAt(time), next = this.times[index + 1] ?? Infinity;
+    this.go(next - time < time - this.times[index] ? index + 1 : index);
   }
 
   /** Tells a screen reader once the user rests. */
@@ -102,9 +106,8 @@ class Playback {
   }
 
   key(event) {
-    const inField = event.target.matches('select, input:not([type=range]), textarea');
-    if (event.ctrlKey || event.metaKey || event.altKey || inField) return;
-    const pressed = event.target.matches('button, summary, a');
+    if (event.ctrlKey || event.metaKey || event.altKey || event.target.matches('select')) return;
+    const pressed = event.target.matches('button, summary, input[type=checkbox]'); // by the space bar
     const actions = {
       ' ': () => this.toggle(),
       ArrowLeft: () => (event.shiftKey ? this.seek(this.time - 1) : this.go(this.index - 1)),

@@ -27,7 +27,8 @@ function powerTicks(low, high, place) {
   const powers = [];
   for (let exponent = -9; exponent <= 12; exponent++) powers.push(10 ** exponent, -(10 ** exponent));
   const ticks = [0];
-  for (const tick of powers.filter((value) => value <= high && value >= low).sort((a, b) => Math.abs(b) - Math.abs(a))) {
+  powers.sort((a, b) => Math.abs(b) - Math.abs(a));
+  for (const tick of powers.filter((value) => value <= high && value >= low)) {
     if (ticks.every((other) => Math.abs(place(other) - place(tick)) > 17)) ticks.push(tick);
   }
   return ticks;
@@ -117,14 +118,15 @@ class TimePlot {
 
   resize() {
     if (!this.root) return;
-    const width = this.figure.clientWidth, { root } = this, floor = PLOT_HEIGHT - MARGIN.bottom;
+    const { root } = this, { width } = root.getBoundingClientRect(), floor = PLOT_HEIGHT - MARGIN.bottom;
     root.replaceChildren();
     root.setAttribute('viewBox', `0 0 ${width} ${PLOT_HEIGHT}`);
     root.setAttribute('height', PLOT_HEIGHT);
     this.scales(width);
     for (const tick of this.ticks) {
       const y = this.y(tick);
-      svg(root, 'line', { class: tick === 0 ? 'axis' : 'grid', x1: MARGIN.left, x2: width - MARGIN.right, y1: y, y2: y });
+      const kind = tick === 0 ? 'axis' : 'grid';
+      svg(root, 'line', { class: kind, x1: MARGIN.left, x2: width - MARGIN.right, y1: y, y2: y });
       svg(root, 'text', { class: 'tick', x: MARGIN.left - 6, y: y + 4, 'text-anchor': 'end' }, tickText(tick));
     }
     const seconds = niceTicks(0, this.duration, width > 420 ? 8 : 4);

@@ -38,7 +38,7 @@ function plotSpecs(runs) {
       ['robot', 'first', share('robot_ess', 'robot')],
       ['people, the least', 'third', share('people_ess', 'tracks')],
     ]),
-    alone ? pick('Time of a tick', 'ms', 2, phases, { stacked: true }) : pick('Time of a tick', 'ms', 2, [['', '', whole]]),
+    pick('Time of a tick', 'ms', 2, alone ? phases : [['', '', whole]], { stacked: alone }),
     pick('Lateness of a tick', 'ms', 3, [['behind its deadline', 'first', (run) => {
       const late = column(run, 'lateness');
       return late.some((value) => value > 0) ? late : [];

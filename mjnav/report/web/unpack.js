@@ -137,6 +137,7 @@ function quantity(value, digits, unit) {
 function compact(value) {
   if (!Number.isFinite(value)) return '\u2013';
   const size = Math.abs(value);
-  const text = size !== 0 && (size >= 1e4 || size < 1e-3) ? value.toExponential(1).replace('e+', 'e') : value.toPrecision(3);
+  const far = size !== 0 && (size >= 1e4 || size < 1e-3);
+  const text = far ? value.toExponential(1).replace('e+', 'e') : value.toPrecision(3);
   return text.replaceAll('-', '\u2212');
 }

@@ -1,0 +1,385 @@
+"""`mjnav report`'s page in a browser: it plays back, it listens to the keyboard, and it stays by itself."""
+
+import json
+import os
+import shutil
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import mjnav
+from mjnav.cli.main import main
+from mjnav.loop.prepare import load_scenario
+from mjnav.report.inspection import inspect
+from mjnav.report.page_figures import flatten, shown
+from tests.recording.conftest import MadeUpRun, make_scenario
+
+playwright = pytest.importorskip("playwright.sync_api")
+
+CHROMIUM = os.environ.get("CHROMIUM") or shutil.which("chromium") or shutil.which("google-chrome")
+OPTIONS = (
+    "--no-sandbox",
+    "--disable-gpu",
+    "--disable-quic",
+    "--no-first-run",
+    "--disable-background-networking",
+    "--disable-component-update",
+    "--disable-sync",
+)
+HOSTILE = '"></script><script>window.hacked=1</script><img src=x onerror="window.hacked=2">'
+DESK, PHONE = {"width": 1400, "height": 900}, {"width": 360, "height": 740}
+
+pytestmark = pytest.mark.skipif(CHROMIUM is None, reason="there is no chromium")
+
+
+@pytest.fixture(scope="module")
+def browser():
+    with playwright.sync_playwright() as started:
+        chromium = started.chromium.launch(executable_path=CHROMIUM, args=OPTIONS)
+        yield chromium
+        chromium.close()
+
+
+@pytest.fixture(scope="module")
+def pages(tmp_path_factory):
+    """The folder with logs and their pages: hall, mppi, both, hostile."""
+    folder = tmp_path_factory.mktemp("pages")
+    for name, controller, limit in (("hall", None, 4), ("mppi", "mppi", 3)):
+        overrides = (f"time_limit={limit}", "physics.engine=kinematic")
+        mjnav.run(load_scenario("hall", overrides, controller=controller, seed=3), log=folder / f"{name}.mcap")
+    scenario, made_up = make_scenario(1), MadeUpRun(num_people=1, num_candidates=20)
+    info = {"scene": HOSTILE, "controller": HOSTILE, "seed": "3"}
+    with mjnav.recording.Recorder(folder / "hostile.mcap", scenario, info, "<mujoco/>") as recorder:
+        for tick in range(2):
+            recorder.write(made_up.record(tick))
+        recorder.finish(made_up.truth(2), {"outcome": HOSTILE})
+    for names in (("hall",), ("hostile",), ("hall", "mppi")):
+        logs = [str(folder / f"{name}.mcap") for name in names]
+        assert main(["report", *logs, "-o", str(folder / f"{'-'.join(names)}.html")]) == 0
+    return folder
+
+
+@pytest.fixture
+def opened(browser, pages):
+    """Opens a page in a window of its own; whatever it says or asks for beside itself fails the test."""
+    contexts, said = [], []
+
+    def open_page(name, viewport=DESK, **options):
+        context = browser.new_context(viewport=viewport, **options)
+        contexts.append(context)
+        view = context.new_page()
+        view.on("console", lambda message: said.append(message.text))
+        view.on("pageerror", lambda error: said.append(str(error)))
+        view.on("request", lambda request: said.append(request.url) if request.url != url else None)
+        view.on("dialog", lambda dialog: said.append(dialog.message))
+        url = (pages / f"{name}.html").as_uri()
+        view.goto(url)
+        view.wait_for_selector("html[data-ready]")
+        return view
+
+    yield open_page
+    for context in contexts:
+        context.close()
+    assert said == []
+
+
+def clock(view):
+    return view.inner_text("#clock").replace("\u202f", " ")
+
+
+def pixels(view, i=0):
+    """A number that differs where what a map shows does."""
+    return view.evaluate(
+        """i => {
+            const canvas = document.querySelectorAll('canvas')[i], {width, height} = canvas;
+            const copy = new OffscreenCanvas(width, height).getContext('2d', {willReadFrequently: true});
+            copy.drawImage(canvas, 0, 0);
+            const {data} = copy.getImageData(0, 0, width, height);
+            return new Uint32Array(data.buffer).reduce((sum, pixel) => (Math.imul(sum, 31) + pixel) | 0, 0);
+        }""",
+        i,
+    )
+
+
+def until(view, script):
+    """Waits until a script gives true; the page's policy forbids playwright's own way."""
+    for _ in range(500):
+        if view.evaluate(script):
+            return
+        view.wait_for_timeout(10)
+    pytest.fail(f"never: {script}")
+
+
+def test_it_opens_without_a_word_and_asks_for_nothing(opened):
+    view = opened("hall")
+    assert clock(view) == "0.00 s"
+    assert view.inner_text("h1") == "hall"
+    assert view.evaluate("performance.getEntriesByType('resource').length") == 0
+
+
+def test_what_is_drawn_is_what_happened(opened, pages):
+    """Every array that the page makes of its text, against the log's own."""
+    view = opened("hall")
+    trajectory = mjnav.open_log(pages / "hall.mcap").trajectory()
+    found = view.evaluate("""async () => {
+        const run = await Run.load(JSON.parse(document.getElementById('runs').textContent)[0], 0);
+        return Object.fromEntries(Object.entries(run.tables).map(([name, table]) => [name,
+            Array.from(table.values, (value) => Number.isNaN(value) ? null : value)]));
+    }""")
+
+    def array(name, *shape):
+        return np.array(found[name], float).reshape(-1, *shape)
+
+    np.testing.assert_array_equal(array("time"), trajectory.time)
+    for name, values in {
+        "pose": trajectory.robot_pose,
+        "twist": trajectory.robot_twist,
+        "people": trajectory.people_position.reshape(len(trajectory.time), -1),
+    }.items():
+        np.testing.assert_allclose(array(name, values.shape[1]), values, atol=6e-4)
+    np.testing.assert_allclose(array("estimate", 3)[:-1], trajectory.estimate, atol=6e-4)
+    np.testing.assert_allclose(array("command", 2)[:-1], trajectory.command, atol=6e-4)
+    np.testing.assert_allclose(array("nominal", 2)[:-1], trajectory.nominal, atol=6e-4)
+    assert np.isnan(array("command", 2)[-1]).all()
+    tracks = array("tracks", 5, 5)[:-1]
+    np.testing.assert_allclose(tracks[:, :, :2], trajectory.tracks[:, :, :2], atol=6e-4)
+    longest = np.sqrt(5.991 * np.linalg.eigvalsh(trajectory.track_covariance[:, :, :2, :2])[..., -1])
+    np.testing.assert_allclose(tracks[:, :, 2], longest, atol=6e-4)
+    particles = array("track_particles", 5, 16, 2)[:-1]
+    assert np.abs(np.nanmean(particles, axis=(0, 2))).max() < 0.02  # about the tracks' means
+    least = inspect(pages / "hall.mcap")["figures"]["min_clearance_m"]
+    assert array("clearance").min() == pytest.approx(least, abs=6e-4)
+
+
+def test_every_figure_in_the_page_is_that_of_inspect(opened, pages):
+    view = opened("hall-mppi")
+    documents = [flatten(json.loads(json.dumps(inspect(pages / f"{name}.mcap")))) for name in ("hall", "mppi")]
+    figures = view.evaluate("""[...document.querySelectorAll('[data-key]')].map((place) =>
+        [Number(place.dataset.run), place.dataset.key, place.dataset.value, place.textContent])""")
+    assert len(figures) > 200
+    for run, key, raw, text in figures:
+        assert json.loads(raw) == documents[run].get(key), key
+        assert text == shown(documents[run].get(key)), key
+
+
+def test_the_slider_moves_time_and_the_picture(opened):
+    view = opened("hall")
+    before, readout = pixels(view), view.inner_text("[data-now=speed]")
+    view.fill("#time", "25")
+    assert clock(view) == "2.50 s"
+    assert pixels(view) != before
+    assert view.inner_text("[data-now=speed]") != readout
+    assert view.get_attribute("#time", "aria-valuetext").startswith("2.50")
+    assert view.get_attribute("canvas", "aria-label").startswith("Map at 2.5")
+
+
+def test_keys_move_time(opened):
+    view = opened("hall")
+    pictures = {pixels(view)}
+    for key, expected in (
+        ("ArrowRight", "0.10 s"),
+        ("Shift+ArrowRight", "1.10 s"),
+        ("ArrowLeft", "1.00 s"),
+        ("End", "4.00 s"),
+        ("Shift+ArrowLeft", "3.00 s"),
+        ("Home", "0.00 s"),
+        ("ArrowLeft", "0.00 s"),
+    ):
+        view.keyboard.press(key)
+        assert clock(view) == expected, key
+        pictures.add(pixels(view))
+    assert len(pictures) == 6
+
+
+def test_keys_and_clicks_find_the_worst_moments_and_events(opened, pages):
+    view = opened("hall")
+    moments = [f"{moment['time_s']:.2f} s" for moment in inspect(pages / "hall.mcap")["moments"]]
+    assert moments
+    for i, expected in enumerate(moments, start=1):
+        view.keyboard.press(str(i))
+        assert clock(view) == expected
+    view.keyboard.press("End")
+    view.keyboard.press("p")
+    assert clock(view) == max(moments)
+    view.keyboard.press("Home")
+    view.keyboard.press("n")
+    assert clock(view) == min(moment for moment in moments if moment > "0.00 s")
+    view.click(".moments li:nth-child(1) button")
+    assert clock(view) == moments[0]
+    view.click(".events li:last-child button")
+    assert clock(view) == "4.00 s"
+
+
+def test_space_plays_and_pauses(opened):
+    view = opened("hall")
+    view.select_option("#speed", "8")
+    view.evaluate("document.activeElement.blur()")
+    view.keyboard.press("Space")
+    assert view.get_attribute("#play", "aria-label") == "Pause"
+    until(view, "Number(document.getElementById('time').value) > 5")
+    view.keyboard.press("Space")
+    assert view.get_attribute("#play", "aria-label") == "Play"
+    view.keyboard.press("Space")
+    view.wait_for_selector("#play[aria-label=Play]")
+    assert clock(view) == "4.00 s"
+
+
+@pytest.mark.parametrize("motion", ["reduce", "no-preference"])
+def test_nothing_moves_by_itself(opened, motion):
+    view = opened("hall", reduced_motion=motion)
+    view.wait_for_timeout(150)
+    assert clock(view) == "0.00 s"
+
+
+def test_a_click_on_a_plot_seeks(opened):
+    view = opened("hall")
+    assert view.locator(".plot svg[role=img]").count() == 6
+    first = view.locator(".plot svg[role=img]").first
+    middle = 44 + 0.5 * (first.bounding_box()["width"] - 60)  # of the time axis, between its margins
+    first.click(position={"x": middle, "y": 60})
+    assert clock(view) == "2.00 s"
+    lines = view.evaluate("[...document.querySelectorAll('.cursor')].map((line) => Number(line.getAttribute('x1')))")
+    assert len(lines) == 6
+    assert lines[0] == pytest.approx(middle, abs=1)
+
+
+def test_layers_can_be_hidden(opened):
+    view = opened("hall")
+    view.keyboard.press("3")
+    view.keyboard.press("End")
+    view.keyboard.press("Shift+ArrowLeft")
+    seen = {pixels(view)}
+    for layer in ("candidates", "particles", "estimates", "follow"):
+        view.locator(f"[data-layer={layer}]").click()
+        seen.add(pixels(view))
+    assert len(seen) == 5
+    view.keyboard.press("Home")  # a box that has the focus leaves time its keys
+    assert clock(view) == "0.00 s"
+
+
+def test_the_distribution_is_the_tick_s(opened, pages):
+    view = opened("hall")
+    cones = {message.sequence: message.value for message in mjnav.open_log(pages / "hall.mcap").messages("/cone")}
+    tick = min(cones, key=lambda tick: cones[tick].safe_share)
+    view.fill("#time", str(tick))
+    assert view.inner_text(".cone-obstacle") == cones[tick].obstacle
+    assert view.inner_text(".share-text").replace("\u202f", " ") == f"{100 * cones[tick].safe_share:.0f} %"
+    paths = view.evaluate("[...document.querySelectorAll('.cone svg path')].map((path) => path.getAttribute('d'))")
+    assert all(paths[i] for i in (0, 2))
+
+
+def test_all_can_be_done_by_keyboard_alone_and_the_focus_is_seen(opened):
+    view = opened("hall")
+    reached = []
+    for _ in range(60):
+        view.keyboard.press("Tab")
+        name, outline = view.evaluate("""() => {
+            const at = document.activeElement, name = at.id || at.dataset.layer || at.dataset.moment || at.tagName;
+            return [name, getComputedStyle(at).outlineStyle];
+        }""")
+        assert outline != "none", name
+        reached.append(name)
+        if name == "SUMMARY":
+            break
+    wanted = [
+        "theme",
+        "back",
+        "play",
+        "forward",
+        "time",
+        "speed",
+        "candidates",
+        "particles",
+        "estimates",
+        "follow",
+        "1",
+    ]
+    assert [name for name in reached if name in wanted] == wanted
+    view.focus("[data-moment='1']")
+    view.keyboard.press("Enter")
+    assert clock(view) != "0.00 s" or "0 s" in view.inner_text("[data-moment='1']")
+    view.focus("[data-layer=candidates]")
+    view.keyboard.press("Space")
+    assert not view.is_checked("[data-layer=candidates]")
+    assert view.get_attribute("#play", "aria-label") == "Play"
+
+
+def test_what_is_not_text_has_words(opened):
+    view = opened("hall")
+    nameless = view.evaluate("""[...document.querySelectorAll('button, input, select, canvas, svg[role=img]')]
+        .filter((one) => !(one.getAttribute('aria-label') || one.textContent.trim() || one.labels?.length))
+        .map((one) => one.outerHTML)""")
+    assert nameless == []
+    view.keyboard.press("ArrowRight")
+    until(view, "document.getElementById('spoken').textContent.startsWith('0.10')")
+
+
+def background(view):
+    return view.evaluate("getComputedStyle(document.body).backgroundColor"), pixels(view)
+
+
+def test_the_theme_is_the_system_s_until_it_is_switched(opened):
+    light, dark = opened("hall", color_scheme="light"), opened("hall", color_scheme="dark")
+    day, night = background(light), background(dark)
+    assert day[0] != night[0]
+    assert day[1] != night[1]
+    light.click("#theme")
+    assert background(light) == night
+    light.click("#theme")
+    assert background(light) == day
+
+
+@pytest.mark.parametrize("name", ["hall", "hall-mppi", "hostile"])
+def test_a_phone_scrolls_one_way_only(opened, name):
+    view = opened(name, PHONE, device_scale_factor=3)
+    assert view.evaluate("document.documentElement.scrollWidth") == PHONE["width"]
+    assert view.evaluate(
+        "(({width, clientWidth}) => width / clientWidth)(document.querySelector('canvas'))"
+    ) == pytest.approx(3, abs=0.02)
+
+
+def test_two_runs_share_one_slider(opened):
+    view = opened("hall-mppi")
+    assert view.locator("canvas").count() == 2
+    before = [pixels(view, i) for i in range(2)]
+    view.fill("#time", "20")
+    middle = [pixels(view, i) for i in range(2)]
+    assert all(a != b for a, b in zip(before, middle, strict=True))
+    view.keyboard.press("End")  # the second one ended a second before
+    assert clock(view) == "4.00 s"
+    assert view.locator(".run").nth(1).locator("[data-now=status]").inner_text() == "the run ended"
+    lines = view.evaluate(
+        "[...document.querySelectorAll('.plot')].map((plot) => plot.querySelectorAll('path.line').length)"
+    )
+    assert lines == [2] * 6
+    assert view.locator(".comparison .difference").count() > 10
+
+
+def test_a_hostile_name_is_shown_and_does_nothing(opened):
+    view = opened("hostile")
+    assert view.inner_text("h1") == HOSTILE
+    assert HOSTILE in view.title()
+    assert HOSTILE in view.inner_text("[data-outcome]")
+    assert view.evaluate("window.hacked") is None
+    assert view.locator("img").count() == 0
+
+
+def test_a_script_that_is_not_the_page_s_own_does_not_run(browser, pages, tmp_path):
+    text = (pages / "hall.html").read_text().replace("</body>", "<script>window.hacked=1</script></body>")
+    (tmp_path / "changed.html").write_text(text)
+    view = browser.new_page()
+    view.goto(Path(tmp_path / "changed.html").as_uri())
+    view.wait_for_selector("html[data-ready]")
+    assert view.evaluate("window.hacked") is None
+    view.close()
+
+
+def test_without_scripts_the_figures_are_there(browser, pages):
+    context = browser.new_context(java_script_enabled=False)
+    view = context.new_page()
+    view.goto((pages / "hall.html").as_uri())
+    assert "Playback and plots need JavaScript" in view.content()
+    figure = inspect(pages / "hall.mcap")["figures"]["min_clearance_m"]
+    assert shown(figure) in view.inner_text(".figures")
+    context.close()
