@@ -21,7 +21,7 @@ SHORT = (*DIRECT, "physics.engine=kinematic", "time_limit=3.0")
 
 @pytest.fixture(scope="module")
 def surface_data():
-    return surface.measure([load_scenario("crossing1", SHORT)], quick=True)
+    return surface.measure([load_scenario("crossing1", [*SHORT, "control.samples=9"])], quick=True)
 
 
 @pytest.fixture(scope="module")

@@ -24,7 +24,7 @@ LOW, HIGH = np.array([0.0, -1.5]), np.array([1.0, 1.5])
 
 @pytest.fixture(scope="module")
 def scenario():
-    return load_scenario("crossing1", ["physics.engine=kinematic", "time_limit=6.0"])
+    return load_scenario("crossing1", ["physics.engine=kinematic", "time_limit=6.0", "control.samples=9"])
 
 
 @pytest.fixture(scope="module")
@@ -166,7 +166,7 @@ def test_pairs_meet_the_clip_where_their_cone_does(scenario, records):
 def test_the_clip_makes_kinks_and_nothing_else_does(data):
     clipped, free = data.views[2].jumps, data.views[-1].jumps
     assert clipped[-1] > 20.0 * free[-1]
-    assert free[0] / free[-1] == pytest.approx(10.0**2.5, rel=0.2)  # in proportion to the step
+    assert free[-5] / free[-1] == pytest.approx(10.0, rel=0.1)  # in proportion to the step, four of them a decade
 
 
 def test_nothing_is_below_the_reference_and_more_starts_cost_more_points(data):
@@ -194,10 +194,12 @@ def test_rows_hold_every_decision_variant_and_window_and_go_into_a_table(data):
     assert float(next(csv.DictReader(StringIO(text.getvalue())))["grid_cost"]) == data.grid[0, 0, 0]
 
 
-def test_the_same_seed_gives_the_same_costs(scenario, data):
-    again = surface.measure([scenario], quick=True)
+def test_the_same_seed_gives_the_same_costs(scenario, records, data):
+    first = records[0].truth.time
+    again = surface.measure([replace(scenario, time_limit=first + 0.05)], quick=True)
+    assert again.tick.tolist() == [records[0].tick]
     for key in ("reference", "grid", "found", "points", "jumps"):
-        assert np.array_equal(getattr(again, key), getattr(data, key))
+        assert np.array_equal(getattr(again, key), getattr(data, key)[:1])
 
 
 def many_runs(data, **changes):
