@@ -24,7 +24,8 @@ def test_a_missing_renderer_is_an_input_error_that_says_what_to_install(clutter,
     def missing(name):
         raise ImportError(f"no {name}")
 
-    monkeypatch.setattr("mjnav.world.render.import_module", missing)
+    monkeypatch.setattr("mjnav.world.offscreen.import_module", missing)
+    monkeypatch.setenv("MUJOCO_GL", "egl")
     scenario = clutter()
     with pytest.raises(InputError, match="libegl1"):
         render(scenario, Simulator(scenario, 0).state())
