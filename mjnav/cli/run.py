@@ -2,14 +2,14 @@
 
 import argparse
 import json
-import sys
 from collections.abc import Mapping
+from contextlib import ExitStack
 from typing import Any
 
-from mjnav.cli import scene_options
+from mjnav.cli import scene_options, views
 from mjnav.cli.interrupt import interruptible
 from mjnav.cli.main import INTERRUPTED
-from mjnav.cli.waiting import compile_notice, progress
+from mjnav.cli.waiting import compile_notice, progress, tell
 from mjnav.errors import InvalidValue, unknown_name
 from mjnav.loop.pacer import POLICIES
 from mjnav.loop.prepare import load_scenario
@@ -18,8 +18,13 @@ from mjnav.loop.prepare import load_scenario
 def configure(parser: argparse.ArgumentParser) -> None:
     """The command's options."""
     scene_options.configure(parser)
-    parser.add_argument("--real-time", action="store_true", help="pace the loop to the wall clock")
+    parser.add_argument(
+        "--real-time",
+        action=argparse.BooleanOptionalAction,
+        help="pace the loop to the wall clock; --live and --view do, unless told not to",
+    )
     parser.add_argument("--overruns", metavar="skip|abort", help="what a missed deadline does; skip by default")
+    views.configure(parser)
     log = parser.add_mutually_exclusive_group()
     log.add_argument("--log", metavar="PATH", help="where the log goes; runs/out/ by default")
     log.add_argument("--no-log", action="store_true", help="write no log")
@@ -32,32 +37,53 @@ def execute(arguments: argparse.Namespace) -> int:
     overruns = arguments.overruns
     if overruns is not None and overruns not in POLICIES:
         raise unknown_name("--overruns", overruns, POLICIES)
-    if overruns is not None and not arguments.real_time:
+    real_time = views.looked_at(arguments) if arguments.real_time is None else arguments.real_time
+    if overruns is not None and not real_time:
         raise InvalidValue("--overruns", overruns, "nothing without --real-time")
     scenario = load_scenario(arguments.scene, arguments.overrides, controller=arguments.controller, seed=arguments.seed)
     from mjnav.loop.episode import warm_up
+    from mjnav.loop.fault import RunFault
     from mjnav.loop.run import run
 
-    with compile_notice():
-        warm_up(scenario)
-    with interruptible() as interrupted, progress(scenario.name, scenario.time_limit) as show:
-        result = run(
-            scenario,
-            real_time=arguments.real_time,
-            overruns=overruns or POLICIES[0],
-            log=None if arguments.no_log else True if arguments.log is None else arguments.log,
-            stop=interrupted.is_set,
-            progress=show,
-            profile=arguments.profile,
-        )
+    with ExitStack() as stack:
+        seen = stack.enter_context(views.open_views(arguments, scenario))
+        with compile_notice():
+            warm_up(scenario)
+        interrupted = stack.enter_context(interruptible())
+        show = stack.enter_context(progress(scenario.name, scenario.time_limit))
+        fault = None
+        try:
+            result = run(
+                scenario,
+                real_time=real_time,
+                overruns=overruns or POLICIES[0],
+                log=None if arguments.no_log else True if arguments.log is None else arguments.log,
+                stop=lambda: interrupted.is_set() or seen.closed(),
+                progress=show,
+                watch=seen.watch,
+                live=seen.live,
+                profile=arguments.profile,
+            )
+        except RunFault as error:
+            if error.result is None:
+                raise
+            result, fault = error.result, error
     if arguments.json:
         print(json.dumps(result.summary))
     else:
         print(describe(result.summary, result.real_time, result.log_dropped))
+    if fault is not None:
+        raise fault
     if interrupted.is_set():
-        print("mjnav: interrupted", file=sys.stderr)
+        tell(f"interrupted: {_ending(result.summary)}")
         return INTERRUPTED
     return 0
+
+
+def _ending(summary: dict[str, Any]) -> str:
+    """How a run ended, and where its log is, in one line."""
+    place = f"; the log is {summary['log']}" if summary["log"] else ""
+    return f"{summary['outcome']} after {summary['time_s']:.1f} s, {summary['ticks']} ticks{place}"
 
 
 def describe(summary: dict[str, Any], real_time: Mapping[str, str] | None = None, log_dropped: int = 0) -> str:

@@ -4,6 +4,7 @@ import os
 from collections.abc import Callable
 from dataclasses import replace
 from datetime import datetime
+from functools import partial
 from pathlib import Path
 
 from mjnav import scenarios
@@ -13,7 +14,8 @@ from mjnav.loop.pacer import FreePacer, Pacer, RealTimePacer
 from mjnav.loop.prepare import build_controller, load_scenario
 from mjnav.loop.profile import profiled
 from mjnav.loop.realtime import real_time as ask_for_real_time
-from mjnav.messages import Event
+from mjnav.messages import Event, TickRecord
+from mjnav.recording.live import LiveServer
 from mjnav.recording.writer import check_path
 from mjnav.scenarios.spec import Scenario
 
@@ -30,6 +32,8 @@ def run(
     log: bool | str | os.PathLike[str] | None = None,
     stop: Callable[[], bool] = lambda: False,
     progress: Callable[[float], None] = lambda time: None,
+    watch: Callable[[TickRecord], None] = lambda record: None,
+    live: LiveServer | None = None,
     profile: bool = False,
 ) -> Result:
     """Runs one episode and returns how it went.
@@ -38,8 +42,9 @@ def run(
     with its own default parameters); `real_time` paces the loop to the wall clock, and `overruns` says what a missed
     deadline does to it ("skip" catches up, or else skips periods, and "abort" ends the run); `log` is None for no log,
     True for the default path below the working directory, or a path; `stop` is asked before every tick whether to
-    abort, and `progress` is told the simulated time [s]; `profile` adds to the summary, as "profile", where each tick's
-    time went. Raises InputError before anything starts where something cannot be used.
+    abort, and `progress` is told the simulated time [s]; `watch` sees every tick, and the clients of `live` get what a
+    log gets; `profile` adds to the summary, as "profile", where each tick's time went. Raises InputError before
+    anything starts where something cannot be used.
     """
     if not isinstance(scenario, Scenario):
         scenario = load_scenario(scenario, controller=controller, seed=seed)
@@ -53,17 +58,16 @@ def run(
     if log is not None and log is not False:
         path = check_path(default_log_path(scenario) if log is True else log)
     warm_up(scenario)
+    episode = partial(Episode, scenario, log=path, live=live, pacer=pacer, stop=stop, progress=progress, watch=watch)
     if profile:
         with profiled() as profiler:
-            result = _run(scenario, path, pacer, stop, progress)
+            result = _run(episode, pacer)
         return replace(result, summary={**result.summary, "profile": profiler.summary()})
-    return _run(scenario, path, pacer, stop, progress)
+    return _run(episode, pacer)
 
 
-def _run(
-    scenario: Scenario, path: Path | None, pacer: Pacer, stop: Callable[[], bool], progress: Callable[[float], None]
-) -> Result:
-    episode = Episode(scenario, log=path, pacer=pacer, stop=stop, progress=progress)
+def _run(make_episode: Callable[[], Episode], pacer: Pacer) -> Result:
+    episode = make_episode()  # its threads begin before any real-time scheduling that they would inherit
     if not pacer.real_time:
         return episode.run()
     with ask_for_real_time() as got:

@@ -10,7 +10,8 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, Protocol, Self
 
 from mjnav.errors import InputError, InvalidValue, missing_extra
-from mjnav.recording.topics import Topic
+from mjnav.recording.topics import topics
+from mjnav.scenarios.spec import Scenario
 
 if TYPE_CHECKING:
     from foxglove import Channel
@@ -36,12 +37,12 @@ class Writer(Protocol):
 
 
 class LiveServer:
-    """Serves one run after another on `port` of this machine, 0 for any that is free; a context manager.
+    """Serves runs of `scenario`, one after another, on `port` of this machine, 0 for any that is free.
 
-    Raises InputError where the port is taken or foxglove-sdk is not installed.
+    A context manager. Raises InputError where the port is taken or foxglove-sdk is not installed.
     """
 
-    def __init__(self, port: int = PORT, *, name: str = "mjnav"):
+    def __init__(self, scenario: Scenario, *, port: int = PORT):
         if port not in _PORTS:
             raise InvalidValue("port", port, f"a whole number from 0 to {_PORTS[-1]}")
         try:
@@ -49,46 +50,47 @@ class LiveServer:
             from foxglove.websocket import Capability
         except ImportError:
             raise missing_extra("foxglove-sdk", "live") from None
-        self._context = foxglove.Context()
-        self._channels: dict[str, Channel] = {}
+        context = self._context = foxglove.Context()  # which nothing else keeps
+        # Before the server: from a client that hears of a channel while it is made the server may not know it.
+        self._channels = {
+            topic.name: foxglove.Channel(
+                topic.name,
+                message_encoding=topic.schema.message_encoding,
+                schema=foxglove.Schema(name=topic.schema.name, encoding=topic.schema.encoding, data=topic.schema.data),
+                context=context,
+            )
+            for topic in topics(scenario)
+        }
+        self._served = False
+        name = f"mjnav {scenario.name}, {scenario.control.method}, seed {scenario.seed}"
         try:
             # Clients that are told the time show simulated time, not the wall's.
             self._server = foxglove.start_server(
-                name=name, host=HOST, port=port, context=self._context, capabilities=[Capability.Time]
+                name=name, host=HOST, port=port, context=context, capabilities=[Capability.Time]
             )
         except RuntimeError as error:
             reason = str(error).rpartition("port: ")[2].partition(" (")[0]
             raise InputError(f"port {port} of {HOST} cannot be served: {reason}; choose another") from None
         self.url = f"ws://{HOST}:{self._server.port}"
 
-    def announce(self, topics: tuple[Topic, ...]) -> None:
-        """Offers the topics of a run that is to begin, in place of the last one's."""
-        import foxglove
-
-        if self._channels:
-            self._server.clear_session()  # simulated time begins anew
-        for channel in self._channels.values():
-            channel.close()
-        self._channels = {
-            topic.name: foxglove.Channel(
-                topic.name,
-                message_encoding=topic.schema.message_encoding,
-                schema=foxglove.Schema(name=topic.schema.name, encoding=topic.schema.encoding, data=topic.schema.data),
-                context=self._context,
-            )
-            for topic in topics
-        }
+    @property
+    def watched(self) -> bool:
+        """Whether anybody wants to have any topic."""
+        return any(channel.has_sinks() for channel in self._channels.values())
 
     def writer(self, channels: Mapping[str, int], file: Writer | None) -> Writer:
-        """Sends every message to the clients before it goes to the file, if there is one.
+        """Sends every message of a run to the clients before it goes to the file, if there is one.
 
-        `channels` holds the number that messages bear for each topic that was announced.
+        `channels` holds the number that messages bear for each topic.
         """
+        if self._served:
+            self._server.clear_session()  # simulated time begins anew
+        self._served = True
         return _LiveWriter(self._server, {number: self._channels[name] for name, number in channels.items()}, file)
 
     def close(self) -> None:
         """Ends the server when its clients had time for the last messages."""
-        if any(channel.has_sinks() for channel in self._channels.values()):
+        if self.watched:
             time.sleep(LAST_MESSAGES)
         # It waits for each client to take what was sent, and one that is stopped never does.
         stopping = threading.Thread(target=self._server.stop, daemon=True)
@@ -111,7 +113,7 @@ class _LiveWriter:
 
     def add_message(self, channel_id: int, log_time: int, data: bytes, publish_time: int, sequence: int = 0) -> None:
         """See `Writer`."""
-        if log_time != self._time_ns:
+        if log_time > self._time_ns:
             self._time_ns = log_time
             self._server.broadcast_time(log_time)
         self._channels[channel_id].log(data, log_time=log_time)

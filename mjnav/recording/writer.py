@@ -66,7 +66,7 @@ class Recorder:
     `mjnav/run` (seed, scene, controller, versions, argv, ...), `model_xml` the attachment `model.xml.gz`. A log that is
     `threaded` encodes and writes on a thread of its own: slower in all, but out of the tick's way in real time. Where
     the disk cannot keep up, such a log drops ticks rather than hold the loop up; `dropped` counts their parts. What is
-    written goes to the clients of `live`, too, which is told of the topics here; `path` may then be None for no file.
+    written goes to the clients of `live`, too; `path` may then be None for no file.
 
     Where the disk takes no more, or somebody deletes the file or cuts it short, a call soon after raises LogError, and
     so does every later one. The file then keeps the whole records before and, where there is room, the result.
@@ -97,8 +97,6 @@ class Recorder:
         self._last: tuple[int, int] = (-1, 0)  # number and time [ns] of the last tick
         self._closed = False
         self._live = live
-        if live is not None:
-            live.announce(self._topics)
 
     @property
     def dropped(self) -> int:

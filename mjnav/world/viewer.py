@@ -1,0 +1,96 @@
+"""A window on a run while it goes: MuJoCo's passive viewer."""
+
+# pyright: reportAttributeAccessIssue=false
+# mujoco's compiled modules carry no types.
+
+import os
+import threading
+import warnings
+from typing import Any, Self
+
+from mjnav.errors import InputError
+from mjnav.messages import Array, WorldState
+from mjnav.scenarios.spec import Scenario
+from mjnav.world.camera import overview
+from mjnav.world.decoration import draw_route, draw_trail
+from mjnav.world.scene import scene_points
+from mjnav.world.stage import Stage
+
+CLOSING_TIME = 5.0  # [s] that the window gets to end in order
+_ASPECT = 1.5  # of the window, roughly
+_INSTEAD = "use `mjnav run --live`, or `mjnav render LOG -o film.mp4` afterwards; over SSH, ssh -X"
+
+
+class Viewer:
+    """A window that shows what `show` is told; a context manager, which closes it.
+
+    It has a model of its own, so that no look at the run, and no hand in the window, changes it. Raises InputError
+    where no window can be opened.
+    """
+
+    def __init__(self, scenario: Scenario):
+        _check_display()
+        from mujoco import viewer
+
+        self._scenario = scenario
+        self._stage = Stage(scenario)
+        self._trail: list[Array] = []
+        before = set(threading.enumerate())
+        self._window = viewer.launch_passive(
+            self._stage.model, self._stage.data, show_left_ui=False, show_right_ui=False
+        )
+        self._threads = set(threading.enumerate()) - before
+        camera = overview(scene_points(scenario), _ASPECT)
+        with self._window.lock():
+            for name in ("type", "lookat", "azimuth", "elevation", "distance"):
+                setattr(self._window.cam, name, getattr(camera, name))
+
+    @property
+    def closed(self) -> bool:
+        """Whether somebody closed the window."""
+        return not self._window.is_running()
+
+    def show(self, state: WorldState) -> None:
+        """Brings the window up to date; returns before it has been drawn."""
+        if self.closed:
+            return
+        self._trail.append(state.robot_pose[:2])
+        with self._window.lock():
+            self._stage.place(state)
+            scene: Any = self._window.user_scn
+            scene.ngeom = 0
+            draw_route(scene, self._scenario)
+            draw_trail(scene, self._trail)
+        self._window.sync()
+
+    def close(self) -> None:
+        """Closes the window and waits for its thread, which must not outlive the libraries that it uses."""
+        self._window.close()
+        for thread in self._threads:
+            thread.join(CLOSING_TIME)
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        self.close()
+
+
+def _check_display() -> None:
+    """Raises InputError where a window cannot be opened: MuJoCo's viewer itself would wait for one for ever."""
+    if not (os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")):
+        raise InputError(f"no display: {_INSTEAD}")
+    import glfw
+
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", glfw.GLFWError)
+        if not glfw.init():
+            raise InputError(f"the display cannot be used: {_INSTEAD}")
+        glfw.window_hint(glfw.VISIBLE, glfw.FALSE)
+        window = glfw.create_window(64, 64, "mjnav", None, None)
+        glfw.default_window_hints()
+        if window:
+            glfw.destroy_window(window)
+        glfw.terminate()
+    if not window:
+        raise InputError(f"the display has no OpenGL: {_INSTEAD}")
