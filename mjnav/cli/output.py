@@ -9,14 +9,15 @@ from typing import IO
 from mjnav.errors import InputError, InvalidValue
 
 
-def output_path(option: str, given: str | os.PathLike[str], suffix: str) -> Path:
+def output_path(option: str, given: str | os.PathLike[str], *suffixes: str) -> Path:
     """The path of a file that could be written; one that exists will be replaced. Creates nothing.
 
-    Raises InputError where the name does not end in `suffix`, and where there is no such folder or it is not writable.
+    Raises InputError where the name ends in none of `suffixes`, and where there is no such folder or it is not
+    writable.
     """
     path = Path(given)
-    if path.suffix.lower() != suffix:
-        raise InvalidValue(option, str(given), f"a file name that ends in {suffix}")
+    if path.suffix.lower() not in suffixes:
+        raise InvalidValue(option, str(given), f"a file name that ends in {' or '.join(suffixes)}")
     folder = path.absolute().parent
     if not folder.is_dir():
         raise InputError(f"{path}: there is no folder {folder}")
@@ -36,3 +37,19 @@ def written(path: Path) -> Iterator[IO[bytes]]:
             yield file
     except OSError as error:
         raise InputError(f"{path}: {error.strerror or error}") from None
+
+
+@contextmanager
+def replacement(path: Path) -> Iterator[Path]:
+    """A file beside `path` to write to, which takes its place in the end, or of which nothing is left.
+
+    What the disk refuses is an InputError of the path.
+    """
+    partial = path.with_name(f".{path.stem}-{os.getpid()}{path.suffix}")
+    try:
+        yield partial
+        partial.replace(path)
+    except OSError as error:
+        raise InputError(f"{path}: {error.strerror or error}") from None
+    finally:
+        partial.unlink(missing_ok=True)
