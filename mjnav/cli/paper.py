@@ -54,7 +54,9 @@ def execute(arguments: argparse.Namespace) -> int:
     folder = Path(arguments.output or (QUICK_FOLDER if arguments.quick else FOLDER))
     wanted = studies(names, seeds)
     store = Store(folder / ROWS)
-    scheduler = schedulers.dask(arguments.scheduler) if arguments.scheduler else schedulers.local(workers)
+    scheduler = schedulers.local(workers) if workers > 1 else schedulers.serial
+    if arguments.scheduler is not None:
+        scheduler = schedulers.dask(arguments.scheduler)
     with interruptible() as interrupted:
         if not arguments.draw and not _run(wanted, store, scheduler, interrupted.is_set):
             tell("interrupted: the same command goes on, and --draw draws what is there")

@@ -10,6 +10,7 @@ from importlib import import_module
 from types import MappingProxyType, ModuleType
 
 DIRECT = ("estimation.robot.source=direct", "estimation.obstacles.source=direct")  # the paper's samples
+KINEMATIC = "physics.engine=kinematic"  # its engine
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,6 +33,7 @@ ITEMS: Mapping[str, Item] = MappingProxyType(
             "The cost over (v, ω), and a gradient method against samples", ("crossing1", "crossing3"), DIRECT
         ),
         "snapshots": Item("Five moving obstacles: samples and distributions", ("five",), DIRECT),
+        "paths": Item("The degree of the kernel: ways and distributions", ("crossing1",), (*DIRECT, KINEMATIC)),
         "degree": Item("The degree of the kernel, against one obstacle"),
         "table": Item("The table: between its legs or around it"),
         "lane": Item("The lane: distance from its boundary"),

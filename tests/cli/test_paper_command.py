@@ -1,0 +1,60 @@
+"""`mjnav paper`, from real episodes to the page."""
+
+import json
+import re
+
+import pytest
+
+from mjnav.study.paper import ITEMS, module
+from mjnav.study.paper.rows import studies, trials
+
+pytest.importorskip("pyarrow", reason="the sweep extra is not installed")
+
+
+def test_an_item_is_run_drawn_and_judged_and_nothing_is_run_twice(mjnav, tmp_path):
+    said = mjnav("paper", "--only", "table", "--seeds", 1, "-o", "out", "--workers", 1)
+    assert (said.code, said.err) == (0, "")
+    lines = said.out.splitlines()
+    assert lines[0] == "24 cells, 24 episodes, 24 of them to run"
+    assert lines[-1] == "out/index.html"
+    findings = json.loads((tmp_path / "out/table/findings.json").read_text())
+    assert findings["episodes"] == 24
+    assert {finding["verdict"] for finding in findings["findings"]} == {"not decided"}  # of one seed
+    assert "goes around in most runs" in (tmp_path / "out/index.html").read_text()
+    again = mjnav("paper", "--only", "table", "--seeds", 1, "-o", "out", "--workers", 1)
+    assert again.out.splitlines()[0] == "24 cells, 24 episodes, 0 of them to run"
+
+
+def test_a_page_can_be_drawn_of_nothing(mjnav, tmp_path):
+    said = mjnav("paper", "--only", "lane", "--draw", "-o", "out")
+    assert (said.code, said.err) == (0, "mjnav: lane: no episode was run yet\n")
+    assert "Not run: " in (tmp_path / "out/index.html").read_text()
+
+
+@pytest.mark.parametrize(
+    ("words", "text"),
+    [
+        (("--only", "lanes"), "--only: found 'lanes'; allowed: .*did you mean 'lane'"),
+        (("--seeds", 0), "--seeds: found 0"),
+        (("--workers", 0), "--workers: found 0"),
+    ],
+)
+def test_what_makes_no_sense_is_refused_before_anything_runs(mjnav, tmp_path, words, text):
+    said = mjnav("paper", *words)
+    assert said.code == 2
+    assert list(tmp_path.iterdir()) == []
+    assert re.search(text, said.err)
+
+
+def test_the_episodes_of_all_items_take_turns_seed_by_seed():
+    wanted = studies(["lane", "table"], 3)
+    every = trials(wanted)
+    assert len({trial.id for trial in every}) == len(every) == 3 * sum(len(study.cells) for study in wanted)
+    assert [trial.seed for trial in every] == sorted(trial.seed for trial in every)
+
+
+@pytest.mark.parametrize("name", ITEMS)
+def test_every_item_has_what_its_kind_needs(name):
+    item = module(name)
+    assert callable(item.findings)
+    assert hasattr(item, "STUDIES" if ITEMS[name].is_sweep else "measure")
