@@ -48,7 +48,8 @@ def _read(path: Path) -> tuple[dict[str, Any], dict[str, Any]]:
     scan = scan_log(path)
     if scan.log.run is None:
         raise scan.error or InputError(f"{path}: not the log of a run of mjnav")
-    return json.loads(dumps(inspect(path))), run_data(scan)
+    inspection = json.loads(dumps(inspect(path)))
+    return inspection, run_data(scan, keep=[moment["tick"] for moment in inspection["moments"]])
 
 
 def _output(given: str | None, logs: Sequence[Path]) -> Path:

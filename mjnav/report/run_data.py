@@ -1,6 +1,6 @@
 """A log as the document that a page plays back."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import Any
 
 import numpy as np
@@ -22,8 +22,10 @@ STEP = 1e-3  # m, rad, m/s, rad/s, ms, or of 1
 PARTICLE = 4e-3  # [m] step of a particle's offset: half a metre at most
 
 
-def run_data(scan: Scan, max_frames: int = MAX_FRAMES) -> dict[str, Any]:
+def run_data(scan: Scan, *, keep: Iterable[int] = (), max_frames: int = MAX_FRAMES) -> dict[str, Any]:
     """Names, the room, the events and all arrays, ready to be JSON.
+
+    A run of more than `max_frames` ticks is thinned, but for the ticks in `keep`.
 
     Raises InputError where the log holds no run, no whole tick of it, or messages that are not as mjnav writes them.
     """
@@ -32,7 +34,8 @@ def run_data(scan: Scan, max_frames: int = MAX_FRAMES) -> dict[str, Any]:
     if run is None:
         raise InputError(f"{log.path}: holds no whole tick of a run")
     stride = max(1, -(-len(run.ticks) // max_frames))
-    kept = np.unique([*range(0, len(run.ticks), stride), len(run.ticks) - 1])
+    wanted = np.flatnonzero(np.isin(run.ticks, list(keep))).tolist()
+    kept = np.unique([*range(0, len(run.ticks), stride), *wanted, len(run.ticks) - 1])
     frames = RunFrames(log, run.ticks[kept].tolist())
     people, tracks = frames.names("person"), frames.names("track")
     packer = Packer()

@@ -216,6 +216,7 @@ def test_a_long_run_is_thinned_and_says_so(logs):
     data = run_data(scan, max_frames=11)
     assert (data["stride"], data["ticks"]) == (3, 30)
     assert data["fields"]["time"]["shape"] == [11]
+    assert run_data(scan, keep=(3, 4, 29), max_frames=11)["fields"]["time"]["shape"] == [13]
     assert "one tick in 3 of 30" in page([inspect(logs / "hall.mcap")], [data])
 
 

@@ -46,7 +46,6 @@ class RunMap extends Drawing {
     super(canvas);
     Object.assign(this, { run, layers, box: bounds(run) });
     this.recolour();
-    this.resize();
   }
 
   /** Reads the theme's colours. */
@@ -63,6 +62,8 @@ class RunMap extends Drawing {
     const tallest = Math.max(260, 0.62 * window.innerHeight);
     const height = Math.min(Math.max((width * (y1 - y0)) / (x1 - x0), 200), tallest);
     this.fit(width, height);
+    const room = this.canvas.parentElement.clientHeight; // what stands beside the map may be higher
+    if (room > height) this.fit(width, room);
   }
 
   draw(frame) {

@@ -118,11 +118,12 @@ async function start() {
   addEventListener('resize', () => {
     if (innerWidth === width) return; // a phone's address bar only changes the height
     width = innerWidth;
-    views.forEach(({ map, cone }) => { map.resize(); cone.resize(); });
+    views.forEach(({ map, cone }) => { cone.resize(); map.resize(); });
     plots.forEach((plot) => plot.resize());
     redraw();
   });
-  plots.forEach((plot) => plot.resize()); // now that all have their place
+  views.forEach(({ map }) => map.resize()); // now that all have their place
+  plots.forEach((plot) => plot.resize());
   playback.go(0, true);
   document.documentElement.dataset.ready = 'yes';
 }
