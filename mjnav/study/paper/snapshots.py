@@ -3,7 +3,7 @@
 At every decision the samples of f for the closest person in reach are looked at under three controls: what the goal
 alone would choose, the nominal control (the constraints at the mean), and what matching chose. A decision matters
 where the first and the last differ. The first run is drawn at the hardest five of those: under the goal's control the
-fewest samples would be safe, at least 0.7 s apart.
+fewest samples would be safe, at least 0.7 s apart, once velocities are known.
 """
 
 from collections.abc import Callable, Sequence
@@ -30,6 +30,7 @@ GOAL, NOMINAL, MATCHED = range(len(CONTROLS))
 COLLISION = "collision"  # how a run ends that hit something
 ALL_SAFE = 0.99  # share of samples that counts as all of them
 NUM_SNAPSHOTS, GAP = 5, 0.7  # [s] between two of them
+SETTLED = 1.0  # [s] before which nothing is drawn: velocities are still guesses
 SOURCE = "the snapshots with five moving obstacles"
 
 
@@ -176,7 +177,7 @@ class _Watch:
         share, chosen = np.array(self.share).reshape(-1, len(CONTROLS)), []
         for i in np.argsort(np.where(self.matters, share[:, GOAL], np.inf), kind="stable").tolist():
             apart = all(abs(self.time[i] - self.time[j]) >= GAP - 1e-9 for j in chosen)
-            if self.matters[i] and apart and len(chosen) < NUM_SNAPSHOTS:
+            if self.matters[i] and self.time[i] >= SETTLED and apart and len(chosen) < NUM_SNAPSHOTS:
                 chosen.append(i)
         return tuple(self._kept[i] for i in sorted(chosen))
 
