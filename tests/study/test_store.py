@@ -82,6 +82,7 @@ def test_what_a_killed_writer_left_is_not_read_and_goes(store):
 def test_a_writer_that_comes_after_a_killed_one_cleans_up(tmp_path):
     folder = tmp_path / "results"
     code = f"""
+import time
 from mjnav.study.store import Store
 with Store({str(folder)!r}).writing("the first"):
     open({str(folder / "part-000000-abcdef01.parquet.tmp")!r}, "w").close()
