@@ -4,7 +4,7 @@ from collections.abc import Iterable
 from difflib import get_close_matches
 from functools import partial
 
-_MAX_SHOWN = 120  # characters of a found value in a message
+_MAX_SHOWN = 120  # characters of a key and of a found value in a message
 
 
 class MjnavError(Exception):
@@ -34,7 +34,11 @@ class InvalidValue(InputError, ValueError):
 
     def __init__(self, key: str, found: object, allowed: str, *, file: str | None = None, nearest: str | None = None):
         self.key, self.found, self.allowed, self.file, self.nearest = key, found, allowed, file, nearest
-        parts = [f"{file}: " if file else "", f"{key}: " if key else "", f"found {_shown(found)}; allowed: {allowed}"]
+        parts = [
+            f"{file}: " if file else "",
+            f"{_cut(key)}: " if key else "",
+            f"found {_shown(found)}; allowed: {allowed}",
+        ]
         if nearest is not None:
             parts.append(f"; did you mean {nearest!r}?")
         super().__init__("".join(parts))
@@ -56,6 +60,10 @@ def _shown(found: object) -> str:
         text = repr(found)
     except ValueError:  # an integer of more digits than Python prints
         return f"a {type(found).__name__}"
+    return _cut(text)
+
+
+def _cut(text: str) -> str:
     return text if len(text) <= _MAX_SHOWN else f"{text[:_MAX_SHOWN]}..."
 
 

