@@ -60,3 +60,9 @@ def test_an_unknown_name_lists_those_that_exist_and_the_nearest():
 def test_errors_survive_the_way_between_processes():
     error = InvalidValue("form", "lime", "line, ray", file="a.toml", nearest="line")
     assert str(pickle.loads(pickle.dumps(error))) == str(error)
+
+
+def test_a_key_without_end_is_cut_in_the_message_only():
+    error = InvalidValue("k" * 5000, 3, "another").within("robot")
+    assert len(str(error)) < 200
+    assert error.key == f"robot.{'k' * 5000}"

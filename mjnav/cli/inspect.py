@@ -12,6 +12,7 @@ if TYPE_CHECKING:
 
 _RUN = ("scene", "controller", "seed", "engine")  # of the metadata, in one line
 _VERSION = "version."
+_WIDE = 110  # [characters] from which on the table of topics has room for schemas
 _PIPE_WIDTH = 200  # [characters] where no terminal says how wide it is
 
 
@@ -59,7 +60,7 @@ def _print(found: Mapping[str, Any]) -> None:
             for line in lines:
                 console.print(line, soft_wrap=True)
         console.print()
-        console.print(_topics(found["topics"]))
+        console.print(_topics(found["topics"], with_schema=console.width >= _WIDE))
     print(captured.get(), end="")
 
 
@@ -109,18 +110,19 @@ def _not_yet_said(found: Mapping[str, Any]) -> dict[str, Any]:
     return {key: value for key, value in (found["result"] or {}).items() if key not in said}
 
 
-def _topics(topics: Mapping[str, Mapping[str, Any]]) -> "Table":
+def _topics(topics: Mapping[str, Mapping[str, Any]], *, with_schema: bool) -> "Table":
     from rich.table import Table
 
     table = Table(box=None, padding=(0, 2, 0, 0), pad_edge=False)
     table.add_column("topic", overflow="fold")
-    table.add_column("schema", overflow="fold")
+    if with_schema:
+        table.add_column("schema", overflow="fold")
     for column in ("messages", "missing", "Hz", "max gap [s]", "at [s]", "size", "share"):
         table.add_column(column, justify="right", no_wrap=True)
     for name, topic in topics.items():
         table.add_row(
             _printable(name),
-            _printable(topic["schema"]),
+            *([_printable(topic["schema"])] if with_schema else []),
             str(topic["messages"]),
             _number(topic["missing"], "d"),
             _number(topic["hz"], ".2f"),

@@ -39,7 +39,7 @@ MEMORY = 1 << 30  # [bytes] that a reader may map beyond what was there
 DIFFERS = 1  # what replay ends with where the run is another, as that of a made-up log is
 PATIENCE = 60  # [s] after which a reader of some kB hangs
 
-EXAMPLES = int(os.environ.get("MJNAV_FUZZ", "30"))
+EXAMPLES = int(os.environ.get("MJNAV_FUZZ", "20"))
 fuzzed = settings(
     max_examples=EXAMPLES,
     derandomize="MJNAV_FUZZ" not in os.environ,

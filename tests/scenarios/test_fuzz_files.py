@@ -26,7 +26,7 @@ STUDY_FILES = tuple(sorted((library.data_folder("runs") / "studies").glob("*.tom
 SMALL = 2000  # of particles, beams and samples that a run of these tests may have
 
 fuzzed = settings(
-    max_examples=int(os.environ.get("MJNAV_FUZZ", "60")),
+    max_examples=int(os.environ.get("MJNAV_FUZZ", "30")),
     derandomize="MJNAV_FUZZ" not in os.environ,
     database=None,
     suppress_health_check=list(HealthCheck),
