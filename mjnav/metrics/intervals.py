@@ -4,9 +4,12 @@ from math import sqrt
 from statistics import NormalDist
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from mjnav.errors import InvalidValue
+from mjnav.messages import Array
+
+Interval = tuple[float, float] | None
 
 MAX_SHARED = 200_000_000  # seeds drawn in all by a shared bootstrap: 0.8 GB
 
@@ -56,7 +59,7 @@ class SharedBootstrap:
     """Percentile bootstrap intervals of means over the same n seeds, drawn with replacement once for all figures.
 
     What a seed lacks (NaN) is left out of a resample's mean. Sharing the draws makes a table of thousands of figures
-    quick: one product of matrices each.
+    quick: one product of matrices for many of them.
     """
 
     def __init__(self, num: int, rng: np.random.Generator, *, resamples: int = 10_000):
@@ -66,18 +69,34 @@ class SharedBootstrap:
         self._counts = counts.astype(np.float32)  # (R, n) how often each seed was drawn
         self._signs = np.where(rng.integers(2, size=(resamples, num)), np.float32(1), np.float32(-1))
 
-    def interval(self, values: ArrayLike, level: float = 0.95) -> tuple[float, float] | None:
+    def interval(self, values: ArrayLike, level: float = 0.95) -> Interval:
         """Of the mean of values (n,); None where all are NaN."""
+        return self.intervals(np.asarray(values, float)[None], level)[0]
+
+    def intervals(self, values: ArrayLike, level: float = 0.95) -> list[Interval]:
+        """Of the mean of each row of values (F, n)."""
         values = np.asarray(values, float)
         known = np.isfinite(values)
-        if not known.any():
-            return None
-        centre = float(values[known].mean())  # single precision is for what is left
-        sums = self._counts @ np.where(known, values - centre, 0.0).astype(np.float32)
-        sizes = self._counts @ known.astype(np.float32)
-        means = sums[sizes > 0.0] / sizes[sizes > 0.0]
-        low, high = np.quantile(means.astype(float), [0.5 - 0.5 * level, 0.5 + 0.5 * level]).tolist()
-        return centre + low, centre + high
+        defined = known.any(axis=1)
+        found: list[Interval] = [None] * len(values)
+        if defined.any():
+            low, high = self._quantiles(values[defined], known[defined], level)
+            for row, *interval in zip(np.flatnonzero(defined), low.tolist(), high.tolist(), strict=True):
+                found[row] = interval[0], interval[1]
+        return found
+
+    def _quantiles(self, values: Array, known: NDArray[np.bool_], level: float) -> Array:
+        """The ends of the intervals of rows that each know a value, (2, F)."""
+        centre = np.mean(values, axis=1, where=known)[:, None]
+        # Single precision is for what is left.
+        sums = np.where(known, values - centre, 0.0).astype(np.float32) @ self._counts.T  # (F, R)
+        masks, which = np.unique(known, axis=0, return_inverse=True)
+        sizes = (masks.astype(np.float32) @ self._counts.T)[which.ravel()]
+        with np.errstate(invalid="ignore"):
+            means = (sums / sizes).astype(float)
+        # A resample may have drawn only seeds that lack the value.
+        quantile = np.quantile if sizes.all() else np.nanquantile
+        return centre[:, 0] + quantile(means, [0.5 - 0.5 * level, 0.5 + 0.5 * level], axis=1)
 
     def p_value(self, differences: ArrayLike) -> float | None:
         """Of the hypothesis that paired differences (n,) are as likely to be negative, by flipping signs at random.
@@ -85,15 +104,21 @@ class SharedBootstrap:
         (1 + how often |mean of flipped| >= |mean|) / (1 + flips); None where all are NaN. Source: Good, Permutation,
         Parametric and Bootstrap Tests of Hypotheses, 3rd ed., 2005, section 3.2.
         """
+        return self.p_values(np.asarray(differences, float)[None])[0]
+
+    def p_values(self, differences: ArrayLike) -> list[float | None]:
+        """Of each row of differences (F, n)."""
         differences = np.asarray(differences, float)
         known = np.isfinite(differences)
-        if not known.any():
-            return None
         kept = np.where(known, differences, 0.0)
-        scale = np.abs(kept).max() or 1.0
-        flipped = self._signs @ (kept / scale).astype(np.float32)
-        least = abs(kept.sum()) / scale * (1.0 - 1e-6)  # what is equal but for rounding counts
-        return float((1 + (np.abs(flipped) >= least).sum()) / (1 + len(flipped)))
+        scales = np.where(kept.any(axis=1), np.abs(kept).max(axis=1), 1.0)
+        flipped = (kept / scales[:, None]).astype(np.float32) @ self._signs.T  # (F, R)
+        least = np.abs(kept.sum(axis=1)) / scales * (1.0 - 1e-6)  # what is equal but for rounding counts
+        reached = (np.abs(flipped) >= least[:, None]).sum(axis=1)
+        return [
+            float((1 + count) / (1 + len(self._signs))) if there.any() else None
+            for count, there in zip(reached, known, strict=True)
+        ]
 
 
 def mcnemar(only_a: int, only_b: int) -> float:
@@ -103,9 +128,9 @@ def mcnemar(only_a: int, only_b: int) -> float:
     """
     if only_a + only_b == 0:
         return 1.0
-    from scipy.stats import binomtest
+    from scipy.special import bdtr
 
-    return float(binomtest(only_a, only_a + only_b).pvalue)
+    return min(1.0, 2.0 * float(bdtr(min(only_a, only_b), only_a + only_b, 0.5)))
 
 
 def holm(p_values: ArrayLike) -> list[float]:

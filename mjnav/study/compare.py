@@ -6,19 +6,19 @@ of sign-flip tests (rates: McNemar's), carry Holm's correction over the methods 
 """
 
 import re
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from math import nan
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from mjnav.errors import unknown_name
 from mjnav.messages import Array
-from mjnav.metrics.intervals import SharedBootstrap, holm, mcnemar, wilson
+from mjnav.metrics.intervals import Interval, SharedBootstrap, holm, mcnemar, wilson
 from mjnav.rng import stream
-from mjnav.study.row import COLUMNS
+from mjnav.study.row import COLUMNS, STRING
 
 if TYPE_CHECKING:
     import pyarrow
@@ -29,7 +29,7 @@ FIGURES = ("time_s", "control_cost", "mean_deviation_m", "path_ratio", "min_clea
 RATES = ("success", "collision")
 RESAMPLES = 5_000
 
-Interval = tuple[float, float] | None
+Bootstrap = Callable[[int], SharedBootstrap]  # the one for a number of seeds
 
 
 @dataclass(frozen=True, slots=True)
@@ -88,7 +88,7 @@ def cell_rows(table: "pyarrow.Table", methods: Sequence[str] = ()) -> list[CellR
 
     Text columns other than the labels are left out.
     """
-    names = [name for name in table.column_names if COLUMNS[name][0] != "string"]
+    names = [name for name in table.column_names if COLUMNS[name][0] != STRING]
     columns = {name: table[name].cast("double").to_numpy(zero_copy_only=False) for name in names}
     columns["seed"] = table["seed"].to_numpy()
     labels = list(zip(*(table[name].to_pylist() for name in ("scene", "setting", "method")), strict=True))
@@ -143,10 +143,7 @@ def compare(
 
     `reference` is a method's label, by default the first. Raises InvalidValue for a method or a figure that none has.
     """
-    for figure in figures:
-        if COLUMNS.get(figure, ("", ""))[0] not in ("double", "int64", "bool"):
-            allowed = [name for name, (kind, _) in COLUMNS.items() if kind != "string"]
-            raise unknown_name("figure", figure, allowed)
+    check_figures(figures)
     known = {cell.method for cell in cells}
     if reference is not None and reference not in known:
         raise unknown_name("reference", reference, known)
@@ -159,6 +156,14 @@ def compare(
         if base is None and reference is None:
             base = of_table[0]
         yield _comparison(scene, setting, of_table, base, (*RATES, *figures), bootstraps)
+
+
+def check_figures(figures: Iterable[str]) -> None:
+    """Raises InvalidValue for what is no column of numbers."""
+    allowed = [name for name, (kind, _) in COLUMNS.items() if kind != STRING]
+    for figure in figures:
+        if figure not in allowed:
+            raise unknown_name("figure", figure, allowed)
 
 
 class _Bootstraps:
@@ -182,50 +187,90 @@ def _comparison(
     bootstraps: _Bootstraps,
 ) -> Comparison:
     others = [cell for cell in cells if base is not None and cell is not base]
-    differences: dict[str, dict[str, Difference]] = {cell.method: {} for cell in cells}
+    by_method: dict[str, dict[str, Difference]] = {}
+    if base is not None:
+        of_others = differences(others, base, figures, bootstraps.of)
+        by_method = {cell.method: own for cell, own in zip(others, of_others, strict=True)}
     for figure in figures:
-        found = [difference(cell, base, figure, bootstraps.of) for cell in others] if base is not None else []
-        with_p = [(cell, d) for cell, d in zip(others, found, strict=True) if d.p is not None]
-        adjusted = dict(zip((cell.method for cell, _ in with_p), holm([d.p or 0.0 for _, d in with_p]), strict=True))
-        for cell, d in zip(others, found, strict=True):
-            differences[cell.method][figure] = replace(d, p=adjusted.get(cell.method))
+        known = {method: p for method, d in by_method.items() if (p := d[figure].p) is not None}
+        for method, p in zip(known, holm(list(known.values())), strict=True):
+            by_method[method][figure] = replace(by_method[method][figure], p=p)
     rows = [
         MethodRow(
             method=cell.method,
             num=len(cell.seeds),
             num_failed=int(cell.failed.sum()),
-            figures={figure: estimate(cell, figure, bootstraps.of) for figure in figures},
-            differences=differences[cell.method],
+            figures=own,
+            differences=by_method.get(cell.method, {}),
             infeasible_share=_ratio(cell.columns["infeasible_ticks"], cell.columns["ticks"]),
             decision_ms=_median(cell.columns["compute_ms_control_p50"]),
         )
-        for cell in cells
+        for cell, own in zip(cells, estimates(cells, figures, bootstraps.of), strict=True)
     ]
     return Comparison(scene, setting, base.method if base is not None else "", tuple(rows))
 
 
-def estimate(cell: CellRows, figure: str, bootstrap: Callable[[int], SharedBootstrap]) -> Estimate:
-    """A rate or a mean of one cell. `bootstrap` gives the one for a number of seeds."""
-    values = cell.values(figure)
-    known = values[np.isfinite(values)]
-    rate = figure in RATES
-    interval = wilson(int(known.sum()), known.size) if rate else bootstrap(len(values)).interval(values)
-    return Estimate(float(known.mean()) if known.size else nan, interval, known.size)
+def estimate(cell: CellRows, figure: str, bootstrap: Bootstrap) -> Estimate:
+    """A rate or a mean of one cell."""
+    return estimates([cell], [figure], bootstrap)[0][figure]
 
 
-def difference(cell: CellRows, base: CellRows, figure: str, bootstrap: Callable[[int], SharedBootstrap]) -> Difference:
+def estimates(cells: Sequence[CellRows], figures: Sequence[str], bootstrap: Bootstrap) -> list[dict[str, Estimate]]:
+    """Rates and means of every cell."""
+    means = [cell.values(figure) for cell in cells for figure in figures if figure not in RATES]
+    intervals = iter(_each(means, lambda num: bootstrap(num).intervals))
+
+    def one(values: Array, figure: str) -> Estimate:
+        if figure not in RATES:
+            return _estimate(values, next(intervals))
+        known = values[np.isfinite(values)]
+        return _estimate(values, wilson(int(known.sum()), known.size))
+
+    return [{figure: one(cell.values(figure), figure) for figure in figures} for cell in cells]
+
+
+def difference(cell: CellRows, base: CellRows, figure: str, bootstrap: Bootstrap) -> Difference:
     """cell - base over their common seeds, the p-value without correction."""
-    _, here, there = np.intersect1d(cell.seeds, base.seeds, assume_unique=True, return_indices=True)
-    a, b = cell.values(figure)[here], base.values(figure)[there]
-    change = a - b
-    known = change[np.isfinite(change)]
-    shared = bootstrap(len(change))
-    if figure in RATES:
-        p = mcnemar(int((known > 0).sum()), int((known < 0).sum())) if known.size else None
-    else:
-        p = shared.p_value(change)
-    value = float(known.mean()) if known.size else nan
-    return Difference(Estimate(value, shared.interval(change), known.size), p)
+    return differences([cell], base, [figure], bootstrap)[0][figure]
+
+
+def differences(
+    cells: Sequence[CellRows], base: CellRows, figures: Sequence[str], bootstrap: Bootstrap
+) -> list[dict[str, Difference]]:
+    """Every cell - base over their common seeds, the p-values without correction."""
+    changes: list[Array] = []
+    for cell in cells:
+        _, here, there = np.intersect1d(cell.seeds, base.seeds, assume_unique=True, return_indices=True)
+        changes += [cell.values(figure)[here] - base.values(figure)[there] for figure in figures]
+    intervals = iter(_each(changes, lambda num: bootstrap(num).intervals))
+    flipped = iter(_each(changes, lambda num: bootstrap(num).p_values))
+    following = iter(changes)
+
+    def one(change: Array, figure: str) -> Difference:
+        p = next(flipped)
+        if figure in RATES and p is not None:
+            p = mcnemar(int((change > 0).sum()), int((change < 0).sum()))
+        return Difference(_estimate(change, next(intervals)), p)
+
+    return [{figure: one(next(following), figure) for figure in figures} for _ in cells]
+
+
+def _each(rows: Sequence[Array], ask: Callable[[int], Callable[[Array], list[Any]]]) -> list[Any]:
+    """The answer for every row, all rows of one length (F, n) at a time; None for an empty one.
+
+    `ask` is told the length and returns what is asked.
+    """
+    answers: list[Any] = [None] * len(rows)
+    for num in {len(row) for row in rows} - {0}:
+        places = [i for i, row in enumerate(rows) if len(row) == num]
+        for place, answer in zip(places, ask(num)(np.array([rows[i] for i in places])), strict=True):
+            answers[place] = answer
+    return answers
+
+
+def _estimate(values: Array, interval: Interval) -> Estimate:
+    known = values[np.isfinite(values)]
+    return Estimate(float(known.mean()) if known.size else nan, interval, known.size)
 
 
 def _ratio(part: Array, whole: Array) -> float:

@@ -70,6 +70,21 @@ def test_a_shared_bootstrap_gives_the_interval_of_one_alone():
     assert shared.interval(np.full(150, 0.25)) == (0.25, 0.25)
 
 
+def test_many_figures_at_once_are_as_each_alone():
+    rng = np.random.default_rng(11)
+    values = rng.gamma(2.0, size=(6, 30))
+    values[1] += 1e3
+    values[2, :4] = values[3, ::2] = values[4, 1:] = values[5] = np.nan  # one row knows one seed, one none
+    shared = SharedBootstrap(30, np.random.default_rng(12), resamples=500)
+    intervals, p_values = shared.intervals(values), shared.p_values(values)
+    for row, interval, p in zip(values, intervals, p_values, strict=True):
+        assert (interval is None) == np.isnan(row).all() == (p is None)
+        if interval is not None:
+            assert interval == pytest.approx(shared.interval(row), rel=1e-6)
+            assert p == shared.p_value(row)
+    assert intervals[4] == (values[4, 0], values[4, 0])
+
+
 def test_its_p_values_are_uniform_where_nothing_differs_and_small_where_something_does():
     shared = SharedBootstrap(40, np.random.default_rng(9), resamples=2000)
     rng = np.random.default_rng(10)

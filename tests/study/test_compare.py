@@ -8,27 +8,9 @@ import pytest
 from mjnav.errors import InvalidValue
 from mjnav.study.compare import cell_rows, compare, natural
 from mjnav.study.row import COLUMNS
+from tests.study.made_up import row
 
 pyarrow = pytest.importorskip("pyarrow", reason="the sweep extra is not installed")
-
-
-def row(method: str, seed: int, cost: float, *, hit: bool = False, error: str | None = None, scene: str = "s") -> dict:
-    labels = {"id": f"{scene}{method}{seed}", "scene": scene, "setting": "default", "method": method, "seed": seed}
-    if error is not None:
-        return {**dict.fromkeys(COLUMNS), **labels, "error": error}
-    collisions = {name: 0 for name in COLUMNS if name.startswith("collisions_")}
-    return {
-        **dict.fromkeys(COLUMNS),
-        **labels,
-        **collisions,
-        "collisions_person": int(hit),
-        "success": not hit,
-        "control_cost": cost,
-        "min_clearance_m": -0.01 if hit else cost,
-        "ticks": 10,
-        "infeasible_ticks": int(hit),
-        "compute_ms_control_p50": cost,
-    }
 
 
 def table(rows):
@@ -104,6 +86,26 @@ def test_what_nothing_defines_is_no_number():
     assert found.rows[0].figures["control_cost"].interval is None
     d = found.rows[1].differences["control_cost"]
     assert (d.estimate.num, d.p, d.estimate.interval) == (0, None, None)
+
+
+def test_methods_with_other_seeds_are_compared_as_each_would_be_alone():
+    rng = np.random.default_rng(1)
+    rows = [row(name, seed, float(rng.gamma(3.0)), hit=seed % 7 == 3) for name in "abc" for seed in range(25)]
+    rows = [r for r in rows if not (r["method"] == "c" and r["seed"] < 5)]
+    (together,) = compared(rows, methods=tuple("abc"))
+    for i, name in enumerate("bc", start=1):
+        (alone,) = compared([r for r in rows if r["method"] in ("a", name)], methods=("a", name))
+        for figure in ("success", "collision", "control_cost", "min_clearance_m"):
+            d, own = together.rows[i].differences[figure].estimate, together.rows[i].figures[figure]
+            assert d.value == alone.rows[1].differences[figure].estimate.value
+            assert d.interval == pytest.approx(alone.rows[1].differences[figure].estimate.interval, rel=1e-6)
+            assert own.interval == pytest.approx(alone.rows[1].figures[figure].interval, rel=1e-6)
+
+
+def test_methods_without_a_common_seed_have_no_difference():
+    (found,) = compared([row("a", 0, 1.0), row("b", 1, 2.0)])
+    d = found.rows[1].differences["control_cost"]
+    assert (d.estimate.num, d.estimate.interval, d.p) == (0, None, None)
 
 
 @pytest.mark.parametrize("options", [{"reference": "aa"}, {"figures": ("control_costs",)}, {"figures": ("outcome",)}])
