@@ -47,7 +47,10 @@ def open_views(arguments: argparse.Namespace, scenario: Scenario) -> Iterator[Vi
             views = Views(watch=lambda record: viewer.show(record.truth), closed=lambda: viewer.closed)
         if arguments.live:
             port = PORT if arguments.port is None else arguments.port
-            live = stack.enter_context(LiveServer(scenario, port=port))
+            try:
+                live = stack.enter_context(LiveServer(scenario, port=port))
+            except InvalidValue as error:
+                raise InvalidValue("--port", error.found, error.allowed) from None
             tell(f"live at {live.url}: in Foxglove or Lichtblick, open a Foxglove WebSocket connection to it")
             views = Views(live, views.watch, views.closed)
         yield views

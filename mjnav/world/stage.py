@@ -12,7 +12,8 @@ from mjnav.world.scene import compose
 
 FIELD_OF_VIEW = 0.6  # [rad] vertical
 _QUICK = 2048, 4  # shadow map's side [pixels], samples a pixel; a third of the time a picture
-_WALL = (0.95, 0.93, 0.88, 0.55)  # who stands behind one is seen
+_WALL = (0.95, 0.93, 0.88, 0.55)  # who is behind a wall or below a table is seen
+_TABLE_TOP = (0.66, 0.45, 0.27, 0.55)
 
 
 class Stage:
@@ -26,6 +27,8 @@ class Stage:
         if quick:
             spec.visual.quality.shadowsize, spec.visual.quality.offsamples = _QUICK
         spec.material("wall").rgba = _WALL
+        for i in range(len(scenario.tables)):
+            spec.material(f"table{i}/wood").rgba = _TABLE_TOP
         self.model = spec.compile()
         self.data = mujoco.MjData(self.model)
         self._scenario = scenario

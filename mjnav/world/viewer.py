@@ -89,8 +89,7 @@ def _check_display() -> None:
         glfw.window_hint(glfw.VISIBLE, glfw.FALSE)
         window = glfw.create_window(64, 64, "mjnav", None, None)
         glfw.default_window_hints()
-        if window:
-            glfw.destroy_window(window)
-        glfw.terminate()
-    if not window:
-        raise InputError(f"the display has no OpenGL: {_INSTEAD}")
+        if not window:
+            glfw.terminate()
+            raise InputError(f"the display has no OpenGL: {_INSTEAD}")
+        glfw.destroy_window(window)  # without glfw.terminate: MuJoCo starts GLFW for its first window only

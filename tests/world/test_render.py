@@ -1,31 +1,71 @@
+"""Pictures without a screen; skipped, saying so, where there is no renderer."""
+
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
+from mjnav import load_scenario
 from mjnav.errors import InputError
-from mjnav.world.render import render
+from mjnav.world.render import Renderer
 from mjnav.world.simulator import Simulator
 
+SIZE = (320, 180)
 
-def test_the_picture_has_the_size_asked_for_and_shows_the_trail(clutter):
-    scenario = clutter()
-    state = Simulator(scenario, 0).state()
+
+@pytest.fixture(scope="module")
+def scenario():
+    return load_scenario("hall")
+
+
+@pytest.fixture(scope="module")
+def state(scenario):
+    return Simulator(scenario, 0).state()
+
+
+@pytest.fixture(scope="module")
+def renderer(scenario, state):
     try:
-        plain = render(scenario, state, size=(320, 180))
+        made = Renderer(scenario, state.robot_pose[None, :2], size=SIZE, quick=True)
     except InputError as error:
         pytest.skip(str(error))
-    trailed = render(scenario, state, size=(320, 180), trail=np.array([[-0.8, -1.0, 0.0], [2.0, -0.2, 0.0]]))
-    assert plain.shape == (180, 320, 3)
-    assert plain.dtype == np.uint8
-    assert len(np.unique(plain.reshape(-1, 3), axis=0)) > 100
-    assert (plain != trailed).any()
+    with made:
+        yield made
 
 
-def test_a_missing_renderer_is_an_input_error_that_says_what_to_install(clutter, monkeypatch):
-    def missing(name):
-        raise ImportError(f"no {name}")
+def changed(before, after) -> int:
+    """How many pixels differ by more than an edge's flicker."""
+    return int((np.abs(before.astype(int) - after).max(axis=2) > 16).sum())
 
-    monkeypatch.setattr("mjnav.world.offscreen.import_module", missing)
-    monkeypatch.setenv("MUJOCO_GL", "egl")
-    scenario = clutter()
-    with pytest.raises(InputError, match="libegl1"):
-        render(scenario, Simulator(scenario, 0).state())
+
+def test_a_picture_has_the_size_asked_for_and_shows_something(renderer, state):
+    picture = renderer.draw(state)
+    assert (picture.shape, picture.dtype) == ((180, 320, 3), np.uint8)
+    assert len(np.unique(picture.reshape(-1, 3), axis=0)) > 100
+
+
+def test_a_picture_depends_on_nothing_that_was_drawn_before(renderer, scenario, state):
+    first = renderer.draw(state)
+    moved = replace(state, robot_pose=state.robot_pose + 0.5)
+    renderer.draw(moved, trail=[[0.0, 0.0], [1.0, 0.0]], tracks=[[0.0, 0.0, 1.0, 1.0]], text="text")
+    assert (renderer.draw(state) == first).all()
+
+
+def test_robot_and_people_are_where_the_state_has_them(renderer, state):
+    before = renderer.draw(state)
+    assert changed(before, renderer.draw(replace(state, robot_pose=state.robot_pose + 0.3))) > 30
+    assert changed(before, renderer.draw(replace(state, people_position=state.people_position + 0.4))) > 100
+
+
+def test_trail_tracks_and_text_are_drawn_over_the_scene(renderer, state):
+    plain = renderer.draw(state)
+    trail = [[-0.8, -1.0, 0.0], [2.0, -0.2, 0.0]]
+    assert changed(plain, renderer.draw(state, trail=trail)) > 50
+    assert changed(plain, renderer.draw(state, tracks=[[0.0, -1.0, 1.0, 0.0], [np.nan] * 4])) > 20
+    assert changed(plain, renderer.draw(state, text="12.3 s")) > 50
+
+
+def test_a_trail_is_as_good_with_every_tick_of_a_robot_that_stands(renderer, state):
+    corners = np.array([[-0.8, -1.0], [0.0, -1.0], [0.0, 0.5]])
+    standing = np.repeat(corners, 400, axis=0)
+    assert (renderer.draw(state, trail=corners) == renderer.draw(state, trail=standing)).all()

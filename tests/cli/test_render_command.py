@@ -1,0 +1,142 @@
+"""`mjnav render`: the films and pictures that it makes, and what it refuses. Skipped, saying so, without a renderer."""
+
+import os
+import pty
+import signal
+import sys
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+import pytest
+from mcap.writer import Writer
+from PIL import Image
+
+from mjnav import load_scenario, run
+from mjnav.errors import InputError
+from mjnav.world.offscreen import open_context
+
+SMALL = ("--size", "160x90")
+DURATION = 1.0  # [s] of the run
+
+
+@pytest.fixture(scope="module", autouse=True)
+def _renderer():
+    try:
+        open_context(64, 64).free()
+    except InputError as error:
+        pytest.skip(str(error))
+
+
+@pytest.fixture(scope="module")
+def log(tmp_path_factory) -> Path:
+    path = tmp_path_factory.mktemp("log") / "run.mcap"
+    run(load_scenario("crossing1", [f"time_limit={DURATION}"]), log=path)
+    return path
+
+
+def frames(path: Path) -> list[np.ndarray]:
+    av = pytest.importorskip("av", reason="av is not installed")
+    with av.open(str(path)) as film:
+        return [frame.to_ndarray(format="rgb24") for frame in film.decode(video=0)]
+
+
+def files(folder: Path) -> list[str]:
+    return sorted(path.name for path in folder.iterdir())
+
+
+def test_a_film_has_the_frames_asked_for_of_a_scene_that_moves(mjnav, log, tmp_path):
+    said = mjnav("render", log, "-o", "a.mp4", "--fps", 5, "--size", "320x180")
+    assert (said.code, said.err) == (0, "")
+    assert said.out.startswith("a.mp4: 6 frames, 1.2 s, ")
+    shown = frames(tmp_path / "a.mp4")
+    assert [frame.shape for frame in shown] == [(180, 320, 3)] * 6  # at 0, 0.2 .. 1.0 s
+    assert all(len(np.unique(frame.reshape(-1, 3), axis=0)) > 100 for frame in shown)
+    below_the_clock = [frame[50:].astype(int) for frame in shown]
+    assert all((np.abs(b - a) > 40).any(axis=2).sum() > 10 for a, b in pairwise(below_the_clock))
+    assert files(tmp_path) == ["a.mp4"]
+
+
+def test_part_of_a_run_in_slow_motion(mjnav, log, tmp_path):
+    said = mjnav("render", log, "-o", "a.mp4", "--fps", 10, "--speed", 0.5, "--from", 0.3, "--to", 0.7, *SMALL)
+    assert said.out.startswith("a.mp4: 9 frames, 0.9 s, ")
+    assert len(frames(tmp_path / "a.mp4")) == 9
+
+
+def test_a_picture_has_its_size_and_moment(mjnav, log, tmp_path):
+    said = mjnav("render", log, "-o", "a.png", "--at", 0.52, *SMALL)
+    assert (said.code, said.out) == (0, "a.png: 0.5 s\n")
+    with Image.open(tmp_path / "a.png") as picture:
+        assert picture.size == (160, 90)
+        assert len(picture.getcolors(160 * 90)) > 100
+
+
+def test_a_run_whose_writer_was_killed_has_a_film_as_far_as_it_goes(mjnav, log, tmp_path):
+    whole = log.read_bytes()
+    (tmp_path / "cut.mcap").write_bytes(whole[: len(whole) * 3 // 4])
+    said = mjnav("render", "cut.mcap", "-o", "a.mp4", "--fps", 5, *SMALL)
+    assert (said.code, said.err) == (0, "")
+    assert 2 <= len(frames(tmp_path / "a.mp4")) < 6
+
+
+def test_another_programs_log_is_refused(mjnav, tmp_path):
+    with open(tmp_path / "foreign.mcap", "wb") as file:
+        writer = Writer(file)
+        writer.start()
+        writer.finish()
+    said = mjnav("render", "foreign.mcap", "-o", "a.mp4")
+    assert said.code == 2
+    assert "was it written by mjnav?" in said.err
+    assert said.err.count("\n") == 1
+    assert files(tmp_path) == ["foreign.mcap"]
+
+
+@pytest.mark.parametrize(
+    ("words", "told"),
+    [
+        (("-o", "a.gif"), "--output: found 'a.gif'; allowed: a file name that ends in .png or .mp4"),
+        (("-o", "no/a.mp4"), "there is no folder"),
+        (("-o", "a.mp4", "--size", "161x90"), "--size: found '161x90'; allowed: WIDTHxHEIGHT, even numbers from 64"),
+        (("-o", "a.png", "--size", "9x9"), "--size: found '9x9'"),
+        (("-o", "a.png", "--size", "big"), "--size: found 'big'"),
+        (("-o", "a.mp4", "--at", "0.5"), "--at: found 0.5; allowed: nothing with a film"),
+        (("-o", "a.png", "--fps", "5"), "--fps: found 5; allowed: nothing with a picture"),
+        (("-o", "a.png", "--from", "0"), "--from: found 0.0; allowed: nothing with a picture"),
+        (("-o", "a.png", "--at", "2"), "--at: found 2.0; allowed: a time from 0 to 1 s"),
+        (("-o", "a.mp4", "--to", "2"), "--to: found 2.0; allowed: a time from 0 to 1 s"),
+        (
+            ("-o", "a.mp4", "--from", "0.5", "--to", "0.5"),
+            "--from: found 0.5; allowed: a time from 0 to before the end",
+        ),
+        (("-o", "a.mp4", "--fps", "0"), "--fps: found 0; allowed: a whole number from 1 to 120"),
+        (("-o", "a.mp4", "--speed", "-1"), "--speed: found -1.0; allowed: a number from 0.01 to 100"),
+    ],
+)
+def test_what_cannot_be_drawn_is_refused_and_leaves_nothing(mjnav, log, tmp_path, words, told):
+    said = mjnav("render", log, *words)
+    assert said.code == 2
+    assert told in said.err
+    assert "Traceback" not in said.err
+    assert files(tmp_path) == []
+
+
+def test_without_av_the_error_names_the_extra_and_pictures_go_on(mjnav, log, monkeypatch):
+    monkeypatch.setitem(sys.modules, "av", None)
+    said = mjnav("render", log, "-o", "a.mp4")
+    assert (said.code, said.err) == (2, "mjnav: av is not installed: pip install 'mjnav[video]'\n")
+    assert mjnav("render", log, "-o", "a.png", *SMALL).code == 0
+
+
+def test_on_a_terminal_it_shows_how_far_it_is_and_interrupted_leaves_what_was_there(start, log, tmp_path):
+    (tmp_path / "a.mp4").write_bytes(b"before")
+    ours, its = pty.openpty()
+    process = start("render", log, "-o", "a.mp4", "--speed", 0.01, *SMALL, stderr=its)
+    os.close(its)
+    shown = b""
+    while b" of 2501 frames" not in shown:
+        shown += os.read(ours, 4096)
+    process.send_signal(signal.SIGINT)
+    assert process.wait(timeout=60) == 130
+    os.close(ours)
+    assert files(tmp_path) == ["a.mp4"]
+    assert (tmp_path / "a.mp4").read_bytes() == b"before"

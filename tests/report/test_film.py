@@ -1,0 +1,122 @@
+"""A run's moments and the film of them."""
+
+from dataclasses import replace
+from math import pi
+
+import numpy as np
+import pytest
+
+from mjnav.errors import InputError, InvalidValue
+from mjnav.messages import Trajectory
+from mjnav.report.film import Timing, moment, require_codec, write_film
+
+av = pytest.importorskip("av", reason="av is not installed")
+
+
+def trajectory() -> Trajectory:
+    """Three states a second apart, two ticks, one person."""
+    zeros = np.zeros
+    return Trajectory(
+        time=np.array([0.0, 1.0, 2.0]),
+        robot_pose=np.array([[0.0, 0.0, 3.0], [1.0, 2.0, -3.0], [2.0, 2.0, -3.0]]),
+        robot_twist=zeros((3, 2)),
+        people_position=np.array([[[5.0, 0.0]], [[4.0, 1.0]], [[3.0, 1.0]]]),
+        people_velocity=zeros((3, 1, 2)),
+        estimate=zeros((2, 3)),
+        estimate_covariance=zeros((2, 3, 3)),
+        tracks=np.array([[[5.0, 0.0, -1.0, 1.0]], [[4.0, 1.0, -1.0, 0.0]]]),
+        track_covariance=zeros((2, 1, 4, 4)),
+        command=zeros((2, 2)),
+        decision=zeros((2, 2)),
+        nominal=zeros((2, 2)),
+        status=("ok", "ok"),
+        contacts=(),
+        timing=zeros((0, 7), np.int64),
+        deadline_misses=0,
+    )
+
+
+def test_a_film_has_a_frame_at_its_start_and_every_step_of_the_run_until_its_end():
+    assert Timing(0.0, 1.0, fps=4).moments() == pytest.approx([0.0, 0.25, 0.5, 0.75, 1.0])
+    assert Timing(2.0, 3.0, fps=4, speed=2.0).moments() == pytest.approx([2.0, 2.5, 3.0])
+    assert Timing(0.0, 0.9, fps=4).moments() == pytest.approx([0.0, 0.25, 0.5, 0.75])
+    assert len(Timing(0.0, 26.5, fps=25).moments()) == 663
+
+
+@pytest.mark.parametrize("fps", [7, 24, 25, 30])
+def test_no_frame_shows_what_comes_after_the_end(fps):
+    times = Timing(0.3, 12.7, fps=fps, speed=0.7).moments()
+    assert times.max() <= 12.7
+    assert (np.diff(times) > 0.0).all()
+
+
+@pytest.mark.parametrize(
+    ("wrong", "key"),
+    [
+        ({"start": 2.0}, "start"),
+        ({"start": -1.0}, "start"),
+        ({"fps": 0}, "fps"),
+        ({"speed": 0.0}, "speed"),
+        ({"speed": float("nan")}, "speed"),
+    ],
+)
+def test_what_makes_no_film_is_refused(wrong, key):
+    with pytest.raises(InvalidValue) as refused:
+        Timing(**{"start": 0.0, "end": 2.0, **wrong})
+    assert refused.value.key == key
+
+
+def test_between_ticks_all_moves_in_proportion_and_headings_the_shorter_way():
+    shown = moment(trajectory(), 0.25)
+    x, y, heading = shown.state.robot_pose
+    assert (x, y) == pytest.approx((0.25, 0.5))
+    assert heading == pytest.approx(3.0 + 0.25 * (2.0 * pi - 6.0))  # through pi, not back through 0
+    assert shown.state.people_position == pytest.approx(np.array([[4.75, 0.25]]))
+    assert shown.tracks == pytest.approx(np.array([[4.75, 0.25, -1.0, 0.75]]))
+    assert shown.trail == pytest.approx(np.array([[0.0, 0.0], [0.25, 0.5]]))
+
+
+@pytest.mark.parametrize("tick", [0, 1, 2])
+def test_at_a_tick_a_moment_is_that_tick(tick):
+    whole = trajectory()
+    shown = moment(whole, float(tick))
+    assert (shown.state.robot_pose == whole.robot_pose[tick]).all()
+    assert (shown.state.people_position == whole.people_position[tick]).all()
+    assert (shown.tracks == whole.tracks[min(tick, 1)]).all()  # the last state has no belief
+    assert (shown.trail[-1] == whole.robot_pose[tick, :2]).all()
+
+
+def test_a_run_that_ended_at_once_has_a_moment_and_no_tracks():
+    whole = trajectory()
+    rows = {name: getattr(whole, name)[:1] for name in ("time", "robot_pose", "robot_twist")}
+    people = {name: getattr(whole, name)[:1] for name in ("people_position", "people_velocity")}
+    shown = moment(replace(whole, **rows, **people, tracks=whole.tracks[:0]), 0.0)
+    assert np.isnan(shown.tracks).all()
+    assert len(shown.trail) == 2
+
+
+def test_a_film_is_what_browsers_play_and_shows_its_frames_in_order(tmp_path):
+    grey = [np.full((48, 64, 3), 20 * k, np.uint8) for k in range(12)]
+    path = tmp_path / "a.mp4"
+    assert write_film(path, iter(grey), fps=8) == 12
+    with av.open(str(path)) as film:
+        (stream,) = film.streams
+        assert (stream.codec_context.name, stream.pix_fmt) == ("h264", "yuv420p")
+        assert (stream.width, stream.height, stream.average_rate) == (64, 48, 8)
+        assert float(stream.duration * stream.time_base) == pytest.approx(12 / 8)
+        shown = [frame.to_ndarray(format="rgb24").mean() for frame in film.decode(stream)]
+    assert shown == pytest.approx([20.0 * k for k in range(12)], abs=3.0)
+    data = path.read_bytes()
+    assert data.index(b"moov") < data.index(b"mdat")  # plays before all of it is there
+
+
+def test_a_full_disk_is_an_os_error():
+    frames = [np.random.default_rng(0).integers(0, 255, (480, 640, 3), np.uint8)] * 3
+    with pytest.raises(OSError, match="No space"):
+        write_film("/dev/full", iter(frames), fps=8)
+
+
+def test_without_av_the_error_names_the_extra(monkeypatch):
+    monkeypatch.setitem(__import__("sys").modules, "av", None)
+    with pytest.raises(InputError, match=r"pip install 'mjnav\[video\]'"):
+        require_codec()

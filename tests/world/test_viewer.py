@@ -1,0 +1,124 @@
+"""The window on a run, under a virtual display; skipped, saying so, where there is none."""
+
+import ctypes
+import ctypes.util
+import json
+import os
+import shutil
+import subprocess
+import threading
+
+import pytest
+
+from mjnav import load_scenario, run
+from mjnav.cli.main import main
+from mjnav.errors import InputError
+from mjnav.world.simulator import Simulator
+from mjnav.world.viewer import Viewer
+
+
+@pytest.fixture(scope="module")
+def display():
+    """A display of our own."""
+    if shutil.which("Xvfb") is None:
+        pytest.skip("Xvfb is not installed")
+    reading, writing = os.pipe()
+    command = ["Xvfb", "-displayfd", str(writing), "-screen", "0", "800x600x24", "-nolisten", "tcp"]
+    with subprocess.Popen(command, pass_fds=[writing], stderr=subprocess.DEVNULL) as server:
+        os.close(writing)
+        with open(reading) as number:
+            name = number.readline().strip()
+        if not name:
+            pytest.skip("Xvfb does not start")
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setenv("DISPLAY", f":{name}")
+            yield f":{name}"
+        import glfw
+
+        glfw.terminate()  # it must not outlive its display
+        server.terminate()
+
+
+class ClientMessage(ctypes.Structure):
+    """XClientMessageEvent, padded to the size of XEvent."""
+
+    _fields_ = (
+        ("type", ctypes.c_int),
+        ("serial", ctypes.c_ulong),
+        ("send_event", ctypes.c_int),
+        ("display", ctypes.c_void_p),
+        ("window", ctypes.c_ulong),
+        ("message_type", ctypes.c_ulong),
+        ("format", ctypes.c_int),
+        ("data", ctypes.c_long * 5),
+        ("padding", ctypes.c_long * 12),
+    )
+
+
+def ask_windows_to_close(display: str) -> int:
+    """Does what a window manager's button does, to every window that is visible; how many there were."""
+    x11 = ctypes.CDLL(ctypes.util.find_library("X11"))
+    for name in ("XOpenDisplay", "XDefaultRootWindow", "XInternAtom"):
+        getattr(x11, name).restype = ctypes.c_void_p
+    connection = ctypes.c_void_p(x11.XOpenDisplay(display.encode()))
+    root, parent = ctypes.c_ulong(x11.XDefaultRootWindow(connection)), ctypes.c_ulong()
+    windows, count = ctypes.POINTER(ctypes.c_ulong)(), ctypes.c_uint()
+    x11.XQueryTree(connection, root, *map(ctypes.byref, (ctypes.c_ulong(), parent, windows, count)))
+    protocols, delete = (x11.XInternAtom(connection, name, 0) for name in (b"WM_PROTOCOLS", b"WM_DELETE_WINDOW"))
+    for window in windows[: count.value]:
+        message = ClientMessage(type=33, window=window, message_type=protocols, format=32)
+        message.data[0] = delete
+        x11.XSendEvent(connection, ctypes.c_ulong(window), 0, ctypes.c_long(0), ctypes.byref(message))
+    x11.XCloseDisplay(connection)
+    return count.value
+
+
+# Before the others: GLFW opens one display a process.
+def test_without_a_display_the_error_says_what_to_do(monkeypatch):
+    monkeypatch.delenv("DISPLAY", raising=False)
+    monkeypatch.delenv("WAYLAND_DISPLAY", raising=False)
+    with pytest.raises(InputError, match=r"^no display: use `mjnav run --live`, or `mjnav render LOG -o film\.mp4`"):
+        Viewer(load_scenario("crossing1"))
+
+
+def test_a_display_that_does_not_answer_is_an_error_too(monkeypatch):
+    monkeypatch.setenv("DISPLAY", ":54321")
+    monkeypatch.delenv("WAYLAND_DISPLAY", raising=False)
+    with pytest.raises(InputError, match=r"^the display cannot be used: use `mjnav run --live`"):
+        Viewer(load_scenario("crossing1"))
+
+
+@pytest.mark.parametrize("engine", ["mujoco", "kinematic"])
+def test_a_run_that_is_watched_ends_in_the_same_state(display, capsys, engine):
+    settings = [f"physics.engine={engine}", "time_limit=2"]
+    words = [word for setting in settings for word in ("--set", setting)]
+    assert main(["run", "crossing1", "--view", "--no-real-time", "--no-log", "--json", *words]) == 0
+    summary = json.loads(capsys.readouterr().out)
+    assert summary["state_hash"] == run(load_scenario("crossing1", settings)).summary["state_hash"]
+
+
+def test_closing_the_window_ends_the_run_in_order(display, capsys, monkeypatch):
+    shown, show = threading.Event(), Viewer.show
+    monkeypatch.setattr(Viewer, "show", lambda viewer, state: (show(viewer, state), shown.set()))
+
+    def close_windows():
+        shown.wait()
+        ask_windows_to_close(display)
+
+    closing = threading.Thread(target=close_windows, daemon=True)
+    closing.start()
+    assert main(["run", "crossing1", "--view", "--no-log", "--json", "--set", "time_limit=600"]) == 0
+    assert json.loads(capsys.readouterr().out)["outcome"] == "aborted"
+
+
+def test_the_window_shows_where_the_robot_is(display):
+    scenario = load_scenario("crossing1", ["physics.engine=kinematic"])
+    simulator = Simulator(scenario, 0)
+    with Viewer(scenario) as viewer:
+        simulator.advance(1.0, (1.0, 0.0))
+        viewer.show(simulator.state())
+        shown = viewer._stage.data.joint("robot/free").qpos[:2]
+        assert shown == pytest.approx(simulator.state().robot_pose[:2])
+        assert viewer._window.user_scn.ngeom >= 1  # the goal
+        assert not viewer.closed
+    assert viewer.closed
