@@ -33,6 +33,7 @@ fuzzed = settings(
 )
 
 NUMBERS = st.integers(-3, 30) | st.floats() | st.sampled_from([2**63, -(2**64), 10**400, 1e308, 5e-324, 0.1, 1e6, -0.0])
+FACTORS = (-1.0, 0.0, 0.01, 0.5, 0.9, 1.1, 2.0, 10.0)
 VALUES = st.recursive(
     NUMBERS | st.booleans() | st.text(max_size=8) | st.just(date(2020, 2, 2)),
     lambda inner: st.lists(inner, max_size=4) | st.dictionaries(st.text(max_size=5), inner, max_size=2),
@@ -89,7 +90,9 @@ def changed_document(draw, document: dict) -> dict:
             if isinstance(inner[key], dict | list) and inner[key] and draw(st.integers(0, 4)):
                 inner = inner[key]
                 continue
-            match draw(st.sampled_from(("value", "value", "number", "number", "number", "drop", "repeat", "new"))):
+            match draw(st.sampled_from(("value", "number", *["scaled"] * 6, "drop", "repeat", "new"))):
+                case "scaled" if type(inner[key]) in (int, float):
+                    inner[key] = type(inner[key])(inner[key] * draw(st.sampled_from(FACTORS)))
                 case "value":
                     inner[key] = draw(VALUES)
                 case "number":
