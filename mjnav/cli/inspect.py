@@ -6,6 +6,7 @@ from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
 from mjnav.errors import DamagedLogError
+from mjnav.report.printable import printable
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -48,7 +49,7 @@ def _print(found: Mapping[str, Any]) -> None:
         for line in _origin(found):
             console.print(line, soft_wrap=True)
         for title, lines in (
-            ("missing", [f"  {_printable(sentence)}" for sentence in found["missing"]]),
+            ("missing", [f"  {printable(sentence)}" for sentence in found["missing"]]),
             ("recovered from another log", list(_named(found["recovered"] or {}))),
             ("worst moments", list(_moments(found["moments"]))),
             ("figures", list(_named(found["figures"] or {}))),
@@ -72,25 +73,25 @@ def _headline(found: Mapping[str, Any]) -> str:
     )
     state = "damaged" if found["damage"] is not None else "truncated" if found["truncated"] else ""
     ended = found["outcome"] or ("not a run of mjnav" if found["run"] is None else "the run did not end")
-    return f"{_printable(ended)}: {length}{f'; the file is {state}' if state else ''}"
+    return f"{printable(ended)}: {length}{f'; the file is {state}' if state else ''}"
 
 
 def _origin(found: Mapping[str, Any]) -> Iterator[str]:
     """Where the log comes from."""
-    run = {key: _printable(value) for key, value in (found["run"] or {}).items()}
-    yield f"  {_printable(found['path'])}, {_size(found['bytes'])}"
+    run = {key: printable(value) for key, value in (found["run"] or {}).items()}
+    yield f"  {printable(found['path'])}, {_size(found['bytes'])}"
     if run:
         yield f"  {', '.join(f'{key} {run.pop(key)}' for key in _RUN if key in run)}"
         versions = [f"{key.removeprefix(_VERSION)} {run.pop(key)}" for key in list(run) if key.startswith(_VERSION)]
         if versions:
             yield f"  {', '.join(versions)}"
         for key, value in run.items():
-            yield f"  {_printable(key)} {value}".rstrip()
+            yield f"  {printable(key)} {value}".rstrip()
 
 
 def _moments(moments: list[Mapping[str, Any]]) -> Iterator[str]:
     for m in moments:
-        yield f"  {m['time_s']:8.2f} s  tick {m['tick']:<6d}  {m['kind']:12}  {_printable(m['text'])}"
+        yield f"  {m['time_s']:8.2f} s  tick {m['tick']:<6d}  {m['kind']:12}  {printable(m['text'])}"
 
 
 def _timing(timing: Mapping[str, Any] | None) -> Iterator[str]:
@@ -121,8 +122,8 @@ def _topics(topics: Mapping[str, Mapping[str, Any]], *, with_schema: bool) -> "T
         table.add_column(column, justify="right", no_wrap=True)
     for name, topic in topics.items():
         table.add_row(
-            _printable(name),
-            *([_printable(topic["schema"])] if with_schema else []),
+            printable(name),
+            *([printable(topic["schema"])] if with_schema else []),
             str(topic["messages"]),
             _number(topic["missing"], "d"),
             _number(topic["hz"], ".2f"),
@@ -137,7 +138,7 @@ def _topics(topics: Mapping[str, Mapping[str, Any]], *, with_schema: bool) -> "T
 def _named(values: Mapping[str, Any]) -> Iterator[str]:
     width = max(map(len, values), default=0)
     for key, value in values.items():
-        yield f"  {_printable(key):{width}}  {_text(value)}"
+        yield f"  {printable(key):{width}}  {_text(value)}"
 
 
 def _text(value: object) -> str:
@@ -151,8 +152,8 @@ def _text(value: object) -> str:
     if isinstance(value, list):
         return f"{len(value)}" if len(value) > 3 else "; ".join(map(_text, value)) or "none"
     if isinstance(value, Mapping):
-        return ", ".join(f"{_printable(key)} {_text(part)}" for key, part in value.items())
-    return _printable(value)
+        return ", ".join(f"{printable(key)} {_text(part)}" for key, part in value.items())
+    return printable(value)
 
 
 def _number(value: float | None, form: str) -> str:
@@ -165,8 +166,3 @@ def _size(size: float) -> str:
             return f"{size:.3g} {unit}"
         size /= 1000
     return f"{size:.3g} GB"
-
-
-def _printable(value: object) -> str:
-    """Text of which nothing moves the cursor: a damaged or foreign file may hold anything."""
-    return "".join(c if c.isprintable() else "\N{REPLACEMENT CHARACTER}" for c in str(value))

@@ -21,6 +21,7 @@ COMMANDS: Mapping[str, tuple[str, str]] = MappingProxyType(
         "surface": ("mjnav.cli.surface", "draw what one decision's cost is over all speeds and turn rates"),
         "calibrate": ("mjnav.cli.calibrate", "compare predicted risks with how often they come true"),
         "sweep": ("mjnav.cli.sweep", "run a study: scenes, methods and settings under many seeds"),
+        "compare": ("mjnav.cli.compare", "compare a study's methods: tables with intervals and differences"),
         "paper": ("mjnav.cli.paper", "make the figures of Nair et al. again, and judge its claims"),
         "render": ("mjnav.cli.render", "draw the scene at one moment of a run"),
         "report": ("mjnav.cli.report", "write a page that shows what happened in a run"),

@@ -1,0 +1,121 @@
+"""`mjnav compare STUDY`: a sweep's methods in tables, with intervals and differences from a reference."""
+
+import argparse
+import json
+import sys
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from mjnav.cli.output import output_path, replacement
+from mjnav.cli.sweep import OUT_FOLDER
+from mjnav.cli.waiting import progress, tell
+from mjnav.errors import InputError, InvalidValue, unknown_name
+from mjnav.study.compare import FIGURES
+from mjnav.study.store import STUDY_FILE, Store
+from mjnav.study.study_file import StudyFile, load_study, studies
+
+if TYPE_CHECKING:
+    from mjnav.study.results import Results
+
+PIPE_WIDTH = 10_000  # [characters] where there is no terminal: no line is broken
+
+
+def configure(parser: argparse.ArgumentParser) -> None:
+    """The command's options."""
+    parser.add_argument("study", metavar="STUDY", help="a study's name or file, or a folder with a sweep's results")
+    parser.add_argument("--reference", metavar="METHOD", help="what the others are compared with; the first by default")
+    parser.add_argument(
+        "--figure", nargs="+", action="extend", metavar="NAME", help=f"by default {' '.join(FIGURES)}; rates always"
+    )
+    parser.add_argument("-o", "--output", action="append", metavar="FILE", help="also to a .csv, .tex or .html file")
+    parser.add_argument("--json", action="store_true", help="one JSON object in place of text")
+
+
+def execute(arguments: argparse.Namespace) -> int:
+    """Prints the tables, and writes them to files."""
+    forms = _forms()
+    outputs = [output_path("--output", given, *forms) for given in arguments.output or ()]
+    folder, study = _find(arguments.study)
+    store = Store(folder)
+    if not store.has_rows():
+        raise InputError(
+            f"{folder}: no results of a sweep" + f"; mjnav sweep {arguments.study} makes them" * bool(study)
+        )
+    results = _read(store, study or _kept(store), arguments)
+    for path in outputs:
+        with replacement(path) as partial:
+            partial.write_text(forms[path.suffix.lower()](results), encoding="utf-8")
+    if arguments.json:
+        from mjnav.report.comparison.tidy import document
+
+        print(json.dumps(document(results)))
+        return 0
+    _print(results)
+    for path in outputs:
+        print(f"{path}: {path.stat().st_size / 1000:.0f} kB")
+    return 0
+
+
+def _forms() -> Mapping[str, Callable[["Results"], str]]:
+    """What a file of a name holds."""
+    from mjnav.report.comparison.html import html
+    from mjnav.report.comparison.latex import latex
+    from mjnav.report.comparison.tidy import csv_text
+
+    return {".csv": csv_text, ".tex": latex, ".html": html, ".htm": html}
+
+
+def _find(given: str) -> tuple[Path, StudyFile | None]:
+    """The folder of the results, and the study file where one was named."""
+    if given.endswith(".toml") or given in studies():
+        study = load_study(given)
+        return OUT_FOLDER / study.name, study
+    for folder in (Path(given), OUT_FOLDER / given):
+        if folder.is_dir():
+            return folder, None
+    if "/" in given:
+        raise InputError(f"{given}: no such folder")
+    there = [folder.name for folder in OUT_FOLDER.glob("*") if folder.is_dir()]
+    raise unknown_name("study", given, {*studies(), *there})
+
+
+def _kept(store: Store) -> StudyFile | None:
+    """The study file that the sweep left beside its results."""
+    if not store.study():
+        return None
+    try:
+        return load_study(store.folder / STUDY_FILE)
+    except InputError as error:
+        tell(f"{error}; what is missing is not known")
+        return None
+
+
+def _read(store: Store, study: StudyFile | None, arguments: argparse.Namespace) -> "Results":
+    from mjnav.study.results import read_results
+
+    figures = FIGURES if arguments.figure is None else arguments.figure
+    with progress("compare", 100.0, "%") as show:
+        try:
+            return read_results(
+                store,
+                study,
+                reference=arguments.reference,
+                figures=figures,
+                progress=lambda done, total: show(100.0 * done / total),
+            )
+        except InvalidValue as error:
+            raise InvalidValue(f"--{error.key}", error.found, error.allowed, nearest=error.nearest) from None
+
+
+def _print(results: "Results") -> None:
+    from rich.console import Console
+
+    from mjnav.report.comparison.text import write
+
+    on_terminal = sys.stdout is not None and sys.stdout.isatty()
+    console = Console(width=None if on_terminal else PIPE_WIDTH, highlight=False, markup=False, emoji=False)
+    with console.capture() as captured:  # rich itself would end the process where the reader has gone
+        write(results, console)
+    for line in captured.get().splitlines():
+        print(line.rstrip())

@@ -1,0 +1,1 @@
+"""Comparisons of methods for people and for programs: text, CSV, JSON, LaTeX, HTML."""

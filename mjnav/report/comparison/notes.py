@@ -1,0 +1,75 @@
+"""What a reader of the tables has to know, in sentences."""
+
+from collections.abc import Iterator
+
+from mjnav.report.printable import printable
+from mjnav.study.compare import OVER_ALL, RESAMPLES
+from mjnav.study.results import Results
+
+FEW_SEEDS = 20  # below it a percentile bootstrap's interval is too narrow
+MAX_NAMED = 5
+
+
+def meaning(results: Results) -> list[str]:
+    """What figures, intervals, differences and marks are."""
+    cleared = [figure for figure in results.figures if figure in OVER_ALL]
+    over_all = f" ({', '.join(cleared)}: over all)" * bool(cleared)
+    return [
+        "success % is the goal reached without contact, in time; collision % any contact; with Wilson 95 % intervals.",
+        f"Other figures are means over the seeds that succeeded{over_all}, with 95 % bootstrap intervals "
+        f"({RESAMPLES} resamples); in parentheses from how many seeds, where not from all n.",
+        "Signed figures are differences from the table's reference, over the seeds on which both succeeded "
+        "(rates, clearances: over all common seeds), with paired bootstrap intervals.",
+        "* p < 0.05 by a sign-flip test on the pairs (rates: McNemar's), with Holm's correction over the methods of a "
+        "table, each figure by itself.",
+        "infeasible % is the share of all ticks at which nothing met the constraints; decision ms the median over "
+        "episodes of their median time of a decision.",
+    ]
+
+
+def warnings(results: Results) -> list[str]:
+    """What is missing, what failed, and what calls for care."""
+    return [*_missing(results), *_failed(results), *_care(results)]
+
+
+def _missing(results: Results) -> Iterator[str]:
+    if results.num_seeds is None:
+        yield "No study file is there to say which episodes are missing."
+    if results.num_missing:
+        wanted = results.num_episodes + results.num_missing
+        cells = sum(map(bool, results.missing.values()))
+        lacking = [lack for lack in results.missing.values() if lack]
+        text = f"Incomplete: {results.num_missing} of the study's {wanted} episodes are missing"
+        if lacking:
+            least, most = min(lacking), max(lacking)
+            span = f"{least}" if least == most else f"{least} to {most}"
+            text += f", {span} of {results.num_seeds} seeds in {cells} of {len(results.missing)} cells"
+        yield f"{text}. `mjnav sweep --resume` adds them."
+    if results.absent:
+        named = [f"scene {scene}, setting {setting}, method {method}" for scene, setting, method in results.absent]
+        yield f"{len(named)} cells have no episode at all: {_some(named)}."
+
+
+def _failed(results: Results) -> Iterator[str]:
+    failed = sum(results.causes.values())
+    if failed:
+        causes = [f"{count} × {cause}" for cause, count in results.causes.most_common()]
+        yield f"{failed} episodes failed, and count in n alone: {_some(causes)}."
+
+
+def _care(results: Results) -> Iterator[str]:
+    fewest = min((row.num for table in results.tables for row in table.rows), default=0)
+    if fewest < FEW_SEEDS:
+        yield f"Cells have as few as {fewest} seeds: bootstrap intervals from fewer than {FEW_SEEDS} are too narrow."
+    without = [f"{table.scene}, {table.setting}" for table in results.tables if not table.reference]
+    if without:
+        yield f"Without the reference, and so without differences: {_some(without)}."
+    if len(results.revisions) > 1:
+        yield f"Rows of several revisions of mjnav: {_some(list(results.revisions))}."
+    if results.others:
+        yield f"Rows of other studies in the folder are left out: {_some(list(results.others))}."
+
+
+def _some(names: list[str]) -> str:
+    more = f"; {len(names) - MAX_NAMED} more" if len(names) > MAX_NAMED else ""
+    return printable("; ".join(names[:MAX_NAMED])) + more

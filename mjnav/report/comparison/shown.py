@@ -1,0 +1,99 @@
+"""The figures of a comparison as they are printed, the same in text, LaTeX and HTML.
+
+A column has as many decimals as its narrowest interval needs for one digit of its half width: 12.34 [11.82, 12.91],
+and the difference +0.61 [+0.20, +1.10] below it.
+"""
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from math import floor, isfinite, log10
+
+from mjnav.study.compare import RATES, Comparison, Estimate, MethodRow
+
+ALPHA = 0.05  # below it a difference is marked
+MAX_DECIMALS = 6
+NEGLIGIBLE = 1e-4  # of the widest interval: what is narrower is rounding
+DASH = "-"
+PLAIN = ("infeasible %", "decision ms")  # titles of the columns without intervals
+
+
+@dataclass(frozen=True, slots=True)
+class Shown:
+    """An estimate in parts; "-" and nothing where it is undefined."""
+
+    value: str
+    interval: str = ""  # [low, high]
+    count: str = ""  # (4): how many seeds, where they are not all of the row's
+    marked: bool = False
+
+    def __str__(self) -> str:
+        return " ".join(part for part in (self.value, self.interval, self.count, "*" * self.marked) if part)
+
+
+@dataclass(frozen=True, slots=True)
+class Column:
+    """A figure of one table."""
+
+    figure: str
+    title: str
+    decimals: int
+    scale: float  # 100 for what is shown in per cent
+
+    def own(self, row: MethodRow) -> Shown:
+        """The method's own figure."""
+        return self._shown(row.figures[self.figure], row.num, "")
+
+    def difference(self, row: MethodRow) -> Shown | None:
+        """From the reference; None of the reference itself, and without one."""
+        found = row.differences.get(self.figure)
+        if found is None:
+            return None
+        return self._shown(found.estimate, row.num, "+", marked=found.p is not None and found.p < ALPHA)
+
+    def _shown(self, e: Estimate, num: int, sign: str, *, marked: bool = False) -> Shown:
+        count = f"({e.num})" if e.num != num else ""
+        if not isfinite(e.value):
+            return Shown(DASH, count=count)
+        low_high = [self._number(end, sign) for end in e.interval or ()]
+        return Shown(self._number(e.value, sign), f"[{', '.join(low_high)}]" * bool(low_high), count, marked)
+
+    def _number(self, value: float, sign: str) -> str:
+        rounded = round(self.scale * value, self.decimals) + 0.0  # no -0.0
+        return f"{rounded:{sign if rounded else ''}.{self.decimals}f}"
+
+
+def columns(table: Comparison, figures: Iterable[str]) -> list[Column]:
+    """Of `figures` in one table."""
+    found = []
+    for figure in figures:
+        scale = 100.0 if figure in RATES else 1.0
+        title = f"{figure} %" if figure in RATES else figure
+        found.append(Column(figure, title, _decimals(table, figure, scale), scale))
+    return found
+
+
+def _decimals(table: Comparison, figure: str, scale: float) -> int:
+    estimates = [row.figures[figure] for row in table.rows]
+    if figure not in RATES:  # whose differences are no finer than they
+        estimates += [row.differences[figure].estimate for row in table.rows if figure in row.differences]
+    halves = [0.5 * scale * (e.interval[1] - e.interval[0]) for e in estimates if e.interval is not None]
+    least = min((half for half in halves if half > NEGLIGIBLE * max(halves)), default=0.0)
+    if not least:  # values that are all the same
+        return 0 if figure in RATES else 3
+    return min(max(-floor(log10(least)), 0), MAX_DECIMALS)
+
+
+def episodes(row: MethodRow, missing: int) -> str:
+    """How many episodes: 20, 18/20 where some are missing, 20 (1 failed)."""
+    wanted = f"/{row.num + missing}" if missing else ""
+    return f"{row.num}{wanted}" + f" ({row.num_failed} failed)" * bool(row.num_failed)
+
+
+def infeasible(row: MethodRow) -> str:
+    """The share of infeasible ticks in per cent."""
+    return f"{100.0 * row.infeasible_share:.1f}" if isfinite(row.infeasible_share) else DASH
+
+
+def decision(row: MethodRow) -> str:
+    """The median time of a decision [ms]."""
+    return f"{row.decision_ms:.2f}" if isfinite(row.decision_ms) else DASH

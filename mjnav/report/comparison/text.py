@@ -1,0 +1,95 @@
+"""Comparisons for a terminal: columns that do not fit side by side go below one another, under the same methods."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from rich.cells import cell_len
+from rich.console import Console
+from rich.table import Table
+from rich.text import Text
+
+from mjnav.report.comparison.notes import meaning, warnings
+from mjnav.report.comparison.shown import PLAIN, Column, columns, decision, episodes, infeasible
+from mjnav.report.printable import printable
+from mjnav.study.compare import RATES, Comparison
+from mjnav.study.results import Results
+
+GAP = 2  # [characters] between columns
+MAX_LABEL = 0.4  # of the width; longer labels are folded
+
+
+@dataclass(frozen=True, slots=True)
+class _Printed:
+    """A column, its cells of one or two lines."""
+
+    title: str
+    cells: tuple[Text, ...]
+
+    @property
+    def width(self) -> int:
+        return max(cell_len(line) for text in (self.title, *map(str, self.cells)) for line in text.split("\n"))
+
+
+def write(results: Results, console: Console) -> None:
+    """All tables, then what they mean and what is missing."""
+    for table in results.tables:
+        reference = f"; reference {printable(table.reference)}" if table.reference else ""
+        console.print(
+            Text(f"{printable(table.scene)}, {printable(table.setting)}", "bold").append(reference, "not bold")
+        )
+        label, *others = _columns(results, table)
+        for band in _bands(label, others, console.width):
+            console.print(_table(label, band, console.width))
+        console.print()
+    for sentence in meaning(results):
+        console.print(sentence, style="dim")
+    for sentence in warnings(results):
+        console.print(sentence, style="bold")
+
+
+def _columns(results: Results, table: Comparison) -> Iterator[_Printed]:
+    missing = [results.missing[table.scene, table.setting, row.method] for row in table.rows]
+    yield _Printed("method", tuple(Text(printable(row.method)) for row in table.rows))
+    yield _Printed("n", tuple(map(Text, map(episodes, table.rows, missing))))
+    yield from (_printed(column, table) for column in columns(table, RATES))
+    for title, shown in zip(PLAIN, (infeasible, decision), strict=True):
+        yield _Printed(title, tuple(map(Text, map(shown, table.rows))))
+    yield from (_printed(column, table) for column in columns(table, results.figures))
+
+
+def _printed(column: Column, table: Comparison) -> _Printed:
+    """A method's own figure, and below it the difference."""
+    cells = []
+    for row in table.rows:
+        cell, difference = Text(str(column.own(row))), column.difference(row)
+        if difference is not None:
+            cell.append(f"\n{difference}", "bold" if difference.marked else "dim")
+        cells.append(cell)
+    return _Printed(column.title, tuple(cells))
+
+
+def _label_width(label: _Printed, width: int) -> int:
+    return min(label.width, max(int(MAX_LABEL * width), len(label.title)))
+
+
+def _bands(label: _Printed, others: list[_Printed], width: int) -> Iterator[list[_Printed]]:
+    """As many columns as fit beside the label, then the next."""
+    band: list[_Printed] = []
+    left = free = width - _label_width(label, width)
+    for column in others:
+        if band and left < GAP + column.width:
+            yield band
+            band, left = [], free
+        band.append(column)
+        left -= GAP + column.width
+    yield band
+
+
+def _table(label: _Printed, band: list[_Printed], width: int) -> Table:
+    table = Table(box=None, padding=(0, GAP, 0, 0), pad_edge=False, header_style="underline")
+    table.add_column(label.title, overflow="fold", max_width=_label_width(label, width))
+    for column in band:
+        table.add_column(column.title, no_wrap=True, overflow="ignore", min_width=column.width)
+    for cells in zip(label.cells, *(column.cells for column in band), strict=True):
+        table.add_row(*cells)
+    return table

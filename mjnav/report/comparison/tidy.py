@@ -1,0 +1,102 @@
+"""Comparisons for programs: one row a figure, or one JSON document; full precision, undefined is empty or null."""
+
+import csv
+import io
+from collections.abc import Iterator
+from math import isfinite
+from typing import Any
+
+from mjnav.study.compare import Comparison, Estimate, MethodRow
+from mjnav.study.results import Results
+
+HEADER = (
+    *("scene", "setting", "method", "episodes", "failed", "missing"),
+    *("figure", "value", "low", "high", "n"),
+    *("reference", "difference", "diff_low", "diff_high", "pairs", "p_holm"),
+)
+
+
+def csv_text(results: Results) -> str:
+    """A line for every figure of every method in every scene and setting."""
+    file = io.StringIO(newline="")
+    writer = csv.DictWriter(file, HEADER, restval="", lineterminator="\n")
+    writer.writeheader()
+    for table in results.tables:
+        for row in table.rows:
+            writer.writerows(_lines(results, table, row))
+    return file.getvalue()
+
+
+def _lines(results: Results, table: Comparison, row: MethodRow) -> Iterator[dict[str, Any]]:
+    place: dict[str, Any] = {"scene": table.scene, "setting": table.setting, "method": row.method}
+    place |= {"episodes": row.num, "failed": row.num_failed, "missing": _missing(results, table, row)}
+    for figure, e in row.figures.items():
+        low, high = e.interval or (None, None)
+        line = {**place, "figure": figure, "value": _known(e.value), "low": low, "high": high, "n": e.num}
+        if figure in row.differences:
+            found = row.differences[figure]
+            low, high = found.estimate.interval or (None, None)
+            line |= {"reference": table.reference, "difference": _known(found.estimate.value)}
+            line |= {"diff_low": low, "diff_high": high, "pairs": found.estimate.num, "p_holm": found.p}
+        yield line
+    yield {**place, "figure": "infeasible_share", "value": _known(row.infeasible_share)}
+    yield {**place, "figure": "decision_ms", "value": _known(row.decision_ms)}
+
+
+def document(results: Results) -> dict[str, Any]:
+    """The same as what `mjnav compare --json` prints."""
+    return {
+        "schema": 1,
+        "study": results.study,
+        "folder": results.folder,
+        "episodes": results.num_episodes,
+        "missing": results.num_missing if results.num_seeds is not None else None,
+        "failed": sum(results.causes.values()),
+        "causes": dict(results.causes.most_common()),
+        "revisions": list(results.revisions),
+        "tables": [
+            {
+                "scene": table.scene,
+                "setting": table.setting,
+                "reference": table.reference or None,
+                "methods": [_method(results, table, row) for row in table.rows],
+            }
+            for table in results.tables
+        ],
+    }
+
+
+def _method(results: Results, table: Comparison, row: MethodRow) -> dict[str, Any]:
+    figures: dict[str, Any] = {}
+    for figure, e in row.figures.items():
+        figures[figure] = {**_estimate(e), "n": e.num, "difference": None}
+        if figure in row.differences:
+            found = row.differences[figure]
+            figures[figure]["difference"] = {
+                **_estimate(found.estimate),
+                "pairs": found.estimate.num,
+                "p_holm": found.p,
+            }
+    return {
+        "method": row.method,
+        "episodes": row.num,
+        "failed": row.num_failed,
+        "missing": _missing(results, table, row),
+        "figures": figures,
+        "infeasible_share": _known(row.infeasible_share),
+        "decision_ms": _known(row.decision_ms),
+    }
+
+
+def _estimate(e: Estimate) -> dict[str, Any]:
+    low, high = e.interval or (None, None)
+    return {"value": _known(e.value), "low": low, "high": high}
+
+
+def _missing(results: Results, table: Comparison, row: MethodRow) -> int | None:
+    """How many seeds of the study the method lacks; None where no study says."""
+    return results.missing[table.scene, table.setting, row.method] if results.num_seeds is not None else None
+
+
+def _known(value: float) -> float | None:
+    return value if isfinite(value) else None

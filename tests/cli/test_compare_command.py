@@ -1,0 +1,191 @@
+"""`mjnav compare`: where it looks for results, what it prints and writes, and what it refuses."""
+
+import csv
+import json
+import sys
+
+import pytest
+
+from mjnav.study.store import Store
+from tests.study.made_up import row
+
+pytest.importorskip("pyarrow", reason="the sweep extra is not installed")
+
+STUDY = """
+schema = 1
+name = "two methods"
+scenes = ["crossing1"]
+seeds = { count = 25 }
+[[methods]]
+controller = "rkhs"
+[[methods]]
+controller = "mean"
+"""
+
+
+def fill(folder, study="two methods", num=25, **columns):
+    store = Store(folder)
+    rows = [
+        row(method, seed, 1.0 + 0.01 * (7 * seed % 25) + i, hit=i == 1 and seed < 5, scene="crossing1", study=study)
+        for i, method in enumerate(("rkhs", "mean"))
+        for seed in range(num)
+    ]
+    with store.writing(STUDY.replace("two methods", study)):
+        store.append([each | columns for each in rows])
+    return store
+
+
+@pytest.fixture
+def study(tmp_path):
+    """The study's file, and its results where a sweep leaves them."""
+    (tmp_path / "two.toml").write_text(STUDY)
+    return fill(tmp_path / "runs/out/two methods")
+
+
+def test_a_study_is_found_by_its_file_its_name_and_its_folder(mjnav, study):
+    said = mjnav("compare", "two.toml")
+    assert (said.code, said.err) == (0, "")
+    title, header, rkhs, mean, difference = said.out.splitlines()[:5]
+    assert title == "crossing1, default; reference rkhs"
+    assert header.split()[:6] == ["method", "n", "success", "%", "collision", "%"]
+    assert rkhs.split()[:5] == ["rkhs", "25", "100", "[87,", "100]"]
+    assert mean.split()[:5] == ["mean", "25", "80", "[61,", "91]"]
+    assert difference.split()[:3] == ["-20", "[-36,", "-4]"]
+    for name in ("two methods", "runs/out/two methods", "runs/out/two methods/"):
+        assert mjnav("compare", name).out == said.out
+
+
+def test_a_shipped_study_is_found_by_its_name(mjnav, tmp_path):
+    fill(tmp_path / "runs/out/crossings", study="crossings")
+    said = mjnav("compare", "crossings")
+    assert said.code == 0
+    assert "15 cells have no episode at all" not in said.out
+    assert "cells have no episode at all: scene crossing1, setting pearson, method rkhs weight=1.0;" in said.out
+
+
+def test_another_reference_and_other_figures_can_be_asked_for(mjnav, study):
+    said = mjnav(
+        "compare", "two.toml", "--reference", "mean", "--figure", "control_cost", "ticks", "--figure", "time_s"
+    )
+    title, header, *lines = said.out.splitlines()
+    assert title == "crossing1, default; reference mean"
+    assert header.split()[-3:] == ["control_cost", "ticks", "time_s"]
+    assert "-1.00 [-1.00, -1.00] (20) *" in lines[1]
+    assert mjnav("compare", "--json", "--figure", "ticks", "--", "two.toml").code == 0
+
+
+def test_json_is_one_object_and_nothing_else(mjnav, study):
+    printed = json.loads(mjnav("compare", "two.toml", "--json").out)
+    assert {key: printed[key] for key in ("schema", "study", "folder", "episodes", "missing", "failed", "causes")} == {
+        "schema": 1, "study": "two methods", "folder": "runs/out/two methods", "episodes": 50, "missing": 0,
+        "failed": 0, "causes": {},
+    }  # fmt: skip
+    (table,) = printed["tables"]
+    cost = table["methods"][1]["figures"]["control_cost"]
+    assert cost["n"] == cost["difference"]["pairs"] == 20
+    assert cost["difference"]["value"] == pytest.approx(1.0)
+    assert cost["difference"]["p_holm"] == pytest.approx(1 / 5001)
+
+
+def test_files_are_written_by_their_names(mjnav, study, tmp_path):
+    said = mjnav("compare", "two.toml", "-o", "t.csv", "-o", "t.tex", "-o", "t.html")
+    assert [line.split(":")[0] for line in said.out.splitlines()[-3:]] == ["t.csv", "t.tex", "t.html"]
+    with open("t.csv", newline="") as file:
+        lines = list(csv.DictReader(file))
+    assert len(lines) == 2 * (2 + 5 + 2)
+    assert (tmp_path / "t.tex").read_text().count(r"\begin{tabular}") == 1
+    assert (tmp_path / "t.html").read_text().startswith("<!doctype html>")
+    quiet = mjnav("compare", "two.toml", "--json", "-o", "again.csv")
+    assert json.loads(quiet.out)["schema"] == 1
+    assert (tmp_path / "again.csv").read_bytes() == (tmp_path / "t.csv").read_bytes()
+
+
+def test_an_unfinished_sweep_is_told_as_one(mjnav, tmp_path):
+    fill(tmp_path / "half", num=10)
+    said = mjnav("compare", "half")
+    assert said.code == 0
+    assert said.out.splitlines()[2].split()[:2] == ["rkhs", "10/25"]
+    assert "Incomplete: 30 of the study's 50 episodes are missing, 15 of 25 seeds in 2 of 2 cells." in said.out
+    assert "Cells have as few as 10 seeds" in said.out
+
+
+def test_a_sweep_can_be_compared(mjnav, tmp_path):
+    (tmp_path / "two.toml").write_text(f"{STUDY}[set]\nphysics.engine = 'kinematic'\ntime_limit = 0.3\n")
+    assert mjnav("sweep", "two.toml", "--seeds", 2, "--workers", 1).code == 0
+    said = mjnav("compare", "two.toml", "--json", "--figure", "compute_ms_tick_p50", "deadline_misses")
+    (table,) = json.loads(said.out)["tables"]
+    assert [(m["method"], m["episodes"], m["missing"]) for m in table["methods"]] == [("rkhs", 2, 23), ("mean", 2, 23)]
+    assert table["methods"][0]["figures"]["success"]["value"] == 0.0  # a third of a second is too short
+    assert table["methods"][0]["figures"]["deadline_misses"] == {
+        "value": None, "low": None, "high": None, "n": 0, "difference": None
+    }  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("words", "line"),
+    [
+        (["crosings"], "mjnav: study: found 'crosings'"),
+        (["crosings"], "did you mean 'crossings'?"),
+        (["two method"], "did you mean 'two methods'?"),
+        (["crossings"], "mjnav: runs/out/crossings: no results of a sweep; mjnav sweep crossings makes them"),
+        (["empty"], "mjnav: empty: no results of a sweep"),
+        (["no/such"], "mjnav: no/such: no such folder"),
+        (["no/such.toml"], "mjnav: no/such.toml: "),
+        (
+            ["two.toml", "--reference", "men"],
+            "mjnav: --reference: found 'men'; allowed: mean, rkhs; did you mean 'mean'?",
+        ),
+        (["two.toml", "--figure", "time"], "did you mean 'time_s'?"),
+        (["two.toml", "--figure", "outcome"], "mjnav: --figure: found 'outcome'"),
+        (["two.toml", "-o", "t.xls"], "mjnav: --output: found 't.xls'"),
+        (["two.toml", "-o", "no/such/t.csv"], "mjnav: no/such/t.csv: there is no folder"),
+        ([], "mjnav: the following arguments are required: STUDY"),
+    ],
+)
+def test_bad_input_is_refused(mjnav, study, tmp_path, words, line):
+    (tmp_path / "empty").mkdir()
+    said = mjnav("compare", *words)
+    assert (said.code, said.out) == (2, "")
+    assert line in said.err
+    assert "Traceback" not in said.err
+
+
+def test_a_file_that_is_no_study_is_refused(mjnav, study, tmp_path):
+    (tmp_path / "two.toml").write_text("schema = 1\nnam = 'x'")
+    assert mjnav("compare", "two.toml").code == 2
+
+
+def test_a_kept_study_that_cannot_be_read_leaves_the_figures(mjnav, study, tmp_path):
+    (tmp_path / "runs/out/two methods/study.toml").write_text("# mjnav sweep of another version\n")
+    said = mjnav("compare", "two methods")
+    assert said.code == 0
+    assert said.err.startswith("mjnav: runs/out/two methods/study.toml: ")
+    assert said.err.endswith("; what is missing is not known\n")
+    assert "No study file is there" in said.out
+
+
+def test_a_damaged_shard_is_told_in_a_line(mjnav, study, tmp_path):
+    (tmp_path / "runs/out/two methods/part-000009-0.parquet").write_bytes(b"PAR1")
+    said = mjnav("compare", "two.toml")
+    assert (said.code, said.out) == (1, "")
+    assert "part-000009-0.parquet: not readable" in said.err
+
+
+def test_without_the_extra_it_says_what_to_install(mjnav, study, monkeypatch):
+    monkeypatch.setitem(sys.modules, "pyarrow.parquet", None)
+    said = mjnav("compare", "two.toml")
+    assert (said.code, said.err) == (2, "mjnav: pyarrow is not installed: pip install 'mjnav[sweep]'\n")
+
+
+def test_a_query_of_the_shards_finds_the_same(mjnav, study):
+    duckdb = pytest.importorskip("duckdb", reason="the sweep extra is not installed")
+    query = """
+        SELECT scene, setting, method, count(*) AS n, avg(success::int) AS success,
+               avg(control_cost) FILTER (success) AS control_cost
+        FROM 'runs/out/two methods/part-*.parquet' GROUP BY ALL ORDER BY method DESC"""
+    found = duckdb.sql(query).fetchall()
+    (table,) = json.loads(mjnav("compare", "two.toml", "--json").out)["tables"]
+    for (scene, setting, method, n, success, cost), listed in zip(found, table["methods"], strict=True):
+        assert (scene, setting, method, n) == ("crossing1", "default", listed["method"], listed["episodes"])
+        assert success == pytest.approx(listed["figures"]["success"]["value"])
+        assert cost == pytest.approx(listed["figures"]["control_cost"]["value"])

@@ -1,0 +1,383 @@
+"""Comparisons as text, CSV, JSON, LaTeX and HTML: the same figures in all of them, whatever the labels are."""
+
+import csv
+import io
+import json
+import re
+import shutil
+import subprocess
+from html.parser import HTMLParser
+from math import isfinite
+
+import numpy as np
+import pytest
+from rich.cells import cell_len
+from rich.console import Console
+
+from mjnav.report.comparison.html import html
+from mjnav.report.comparison.latex import escaped, latex
+from mjnav.report.comparison.shown import Shown, columns
+from mjnav.report.comparison.text import write
+from mjnav.report.comparison.tidy import csv_text, document
+from mjnav.study.compare import RATES
+from mjnav.study.results import read_results
+from mjnav.study.store import Store
+from mjnav.study.study_file import load_study
+from tests.study.made_up import row
+
+pytest.importorskip("pyarrow", reason="the sweep extra is not installed")
+
+METHODS = ("rkhs", "saa", "mean", "never")
+FIGURES = ("time_s", "control_cost", "min_clearance_m", "max_deviation_m")  # nothing defines the last
+HOSTILE = (
+    "[2pt] \\input{/etc/passwd} 100% $x$ a_b ~^&#{",
+    '"></script><script>alert(1)</script><img src=x onerror=alert(2)>, "quoted"',
+    "*red\x1b[31m\x1b[2J\nnext\rline\u202eturned [bold]走",
+)
+STUDY = """
+schema = 1
+name = "made up"
+scenes = ["s", "t"]
+seeds = { count = 30 }
+methods = [{ controller = "rkhs" }, { controller = "saa" }, { controller = "mean" }, { controller = "never" }]
+"""
+
+
+@pytest.fixture(scope="module")
+def results_of(tmp_path_factory):
+    """Two scenes, the same seeds under every method; some runs collide, one fails, `never` collides in all."""
+
+    def make(methods, *, study=STUDY, num=30, setting="default"):
+        folder = tmp_path_factory.mktemp("results")
+        store, rng = Store(folder), np.random.default_rng(0)
+        base = rng.gamma(4.0, size=num)
+        rows = [
+            row(
+                method,
+                seed,
+                float(base[seed] + 0.8 * i + rng.normal(scale=0.1)),
+                hit=i == 3 or (i > 0 and (seed + i) % 9 == 0),
+                scene=scene,
+                setting=setting,
+                error="ZeroDivisionError: half way" if (i, seed) == (1, 4) else None,
+            )
+            for scene in "st"
+            for i, method in enumerate(methods)
+            for seed in range(num - 2 * (i == 2))
+        ]
+        with store.writing(study):
+            store.append(rows)
+        return read_results(store, load_study(folder / "study.toml") if study else None, figures=FIGURES)
+
+    return make
+
+
+@pytest.fixture(scope="module")
+def results(results_of):
+    return results_of(METHODS)
+
+
+@pytest.fixture(scope="module")
+def hostile(results_of):
+    return results_of(HOSTILE, study="", num=6, setting=HOSTILE[0])
+
+
+def text(results, width=100):
+    console = Console(width=width, highlight=False, markup=False, emoji=False, file=io.StringIO())
+    write(results, console)
+    return console.file.getvalue()
+
+
+def numbers(shown):
+    """Value, interval, count and mark of a printed figure."""
+    found = re.fullmatch(r"(\S+)(?: \[(\S+), (\S+)\])?(?: \((\d+)\))?( \*)?", shown)
+    assert found, shown
+    value, low, high, count, mark = found.groups()
+    return value, (low, high) if low else None, int(count) if count else None, bool(mark)
+
+
+def check_printed(shown, e, p, num, scale):
+    """A printed figure is the estimate rounded to the decimals that it is printed with."""
+    value, interval, count, mark = numbers(shown)
+    assert mark == (p is not None and p < 0.05)
+    assert count == (e.num if e.num != num else None)
+    if not isfinite(e.value):
+        assert (value, interval) == ("-", None)
+        return
+    half = 0.5 * 10.0 ** -len(value.partition(".")[2]) * (1 + 1e-9)
+    for printed, exact in zip((value, *(interval or ())), (e.value, *(e.interval or ())), strict=True):
+        assert float(printed) == pytest.approx(scale * exact, abs=half)
+
+
+def printed_rows(lines, titles):
+    """Cells by title of the lines below a header, whose columns start where the titles do."""
+    starts = [lines[0].index(title) for title in titles]
+    ends = [*starts[1:], None]
+    return [{t: line[a:b].strip() for t, a, b in zip(titles, starts, ends, strict=True)} for line in lines[1:]]
+
+
+def test_the_text_has_every_figure_of_every_method_rounded(results):
+    blocks = text(results, width=1000).split("\n\n")[: len(results.tables)]
+    titles = ["method", "n", "success %", "collision %", "infeasible %", "decision ms", *FIGURES]
+    for table, block in zip(results.tables, blocks, strict=True):
+        title, *lines = block.splitlines()
+        assert title.rstrip() == f"{table.scene}, {table.setting}; reference {table.reference}"
+        lines = iter(printed_rows(lines, titles))
+        for method in table.rows:
+            own = next(lines)
+            assert own["method"] == method.method
+            assert own["infeasible %"] == f"{100 * method.infeasible_share:.1f}"
+            assert own["decision ms"] == f"{method.decision_ms:.2f}"
+            below = next(lines) if method.differences else {}
+            for figure, e in method.figures.items():
+                title, scale = (f"{figure} %", 100.0) if figure in RATES else (figure, 1.0)
+                check_printed(own[title], e, None, method.num, scale)
+                if method.differences:
+                    d = method.differences[figure]
+                    check_printed(below[title], d.estimate, d.p, method.num, scale)
+        assert next(lines, None) is None
+
+
+def test_what_is_rounded_by_hand_is_printed_so(results):
+    first = results.tables[0]
+    (success,) = columns(first, ["success"])
+    assert str(success.own(first.rows[0])) == "100 [89, 100]"  # 30 of 30
+    assert str(success.own(first.rows[1])) == "90 [74, 96] (29)"  # all but 8, 17, 26; 4 failed
+    assert success.difference(first.rows[0]) is None
+
+
+@pytest.mark.parametrize("width", [60, 80, 100, 160])
+def test_no_line_is_wider_than_the_terminal_and_nothing_is_lost(results, hostile, width):
+    for each in (results, hostile):
+        wide = set(re.findall(r"\S+ \[[^]\s]+, \S+\](?: \(\d+\))?(?: \*)?", text(each, width=2000)))
+        printed = text(each, width)
+        assert max(cell_len(line) for line in printed.splitlines()) <= width
+        assert not {figure for figure in wide if figure not in printed}
+
+
+def test_a_column_has_the_decimals_of_its_narrowest_interval(results):
+    table = results.tables[0]
+    for column in columns(table, ["time_s", "control_cost"]):
+        own = [method.figures[column.figure] for method in table.rows]
+        differences = [method.differences[column.figure].estimate for method in table.rows[1:]]
+        halves = [0.5 * (e.interval[1] - e.interval[0]) for e in (*own, *differences) if e.interval]
+        assert len(halves) == 3 + 2  # nothing is known of the last method
+        assert 1.0 <= min(halves) * 10.0**column.decimals < 10.0
+
+
+def test_the_csv_has_a_line_for_every_figure_in_full_precision(results):
+    lines = list(csv.DictReader(io.StringIO(csv_text(results))))
+    by_key = {(line["scene"], line["method"], line["figure"]): line for line in lines}
+    assert len(by_key) == len(lines) == 2 * len(METHODS) * (len(RATES) + len(FIGURES) + 2)
+
+    def same(found, exact):
+        assert found == ("" if exact is None or not isfinite(exact) else repr(exact))
+
+    for table in results.tables:
+        for method in table.rows:
+            for figure, e in method.figures.items():
+                line = by_key[table.scene, method.method, figure]
+                same(line["value"], e.value)
+                for name, end in zip(("low", "high"), e.interval or (None, None), strict=True):
+                    same(line[name], end)
+                assert (line["n"], line["episodes"]) == (str(e.num), str(method.num))
+                assert line["failed"] == str(method.num_failed)
+                if figure not in method.differences:
+                    assert [line[key] for key in ("reference", "difference", "pairs", "p_holm")] == [""] * 4
+                    continue
+                d = method.differences[figure]
+                assert (line["reference"], line["pairs"]) == (table.reference, str(d.estimate.num))
+                same(line["difference"], d.estimate.value)
+                for name, end in zip(("diff_low", "diff_high"), d.estimate.interval or (None, None), strict=True):
+                    same(line[name], end)
+                same(line["p_holm"], d.p)
+            assert by_key[table.scene, method.method, "decision_ms"]["value"] == repr(method.decision_ms)
+            assert by_key[table.scene, method.method, "infeasible_share"]["value"] == repr(method.infeasible_share)
+    assert {line["missing"] for line in lines if line["method"] == "mean"} == {"2"}
+
+
+def test_the_document_has_the_same(results):
+    found = json.loads(json.dumps(document(results), allow_nan=False))
+    for table, listed in zip(results.tables, found["tables"], strict=True):
+        assert (listed["scene"], listed["reference"]) == (table.scene, table.reference)
+        for method, one in zip(table.rows, listed["methods"], strict=True):
+            assert (one["method"], one["episodes"], one["failed"]) == (method.method, method.num, method.num_failed)
+            for figure, e in method.figures.items():
+                assert one["figures"][figure]["value"] == (e.value if isfinite(e.value) else None)
+                d = method.differences.get(figure)
+                assert (one["figures"][figure]["difference"] is None) == (d is None)
+                if d is not None:
+                    assert one["figures"][figure]["difference"]["p_holm"] == d.p
+    assert (found["episodes"], found["missing"], found["failed"]) == (236, 4, 2)
+    assert found["causes"] == {"ZeroDivisionError: half way": 2}
+
+
+def test_what_is_missing_and_what_failed_is_told(results, hostile):
+    told = " ".join(text(results, 2000).split())
+    assert "Incomplete: 4 of the study's 240 episodes are missing, 2 of 30 seeds in 2 of 8 cells." in told
+    assert "2 episodes failed, and count in n alone: 2 × ZeroDivisionError: half way." in told
+    assert "28/30" in told
+    assert "30 (1 failed)" in told
+    assert "No study file is there" in text(hostile, 2000)
+    assert "Cells have as few as 4 seeds" in text(hostile, 2000)
+
+
+class Page(HTMLParser):
+    """The table cells of a page, and whether its tags are balanced."""
+
+    def __init__(self, page):
+        super().__init__()
+        self.open, self.tags, self.cells, self.labels = [], [], [], []
+        self._in_label = self._in_figure = False
+        self.feed(page)
+
+    def handle_starttag(self, tag, attributes):
+        attributes = dict(attributes)
+        self.tags.append((tag, attributes))
+        self._in_label = (tag, attributes.get("scope")) == ("th", "row")
+        if tag == "td":
+            self.cells.append([attributes, []])
+        elif tag == "div" and "data-value" in attributes:
+            self.cells[-1][1].append([attributes, ""])
+            self._in_figure = True
+        elif self._in_label:
+            self.labels.append("")
+        if tag not in ("meta", "link"):
+            self.open.append(tag)
+
+    def handle_startendtag(self, tag, attributes):
+        self.tags.append((tag, dict(attributes)))
+
+    def handle_endtag(self, tag):
+        assert self.open.pop() == tag
+        self._in_figure = self._in_figure and tag != "div"
+
+    def handle_data(self, data):
+        if self.open[-1:] == ["th"] and self._in_label:
+            self.labels[-1] += data
+        elif self._in_figure:
+            self.cells[-1][1][-1][1] += data
+
+
+def test_the_page_has_every_figure_printed_and_in_full_precision(results):
+    cells = iter(cell for cell in Page(html(results)).cells if "data-figure" in cell[0])
+    order = [*RATES, "infeasible_share", "decision_ms", *FIGURES]
+    for table in results.tables:
+        for method in table.rows:
+            for figure in order:
+                attributes, parts = next(cells)
+                assert attributes["data-figure"] == figure
+                if figure not in method.figures:
+                    exact = method.infeasible_share if figure == "infeasible_share" else method.decision_ms
+                    assert float(attributes["data-value"]) == exact
+                    continue
+                scale = 100.0 if figure in RATES else 1.0
+                d = method.differences.get(figure)
+                estimates = [method.figures[figure]] + ([d.estimate] if d else [])
+                for i, (e, (raw, printed)) in enumerate(zip(estimates, parts, strict=True)):
+                    mark = bool(i) and "*" in printed
+                    plain = " ".join(printed.replace("−", "-").replace("*", "").split()) + " *" * mark
+                    check_printed(plain, e, d.p if d and i else None, method.num, scale)
+                    assert raw["data-value"] == (repr(e.value) if isfinite(e.value) else "")
+                    assert raw["data-low"] == ("" if e.interval is None else repr(e.interval[0]))
+    assert next(cells, None) is None
+
+
+def test_the_page_asks_for_nothing_and_runs_nothing(results, hostile):
+    for each in (results, hostile):
+        page = html(each)
+        found = Page(page)
+        assert found.open == []
+        assert {tag for tag, _ in found.tags}.isdisjoint({"script", "img", "iframe", "object", "form"})
+        asked = [value for _, a in found.tags for key, value in a.items() if key in ("href", "src", "action")]
+        assert all(value.startswith(("#", "data:")) for value in asked)
+        assert not [key for _, a in found.tags for key in a if key.startswith("on") or key == "style"]
+        (policy,) = [a["content"] for tag, a in found.tags if a.get("http-equiv") == "Content-Security-Policy"]
+        assert policy.startswith("default-src 'none'; style-src 'sha256-")
+        ids = [a["id"] for _, a in found.tags if "id" in a]
+        assert len(ids) == len(set(ids))
+        assert {value[1:] for value in asked if value.startswith("#")} <= set(ids)
+
+
+def test_hostile_labels_are_text_everywhere(hostile):
+    inert = [re.sub("[\x1b\n\r\u202e]", "\N{REPLACEMENT CHARACTER}", label) for label in HOSTILE]
+    assert set(Page(html(hostile)).labels) == set(inert)
+    printed = text(hostile, 2000)
+    assert all(label in printed for label in inert)
+    assert not set(printed) & set("\x1b\r\u202e")
+    methods = {line["method"] for line in csv.DictReader(io.StringIO(csv_text(hostile), newline=""))}
+    assert methods == set(HOSTILE)
+    assert {m["method"] for m in document(hostile)["tables"][0]["methods"]} == set(HOSTILE)
+
+
+def latex_rows(tabular):
+    """The rows of a tabular, as cells."""
+    lines = [line for line in tabular.splitlines() if line.endswith(r" \\")]
+    return [re.split(r"(?<!\\)&", line.removesuffix(r" \\")) for line in lines]
+
+
+def test_latex_tables_have_one_cell_a_column_and_balanced_braces(results, hostile):
+    for each in (results, hostile):
+        source = latex(each)
+        assert source.isprintable() or set(filter(lambda c: not c.isprintable(), source)) == {"\n"}
+        body = "\n".join(line for line in source.splitlines() if not line.startswith("%"))
+        stack = []
+        for kind, name in re.findall(r"\\(begin|end)\{(\w+)\}", body):
+            if kind == "begin":
+                stack.append(name)
+            else:
+                assert stack.pop() == name
+        assert stack == []
+        bare = re.sub(r"\\[{}$&#_%\\]", "", body)
+        assert bare.count("{") == bare.count("}")
+        assert bare.count("$") % 2 == 0
+        assert "%" not in bare
+        tabulars = re.findall(r"\\begin\{tabular\}\{@\{\}(lr*)@\{\}\}(.*?)\\end\{tabular\}", body, re.S)
+        assert len(tabulars) == len(each.tables)
+        for aligned, tabular in tabulars:
+            rows = latex_rows(tabular)
+            assert {len(cells) for cells in rows} == {len(aligned)}
+            # After \\ and \midrule an opening bracket or a star would be an option.
+            assert not re.search(r"(\\\\|rule)\s*[\[*]", tabular)
+
+
+def test_latex_has_every_figure_rounded(results):
+    tabulars = re.findall(r"\\midrule(.*?)\\bottomrule", latex(results), re.S)
+    for table, tabular in zip(results.tables, tabulars, strict=True):
+        rows = iter(latex_rows(tabular))
+        for method in table.rows:
+            own, below = next(rows), next(rows) if method.differences else None
+            assert own[0].strip() == f"{{{method.method}}}"
+            places = [*RATES, None, None, *FIGURES]
+            for i, figure in enumerate(places, start=2):
+                if figure is None:
+                    continue
+                scale = 100.0 if figure in RATES else 1.0
+                check_printed(plain(own[i]), method.figures[figure], None, method.num, scale)
+                if below is not None:
+                    d = method.differences[figure]
+                    check_printed(plain(below[i]), d.estimate, d.p, method.num, scale)
+
+
+def plain(cell):
+    """A LaTeX cell as the text of the same figure."""
+    return cell.strip()[1:-1].removeprefix(r"\footnotesize ").replace("$-$", "-").replace("$^*$", " *")
+
+
+def test_latex_escapes_what_it_would_read():
+    assert escaped(r"a_b & 50% \x {~^} #1 $2") == (
+        r"a\_b \& 50\% \textbackslash{}x \{\textasciitilde{}\textasciicircum{}\} \#1 \$2"
+    )
+
+
+@pytest.mark.skipif(shutil.which("pdflatex") is None, reason="pdflatex is not installed")
+def test_latex_compiles(hostile, tmp_path):
+    preamble = r"\documentclass{article}\usepackage[T1]{fontenc}\usepackage{booktabs,adjustbox}"
+    body = latex(hostile).replace("走", "")
+    (tmp_path / "a.tex").write_text(f"{preamble}\\begin{{document}}\n{body}\\end{{document}}\n")
+    command = ["pdflatex", "-interaction=nonstopmode", "-halt-on-error", "a.tex"]
+    subprocess.run(command, cwd=tmp_path, check=True, capture_output=True, timeout=60)
+
+
+def test_a_dash_stands_for_what_is_undefined():
+    assert str(Shown("-", count="(0)")) == "- (0)"
