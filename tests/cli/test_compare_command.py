@@ -106,7 +106,7 @@ def test_an_unfinished_sweep_is_told_as_one(mjnav, tmp_path):
     assert said.code == 0
     assert said.out.splitlines()[2].split()[:2] == ["rkhs", "10/25"]
     assert "Incomplete: 30 of the study's 50 episodes are missing, 15 of 25 seeds in 2 of 2 cells." in said.out
-    assert "Cells have as few as 10 seeds" in said.out
+    assert "The fewest seeds of a cell are 10" in said.out
 
 
 def test_a_sweep_can_be_compared(mjnav, tmp_path):

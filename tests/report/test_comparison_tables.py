@@ -219,7 +219,7 @@ def test_what_is_missing_and_what_failed_is_told(results, hostile):
     assert "28/30" in told
     assert "30 (1 failed)" in told
     assert "No study file is there" in text(hostile, 2000)
-    assert "Cells have as few as 4 seeds" in text(hostile, 2000)
+    assert "The fewest seeds of a cell are 4" in text(hostile, 2000)
 
 
 class Page(HTMLParser):
