@@ -23,7 +23,7 @@ COMMANDS: Mapping[str, tuple[str, str]] = MappingProxyType(
         "sweep": ("mjnav.cli.sweep", "run a study: scenes, methods and settings under many seeds"),
         "compare": ("mjnav.cli.compare", "compare a study's methods: tables with intervals and differences"),
         "paper": ("mjnav.cli.paper", "make the figures of Nair et al. again, and judge its claims"),
-        "render": ("mjnav.cli.render", "draw the scene at one moment of a run"),
+        "render": ("mjnav.cli.render", "draw one moment of a run, or film it"),
         "report": ("mjnav.cli.report", "write a page that shows what happened in a run"),
         "replay": ("mjnav.cli.replay", "run a log's scenario again and compare it tick by tick"),
         "inspect": ("mjnav.cli.inspect", "say what a log holds and how its run went"),

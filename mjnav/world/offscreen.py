@@ -18,8 +18,7 @@ _ADVICE = "on Debian install libegl1 and libgl1-mesa-dri, or libosmesa6"
 def open_context(width: int, height: int) -> Any:
     """An OpenGL context of MuJoCo's, current on this thread, to be freed; `width` and `height` in pixels.
 
-    The variable MUJOCO_GL may name egl, osmesa or glfw; otherwise it is what works. Raises InputError where nothing
-    does.
+    The variable MUJOCO_GL may name egl or osmesa; otherwise it is what works. Raises InputError where nothing does.
     """
     backend = _backend(os.environ.get("MUJOCO_GL", "").lower())
     try:
@@ -36,7 +35,7 @@ def _backend(asked: str) -> str:
 
     In this process the first one tried is final: what it loads, the next one trips over.
     """
-    if asked in (*BACKENDS, "glfw"):
+    if asked in BACKENDS:
         return asked
     for backend in BACKENDS:
         code = f"from mujoco.{backend} import GLContext as C; c = C(8, 8); c.make_current(); c.free()"
