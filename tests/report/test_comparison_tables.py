@@ -83,9 +83,9 @@ def hostile(results_of):
 
 
 def text(results, width=100):
-    console = Console(width=width, highlight=False, markup=False, emoji=False, file=io.StringIO())
-    write(results, console)
-    return console.file.getvalue()
+    file = io.StringIO()
+    write(results, Console(width=width, highlight=False, markup=False, emoji=False, file=file))
+    return file.getvalue()
 
 
 def numbers(shown):

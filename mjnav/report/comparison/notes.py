@@ -60,7 +60,7 @@ def _failed(results: Results) -> Iterator[str]:
 def _care(results: Results) -> Iterator[str]:
     fewest = min((row.num for table in results.tables for row in table.rows), default=0)
     if fewest < FEW_SEEDS:
-        yield f"The fewest seeds of a cell are {fewest}: bootstrap intervals from fewer than {FEW_SEEDS} are too narrow."
+        yield f"The fewest seeds of a cell are {fewest}: bootstrap intervals of fewer than {FEW_SEEDS} are too narrow."
     without = [f"{table.scene}, {table.setting}" for table in results.tables if not table.reference]
     if without:
         yield f"Without the reference, and so without differences: {_some(without)}."
