@@ -6,11 +6,13 @@ A reader that is added to COMMANDS is tried on all of it. MJNAV_FUZZ=N tries N r
 import io
 import json
 import os
+import re
 import resource
 import shutil
 import signal
 import tracemalloc
 from contextlib import contextmanager, redirect_stderr, redirect_stdout, suppress
+from dataclasses import replace
 
 import lz4.frame
 import pytest
@@ -167,6 +169,20 @@ def test_the_library_raises_its_own_errors_whatever_became_of_a_log(sound, folde
         for ask in (log.trajectory, log.scenario, lambda: list(log.messages())):
             with suppress(InputError, DamagedLogError):
                 ask()
+
+
+@pytest.mark.parametrize("value", [b"[]", b'"3"', b"1e999", b"{}", b"null"])
+@pytest.mark.parametrize("command", ["inspect", "export tum", "export csv", "export rosbag2"])
+def test_a_value_of_another_type_in_a_document_ends_a_command_in_order(command, value, sound, folder):
+    def changed(record):
+        inside = record.inside and tuple(
+            replace(one, body=re.sub(rb'"(gyro|ess|v)":[^,}]+', rb'"\1":' + value, one.body)) for one in record.inside
+        )
+        return replace(record, inside=inside)
+
+    (folder / "log.mcap").write_bytes(joined(tuple(map(changed, split(sound[0])))))
+    code, _, err = call(COMMANDS[command], folder)
+    assert (code, err == "") in ((0, True), (3, False))
 
 
 def with_chunk(content, body):

@@ -4,6 +4,7 @@ A format is a module with `TOPICS`, the topics of the log that it knows, and `wr
 messages and says how much of what it wrote.
 """
 
+import struct
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from importlib import import_module
 from pathlib import Path
@@ -23,6 +24,10 @@ FORMATS: Mapping[str, tuple[str, str]] = MappingProxyType(
         "rosbag2": ("mjnav.recording.export.rosbag2", "messages"),
     }
 )
+
+
+# What a stranger's message leads to.
+_NOT_OURS = (LookupError, TypeError, ValueError, AttributeError, OverflowError, struct.error)
 
 
 def check_format(name: str, topics: Iterable[str] = ()) -> None:
@@ -61,7 +66,7 @@ def export(
             return module.write(log, chosen, _told(log.messages(*chosen), progress), folder)
     except MjnavError:
         raise
-    except (LookupError, TypeError, ValueError, AttributeError) as error:  # what a stranger's message leads to
+    except _NOT_OURS as error:
         raise DamagedLogError(f"{log.path}: holds a message that is not one of mjnav's ({error!r})") from error
 
 
