@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from mjnav.study.store import Store
 
 FOLDER, QUICK_FOLDER = "runs/out/paper", "runs/out/paper-quick"
-QUICK_SEEDS = 2
+QUICK_SEEDS = 1
 PAGE, ROWS = "index.html", "rows"
 
 
