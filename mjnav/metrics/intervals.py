@@ -98,16 +98,12 @@ class SharedBootstrap:
         quantile = np.quantile if sizes.all() else np.nanquantile
         return centre[:, 0] + quantile(means, [0.5 - 0.5 * level, 0.5 + 0.5 * level], axis=1)
 
-    def p_value(self, differences: ArrayLike) -> float | None:
-        """Of the hypothesis that paired differences (n,) are as likely to be negative, by flipping signs at random.
-
-        (1 + how often |mean of flipped| >= |mean|) / (1 + flips); None where all are NaN. Source: Good, Permutation,
-        Parametric and Bootstrap Tests of Hypotheses, 3rd ed., 2005, section 3.2.
-        """
-        return self.p_values(np.asarray(differences, float)[None])[0]
-
     def p_values(self, differences: ArrayLike) -> list[float | None]:
-        """Of each row of differences (F, n)."""
+        """For each row of paired differences (F, n), of the hypothesis that they are as likely to be negative.
+
+        By flipping signs at random: (1 + how often |mean of flipped| >= |mean|) / (1 + flips); None where all are NaN.
+        Source: Good, Permutation, Parametric and Bootstrap Tests of Hypotheses, 3rd ed., 2005, section 3.2.
+        """
         differences = np.asarray(differences, float)
         known = np.isfinite(differences)
         kept = np.where(known, differences, 0.0)

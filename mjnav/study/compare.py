@@ -8,7 +8,7 @@ of sign-flip tests (rates: McNemar's), carry Holm's correction over the methods 
 import re
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, lru_cache
 from math import nan
 from typing import TYPE_CHECKING, Any
 
@@ -28,8 +28,6 @@ OVER_ALL = ("min_clearance_m", "min_lane_clearance_m", "mean_lane_clearance_m") 
 FIGURES = ("time_s", "control_cost", "mean_deviation_m", "path_ratio", "min_clearance_m")  # compared by default
 RATES = ("success", "collision")
 RESAMPLES = 5_000
-
-Bootstrap = Callable[[int], SharedBootstrap]  # the one for a number of seeds
 
 
 @dataclass(frozen=True, slots=True)
@@ -147,7 +145,6 @@ def compare(
     known = {cell.method for cell in cells}
     if reference is not None and reference not in known:
         raise unknown_name("reference", reference, known)
-    bootstraps = _Bootstraps()
     tables: dict[tuple[str, str], list[CellRows]] = {}
     for cell in cells:
         tables.setdefault((cell.scene, cell.setting), []).append(cell)
@@ -155,7 +152,7 @@ def compare(
         base = next((cell for cell in of_table if cell.method == reference), None)
         if base is None and reference is None:
             base = of_table[0]
-        yield _comparison(scene, setting, of_table, base, (*RATES, *figures), bootstraps)
+        yield _comparison(scene, setting, of_table, base, (*RATES, *figures))
 
 
 def check_figures(figures: Iterable[str]) -> None:
@@ -166,16 +163,10 @@ def check_figures(figures: Iterable[str]) -> None:
             raise unknown_name("figure", figure, allowed)
 
 
-class _Bootstraps:
-    """One shared bootstrap for every number of seeds."""
-
-    def __init__(self):
-        self._by_number: dict[int, SharedBootstrap] = {}
-
-    def of(self, num: int) -> SharedBootstrap:
-        if num not in self._by_number:
-            self._by_number[num] = SharedBootstrap(num, stream(0, "compare.bootstrap"), resamples=RESAMPLES)
-        return self._by_number[num]
+@lru_cache(8)
+def bootstrap(num: int) -> SharedBootstrap:
+    """The one for all figures of `num` seeds."""
+    return SharedBootstrap(num, stream(0, "compare.bootstrap"), resamples=RESAMPLES)
 
 
 def _comparison(
@@ -184,12 +175,11 @@ def _comparison(
     cells: Sequence[CellRows],
     base: CellRows | None,
     figures: Sequence[str],
-    bootstraps: _Bootstraps,
 ) -> Comparison:
     others = [cell for cell in cells if base is not None and cell is not base]
     by_method: dict[str, dict[str, Difference]] = {}
     if base is not None:
-        of_others = differences(others, base, figures, bootstraps.of)
+        of_others = differences(others, base, figures)
         by_method = {cell.method: own for cell, own in zip(others, of_others, strict=True)}
     for figure in figures:
         known = {method: p for method, d in by_method.items() if (p := d[figure].p) is not None}
@@ -205,17 +195,17 @@ def _comparison(
             infeasible_share=_ratio(cell.columns["infeasible_ticks"], cell.columns["ticks"]),
             decision_ms=_median(cell.columns["compute_ms_control_p50"]),
         )
-        for cell, own in zip(cells, estimates(cells, figures, bootstraps.of), strict=True)
+        for cell, own in zip(cells, estimates(cells, figures), strict=True)
     ]
     return Comparison(scene, setting, base.method if base is not None else "", tuple(rows))
 
 
-def estimate(cell: CellRows, figure: str, bootstrap: Bootstrap) -> Estimate:
+def estimate(cell: CellRows, figure: str) -> Estimate:
     """A rate or a mean of one cell."""
-    return estimates([cell], [figure], bootstrap)[0][figure]
+    return estimates([cell], [figure])[0][figure]
 
 
-def estimates(cells: Sequence[CellRows], figures: Sequence[str], bootstrap: Bootstrap) -> list[dict[str, Estimate]]:
+def estimates(cells: Sequence[CellRows], figures: Sequence[str]) -> list[dict[str, Estimate]]:
     """Rates and means of every cell."""
     means = [cell.values(figure) for cell in cells for figure in figures if figure not in RATES]
     intervals = iter(_each(means, lambda num: bootstrap(num).intervals))
@@ -229,14 +219,12 @@ def estimates(cells: Sequence[CellRows], figures: Sequence[str], bootstrap: Boot
     return [{figure: one(cell.values(figure), figure) for figure in figures} for cell in cells]
 
 
-def difference(cell: CellRows, base: CellRows, figure: str, bootstrap: Bootstrap) -> Difference:
+def difference(cell: CellRows, base: CellRows, figure: str) -> Difference:
     """cell - base over their common seeds, the p-value without correction."""
-    return differences([cell], base, [figure], bootstrap)[0][figure]
+    return differences([cell], base, [figure])[0][figure]
 
 
-def differences(
-    cells: Sequence[CellRows], base: CellRows, figures: Sequence[str], bootstrap: Bootstrap
-) -> list[dict[str, Difference]]:
+def differences(cells: Sequence[CellRows], base: CellRows, figures: Sequence[str]) -> list[dict[str, Difference]]:
     """Every cell - base over their common seeds, the p-values without correction."""
     changes: list[Array] = []
     for cell in cells:

@@ -81,18 +81,17 @@ def test_many_figures_at_once_are_as_each_alone():
         assert (interval is None) == np.isnan(row).all() == (p is None)
         if interval is not None:
             assert interval == pytest.approx(shared.interval(row), rel=1e-6)
-            assert p == shared.p_value(row)
+            assert [p] == shared.p_values([row])
     assert intervals[4] == (values[4, 0], values[4, 0])
 
 
 def test_its_p_values_are_uniform_where_nothing_differs_and_small_where_something_does():
     shared = SharedBootstrap(40, np.random.default_rng(9), resamples=2000)
     rng = np.random.default_rng(10)
-    found = [shared.p_value(rng.standard_t(3, size=40)) for _ in range(300)]
+    found = shared.p_values(rng.standard_t(3, size=(300, 40)))
     assert stats.kstest(found, "uniform").pvalue > 1e-3
-    assert shared.p_value(rng.normal(size=40) + 1.5) == pytest.approx(1 / 2001)
-    assert shared.p_value(np.zeros(40)) == 1.0
-    assert shared.p_value(np.full(40, np.nan)) is None
+    rows = [rng.normal(size=40) + 1.5, np.zeros(40), np.full(40, np.nan)]
+    assert shared.p_values(rows) == [pytest.approx(1 / 2001), 1.0, None]
 
 
 @pytest.mark.parametrize(("only_a", "only_b"), [(0, 0), (3, 0), (2, 9), (40, 22)])

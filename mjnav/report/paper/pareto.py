@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 from mjnav.report.paper.bars import color
 from mjnav.report.paper.style import TWO_COLUMNS, new_figure, style
 from mjnav.study.compare import estimate
-from mjnav.study.paper.contrast import Cells, bootstrap, short
+from mjnav.study.paper.contrast import Cells, short
 from mjnav.study.paper.pareto import METHODS, curve, settings
 
 FIGURES = MappingProxyType(
@@ -41,8 +41,8 @@ def _curve(axes: Axes, cells: Cells, setting: str, method: str, name: str) -> No
     of_method = curve(cells, setting, method)
     if not of_method:
         return
-    x = [estimate(cell, "min_clearance_m", bootstrap) for cell in of_method]
-    y = [estimate(cell, name, bootstrap) for cell in of_method]
+    x = [estimate(cell, "min_clearance_m") for cell in of_method]
+    y = [estimate(cell, name) for cell in of_method]
     order = np.argsort([e.value for e in x])
     shade = color(method)
     axes.plot(

@@ -15,7 +15,6 @@ from matplotlib.figure import Figure
 
 from mjnav.report.paper.style import DPI, style
 from mjnav.study.compare import CellRows, estimate
-from mjnav.study.paper.contrast import bootstrap
 from mjnav.study.paper.finding import Finding, Verdict
 from mjnav.study.row import COLUMNS
 
@@ -61,7 +60,7 @@ def cell_table(cells: Sequence[CellRows]) -> list[dict[str, Any]]:
     table = []
     for cell in cells:
         for name in names:
-            e = estimate(cell, name, bootstrap)
+            e = estimate(cell, name)
             if e.num:
                 low, high = e.interval or (None, None)
                 place = {"scene": cell.scene, "setting": cell.setting, "method": cell.method}

@@ -2,24 +2,15 @@
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
-from functools import cache
 
 import numpy as np
 
-from mjnav.metrics.intervals import SharedBootstrap
-from mjnav.rng import stream
 from mjnav.study.compare import CellRows, Estimate, difference, estimate
 from mjnav.study.paper.finding import Verdict, verdict
 
 LEAST_PAIRS = 20  # below, an interval says too little to decide anything
 
 Cells = Sequence[CellRows]
-
-
-@cache
-def bootstrap(num: int) -> SharedBootstrap:
-    """The one for all figures of `num` seeds."""
-    return SharedBootstrap(num, stream(0, "paper.bootstrap"), resamples=5_000)
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,7 +35,7 @@ def contrasts(cells: Cells, method: str, reference: str, figure: str) -> list[Co
     for where, base in by_place(cells, reference).items():
         cell = by_place(cells, method).get(where)
         if cell is not None:
-            found.append(Contrast(where, difference(cell, base, figure, bootstrap).estimate))
+            found.append(Contrast(where, difference(cell, base, figure).estimate))
     return found
 
 
@@ -65,7 +56,7 @@ def short(setting: str) -> str:
 
 def values(cells: Cells, method: str, figure: str) -> dict[str, Estimate]:
     """The method's own figure in every scene and setting."""
-    return {where: estimate(cell, figure, bootstrap) for where, cell in by_place(cells, method).items()}
+    return {where: estimate(cell, figure) for where, cell in by_place(cells, method).items()}
 
 
 def overall(verdicts: Iterable[Verdict]) -> Verdict:

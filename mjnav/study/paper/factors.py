@@ -10,8 +10,8 @@ from types import MappingProxyType
 import numpy as np
 
 from mjnav.messages import Array
-from mjnav.study.compare import CellRows, Estimate
-from mjnav.study.paper.contrast import Cells, Contrast, bootstrap, summary
+from mjnav.study.compare import CellRows, Estimate, bootstrap
+from mjnav.study.paper.contrast import Cells, Contrast, summary
 from mjnav.study.paper.finding import Finding
 
 STUDIES = ("paper-factors",)

@@ -2,8 +2,8 @@
 
 from collections.abc import Iterator
 
-from mjnav.study.compare import CellRows
-from mjnav.study.paper.contrast import Cells, Contrast, bootstrap, by_place, difference, summary
+from mjnav.study.compare import CellRows, difference
+from mjnav.study.paper.contrast import Cells, Contrast, by_place, summary
 from mjnav.study.paper.finding import Finding
 
 STUDIES = ("paper-shape",)
@@ -32,4 +32,4 @@ def _contrasts(cells: Cells, method: str, wrong: str, figure: str) -> Iterator[C
             for shape in ("true", wrong)
         )
         if true is not None and false is not None:
-            yield Contrast(noise, difference(true, false, figure, bootstrap).estimate)
+            yield Contrast(noise, difference(true, false, figure).estimate)
