@@ -42,7 +42,7 @@ class StopAndGo:
 
 @dataclass(frozen=True, slots=True)
 class Waypoints:
-    """Walks from point to point; with `loop` from the last back to the first, else stands at the last."""
+    """Walks from point to point; with `loop` from the last back to the first, else stands there."""
 
     waypoints: tuple[Point, ...]
     speed: float = 1.0
