@@ -17,6 +17,9 @@ from mjnav.cli.main import main
 def become(request: dict) -> None:
     """What an interpreter that was started for this would find."""
     os.chdir(request["folder"])
+    signal.signal(signal.SIGINT, signal.default_int_handler)  # whoever started the tests may have it ignored
+    for number in (signal.SIGTERM, signal.SIGHUP):
+        signal.signal(number, signal.SIG_DFL)
     for number in request["ignore"]:
         signal.signal(number, signal.SIG_IGN)
     out, err = (os.open(f"{os.getpid()}.{name}", os.O_WRONLY | os.O_CREAT) for name in ("out", "err"))
