@@ -13,7 +13,7 @@ from mjnav.report.paper.publish import DATA, PICTURE, PRINT, read
 from mjnav.study.paper import ITEMS
 from mjnav.study.paper.finding import Finding, Verdict
 
-MARKS = {Verdict.HOLDS: "✓", Verdict.PARTLY: "◐", Verdict.FAILS: "✗", Verdict.OPEN: "?"}
+MARKS = {Verdict.HOLDS: "✓", Verdict.PARTLY: "◐", Verdict.MIXED: "±", Verdict.FAILS: "✗", Verdict.OPEN: "?"}
 
 STYLE = """
 :root { color-scheme: light dark; --ink: #1d1d1f; --quiet: #6b6b70; --line: #d9d9de; --page: #fff; --panel: #f6f6f8;
@@ -27,8 +27,8 @@ h1 { font-size: 1.6rem; line-height: 1.25; margin: 0 0 .5rem; } h2 { font-size: 
 p { max-width: 46rem; } a { color: inherit; } small, .quiet { color: var(--quiet); }
 table { border-collapse: collapse; width: 100%; font-size: .9rem; } .wide { overflow-x: auto; }
 th, td { text-align: left; vertical-align: top; padding: .35rem .75rem .35rem 0; border-bottom: 1px solid var(--line); }
-.holds { color: var(--holds); } .fails { color: var(--fails); } .partly { color: var(--partly); }
-.open { color: var(--open); } td.verdict { white-space: nowrap; font-weight: 600; }
+.holds { color: var(--holds); } .fails { color: var(--fails); } .partly, .mixed { color: var(--partly); }
+.open { color: var(--open); } td.verdict { font-weight: 600; min-width: 9rem; }
 img { display: block; max-width: 100%; height: auto; background: #fff; border-radius: 6px; }
 pre { overflow-x: auto; background: var(--panel); padding: .75rem; border-radius: 6px; font-size: .8rem; }
 details { margin: .25rem 0; } summary { cursor: pointer; }
@@ -50,7 +50,8 @@ def page(folder: Path, about: Mapping[str, str]) -> str:
         "<p>What the figures and comparisons of Nair et al., “Non Holonomic Collision Avoidance under Non-Parametric "
         'Uncertainty: A Hilbert Space Approach” (<a href="https://arxiv.org/abs/2112.13034">arXiv 2112.13034</a>) '
         "show, measured again: in the paper’s kinematic setting and in MuJoCo, with the paper’s direct samples and "
-        "with filtered ones. Claims are worded here. Intervals are 95 %, over seeds that all methods share.</p>",
+        "with filtered ones. Claims are worded here and judged in every setting by 95 % intervals over seeds that all "
+        "methods share. Each stands for itself: where nothing differs, one judgement in twenty will say that it does.</p>",
         _about(about),
         "<h2>Claims</h2>",
         _claims(there),
@@ -74,7 +75,8 @@ def _claims(there: Mapping[str, tuple[Sequence[Finding], Any]]) -> str:
     total = ", ".join(f"{count[verdict]} {verdict.value}" for verdict in Verdict if count[verdict])
     rows = [
         f'<tr><td class="verdict {finding.verdict.name.lower()}">{MARKS[finding.verdict]} '
-        f"{escape(finding.verdict.value)}</td><td>{escape(finding.claim)}</td>"
+        f"{escape(finding.verdict.value)}</td><td>{escape(finding.claim)}<br>"
+        f"<small>{escape(finding.evidence.partition(chr(10))[0])}</small></td>"
         f'<td><a href="#{name}">{escape(ITEMS[name].title)}</a></td></tr>'
         for name, finding in every
     ]

@@ -60,12 +60,12 @@ def values(cells: Cells, method: str, figure: str) -> dict[str, Estimate]:
 
 
 def overall(verdicts: Iterable[Verdict]) -> Verdict:
-    """Of a claim about all settings: partly where it holds in some of them only."""
+    """Of a claim about all settings: partly where it holds in some and is not decided in the others."""
     found = set(verdicts)
     if found == {Verdict.HOLDS}:
         return Verdict.HOLDS
     if Verdict.HOLDS in found:
-        return Verdict.PARTLY
+        return Verdict.MIXED if Verdict.FAILS in found else Verdict.PARTLY
     return Verdict.FAILS if Verdict.FAILS in found else Verdict.OPEN
 
 

@@ -9,6 +9,7 @@ class Verdict(StrEnum):
 
     HOLDS = "holds"
     PARTLY = "holds in some settings"
+    MIXED = "holds in some settings, fails in others"
     FAILS = "does not hold"
     OPEN = "not decided"
 
