@@ -51,7 +51,7 @@ def page(folder: Path, about: Mapping[str, str]) -> str:
         'Uncertainty: A Hilbert Space Approach” (<a href="https://arxiv.org/abs/2112.13034">arXiv 2112.13034</a>) '
         "show, measured again: in the paper’s kinematic setting and in MuJoCo, with the paper’s direct samples and "
         "with filtered ones. Claims are worded here and judged in every setting by 95 % intervals over seeds that all "
-        "methods share. Each stands for itself: where nothing differs, one judgement in twenty will say that it does.</p>",
+        "methods share. Each stands for itself: where nothing differs, one judgement in twenty says that it does.</p>",
         _about(about),
         "<h2>Claims</h2>",
         _claims(there),
