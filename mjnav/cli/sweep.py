@@ -19,7 +19,7 @@ from mjnav.study.row import Row
 from mjnav.study.study_file import load_study, study_text
 
 OUT_FOLDER = Path("runs/out")
-FEW = 10  # episodes after which it is told how long the rest will take
+TOLD_AFTER = (10, 100, 1000)  # episodes, how long the rest will take: the first ones load and compile
 MAX_CAUSES = 5  # of failures that are told
 
 
@@ -124,7 +124,7 @@ class _Watch:
         if done == 1:
             self._began = time.monotonic()
         left = self._total - self._kept - done
-        if done == FEW and left > 0:
+        if done in TOLD_AFTER and left > 0:
             self._say(f"the rest: {pace(done - 1, left, time.monotonic() - self._began)}")
         if row["revision"] not in self._revisions:
             self._revisions.add(row["revision"])
