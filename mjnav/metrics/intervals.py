@@ -11,6 +11,7 @@ from mjnav.messages import Array
 
 Interval = tuple[float, float] | None
 
+DIGITS = 6  # of an interval's ends, of the largest value
 MAX_SHARED = 200_000_000  # seeds drawn in all by a shared bootstrap: 0.8 GB
 
 
@@ -96,7 +97,11 @@ class SharedBootstrap:
             means = (sums / sizes).astype(float)
         # A resample may have drawn only seeds that lack the value.
         quantile = np.quantile if sizes.all() else np.nanquantile
-        return centre[:, 0] + quantile(means, [0.5 - 0.5 * level, 0.5 + 0.5 * level], axis=1)
+        ends = centre[:, 0] + quantile(means, [0.5 - 0.5 * level, 0.5 + 0.5 * level], axis=1)
+        # Nobody may take the dust of single precision for a difference.
+        scale = np.max(np.abs(values), axis=1, where=known, initial=0.0)
+        scale[scale == 0.0] = 1.0
+        return np.round(ends / scale, DIGITS) * scale
 
     def p_values(self, differences: ArrayLike) -> list[float | None]:
         """For each row of paired differences (F, n), of the hypothesis that they are as likely to be negative.

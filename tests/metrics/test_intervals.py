@@ -85,6 +85,15 @@ def test_many_figures_at_once_are_as_each_alone():
     assert intervals[4] == (values[4, 0], values[4, 0])
 
 
+@pytest.mark.parametrize("num", [20, 49, 50])
+def test_what_one_seed_alone_differs_in_is_no_difference(num):
+    differences = np.zeros(num)
+    differences[3] = -1.0
+    low, high = SharedBootstrap(num, np.random.default_rng(1), resamples=2000).interval(differences)
+    assert low < 0.0
+    assert high == 0.0
+
+
 def test_its_p_values_are_uniform_where_nothing_differs_and_small_where_something_does():
     shared = SharedBootstrap(40, np.random.default_rng(9), resamples=2000)
     rng = np.random.default_rng(10)

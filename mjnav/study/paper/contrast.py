@@ -85,9 +85,7 @@ def shown(e: Estimate, unit: str = "", *, signed: bool = False, digits: int = 3)
         return f"undefined (n = {e.num})"
     text = f"{e.value:{sign}.{digits}g}{unit and ' ' + unit}"
     if e.interval is not None:
-        dust = 1e-6 * max(map(abs, e.interval))  # of single precision
-        low, high = (0.0 if abs(end) <= dust else end for end in e.interval)
-        text += f" [{low:{sign}.{digits}g}, {high:{sign}.{digits}g}]"
+        text += f" [{e.interval[0]:{sign}.{digits}g}, {e.interval[1]:{sign}.{digits}g}]"
     return f"{text} (n = {e.num})"
 
 
