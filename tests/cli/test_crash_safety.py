@@ -17,7 +17,7 @@ from mjnav.recording import open_log
 
 PATIENCE = 60.0  # [s] for a process to do on a busy machine what it does at once on an idle one
 SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
-NEVER = ("--set", "time_limit=600", "--set", "robot.goal_tolerance=0.001", "--set", "stop_on_collision=false")
+NEVER = ("--set", "time_limit=1e6", "--set", "robot.goal=[9000.0, 0.0]", "--set", "stop_on_collision=false")  # to end
 MINE = '''
 import mmap, sys, time
 from mjnav.control.mean import Mean
