@@ -371,12 +371,14 @@ def test_latex_escapes_what_it_would_read():
 
 
 @pytest.mark.skipif(shutil.which("pdflatex") is None, reason="pdflatex is not installed")
-def test_latex_compiles(hostile, tmp_path):
-    preamble = r"\documentclass{article}\usepackage[T1]{fontenc}\usepackage{booktabs,adjustbox}"
+def test_latex_compiles_and_is_no_wider_than_the_line(hostile, tmp_path):
+    preamble = r"\documentclass{article}\usepackage[T1]{fontenc}\usepackage{booktabs,graphicx}"
     body = latex(hostile).replace("走", "")
     (tmp_path / "a.tex").write_text(f"{preamble}\\begin{{document}}\n{body}\\end{{document}}\n")
     command = ["pdflatex", "-interaction=nonstopmode", "-halt-on-error", "a.tex"]
-    subprocess.run(command, cwd=tmp_path, check=True, capture_output=True, timeout=60)
+    done = subprocess.run(command, cwd=tmp_path, check=True, capture_output=True, timeout=60)
+    assert b"Output written on a.pdf" in done.stdout
+    assert b"Overfull" not in done.stdout
 
 
 def test_a_dash_stands_for_what_is_undefined():

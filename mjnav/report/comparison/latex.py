@@ -22,12 +22,14 @@ _ESCAPES = str.maketrans(
     }
 )
 
+_SCALED_DOWN = r"\resizebox{\ifdim\width>\linewidth\linewidth\else\width\fi}{!}"  # what is wider than the line
+
 
 def latex(results: Results) -> str:
-    """A table for every scene and setting. It needs \\usepackage{booktabs,adjustbox} and \\usepackage[T1]{fontenc}."""
+    """A table for every scene and setting. It needs \\usepackage{booktabs,graphicx} and \\usepackage[T1]{fontenc}."""
     lines = [
         f"% {printable(f'mjnav compare: {results.study}', '?')}",
-        r"% \usepackage{booktabs,adjustbox} \usepackage[T1]{fontenc}",
+        r"% \usepackage{booktabs,graphicx} \usepackage[T1]{fontenc}",
         *(f"% {printable(sentence, '?')}" for sentence in (*meaning(results), *warnings(results))),
     ]
     for table in results.tables:
@@ -49,8 +51,7 @@ def _table(results: Results, table: Comparison) -> Iterator[str]:
     yield r"\begin{table}"
     yield r"\centering"
     yield rf"\caption{{{escaped(f'{table.scene}, {table.setting}')}: rates and means with 95\,\% intervals{below}.}}"
-    yield r"\begin{adjustbox}{max width=\linewidth}"
-    yield rf"\begin{{tabular}}{{@{{}}l{'r' * (len(titles) - 1)}@{{}}}}"
+    yield _SCALED_DOWN + rf"{{\begin{{tabular}}{{@{{}}l{'r' * (len(titles) - 1)}@{{}}}}"
     yield r"\toprule"
     yield _row(map(escaped, titles))
     yield r"\midrule"
@@ -63,8 +64,7 @@ def _table(results: Results, table: Comparison) -> Iterator[str]:
             under = [[_difference(column, row) for column in group] for group in (rates, figures)]
             yield _row(["", "", *under[0], *("" for _ in plain), *under[1]])
     yield r"\bottomrule"
-    yield r"\end{tabular}"
-    yield r"\end{adjustbox}"
+    yield r"\end{tabular}}"
     yield r"\end{table}"
 
 
