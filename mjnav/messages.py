@@ -190,6 +190,7 @@ class Decision:
     omega: float
     status: Status
     costs: CandidateCosts | None = None
+    wish: tuple[float, float] | None = None  # (v, omega) that the controller chose beyond the limits; set by the loop
 
 
 @dataclass(frozen=True, slots=True)
@@ -267,3 +268,4 @@ class Trajectory:
     contacts: tuple[Contact, ...]
     timing: NDArray[np.int64]  # (T', 7): tick, PHASES, lateness; ns. T' may be less than T where messages were lost
     deadline_misses: int
+    clipped_ticks: int = 0  # whose decision was beyond the robot's limits

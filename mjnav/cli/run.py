@@ -111,6 +111,10 @@ def describe(summary: dict[str, Any], real_time: Mapping[str, str] | None = None
     if real_time is not None:
         got = ", ".join(f"{name} {value}" for name, value in real_time.items())
         lines.append(f"  real time       {s['deadline_misses']} of {s['ticks']} deadlines missed; {got}")
+    if s["clipped_ticks"]:
+        lines.append(
+            f"  clipped         {s['clipped_ticks']} of {s['ticks']} ticks: commands beyond the robot's limits"
+        )
     if s["lane_violation_s"]:
         lines.insert(2, f"  outside lanes   {s['lane_violation_s']:.1f} s")
     if s["log"]:

@@ -8,6 +8,7 @@ from itertools import count
 from pathlib import Path
 from typing import Any
 
+from mjnav.loop.commands import describe_clipping
 from mjnav.loop.fault import RunFault, describe_fault, fault_events
 from mjnav.loop.latency import Computed, replayed
 from mjnav.loop.pacer import FreePacer, Pacer, Start, Stopwatch
@@ -91,6 +92,7 @@ class Episode:
         self._beliefs: Beliefs | None = None
         self._misses = 0  # of deadlines; that of the last tick's end, too, which no tick's timing tells
         self._status = Status.OK
+        self._clipping_told = False
         self._events_before: tuple[Event, ...] = ()
         recorded = log is not None or live is not None
         self._cones = cones or recorded
@@ -224,6 +226,9 @@ class Episode:
             text = ": ".join(part for part in (decision.status.value, decision.status.advice) if part)
             events.append(Event(level, "decision", text))
             self._status = decision.status
+        if decision.wish is not None and not self._clipping_told:
+            events.append(Event("warning", "clipped", describe_clipping(decision, decision.wish)))
+            self._clipping_told = True
         return tuple(events)
 
     def _result(self, final: WorldState, outcome: str, began: int) -> Result:

@@ -3,7 +3,7 @@
 readings -> belief, tracks -> samples carried to the moment of effect -> decision -> pending -> command
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import isfinite
 
 import numpy as np
@@ -16,6 +16,7 @@ from mjnav.loop.floor_map import FloorMap
 from mjnav.loop.latency import make_latency
 from mjnav.loop.prediction import Predictor, carry_people
 from mjnav.messages import Array, Decision, Lanes, Observation, ObstacleSamples, Reading, RobotBelief, Track
+from mjnav.motion.diff_drive import command_bounds
 from mjnav.rng import stream
 from mjnav.scenarios.spec import Scenario
 
@@ -44,6 +45,7 @@ class Navigator:
         limits = scenario.robot.limits
         self._predictor = Predictor(noise, limits, seed)
         self._history = CommandHistory(limits)
+        self._low, self._high = command_bounds(limits)
         self.latency = make_latency(scenario, seed)
         self._period = scenario.control.period
         self._predicts = scenario.control.prediction
@@ -100,12 +102,19 @@ class Navigator:
         )
 
     def decide(self, observation: Observation) -> Decision:
-        """The controller's decision."""
+        """The controller's decision, brought within the robot's limits; what it chose beyond them is its `wish`.
+
+        The acceleration limits are the base's, which ramps towards every command.
+        """
         decision = self.controller.decide(observation)
         if not (isfinite(decision.v) and isfinite(decision.omega)):
             raise ValueError(f"the controller decided v = {decision.v}, omega = {decision.omega}")
-        self._decided = np.array([decision.v, decision.omega])
-        return decision
+        wish = np.array([decision.v, decision.omega], float)
+        self._decided = np.clip(wish, self._low, self._high)
+        if (self._decided == wish).all():
+            return decision
+        v, omega = self._decided.tolist()
+        return replace(decision, v=v, omega=omega, wish=(float(decision.v), float(decision.omega)))
 
     def schedule(self, tick: int, spent: float) -> tuple[Array, list[tuple[float, Array]]]:
         """Puts what was decided last on its way, after `spent` [s] of computing.

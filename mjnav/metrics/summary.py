@@ -32,6 +32,7 @@ def summarise(trajectory: Trajectory, scenario: Scenario, *, outcome: str) -> di
         "min_clearance_m": safety.min_clearance(trajectory, scenario),
         "ticks": len(trajectory.status),
         "infeasible_ticks": sum(status in INFEASIBLE for status in trajectory.status),
+        "clipped_ticks": trajectory.clipped_ticks,
         "localization_rmse_m": consistency.localization_rmse(trajectory),
         "tracking_rmse_m": consistency.tracking_rmse(trajectory),
     }

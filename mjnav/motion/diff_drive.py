@@ -24,6 +24,15 @@ def twist_of_wheels(left: Speed, right: Speed) -> tuple[Speed, Speed]:
     return 0.5 * WHEEL_RADIUS * (left + right), WHEEL_RADIUS * (right - left) / TRACK_WIDTH
 
 
+def command_bounds(limits: RobotLimits) -> tuple[Array, Array]:
+    """Lowest and highest (v, omega) that the base takes as a command; each (2,).
+
+    A base may always stop, even one whose planner has a minimum speed.
+    """
+    low = np.array([min(limits.min_speed, 0.0), -limits.max_turn_rate])
+    return low, np.array([max(limits.max_speed, 0.0), limits.max_turn_rate])
+
+
 def reachable(twist: ArrayLike, limits: RobotLimits, duration: float) -> tuple[Array, Array]:
     """Lowest and highest (v, omega) that can be reached from `twist` within `duration`; each (2,).
 

@@ -24,7 +24,7 @@ _FIELDS = (
     ("reading", SCAN, ("ranges",)),
     ("estimate", "/robot/state", ("estimate",)),
     ("tracks", "/people/estimate", ("people",)),
-    ("decision", "/decision", ("nominal", "cost", "v", "omega", "status")),
+    ("decision", "/decision", ("nominal", "cost", "wish", "v", "omega", "status")),
     ("command", "/command", ("v", "omega")),
 )
 COMPARED = tuple(dict.fromkeys(topic for _, topic, _ in _FIELDS))

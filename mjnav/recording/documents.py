@@ -88,11 +88,12 @@ def encode_command(tick: int, command: Array) -> bytes:
 
 
 def encode_decision(tick: int, decision: Decision) -> bytes:
-    """mjnav.Decision; `nominal` and `cost` are null for a method without candidates."""
+    """mjnav.Decision; `nominal` and `cost` are null for a method without candidates, `wish` only where one differs."""
     nominal = cost = None
+    v, omega = decision.wish or (decision.v, decision.omega)
     if (costs := decision.costs) is not None:
         nominal = {"v": float(costs.v[costs.nominal]), "omega": float(costs.omega[costs.nominal])}
-        chosen = np.flatnonzero((costs.v == decision.v) & (costs.omega == decision.omega))
+        chosen = np.flatnonzero((costs.v == v) & (costs.omega == omega))
         if chosen.size:
             i = chosen[np.argmin(costs.total[chosen])]
             cost = {
@@ -110,6 +111,7 @@ def encode_decision(tick: int, decision: Decision) -> bytes:
             "advice": decision.status.advice,
             "nominal": nominal,
             "cost": cost,
+            **({} if decision.wish is None else {"wish": {"v": v, "omega": omega}}),
         }
     )
 

@@ -91,7 +91,9 @@ _DOCUMENTS: Mapping[str, dict] = MappingProxyType(
                     },
                     nullable=True,
                 ),
-            }
+                "wish": _object(_TWIST, nullable=True),  # the control chosen, where it was beyond the robot's limits
+            },
+            optional=("wish",),
         ),
         "mjnav.People": _object(
             {

@@ -173,6 +173,7 @@ def _parts(found: Mapping[str, Any], timing: TickTiming | None, num_people: int)
             "decision": documents.decode_twist(decision),
             "nominal": documents.decode_twist(decision["nominal"]),
             "status": intern(decision["status"]),
+            "clipped": decision.get("wish") is not None,
         },
         timing=timing,
         robot_ess=documents.number(estimate["ess"]),

@@ -43,6 +43,7 @@ class TrajectoryBuilder:
         self._tracks: list[Mapping[str, tuple[Array, Array]]] = []
         self._controls: list[tuple[Array, Array, Array]] = []  # command, decision, nominal
         self._status: list[str] = []
+        self._clipped = 0  # ticks
         self._timing: list[TickTiming] = []
 
     def __len__(self) -> int:
@@ -60,6 +61,7 @@ class TrajectoryBuilder:
             decision=np.array([decision.v, decision.omega]),
             nominal=nominal_control(decision),
             status=str(decision.status),
+            clipped=decision.wish is not None,
         )
 
     def add_states(
@@ -72,6 +74,7 @@ class TrajectoryBuilder:
         decision: Array,
         nominal: Array,
         status: str,
+        clipped: bool,
     ) -> None:
         """One tick by its parts: the truth, (mean, covariance) of the robot and by each track's name, (v, omega)s."""
         self._truth.append(truth)
@@ -79,6 +82,7 @@ class TrajectoryBuilder:
         self._tracks.append(tracks)
         self._controls.append((command, decision, nominal))
         self._status.append(status)
+        self._clipped += clipped
 
     def add_timing(self, timing: TickTiming) -> None:
         """The timing of one tick; it may be missing for some."""
@@ -123,6 +127,7 @@ class TrajectoryBuilder:
             contacts=tuple(contact for state in states for contact in state.contacts),
             timing=np.array(timing, np.int64).reshape(-1, len(PHASES) + 2),
             deadline_misses=sum(timing.deadline_missed for timing in self._timing),
+            clipped_ticks=self._clipped,
         )
 
     def _people(self, num_people: int) -> tuple[Array, Array]:

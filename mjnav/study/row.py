@@ -48,6 +48,7 @@ FIGURES: Mapping[str, tuple[str, str]] = MappingProxyType(
         "ticks_without_nominal": (INTEGER, "status infeasible_nominal: nothing met the constraints at the mean"),
         "ticks_without_own": (INTEGER, "status infeasible: nothing met the method's own constraint"),
         "stopped_ticks": (INTEGER, "status stopped"),
+        "clipped_ticks": (INTEGER, "ticks whose decision was beyond the robot's limits"),
         "localization_rmse_m": (NUMBER, ""),
         "tracking_rmse_m": (NUMBER, "null where nobody was tracked"),
         "robot_skew": (NUMBER, "of the robot samples' x and y that the controller got"),

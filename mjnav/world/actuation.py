@@ -4,6 +4,7 @@ import numpy as np
 
 from mjnav.geometry.compiled import exact
 from mjnav.messages import Array
+from mjnav.motion.diff_drive import command_bounds
 from mjnav.scenarios.spec import Scenario
 from mjnav.world.draws import Draws
 
@@ -19,9 +20,7 @@ class Actuation:
 
     def __init__(self, scenario: Scenario, seed: int):
         limits, timestep = scenario.robot.limits, scenario.physics.timestep
-        # A base may always stop, even one whose planner has a minimum speed.
-        self._low = np.array([min(limits.min_speed, 0.0), -limits.max_turn_rate])
-        self._high = np.array([max(limits.max_speed, 0.0), limits.max_turn_rate])
+        self._low, self._high = command_bounds(limits)
         self._change = np.array([limits.max_acceleration * timestep, limits.max_turn_acceleration * timestep])
         self._set_point = np.zeros(2)
         channels = ("actuation.v", "actuation.omega")

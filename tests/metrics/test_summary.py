@@ -26,6 +26,7 @@ KEYS = [
     "min_clearance_m",
     "ticks",
     "infeasible_ticks",
+    "clipped_ticks",
     "localization_rmse_m",
     "tracking_rmse_m",
 ]

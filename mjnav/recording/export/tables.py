@@ -90,6 +90,7 @@ def _contacts(document: Mapping) -> Rows:
 
 def _decision(document: Mapping) -> Rows:
     nominal, cost = document["nominal"] or {}, document["cost"] or {}
+    wish = document.get("wish") or {}
     yield [
         *(document[key] for key in ("v", "omega", "status", "advice")),
         nominal.get("v"),
@@ -97,6 +98,8 @@ def _decision(document: Mapping) -> Rows:
         cost.get("goal"),
         *cost.get("lane", (None, None)),
         cost.get("total"),
+        wish.get("v"),
+        wish.get("omega"),
     ]
 
 
@@ -180,6 +183,7 @@ def _event(event: Any) -> Rows:
 _SOLID = {"entity": "", "shape": "", "number": "", "frame": "", **_POSE, **_prefixed("size", _POINT), **_COLOR}
 _LINE = {"entity": "", "line": "", **_prefixed("from", _POINT), **_prefixed("to", _POINT), **_COLOR}
 _COSTS = _prefixed("cost", {"goal": "", "lane_left": "", "lane_right": "", "total": ""})
+_CHOICES = {**_TWIST, "status": "", "advice": "", **_prefixed("nominal", _TWIST), **_COSTS, **_prefixed("wish", _TWIST)}
 
 # topic -> its tables
 TABLES: Mapping[str, tuple[Table, ...]] = MappingProxyType(
@@ -201,9 +205,7 @@ TABLES: Mapping[str, tuple[Table, ...]] = MappingProxyType(
         "/belief/robot": (Table("belief_robot", {**_PLANAR, "weight": ""}, _particles),),
         "/belief/obstacles": (Table("belief_obstacles", {**_STATE, "weight": "", "track": ""}, _particles),),
         "/decision": (
-            Table(
-                "decision", {**_TWIST, "status": "", "advice": "", **_prefixed("nominal", _TWIST), **_COSTS}, _decision
-            ),
+            Table("decision", _CHOICES, _decision),
             Table("decision_cone", {"constraint": "", "cost": ""}, _decision_cone),
         ),
         "/command": (Table("command", _TWIST, _command),),
