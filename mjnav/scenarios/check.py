@@ -3,6 +3,10 @@
 A body is a disc or a rectangle seen from above. Walls may touch and cross one another (corners), and a pillar may stand
 in a wall (half columns); bodies may touch; every other overlap is refused. The robot fits under tables and meets their
 legs only; people and whatever is as high as the table meet the top.
+
+Who walks over waypoints keeps their radius clear of every wall on each straight leg; they would stand before it for the
+rest of the run. The last REACHED before a waypoint does not count, because they turn there. Who walks straight on has
+no place to reach: they walk until they meet the wall.
 """
 
 from collections.abc import Iterator
@@ -11,8 +15,9 @@ from math import atan2, cos, hypot, sin
 
 from mjnav.errors import InvalidValue
 from mjnav.scenarios.bodies import Table, Wall
+from mjnav.scenarios.people import REACHED
 from mjnav.scenarios.ranges import Point
-from mjnav.scenarios.spec import Scenario
+from mjnav.scenarios.spec import Person, Scenario, Waypoints
 
 _TOUCH = 1e-9  # [m]; bodies nearer than this touch
 
@@ -81,6 +86,8 @@ def check(scenario: Scenario) -> None:
     for i, person in enumerate(people):
         for other in (*walls, *tops, *pillars, *people[:i]):
             _keep_apart(person, other, f"{person.key}.start", person.centre)
+    for i, person in enumerate(scenario.people):
+        _check_route(f"people.{i}", person, walls)
     body = _Disc("robot", robot.start[:2], robot.radius)
     for other in (*walls, *legs, *pillars, *people):
         _keep_apart(body, other, "robot.start", robot.start)
@@ -97,6 +104,39 @@ def _keep_apart(disc: _Disc, other: _Disc | _Box, key: str, found: object) -> No
     missing = disc.radius - other.distance(disc.centre)
     if missing > _TOUCH:
         raise InvalidValue(key, found, f"a place clear of {other.key}, {missing:.3f} m further away")
+
+
+def _check_route(key: str, person: Person, walls: list[_Box]) -> None:
+    walk = person.behaviour
+    if not isinstance(walk, Waypoints) or walk.speed == 0.0:
+        return
+    for index, start, end in walk.legs(person.start):
+        length = hypot(end[0] - start[0], end[1] - start[1])
+        share = min(REACHED / length, 0.5) if length > 0.0 else 0.0
+        way = _Way(start, end, share, person.radius)
+        for wall in walls:
+            if way.meets(wall):
+                allowed = f"a point with a straight way from {start} that stays {person.radius:g} m clear of {wall.key}"
+                raise InvalidValue(f"{key}.waypoints.{index}", end, allowed)
+
+
+class _Way:
+    """What a disc sweeps on the way between two points, a share of it left out at both ends."""
+
+    def __init__(self, start: Point, end: Point, share: float, radius: float):
+        (x0, y0), (x1, y1) = start, end
+        dx, dy = x1 - x0, y1 - y0
+        self._ends = ((x0 + share * dx, y0 + share * dy), (x1 - share * dx, y1 - share * dy))
+        self._reach, self._radius = (0.5 - share) * hypot(dx, dy), radius
+        centre = (0.5 * (x0 + x1), 0.5 * (y0 + y1))
+        self._between = _Box("", centre, atan2(dy, dx), (self._reach, radius), 0.0)
+
+    def meets(self, box: _Box) -> bool:
+        """Whether it overlaps a box: the rectangle between the ends does, or the disc at one of them."""
+        if box.distance(self._between.centre) > self._reach + self._radius:
+            return False
+        missing = self._radius - min(map(box.distance, self._ends))
+        return missing > _TOUCH or self._between.overlaps(box)
 
 
 def _wall_box(key: str, wall: Wall) -> _Box:

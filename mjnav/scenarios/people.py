@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from itertools import pairwise
 from math import hypot
 from types import MappingProxyType
 
@@ -9,6 +10,7 @@ from mjnav.errors import InvalidValue
 from mjnav.scenarios.ranges import MAX_TIME, Point, check_coordinates, check_range
 
 MAX_WALKING_SPEED = 5.0  # [m/s]
+REACHED = 0.2  # [m] from a waypoint on the way at which the next one counts
 
 
 def _check_velocity(velocity: Point) -> None:
@@ -18,7 +20,7 @@ def _check_velocity(velocity: Point) -> None:
 
 @dataclass(frozen=True, slots=True)
 class ConstantVelocity:
-    """Walks straight on."""
+    """Walks straight on, until something is in the way."""
 
     velocity: Point
 
@@ -28,7 +30,7 @@ class ConstantVelocity:
 
 @dataclass(frozen=True, slots=True)
 class StopAndGo:
-    """Walks straight on for `go_time`, stands for `stop_time`, and so on; seconds."""
+    """Walks straight on for `go_time`, stands for `stop_time`, and so on, until something is in the way; seconds."""
 
     velocity: Point
     go_time: float = 2.0
@@ -54,6 +56,12 @@ class Waypoints:
         for point in self.waypoints:
             check_coordinates("waypoints", point)
         check_range("speed", self.speed, 0.0, MAX_WALKING_SPEED)
+
+    def legs(self, start: Point) -> list[tuple[int, Point, Point]]:
+        """The straight legs of the way from `start`: index of the waypoint that each leads to, and both ends."""
+        back = self.waypoints[:1] if self.loop and len(self.waypoints) > 1 else ()
+        points = (start, *self.waypoints, *back)
+        return [(i % len(self.waypoints), *leg) for i, leg in enumerate(pairwise(points))]
 
 
 Behaviour = ConstantVelocity | StopAndGo | Waypoints

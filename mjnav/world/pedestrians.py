@@ -13,12 +13,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mjnav.messages import Array
+from mjnav.scenarios.people import REACHED
 from mjnav.scenarios.spec import ConstantVelocity, Person, StopAndGo, Waypoints
 
 Index = NDArray[np.int64]  # positions in the list of all people
 
 PERIOD = 0.02  # [s] between decisions
-REACHED = 0.2  # [m] from a waypoint on the way at which the next one counts
 ARRIVAL_TIME = 0.8  # [s] in which the distance to the last waypoint falls to 1/e
 
 

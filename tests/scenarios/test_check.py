@@ -95,6 +95,48 @@ OVERLAPS = {
 }
 
 
+def walker(start, *points, more=""):
+    route = ", ".join(f"[{x}, {y}]" for x, y in points)
+    return f'[[people]]\nstart = {list(start)}\nbehaviour = "waypoints"\nwaypoints = [{route}]\n{more}\n'
+
+
+WAYS_BLOCKED = {
+    "the first leg through a wall": (
+        ROOM + walker((4, 0), (4, -4)),
+        "people.0.waypoints.0: found (4.0, -4.0); allowed: a point with a straight way from (4.0, 0.0) that stays "
+        "0.3 m clear of walls.0",
+    ),
+    "a later leg": (
+        ROOM + walker((4, 0), (4, -1), (-3, 0), more="loop = false"),
+        "people.0.waypoints.1: found (-3.0, 0.0); allowed: a point with a straight way from (4.0, -1.0)",
+    ),
+    "the way back to the first point alone": (
+        wall(4.4, 2, 5.6, 2) + walker((4, 0), (4, 0), (8, 0), (8, 4), (6, 4)),
+        "people.0.waypoints.0: found (4.0, 0.0); allowed: a point with a straight way from (6.0, 4.0)",
+    ),
+    "past a wall's end at less than the radius": (
+        wall(4, 0.25, 4, 3) + walker((2, 1), (2, 0), (6, 0), more="loop = false"),
+        "people.0.waypoints.1: found (6.0, 0.0); allowed: a point with a straight way from (2.0, 0.0)",
+    ),
+    "a waypoint inside a wall": (
+        ROOM + walker((4, 0), (4, -2)),
+        "people.0.waypoints.0: found (4.0, -2.0); allowed: a point with a straight way from (4.0, 0.0)",
+    ),
+    "a waypoint close behind a thin wall": (
+        wall(3, -2, 5, -2, "thickness = 0.001") + walker((4, 0), (4, -2.1)),
+        "people.0.waypoints.0: found (4.0, -2.1); allowed: ",
+    ),
+}
+
+
+@pytest.mark.parametrize("title", WAYS_BLOCKED)
+def test_a_route_across_a_wall_is_refused_with_the_leg_and_the_wall(title):
+    text, message = WAYS_BLOCKED[title]
+    with pytest.raises(InvalidValue) as error:
+        loads(HEAD + text)
+    assert str(error.value).startswith(f"scenario.toml: {message}")
+
+
 @pytest.mark.parametrize("title", OVERLAPS)
 def test_bodies_that_overlap_are_refused(title):
     text, message = OVERLAPS[title]
@@ -128,6 +170,14 @@ ALLOWED = {
     "a turned table beside another": table(4, 2) + table(5.7, 2, "yaw = 1.5707963"),
     "a start off the end of a thick wall": wall(0.3, 0, 5, 0, "thickness = 1.0"),
     "a person at the goal": person(9, 0),
+    "a way past a wall's end": wall(4, 0.31, 4, 3) + walker((2, 1), (2, 0), (6, 0), more="loop = false"),
+    "a waypoint near a wall, before which the person turns": ROOM + walker((4, 0), (4, -1.75)),
+    "a route through a wall at no speed": ROOM + walker((4, 0), (4, -4), more="speed = 0"),
+    "a wall on the way back of a route that does not loop": (
+        wall(3.5, -1, 3.5, 1) + walker((3, 2), (4, 2), (4, 0), (6, -3), (2.5, -3), more="loop = false")
+    ),
+    "the same point twice": ROOM + walker((4, 0), (4, 0), (4, 0)),
+    "a straight walk into a wall": ROOM + person(4, 0).replace("velocity = [0, 0]", "velocity = [0, -1]"),
 }
 
 
