@@ -1,8 +1,9 @@
 """`mjnav run`: what it prints, what it writes and what it refuses."""
 
 import json
-import os
 import re
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -157,13 +158,13 @@ def test_an_existing_log_is_left_as_it_is(mjnav, tmp_path):
     assert path.read_bytes() == b"mine"
 
 
-@pytest.mark.skipif(os.geteuid() == 0, reason="root may write anywhere")
-def test_a_folder_that_may_not_be_written_to_is_refused(mjnav, tmp_path):
+def test_a_folder_that_may_not_be_written_to_is_refused(bound_by_permissions, tmp_path):
     folder = tmp_path / "closed"
     folder.mkdir(mode=0o500)
-    said = mjnav("run", "hall", "--log", folder / "a.mcap")
-    assert said.code == 2
-    assert "is not writable" in said.err
+    words = [sys.executable, "-m", "mjnav.cli.main", "run", "hall", "--log", "closed/a.mcap"]
+    done = subprocess.run([*bound_by_permissions, *words], cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stdout) == (2, "")
+    assert done.stderr == f"mjnav: closed/a.mcap: the folder {folder} is not writable\n"
 
 
 def test_a_fault_in_the_run_is_one_line_and_exit_1(mjnav, monkeypatch):
