@@ -41,8 +41,7 @@ class _Parser(argparse.ArgumentParser):
 def main(argv: Sequence[str] | None = None) -> int:
     """Runs one command; returns its exit code."""
     argv = sys.argv[1:] if argv is None else list(argv)
-    if "" not in sys.path:
-        sys.path.append("")  # the working folder, for controllers of one's own; last, so that it shadows nothing
+    os.environ["PYTHONSAFEPATH"] = "1"  # libraries start interpreters too: none takes modules from the working folder
     try:
         code = _execute(argv)
         if sys.stdout is not None:

@@ -1,6 +1,13 @@
-"""A user's own controller, by where it stands: "package.module:Class"."""
+"""A user's own controller, by where it stands: "package.module:Class".
+
+The working folder is searched, after all else, while that one module is imported and at no other time. So the module
+imports what stands beside it at its top, not inside a function; a package may import its own parts wherever it likes.
+"""
 
 import inspect
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 from dataclasses import is_dataclass
 from importlib import import_module
 from typing import Any
@@ -19,7 +26,8 @@ def custom_class(path: str) -> Any:
     if not all(part.isidentifier() for part in (*module_name.split("."), name)):
         raise InvalidValue("method", path, ALLOWED)
     try:
-        module = import_module(module_name)
+        with _working_folder_searched():
+            module = import_module(module_name)
     except Exception as error:  # whatever the user's module does while it is imported
         problem = f"{type(error).__name__}: {error}"
         raise InvalidValue("method", path, f"a module that can be imported ({problem})") from error
@@ -45,6 +53,20 @@ def make_custom(path: str, kind: Any, limits: RobotLimits, period: float, parame
     except Exception as error:
         allowed = f"{ALLOWED}, made as Class(robot_limits, period, parameters) ({type(error).__name__}: {error})"
         raise InvalidValue("method", path, allowed) from error
+
+
+@contextmanager
+def _working_folder_searched() -> Iterator[None]:
+    """Modules are found in the working folder too; last, so that it shadows nothing."""
+    if "" in sys.path:  # an interactive interpreter's own
+        yield
+        return
+    sys.path.append("")
+    try:
+        yield
+    finally:
+        with suppress(ValueError):  # the module may have changed the path too
+            sys.path.remove("")
 
 
 def _controllers(module: Any) -> list[str]:

@@ -37,7 +37,7 @@ def stress() -> Iterator[str]:
         processes: list[subprocess.Popen] = []
         try:
             for program in programs:  # in sessions of their own: an interrupt at the terminal is not theirs to answer
-                processes.append(subprocess.Popen([sys.executable, "-c", *program], start_new_session=True))
+                processes.append(subprocess.Popen([sys.executable, "-P", "-c", *program], start_new_session=True))
             yield f"{num_cpus} computing processes and one that writes and syncs 16 MiB over and over"
         finally:
             for process in processes:

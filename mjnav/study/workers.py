@@ -10,10 +10,11 @@ import pickle
 import signal
 import threading
 from collections import Counter
-from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
+from collections.abc import Callable, Generator, Iterable, Iterator, Mapping, Sequence
 from contextlib import closing, contextmanager, suppress
 from itertools import islice
 from multiprocessing.connection import Connection, wait
+from types import MappingProxyType
 from typing import Any, TypeVar
 
 from mjnav.errors import MjnavError
@@ -23,7 +24,12 @@ Answer = TypeVar("Answer")
 
 POLL = 0.2  # [s] without news after which whoever listens is asked what to do
 MAX_DEATHS = 3  # of workers at one task, before it is given up
-THREADS = ("NUMBA_NUM_THREADS", "OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
+# Of workers: one compute thread, and no module from the working folder but a named controller's.
+ENVIRONMENT: Mapping[str, str] = MappingProxyType(
+    dict.fromkeys(
+        ("NUMBA_NUM_THREADS", "OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "PYTHONSAFEPATH"), "1"
+    )
+)
 
 
 def in_order(function: Callable[[Task], Answer], tasks: Sequence[Task], workers: int = 1) -> Iterator[Answer]:
@@ -104,7 +110,7 @@ class _Worker:
         context = multiprocessing.get_context("spawn")
         self.pipe, theirs = context.Pipe()
         self._process = context.Process(target=_serve, args=(function, theirs), daemon=True)
-        with _one_thread():
+        with _environment():
             self._process.start()
         theirs.close()  # the worker has the only other end: when it dies, ours says so
         self.give(number, task)
@@ -170,10 +176,10 @@ def _refuse(task: object) -> Any:
 
 
 @contextmanager
-def _one_thread() -> Iterator[None]:
-    """Processes that start meanwhile compute in one thread; libraries read this when they are imported."""
-    before = {name: os.environ.get(name) for name in THREADS}
-    os.environ.update(dict.fromkeys(THREADS, "1"))
+def _environment() -> Iterator[None]:
+    """What processes that start meanwhile find: libraries and the interpreter read it when they start."""
+    before = {name: os.environ.get(name) for name in ENVIRONMENT}
+    os.environ.update(ENVIRONMENT)
     try:
         yield
     finally:

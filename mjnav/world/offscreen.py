@@ -39,7 +39,8 @@ def _backend(asked: str) -> str:
         return asked
     for backend in BACKENDS:
         code = f"from mujoco.{backend} import GLContext as C; c = C(8, 8); c.make_current(); c.free()"
-        probe = subprocess.run([sys.executable, "-c", code], capture_output=True, timeout=PROBE_TIMEOUT, check=False)
+        command = [sys.executable, "-P", "-c", code]
+        probe = subprocess.run(command, capture_output=True, timeout=PROBE_TIMEOUT, check=False)
         if probe.returncode == 0:
             return backend
     raise InputError(f"cannot draw without a screen: neither EGL nor OSMesa works; {_ADVICE}")

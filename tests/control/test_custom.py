@@ -1,5 +1,7 @@
 """Controllers of one's own, by "package.module:Class"."""
 
+import sys
+
 import pytest
 
 from mjnav.control import Decision, Status, make_controller
@@ -107,3 +109,50 @@ def test_its_parameters_are_checked_like_all_others(limits):
         make_controller("own_package.own:Slow", limits, 0.1, sped=1.0)
     with pytest.raises(InvalidValue, match="speed: found 'fast'; allowed: a number"):
         make_controller("own_package.own:Slow", limits, 0.1, speed="fast")
+
+
+@pytest.fixture
+def working_folder(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(sys, "path", [folder for folder in sys.path if folder])
+    return tmp_path
+
+
+LAZY = """
+    def __init__(self, robot_limits, period, parameters):
+        import own_beside_later
+"""
+
+
+def test_the_working_folder_is_searched_during_that_import_alone(limits, working_folder):
+    package = working_folder / "own_here"
+    package.mkdir()
+    (package / "__init__.py").write_text("import sys\nPATH = list(sys.path)\nimport own_beside\n")
+    (package / "own.py").write_text(f"{MODULE}\n\nclass Lazy(Slow):{LAZY}")
+    for name in ("own_beside", "own_beside_later"):
+        (working_folder / f"{name}.py").write_text("")
+    before = list(sys.path)
+    make_controller("own_here.own:Slow", limits, 0.1)
+    assert [*before, ""] == sys.modules["own_here"].PATH  # last: it shadows nothing
+    assert sys.path == before
+    with pytest.raises(InvalidValue, match="No module named 'own_beside_later'"):
+        make_controller("own_here.own:Lazy", limits, 0.1)
+
+
+def test_a_module_that_cannot_be_imported_leaves_the_path_as_it_was(limits, working_folder):
+    (working_folder / "own_failing.py").write_text("import sys\nsys.path.clear()\n1 / 0")
+    before = list(sys.path)
+    with pytest.raises(InvalidValue, match="ZeroDivisionError"):
+        make_controller("own_failing:Slow", limits, 0.1)
+    sys.path[:] = before
+    with pytest.raises(InvalidValue, match="No module named 'own_nowhere'"):
+        make_controller("own_nowhere:Slow", limits, 0.1)
+    assert sys.path == before
+
+
+def test_a_working_folder_that_is_gone_is_no_fault(limits, working_folder, monkeypatch):
+    (working_folder / "gone").mkdir()
+    monkeypatch.chdir(working_folder / "gone")
+    (working_folder / "gone").rmdir()
+    make_controller("mjnav.control.mean:Mean", limits, 0.1)
+    monkeypatch.chdir(working_folder)

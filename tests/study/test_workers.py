@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from mjnav.errors import InvalidValue, MjnavError
-from mjnav.study.workers import THREADS, as_done, in_order
+from mjnav.study.workers import ENVIRONMENT, as_done, in_order
 
 PATIENCE = 30.0  # [s]
 
@@ -75,13 +75,13 @@ def test_the_task_of_a_killed_worker_is_done_by_another_until_it_is_given_up(tmp
 
 
 def threads(_: int) -> list[str | None]:
-    return [os.environ.get(name) for name in THREADS]
+    return [os.environ.get(name) for name in ENVIRONMENT]
 
 
 def test_a_worker_computes_in_one_thread_and_we_in_as_many_as_before(monkeypatch):
     monkeypatch.setenv("OMP_NUM_THREADS", "7")
     before = threads(0)
-    assert list(in_order(threads, range(2), workers=2)) == [["1"] * len(THREADS)] * 2
+    assert list(in_order(threads, range(2), workers=2)) == [["1"] * len(ENVIRONMENT)] * 2
     assert threads(0) == before
 
 
