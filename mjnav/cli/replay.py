@@ -16,6 +16,11 @@ if TYPE_CHECKING:
 def configure(parser: argparse.ArgumentParser) -> None:
     """The command's options."""
     parser.add_argument("log", metavar="LOG", help="a log of mjnav's")
+    code = parser.add_mutually_exclusive_group()
+    code.add_argument(
+        "--trust", action="store_true", help="import and run a controller that the log names by its module"
+    )
+    code.add_argument("--controller", metavar="NAME", help="run this one in its place, with the log's parameters")
     parser.add_argument("--json", action="store_true", help="one JSON object in place of text")
 
 
@@ -26,7 +31,13 @@ def execute(arguments: argparse.Namespace) -> int:
 
     log = open_log(arguments.log)
     with compile_notice(), interruptible() as interrupted, progress("replay", log.duration or 0.0) as show:
-        found = replay(log, stop=interrupted.is_set, progress=show)
+        found = replay(
+            log,
+            trust=arguments.trust,
+            controller=arguments.controller,
+            stop=interrupted.is_set,
+            progress=show,
+        )
     if interrupted.is_set():
         tell(f"interrupted after {found.ticks} ticks, {'all identical' if found.identical else 'which differ'}")
         return INTERRUPTED

@@ -17,7 +17,6 @@ from mjnav.recording.differences import COMPARED, Comparison, Difference, Logged
 from mjnav.recording.reader import Log, open_log
 from mjnav.recording.topics import TIMING
 from mjnav.recording.writer import REPLAY
-from mjnav.scenarios import loads
 from mjnav.scenarios.spec import Scenario
 from mjnav.world.scene import parts_hash
 
@@ -51,20 +50,32 @@ class Replay:
 def replay(
     log: Log | str | os.PathLike[str],
     *,
+    trust: bool = False,
+    controller: str | None = None,
     stop: Callable[[], bool] = lambda: False,
     progress: Callable[[float], None] = lambda time: None,
 ) -> Replay:
     """Runs the scenario of a log, open or by its path, again and compares every tick, up to the first that differs.
 
     The log is read as the run goes on, and a log that does not reach to the end of its run is compared as far as it
-    goes. `stop` and `progress` as in `run`. Raises InputError where the log is missing, not mjnav's, or its scenario
-    cannot be run here, DamagedLogError where a checksum fails.
+    goes. A controller that the log names as "package.module:Class" is code, which is imported and run only with
+    `trust`; `controller` runs with the log's parameters in its place. `stop` and `progress` as in `run`. Raises
+    InputError where the log is missing, not mjnav's, or its scenario cannot be run here, DamagedLogError where a
+    checksum fails.
     """
     log = log if isinstance(log, Log) else open_log(log)
     if log.run is None:
         raise InputError(f"{log.path}: not a log of mjnav's")
     scenario, known = _scenario(log)
-    follower = _Follower(log, scenario, known)
+    if controller is not None:
+        scenario = replace(scenario, control=replace(scenario.control, method=controller))
+    elif ":" in scenario.control.method and not trust:
+        method = scenario.control.method
+        raise InputError(
+            f"{log.path}: its controller is {method!r}, code that a replay imports and runs: "
+            "--trust (trust=True) allows it, --controller NAME (controller=NAME) runs another in its place"
+        )
+    follower = _Follower(log, scenario, known, renamed=controller is not None)
     if follower.empty and not log.complete:
         raise InputError(f"{log.path}: holds no tick that could be compared")
     episode = Episode(scenario, watch=follower.watch, stop=lambda: follower.done or stop(), progress=progress)
@@ -94,9 +105,12 @@ def replay(
 
 
 class _Follower:
-    """Goes through a log beside the run that repeats it. `known` ticks can be repeated; None for all."""
+    """Goes through a log beside the run that repeats it. `known` ticks can be repeated; None for all.
 
-    def __init__(self, log: Log, scenario: Scenario, known: int | None):
+    The result's controller is compared unless it was `renamed`.
+    """
+
+    def __init__(self, log: Log, scenario: Scenario, known: int | None, *, renamed: bool):
         gaps = log.truncated or log.recovered is not None
         self._comparison = Comparison(scenario, gaps=gaps)
         self._logged = logged_ticks(log.messages(*COMPARED))
@@ -105,6 +119,7 @@ class _Follower:
         self._total = None if log.result is None else log.result.get("ticks")  # of the run
         self._aborted = log.result is None or log.result.get("outcome") == ABORTED
         self._known = known
+        self._ignored = (*_OF_THE_CLOCK, "controller") if renamed else _OF_THE_CLOCK
         self._ticks = self._contacts = 0  # that were run
         self.compared = self.missing = 0
         self.complete = False
@@ -159,7 +174,7 @@ class _Follower:
         if self._next is not None and self._next.tick == self._ticks and _is_last(self._next):
             self.differences = self._comparison.final(self._next.documents, self._ticks, _final(result, self._contacts))
         for key in summary:
-            if key in self._result and key not in _OF_THE_CLOCK:
+            if key in self._result and key not in self._ignored:
                 self.differences += differences("result", key, self._result[key], summary[key])
 
     @property
@@ -194,7 +209,7 @@ def _scenario(log: Log) -> tuple[Scenario, int | None]:
     A run whose latency was measured is repeated by its own times, which a log that was not ended holds tick by tick.
     """
     if REPLAY in log.attachments:
-        return loads(log.attachments[REPLAY].decode(), file=f"{log.path}: {REPLAY}"), None
+        return log.scenario(REPLAY), None
     scenario = log.scenario()
     control = scenario.control
     if control.latency is None or control.latency.model != "measured":

@@ -64,13 +64,13 @@ class Log:
         lasts = [topic.last_ns for topic in self.topics.values() if topic.last_ns is not None]
         return None if self.start_ns is None else 1e-9 * (max(lasts) - self.start_ns)
 
-    def scenario(self) -> Scenario:
-        """The run file that the log carries. Raises InputError where it carries none."""
-        if SCENARIO not in self.attachments:
-            raise InputError(f"{self.path}: holds no {SCENARIO}; was it written by mjnav?")
-        file = f"{self.path}: {SCENARIO}"
+    def scenario(self, attachment: str = SCENARIO) -> Scenario:
+        """The run file that the log carries, or another attachment. Raises InputError where it carries none."""
+        if attachment not in self.attachments:
+            raise InputError(f"{self.path}: holds no {attachment}; was it written by mjnav?")
+        file = f"{self.path}: {attachment}"
         try:
-            text = self.attachments[SCENARIO].decode()
+            text = self.attachments[attachment].decode()
         except UnicodeDecodeError as error:
             raise InputError(f"{file}: not text in UTF-8") from error
         return loads(text, file=file)

@@ -10,15 +10,18 @@ _MAX_BYTES = 10_000_000
 TRACE = "control.latency.trace"
 
 
-def inline(document: dict[str, Any], file: str) -> None:
+def inline(document: dict[str, Any], folder: Path | None) -> None:
     """Replaces the path of a latency trace by its numbers, so that the scenario needs no file but its own.
 
-    A relative path counts from the run file's folder, or else from the working folder. Raises InvalidValue.
+    A relative path counts from `folder`, or else from the working folder; without a folder no path is allowed. Raises
+    InvalidValue.
     """
     latency = document.get("control", {})
     latency = latency.get("latency") if isinstance(latency, dict) else None
     if isinstance(latency, dict) and isinstance(latency.get("trace"), str):
-        latency["trace"] = _numbers(latency["trace"], Path(file).parent)
+        if folder is None:
+            raise InvalidValue(TRACE, latency["trace"], "numbers; only a run file may name another file")
+        latency["trace"] = _numbers(latency["trace"], folder)
 
 
 def _numbers(name: str, folder: Path) -> list[float]:

@@ -34,7 +34,7 @@ def load(
     InvalidValue.
     """
     file, text = _read(name_or_path)
-    return loads(text, overrides, file=file, controller=controller, seed=seed)
+    return loads(text, overrides, file=file, folder=Path(file).parent, controller=controller, seed=seed)
 
 
 def loads(
@@ -42,10 +42,14 @@ def loads(
     overrides: Sequence[str] = (),
     *,
     file: str = "scenario.toml",
+    folder: Path | None = None,
     controller: str | None = None,
     seed: int | None = None,
 ) -> Scenario:
-    """The scenario that the text of a run file describes; `file` is its name in messages. Otherwise as `load`."""
+    """The scenario that the text of a run file describes; `file` is its name in messages. Otherwise as `load`.
+
+    Paths in it count from `folder`. Without one they are refused: a text from elsewhere opens no file of ours.
+    """
     document = parse(text, file)
     changed: dict[str, str] = {}  # key -> the option that set it
     if controller is not None:
@@ -62,7 +66,7 @@ def loads(
         except InvalidValue as error:
             raise error.within(file="--set") from None
     try:
-        files.inline(document, file)
+        files.inline(document, folder)
         scenario = build(document)
         check(scenario)
     except InvalidValue as error:

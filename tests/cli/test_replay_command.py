@@ -77,9 +77,12 @@ def test_a_controller_that_is_not_here_is_an_input_error_with_its_name(mjnav, tm
     (tmp_path / "gone_for_replay.py").write_text("from mjnav.control.mean import Mean\nclass Own(Mean): pass\n")
     words = ("--controller", "gone_for_replay:Own", "--set", "time_limit=0.2")
     assert mjnav("run", "crossing1", "--log", "b.mcap", *words).code == 0
-    assert mjnav("replay", "b.mcap").code == 0
+    assert mjnav("replay", "b.mcap", "--trust").code == 0
+    assert mjnav("replay", "b.mcap", "--controller", "gone_for_replay:Own").code == 0
+    refused = mjnav("replay", "b.mcap")
+    assert (refused.code, len(refused.err.splitlines())) == (2, 1)
     (tmp_path / "gone_for_replay.py").unlink()
     del sys.modules["gone_for_replay"]
-    said = mjnav("replay", "b.mcap")
+    said = mjnav("replay", "b.mcap", "--trust")
     assert (said.code, said.out) == (2, "")
     assert "gone_for_replay:Own" in said.err

@@ -158,9 +158,16 @@ def test_a_controller_of_ones_own_from_the_working_folder(room, path, tmp_path, 
     (tmp_path / "own_for_replay.py").write_text(OWN)
     monkeypatch.syspath_prepend(tmp_path)
     Episode(room(controller="own_for_replay:Timid"), log=path).run()
-    assert replay(path).identical
+    with pytest.raises(InputError, match=r"a\.mcap: its controller is 'own_for_replay:Timid', code .*--trust"):
+        replay(path)
+    assert replay(path, trust=True).identical
+    (tmp_path / "moved_for_replay.py").write_text(OWN)
+    assert replay(path, controller="moved_for_replay:Timid").identical
+    with pytest.raises(InputError, match="a module that can be imported"):
+        replay(path, controller="nowhere_for_replay:Timid")
+    assert not replay(path, controller="mean").identical
     monkeypatch.setattr("own_for_replay.Timid.slowness", 0.6)
-    found = replay(path)
+    found = replay(path, trust=True)
     assert found.tick == 0
     assert {difference.part for difference in found.differences} == {"decision"}
 
@@ -258,7 +265,7 @@ def test_a_run_that_its_controller_broke_is_repeated_up_to_there(room, path, tmp
     monkeypatch.syspath_prepend(tmp_path)
     with pytest.raises(RunFault, match="AttributeError: 'bool' object has no attribute"):
         Episode(room(controller="breaking_for_replay:Timid"), log=path).run()
-    found = replay(path)
+    found = replay(path, trust=True)
     assert (found.identical, found.complete, found.ticks, found.outcome) == (True, True, 5, "aborted")
 
 
