@@ -3,6 +3,7 @@
 import ctypes
 import gc
 import os
+import resource
 import sys
 import threading
 from collections.abc import Iterable, Iterator
@@ -68,9 +69,31 @@ def _policies() -> dict[int, tuple[int, os.sched_param]]:
 
 
 def _lock_memory(libc: ctypes.CDLL) -> str:
+    """Locks what is there and what will be allocated, but only where nothing bounds it.
+
+    Under a finite RLIMIT_MEMLOCK MCL_FUTURE would make the first allocation beyond the limit fail in the middle of the
+    run. MCL_CURRENT alone is no way out: a locked stack that grows beyond the limit ends the process.
+    """
+    limit = resource.getrlimit(resource.RLIMIT_MEMLOCK)[0]
+    if limit != resource.RLIM_INFINITY and not _ignores_limits(libc):
+        return f"not locked (RLIMIT_MEMLOCK is {limit // 1024} KiB)"
     if libc.mlockall(MCL_CURRENT | MCL_FUTURE) == 0:
         return "locked"
     return f"not locked ({os.strerror(ctypes.get_errno())})"
+
+
+def _ignores_limits(libc: ctypes.CDLL) -> bool:
+    """Whether the kernel lets this process lock memory beyond RLIMIT_MEMLOCK: CAP_IPC_LOCK of the whole machine.
+
+    The kernel itself is asked, with a limit of nothing: in a container /proc/self/status may name a capability that
+    holds only inside it.
+    """
+    before, page = resource.getrlimit(resource.RLIMIT_MEMLOCK), ctypes.create_string_buffer(1)
+    resource.setrlimit(resource.RLIMIT_MEMLOCK, (0, before[1]))
+    try:
+        return libc.mlock(page, ctypes.c_size_t(1)) == 0 and libc.munlock(page, ctypes.c_size_t(1)) == 0
+    finally:
+        resource.setrlimit(resource.RLIMIT_MEMLOCK, before)
 
 
 def _take_cpu(cpus: set[int]) -> str:

@@ -1,10 +1,12 @@
 """What is asked of the machine for real time is given back, and a machine that gives nothing is no error."""
 
-import ctypes
 import gc
+import json
 import os
+import subprocess
 import sys
 import threading
+from pathlib import Path
 
 import pytest
 
@@ -123,25 +125,36 @@ def test_or_it_says_why_it_does_not(monkeypatch):
         assert got["affinity"] == "any (Operation not permitted)"
 
 
-def test_without_any_privilege_it_goes_on_and_says_why(monkeypatch):
-    def refuse(*_):
-        raise PermissionError(1, "Operation not permitted")
+# What a process does that is granted nothing: it says what it got, and allocates four times what it may lock.
+UNPRIVILEGED = """
+import json, resource
+import numpy as np
+from mjnav.loop.realtime import real_time
 
-    class Libc:
-        def mlockall(self, flags: int) -> int:
-            ctypes.set_errno(12)
-            return -1
+limit = resource.getrlimit(resource.RLIMIT_MEMLOCK)
+with real_time() as got:
+    held = [np.ones(1 << 17) for _ in range(max(64, 4 * limit[0] >> 20))]
+    status = open("/proc/self/status").read()
+locked = int(status.partition("VmLck:")[2].split()[0])
+kept = limit == resource.getrlimit(resource.RLIMIT_MEMLOCK)
+print(json.dumps({**got, "locked_kib": locked, "limit": limit[0], "kept": kept}))
+"""
+LAUNCHER = Path(__file__).parents[1] / "unprivileged.py"
 
-        def munlockall(self) -> int:
-            return -1
 
-    monkeypatch.setattr(os, "sched_setscheduler", refuse)
-    monkeypatch.setattr(os, "sched_setaffinity", refuse)
-    monkeypatch.setattr(os, "sched_getaffinity", lambda _: {0, 1})
-    monkeypatch.setattr(ctypes, "CDLL", lambda *_, **__: Libc())
+@pytest.mark.parametrize("limit", [0, 64 << 10, 8 << 20, 4 << 30])  # the last holds all that the process begins with
+def test_without_any_privilege_it_goes_on_locks_nothing_and_says_why(limit):
+    command = [sys.executable, str(LAUNCHER), str(limit), sys.executable, "-c", UNPRIVILEGED]
+    done = subprocess.run(command, capture_output=True, text=True, check=True)
+    got = json.loads(done.stdout)
+    assert got["scheduler"] == "SCHED_OTHER (SCHED_FIFO: Operation not permitted)"
+    assert got["affinity"] == "any CPU"
+    assert got["memory"] == f"not locked (RLIMIT_MEMLOCK is {got['limit'] // 1024} KiB)"
+    assert (got["locked_kib"], got["kept"]) == (0, True)
+
+
+def test_memory_is_locked_where_nothing_bounds_it():
     with real_time() as got:
-        assert got == {
-            "scheduler": "SCHED_OTHER (SCHED_FIFO: Operation not permitted)",
-            "memory": "not locked (Cannot allocate memory)",
-            "affinity": "any CPU",
-        }
+        locked = int(Path("/proc/self/status").read_text().partition("VmLck:")[2].split()[0])
+    assert (got["memory"] == "locked") == (locked > 0)
+    assert got["memory"] == "locked" or got["memory"].startswith("not locked (")
