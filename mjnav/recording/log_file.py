@@ -17,6 +17,7 @@ class LogFile(io.BufferedIOBase):
 
     def __init__(self, path: Path):
         self._file = open(path, "xb", buffering=0)  # noqa: SIM115 - closed in close
+        self._identity = _identity(os.fstat(self._file.fileno()))
         self._size = 0
 
     def writable(self) -> bool:
@@ -45,22 +46,43 @@ class LogFile(io.BufferedIOBase):
         return self._size
 
     def close(self) -> None:
-        """Closes the file."""
-        self._file.close()
-        super().close()
+        """Closes the file. Raises OSError where the system only now says what it could not write."""
+        try:
+            self._file.close()
+        except OSError as error:
+            if error.errno != errno.EBADF:  # somebody closed it before
+                raise
+        finally:
+            super().close()
 
     @property
     def exists(self) -> bool:
-        """Whether it can still be opened by some name."""
-        return os.fstat(self._file.fileno()).st_nlink > 0
+        """Whether it can still be opened by some name, as far as is known."""
+        state = self._state()
+        return state is None or state.st_nlink > 0
 
     @property
     def whole(self) -> bool:
         """Whether all that was written is still there."""
-        return os.fstat(self._file.fileno()).st_size >= self._size
+        state = self._state()
+        return state is not None and state.st_size >= self._size
+
+    def _state(self) -> os.stat_result | None:
+        """None where somebody closed the descriptor, whose number may by now be another file's."""
+        try:
+            state = os.fstat(self._file.fileno())
+        except OSError:
+            return None
+        return state if _identity(state) == self._identity else None
 
     def _check(self) -> None:
+        if self._state() is None:
+            raise OSError(errno.EBADF, "somebody closed it")
         if not self.exists:
             raise OSError(errno.ENOENT, "somebody deleted it")
         if not self.whole:
             raise OSError(errno.EIO, "somebody cut it short")
+
+
+def _identity(state: os.stat_result) -> tuple[int, int]:
+    return state.st_dev, state.st_ino

@@ -5,16 +5,19 @@ loop for the interpreter's lock. In real time the thread keeps encoding, compres
 it holds up by 0.15 ms.
 """
 
+import errno
 import queue
 import threading
 import time
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
+from contextlib import suppress
 from typing import NamedTuple, Protocol
 
 from mjnav.recording.live import Writer
 
 FLUSH_INTERVAL = 0.2  # [s] of wall time, and of simulated time, between which everything reaches the file
 QUEUE_SIZE = 64  # batches, two a tick
+STALL = 10.0  # [s] without any progress of the log's thread after which the disk counts as hung
 _POLL = 0.001  # [s]
 _FLUSH_NS = round(1e9 * FLUSH_INTERVAL)
 
@@ -117,13 +120,18 @@ class DirectSink:
 
 
 class ThreadSink:
-    """Writes on a thread of its own, which starts here, before any real-time scheduling that it would inherit."""
+    """Writes on a thread of its own, which starts here, before any real-time scheduling that it would inherit.
+
+    What goes wrong there is handed to the caller through a queue: each fault once, in order, before what ended the
+    writing is raised at every call.
+    """
 
     def __init__(self):
         self.dropped = 0
         self._sink = DirectSink()
         self._queue: queue.SimpleQueue[Iterable[Message] | None] = queue.SimpleQueue()
-        self._fault: Exception | None = None  # from encoding, not yet told
+        self._faults: queue.SimpleQueue[Exception] = queue.SimpleQueue()
+        self._taken = 0  # batches that the thread is done with
         self._thread = threading.Thread(target=self._run, name="mjnav-log", daemon=True)
         self._thread.start()
 
@@ -137,30 +145,38 @@ class ThreadSink:
         self._sink.attach(writer)
 
     def put(self, batch: Iterable[Message], *, may_drop: bool = False) -> None:
-        """See `Sink`; drops or waits where the disk cannot keep up."""
+        """See `Sink`; drops or waits where the disk cannot keep up, but for no more than STALL without any progress."""
         if self._sink.error is not None:
-            raise self._sink.error
+            self._raise()
         if may_drop and self._queue.qsize() >= QUEUE_SIZE:
             self.dropped += 1
             return
-        while self._queue.qsize() >= QUEUE_SIZE:  # a bounded queue's lock would hold up every call, not only these
-            time.sleep(_POLL)
+        self._wait(lambda: self._queue.qsize() < QUEUE_SIZE)  # a bounded queue's lock would hold up every call
         self._queue.put(batch)
         self._raise()  # what went wrong before is no reason to lose this
 
     def close(self) -> None:
-        """See `Sink`; the thread ends."""
+        """See `Sink`; the thread ends. Raises TimeoutError where it is stuck: then the writer stays the thread's."""
         if self._thread.is_alive():
             self._queue.put(None)
-            self._thread.join()
+            self._wait(lambda: not self._thread.is_alive())
         self._raise()
 
+    def _wait(self, done: Callable[[], bool]) -> None:
+        """Until `done`, as long as the thread is done with a batch every now and then."""
+        taken, since = self._taken, time.monotonic()
+        while not done():
+            if self._taken != taken:
+                taken, since = self._taken, time.monotonic()
+            elif time.monotonic() - since > STALL:
+                raise TimeoutError(errno.ETIMEDOUT, f"the disk took nothing for {STALL:g} s")
+            time.sleep(_POLL)
+
     def _raise(self) -> None:
+        with suppress(queue.Empty):
+            raise self._faults.get_nowait()
         if self._sink.error is not None:
             raise self._sink.error
-        fault, self._fault = self._fault, None
-        if fault is not None:
-            raise fault
 
     def _run(self) -> None:
         while True:
@@ -170,7 +186,11 @@ class ThreadSink:
                 batch = ()
             if batch is None:
                 return
-            try:
-                self._sink.put(batch)  # after an error it takes nothing, but the caller must not wait for a place
-            except Exception as error:  # whatever it was, the simulation's thread shall raise it
-                self._fault = error
+            if self._sink.error is None:  # after an error it takes nothing, but the caller must not wait for a place
+                try:
+                    self._sink.put(batch)
+                except Exception as error:  # whatever it was, the simulation's thread shall raise it
+                    self._faults.put(error)
+                except BaseException as error:  # an exit, too, or a panic of the live server: this thread goes on
+                    self._faults.put(RuntimeError(f"the log's thread: {error!r}"))
+            self._taken += 1

@@ -226,14 +226,17 @@ class Recorder:
                     fault = error
                 if self._writer is not None:
                     _end(self._writer, result, replay)
-        except LogError:
+        except LogError as error:
+            if isinstance(error.__cause__, TimeoutError):
+                self._file = None  # it stays with the thread that is stuck in it
             if self._file is not None and result is not None:
                 with suppress(OSError):  # a record by itself, where there is room for one
                     Writer(cast(IO[bytes], self._file), use_chunking=False).add_metadata(RESULT, dict(result))
             raise
         finally:
             if self._file is not None:
-                self._file.close()
+                with self._one_line():
+                    self._file.close()
         if fault is not None:
             raise fault
 

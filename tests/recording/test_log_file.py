@@ -61,3 +61,18 @@ def test_a_file_that_was_cut_short_takes_no_more(tmp_path, file, content):
     with pytest.raises(OSError, match="somebody cut it short"):
         file.write(b"second")
     assert (content(), file.whole) == (b"fi", False)
+
+
+@pytest.mark.parametrize("reused", [False, True])
+def test_a_file_that_somebody_closed_takes_no_more_and_nor_does_another_of_its_number(tmp_path, file, content, reused):
+    number = file._file.fileno()
+    os.close(number)
+    other = tmp_path / "other"
+    if reused:
+        assert os.open(other, os.O_WRONLY | os.O_CREAT) == number
+    with pytest.raises(OSError, match="somebody closed it"):
+        file.write(b"second")
+    assert not file.whole
+    file.close()
+    assert content() == b"first"
+    assert not reused or other.read_bytes() == b""

@@ -1,9 +1,11 @@
+import sys
 import threading
 import time
 from contextlib import suppress
 
 import pytest
 
+from mjnav.recording import sink as module
 from mjnav.recording.sink import FLUSH_INTERVAL, QUEUE_SIZE, DirectSink, Message, ThreadSink
 
 
@@ -173,6 +175,117 @@ def test_what_cannot_be_encoded_at_the_end_is_told_at_the_end():
     thread.put(broken())
     with pytest.raises(ZeroDivisionError):
         thread.close()
+
+
+# ------------------------------------------------------------------ the thread's faults, handed over
+
+
+def raising(error: BaseException):
+    yield Message(1, 0, 0, b"")
+    raise error
+
+
+def told(call) -> list[str]:
+    """What the call raises, until it raises nothing."""
+    found = []
+    while True:
+        try:
+            call()
+        except Exception as error:
+            found.append(str(error))
+        else:
+            return found
+
+
+def test_every_fault_is_told_once_and_in_order_however_many_there_are_before_the_caller_asks():
+    writer, thread = BlockedWriter(), ThreadSink()
+    thread.attach(writer)
+    thread.put(batch(0))
+    for number in range(5):
+        thread.put(raising(ValueError(f"fault {number}")))
+    thread.put(batch(1))
+    writer.go_on.set()
+    while len(writer.added) < 2:
+        time.sleep(0.001)
+    assert told(thread.close) == [f"fault {number}" for number in range(5)]
+
+
+def test_no_fault_is_lost_however_the_threads_take_turns():
+    before, found, num = sys.getswitchinterval(), [], 2000
+    thread = ThreadSink()
+    thread.attach(CountingWriter())
+    sys.setswitchinterval(1e-6)
+    try:
+        for number in range(num):
+            try:
+                thread.put(raising(ValueError(str(number))))
+            except ValueError as error:
+                found.append(str(error))
+    finally:
+        sys.setswitchinterval(before)
+    assert found + told(thread.close) == [str(number) for number in range(num)]
+
+
+def test_a_fault_before_the_disk_was_full_is_told_as_well():
+    class Full(BlockedWriter):
+        def add_message(self, *arguments):
+            super().add_message(*arguments)
+            raise OSError(28, "No space left on device")
+
+    writer, thread = Full(), ThreadSink()
+    thread.attach(writer)
+    thread.put(raising(ValueError("before")))
+    thread.put(batch(0))
+    writer.go_on.set()
+    while thread._sink.error is None:
+        time.sleep(0.001)
+    with pytest.raises(ValueError, match="before"):
+        thread.put(batch(1))
+    for _ in range(3):
+        with pytest.raises(OSError, match="No space"):
+            thread.put(batch(2))
+
+
+@pytest.mark.parametrize("error", [SystemExit(7), KeyboardInterrupt(), GeneratorExit()])
+def test_an_exit_in_encoding_is_told_and_ends_neither_the_thread_nor_the_log(error):
+    writer, thread = CountingWriter(), ThreadSink()
+    thread.attach(writer)
+    thread.put(raising(error))
+    for number in range(3 * QUEUE_SIZE):  # more than the queue of a thread that is gone takes
+        with suppress(RuntimeError):
+            thread.put(batch(number))
+    told(thread.close)
+    assert writer.added == list(range(3 * QUEUE_SIZE))
+
+    thread = ThreadSink()
+    thread.attach(CountingWriter())
+    thread.put(raising(error))
+    with pytest.raises(RuntimeError, match=type(error).__name__):
+        thread.close()
+
+
+def test_a_disk_that_hangs_is_told_in_time_and_one_that_is_slow_is_waited_for(full, monkeypatch):
+    sink, writer = full
+    monkeypatch.setattr(module, "STALL", 0.2)
+    for call in (lambda: sink.put(batch(1000)), sink.close):
+        with pytest.raises(TimeoutError, match=r"the disk took nothing for 0\.2 s"):
+            call()
+    writer.go_on.set()
+    while sink._thread.is_alive():
+        time.sleep(0.001)
+    assert writer.added == list(range(QUEUE_SIZE + 1))
+
+    class Slow(CountingWriter):
+        def add_message(self, *arguments):
+            time.sleep(0.01)
+            super().add_message(*arguments)
+
+    writer, sink = Slow(), ThreadSink()
+    sink.attach(writer)
+    for number in range(40):  # 0.4 s in all
+        sink.put(batch(number))
+    sink.close()
+    assert writer.added == list(range(40))
 
 
 def test_a_direct_sink_writes_at_once_and_flushes_the_first_batch_and_then_when_that_is_due():
