@@ -1,14 +1,20 @@
 """How mjnav compiles its scalar functions and the kernels that call them.
 
-Sums may be reordered so that loops vectorise; infinities and NaN keep their meaning. The machine code is cached beside
-the source. Numba looks only at the file of the function itself: after a change to a scalar function, its callers'
-caches are stale (`rm -r mjnav/**/__pycache__`; the tests keep a cache for each state of the source).
+Sums may be reordered so that loops vectorise; infinities and NaN keep their meaning. The machine code is kept in the
+user's cache folder, under a digest of all that was compiled into it (`kernel_cache`).
 """
+
+# pyright: reportAttributeAccessIssue=false
+# numba's modules carry no types.
 
 from collections.abc import Callable
 from typing import Any
 
 from numba import njit, vectorize
+from numba.core.dispatcher import Dispatcher
+
+from mjnav.geometry.kernel_cache import KernelCache
+from mjnav.geometry.kernel_code import processor as processor
 
 # "contract" allows fused multiply-add, "reassoc" vector sums, "arcp" reciprocals, "nsz" ignores the sign of zero.
 FAST = frozenset({"contract", "reassoc", "arcp", "nsz"})
@@ -16,19 +22,28 @@ FAST = frozenset({"contract", "reassoc", "arcp", "nsz"})
 
 def kernel(function: Callable[..., Any]) -> Callable[..., Any]:
     """Compiles a loop over arrays."""
-    return njit(cache=True, fastmath=set(FAST), error_model="numpy", nogil=True)(function)
+    return _cached(njit(fastmath=set(FAST), error_model="numpy", nogil=True)(function))
 
 
 def exact(function: Callable[..., Any]) -> Callable[..., Any]:
     """Compiles a loop over arrays, every operation rounded as it is written: for indices and for draws that replay."""
-    return njit(cache=True, error_model="numpy", nogil=True)(function)
+    return _cached(njit(error_model="numpy", nogil=True)(function))
 
 
 def elementwise(function: Callable[..., Any]) -> Callable[..., Any]:
     """Compiles a function of numbers into one of arrays that broadcast, as NumPy's own are."""
-    return vectorize(nopython=True, cache=True)(function)
+    compiled = vectorize(nopython=True)(function)
+    dispatcher = compiled._dispatcher
+    dispatcher.cache = KernelCache(dispatcher.py_func, dispatcher.targetoptions)
+    return compiled
 
 
 def scalar(function: Callable[..., Any]) -> Callable[..., Any]:
     """Compiles a function of numbers into whatever kernel calls it."""
-    return njit(cache=True, fastmath=set(FAST), error_model="numpy", inline="always")(function)
+    return _cached(njit(fastmath=set(FAST), error_model="numpy", inline="always")(function))
+
+
+def _cached(compiled: Callable[..., Any]) -> Callable[..., Any]:
+    if isinstance(compiled, Dispatcher):  # a plain function under NUMBA_DISABLE_JIT
+        compiled._cache = KernelCache(compiled.py_func, compiled.targetoptions)
+    return compiled
