@@ -67,11 +67,12 @@ def _cut(text: str) -> str:
     return text if len(text) <= _MAX_SHOWN else f"{text[:_MAX_SHOWN]}..."
 
 
-def unknown_name(key: str, found: str, names: Iterable[str]) -> InvalidValue:
-    """The error for a name that does not exist, with the names that do and the nearest of them."""
+def unknown_name(key: str, found: str, names: Iterable[str], *, what: str = "") -> InvalidValue:
+    """The error for a name that does not exist, with the names that do, `what` they are, and the nearest of them."""
     names = sorted(names)
     nearest = get_close_matches(str(found), names, n=1, cutoff=0.5)
-    return InvalidValue(key, found, ", ".join(names), nearest=nearest[0] if nearest else None)
+    allowed = f"{what}: {', '.join(names)}" if what else ", ".join(names)
+    return InvalidValue(key, found, allowed, nearest=nearest[0] if nearest else None)
 
 
 def missing_extra(package: str, extra: str) -> InputError:

@@ -75,8 +75,9 @@ def make_controller(name: str, robot_limits: RobotLimits, period: float, **param
     """The controller `name` for a robot and a control period [s], with its own parameters.
 
     `name` is one of `names()`, or "package.module:Class" for a controller of one's own. The defaults of
-    speed_change_weight and turn_change_weight follow the period: 0.01 at 0.1 s. Raises InvalidValue for a name,
-    parameter or value that does not exist or is not allowed.
+    speed_change_weight and turn_change_weight, where the method has them, follow the period: 0.01 at 0.1 s. Raises
+    InvalidValue for a name that does not exist, a parameter that the method does not have, and a value that is not
+    allowed.
     """
     if name not in REGISTRY and ":" not in name:
         raise unknown_name("method", name, REGISTRY)
@@ -93,7 +94,7 @@ def make_controller(name: str, robot_limits: RobotLimits, period: float, **param
     if name == "rkhs-paper":
         preset["preview"] = period  # the paper previews a candidate over one period
         preset["lane_horizon"] = period
-    own = make_parameters(kind.parameters_type, parameters, preset)
+    own = make_parameters(name, kind.parameters_type, parameters, preset)
     return kind(robot_limits, period, own) if name in REGISTRY else make_custom(name, kind, robot_limits, period, own)
 
 

@@ -8,24 +8,24 @@ from typing import ClassVar, Generic, Protocol, TypeVar
 import numpy as np
 
 from mjnav.control.nominal import least_violating
-from mjnav.control.parameters import Parameters, WeightedParameters
+from mjnav.control.parameters import LoopParameters, Parameters, WeightedParameters, completed
 from mjnav.control.problem import Problem
 from mjnav.messages import Array, CandidateCosts, Decision, Observation, RobotLimits, Status
 
-P = TypeVar("P", bound=Parameters)
+P = TypeVar("P", bound=LoopParameters)
 W = TypeVar("W", bound=WeightedParameters)
 
 
 class Controller(Protocol):
     """Turns an observation into a decision.
 
-    A class of one's own with these members and a `parameters_type` (a frozen dataclass below `Parameters`) is called as
-    Class(robot_limits, period, parameters), and works wherever a name does as "package.module:Class". What it decides
-    depends on the observations since it was made alone: no clock, no random numbers but from its own seeded generator.
-    In the loop it does not raise: what it cannot do is a status.
+    A class of one's own with these members and a `parameters_type` (a frozen dataclass below `LoopParameters`) is
+    called as Class(robot_limits, period, parameters), and works wherever a name does as "package.module:Class". What it
+    decides depends on the observations since it was made alone: no clock, no random numbers but from its own seeded
+    generator. In the loop it does not raise: what it cannot do is a status.
     """
 
-    parameters: Parameters
+    parameters: LoopParameters
 
     def decide(self, observation: Observation) -> Decision:
         """The control for the moment at which the observation's samples stand."""
@@ -40,18 +40,23 @@ class Controller(Protocol):
 
 
 class ProblemController(ABC, Generic[P]):
-    """A method that sees an observation as a `Problem`: a subclass gives `decide` and its parameters' type."""
+    """A method that sees an observation as a `Problem`: a subclass gives `decide` and its parameters' type.
 
-    parameters_type: ClassVar[type[Parameters]] = Parameters
+    `seen_with` are the parameters of its problems: its own, with defaults for those that it does not have. So the cone
+    of a method that decides without one is logged by the same measure.
+    """
+
+    parameters_type: ClassVar[type[LoopParameters]] = Parameters
 
     def __init__(self, limits: RobotLimits, period: float, parameters: P):
         self.limits, self.period, self.parameters = limits, period, parameters
+        self.seen_with = completed(parameters)
         self._latest: Problem | None = None
 
     def problem(self, observation: Observation) -> Problem:
         """The observation as this controller sees it; asked for the same one again, the same problem."""
         if self._latest is None or self._latest.observation is not observation:
-            self._latest = Problem(observation, self.limits, self.period, self.parameters)
+            self._latest = Problem(observation, self.limits, self.period, self.seen_with)
         return self._latest
 
     @abstractmethod

@@ -12,7 +12,7 @@ from dataclasses import is_dataclass
 from importlib import import_module
 from typing import Any
 
-from mjnav.control.parameters import Parameters
+from mjnav.control.parameters import LoopParameters
 from mjnav.errors import InvalidValue, unknown_name
 from mjnav.messages import RobotLimits
 
@@ -39,12 +39,12 @@ def custom_class(path: str) -> Any:
         lacks = sorted({*missing, *getattr(kind, "__abstractmethods__", ())})
         raise InvalidValue("method", path, f"{ALLOWED}, which has {' and '.join(lacks or METHODS)}")
     parameters = getattr(kind, "parameters_type", None)
-    if not (inspect.isclass(parameters) and is_dataclass(parameters) and issubclass(parameters, Parameters)):
-        raise InvalidValue("method", path, f"{ALLOWED}, whose parameters_type is a dataclass below Parameters")
+    if not (inspect.isclass(parameters) and is_dataclass(parameters) and issubclass(parameters, LoopParameters)):
+        raise InvalidValue("method", path, f"{ALLOWED}, whose parameters_type is a dataclass below LoopParameters")
     return kind
 
 
-def make_custom(path: str, kind: Any, limits: RobotLimits, period: float, parameters: Parameters) -> Any:
+def make_custom(path: str, kind: Any, limits: RobotLimits, period: float, parameters: LoopParameters) -> Any:
     """An instance of `kind`, which stands at `path`. Raises InvalidValue where its constructor raises."""
     try:
         return kind(limits, period, parameters)

@@ -19,7 +19,7 @@ from typing import ClassVar
 import numpy as np
 
 from mjnav.control.base import ConstrainedController, sample_risk
-from mjnav.control.parameters import Parameters, between
+from mjnav.control.parameters import LoopParameters, Parameters, between
 from mjnav.control.problem import Problem
 from mjnav.geometry.compiled import kernel
 from mjnav.messages import Array
@@ -41,7 +41,7 @@ class CvarParameters(Parameters):
 class Cvar(ConstrainedController[CvarParameters]):
     """The cheapest candidate whose conditional value at risk is at most 0 for every constraint."""
 
-    parameters_type: ClassVar[type[Parameters]] = CvarParameters
+    parameters_type: ClassVar[type[LoopParameters]] = CvarParameters
 
     def risk(self, problem: Problem) -> tuple[Array, Array]:
         """CVaR_eta of every constraint."""

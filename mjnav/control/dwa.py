@@ -28,20 +28,20 @@ from mjnav.constraints.arc import contact_distance
 from mjnav.constraints.lane import lane_distance
 from mjnav.control.base import GridController
 from mjnav.control.nominal import least_violating
-from mjnav.control.parameters import Parameters, at_least, finite
+from mjnav.control.parameters import GridParameters, LoopParameters, at_least, finite
 from mjnav.control.problem import Problem
 from mjnav.messages import Array, CandidateCosts, Status
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class DwaParameters(Parameters):
+class DwaParameters(GridParameters):
     """The risk: its weight, and how far ahead it looks."""
 
     weight: float = 1.0
     clearance: float = 2.0  # [m] of way beyond which more of it counts for nothing
 
     def __post_init__(self):
-        Parameters.__post_init__(self)
+        GridParameters.__post_init__(self)
         at_least("weight", self.weight, 0.0)
         at_least("clearance", self.clearance, 0.0, above=True)
         finite(self, "weight", "clearance")
@@ -50,7 +50,7 @@ class DwaParameters(Parameters):
 class Dwa(GridController[DwaParameters]):
     """The admissible candidate of least goal cost and most clearance."""
 
-    parameters_type: ClassVar[type[Parameters]] = DwaParameters
+    parameters_type: ClassVar[type[LoopParameters]] = DwaParameters
 
     def evaluate(self, problem: Problem) -> CandidateCosts:
         """Goal cost plus weighted lack of clearance; infinite where the candidate is not admissible."""

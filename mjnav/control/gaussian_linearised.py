@@ -32,7 +32,7 @@ from mjnav.constraints.collision_cone import STANDSTILL
 from mjnav.control.base import ConstrainedController
 from mjnav.control.lane_samples import lane_samples
 from mjnav.control.obstacles import Discs
-from mjnav.control.parameters import Parameters
+from mjnav.control.parameters import GridParameters, LoopParameters
 from mjnav.control.problem import Problem
 from mjnav.errors import InvalidValue
 from mjnav.geometry.angles import wrap
@@ -44,13 +44,13 @@ PARALLEL = 1e-12  # [m^2/s] cross product of velocity and wall below which they 
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class GaussianLinearisedParameters(Parameters):
+class GaussianLinearisedParameters(GridParameters):
     """The risk that is accepted; above 0.5 more spread would count as safer."""
 
     delta: float = 0.1  # probability that one constraint is violated; at 0.5 the mean decides
 
     def __post_init__(self):
-        Parameters.__post_init__(self)
+        GridParameters.__post_init__(self)
         if not 0.0 < self.delta <= 0.5:
             raise InvalidValue("delta", self.delta, "a number > 0 and <= 0.5")
 
@@ -76,7 +76,7 @@ class Motion(NamedTuple):
 class GaussianLinearised(ConstrainedController[GaussianLinearisedParameters]):
     """Chooses the cheapest candidate whose linearised chance constraints all hold."""
 
-    parameters_type: ClassVar[type[Parameters]] = GaussianLinearisedParameters
+    parameters_type: ClassVar[type[LoopParameters]] = GaussianLinearisedParameters
 
     @property
     def bound(self) -> float:
@@ -104,7 +104,7 @@ class GaussianLinearised(ConstrainedController[GaussianLinearisedParameters]):
         offsets = (lanes.left_offset, lanes.right_offset)
         mean = lane_samples(
             lanes, problem.mean_pose[None], problem.mean_noise, tuple(o.mean(keepdims=True) for o in offsets),
-            c.v, c.omega, margin, p, clip=False,
+            c.v, c.omega, margin, problem.parameters, clip=False,
         )[..., 0]  # fmt: skip
         if p.normalise:
             mean = mean * margin

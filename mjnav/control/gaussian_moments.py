@@ -29,7 +29,7 @@ import numpy as np
 from mjnav.control.base import ConstrainedController
 from mjnav.control.lane_samples import lane_samples
 from mjnav.control.obstacles import Discs, blocks
-from mjnav.control.parameters import Parameters
+from mjnav.control.parameters import LoopParameters, Parameters
 from mjnav.control.problem import Problem
 from mjnav.control.sample_cone import SampleCone
 from mjnav.errors import InvalidValue, unknown_name
@@ -66,7 +66,7 @@ class GaussianMomentsParameters(Parameters):
 class GaussianMoments(ConstrainedController[GaussianMomentsParameters]):
     """Chooses the cheapest candidate at which every f is k deviations below 0 on average."""
 
-    parameters_type: ClassVar[type[Parameters]] = GaussianMomentsParameters
+    parameters_type: ClassVar[type[LoopParameters]] = GaussianMomentsParameters
 
     def __init__(self, limits: RobotLimits, period: float, parameters: GaussianMomentsParameters):
         super().__init__(limits, period, parameters)

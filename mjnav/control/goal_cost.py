@@ -14,7 +14,7 @@ from math import floor, pi
 import numpy as np
 
 from mjnav.control.candidates import Candidates
-from mjnav.control.parameters import Parameters
+from mjnav.control.parameters import GoalParameters
 from mjnav.geometry.compiled import elementwise
 from mjnav.messages import Array, RobotLimits
 
@@ -54,7 +54,7 @@ class GoalCost:
         twist: Array,
         limits: RobotLimits,
         period: float,
-        parameters: Parameters,
+        parameters: GoalParameters,
     ) -> "GoalCost":
         """For a mean heading and the command decided last, `twist` (2,)."""
         p = parameters

@@ -17,7 +17,7 @@ import numpy as np
 
 from mjnav.control.matching import MatchingController, MatchingParameters
 from mjnav.control.mixture import Mixtures, fit_mixtures, kl_divergence
-from mjnav.control.parameters import Parameters, at_least, finite
+from mjnav.control.parameters import LoopParameters, at_least, finite
 from mjnav.control.problem import Problem
 from mjnav.messages import Array
 
@@ -41,7 +41,7 @@ class KldParameters(MatchingParameters):
 class Kld(MatchingController[KldParameters]):
     """The candidate whose constraint mixtures diverge least from collision-free ones, against its goal cost."""
 
-    parameters_type: ClassVar[type[Parameters]] = KldParameters
+    parameters_type: ClassVar[type[LoopParameters]] = KldParameters
 
     def risk(self, problem: Problem) -> tuple[Array, Array]:
         """KL of every constraint."""

@@ -5,7 +5,7 @@ from typing import ClassVar, TypeVar
 
 from mjnav.control.base import WeightedController
 from mjnav.control.desired import Desired
-from mjnav.control.parameters import Parameters, WeightedParameters, at_least, finite
+from mjnav.control.parameters import LoopParameters, WeightedParameters, at_least, finite
 from mjnav.control.problem import Problem
 from mjnav.messages import Array
 
@@ -30,7 +30,7 @@ M = TypeVar("M", bound=MatchingParameters)
 class MatchingController(WeightedController[M]):
     """A method whose risk is a distance from the desired distributions: a subclass gives `risk`."""
 
-    parameters_type: ClassVar[type[Parameters]] = MatchingParameters
+    parameters_type: ClassVar[type[LoopParameters]] = MatchingParameters
     _wanted: Desired | None = None
 
     def desired(self, problem: Problem) -> Desired:

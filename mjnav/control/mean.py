@@ -5,18 +5,21 @@ Shiller 1998, "Motion Planning in Dynamic Environments Using Velocity Obstacles"
 """
 
 from math import inf
+from typing import ClassVar
 
 import numpy as np
 
 from mjnav.control.base import GridController, candidate_costs
 from mjnav.control.nominal import least_violating
-from mjnav.control.parameters import Parameters
+from mjnav.control.parameters import GridParameters, LoopParameters
 from mjnav.control.problem import Problem
 from mjnav.messages import CandidateCosts
 
 
-class Mean(GridController[Parameters]):
+class Mean(GridController[GridParameters]):
     """Chooses the nominal control."""
+
+    parameters_type: ClassVar[type[LoopParameters]] = GridParameters
 
     def evaluate(self, problem: Problem) -> CandidateCosts:
         """Goal cost where the mean violates nothing, or least where all violate; infinite elsewhere."""

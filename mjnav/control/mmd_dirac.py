@@ -23,12 +23,12 @@ The risk is a cost: every candidate may be chosen, and only `infeasible_nominal`
 """
 
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 
 from mjnav.control.base import WeightedController, sample_risk
-from mjnav.control.parameters import Parameters, WeightedParameters, at_least, finite
+from mjnav.control.parameters import GridParameters, LoopParameters, at_least, check_weights, finite
 from mjnav.control.problem import Problem
 from mjnav.geometry.compiled import kernel
 from mjnav.messages import Array
@@ -38,22 +38,25 @@ TOLERANCE = 1e-10  # of the terms left out, as a share of k(x, x) = 1
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class MmdDiracParameters(WeightedParameters):
-    """The weighted methods' parameters, with a weight of this risk's size, and the kernel."""
+class MmdDiracParameters(GridParameters):
+    """The candidates' parameters, the risk's weights, and the kernel."""
 
-    weight: float = 100.0
+    weight: float = 100.0  # lambda, of each disc and wall
+    lane_weights: tuple[float, float] = (10.0, 10.0)  # left, right
     bandwidth: float = 1.0  # sigma, in the unit of f: R^2 where normalised
 
     def __post_init__(self):
-        WeightedParameters.__post_init__(self)
+        GridParameters.__post_init__(self)
+        check_weights(self)
         at_least("bandwidth", self.bandwidth, 0.0, above=True)
         finite(self, "bandwidth")
 
 
-class MmdDirac(WeightedController[MmdDiracParameters]):
+class MmdDirac(WeightedController[Any]):
     """The candidate whose constraint violations are nearest to none, against its goal cost."""
 
-    parameters_type: ClassVar[type[Parameters]] = MmdDiracParameters
+    parameters_type: ClassVar[type[LoopParameters]] = MmdDiracParameters
+    parameters: MmdDiracParameters  # weighted, but without a clip: all safe samples count as 0
 
     def risk(self, problem: Problem) -> tuple[Array, Array]:
         """MMD^2 of max(0, f) to a point mass at 0, for every constraint."""

@@ -32,7 +32,7 @@ from mjnav.control.goal_cost import GoalCost
 from mjnav.control.mppi_risk import Risk, Surroundings
 from mjnav.control.mppi_rollout import Rollouts, approach
 from mjnav.control.obstacles import in_reach
-from mjnav.control.parameters import Parameters, WeightedParameters, at_least, between, finite
+from mjnav.control.parameters import GoalParameters, LoopParameters, at_least, between, check_weights, finite
 from mjnav.control.problem import Problem
 from mjnav.messages import Array, CandidateCosts, Decision, Observation, RobotLimits, Status
 from mjnav.rng import stream
@@ -42,21 +42,23 @@ SEED = 0  # of the perturbations
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class MppiParameters(WeightedParameters):
-    """The rollouts and how they are weighed. Of the shared parameters, the candidates' and the cone's take no part."""
+class MppiParameters(GoalParameters):
+    """The rollouts and how they are weighed."""
 
     rollouts: int = 400  # perturbed ones, in pairs of opposite perturbations
     steps: int = 20  # T
     step: float = 0.2  # [s] dt
     temperature: float = 0.06
-    weight: float = 25.0  # [1/s] of the expected time in collision
+    weight: float = 25.0  # [1/s] lambda, of the expected time in collision with each disc and wall
+    lane_weights: tuple[float, float] = (10.0, 10.0)  # [1/s] of that beyond the left, the right boundary
     speed_noise: float = 0.4  # [m/s] standard deviation of the perturbations of v
     turn_noise: float = 0.8  # [rad/s] of omega
     knots: int = 5  # of the perturbations, which are linear between them
     risk_bound: float = 0.5
 
     def __post_init__(self):
-        WeightedParameters.__post_init__(self)
+        GoalParameters.__post_init__(self)
+        check_weights(self)
         for key in ("rollouts", "steps", "knots"):
             at_least(key, getattr(self, key), 1)
         for key in ("step", "temperature"):
@@ -116,14 +118,14 @@ class Mppi(ProblemController[MppiParameters]):
     once, and the same observations in the same order give the same decisions.
     """
 
-    parameters_type: ClassVar[type[Parameters]] = MppiParameters
+    parameters_type: ClassVar[type[LoopParameters]] = MppiParameters
 
     def __init__(self, limits: RobotLimits, period: float, parameters: MppiParameters):
         super().__init__(limits, period, parameters)
         self._perturbations = perturbations(parameters)
         self._plan: Plan | None = None
         # Every wall that a rollout may come to counts.
-        self._sight = replace(parameters, wall_horizon=parameters.steps * parameters.step)
+        self._sight = replace(self.seen_with, wall_horizon=parameters.steps * parameters.step)
 
     def decide(self, observation: Observation) -> Decision:
         """The first control of the new plan.

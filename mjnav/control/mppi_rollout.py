@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from mjnav.control.parameters import Parameters
+from mjnav.control.parameters import GoalParameters
 from mjnav.geometry.compiled import kernel, scalar
 from mjnav.messages import Array, RobotLimits
 from mjnav.motion.diff_drive import reachable
@@ -108,7 +108,7 @@ def approach(
     period: float,
     step: float,
     num: int,
-    parameters: Parameters,
+    parameters: GoalParameters,
 ) -> Array:
     """`num` controls (2, T) within the limits, straight to `goal` (2,), which is relative to the robot.
 

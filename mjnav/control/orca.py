@@ -35,31 +35,34 @@ from mjnav.constraints.half_planes import nearest_velocity
 from mjnav.constraints.lane import lane_distance
 from mjnav.constraints.velocity_obstacle import velocity_obstacle_exits
 from mjnav.control.base import ProblemController
-from mjnav.control.parameters import Parameters, at_least, finite
+from mjnav.control.parameters import LoopParameters, SightParameters, at_least, finite
 from mjnav.control.problem import Problem
 from mjnav.messages import Array, Decision, Observation, Status
 from mjnav.motion.diff_drive import reachable
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class OrcaParameters(Parameters):
-    """The half-planes. The shared parameters of candidates, weights and collision cone take no part."""
+class OrcaParameters(SightParameters):
+    """The half-planes."""
 
     time_horizon: float = 5.0  # [s] tau
     effective_centre: float = 0.25  # [m] D
     responsibility: float = 1.0  # alpha
+    wall_horizon: float = 2.0  # [s] T
+    lane_horizon: float = 1.0  # [s] within which no lane boundary is crossed
 
     def __post_init__(self):
-        Parameters.__post_init__(self)
-        for key in ("time_horizon", "effective_centre", "responsibility"):
+        SightParameters.__post_init__(self)
+        keys = ("time_horizon", "effective_centre", "responsibility", "wall_horizon", "lane_horizon")
+        for key in keys:
             at_least(key, getattr(self, key), 0.0, above=True)
-        finite(self, "time_horizon", "effective_centre", "responsibility")
+        finite(self, *keys)
 
 
 class Orca(ProblemController[OrcaParameters]):
     """The reachable velocity of the effective centre nearest to the preferred one, within the half-planes."""
 
-    parameters_type: ClassVar[type[Parameters]] = OrcaParameters
+    parameters_type: ClassVar[type[LoopParameters]] = OrcaParameters
 
     def decide(self, observation: Observation) -> Decision:
         """The control that moves the effective centre at V*."""

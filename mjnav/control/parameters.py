@@ -1,4 +1,8 @@
-"""Parameters of the controllers: those that all share, and how they are checked."""
+"""Parameters of the controllers: those that several share, and how they are checked.
+
+A method has the parameters that change its decisions, no others: each class below adds to the one before it, and a
+method's own starts from the last of them that it reads the whole of.
+"""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, fields
@@ -36,46 +40,96 @@ def finite(parameters: Any, *keys: str) -> None:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Parameters:
-    """What every method that chooses from the candidate grid shares, so that only the risk term differs.
-
-    `inf` switches a bound off: horizon, sensing_range, clip.
-    """
+class LoopParameters:
+    """What every method has: the loop draws its samples and gives it the robot's preferred speed."""
 
     preferred_speed: float = 0.8  # [m/s]; the run file gives it under [robot]
-    num_v: int = 20
-    num_omega: int = 20
-    window: str = "reachable"  # or "bounds"
-    preview: float = 0.4  # [s] tau: a candidate drives straight on at the heading that it has after this time
-    approach_time: float = 1.0  # [s]: the goal is approached at distance / approach_time at most
-    heading_weight: float = 0.6  # w_h
-    speed_change_weight: float = CHANGE_WEIGHT  # w_v; make_controller's default follows the period
-    turn_change_weight: float = CHANGE_WEIGHT  # w_omega; the same
-    form: str = "segment"  # of the collision cone: line, ray, segment
-    horizon: float = 5.0  # [s] of the segment form
-    wall_horizon: float = 2.0  # [s] of path that walls are checked against
-    lane_horizon: float = 1.0  # [s] after which the lanes are checked
-    normalise: bool = True  # divide f by R^2, lane distances by the robot's radius
-    clip: float = 2.0  # no sample counts as safer than this
     samples: int = 25  # N = M drawn from each belief
+
+    def __post_init__(self):
+        at_least("preferred_speed", self.preferred_speed, 0.0, above=True)
+        at_least("samples", self.samples, 1)
+        finite(self, "preferred_speed")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SightParameters(LoopParameters):
+    """What a method that sees a `Problem` has: which obstacles count, and how the goal is approached.
+
+    `inf` switches sensing_range off.
+    """
+
+    approach_time: float = 1.0  # [s]: the goal is approached at distance / approach_time at most
     sensing_range: float = 7.0  # [m]
     max_obstacles: int = 16  # discs, nearest first; walls in range all count. Two tables alone are eight
     safety_margin: float = 0.05  # [m] added to R
 
     def __post_init__(self):
+        LoopParameters.__post_init__(self)
+        at_least("max_obstacles", self.max_obstacles, 1)
+        for key in ("approach_time", "sensing_range"):
+            at_least(key, getattr(self, key), 0.0, above=True)
+        at_least("safety_margin", self.safety_margin, 0.0)
+        finite(self, "approach_time", "safety_margin")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class GoalParameters(SightParameters):
+    """The goal cost."""
+
+    preview: float = 0.4  # [s] tau: a candidate drives straight on at the heading that it has after this time
+    heading_weight: float = 0.6  # w_h
+    speed_change_weight: float = CHANGE_WEIGHT  # w_v; make_controller's default follows the period
+    turn_change_weight: float = CHANGE_WEIGHT  # w_omega; the same
+
+    def __post_init__(self):
+        SightParameters.__post_init__(self)
+        at_least("preview", self.preview, 0.0, above=True)
+        for key in ("heading_weight", "speed_change_weight", "turn_change_weight"):
+            at_least(key, getattr(self, key), 0.0)
+        finite(self, "preview", "heading_weight", "speed_change_weight", "turn_change_weight")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class GridParameters(GoalParameters):
+    """What every method that chooses from the candidate grid has: the grid, and the constraints at the mean.
+
+    `inf` switches horizon off.
+    """
+
+    num_v: int = 20
+    num_omega: int = 20
+    window: str = "reachable"  # or "bounds"
+    form: str = "segment"  # of the collision cone: line, ray, segment
+    horizon: float = 5.0  # [s] of the segment form
+    wall_horizon: float = 2.0  # [s] of path that walls are checked against
+    lane_horizon: float = 1.0  # [s] after which the lanes are checked
+    normalise: bool = True  # divide f by R^2, lane distances by the robot's radius
+
+    def __post_init__(self):
+        GoalParameters.__post_init__(self)
         for key, names in (("window", WINDOWS), ("form", FORMS)):
             if getattr(self, key) not in names:
                 raise unknown_name(key, getattr(self, key), names)
-        for key in ("num_v", "num_omega", "max_obstacles", "samples"):
+        for key in ("num_v", "num_omega"):
             at_least(key, getattr(self, key), 1)
-        for key in ("preferred_speed", "preview", "approach_time", "horizon", "wall_horizon", "lane_horizon"):
+        for key in ("horizon", "wall_horizon", "lane_horizon"):
             at_least(key, getattr(self, key), 0.0, above=True)
-        for key in ("clip", "sensing_range"):
-            at_least(key, getattr(self, key), 0.0, above=True)
-        for key in ("heading_weight", "speed_change_weight", "turn_change_weight", "safety_margin"):
-            at_least(key, getattr(self, key), 0.0)
-        finite(self, "preferred_speed", "preview", "approach_time", "wall_horizon", "lane_horizon", "safety_margin")
-        finite(self, "heading_weight", "speed_change_weight", "turn_change_weight")
+        finite(self, "wall_horizon", "lane_horizon")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Parameters(GridParameters):
+    """What a method has that looks at all samples of each constraint, the safe ones too, for every candidate.
+
+    A method for which a safe sample is as good as any other has no clip. `inf` switches clip off.
+    """
+
+    clip: float = 2.0  # no sample counts as safer than this
+
+    def __post_init__(self):
+        GridParameters.__post_init__(self)
+        at_least("clip", self.clip, 0.0, above=True)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -87,21 +141,39 @@ class WeightedParameters(Parameters):
 
     def __post_init__(self):
         Parameters.__post_init__(self)
-        at_least("weight", self.weight, 0.0)
-        for weight in self.lane_weights:
-            at_least("lane_weights", weight, 0.0)
-        finite(self, "weight", "lane_weights")
+        check_weights(self)
 
 
-def make_parameters(kind: type[P], values: Mapping[str, Any], defaults: Mapping[str, Any] | None = None) -> P:
-    """`kind` from a run file's values over a preset's; raises InvalidValue for unknown names and wrong types."""
+def check_weights(parameters: Any) -> None:
+    """Refuses a `weight` or `lane_weights` that is negative or infinite."""
+    at_least("weight", parameters.weight, 0.0)
+    for weight in parameters.lane_weights:
+        at_least("lane_weights", weight, 0.0)
+    finite(parameters, "weight", "lane_weights")
+
+
+def completed(parameters: LoopParameters) -> Parameters:
+    """The parameters that a `Problem` takes: a method's own, and defaults of those that it does not have."""
+    if isinstance(parameters, Parameters):
+        return parameters
+    return Parameters(
+        **{f.name: getattr(parameters, f.name) for f in fields(Parameters) if hasattr(parameters, f.name)}
+    )
+
+
+def make_parameters(method: str, kind: type[P], values: Mapping[str, Any], preset: Mapping[str, Any]) -> P:
+    """A method's parameters from a run file's values over a preset's, of which it takes those that it has.
+
+    Raises InvalidValue for names that it does not have and for wrong types.
+    """
     hints = get_type_hints(kind)
     names = [f.name for f in fields(kind)]  # type: ignore[arg-type]
     for key, value in values.items():
         if key not in names:
-            raise unknown_name(key, key, names)
+            raise unknown_name(key, key, names, what=f"parameters of {method}")
         _check_type(key, value, hints[key])
-    return kind(**{**(defaults or {}), **{key: _cast(value, hints[key]) for key, value in values.items()}})
+    own = {key: value for key, value in preset.items() if key in names}
+    return kind(**{**own, **{key: _cast(value, hints[key]) for key, value in values.items()}})
 
 
 def _is_number(value: Any) -> bool:

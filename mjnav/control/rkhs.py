@@ -18,7 +18,7 @@ from typing import ClassVar
 import numpy as np
 
 from mjnav.control.matching import MatchingController, MatchingParameters
-from mjnav.control.parameters import Parameters
+from mjnav.control.parameters import LoopParameters
 from mjnav.control.problem import Problem
 from mjnav.messages import Array
 from mjnav.rkhs.kernels import PolynomialKernel
@@ -66,7 +66,7 @@ PAPER = MappingProxyType(
 class Rkhs(MatchingController[RkhsParameters]):
     """The candidate whose constraint distributions match collision-free ones best, against its goal cost."""
 
-    parameters_type: ClassVar[type[Parameters]] = RkhsParameters
+    parameters_type: ClassVar[type[LoopParameters]] = RkhsParameters
 
     def risk(self, problem: Problem) -> tuple[Array, Array]:
         """MMD^2 of every constraint."""

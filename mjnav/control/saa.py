@@ -18,27 +18,27 @@ from typing import ClassVar
 import numpy as np
 
 from mjnav.control.base import ConstrainedController, sample_risk
-from mjnav.control.parameters import Parameters, between
+from mjnav.control.parameters import GridParameters, LoopParameters, between
 from mjnav.control.problem import Problem
 from mjnav.geometry.compiled import kernel
 from mjnav.messages import Array
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class SaaParameters(Parameters):
-    """The shared parameters and the level of the chance constraint."""
+class SaaParameters(GridParameters):
+    """The candidates' parameters and the level of the chance constraint."""
 
     eta: float = 0.95  # the least share of safe samples; 0 allows everything
 
     def __post_init__(self):
-        Parameters.__post_init__(self)
+        GridParameters.__post_init__(self)
         between("eta", self.eta, 0.0, 1.0)
 
 
 class Saa(ConstrainedController[SaaParameters]):
     """The cheapest candidate whose share of colliding samples is at most 1 - eta for every constraint."""
 
-    parameters_type: ClassVar[type[Parameters]] = SaaParameters
+    parameters_type: ClassVar[type[LoopParameters]] = SaaParameters
 
     @property
     def bound(self) -> float:

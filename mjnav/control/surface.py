@@ -106,7 +106,7 @@ def cost_surface(
     limits, period = controller.limits, controller.period
     grid = candidate_grid(observation.twist, limits, period, num, num, window)
     grid = Candidates(grid.v[:-2], grid.omega[:-2])  # without keep and brake
-    costs = controller.evaluate(_WiderProblem(observation, limits, period, controller.parameters, grid))
+    costs = controller.evaluate(_WiderProblem(observation, limits, period, controller.seen_with, grid))
 
     def on_grid(values: Array) -> Array:
         return values[-num * num :].reshape(num, num, *values.shape[1:])

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from mjnav import scenarios
 from mjnav.control import Controller, make_controller
 from mjnav.errors import InvalidValue
+from mjnav.scenarios.idle import refuse_idle
 from mjnav.scenarios.load import origin
 from mjnav.scenarios.spec import Scenario
 
@@ -25,6 +26,7 @@ def load_scenario(
     changed = {"control.method": "--controller"} if controller is not None else {}
     changed |= {override.partition("=")[0].strip(): "--set" for override in overrides}
     try:
+        refuse_idle(scenario)
         build_controller(scenario)
     except InvalidValue as error:
         raise error.within(file=origin(error.key, scenario.source, changed)) from None

@@ -88,7 +88,7 @@ def test_a_shipped_class_by_its_place_decides_what_it_does_by_its_name(limits, o
         ("own_package.own:function", "which has closest_cone and decide"),
         ("own_package.own:Half", "a controller, which has closest_cone"),
         ("own_package.own:Unfinished", "a controller, which has evaluate"),
-        ("own_package.own:Untyped", "whose parameters_type is a dataclass below Parameters"),
+        ("own_package.own:Untyped", "whose parameters_type is a dataclass below LoopParameters"),
         ("own_package.own:Lone", "made as Class(robot_limits, period, parameters) (TypeError: "),
         ("own_package.own:", "found 'own_package.own:'; allowed: package.module:Class, a controller"),
         (":Slow", "allowed: package.module:Class, a controller"),

@@ -235,7 +235,8 @@ def test_the_status_says_when_no_candidate_meets_the_constraints(controller, alo
 
 @pytest.mark.parametrize("name", names())
 def test_the_status_says_when_the_robot_stands_and_stays(alone, limits, name):
-    controller = make_controller(name, limits, 0.1, speed_change_weight=0.0)
+    free = {"speed_change_weight": 0.0} if name != "orca" else {}  # which has no cost of a change
+    controller = make_controller(name, limits, 0.1, **free)
     at_goal = alone(twist=(0.0, 0.0), goal=(0.0, 0.0))
     decision = controller.decide(at_goal)
     assert (decision.v, decision.omega, decision.status) == (0.0, 0.0, Status.STOPPED)
@@ -282,9 +283,17 @@ def test_the_closest_obstacles_samples_are_those_of_the_decision(observe, limits
     o = observe(7, num_obstacles=4)
     gaps = [np.hypot(*(d.position.mean(0) - o.robot_pose[:, :2].mean(0))) - d.radius for d in o.obstacles]
     for name in names():
-        controller = make_controller(name, limits, 0.1, **SMALL)
+        controller = make_controller(name, limits, 0.1)
         index, samples, desired = controller.closest_cone(o, controller.decide(o))
         assert index == np.argmin(gaps)
         assert samples.shape == (5 * len(o.obstacles[index].position),)
         assert (desired <= 0.0).all()
         assert controller.closest_cone(replace(o, obstacles=()), controller.decide(o)) is None
+
+
+@pytest.mark.parametrize("name", ["mppi", "orca"])
+def test_a_method_without_a_cone_of_its_own_is_logged_by_the_default_one(observe, limits, name):
+    o = observe(7, num_obstacles=4)
+    own, other = (make_controller(method, limits, 0.1, safety_margin=0.1) for method in (name, "cvar"))
+    decision = own.decide(o)
+    assert own.closest_cone(o, decision)[1].tobytes() == other.closest_cone(o, decision)[1].tobytes()

@@ -44,7 +44,9 @@ def test_the_shared_parameters_are_the_same_in_every_tuned_method(limits):
     rkhs = make_controller("rkhs", limits, 0.1).parameters
     for name in sorted({*names()} - {"rkhs-paper"}):
         other = make_controller(name, limits, 0.1).parameters
-        assert all(getattr(rkhs, key) == getattr(other, key) for key in Parameters.__dataclass_fields__), name
+        both = set(Parameters.__dataclass_fields__) & set(type(other).__dataclass_fields__)
+        assert {"samples", "preferred_speed", "approach_time", "sensing_range"} < both
+        assert all(getattr(rkhs, key) == getattr(other, key) for key in both), name
     assert (rkhs.num_v, rkhs.num_omega, rkhs.samples, rkhs.max_obstacles, rkhs.safety_margin) == (20, 20, 25, 16, 0.05)
 
 
@@ -52,9 +54,13 @@ def test_the_shared_parameters_are_the_same_in_every_tuned_method(limits):
     ("name", "parameters", "message"),
     [
         ("rkhz", {}, "method: found 'rkhz'; allowed: cvar, dwa, gaussian-linearised, "),
-        ("rkhs", {"weigth": 1.0}, "weigth: found 'weigth'; allowed: approach_time, ball, clip, degree"),
+        (
+            "rkhs",
+            {"weigth": 1.0},
+            "weigth: found 'weigth'; allowed: parameters of rkhs: approach_time, ball, clip, degree",
+        ),
         ("rkhs", {"weigth": 1.0}, "did you mean 'weight'?"),
-        ("mean", {"degree": 2}, "degree: found 'degree'; allowed: approach_time, clip, form"),
+        ("mean", {"degree": 2}, "degree: found 'degree'; allowed: parameters of mean: approach_time, form, heading"),
         ("rkhs", {"weight": "heavy"}, "weight: found 'heavy'; allowed: a number"),
         ("rkhs", {"weight": True}, "weight: found True; allowed: a number"),
         ("rkhs", {"degree": 2.0}, "degree: found 2.0; allowed: a whole number"),
@@ -83,7 +89,7 @@ def test_the_shared_parameters_are_the_same_in_every_tuned_method(limits):
         ("mean", {"preview": inf}, "preview: found inf; allowed: a finite number"),
         ("mean", {"wall_horizon": inf}, "wall_horizon: found inf; allowed: a finite number"),
         ("mean", {"horizon": nan}, "horizon: found nan; allowed: a number > 0"),
-        ("mean", {"clip": 0.0}, "clip: found 0.0; allowed: a number > 0"),
+        ("cvar", {"clip": 0.0}, "clip: found 0.0; allowed: a number > 0"),
         ("mean", {"sensing_range": -1.0}, "sensing_range: found -1.0; allowed: a number > 0"),
         ("mean", {"heading_weight": -0.1}, "heading_weight: found -0.1; allowed: a number >= 0"),
         ("mean", {"heading_weight": inf}, "heading_weight: found inf; allowed: a finite number"),
@@ -117,7 +123,7 @@ def test_limits_that_are_none_are_refused(field, value):
         RobotLimits(**{field: value})
 
 
-@pytest.mark.parametrize("name", names())
+@pytest.mark.parametrize("name", sorted({*names()} - {"orca"}))
 def test_the_weights_of_a_change_follow_the_period_unless_they_are_given(name, limits):
     at_10, at_50 = (make_controller(name, limits, period).parameters for period in (0.1, 0.02))
     assert at_10.speed_change_weight == at_10.turn_change_weight == pytest.approx(0.01)

@@ -16,7 +16,7 @@ SMALL = {"num_v": 6, "num_omega": 7}
 CROWDED = {"spread": 0.2, "near": 0.05, "far": 2.5, "num_samples": 9}
 
 
-@pytest.mark.parametrize("options", [{}, {"form": "line", "clip": np.inf}, {"form": "ray", "normalise": False}])
+@pytest.mark.parametrize("options", [{}, {"form": "line"}, {"form": "ray", "normalise": False}])
 @pytest.mark.parametrize("seed", range(6))
 def test_the_risk_is_the_share_of_colliding_samples(observe, limits, constraint_samples, seed, options):
     o = observe(seed, **(CROWDED if seed % 2 else {}))

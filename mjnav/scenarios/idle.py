@@ -1,0 +1,23 @@
+"""Values of a run file that nothing reads, because another of its values takes their place.
+
+They are refused before a run. A log's scenario may have them: what was run once can be read and run again.
+"""
+
+from mjnav.errors import InvalidValue
+from mjnav.scenarios.latency import Latency
+from mjnav.scenarios.spec import Control, Scenario
+
+
+def refuse_idle(scenario: Scenario) -> None:
+    """Raises InvalidValue for the first such value; a default may stand there, as `dumps` writes them all."""
+    for key in ("robot", "obstacles"):
+        choice = getattr(scenario.estimation, key)
+        if choice.source == "direct" and choice.filter != type(choice)().filter:
+            raise InvalidValue(f"estimation.{key}.filter", choice.filter, 'no filter where source is "direct"')
+    delay, latency = scenario.control.delay, scenario.control.latency
+    if latency is None:
+        return
+    if delay != Control().delay:
+        raise InvalidValue("control.delay", delay, "delay or latency, not both")
+    if latency.model == "measured" and latency.order != Latency("measured").order:
+        raise InvalidValue("control.latency.order", latency.order, 'an order for model "sampled" only')
