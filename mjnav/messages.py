@@ -4,7 +4,7 @@
     loop -> TickRecord, TickTiming -> recording;  loop or a log -> Trajectory -> metrics
 
 SI units, right-handed world frame, headings counter-clockwise from +x in (-pi, pi]. Arrays are float64 and are not
-changed after they were handed over.
+changed after they were handed over; those of an observation cannot be.
 """
 
 from dataclasses import dataclass, field

@@ -17,7 +17,7 @@ class Views:
     """What a run needs to be looked at."""
 
     live: LiveServer | None = None
-    watch: Callable[[TickRecord], None] = lambda record: None
+    watch: Callable[[TickRecord], None] | None = None
     closed: Callable[[], bool] = lambda: False  # whether somebody closed the window
 
 

@@ -8,6 +8,8 @@ from itertools import count
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from mjnav.loop.commands import describe_clipping
 from mjnav.loop.fault import RunFault, describe_fault, fault_events
 from mjnav.loop.latency import Computed, replayed
@@ -15,6 +17,7 @@ from mjnav.loop.pacer import FreePacer, Pacer, Start, Stopwatch
 from mjnav.loop.prepare import build_controller
 from mjnav.loop.referee import ABORTED, GOAL, Referee, describe
 from mjnav.loop.run_info import run_info
+from mjnav.loop.sealed import sealed
 from mjnav.loop.tick import Beliefs, Navigator
 from mjnav.messages import (
     ConeDistribution,
@@ -210,6 +213,7 @@ class Episode:
         if found is None:
             return None
         obstacle, samples, desired = found
+        samples, desired = (sealed(np.asarray(values, float)) for values in (samples, desired))
         return ConeDistribution(self._navigator.names[obstacle], samples, desired, float((samples <= 0.0).mean()))
 
     def _events(self, truth: WorldState, news: Beliefs | None, decision: Decision) -> tuple[Event, ...]:

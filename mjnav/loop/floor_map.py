@@ -1,7 +1,10 @@
 """The known map as controllers take it: legs and pillars as discs at rest, walls as the faces towards the robot."""
 
+from itertools import repeat
+
 import numpy as np
 
+from mjnav.loop.sealed import sealed
 from mjnav.messages import Array, ObstacleSamples
 from mjnav.scenarios.spec import Scenario
 
@@ -13,7 +16,8 @@ class FloorMap:
         legs = [(leg, table.leg_radius, f"table{i}") for i, table in enumerate(scenario.tables) for leg in table.legs]
         pillars = [(np.array(p.position), p.radius, f"pillar{i}") for i, p in enumerate(scenario.pillars)]
         discs = [*legs, *pillars]
-        self.discs = tuple(ObstacleSamples(at.reshape(1, 2), np.zeros((1, 2)), radius) for at, radius, _ in discs)
+        self._positions = np.array([at for at, *_ in discs]).reshape(-1, 1, 2)
+        self._radii = tuple(radius for _, radius, _ in discs)
         self.names = tuple(name for *_, name in discs)
 
         start = np.array([wall.start for wall in scenario.walls], float).reshape(-1, 2)
@@ -27,6 +31,12 @@ class FloorMap:
         ends = np.stack([start - half * along, end + half * along], axis=1)
         self._faces = np.stack([ends - self._across[:, None], ends + self._across[:, None]], axis=1)  # (W, 2, 2, 2)
         self._index = np.arange(len(ends))
+
+    @property
+    def discs(self) -> tuple[ObstacleSamples, ...]:
+        """Legs and pillars, sealed, one sample each."""
+        positions, at_rest = sealed(self._positions), sealed(np.zeros((1, 2)))
+        return tuple(map(ObstacleSamples, positions, repeat(at_rest), self._radii))
 
     def walls(self, position: Array) -> Array:
         """The face of each wall on the side of `position` (2,): start and end, (W, 2, 2)."""

@@ -48,6 +48,6 @@ def _window(time: float) -> int:
     return int(np.floor((time + ROUNDING) / NOISE_WINDOW))
 
 
-def carry_people(samples: Array, duration: float) -> tuple[Array, Array]:
-    """Positions and velocities, (M, 2) each, after `duration` [s] from samples (M, 4) of x, y, vx, vy."""
-    return samples[:, :2] + duration * samples[:, 2:], samples[:, 2:]
+def carry_people(samples: Array, duration: Array | float) -> tuple[Array, Array]:
+    """Positions and velocities, (..., 2) each, after `duration` [s] from samples (..., 4) of x, y, vx, vy."""
+    return samples[..., :2] + duration * samples[..., 2:], samples[..., 2:]

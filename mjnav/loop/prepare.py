@@ -2,6 +2,7 @@
 
 import os
 from collections.abc import Sequence
+from copy import deepcopy
 
 from mjnav import scenarios
 from mjnav.control import Controller, make_controller
@@ -37,7 +38,10 @@ def build_controller(scenario: Scenario) -> Controller:
     """The controller that the scenario names, with its parameters. Raises InvalidValue with the run file's key."""
     control = scenario.control
     parameters = {"preferred_speed": scenario.robot.preferred_speed, **control.parameters}
+    limits, parameters = deepcopy(
+        (scenario.robot.limits, parameters)
+    )  # the controller's own: the robot keeps its limits
     try:
-        return make_controller(control.method, scenario.robot.limits, control.period, **parameters)
+        return make_controller(control.method, limits, control.period, **parameters)
     except InvalidValue as error:
         raise error.within("control", file=scenario.source or None) from None

@@ -14,6 +14,7 @@ from mjnav.loop.pacer import FreePacer, Pacer, RealTimePacer
 from mjnav.loop.prepare import build_controller, load_scenario
 from mjnav.loop.profile import profiled
 from mjnav.loop.realtime import real_time as ask_for_real_time
+from mjnav.loop.sealed import sealed_message
 from mjnav.messages import Event, TickRecord
 from mjnav.recording.live import LiveServer
 from mjnav.recording.writer import check_path
@@ -32,7 +33,7 @@ def run(
     log: bool | str | os.PathLike[str] | None = None,
     stop: Callable[[], bool] = lambda: False,
     progress: Callable[[float], None] = lambda time: None,
-    watch: Callable[[TickRecord], None] = lambda record: None,
+    watch: Callable[[TickRecord], None] | None = None,
     live: LiveServer | None = None,
     profile: bool = False,
 ) -> Result:
@@ -42,9 +43,9 @@ def run(
     with its own default parameters); `real_time` paces the loop to the wall clock, and `overruns` says what a missed
     deadline does to it ("skip" catches up, or else skips periods, and "abort" ends the run); `log` is None for no log,
     True for the default path below the working directory, or a path; `stop` is asked before every tick whether to
-    abort, and `progress` is told the simulated time [s]; `watch` sees every tick, and the clients of `live` get what a
-    log gets; `profile` adds to the summary, as "profile", where each tick's time went. Raises InputError before
-    anything starts where something cannot be used.
+    abort, and `progress` is told the simulated time [s]; `watch` sees every tick, in arrays that it cannot write to;
+    the clients of `live` get what a log gets; `profile` adds to the summary, as "profile", where each tick's time went.
+    Raises InputError before anything starts where something cannot be used.
     """
     if not isinstance(scenario, Scenario):
         scenario = load_scenario(scenario, controller=controller, seed=seed)
@@ -58,7 +59,9 @@ def run(
     if log is not None and log is not False:
         path = check_path(default_log_path(scenario) if log is True else log)
     warm_up(scenario)
-    episode = partial(Episode, scenario, log=path, live=live, pacer=pacer, stop=stop, progress=progress, watch=watch)
+    episode = partial(Episode, scenario, log=path, live=live, pacer=pacer, stop=stop, progress=progress)
+    if watch is not None:
+        episode = partial(episode, watch=lambda record: watch(sealed_message(record)))
     if profile:
         with profiled() as profiler:
             result = _run(episode, pacer)

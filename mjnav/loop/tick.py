@@ -3,7 +3,7 @@
 readings -> belief, tracks -> samples carried to the moment of effect -> decision -> pending -> command
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from math import isfinite
 
 import numpy as np
@@ -15,6 +15,7 @@ from mjnav.loop.commands import CommandHistory
 from mjnav.loop.floor_map import FloorMap
 from mjnav.loop.latency import make_latency
 from mjnav.loop.prediction import Predictor, carry_people
+from mjnav.loop.sealed import sealed, sealed_costs
 from mjnav.messages import Array, Decision, Lanes, Observation, ObstacleSamples, Reading, RobotBelief, Track
 from mjnav.motion.diff_drive import command_bounds
 from mjnav.rng import stream
@@ -37,6 +38,7 @@ class Navigator:
 
     def __init__(self, scenario: Scenario, seed: int, controller: Controller):
         self.controller = controller
+        self._num_samples = controller.parameters.samples
         self.floor_map = FloorMap(scenario)
         self.names = (*person_names(len(scenario.people)), *self.floor_map.names)
         self._localizer: Localizer = make_localizer(scenario, seed)
@@ -80,23 +82,25 @@ class Navigator:
         """Samples of all beliefs at the moment at which the decision of this tick takes effect.
 
         Without prediction that is taken to be now: the robot's samples stay where they are, and people are carried no
-        further than to the time of the robot's belief.
+        further than to the time of the robot's belief. Its arrays are sealed, and all else in it is made anew.
         """
-        num = self.controller.parameters.samples
+        num = self._num_samples
         belief = beliefs.robot
         effect = self.latency.expected(tick) if self._predicts else belief.time
         stretches = self._history.stretches(belief.time, effect)
         pose, noise = self._predictor.robot(self._localizer.draw(num), belief.time, effect, stretches)
-        people = []
-        for track, samples in zip(beliefs.people, self._tracker.draw(num), strict=True):
-            people.append(ObstacleSamples(*carry_people(samples, effect - track.time), track.radius))
+        samples = np.array(self._tracker.draw(num)).reshape(-1, num, 4)
+        elapsed = np.array([effect - track.time for track in beliefs.people]).reshape(-1, 1, 1)
+        positions, velocities = map(sealed, carry_people(samples, elapsed))
+        radii = [track.radius for track in beliefs.people]
+        people = [ObstacleSamples(*person) for person in zip(positions, velocities, radii, strict=True)]
         return Observation(
-            robot_pose=pose,
-            control_noise=noise,
-            twist=self._decided,
+            robot_pose=sealed(pose),
+            control_noise=sealed(noise),
+            twist=sealed(self._decided),
             obstacles=(*people, *self.floor_map.discs),
-            goal=self.goal,
-            walls=self.floor_map.walls(pose[:, :2].mean(axis=0)),
+            goal=sealed(self.goal),
+            walls=sealed(self.floor_map.walls(pose[:, :2].mean(axis=0))),
             lanes=self._observe_lanes(num),
             time=effect,
         )
@@ -104,17 +108,19 @@ class Navigator:
     def decide(self, observation: Observation) -> Decision:
         """The controller's decision, brought within the robot's limits; what it chose beyond them is its `wish`.
 
-        The acceleration limits are the base's, which ramps towards every command.
+        The acceleration limits are the base's, which ramps towards every command. The controller may go on to write to
+        what it returned: this is a copy.
         """
         decision = self.controller.decide(observation)
         if not (isfinite(decision.v) and isfinite(decision.omega)):
             raise ValueError(f"the controller decided v = {decision.v}, omega = {decision.omega}")
         wish = np.array([decision.v, decision.omega], float)
         self._decided = np.clip(wish, self._low, self._high)
-        if (self._decided == wish).all():
-            return decision
+        costs = None if decision.costs is None else sealed_costs(decision.costs)
         v, omega = self._decided.tolist()
-        return replace(decision, v=v, omega=omega, wish=(float(decision.v), float(decision.omega)))
+        if (self._decided == wish).all():
+            return Decision(v, omega, decision.status, costs)
+        return Decision(v, omega, decision.status, costs, wish=(float(decision.v), float(decision.omega)))
 
     def schedule(self, tick: int, spent: float) -> tuple[Array, list[tuple[float, Array]]]:
         """Puts what was decided last on its way, after `spent` [s] of computing.
@@ -129,4 +135,4 @@ class Navigator:
         if self._lanes is None:
             return None
         left, right = self._lane_noise.sample(self._lane_rng, (2, num))
-        return Lanes(self._lanes.left, self._lanes.right, left, right)
+        return Lanes(self._lanes.left, self._lanes.right, sealed(left), sealed(right))
