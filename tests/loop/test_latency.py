@@ -1,5 +1,7 @@
 """When decisions take effect."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -121,7 +123,7 @@ def test_a_trace_may_stand_in_a_file_beside_the_run_file_or_in_the_working_folde
     assert found.control.latency.trace == (0.01, 0.02, 0.03)
     assert scenarios.loads(scenarios.dumps(found)).control == found.control
     monkeypatch.chdir(tmp_path)
-    other = scenarios.loads(text, ['control.latency.trace="sub/trace.txt"'])
+    other = scenarios.loads(text, ['control.latency.trace="sub/trace.txt"'], folder=tmp_path)
     assert other.control.latency.trace == (0.01, 0.02, 0.03)
 
 
@@ -144,5 +146,5 @@ def test_a_latency_that_makes_no_sense_is_refused(empty, tmp_path, monkeypatch, 
     (tmp_path / "bad.txt").write_text("0.1\nfast\n")
     monkeypatch.chdir(tmp_path)
     with pytest.raises(InvalidValue) as raised:
-        empty(f"control.latency={latency}")
+        empty(f"control.latency={latency}", folder=Path())
     assert message in str(raised.value)
