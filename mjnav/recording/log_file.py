@@ -48,7 +48,8 @@ class LogFile(io.BufferedIOBase):
     def close(self) -> None:
         """Closes the file. Raises OSError where the system only now says what it could not write."""
         try:
-            self._file.close()
+            if hasattr(self, "_file"):  # else it could not be opened, and this is the end of an object half made
+                self._file.close()
         except OSError as error:
             if error.errno != errno.EBADF:  # somebody closed it before
                 raise

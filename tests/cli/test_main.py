@@ -15,9 +15,9 @@ from mjnav.cli.main import COMMANDS, main
 def test_alone_it_prints_its_help(mjnav):
     said = mjnav()
     assert (said.code, said.err) == (0, "")
+    words = " ".join(said.out.split())  # how lines are broken is the terminal's and argparse's matter
     for name, (_, text) in COMMANDS.items():
-        assert name in said.out
-        assert text in said.out
+        assert f"{name} {text}" in words
 
 
 @pytest.mark.parametrize("words", [["--help"], *([name, "--help"] for name in COMMANDS)])
