@@ -10,15 +10,17 @@ from itertools import count
 
 from mjnav.cli import scene_options
 from mjnav.cli.output import output_path, written
-from mjnav.cli.waiting import compile_notice, progress
+from mjnav.cli.waiting import compile_notice, progress, tell
 from mjnav.errors import InvalidValue
 from mjnav.loop.episode import WARM_UP_TICKS
-from mjnav.loop.prepare import load_scenario
+from mjnav.loop.heartbeat import Heartbeat
+from mjnav.loop.prepare import episode_label, load_scenario
 from mjnav.metrics.calibration import Bin, Calibration, Interval
 from mjnav.scenarios.ranges import MAX_SEED
 from mjnav.scenarios.spec import Scenario
-from mjnav.study.calibration import SETTINGS, Plan, calibrate, forecasts
+from mjnav.study.calibration import SETTINGS, Plan, calibrate, forecasts, run_label
 from mjnav.study.collision_event import EVENT
+from mjnav.study.workers import Limit
 
 PLAN = Plan()
 
@@ -50,6 +52,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     )
     scene_options.overrides(parser)
     parser.add_argument("--workers", type=int, default=1, metavar="N", help="processes; 1 by default")
+    scene_options.max_seconds(parser)
     parser.add_argument("--json", action="store_true", help="one JSON object in place of text")
     parser.add_argument("-o", "--output", metavar="OUT.png", help="a picture of the reliability curves")
 
@@ -62,6 +65,7 @@ def execute(arguments: argparse.Namespace) -> int:
     last = arguments.first + arguments.seeds - 1
     if last > MAX_SEED:
         raise InvalidValue("--first", arguments.first, f"a number for which the last seed is at most {MAX_SEED}")
+    max_seconds = scene_options.checked_max_seconds(arguments)
     picture = None if arguments.output is None else output_path("--output", arguments.output, ".png")
     names = dict.fromkeys(arguments.controller or [None])
     scenarios = [load_scenario(arguments.scene, arguments.overrides, controller=name) for name in names]
@@ -71,9 +75,11 @@ def execute(arguments: argparse.Namespace) -> int:
     with _terminable():
         with compile_notice():
             for scenario in scenarios:
-                _warm_up(scenario, plan)
+                with arguments.guard.episode(episode_label(scenario), max_seconds) as heart:
+                    _warm_up(scenario, plan, heart)
         with progress(scenarios[0].name, len(scenarios) * len(seeds), "runs") as show:
-            found = calibrate(scenarios, seeds, plan, workers=arguments.workers, progress=show)
+            limit = Limit(run_label, max_seconds, tell)
+            found = calibrate(scenarios, seeds, plan, workers=arguments.workers, limit=limit, progress=show)
     runs = f"seed {last}" if len(seeds) == 1 else f"seeds {seeds[0]} to {last}"
     heading = f"{scenarios[0].name}, {runs}, every {_nth(plan.every)}decision, {plan.draws} draws"
     if picture is not None:
@@ -142,10 +148,10 @@ def _nth(every: int) -> str:
     return f"{every}{ending} "
 
 
-def _warm_up(scenario: Scenario, plan: Plan) -> None:
+def _warm_up(scenario: Scenario, plan: Plan, heart: Heartbeat) -> None:
     """Compiles what a run uses."""
     asked = count()
-    forecasts(scenario, replace(plan, draws=1, every=1), stop=lambda: next(asked) >= WARM_UP_TICKS)
+    forecasts(scenario, replace(plan, draws=1, every=1), stop=lambda: next(asked) >= WARM_UP_TICKS, progress=heart)
 
 
 @contextmanager

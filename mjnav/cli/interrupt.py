@@ -2,10 +2,12 @@
 
 import signal
 import threading
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 
 # Ctrl-C, `kill`, and a terminal that is closed
+AT_ONCE = 0.05  # [s] within which two signals are one request: `timeout` sends two, a guarded command may get two
 SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 
 
@@ -16,9 +18,13 @@ def interruptible() -> Iterator[threading.Event]:
     What the process was started to ignore, as under nohup, it ignores.
     """
     asked = threading.Event()
+    first = 0.0
 
     def ask(number: int, frame: object) -> None:
-        if asked.is_set():
+        nonlocal first
+        now = time.monotonic()
+        first = first if asked.is_set() else now
+        if asked.is_set() and now - first > AT_ONCE:
             signal.signal(number, signal.SIG_DFL)
             signal.raise_signal(number)
         asked.set()

@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 from importlib import import_module
 from types import MappingProxyType
 
+from mjnav.cli.guard import Guard, guarded
 from mjnav.cli.waiting import tell
 from mjnav.errors import InputError, MjnavError, unknown_name
 
@@ -38,12 +39,17 @@ class _Parser(argparse.ArgumentParser):
         raise InputError(f"{message}\n{self.format_usage().strip()}")
 
 
-def main(argv: Sequence[str] | None = None) -> int:
-    """Runs one command; returns its exit code."""
+def start() -> int:
+    """The process that somebody started: runs its command in a child, and notices how that ends."""
+    return guarded(lambda guard: main(guard=guard))
+
+
+def main(argv: Sequence[str] | None = None, *, guard: Guard | None = None) -> int:
+    """Runs one command in this process; returns its exit code."""
     argv = sys.argv[1:] if argv is None else list(argv)
     os.environ["PYTHONSAFEPATH"] = "1"  # libraries start interpreters too: none takes modules from the working folder
     try:
-        code = _execute(argv)
+        code = _execute(argv, guard or Guard())
         if sys.stdout is not None:
             sys.stdout.flush()  # here, where an error can still be told
         return code
@@ -67,7 +73,7 @@ def _drop_output() -> None:
     os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
-def _execute(argv: list[str]) -> int:
+def _execute(argv: list[str], guard: Guard) -> int:
     parser = _Parser(prog="mjnav", description="Robot navigation under non-Gaussian uncertainty, in MuJoCo.")
     parser.add_argument("--version", action="store_true", help="print the version and end")
     commands = parser.add_subparsers(dest="command", metavar="COMMAND")
@@ -78,7 +84,7 @@ def _execute(argv: list[str]) -> int:
         sub = commands.add_parser(command, help=text, description=f"{text[0].upper()}{text[1:]}.")
         if command == name:
             import_module(path).configure(sub)
-    arguments, unknown = parser.parse_known_args(argv)
+    arguments, unknown = parser.parse_known_args(argv, argparse.Namespace(guard=guard))
     if unknown:
         commands.choices.get(name or "", parser).error(f"unrecognized arguments: {' '.join(unknown)}")
     if arguments.version:
@@ -93,4 +99,4 @@ def _execute(argv: list[str]) -> int:
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(start())

@@ -9,6 +9,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from mjnav.cli import scene_options
 from mjnav.cli.interrupt import interruptible
 from mjnav.cli.main import INTERRUPTED
 from mjnav.cli.waiting import pace, progress, tell
@@ -33,6 +34,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     where = parser.add_mutually_exclusive_group()
     where.add_argument("--workers", type=int, metavar="N", help="processes; one a processor by default")
     where.add_argument("--scheduler", metavar="ADDRESS", help="a Dask scheduler, as in tcp://host:8786")
+    scene_options.max_seconds(parser)
     parser.add_argument("-o", "--output", metavar="FOLDER", help=f"where all goes; {FOLDER} by default")
 
 
@@ -50,13 +52,14 @@ def execute(arguments: argparse.Namespace) -> int:
     workers = len(os.sched_getaffinity(0)) if arguments.workers is None else arguments.workers
     if workers < 1:
         raise InvalidValue("--workers", workers, "a whole number >= 1")
+    max_seconds = scene_options.checked_max_seconds(arguments)
     seeds = arguments.seeds if arguments.seeds is not None else QUICK_SEEDS if arguments.quick else None
     folder = Path(arguments.output or (QUICK_FOLDER if arguments.quick else FOLDER))
     wanted = studies(names, seeds)
     store = Store(folder / ROWS)
-    scheduler = schedulers.local(workers) if workers > 1 else schedulers.serial
+    scheduler = schedulers.local(workers, max_seconds, tell)
     if arguments.scheduler is not None:
-        scheduler = schedulers.dask(arguments.scheduler)
+        scheduler = schedulers.dask(arguments.scheduler, max_seconds)
     with interruptible() as interrupted:
         if not arguments.draw and not _run(wanted, store, scheduler, interrupted.is_set):
             tell("interrupted: the same command goes on, and --draw draws what is there")

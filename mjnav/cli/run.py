@@ -12,7 +12,7 @@ from mjnav.cli.main import INTERRUPTED
 from mjnav.cli.waiting import compile_notice, progress, tell
 from mjnav.errors import InvalidValue, unknown_name
 from mjnav.loop.pacer import POLICIES
-from mjnav.loop.prepare import load_scenario
+from mjnav.loop.prepare import episode_label, load_scenario
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
@@ -23,11 +23,14 @@ def configure(parser: argparse.ArgumentParser) -> None:
         action=argparse.BooleanOptionalAction,
         help="pace the loop to the wall clock; --live and --view do, unless told not to",
     )
-    parser.add_argument("--overruns", metavar="skip|abort", help="what a missed deadline does; skip by default")
+    parser.add_argument(
+        "--overruns", metavar="skip|abort", help="what a missed deadline does; skip by default; 1 where it aborts"
+    )
     views.configure(parser)
     log = parser.add_mutually_exclusive_group()
     log.add_argument("--log", metavar="PATH", help="where the log goes; runs/out/ by default")
     log.add_argument("--no-log", action="store_true", help="write no log")
+    scene_options.max_seconds(parser)
     parser.add_argument("--profile", action="store_true", help="say where each tick's time went")
     parser.add_argument("--json", action="store_true", help="one JSON object in place of text")
 
@@ -41,17 +44,24 @@ def execute(arguments: argparse.Namespace) -> int:
     if overruns is not None and not real_time:
         raise InvalidValue("--overruns", overruns, "nothing without --real-time")
     scenario = load_scenario(arguments.scene, arguments.overrides, controller=arguments.controller, seed=arguments.seed)
+    max_seconds = scene_options.checked_max_seconds(arguments, scenario.time_limit if real_time else 0.0)
     from mjnav.loop.episode import warm_up
     from mjnav.loop.fault import RunFault
     from mjnav.loop.run import run
 
     with ExitStack() as stack:
         seen = stack.enter_context(views.open_views(arguments, scenario))
+        heart = stack.enter_context(arguments.guard.episode(episode_label(scenario), max_seconds))
         with compile_notice():
             warm_up(scenario)
         interrupted = stack.enter_context(interruptible())
         show = stack.enter_context(progress(scenario.name, scenario.time_limit))
         fault = None
+
+        def go_on(time: float) -> None:
+            heart(time)
+            show(time)
+
         try:
             result = run(
                 scenario,
@@ -59,7 +69,7 @@ def execute(arguments: argparse.Namespace) -> int:
                 overruns=overruns or POLICIES[0],
                 log=None if arguments.no_log else True if arguments.log is None else arguments.log,
                 stop=lambda: interrupted.is_set() or seen.closed(),
-                progress=show,
+                progress=go_on,
                 watch=seen.watch,
                 live=seen.live,
                 profile=arguments.profile,
@@ -77,6 +87,9 @@ def execute(arguments: argparse.Namespace) -> int:
     if interrupted.is_set():
         tell(f"interrupted: {_ending(result.summary)}")
         return INTERRUPTED
+    if overruns == "abort" and result.summary["deadline_misses"]:
+        tell(f"a deadline was missed: {_ending(result.summary)}")
+        return 1
     return 0
 
 

@@ -1,6 +1,10 @@
 """The scene that a command runs: its name or path, and what takes the place of what stands in it."""
 
 import argparse
+import math
+
+from mjnav.errors import InvalidValue
+from mjnav.loop.heartbeat import MAX_SECONDS
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
@@ -21,3 +25,23 @@ def overrides(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--set", action="append", default=[], dest="overrides", metavar="KEY=VALUE", help="any key: people.0.radius=0.4"
     )
+
+
+def max_seconds(parser: argparse.ArgumentParser) -> None:
+    """--max-seconds."""
+    parser.add_argument(
+        "--max-seconds",
+        type=float,
+        metavar="S",
+        help=f"time on the wall after which an episode is given up; {MAX_SECONDS:g} by default",
+    )
+
+
+def checked_max_seconds(arguments: argparse.Namespace, extra: float = 0.0) -> float:
+    """The value of --max-seconds; without one, the default and `extra`. Raises InvalidValue."""
+    value = arguments.max_seconds
+    if value is None:
+        return MAX_SECONDS + extra
+    if not 0.0 < value < math.inf:
+        raise InvalidValue("--max-seconds", value, "a number of seconds > 0")
+    return value

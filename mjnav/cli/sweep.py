@@ -30,11 +30,12 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--seeds", type=int, metavar="N", help="N seeds, from the study's first on")
     scene_options.overrides(parser)
     where = parser.add_mutually_exclusive_group()
-    where.add_argument("--workers", type=int, metavar="N", help="processes; one a processor by default, 1 runs it here")
+    where.add_argument("--workers", type=int, metavar="N", help="processes; one a processor by default")
     where.add_argument("--scheduler", metavar="ADDRESS", help="a Dask scheduler, as in tcp://host:8786")
     parser.add_argument("-o", "--output", metavar="FOLDER", help="where results go; runs/out/<study> by default")
     parser.add_argument("--resume", action="store_true", help="add what is missing from the folder")
     parser.add_argument("--retry-failed", action="store_true", help="the same, and run again what failed")
+    scene_options.max_seconds(parser)
     parser.add_argument("--dry-run", action="store_true", help="check everything, say what would be run, and end")
     parser.add_argument("--json", action="store_true", help="one JSON object in place of text")
 
@@ -44,6 +45,7 @@ def execute(arguments: argparse.Namespace) -> int:
     workers = len(os.sched_getaffinity(0)) if arguments.workers is None else arguments.workers
     if workers < 1:
         raise InvalidValue("--workers", workers, "a whole number >= 1")
+    max_seconds = scene_options.checked_max_seconds(arguments)
     study = load_study(arguments.study)
     if arguments.seeds is not None:
         study = study.with_seeds(arguments.seeds)
@@ -65,9 +67,9 @@ def execute(arguments: argparse.Namespace) -> int:
             print(json.dumps({"schema": 1, "study": study.name, "episodes": len(wanted), "cells": len(cells)}))
         return 0
     if arguments.scheduler is not None:
-        scheduler = schedulers.dask(arguments.scheduler)
+        scheduler = schedulers.dask(arguments.scheduler, max_seconds)
     else:
-        scheduler = schedulers.local(workers) if workers > 1 else schedulers.serial
+        scheduler = schedulers.local(workers, max_seconds, tell)
     with interruptible() as interrupted, progress(study.name, len(wanted), "episodes") as show:
         watch = _Watch(say, show)
         try:

@@ -28,7 +28,7 @@ def custom_class(path: str) -> Any:
     try:
         with _working_folder_searched():
             module = import_module(module_name)
-    except Exception as error:  # whatever the user's module does while it is imported
+    except (Exception, SystemExit) as error:  # whatever the user's module does while it is imported
         problem = f"{type(error).__name__}: {error}"
         raise InvalidValue("method", path, f"a module that can be imported ({problem})") from error
     kind = getattr(module, name, None)
@@ -50,7 +50,7 @@ def make_custom(path: str, kind: Any, limits: RobotLimits, period: float, parame
         return kind(limits, period, parameters)
     except InvalidValue:
         raise
-    except Exception as error:
+    except (Exception, SystemExit) as error:
         allowed = f"{ALLOWED}, made as Class(robot_limits, period, parameters) ({type(error).__name__}: {error})"
         raise InvalidValue("method", path, allowed) from error
 

@@ -1,11 +1,10 @@
 """A run that broke: what it was, where, and what is left of it."""
 
-import sysconfig
 import traceback
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 from mjnav.errors import MjnavError
+from mjnav.loop.place import place
 from mjnav.messages import Event
 
 if TYPE_CHECKING:
@@ -29,25 +28,9 @@ def describe_fault(error: BaseException) -> str:
     """One line: mjnav's own words, or an exception's type, its message and the place in the user's code."""
     if isinstance(error, MjnavError):
         return _line(str(error))
-    where = place(error)
+    where = place(traceback.extract_tb(error.__traceback__))
     text = ": ".join(part for part in (type(error).__name__, _line(str(error))) if part)
     return f"{text} ({where})" if where else text
-
-
-def place(error: BaseException) -> str | None:
-    """ "file:line, in function" where the exception came from.
-
-    That is the innermost frame of the user's own code, or else of mjnav's: not that of a library below it.
-    """
-    frames = [frame for frame in traceback.extract_tb(error.__traceback__) if Path(frame.filename).is_file()]
-    package = Path(__file__).parents[1]
-    libraries = [Path(sysconfig.get_path(name)) for name in ("stdlib", "purelib", "platlib")]
-    ours = [frame for frame in frames if Path(frame.filename).is_relative_to(package)]
-    users = [frame for frame in frames if not any(map(Path(frame.filename).is_relative_to, (package, *libraries)))]
-    for found in (users, ours, frames):
-        if found:
-            return f"{found[-1].filename}:{found[-1].lineno}, in {found[-1].name}"
-    return None
 
 
 def fault_events(error: BaseException) -> tuple[Event, ...]:

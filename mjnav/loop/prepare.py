@@ -34,6 +34,11 @@ def load_scenario(
     return scenario
 
 
+def episode_label(scenario: Scenario) -> str:
+    """The scenario's episode in a line."""
+    return f"{scenario.name}, {scenario.control.method}, seed {scenario.seed}"
+
+
 def build_controller(scenario: Scenario) -> Controller:
     """The controller that the scenario names, with its parameters. Raises InvalidValue with the run file's key."""
     control = scenario.control

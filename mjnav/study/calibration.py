@@ -22,7 +22,7 @@ import numpy as np
 
 from mjnav.errors import InvalidValue, unknown_name
 from mjnav.loop.episode import Episode
-from mjnav.loop.prepare import build_controller
+from mjnav.loop.prepare import build_controller, episode_label
 from mjnav.messages import Array, Decision, TickRecord, WorldState
 from mjnav.metrics.calibration import Calibration, calibration
 from mjnav.rng import stream
@@ -30,7 +30,7 @@ from mjnav.scenarios.spec import Scenario
 from mjnav.study.collision_event import share_of_draws, share_of_pairs
 from mjnav.study.rollout import NUM_WINDOWS, share_of_rollouts
 from mjnav.study.true_draws import ErrorDraws, Errors, around_truth
-from mjnav.study.workers import in_order
+from mjnav.study.workers import Limit, in_order
 
 SETTINGS = ("direct", "filtered", "rollout")
 
@@ -122,15 +122,17 @@ def calibrate(
     plan: Plan,
     *,
     workers: int = 1,
+    limit: Limit | None = None,
     progress: Callable[[int], None] = lambda done: None,
 ) -> dict[str, dict[str, Calibration]]:
     """By method and setting, from a run of every scenario, one a method, under every seed.
 
-    `progress` is told how many runs are done. Raises InputError before anything starts.
+    With a `limit` (of `run_label`), every run is in a worker process and may take so long. `progress` is told how many
+    runs are done. Raises InputError before anything starts, and MjnavError where a run breaks or takes too long.
     """
     tasks = [(replace(scenario, seed=seed), plan) for scenario in scenarios for seed in seeds]
     runs: list[dict[str, Array]] = []
-    for run in in_order(_one, tasks, workers):
+    for run in in_order(_one, tasks, workers, limit=limit):
         runs.append(run)
         progress(len(runs))
     found: dict[str, dict[str, Calibration]] = {}
@@ -142,8 +144,13 @@ def calibrate(
     return found
 
 
-def _one(task: tuple[Scenario, Plan]) -> dict[str, Array]:
-    return forecasts(*task)
+def run_label(task: tuple[Scenario, Plan]) -> str:
+    """What a run of `calibrate` is called."""
+    return episode_label(task[0])
+
+
+def _one(task: tuple[Scenario, Plan], heart: Callable[[float], None] = lambda time: None) -> dict[str, Array]:
+    return forecasts(*task, progress=heart)
 
 
 def _calibration(runs: Sequence[Array], seeds: Sequence[int]) -> Calibration:

@@ -14,9 +14,11 @@ from typing import Any
 
 from mjnav.errors import InvalidValue, MjnavError, missing_extra
 from mjnav.loop.fault import describe_fault
+from mjnav.loop.heartbeat import MAX_SECONDS, Heartbeat
+from mjnav.study.in_thread import run_in_thread
 from mjnav.study.row import Row
 from mjnav.study.trial import Trial, failed_row, run_trial
-from mjnav.study.workers import MAX_DEATHS, POLL, as_done
+from mjnav.study.workers import POLL, Limit, as_done
 
 Rows = Generator[Row | None]
 Scheduler = Callable[[Iterable[Trial], Callable[[], bool]], Rows]
@@ -36,17 +38,22 @@ def serial(trials: Iterable[Trial], stop: Callable[[], bool]) -> Rows:
         yield row
 
 
-def local(workers: int) -> Scheduler:
-    """In processes of this machine."""
+def local(workers: int, max_seconds: float = MAX_SECONDS, tell: Callable[[str], None] = lambda text: None) -> Scheduler:
+    """In processes of this machine. `tell` is told of an episode that makes no progress."""
+    limit = Limit(lambda trial: trial.label, max_seconds, tell)
 
     def run(trials: Iterable[Trial], stop: Callable[[], bool]) -> Rows:
-        for news in as_done(run_trial, trials, workers, given_up=_given_up):
+        for news in as_done(_run, trials, workers, given_up=failed_row, limit=limit):
             yield news and news[1]
 
     return run
 
 
-def dask(address: str) -> Scheduler:
+def _run(trial: Trial, heart: Heartbeat) -> Row:
+    return run_trial(trial, beat=heart)
+
+
+def dask(address: str, max_seconds: float = MAX_SECONDS) -> Scheduler:
     """On the workers of the Dask scheduler at `address`; the trials of one that dies are given to others.
 
     Raises InputError where nobody answers at the address or distributed is missing; the rows raise MjnavError when the
@@ -62,7 +69,7 @@ def dask(address: str) -> Scheduler:
             window = _window(client)
             while True:
                 for trial in islice(source, max(0, window - len(under_way))):
-                    future = client.submit(run_trial, trial, key=f"mjnav-{trial.id}")
+                    future = client.submit(run_in_thread, trial, max_seconds, key=f"mjnav-{trial.id}")
                     under_way[future] = trial
                     future.add_done_callback(done.put)
                 if not under_way:
@@ -125,7 +132,3 @@ def _window(client: Any) -> int:
     except Exception:  # gone: the futures say so
         return 0
     return max(LEAST_WINDOW, WINDOW * threads)
-
-
-def _given_up(trial: Trial) -> Row:
-    return failed_row(trial, f"{DIED}, {MAX_DEATHS} times")

@@ -18,6 +18,7 @@ from mjnav.scenarios.spec import Scenario
 from mjnav.study.cells import Cell
 from mjnav.study.row import COLUMNS, Row, flatten
 from mjnav.study.sample_shape import SampleShape
+from mjnav.study.variants import DEFAULT_SETTING
 
 ID_DIGITS = 32  # 128 bits: of a billion episodes, two with the same id are one in 10^21
 KEPT_SCENARIOS = 4096  # that a process keeps built and warm: a sweep goes through all its cells seed by seed
@@ -41,9 +42,20 @@ class Trial:
         content = [cell.scene, cell.setting, cell.method, cell.parameters, cell.document, self.seed]
         return hashlib.sha256(json.dumps(content).encode()).hexdigest()[:ID_DIGITS]
 
+    @property
+    def label(self) -> str:
+        """The episode in a line."""
+        cell = self.cell
+        setting = "" if cell.setting == DEFAULT_SETTING else f"{cell.setting}, "
+        return f"{cell.scene}, {setting}{cell.method}, seed {self.seed}"
 
-def run_trial(trial: Trial, stop: Callable[[], bool] = lambda: False) -> Row:
-    """The episode's row; of one that breaks, with the cause as `error`. `stop` is asked as by `Episode`.
+
+def run_trial(
+    trial: Trial, stop: Callable[[], bool] = lambda: False, beat: Callable[[float], None] = lambda time: None
+) -> Row:
+    """The episode's row; of one that breaks, with the cause as `error`.
+
+    `stop` is asked before every tick as by `Episode`, and `beat` is told the simulated time [s].
 
     All but the wall times and the place is a function of the trial alone.
     """
@@ -52,7 +64,7 @@ def run_trial(trial: Trial, stop: Callable[[], bool] = lambda: False) -> Row:
         scenario = replace(_prepared(trial.cell.document), seed=trial.seed)
         began = time.perf_counter()
         shape = SampleShape()
-        result = Episode(scenario, watch=shape, stop=stop, cones=True).run()
+        result = Episode(scenario, watch=shape, stop=stop, progress=beat, cones=True).run()
         figures = {**_figures(result, scenario), **shape.figures()}
         row = _row(trial, time.perf_counter() - began, **figures)
     except Exception as error:  # whatever a controller does, the other episodes go on

@@ -1,7 +1,8 @@
 """The same function over many tasks, here or in processes of their own.
 
 A worker is a fresh interpreter (a fork would take our threads' locks with it) with one compute thread, at the other end
-of a pipe, with one task at a time: whichever dies, it is known which task it had. It ends as soon as we do.
+of a pipe, with one task at a time: whichever dies, it is known which task it had. It ends as soon as we do. Tasks with
+a `Limit` are watched: one that hangs is named, ended after its time on the wall, and answered for.
 """
 
 import multiprocessing
@@ -12,18 +13,23 @@ import threading
 from collections import Counter
 from collections.abc import Callable, Generator, Iterable, Iterator, Mapping, Sequence
 from contextlib import closing, contextmanager, suppress
+from dataclasses import dataclass
 from itertools import islice
 from multiprocessing.connection import Connection, wait
 from types import MappingProxyType
 from typing import Any, TypeVar
 
 from mjnav.errors import MjnavError
+from mjnav.loop.death import death, dump_of, dump_to, last_words
+from mjnav.loop.heartbeat import ASK, MAX_SECONDS, Heartbeat, Watch, dumped_frames
 
 Task = TypeVar("Task")
 Answer = TypeVar("Answer")
 
-POLL = 0.2  # [s] without news after which whoever listens is asked what to do
-MAX_DEATHS = 3  # of workers at one task, before it is given up
+POLL = 0.2  # [s] poll interval
+DYING = 1.0  # [s] between the end of a worker's pipe and of its process
+MAX_DEATHS = 3  # of workers at one task that somebody killed, before it is given up
+KILLS = (signal.SIGKILL, signal.SIGTERM)  # by the kernel for want of memory, or by people; all else the task did itself
 # Of workers: one compute thread, and no module from the working folder but a named controller's.
 ENVIRONMENT: Mapping[str, str] = MappingProxyType(
     dict.fromkeys(
@@ -32,18 +38,32 @@ ENVIRONMENT: Mapping[str, str] = MappingProxyType(
 )
 
 
-def in_order(function: Callable[[Task], Answer], tasks: Sequence[Task], workers: int = 1) -> Iterator[Answer]:
-    """The answers in the tasks' order, as they come; with one worker, in this process.
+@dataclass(frozen=True, slots=True)
+class Limit:
+    """Time on the wall [s] that a task may take; its function then takes a `Heartbeat`, too, and calls it.
+
+    `name` is what a task is called that makes no progress, which `tell` is told.
+    """
+
+    name: Callable[[Any], str]
+    seconds: float = MAX_SECONDS
+    tell: Callable[[str], None] = lambda text: None
+
+
+def in_order(
+    function: Callable[..., Answer], tasks: Sequence[Task], workers: int = 1, *, limit: Limit | None = None
+) -> Iterator[Answer]:
+    """The answers in the tasks' order, as they come; with one worker and no limit, in this process.
 
     Whoever stops listening, or is interrupted, ends the workers. Raises what the function raises, and MjnavError where
-    a task's workers were killed again and again.
+    a task's workers were killed again and again or it took longer than the limit.
     """
-    if workers <= 1 or len(tasks) <= 1:
+    if limit is None and (workers <= 1 or len(tasks) <= 1):
         yield from map(function, tasks)
         return
     early: dict[int, Answer] = {}
     following = 0
-    with closing(as_done(function, tasks, workers, given_up=_refuse)) as news:
+    with closing(as_done(function, tasks, workers, given_up=_refuse, limit=limit)) as news:
         for number, answer in filter(None, news):
             early[number] = answer
             while following in early:
@@ -52,19 +72,25 @@ def in_order(function: Callable[[Task], Answer], tasks: Sequence[Task], workers:
 
 
 def as_done(
-    function: Callable[[Task], Answer], tasks: Iterable[Task], workers: int, *, given_up: Callable[[Task], Answer]
+    function: Callable[..., Answer],
+    tasks: Iterable[Task],
+    workers: int,
+    *,
+    given_up: Callable[[Task, str], Answer],
+    limit: Limit | None = None,
 ) -> Generator[tuple[int, Answer] | None]:
     """Each task's number and answer, whichever is done first; None where nothing was for POLL seconds.
 
-    A task whose worker dies is given to a new one; after MAX_DEATHS, `given_up` answers in its place. Tasks are taken
-    from `tasks` as they are needed. Whoever stops listening ends the workers. Raises what the function raises.
+    A task whose worker is killed is given to a new one; after MAX_DEATHS, or where the worker died of the task or was
+    ended for its time, `given_up` answers in its place, told the cause. Tasks are taken from `tasks` as they are
+    needed. Whoever stops listening ends the workers. Raises what the function raises.
     """
     source = enumerate(tasks)
     deaths: Counter[int] = Counter()
     crew: dict[Connection, _Worker] = {}
 
     def join(number: int, task: Task) -> None:
-        worker = _Worker(function, number, task)
+        worker = _Worker(function, limit, number, task)
         crew[worker.pipe] = worker
 
     def leave(worker: _Worker) -> None:
@@ -78,17 +104,25 @@ def as_done(
             ready: list[Any] = wait(list(crew), POLL)
             if not ready:
                 yield None
-            for worker in [crew[pipe] for pipe in ready]:
+            for worker in [*crew.values()]:
                 number, task = worker.task
                 try:
-                    answer = worker.answer()
+                    answer = worker.answer() if worker.pipe in ready else None
+                    if answer is None:
+                        cause = worker.hangs()
+                        if cause is None:
+                            continue
+                        leave(worker)
+                        answer = False, given_up(task, cause)
                 except (EOFError, OSError):  # it died
+                    killed, cause = worker.death()
                     leave(worker)
                     deaths[number] += 1
-                    if deaths[number] < MAX_DEATHS:
+                    if killed and deaths[number] < MAX_DEATHS:
                         join(number, task)
                         continue
-                    answer = False, given_up(task)
+                    times = f", {deaths[number]} times" if deaths[number] > 1 else ""
+                    answer = False, given_up(task, f"the worker died{times}: {cause}")
                 # First the next task, for whoever listens may take its time.
                 following = next(source, None)
                 if following is None:
@@ -106,28 +140,56 @@ def as_done(
 class _Worker:
     """A process and the task that it has."""
 
-    def __init__(self, function: Callable[[Any], Any], number: int, task: object):
+    def __init__(self, function: Callable[..., Any], limit: Limit | None, number: int, task: object):
         context = multiprocessing.get_context("spawn")
+        self._limit = limit
         self.pipe, theirs = context.Pipe()
-        self._process = context.Process(target=_serve, args=(function, theirs), daemon=True)
+        self._words, their_words = context.Pipe(duplex=False)
+        seconds = None if limit is None else limit.seconds
+        self._process = context.Process(target=_serve, args=(function, theirs, their_words, seconds), daemon=True)
         with _environment():
             self._process.start()
         theirs.close()  # the worker has the only other end: when it dies, ours says so
+        their_words.close()
         self.give(number, task)
 
     def give(self, number: int, task: object) -> None:
         """Gives it a task; it has none."""
         self.task: tuple[int, Any] = number, task
+        limit = self._limit
+        self._watch = None if limit is None else Watch(limit.name(task), limit.seconds, limit.tell)
         with suppress(BrokenPipeError, ConnectionResetError):  # it died, which asking for its answer tells
             self.pipe.send(task)
 
-    def answer(self) -> tuple[bool, Any]:
-        """Whether the function raised, and what, or its answer. Raises EOFError or OSError where the process died."""
-        return self.pipe.recv()
+    def answer(self) -> tuple[bool, Any] | None:
+        """Whether the function raised, and what, or its answer; None where it only tells that it goes on.
+
+        Raises EOFError or OSError where the process died.
+        """
+        answer = self.pipe.recv()
+        if answer is None and self._watch is not None:
+            self._watch.beat()
+        return answer
+
+    def hangs(self) -> str | None:
+        """Why it must be ended now, if it must."""
+        pid = self._process.pid
+        if self._watch is None or pid is None or not self._watch.look(pid):
+            return None
+        return self._watch.cause(dumped_frames(dump_of(pid, self._words.fileno())))
+
+    def death(self) -> tuple[bool, str]:
+        """Whether somebody killed it, and how it died."""
+        self._process.join(DYING)
+        code = self._process.exitcode
+        if code is None:
+            return False, "its pipe broke"
+        return -code in KILLS, death(code, last_words(self._words.fileno()))
 
     def end(self) -> None:
         """Ends it at once."""
         self.pipe.close()
+        self._words.close()
         self._process.kill()
         self._process.join()
 
@@ -139,9 +201,11 @@ def _opened(answer: tuple[bool, Any]) -> Any:
     return value
 
 
-def _serve(function: Callable[[Any], Any], pipe: Connection) -> None:
+def _serve(function: Callable[..., Any], pipe: Connection, words: Connection, seconds: float | None) -> None:
     """A worker's life: tasks in, answers out, until the pipe or its parent ends."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # a terminal interrupts all its processes; our parent ends us
+    signal.signal(ASK, signal.SIG_IGN)  # without a task
+    dump_to(words.fileno())
     threading.Thread(target=_die_with_parent, daemon=True).start()
     while True:
         try:
@@ -149,7 +213,11 @@ def _serve(function: Callable[[Any], Any], pipe: Connection) -> None:
         except EOFError:
             return
         try:
-            answer = False, function(task)
+            if seconds is None:
+                answer = False, function(task)
+            else:
+                with Heartbeat(seconds, lambda: pipe.send(None)).heeding() as heart:
+                    answer = False, function(task, heart)
         except Exception as error:
             answer = True, _sendable(error)
         pipe.send(answer)
@@ -171,8 +239,8 @@ def _sendable(error: Exception) -> Exception:
     return error
 
 
-def _refuse(task: object) -> Any:
-    raise MjnavError("a worker process was killed, perhaps for want of memory: fewer workers may do")
+def _refuse(task: object, cause: str) -> Any:
+    raise MjnavError(cause)
 
 
 @contextmanager

@@ -43,10 +43,15 @@ def sweep(study: Path, out: Path, *where: str) -> subprocess.Popen:
     return subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
 
 
+def descendants(pid: int) -> list[int]:
+    children = [int(child) for child in Path(f"/proc/{pid}/task/{pid}/children").read_text().split()]
+    return [*children, *(further for child in children for further in descendants(child))]
+
+
 def workers_of(driver: subprocess.Popen) -> list[int]:
     try:
-        pids = Path(f"/proc/{driver.pid}/task/{driver.pid}/children").read_text().split()
-        return [int(pid) for pid in pids if "spawn_main" in Path(f"/proc/{pid}/cmdline").read_text()]
+        pids = descendants(driver.pid)
+        return [pid for pid in pids if "spawn_main" in Path(f"/proc/{pid}/cmdline").read_text()]
     except OSError:
         return []
 

@@ -11,6 +11,7 @@ import signal
 import sys
 import tempfile
 
+from mjnav.cli.guard import guarded
 from mjnav.cli.main import main
 
 
@@ -54,4 +55,5 @@ if __name__ == "__main__":
             main(["run", "crossing1", "--controller", method, "--log", log, "--set", "time_limit=0.3", *words])
     sys.stdout = answers
     print(json.dumps("ready"), flush=True)
-    sys.exit(main(serve()))
+    words = serve()
+    sys.exit(guarded(lambda guard: main(words, guard=guard)))

@@ -19,7 +19,7 @@ PATIENCE = 60.0  # [s] for a process to do on a busy machine what it does at onc
 SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 NEVER = ("--set", "time_limit=1e6", "--set", "robot.goal=[9000.0, 0.0]", "--set", "stop_on_collision=false")  # to end
 MINE = '''
-import mmap, sys, time
+import ctypes, mmap, os, sys, time
 from mjnav.control.mean import Mean
 
 class Noting(Mean):
@@ -45,6 +45,31 @@ class Broken(Mean):
 class Leaving(Mean):
     def decide(self, observation):
         sys.exit(7)
+
+class Hung(Mean):
+    def decide(self, observation):
+        while observation.time > 0.45:
+            pass
+        return super().decide(observation)
+
+class Native(Mean):
+    def decide(self, observation):
+        return sum(iter(int, 1)) if observation.time > 0.45 else super().decide(observation)
+
+class Exiting(Mean):
+    def decide(self, observation):
+        os._exit(0) if observation.time > 0.45 else None
+        return super().decide(observation)
+
+class Crashing(Mean):
+    def decide(self, observation):
+        ctypes.string_at(0) if observation.time > 0.45 else None
+        return super().decide(observation)
+
+class Slow(Mean):
+    def decide(self, observation):
+        time.sleep(0.2)
+        return super().decide(observation)
 
 class Stuck(Noting):
     def decide(self, observation):
@@ -206,7 +231,7 @@ def test_a_controller_that_raises_aborts_the_run_with_its_own_line_and_a_whole_l
     for name, (what, part, ticks) in bugs.items():
         run = runs[name]
         code, out, err = run.ended()
-        number = next(i for i, line in enumerate(MINE.splitlines(), 1) if part in line)
+        number = line(part)
         fault = rf"{what} \({run.folder}/mine.py:{number}, in decide\)"  # its own line, not mjnav's below it
         assert code == 1
         assert re.fullmatch(rf"mjnav: aborted after 0.{ticks} s, {ticks} ticks: {fault}; the log is logs/a.mcap\n", err)
@@ -216,6 +241,42 @@ def test_a_controller_that_raises_aborts_the_run_with_its_own_line_and_a_whole_l
         assert printed["ticks"] == log.result["ticks"] == ticks
         assert events(log)["fault"] in err
         assert f'mine.py", line {number}, in decide' in events(log)["traceback"]
+
+
+def test_a_run_that_takes_too_long_is_ended_in_order_where_its_tick_can_be_and_names_the_line_it_hangs_in(start):
+    runs = {name: start("--controller", f"mine:{name}", "--max-seconds", "1") for name in ("Slow", "Hung", "Native")}
+    expected = {  # what is told, and whether the log has its end
+        "Slow": ("still running after 1 s on the wall", True),
+        "Hung": (f"a tick hangs ({runs['Hung'].folder}/mine.py:{line('while observation')}, in decide)", True),
+        "Native": (f"a tick hangs ({runs['Native'].folder}/mine.py:{line('sum(iter')}, in decide)", False),
+    }
+    for name, (text, whole) in expected.items():
+        code, _, err = runs[name].ended()
+        log = open_log(runs[name].log)
+        assert (code, len(err.splitlines()), text in err) == (1, 1, True), err
+        assert (log.complete, log.truncated) == (whole, not whole)
+        assert len(log.trajectory().command) >= 2
+        if whole:
+            assert log.result["outcome"] == "aborted"
+            assert text in events(log)["fault"]
+        else:
+            assert err.startswith("mjnav: crossing1, mine:Native, seed 0: ")
+
+
+def test_a_process_that_ends_by_itself_is_noticed_and_is_no_success(start):
+    runs = {name: start("--controller", f"mine:{name}") for name in ("Exiting", "Crashing")}
+    causes = {"Exiting": "exit code 0, as os._exit does", "Crashing": "SIGSEGV ("}
+    for name, cause in causes.items():
+        code, out, err = runs[name].ended()
+        assert (code, out) == (1, "")
+        assert err.startswith(f"mjnav: the process ended in the middle of its work: {cause}")
+        assert open_log(runs[name].log).truncated
+    assert f"{runs['Crashing'].folder}/mine.py:{line('ctypes.string_at')}, in decide" in err
+
+
+def line(part: str) -> int:
+    """The number of the line in mine.py."""
+    return next(number for number, line in enumerate(MINE.splitlines(), 1) if part in line)
 
 
 # ------------------------------------------------------------------------------------------- the disk

@@ -78,7 +78,8 @@ def test_on_request_the_first_missed_deadline_ends_the_run_and_the_log_says_whic
     words = ("--real-time", "--overruns", "abort", "--log", "a.mcap", "--json", "--set", "time_limit=5")
     said = mjnav("run", "crossing1", *words, *TOO_FAST)
     printed = json.loads(said.out)
-    assert said.code == 0
+    assert said.code == 1
+    assert said.err.startswith("mjnav: a deadline was missed: aborted after ")
     assert (printed["outcome"], printed["deadline_misses"]) == ("aborted", 1)
     assert 1 <= printed["ticks"] < 5000
     log = open_log(tmp_path / "a.mcap")

@@ -2,12 +2,14 @@
 
 import json
 import pickle
+import traceback
 
 import numpy as np
 import pytest
 
 from mjnav.errors import MjnavError
-from mjnav.loop.fault import RunFault, describe_fault, fault_events, place
+from mjnav.loop.fault import RunFault, describe_fault, fault_events
+from mjnav.loop.place import place
 
 
 def raised(call) -> Exception:
@@ -18,7 +20,7 @@ def raised(call) -> Exception:
 
 def test_the_place_is_the_users_own_line_not_the_librarys_below_it():
     for call in (lambda: json.loads("{"), lambda: np.zeros((2, 2)) @ np.zeros(3)):
-        where = place(raised(call))
+        where = place(traceback.extract_tb(raised(call).__traceback__))
         assert where.startswith(f"{__file__}:{call.__code__.co_firstlineno}, in ")
 
 

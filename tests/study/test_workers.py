@@ -51,7 +51,7 @@ def test_an_interrupt_ends_the_workers():
 
 
 def test_a_worker_that_is_killed_is_told_and_not_waited_for():
-    with pytest.raises(MjnavError, match="a worker process was killed"):
+    with pytest.raises(MjnavError, match="the worker died: exit code 9"):
         list(in_order(os._exit, [9, 9, 9], workers=2))
     assert multiprocessing.active_children() == []
 
@@ -69,8 +69,13 @@ def test_the_task_of_a_killed_worker_is_done_by_another_until_it_is_given_up(tmp
     once, there = str(tmp_path / "once"), str(tmp_path / "there")
     Path(there).touch()
     tasks = [once, "", there, there]
-    found = dict(filter(None, as_done(die_once, tasks, 2, given_up=lambda task: f"gave up {task!r}")))
-    assert found == {0: f"{once} done", 1: "gave up ''", 2: f"{there} done", 3: f"{there} done"}
+    found = dict(filter(None, as_done(die_once, tasks, 2, given_up=lambda task, cause: f"{task!r}: {cause}")))
+    assert found == {
+        0: f"{once} done",
+        1: "'': the worker died, 3 times: SIGKILL",
+        2: f"{there} done",
+        3: f"{there} done",
+    }
     assert multiprocessing.active_children() == []
 
 
