@@ -30,9 +30,8 @@ def output_path(option: str, given: str | os.PathLike[str], *suffixes: str) -> P
 
 @contextmanager
 def written(path: Path) -> Iterator[IO[bytes]]:
-    """The open file, its folder made where there is none; what the disk refuses is an InputError of the path."""
+    """The open file; what the disk refuses is an InputError of the path."""
     try:
-        path.parent.mkdir(parents=True, exist_ok=True)
         with open(path, "wb") as file:
             yield file
     except OSError as error:

@@ -155,5 +155,6 @@ def _write_page(folder: Path) -> None:
         "revision": revision(),
         "machine": f"{platform.machine()}, {os.cpu_count()} processors, Python {platform.python_version()}",
     }
+    folder.mkdir(parents=True, exist_ok=True)
     with written(folder / PAGE) as file:
         file.write(page(folder, about).encode())

@@ -13,6 +13,7 @@ from mjnav.cli.waiting import compile_notice, progress, tell
 from mjnav.errors import InvalidValue, unknown_name
 from mjnav.loop.pacer import POLICIES
 from mjnav.loop.prepare import episode_label, load_scenario
+from mjnav.recording.writer import check_path
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
@@ -43,6 +44,8 @@ def execute(arguments: argparse.Namespace) -> int:
     real_time = views.looked_at(arguments) if arguments.real_time is None else arguments.real_time
     if overruns is not None and not real_time:
         raise InvalidValue("--overruns", overruns, "nothing without --real-time")
+    if arguments.log is not None:
+        check_path(arguments.log)
     scenario = load_scenario(arguments.scene, arguments.overrides, controller=arguments.controller, seed=arguments.seed)
     max_seconds = scene_options.checked_max_seconds(arguments, scenario.time_limit if real_time else 0.0)
     from mjnav.loop.episode import warm_up

@@ -16,7 +16,7 @@ from mjnav.errors import InvalidValue
 from mjnav.loop.episode import warm_up
 from mjnav.loop.moment import column_names, tick_at
 from mjnav.loop.prepare import build_controller, load_scenario
-from mjnav.loop.run import OUT_FOLDER, file_stem
+from mjnav.loop.run import OUT_FOLDER, file_stem, make_out_folder
 from mjnav.messages import Status
 from mjnav.scenarios.spec import Scenario
 
@@ -86,8 +86,9 @@ def _heading(about: dict[str, Any]) -> str:
 
 
 def _paths(arguments: argparse.Namespace, scenario: Scenario) -> tuple[Path, Path]:
-    """Of the picture and of the arrays; those that were named are checked, the default folder is made in time."""
+    """Of the picture and of the arrays; those that were named are checked, the default folder is made."""
     if arguments.output is None:
+        make_out_folder()
         picture = OUT_FOLDER / f"{file_stem(scenario, f'{arguments.at:g}s')}-surface.png"
         data = picture.with_suffix(".npz")
     else:

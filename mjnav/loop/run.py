@@ -8,7 +8,7 @@ from functools import partial
 from pathlib import Path
 
 from mjnav import scenarios
-from mjnav.errors import InvalidValue
+from mjnav.errors import InputError, InvalidValue
 from mjnav.loop.episode import Episode, Result, warm_up
 from mjnav.loop.pacer import FreePacer, Pacer, RealTimePacer
 from mjnav.loop.prepare import build_controller, load_scenario
@@ -57,6 +57,8 @@ def run(
     pacer = RealTimePacer(scenario.control.period, policy=overruns) if real_time else FreePacer()
     path = None
     if log is not None and log is not False:
+        if log is True:
+            make_out_folder()
         path = check_path(default_log_path(scenario) if log is True else log)
     warm_up(scenario)
     episode = partial(Episode, scenario, log=path, live=live, pacer=pacer, stop=stop, progress=progress)
@@ -81,6 +83,14 @@ def _run(make_episode: Callable[[], Episode], pacer: Pacer) -> Result:
 def default_log_path(scenario: Scenario) -> Path:
     """runs/out/<scene>-<controller>-<seed>-<time>.mcap below the working directory; the time goes to microseconds."""
     return OUT_FOLDER / f"{file_stem(scenario, datetime.now().strftime('%Y%m%dT%H%M%S.%f'))}.mcap"
+
+
+def make_out_folder() -> None:
+    """Makes OUT_FOLDER, the only one that is made without having been asked for. Raises InputError where it cannot."""
+    try:
+        OUT_FOLDER.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError(f"{OUT_FOLDER}: cannot be made: {error.strerror}") from None
 
 
 def file_stem(scenario: Scenario, time: str) -> str:

@@ -105,7 +105,6 @@ def _appearing(path: Path) -> Iterator[IO[bytes]]:
     """A file beside `path` that gets its name once it is whole and on the disk, or of which nothing is left."""
     partial = path.with_name(f".{path.stem}-{os.getpid()}{path.suffix}")
     try:
-        path.parent.mkdir(parents=True, exist_ok=True)
         with open(partial, "xb") as file:
             yield file
             file.flush()

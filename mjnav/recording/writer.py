@@ -34,16 +34,16 @@ class LogError(MjnavError):
 def check_path(path: str | os.PathLike) -> Path:
     """The path of a log that does not exist yet and could be written; creates nothing.
 
-    Raises InputError where the file exists already, or the folder is not writable and cannot be made.
+    Raises InputError where the file exists already, or its folder is missing or not writable.
     """
     path = Path(path)
     if path.is_dir():
         raise InputError(f"{path}: a folder; a log needs the name of a file")
     if os.path.lexists(path):
         raise InputError(f"{path}: exists already, and a log never replaces a file; choose another name")
-    folder = next(parent for parent in path.absolute().parents if os.path.lexists(parent))
+    folder = path.absolute().parent
     if not folder.is_dir():
-        raise InputError(f"{path}: {folder} is not a folder")
+        raise InputError(f"{path}: there is no folder {folder}")
     if not os.access(folder, os.W_OK | os.X_OK):
         raise InputError(f"{path}: the folder {folder} is not writable")
     return path
@@ -186,7 +186,6 @@ class Recorder:
     def _create(self, path: Path) -> None:
         """The file, with all that a reader needs before the first message."""
         try:
-            path.parent.mkdir(parents=True, exist_ok=True)
             self._file = LogFile(path)
         except OSError as error:
             raise InputError(f"{path}: cannot be written: {error.strerror}") from error

@@ -52,9 +52,10 @@ def test_a_log_goes_below_the_working_directory_and_is_named_after_the_run(mjnav
     assert open_log(tmp_path / path).complete
 
 
-def test_a_log_goes_where_it_is_told_and_makes_the_folders_it_needs(mjnav, tmp_path):
-    assert mjnav("run", "crossing1", "--log", "new/folder/a.mcap", *SHORT).code == 0
-    assert files(tmp_path) == ["new/folder/a.mcap"]
+def test_a_log_goes_where_it_is_told(mjnav, tmp_path):
+    (tmp_path / "folder").mkdir()
+    assert mjnav("run", "crossing1", "--log", "folder/a.mcap", *SHORT).code == 0
+    assert files(tmp_path) == ["folder/a.mcap"]
 
 
 def test_a_run_for_people_says_how_it_went(mjnav):
@@ -136,8 +137,9 @@ def test_a_path_and_several_overrides_are_taken(mjnav, tmp_path):
         (["hall", "--log", ""], ["a folder; a log needs the name of a file"]),
         (["hall", "--log", "."], ["a folder; a log needs the name of a file"]),
         (["hall", "--log", "/dev/null"], ["/dev/null: exists already"]),
-        (["hall", "--log", "/dev/null/a.mcap"], ["/dev/null is not a folder"]),
+        (["hall", "--log", "/dev/null/a.mcap"], ["there is no folder /dev/null"]),
         (["hall", "--log", "/proc/a.mcap"], ["/proc/a.mcap"]),
+        (["hall", "--log", "new/a.mcap"], ["new/a.mcap: there is no folder /", "/new"]),
     ],
 )
 def test_what_cannot_be_used_is_refused_in_one_line_with_the_nearest_name(mjnav, tmp_path, words, fragments):
