@@ -8,6 +8,7 @@ from typing import Any
 from mjnav.control.base import Controller
 from mjnav.control.custom import custom_class, make_custom
 from mjnav.control.parameters import CHANGE_WEIGHT, RATED_PERIOD, make_parameters
+from mjnav.control.size import check_size
 from mjnav.errors import InvalidValue, unknown_name
 from mjnav.messages import CandidateCosts, Decision, Lanes, Observation, ObstacleSamples, RobotLimits, Status
 
@@ -95,6 +96,7 @@ def make_controller(name: str, robot_limits: RobotLimits, period: float, **param
         preset["preview"] = period  # the paper previews a candidate over one period
         preset["lane_horizon"] = period
     own = make_parameters(name, kind.parameters_type, parameters, preset)
+    check_size(own)
     return kind(robot_limits, period, own) if name in REGISTRY else make_custom(name, kind, robot_limits, period, own)
 
 

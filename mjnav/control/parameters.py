@@ -17,12 +17,18 @@ from mjnav.errors import InvalidValue, unknown_name
 P = TypeVar("P")
 RATED_PERIOD = 0.1  # [s] at which w_v and w_omega are
 CHANGE_WEIGHT = 0.01
+# Of any parameter. Their squares, quotients and products with lengths of 1e4 m stay far from what a float cannot hold.
+LEAST, MOST = 1e-9, 1e6
 
 
 def at_least(key: str, value: float, low: float, *, above: bool = False) -> None:
-    """Refuses a value below `low`, or not above it; NaN is refused."""
-    if not (value > low if above else value >= low):
-        raise InvalidValue(key, value, f"a number {'>' if above else '>='} {low:g}")
+    """Refuses a value below `low`, or with `above` below LEAST more than that, and one beyond MOST that is not inf.
+
+    NaN is refused.
+    """
+    first = low + LEAST if above else low
+    if not (first <= value <= MOST or value == inf):
+        raise InvalidValue(key, value, f"a number {'>' if above else '>='} {low:g}, from {first:g} to {MOST:g}")
 
 
 def between(key: str, value: float, low: float, high: float) -> None:

@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
-from numpy.linalg import cholesky
+from numpy.linalg import LinAlgError, cholesky, eigh
 
 from mjnav.estimation.base import HEADING, BeliefDraws, PeopleTracker
 from mjnav.estimation.likelihood import widened
@@ -30,7 +30,19 @@ def _gaussian(noise: Mapping[str, Distribution], channels: Sequence[str]) -> tup
 
 def _samples(mean: Array, covariance: Array, num: int, rng: np.random.Generator) -> Array:
     """Draws from N(mean, covariance), (num, d)."""
-    return mean + rng.standard_normal((num, mean.size)) @ cholesky(covariance).T
+    return mean + rng.standard_normal((num, mean.size)) @ _root(covariance)
+
+
+def _root(covariance: Array) -> Array:
+    """R with R^T R = covariance (d, d), upper triangular where rounding has left it positive definite.
+
+    Of the widest noises it does not: then R is the root of the nearest matrix that is semidefinite.
+    """
+    try:
+        return np.asarray(cholesky(covariance), float).T
+    except LinAlgError:
+        values, vectors = eigh(0.5 * (covariance + covariance.T))
+        return np.asarray(vectors * np.sqrt(np.maximum(values, 0.0)), float).T
 
 
 def _residual(a: Array, b: Array) -> Array:
@@ -149,7 +161,7 @@ class UnscentedKalmanLocalizer(KalmanLocalizer):
             hx=lambda x: x,
             fx=lambda x, dt, twist: integrate(x, twist[0], twist[1], dt),
             # alpha = 1 and kappa = 0 put no negative weight anywhere, so a covariance stays one.
-            points=MerweScaledSigmaPoints(3, alpha=1.0, beta=2.0, kappa=0.0, subtract=_residual),
+            points=MerweScaledSigmaPoints(3, alpha=1.0, beta=2.0, kappa=0.0, sqrt_method=_root, subtract=_residual),
             x_mean_fn=_mean,
             z_mean_fn=_mean,
             residual_x=_residual,

@@ -92,7 +92,7 @@ class Likelihood:
         values = self.exact_density(error)
         seen = np.flatnonzero(values > self.floor * (1.0 + NEGLIGIBLE))
         whole = (values - self.floor).sum() / scale / (1.0 - self.epsilon)
-        if not 0.99 < whole < 1.01 or seen[0] == 0 or seen[-1] == values.size - 1:
+        if not (seen.size and 0.99 < whole < 1.01) or seen[0] == 0 or seen[-1] == values.size - 1:
             return None
         return float(error[seen[0] - 1]), float(scale), values[seen[0] - 1 : seen[-1] + 2].copy()
 

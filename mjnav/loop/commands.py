@@ -49,6 +49,8 @@ class CommandHistory:
         """The commands in force between two moments [s], in order."""
         found = []
         for j in range(bisect_right(self._starts, start + ROUNDING) - 1, len(self._starts)):
+            if self._starts[j] >= end:
+                break
             begin = max(start, self._starts[j])
             until = min(end, self._starts[j + 1]) if j + 1 < len(self._starts) else end
             if until - begin <= ROUNDING:

@@ -8,8 +8,6 @@ from collections.abc import Callable
 from math import ceil
 from typing import Protocol
 
-import numpy as np
-
 from mjnav.rng import stream
 from mjnav.scenarios.spec import Latency, Scenario
 
@@ -65,7 +63,7 @@ def make_latency(scenario: Scenario, seed: int) -> WholePeriods | Computed:
     latency = control.latency
     if latency is None:
         return WholePeriods(control.period, control.delay)
-    planned = _planned(latency, control.period)
+    planned = latency.expected(control.period)
     if latency.model == "measured":
         return Computed(control.period, timestep, planned, lambda tick, spent: spent)
     trace = latency.trace
@@ -77,10 +75,4 @@ def make_latency(scenario: Scenario, seed: int) -> WholePeriods | Computed:
 
 def replayed(latency: Latency, period: float, trace: list[float]) -> Latency:
     """The latency that repeats a measured run: its own times in their order."""
-    return Latency("sampled", tuple(trace), "recorded", _planned(latency, period))
-
-
-def _planned(latency: Latency, period: float) -> float:
-    if latency.planned is not None:
-        return latency.planned
-    return float(np.median(latency.trace)) if latency.trace else 0.5 * period
+    return Latency("sampled", tuple(trace), "recorded", latency.expected(period))

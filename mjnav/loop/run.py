@@ -1,5 +1,6 @@
 """`mjnav.run`: a scenario in, a result out."""
 
+import hashlib
 import os
 from collections.abc import Callable
 from dataclasses import replace
@@ -21,6 +22,7 @@ from mjnav.recording.writer import check_path
 from mjnav.scenarios.spec import Scenario
 
 OUT_FOLDER = Path("runs/out")
+MAX_STEM = 200  # [bytes]: file systems take names of 255, and others are made of this one by adding to it
 
 
 def run(
@@ -94,9 +96,16 @@ def make_out_folder() -> None:
 
 
 def file_stem(scenario: Scenario, time: str) -> str:
-    """<scene>-<controller>-<seed>-<time> of characters that any file system takes."""
-    name = f"{scenario.name}-{scenario.control.method}-{scenario.seed}-{time}"
-    return "".join(c if c.isalnum() or c in "-_." else "_" for c in name)
+    """<scene>-<controller>-<seed>-<time> of characters and of a length that any file system takes.
+
+    What is too long loses the end of <scene>-<controller>; a digest of the whole of it takes its place.
+    """
+    name = f"{scenario.name}-{scenario.control.method}"
+    rest = f"-{scenario.seed}-{time}"
+    if len(name.encode()) + len(rest) > MAX_STEM:
+        mark = f"-{hashlib.sha256(name.encode()).hexdigest()[:8]}"
+        name = name.encode()[: MAX_STEM - len(mark) - len(rest)].decode(errors="ignore") + mark
+    return "".join(c if c.isalnum() or c in "-_." else "_" for c in name + rest)
 
 
 def _changed(scenario: Scenario, seed: int | None, controller: str | None) -> Scenario:

@@ -1,7 +1,6 @@
 """What a noise distribution offers, and the checks of its arguments."""
 
 from collections.abc import Sequence
-from math import isfinite
 from numbers import Real
 from typing import Protocol
 
@@ -11,6 +10,7 @@ from numpy.typing import ArrayLike
 from mjnav.errors import InvalidValue
 from mjnav.messages import Array
 
+MOST = 1e9  # of an argument: its square times the squares of its neighbours still is a float
 Size = int | tuple[int, ...]
 
 
@@ -42,15 +42,16 @@ class Distribution(Protocol):
 
 
 def check_number(key: str, value: object, *, above: float | None = None) -> float:
-    """`value` as a float; refuses what is not a finite number, or not greater than `above`."""
+    """`value` as a float; refuses what is not a number within MOST of 0, or not greater than `above`."""
     if isinstance(value, Real) and not isinstance(value, bool):
         try:
             number = float(value)
         except OverflowError:  # an integer beyond the largest float
             number = np.inf
-        if isfinite(number) and (above is None or number > above):
+        if abs(number) <= MOST and (above is None or number > above):
             return number
-    raise InvalidValue(key, value, "a finite number" + ("" if above is None else f" > {above:g}"))
+    more = "" if above is None else f" > {above:g}"
+    raise InvalidValue(key, value, f"a finite number{more}, of at most {MOST:g}")
 
 
 def check_numbers(key: str, values: object, *, above: float | None = None, least: int = 1) -> tuple[float, ...]:

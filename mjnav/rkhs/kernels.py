@@ -1,13 +1,15 @@
 """The polynomial kernel k(x, y) = (scale x y + offset)^degree on the real line."""
 
 from dataclasses import dataclass
-from math import comb, inf
+from math import comb
 from numbers import Integral
 
 import numpy as np
 
 from mjnav.errors import InvalidValue
 from mjnav.messages import Array
+
+LEAST, MOST = 1e-9, 1e6  # of scale and offset: to the tenth power, times samples to the twentieth, still a float
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,8 +28,8 @@ class PolynomialKernel:
         if not isinstance(self.degree, Integral) or isinstance(self.degree, bool) or not 1 <= self.degree <= 10:
             raise InvalidValue("degree", self.degree, "a whole number from 1 to 10")
         for name in ("scale", "offset"):
-            if not 0.0 < getattr(self, name) < inf:
-                raise InvalidValue(name, getattr(self, name), "a finite number > 0")
+            if not LEAST <= getattr(self, name) <= MOST:
+                raise InvalidValue(name, getattr(self, name), f"a finite number > 0, from {LEAST:g} to {MOST:g}")
 
     @property
     def coefficients(self) -> Array:

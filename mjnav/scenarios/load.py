@@ -14,6 +14,7 @@ from mjnav.errors import InvalidValue, unknown_name
 from mjnav.scenarios import files, library, override
 from mjnav.scenarios.build import build, tables
 from mjnav.scenarios.check import check
+from mjnav.scenarios.memory import check_memory
 from mjnav.scenarios.spec import Scenario
 
 _LOOP = ("rate", "delay", "latency")  # keys of [control] that belong to the loop, not to the method
@@ -68,6 +69,7 @@ def loads(
     try:
         files.inline(document, folder)
         scenario = build(document)
+        check_memory(scenario)
         check(scenario)
     except InvalidValue as error:
         raise error.within(file=origin(error.key, file, changed)) from None

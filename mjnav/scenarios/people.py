@@ -7,7 +7,7 @@ from math import hypot
 from types import MappingProxyType
 
 from mjnav.errors import InvalidValue
-from mjnav.scenarios.ranges import MAX_TIME, Point, check_coordinates, check_range
+from mjnav.scenarios.ranges import MAX_POINTS, MAX_TIME, Point, check_coordinates, check_count, check_range
 
 MAX_WALKING_SPEED = 5.0  # [m/s]
 REACHED = 0.2  # [m] from a waypoint on the way at which the next one counts
@@ -53,6 +53,7 @@ class Waypoints:
     def __post_init__(self):
         if not self.waypoints:
             raise InvalidValue("waypoints", self.waypoints, "at least one point")
+        check_count("waypoints", self.waypoints, MAX_POINTS)
         for point in self.waypoints:
             check_coordinates("waypoints", point)
         check_range("speed", self.speed, 0.0, MAX_WALKING_SPEED)

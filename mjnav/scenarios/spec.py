@@ -3,7 +3,7 @@
 Field names are the run file's keys, but `start` and `end` of a wall, which the file calls `from` and `to`.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sized
 from dataclasses import dataclass, field
 
 from mjnav.errors import InvalidValue, unknown_name
@@ -21,12 +21,17 @@ from mjnav.scenarios.people import Person as Person
 from mjnav.scenarios.people import StopAndGo as StopAndGo
 from mjnav.scenarios.people import Waypoints as Waypoints
 from mjnav.scenarios.ranges import (
+    MAX_BODIES,
+    MAX_POINTS,
     MAX_RATE,
+    MAX_SAMPLES,
     MAX_SEED,
+    MAX_SPREAD,
     MAX_TIME,
     MIN_RATE,
     Point,
     check_coordinates,
+    check_count,
     check_range,
     check_size,
 )
@@ -54,6 +59,7 @@ class Robot:
             raise InvalidValue("goal", None, "goal = [x, y] or waypoints = [[x, y], ...]: one of the two is required")
         if self.goal is not None and self.waypoints:
             raise InvalidValue("waypoints", self.waypoints, "goal or waypoints, not both")
+        check_count("waypoints", self.waypoints, MAX_POINTS)
         for point in self.route:
             check_coordinates("goal" if self.goal is not None else "waypoints", point)
         check_size("goal_tolerance", self.goal_tolerance)
@@ -92,7 +98,15 @@ class ChannelNoise:
     arguments: Mapping[str, object] = field(default_factory=dict)
 
     def __post_init__(self):
-        self.make()
+        made = self.make()
+        for name, value in (("mean", made.mean), ("standard deviation", made.std)):
+            if not abs(value) <= MAX_SPREAD:
+                raise InvalidValue(
+                    "", f"a {name} of {value:g}", f"a mean and a standard deviation up to {MAX_SPREAD:g}"
+                )
+        for key, argument in self.arguments.items():
+            if isinstance(argument, Sized) and not isinstance(argument, str):
+                check_count(key, argument, MAX_SAMPLES)
 
     def make(self) -> Distribution:
         """The distribution."""
@@ -193,6 +207,11 @@ class Control:
     def __post_init__(self):
         check_range("rate", self.rate, MIN_RATE, MAX_RATE)
         check_range("delay", self.delay, 0, 100)
+        if self.latency is not None:
+            try:
+                self.latency.check_expected(self.period)
+            except InvalidValue as error:
+                raise error.within("latency") from None
 
     @property
     def period(self) -> float:
@@ -238,10 +257,14 @@ class Scenario:
     def __post_init__(self):
         if self.schema != 1:
             raise InvalidValue("schema", self.schema, "1")
-        if not 1 <= len(self.name) <= 100 or not self.name.isprintable() or "/" in self.name:
-            raise InvalidValue("name", self.name, 'up to 100 printable characters without "/": logs are named after it')
+        name = self.name
+        if not 1 <= len(name) <= 100 or not name.isprintable() or "/" in name or not name.strip(". "):
+            allowed = 'up to 100 printable characters without "/", not dots alone: logs are named after it'
+            raise InvalidValue("name", name, allowed)
         check_range("seed", self.seed, 0, MAX_SEED)
         check_range("time_limit", self.time_limit, 0.0, MAX_TIME, open_low=True)
+        for key in ("walls", "tables", "pillars", "people"):
+            check_count(key, getattr(self, key), MAX_BODIES)
         for key, rate in (("control.rate", self.control.rate), ("sensors.rate", self.sensors.rate)):
             steps = 1.0 / (rate * self.physics.timestep)
             if round(steps) < 1 or abs(steps - round(steps)) > 1e-6 * steps:

@@ -47,7 +47,7 @@ BAD = {
     "no name": (GOOD.replace('name = "bad"', ""), "name: found nothing; allowed: a string; this key is required"),
     "an empty name": (
         GOOD.replace('"bad"', '""'),
-        "name: found ''; allowed: up to 100 printable characters without \"/\": logs are named after it",
+        "name: found ''; allowed: up to 100 printable characters without \"/\", not dots alone: logs are named after",
     ),
     "a name that is a path": (GOOD.replace('"bad"', '"../bad"'), "name: found '../bad'; allowed: up to 100 printable"),
     "no robot": (HEAD, "robot: found nothing; allowed: a table; this key is required"),

@@ -1,0 +1,36 @@
+"""How much memory a run takes, estimated before it starts."""
+
+from mjnav.errors import InvalidValue
+from mjnav.scenarios.spec import Scenario
+
+MAX_BYTES = 8e9  # what a small machine has
+_TICK = 256  # [bytes] of a tick's row in the trajectory: times, poses, controls, timing
+_TICK_OF_PERSON = 192  # [bytes] in it of each person: truth, belief and its covariance
+# [bytes], measured with a log: a particle's state, weight, prediction, errors and likelihoods, and what is logged of it
+_PARTICLE = 300
+
+
+def check_memory(scenario: Scenario) -> None:
+    """Refuses a scenario that would take more than MAX_BYTES; names the key that takes most of it.
+
+    Raises InvalidValue with what would be taken.
+    """
+    num_people = len(scenario.people)
+    robot, obstacles = scenario.estimation.robot.particles, scenario.estimation.obstacles.particles
+    ticks = scenario.time_limit * scenario.control.rate
+    parts: dict[str, tuple[float, object]] = {
+        "time_limit": (
+            ticks * (_TICK + _TICK_OF_PERSON * num_people),
+            f"{scenario.time_limit:g} s: {ticks:.3g} ticks, {num_people} people",
+        ),
+        "estimation.robot.particles": (_PARTICLE * robot, robot),
+        "estimation.obstacles.particles": (
+            _PARTICLE * obstacles * num_people,
+            f"{obstacles} for each of {num_people} people",
+        ),
+    }
+    total = sum(size for size, _ in parts.values())
+    if total > MAX_BYTES:
+        key = max(parts, key=lambda part: parts[part][0])
+        allowed = f"what takes at most {MAX_BYTES / 1e9:g} GB of memory in all; this takes {total / 1e9:.3g} GB"
+        raise InvalidValue(key, parts[key][1], allowed)

@@ -1,0 +1,130 @@
+"""What a run file may ask for ends where a machine does: refused with the key, what came and what is allowed."""
+
+from contextlib import contextmanager
+
+import pytest
+
+import mjnav
+from mjnav import scenarios
+from mjnav.cli.main import main
+from mjnav.errors import InvalidValue
+from mjnav.loop.episode import Episode
+from mjnav.loop.fault import RunFault
+from mjnav.loop.run import MAX_STEM, file_stem
+from mjnav.noise import CHANNELS
+from mjnav.world.engine import DivergedError
+from tests.attacks.run_files import LEAVES, is_number, refusal
+
+NUMBERS = [leaf for leaf in LEAVES if is_number(leaf) and leaf.path != ("seed",)]
+
+
+def test_every_number_of_a_run_file_has_an_upper_bound():
+    """Of every table, method, behaviour and distribution, so of a key that is added later, too."""
+    assert len(NUMBERS) > 200
+    for leaf in NUMBERS:
+        error = refusal(leaf, 10**12 if leaf.hint is int else 1e12)
+        assert isinstance(error, InvalidValue), leaf.path
+        assert "allowed: " in str(error)
+
+
+# --set on crossing1 -> what the one line on standard error holds
+TOO_MUCH = {
+    "noise.pose.x={distribution='gaussian', std=1e8}": "noise.pose.x: found 'a standard deviation of 1e+08'; allowed: ",
+    "noise.gyro={distribution='student_t', std=1.0, df=1e300}": "noise.gyro.df: found 1e+300; allowed: a finite number",
+    "control.latency={trace=[1e6]}": "control.latency.trace.0: found 1000000.0; allowed: a number >= 0 and <= 1000",
+    "control.latency={trace=[0.01], planned=500.0}": "control.latency.planned: found '500 s at a period of 0.1 s'; ",
+    "control.num_v=1000000000000": "control.num_v: found 1000000000000; allowed: a number >= 1, from 1 to 1e+06",
+    "control={method='rkhs', num_v=1000, num_omega=1000}": "this takes 10 GB",
+    "control={method='mppi', rollouts=1000000, steps=1000}": "'1000000 rollouts of 1000 steps, 25 samples",
+    "control.samples=1000000": "allowed: what takes at most 2 GB of memory a decision; this takes 6.4e+06 GB",
+    "physics.timestep=1e-6": "physics.timestep: found 1e-06; allowed: a number >= 1e-05 and <= 0.02",
+    "estimation.robot.particles=1000000000": "estimation.robot.particles: found 1000000000; allowed: ",
+    "people.0.radius=1e6": "people.0.radius: found 1000000.0; allowed: ",
+    "walls=[{from=[0, 1e300], to=[1, 1e300]}]": "walls.0.from: found (0.0, 1e+300); allowed: ",
+    "time_limit=1e9": "time_limit: found 1000000000.0; allowed: ",
+}
+
+
+@pytest.mark.parametrize("override", TOO_MUCH)
+def test_what_no_machine_survives_is_refused_before_anything_starts(override, capsys):
+    assert main(["run", "crossing1", "--no-log", "--set", override]) == 2
+    said = capsys.readouterr()
+    assert said.out == ""
+    assert len(said.err.splitlines()) == 1
+    assert TOO_MUCH[override] in said.err
+
+
+HEAD = 'schema = 1\nname = "many"\n[robot]\nstart = [0, 0, 0]\n'
+PERSON = '[[people]]\nstart = [{}, 4]\nbehaviour = "constant_velocity"\nvelocity = [0, 0]\n'
+TOO_MANY = {
+    "people": (HEAD + "goal = [9, 0]\n" + "".join(PERSON.format(2 + 2 * i) for i in range(501)), "found '501 of them'"),
+    "robot.waypoints": (f"{HEAD}waypoints = [{'[1, 1], ' * 100_000}[1, 1]]", "found '100001 of them'; allowed: at"),
+    "noise.gyro.samples": (
+        f"{HEAD}goal = [9, 0]\n[noise.gyro]\ndistribution = 'empirical'\nsamples = [{'0, 1, ' * 6000}]",
+        "found '12000 of them'; allowed: at most 10000",
+    ),
+    "time_limit": (
+        f"time_limit = 1e6\n{HEAD}goal = [9, 0]\n[control]\nrate = 100\n",
+        "found '1e+06 s: 1e+08 ticks, 0 people'; allowed: what takes at most 8 GB of memory in all; this takes 25.6 GB",
+    ),
+    "estimation.obstacles.particles": (
+        HEAD + "goal = [9, 0]\n" + "".join(PERSON.format(2 + 2 * i) for i in range(100))
+        + "[estimation]\nobstacles = { particles = 1000000 }",
+        "found '1000000 for each of 100 people'; allowed: what takes at most 8 GB",
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("key", TOO_MANY)
+def test_what_is_too_much_together_is_refused_with_what_it_would_take(key):
+    text, message = TOO_MANY[key]
+    with pytest.raises(InvalidValue) as raised:
+        scenarios.loads(text)
+    assert raised.value.key == key
+    assert message in str(raised.value)
+
+
+@pytest.mark.parametrize("engine", ["kinematic", "mujoco"])
+@pytest.mark.parametrize("robot", ["particle", "ekf", "ukf"])
+def test_the_widest_noise_that_is_allowed_ends_in_order(engine, robot):
+    """The robot may be thrown out of the room, and the physics lost; nothing of mjnav's own breaks."""
+    scenario = scenarios.load("hall", [
+        f"physics.engine={engine}", f"estimation.robot.filter={robot}", "time_limit=2", "stop_on_collision=false",
+        *(f"noise.{channel}={{distribution='gaussian', std=1e4}}" for channel in CHANNELS),
+    ])  # fmt: skip
+    with suppress_lost_physics():
+        assert Episode(scenario).run().summary["outcome"] == "timeout"
+
+
+@contextmanager
+def suppress_lost_physics():
+    try:
+        yield
+    except RunFault as fault:
+        if not isinstance(fault.__cause__, DivergedError):
+            raise
+
+
+def test_a_name_of_a_hundred_characters_of_three_bytes_is_the_name_of_a_log(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    names = ["界" * 100, "界" * 99 + "面"]
+    logs = [mjnav.run(scenarios.load("crossing1", [f"name={n}", "time_limit=0.2"]), log=True) for n in names]
+    files = sorted(path.name for path in (tmp_path / "runs" / "out").iterdir())
+    assert files == sorted(result.summary["log"].rpartition("/")[2] for result in logs)
+    assert all(name.startswith("界" * 40) and len(name.encode()) < 255 for name in files)
+    assert mjnav.open_log(logs[0].summary["log"]).scenario().name == names[0]
+
+
+def test_names_that_are_shortened_to_the_same_stay_apart():
+    stems = [file_stem(scenarios.load("crossing1", [f"name={'界' * 99}{end}"]), "now") for end in ("a", "b")]
+    assert stems[0] != stems[1]
+    assert all(len(stem.encode()) <= MAX_STEM for stem in stems)
+    assert file_stem(scenarios.load("crossing1"), "now") == "crossing1-rkhs-0-now"
+
+
+@pytest.mark.parametrize(
+    "name", ["", ".", "..", "...", ". .", "a/b", "/", "a\\u0000b", "a\\nb", "\\u001b[2J", "x" * 101]
+)
+def test_a_name_that_no_file_could_have_is_refused(name):
+    with pytest.raises(InvalidValue, match=r"^--set: name: found "):
+        scenarios.load("crossing1", [f'name="{name}"'])
