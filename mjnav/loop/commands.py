@@ -35,6 +35,13 @@ class CommandHistory:
         self._starts.append(max(start, self._starts[-1]))
         self._commands.append(command)
 
+    def forget(self, before: float) -> None:
+        """Drops the commands that are not in force any more at a moment [s]: nobody will ask for earlier ones."""
+        over = bisect_right(self._starts, before + ROUNDING) - 1
+        if over > 0:
+            self._set_point(over)
+            del self._starts[:over], self._commands[:over], self._set_points[:over]
+
     def in_force(self, time: float) -> Array:
         """The command in force at a moment [s], (2,)."""
         return self._commands[bisect_right(self._starts, time + ROUNDING) - 1]

@@ -87,6 +87,7 @@ class Navigator:
         num = self._num_samples
         belief = beliefs.robot
         effect = self.latency.expected(tick) if self._predicts else belief.time
+        self._history.forget(belief.time)
         stretches = self._history.stretches(belief.time, effect)
         pose, noise = self._predictor.robot(self._localizer.draw(num), belief.time, effect, stretches)
         samples = np.array(self._tracker.draw(num)).reshape(-1, num, 4)

@@ -28,7 +28,6 @@ EVERY_TICK = (
     "/belief/robot",
     "/belief/obstacles",
 )
-BLOCK = 256  # ticks that are kept as objects until they become rows of arrays
 
 # What decoding a document raises that is JSON but not mjnav's.
 NOT_OURS = (LookupError, TypeError, ValueError, AttributeError, OverflowError)
@@ -147,8 +146,6 @@ class TickAssembler:
         self._robot_ess.append(parts.robot_ess)
         self._people_ess.extend(parts.people_ess)
         self._recoveries += parts.recoveries
-        if len(self._ticks) % BLOCK == 0:
-            self._builder.compact()
 
     def _read_timing(self, document: Any) -> TickTiming | None:
         if document is None:

@@ -7,7 +7,7 @@ import pytest
 
 from mjnav.messages import Trajectory
 from mjnav.recording import TrajectoryBuilder, documents
-from mjnav.recording.ticks import BLOCK, TICK, TIMING, TRUTH, BadDocument, TickAssembler
+from mjnav.recording.ticks import TICK, TIMING, TRUTH, BadDocument, TickAssembler
 from tests.recording.conftest import MadeUpRun
 from tests.recording.test_reader import assert_same
 
@@ -44,13 +44,13 @@ def ticks():
 def test_blocks_of_rows_give_the_trajectory_of_one_piece():
     run = MadeUpRun(num_people=1, num_candidates=2)
     whole, assembler = TrajectoryBuilder(), TickAssembler()
-    for tick in range(2 * BLOCK + 3):
+    for tick in range(20):
         found, record, timing = documents_of(run, tick)
         whole.add(record)
         whole.add_timing(timing)
         for topic, document in found.items():
             assembler.add(topic, tick, document)
-    final = run.truth(2 * BLOCK + 3)
+    final = run.truth(20)
     state = {
         "/robot/state": documents.encode_robot(len(whole), final, None),
         "/people/truth": documents.encode_people_truth(len(whole), final),
