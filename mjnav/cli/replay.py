@@ -51,6 +51,7 @@ def summary(found: "Replay") -> dict[str, Any]:
     return {
         "schema": 1,
         "log": str(found.path),
+        "warnings": list(found.warnings),  # before what they may explain
         "identical": found.identical,
         "ticks": found.ticks,
         "missing_ticks": found.missing,
@@ -68,21 +69,20 @@ def summary(found: "Replay") -> dict[str, Any]:
             "amount": first.amount,
         },
         "differences": len(found.differences),
-        "warnings": list(found.warnings),
     }
 
 
 def describe(found: "Replay") -> str:
-    """The comparison, for people."""
+    """The comparison, for people: first what is not as it was when the log was written, then what follows."""
+    lines = [f"warning: {text}" for text in found.warnings]
     if found.identical and found.complete:
-        lines = [f"identical: {found.ticks} ticks, state hash {found.state_hash}"]
+        lines += [f"identical: {found.ticks} ticks, state hash {found.state_hash}"]
     elif found.identical:
-        lines = [f"identical as far as the log goes: {found.ticks} ticks; its run did not end in order"]
+        lines += [f"identical as far as the log goes: {found.ticks} ticks; its run did not end in order"]
     else:
-        lines = list(_differing(found))
+        lines += _differing(found)
     if found.missing:
         lines.append(f"  the log lacks {found.missing} ticks, which were not compared")
-    lines += [f"  warning: {text}" for text in found.warnings]
     return "\n".join(lines)
 
 

@@ -1,8 +1,13 @@
 """Everything that is checked before a run starts."""
 
 import os
-from collections.abc import Sequence
+import re
+from collections.abc import Mapping, Sequence
 from copy import deepcopy
+from dataclasses import fields, is_dataclass
+from typing import Any
+
+import numpy as np
 
 from mjnav import scenarios
 from mjnav.control import Controller, make_controller
@@ -50,3 +55,30 @@ def build_controller(scenario: Scenario) -> Controller:
         return make_controller(control.method, limits, control.period, **parameters)
     except InvalidValue as error:
         raise error.within("control", file=scenario.source or None) from None
+
+
+def resolved_parameters(scenario: Scenario) -> dict[str, Any]:
+    """Every parameter of the scenario's controller with its value, presets and defaults among them, as JSON has it.
+
+    Of a controller that keeps no dataclass `parameters`, those that the scenario gives. Raises InvalidValue.
+    """
+    parameters = getattr(build_controller(scenario), "parameters", None)
+    if not is_dataclass(parameters) or isinstance(parameters, type):
+        return _plain(scenario.control.parameters)
+    return _plain(parameters)
+
+
+def _plain(value: Any) -> Any:
+    """A parameter as JSON has it. Of what JSON has not, the text that Python has for it, without addresses."""
+    match value:
+        case None | bool() | int() | float() | str():
+            return value
+        case Mapping():
+            return {str(key): _plain(item) for key, item in value.items()}
+        case list() | tuple():
+            return [_plain(item) for item in value]
+        case np.ndarray() | np.generic():
+            return value.tolist()
+    if is_dataclass(value) and not isinstance(value, type):
+        return {field.name: _plain(getattr(value, field.name)) for field in fields(value)}
+    return re.sub(r" at 0x[0-9a-f]+", "", repr(value))

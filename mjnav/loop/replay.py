@@ -10,6 +10,7 @@ from mjnav.errors import InputError
 from mjnav.loop.episode import Episode, Result
 from mjnav.loop.fault import RunFault
 from mjnav.loop.latency import replayed
+from mjnav.loop.provenance import FACTS, changes
 from mjnav.loop.referee import ABORTED
 from mjnav.loop.run_info import run_info
 from mjnav.messages import PHASES, TickRecord, WorldState
@@ -39,7 +40,7 @@ class Replay:
     differences: tuple[Difference, ...]  # of the first tick that has any, causes first
     tick: int | None  # that tick, and when it was [s]; the number of ticks where it is the end that differs
     time: float | None
-    warnings: tuple[str, ...]  # what is another program or machine now
+    warnings: tuple[str, ...]  # what else than its scenario is another one now, in words: programs, sources, machine
 
     @property
     def identical(self) -> bool:
@@ -79,6 +80,7 @@ def replay(
     if follower.empty and not log.complete:
         raise InputError(f"{log.path}: holds no tick that could be compared")
     episode = Episode(scenario, watch=follower.watch, stop=lambda: follower.done or stop(), progress=progress)
+    warnings = _warnings(log.run, run_info(scenario, scenario.seed, parts_hash()))
     fault = None
     try:
         result = episode.run()
@@ -100,7 +102,7 @@ def replay(
         differences=tuple(follower.differences),
         tick=follower.tick if follower.differences else None,
         time=follower.time if follower.differences else None,
-        warnings=_warnings(log.run, run_info(scenario, scenario.seed, parts_hash())),
+        warnings=warnings,
     )
 
 
@@ -225,8 +227,13 @@ def _scenario(log: Log) -> tuple[Scenario, int | None]:
 
 
 def _warnings(logged: Mapping[str, str], now: Mapping[str, str]) -> tuple[str, ...]:
-    return tuple(
-        f"{key} was {logged[key] or 'unknown'}, is {value or 'unknown'}"
-        for key, value in now.items()
-        if key not in _OF_THE_RUN and key in logged and logged[key] != value
+    """What decides the bits first; of what an earlier version recorded by another name, nothing is said."""
+    others = [key for key in now if key not in _OF_THE_RUN and key not in FACTS and key in logged]
+    return (
+        *changes(logged, now),
+        *(
+            f"{key} was {logged[key] or 'unknown'}, is {now[key] or 'unknown'}"
+            for key in others
+            if logged[key] != now[key]
+        ),
     )

@@ -7,16 +7,14 @@ import subprocess
 import sys
 from contextlib import suppress
 from functools import cache
-from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
+from mjnav.loop.provenance import package_version, provenance
 from mjnav.scenarios.spec import Scenario
-
-PACKAGES = ("mjnav", "mujoco", "numpy", "numba", "scipy", "filterpy", "mcap")
 
 
 def run_info(scenario: Scenario, seed: int, parts_hash: str) -> dict[str, str]:
-    """The metadata `mjnav/run`: seed, scene, controller, versions, git revision, command line."""
+    """The metadata `mjnav/run`: seed, scene, controller, git revision, command line, and all that decides the bits."""
     return {
         "scene": scenario.name,
         "controller": scenario.control.method,
@@ -25,36 +23,28 @@ def run_info(scenario: Scenario, seed: int, parts_hash: str) -> dict[str, str]:
         "parts_hash": parts_hash,
         "git_revision": _git_revision(),
         "argv": shlex.join(sys.argv),
-        "python": platform.python_version(),
         "machine": platform.machine(),
         "processor": _processor(),
-        "libc": " ".join(platform.libc_ver()),
-        **{f"version.{package}": _version(package) for package in PACKAGES},
+        "version.mcap": package_version("mcap"),
+        **provenance(scenario.control.method),
     }
 
 
 @cache
 def revision() -> str:
     """The version of mjnav, and the git revision where it runs from a source tree."""
-    return " ".join(part for part in (_version("mjnav"), _git_revision()) if part)
+    return " ".join(part for part in (package_version("mjnav"), _git_revision()) if part)
 
 
 @cache
 def _processor() -> str:
-    """Its name: NumPy and numba compute with whatever instructions it has."""
+    """Its name, as people know it."""
     with suppress(OSError), open("/proc/cpuinfo") as file:
         for line in file:
             name, _, value = line.partition(":")
             if name.strip() == "model name":
                 return value.strip()
     return platform.processor()
-
-
-def _version(package: str) -> str:
-    try:
-        return version(package)
-    except PackageNotFoundError:
-        return "unknown"
 
 
 @cache

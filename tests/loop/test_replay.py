@@ -5,6 +5,7 @@ import os
 import resource
 from dataclasses import replace as changed
 
+import numpy as np
 import pytest
 from mcap.reader import make_reader
 from mcap.writer import Writer
@@ -15,6 +16,7 @@ from mjnav.errors import DamagedLogError, InputError
 from mjnav.loop.episode import Episode
 from mjnav.loop.fault import RunFault
 from mjnav.loop.pacer import RealTimePacer
+from mjnav.loop.provenance import provenance
 from mjnav.loop.replay import replay
 from mjnav.world.mujoco_engine import MujocoEngine
 
@@ -308,11 +310,12 @@ def test_a_replay_can_be_stopped(logged):
 
 def test_what_was_another_program_is_told(logged, monkeypatch):
     assert replay(logged).warnings == ()
-    monkeypatch.setattr("mjnav.loop.run_info.version", lambda package: "9.9")
+    now = {**provenance("mean"), "version.numpy": "9.9", "sources.mjnav": "0"}
+    monkeypatch.setattr("mjnav.loop.run_info.provenance", lambda method: now)
     monkeypatch.setattr("mjnav.loop.replay.parts_hash", lambda: "0" * 64)
-    warnings = replay(logged).warnings
-    assert any(text.startswith("version.numpy was ") and text.endswith(", is 9.9") for text in warnings)
-    assert any(text.startswith("parts_hash was ") for text in warnings)
+    sources, numpy, parts = replay(logged).warnings
+    assert (sources, numpy) == ("mjnav's sources changed", f"numpy was {np.__version__}, is 9.9")
+    assert parts.startswith("parts_hash was ")
 
 
 def test_what_is_no_whole_log_of_mjnavs_is_refused(logged, tmp_path):
