@@ -35,6 +35,11 @@ def configure(parser: argparse.ArgumentParser) -> None:
     where.add_argument("--workers", type=int, metavar="N", help="processes; one a processor by default")
     where.add_argument("--scheduler", metavar="ADDRESS", help="a Dask scheduler, as in tcp://host:8786")
     scene_options.max_seconds(parser)
+    parser.add_argument(
+        "--accept-changed",
+        action="store_true",
+        help="add to episodes that were run with other scenes, sources, programs or on another processor",
+    )
     parser.add_argument("-o", "--output", metavar="FOLDER", help=f"where all goes; {FOLDER} by default")
 
 
@@ -61,7 +66,9 @@ def execute(arguments: argparse.Namespace) -> int:
     if arguments.scheduler is not None:
         scheduler = schedulers.dask(arguments.scheduler, max_seconds)
     with interruptible() as interrupted:
-        if not arguments.draw and not _run(wanted, store, scheduler, interrupted.is_set):
+        if not arguments.draw and not _run(
+            wanted, store, scheduler, interrupted.is_set, accept_changed=arguments.accept_changed
+        ):
             tell("interrupted: the same command goes on, and --draw draws what is there")
             return INTERRUPTED
         for name in names:
@@ -74,31 +81,41 @@ def execute(arguments: argparse.Namespace) -> int:
     return 0
 
 
-def _run(wanted: "Sequence[PaperStudy]", store: "Store", scheduler: "Scheduler", stop: Any) -> bool:
+def _run(
+    wanted: "Sequence[PaperStudy]", store: "Store", scheduler: "Scheduler", stop: Any, *, accept_changed: bool
+) -> bool:
     """Runs the episodes that the store lacks; whether all are there. Says beforehand how long it will take.
 
     Every cell's first seed is run first, and its time tells the rest's.
     """
     from mjnav.study.paper.rows import trials
-    from mjnav.study.sweep import sweep
+    from mjnav.study.sweep import check, sweep
 
     every = trials(wanted)
     if not every:
         return True
+    check(every, store, resume=True, accept=accept_changed)
     text = f"# {shlex.join(['mjnav', *sys.argv[1:]])}\n"
     num_cells = sum(len(study.cells) for study in wanted)
-    missing = len(every) - len({trial.id for trial in every} & store.done())
+    missing = len(every) - len({trial.place for trial in every} & store.done())
     print(f"{num_cells} cells, {len(every)} episodes, {missing} of them to run", flush=True)
     began = time.monotonic()
     with progress("paper", len(every), "episodes") as show:
         for part in (every[:num_cells], every):
             report = sweep(
-                part, store, scheduler, text=text, resume=True, stop=stop, progress=lambda done, row: show(done)
+                part,
+                store,
+                scheduler,
+                text=text,
+                resume=True,
+                accept_changed=accept_changed,
+                stop=stop,
+                progress=lambda done, row: show(done),
             )
             if report.interrupted:
                 return False
             if len(part) < len(every) and report.run:
-                left = len({trial.id for trial in every} - store.done())
+                left = len({trial.place for trial in every} - store.done())
                 print(f"the rest: {pace(report.run, left, time.monotonic() - began)}", flush=True)
     if report.failed:
         causes = "; ".join(f"{count} × {cause}" for cause, count in store.causes().most_common(3))

@@ -6,7 +6,7 @@ import os
 import shlex
 import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import asdict
 from pathlib import Path
 
@@ -36,6 +36,11 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--resume", action="store_true", help="add what is missing from the folder")
     parser.add_argument("--retry-failed", action="store_true", help="the same, and run again what failed")
     scene_options.max_seconds(parser)
+    parser.add_argument(
+        "--accept-changed",
+        action="store_true",
+        help="with --resume: also where scenes, sources, programs or the processor are not those of the rows there",
+    )
     parser.add_argument("--dry-run", action="store_true", help="check everything, say what would be run, and end")
     parser.add_argument("--json", action="store_true", help="one JSON object in place of text")
 
@@ -53,8 +58,9 @@ def execute(arguments: argparse.Namespace) -> int:
 
     from mjnav.study import schedulers
     from mjnav.study.cells import resolve
+    from mjnav.study.changes import changes_since
     from mjnav.study.store import Store
-    from mjnav.study.sweep import sweep, trials
+    from mjnav.study.sweep import check, sweep, trials
 
     store = Store(folder)
     cells = resolve(study, arguments.overrides, arguments.scene)
@@ -62,6 +68,7 @@ def execute(arguments: argparse.Namespace) -> int:
     say = _nothing if arguments.json else _print
     say(f"{study.name}: {len(cells)} cells under {len(study.all_seeds)} seeds are {len(wanted)} episodes")
     if arguments.dry_run:
+        check(wanted, store, resume=True, failed=not arguments.retry_failed, accept=arguments.accept_changed)
         say("\n".join(cell.label for cell in cells))
         if arguments.json:
             print(json.dumps({"schema": 1, "study": study.name, "episodes": len(wanted), "cells": len(cells)}))
@@ -72,6 +79,10 @@ def execute(arguments: argparse.Namespace) -> int:
         scheduler = schedulers.local(workers, max_seconds, tell)
     with interruptible() as interrupted, progress(study.name, len(wanted), "episodes") as show:
         watch = _Watch(say, show)
+
+        def begin(kept: int) -> None:
+            watch.begin(kept, len(wanted), changes_since(wanted, store) if arguments.accept_changed else {})
+
         try:
             report = sweep(
                 wanted,
@@ -80,13 +91,16 @@ def execute(arguments: argparse.Namespace) -> int:
                 text=f"# {shlex.join(['mjnav', *sys.argv[1:]])}\n{study_text(study)}",
                 resume=arguments.resume,
                 retry_failed=arguments.retry_failed,
+                accept_changed=arguments.accept_changed,
                 stop=interrupted.is_set,
-                begin=lambda kept: watch.begin(kept, len(wanted), store.revisions()),
+                begin=begin,
                 progress=watch.progress,
             )
         except InputError:
             raise
         except MjnavError as error:
+            if not watch.began:
+                raise
             raise MjnavError(f"{error}\nwhat was done before is kept: --resume goes on") from None
     if arguments.json:
         causes = dict(store.causes())
@@ -109,28 +123,33 @@ class _Watch:
 
     def __init__(self, say: Callable[[str], None], show: Callable[[float], None]):
         self._say, self._show = say, show
-        self._began = 0.0
+        self.began = False  # whether episodes are under way
+        self._first_done = 0.0  # when
+        self._differing: set[tuple[str, ...]] = set()  # what workers have that is another here, as it was told
 
-    def begin(self, kept: int, total: int, revisions: set[str]) -> None:
-        """Before the first episode, with the revisions of those that are kept."""
-        from mjnav.loop.run_info import revision
+    def begin(self, kept: int, total: int, changes: Mapping[str, int]) -> None:
+        """Before the first episode, with what has changed since those that are kept."""
+        from mjnav.study.changes import told
 
-        self._kept, self._total, self._revisions = kept, total, {*revisions, revision()}
+        self.began, self._kept, self._total = True, kept, total
         if kept:
             self._say(f"{kept} of them are done")
-        if revisions - {revision()}:
-            tell(f"some were run by another revision: {', '.join(sorted(revisions))}; this is {revision()}")
+        if changes:
+            tell(f"rows that were made otherwise are kept: {told(changes)}")
 
     def progress(self, done: int, row: Row) -> None:
         """After an episode."""
+        from mjnav.study.sweep import worker_changes
+
         if done == 1:
-            self._began = time.monotonic()
+            self._first_done = time.monotonic()
         left = self._total - self._kept - done
         if done in TOLD_AFTER and left > 0:
-            self._say(f"the rest: {pace(done - 1, left, time.monotonic() - self._began)}")
-        if row["revision"] not in self._revisions:
-            self._revisions.add(row["revision"])
-            tell(f"{row['machine']} runs another revision: {row['revision']}")
+            self._say(f"the rest: {pace(done - 1, left, time.monotonic() - self._first_done)}")
+        found = worker_changes(row)
+        if found and found not in self._differing:
+            self._differing.add(found)
+            tell(f"the worker on {row['machine']} is not as this process: {'; '.join(found)}")
         self._show(self._kept + done)
 
 

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from mjnav.errors import InvalidValue
-from mjnav.loop.prepare import load_scenario
+from mjnav.loop.prepare import load_scenario, resolved_parameters
 from mjnav.scenarios.dump import dumps, toml_text
 from mjnav.scenarios.spec import Scenario
 from mjnav.study.study_file import StudyFile, scene_path
@@ -17,7 +17,8 @@ class Cell:
     """What all episodes of one row of a table share; they differ in their seed.
 
     `parameters` are the swept values by their full key ("control.weight"); `document` is the scenario as a run file,
-    every default explicit, its seed 0.
+    every default but the controller's explicit, its seed 0; `control` are the controller's parameters, every default
+    among them.
     """
 
     scene: str
@@ -26,6 +27,7 @@ class Cell:
     controller: str
     parameters: str  # JSON, keys sorted
     document: str
+    control: str = "{}"  # JSON, keys sorted
 
     @property
     def label(self) -> str:
@@ -76,7 +78,8 @@ def _cell(study: StudyFile, variant: Variant, scene: str, overrides: Sequence[st
     _check_repeatable(scenario, f"{study.source}: scene {scene}, setting {setting}")
     parameters = json.dumps({**variant.swept, **variant.own}, sort_keys=True, default=str)
     document = dumps(replace(scenario, seed=0, description=""))
-    return Cell(scene, setting, method, scenario.control.method, parameters, document)
+    control = json.dumps(resolved_parameters(scenario), sort_keys=True)
+    return Cell(scene, setting, method, scenario.control.method, parameters, document, control)
 
 
 def _check_repeatable(scenario: Scenario, where: str) -> None:

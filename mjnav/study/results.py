@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from mjnav.errors import InputError
+from mjnav.study.changes import Mixture, mixtures
 from mjnav.study.compare import COLLISIONS, RATES, CellRows, Comparison, cell_rows, check_figures, compare
 from mjnav.study.store import Store
 from mjnav.study.study_file import StudyFile
@@ -36,6 +37,7 @@ class Results:
     causes: Counter[str]  # of failures
     revisions: tuple[str, ...]  # of mjnav that the rows are of
     others: tuple[str, ...]  # studies whose rows are left out
+    mixtures: tuple[Mixture, ...] = ()  # what is not the same in all rows: programs, processors, a cell's scenario
 
     @property
     def num_episodes(self) -> int:
@@ -87,6 +89,7 @@ def read_results(
         causes=Counter(error for error in table["error"].to_pylist() if error is not None),
         revisions=tuple(sorted(table["revision"].unique().to_pylist())),
         others=others,
+        mixtures=mixtures(store, name),
     )
 
 

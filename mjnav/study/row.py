@@ -7,14 +7,21 @@ from collections.abc import Mapping
 from types import MappingProxyType
 from typing import Any
 
+from mjnav.loop.provenance import FACTS
+
 Row = dict[str, Any]
+
+ROW_SCHEMA = 2  # of these columns; rows of the first one do not say it
 
 STRING, INTEGER, NUMBER, TRUTH = "string", "int64", "double", "bool"
 
 # column -> (Arrow type, what it says)
 LABELS: Mapping[str, tuple[str, str]] = MappingProxyType(
     {
-        "id": (STRING, "the episode: a hash of its labels, scenario and seed"),
+        "id": (
+            STRING,
+            "the episode: a hash of its labels, scenario, parameters and seed, and of all facts that decide its bits",
+        ),
         "study": (STRING, "the study file's name"),
         "scene": (STRING, "the scene's name"),
         "setting": (STRING, "the setting's name and swept values of the study's grid; default without either"),
@@ -22,6 +29,7 @@ LABELS: Mapping[str, tuple[str, str]] = MappingProxyType(
         "seed": (INTEGER, ""),
         "controller": (STRING, "control.method"),
         "parameters": (STRING, 'the swept values by key as JSON: {"control.weight": 0.3}'),
+        "control": (STRING, "every parameter of the controller with its value, as JSON"),
         "scenario": (STRING, "the run file, every default explicit; `mjnav run` repeats the episode with it and seed"),
     }
 )
@@ -74,7 +82,24 @@ PLACE: Mapping[str, tuple[str, str]] = MappingProxyType(
         "revision": (STRING, "mjnav's version and git revision"),
     }
 )
-COLUMNS: Mapping[str, tuple[str, str]] = MappingProxyType({**LABELS, **FIGURES, **PLACE})
+# What decides an episode's bits beside its labels: column -> the fact of `loop.provenance` that it holds.
+MADE_WITH: Mapping[str, str] = MappingProxyType({fact.replace(".", "_"): fact for fact in FACTS})
+COLUMNS: Mapping[str, tuple[str, str]] = MappingProxyType(
+    {
+        **LABELS,
+        **FIGURES,
+        **PLACE,
+        "row_schema": (INTEGER, "the version of these columns"),
+        **{column: (STRING, FACTS[fact][1]) for column, fact in MADE_WITH.items()},
+    }
+)
+CELL = ("study", "scene", "setting", "method")  # the labels that the rows of one cell share
+PLACE_IN_STUDY = (*CELL, "seed")  # the labels of one episode
+
+
+def made_with(row: Mapping[str, Any]) -> dict[str, str | None]:
+    """The facts that a row carries; None where the version of mjnav that wrote it did not record them."""
+    return {fact: row.get(column) for column, fact in MADE_WITH.items()}
 
 
 def flatten(summary: Mapping[str, Any], prefix: str = "") -> Row:

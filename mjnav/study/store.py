@@ -1,18 +1,24 @@
-"""A sweep's results: a folder of immutable Parquet shards. The ids in them say which episodes are done.
+"""A sweep's results: a folder of immutable Parquet shards. The labels in them say which episodes are done.
 
     study.toml              what was asked for
-    part-000003-1f6c0a.parquet     rows with a result, `row.COLUMNS`, zstd
-    failed-000004-9ab341.parquet   rows with an error; a retry removes them first
-    lock                    held by the sweep that writes
+    part-000003-<digest>.parquet     rows with a result, `row.COLUMNS`, zstd
+    failed-000004-<digest>.parquet   rows with an error; a retry removes them first
+    lock                    held by the sweep that writes; empty
 
 A shard appears whole or not at all: it is written under another name, flushed to the disk and renamed. Whatever is
-killed at whatever moment, each id stands in one shard at most. Everything that reads Parquet reads them:
+killed at whatever moment, each id stands in one shard at most. A shard's name has the digest of its content, which is
+checked before anything in it is used. Everything that reads Parquet reads them:
 
     SELECT method, avg(success::int) FROM 'runs/out/NAME/part-*.parquet' GROUP BY method
+
+A file with one of these names that no sweep wrote is neither overwritten nor removed: the folder is refused.
 """
 
 import fcntl
+import hashlib
 import os
+import re
+import stat
 import uuid
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Sequence
@@ -21,13 +27,22 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from mjnav.errors import InputError, MjnavError, missing_extra
-from mjnav.study.row import COLUMNS, Row
+from mjnav.study.row import COLUMNS, PLACE_IN_STUDY, Row
 
 if TYPE_CHECKING:
     import pyarrow
 
-STUDY_FILE = "study.toml"
+STUDY_FILE, LOCK = "study.toml", "lock"
 DONE, FAILED = "part", "failed"
+DIGITS = 32  # of a shard's digest: 128 bits
+# Names of earlier versions have eight random digits in place of the digest.
+SHARD = re.compile(rf"({DONE}|{FAILED})-\d{{6,}}-([0-9a-f]{{8}}|[0-9a-f]{{{DIGITS}}})\.parquet")
+TEMPORARY = re.compile(rf"({SHARD.pattern}|{re.escape(STUDY_FILE)}\.[0-9a-f]{{8}})\.tmp")
+MARK = "# mjnav "  # how a study file that a sweep wrote begins; the command follows
+
+FILE = "a file"
+
+Place = tuple[str, str, str, str, int]  # the values of PLACE_IN_STUDY
 
 
 class Store:
@@ -37,9 +52,10 @@ class Store:
         self.folder = Path(folder)
         _parquet()
 
-    def done(self) -> set[str]:
-        """The ids of all episodes with a row, failed ones too."""
-        return set(self.rows(["id"])["id"].to_pylist())
+    def done(self) -> set[Place]:
+        """The places of all episodes with a row, failed ones too."""
+        columns = self.rows(PLACE_IN_STUDY)
+        return set(zip(*(columns[name].to_pylist() for name in PLACE_IN_STUDY), strict=True))
 
     def has_rows(self) -> bool:
         """Whether there is any."""
@@ -47,7 +63,17 @@ class Store:
 
     def num_failed(self) -> int:
         """How many rows have an error."""
-        return sum(_parquet().read_metadata(shard).num_rows for shard in self._shards(FAILED))
+        return sum(len(_read(shard, ["id"])) for shard in self._shards(FAILED))
+
+    def kinds(self, columns: Sequence[str], *, failed: bool = True) -> Counter[tuple[str | None, ...]]:
+        """How many rows have which values of these columns of text. Raises MjnavError as `rows` does."""
+        found: Counter[tuple[str | None, ...]] = Counter()
+        for shard in [*self._shards(DONE), *(self._shards(FAILED) if failed else ())]:
+            table = _completed(_read(shard, columns), columns)
+            counted = table.group_by(list(columns)).aggregate([([], "count_all")]).to_pydict()
+            for *values, count in zip(*(counted[name] for name in (*columns, "count_all")), strict=True):
+                found[tuple(values)] += count
+        return found
 
     def causes(self) -> Counter[str]:
         """How many episodes failed of each cause."""
@@ -55,14 +81,10 @@ class Store:
             error for shard in self._shards(FAILED) for error in _read(shard, ["error"])["error"].to_pylist()
         )
 
-    def revisions(self) -> set[str]:
-        """The revisions of mjnav that the rows are of."""
-        return set(self.rows(["revision"])["revision"].unique().to_pylist())
-
     def study(self) -> str:
         """The text of the study file that was last swept into this folder; empty where there is none."""
         with suppress(FileNotFoundError):
-            return (self.folder / STUDY_FILE).read_text(encoding="utf-8")
+            return (self.folder / STUDY_FILE).read_text(encoding="utf-8", errors="replace")
         return ""
 
     def rows(self, columns: Sequence[str] | None = None, *, failed: bool = True) -> "pyarrow.Table":
@@ -77,8 +99,7 @@ class Store:
         wanted = list(dict.fromkeys(["id", *names]))
         shards = [*self._shards(DONE), *(self._shards(FAILED) if failed else ())]
         tables = [_read(shard, wanted) for shard in shards]
-        # Columns that a shard of an older version lacks are null.
-        table = pa.concat_tables([_schema().empty_table().select(wanted), *tables], promote_options="default")
+        table = pa.concat_tables([_completed(table, wanted) for table in (_schema().empty_table(), *tables)])
         if len(table) != len(table["id"].unique()):
             raise MjnavError(f"{self.folder}: an episode stands in two shards; shards were copied into this folder?")
         return table.select(names)
@@ -96,21 +117,51 @@ class Store:
                 self._write_shard(kind, of_kind)
 
     def forget_failures(self) -> int:
-        """Removes the rows with an error, so that their episodes are no longer done; says how many."""
+        """Removes the rows with an error, so that their episodes are no longer done; says how many there were."""
         count = self.num_failed()
         for shard in self._shards(FAILED):
             shard.unlink()
         return count
 
+    def check_own(self) -> None:
+        """Raises InputError where something with the name of a sweep's file was not written by one, or is no file."""
+        if not os.path.lexists(self.folder):
+            return
+        if not self.folder.is_dir():
+            raise InputError(f"{self.folder}: found {_kind(self.folder)}; allowed: a folder for results, or none yet")
+        lock, study = self.folder / LOCK, self.folder / STUDY_FILE
+        foreign = [
+            path
+            for path in (*self._shards(DONE), *self._shards(FAILED))
+            if not SHARD.fullmatch(path.name) or _kind(path) != FILE
+        ]
+        if os.path.lexists(lock) and (_kind(lock) != FILE or lock.stat().st_size):
+            foreign.append(lock)
+        known = os.path.lexists(lock) or self.has_rows()
+        if os.path.lexists(study) and not (known and _kind(study) == FILE and self._marked()):
+            foreign.append(study)
+        if foreign:
+            more = f" (nor {len(foreign) - 1} more)" * (len(foreign) > 1)
+            raise InputError(
+                f"{foreign[0]}: not written by mjnav{more}, and never overwritten: -o names another folder"
+            )
+
+    def _marked(self) -> bool:
+        """Whether the study file is one that a sweep wrote; there is nothing to lose in an empty one."""
+        with open(self.folder / STUDY_FILE, "rb") as file:
+            return file.read(len(MARK)) in (b"", MARK.encode())
+
     @contextmanager
-    def writing(self, study: str) -> Iterator[None]:
+    def writing(self, study: str, check: Callable[[], None] = lambda: None) -> Iterator[None]:
         """Makes the folder and holds its lock; removes what a killed writer left, and keeps the text of the study.
 
-        Raises InputError where another sweep writes to it, or the folder cannot be made.
+        `check` is called with the lock held, before anything is removed or written. Raises InputError where another
+        sweep writes to it, the folder cannot be made, or `check_own` does.
         """
+        self.check_own()
         try:
             self.folder.mkdir(parents=True, exist_ok=True)
-            lock = os.open(self.folder / "lock", os.O_CREAT | os.O_RDWR, 0o644)
+            lock = os.open(self.folder / LOCK, os.O_CREAT | os.O_RDWR | os.O_NOFOLLOW, 0o644)
         except OSError as error:
             raise InputError(f"{self.folder}: {error.strerror}") from None
         try:
@@ -118,9 +169,11 @@ class Store:
                 fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
             except OSError:
                 raise InputError(f"{self.folder}: another sweep writes to it") from None
-            for left in self.folder.glob("*.parquet.tmp"):
-                left.unlink()
-            self._write(STUDY_FILE, lambda file: file.write(study.encode()))
+            check()
+            for left in self.folder.glob("*.tmp"):
+                if TEMPORARY.fullmatch(left.name):
+                    left.unlink()
+            self._write(STUDY_FILE, study.encode(), temporary=f"{STUDY_FILE}.{uuid.uuid4().hex[:8]}.tmp")
             yield
         finally:
             os.close(lock)
@@ -132,20 +185,22 @@ class Store:
         import pyarrow as pa
 
         table = pa.Table.from_pylist(list(rows), schema=_schema())
+        content = pa.BufferOutputStream()
+        _parquet().write_table(table, content, compression="zstd", write_page_checksum=True)
+        data = content.getvalue().to_pybytes()
         number = len(self._shards(DONE)) + len(self._shards(FAILED))
-        name = f"{kind}-{number:06d}-{uuid.uuid4().hex[:8]}.parquet"
-        self._write(name, lambda file: _parquet().write_table(table, file, compression="zstd"))
+        name = f"{kind}-{number:06d}-{_digest(data)}.parquet"
+        self._write(name, data, temporary=f"{name}.tmp")
 
-    def _write(self, name: str, write: Callable[[Any], object]) -> None:
+    def _write(self, name: str, content: bytes, *, temporary: str) -> None:
         """A whole file or none."""
-        path = self.folder / name
-        temporary = self.folder / f"{name}.tmp"
+        path, partial = self.folder / name, self.folder / temporary
         try:
-            with open(temporary, "wb") as file:
-                write(file)
+            with open(partial, "wb") as file:
+                file.write(content)
                 file.flush()
                 os.fsync(file.fileno())
-            os.replace(temporary, path)
+            os.replace(partial, path)
             folder = os.open(self.folder, os.O_RDONLY)
             try:
                 os.fsync(folder)
@@ -153,9 +208,21 @@ class Store:
                 os.close(folder)
         except OSError as error:
             with suppress(OSError):
-                temporary.unlink(missing_ok=True)
+                partial.unlink(missing_ok=True)
             reason = error.strerror or " ".join(str(error).split())
             raise MjnavError(f"{path}: {reason}") from None
+
+
+def _kind(path: Path) -> str:
+    """What stands at a path, a link not followed."""
+    mode = path.lstat().st_mode
+    if stat.S_ISLNK(mode):
+        return f"a link to {os.readlink(path)}"
+    return FILE if stat.S_ISREG(mode) else "a folder" if stat.S_ISDIR(mode) else "a device"
+
+
+def _digest(content: bytes) -> str:
+    return hashlib.sha256(content).hexdigest()[:DIGITS]
 
 
 def _parquet() -> Any:
@@ -172,11 +239,31 @@ def _schema() -> "pyarrow.Schema":
     return pa.schema([(name, pa.type_for_alias(kind)) for name, (kind, _) in COLUMNS.items()])
 
 
-def _read(shard: Path, columns: list[str]) -> "pyarrow.Table":
+def _read(shard: Path, columns: Sequence[str]) -> "pyarrow.Table":
+    """The columns that a shard has of these. Raises MjnavError where it is not what was written."""
     import pyarrow as pa
 
+    name = SHARD.fullmatch(shard.name)
+    if name is None:
+        raise MjnavError(f"{shard}: not written by mjnav; move it elsewhere")
     try:
-        return _parquet().ParquetFile(shard).read(columns)
+        content = shard.read_bytes()
+        if len(name[2]) == DIGITS and _digest(content) != name[2]:  # earlier versions named none
+            raise OSError("its content has changed since it was written")
+        file = _parquet().ParquetFile(pa.BufferReader(content), page_checksum_verification=True)
+        if "id" not in file.schema_arrow.names:
+            raise OSError("not of a sweep")
+        return file.read(list(columns))
     except (OSError, pa.ArrowException) as error:
         reason = " ".join(str(error).split())
-        raise MjnavError(f"{shard}: not readable ({reason}); without it, --resume runs its episodes again") from None
+        raise MjnavError(f"{shard}: damaged ({reason}); remove it, then --resume runs its episodes again") from None
+
+
+def _completed(table: "pyarrow.Table", columns: Sequence[str]) -> "pyarrow.Table":
+    """These columns in their order, null where a shard of an earlier version lacks one."""
+    import pyarrow as pa
+
+    for name in columns:
+        if name not in table.column_names:
+            table = table.append_column(name, pa.nulls(len(table), pa.type_for_alias(COLUMNS[name][0])))
+    return table.select(list(columns))

@@ -5,9 +5,11 @@ from collections.abc import Callable, Sequence
 from contextlib import closing
 from dataclasses import dataclass
 
-from mjnav.errors import InputError
+from mjnav.errors import InputError, MjnavError
+from mjnav.loop.provenance import changes, provenance
 from mjnav.study.cells import Cell
-from mjnav.study.row import Row
+from mjnav.study.changes import changes_since, told
+from mjnav.study.row import Row, made_with
 from mjnav.study.schedulers import Scheduler
 from mjnav.study.store import Store
 from mjnav.study.study_file import StudyFile
@@ -37,6 +39,24 @@ def trials(study: StudyFile, cells: Sequence[Cell]) -> list[Trial]:
     return [Trial(study.name, cell, seed) for seed in study.all_seeds for cell in cells]
 
 
+def check(wanted: Sequence[Trial], store: Store, *, resume: bool, failed: bool = True, accept: bool = False) -> None:
+    """Raises InputError where these trials cannot be added to the store.
+
+    That is where it has files that no sweep wrote; has rows, and `resume` is not asked for; or where its rows of the
+    same cells were made with something that is another now, and `accept` is not asked for. Without `failed`, rows with
+    an error do not count. Nothing is written. Raises MjnavError where a shard is damaged.
+    """
+    store.check_own()
+    if not resume and store.has_rows():
+        raise InputError(f"{store.folder} has results: --resume adds what is missing, or -o names another folder")
+    found = {} if accept else changes_since(wanted, store, failed=failed)
+    if found:
+        raise InputError(
+            f"{store.folder}: not the same as when its rows were made: {told(found)}. Nothing was changed: -o names "
+            "another folder; --accept-changed keeps the rows that are there, and adds what is missing as it is now"
+        )
+
+
 def sweep(
     wanted: Sequence[Trial],
     store: Store,
@@ -45,30 +65,40 @@ def sweep(
     text: str = "",
     resume: bool = False,
     retry_failed: bool = False,
+    accept_changed: bool = False,
     stop: Callable[[], bool] = lambda: False,
     begin: Callable[[int], None] = lambda kept: None,
     progress: Callable[[int, Row], None] = lambda done, row: None,
 ) -> Report:
-    """Runs the trials that the store has no row of, those that failed too with `retry_failed`.
+    """Runs the trials whose place in the study has no row in the store, those that failed too with `retry_failed`.
 
-    `text` is kept beside the rows; `begin` is told how many of them are there, `progress` how many were run and the
-    latest row; `stop` is asked whether to end: what is done then is kept. Raises InputError
-    where the store has rows and neither `resume` nor `retry_failed` is given, MjnavError where the disk refuses.
+    With `accept_changed`, rows that were made with something that is another now count as done, and so do those of
+    workers that differ from this process: never are there two rows of one place. `text` is kept beside the rows;
+    `begin` is told how many of them are there, `progress` how many were run and the latest row; `stop` is asked whether
+    to end: what is done then is kept. Raises InputError as `check` does, before anything is written; MjnavError where
+    the disk refuses, and where a worker differs from this process: its episode is left out, others are kept.
     """
     began = time.monotonic()
-    if not (resume or retry_failed) and store.has_rows():
-        raise InputError(f"{store.folder} has results: --resume adds what is missing, or -o names another folder")
-    with store.writing(text):
+    resume = resume or retry_failed
+
+    def checked() -> None:
+        check(wanted, store, resume=resume, failed=not retry_failed, accept=accept_changed)
+
+    if not resume:
+        checked()  # before there is a folder
+    with store.writing(text, checked):
         if retry_failed:
             store.forget_failures()
         done = store.done()
-        missing = [trial for trial in wanted if trial.id not in done]
+        missing = [trial for trial in wanted if trial.place not in done]
         begin(len(wanted) - len(missing))
         buffer = _Buffer(store)
         try:
             with closing(scheduler(missing, stop)) as rows:
                 for row in rows:
                     if row is not None:
+                        if not accept_changed:
+                            check_worker(row)
                         buffer.add(row)
                         progress(buffer.count, row)
                     buffer.flush_if_due()
@@ -85,6 +115,21 @@ def sweep(
             episode_seconds=buffer.seconds,
             interrupted=buffer.count < len(missing),
         )
+
+
+def check_worker(row: Row) -> None:
+    """Raises MjnavError where a row with a result was made with something else than this process has."""
+    if row["error"] is None and (found := worker_changes(row)):
+        raise MjnavError(
+            f"the worker on {row['machine']} is not as this process: {'; '.join(found)}; its episode was left out. "
+            "Make them the same, or keep the episodes of both with --accept-changed"
+        )
+
+
+def worker_changes(row: Row) -> tuple[str, ...]:
+    """What the process that made a row has that is another here, in words: "numpy was 2.4.6, is 2.4.5" there."""
+    here, there = provenance(row["controller"]), made_with(row)
+    return () if here == there else changes(here, there)
 
 
 class _Buffer:

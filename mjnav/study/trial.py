@@ -11,12 +11,13 @@ from functools import lru_cache
 from mjnav import scenarios
 from mjnav.loop.episode import Episode, Result, warm_up
 from mjnav.loop.fault import RunFault, describe_fault
+from mjnav.loop.provenance import digest, provenance
 from mjnav.loop.run_info import revision
 from mjnav.metrics.effort import time_to_avoid
 from mjnav.metrics.safety import lane_clearance
 from mjnav.scenarios.spec import Scenario
 from mjnav.study.cells import Cell
-from mjnav.study.row import COLUMNS, Row, flatten
+from mjnav.study.row import COLUMNS, MADE_WITH, ROW_SCHEMA, Row, flatten
 from mjnav.study.sample_shape import SampleShape
 from mjnav.study.variants import DEFAULT_SETTING
 
@@ -33,13 +34,23 @@ class Trial:
     seed: int
 
     @property
-    def id(self) -> str:
-        """A hash of the labels, the resolved scenario and the seed: equal where the episode is the same.
+    def place(self) -> tuple[str, str, str, str, int]:
+        """Where it stands in the study: the values of `row.PLACE_IN_STUDY`."""
+        return (*self.cell_place, self.seed)
 
-        It says nothing of the program's version, which stands in the row.
+    @property
+    def cell_place(self) -> tuple[str, str, str, str]:
+        """Where its cell stands: the values of `row.CELL`."""
+        return self.study, self.cell.scene, self.cell.setting, self.cell.method
+
+    @property
+    def id(self) -> str:
+        """A hash of place, scenario, parameters and all that decides the bits: equal where the episode is the same.
+
+        In a process with another program or on another processor, the same trial has another id.
         """
         cell = self.cell
-        content = [cell.scene, cell.setting, cell.method, cell.parameters, cell.document, self.seed]
+        content = [*self.place, cell.parameters, cell.document, cell.control, digest(provenance(cell.controller))]
         return hashlib.sha256(json.dumps(content).encode()).hexdigest()[:ID_DIGITS]
 
     @property
@@ -80,7 +91,7 @@ def failed_row(trial: Trial, cause: str, seconds: float | None = None) -> Row:
 
 
 def _row(trial: Trial, seconds: float | None, **figures: object) -> Row:
-    cell = trial.cell
+    cell, facts = trial.cell, provenance(trial.cell.controller)
     row: Row = dict.fromkeys(COLUMNS) | {
         "id": trial.id,
         "study": trial.study,
@@ -90,10 +101,13 @@ def _row(trial: Trial, seconds: float | None, **figures: object) -> Row:
         "seed": trial.seed,
         "controller": cell.controller,
         "parameters": cell.parameters,
+        "control": cell.control,
         "scenario": cell.document,
         "wall_s": seconds,
         "machine": platform.node(),
         "revision": revision(),
+        "row_schema": ROW_SCHEMA,
+        **{column: facts[fact] for column, fact in MADE_WITH.items()},
     }
     return row | {column: value for column, value in figures.items() if column in COLUMNS}
 

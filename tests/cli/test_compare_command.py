@@ -165,10 +165,10 @@ def test_a_kept_study_that_cannot_be_read_leaves_the_figures(mjnav, study, tmp_p
 
 
 def test_a_damaged_shard_is_told_in_a_line(mjnav, study, tmp_path):
-    (tmp_path / "runs/out/two methods/part-000009-0.parquet").write_bytes(b"PAR1")
+    (tmp_path / "runs/out/two methods/part-000009-1f6c0a12.parquet").write_bytes(b"PAR1")
     said = mjnav("compare", "two.toml")
     assert (said.code, said.out) == (1, "")
-    assert "part-000009-0.parquet: not readable" in said.err
+    assert "part-000009-1f6c0a12.parquet: damaged (" in said.err
 
 
 def test_without_the_extra_it_says_what_to_install(mjnav, study, monkeypatch):

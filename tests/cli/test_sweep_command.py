@@ -104,13 +104,6 @@ def test_an_episode_that_breaks_is_counted_by_its_cause_and_can_be_retried(sweep
     assert "4 episodes, 2 of them" in sweep("--seeds", 2, "--retry-failed").out
 
 
-def test_results_of_another_revision_are_told(sweep, monkeypatch):
-    assert sweep("--seeds", 1).code == 0
-    monkeypatch.setattr("mjnav.loop.run_info.revision", lambda: "0.0.1 abc")
-    monkeypatch.setattr("mjnav.study.trial.revision", lambda: "0.0.1 abc")
-    assert "mjnav: some were run by another revision: " in sweep("--seeds", 2, "--resume").err
-
-
 @pytest.mark.parametrize(
     ("words", "line"),
     [

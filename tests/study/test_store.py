@@ -18,10 +18,14 @@ def row(number: int, error: str | None = None) -> dict:
     return dict.fromkeys(COLUMNS) | {"id": f"{number:04d}", "seed": number, "error": error, "time_s": 0.5 * number}
 
 
+def seeds(store: Store) -> set[int]:
+    return {seed for *_, seed in store.done()}
+
+
 @pytest.fixture
 def store(tmp_path):
     store = Store(tmp_path / "results")
-    with store.writing("the study"):
+    with store.writing("# mjnav the study"):
         yield store
 
 
@@ -31,9 +35,9 @@ def test_what_was_added_is_there(store):
     table = store.rows()
     assert table.column_names == list(COLUMNS)
     assert sorted(table.to_pylist(), key=lambda r: r["id"]) == [row(0), row(1), row(2), row(3, "broke")]
-    assert store.done() == {"0000", "0001", "0002", "0003"}
+    assert seeds(store) == {0, 1, 2, 3}
     assert store.rows(["seed"], failed=False)["seed"].to_pylist() == [0, 1, 2]
-    assert (store.study(), store.has_rows()) == ("the study", True)
+    assert (store.study(), store.has_rows()) == ("# mjnav the study", True)
 
 
 def test_an_empty_store_has_no_rows(tmp_path):
@@ -56,14 +60,14 @@ def test_failures_are_counted_by_cause_and_forgotten_together(store):
     store.append([row(3, "a")])
     assert (store.causes(), store.num_failed()) == ({"a": 2, "b": 1}, 3)
     assert store.forget_failures() == 3
-    assert (store.done(), store.num_failed()) == ({"0000"}, 0)
+    assert (seeds(store), store.num_failed()) == ({0}, 0)
 
 
 def test_an_id_in_two_shards_is_told(store):
     store.append([row(0)])
     store.append([row(0)])
     with pytest.raises(MjnavError, match="an episode stands in two shards"):
-        store.done()
+        store.rows()
 
 
 def test_what_a_killed_writer_left_is_not_read_and_goes(store):
@@ -72,7 +76,7 @@ def test_what_a_killed_writer_left_is_not_read_and_goes(store):
     left.write_bytes(b"PAR1 half of a sh")
     theirs = store.folder / "notes.tmp"
     theirs.write_text("not ours")
-    assert store.done() == {"0000"}
+    assert seeds(store) == {0}
     again = Store(store.folder)
     with pytest.raises(InputError, match="another sweep writes to it"), again.writing(""):
         pass
@@ -84,7 +88,7 @@ def test_a_writer_that_comes_after_a_killed_one_cleans_up(tmp_path):
     code = f"""
 import time
 from mjnav.study.store import Store
-with Store({str(folder)!r}).writing("the first"):
+with Store({str(folder)!r}).writing("# mjnav the first"):
     open({str(folder / "part-000000-abcdef01.parquet.tmp")!r}, "w").close()
     open({str(folder / "notes.tmp")!r}, "w").close()
     print("writing", flush=True)
@@ -97,29 +101,29 @@ with Store({str(folder)!r}).writing("the first"):
         with pytest.raises(InputError, match=f"{folder}: another sweep writes to it"), Store(folder).writing(""):
             pass
         writer.send_signal(signal.SIGKILL)
-    with Store(folder).writing("the second"):
+    with Store(folder).writing("# mjnav the second"):
         assert sorted(path.name for path in folder.iterdir()) == ["lock", "notes.tmp", "study.toml"]
-    assert Store(folder).study() == "the second"
+    assert Store(folder).study() == "# mjnav the second"
 
 
 def test_a_shard_that_cannot_be_read_is_told_in_a_line(store):
     store.append([row(0)])
     (shard,) = store.folder.glob("*.parquet")
     shard.write_bytes(shard.read_bytes()[:-20])
-    with pytest.raises(
-        MjnavError, match=rf"{shard}: not readable \(.*\); without it, --resume runs its episodes again"
-    ):
+    with pytest.raises(MjnavError, match=rf"{shard}: damaged \(.*\); remove it, then --resume runs its episodes again"):
         store.done()
 
 
 def test_a_column_that_came_later_is_null_in_older_shards(store):
     store.append([row(0)])
     (shard,) = store.folder.glob("*.parquet")
-    pq.write_table(pq.read_table(shard).drop_columns(["time_s"]), shard)
+    older = shard.with_name("part-000000-1f6c0a12.parquet")  # as they were named, without a digest
+    pq.write_table(pq.read_table(shard).drop_columns(["time_s", "row_schema"]), older)
+    shard.unlink()
     store.append([row(1)])
-    assert sorted(store.rows(["id", "time_s"]).to_pylist(), key=str) == [
-        {"id": "0000", "time_s": None},
-        {"id": "0001", "time_s": 0.5},
+    assert sorted(store.rows(["id", "time_s", "row_schema"]).to_pylist(), key=str) == [
+        {"id": "0000", "time_s": None, "row_schema": None},
+        {"id": "0001", "time_s": 0.5, "row_schema": None},
     ]
 
 
@@ -141,7 +145,7 @@ def test_what_the_disk_refuses_leaves_the_store_as_it_was(store):
         store.append([row(1)])
     assert sorted(store.folder.iterdir()) == before
     store.append([row(1)])
-    assert store.done() == {"0000", "0001"}
+    assert seeds(store) == {0, 1}
 
 
 def test_a_folder_that_cannot_be_made_is_told(tmp_path):

@@ -66,6 +66,8 @@ def _care(results: Results) -> Iterator[str]:
         yield f"Without the reference, and so without differences: {_some(without)}."
     if len(results.revisions) > 1:
         yield f"Rows of several revisions of mjnav: {_some(list(results.revisions))}."
+    for mixture in results.mixtures:
+        yield f"Not all rows were made alike: {printable(str(mixture))}."
     if results.others:
         yield f"Rows of other studies in the folder are left out: {_some(list(results.others))}."
 

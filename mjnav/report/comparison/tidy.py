@@ -54,6 +54,7 @@ def document(results: Results) -> dict[str, Any]:
         "failed": sum(results.causes.values()),
         "causes": dict(results.causes.most_common()),
         "revisions": list(results.revisions),
+        "made_with": [{"what": mixture.what, "rows": dict(mixture.rows)} for mixture in results.mixtures],
         "tables": [
             {
                 "scene": table.scene,

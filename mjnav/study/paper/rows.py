@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from mjnav.study.cells import Cell, resolve
 from mjnav.study.compare import CellRows, cell_rows
 from mjnav.study.paper import ITEMS, module
-from mjnav.study.row import COLUMNS
+from mjnav.study.row import COLUMNS, PLACE_IN_STUDY
 from mjnav.study.store import Store
 from mjnav.study.study_file import StudyFile, load_study
 from mjnav.study.trial import Trial
@@ -50,11 +50,19 @@ def rows(store: Store, wanted: Sequence[PaperStudy], names: Sequence[str]) -> li
     """The rows of the studies called `names`, of their present cells and seeds alone, methods in the files' order."""
     import pyarrow as pa
 
-    table = store.rows([name for name in COLUMNS if name != "scenario"])
+    table = store.rows(list(COLUMNS))
+    same = [*PLACE_IN_STUDY, "scenario"]
+    keys = list(zip(*(table[name].to_pylist() for name in same), strict=True))
+    table = table.drop_columns(["scenario"])
     found: list[CellRows] = []
     for study in wanted:
         if study.file.name in names:
-            ids = {Trial(study.file.name, cell, seed).id for cell in study.cells for seed in study.file.all_seeds}
-            of_study = table.filter(pa.array([row in ids for row in table["id"].to_pylist()], pa.bool_()))
+            asked = {
+                (*trial.place, trial.cell.document)
+                for trial in (
+                    Trial(study.file.name, cell, seed) for cell in study.cells for seed in study.file.all_seeds
+                )
+            }
+            of_study = table.filter(pa.array([key in asked for key in keys], pa.bool_()))
             found += cell_rows(of_study, [method.label for method in study.file.methods])
     return found

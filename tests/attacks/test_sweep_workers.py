@@ -1,0 +1,69 @@
+"""Rows of a worker that is not as the process that began the sweep are not mixed with the others unasked."""
+
+import importlib
+import multiprocessing
+import sys
+
+import pytest
+
+from mjnav.errors import MjnavError
+from mjnav.study.cells import resolve
+from mjnav.study.schedulers import local
+from mjnav.study.store import Store
+from mjnav.study.study_file import load_study
+from mjnav.study.sweep import sweep, trials
+from mjnav.study.trial import Trial, run_trial
+from tests.attacks.test_sweep_identity import FILES
+
+
+@pytest.fixture
+def own_trials(tmp_path, monkeypatch) -> list[Trial]:
+    """The episodes of a study whose controller imports a file beside it."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.syspath_prepend(tmp_path)
+    for name in ("own_controllers", "own_risk"):
+        monkeypatch.delitem(sys.modules, name, raising=False)
+    importlib.invalidate_caches()
+    for name, text in FILES.items():
+        (tmp_path / name).write_text(text)
+    study = load_study("own.toml")
+    return trials(study, resolve(study))
+
+
+def test_a_worker_that_begins_after_an_edit_ends_the_sweep_with_one_line(own_trials, tmp_path):
+    store = Store(tmp_path / "out")
+
+    def edit_and_kill(done, row):
+        (tmp_path / "own_risk.py").write_text("FACTOR = 20.0\n")
+        for process in multiprocessing.active_children():
+            process.kill()
+
+    told = r"^the worker on .* is not as this process: own_risk\.py changed; its episode was left out\. "
+    with pytest.raises(MjnavError, match=told):
+        sweep(own_trials, store, local(1), progress=edit_and_kill)
+    assert store.rows(["seed", "error"]).to_pylist() == [{"seed": 0, "error": None}]
+    assert multiprocessing.active_children() == []
+
+
+def elsewhere(wanted, stop):
+    """As a worker with another NumPy would give them, but the first."""
+    for number, trial in enumerate(wanted):
+        yield run_trial(trial) | ({"version_numpy": "1.0", "machine": "there"} if number else {})
+
+
+def test_rows_of_another_numpy_are_kept_on_request_alone(own_trials, tmp_path):
+    store = Store(tmp_path / "out")
+    with pytest.raises(MjnavError, match=r"^the worker on there is not as this process: numpy was .*, is 1\.0; "):
+        sweep(own_trials, store, elsewhere)
+    assert len(store.done()) == 1
+    assert sweep(own_trials, store, elsewhere, resume=True, accept_changed=True).run == 1
+    assert sweep(own_trials, store, elsewhere, resume=True, accept_changed=True).run == 0
+
+
+def test_a_row_of_an_earlier_mjnav_on_a_worker_is_told(own_trials, tmp_path):
+    def earlier(wanted, stop):
+        for trial in wanted:
+            yield {name: value for name, value in run_trial(trial).items() if not name.startswith(("version", "cpu"))}
+
+    with pytest.raises(MjnavError, match="written by an earlier version of mjnav, which did not record "):
+        sweep(own_trials, Store(tmp_path / "out"), earlier)
