@@ -1,0 +1,125 @@
+"""A sweep overwrites and removes no file that a sweep did not write."""
+
+import os
+from collections.abc import Callable
+
+import pytest
+
+from mjnav.cli.main import main
+from mjnav.errors import InputError
+from mjnav.study.store import Store
+
+OURS = "# mjnav sweep two.toml\nschema = 1\n"
+
+
+SWEEP = ("sweep", "crossings", "--scene", "crossing1", "--seeds", "1", "-o", "results")
+
+
+@pytest.fixture
+def refused(capsys, tmp_path, monkeypatch) -> Callable[..., str]:
+    """What a sweep into a folder says that it refuses, in one line; nothing there is another then."""
+    monkeypatch.chdir(tmp_path)
+
+    def call(*words: str) -> str:
+        before = tree(tmp_path)
+        code, said = main([*SWEEP, *words]), capsys.readouterr().err
+        assert (code, said.count("\n"), tree(tmp_path)) == (2, 1, before), said
+        return said
+
+    return call
+
+
+def tree(folder) -> dict[str, bytes | str]:
+    return {
+        str(path.relative_to(folder)): os.readlink(path) if path.is_symlink() else path.read_bytes()
+        for path in folder.rglob("*")
+        if path.is_symlink() or path.is_file()
+    }
+
+
+def a_study(folder):
+    (folder / "study.toml").write_text("schema = 1\nname = 'mine'\n")
+
+
+def a_study_that_calls_itself_ours(folder):
+    (folder / "study.toml").write_text(OURS)
+
+
+def a_study_of_bytes(folder):
+    (folder / "lock").touch()
+    (folder / "study.toml").write_bytes(b"\xff\xfe\0\n" * 100)
+
+
+def a_study_that_is_a_link(folder):
+    (folder / "lock").touch()
+    (folder / "elsewhere").write_text(OURS)
+    (folder / "study.toml").symlink_to("elsewhere")
+
+
+def a_lock(folder):
+    (folder / "lock").write_text("pid 4711\n")
+
+
+def a_lock_that_is_a_link(folder):
+    (folder / "lock").symlink_to("not yet there")
+
+
+def a_shard_of_another_program(folder):
+    (folder / "part-0.parquet").write_bytes(b"PAR1 of another program PAR1")
+
+
+def a_failed_shard_of_another_program(folder):
+    (folder / "failed-us-east.parquet").write_bytes(b"PAR1")
+
+
+def a_folder_for_a_shard(folder):
+    (folder / "part-000000-1f6c0a12.parquet").mkdir()
+    (folder / "part-000000-1f6c0a12.parquet" / "x").touch()
+
+
+FOREIGN = (
+    a_study,
+    a_study_that_calls_itself_ours,
+    a_study_of_bytes,
+    a_study_that_is_a_link,
+    a_lock,
+    a_lock_that_is_a_link,
+    a_shard_of_another_program,
+    a_failed_shard_of_another_program,
+    a_folder_for_a_shard,
+)
+
+
+@pytest.mark.parametrize("words", [(), ("--resume", "--accept-changed"), ("--retry-failed",), ("--dry-run",)])
+@pytest.mark.parametrize("foreign", FOREIGN)
+def test_a_file_that_no_sweep_wrote_is_refused_and_stays(refused, tmp_path, foreign, words):
+    (tmp_path / "results").mkdir()
+    foreign(tmp_path / "results")
+    assert "not written by mjnav" in refused(*words)
+
+
+@pytest.mark.parametrize("what", ["a file", "a link to nowhere"])
+def test_a_folder_that_is_none_is_refused_and_stays(refused, tmp_path, what):
+    place = tmp_path / "results"
+    place.write_text("mine") if what == "a file" else place.symlink_to("nowhere")
+    assert refused() == f"mjnav: results: found {what}; allowed: a folder for results, or none yet\n"
+
+
+def test_other_files_in_the_folder_stay_also_those_with_the_names_of_leftovers(tmp_path):
+    others = ("notes.txt", "part-0.parquet.tmp", "study.toml.tmp", "x.tmp", "study.toml.bak")
+    for name in others:
+        (tmp_path / name).write_text("mine")
+    for _ in range(2):
+        with Store(tmp_path).writing(OURS):
+            pass
+    assert [(tmp_path / name).read_text() for name in others] == ["mine"] * len(others)
+    assert sorted(path.name for path in tmp_path.iterdir()) == sorted(["lock", "study.toml", *others])
+
+
+def test_a_study_file_is_a_sweeps_own_by_its_first_line(tmp_path):
+    with Store(tmp_path).writing(OURS):
+        pass
+    Store(tmp_path).check_own()
+    (tmp_path / "study.toml").write_text(OURS.replace("# mjnav", "# not mjnav"))
+    with pytest.raises(InputError, match=r"study\.toml: not written by mjnav"):
+        Store(tmp_path).check_own()

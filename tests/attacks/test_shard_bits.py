@@ -1,0 +1,73 @@
+"""No flipped bit of a shard of results comes back as another value."""
+
+import random
+
+import pyarrow.parquet as pq
+import pytest
+
+from mjnav.errors import MjnavError
+from mjnav.study.row import COLUMNS
+from mjnav.study.store import Store
+from tests.study.made_up import row
+
+FLIPS = 400
+
+
+@pytest.fixture
+def store(tmp_path):
+    store = Store(tmp_path / "results")
+    with store.writing(""):
+        store.append([row("rkhs", seed, 1.5 * seed, outcome="goal", state_hash=f"{seed:064x}") for seed in range(40)])
+    return store
+
+
+def test_every_flipped_bit_is_refused_with_the_shards_name(store):
+    (shard,) = store.folder.glob("part-*.parquet")
+    content, whole = shard.read_bytes(), store.rows()
+    chance, refused = random.Random(11), 0
+    for _ in range(FLIPS):
+        place = chance.randrange(8 * len(content))
+        damaged = bytearray(content)
+        damaged[place // 8] ^= 1 << place % 8
+        shard.write_bytes(damaged)
+        with pytest.raises(MjnavError) as told:
+            store.rows()
+        refused += str(told.value).startswith(f"{shard}: damaged (")
+        assert "\n" not in str(told.value)
+    assert refused == FLIPS
+    shard.write_bytes(content)
+    assert store.rows().equals(whole)
+
+
+@pytest.mark.parametrize("size", [0, 3, 5000])
+def test_a_shard_that_was_cut_off_is_refused(store, size):
+    (shard,) = store.folder.glob("part-*.parquet")
+    shard.write_bytes(shard.read_bytes()[:size])
+    with pytest.raises(MjnavError, match="damaged"):
+        store.done()
+
+
+def test_what_is_done_about_a_damaged_shard_is_what_its_message_says(store):
+    (shard,) = store.folder.glob("part-*.parquet")
+    shard.write_bytes(shard.read_bytes()[:-1])
+    with pytest.raises(MjnavError, match=r"remove it, then --resume runs its episodes again$"):
+        store.done()
+    shard.unlink()
+    assert store.done() == set()
+
+
+def test_pages_carry_checksums_for_other_readers(store):
+    (shard,) = store.folder.glob("part-*.parquet")
+    content = bytearray(shard.read_bytes())
+    column = pq.read_metadata(shard).row_group(0).column(list(COLUMNS).index("control_cost"))
+    content[column.data_page_offset + column.total_compressed_size - 5] ^= 1
+    shard.write_bytes(content)
+    with pytest.raises(OSError, match="CRC checksum"):
+        pq.ParquetFile(shard, page_checksum_verification=True).read()
+
+
+def test_other_programs_open_a_shard_as_it_is(store):
+    duckdb, pandas = pytest.importorskip("duckdb"), pytest.importorskip("pandas")
+    (shard,) = store.folder.glob("part-*.parquet")
+    assert duckdb.sql(f"SELECT sum(control_cost) FROM '{shard}'").fetchall() == [(1.5 * 780,)]
+    assert pandas.read_parquet(shard)["seed"].tolist() == list(range(40))
