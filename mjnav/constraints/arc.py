@@ -22,6 +22,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mjnav.geometry.compiled import kernel
+from mjnav.geometry.kernel_types import Matrix, Vector
 from mjnav.messages import Array
 
 STRAIGHT = 1e-12  # [1/m] of curvature below which an arc is a straight line
@@ -88,7 +89,7 @@ def _to_wall(ax, ay, bx, by, radius, curvature):
 
 
 @kernel
-def _ways(out, v, omega, disc, wall, line):
+def _ways(out: Matrix, v: Vector, omega: Vector, disc: Matrix, wall: Matrix, line: Matrix):
     """See `contact_distance`."""
     num_discs, num_walls = disc.shape[0], wall.shape[0]
     for k in range(v.size):

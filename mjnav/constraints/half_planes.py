@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mjnav.geometry.compiled import kernel
+from mjnav.geometry.kernel_types import Matrix, Vector
 from mjnav.messages import Array
 
 ROUNDING = 1e-10  # [m/s] of violation that is none
@@ -102,7 +103,7 @@ def _least_violation(planes, num, box, x, y):
 
 
 @kernel
-def _nearest(planes, box, target):
+def _nearest(planes: Matrix, box: Vector, target: Vector):
     num = planes.shape[0]
     found, x, y = _in_plane(planes, num, box, target[0], target[1], 0.0, 0.0)
     if found:

@@ -20,6 +20,7 @@ from numpy.typing import ArrayLike
 
 from mjnav.errors import InvalidValue
 from mjnav.geometry.compiled import kernel, scalar
+from mjnav.geometry.kernel_types import Matrix, Vector
 from mjnav.messages import Array
 
 
@@ -52,7 +53,7 @@ def leave_velocity_obstacle(rx, ry, qx, qy, radius, horizon, period):
 
 
 @kernel
-def _leave(normal, depth, r, q, radius, horizon, period):
+def _leave(normal: Matrix, depth: Vector, r: Matrix, q: Matrix, radius: Vector, horizon: float, period: float):
     for b in range(depth.size):
         normal[b, 0], normal[b, 1], depth[b] = leave_velocity_obstacle(
             r[b, 0], r[b, 1], q[b, 0], q[b, 1], radius[b], horizon, period

@@ -2,10 +2,7 @@
 
 from typing import NamedTuple
 
-import numpy as np
-from numpy.typing import NDArray
-
-from mjnav.messages import Array
+from mjnav.geometry.kernel_types import Indices, Matrix, Vector
 
 
 class ConeBlocks(NamedTuple):
@@ -15,14 +12,14 @@ class ConeBlocks(NamedTuple):
     counts as one sample, and its two ends stand in `wall`.
     """
 
-    column: NDArray[np.int64]  # (B,) the block's column in CandidateCosts.cone
-    start: NDArray[np.int64]  # (B + 1,)
+    column: Indices  # (B,) the block's column in CandidateCosts.cone
+    start: Indices  # (B + 1,)
     num_discs: int
-    position: Array  # (S, 2) [m] samples of the discs
-    velocity: Array  # (S, 2) [m/s]
-    radius_squared: Array  # (B,) R^2
-    unit: Array  # (B,) what f is multiplied by
-    wall: Array  # (B, 4) ax, ay, bx, by
+    position: Matrix  # (S, 2) [m] samples of the discs
+    velocity: Matrix  # (S, 2) [m/s]
+    radius_squared: Vector  # (B,) R^2
+    unit: Vector  # (B,) what f is multiplied by
+    wall: Matrix  # (B, 4) ax, ay, bx, by
 
 
 class ConeRule(NamedTuple):
@@ -37,15 +34,15 @@ class ConeRule(NamedTuple):
 class RobotSamples(NamedTuple):
     """N samples of the robot's state and of its actuation noise."""
 
-    position: Array  # (N, 2) [m]
-    speed_noise: Array  # (N,) [m/s] dv_i
-    cos_heading: Array  # (N,) of theta_i + domega_i tau
-    sin_heading: Array
+    position: Matrix  # (N, 2) [m]
+    speed_noise: Vector  # (N,) [m/s] dv_i
+    cos_heading: Vector  # (N,) of theta_i + domega_i tau
+    sin_heading: Vector
 
 
 class Controls(NamedTuple):
     """K controls."""
 
-    v: Array  # (K,) [m/s]
-    cos_turn: Array  # (K,) of omega tau
-    sin_turn: Array
+    v: Vector  # (K,) [m/s]
+    cos_turn: Vector  # (K,) of omega tau
+    sin_turn: Vector

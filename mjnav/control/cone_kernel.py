@@ -20,8 +20,10 @@ What was measured for 402 controls, 5 discs of 625 pairs each and degree 3, on Z
 import numpy as np
 
 from mjnav.constraints.collision_cone import SEGMENT
+from mjnav.control.cone_blocks import ConeBlocks, ConeRule, Controls, RobotSamples
 from mjnav.control.cone_rows import disc_column, fill_row, mark_near, reach_of, units, velocity_row, wall_column
 from mjnav.geometry.compiled import kernel
+from mjnav.geometry.kernel_types import Cube, Flags, Indices, Matrix
 
 ROWS = 4  # rows of f whose powers are added up together: the sums are then loaded and stored once for all of them
 LANES = 8  # float64 in the widest vector register. Rows are a multiple of it long, so that none has a remainder
@@ -55,7 +57,15 @@ def _add_powers(sums, rows):
 
 
 @kernel
-def cone_moments(out, hinge, circles, controls, robot, blocks, rule):
+def cone_moments(
+    out: Cube,
+    hinge: Flags,
+    circles: Matrix,
+    controls: Controls,
+    robot: RobotSamples,
+    blocks: ConeBlocks,
+    rule: ConeRule,
+):
     """Means of f^p, p = 1 ... degree, into `out` (B, degree, K); of max(0, f)^p for the blocks in `hinge` (B,)."""
     num_blocks, degree, num_controls = out.shape
     num_samples = robot.speed_noise.size
@@ -108,7 +118,15 @@ def cone_moments(out, hinge, circles, controls, robot, blocks, rule):
 
 
 @kernel
-def mean_violation(out, shifts, circles, controls, robot, blocks, rule):
+def mean_violation(
+    out: Matrix,
+    shifts: Matrix,
+    circles: Matrix,
+    controls: Controls,
+    robot: RobotSamples,
+    blocks: ConeBlocks,
+    rule: ConeRule,
+):
     """sum_b max(0, f_b) of one robot sample, moved by each of `shifts` (P, 2), into `out` (P, K).
 
     Every block has one sample.
@@ -135,7 +153,9 @@ def mean_violation(out, shifts, circles, controls, robot, blocks, rule):
 
 
 @kernel
-def cone_samples(out, b, circles, controls, robot, blocks, rule):
+def cone_samples(
+    out: Matrix, b: int, circles: Matrix, controls: Controls, robot: RobotSamples, blocks: ConeBlocks, rule: ConeRule
+):
     """f of block b at all controls into `out` (n, K), the robot's samples running fastest.
 
     Returns how many of its pairs are at the floor whatever the control.
@@ -170,7 +190,15 @@ def cone_samples(out, b, circles, controls, robot, blocks, rule):
 
 
 @kernel
-def add_safe(sums, counts, wanted, controls, robot, blocks, rule):
+def add_safe(
+    sums: Matrix,
+    counts: Indices,
+    wanted: Flags,
+    controls: Controls,
+    robot: RobotSamples,
+    blocks: ConeBlocks,
+    rule: ConeRule,
+):
     """Adds up what is safe, in the blocks that are `wanted` (B,): f^p to `sums` (B, degree), 1 to `counts` (B,).
 
     For a handful of controls: here the robot's samples fill the vector units.

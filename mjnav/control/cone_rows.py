@@ -9,6 +9,7 @@ import numpy as np
 
 from mjnav.constraints.collision_cone import LINE, RAY, SEGMENT, cone_line, cone_ray, cone_segment
 from mjnav.constraints.wall import wall_segment
+from mjnav.control.cone_blocks import Controls, RobotSamples
 from mjnav.geometry.compiled import kernel, scalar
 
 
@@ -87,7 +88,7 @@ def _circle(x, y, scale):
 
 
 @kernel
-def velocity_circles(controls, robot):
+def velocity_circles(controls: Controls, robot: RobotSamples):
     """For each robot sample a circle around its velocities at all controls, (N, 3): centre, radius.
 
     Turned back by its heading they are v e + dv_i e with e = [cos(omega tau), sin(omega tau)]: the sum of a point in

@@ -22,6 +22,7 @@ from mjnav.control.base import ConstrainedController, sample_risk
 from mjnav.control.parameters import LoopParameters, Parameters, between
 from mjnav.control.problem import Problem
 from mjnav.geometry.compiled import kernel
+from mjnav.geometry.kernel_types import Matrix, Vector
 from mjnav.messages import Array
 
 HALVINGS, FEW = 12, 8  # see _value_at_risk; they decide its speed, not its result
@@ -59,7 +60,7 @@ def conditional_value_at_risk(samples: Array, eta: float) -> Array:
 
 
 @kernel
-def _conditional_value_at_risk(out, samples, tail, keep, column, scratch):
+def _conditional_value_at_risk(out: Vector, samples: Matrix, tail: float, keep: int, column: Vector, scratch: Vector):
     """t + sum_i max(0, f_i - t) / tail of samples (n, K) into `out` (K,), where t is the `keep`-th largest.
 
     That t is where the minimum over t is.

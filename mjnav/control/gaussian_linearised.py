@@ -37,6 +37,7 @@ from mjnav.control.problem import Problem
 from mjnav.errors import InvalidValue
 from mjnav.geometry.angles import wrap
 from mjnav.geometry.compiled import kernel
+from mjnav.geometry.kernel_types import Cube, Matrix, Vector
 from mjnav.messages import Array, Lanes
 
 COINCIDENT = 1e-9  # [m, m/s] below which a vector has no direction
@@ -58,10 +59,10 @@ class GaussianLinearisedParameters(GridParameters):
 class Motion(NamedTuple):
     """What the kernels know of the robot: the robot's mean motion at every candidate, and how it departs from it."""
 
-    ex: Array  # (K,) e
-    ey: Array
-    speed: Array  # (K,) [m/s] s
-    covariance: Array  # (4, 4) of x, y, dv, theta + tau domega
+    ex: Vector  # (K,) e
+    ey: Vector
+    speed: Vector  # (K,) [m/s] s
+    covariance: Matrix  # (4, 4) of x, y, dv, theta + tau domega
 
     @classmethod
     def of(cls, problem: Problem) -> "Motion":
@@ -108,11 +109,11 @@ class GaussianLinearised(ConstrainedController[GaussianLinearisedParameters]):
         )[..., 0]  # fmt: skip
         if p.normalise:
             mean = mean * margin
-        risk = np.empty((len(c.v), 2))
+        risk = np.empty((2, len(c.v)))
         for side, (line, offset) in enumerate(zip((lanes.left, lanes.right), offsets, strict=True)):
             normal = np.array(line[:2]) / np.hypot(*line[:2])
-            _beyond(risk[:, side], motion, mean[side], normal, offset.var(), t)
-        return risk
+            _beyond(risk[side], motion, mean[side], normal, offset.var(), t)
+        return np.ascontiguousarray(risk.T)
 
 
 def covariance(states: Array) -> Array:
@@ -173,7 +174,7 @@ def _nearest_time(x, y, qx, qy, horizon):
 
 
 @kernel
-def _discs(out, motion, r, velocity, theirs, radius, horizon):
+def _discs(out: Matrix, motion: Motion, r: Matrix, velocity: Matrix, theirs: Cube, radius: Vector, horizon: float):
     """Of every disc at every candidate, (J, K)."""
     for j in range(out.shape[0]):
         x, y = r[j, 0], r[j, 1]
@@ -199,7 +200,7 @@ def _crossing_time(x, y, wx, wy, qx, qy, horizon):
 
 
 @kernel
-def _walls(out, motion, walls, radius, horizon):
+def _walls(out: Matrix, motion: Motion, walls: Cube, radius: float, horizon: float):
     """Of every wall, (W, K); the walls (W, 2, 2) relative to the robot."""
     for j in range(out.shape[0]):
         x, y = walls[j, 0, 0], walls[j, 0, 1]
@@ -223,7 +224,7 @@ def _walls(out, motion, walls, radius, horizon):
 
 
 @kernel
-def _beyond(out, motion, excess, normal, variance, t):
+def _beyond(out: Vector, motion: Motion, excess: Vector, normal: Vector, variance: float, t: float):
     """Of a lane boundary, (K,), which the mean exceeds by `excess` (K,) after t; `variance` is the boundary's own."""
     for k in range(out.size):
         robot = _robot_variance(motion, k, normal[0], normal[1], t)

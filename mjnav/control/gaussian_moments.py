@@ -35,6 +35,7 @@ from mjnav.control.sample_cone import SampleCone
 from mjnav.errors import InvalidValue, unknown_name
 from mjnav.geometry.angles import wrap
 from mjnav.geometry.compiled import kernel
+from mjnav.geometry.kernel_types import Matrix
 from mjnav.messages import Array, ObstacleSamples, RobotLimits
 from mjnav.rng import stream
 
@@ -144,7 +145,7 @@ def white(draws: Array) -> Array:
 
 
 @kernel
-def _probability(samples):
+def _probability(samples: Matrix):
     """Phi(mean / std) of samples (n, K), (K,); 0 or 1 where there is no spread.
 
     The mean is taken first: squares of what hardly differs would cancel.

@@ -22,12 +22,21 @@ TINY = 1e-300  # [m], so that the way to a goal that is reached has a length
 
 
 @elementwise
-def _change(v, omega, v_before, omega_before, v_weight, omega_weight):
+def _change(v: float, omega: float, v_before: float, omega_before: float, v_weight: float, omega_weight: float):
     return v_weight * (v - v_before) ** 2 + omega_weight * (omega - omega_before) ** 2
 
 
 @elementwise
-def _cost(vx, vy, heading, change, wanted_x, wanted_y, bearing, heading_weight):
+def _cost(
+    vx: float,
+    vy: float,
+    heading: float,
+    change: float,
+    wanted_x: float,
+    wanted_y: float,
+    bearing: float,
+    heading_weight: float,
+):
     ex, ey = vx - wanted_x, vy - wanted_y
     turns = (heading - bearing) / (2.0 * pi)
     half_turns = 2.0 * (turns - floor(turns + 0.5))  # of the wrapped difference

@@ -12,11 +12,22 @@ import numpy as np
 from mjnav.constraints.lane import lane_distance
 from mjnav.control.parameters import Parameters
 from mjnav.geometry.compiled import kernel
+from mjnav.geometry.kernel_types import Matrix, Vector
 from mjnav.messages import Array, Lanes
 
 
 @kernel
-def _side(out, v, cos_turn, sin_turn, ahead, across, base, speed_noise, least):
+def _side(
+    out: Matrix,
+    v: Vector,
+    cos_turn: Vector,
+    sin_turn: Vector,
+    ahead: Vector,
+    across: Vector,
+    base: Vector,
+    speed_noise: Vector,
+    least: float,
+):
     """max(base_i + (v_k + dv_i) (ahead_i cos(omega_k tau) - across_i sin(omega_k tau)), least) into `out` (K, N)."""
     for k in range(v.size):
         for i in range(base.size):
@@ -41,11 +52,12 @@ def lane_samples(
     out = np.empty((2, len(v), len(pose)))
     heading, turn = pose[:, 2] + noise[:, 1] * p.preview, omega * p.preview
     cos_heading, sin_heading, cos_turn, sin_turn = np.cos(heading), np.sin(heading), np.cos(turn), np.sin(turn)
+    speed_noise = np.ascontiguousarray(noise[:, 0])
     unit = 1.0 / margin if p.normalise else 1.0
     for f, line, offset, sign in zip(out, (lanes.left, lanes.right), offsets, (unit, -unit), strict=True):
         # Driving at v changes the distance by v [(a cos + b sin) of the heading after the turn] a second.
         a, b, _ = np.array(line) * (sign * p.lane_horizon / np.hypot(line[0], line[1]))
         base = sign * (lane_distance(pose[:, :2], line) + offset) + unit * margin
         ahead, across = a * cos_heading + b * sin_heading, a * sin_heading - b * cos_heading
-        _side(f, v, cos_turn, sin_turn, ahead, across, base, noise[:, 0], -p.clip if clip else -inf)
+        _side(f, v, cos_turn, sin_turn, ahead, across, base, speed_noise, -p.clip if clip else -inf)
     return out

@@ -19,6 +19,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from mjnav.geometry.compiled import kernel, scalar
+from mjnav.geometry.kernel_types import Matrix
 from mjnav.messages import Array
 
 NUM_CELLS = 64  # of 625 samples: moves means and deviations by 0.2 % of the range at most, weights by 0.005
@@ -110,7 +111,15 @@ def _iterate(weight, mean, variance, count, first, second, num_samples, density,
 
 
 @kernel
-def _fit(weight, mean, variance, samples, num_iterations, std_floor, num_cells):
+def _fit(
+    weight: Matrix,
+    mean: Matrix,
+    variance: Matrix,
+    samples: Matrix,
+    num_iterations: int,
+    std_floor: float,
+    num_cells: int,
+):
     num_samples, num_components, floor = samples.shape[0], weight.shape[0], std_floor * std_floor
     x, cell = np.empty(num_samples), np.empty(num_samples, np.int64)
     count, first, second = np.empty(num_cells), np.empty(num_cells), np.empty(num_cells)

@@ -31,6 +31,7 @@ from mjnav.control.base import WeightedController, sample_risk
 from mjnav.control.parameters import GridParameters, LoopParameters, at_least, check_weights, finite
 from mjnav.control.problem import Problem
 from mjnav.geometry.compiled import kernel
+from mjnav.geometry.kernel_types import Matrix, Vector
 from mjnav.messages import Array
 
 FARTHEST = 8.0  # bandwidths, beyond which samples are not told apart
@@ -71,7 +72,7 @@ def distance_from_zero(samples: Array, bandwidth: float) -> Array:
 
 
 @kernel
-def _distance_from_zero(out, samples, per_unit, u, feature):
+def _distance_from_zero(out: Vector, samples: Matrix, per_unit: float, u: Vector, feature: Vector):
     num = samples.shape[0]
     for k in range(out.size):
         count = 0  # of unsafe samples, whose x / sigma stand first in u

@@ -16,6 +16,7 @@ from mjnav.control.mppi_rollout import Rollouts
 from mjnav.control.obstacles import Discs, Reach
 from mjnav.control.problem import Problem
 from mjnav.geometry.compiled import kernel
+from mjnav.geometry.kernel_types import Indices, Matrix, Vector
 from mjnav.messages import Array
 
 SLACK = 1e-9  # relative, by which a cloud's reach is rounded up
@@ -51,7 +52,21 @@ def _share_within(x, y, cloud_x, cloud_y, radius):
 
 
 @kernel
-def _meet_discs(time, worst, x, y, ex, ey, ox, oy, ovx, ovy, start, radius, step):
+def _meet_discs(
+    time: Matrix,
+    worst: Vector,
+    x: Matrix,
+    y: Matrix,
+    ex: Vector,
+    ey: Vector,
+    ox: Vector,
+    oy: Vector,
+    ovx: Vector,
+    ovy: Vector,
+    start: Indices,
+    radius: Vector,
+    step: float,
+):
     """Adds the time in collision with every disc to `time` (B, K); the greatest share goes to `worst` (K,)."""
     mean_ex, mean_ey = ex.mean(), ey.mean()
     robot_spread = _spread(ex, ey, mean_ex, mean_ey)
@@ -82,7 +97,9 @@ def _meet_discs(time, worst, x, y, ex, ey, ox, oy, ovx, ovy, start, radius, step
 
 
 @kernel
-def _meet_walls(time, worst, x, y, ex, ey, wall, radius, step):
+def _meet_walls(
+    time: Matrix, worst: Vector, x: Matrix, y: Matrix, ex: Vector, ey: Vector, wall: Matrix, radius: float, step: float
+):
     """The same for walls: the share of offsets less than `radius` from the segment."""
     spread = _spread(ex, ey, 0.0, 0.0) + SLACK * radius
     outside, inside = (radius + spread) ** 2, max(radius - spread, 0.0) ** 2
@@ -110,7 +127,7 @@ def _meet_walls(time, worst, x, y, ex, ey, wall, radius, step):
 
 
 @kernel
-def _cross(time, worst, x, y, normal, excess, step):
+def _cross(time: Vector, worst: Vector, x: Matrix, y: Matrix, normal: Vector, excess: Vector, step: float):
     """The same for a lane boundary: the share of i with normal . (x, y) + excess_i > 0."""
     for t in range(x.shape[0]):
         for k in range(x.shape[1]):

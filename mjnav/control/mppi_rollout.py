@@ -10,6 +10,7 @@ import numpy as np
 
 from mjnav.control.parameters import GoalParameters
 from mjnav.geometry.compiled import kernel, scalar
+from mjnav.geometry.kernel_types import Matrix, Vector
 from mjnav.messages import Array, RobotLimits
 from mjnav.motion.diff_drive import reachable
 
@@ -21,7 +22,7 @@ def _chord(v, half_turn, step):
 
 
 @kernel
-def _limit(out, first_low, first_high, low, high, change):
+def _limit(out: Matrix, first_low: float, first_high: float, low: float, high: float, change: float):
     """Clips controls (T, K) to [low, high], each to at most `change` from the one before, the first to its window."""
     for k in range(out.shape[1]):
         out[0, k] = min(max(out[0, k], first_low), first_high)
@@ -32,7 +33,7 @@ def _limit(out, first_low, first_high, low, high, change):
 
 
 @kernel
-def _drive(heading, x, y, v, omega, step):
+def _drive(heading: Matrix, x: Matrix, y: Matrix, v: Matrix, omega: Matrix, step: float):
     """The exact arcs from the origin at heading[0]; every array (T + 1, K) but the controls (T, K)."""
     for t in range(v.shape[0]):
         for k in range(v.shape[1]):
@@ -44,7 +45,19 @@ def _drive(heading, x, y, v, omega, step):
 
 
 @kernel
-def _approach(out, heading, goal_x, goal_y, first, bounds, change, speed, approach_time, preview, step):
+def _approach(
+    out: Matrix,
+    heading: float,
+    goal_x: float,
+    goal_y: float,
+    first: Matrix,
+    bounds: Matrix,
+    change: Vector,
+    speed: float,
+    approach_time: float,
+    preview: float,
+    step: float,
+):
     """Controls (2, T) that turn to the goal and drive there, from the origin at `heading`.
 
     first and bounds (2, 2): lowest and highest (v, omega), of the first control and of all; `change` (2,) is the most

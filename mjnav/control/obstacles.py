@@ -9,6 +9,7 @@ from mjnav.constraints.wall import point_to_segment
 from mjnav.control.cone_blocks import ConeBlocks
 from mjnav.control.parameters import Parameters
 from mjnav.geometry.compiled import kernel
+from mjnav.geometry.kernel_types import ReadOnlyCube, ReadOnlyMatrix
 from mjnav.messages import Array, Observation, ObstacleSamples, RobotLimits
 
 
@@ -89,7 +90,7 @@ def in_reach(
 
 
 @kernel
-def _wall_distance(pose, walls):
+def _wall_distance(pose: ReadOnlyMatrix, walls: ReadOnlyCube):
     """Least distance of any of the robot's samples (N, 3) from each wall (W, 2, 2): (W,)."""
     out = np.empty(len(walls))
     for w in range(len(walls)):

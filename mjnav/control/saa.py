@@ -21,6 +21,7 @@ from mjnav.control.base import ConstrainedController, sample_risk
 from mjnav.control.parameters import GridParameters, LoopParameters, between
 from mjnav.control.problem import Problem
 from mjnav.geometry.compiled import kernel
+from mjnav.geometry.kernel_types import Matrix, Vector
 from mjnav.messages import Array
 
 
@@ -58,7 +59,7 @@ def colliding_share(samples: Array) -> Array:
 
 
 @kernel
-def _count_colliding(count, samples):
+def _count_colliding(count: Vector, samples: Matrix):
     for i in range(samples.shape[0]):
         f = samples[i]
         for k in range(f.size):

@@ -98,7 +98,7 @@ class DirectTracker(PeopleTracker):
             self._history.popleft()
         particles = np.concatenate([position, self._velocity()], axis=-1)
         weights = np.tile(self._weights, (len(particles), 1))
-        mean, covariance = weighted_moments(particles, weights)
+        mean, covariance = weighted_moments(particles, weights, -1)
         ess = np.full(len(particles), self._weights.size)
         return self._conclude(reading.time, particles, weights, mean, covariance, ess)
 

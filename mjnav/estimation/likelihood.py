@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from mjnav.geometry.compiled import kernel
+from mjnav.geometry.kernel_types import Vector
 from mjnav.messages import Array
 from mjnav.noise import Distribution, make_distribution
 
@@ -98,7 +99,7 @@ class Likelihood:
 
 
 @kernel
-def _interpolated(error, first, scale, values, outside):
+def _interpolated(error: Vector, first: float, scale: float, values: Vector, outside: float):
     """Linear interpolation at errors (n,) in values at first, first + 1/scale, ...; (n,)."""
     found = np.full(len(error), outside)
     for i in range(len(error)):

@@ -10,6 +10,7 @@ from mjnav.estimation.likelihood import Likelihood, widened
 from mjnav.geometry.angles import wrap
 from mjnav.geometry.compiled import kernel
 from mjnav.geometry.heading import wrapped
+from mjnav.geometry.kernel_types import Matrix, Vector
 from mjnav.messages import Array, Reading, RobotBelief
 from mjnav.motion.rows import integrate_rows
 from mjnav.noise import Distribution
@@ -81,7 +82,7 @@ class ParticleLocalizer:
 
 
 @kernel
-def pose_errors(measured, poses):
+def pose_errors(measured: Vector, poses: Matrix):
     """Measurement (3,) - poses (n, 3), one row a component, (3, n); the heading's is wrapped."""
     errors = np.empty((3, len(poses)))
     for i in range(len(poses)):

@@ -8,6 +8,7 @@ from numpy.typing import ArrayLike
 
 from mjnav.errors import InvalidValue
 from mjnav.geometry.compiled import kernel
+from mjnav.geometry.kernel_types import Cube, Matrix
 from mjnav.messages import Array
 
 
@@ -56,8 +57,8 @@ class PersonMotion:
         shape = filters.shape[:2]
         moved = _predict(
             filters,
-            np.reshape(uniform, shape),
-            np.reshape(normal, (*shape, 2)),
+            np.ascontiguousarray(np.reshape(uniform, shape)),
+            np.ascontiguousarray(np.reshape(normal, (*shape, 2))),
             interval,
             self.sway * sqrt(interval),
             self.walking_speed,
@@ -81,7 +82,16 @@ class PersonMotion:
 
 
 @kernel
-def _predict(state, uniform, normal, interval, sway, walking_speed, turn, stop):
+def _predict(
+    state: Cube,
+    uniform: Matrix,
+    normal: Cube,
+    interval: float,
+    sway: float,
+    walking_speed: float,
+    turn: float,
+    stop: float,
+):
     """`PersonMotion.predict` of P x n states (P, n, 4); a velocity changes where uniform < turn, to 0 where < stop."""
     moved = np.empty(state.shape)
     for p in range(state.shape[0]):

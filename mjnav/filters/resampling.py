@@ -4,6 +4,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from mjnav.geometry.compiled import exact
+from mjnav.geometry.kernel_types import Indices, Matrix, Vector
 from mjnav.messages import Array
 
 
@@ -46,7 +47,7 @@ def shuffled(particles: Array, weights: Array, num: int, rng: np.random.Generato
 
 
 @exact
-def _ordered(particles, weights, offset, order):
+def _ordered(particles: Matrix, weights: Vector, offset: float, order: Indices):
     return particles[draw(weights, offset, len(order))[order]]
 
 
@@ -65,7 +66,7 @@ def roughen(particles, covariance, strength, normal):
 
 
 @exact
-def resample(particles, weights, offset, covariance, strength, normal):
+def resample(particles: Matrix, weights: Vector, offset: float, covariance: Matrix, strength: float, normal: Matrix):
     """Systematic draws from particles (n, d) by their weights (n,), roughened: a new (n, d)."""
     drawn = particles[draw(weights, offset, len(particles))]
     roughen(drawn, covariance, strength, normal)

@@ -9,10 +9,11 @@ import numpy as np
 
 from mjnav.geometry.compiled import kernel
 from mjnav.geometry.heading import wrapped
+from mjnav.geometry.kernel_types import Cube, Matrix
 
 
 @kernel
-def reweigh(weights, likelihoods):
+def reweigh(weights: Matrix, likelihoods: Cube):
     """Bayes' rule, w_i prod_c l_ci / sum: the posterior (B, n), and sum_i w_i l_ci of each factor, (C, B).
 
     `likelihoods` (C, B, n) are positive. Where every product underflows the posterior is uniform.
@@ -37,7 +38,7 @@ def reweigh(weights, likelihoods):
 
 
 @kernel
-def ess(weights):
+def ess(weights: Matrix):
     """Effective sample size (sum w)^2 / sum w^2 (Kong, Liu & Wong 1994), (B,): from 1 to n."""
     size = np.empty(len(weights))
     for b in range(len(weights)):
@@ -50,7 +51,7 @@ def ess(weights):
 
 
 @kernel
-def weighted_moments(particles, weights, heading=-1):
+def weighted_moments(particles: Cube, weights: Matrix, heading: int = -1):
     """Mean (B, d) and covariance sum_i w_i e_i e_i^T (B, d, d).
 
     Column `heading` is an angle [rad]: its mean is the direction of the mean unit vector, its deviations are wrapped.

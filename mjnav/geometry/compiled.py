@@ -1,20 +1,24 @@
 """How mjnav compiles its scalar functions and the kernels that call them.
 
 Sums may be reordered so that loops vectorise; infinities and NaN keep their meaning. The machine code is kept in the
-user's cache folder, under a digest of all that was compiled into it (`kernel_cache`).
+user's cache folder, under a digest of all that was compiled into it (`kernel_cache`). A kernel whose arguments are
+annotated (`kernel_types`) is compiled or loaded for these types by `load_kernels`, before a run, and not at a tick.
 """
 
 # pyright: reportAttributeAccessIssue=false
 # numba's modules carry no types.
 
+import sys
 from collections.abc import Callable
 from typing import Any
 
 from numba import njit, vectorize
 from numba.core.dispatcher import Dispatcher
+from numba.np.ufunc.dufunc import DUFunc
 
 from mjnav.geometry.kernel_cache import KernelCache
 from mjnav.geometry.kernel_code import processor as processor
+from mjnav.geometry.kernel_types import declared
 
 # "contract" allows fused multiply-add, "reassoc" vector sums, "arcp" reciprocals, "nsz" ignores the sign of zero.
 FAST = frozenset({"contract", "reassoc", "arcp", "nsz"})
@@ -41,6 +45,24 @@ def elementwise(function: Callable[..., Any]) -> Callable[..., Any]:
 def scalar(function: Callable[..., Any]) -> Callable[..., Any]:
     """Compiles a function of numbers into whatever kernel calls it."""
     return _cached(njit(fastmath=set(FAST), error_model="numpy", inline="always")(function))
+
+
+def load_kernels() -> None:
+    """Loads, or compiles, every kernel with annotated arguments in the modules of mjnav that are imported."""
+    modules = [module for name, module in sys.modules.items() if name.startswith("mjnav.")]
+    for value in {id(value): value for module in modules for value in vars(module).values()}.values():
+        if isinstance(value, Dispatcher):
+            _load(value, value._cache, value.compile)
+        elif isinstance(value, DUFunc):
+            _load(value._dispatcher, value._dispatcher.cache, value.add)
+
+
+def _load(dispatcher: Any, cache: KernelCache, compile_for: Callable[[Any], Any]) -> None:
+    arguments = declared(dispatcher.py_func)
+    known = {getattr(signature, "args", signature) for signature in dispatcher.overloads}
+    if arguments is not None and arguments not in known:
+        with cache.making(arguments):
+            compile_for(arguments)
 
 
 def _cached(compiled: Callable[..., Any]) -> Callable[..., Any]:

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from mjnav.geometry.compiled import load_kernels
 from mjnav.loop.commands import describe_clipping
 from mjnav.loop.fault import RunFault, describe_fault, fault_events
 from mjnav.loop.latency import Computed, replayed
@@ -277,7 +278,15 @@ class Episode:
 
 
 def warm_up(scenario: Scenario) -> None:
-    """Compiles and touches what a run of this scenario uses, in a few ticks that are thrown away."""
+    """Loads every kernel that a run of this scenario can call, and touches its memory in ticks that are thrown away.
+
+    The kernels are those of all modules that a run has imported when it begins, for the types that each declares: what
+    is called first in the middle of a run, too. Every one of the ticks has a reading, so that none of what a tick can
+    do waits for the second.
+    """
     asked = count()
+    sensors = replace(scenario.sensors, rate=scenario.control.rate)
     with suppress(RunFault):  # the run itself will tell, and log, what is wrong
-        Episode(scenario, stop=lambda: next(asked) >= WARM_UP_TICKS, cones=True).run()
+        episode = Episode(replace(scenario, sensors=sensors), stop=lambda: next(asked) >= WARM_UP_TICKS, cones=True)
+        load_kernels()
+        episode.run()

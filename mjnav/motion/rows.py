@@ -9,6 +9,7 @@ import numpy as np
 
 from mjnav.geometry.compiled import kernel, scalar
 from mjnav.geometry.heading import wrapped
+from mjnav.geometry.kernel_types import Matrix, Vector
 
 _SMALL = 0.1  # of h, below which five terms of the series of sin(h)/h are exact to 3e-18
 
@@ -23,7 +24,7 @@ def _sinc(h):
 
 
 @kernel
-def integrate_rows(pose, v, omega, duration):
+def integrate_rows(pose: Matrix, v: Vector, omega: Vector, duration: float):
     """Poses (n, 3) after `duration` [s] of constant v (n,) [m/s] and omega (n,) [rad/s], a new (n, 3).
 
     With h = omega T / 2, the chord has length v T sin(h)/h and direction theta + h.

@@ -5,12 +5,13 @@ from math import exp, log1p, sin
 import numpy as np
 
 from mjnav.geometry.compiled import exact
+from mjnav.geometry.kernel_types import Indices, Matrix, Vector
 
 _EDGE = -1.0 + 2.0**-53
 
 
 @exact
-def accept(u, left, high, low, area, guide, r, t0):
+def accept(u: Matrix, left: Vector, high: Vector, low: Vector, area: Vector, guide: Indices, r: float, t0: float):
     """The psi that rejection accepts of m proposals by uniform draws u (2, m), in order.
 
     A step of the staircase is searched from `guide` on; below `low` no proposal needs g. See `pearson_iv`.

@@ -9,6 +9,7 @@ import numpy as np
 
 from mjnav.constraints.collision_cone import cone_segment
 from mjnav.geometry.compiled import kernel
+from mjnav.geometry.kernel_types import Cube, Matrix, Vector
 from mjnav.messages import Array, Observation, RobotLimits
 from mjnav.motion.diff_drive import ramp_mean
 from mjnav.study.collision_event import EVENT
@@ -18,7 +19,19 @@ NUM_WINDOWS = round(EVENT.horizon / NOISE_WINDOW)
 
 
 @kernel
-def _num_hits(x0, y0, heading0, twist, noise, ox, oy, ovx, ovy, radius, window):
+def _num_hits(
+    x0: float,
+    y0: float,
+    heading0: float,
+    twist: Matrix,
+    noise: Cube,
+    ox: Vector,
+    oy: Vector,
+    ovx: Vector,
+    ovy: Vector,
+    radius: Vector,
+    window: float,
+):
     """How many rollouts, one for each row of `noise` (n, S, 2), come nearer to a disc than its R."""
     hits = 0
     for i in range(noise.shape[0]):

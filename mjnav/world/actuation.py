@@ -3,6 +3,7 @@
 import numpy as np
 
 from mjnav.geometry.compiled import exact
+from mjnav.geometry.kernel_types import Matrix, Vector
 from mjnav.messages import Array
 from mjnav.motion.diff_drive import command_bounds
 from mjnav.scenarios.spec import Scenario
@@ -45,7 +46,15 @@ class Actuation:
 
 
 @exact
-def _ramp(set_point, command, low, high, change, noise, twists):
+def _ramp(
+    set_point: Vector,
+    command: tuple[float, float],
+    low: Vector,
+    high: Vector,
+    change: Vector,
+    noise: Vector,
+    twists: Matrix,
+):
     """Moves the set-point in place, one step a row of `twists`, which receives it with the noise.
 
     Step by step, so that the bits do not depend on where a call ends.

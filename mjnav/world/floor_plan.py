@@ -6,6 +6,7 @@ from math import hypot
 import numpy as np
 
 from mjnav.geometry.compiled import exact
+from mjnav.geometry.kernel_types import Matrix
 from mjnav.messages import Array
 from mjnav.scenarios.spec import Scenario
 
@@ -53,7 +54,7 @@ class FloorPlan:
 
 
 @exact
-def _distance(x, y, discs, boxes):
+def _distance(x: float, y: float, discs: Matrix, boxes: Matrix):
     nearest = np.inf
     for j in range(len(discs)):
         nearest = min(nearest, np.hypot(discs[j, 0] - x, discs[j, 1] - y) - discs[j, 2])

@@ -4,6 +4,7 @@ import numpy as np
 
 from mjnav.geometry.angles import wrap
 from mjnav.geometry.compiled import exact
+from mjnav.geometry.kernel_types import Indices, Matrix, Vector
 from mjnav.messages import Array
 from mjnav.motion.diff_drive import wheel_speeds
 from mjnav.scenarios.spec import Scenario
@@ -123,7 +124,18 @@ def _blocked(x, y, new_x, new_y, radius, discs, boxes, touched, step):
 
 
 @exact
-def _advance(robot, radius, people, desired, discs, boxes, twists, timestep, wheel, first_touch):
+def _advance(
+    robot: Vector,
+    radius: float,
+    people: Matrix,
+    desired: Matrix,
+    discs: Matrix,
+    boxes: Matrix,
+    twists: Matrix,
+    timestep: float,
+    wheel: tuple[float, float],
+    first_touch: Indices,
+):
     """Steps everything in place, one step a row of `twists`; `wheel` is wheel speed per v and per omega.
 
     first_touch (P + n + m,) receives the first step in which the robot met each person, disc and box.

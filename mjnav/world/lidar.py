@@ -3,6 +3,7 @@
 import numpy as np
 
 from mjnav.geometry.compiled import exact
+from mjnav.geometry.kernel_types import Matrix, Vector
 from mjnav.messages import Array
 
 LIDAR_HEIGHT = 0.33  # [m] above the floor: over the robot's back, under every table's top
@@ -14,7 +15,7 @@ def beam_angles(num_beams: int) -> Array:
 
 
 @exact
-def cast(origin, angles, discs, boxes, max_range):
+def cast(origin: Vector, angles: Vector, discs: Matrix, boxes: Matrix, max_range: float):
     """Distance along each beam to the first disc or box, inf beyond `max_range`.
 
     origin (2,); angles (B,) in the world; discs (n, 3) x, y, radius; boxes (m, 6) as in `FloorPlan`. Returns (B,) [m].

@@ -15,6 +15,7 @@ import mujoco
 import numpy as np
 
 from mjnav.geometry.compiled import exact
+from mjnav.geometry.kernel_types import Matrix, Vector
 from mjnav.messages import Array
 from mjnav.motion.diff_drive import wheel_speeds
 from mjnav.scenarios.spec import Scenario
@@ -231,7 +232,7 @@ def _index(rows: list) -> np.ndarray:
 
 
 @exact
-def _nearest_person(x, y, positions, velocities, reach):
+def _nearest_person(x: float, y: float, positions: Matrix, velocities: Matrix, reach: Vector):
     """Clearance [m] of the person nearest to touching, and the fastest one's speed [m/s]."""
     clearance, fastest = np.inf, 0.0
     for i in range(len(reach)):

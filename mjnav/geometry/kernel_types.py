@@ -1,0 +1,47 @@
+"""The types of kernels' arguments, as annotations: `def pose_errors(measured: Vector, poses: Matrix)`.
+
+A kernel whose arguments are all annotated can be compiled, or its machine code loaded, before it is first called.
+Besides these, an argument may be a float, int or bool, a tuple of them, or a named tuple with fields of such types.
+"""
+
+from collections.abc import Callable
+from typing import Annotated, Any, get_args, get_origin, get_type_hints
+
+import numpy as np
+from numba import types
+from numpy.typing import NDArray
+
+Vector = Annotated[NDArray[np.float64], types.float64[::1]]  # (n,), its numbers one after another
+Matrix = Annotated[NDArray[np.float64], types.float64[:, ::1]]
+Cube = Annotated[NDArray[np.float64], types.float64[:, :, ::1]]
+Indices = Annotated[NDArray[np.int64], types.int64[::1]]
+ReadOnlyMatrix = Annotated[NDArray[np.float64], types.Array(types.float64, 2, "C", readonly=True)]
+ReadOnlyCube = Annotated[NDArray[np.float64], types.Array(types.float64, 3, "C", readonly=True)]
+Flags = Annotated[NDArray[np.bool_], types.boolean[::1]]
+
+_NUMBERS = {float: types.float64, int: types.int64, bool: types.boolean}
+
+
+def declared(function: Callable[..., Any]) -> tuple[types.Type, ...] | None:
+    """Numba's types of a function's arguments; None where not every argument is annotated."""
+    code = function.__code__
+    names = code.co_varnames[: code.co_argcount]
+    if not names or not all(name in function.__annotations__ for name in names):
+        return None
+    hints = get_type_hints(function, include_extras=True)
+    return tuple(_numba_type(hints[name]) for name in names)
+
+
+def _numba_type(hint: Any) -> types.Type:
+    if hint in _NUMBERS:
+        return _NUMBERS[hint]
+    if get_origin(hint) is Annotated:
+        return get_args(hint)[1]
+    if get_origin(hint) is tuple:
+        return types.Tuple([_numba_type(part) for part in get_args(hint)])
+    if hasattr(hint, "_fields"):
+        parts = get_type_hints(hint, include_extras=True)
+        kind = [_numba_type(parts[field]) for field in hint._fields]
+        alike = all(part == kind[0] for part in kind)
+        return types.NamedUniTuple(kind[0], len(kind), hint) if alike else types.NamedTuple(kind, hint)
+    raise TypeError(f"an annotation that is no type of a kernel's arguments: {hint!r}")

@@ -1,0 +1,105 @@
+"""first_time_work.py: what a run compiles, loads or imports after tick 0, for every scene, method, filter and rate.
+
+    uv run python tests/attacks/first_time_work.py [--ticks N]
+
+Takes some minutes and prints a row a scene. All runs share a process, so that a kernel counts where it is first needed
+and only there; the kernels that modules declare are loaded before each run, as `warm_up` does, but no tick is thrown
+away.
+"""
+
+import argparse
+import itertools
+import sys
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager, suppress
+from itertools import count
+
+from numba.core import event
+from numba.core.dispatcher import Dispatcher
+from numba.np.ufunc.dufunc import DUFunc
+
+import mjnav
+from mjnav.control import names
+from mjnav.geometry.compiled import load_kernels
+from mjnav.loop.episode import Episode
+from mjnav.loop.fault import RunFault
+from mjnav.scenarios import library
+
+RATES = (5, 10, 20, 50, 100, 200)  # [Hz]
+ROBOT = (
+    'source="pose",filter="particle"',
+    'source="pose",filter="ekf"',
+    'source="pose",filter="ukf"',
+    'source="direct"',
+)
+PEOPLE = ('source="detections",filter="particle"', 'source="detections",filter="kalman"', 'source="direct"')
+
+
+def known() -> set[str]:
+    """Every kernel of mjnav for the types that it is loaded for, and every module."""
+    found = set(sys.modules)
+    for module in [vars(module) for name, module in list(sys.modules.items()) if name.startswith("mjnav.")]:
+        for value in module.values():
+            kernel = value._dispatcher if isinstance(value, DUFunc) else value
+            if isinstance(value, Dispatcher | DUFunc):
+                found |= {f"{kernel.py_func.__qualname__}{signature}" for signature in kernel.overloads}
+    return found
+
+
+@contextmanager
+def first_time_work() -> Iterator[list[str]]:
+    """What happens for the first time within a `with` block: compiled, loaded and imported, in words."""
+    work: list[str] = []
+    listener = event.RecordingListener()
+    kinds = ("numba:compile", "numba:run_pass")
+    for kind in kinds:
+        event.register(kind, listener)
+    before = known()
+    try:
+        yield work
+    finally:
+        for kind in kinds:
+            event.unregister(kind, listener)
+    work += sorted({e.data["dispatcher"].py_func.__name__ for _, e in listener.buffer if e.kind == kinds[0]})
+    work += sorted({"a pass of the compiler" for _, e in listener.buffer if e.kind == kinds[1]})
+    work += sorted(known() - before)
+
+
+def late_work(scene: str, overrides: Sequence[str] = (), *, ticks: int = 10**9, **options) -> list[str]:
+    """The first-time work of an episode from tick 0 to its end; `options` are those of `Episode`."""
+    asked = count()
+    episode = Episode(mjnav.load_scenario(scene, overrides), stop=lambda: next(asked) >= ticks, cones=True, **options)
+    load_kernels()
+    with first_time_work() as work, suppress(RunFault):
+        episode.run()
+    return work
+
+
+def settings(method: str, robot: str, people: str, rate: float, *more: str) -> list[str]:
+    """Overrides for a method, two filters and a rate [Hz]."""
+    estimation = [f"estimation.robot.{part}" for part in robot.split(",")]
+    estimation += [f"estimation.obstacles.{part}" for part in people.split(",")]
+    timestep = "physics.timestep=0.001"  # whose multiples the periods of all rates are
+    return [f'control.method="{method}"', timestep, f"control.rate={rate}", *estimation, *more]
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--ticks", type=int, default=0, help="of each run; 0 for three readings")
+    arguments = parser.parse_args()
+    failed = 0
+    for scene in library.names():
+        late: set[str] = set()
+        runs = 0
+        for method, robot, people, rate in itertools.product(names(), ROBOT, PEOPLE, RATES):
+            ticks = arguments.ticks or max(3, 2 * rate // 10 + 2)
+            engine = 'physics.engine="kinematic"' if runs % 2 else 'physics.engine="mujoco"'
+            late |= set(late_work(scene, settings(method, robot, people, rate, engine), ticks=ticks))
+            runs += 1
+        print(f"{scene:12} {runs:5} runs  {', '.join(sorted(late)) or 'nothing after tick 0'}", flush=True)
+        failed += bool(late)
+    return 1 if failed else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
