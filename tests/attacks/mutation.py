@@ -2,10 +2,11 @@
 
     mutation.py [FOLDER | FOLDER/MODULE ...]      by default rkhs constraints filters metrics
 
-Every operator, comparison, number and `min` or `max` of a module is changed, one at a time, and the tests of its folder
-run until one fails. Kernels run as plain Python meanwhile (NUMBA_DISABLE_JIT=1), so that a change acts without being
-compiled; each mutant is a fork of one process that has all libraries loaded. Mutants that no test can notice are listed
-with the reason in equivalent_mutants.toml. Prints every other survivor and a table; exits 1 where there are survivors.
+Every operator, comparison, number and `min` or `max` of a module is changed, one at a time, and the module's own tests
+run until one fails, first with few examples of hypothesis, then with all. Kernels run as plain Python meanwhile
+(NUMBA_DISABLE_JIT=1), so that a change acts without being compiled; each mutant is a fork of one process that has all
+libraries loaded. Mutants that no test can notice are listed with the reason in equivalent_mutants.toml. Prints every
+other survivor and a table; exits 1 where there are survivors.
 
 mutmut leaves decorated functions out, which all kernels are, and cosmic-ray starts an interpreter for every mutant.
 """
@@ -29,7 +30,7 @@ from hypothesis import HealthCheck, Phase, settings
 ROOT = Path(__file__).parents[2]
 EQUIVALENT = Path(__file__).with_name("equivalent_mutants.toml")
 FOLDERS = ("rkhs", "constraints", "filters", "metrics")
-EXAMPLES = 30  # of hypothesis a test
+FEW, MANY = 10, 100  # examples of hypothesis a test
 PATIENCE = 5.0  # times the processor time that the tests need, after which a mutant hangs
 
 SWAPS: dict[type, tuple[type, ...]] = {
@@ -161,26 +162,28 @@ class MutantFinder(importlib.abc.MetaPathFinder):
 
 
 class FewerExamples:
-    """A plugin of pytest: hypothesis tries fewer examples, always the same, and makes none smaller."""
+    """A plugin of pytest: hypothesis tries few examples, always the same, and makes none smaller."""
+
+    def __init__(self, num: int):
+        self.num = num
 
     def pytest_configure(self):
         phases = (Phase.explicit, Phase.generate)
-        few = {"max_examples": EXAMPLES, "phases": phases, "deadline": None, "derandomize": True, "database": None}
+        few = {"max_examples": self.num, "phases": phases, "deadline": None, "derandomize": True, "database": None}
         settings.register_profile("mutation", **few, suppress_health_check=list(HealthCheck))
         settings.load_profile("mutation")
 
 
 def tests_of(path: Path) -> list[str]:
-    """The test files of a module's folder, those named after it first."""
+    """The test files named after a module, else all of its folder."""
     folder = ROOT / "tests" / path.parent.name
-    files = sorted(folder.glob("test_*.py"), key=lambda file: (not file.stem.startswith(f"test_{path.stem}"), file))
-    return [str(file) for file in files]
+    return [str(file) for file in sorted(folder.glob(f"test_{path.stem}*.py")) or sorted(folder.glob("test_*.py"))]
 
 
-def run_tests(tests: list[str], *options: str) -> int:
+def run_tests(tests: list[str], examples: int, *options: str) -> int:
     """pytest's exit code."""
     words = ["-x", "-q", "-p", "no:cacheprovider", "-W", "ignore::pytest.PytestAssertRewriteWarning", *options, *tests]
-    return int(pytest.main(words, plugins=[FewerExamples()]))
+    return int(pytest.main(words, plugins=[FewerExamples(examples)]))
 
 
 def forked(work: Callable[[], int], limit: float) -> tuple[int, float]:
@@ -205,7 +208,7 @@ def preload(tests: list[str]) -> None:
     standard = os.dup(1)
     with open(os.devnull, "w") as nowhere:
         os.dup2(nowhere.fileno(), 1)
-        run_tests(tests, "--collect-only")
+        run_tests(tests, FEW, "--collect-only")
         sys.stdout.flush()
         os.dup2(standard, 1)
     for name in [name for name in sys.modules if name.split(".")[0] in ("mjnav", "tests", "conftest")]:
@@ -217,17 +220,17 @@ def preload(tests: list[str]) -> None:
 def survives(mutant: Mutant, tests: list[str], limit: float) -> bool:
     """Whether no test notices."""
 
-    def work() -> int:
+    def work(examples: int) -> int:
         sys.meta_path.insert(0, MutantFinder(mutant))
-        return run_tests(tests)
+        return run_tests(tests, examples)
 
-    return forked(work, limit)[0] == 0
+    return all(forked(lambda n=examples: work(n), limit)[0] == 0 for examples in (FEW, MANY))
 
 
 def examine(path: Path, explained: set[tuple[str, str, str]]) -> tuple[int, int, int]:
     """Mutants, survivors that are explained and survivors that are not, which are printed."""
     tests = tests_of(path)
-    code, used = forked(lambda: run_tests(tests), 3600.0)
+    code, used = forked(lambda: run_tests(tests, MANY), 3600.0)
     if code != 0:
         sys.exit(f"{path}: its tests fail without a mutant")
     total = equivalent = 0

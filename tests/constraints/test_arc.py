@@ -9,7 +9,9 @@ from mjnav.constraints.arc import contact_distance
 
 STEPS = 4000
 LONGEST = 5.0  # [m] of way that is stepped
-PLACE = st.tuples(st.floats(-2.0, 2.0), st.floats(-2.0, 2.0))
+# [m] In whole centimetres: steps cannot tell whether what overlaps and lies abeam to 1e-9 m comes nearer at first.
+COORDINATE = st.integers(-200, 200).map(lambda centimetres: centimetres / 100.0)
+PLACE = st.tuples(COORDINATE, COORDINATE)
 SPEED = st.one_of(st.floats(0.05, 1.0), st.floats(-1.0, -0.05))
 TURN = st.one_of(st.floats(-1.5, 1.5), st.sampled_from([0.0, 1e-12, -1e-9, 1e-6, -1e-4]))
 RADIUS = st.floats(0.05, 0.8)
@@ -124,6 +126,27 @@ def test_a_robot_that_turns_on_the_spot_touches_nothing():
     for v in (0.0, 1e-300, -1e-17):
         for omega in (0.0, 1.0):
             assert to_disc(v, omega, 0.1, 0.0, 0.5) == inf
+
+
+def test_a_robot_that_stands_among_those_that_drive_changes_nothing_of_theirs():
+    ways = contact_distance([1.0, 0.0, 0.5], [0.0, 1.0, 0.0], [[2.0, 0.0, 0.5]], *NOTHING[1:])
+    assert ways.tolist() == [[1.5], [inf], [1.5]]
+
+
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_an_arc_meets_a_wall_only_between_its_ends_and_else_the_end_that_is_nearer(side):
+    # A quarter of the circle of radius 2 ends at (2, 2), 0.5 m before the wall's line.
+    for end in (1.9, 1.0, 2.0):
+        assert to_wall(1.0, side * 0.5, (end, side * 2.5), (5.0, side * 2.5), 0.5) == pytest.approx(pi)
+    beyond = to_wall(1.0, side * 0.5, (2.1, side * 2.5), (5.0, side * 2.5), 0.5)
+    assert beyond == to_disc(1.0, side * 0.5, 2.1, side * 2.5, 0.5)
+    assert beyond != pytest.approx(pi)
+
+
+def test_what_overlaps_a_walls_end_may_come_as_near_again_and_no_nearer():
+    # The robot leaves the end of a wall behind it, drives round the circle of radius 1 and comes upon the wall itself.
+    way = to_wall(1.0, 1.0, (-0.3, 0.0), (-3.0, 0.0), 0.5)
+    assert way == pytest.approx(2.0 * pi - np.arccos(1.0 - 0.3))
 
 
 def test_columns_are_discs_then_walls_then_lines():

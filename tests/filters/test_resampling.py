@@ -58,6 +58,7 @@ def test_weights_that_sum_to_slightly_less_than_one_lose_no_draw():
         indices = systematic(np.append(weights, 0.0), LAST_OFFSET, num)
         assert indices.size == num
         assert indices[-1] == 9
+    assert systematic([0.3, 0.0], LAST_OFFSET, 10).tolist() == [0] * 10
 
 
 def test_a_generator_gives_the_offset_by_one_draw():

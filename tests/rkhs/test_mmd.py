@@ -1,3 +1,5 @@
+from math import comb
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -124,6 +126,7 @@ def test_the_distance_is_symmetric_and_never_negative(first, second, kernel):
         ({"x": [1.0, np.nan]}, "x"),
         ({"y": [np.inf]}, "y"),
         ({"x_weights": [0.5]}, "x_weights"),
+        ({"x_weights": [0.5, np.nan]}, "x_weights"),
         ({"y_weights": [np.nan]}, "y_weights"),
         ({"y_weights": [[1.0]]}, "y_weights"),
         ({"degree": 0}, "degree"),
@@ -151,10 +154,12 @@ def test_the_feature_maps_coefficients_are_the_binomials():
     assert PolynomialKernel(3).coefficients.tolist() == [1.0, 3.0, 3.0, 1.0]
     assert PolynomialKernel(2, scale=2.0, offset=3.0).coefficients.tolist() == [9.0, 12.0, 4.0]
     assert PolynomialKernel(np.int64(1), 2.0, 5.0).coefficients.tolist() == [5.0, 2.0]
+    assert PolynomialKernel(10).coefficients.tolist() == [comb(10, p) for p in range(11)]  # the highest that is allowed
 
 
 def test_moments_are_taken_over_the_last_axis():
     x = np.array([[1.0, 2.0], [0.0, -3.0]])
     assert raw_moments(x, 3).tolist() == [[1.0, 1.5, 2.5, 4.5], [1.0, -1.5, 4.5, -13.5]]
+    assert raw_moments(x[None], 3).tolist() == [raw_moments(x, 3).tolist()]
     assert raw_moments(x, 1, np.array([2.0, 1.0])).tolist() == [[3.0, 4.0], [3.0, -3.0]]
     assert moment_distance(x, np.zeros(2), np.array([1.0, 10.0])).tolist() == [41.0, 90.0]
