@@ -175,9 +175,11 @@ def _required_of(kind: Any) -> Table:
 
 LEAVES = tuple(_leaves(Scenario, ()))
 GROUPS = tuple(
-    tuple(leaf for leaf in LEAVES if leaf.path[0] == part) for part in dict.fromkeys(k.path[0] for k in LEAVES)
+    group
+    for part in dict.fromkeys(leaf.path[0] for leaf in LEAVES)
+    if len(group := tuple(leaf for leaf in LEAVES if leaf.path[0] == part)) > 1
 )
-ANY_LEAF = st.sampled_from(GROUPS).flatmap(st.sampled_from)  # each table as often, however many keys it has
+ANY_LEAF = st.sampled_from(LEAVES) | st.sampled_from(GROUPS).flatmap(st.sampled_from)  # each key; each table as often
 
 
 def refusal(leaf: Leaf, value: object) -> InputError | None:
@@ -214,13 +216,22 @@ def choices(leaf: Leaf) -> tuple[str, ...]:
     return tuple(name for name in allowed.split(", ") if name and refusal(leaf, name) is None)
 
 
+SHARES = st.sampled_from((1.0, 1.0, 1.0, 1.01, 0.5, 0.1, 0.01))
+
+
 @st.composite
 def at_a_bound(draw, leaf: Leaf) -> Any:
-    """A number at one of its bounds, just below or just beyond."""
+    """A number at one of its bounds, just below or just beyond, or a share of one."""
     bound = draw(st.sampled_from(bounds(leaf) or (0.0,)))
     if leaf.hint is int:
-        return int(bound) + draw(st.sampled_from((-1, 0, 0, 1)))
-    return draw(st.sampled_from((bound, bound, nextafter(bound, -inf), nextafter(bound, inf), bound * 1.01)))
+        return int(bound * draw(SHARES)) + draw(st.sampled_from((-1, 0, 0, 1)))
+    value = bound * draw(SHARES)
+    return draw(st.sampled_from((value, value, nextafter(value, -inf), nextafter(value, inf))))
+
+
+def rarely(values: st.SearchStrategy, usual: object) -> st.SearchStrategy:
+    """One of the values in one of ten draws."""
+    return st.integers(0, 9).flatmap(lambda k: values if k == 0 else st.just(usual))
 
 
 def modest(leaf: Leaf, hint: Any = None) -> st.SearchStrategy:
@@ -242,19 +253,20 @@ def modest(leaf: Leaf, hint: Any = None) -> st.SearchStrategy:
         return st.sampled_from((usual, 0.5 * usual, 2.0 * usual, 5.0 * usual))
     if hint is int:
         return st.integers(1, max(2, min(2 * int(usual), 200)))
-    return st.floats(0.3, 2.0).map(lambda factor: factor * usual) | st.floats(-4.0, 4.0)
+    extreme = st.sampled_from((1e4, -1e4, 1e-9, 0.0))
+    return st.floats(0.3, 2.0).map(lambda factor: factor * usual) | st.floats(-4.0, 4.0) | rarely(extreme, usual)
 
 
 @st.composite
 def run_files(draw, starts: tuple[Table, ...] = ()) -> Table:
     """Tables of a run file: a good one of which some values are others, some at their bounds, few wrong or unknown."""
     document = deepcopy(draw(st.sampled_from((BASE, *starts))))
-    for _ in range(draw(st.integers(0, 6))):
+    for _ in range(draw(st.integers(1, 8))):
         leaf = draw(ANY_LEAF)
         leaf.put(document, draw(modest(leaf)))
-    for _ in range(draw(st.sampled_from((0, 0, 1, 1, 2)))):
+    for _ in range(draw(st.sampled_from((0, 1, 1, 2, 3)))):
         leaf = draw(ANY_LEAF)
-        match draw(st.sampled_from(("bound", "bound", "bound", "odd", "gone", "unknown"))):
+        match draw(st.sampled_from((*["bound"] * 6, "odd", "gone", "unknown"))):
             case "bound" if is_number(leaf):
                 leaf.put(document, draw(at_a_bound(leaf)))
             case "gone":
@@ -263,6 +275,8 @@ def run_files(draw, starts: tuple[Table, ...] = ()) -> Table:
             case "unknown":
                 leaf.put(document, draw(modest(leaf)))
                 _inner(document, leaf.path[:-1])[draw(st.text(max_size=5))] = draw(ODD)
-            case _:
+            case "odd":
                 leaf.put(document, draw(ODD))
+            case _:  # the bounds of what is no number
+                leaf.put(document, draw(modest(leaf)))
     return document

@@ -1,0 +1,183 @@
+"""Any run file runs five ticks or is refused, and nothing else happens: no traceback, no warning, no hang.
+
+MJNAV_FUZZ=N tries N random files in place of 300 fixed ones; 10 000 are a night's work:
+
+    MJNAV_FUZZ=10000 nice -n 19 uv run pytest tests/attacks/test_fuzz_run_files.py --hypothesis-show-statistics
+"""
+
+import os
+import signal
+import tomllib
+from contextlib import contextmanager
+from itertools import count
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import numpy as np
+from hypothesis import HealthCheck, event, given, settings
+from hypothesis import strategies as st
+
+import mjnav
+from mjnav.errors import InputError
+from mjnav.loop.episode import Episode
+from mjnav.loop.fault import RunFault
+from mjnav.loop.prepare import load_scenario
+from mjnav.scenarios import dumps, library, loads
+from mjnav.scenarios.dump import toml_text
+from mjnav.scenarios.spec import Scenario
+from mjnav.study.cells import resolve
+from mjnav.study.study_file import load_study
+from mjnav.world.engine import DivergedError
+from tests.attacks.run_files import ANY_LEAF, NAMES, ODD, modest, run_files
+
+TICKS = 5
+MOST_WORK = 1e9  # see `work`
+TOO_LONG = 120  # [s] that five ticks of a small scene never take
+SCENES = tuple(tomllib.loads(path.read_text()) for path in sorted(library.data_folder("runs").glob("*.toml")))
+FILES = int(os.environ.get("MJNAV_FUZZ", "300"))
+
+fuzzed = settings(
+    max_examples=FILES,
+    derandomize="MJNAV_FUZZ" not in os.environ,
+    database=None,
+    deadline=None,
+    suppress_health_check=list(HealthCheck),
+)
+
+
+@contextmanager
+def no_hang():
+    """Ends what takes too long with a TimeoutError at the place where it hangs."""
+
+    def ring(*_):
+        raise TimeoutError(f"more than {TOO_LONG} s")
+
+    before = signal.signal(signal.SIGALRM, ring)
+    signal.alarm(TOO_LONG)
+    try:
+        yield
+    finally:
+        signal.alarm(0)
+        signal.signal(signal.SIGALRM, before)
+
+
+def work(scenario: Scenario) -> float:
+    """About how many samples, pairs of samples, beams and steps five ticks go through."""
+    control, people = scenario.control, 1 + len(scenario.people)
+    p = {"samples": 25, "num_v": 20, "num_omega": 20, "rollouts": 400, "steps": 20, "num_iterations": 10} | {
+        key: value for key, value in control.parameters.items() if isinstance(value, int)
+    }
+    bodies = people + len(scenario.walls) + len(scenario.pillars) + 4 * len(scenario.tables)
+    pairs = p["num_v"] * p["num_omega"] * p["samples"] ** 2 * p["num_iterations"]
+    readings = 1.0 + scenario.sensors.rate * control.period
+    particles = scenario.estimation.robot.particles + people * scenario.estimation.obstacles.particles
+    latency = control.latency
+    late = control.delay * control.period if latency is None else max((latency.planned or 0.0, *latency.trace))
+    return TICKS * (
+        bodies * (pairs + p["rollouts"] * p["steps"] * p["samples"])
+        + readings * (100.0 * particles + 10.0 * bodies * scenario.sensors.lidar_beams)
+        + 1e3 * people * control.period / scenario.physics.timestep
+        + 1e3 * p["samples"] * (late + control.period) / 0.1
+    )
+
+
+def five_ticks(scenario: Scenario, log=None) -> None:
+    """Runs them; the physics may be lost, which is told as such."""
+    asked = count()
+    try:
+        Episode(scenario, log=log, stop=lambda: next(asked) >= TICKS, cones=True).run()
+    except RunFault as fault:
+        if not isinstance(fault.__cause__, DivergedError):
+            raise
+        return
+
+
+def read_again(path, scenario: Scenario) -> None:
+    log = mjnav.open_log(path)
+    assert log.complete
+    assert log.scenario() == scenario
+    assert np.isfinite(log.trajectory().command).all()
+    for message in log.messages():
+        assert message.value is not None
+
+
+def check_refusal(told: str, start: str) -> None:
+    assert told.startswith(start)
+    assert len(told.splitlines()) == 1
+    assert len(told) < 2000
+
+
+def survive(document: dict, log: bool) -> str:
+    """What became of a run file: refused, ran, or too large to run here; whatever else happens is raised."""
+    with TemporaryDirectory() as folder, no_hang():
+        path = Path(folder) / "fuzz.toml"
+        path.write_text(toml_text(document), encoding="utf-8", errors="surrogatepass")
+        try:
+            scenario = load_scenario(str(path))
+        except InputError as error:
+            check_refusal(str(error), f"{path}: ")
+            return "refused"
+        assert loads(dumps(scenario)) == scenario
+        if work(scenario) > MOST_WORK:
+            return "too large to run here"
+        place = Path(folder) / "fuzz.mcap" if log else None
+        five_ticks(scenario, place)
+        if place is not None:
+            read_again(place, scenario)
+        return "ran"
+
+
+@fuzzed
+@given(run_files(SCENES), st.integers(0, 4))
+def test_any_run_file_runs_five_ticks_or_is_refused(document, logged):
+    event(survive(document, log=logged == 0))
+
+
+@settings(fuzzed, max_examples=FILES // 3)
+@given(run_files(SCENES), st.data())
+def test_any_settings_on_the_command_line_run_or_are_refused(document, data):
+    """KEY=VALUE of real keys, of keys that are none and of text that is neither."""
+    leaf = data.draw(ANY_LEAF)
+    value = data.draw(modest(leaf) | ODD)
+    key = ".".join(map(str, leaf.path))
+    text = toml_text({"_": value}).removeprefix("_ = ").strip() if not isinstance(value, dict) else str(value)
+    override = data.draw(
+        st.sampled_from((f"{key}={text}", f" {key} = {text}", f"{key}{text}", key, f".{key}=1")) | st.text()
+    )
+    with TemporaryDirectory() as folder:
+        path = Path(folder) / "fuzz.toml"
+        path.write_text(toml_text(document), encoding="utf-8", errors="surrogatepass")
+        try:
+            scenario = load_scenario(str(path), [override])
+        except InputError as error:
+            check_refusal(str(error), "")
+        else:
+            assert loads(dumps(scenario)) == scenario
+
+
+@settings(fuzzed, max_examples=FILES // 3)
+@given(st.data())
+def test_any_study_file_is_resolved_or_refused(data):
+    """Its overrides and grids are keys of a run file, so what they say is checked like a run file."""
+    own = data.draw(st.lists(ANY_LEAF, max_size=2))
+    values = {".".join(map(str, leaf.path)): data.draw(modest(leaf) | ODD) for leaf in own}
+    study = {
+        "schema": 1,
+        "name": data.draw(NAMES),
+        "scenes": data.draw(st.lists(st.sampled_from(("crossing1", "lane", "nowhere", "../x.toml")), max_size=2)),
+        "methods": [{"controller": data.draw(st.sampled_from(("rkhs", "mppi", "no-such"))), "set": {"samples": 5}}],
+        "seeds": data.draw(st.just([0, 1]) | st.just({"count": 2}) | ODD),
+        "set": values,
+        "grid": {key: [value] for key, value in values.items()} if data.draw(st.booleans()) else {},
+    }
+    if data.draw(st.integers(0, 3)) == 0:
+        study[data.draw(st.sampled_from((*study, "other")))] = data.draw(ODD)
+    with TemporaryDirectory() as folder:
+        path = Path(folder) / "study.toml"
+        path.write_text(toml_text(study), encoding="utf-8", errors="surrogatepass")
+        try:
+            cells = resolve(load_study(str(path)))
+        except InputError as error:
+            check_refusal(str(error), folder)
+        else:
+            assert cells
