@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 from mjnav.cli.interrupt import interruptible
 from mjnav.cli.main import INTERRUPTED
 from mjnav.cli.waiting import compile_notice, progress, tell
+from mjnav.report.printable import printable
 
 if TYPE_CHECKING:
     from mjnav.loop.replay import Replay
@@ -74,7 +75,7 @@ def summary(found: "Replay") -> dict[str, Any]:
 
 def describe(found: "Replay") -> str:
     """The comparison, for people: first what is not as it was when the log was written, then what follows."""
-    lines = [f"warning: {text}" for text in found.warnings]
+    lines = [f"warning: {printable(text)}" for text in found.warnings]
     if found.identical and found.complete:
         lines += [f"identical: {found.ticks} ticks, state hash {found.state_hash}"]
     elif found.identical:

@@ -85,7 +85,7 @@ def _change(fact: str, was: str, now: str) -> list[str]:
         ]
     if fact in SETS:
         gone, came = (" ".join(sorted({*a.split()} - {*b.split()})) for a, b in ((was, now), (now, was)))
-        return [f"{name}: " + ", ".join([f"without {gone} now"] * bool(gone) + [f"with {came} now"] * bool(came))]
+        return [f"{name}: " + ", ".join([f"without {gone}"] * bool(gone) + [f"with {came}"] * bool(came))]
     return [f"{name} was {was or 'unknown'}, is {now or 'unknown'}"]
 
 

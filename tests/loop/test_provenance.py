@@ -37,7 +37,7 @@ def test_versions_and_features_are_told_as_people_would():
     now = changed(version_numpy="2.4.6", cpu_numpy="X86_V2 ASIMD")
     assert changes(was, now) == (
         "numpy was 2.4.5, is 2.4.6",
-        "the processor features that NumPy uses: without X86_V3 X86_V4 now, with ASIMD now",
+        "the processor features that NumPy uses: without X86_V3 X86_V4, with ASIMD",
     )
 
 
