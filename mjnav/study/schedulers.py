@@ -4,9 +4,11 @@ Each takes trials one by one as it has room for them, and yields their rows as t
 done for a while. Who stops listening ends what is running. `stop` is asked by what runs in this process.
 """
 
+import asyncio
 import logging
 import socket
-from collections.abc import Callable, Generator, Iterable
+import threading
+from collections.abc import Callable, Coroutine, Generator, Iterable
 from contextlib import suppress
 from itertools import islice
 from queue import Empty, SimpleQueue
@@ -24,6 +26,8 @@ Rows = Generator[Row | None]
 Scheduler = Callable[[Iterable[Trial], Callable[[], bool]], Rows]
 
 CONNECT_TIMEOUT = 10.0  # [s]
+CLOSE_TIMEOUT = 2.0  # [s] that a scheduler has to take leave
+PATIENCE = 30.0  # [s] without any answer after which a scheduler counts as lost: its event loop may be busy
 WINDOW = 4  # trials under way for each thread of the workers: while one runs, the next are on their way
 LEAST_WINDOW = 32  # trials where there is no worker yet: a cluster that grows with its load needs to see some
 DIED = "the worker died"
@@ -53,11 +57,11 @@ def _run(trial: Trial, heart: Heartbeat) -> Row:
     return run_trial(trial, beat=heart)
 
 
-def dask(address: str, max_seconds: float = MAX_SECONDS) -> Scheduler:
+def dask(address: str, max_seconds: float = MAX_SECONDS, *, patience: float = PATIENCE) -> Scheduler:
     """On the workers of the Dask scheduler at `address`; the trials of one that dies are given to others.
 
-    Raises InputError where nobody answers at the address or distributed is missing; the rows raise MjnavError when the
-    scheduler is gone.
+    Raises InputError where nobody answers at the address or distributed is missing; the rows raise MjnavError where the
+    scheduler is lost: its connection is closed, or it answers nothing for `patience` [s].
     """
     _check_address(address)
 
@@ -65,37 +69,88 @@ def dask(address: str, max_seconds: float = MAX_SECONDS) -> Scheduler:
         source, done = iter(trials), SimpleQueue[Any]()
         under_way: dict[Any, Trial] = {}
         client = _connect(address)
+        pulse = _Pulse(client, address, patience)
+
+        def fetch(future: Any) -> None:
+            """Asks for the row of a trial that is done; called on a thread of the client's."""
+            if future.status != "finished":
+                done.put((future, None))
+                return
+            asked = _ask(client, client.gather(future, asynchronous=True))
+            asked.add_done_callback(lambda answer: done.put((future, answer)))
+
         try:
-            window = _window(client)
             while True:
-                for trial in islice(source, max(0, window - len(under_way))):
+                for trial in islice(source, max(0, pulse.window - len(under_way))):
                     future = client.submit(run_in_thread, trial, max_seconds, key=f"mjnav-{trial.id}")
                     under_way[future] = trial
-                    future.add_done_callback(done.put)
+                    future.add_done_callback(fetch)
                 if not under_way:
                     return
                 try:
-                    future = done.get(timeout=POLL)
+                    future, answer = done.get(timeout=POLL)
                 except Empty:
-                    window = _window(client)
+                    pulse.beat()
                     yield None
                     continue
-                yield _row(future, under_way.pop(future), address)
+                pulse.heard()
+                yield _row(future, answer, under_way.pop(future), address)
         finally:
             with suppress(Exception):  # it may be gone
                 client.cancel(list(under_way))
-                client.close(timeout=CONNECT_TIMEOUT)
+                client.close(timeout=CLOSE_TIMEOUT)
 
     return run
 
 
-def _row(future: Any, trial: Trial, address: str) -> Row:
+class _Pulse:
+    """Whether the scheduler is there, without ever waiting for it.
+
+    Silence is counted in polls, not by the clock: a sweep that was itself stopped for a while has lost nobody.
+    """
+
+    def __init__(self, client: Any, address: str, patience: float):
+        self.window = LEAST_WINDOW  # trials to have under way
+        self._client, self._address, self._patience = client, address, patience
+        self._question: Any = None
+        self._silent = 0  # polls
+
+    def heard(self) -> None:
+        """The scheduler did something."""
+        self._silent = 0
+
+    def beat(self) -> None:
+        """A poll without news. Raises MjnavError where the scheduler is lost."""
+        if self._question is None:
+            self._question = _ask(self._client, self._client.scheduler.ncores(workers=None))
+        elif self._question.done():
+            if self._question.cancelled() or self._question.exception() is not None:
+                raise _lost(self._address)
+            self.window = max(LEAST_WINDOW, WINDOW * sum(self._question.result().values()))
+            self._question = None
+            self.heard()
+        else:
+            self._silent += 1
+            if self._silent * POLL > self._patience:
+                raise MjnavError(f"the scheduler at {self._address} is lost: no answer for {self._patience:g} s")
+
+
+def _ask(client: Any, question: Coroutine[Any, Any, Any]) -> Any:
+    """The answer to come, from the client's own thread."""
+    return asyncio.run_coroutine_threadsafe(question, client.loop.asyncio_loop)
+
+
+def _lost(address: str) -> MjnavError:
+    return MjnavError(f"the scheduler at {address} is lost: the connection was closed")
+
+
+def _row(future: Any, answer: Any, trial: Trial, address: str) -> Row:
     from distributed import KilledWorker
 
-    if future.status == "finished":
-        return future.result()
-    if future.status != "error":
-        raise MjnavError(f"the scheduler at {address} is gone")
+    if answer is not None and not answer.cancelled() and answer.exception() is None:
+        return answer.result()
+    if future.status != "error":  # the row, or all news of it, did not come through
+        raise _lost(address)
     error = future.exception()
     return failed_row(trial, DIED if isinstance(error, KilledWorker) else describe_fault(error))
 
@@ -119,16 +174,22 @@ def _connect(address: str) -> Any:
     for name in logging.root.manager.loggerDict:
         if name.partition(".")[0] == "distributed":
             logging.getLogger(name).setLevel(logging.CRITICAL)  # what goes wrong is told in a line
-    try:
-        return Client(address, timeout=CONNECT_TIMEOUT, set_as_default=False)
-    except OSError as error:
-        raise MjnavError(f"no Dask scheduler answers at {address}: {error}") from None
+    made = SimpleQueue[Any]()
 
+    def make() -> None:
+        try:
+            made.put(Client(address, timeout=CONNECT_TIMEOUT, set_as_default=False))
+        except Exception as error:
+            made.put(error)
 
-def _window(client: Any) -> int:
-    """How many trials to have under way."""
+    # On a thread of its own: a scheduler that takes the connection and then says nothing is waited for without end.
+    threading.Thread(target=make, daemon=True).start()
     try:
-        threads = sum(client.nthreads().values())
-    except Exception:  # gone: the futures say so
-        return 0
-    return max(LEAST_WINDOW, WINDOW * threads)
+        client = made.get(timeout=2.0 * CONNECT_TIMEOUT)
+    except Empty:
+        client = TimeoutError(f"it says nothing for {2.0 * CONNECT_TIMEOUT:g} s")
+    if isinstance(client, OSError):
+        raise MjnavError(f"no Dask scheduler answers at {address}: {client}")
+    if isinstance(client, Exception):
+        raise client
+    return client

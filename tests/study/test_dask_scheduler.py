@@ -9,6 +9,7 @@ import time
 import pytest
 
 from mjnav.errors import InputError, MjnavError
+from mjnav.study import schedulers
 from mjnav.study.schedulers import dask
 from mjnav.study.store import Store
 from mjnav.study.sweep import sweep
@@ -43,9 +44,10 @@ def cluster(tmp_path):
             process.wait()
 
 
-def test_dask_gives_the_serial_rows_also_where_a_worker_is_killed_and_ends_in_a_line_without_scheduler(
-    cluster, tmp_path, small_trials, serial_hashes
+def test_dask_gives_the_serial_rows_and_tells_a_lost_scheduler_in_a_line(
+    cluster, tmp_path, small_trials, serial_hashes, monkeypatch
 ):
+    monkeypatch.setattr(schedulers, "CONNECT_TIMEOUT", 1.0)
     address, scheduler, workers = cluster
     store = Store(tmp_path / "out")
 
@@ -58,8 +60,18 @@ def test_dask_gives_the_serial_rows_also_where_a_worker_is_killed_and_ends_in_a_
     assert (report.run, report.failed, len(rows)) == (16, 0, 16)
     assert {row["id"]: row["state_hash"] for row in rows} == serial_hashes
 
+    hung = Store(tmp_path / "hung")
+    impatient = dask(address, patience=1.0)
+    with pytest.raises(MjnavError, match=f"the scheduler at {address} is lost: no answer for 1 s"):
+        sweep(small_trials, hung, impatient, progress=lambda done, row: scheduler.send_signal(signal.SIGSTOP))
+    with pytest.raises(MjnavError, match=f"no Dask scheduler answers at {address}: it says nothing for 2 s"):
+        sweep(small_trials, hung, dask(address), resume=True)
+    scheduler.send_signal(signal.SIGCONT)
+    assert hung.rows(["error"]).to_pylist() == [{"error": None}] * len(hung.done())  # and none is blamed on a worker
+    assert 0 < len(hung.done()) < 16
+
     cut = Store(tmp_path / "cut")
-    with pytest.raises(MjnavError, match=f"the scheduler at {address} is gone"):
+    with pytest.raises(MjnavError, match=f"the scheduler at {address} is lost: the connection was closed"):
         sweep(small_trials, cut, dask(address), progress=lambda done, row: scheduler.kill())
     assert 0 < len(cut.done()) <= 16
     with pytest.raises(InputError, match=rf"--scheduler: found '{address}'; allowed: .*Connection refused"):
