@@ -15,10 +15,13 @@ from mjnav.loop.crowd import crowd
 from mjnav.loop.episode import warm_up
 from mjnav.loop.prepare import load_scenario
 from mjnav.loop.rate_test import RateTest, rate_test, shuttling
+from mjnav.metrics.blame import FIRST_TIME, LOOP, MACHINE, Miss
 from mjnav.metrics.realtime import FAIL, PASS, RULES, histogram
 from mjnav.recording.writer import check_path
 from mjnav.scenarios.spec import Scenario
 
+MAX_NAMED = 10  # misses that are named in text
+_BY = {LOOP: "the loop", MACHINE: "the machine", FIRST_TIME: "first-time work"}
 BAR = 40  # [characters] of the longest
 LATENESS_EDGES = (2, 5, 10, 20, 50, 100, 200, 500, 1000, 2000, 5000, 10_000, 20_000, 50_000, 100_000)  # [us]
 BUSY_EDGES = tuple(range(10, 160, 10))  # [% of the period]
@@ -107,13 +110,15 @@ def _numbers(key: str, text: str, kind: type) -> list:
 def describe(test: RateTest) -> str:
     """One test's report, for people."""
     s, m, schedule = test.summary, test.machine, test.schedule
-    wake, overrun, faults = test.wakeup_us, test.overrun, test.page_faults
+    wake, overrun, faults, gaps = test.wakeup_us, test.overrun, test.page_faults, test.gaps.summary
     lines = [
         f"{test.scene}, {test.controller}: {test.status} at {test.requested_hz:g} Hz",
         f"  rate          {schedule.achieved_hz:.4g} Hz achieved, {schedule.ticks} ticks of "
         f"{1e3 * schedule.period:.4g} ms ({1e3 * test.timestep:.3g} ms of physics a step), "
         f"{_text(s['real_time_factor'], '.4f')} × real time",
-        f"  deadlines     {schedule.misses} of {schedule.ticks} missed, {schedule.skipped} periods skipped",
+        f"  deadlines     {schedule.misses} of {schedule.ticks} missed{_causes(test)}, "
+        f"{schedule.skipped} periods skipped",
+        *_named(test.blame.misses),
         "  overrun       "
         + (f"{overrun.milliseconds:.2f} ms in tick {overrun.tick}, phase {overrun.phase}" if overrun else "none"),
         f"  wake-up       {_text(wake['p50'], '.1f')} µs p50, {_text(wake['p99'], '.1f')} p99, "
@@ -121,6 +126,8 @@ def describe(test: RateTest) -> str:
         f"  log           {schedule.log_dropped} parts of ticks dropped",
         f"  machine       {m['scheduler']}; memory {m['memory']}; {m['affinity']} of {m['cpus']}; {m['kernel']}; "
         f"{100 * schedule.stolen:.1f} % of the processors stolen",
+        f"  its gaps      {gaps['count']}, longest {gaps['longest_ms']:.2f} ms, {gaps['total_ms']:.2f} ms in all, seen "
+        f"{gaps['seen']}",
         f"  load          {m['load']}; load average {m['load_average']}",
         f"  page faults   {_text(faults['p50'], '.0f')} a tick p50, {_text(faults['p99'], '.0f')} p99, "
         f"{_text(faults['max'], '.0f')} max",
@@ -134,7 +141,24 @@ def describe(test: RateTest) -> str:
     lines += _bars(histogram(schedule.busy * 1e-7 / schedule.period, BUSY_EDGES), " %")
     lines += ["", f"  {test.status}, by the first of these that holds:"]
     lines += [f"    {name:12}  {rule}" for name, rule in RULES]
+    lines += ["    what was missed or skipped through the machine does not count"]
     return "\n".join(lines)
+
+
+def _causes(test: RateTest) -> str:
+    """How many deadlines were missed through whom."""
+    counts = [f"{count} by {_BY[cause]}" for cause, count in test.blame.counts.items()]
+    return f" ({', '.join(counts)})" if test.schedule.misses else ""
+
+
+def _named(misses: Sequence[Miss]) -> Iterator[str]:
+    """A line for each of the longest."""
+    longest = sorted(misses, key=lambda miss: -miss.milliseconds)[:MAX_NAMED]
+    for miss in sorted(longest, key=lambda miss: miss.tick):
+        where = miss.phase if miss.since == miss.tick else f"{miss.phase} of tick {miss.since}"
+        yield f"    tick {miss.tick:<6d}  {miss.milliseconds:.2f} ms over, {where}: {_BY[miss.cause]}"
+    if len(misses) > MAX_NAMED:
+        yield f"    the longest {MAX_NAMED}"
 
 
 def _bars(rows: list[tuple[float, float, int]], unit: str) -> Iterator[str]:
@@ -157,7 +181,8 @@ def _line(people: int | None, samples: int | None, test: RateTest) -> str:
     with_what = "".join(f", {n} {what}" for n, what in ((people, "people"), (samples, "samples")) if n is not None)
     tick = test.compute_ms["tick"]
     return (
-        f"{test.requested_hz:6g} Hz{with_what}: {test.status:12}  {s['deadline_misses']} of {s['ticks']} missed, "
+        f"{test.requested_hz:6g} Hz{with_what}: {test.status:12}  {s['deadline_misses']} of {s['ticks']} missed"
+        f"{_causes(test)}, "
         f"longest overrun {s['longest_overrun_ms']:.2f} ms; tick {_text(tick['p50'], '.2f')} ms p50, "
         f"{_text(tick['p99'], '.2f')} p99, "
         f"{100 * (tick['p99'] or 0.0) * 1e-3 / test.schedule.period:.0f} % of the period"

@@ -2,10 +2,9 @@
 
 import os
 import platform
-import resource
 from collections.abc import Callable
-from contextlib import nullcontext
-from dataclasses import dataclass, replace
+from contextlib import closing, nullcontext
+from dataclasses import asdict, dataclass, replace
 from itertools import pairwise
 from math import ceil, hypot
 from pathlib import Path
@@ -15,10 +14,13 @@ import numpy as np
 
 from mjnav.errors import InvalidValue
 from mjnav.loop.episode import Episode, Result, warm_up
-from mjnav.loop.pacer import Pacer, RealTimePacer, Start
+from mjnav.loop.first_time import first_time_work
+from mjnav.loop.machine import Gaps, Usage, UsageMeter, gap_probe, stolen
+from mjnav.loop.pacer import MAX_CATCH_UP, Pacer, RealTimePacer, Start
 from mjnav.loop.realtime import real_time
 from mjnav.loop.stress import stress
 from mjnav.messages import PHASES, Event
+from mjnav.metrics.blame import Blame, blame, overlap, with_stolen
 from mjnav.metrics.realtime import Overrun, Schedule, longest_overrun, verdict, wakeup_us
 from mjnav.metrics.timing import compute_ms, quantiles
 from mjnav.recording.writer import check_path
@@ -43,6 +45,8 @@ class RateTest:
     wakeup_us: dict[str, float | None]
     compute_ms: dict[str, dict[str, float | None]]
     overrun: Overrun | None
+    blame: Blame
+    gaps: Gaps
     page_faults: dict[str, float | None]  # of a tick
     state_hash: str
     machine: dict[str, str | float]
@@ -61,6 +65,9 @@ class RateTest:
             "ticks": s.ticks,
             "timestep_ms": 1e3 * self.timestep,
             "deadline_misses": s.misses,
+            "misses_by_cause": self.blame.counts,
+            "missed": [asdict(miss) for miss in self.blame.misses],
+            "machine_gaps": self.gaps.summary,
             "skipped_periods": s.skipped,
             "longest_overrun_ms": self.overrun.milliseconds if self.overrun else 0.0,
             "longest_overrun": {"tick": self.overrun.tick, "phase": self.overrun.phase} if self.overrun else None,
@@ -79,18 +86,20 @@ class RateTest:
 class _Noting:
     """A pacer that keeps how every tick began, and when work ended before it [ns]."""
 
-    def __init__(self, pacer: Pacer):
-        self.now, self.real_time, self._pacer = pacer.now, pacer.real_time, pacer
+    def __init__(self, pacer: Pacer, usage: Callable[[], Usage]):
+        self.now, self.real_time, self._pacer, self._usage = pacer.now, pacer.real_time, pacer, usage
         self.starts: list[Start] = []
         self.ended: list[int] = []
         self.began: list[int] = []
-        self.faults: list[int] = []  # pages that this thread has asked the system for so far
+        self.usage_ended: list[Usage] = []
+        self.usage_began: list[Usage] = []
 
     def wait(self) -> Start:
-        self.faults.append(resource.getrusage(resource.RUSAGE_THREAD).ru_minflt)
         self.ended.append(self.now())
+        self.usage_ended.append(self._usage())
         self.starts.append(self._pacer.wait())
         self.began.append(self.now())
+        self.usage_began.append(self._usage())
         return self.starts[-1]
 
 
@@ -110,23 +119,31 @@ def rate_test(
     """
     log = None if log is None else check_path(log)
     warm_up(scenario)
-    noting = _Noting(pacer or RealTimePacer(scenario.control.period))
-    with TemporaryDirectory(prefix="mjnav-rate-") as folder:
+    cpus = os.sched_getaffinity(0)
+    with TemporaryDirectory(prefix="mjnav-rate-") as folder, closing(UsageMeter()) as meter:
+        noting = _Noting(pacer or RealTimePacer(scenario.control.period), meter.read)
         path = log or Path(folder) / "rate-test.mcap"
         episode = Episode(scenario, log=path, pacer=noting, stop=stop, progress=progress)
-        with stress() if stressed else nullcontext("none") as load, real_time() as got:
+        with stress() if stressed else nullcontext("none") as load, real_time() as got, gap_probe(cpus) as gaps:
             note = Event("info", "real_time", ", ".join(f"{name} {value}" for name, value in got.items()))
-            stolen = _processor_time()
-            result = episode.run((note,))
-            stolen = _processor_time() - stolen
+            before = _processor_time()
+            with first_time_work() as work:
+                result = episode.run((note,))
+            taken = _processor_time() - before
     kernel = f"{platform.system()} {platform.release()}"
     busy = round(os.getloadavg()[0], 2)  # of the last minute, the test's own work among it
     machine = {**got, "load": load, "load_average": busy, "kernel": kernel, "cpus": os.cpu_count() or 0}
-    return _assess(scenario, result, noting, stolen, machine)
+    return _assess(scenario, result, noting, taken, gaps, work.intervals, machine)
 
 
 def _assess(
-    scenario: Scenario, result: Result, noting: _Noting, stolen: np.ndarray, machine: dict[str, str | float]
+    scenario: Scenario,
+    result: Result,
+    noting: _Noting,
+    taken: np.ndarray,
+    gaps: Gaps,
+    first_time: np.ndarray,
+    machine: dict[str, str | float],
 ) -> RateTest:
     control, ticks = scenario.control, result.summary["ticks"]
     period = round(control.period * 1e9)
@@ -140,20 +157,28 @@ def _assess(
         busy=np.array(noting.ended[1:], np.int64) - np.array(noting.began[:-1], np.int64),
         skipped=sum(start.skipped for start in after),
         log_dropped=result.log_dropped,
-        stolen=float(stolen[0] / stolen[1]) if stolen[1] > 0 else 0.0,
+        stolen=float(taken[0] / taken[1]) if taken[1] > 0 else 0.0,
         interrupted=result.summary["outcome"] == "aborted",
+        max_catch_up=MAX_CATCH_UP,
     )
+    began = np.array(noting.began[:ticks], np.int64)
+    stood_still = with_stolen(
+        schedule, overlap(schedule, began, gaps.everywhere), stolen(noting.usage_began[:-1], noting.usage_ended[1:])
+    )
+    found = blame(schedule, stood_still, overlap(schedule, began, first_time))
     return RateTest(
         scene=scenario.name,
         controller=control.method,
         requested_hz=control.rate,
         timestep=scenario.physics.timestep,
         schedule=schedule,
-        status=verdict(schedule),
+        status=verdict(found.own),
         wakeup_us=wakeup_us(schedule),
         compute_ms=compute_ms(result.trajectory.timing),
         overrun=longest_overrun(schedule),
-        page_faults=quantiles(np.diff(noting.faults)),
+        blame=found,
+        gaps=gaps,
+        page_faults=quantiles(np.diff([usage.page_faults for usage in noting.usage_ended])),
         state_hash=result.summary["state_hash"],
         machine=machine,
     )

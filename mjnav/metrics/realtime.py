@@ -16,7 +16,8 @@ DEGRADED_SHARE = 0.01  # of ticks that may miss their deadline in a run that is 
 RATE_SHARE = 0.999  # of the requested rate that must be achieved
 STOLEN_SHARE = 0.01  # of the processors' time that may go to other virtual machines
 
-# In the order in which they are tried; the first that holds is the verdict.
+# In the order in which they are tried; the first that holds is the verdict. They are put to the schedule as it would
+# have been but for the machine: what the machine itself does is told beside the verdict.
 RULES = (
     (INCONCLUSIVE, f"interrupted, or fewer than {LEAST_TICKS} ticks"),
     (PASS, f"no deadline missed, nothing of the log dropped, at least {100 * RATE_SHARE:g} % of the rate achieved"),
@@ -55,6 +56,7 @@ class Schedule:
     log_dropped: int = 0
     stolen: float = 0.0  # share of the processors' time that other virtual machines took
     interrupted: bool = False
+    max_catch_up: int = 0  # periods that the pacer makes up for before it skips whole ones
 
     @property
     def ticks(self) -> int:
@@ -75,6 +77,12 @@ class Schedule:
     def waited(self) -> NDArray[np.bool_]:
         """(n,) which ticks had nothing but the clock to wait for: all but the first and those after a miss."""
         return np.concatenate([[False], self.overrun[:-1] == 0])[: self.ticks]
+
+    @property
+    def took(self) -> NDArray[np.int64]:
+        """(n, len(CAUSES)) what each tick's time went to; a wake-up only where the tick had the clock to wait for."""
+        wake_up = np.where(self.waited, self.lateness, 0)
+        return np.column_stack([wake_up, self.phases, self.busy - self.phases.sum(axis=1)])
 
 
 def verdict(schedule: Schedule) -> str:
@@ -97,21 +105,31 @@ def wakeup_us(schedule: Schedule) -> dict[str, float | None]:
 
 
 def longest_overrun(schedule: Schedule) -> Overrun | None:
-    """None where no deadline was missed.
+    """None where no deadline was missed."""
+    if not schedule.misses:
+        return None
+    worst = int(np.argmax(schedule.overrun))
+    tick, phase = blamed(schedule, excess(schedule), worst)
+    return Overrun(tick, phase, float(schedule.overrun[worst]) * 1e-6)
+
+
+def excess(schedule: Schedule) -> NDArray[np.floating]:
+    """(n, len(CAUSES)) how long each phase took beyond its own median [ns]."""
+    took = schedule.took
+    return took - np.median(took, axis=0) if schedule.ticks else took.astype(float)
+
+
+def blamed(schedule: Schedule, beyond: NDArray[np.floating], tick: int) -> tuple[int, str]:
+    """Which phase of which tick is to blame for a deadline that `tick` missed; `beyond` is the schedule's `excess`.
 
     A tick that began late because those before it were slow is not to blame: of all that happened since work was last
     done in time, it is the phase that took longest beyond its own median.
     """
-    s = schedule
-    if not s.misses:
-        return None
-    worst = int(np.argmax(s.overrun))
-    in_time = np.flatnonzero(s.overrun[:worst] == 0)
+    in_time = np.flatnonzero(schedule.overrun[:tick] == 0)
     first = int(in_time[-1]) + 1 if in_time.size else 0
-    took = np.column_stack([np.where(s.waited, s.lateness, 0), s.phases, s.busy - s.phases.sum(axis=1)])
-    excess = (took - np.median(took, axis=0))[first : worst + 1]
-    tick, cause = np.unravel_index(np.argmax(excess), excess.shape)
-    return Overrun(first + int(tick), CAUSES[int(cause)], float(s.overrun[worst]) * 1e-6)
+    since = beyond[first : tick + 1]
+    number, cause = np.unravel_index(np.argmax(since), since.shape)
+    return first + int(number), CAUSES[int(cause)]
 
 
 def histogram(values: NDArray[np.floating], edges: Sequence[float]) -> list[tuple[float, float, int]]:

@@ -19,7 +19,7 @@ DOCUMENTED = """
 """
 MORE = """
     controller timestep_ms skipped_periods longest_overrun lateness_us page_faults stolen memory affinity load
-    load_average kernel cpus state_hash
+    load_average kernel cpus state_hash misses_by_cause missed machine_gaps
 """
 
 
@@ -47,7 +47,18 @@ def test_for_people_it_gives_a_verdict_with_its_rules_and_a_histogram(mjnav, tmp
     said = mjnav("rate-test", "crossing1", "--rate", "20", "--duration", "0.2", *TINY)
     assert (said.code, said.err) == (0, "")
     assert said.out.startswith("crossing1, mean: INCONCLUSIVE at 20 Hz\n")
-    for word in ("achieved", "missed", "overrun", "wake-up", "dropped", "SCHED_", "load", "page faults", "compute"):
+    for word in (
+        "achieved",
+        "missed",
+        "overrun",
+        "wake-up",
+        "dropped",
+        "SCHED_",
+        "its gaps",
+        "load",
+        "page faults",
+        "compute",
+    ):
         assert word in said.out
     assert "INCONCLUSIVE, by the first of these that holds:" in said.out
     assert len(re.findall("^    (?:PASS|DEGRADED|FAIL|INCONCLUSIVE) ", said.out, re.MULTILINE)) == 5

@@ -147,7 +147,7 @@ def test_rates_and_durations_that_make_no_sense_are_refused(rate, duration, mess
 KEYS = """
     schema scene controller requested_hz achieved_hz real_time_factor ticks timestep_ms deadline_misses skipped_periods
     longest_overrun_ms longest_overrun lateness_us wakeup_us compute_ms page_faults log_dropped stolen scheduler memory
-    affinity load load_average kernel cpus state_hash status
+    affinity load load_average kernel cpus state_hash status misses_by_cause missed machine_gaps
 """
 
 

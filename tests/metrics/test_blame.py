@@ -1,0 +1,219 @@
+"""Whose fault a missed deadline is: small schedules with exact answers, and any schedule against the pacer itself."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from mjnav.messages import PHASES
+from mjnav.metrics.blame import FIRST_TIME, LOOP, MACHINE, MAX_NAMED, blame, overlap, with_stolen, without
+from mjnav.metrics.realtime import CAUSES, DEGRADED, FAIL, PASS, Schedule, verdict
+
+MS = 1_000_000  # [ns]
+PERIOD, MAX_CATCH_UP = 10 * MS, 3
+N = 400
+
+
+def paced(took) -> tuple[Schedule, np.ndarray]:
+    """The schedule of a pacer whose ticks take that long, (n, len(CAUSES)) [ns], and when the ticks began.
+
+    A second implementation: each tick by the words of `RealTimePacer`, on absolute times. A wake-up only takes long
+    where the tick had something to wait for.
+    """
+    began, lateness, overrun, skipped = [], [], [], 0
+    deadline = now = 5_000 * MS
+    waits = True
+    for row in took:
+        if waits:
+            now = deadline + int(row[0])
+        began.append(now)
+        lateness.append(now - deadline)
+        now += int(row[1:].sum())
+        deadline += PERIOD
+        overrun.append(max(0, now - deadline))
+        given_up = (now - deadline) // PERIOD
+        if given_up > MAX_CATCH_UP:
+            skipped += given_up
+            deadline += given_up * PERIOD
+        waits = overrun[-1] == 0
+    phases = np.array(took)[:, 1 : 1 + len(PHASES)]
+    busy = np.array(took)[:, 1:].sum(axis=1)
+    wall = 1e-9 * (max(now, deadline) - began[0])
+    found = Schedule(
+        1e-9 * PERIOD, wall, np.array(lateness), np.array(overrun), phases, busy, skipped, max_catch_up=MAX_CATCH_UP
+    )
+    return found, np.array(began)
+
+
+def usual(ticks: int = N) -> np.ndarray:
+    """A tick takes 1 ms a phase, 5 ms in all."""
+    took = np.zeros((ticks, len(CAUSES)), np.int64)
+    took[:, 1 : 1 + len(PHASES)] = MS
+    return took
+
+
+def spent(stalls: dict[tuple[int, str], float], ticks: int = N) -> np.ndarray:
+    """(n, len(CAUSES)) [ns] of stalls [ms] by tick and phase."""
+    found = np.zeros((ticks, len(CAUSES)), np.int64)
+    for (tick, phase), milliseconds in stalls.items():
+        found[tick, CAUSES.index(phase)] = round(milliseconds * MS)
+    return found
+
+
+def named(machine=None, first_time=None, loop=None) -> tuple[dict[str, int], list[tuple]]:
+    """Counts and names of the misses of a usual schedule with such stalls."""
+    parts = [spent(part or {}) for part in (machine, first_time, loop)]
+    found = blame(paced(usual() + sum(parts))[0], parts[0], parts[1])
+    assert sum(found.counts.values()) == paced(usual() + sum(parts))[0].misses
+    assert found.own.misses == found.counts[LOOP] + found.counts[FIRST_TIME]
+    rows = [(miss.tick, miss.since, miss.phase, miss.cause, miss.milliseconds) for miss in found.misses]
+    return {cause: count for cause, count in found.counts.items() if count}, rows
+
+
+# ---------------------------------------------------------------------------------------- the causes
+
+
+@pytest.mark.parametrize("phase", CAUSES)
+def test_a_stall_is_its_causes_whichever_phase_it_hits(phase):
+    for number, cause in enumerate((MACHINE, FIRST_TIME, LOOP)):
+        stalls = [{}, {}, {}]
+        stalls[number] = {(7, phase): 8.0}
+        assert named(*stalls) == ({cause: 1}, [(7, 7, phase, cause, 3.0)])
+
+
+def test_a_gap_that_does_not_explain_a_miss_leaves_it_to_the_loop():
+    assert named(machine={(7, "sense"): 4.0}, loop={(7, "control"): 6.0}) == ({LOOP: 1}, [(7, 7, "control", LOOP, 5.0)])
+    assert named(machine={(7, "sense"): 5.0}, loop={(7, "control"): 5.0}) == (
+        {MACHINE: 1},
+        [(7, 7, "sense", MACHINE, 5.0)],
+    )
+    assert named(machine={(8, "sense"): 4.0}, loop={(7, "control"): 6.0})[0] == {LOOP: 1}  # elsewhere
+
+
+def test_what_only_both_explain_is_first_time_work():
+    assert named(machine={(7, "sense"): 6.0}, first_time={(7, "estimate"): 6.0}) == (
+        {MACHINE: 1, FIRST_TIME: 1},  # tick 8 only began too late for both
+        [(7, 7, "estimate", FIRST_TIME, 7.0), (8, 7, "sense", MACHINE, 2.0)],
+    )
+
+
+def test_the_misses_that_a_gap_leads_to_are_the_machines_and_name_it():
+    counts, rows = named(machine={(4, "control"): 32.0})  # the ticks after it begin 27, 22, 17, 12, 7 and 2 ms late
+    assert counts == {MACHINE: 6}
+    assert rows == [(4 + k, 4, "control", MACHINE, 27.0 - 5.0 * k) for k in range(6)]
+
+
+def test_a_slow_tick_amid_the_machines_misses_stays_the_loops():
+    counts, rows = named(machine={(4, "control"): 32.0}, loop={(6, "record"): 8.0})
+    assert counts == {MACHINE: 6, LOOP: 1}
+    assert rows[2] == (6, 6, "record", LOOP, 25.0)
+
+
+def test_a_long_gap_that_skips_periods_is_the_machines_one_miss():
+    stall = {(4, "estimate"): 87.0}
+    found = blame(paced(usual() + spent(stall))[0], spent(stall), spent({}))
+    assert (found.counts, found.own.skipped) == ({LOOP: 0, MACHINE: 1, FIRST_TIME: 0}, 0)
+    assert found.misses[0].milliseconds == 82.0
+
+
+def test_all_misses_are_counted_and_the_longest_are_named():
+    stalls = {(tick, "control"): 6.0 + 0.01 * tick for tick in range(0, N, 2)}
+    counts, rows = named(loop=stalls)
+    assert counts == {LOOP: N // 2}
+    assert [row[0] for row in rows] == list(range(N - 2 * MAX_NAMED, N, 2))
+
+
+def test_nothing_missed_is_nobodys():
+    assert named() == ({}, [])
+    empty = np.zeros((0, len(CAUSES)), np.int64)
+    nothing = Schedule(0.01, 0.0, *(np.zeros(0, np.int64),) * 2, np.zeros((0, len(PHASES)), np.int64), np.zeros(0, int))
+    assert blame(nothing, empty, empty).counts == {LOOP: 0, MACHINE: 0, FIRST_TIME: 0}
+    assert overlap(nothing, np.zeros(0, np.int64), np.array([[1, 2]])).shape == (0, len(CAUSES))
+
+
+# ---------------------------------------------------------------------------------------- the verdict
+
+
+@pytest.mark.parametrize(
+    ("machine", "loop", "expected"),
+    [
+        ({}, {}, PASS),
+        ({(7, "sense"): 8.0}, {}, PASS),
+        ({(7, "sense"): 500.0, (200, "wake-up"): 300.0, (N - 1, "control"): 90.0}, {}, PASS),  # skipped, and at the end
+        ({}, {(7, "sense"): 8.0}, DEGRADED),
+        ({(9, "sense"): 500.0}, {(200, "sense"): 8.0}, DEGRADED),
+        ({}, {(7, "sense"): 500.0}, FAIL),
+        ({(9, "sense"): 8.0}, {(200, "sense"): 500.0}, FAIL),
+    ],
+)
+def test_the_verdict_is_that_of_the_schedule_without_the_machines_gaps(machine, loop, expected):
+    found = paced(usual() + spent(machine) + spent(loop))[0]
+    assert verdict(blame(found, spent(machine), spent({})).own) == expected
+
+
+def test_first_time_work_counts_in_the_verdict():
+    stall = {(7, "estimate"): 8.0}
+    assert verdict(blame(paced(usual() + spent(stall))[0], spent({}), spent(stall)).own) == DEGRADED
+
+
+milliseconds = st.floats(0.0, 60.0).map(lambda value: round(value * MS))
+tables = st.lists(st.lists(milliseconds, min_size=len(CAUSES), max_size=len(CAUSES)), min_size=1, max_size=12)
+
+
+@given(work=tables, gaps=st.dictionaries(st.integers(0, 10**6), milliseconds, max_size=3))
+def test_a_schedule_without_its_gaps_is_what_the_pacer_would_have_kept(work, gaps):
+    took = np.array(work) // len(CAUSES)
+    took[:, 0] = 0  # a late wake-up is only seen where a tick had something to wait for
+    stalls = np.zeros_like(took)
+    for where, gap in gaps.items():
+        stalls[where % len(took), 1 + where // len(took) % (len(CAUSES) - 1)] = gap
+    expected, stalled = paced(took)[0], paced(took + stalls)[0]
+    found = without(stalled, stalls)
+    for name in ("lateness", "phases", "busy", "skipped"):
+        assert np.array_equal(getattr(found, name), getattr(expected, name)), name
+    assert found.wall == pytest.approx(expected.wall)
+    assert found.overrun.tolist() == np.where(stalled.overrun > 0, expected.overrun, 0).tolist()
+    counts = blame(stalled, stalls, np.zeros_like(stalls)).counts
+    assert (counts[LOOP], counts[LOOP] + counts[MACHINE]) == (found.misses, stalled.misses)
+
+
+@given(work=tables)
+def test_where_nothing_is_taken_off_nothing_changes(work):
+    found = paced(np.array(work))[0]
+    assert without(found, np.zeros((len(work), len(CAUSES)), np.int64)) is found
+
+
+# --------------------------------------------------------------------------------- intervals by phase
+
+
+def by_hand(schedule: Schedule, began, intervals) -> np.ndarray:
+    """Microsecond by microsecond."""
+    found = np.zeros((schedule.ticks, len(CAUSES)), np.int64)
+    for tick, row in enumerate(schedule.took // 1000):
+        at = int(began[tick]) // 1000 - int(row[0])
+        for phase, length in enumerate(row.tolist()):
+            found[tick, phase] = sum(any(b <= t < e for b, e in intervals) for t in range(at, at + length))
+            at += length
+    return found * 1000
+
+
+@given(
+    took=st.lists(st.lists(st.integers(0, 30), min_size=7, max_size=7), min_size=1, max_size=4),
+    intervals=st.lists(st.tuples(st.integers(-50, 300), st.integers(0, 120)), max_size=5),
+)
+def test_the_overlap_with_any_intervals_is_that_of_every_microsecond(took, intervals):
+    found, began = paced(np.array(took) * 1000)
+    start = int(began[0]) // 1000
+    pairs = [(start + begin, start + begin + length) for begin, length in intervals]
+    expected = by_hand(found, began, pairs)
+    assert overlap(found, began, np.array(pairs, np.int64).reshape(-1, 2) * 1000).tolist() == expected.tolist()
+
+
+def test_what_was_stolen_is_laid_on_the_phase_that_took_longest_and_is_not_counted_twice():
+    stall = spent({(7, "control"): 8.0, (9, "sense"): 6.0})
+    found = paced(usual() + stall)[0]
+    stolen = np.zeros(N, np.int64)
+    stolen[[7, 9, 11]] = 7 * MS, 2 * MS, 40 * MS
+    seen = spent({(9, "sense"): 6.0})
+    expected = spent({(7, "control"): 7.0, (9, "sense"): 6.0, (11, "sense"): 1.0})  # no more than the phase took
+    assert with_stolen(found, seen, stolen).tolist() == expected.tolist()
