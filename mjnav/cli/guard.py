@@ -91,7 +91,8 @@ class _Child:
         """Its exit code, when it has ended."""
         while True:
             got = signal.sigtimedwait(heard, LOOK)
-            if got is not None and got.si_signo != signal.SIGCHLD and got.si_code != _BY_THE_KERNEL:
+            # In PASSED_ON: Python makes signal 0 of a wait that was stopped and continued beyond its time.
+            if got is not None and got.si_signo in PASSED_ON and got.si_code != _BY_THE_KERNEL:
                 os.kill(self._process, got.si_signo)
             self._listen()
             process, status = os.waitpid(self._process, os.WNOHANG)

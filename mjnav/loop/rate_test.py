@@ -24,7 +24,7 @@ from mjnav.metrics.blame import Blame, blame, overlap, with_stolen
 from mjnav.metrics.realtime import Overrun, Schedule, longest_overrun, verdict, wakeup_us
 from mjnav.metrics.timing import compute_ms, quantiles
 from mjnav.recording.writer import check_path
-from mjnav.scenarios.ranges import MAX_RATE, MAX_TIME, MIN_RATE, check_range
+from mjnav.scenarios.ranges import MAX_POINTS, MAX_RATE, MAX_TIME, MIN_RATE, check_range
 from mjnav.scenarios.spec import Scenario
 
 TIMESTEP = 0.002  # [s], the longest
@@ -205,6 +205,11 @@ def shuttling(scenario: Scenario, rate: float, duration: float) -> Scenario:
             file=scenario.source or None,
         )
     num_trips = 2 * ceil(duration * robot.max_speed / (2.0 * leg)) + 1  # twice: beliefs reach a point before the robot
+    if len(round_trip) * num_trips > MAX_POINTS:
+        most = (MAX_POINTS // len(round_trip) - 1) // 2 * 2.0 * leg / robot.max_speed
+        raise InvalidValue(
+            "duration", duration, f"at most {most:.0f} s on so short a way: {MAX_POINTS} points of a route"
+        )
     return replace(
         scenario,
         robot=replace(robot, goal=None, waypoints=tuple(round_trip * num_trips)),

@@ -6,6 +6,7 @@ import signal
 import subprocess
 import sys
 import time
+from pathlib import Path
 
 import pytest
 
@@ -64,6 +65,12 @@ def start(tmp_path):
         process.communicate()
 
 
+def child(parent: int) -> int:
+    """The one process that another started."""
+    (found,) = Path(f"/proc/{parent}/task/{parent}/children").read_text().split()
+    return int(found)
+
+
 def misses(report: dict, cause: str) -> dict[int, tuple[str, float]]:
     """Phase and overrun [ms] of the misses of a cause that began in their own tick, by tick."""
     found = [miss for miss in report["missed"] if miss["cause"] == cause and miss["since"] == miss["tick"]]
@@ -96,14 +103,16 @@ def test_what_stops_everybody_at_once_is_the_machines_and_what_stops_the_loop_al
     while not (log.exists() and log.stat().st_size > 60_000):
         assert time.monotonic() < ends, "the test did not begin"
         time.sleep(0.02)
-    for stop in (os.killpg, os.kill):
-        stop(process.pid, signal.SIGSTOP)
+    loop = child(process.pid)
+    os.kill(child(loop), signal.SIGINT)  # the probe, to which a terminal sends it, too
+    for stop, whom in ((os.killpg, process.pid), (os.kill, loop)):
+        stop(whom, signal.SIGSTOP)
         time.sleep(STOPPED)
-        stop(process.pid, signal.SIGCONT)
+        stop(whom, signal.SIGCONT)
         time.sleep(1.0)
-    os.killpg(process.pid, signal.SIGINT)  # as a terminal does: to everybody
+    process.send_signal(signal.SIGINT)
     out, err = process.communicate(timeout=PATIENCE)
-    assert (process.returncode, err.splitlines()[-1]) == (130, "mjnav: interrupted")
+    assert (process.returncode, err.splitlines()[-1]) == (130, "mjnav: interrupted"), err
     report = json.loads(out)
     long = {cause: max(ms for _, ms in misses(report, cause).values()) for cause in ("machine", "loop")}
     for milliseconds in long.values():

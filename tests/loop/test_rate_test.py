@@ -3,11 +3,11 @@
 import json
 from fractions import Fraction
 from itertools import pairwise
-from math import hypot
+from math import ceil, hypot
 
 import numpy as np
 import pytest
-from hypothesis import example, given
+from hypothesis import assume, example, given
 from hypothesis import strategies as st
 
 from mjnav import scenarios
@@ -94,12 +94,21 @@ def test_the_route_is_longer_than_can_be_driven_or_refused(route, tolerance, spe
         with pytest.raises(InvalidValue, match=r"robot\.waypoints: .*allowed: a way to drive"):
             shuttling(original, 50.0, duration)
         return
+    num_trips = 2 * ceil(duration * speed / (2.0 * (longest - 2.0 * tolerance))) + 1
+    assume(2 * len(route) * num_trips <= 1000)
     scenario = shuttling(original, 50.0, duration)
     assert least_time(scenario) > 2.0 * duration  # beliefs reach a point before the robot does
     there = list(route)
     back = [*reversed(route[:-1]), (0.0, 0.0)]
     assert list(scenario.robot.route[: 2 * len(route)]) == [*there, *back]
     assert scenario.robot.route[-1] == (0.0, 0.0)
+
+
+def test_a_test_that_needs_more_points_than_a_route_may_have_is_refused_with_what_is_possible():
+    near = space("robot.goal=[1.0, 0.0]")  # 0.4 m to drive at 1 m/s, to and fro 249 times
+    with pytest.raises(InvalidValue, match=r"duration: found 600\.0; allowed: at most 199 s on so short a way"):
+        shuttling(near, 50.0, 600.0)
+    assert len(shuttling(near, 50.0, 199.0).robot.route) <= 1000
 
 
 def test_a_goal_too_near_is_refused_with_what_is_missing():
