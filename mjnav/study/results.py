@@ -37,7 +37,7 @@ class Results:
     causes: Counter[str]  # of failures
     revisions: tuple[str, ...]  # of mjnav that the rows are of
     others: tuple[str, ...]  # studies whose rows are left out
-    mixtures: tuple[Mixture, ...] = ()  # what is not the same in all rows: programs, processors, a cell's scenario
+    mixtures: tuple[Mixture, ...]  # what is not the same in all rows: programs, processors, a cell's scenario
 
     @property
     def num_episodes(self) -> int:
