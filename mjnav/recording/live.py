@@ -4,12 +4,14 @@ It sends the very bytes that go to the file. Every client has a queue in the ser
 oldest messages where that client is slow; the loop waits for none.
 """
 
+import os
 import threading
 import time
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Protocol, Self
 
 from mjnav.errors import InputError, InvalidValue, missing_extra
+from mjnav.recording.front_door import HOST, FrontDoor, check_origin, hidden_address
 from mjnav.recording.topics import topics
 from mjnav.scenarios.spec import Scenario
 
@@ -17,7 +19,6 @@ if TYPE_CHECKING:
     from foxglove import Channel
     from foxglove.websocket import WebSocketServer
 
-HOST = "127.0.0.1"  # nobody but this machine: there is no password
 PORT = 8765
 LAST_MESSAGES = 0.2  # [s] that clients have to take them in before the server ends
 STOP_TIMEOUT = 2.0  # [s] after which a client that takes nothing is no longer waited for
@@ -39,12 +40,22 @@ class Writer(Protocol):
 class LiveServer:
     """Serves runs of `scenario`, one after another, on `port` of this machine, 0 for any that is free.
 
-    A context manager. Raises InputError where the port is taken or foxglove-sdk is not installed.
+    Pages of `origins` may connect, beside those of Foxglove, Lichtblick and this machine, and what is no browser;
+    `refused` is told why another may not. A context manager. Raises InputError where the port is taken, an origin is
+    none or foxglove-sdk is not installed.
     """
 
-    def __init__(self, scenario: Scenario, *, port: int = PORT):
+    def __init__(
+        self,
+        scenario: Scenario,
+        *,
+        port: int = PORT,
+        origins: Sequence[str] = (),
+        refused: Callable[[str], None] = lambda reason: None,
+    ):
         if port not in _PORTS:
             raise InvalidValue("port", port, f"a whole number from 0 to {_PORTS[-1]}")
+        origins = [check_origin(origin) for origin in origins]
         try:
             import foxglove
             from foxglove.websocket import Capability
@@ -63,15 +74,18 @@ class LiveServer:
         }
         self._served = False
         name = f"mjnav {scenario.name}, {scenario.control.method}, seed {scenario.seed}"
+        # Clients that are told the time show simulated time, not the wall's.
+        host = hidden_address()
+        self._server = foxglove.start_server(
+            name=name, host=host, port=0, context=context, capabilities=[Capability.Time]
+        )
         try:
-            # Clients that are told the time show simulated time, not the wall's.
-            self._server = foxglove.start_server(
-                name=name, host=HOST, port=port, context=context, capabilities=[Capability.Time]
-            )
-        except RuntimeError as error:
-            reason = str(error).rpartition("port: ")[2].partition(" (")[0]
+            self._door = FrontDoor(port, (host, self._server.port), origins, refused)
+        except OSError as error:
+            self._server.stop()
+            reason = os.strerror(error.errno or 0)
             raise InputError(f"port {port} of {HOST} cannot be served: {reason}; choose another") from None
-        self.url = f"ws://{HOST}:{self._server.port}"
+        self.url = f"ws://{HOST}:{self._door.port}"
 
     @property
     def watched(self) -> bool:
@@ -96,6 +110,7 @@ class LiveServer:
         stopping = threading.Thread(target=self._server.stop, daemon=True)
         stopping.start()
         stopping.join(STOP_TIMEOUT)
+        self._door.close(STOP_TIMEOUT)
 
     def __enter__(self) -> Self:
         return self

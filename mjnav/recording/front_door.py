@@ -1,0 +1,166 @@
+"""Who may connect to the live server: a web page from anywhere else may not.
+
+Every page that a browser shows can open a WebSocket to this machine, and foxglove-sdk asks nobody where it comes from.
+So its server listens at a loopback address and port drawn at random, 2^39 of them, which no page can find by trying;
+this one listens where users connect, reads each handshake, and passes on the bytes of those that are allowed.
+"""
+
+import re
+import secrets
+import socket
+import threading
+from collections.abc import Callable, Collection, Mapping
+from contextlib import suppress
+
+from mjnav.errors import InvalidValue
+
+APPS = (
+    *("https://app.foxglove.dev", "https://studio.foxglove.dev"),  # Foxglove
+    "https://lichtblick-suite.github.io",  # Lichtblick on the web
+    "file://",  # their desktop programs, and Lichtblick's; a sandboxed frame of a foreign page says "null"
+)
+HOST = "127.0.0.1"  # nobody but this machine: there is no password
+HERE = (HOST, "localhost", "[::1]")
+_ORIGIN = re.compile(r"https?://(?P<host>\[[0-9a-fA-F:.]+\]|[A-Za-z0-9.-]+)(:\d{1,5})?")
+_MAX_HEAD = 16_384  # [bytes] of a handshake
+_PATIENCE = 10.0  # [s] for one
+_BLOCK = 1 << 18  # [bytes]
+
+
+def check_origin(origin: str) -> str:
+    """An origin as browsers send it. Raises InvalidValue."""
+    if not _ORIGIN.fullmatch(origin):
+        raise InvalidValue("origin", origin, "scheme and host of a page, as in https://viewer.example.org:8080")
+    return origin
+
+
+def hidden_address() -> str:
+    """A loopback address that nobody knows."""
+    return f"127.{1 + secrets.randbelow(254)}.{secrets.randbelow(256)}.{1 + secrets.randbelow(254)}"
+
+
+def why_refused(head: bytes, allowed: Collection[str]) -> str | None:
+    """What is wrong with the head of a request, in a line; None where it may pass. No Origin means no browser."""
+    try:
+        request, headers = _parsed(head)
+    except ValueError:
+        return "this is not a WebSocket handshake"
+    if not request.startswith("GET ") or headers.get("upgrade", "").lower() != "websocket":
+        return "only WebSocket connections are served"
+    name = re.sub(r":\d+$", "", headers.get("host", ""))
+    if name not in HERE:
+        return f"the host {name!r} is not this machine"
+    origin = headers.get("origin")
+    if origin is None or origin in allowed or origin in APPS:
+        return None
+    found = _ORIGIN.fullmatch(origin)
+    return None if found and found["host"] in HERE else f"a page from {origin!r}: --allow-origin allows it"
+
+
+def _parsed(head: bytes) -> tuple[str, Mapping[str, str]]:
+    """The request line and the headers, each of which comes once. Raises ValueError."""
+    request, *lines = head.decode("latin-1").removesuffix("\r\n\r\n").split("\r\n")
+    headers: dict[str, str] = {}
+    for line in lines:
+        name, colon, value = line.partition(":")
+        name = name.lower()
+        if not colon or name != name.strip() or name in headers:
+            raise ValueError(line)
+        headers[name] = value.strip()
+    return request, headers
+
+
+class FrontDoor:
+    """Listens on `port` of this machine, 0 for any, and passes connections on to `behind`, an address and port.
+
+    `refused` is told of each that is not passed on, and why. Raises OSError where the port cannot be had.
+    """
+
+    def __init__(self, port: int, behind: tuple[str, int], allowed: Collection[str], refused: Callable[[str], None]):
+        self._behind, self._allowed, self._refused = behind, frozenset(allowed), refused
+        self._open: set[socket.socket] = set()
+        self._threads: list[threading.Thread] = []
+        self._listener = socket.create_server((HOST, port))
+        self.port: int = self._listener.getsockname()[1]
+        self._start(self._accept)
+
+    def close(self, timeout: float) -> None:
+        """Takes nobody in any more; waits for the server behind to end its connections, at most `timeout` [s]."""
+        with suppress(OSError):
+            self._listener.shutdown(socket.SHUT_RDWR)
+        self._listener.close()
+        for thread in list(self._threads):
+            thread.join(timeout)
+            if thread.is_alive():
+                timeout = 0.0
+        for connection in list(self._open):
+            with suppress(OSError):
+                connection.shutdown(socket.SHUT_RDWR)
+
+    def _start(self, function: Callable[..., None], *arguments: object) -> threading.Thread:
+        thread = threading.Thread(target=function, args=arguments, name="mjnav-door", daemon=True)
+        self._threads = [*filter(threading.Thread.is_alive, self._threads), thread]
+        thread.start()
+        return thread
+
+    def _accept(self) -> None:
+        while True:
+            try:
+                client, _ = self._listener.accept()
+            except OSError:  # closed
+                return
+            self._start(self._serve, client)
+
+    def _serve(self, client: socket.socket) -> None:
+        """One connection, from its handshake to its end."""
+        self._open.add(client)
+        try:
+            client.settimeout(_PATIENCE)
+            head, rest = _head(client)
+            reason = why_refused(head, self._allowed)
+            if reason is not None:
+                text = reason.encode()
+                line = b"HTTP/1.1 403 Forbidden\r\nConnection: close\r\nContent-Type: text/plain\r\nContent-Length: "
+                client.sendall(line + str(len(text)).encode() + b"\r\n\r\n" + text)
+                self._refused(reason)
+                return
+            client.settimeout(None)
+            with socket.create_connection(self._behind, timeout=_PATIENCE) as server:
+                server.settimeout(None)
+                for end in (client, server):
+                    end.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+                server.sendall(head + rest)
+                answers = self._start(_pass_on, server, client)
+                _pass_on(client, server)
+                answers.join()
+        except OSError:  # whoever it was, it has gone
+            pass
+        finally:
+            self._open.discard(client)
+            client.close()
+
+
+def _head(client: socket.socket) -> tuple[bytes, bytes]:
+    """The head of a request, its empty line included, and what came after it. Raises OSError where there is none."""
+    data = b""
+    while b"\r\n\r\n" not in data:
+        block = client.recv(4096)
+        if not block or len(data) > _MAX_HEAD:
+            raise ConnectionError("no handshake")
+        data += block
+    head, _, rest = data.partition(b"\r\n\r\n")
+    return head + b"\r\n\r\n", rest
+
+
+def _pass_on(source: socket.socket, target: socket.socket) -> None:
+    """Every byte, until either end has gone; then the other's reader is told."""
+    block = bytearray(_BLOCK)
+    view = memoryview(block)
+    try:
+        while size := source.recv_into(block):
+            target.sendall(view[:size])
+    except OSError:
+        pass
+    for end in (source, target):
+        with suppress(OSError):
+            end.shutdown(socket.SHUT_RD if end is source else socket.SHUT_WR)
