@@ -2,11 +2,11 @@
 
 import argparse
 import json
-import sys
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from mjnav.cli import terminal
 from mjnav.cli.output import output_path, replacement
 from mjnav.cli.sweep import OUT_FOLDER
 from mjnav.cli.waiting import progress, tell
@@ -109,13 +109,9 @@ def _read(store: Store, study: StudyFile | None, arguments: argparse.Namespace) 
 
 
 def _print(results: "Results") -> None:
-    from rich.console import Console
-
     from mjnav.report.comparison.text import write
 
-    on_terminal = sys.stdout is not None and sys.stdout.isatty()
-    console = Console(width=None if on_terminal else PIPE_WIDTH, highlight=False, markup=False, emoji=False)
+    console = terminal.console(width=PIPE_WIDTH)
     with console.capture() as captured:  # rich itself would end the process where the reader has gone
         write(results, console)
-    for line in captured.get().splitlines():
-        print(line.rstrip())
+    terminal.show("".join(f"{line.rstrip()}\n" for line in captured.get().splitlines()))

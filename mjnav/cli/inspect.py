@@ -5,6 +5,7 @@ import sys
 from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
+from mjnav.cli import terminal
 from mjnav.errors import DamagedLogError
 from mjnav.report.printable import printable
 
@@ -40,10 +41,7 @@ def execute(arguments: argparse.Namespace) -> int:
 
 
 def _print(found: Mapping[str, Any]) -> None:
-    from rich.console import Console
-
-    on_terminal = sys.stdout is not None and sys.stdout.isatty()
-    console = Console(width=None if on_terminal else _PIPE_WIDTH, highlight=False, markup=False, emoji=False)
+    console = terminal.console(width=_PIPE_WIDTH)
     with console.capture() as captured:  # rich itself would end the process where the reader has gone
         console.print(_headline(found), style="bold", soft_wrap=True)
         for line in _origin(found):
@@ -62,7 +60,7 @@ def _print(found: Mapping[str, Any]) -> None:
                 console.print(line, soft_wrap=True)
         console.print()
         console.print(_topics(found["topics"], with_schema=console.width >= _WIDE))
-    print(captured.get(), end="")
+    terminal.show(captured.get())
 
 
 def _headline(found: Mapping[str, Any]) -> str:

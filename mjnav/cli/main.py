@@ -8,6 +8,7 @@ from importlib import import_module
 from types import MappingProxyType
 
 from mjnav.cli.guard import Guard, guarded
+from mjnav.cli.terminal import plain_output
 from mjnav.cli.waiting import tell
 from mjnav.errors import InputError, MjnavError, unknown_name
 
@@ -48,8 +49,14 @@ def main(argv: Sequence[str] | None = None, *, guard: Guard | None = None) -> in
     """Runs one command in this process; returns its exit code."""
     argv = sys.argv[1:] if argv is None else list(argv)
     os.environ["PYTHONSAFEPATH"] = "1"  # libraries start interpreters too: none takes modules from the working folder
+    with plain_output():
+        return _told(argv, guard or Guard())
+
+
+def _told(argv: list[str], guard: Guard) -> int:
+    """The exit code of a command; what it raises is told in a line."""
     try:
-        code = _execute(argv, guard or Guard())
+        code = _execute(argv, guard)
         if sys.stdout is not None:
             sys.stdout.flush()  # here, where an error can still be told
         return code

@@ -6,6 +6,8 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 
+from mjnav.cli.terminal import console, plain
+
 COMPILE_NOTICE = 2.0  # [s] of silence before we say what takes so long
 
 
@@ -13,7 +15,7 @@ def tell(text: str) -> None:
     """One line, where there is still somebody to read it."""
     if sys.stderr is not None:
         with suppress(OSError):
-            print(f"mjnav: {text}", file=sys.stderr, flush=True)
+            print(plain(f"mjnav: {text}"), file=sys.stderr, flush=True)
 
 
 @contextmanager
@@ -25,13 +27,12 @@ def progress(name: str, total: float, unit: str = "s") -> Iterator[Callable[[flo
     if sys.stderr is None or not sys.stderr.isatty():
         yield lambda so_far: None
         return
-    from rich.console import Console
     from rich.progress import BarColumn, Progress, TextColumn
 
     done = "{task.completed:.1f}" if unit == "s" else "{task.completed:.0f}"
     numbers = TextColumn(f"{done} of {{task.total:.0f}} {unit}{{task.fields[pace]}}")
-    columns = (TextColumn("{task.description}"), BarColumn(), numbers)
-    with Progress(*columns, console=Console(stderr=True), refresh_per_second=5, transient=True) as bar:
+    columns = (TextColumn("{task.description}", markup=False), BarColumn(), numbers)
+    with Progress(*columns, console=console(stderr=True), refresh_per_second=5, transient=True) as bar:
         bar.add_task(name, total=total, pace="")
         (task,) = bar.tasks
         first: list[float] = []

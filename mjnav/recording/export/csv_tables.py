@@ -4,6 +4,7 @@ Every table begins with the number of the tick and the simulated time, by which 
 each column of each table has. Numbers are the shortest decimals that read back as the same number: pandas 3 does so by
 itself, older ones with `read_csv(..., float_precision="round_trip")`. Particles and the cone's samples are float32 in
 the log and here. What is not there or not finite in a JSON message is an empty field.
+A text that a spreadsheet would take for a formula has an apostrophe before it.
 """
 
 import csv
@@ -12,6 +13,7 @@ from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
 
+from mjnav.recording.export.csv_cells import neutral
 from mjnav.recording.export.tables import TABLES as TOPICS
 from mjnav.recording.reader import Log, LogMessage
 
@@ -38,7 +40,7 @@ def write(log: Log, topics: Sequence[str], messages: Iterator[LogMessage], folde
         for message in messages:
             first = (message.sequence, message.time_ns / 1e9)
             for table in TOPICS[message.topic]:
-                rows = [(*first, *row) for row in table.rows(message.value)]
+                rows = [(*first, *map(neutral, row)) for row in table.rows(message.value)]
                 writers[table.name].writerows(rows)
                 counts[f"{table.name}.csv"] += len(rows)
     return counts

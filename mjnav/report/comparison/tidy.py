@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from math import isfinite
 from typing import Any
 
+from mjnav.recording.export.csv_cells import neutral
 from mjnav.study.compare import Comparison, Estimate, MethodRow
 from mjnav.study.results import Results
 
@@ -23,7 +24,7 @@ def csv_text(results: Results) -> str:
     writer.writeheader()
     for table in results.tables:
         for row in table.rows:
-            writer.writerows(_lines(results, table, row))
+            writer.writerows({key: neutral(cell) for key, cell in line.items()} for line in _lines(results, table, row))
     return file.getvalue()
 
 
