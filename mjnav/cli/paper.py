@@ -126,7 +126,7 @@ def _run(
 def _publish(
     name: str, folder: Path, wanted: "Sequence[PaperStudy]", store: "Store", *, quick: bool, draw: bool
 ) -> None:
-    """Measures, judges and draws one item. With `draw`, a measurement that is there is kept."""
+    """Measures, judges and draws one item. With `draw` nothing is measured: what is there is kept."""
     from importlib import import_module
 
     from mjnav.loop.prepare import load_scenario
@@ -137,18 +137,23 @@ def _publish(
     from mjnav.study.study_file import study_text
 
     item, study = ITEMS[name], module(name)
+    if draw and not item.is_sweep:
+        if read(folder / name) is None:
+            tell(f"{name}: not measured yet")
+        return
     about: dict[str, Any] = {"revision": revision(), "command": f"mjnav paper --only {name}{' --quick' * quick}"}
     if item.is_sweep:
-        data = rows(store, wanted, study.STUDIES)
+        found = rows(store, wanted, study.STUDIES)
+        data = found.cells
         table = cell_table(data)
-        about["episodes"] = sum(len(cell.seeds) for cell in data)
+        about |= {"episodes": found.num, "asked for": found.asked, "failed": found.num_failed}
+        about |= {"left out": found.left_out, "absent": found.absent}
         about["parameters"] = {s.file.name: study_text(s.file) for s in wanted if s.file.name in study.STUDIES}
         if not data:
-            tell(f"{name}: no episode was run yet")
+            others = f"; {found.left_out} are of other scenarios or seeds" if found.left_out else ""
+            tell(f"{name}: no episode was run yet{others}")
             return
     else:
-        if draw and read(folder / name) is not None:
-            return
         scenarios = [load_scenario(scene, list(item.overrides)) for scene in item.scenes]
         with progress(name, 1.0, "items") as show:
             data = study.measure(scenarios, quick=quick, progress=lambda done, total: show(done / total))

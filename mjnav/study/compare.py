@@ -13,6 +13,7 @@ from math import nan
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from mjnav.errors import unknown_name
 from mjnav.messages import Array
@@ -67,7 +68,7 @@ class CellRows:
         return np.where(self.failed, np.nan, sum(self.columns[name] for name in COLLISIONS) > 0)
 
     @property
-    def failed(self) -> Array:
+    def failed(self) -> NDArray[np.bool_]:
         """Which episodes have no result, (n,)."""
         return np.isnan(self.columns["success"])
 
@@ -224,11 +225,25 @@ def difference(cell: CellRows, base: CellRows, figure: str) -> Difference:
     return differences([cell], base, [figure])[0][figure]
 
 
+def paired(changes: Array) -> Difference:
+    """Changes by seed (n,), NaN where undefined: their mean; the p-value is of sign flips, without correction."""
+    if not len(changes):
+        return Difference(Estimate(nan, None, 0), None)
+    shared = bootstrap(len(changes))
+    return Difference(_estimate(changes, shared.interval(changes)), shared.p_values(changes[None])[0])
+
+
+def common(cell: CellRows, base: CellRows) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    """Where the seeds that both cells have stand in the first and in the second, (n,) each."""
+    _, here, there = np.intersect1d(cell.seeds, base.seeds, assume_unique=True, return_indices=True)
+    return here, there
+
+
 def differences(cells: Sequence[CellRows], base: CellRows, figures: Sequence[str]) -> list[dict[str, Difference]]:
     """Every cell - base over their common seeds, the p-values without correction."""
     changes: list[Array] = []
     for cell in cells:
-        _, here, there = np.intersect1d(cell.seeds, base.seeds, assume_unique=True, return_indices=True)
+        here, there = common(cell, base)
         changes += [cell.values(figure)[here] - base.values(figure)[there] for figure in figures]
     intervals = iter(_each(changes, lambda num: bootstrap(num).intervals))
     flipped = iter(_each(changes, lambda num: bootstrap(num).p_values))

@@ -70,7 +70,7 @@ def read_results(
     table = store.rows(list(dict.fromkeys((*NEEDED, DECISION, "error", "revision", *figures))))
     table, name, others = _of_study(table, study, store)
     cells = cell_rows(table.drop_columns(["error"]), [method.label for method in study.methods] if study else ())
-    _check_distinct(cells, store)
+    check_distinct(cells, store)
     places = list(dict.fromkeys((cell.scene, cell.setting) for cell in cells))
     tables = []
     for comparison in compare(cells, reference=reference, figures=figures):
@@ -119,7 +119,8 @@ def _wanted(study: StudyFile | None, cells: Iterable[CellRows]) -> list[Place]:
     return [(variant.scene, *variant.labels) for variant in variants(study, scenes)]
 
 
-def _check_distinct(cells: Iterable[CellRows], store: Store) -> None:
+def check_distinct(cells: Iterable[CellRows], store: Store) -> None:
+    """Raises InputError where a cell has a seed twice: its rows could not be paired."""
     for cell in cells:
         twice = cell.seeds[1:][np.diff(cell.seeds) == 0]
         if twice.size:

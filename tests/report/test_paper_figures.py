@@ -8,10 +8,14 @@ import numpy as np
 import pytest
 
 from mjnav.loop.prepare import load_scenario
+from mjnav.report.paper import one as one_figure
 from mjnav.report.paper import real_time as real_time_figure
 from mjnav.report.paper import snapshots as snapshots_figure
 from mjnav.report.paper import style
 from mjnav.report.paper import surface as surface_figure
+from mjnav.report.paper import table as table_figure
+from mjnav.report.paper.bars import bars
+from mjnav.study.compare import CellRows
 from mjnav.study.paper import DIRECT, real_time, snapshots, surface
 from mjnav.study.paper.continuous_cost import VARIANTS
 from mjnav.study.paper.snapshots import GOAL, MATCHED
@@ -138,3 +142,24 @@ def test_every_method_has_a_colour_of_its_own():
 
     assert set(style.METHODS) == set(names())
     assert len(set(style.METHODS.values())) == len(style.METHODS)
+
+
+def test_what_was_not_run_is_a_gap_with_a_word_and_titles_say_how_many_were():
+    def cell(method, setting, num, **columns):
+        numbers = {"success": np.ones(num), "ticks": np.full(num, 9.0), "ticks_without_own": np.ones(num)}
+        figures = dict.fromkeys((*one_figure.FIGURES, "infeasible_ticks", "max_deviation_m"), np.ones(num))
+        return CellRows("s", setting, method, {"seed": np.arange(num), **figures, **numbers, **columns})
+
+    failed = {"success": np.array([1.0, np.nan, np.nan]), "time_to_avoid_s": np.full(3, np.nan)}
+    cells = [cell("rkhs d=1", "here", 3, **failed), cell("kld", "here", 5), cell("kld", "there", 5)]
+    figures = {"control_cost": "cost", "time_to_avoid_s": "time"}
+    figure = bars(cells, ("rkhs d=1", "kld"), figures)
+    assert [axes.get_title() for axes in figure.axes[:2]] == ["here\nn = 1–5", "there\nn = 5"]
+    words = [[text.get_text() for text in axes.texts] for axes in figure.axes]
+    assert words == [[], ["not run"], ["undefined"], ["not run"]]
+    figure = one_figure.figure([*cells, cell("gaussian-moments eta=0.5", "there", 2)])
+    assert [axes.get_title() for axes in figure.axes[:2]] == ["here\nn = 1", "there\nn = 2"]
+    assert [text.get_text() for text in figure.legends[0].get_texts()] == ["gaussian-moments over η", "rkhs d=1"]
+    (axes,) = table_figure.figure([cell("d=1", "here", 3, success=np.full(3, np.nan))]).axes
+    assert [text.get_text() for text in axes.texts] == ["undefined", "not run", "not run", "not run"]
+    assert len(saved(figure)) > 5_000

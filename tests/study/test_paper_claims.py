@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from mjnav.study.compare import COLLISIONS, CellRows, Estimate
+from mjnav.study.compare import COLLISIONS, CellRows, Difference, Estimate
 from mjnav.study.paper import degree, factors, kld, lane, many, one, pareto, shape, table
-from mjnav.study.paper.contrast import Contrast, contrasts, overall, short, shown, summary
-from mjnav.study.paper.finding import Verdict
+from mjnav.study.paper.contrast import Contrast, claim, contrasts, short, shown
+from mjnav.study.paper.finding import Claim, Measured, Verdict, judge, overall
 
 SEEDS = np.arange(40)
 FIGURES = (
@@ -47,33 +47,53 @@ def test_a_claim_about_all_settings_holds_in_all_of_them_or_in_some():
 
 
 @pytest.mark.parametrize(
-    ("interval", "num", "expected"),
+    ("value", "p", "num", "expected"),
     [
-        ((0.1, 0.2), 40, Verdict.HOLDS),
-        ((-0.2, -0.1), 40, Verdict.FAILS),
-        ((-0.1, 0.1), 40, Verdict.OPEN),
-        ((0.1, 0.2), 19, Verdict.OPEN),  # too few seeds to judge by
-        (None, 40, Verdict.OPEN),
+        (0.15, 0.01, 40, Verdict.HOLDS),
+        (-0.15, 0.01, 40, Verdict.FAILS),
+        (0.15, 0.05, 40, Verdict.OPEN),
+        (0.15, 0.01, 19, Verdict.OPEN),  # too few seeds to judge by
+        (np.nan, None, 0, Verdict.OPEN),
     ],
 )
-def test_a_sign_is_judged_by_its_interval(interval, num, expected):
-    contrast = Contrast("here", Estimate(0.15, interval, num))
-    assert contrast.judged(+1) == expected
+def test_a_sign_is_judged_by_its_p_value(value, p, num, expected):
+    contrast = Contrast("here", Difference(Estimate(value, None, num), p))
     swapped = {Verdict.HOLDS: Verdict.FAILS, Verdict.FAILS: Verdict.HOLDS}
-    assert contrast.judged(-1) == swapped.get(expected, expected)
+    for sign, wanted in ((+1, expected), (-1, swapped.get(expected, expected))):
+        (found,) = judge([Claim("it is", "figure 1", [contrast.measured(sign)])])
+        assert found.verdict == wanted
+
+
+def test_the_tests_of_an_item_are_corrected_together_for_their_number():
+    # 0.012 x 4, 0.02 x 3, 0.6 x 2: the first alone is left; 0.02 would have decided the second claim alone.
+    tests = [Measured(True, 0.012), Measured(True, 0.02), Measured(False, 0.6), Measured(False, 0.9)]
+    together = judge([Claim("first", "", tests[:1]), Claim("second", "", tests[1:3]), Claim("third", "", tests[3:])])
+    assert [finding.verdict for finding in together] == [Verdict.HOLDS, Verdict.OPEN, Verdict.OPEN]
+    (alone,) = judge([Claim("second", "", tests[1:3])])
+    assert alone.verdict == Verdict.PARTLY
+
+
+def test_a_difference_that_is_not_there_is_found_in_one_item_of_twenty_at_most():
+    rng = np.random.default_rng(0)
+    wrong = [
+        {f.verdict for f in judge([Claim("it", "", [Measured(True, p) for p in rng.random(50)]) for _ in range(8)])}
+        for _ in range(400)
+    ]
+    assert np.mean([found != {Verdict.OPEN} for found in wrong]) == pytest.approx(0.05, abs=0.03)
 
 
 def test_contrasts_are_paired_by_setting_and_say_so():
     here, there = "direct, physics.engine=kinematic", "filtered, physics.engine=kinematic"
     cells = [cell("a", setting=here, control_cost=3.0 + NOISE), cell("b", setting=here, control_cost=1.0 + NOISE)]
     cells.append(cell("a", setting=there))
-    (found,) = contrasts(cells, "a", "b", "control_cost")
+    found, alone = contrasts(cells, "a", "b", "control_cost")
+    assert alone.measured(+1).line == "crossing1, filtered, kinematic: undefined (n = 0)"
     assert found.where == "crossing1, direct, kinematic"
-    assert found.estimate.value == pytest.approx(2.0)
-    verdict, evidence = summary([found], +1, "m")
-    assert verdict == Verdict.HOLDS
-    assert evidence.splitlines()[0] == "1 of 1 settings for it, 0 against"
-    assert "+2 m [+2, +2] (n = 40)" in evidence
+    assert found.difference.estimate.value == pytest.approx(2.0)
+    (judged,) = judge([claim("a is more", "figure 1", [found], +1, "m")])
+    assert judged.verdict == Verdict.HOLDS
+    assert judged.evidence.splitlines()[0] == "1 of 1 settings for it, 0 against"
+    assert "+2 m [+2, +2] (n = 40); p = 0.0002" in judged.evidence
     assert shown(Estimate(np.nan, None, 0)) == "undefined (n = 0)"
     assert short("direct, physics.engine=mujoco noise.profile=bimodal") == "direct, mujoco bimodal"
 

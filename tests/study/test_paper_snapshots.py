@@ -121,12 +121,13 @@ def test_a_mean_by_run_counts_runs_not_decisions():
     run = np.repeat(np.arange(6), [100, 1, 1, 1, 1, 1])
     values = np.where(run == 0, 1.0, 0.0)
     found = mean_by_run(run, values, 0, "test")
-    assert (found.value, found.num) == (pytest.approx(1.0 / 6.0), 6)
-    assert found.interval[0] == 0.0  # the first run may not be drawn
-    assert found.interval[1] == pytest.approx(0.5)
+    assert (found.estimate.value, found.estimate.num) == (pytest.approx(1.0 / 6.0), 6)
+    assert found.estimate.interval[0] == 0.0  # the first run may not be drawn
+    assert found.estimate.interval[1] == pytest.approx(0.5)
     assert found == mean_by_run(run, values, 0, "test")
     few = run < LEAST_RUNS - 1
-    assert mean_by_run(run[few], values[few], 0, "test").interval is None
+    too_few = mean_by_run(run[few], values[few], 0, "test")
+    assert (too_few.estimate.interval, too_few.p) == (None, None)
 
 
 def test_a_method_that_matches_nothing_and_an_empty_room_are_refused(scenario):

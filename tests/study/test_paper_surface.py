@@ -15,7 +15,7 @@ from mjnav.messages import Lanes
 from mjnav.study.paper import surface
 from mjnav.study.paper.continuous_cost import VARIANTS, ContinuousCost, variant_costs
 from mjnav.study.paper.decisions import given_up, spread, that_matter, variant
-from mjnav.study.paper.finding import Verdict, verdict
+from mjnav.study.paper.finding import Verdict
 from mjnav.study.paper.kinks import clip_places, slope_jump
 from mjnav.study.paper.search import by_gradient, fine_grid, on_grid, starts, window_of
 
@@ -230,20 +230,6 @@ def test_few_runs_decide_nothing_but_say_their_number(data):
     found = surface.findings(data)
     assert all(f.verdict == Verdict.OPEN for f in found)
     assert all(str(len(data.tick)) in f.evidence for f in found)
-
-
-INTERVALS = {
-    (0.1, 0.2): Verdict.HOLDS,
-    (-0.2, -0.1): Verdict.FAILS,
-    (-0.1, 0.1): Verdict.OPEN,
-    (0.0, 1.0): Verdict.OPEN,
-    None: Verdict.OPEN,
-}
-
-
-@pytest.mark.parametrize(("interval", "expected"), INTERVALS.items())
-def test_an_interval_decides_where_it_lies_on_one_side(interval, expected):
-    assert verdict(interval) == expected
 
 
 def test_a_method_without_candidates_and_runs_without_obstacles_are_refused(scenario):

@@ -19,7 +19,8 @@ def bars(
 ) -> Figure:
     """A row of panels for each of `figures` (column -> axis label), a panel a setting, in it a group of bars a scene.
 
-    Bars are means (rates: shares), whiskers 95 % intervals over seeds.
+    Bars are means (rates: shares), whiskers 95 % intervals over seeds. A panel's title says how many episodes with a
+    result its cells have.
     """
     scenes, settings = (list(dict.fromkeys(getattr(cell, name) for cell in cells)) for name in ("scene", "setting"))
     colors = colors or {method: color(method) for method in methods}
@@ -37,7 +38,8 @@ def bars(
                 axes.grid(axis="y")
             row[0].set_ylabel(label)
         for axes, setting in zip(panels[0], settings, strict=False):
-            axes.set_title(short(setting).replace(", ", "\n").replace(" ", "\n"), fontsize=6.0)
+            here = [cell for cell in cells if cell.setting == setting and cell.method in methods]
+            axes.set_title("\n".join([*short(setting).replace(", ", " ").split(" "), with_result(here)]), fontsize=6.0)
         if len(scenes) > 1:
             for axes in panels[-1]:
                 axes.set_xlabel("obstacles" if scenes[0].startswith("crossing") else "scene")
@@ -52,11 +54,39 @@ def _group(axes: Axes, group: int, found: Sequence[Estimate | None], colors: Ite
     for i, (estimate, shade) in enumerate(zip(found, colors, strict=True)):
         x = group + (i - 0.5 * (len(found) - 1)) * width
         if estimate is None or not np.isfinite(estimate.value):
-            axes.annotate("–", (x, 0.0), ha="center", va="bottom", color=GREY)
+            gap(axes, x, "not run" if estimate is None else "undefined")
             continue
         axes.bar(x, estimate.value, width=0.95 * width, color=shade)
         if estimate.interval is not None:
             axes.vlines(x, *estimate.interval, color=INK, linewidth=0.7)
+
+
+def gap(axes: Axes, x: float, word: str) -> None:
+    """A word where a bar would be."""
+    axes.annotate(
+        word,
+        (x, 0.0),
+        xycoords=("data", "axes fraction"),
+        ha="center",
+        va="bottom",
+        rotation=90.0,
+        color=GREY,
+        fontsize=5.0,
+    )
+
+
+def with_result(cells: Cells) -> str:
+    """How many episodes with a result these cells have: n = 12–200."""
+    counts = [int((~cell.failed).sum()) for cell in cells]
+    if not counts:
+        return "n = 0"
+    return f"n = {min(counts)}" if min(counts) == max(counts) else f"n = {min(counts)}–{max(counts)}"
+
+
+def legend(figure: Figure, panels: Iterable[Axes], *, ncols: int) -> None:
+    """One for all panels, below them, of what any of them shows."""
+    found = {label: handle for axes in panels for handle, label in zip(*axes.get_legend_handles_labels(), strict=True)}
+    figure.legend(found.values(), found.keys(), loc="outside lower center", ncols=ncols)
 
 
 def color(label: str) -> str:

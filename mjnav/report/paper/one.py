@@ -6,10 +6,11 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from mjnav.report.paper.bars import color
+from mjnav.report.paper.bars import color, legend, with_result
 from mjnav.report.paper.style import ORANGE, TWO_COLUMNS, new_figure, style
-from mjnav.study.paper.contrast import Cells, by_place, values
-from mjnav.study.paper.one import ETAS, RKHS, moments
+from mjnav.study.compare import estimate
+from mjnav.study.paper.contrast import Cells, by_place
+from mjnav.study.paper.one import ETAS, RKHS, moments, tick_share
 
 METHODS = (*RKHS, "gaussian-linearised")
 FIGURES = MappingProxyType(
@@ -24,7 +25,8 @@ FIGURES = MappingProxyType(
 
 def figure(cells: Cells) -> Figure:
     """A column for each setting: the moment surrogate as a curve over eta, the others as lines across."""
-    places = list(by_place(cells, RKHS[0]))
+    every = (*METHODS, *map(moments, ETAS))
+    places = list(dict.fromkeys(place for method in every for place in by_place(cells, method)))
     with style():
         figure = new_figure(max(TWO_COLUMNS, 0.95 * len(places)), 0.6 + 1.2 * len(FIGURES))
         panels = figure.subplots(len(FIGURES), max(len(places), 1), sharex=True, sharey="row", squeeze=False)
@@ -33,11 +35,12 @@ def figure(cells: Cells) -> Figure:
                 _panel(axes, cells, place, name)
             row[0].set_ylabel(label)
         for axes, place in zip(panels[0], places, strict=False):
-            axes.set_title(place.partition(", ")[2].replace(", ", "\n").replace(" ", "\n"), fontsize=6.0)
+            here = [by_place(cells, method)[place] for method in every if place in by_place(cells, method)]
+            words = place.partition(", ")[2].replace(", ", " ").split(" ")
+            axes.set_title("\n".join([*words, with_result(here)]), fontsize=6.0)
         for axes in panels[-1]:
             axes.set_xlabel("η")
-        handles, labels = panels[0][0].get_legend_handles_labels()
-        figure.legend(handles, labels, loc="outside lower center", ncols=5)
+        legend(figure, panels.flat, ncols=5)
     return figure
 
 
@@ -49,6 +52,8 @@ def _panel(axes: Axes, cells: Cells, place: str, name: str) -> None:
     axes.fill_between(ETAS, low, high, color=ORANGE, alpha=0.25, linewidth=0.0)
     for method in METHODS:
         value, interval = _estimate(cells, method, place, name)
+        if not np.isfinite(value):
+            continue
         axes.axhline(value, color=color(method), label=method, linestyle="--" if "linearised" in method else "-")
         if interval:
             axes.axhspan(*interval, color=color(method), alpha=0.15, linewidth=0.0)
@@ -56,8 +61,10 @@ def _panel(axes: Axes, cells: Cells, place: str, name: str) -> None:
 
 
 def _estimate(cells: Cells, method: str, place: str, name: str) -> tuple[float, tuple[float, float] | None]:
+    cell = by_place(cells, method).get(place)
+    if cell is None:
+        return np.nan, None
     if name == "infeasible":
-        cell = by_place(cells, method)[place]
-        return 100.0 * float(cell.columns["infeasible_ticks"].sum() / cell.columns["ticks"].sum()), None
-    estimate = values(cells, method, name)[place]
-    return estimate.value, estimate.interval
+        return 100.0 * tick_share(cell, "infeasible_ticks"), None
+    found = estimate(cell, name)
+    return found.value, found.interval

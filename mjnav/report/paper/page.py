@@ -11,7 +11,8 @@ from typing import Any
 
 from mjnav.report.paper.publish import DATA, PICTURE, PRINT, read
 from mjnav.study.paper import ITEMS
-from mjnav.study.paper.finding import Finding, Verdict
+from mjnav.study.paper.by_run import LEAST_RUNS
+from mjnav.study.paper.finding import LEAST_PAIRS, Finding, Verdict
 
 MARKS = {Verdict.HOLDS: "✓", Verdict.PARTLY: "◐", Verdict.MIXED: "±", Verdict.FAILS: "✗", Verdict.OPEN: "?"}
 
@@ -29,6 +30,7 @@ table { border-collapse: collapse; width: 100%; font-size: .9rem; } .wide { over
 th, td { text-align: left; vertical-align: top; padding: .35rem .75rem .35rem 0; border-bottom: 1px solid var(--line); }
 .holds { color: var(--holds); } .fails { color: var(--fails); } .partly, .mixed { color: var(--partly); }
 .open { color: var(--open); } td.verdict { font-weight: 600; min-width: 9rem; }
+.gaps { color: var(--fails); }
 img { display: block; max-width: 100%; height: auto; background: #fff; border-radius: 6px; }
 pre { overflow-x: auto; background: var(--panel); padding: .75rem; border-radius: 6px; font-size: .8rem; }
 details { margin: .25rem 0; } summary { cursor: pointer; }
@@ -50,8 +52,12 @@ def page(folder: Path, about: Mapping[str, str]) -> str:
         "<p>What the figures and comparisons of Nair et al., “Non Holonomic Collision Avoidance under Non-Parametric "
         'Uncertainty: A Hilbert Space Approach” (<a href="https://arxiv.org/abs/2112.13034">arXiv 2112.13034</a>) '
         "show, measured again: in the paper’s kinematic setting and in MuJoCo, with the paper’s direct samples and "
-        "with filtered ones. Claims are worded here and judged in every setting by 95 % intervals over seeds that all "
-        "methods share. Each stands for itself: where nothing differs, one judgement in twenty says that it does.</p>",
+        "with filtered ones. Claims are worded here and tested in every setting, over the seeds that both methods have "
+        f"a result for, paired by seed. Fewer than {LEAST_PAIRS} of them decide nothing, nor do fewer than "
+        f"{LEAST_RUNS} runs of a measurement. The tests of an item are corrected together for their number (Holm): "
+        "where nothing differs, one item in twenty says anywhere that something does. Intervals hold with 95 % each, "
+        "and are not corrected. An episode that failed has no result: it counts neither as a success nor as a "
+        "collision.</p>",
         _about(about),
         "<h2>Claims</h2>",
         _claims(there),
@@ -101,5 +107,24 @@ def _item(folder: Path, name: str, findings: Sequence[Finding], about: Mapping[s
     return (
         f'<h2 id="{name}">{escape(item.title)}</h2>'
         f'<a href="{name}/{PRINT}"><img src="{name}/{PICTURE}" alt="{escape(item.title)}" loading="lazy"></a>'
-        f"<p>{' · '.join(data)}<br><small>{escape(facts)}</small></p>{claims}{parameters}"
+        f"<p>{' · '.join(data)}<br><small>{escape(facts)}</small></p>{_gaps(about)}{claims}{parameters}"
     )
+
+
+def _gaps(about: Mapping[str, Any]) -> str:
+    """What of the item's episodes is not there, and whether its verdicts are of before the correction."""
+    told = []
+    asked, run, failed = (about.get(key, 0) for key in ("asked for", "episodes", "failed"))
+    if run < asked:
+        told.append(f"{run} of {asked} episodes were run.")
+    if failed:
+        told.append(f"{failed} episodes failed and have no result.")
+    if about.get("left out"):
+        told.append(f"{about['left out']} rows are left out: they are of other scenarios or seeds.")
+    if "correction" not in about:
+        told.append("The verdicts are of an earlier version, not corrected for their number.")
+    absent = about.get("absent", [])
+    if absent:
+        rows = "".join(f"<li>{escape(cell)}</li>" for cell in absent)
+        told.append(f"<details><summary>{len(absent)} cells were not run at all</summary><ul>{rows}</ul></details>")
+    return f'<div class="gaps">{" ".join(told)}</div>' if told else ""

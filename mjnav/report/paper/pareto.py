@@ -6,7 +6,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from mjnav.report.paper.bars import color
+from mjnav.report.paper.bars import color, legend, with_result
 from mjnav.report.paper.style import TWO_COLUMNS, new_figure, style
 from mjnav.study.compare import estimate
 from mjnav.study.paper.contrast import Cells, short
@@ -29,11 +29,10 @@ def figure(cells: Cells) -> Figure:
                     _curve(axes, cells, place, method, name)
             row[0].set_ylabel(label)
         for axes, place in zip(panels[0], places, strict=False):
-            axes.set_title(short(place))
+            axes.set_title(f"{short(place)}, {with_result([cell for cell in cells if cell.setting == place])}")
         for axes in panels[-1]:
             axes.set_xlabel("mean of least clearance [m]")
-        handles, labels = panels[0][0].get_legend_handles_labels()
-        figure.legend(handles, labels, loc="outside lower center", ncols=4)
+        legend(figure, panels.flat, ncols=4)
     return figure
 
 

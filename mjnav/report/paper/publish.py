@@ -19,6 +19,7 @@ from mjnav.study.paper.finding import Finding, Verdict
 from mjnav.study.row import COLUMNS
 
 FINDINGS, DATA, PICTURE, PRINT = "findings.json", "data.csv", "figure.png", "figure.pdf"
+CORRECTION = "Holm"  # of the verdicts, for the number of an item's tests; items of before have none
 
 
 def publish(
@@ -38,7 +39,7 @@ def publish(
         writer = csv.DictWriter(file, list(rows[0]) if rows else [])
         writer.writeheader()
         writer.writerows(rows)
-    document = {**about, "findings": [asdict(finding) for finding in findings]}
+    document = {**about, "correction": CORRECTION, "findings": [asdict(finding) for finding in findings]}
     temporary = folder / f"{FINDINGS}.tmp"
     temporary.write_text(json.dumps(document, indent=1), encoding="utf-8")
     os.replace(temporary, folder / FINDINGS)

@@ -5,6 +5,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
 from mjnav.metrics.intervals import wilson
+from mjnav.report.paper.bars import gap, with_result
 from mjnav.report.paper.style import BLUE, INK, ORANGE, PALE, TWO_COLUMNS, new_figure, style
 from mjnav.study.paper.contrast import Cells, by_place
 from mjnav.study.paper.table import between_legs
@@ -22,9 +23,11 @@ def figure(cells: Cells) -> Figure:
         for axes, place in zip(panels, places, strict=False):
             for x, method in enumerate(METHODS):
                 cell = by_place(cells, method).get(place)
-                if cell is None:
+                num = 0 if cell is None else int((~cell.failed).sum())
+                if cell is None or not num:
+                    gap(axes, x, "not run" if cell is None else "undefined")
                     continue
-                between, num = between_legs(cell), len(cell.seeds)
+                between = between_legs(cell)
                 counts = np.array([between.sum(), between.size - between.sum(), num - between.size])
                 shares = counts / num
                 for share, start, (_, shade) in zip(shares, np.cumsum(shares) - shares, SHADES, strict=True):
@@ -33,7 +36,8 @@ def figure(cells: Cells) -> Figure:
                 if interval is not None:
                     axes.vlines(x, *interval, color=INK, linewidth=0.7)
             axes.set_xticks(range(len(METHODS)), [name.replace(" ", "\n") for name in METHODS])
-            axes.set_title(place.partition(", ")[2])
+            here = [by_place(cells, method)[place] for method in METHODS if place in by_place(cells, method)]
+            axes.set_title(f"{place.partition(', ')[2]}\n{with_result(here)}")
         panels[0].set_ylabel("share of runs")
         handles = [Patch(facecolor=shade, label=label) for label, shade in SHADES]
         figure.legend(handles=handles, loc="outside lower center", ncols=3)

@@ -1,14 +1,12 @@
 """One method against another in every setting of a study: the evidence for or against a claim."""
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from mjnav.study.compare import CellRows, Estimate, difference, estimate
-from mjnav.study.paper.finding import Verdict, verdict
-
-LEAST_PAIRS = 20  # below, an interval says too little to decide anything
+from mjnav.study.compare import CellRows, Difference, Estimate, difference, estimate, paired
+from mjnav.study.paper.finding import LEAST_PAIRS, Claim, Measured
 
 Cells = Sequence[CellRows]
 
@@ -18,24 +16,22 @@ class Contrast:
     """A difference in one scene and setting."""
 
     where: str
-    estimate: Estimate
+    difference: Difference
 
-    def judged(self, sign: int) -> Verdict:
-        """Of the claim that the difference has this sign."""
-        e = self.estimate
-        if e.num < LEAST_PAIRS or e.interval is None:
-            return Verdict.OPEN
-        low, high = sorted(sign * end for end in e.interval)
-        return verdict((low, high))
+    def measured(self, sign: int, unit: str = "") -> Measured:
+        """The claim that the difference has this sign; fewer than LEAST_PAIRS pairs decide nothing."""
+        e, p = self.difference.estimate, self.difference.p
+        line = f"{self.where}: {shown(e, unit, signed=True)}"
+        return Measured(sign * e.value > 0.0, p if e.num >= LEAST_PAIRS else None, line)
 
 
 def contrasts(cells: Cells, method: str, reference: str, figure: str) -> list[Contrast]:
-    """`figure` of method - reference on common seeds, in every scene and setting that has both."""
+    """`figure` of method - reference on common seeds, in every scene and setting that has either."""
+    ours, theirs = by_place(cells, method), by_place(cells, reference)
     found = []
-    for where, base in by_place(cells, reference).items():
-        cell = by_place(cells, method).get(where)
-        if cell is not None:
-            found.append(Contrast(where, difference(cell, base, figure).estimate))
+    for where in dict.fromkeys((*theirs, *ours)):
+        both = where in ours and where in theirs
+        found.append(Contrast(where, difference(ours[where], theirs[where], figure) if both else paired(np.empty(0))))
     return found
 
 
@@ -59,23 +55,9 @@ def values(cells: Cells, method: str, figure: str) -> dict[str, Estimate]:
     return {where: estimate(cell, figure) for where, cell in by_place(cells, method).items()}
 
 
-def overall(verdicts: Iterable[Verdict]) -> Verdict:
-    """Of a claim about all settings: partly where it holds in some and is not decided in the others."""
-    found = set(verdicts)
-    if found == {Verdict.HOLDS}:
-        return Verdict.HOLDS
-    if Verdict.HOLDS in found:
-        return Verdict.MIXED if Verdict.FAILS in found else Verdict.PARTLY
-    return Verdict.FAILS if Verdict.FAILS in found else Verdict.OPEN
-
-
-def summary(found: Sequence[Contrast], sign: int, unit: str = "") -> tuple[Verdict, str]:
-    """What the contrasts say of the claim that their differences have this sign, and the figures that say it."""
-    verdicts = [contrast.judged(sign) for contrast in found]
-    lines = [f"{contrast.where}: {shown(contrast.estimate, unit, signed=True)}" for contrast in found]
-    count = f"{verdicts.count(Verdict.HOLDS)} of {len(verdicts)} settings for it"
-    against = verdicts.count(Verdict.FAILS)
-    return overall(verdicts), "\n".join([f"{count}, {against} against", *lines])
+def claim(text: str, source: str, found: Sequence[Contrast], sign: int, unit: str = "") -> Claim:
+    """That all these differences have this sign."""
+    return Claim(text, source, [contrast.measured(sign, unit) for contrast in found])
 
 
 def shown(e: Estimate, unit: str = "", *, signed: bool = False, digits: int = 3) -> str:

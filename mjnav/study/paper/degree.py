@@ -6,8 +6,8 @@ one weight, as in the paper, and at weights that make the mean's term weigh alik
 
 from types import MappingProxyType
 
-from mjnav.study.paper.contrast import Cells, contrasts, summary
-from mjnav.study.paper.finding import Finding
+from mjnav.study.paper.contrast import Cells, claim, contrasts
+from mjnav.study.paper.finding import Finding, judge
 
 STUDIES = ("paper-degree",)
 SOURCE = "the ablation of d, one obstacle"
@@ -25,8 +25,8 @@ CLAIMS = MappingProxyType(
 def findings(cells: Cells) -> tuple[Finding, ...]:
     """d = 3 against d = 1, at one weight and at matched weights."""
     found = []
-    for figure, (claim, sign, unit) in CLAIMS.items():
+    for figure, (what, sign, unit) in CLAIMS.items():
         for method, how in (("d=3", "at one weight"), ("d=3 matched", "at matched weights of the mean's term")):
-            verdict, evidence = summary(contrasts(cells, method, "d=1", figure), sign, unit)
-            found.append(Finding(f"Degree 3 {claim} than degree 1, {how}", SOURCE, verdict, evidence))
-    return tuple(found)
+            text = f"Degree 3 {what} than degree 1, {how}"
+            found.append(claim(text, SOURCE, contrasts(cells, method, "d=1", figure), sign, unit))
+    return judge(found)

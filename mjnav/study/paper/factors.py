@@ -10,9 +10,9 @@ from types import MappingProxyType
 import numpy as np
 
 from mjnav.messages import Array
-from mjnav.study.compare import CellRows, Estimate, bootstrap
-from mjnav.study.paper.contrast import Cells, Contrast, summary
-from mjnav.study.paper.finding import Finding
+from mjnav.study.compare import CellRows, paired
+from mjnav.study.paper.contrast import Cells, Contrast, claim
+from mjnav.study.paper.finding import Finding, judge
 
 STUDIES = ("paper-factors",)
 SOURCE = "what the paper does not vary"
@@ -38,16 +38,14 @@ METHODS = ("rkhs", "saa", "mean")
 def findings(cells: Cells) -> tuple[Finding, ...]:
     """Each factor's effect on collisions and cost for each method, and the method's own."""
     found = []
-    for figure, claim, unit in (("collision", "avoids collisions", ""), ("control_cost", "saves control", "m²/s³")):
+    for figure, what, unit in (("collision", "avoids collisions", ""), ("control_cost", "saves control", "m²/s³")):
         for factor in FACTORS:
             effects = [effect for method in METHODS for effect in _effects(cells, method, factor, figure)]
-            verdict, evidence = summary(effects, -1, unit)
-            found.append(Finding(f"{NAMES[factor]} {claim}", SOURCE, verdict, evidence))
+            found.append(claim(f"{NAMES[factor]} {what}", SOURCE, effects, -1, unit))
         for rival in ("mean", "saa"):
-            verdict, evidence = summary(list(_method_effects(cells, rival, figure)), -1, unit)
-            text = f"Matching distributions {claim}, against {rival}, the factors being equal"
-            found.append(Finding(text, SOURCE, verdict, evidence))
-    return tuple(found)
+            text = f"Matching distributions {what}, against {rival}, the factors being equal"
+            found.append(claim(text, SOURCE, list(_method_effects(cells, rival, figure)), -1, unit))
+    return judge(found)
 
 
 def levels() -> Iterator[tuple[str, ...]]:
@@ -91,7 +89,10 @@ def _mean_difference(
 ) -> Iterator[Contrast]:
     """Of after - before, the mean over the pairs of cells that are there, by seed."""
     there = [(after, before) for after, before in pairs if after is not None and before is not None]
+    if len(there) < len(pairs):
+        where = f"{where}, over {len(there)} of {len(pairs)} combinations"
     if not there:
+        yield Contrast(where, paired(np.empty(0)))
         return
     seeds = sorted(set.intersection(*(set(cell.seeds.tolist()) for pair in there for cell in pair)))
     changes = np.array(
@@ -100,9 +101,7 @@ def _mean_difference(
     known = np.isfinite(changes)
     sums = np.where(known, changes, 0.0).sum(0)
     mean = np.divide(sums, known.sum(0), out=np.full(len(seeds), np.nan), where=known.any(0))
-    finite = mean[np.isfinite(mean)]
-    value = float(finite.mean()) if finite.size else np.nan
-    yield Contrast(where, Estimate(value, bootstrap(len(seeds)).interval(mean), finite.size))
+    yield Contrast(where, paired(mean))
 
 
 def _at(values: Array, cell: CellRows, seeds: list[int]) -> Array:

@@ -1,7 +1,7 @@
 """What the work before claimed: matching in the RKHS takes less control and less time than by KL divergence."""
 
-from mjnav.study.paper.contrast import Cells, contrasts, each, summary
-from mjnav.study.paper.finding import Finding
+from mjnav.study.paper.contrast import Cells, claim, contrasts, each
+from mjnav.study.paper.finding import Finding, judge
 
 STUDIES = ("paper-one", "paper-many")
 SOURCE = "Poonganam et al., RA-L 2020"
@@ -17,8 +17,8 @@ def findings(cells: Cells) -> tuple[Finding, ...]:
     """rkhs against kld with one and with three obstacles."""
     here = each(cells, lambda cell: cell.scene in ("crossing1", "crossing3"))
     found = []
-    for figure, claim, unit in CLAIMS:
+    for figure, what, unit in CLAIMS:
         for method in ("rkhs d=1", "rkhs d=3"):
-            verdict, evidence = summary(contrasts(here, method, "kld", figure), -1, unit)
-            found.append(Finding(f"{method} takes {claim} than kld", SOURCE, verdict, evidence))
-    return tuple(found)
+            text = f"{method} takes {what} than kld"
+            found.append(claim(text, SOURCE, contrasts(here, method, "kld", figure), -1, unit))
+    return judge(found)

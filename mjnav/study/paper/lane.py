@@ -1,7 +1,7 @@
 """The lane: does the robot stay farther from the boundary with a higher degree?"""
 
-from mjnav.study.paper.contrast import Cells, contrasts, summary
-from mjnav.study.paper.finding import Finding
+from mjnav.study.paper.contrast import Cells, claim, contrasts
+from mjnav.study.paper.finding import Finding, judge
 
 STUDIES = ("paper-lane",)
 SOURCE = "the lane figure"
@@ -11,8 +11,8 @@ def findings(cells: Cells) -> tuple[Finding, ...]:
     """Degrees 2 and 3 against 1, at one weight and at matched weights; distances are means over time."""
     found = []
     for method in ("d=2", "d=3", "d=2 matched", "d=3 matched"):
-        verdict, evidence = summary(contrasts(cells, method, "d=1", "mean_lane_clearance_m"), +1, "m")
         how = "at matched weights of the mean's term" if "matched" in method else "at one weight"
-        claim = f"Degree {method[2]} stays farther from the lane's boundary than degree 1, {how}"
-        found.append(Finding(claim, SOURCE, verdict, evidence))
-    return tuple(found)
+        text = f"Degree {method[2]} stays farther from the lane's boundary than degree 1, {how}"
+        against = contrasts(cells, method, "d=1", "mean_lane_clearance_m")
+        found.append(claim(text, SOURCE, against, +1, "m"))
+    return judge(found)

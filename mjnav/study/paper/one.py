@@ -4,9 +4,11 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from mjnav.messages import Array
 from mjnav.metrics.intervals import wilson
-from mjnav.study.paper.contrast import LEAST_PAIRS, Cells, by_place, contrasts, overall, shown, summary, values
-from mjnav.study.paper.finding import Finding, Verdict
+from mjnav.study.compare import CellRows, common, paired
+from mjnav.study.paper.contrast import Cells, Contrast, by_place, claim, contrasts
+from mjnav.study.paper.finding import LEAST_PAIRS, Claim, Finding, Measured, judge
 
 STUDIES = ("paper-one",)
 SOURCE = "the comparison with one obstacle"
@@ -27,61 +29,65 @@ def moments(eta: float) -> str:
 
 
 def findings(cells: Cells) -> tuple[Finding, ...]:
-    """The three measures, and what the moment surrogate's eta does to its feasibility."""
-    return (*_measures(cells), *_feasibility(cells), _nominal(cells))
+    """The measures, and what the moment surrogate's eta does to its feasibility."""
+    return judge([*_measures(cells), _feasibility(cells), _nominal(cells)])
 
 
-def _measures(cells: Cells) -> Iterator[Finding]:
+def _measures(cells: Cells) -> Iterator[Claim]:
     for rival in ("gaussian-linearised", moments(TUNED_ETA)):
-        for figure, claim, unit in MEASURES:
+        for figure, what, unit in MEASURES:
             for method in RKHS:
-                verdict, evidence = summary(contrasts(cells, method, rival, figure), -1, unit)
-                yield Finding(f"{method} takes {claim} than {rival}", SOURCE, verdict, evidence)
+                text = f"{method} takes {what} than {rival}"
+                yield claim(text, SOURCE, contrasts(cells, method, rival, figure), -1, unit)
 
 
-def _feasibility(cells: Cells) -> Iterator[Finding]:
-    low, high = by_place(cells, moments(ETAS[0])), by_place(cells, moments(ETAS[-1]))
-    verdicts, lines = [], []
-    for where in low:
-        shares = [by_place(cells, moments(eta))[where] for eta in ETAS]
+def _feasibility(cells: Cells) -> Claim:
+    by_eta = {eta: by_place(cells, moments(eta)) for eta in ETAS}
+    low, high = by_eta[ETAS[0]], by_eta[ETAS[-1]]
+    tests = []
+    for where in dict.fromkeys(where for places in by_eta.values() for where in places):
         text = ", ".join(
-            f"{eta:g}: {100.0 * cell.columns['ticks_without_own'].sum() / cell.columns['ticks'].sum():.1f} %"
-            for eta, cell in zip(ETAS, shares, strict=True)
+            f"{eta:g}: {_percent(tick_share(places[where], 'ticks_without_own'))}"
+            for eta, places in by_eta.items()
+            if where in places
         )
-        change = _share(high[where]) - _share(low[where])
-        change = change[np.isfinite(change)]
-        error = 1.96 * change.std(ddof=1) / np.sqrt(change.size) if change.size > 1 else np.inf
-        decided = change.size >= LEAST_PAIRS and abs(change.mean()) > error
-        verdicts.append(Verdict.OPEN if not decided else Verdict.HOLDS if change.mean() > 0 else Verdict.FAILS)
-        lines.append(f"{where}: {text}")
-    claim = (
-        "The moment surrogate finds nothing that meets its constraint the more often, the higher the eta it asks for"
-    )
-    yield Finding(claim, SOURCE, overall(verdicts), "Share of ticks by eta\n" + "\n".join(lines))
+        change = np.empty(0)
+        if where in low and where in high:
+            here, there = common(high[where], low[where])
+            change = _shares(high[where])[here] - _shares(low[where])[there]
+        contrast = Contrast(f"{where}: share of ticks by eta {text}; from the least to the most", paired(change))
+        tests.append(contrast.measured(+1))
+    text = "The moment surrogate finds nothing that meets its constraint the more often, the higher the eta it asks for"
+    return Claim(text, SOURCE, tests)
 
 
-def _share(cell) -> np.ndarray:
+def tick_share(cell: CellRows, column: str) -> float:
+    """The share of all ticks of a cell that `column` counts; NaN without ticks."""
+    ticks = np.nansum(cell.columns["ticks"])
+    return float(np.nansum(cell.columns[column]) / ticks) if ticks else np.nan
+
+
+def _percent(share: float) -> str:
+    return f"{100.0 * share:.1f} %" if np.isfinite(share) else "no result"
+
+
+def _shares(cell: CellRows) -> Array:
     return cell.columns["ticks_without_own"] / cell.columns["ticks"]
 
 
-def _nominal(cells: Cells) -> Finding:
-    """Assumption 1: some control meets the constraints at the mean."""
-    verdicts, lines = [], []
+def _nominal(cells: Cells) -> Claim:
+    """Assumption 1: some control meets the constraints at the mean. One counterexample refutes it, without a doubt."""
+    tests = []
     for where, cell in by_place(cells, "rkhs d=1").items():
-        always = cell.columns["ticks_without_nominal"] == 0
+        always = cell.columns["ticks_without_nominal"][~cell.failed] == 0
         interval = wilson(int(always.sum()), always.size)
-        assert interval is not None
-        share = cell.columns["ticks_without_nominal"].sum() / cell.columns["ticks"].sum()
-        enough = always.size >= LEAST_PAIRS
-        verdicts.append(Verdict.OPEN if not enough else Verdict.HOLDS if always.all() else Verdict.FAILS)
+        if interval is None:
+            tests.append(Measured(False, None, f"{where}: no episode has a result"))
+            continue
         low, high = (100.0 * end for end in interval)
-        lines.append(
+        line = (
             f"{where}: at every tick in {100.0 * always.mean():.1f} % [{low:.1f}, {high:.1f}] of {always.size} runs; "
-            f"missing at {100.0 * share:.2f} % of ticks"
+            f"missing at {100.0 * tick_share(cell, 'ticks_without_nominal'):.2f} % of ticks"
         )
-    return Finding("A nominal control always exists", "assumption 1", overall(verdicts), "\n".join(lines))
-
-
-def collisions(cells: Cells, method: str) -> str:
-    """How often a method collided, in every setting."""
-    return "; ".join(f"{where}: {shown(rate)}" for where, rate in values(cells, method, "collision").items())
+        tests.append(Measured(bool(always.all()), 0.0 if always.size >= LEAST_PAIRS else None, line))
+    return Claim("A nominal control always exists", "assumption 1", tests)

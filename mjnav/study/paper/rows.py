@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from mjnav.study.cells import Cell, resolve
 from mjnav.study.compare import CellRows, cell_rows
 from mjnav.study.paper import ITEMS, module
+from mjnav.study.results import check_distinct
 from mjnav.study.row import COLUMNS, PLACE_IN_STUDY
 from mjnav.study.store import Store
 from mjnav.study.study_file import StudyFile, load_study
@@ -46,23 +47,52 @@ def trials(wanted: Sequence[PaperStudy]) -> list[Trial]:
     ]
 
 
-def rows(store: Store, wanted: Sequence[PaperStudy], names: Sequence[str]) -> list[CellRows]:
-    """The rows of the studies called `names`, of their present cells and seeds alone, methods in the files' order."""
+@dataclass(frozen=True, slots=True)
+class ItemRows:
+    """The rows that an item rests on, and what of them is not there."""
+
+    cells: list[CellRows]
+    asked: int  # episodes of its studies
+    absent: tuple[str, ...]  # cells without any row
+    left_out: int  # rows of its studies under other scenarios or seeds than are asked for
+
+    @property
+    def num(self) -> int:
+        """Episodes that were run, failed ones too."""
+        return sum(len(cell.seeds) for cell in self.cells)
+
+    @property
+    def num_failed(self) -> int:
+        """Of them, those without a result."""
+        return sum(int(cell.failed.sum()) for cell in self.cells)
+
+
+def rows(store: Store, wanted: Sequence[PaperStudy], names: Sequence[str]) -> ItemRows:
+    """The rows of the studies called `names`, of their present cells and seeds alone, methods in the files' order.
+
+    Raises InputError where a cell has a seed twice.
+    """
     import pyarrow as pa
 
     table = store.rows(list(COLUMNS))
-    same = [*PLACE_IN_STUDY, "scenario"]
-    keys = list(zip(*(table[name].to_pylist() for name in same), strict=True))
+    keys = list(zip(*(table[name].to_pylist() for name in (*PLACE_IN_STUDY, "scenario")), strict=True))
     table = table.drop_columns(["scenario"])
-    found: list[CellRows] = []
+    found, absent, num_asked, left_out = [], [], 0, 0
     for study in wanted:
-        if study.file.name in names:
-            asked = {
-                (*trial.place, trial.cell.document)
-                for trial in (
-                    Trial(study.file.name, cell, seed) for cell in study.cells for seed in study.file.all_seeds
-                )
-            }
-            of_study = table.filter(pa.array([key in asked for key in keys], pa.bool_()))
-            found += cell_rows(of_study, [method.label for method in study.file.methods])
-    return found
+        name = study.file.name
+        if name not in names:
+            continue
+        asked = {
+            (*Trial(name, cell, seed).place, cell.document) for cell in study.cells for seed in study.file.all_seeds
+        }
+        cells = cell_rows(
+            table.filter(pa.array([key in asked for key in keys], pa.bool_())),
+            [method.label for method in study.file.methods],
+        )
+        check_distinct(cells, store)
+        there = {(cell.scene, cell.setting, cell.method) for cell in cells}
+        found += cells
+        absent += [cell.label for cell in study.cells if (cell.scene, cell.setting, cell.method) not in there]
+        num_asked += len(asked)
+        left_out += sum(key[0] == name and key not in asked for key in keys)
+    return ItemRows(found, num_asked, tuple(absent), left_out)

@@ -3,8 +3,8 @@
 from collections.abc import Iterator
 
 from mjnav.study.compare import CellRows, difference
-from mjnav.study.paper.contrast import Cells, Contrast, by_place, summary
-from mjnav.study.paper.finding import Finding
+from mjnav.study.paper.contrast import Cells, Contrast, by_place, claim
+from mjnav.study.paper.finding import Finding, judge
 
 STUDIES = ("paper-shape",)
 SOURCE = "the premise: noise is not Gaussian, and the method uses its samples"
@@ -17,11 +17,10 @@ def findings(cells: Cells) -> tuple[Finding, ...]:
     found = []
     for method in METHODS:
         for wrong in ("mirrored", "gaussian"):
-            for figure, claim, sign, unit in FIGURES:
-                verdict, evidence = summary(list(_contrasts(cells, method, wrong, figure)), sign, unit)
-                text = f"{method} gives {claim} with samples of the noise's own shape than with {wrong} ones"
-                found.append(Finding(text, SOURCE, verdict, evidence))
-    return tuple(found)
+            for figure, what, sign, unit in FIGURES:
+                text = f"{method} gives {what} with samples of the noise's own shape than with {wrong} ones"
+                found.append(claim(text, SOURCE, list(_contrasts(cells, method, wrong, figure)), sign, unit))
+    return judge(found)
 
 
 def _contrasts(cells: Cells, method: str, wrong: str, figure: str) -> Iterator[Contrast]:
@@ -32,4 +31,4 @@ def _contrasts(cells: Cells, method: str, wrong: str, figure: str) -> Iterator[C
             for shape in ("true", wrong)
         )
         if true is not None and false is not None:
-            yield Contrast(noise, difference(true, false, figure).estimate)
+            yield Contrast(noise, difference(true, false, figure))

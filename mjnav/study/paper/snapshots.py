@@ -20,10 +20,10 @@ from mjnav.loop.prepare import build_controller
 from mjnav.messages import Array, ObstacleSamples, TickRecord
 from mjnav.metrics.intervals import wilson
 from mjnav.scenarios.spec import Scenario
-from mjnav.study.compare import Estimate
+from mjnav.study.compare import Difference
 from mjnav.study.paper.by_run import mean_by_run
-from mjnav.study.paper.contrast import overall, shown
-from mjnav.study.paper.finding import Finding, verdict
+from mjnav.study.paper.contrast import shown
+from mjnav.study.paper.finding import Claim, Finding, Measured, judge
 
 CONTROLS = ("goal alone", "nominal", "matched")
 GOAL, NOMINAL, MATCHED = range(len(CONTROLS))
@@ -188,33 +188,33 @@ def findings(data: SnapshotsData) -> tuple[Finding, ...]:
     if not len(share):
         return ()
 
-    def estimate(values: ArrayLike, use: str) -> Estimate:
-        return mean_by_run(run, 100.0 * np.asarray(values), data.seed, f"snapshots.{use}")
+    def mean_of(values: ArrayLike, use: str, boundary: float = 0.0) -> Difference:
+        return mean_by_run(run, 100.0 * np.asarray(values), data.seed, f"snapshots.{use}", boundary=boundary)
 
     num_runs, matched = len(data.outcome), share[:, MATCHED]
-    safe, mean = estimate(matched >= ALL_SAFE, "safe"), estimate(matched, "mean")
+    safe, mean = mean_of(matched >= ALL_SAFE, "safe", 50.0), mean_of(matched, "mean").estimate
     least = np.median([matched[run == one].min() for one in np.unique(run)])
     hits = sum(outcome == COLLISION for outcome in data.outcome)
     low, high = wilson(hits, num_runs) or (0.0, 1.0)
     count = f"{len(share)} decisions of {num_runs} runs in which the closest person mattered"
-    gains = [estimate(matched - share[:, other], CONTROLS[other]) for other in (GOAL, NOMINAL)]
+    gains = [mean_of(matched - share[:, other], CONTROLS[other]) for other in (GOAL, NOMINAL)]
     texts = [
-        f"{shown(gain, 'points', signed=True)} against the {name}"
+        f"{shown(gain.estimate, 'points', signed=True)} against the {name}"
         for gain, name in zip(gains, ("control that the goal alone would choose", "nominal control"), strict=True)
     ]
-    return (
-        Finding(
+    return judge([
+        Claim(
             "With matched distributions the closest obstacle's samples are free of collision more often than not.",
             SOURCE,
-            verdict(safe.interval, 50.0),
-            f"At least {100 * ALL_SAFE:g} % of the samples are safe in {shown(safe, '%')} of {count}. On average "
-            f"{shown(mean, '%')} are, at a run's worst moment {100 * least:.0f} % (median). Of {num_runs} runs {hits} "
-            f"[{num_runs * low:.1f}, {num_runs * high:.1f}] ended in a collision.",
+            [Measured(safe.estimate.value > 50.0, safe.p)],
+            f"At least {100 * ALL_SAFE:g} % of the samples are safe in {shown(safe.estimate, '%')} of {count}. On "
+            f"average {shown(mean, '%')} are, at a run's worst moment {100 * least:.0f} % (median). Of {num_runs} runs "
+            f"{hits} [{num_runs * low:.1f}, {num_runs * high:.1f}] ended in a collision.",
         ),
-        Finding(
+        Claim(
             "Matching moves the distribution of the collision cone towards the one that is free of collision.",
             SOURCE,
-            overall(verdict(gain.interval) for gain in gains),
+            [Measured(gain.estimate.value > 0.0, gain.p) for gain in gains],
             f"Safe samples of the closest person, within one decision: {'; '.join(texts)} ({count}).",
         ),
-    )
+    ])  # fmt: skip

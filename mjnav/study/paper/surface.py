@@ -18,14 +18,14 @@ from mjnav.control.surface import require_candidates
 from mjnav.errors import InvalidValue
 from mjnav.loop.prepare import build_controller
 from mjnav.messages import Array, TickRecord
-from mjnav.metrics.intervals import wilson
+from mjnav.metrics.intervals import mcnemar, wilson
 from mjnav.scenarios.spec import Scenario
 from mjnav.study.paper.by_run import LEAST_RUNS, mean_by_run
 from mjnav.study.paper.continuous_cost import VARIANTS, variant_costs
 from mjnav.study.paper.contrast import shown
 from mjnav.study.paper.cost_view import BATCHES, View, look
 from mjnav.study.paper.decisions import given_up, spread, that_matter
-from mjnav.study.paper.finding import Finding, verdict
+from mjnav.study.paper.finding import Claim, Finding, Measured, judge
 from mjnav.study.paper.kinks import slope_jump
 from mjnav.study.paper.search import by_gradient, fine_grid, on_grid, starts, window_of
 
@@ -148,16 +148,16 @@ def _compare(scenario: Scenario, record: TickRecord, fine: int) -> dict[str, Arr
 def findings(data: SurfaceData) -> tuple[Finding, ...]:
     """Of the cost's kinks, of the gradient method's ends and of its price; the published method, then the tuned one."""
     tuned = [v for v in range(len(VARIANTS)) if v != PUBLISHED]
-    return (
+    return judge([
         _of_kinks(data, [PUBLISHED], "as published"),
         _of_kinks(data, tuned, "as tuned here, d = 1, 2, 3"),
         _of_ends(data, [PUBLISHED], "as published"),
         _of_ends(data, tuned, "as tuned here, d = 1, 2, 3"),
         _of_price(data),
-    )
+    ])  # fmt: skip
 
 
-def _of_kinks(data: SurfaceData, variants: list[int], name: str) -> Finding:
+def _of_kinks(data: SurfaceData, variants: list[int], name: str) -> Claim:
     kinked = np.any(data.kinked[:, variants], axis=1)
     jumps = ", ".join(f"{100 * jump:.2g}" for jump in np.median(data.jumps[:, variants, 1], axis=0))
     clipped, free = (100 * data.views[view].jumps[-1] for view in (PUBLISHED - 1, -1))
@@ -167,18 +167,19 @@ def _of_kinks(data: SurfaceData, variants: list[int], name: str) -> Finding:
         else f"They come from the clip: on the decision that is drawn, with d = 3, the jump is {clipped:.2g} % with it "
         f"and {free:.2g} % without. Where t* meets its bounds f is stationary in it, and the slope goes on."
     )
-    interval = wilson(int(kinked.sum()), len(kinked)) if len(np.unique(data.run)) >= LEAST_RUNS else None
-    return Finding(
+    # The exact binomial test of one half.
+    p = mcnemar(int(kinked.sum()), int((~kinked).sum())) if len(np.unique(data.run)) >= LEAST_RUNS else None
+    return Claim(
         f"The cost over (v, ω), {name}, is not smooth.",
         SOURCE,
-        verdict(interval, 0.5),
+        [Measured(bool(kinked.mean() > 0.5), p)],
         f"Kinks along ω through the chosen control, the desired distributions held, at {_share(kinked)} of "
         f"{len(kinked)} decisions. The slope's largest jump within {JUMP_STEPS[1]:g} rad/s is {jumps} % of its range "
         f"(medians). {why}",
     )
 
 
-def _of_ends(data: SurfaceData, variants: list[int], name: str) -> Finding:
+def _of_ends(data: SurfaceData, variants: list[int], name: str) -> Claim:
     texts, differences = [], []
     for w, window in enumerate(("what one period reaches", "the whole range between the limits")):
         against = data.against_grid[:, variants, w, 0]  # (D, n)
@@ -187,29 +188,30 @@ def _of_ends(data: SurfaceData, variants: list[int], name: str) -> Finding:
         texts.append(
             f"In {window}: from one start more than {100 * NEAR:g} % worse than the 20 × 20 grid in "
             f"{_share(against > 0)}, as much better in {_share(against < 0)}, a difference of "
-            f"{shown(differences[-1], 'points', signed=True)} by runs; from {STARTS[-1]} starts worse in "
+            f"{shown(differences[-1].estimate, 'points', signed=True)} by runs; from {STARTS[-1]} starts worse in "
             f"{_share(data.against_grid[:, variants, w, -1] > 0)}."
         )
-    count = f"SLSQP on {len(data.run)} decisions of {differences[0].num} runs, {_costs(len(variants))}."
-    return Finding(
+    count = f"SLSQP on {len(data.run)} decisions of {differences[0].estimate.num} runs, {_costs(len(variants))}."
+    return Claim(
         f"A gradient method finds worse controls than sampling them, on the cost {name}.",
         SOURCE,
-        verdict(differences[0].interval),
+        [Measured(differences[0].estimate.value > 0.0, differences[0].p)],
         " ".join([count, *texts]),
     )
 
 
-def _of_price(data: SurfaceData) -> Finding:
+def _of_price(data: SurfaceData) -> Claim:
     grid, searched = data.grid_seconds[:, :, 0], data.seconds[:, :, 0, 0]
-    ratio = mean_by_run(data.run, np.log2(searched / grid).mean(axis=1), int(data.seed[0]), "surface")
+    slower = mean_by_run(data.run, np.log2(searched / grid).mean(axis=1), int(data.seed[0]), "surface")
+    ratio = slower.estimate
     times = 2.0**ratio.value
     ends = "" if ratio.interval is None else f" [{2.0 ** ratio.interval[0]:.1f}, {2.0 ** ratio.interval[1]:.1f}]"
     calls = 1e6 * np.mean([view.call_seconds for view in data.views[: len(VARIANTS)]], axis=0)
     each = ", ".join(f"{time:.0f} µs for {num}" for num, time in zip(BATCHES, calls, strict=True))
-    return Finding(
+    return Claim(
         "Sampling the controls takes less time than a gradient method.",
         SOURCE,
-        verdict(ratio.interval),
+        [Measured(ratio.value > 0.0, slower.p)],
         f"On this machine SLSQP from one start takes {times:.1f}{ends} times as long as the grid in what one period "
         f"reaches (geometric mean): {1e3 * np.median(searched):.2g} ms against {1e3 * np.median(grid):.2g} (medians; "
         f"{len(data.run)} decisions of {ratio.num} runs, {_costs(len(VARIANTS))}). It looks at fewer controls, "

@@ -3,10 +3,10 @@
 import numpy as np
 
 from mjnav.messages import Array
-from mjnav.metrics.intervals import wilson
+from mjnav.metrics.intervals import mcnemar, wilson
 from mjnav.study.compare import CellRows
-from mjnav.study.paper.contrast import LEAST_PAIRS, Cells, by_place, overall
-from mjnav.study.paper.finding import Finding, Verdict
+from mjnav.study.paper.contrast import Cells, by_place
+from mjnav.study.paper.finding import LEAST_PAIRS, Claim, Finding, Measured, judge
 
 STUDIES = ("paper-table",)
 SOURCE = "the table figure"
@@ -23,23 +23,23 @@ def findings(cells: Cells) -> tuple[Finding, ...]:
     """The share of runs that took the way that the paper shows, above one half or not."""
     found = []
     for method, way in (("d=1", "between the legs"), ("d=1 matched", "between the legs"), ("d=3", "around")):
-        verdicts, lines = [], []
+        tests = []
         for where, cell in by_place(cells, method).items():
             between = between_legs(cell)
             took = between if way == "between the legs" else 1.0 - between
             interval = wilson(int(took.sum()), took.size)
-            lost = len(cell.seeds) - took.size
-            if interval is None:
-                verdicts.append(Verdict.OPEN)
-                lines.append(f"{where}: none of {lost} runs reached the goal without contact")
-                continue
-            decided = took.size >= LEAST_PAIRS and not interval[0] <= 0.5 <= interval[1]
-            verdicts.append(Verdict.OPEN if not decided else Verdict.HOLDS if interval[0] > 0.5 else Verdict.FAILS)
-            low, high = (100.0 * end for end in interval)
-            lines.append(
-                f"{where}: {100.0 * took.mean():.1f} % [{low:.1f}, {high:.1f}] of {took.size} runs, "
-                f"{lost} more did not reach the goal unharmed"
+            failed = int(cell.failed.sum())
+            lost = f"{len(cell.seeds) - took.size - failed} more did not reach the goal unharmed" + (
+                f", {failed} episodes failed" if failed else ""
             )
+            if interval is None:
+                tests.append(Measured(False, None, f"{where}: no run reached the goal without contact, {lost}"))
+                continue
+            low, high = (100.0 * end for end in interval)
+            line = f"{where}: {100.0 * took.mean():.1f} % [{low:.1f}, {high:.1f}] of {took.size} runs, {lost}"
+            # The exact binomial test of one half.
+            p = mcnemar(int(took.sum()), int(took.size - took.sum())) if took.size >= LEAST_PAIRS else None
+            tests.append(Measured(bool(took.mean() > 0.5), p, line))
         name = {"d=1": "Degree 1", "d=3": "Degree 3", "d=1 matched": "Degree 1, as heavy as degree 3,"}[method]
-        found.append(Finding(f"{name} goes {way} in most runs", SOURCE, overall(verdicts), "\n".join(lines)))
-    return tuple(found)
+        found.append(Claim(f"{name} goes {way} in most runs", SOURCE, tests))
+    return judge(found)
