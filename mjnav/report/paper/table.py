@@ -37,7 +37,7 @@ def figure(cells: Cells) -> Figure:
                     axes.vlines(x, *interval, color=INK, linewidth=0.7)
             axes.set_xticks(range(len(METHODS)), [name.replace(" ", "\n") for name in METHODS])
             here = [by_place(cells, method)[place] for method in METHODS if place in by_place(cells, method)]
-            axes.set_title(f"{place.partition(', ')[2]}\n{with_result(here)}")
+            axes.set_title("\n".join([*place.split(", ")[1:], with_result(here)]))
         panels[0].set_ylabel("share of runs")
         handles = [Patch(facecolor=shade, label=label) for label, shade in SHADES]
         figure.legend(handles=handles, loc="outside lower center", ncols=3)
