@@ -1,4 +1,4 @@
-"""How many of 400 flipped bits of a shard come back as other values: read as Parquet, with page checksums, by the store.
+"""How many of 400 flipped bits of a shard come back as other values, as plain Parquet, with checksums, by the store.
 
 uv run python -m tests.attacks.shard_bits
 """
