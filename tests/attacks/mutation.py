@@ -69,7 +69,7 @@ class Mutant:
     path: Path
     line: int
     text: str  # the line as it stands
-    change: str  # of the expression around it
+    change: str  # of the expression around it; "#2" where the line holds the same one a second time
     tree: ast.Module
 
     @property
@@ -123,12 +123,18 @@ def left_out(tree: ast.Module) -> set[ast.AST]:
     return found
 
 
+def module_name(path: Path) -> str:
+    """The dotted name of a file."""
+    return ".".join(path.relative_to(ROOT).with_suffix("").parts)
+
+
 def mutants(path: Path) -> Iterator[Mutant]:
     """Of one module, in the order of its lines."""
     source = path.read_text()
     lines = source.splitlines()
     tree = ast.parse(source)
     skipped = left_out(tree)
+    seen: dict[tuple[int, str], int] = {}
     nodes = [(i, node) for i, node in enumerate(ast.walk(tree)) if node not in skipped and hasattr(node, "lineno")]
     for i, node in sorted(nodes, key=lambda item: (item[1].lineno, item[1].col_offset)):
         for change in changes(node):
@@ -138,8 +144,9 @@ def mutants(path: Path) -> Iterator[Mutant]:
             change(copy)
             ast.fix_missing_locations(changed)
             told = f"{before} -> {ast.unparse(copy)}" if not isinstance(node, ast.Raise) else "raise -> pass"
-            module = ".".join(path.relative_to(ROOT).with_suffix("").parts)
-            yield Mutant(module, path, node.lineno, lines[node.lineno - 1].strip(), told, changed)
+            number = seen[node.lineno, told] = seen.get((node.lineno, told), 0) + 1
+            told += f" #{number}" if number > 1 else ""
+            yield Mutant(module_name(path), path, node.lineno, lines[node.lineno - 1].strip(), told, changed)
 
 
 class MutantFinder(importlib.abc.MetaPathFinder):
@@ -234,14 +241,17 @@ def examine(path: Path, explained: set[tuple[str, str, str]]) -> tuple[int, int,
     if code != 0:
         sys.exit(f"{path}: its tests fail without a mutant")
     total = equivalent = 0
-    alive = []
+    alive, there = [], set()
     for mutant in mutants(path):
         total += 1
+        there.add(mutant.key)
         if mutant.key in explained:
             equivalent += 1
         elif survives(mutant, tests, PATIENCE * used + 5.0):
             alive.append(mutant)
             print(f"  {path.relative_to(ROOT)}:{mutant.line}: {mutant.text}\n      {mutant.change}", flush=True)
+    for _, line, change in sorted(key for key in explained - there if key[0] == module_name(path)):
+        print(f"  {path.relative_to(ROOT)}: {EQUIVALENT.name} names a mutant that is not there: {line}\n      {change}")
     return total, equivalent, len(alive)
 
 

@@ -98,6 +98,7 @@ def test_exact_answers():
     assert to_wall(1.0, 1.0, (-5.0, 1.5), (5.0, 1.5), 0.5) == pytest.approx(pi / 2)
     assert to_wall(1.0, -1.0, (-5.0, -1.5), (5.0, -1.5), 0.5) == pytest.approx(pi / 2)
     assert to_wall(1.0, 0.0, (2.0, -1.0), (2.0, 1.0), 0.5) == pytest.approx(1.5)
+    assert to_wall(1.0, 0.0, (2.0, -0.3), (2.0, 0.3), 0.1) == pytest.approx(1.9)  # short, between its ends
     assert to_wall(1.0, 0.0, (2.0, 0.3), (2.0, 1.0), 0.5) == pytest.approx(2.0 - 0.4)  # its end
     assert to_wall(1.0, 0.0, (2.0, 0.0), (4.0, 0.0), 0.5) == pytest.approx(1.5)
     assert to_line(1.0, 0.0, (-1.0, 0.0), 2.0, 0.5) == 1.5
