@@ -16,6 +16,8 @@ from mcap.data_stream import ReadDataStream
 from mcap.exceptions import EndOfFile, McapError
 from mcap.opcode import Opcode
 
+from mjnav.recording.budget import Budget
+
 LIMIT = 256 * 1024 * 1024  # [bytes] of one record, and of one chunk decompressed; writers' chunks are around 1 MiB
 LZ4_EXPANSION = 255  # at most: a byte of a match's length stands for 255
 
@@ -59,9 +61,13 @@ def parse_record(opcode: int, body: bytes) -> records.McapRecord | None:
         raise BadRecord(f"a record that makes no sense ({_name(opcode)}: {error or type(error).__name__})") from error
 
 
-def chunk_records(body: bytes) -> Iterator[records.McapRecord]:
-    """The schemas, channels and messages in a chunk whose checksum holds. Raises BadRecord."""
-    data = memoryview(chunk_data(body))
+def chunk_records(body: bytes, budget: Budget | None = None) -> Iterator[records.McapRecord]:
+    """The schemas, channels and messages in a chunk whose checksum holds. Raises BadRecord.
+
+    Takes off the budget of the file that it is in what it holds.
+    """
+    budget = budget or Budget(len(body))
+    data = memoryview(chunk_data(body, budget))
     position, end = 0, len(data)
     while position < end:
         if end - position < _RECORD.size:
@@ -72,6 +78,8 @@ def chunk_records(body: bytes) -> Iterator[records.McapRecord]:
             raise BadRecord("a chunk with a record of kind 0, which does not exist")
         if length > end - position:
             raise BadRecord(f"a chunk with a record of {length} bytes, of which it holds {end - position}")
+        if not budget.allows_record():
+            raise BadRecord("more records in its chunks than a file of its size may hold")
         content = data[position : position + length]
         position += length
         if opcode == Opcode.MESSAGE:
@@ -80,7 +88,7 @@ def chunk_records(body: bytes) -> Iterator[records.McapRecord]:
             yield record
 
 
-def chunk_data(body: bytes) -> bytes:
+def chunk_data(body: bytes, budget: Budget) -> bytes:
     """A chunk's content, decompressed and with its checksum verified. Raises BadRecord."""
     try:
         _, _, size, checksum, name_length = _CHUNK.unpack_from(body)
@@ -93,6 +101,8 @@ def chunk_data(body: bytes) -> bytes:
         raise BadRecord(f"a chunk of {length} bytes, of which it holds {len(data)}")
     if size > LIMIT:
         raise BadRecord(f"a chunk of {size} bytes decompressed, more than the {LIMIT} that are read")
+    if not budget.allows_contents(size):
+        raise BadRecord(f"a chunk that claims {size} bytes of contents for {length} compressed: more than allowed")
     content = _decompress(compression, data, size)
     if checksum and zlib.crc32(content) != checksum:
         raise BadRecord("a chunk that does not match its checksum")

@@ -21,7 +21,8 @@ from mcap.data_stream import ReadDataStream, RecordBuilder
 from mcap.exceptions import McapError
 from mcap.opcode import Opcode
 
-from mjnav.errors import InputError
+from mjnav.errors import DamagedLogError, InputError
+from mjnav.recording.budget import READING, Budget
 from mjnav.recording.chunks import LIMIT, BadRecord, chunk_records, parse_record
 
 HEADER_SIZE = 1 + 8  # [bytes] opcode and length
@@ -37,10 +38,20 @@ class Bytes:
         self._descriptor = file.fileno()
         self._other_bit = other_bit  # bit 0 is the lowest of byte 0
         self.size = os.fstat(self._descriptor).st_size
+        self.budget = Budget(self.size)
+        self._name = file.name
 
     def read(self, start: int, end: int) -> bytes:
-        """The bytes from `start` to before `end`, or to the file's end."""
+        """The bytes from `start` to before `end`, or to the file's end.
+
+        Raises DamagedLogError where the search for what is intact has read more than a file of this size is worth.
+        """
         place, end, pieces = start, min(end, self.size), []
+        if not self.budget.allows_reading(end - start):
+            raise DamagedLogError(
+                f"{self._name}: damaged: stopped at byte {start} of {self.size}, "
+                f"for the search for intact records has read {READING} times as much as there is"
+            )
         while place < end and (piece := os.pread(self._descriptor, end - place, place)):
             pieces.append(piece)
             place += len(piece)
@@ -123,7 +134,7 @@ def chunk_at(file: Bytes, place: int, end: int) -> Found | None:
                 continue
             header = _CHUNK_FIELDS.pack(*others, checksum, len(name)) + name + length.to_bytes(8, "little")
             try:
-                contents = tuple(chunk_records(header + file.read(start, start + length)))
+                contents = tuple(chunk_records(header + file.read(start, start + length), file.budget))
             except BadRecord:
                 continue
             return Found(Opcode.CHUNK, start + length, contents, checked=checksum != 0)

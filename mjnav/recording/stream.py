@@ -12,6 +12,7 @@ from mcap.records import DataEnd, Footer, Header, McapRecord
 from mcap.writer import MCAP0_MAGIC
 
 from mjnav.errors import DamagedLogError, InputError
+from mjnav.recording.budget import Budget
 from mjnav.recording.chunks import LIMIT, BadRecord, chunk_records, parse_record
 
 _RECORD = struct.Struct("<BQ")  # opcode, length
@@ -48,6 +49,8 @@ def read_records(path: Path) -> Iterator[McapRecord | CutOff]:
     not MCAP, DamagedLogError where a checksum fails or a record makes no sense. Takes no more memory than the largest
     record, and that decompressed.
     """
+    if path.exists() and not path.is_file():
+        raise InputError(f"{path}: cannot be read: not a regular file")
     try:
         with open(path, "rb") as file:
             if file.read(len(MCAP0_MAGIC)) != MCAP0_MAGIC:
@@ -68,6 +71,7 @@ class _Stream:
         self._file = file
         self._checksum = zlib.crc32(MCAP0_MAGIC)  # of all bytes so far
         self.size = file.seek(0, 2)
+        self._budget = Budget(self.size)
         file.seek(max(0, self.size - len(MCAP0_MAGIC)))
         self._has_end = self.size >= 2 * len(MCAP0_MAGIC) and file.read() == MCAP0_MAGIC
         file.seek(len(MCAP0_MAGIC))
@@ -79,7 +83,7 @@ class _Stream:
         while (found := self._next()) is not None:
             opcode, body = found
             if opcode == Opcode.CHUNK:
-                for record in chunk_records(body):
+                for record in chunk_records(body, self._budget):
                     found_any = True
                     yield record
             elif (record := parse_record(opcode, body)) is not None:

@@ -47,12 +47,12 @@ class _Rows:
         self._count += 1
 
     def finish(self) -> Array:
-        """All rows."""
-        return np.array(self._numbers, float).reshape(self._count, *self._shape)
+        """All rows; they are not copied, and no more can be added."""
+        return np.frombuffer(self._numbers, float).reshape(self._count, *self._shape)
 
 
 class TrajectoryBuilder:
-    """Collects ticks; `finish` takes the state in which the run ended and gives the arrays."""
+    """Collects ticks; `finish`, called once, takes the state in which the run ended and gives the arrays."""
 
     def __init__(self):
         self._rows: dict[str, _Rows] = {}
@@ -120,10 +120,10 @@ class TrajectoryBuilder:
     def finish(self, final: WorldState) -> Trajectory:
         """All ticks, and the state in which the run ended."""
         rows = self._rows or self._begin(len(final.people_position))
-        arrays = {name: column.finish() for name, column in rows.items()}
-        arrays |= {name: np.concatenate([arrays[name], [getattr(final, name)]]) for name in TRUTH}
+        for name in TRUTH:
+            rows[name].add(getattr(final, name))
         return Trajectory(
-            **arrays,
+            **{name: column.finish() for name, column in rows.items()},
             status=tuple(self._status),
             contacts=(*self._contacts, *final.contacts),
             timing=np.array(self._timing, np.int64).reshape(-1, len(PHASES) + 2),

@@ -11,8 +11,10 @@ import csv
 from collections.abc import Iterator, Sequence
 from contextlib import ExitStack
 from pathlib import Path
-from typing import Any
+from typing import IO, Any
 
+from mjnav.errors import DamagedLogError
+from mjnav.recording.budget import EXPORT, FREE_EXPORT, Budget
 from mjnav.recording.export.csv_cells import neutral
 from mjnav.recording.export.tables import TABLES as TOPICS
 from mjnav.recording.reader import Log, LogMessage
@@ -20,16 +22,31 @@ from mjnav.recording.reader import Log, LogMessage
 _FIRST = {"tick": "", "time": "s"}
 
 
+class _Metered:
+    """A text file that takes no more than the budget allows. Raises DamagedLogError."""
+
+    def __init__(self, file: IO[str], budget: Budget, log: Path):
+        self._file, self._budget, self._log = file, budget, log
+
+    def write(self, text: str) -> int:
+        """Writes the text."""
+        if not self._budget.allows_export(len(text)):
+            what = f"{FREE_EXPORT} bytes and {EXPORT} for each of the log's"
+            raise DamagedLogError(f"{self._log}: damaged: its tables would take more than {what}")
+        return self._file.write(text)
+
+
 def write(log: Log, topics: Sequence[str], messages: Iterator[LogMessage], folder: Path) -> dict[str, int]:
     """The tables of these topics, an empty one where there were no messages; gives the number of rows in each."""
     folder.mkdir()
     tables = [table for topic in topics for table in TOPICS[topic]]
     counts = {f"{table.name}.csv": 0 for table in tables}
+    budget = Budget(log.path.stat().st_size)
     with ExitStack() as files:
 
         def begin(name: str, *columns: str) -> Any:
             file = files.enter_context(open(folder / f"{name}.csv", "x", encoding="utf-8", newline=""))
-            writer = csv.writer(file, lineterminator="\n")
+            writer = csv.writer(_Metered(file, budget, log.path), lineterminator="\n")
             writer.writerow(columns)
             return writer
 
@@ -40,7 +57,7 @@ def write(log: Log, topics: Sequence[str], messages: Iterator[LogMessage], folde
         for message in messages:
             first = (message.sequence, message.time_ns / 1e9)
             for table in TOPICS[message.topic]:
-                rows = [(*first, *map(neutral, row)) for row in table.rows(message.value)]
-                writers[table.name].writerows(rows)
-                counts[f"{table.name}.csv"] += len(rows)
+                for row in table.rows(message.value):
+                    writers[table.name].writerow((*first, *map(neutral, row)))
+                    counts[f"{table.name}.csv"] += 1
     return counts
