@@ -49,8 +49,8 @@ def scalar(function: Callable[..., Any]) -> Callable[..., Any]:
 
 def load_kernels() -> None:
     """Loads, or compiles, every kernel with annotated arguments in the modules of mjnav that are imported."""
-    modules = [module for name, module in sys.modules.items() if name.startswith("mjnav.")]
-    for value in {id(value): value for module in modules for value in vars(module).values()}.values():
+    modules = [module for name, module in list(sys.modules.items()) if name.startswith("mjnav.")]
+    for value in {id(value): value for module in modules for value in list(vars(module).values())}.values():
         if isinstance(value, Dispatcher):
             _load(value, value._cache, value.compile)
         elif isinstance(value, DUFunc):
