@@ -161,11 +161,28 @@ def _check_address(address: str) -> None:
     except ImportError:
         raise missing_extra("distributed", "sweep") from None
     try:
-        host_and_port = parse_host_port(parse_address(address)[1])
+        scheme, place = parse_address(address)
+        if scheme == "tls":
+            _check_tls(address)
+        host_and_port = parse_host_port(place)
         socket.create_connection(host_and_port, timeout=CONNECT_TIMEOUT).close()
+    except InvalidValue:
+        raise
     except (OSError, ValueError) as error:
         allowed = f"the address of a Dask scheduler, as in tcp://host:8786 ({error})"
         raise InvalidValue("--scheduler", address, allowed) from None
+
+
+def _check_tls(address: str) -> None:
+    """Raises InvalidValue where Dask's configuration names no certificates, OSError where they cannot be read."""
+    from distributed.security import Security
+
+    settings = Security().get_tls_config_for_role("client")
+    missing = [key for key in ("ca_file", "cert", "key") if not settings[key]]
+    if missing:
+        names = ("DASK_DISTRIBUTED__COMM__TLS__CA_FILE", "..._TLS__CLIENT__CERT", "..._TLS__CLIENT__KEY")
+        raise InvalidValue("--scheduler", address, f"tls:// with Dask's settings {', '.join(names)}")
+    Security().get_connection_args("client")
 
 
 def _connect(address: str) -> Any:

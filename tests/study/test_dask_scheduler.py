@@ -6,7 +6,9 @@ import subprocess
 import sys
 import time
 
+import distributed  # noqa: F401 - its settings
 import pytest
+from dask import config as configuration
 
 from mjnav.errors import InputError, MjnavError
 from mjnav.study import schedulers
@@ -76,6 +78,40 @@ def test_dask_gives_the_serial_rows_and_tells_a_lost_scheduler_in_a_line(
     assert 0 < len(cut.done()) <= 16
     with pytest.raises(InputError, match=rf"--scheduler: found '{address}'; allowed: .*Connection refused"):
         dask(address)
+
+
+def test_a_tls_address_wants_settings_and_works_with_them(tmp_path, small_trials, serial_hashes, monkeypatch):
+    cert, key, where = tmp_path / "cert.pem", tmp_path / "key.pem", tmp_path / "scheduler.json"
+    made = f"openssl req -x509 -newkey rsa:2048 -nodes -days 1 -subj /CN=mjnav -keyout {key} -out {cert}"
+    subprocess.run(made.split(), capture_output=True, check=True)
+    tls = ("--tls-ca-file", str(cert), "--tls-cert", str(cert), "--tls-key", str(key))
+    started = []
+
+    def start(program, *options):
+        command = [sys.executable, "-m", f"distributed.cli.{program}", *options, *tls, "--scheduler-file", str(where)]
+        started.append(subprocess.Popen(command, cwd=tmp_path, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL))
+
+    try:
+        start(*SCHEDULER, "--protocol", "tls")
+        ends = time.monotonic() + PATIENCE
+        while not where.exists():
+            assert time.monotonic() < ends
+            time.sleep(0.05)
+        start(*WORKER, "--protocol", "tls")
+        address = json.loads(where.read_text())["address"]
+        assert address.startswith("tls://127.0.0.1:")
+        with pytest.raises(InputError, match=f"^--scheduler: found '{address}'; allowed: tls:// with Dask's settings"):
+            dask(address)
+        settings = {"ca-file": str(cert), "client.cert": str(cert), "client.key": str(key)}
+        with configuration.set({f"distributed.comm.tls.{name}": path for name, path in settings.items()}):
+            sweep(small_trials[:2], store := Store(tmp_path / "out"), dask(address))
+        rows = store.rows(["id", "state_hash"]).to_pylist()
+        assert {row["id"]: row["state_hash"] for row in rows}.items() <= serial_hashes.items()
+        assert len(rows) == 2
+    finally:
+        for process in started:
+            process.kill()
+            process.wait()
 
 
 def test_what_is_no_address_is_told_at_once():
