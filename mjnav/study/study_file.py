@@ -36,6 +36,7 @@ from mjnav.scenarios.ranges import MAX_SEED, check_range
 
 FOLDER = "studies"  # below runs/
 MAX_SEEDS = 10_000_000
+MAX_NAME = 200  # [bytes] that any file system takes, with what is added to it
 
 Overrides = Mapping[str, object]  # as tables in one another, or by dotted keys
 
@@ -100,6 +101,8 @@ class StudyFile:
         name = self.name
         if not 1 <= len(name) <= 100 or not name.isprintable() or "/" in name or name.startswith("."):
             raise InvalidValue("name", name, 'up to 100 printable characters without "/": a folder is named after it')
+        if len(name.encode()) > MAX_NAME:
+            raise InvalidValue("name", name, f"at most {MAX_NAME} bytes in UTF-8: a folder is named after it")
         for key in ("scenes", "methods"):
             if not getattr(self, key):
                 raise InvalidValue(key, [], "one or more")

@@ -12,6 +12,7 @@ from mjnav.loop.episode import Episode
 from mjnav.loop.fault import RunFault
 from mjnav.loop.run import MAX_STEM, file_stem
 from mjnav.noise import CHANNELS
+from mjnav.study.study_file import load_study
 from mjnav.world.engine import DivergedError
 from tests.attacks.run_files import LEAVES, is_number, refusal
 
@@ -128,3 +129,13 @@ def test_names_that_are_shortened_to_the_same_stay_apart():
 def test_a_name_that_no_file_could_have_is_refused(name):
     with pytest.raises(InvalidValue, match=r"^--set: name: found "):
         scenarios.load("crossing1", [f'name="{name}"'])
+
+
+def test_a_study_whose_folder_could_not_be_made_is_refused(tmp_path):
+    path = tmp_path / "study.toml"
+    text = 'schema = 1\nname = "{}"\nscenes = ["crossing1"]\n[[methods]]\ncontroller = "mean"\n'
+    path.write_text(text.format("界" * 66), encoding="utf-8")
+    assert load_study(str(path)).name == "界" * 66
+    path.write_text(text.format("界" * 100), encoding="utf-8")
+    with pytest.raises(InvalidValue, match="at most 200 bytes in UTF-8: a folder is named after it"):
+        load_study(str(path))
