@@ -1,8 +1,9 @@
 """The process that the user started, while a child of its does the command's work.
 
 A process cannot tell how it ends by a call of os._exit, a fault in compiled code or the kernel that wants its memory:
-its parent can. The child is forked before anything is loaded, so that both cost 1 ms together. It has the terminal and
-the process group of its parent, gets from it the signals that only the parent was sent, and ends when that is killed.
+its parent can. The child is forked before anything is loaded, so that Python need not start again. It has the terminal
+and the process group of its parent, gets from it the signals that only the parent was sent, and ends when that is
+killed.
 """
 
 import ctypes
