@@ -138,7 +138,9 @@ def test_the_distance_is_symmetric_and_never_negative(first, second, kernel):
         ({"degree": "3"}, "degree"),
         ({"scale": 0.0}, "scale"),
         ({"scale": -1.0}, "scale"),
+        ({"scale": np.nextafter(1e6, np.inf)}, "scale"),
         ({"offset": 0.0}, "offset"),
+        ({"offset": np.nextafter(1e-9, 0.0)}, "offset"),
         ({"offset": np.inf}, "offset"),
         ({"offset": np.nan}, "offset"),
     ],
@@ -148,6 +150,13 @@ def test_bad_input_is_refused_by_its_name(function, arguments, key):
     with pytest.raises(InvalidValue) as error:
         function(arguments.pop("x"), arguments.pop("y"), **arguments)
     assert error.value.key == key
+
+
+def test_the_ends_of_the_range_are_kernels():
+    for value in (1e-9, 1e6):
+        coefficients = PolynomialKernel(10, value, value).coefficients
+        assert np.isfinite(coefficients).all()
+        assert coefficients[0] > 0.0
 
 
 def test_the_feature_maps_coefficients_are_the_binomials():
