@@ -113,3 +113,11 @@ def test_bad_input_is_refused_by_its_name(arguments, message):
 
 def test_one_path_in_a_list_is_like_any_other():
     assert wall_clearance([[0.0, 2.0]], [1.0, 0.0], [-1.0, 0.0], [1.0, 0.0], 1.0, 1.0).tolist() == [-3.0]
+
+
+def test_a_wall_shorter_than_a_metre_is_passed_beside_its_end():
+    start, end = (0.0, 0.0), (0.5, 0.0)
+    assert wall_clearance((0.5, 0.3), (0.0, 0.0), start, end, 1.0, 0.0) == pytest.approx(1.0 - 0.3**2)
+    # One crosses the line of the other beyond its end.
+    assert wall_clearance((2.0, -0.1), (0.0, 0.2), start, end, 1.0, 1.0) == pytest.approx(1.0 - 1.5**2)
+    assert wall_clearance((-1.0, 0.2), (0.5, 0.0), (0.0, 0.0), (0.0, 0.5), 1.0, 1.0) == pytest.approx(1.0 - 0.5**2)
