@@ -13,6 +13,7 @@ from mjnav.cli.waiting import tell
 from mjnav.errors import InputError, MjnavError, unknown_name
 
 INTERRUPTED = 130
+NUMBA_FILE = ".numba_config.yaml"  # numba reads its settings from there at every compilation, and cannot be told not to
 
 # command -> (module, what it does); a module is imported when its command is called
 COMMANDS: Mapping[str, tuple[str, str]] = MappingProxyType(
@@ -56,6 +57,7 @@ def main(argv: Sequence[str] | None = None, *, guard: Guard | None = None) -> in
 def _told(argv: list[str], guard: Guard) -> int:
     """The exit code of a command; what it raises is told in a line."""
     try:
+        _check_working_folder()
         code = _execute(argv, guard)
         if sys.stdout is not None:
             sys.stdout.flush()  # here, where an error can still be told
@@ -73,6 +75,15 @@ def _told(argv: list[str], guard: Guard) -> int:
         _drop_output()
         tell(str(error))
         return MjnavError.exit_code
+
+
+def _check_working_folder() -> None:
+    """Raises InputError where a file of the working folder would decide what is compiled, and so a run's bits."""
+    if os.path.lexists(NUMBA_FILE):
+        raise InputError(
+            f"{NUMBA_FILE} in the working folder would change how mjnav compiles: remove it or call mjnav in another "
+            "folder; settings of your own are environment variables (NUMBA_OPT, NUMBA_CACHE_DIR)"
+        )
 
 
 def _drop_output() -> None:

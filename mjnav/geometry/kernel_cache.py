@@ -16,7 +16,7 @@ from types import FunctionType
 from typing import Any
 
 import platformdirs
-from numba.core import config, sigutils
+from numba.core import sigutils
 from numba.core.caching import NullCache
 from numba.core.compiler import CompileResult
 from numba.core.serialize import dumps
@@ -31,8 +31,9 @@ def folder() -> CacheFolder:
 
     That is ~/.cache/mjnav, or where XDG_CACHE_HOME says; NUMBA_CACHE_DIR/mjnav where that is set.
     """
-    if config.CACHE_DIR:
-        return CacheFolder(Path(os.path.abspath(config.CACHE_DIR)) / "mjnav" / "kernels")
+    # Not numba's config, which a file .numba_config.yaml in the working folder can set.
+    if parent := os.environ.get("NUMBA_CACHE_DIR"):
+        return CacheFolder(Path(os.path.abspath(parent)) / "mjnav" / "kernels")
     return CacheFolder(platformdirs.user_cache_path("mjnav") / "kernels")
 
 
