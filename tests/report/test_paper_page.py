@@ -14,7 +14,7 @@ from mjnav.study.paper.finding import Finding, Verdict
 
 HOSTILE = '</td><script>alert("1")</script>'
 FINDING = Finding("It is <so>", "figure 1", Verdict.HOLDS, "first: 1 < 2\nsecond: 2 > 1")
-ROWS = [{"method": HOSTILE, "mean": 0.1 + 0.2}, {"method": "b, c", "mean": None}]
+ROWS = [{"method": HOSTILE, "mean": 0.1 + 0.2}, {"method": "b, c", "mean": None}, {"method": "=1+1", "mean": -1.0}]
 
 
 @pytest.fixture
@@ -32,8 +32,8 @@ def test_an_item_leaves_its_figure_its_data_and_its_findings(folder):
     assert (lane / PRINT).read_bytes()[:5] == b"%PDF-"
     with open(lane / DATA, newline="") as file:
         rows = list(csv.DictReader(file))
-    assert [row["method"] for row in rows] == [HOSTILE, "b, c"]
-    assert float(rows[0]["mean"]) == 0.1 + 0.2
+    assert [row["method"] for row in rows] == [HOSTILE, "b, c", "'=1+1"]
+    assert [row["mean"] for row in rows] == [str(0.1 + 0.2), "", "-1.0"]
     findings, about = read(lane)
     assert findings == (FINDING,)
     assert about["command"] == HOSTILE

@@ -13,6 +13,7 @@ from typing import Any
 
 from matplotlib.figure import Figure
 
+from mjnav.recording.export.csv_cells import neutral
 from mjnav.report.paper.style import DPI, style
 from mjnav.study.compare import CellRows, estimate
 from mjnav.study.paper.finding import Finding, Verdict
@@ -38,7 +39,7 @@ def publish(
     with open(folder / DATA, "w", newline="", encoding="utf-8") as file:
         writer = csv.DictWriter(file, list(rows[0]) if rows else [])
         writer.writeheader()
-        writer.writerows(rows)
+        writer.writerows({key: neutral(cell) for key, cell in row.items()} for row in rows)
     document = {**about, "correction": CORRECTION, "findings": [asdict(finding) for finding in findings]}
     temporary = folder / f"{FINDINGS}.tmp"
     temporary.write_text(json.dumps(document, indent=1), encoding="utf-8")
