@@ -30,7 +30,7 @@ class ConstantVelocity:
 
 @dataclass(frozen=True, slots=True)
 class StopAndGo:
-    """Walks straight on for `go_time`, stands for `stop_time`, and so on, until something is in the way; seconds."""
+    """Walks for `go_time` [s], stands for `stop_time` [s], and so on, until something is in the way."""
 
     velocity: Point
     go_time: float = 2.0
