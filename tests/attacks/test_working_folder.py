@@ -23,18 +23,18 @@ COMMANDS = (
     "rate-test crossing1 --rate 20 --duration 0.5 --stress",
     "surface crossing1 --at 0.1 --grid 5 -o s.png",
     f"calibrate crossing1 {SHORT} --seeds 1 --draws 5 -o c.png",
-    f"sweep tiny.toml {SHORT} --workers 2 -o rows",
-    "compare rows -o x.csv -o x.tex -o x.html",
-    "paper --draw --only degree -o paper",
+    f"sweep tiny.toml {SHORT} --workers 1 -o out-rows",
+    "compare out-rows -o x.csv -o x.tex -o x.html",
+    "paper --draw --only degree -o out-paper",
     "render a.mcap -o a.png --size 64x64",
     "render a.mcap -o a.mp4 --size 64x64 --fps 5",
     "report a.mcap",
     "replay a.mcap",
     "inspect a.mcap",
     "recover a.mcap b.mcap",
-    "export a.mcap tum --format tum",
-    "export a.mcap csv --format csv",
-    "export a.mcap bag --format rosbag2",
+    "export a.mcap out-tum --format tum",
+    "export a.mcap out-csv --format csv",
+    "export a.mcap out-bag --format rosbag2",
 )
 # As the console script, but for one command after another: its folder is on the path, the working folder is not.
 ALL = """
@@ -49,6 +49,8 @@ def imported_names() -> set[str]:
     """What mjnav, the standard library and whatever is installed beside them import, or try to."""
     found = {name.encode() for name in sys.stdlib_module_names}
     for path in (*Path(sysconfig.get_path("purelib")).rglob("*.py"), *Path(__file__).parents[2].glob("mjnav/**/*.py")):
+        if "tests" in path.parts[-5:-1]:
+            continue
         found.update(name for names in IMPORTS.findall(path.read_bytes()) for name in names if name)
     return {text for name in found if (text := name.decode("utf-8", "ignore")).isidentifier()}
 
