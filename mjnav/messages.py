@@ -258,9 +258,9 @@ class Trajectory:
     people_position: Array  # (T + 1, P, 2) truth
     people_velocity: Array  # (T + 1, P, 2) truth
     estimate: Array  # (T, 3) the robot's believed mean
-    estimate_covariance: Array  # (T, 3, 3)
+    estimate_triangle: Array  # (T, 6) `triangle` of its covariance
     tracks: Array  # (T, P, 4) the people's believed means; NaN where a person has no track
-    track_covariance: Array  # (T, P, 4, 4)
+    track_triangle: Array  # (T, P, 10) of their covariances
     command: Array  # (T, 2) in force from the tick on
     decision: Array  # (T, 2)
     nominal: Array  # (T, 2) the nominal control; NaN where the method has none
@@ -269,3 +269,26 @@ class Trajectory:
     timing: NDArray[np.int64]  # (T', 7): tick, PHASES, lateness; ns. T' may be less than T where messages were lost
     deadline_misses: int
     clipped_ticks: int = 0  # whose decision was beyond the robot's limits
+
+    @property
+    def estimate_covariance(self) -> Array:
+        """(T, 3, 3), computed anew at each use."""
+        return symmetric(self.estimate_triangle, 3)
+
+    @property
+    def track_covariance(self) -> Array:
+        """(T, P, 4, 4), computed anew at each use."""
+        return symmetric(self.track_triangle, 4)
+
+
+def triangle(matrices: Array) -> Array:
+    """The upper triangles of symmetric matrices (..., n, n), row by row: (..., n (n + 1) / 2)."""
+    return matrices[..., *np.triu_indices(matrices.shape[-1])]
+
+
+def symmetric(triangles: Array, n: int) -> Array:
+    """The matrices (..., n, n) of which `triangle` gives `triangles`."""
+    i, j = np.triu_indices(n)
+    place = np.empty((n, n), int)
+    place[i, j] = place[j, i] = np.arange(len(i))
+    return np.take(triangles, place, axis=-1)

@@ -7,6 +7,7 @@ import numpy as np
 
 from mjnav.geometry.angles import wrap
 from mjnav.messages import Array, Trajectory
+from mjnav.metrics.blocks import by_blocks
 
 # 95 % quantiles of the chi-squared distribution by degrees of freedom
 CHI2_95: Mapping[int, float] = MappingProxyType({3: 7.814727903251178, 4: 9.487729036781154})
@@ -29,17 +30,17 @@ def track_error(trajectory: Trajectory) -> Array:
 
 def localization_rmse(trajectory: Trajectory) -> float | None:
     """Root mean square distance between the estimated and the true position of the robot [m]; None without ticks."""
-    return _rms(robot_error(trajectory)[:, :2])
+    return _rms(trajectory.estimate[:, :2], trajectory.robot_pose[:-1, :2])
 
 
 def tracking_rmse(trajectory: Trajectory) -> float | None:
     """The same for people, over all ticks and people with a track [m]; None where nobody was tracked."""
-    return _rms(track_error(trajectory)[..., :2])
+    return _rms(trajectory.tracks[..., :2], trajectory.people_position[:-1])
 
 
-def _rms(errors: Array) -> float | None:
-    """Root mean square length of errors (..., 2), without those that are not finite."""
-    squared = (errors**2).sum(-1)
+def _rms(estimates: Array, truth: Array) -> float | None:
+    """Root mean square distance of estimates (T, ..., 2) from the truth, without those that are not finite."""
+    squared = by_blocks(lambda estimate, true: ((estimate - true) ** 2).sum(-1), estimates, truth)
     squared = squared[np.isfinite(squared)]
     return float(np.sqrt(squared.mean())) if squared.size else None
 

@@ -4,6 +4,7 @@ import numpy as np
 
 from mjnav.geometry.clearance import segment_distance
 from mjnav.messages import Array, Trajectory
+from mjnav.metrics.blocks import by_blocks
 from mjnav.scenarios.spec import Scenario
 
 
@@ -48,7 +49,8 @@ def lateral_distance(points: Array, corners: Array) -> Array:
 
 def deviation(trajectory: Trajectory, scenario: Scenario) -> tuple[float, float]:
     """Mean over time (trapezoids) and maximum of the lateral distance from the way [m]."""
-    distance = lateral_distance(trajectory.robot_pose[:, :2], way(scenario))
+    corners = way(scenario)
+    distance = by_blocks(lambda points: lateral_distance(points, corners), trajectory.robot_pose[:, :2])
     duration = trajectory.time[-1] - trajectory.time[0]
     mean = np.trapezoid(distance, trajectory.time) / duration if duration > 0.0 else distance[0]
     return float(mean), float(distance.max())

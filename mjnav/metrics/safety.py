@@ -1,11 +1,13 @@
 """How close the robot came to things, what it touched, and how long it was over a lane's boundary."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
+from dataclasses import replace
 
 import numpy as np
 
 from mjnav.geometry.clearance import segment_distance
 from mjnav.messages import Array, Contact, Trajectory
+from mjnav.metrics.blocks import ROWS
 from mjnav.scenarios.spec import Scenario, Wall
 
 KINDS: tuple[str, ...] = ("person", "table", "wall", "pillar")
@@ -13,8 +15,16 @@ KINDS: tuple[str, ...] = ("person", "table", "wall", "pillar")
 
 def min_clearance(trajectory: Trajectory, scenario: Scenario) -> float | None:
     """Least distance between the robot's surface and any other [m]; None in an empty room, negative in contact."""
-    distances = clearance(trajectory, scenario).values()
-    return float(min(distance.min() for distance in distances)) if distances else None
+    least = [distance.min() for part in _parts(trajectory) for distance in clearance(part, scenario).values()]
+    return float(min(least)) if least else None
+
+
+def _parts(trajectory: Trajectory) -> Iterator[Trajectory]:
+    """The trajectory with ROWS steps of its poses at a time: each part begins with the last state of the one before."""
+    for start in range(0, max(len(trajectory.robot_pose) - 1, 1), ROWS):
+        rows = slice(start, start + ROWS + 1)
+        pose, people = trajectory.robot_pose[rows], trajectory.people_position[rows]
+        yield replace(trajectory, robot_pose=pose, people_position=people)
 
 
 def clearance(trajectory: Trajectory, scenario: Scenario) -> dict[str, Array]:

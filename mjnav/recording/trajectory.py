@@ -1,10 +1,13 @@
 """A run as arrays, built in the same way from the loop's records and from a log's messages."""
 
-from array import array
 from collections.abc import Mapping
+from math import prod
+from mmap import MAP_ANONYMOUS, MAP_PRIVATE, PAGESIZE, mmap
 from sys import intern
+from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
 from mjnav.messages import (
     PHASES,
@@ -16,6 +19,7 @@ from mjnav.messages import (
     Track,
     Trajectory,
     WorldState,
+    triangle,
 )
 
 TRUTH = ("time", "robot_pose", "robot_twist", "people_position", "people_velocity")  # one row more than ticks
@@ -35,20 +39,27 @@ def track_states(tracks: tuple[Track, ...]) -> dict[str, tuple[Array, Array]]:
 
 
 class _Rows:
-    """Rows of numbers as they come, without an object for each: it grows by what the numbers take."""
+    """Rows of numbers as they come, in memory of its own: to grow, its pages are mapped anew and not copied.
 
-    def __init__(self, shape: tuple[int, ...]):
-        self._shape = shape
-        self._numbers = array("d")
+    A heap would copy them and keep the holes, and memory that has not been written yet takes none.
+    """
+
+    def __init__(self, shape: tuple[int, ...], kind: type[np.float64] | type[np.int64] = np.float64):
+        self._shape, self._kind = shape, kind
+        self._memory = mmap(-1, PAGESIZE, flags=MAP_PRIVATE | MAP_ANONYMOUS)
         self._count = 0
 
-    def add(self, row: Array) -> None:
-        self._numbers.frombytes(np.asarray(row, float).tobytes())
+    def add(self, row: ArrayLike) -> None:
+        data = np.asarray(row, self._kind).tobytes()
+        if self._memory.tell() + len(data) > len(self._memory):
+            self._memory.resize(2 * len(self._memory) + len(data))
+        self._memory.write(data)
         self._count += 1
 
-    def finish(self) -> Array:
+    def finish(self) -> NDArray[Any]:
         """All rows; they are not copied, and no more can be added."""
-        return np.frombuffer(self._numbers, float).reshape(self._count, *self._shape)
+        numbers = np.frombuffer(self._memory, self._kind, self._count * prod(self._shape))
+        return numbers.reshape(self._count, *self._shape)
 
 
 class TrajectoryBuilder:
@@ -59,7 +70,7 @@ class TrajectoryBuilder:
         self._places: dict[str, int] = {}  # of a track's person by its name
         self._status: list[str] = []
         self._contacts: list[Contact] = []
-        self._timing = array("q")
+        self._timing = _Rows((len(PHASES) + 2,), np.int64)
         self._clipped = self._misses = 0  # ticks
 
     def __len__(self) -> int:
@@ -97,14 +108,14 @@ class TrajectoryBuilder:
         for name in TRUTH:
             rows[name].add(getattr(truth, name))
         rows["estimate"].add(estimate[0])
-        rows["estimate_covariance"].add(estimate[1])
+        rows["estimate_triangle"].add(triangle(estimate[1]))
         means = np.full((len(self._places), 4), np.nan)
         covariances = np.full((len(self._places), 4, 4), np.nan)
         for name, (mean, covariance) in tracks.items():
             if (person := self._places.get(name)) is not None:
                 means[person], covariances[person] = mean, covariance
         rows["tracks"].add(means)
-        rows["track_covariance"].add(covariances)
+        rows["track_triangle"].add(triangle(covariances))
         rows["command"].add(command)
         rows["decision"].add(decision)
         rows["nominal"].add(nominal)
@@ -114,7 +125,7 @@ class TrajectoryBuilder:
 
     def add_timing(self, timing: TickTiming) -> None:
         """The timing of one tick; it may be missing for some."""
-        self._timing.extend((timing.tick, *timing.phases, timing.lateness))
+        self._timing.add((timing.tick, *timing.phases, timing.lateness))
         self._misses += timing.deadline_missed
 
     def finish(self, final: WorldState) -> Trajectory:
@@ -126,7 +137,7 @@ class TrajectoryBuilder:
             **{name: column.finish() for name, column in rows.items()},
             status=tuple(self._status),
             contacts=(*self._contacts, *final.contacts),
-            timing=np.array(self._timing, np.int64).reshape(-1, len(PHASES) + 2),
+            timing=self._timing.finish(),
             deadline_misses=self._misses,
             clipped_ticks=self._clipped,
         )
@@ -141,9 +152,9 @@ class TrajectoryBuilder:
             "people_position": (p, 2),
             "people_velocity": (p, 2),
             "estimate": (3,),
-            "estimate_covariance": (3, 3),
+            "estimate_triangle": (6,),
             "tracks": (p, 4),
-            "track_covariance": (p, 4, 4),
+            "track_triangle": (p, 10),
             **dict.fromkeys(("command", "decision", "nominal"), (2,)),
         }
         self._places = {f"person{i}": i for i in range(p)}

@@ -1,7 +1,8 @@
-"""Prints the resident memory of long runs over simulated time: `uv run python tests/attacks/long_run.py [HOURS]`.
+"""Prints the resident memory of long runs: `uv run python tests/attacks/long_run.py [HOURS [NAME]]`.
 
-An hour of `hall` (36 000 ticks) without a log, and with one; a minute against the clock at 200 Hz, logged by a thread
-of its own; and 60 episodes of one sweep worker. Each in a process of its own, which is looked at from outside.
+An hour of `hall` (36 000 ticks) without a log (bare), and with one (logged); a minute against the clock at 200 Hz,
+logged by a thread of its own (paced); and 60 episodes of one sweep worker (worker). Each in a process of its own, which
+is looked at from outside.
 """
 
 import subprocess
@@ -10,6 +11,7 @@ import tempfile
 import time
 from contextlib import suppress
 from pathlib import Path
+from statistics import linear_regression
 
 ENDLESS = ["stop_on_collision=false", "robot.goal=[900.0, 0.0]"]
 MJNAV = [sys.executable, "-m", "mjnav.cli.main"]
@@ -50,15 +52,23 @@ def watch(name: str, command: list[str], samples: int = 12) -> None:
     print("  s    " + " ".join(f"{at:6.0f}" for at, _ in chosen))
     print("  MiB  " + " ".join(f"{size:6.1f}" for _, size in chosen))
     begin = next(size for at, size in seen if at > 0.15 * seen[-1][0])
+    later = seen[len(seen) // 3 :]
+    slope = linear_regression([at for at, _ in later], [size for _, size in later]).slope if len(later) > 2 else 0.0
+    print(f"  {60.0 * slope:+.2f} MiB a minute over the last two thirds of {seen[-1][0]:.0f} s")
     print(f"  from {begin:.1f} to {max(size for _, size in seen):.1f} MiB: {max(s for _, s in seen) - begin:+.1f}\n")
 
 
 if __name__ == "__main__":
-    seconds = 3600.0 * float(sys.argv[1] if len(sys.argv) > 1 else 1.0)
-    watch("without a log", run("--no-log", time_limit=seconds))
-    watch("with a log", run("--log", "a.mcap", time_limit=seconds))
-    watch("paced, 200 Hz", run("--real-time", "--log", "a.mcap", time_limit=60.0, control__rate=200.0))
-    with tempfile.TemporaryDirectory() as place:
-        study = Path(place, "long.toml")
-        study.write_text(STUDY.format(count=60))
-        watch("a sweep's worker", [*MJNAV, "sweep", str(study), "-o", "out", "--workers", "1"])
+    hours = float(sys.argv[1] if len(sys.argv) > 1 else 1.0)
+    names = sys.argv[2:] or ["bare", "logged", "paced", "worker"]
+    if "bare" in names:
+        watch("without a log", run("--no-log", time_limit=3600.0 * hours))
+    if "logged" in names:
+        watch("with a log", run("--log", "a.mcap", time_limit=3600.0 * hours))
+    if "paced" in names:
+        watch("paced, 200 Hz", run("--real-time", "--log", "a.mcap", time_limit=60.0, control__rate=200.0))
+    if "worker" in names:
+        with tempfile.TemporaryDirectory() as place:
+            study = Path(place, "long.toml")
+            study.write_text(STUDY.format(count=60))
+            watch("a sweep's worker", [*MJNAV, "sweep", str(study), "-o", "out", "--workers", "1"])

@@ -1,6 +1,7 @@
 """What a run keeps of a tick is its row of the trajectory's arrays; longer studies: long_run.py."""
 
 import tracemalloc
+from collections import deque
 from dataclasses import fields
 from itertools import count
 
@@ -8,23 +9,29 @@ import numpy as np
 import pytest
 
 from mjnav.loop.episode import Episode
-from mjnav.messages import Trajectory
+from mjnav.messages import TickRecord, TickTiming, Trajectory
+from mjnav.metrics.summary import summarise
+from mjnav.metrics.timing import compute_ms
+from mjnav.recording.trajectory import TrajectoryBuilder
 from mjnav.scenarios import load
 
-SPARE = 1.125  # arrays grow by an eighth
-POINTER = 8  # [bytes] of a tick's status, of which there are few
+HOUR = 36_000  # ticks
 TICKS = 400
 
 
-def row_size(trajectory: Trajectory) -> float:
-    """Bytes a tick of the arrays."""
+@pytest.fixture
+def scenario():
+    return load("hall", ["stop_on_collision=false", "physics.engine=kinematic", "robot.goal=[900.0, 0.0]"])
+
+
+def size(trajectory: Trajectory) -> int:
+    """Bytes of the arrays: they lie outside of what Python allocates, which is all that tracemalloc sees."""
     arrays = (getattr(trajectory, field.name) for field in fields(trajectory))
-    return sum(value.nbytes for value in arrays if isinstance(value, np.ndarray)) / len(trajectory.command) + POINTER
+    return sum(value.nbytes for value in arrays if isinstance(value, np.ndarray))
 
 
 @pytest.mark.parametrize("logged", [False, True])
-def test_a_tick_costs_no_more_memory_than_its_row(logged, tmp_path):
-    scenario = load("hall", ["stop_on_collision=false", "physics.engine=kinematic", "robot.goal=[900.0, 0.0]"])
+def test_a_tick_costs_no_more_memory_than_its_row(scenario, logged, tmp_path):
     asked, held = count(), {}
 
     def stop() -> bool:
@@ -41,4 +48,25 @@ def test_a_tick_costs_no_more_memory_than_its_row(logged, tmp_path):
         tracemalloc.stop()
     grown = (held[TICKS] - held[TICKS // 2]) / (TICKS - TICKS // 2)
     chunk_index = 1500 * logged  # what the file's end says of each chunk, of which a tick is a third or so
-    assert grown <= SPARE * row_size(result.trajectory) + chunk_index + 300
+    assert grown <= chunk_index + 600
+    assert size(result.trajectory) <= 1000 * TICKS
+
+
+def test_an_hour_of_ticks_and_its_figures_take_less_than_50_MB(scenario):
+    records: deque[TickRecord] = deque(maxlen=1)
+    asked = count()
+    Episode(scenario, stop=lambda: next(asked) >= 3, watch=records.append).run()
+    builder = TrajectoryBuilder()
+    for tick in range(HOUR):
+        builder.add(records[0])
+        builder.add_timing(TickTiming(tick, (1, 2, 3, 4, 5), 0, False))
+    tracemalloc.start()
+    try:
+        trajectory = builder.finish(records[0].truth)
+        summarise(trajectory, scenario, outcome="timeout")
+        compute_ms(trajectory.timing)
+        peak = tracemalloc.get_traced_memory()[1]
+    finally:
+        tracemalloc.stop()
+    assert len(trajectory.command) == HOUR
+    assert size(trajectory) + peak < 40e6

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from mjnav.messages import Trajectory
+from mjnav.messages import Trajectory, triangle
 from mjnav.scenarios.spec import ConstantVelocity, Person, Robot, Scenario
 
 PERIOD = 0.1
@@ -25,9 +25,9 @@ def make_trajectory(xy, *, people=None, period=PERIOD, **changes) -> Trajectory:
         people_position=people,
         people_velocity=np.zeros_like(people),
         estimate=pose[:-1].copy(),
-        estimate_covariance=np.tile(np.eye(3), (ticks, 1, 1)),
+        estimate_triangle=np.tile(triangle(np.eye(3)), (ticks, 1)),
         tracks=np.concatenate([people[:-1], np.zeros((ticks, num_people, 2))], axis=-1),
-        track_covariance=np.tile(np.eye(4), (ticks, num_people, 1, 1)),
+        track_triangle=np.tile(triangle(np.eye(4)), (ticks, num_people, 1)),
         command=np.zeros((ticks, 2)),
         decision=np.zeros((ticks, 2)),
         nominal=np.full((ticks, 2), np.nan),
