@@ -6,7 +6,7 @@ from contextlib import closing
 from dataclasses import dataclass
 
 from mjnav.errors import InputError, MjnavError
-from mjnav.loop.provenance import changes, provenance
+from mjnav.loop.provenance import OWN_SOURCES, changes, provenance
 from mjnav.study.cells import Cell
 from mjnav.study.changes import changes_since, told
 from mjnav.study.row import Row, made_with
@@ -76,7 +76,8 @@ def sweep(
     workers that differ from this process: never are there two rows of one place. `text` is kept beside the rows;
     `begin` is told how many of them are there, `progress` how many were run and the latest row; `stop` is asked whether
     to end: what is done then is kept. Raises InputError as `check` does, before anything is written; MjnavError where
-    the disk refuses, and where a worker differs from this process: its episode is left out, others are kept.
+    the disk refuses, and where a worker differs from this process or cannot import the controller: its episode is left
+    out, others are kept.
     """
     began = time.monotonic()
     resume = resume or retry_failed
@@ -97,8 +98,7 @@ def sweep(
             with closing(scheduler(missing, stop)) as rows:
                 for row in rows:
                     if row is not None:
-                        if not accept_changed:
-                            check_worker(row)
+                        check_worker(row, accept_changed=accept_changed)
                         buffer.add(row)
                         progress(buffer.count, row)
                     buffer.flush_if_due()
@@ -117,9 +117,19 @@ def sweep(
         )
 
 
-def check_worker(row: Row) -> None:
-    """Raises MjnavError where a row with a result was made with something else than this process has."""
-    if row["error"] is None and (found := worker_changes(row)):
+def check_worker(row: Row, *, accept_changed: bool) -> None:
+    """Raises MjnavError where a row shows that its worker cannot give the rows of this process.
+
+    That is where it could not import the controller, and, without `accept_changed`, where a row with a result was made
+    with something else than this process has.
+    """
+    own = row["controller"]
+    if row["error"] is not None and made_with(row)[OWN_SOURCES] == "" != provenance(own)[OWN_SOURCES]:
+        raise MjnavError(
+            f"the worker on {row['machine']} cannot import {own.partition(':')[0]}: start it in the folder that has "
+            f"this module; its episode was left out ({row['error']})"
+        )
+    if row["error"] is None and not accept_changed and (found := worker_changes(row)):
         raise MjnavError(
             f"the worker on {row['machine']} is not as this process: {'; '.join(found)}; its episode was left out. "
             "Make them the same, or keep the episodes of both with --accept-changed"

@@ -25,9 +25,16 @@ def own_trials(tmp_path, monkeypatch) -> list[Trial]:
         monkeypatch.delitem(sys.modules, name, raising=False)
     importlib.invalidate_caches()
     for name, text in FILES.items():
-        (tmp_path / name).write_text(text)
+        (tmp_path / name).write_text(text.replace("count = 2", "count = 3"))
     study = load_study("own.toml")
     return trials(study, resolve(study))
+
+
+def check_rows(store: Store) -> None:
+    """What the first worker ran is there, and nothing else: it had at most one more episode when it was killed."""
+    assert store.rows(["seed", "error"]).to_pylist() in [
+        [{"seed": seed, "error": None} for seed in range(number)] for number in (1, 2)
+    ]
 
 
 def test_a_worker_that_begins_after_an_edit_ends_the_sweep_with_one_line(own_trials, tmp_path):
@@ -41,7 +48,22 @@ def test_a_worker_that_begins_after_an_edit_ends_the_sweep_with_one_line(own_tri
     told = r"^the worker on .* is not as this process: own_risk\.py changed; its episode was left out\. "
     with pytest.raises(MjnavError, match=told):
         sweep(own_trials, store, local(1), progress=edit_and_kill)
-    assert store.rows(["seed", "error"]).to_pylist() == [{"seed": 0, "error": None}]
+    check_rows(store)
+    assert multiprocessing.active_children() == []
+
+
+def test_a_worker_that_lacks_the_controller_ends_the_sweep_with_one_line(own_trials, tmp_path):
+    store = Store(tmp_path / "out")
+
+    def remove_and_kill(done, row):
+        (tmp_path / "own_controllers.py").unlink(missing_ok=True)
+        for process in multiprocessing.active_children():
+            process.kill()
+
+    told = r"^the worker on .* cannot import own_controllers: start it in the folder that has this module; "
+    with pytest.raises(MjnavError, match=told):
+        sweep(own_trials, store, local(1), progress=remove_and_kill, accept_changed=True)
+    check_rows(store)
     assert multiprocessing.active_children() == []
 
 
@@ -56,7 +78,7 @@ def test_rows_of_another_numpy_are_kept_on_request_alone(own_trials, tmp_path):
     with pytest.raises(MjnavError, match=r"^the worker on there is not as this process: numpy was .*, is 1\.0; "):
         sweep(own_trials, store, elsewhere)
     assert len(store.done()) == 1
-    assert sweep(own_trials, store, elsewhere, resume=True, accept_changed=True).run == 1
+    assert sweep(own_trials, store, elsewhere, resume=True, accept_changed=True).run == 2
     assert sweep(own_trials, store, elsewhere, resume=True, accept_changed=True).run == 0
 
 
