@@ -1,7 +1,7 @@
 """A run again, from the scenario in its log, tick by tick beside what the log holds."""
 
 import os
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -227,13 +227,12 @@ def _scenario(log: Log) -> tuple[Scenario, int | None]:
 
 
 def _warnings(logged: Mapping[str, str], now: Mapping[str, str]) -> tuple[str, ...]:
-    """What decides the bits first; of what an earlier version recorded by another name, nothing is said."""
-    others = [key for key in now if key not in _OF_THE_RUN and key not in FACTS and key in logged]
-    return (
-        *changes(logged, now),
-        *(
-            f"{key} was {logged[key] or 'unknown'}, is {now[key] or 'unknown'}"
-            for key in others
-            if logged[key] != now[key]
-        ),
-    )
+    """The controller, what decides the bits, all else; of what an earlier version recorded by another name, nothing."""
+    others = [key for key in now if key not in (*_OF_THE_RUN, *FACTS)]
+    return (*_changes(logged, now, ["controller"]), *changes(logged, now), *_changes(logged, now, others))
+
+
+def _changes(logged: Mapping[str, str], now: Mapping[str, str], keys: Iterable[str]) -> Iterator[str]:
+    for key in keys:
+        if key in logged and logged[key] != now[key]:
+            yield f"{key} was {logged[key] or 'unknown'}, is {now[key] or 'unknown'}"

@@ -164,10 +164,18 @@ def test_a_controller_of_ones_own_from_the_working_folder(room, path, tmp_path, 
         replay(path)
     assert replay(path, trust=True).identical
     (tmp_path / "moved_for_replay.py").write_text(OWN)
-    assert replay(path, controller="moved_for_replay:Timid").identical
+    moved = replay(path, controller="moved_for_replay:Timid")
+    assert moved.identical
+    assert moved.warnings == (
+        "controller was own_for_replay:Timid, is moved_for_replay:Timid",
+        "moved_for_replay.py was added",
+        "own_for_replay.py is gone",
+    )
     with pytest.raises(InputError, match="a module that can be imported"):
         replay(path, controller="nowhere_for_replay:Timid")
-    assert not replay(path, controller="mean").identical
+    other = replay(path, controller="mean")
+    assert not other.identical
+    assert other.warnings == ("controller was own_for_replay:Timid, is mean", "own_for_replay.py is gone")
     monkeypatch.setattr("own_for_replay.Timid.slowness", 0.6)
     found = replay(path, trust=True)
     assert found.tick == 0
