@@ -15,9 +15,11 @@ from contextlib import suppress
 from mjnav.errors import InvalidValue
 
 APPS = (
-    *("https://app.foxglove.dev", "https://studio.foxglove.dev"),  # Foxglove
-    "https://lichtblick-suite.github.io",  # Lichtblick on the web
-    "file://",  # their desktop programs, and Lichtblick's; a sandboxed frame of a foreign page says "null"
+    "https://app.foxglove.dev",  # Foxglove's page, and until March 2024 studio.foxglove.dev (foxglove/studio #7528)
+    "https://lichtblick-suite.github.io",  # Lichtblick's, below /lichtblick/
+    # The desktop programs of both are Electron pages "served from file:// URLs" (StudioWindow.ts of foxglove/studio and
+    # lichtblick-suite/lichtblick). A file that a browser shows says "null", and so does a foreign page's sandbox.
+    "file://",
 )
 HOST = "127.0.0.1"  # nobody but this machine: there is no password
 HERE = (HOST, "localhost", "[::1]")

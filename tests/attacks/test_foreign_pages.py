@@ -106,12 +106,18 @@ def request(**headers: str) -> bytes:
 
 
 ALLOWED = (
-    *("https://app.foxglove.dev", "https://studio.foxglove.dev", "https://lichtblick-suite.github.io", "file://"),
+    *("https://app.foxglove.dev", "https://lichtblick-suite.github.io", "file://"),
     *("http://localhost:8080", "https://localhost", "http://127.0.0.1:3000", "http://[::1]:8080"),
     *("https://viewer.example.org:8080", ""),
 )
 REFUSED = (
-    *("null", "https://evil.example", "https://app.foxglove.dev.evil.example", "https://evil.example/localhost"),
+    *(
+        "null",
+        "https://studio.foxglove.dev",
+        "https://evil.example",
+        "https://app.foxglove.dev.evil.example",
+        "https://evil.example/localhost",
+    ),
     *(
         "https://app.foxglove.dev:444",
         "http://app.foxglove.dev",
