@@ -15,7 +15,7 @@ from contextlib import suppress
 from mjnav.errors import InvalidValue
 
 APPS = (
-    "https://app.foxglove.dev",  # Foxglove's page, and until March 2024 studio.foxglove.dev (foxglove/studio #7528)
+    "https://app.foxglove.dev",  # Foxglove's page since March 2024 (foxglove/studio #7528)
     "https://lichtblick-suite.github.io",  # Lichtblick's, below /lichtblick/
     # The desktop programs of both are Electron pages "served from file:// URLs" (StudioWindow.ts of foxglove/studio and
     # lichtblick-suite/lichtblick). A file that a browser shows says "null", and so does a foreign page's sandbox.
