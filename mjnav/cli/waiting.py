@@ -1,14 +1,13 @@
 """What a command says on standard error, also while its user waits."""
 
 import sys
-import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 
 from mjnav.cli.terminal import console, plain
 
-COMPILE_NOTICE = 2.0  # [s] of silence before we say what takes so long
+COMPILING = "numba:compile"  # numba's event: not where machine code comes from the cache
 
 
 def tell(text: str) -> None:
@@ -59,11 +58,22 @@ def pace(done: float, left: float, seconds: float) -> str:
 
 @contextmanager
 def compile_notice() -> Iterator[None]:
-    """Says that kernels are being compiled, if it takes long enough to wonder."""
-    timer = threading.Timer(COMPILE_NOTICE, tell, ("compiling for this machine; later runs start at once",))
-    timer.daemon = True
-    timer.start()
-    try:
+    """Says that kernels are being compiled once the first of them is, and nothing where all come from the cache."""
+    from numba.core import event
+
+    class Notice(event.Listener):
+        """One line, at the first kernel."""
+
+        def __init__(self):
+            self.told = False
+
+        def on_start(self, event: event.Event) -> None:
+            if not self.told:
+                tell("compiling for this machine; later runs start at once")
+            self.told = True
+
+        def on_end(self, event: event.Event) -> None:
+            """Others may follow."""
+
+    with event.install_listener(COMPILING, Notice()):
         yield
-    finally:
-        timer.cancel()

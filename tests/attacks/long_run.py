@@ -66,7 +66,10 @@ if __name__ == "__main__":
     if "logged" in names:
         watch("with a log", run("--log", "a.mcap", time_limit=3600.0 * hours))
     if "paced" in names:
-        watch("paced, 200 Hz", run("--real-time", "--log", "a.mcap", time_limit=60.0, control__rate=200.0))
+        watch(
+            "paced, 200 Hz",
+            run("--real-time", "--log", "a.mcap", time_limit=60.0, control__rate=200.0, physics__timestep=0.001),
+        )
     if "worker" in names:
         with tempfile.TemporaryDirectory() as place:
             study = Path(place, "long.toml")

@@ -5,9 +5,10 @@ import sys
 import time
 
 import pytest
+from numba import njit
 from rich.progress import Progress
 
-from mjnav.cli.waiting import pace, progress
+from mjnav.cli.waiting import compile_notice, pace, progress
 
 
 class Terminal(io.StringIO):
@@ -19,6 +20,17 @@ def test_in_a_pipe_nothing_is_said(capsys):
     with progress("hall", 60.0) as show:
         show(30.0)
     assert capsys.readouterr() == ("", "")
+
+
+def test_compiling_is_told_once_and_only_where_something_is_compiled(capsys):
+    kernel = njit(lambda x: x + 1)
+    with compile_notice():
+        kernel(1)
+        kernel(1.0)
+    assert capsys.readouterr().err == "mjnav: compiling for this machine; later runs start at once\n"
+    with compile_notice():
+        kernel(1)
+    assert capsys.readouterr().err == ""
 
 
 def test_on_a_terminal_it_says_what_is_done_without_making_the_caller_wait_for_the_drawing(monkeypatch):

@@ -12,6 +12,7 @@ from mjnav.cli.main import main
 from mjnav.study.store import Store
 
 PATIENCE = 120.0  # [s] for a process to get as far as its first episodes on a busy machine
+DISK = 2**22  # [bytes]: a busy machine writes a shard, of some 35 kB, for each of 16 episodes
 MANY = ("--seeds", "100")  # more than are done before the kill
 
 
@@ -74,13 +75,13 @@ def test_a_killed_driver_leaves_no_worker_and_its_sweep_goes_on(small_study, ser
 def test_a_full_disk_is_a_line_and_the_sweep_goes_on_with_room(small_study, serial_hashes, tmp_path, capsys):
     disk = tmp_path / "disk"
     disk.mkdir()
-    mount = ["mount", "-t", "tmpfs", "-o", "size=256k", "tmpfs", str(disk)]
+    mount = ["mount", "-t", "tmpfs", "-o", f"size={DISK}", "tmpfs", str(disk)]
     if subprocess.run(mount, capture_output=True, check=False).returncode != 0:
         pytest.skip("no right to mount a small disk")
     try:
         words = ["sweep", str(small_study), "-o", str(disk / "out"), "--workers", "1", "--json"]
         filler = disk / "filler"
-        filler.write_bytes(b"x" * 230_000)
+        filler.write_bytes(b"x" * (DISK - 30_000))
         assert main(words) == 1
         told = capsys.readouterr()
         assert told.out == ""
