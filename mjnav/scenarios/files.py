@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import Any
 
 from mjnav.errors import InvalidValue
+from mjnav.scenarios.regular_file import read_regular
 
 _MAX_BYTES = 10_000_000
 TRACE = "control.latency.trace"
@@ -28,8 +29,7 @@ def _numbers(name: str, folder: Path) -> list[float]:
     beside = folder / name
     path = beside if beside.exists() else Path(name)
     try:
-        with open(path, "rb") as stream:
-            text = stream.read(_MAX_BYTES).decode()
+        text = read_regular(path, _MAX_BYTES).decode()
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or str(error)
         raise InvalidValue(TRACE, name, f"a text file of numbers that can be read ({reason})") from None

@@ -15,6 +15,7 @@ from mjnav.scenarios import files, library, override
 from mjnav.scenarios.build import build, tables
 from mjnav.scenarios.check import check
 from mjnav.scenarios.memory import check_memory
+from mjnav.scenarios.regular_file import read_regular
 from mjnav.scenarios.spec import Scenario
 
 _LOOP = ("rate", "delay", "latency")  # keys of [control] that belong to the loop, not to the method
@@ -90,14 +91,11 @@ def _read(name_or_path: str | os.PathLike[str]) -> tuple[str, str]:
 def read_text(name: str) -> str:
     """The text of a run file or study file. Raises InvalidValue where it cannot be read."""
     try:
-        with open(name, "rb") as file:
-            data = file.read(_MAX_BYTES + 1)
+        data = read_regular(name, _MAX_BYTES)
     except (OSError, ValueError) as error:  # ValueError: a null character in the name
         reason = getattr(error, "strerror", None) or str(error)
         allowed = f"a run file that can be read ({reason})"
         raise InvalidValue("", None, allowed, file=name, nearest=_nearest(name)) from None
-    if len(data) > _MAX_BYTES:
-        raise InvalidValue("", f"more than {_MAX_BYTES} bytes", "a run file", file=name)
     try:
         return data.decode("utf-8-sig")
     except UnicodeDecodeError as error:

@@ -1,5 +1,6 @@
 """Bad run files are refused with file, key, what was found, what is allowed and the nearest name."""
 
+import os
 import re
 from contextlib import suppress
 
@@ -336,8 +337,15 @@ def test_a_folder_is_no_run_file(tmp_path):
         load(tmp_path)
 
 
+def test_a_pipe_that_nobody_writes_to_is_no_run_file_and_no_trace(tmp_path):
+    os.mkfifo(pipe := tmp_path / "pipe.toml")
+    for path, overrides in ((pipe, []), ("crossing1", ["control.latency.trace=" + str(pipe)])):
+        with pytest.raises(InvalidValue, match=r"can be read \(not a regular file\)"):
+            load(path, ["control.latency.model=sampled", *overrides])
+
+
 def test_an_endless_device_is_no_run_file():
-    with pytest.raises(InvalidValue, match="/dev/zero: found 'more than 10000000 bytes'; allowed: a run file"):
+    with pytest.raises(InvalidValue, match=r"/dev/zero: .* can be read \(not a regular file\)"):
         load("/dev/zero")
 
 
