@@ -15,7 +15,6 @@ A file with one of these names that no sweep wrote is neither overwritten nor re
 """
 
 import fcntl
-import hashlib
 import os
 import re
 import stat
@@ -24,20 +23,19 @@ from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-from mjnav.errors import InputError, MjnavError, missing_extra
+from mjnav.errors import InputError, MjnavError
+from mjnav.scenarios.regular_file import read_regular
 from mjnav.study.row import COLUMNS, PLACE_IN_STUDY, Row
+from mjnav.study.shard import DONE, FAILED, SHARD, digest, parquet, read_shard, schema
 
 if TYPE_CHECKING:
     import pyarrow
 
 STUDY_FILE, LOCK = "study.toml", "lock"
-DONE, FAILED = "part", "failed"
-DIGITS = 32  # of a shard's digest: 128 bits
-# Names of earlier versions have eight random digits in place of the digest.
-SHARD = re.compile(rf"({DONE}|{FAILED})-\d{{6,}}-([0-9a-f]{{8}}|[0-9a-f]{{{DIGITS}}})\.parquet")
 TEMPORARY = re.compile(rf"({SHARD.pattern}|{re.escape(STUDY_FILE)}\.[0-9a-f]{{8}})\.tmp")
+MAX_STUDY = 10_000_000  # [bytes] of the study file
 MARK = "# mjnav "  # how a study file that a sweep wrote begins; the command follows
 
 FILE = "a file"
@@ -50,7 +48,7 @@ class Store:
 
     def __init__(self, folder: str | os.PathLike[str]):
         self.folder = Path(folder)
-        _parquet()
+        parquet()
 
     def done(self) -> set[Place]:
         """The places of all episodes with a row, failed ones too."""
@@ -63,13 +61,13 @@ class Store:
 
     def num_failed(self) -> int:
         """How many rows have an error."""
-        return sum(len(_read(shard, ["id"])) for shard in self._shards(FAILED))
+        return sum(len(read_shard(shard, ["id"])) for shard in self._shards(FAILED))
 
     def kinds(self, columns: Sequence[str], *, failed: bool = True) -> Counter[tuple[str | None, ...]]:
         """How many rows have which values of these columns of text. Raises MjnavError as `rows` does."""
         found: Counter[tuple[str | None, ...]] = Counter()
         for shard in [*self._shards(DONE), *(self._shards(FAILED) if failed else ())]:
-            table = _completed(_read(shard, columns), columns)
+            table = _completed(read_shard(shard, columns), columns)
             counted = table.group_by(list(columns)).aggregate([([], "count_all")]).to_pydict()
             for *values, count in zip(*(counted[name] for name in (*columns, "count_all")), strict=True):
                 found[tuple(values)] += count
@@ -78,14 +76,20 @@ class Store:
     def causes(self) -> Counter[str]:
         """How many episodes failed of each cause."""
         return Counter(
-            error for shard in self._shards(FAILED) for error in _read(shard, ["error"])["error"].to_pylist()
+            error for shard in self._shards(FAILED) for error in read_shard(shard, ["error"])["error"].to_pylist()
         )
 
     def study(self) -> str:
-        """The text of the study file that was last swept into this folder; empty where there is none."""
-        with suppress(FileNotFoundError):
-            return (self.folder / STUDY_FILE).read_text(encoding="utf-8", errors="replace")
-        return ""
+        """The text of the study file that was last swept into this folder; empty where there is none.
+
+        Raises InputError where it cannot be read.
+        """
+        try:
+            return read_regular(self.folder / STUDY_FILE, MAX_STUDY).decode(errors="replace")
+        except FileNotFoundError:
+            return ""
+        except OSError as error:
+            raise InputError(f"{self.folder / STUDY_FILE}: cannot be read: {error.strerror}") from None
 
     def rows(self, columns: Sequence[str] | None = None, *, failed: bool = True) -> "pyarrow.Table":
         """All rows, each id once, in no order that means anything; `columns` of `row.COLUMNS`.
@@ -98,8 +102,8 @@ class Store:
         names = list(COLUMNS if columns is None else columns)
         wanted = list(dict.fromkeys(["id", *names]))
         shards = [*self._shards(DONE), *(self._shards(FAILED) if failed else ())]
-        tables = [_read(shard, wanted) for shard in shards]
-        table = pa.concat_tables([_completed(table, wanted) for table in (_schema().empty_table(), *tables)])
+        tables = [read_shard(shard, wanted) for shard in shards]
+        table = pa.concat_tables([_completed(table, wanted) for table in (schema().empty_table(), *tables)])
         if len(table) != len(table["id"].unique()):
             raise MjnavError(f"{self.folder}: an episode stands in two shards; shards were copied into this folder?")
         return table.select(names)
@@ -184,12 +188,12 @@ class Store:
     def _write_shard(self, kind: str, rows: Iterable[Row]) -> None:
         import pyarrow as pa
 
-        table = pa.Table.from_pylist(list(rows), schema=_schema())
+        table = pa.Table.from_pylist(list(rows), schema=schema())
         content = pa.BufferOutputStream()
-        _parquet().write_table(table, content, compression="zstd", write_page_checksum=True)
+        parquet().write_table(table, content, compression="zstd", write_page_checksum=True)
         data = content.getvalue().to_pybytes()
         number = len(self._shards(DONE)) + len(self._shards(FAILED))
-        name = f"{kind}-{number:06d}-{_digest(data)}.parquet"
+        name = f"{kind}-{number:06d}-{digest(data)}.parquet"
         self._write(name, data, temporary=f"{name}.tmp")
 
     def _write(self, name: str, content: bytes, *, temporary: str) -> None:
@@ -219,44 +223,6 @@ def _kind(path: Path) -> str:
     if stat.S_ISLNK(mode):
         return f"a link to {os.readlink(path)}"
     return FILE if stat.S_ISREG(mode) else "a folder" if stat.S_ISDIR(mode) else "a device"
-
-
-def _digest(content: bytes) -> str:
-    return hashlib.sha256(content).hexdigest()[:DIGITS]
-
-
-def _parquet() -> Any:
-    try:
-        import pyarrow.parquet
-    except ImportError:
-        raise missing_extra("pyarrow", "sweep") from None
-    return pyarrow.parquet
-
-
-def _schema() -> "pyarrow.Schema":
-    import pyarrow as pa
-
-    return pa.schema([(name, pa.type_for_alias(kind)) for name, (kind, _) in COLUMNS.items()])
-
-
-def _read(shard: Path, columns: Sequence[str]) -> "pyarrow.Table":
-    """The columns that a shard has of these. Raises MjnavError where it is not what was written."""
-    import pyarrow as pa
-
-    name = SHARD.fullmatch(shard.name)
-    if name is None:
-        raise MjnavError(f"{shard}: not written by mjnav; move it elsewhere")
-    try:
-        content = shard.read_bytes()
-        if len(name[2]) == DIGITS and _digest(content) != name[2]:  # earlier versions named none
-            raise OSError("its content has changed since it was written")
-        file = _parquet().ParquetFile(pa.BufferReader(content), page_checksum_verification=True)
-        if "id" not in file.schema_arrow.names:
-            raise OSError("not of a sweep")
-        return file.read(list(columns))
-    except (OSError, pa.ArrowException) as error:
-        reason = " ".join(str(error).split())
-        raise MjnavError(f"{shard}: damaged ({reason}); remove it, then --resume runs its episodes again") from None
 
 
 def _completed(table: "pyarrow.Table", columns: Sequence[str]) -> "pyarrow.Table":

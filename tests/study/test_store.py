@@ -10,12 +10,13 @@ import pyarrow.parquet as pq
 import pytest
 
 from mjnav.errors import InputError, MjnavError
-from mjnav.study.row import COLUMNS
+from mjnav.study.row import CELL, COLUMNS
 from mjnav.study.store import Store
 
 
 def row(number: int, error: str | None = None) -> dict:
-    return dict.fromkeys(COLUMNS) | {"id": f"{number:04d}", "seed": number, "error": error, "time_s": 0.5 * number}
+    labels = {"id": f"{number:04d}", "seed": number, **dict.fromkeys((*CELL, "revision"), "made up")}
+    return dict.fromkeys(COLUMNS) | labels | {"error": error, "time_s": 0.5 * number}
 
 
 def seeds(store: Store) -> set[int]:
