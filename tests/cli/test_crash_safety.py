@@ -88,6 +88,7 @@ class Started:
         (folder / "mine.py").write_text(MINE)
         (folder / "noted").write_bytes(struct.pack("d", -1.0))
         self.log = folder / "logs" / "a.mcap"
+        self.log.parent.mkdir(exist_ok=True)
         argv = ["run", "crossing1", "--log", "logs/a.mcap", *words]
         self.number = ask({"argv": argv, "folder": str(folder), "ignore": ignore, "pipe": pipe})
         self.code: int | None = None
