@@ -36,7 +36,7 @@ class InvalidValue(InputError, ValueError):
         self.key, self.found, self.allowed, self.file, self.nearest = key, found, allowed, file, nearest
         parts = [
             f"{file}: " if file else "",
-            f"{_cut(key)}: " if key else "",
+            f"{_cut(_one_line(key))}: " if key else "",
             f"found {_shown(found)}; allowed: {allowed}",
         ]
         if nearest is not None:
@@ -61,6 +61,11 @@ def _shown(found: object) -> str:
     except ValueError:  # an integer of more digits than Python prints
         return f"a {type(found).__name__}"
     return _cut(text)
+
+
+def _one_line(key: str) -> str:
+    """A key as it is written in its file, characters that would end or change the line as escapes."""
+    return key if key.isprintable() else repr(key)[1:-1]
 
 
 def _cut(text: str) -> str:

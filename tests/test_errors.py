@@ -21,6 +21,7 @@ def test_an_invalid_value_is_an_input_error_and_a_value_error():
     [
         (InvalidValue("people.0.radius", -1.0, "a number > 0"), "people.0.radius: found -1.0; allowed: a number > 0"),
         (InvalidValue("", 3, "a table"), "found 3; allowed: a table"),
+        (InvalidValue("noise.\x85\x1b", 3, "x"), r"noise.\x85\x1b: found 3; allowed: x"),  # one line, whatever its key
         (InvalidValue("name", None, "a string"), "name: found nothing; allowed: a string"),
         (
             InvalidValue("form", "lime", "line, ray", file="a.toml", nearest="line"),

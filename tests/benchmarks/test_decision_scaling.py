@@ -20,7 +20,7 @@ from mjnav.rkhs.mmd import mmd_squared, mmd_squared_gram
 
 SIZES = {"N": (25, 50, 100), "J": (1, 5, 20, 100), "K": (100, 400, 1600)}
 SMALL = {"N": (3, 4), "J": (1, 3), "K": (4, 9)}
-CANDIDATES = {"mppi": ("rollouts",)}  # what gives their number, where it is not the grid
+CANDIDATES = {"mppi": ("rollouts",), "orca": ()}  # what gives their number, where it is not the grid
 SECONDS = 5.0  # a row of the table
 DEGREE = 3
 NUMPY, GRAM = "NumPy moments, degree 3", "Gram matrices, degree 3"
