@@ -1,8 +1,6 @@
 """Reading a run file: from a shipped name or a path to a checked scenario."""
 
 import os
-import re
-import tomllib
 from collections.abc import Sequence
 from dataclasses import replace
 from difflib import get_close_matches
@@ -15,6 +13,7 @@ from mjnav.scenarios import files, library, override
 from mjnav.scenarios.build import build, tables
 from mjnav.scenarios.check import check
 from mjnav.scenarios.memory import check_memory
+from mjnav.scenarios.parse import parse
 from mjnav.scenarios.regular_file import read_regular
 from mjnav.scenarios.spec import Scenario
 
@@ -114,30 +113,6 @@ def _nearest(path: str) -> str | None:
     close = get_close_matches(str(wanted), siblings, n=1, cutoff=0.8)
     close = close or get_close_matches(wanted.stem, library.names(), n=1)
     return close[0] if close else None
-
-
-def parse(text: str, file: str) -> dict[str, Any]:
-    """The tables of a TOML text; `file` is its name in messages. Raises InvalidValue."""
-    try:
-        return tomllib.loads(text)
-    except tomllib.TOMLDecodeError as error:
-        what, line, column = _place(str(error), text)
-        lines = text.splitlines()
-        found = lines[line - 1].strip() if line <= len(lines) else "the end"
-        raise InvalidValue(f"line {line}, column {column}", found, f"TOML ({what})", file=file) from None
-    except ValueError as error:  # a number of thousands of digits
-        raise InvalidValue("", str(error), "TOML with whole numbers of at most 64 bits", file=file) from None
-    except RecursionError:
-        raise InvalidValue("", "tables and arrays too deep in one another", "TOML", file=file) from None
-
-
-def _place(message: str, text: str) -> tuple[str, int, int]:
-    """What tomllib complains about, and the line and column, which it gives in words only."""
-    place = re.fullmatch(r"(.*) \(at line (\d+), column (\d+)\)", message, re.DOTALL)
-    if place:
-        return place[1], int(place[2]), int(place[3])
-    last = text.rpartition("\n")[2]
-    return message.removesuffix(" (at end of document)"), text.count("\n") + 1, len(last) + 1
 
 
 def _with_defaults(document: dict[str, Any]) -> dict[str, Any]:

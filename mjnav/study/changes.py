@@ -1,13 +1,14 @@
 """What rows were made with, and where that is not the same: before a sweep adds to them, and in a table."""
 
 import json
-import tomllib
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from mjnav.errors import InvalidValue
 from mjnav.loop.provenance import FACTS, NOT_RECORDED, OWN_SOURCES, changes, provenance, shown
+from mjnav.scenarios.parse import parse
 from mjnav.study.cells import Cell
 from mjnav.study.row import CELL, MADE_WITH, made_with
 from mjnav.study.store import Store
@@ -122,8 +123,8 @@ def _kinds(store: Store, *, failed: bool = True) -> Iterator[tuple[Kind, int]]:
 def _content(document: str | None, control: str | None) -> dict[str, object]:
     """Every value of a run file by its dotted key; the controller's from `control` where that is known."""
     try:
-        table = tomllib.loads(document or "")
-    except tomllib.TOMLDecodeError:
+        table = parse(document or "", "scenario")
+    except InvalidValue:
         return {"scenario": document}
     return dict(_leaves(table)) | (
         {} if control is None else {f"control.{k}": v for k, v in json.loads(control).items()}

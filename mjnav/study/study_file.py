@@ -31,7 +31,8 @@ from pathlib import Path
 from mjnav.errors import InvalidValue, unknown_name
 from mjnav.scenarios.build import read
 from mjnav.scenarios.library import data_folder, describe
-from mjnav.scenarios.load import parse, read_text
+from mjnav.scenarios.load import read_text
+from mjnav.scenarios.parse import parse
 from mjnav.scenarios.ranges import MAX_SEED, check_range
 
 FOLDER = "studies"  # below runs/

@@ -1,0 +1,51 @@
+"""TOML as its tables, or in one line what is wrong with it."""
+
+import re
+import tomllib
+from typing import Any
+
+from mjnav.errors import InvalidValue
+
+MAX_PARTS = 100  # of a dotted key. tomllib's time goes with their square: 10^5 of them held a command for minutes
+_TOKEN = re.compile(r"""[\w-]+|"(?:[^"\\\n]|\\.)*"|'[^'\n]*'|[ \t]+|.""", re.DOTALL)
+
+
+def parse(text: str, file: str) -> dict[str, Any]:
+    """The tables of a TOML text; `file` is its name in messages. Raises InvalidValue."""
+    if _most_parts(text) > MAX_PARTS:
+        raise InvalidValue("", "a key of more parts", f"keys of at most {MAX_PARTS} parts", file=file)
+    try:
+        return tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        what, line, column = _place(str(error), text)
+        lines = text.splitlines()
+        found = lines[line - 1].strip() if line <= len(lines) else "the end"
+        raise InvalidValue(f"line {line}, column {column}", found, f"TOML ({what})", file=file) from None
+    except ValueError as error:  # a number of thousands of digits
+        raise InvalidValue("", str(error), "TOML with whole numbers of at most 64 bits", file=file) from None
+    except RecursionError:
+        raise InvalidValue("", "tables and arrays too deep in one another", "TOML", file=file) from None
+
+
+def _place(message: str, text: str) -> tuple[str, int, int]:
+    """What tomllib complains about, and the line and column, which it gives in words only."""
+    place = re.fullmatch(r"(.*) \(at line (\d+), column (\d+)\)", message, re.DOTALL)
+    if place:
+        return place[1], int(place[2]), int(place[3])
+    last = text.rpartition("\n")[2]
+    return message.removesuffix(" (at end of document)"), text.count("\n") + 1, len(last) + 1
+
+
+def _most_parts(text: str) -> int:
+    """Of the longest chain of names with dots between them, wherever it stands; 0 where there are few dots at all."""
+    if text.count(".") < MAX_PARTS:
+        return 0
+    most = dots = 0
+    for token in _TOKEN.finditer(text):
+        first = token[0][0]
+        if first == ".":
+            dots += 1
+            most = max(most, dots)
+        elif not (first.isalnum() or first in "_-\"' \t"):
+            dots = 0
+    return most + 1
