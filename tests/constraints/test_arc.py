@@ -127,6 +127,7 @@ def test_a_robot_that_turns_on_the_spot_touches_nothing():
     for v in (0.0, 1e-300, -1e-17):
         for omega in (0.0, 1.0):
             assert to_disc(v, omega, 0.1, 0.0, 0.5) == inf
+    assert to_disc(1e-9, 0.0, 2.0, 0.0, 0.5) == 1.5  # from STANDSTILL on it drives
 
 
 def test_a_robot_that_stands_among_those_that_drive_changes_nothing_of_theirs():
@@ -151,9 +152,11 @@ def test_what_overlaps_a_walls_end_may_come_as_near_again_and_no_nearer():
 
 
 def test_columns_are_discs_then_walls_then_lines():
-    discs, walls = [[2.0, 0.0, 0.5], [3.0, 0.0, 0.5]], [[4.0, -1.0, 4.0, 1.0, 0.5]]
-    ways = contact_distance([1.0, 0.5], [0.0, 0.0], discs, walls, [[-1.0, 0.0, 5.0, 0.5]])
-    assert ways == pytest.approx(np.tile([1.5, 2.5, 3.5, 4.5], (2, 1)))
+    discs = [[2.0, 0.0, 0.5], [3.0, 0.0, 0.5]]
+    walls = [[4.0, -1.0, 4.0, 1.0, 0.5], [5.0, -1.0, 5.0, 1.0, 0.5], [6.0, -1.0, 6.0, 1.0, 0.5]]
+    lines = [[-1.0, 0.0, 7.0, 0.5], [-1.0, 0.0, 8.0, 0.5]]
+    ways = contact_distance([1.0, 0.5], [0.0, 0.0], discs, walls, lines)
+    assert ways == pytest.approx(np.tile([1.5, 2.5, 3.5, 4.5, 5.5, 6.5, 7.5], (2, 1)))
     assert contact_distance([1.0], [0.0], *NOTHING).shape == (1, 0)
 
 

@@ -85,7 +85,15 @@ def test_f_is_the_squared_radius_less_that_of_the_closest_approach_on_a_dense_gr
 @pytest.mark.parametrize("q", [(0.0, 0.0), (9e-10, 0.0), (-5e-10, 5e-10), (0.0, -1e-300), (5e-324, 0.0)])
 @pytest.mark.parametrize("horizon", [None, 4.0])
 def test_without_relative_motion_every_form_is_the_present_distance(form, q, horizon):
-    assert float(collision_cone((3.0, -4.0), q, 2.0, form=form, horizon=horizon)) == -21.0
+    for r in ((3.0, -4.0), (-3.0, 4.0)):
+        assert float(collision_cone(r, q, 2.0, form=form, horizon=horizon)) == -21.0
+
+
+@pytest.mark.parametrize("form", FORMS)
+def test_motion_of_a_billionth_of_a_metre_a_second_has_a_direction_and_less_has_none(form):
+    approaching = float(collision_cone((3.0, -4.0), (-1e-9, 0.0), 2.0, form=form))
+    assert approaching == pytest.approx(4.0 - 16.0)  # it will pass at 4 m
+    assert float(collision_cone((3.0, -4.0), (-0.999e-9, 0.0), 2.0, form=form)) == -21.0
 
 
 @pytest.mark.parametrize("form", FORMS)

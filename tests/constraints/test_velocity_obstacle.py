@@ -2,7 +2,7 @@ from math import cos, hypot, inf, nan, pi, sin
 
 import numpy as np
 import pytest
-from hypothesis import assume, given
+from hypothesis import assume, example, given
 from hypothesis import strategies as st
 
 from mjnav.constraints.velocity_obstacle import velocity_obstacle_exits
@@ -50,6 +50,7 @@ def test_no_smaller_change_of_velocity_enters_or_leaves_the_obstacle(r, q, radiu
 
 
 @given(VECTOR, st.floats(0.05, 1.0), st.floats(0.0, 0.99), st.floats(-pi, pi))
+@example((0.0, 1.0), 0.5, 1.0, 0.0)  # they touch
 def test_what_overlaps_parts_within_one_period(q, radius, share, angle):
     r = (share * radius * cos(angle), share * radius * sin(angle))
     n, depth = exit_of(r, q, radius, 3.0)
@@ -69,11 +70,22 @@ def test_exact_answers():
     assert n == pytest.approx([-sin(pi / 6), -cos(pi / 6)])
 
 
+@pytest.mark.parametrize("angle", [0.0, pi / 2, pi, -pi / 2])
+def test_two_that_drive_straight_at_one_another_both_keep_to_the_right(angle):
+    ahead = np.array([round(cos(angle)), round(sin(angle))])
+    n, _ = exit_of(2.0 * ahead, 10.0 * ahead, 1.0, 2.0)
+    right = np.array([ahead[1], -ahead[0]])
+    assert n @ right == pytest.approx(cos(pi / 6))
+
+
 def test_where_no_direction_is_the_nearest_one_is_taken_all_the_same():
     n, depth = exit_of((0.0, 0.0), (0.0, 0.0), 0.5, 3.0)
     assert (tuple(n), depth) == ((-1.0, 0.0), 5.0)
     n, depth = exit_of((0.0, 0.25), (0.0, 2.5), 0.5, 3.0)  # q is the middle of the disc of one period
     assert n == pytest.approx([0.0, -1.0])
+    assert depth == pytest.approx(5.0)
+    n, depth = exit_of((0.1875, 0.25), (1.875, 2.5), 0.5, 3.0)
+    assert n == pytest.approx([-0.6, -0.8])
     assert depth == pytest.approx(5.0)
 
 
