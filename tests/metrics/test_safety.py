@@ -57,6 +57,29 @@ def test_the_nearest_of_all_bodies_counts(trajectory_through, scenario_with):
     assert safety.min_clearance(trajectory, scenario) == pytest.approx(1.95 - 0.25)
 
 
+def test_every_step_has_its_own_clearance_from_every_body(trajectory_through, scenario_with):
+    scenario = scenario_with(
+        num_people=1,
+        tables=(Table((3.0, -3.0), size=(2.0, 2.0), leg_radius=0.05),),  # legs at x = 2 and 4, y = -2 and -4
+        pillars=(Pillar((1.0, 2.0), radius=0.4),),
+        walls=(Wall((6.0, -1.0), (6.0, 1.0), thickness=0.2),),
+    )
+    route = [[0, 0], [1, 0], [2, 0], [4, 0], [1, 0]]
+    trajectory = trajectory_through(route, people=[[[0.0, -1.5]]] * 5)
+    found = safety.clearance(trajectory, scenario)
+    from_centre = {
+        "person0": [1.5, np.hypot(1.0, 1.5), 2.5, np.hypot(1.0, 1.5)],
+        "table0": [np.hypot(1.0, 2.0), 2.0, 2.0, 2.0],
+        "pillar0": [2.0, 2.0, np.hypot(1.0, 2.0), 2.0],
+        "wall0": [4.9, 3.9, 1.9, 1.9],
+    }
+    size = {"person0": 0.3, "table0": 0.05, "pillar0": 0.4, "wall0": 0.0}
+    assert list(found) == list(from_centre)
+    for name, distance in from_centre.items():
+        assert found[name] == pytest.approx(np.array(distance) - size[name] - 0.25), name
+    assert safety.min_clearance(trajectory, scenario) == pytest.approx(1.5 - 0.3 - 0.25)
+
+
 def sampled_wall_distance(route, wall):
     """Distance to the rectangle of many points along the route, each by clipping in the wall's frame."""
     t = np.linspace(0, 1, 401)[:, None]
@@ -103,6 +126,15 @@ def test_contacts_with_different_bodies_count_each():
     assert safety.collisions(contacts, 0.1) == {"person": 2, "table": 0, "wall": 1, "pillar": 0}
 
 
+def test_a_body_seen_again_after_two_periods_is_the_same_contact_and_later_a_new_one():
+    assert safety.collisions([contact("person0", 1.0), contact("person0", 1.25)], 0.125)["person"] == 1
+    assert safety.collisions([contact("person0", 1.0), contact("person0", 1.375)], 0.125)["person"] == 2
+
+
+def test_a_contact_of_a_kind_of_its_own_counts_too():
+    assert safety.collisions([contact("door0", 1.0, "door")], 0.1)["door"] == 1
+
+
 def test_no_contact_counts_nothing():
     assert sum(safety.collisions((), 0.1).values()) == 0
 
@@ -118,13 +150,23 @@ def test_lane_violation_counts_the_time_that_any_part_is_over(trajectory_through
     assert safety.lane_violation(trajectory_through([[0, 0], [1, 0]]), scenario) == 0.0
 
 
+def test_to_drive_with_an_edge_on_the_boundary_is_no_violation(trajectory_through, scenario_with):
+    scenario = scenario_with(lanes=LaneSpec(left=(0.0, 1.0, -1.0), right=(0.0, 1.0, 1.0)))
+    for y in (0.75, -0.75):
+        assert safety.lane_violation(trajectory_through([[0, y], [1, y]]), scenario) == 0.0
+
+
 def test_lane_clearance_is_from_the_robots_edge_to_the_nearer_boundary(trajectory_through, scenario_with):
     scenario = scenario_with(lanes=LaneSpec(left=(0.0, 1.0, -1.0), right=(0.0, 1.0, 1.0)))
     radius = scenario.robot.radius
-    least, mean = safety.lane_clearance(trajectory_through([[0, 0.0], [1, 0.5], [2, -0.1]]), scenario)
-    assert least == pytest.approx(0.5 - radius)
-    # by trapezoids over |y| = 0, 0.5, 0.1
-    assert mean == pytest.approx(1.0 - radius - (0.25 + 0.3) / 2)
+    for start in (0.0, 5.0):  # what is looked at may begin later than the run
+        trajectory = trajectory_through([[0, 0.0], [1, 0.5], [2, -0.1]], time=start + np.array([0.0, 0.1, 0.2]))
+        least, mean = safety.lane_clearance(trajectory, scenario)
+        assert least == pytest.approx(0.5 - radius)
+        # by trapezoids over |y| = 0, 0.5, 0.1
+        assert mean == pytest.approx(1.0 - radius - (0.25 + 0.3) / 2)
+    single = safety.lane_clearance(trajectory_through([[0, 0.5]]), scenario)
+    assert single == pytest.approx((0.5 - radius, 0.5 - radius))
 
 
 def test_without_lanes_there_is_no_violation_to_speak_of(trajectory_through, scenario_with):
