@@ -112,6 +112,31 @@ def test_the_biass_interval_is_that_of_the_normal_approximation_for_many_groups(
     assert c.bias_interval == pytest.approx((error.mean() - half, error.mean() + half), abs=0.1 * half)
 
 
+def test_resamples_too_many_to_be_drawn_at_once_are_all_drawn():
+    rng = np.random.default_rng(7)
+    p, q = rng.random(10_001), rng.random(10_001)
+    c = calibration(p, q, np.arange(10_001), np.random.default_rng(8), resamples=1_001)
+    half = 1.96 * (p - q).std() / np.sqrt(10_001)
+    assert c.bias_interval == pytest.approx((c.bias - half, c.bias + half), abs=0.15 * half)
+
+
+def test_two_groups_are_enough_for_an_interval():
+    # The two draws of one group twice have probability 1/4 each: the interval's ends.
+    c = of([0.3, 0.4], [0.0, 1.0])
+    assert c.bias_interval == pytest.approx((-0.6, 0.3))
+
+
+def test_forecasts_of_no_risk_at_all_have_an_interval_of_how_often_it_came_true():
+    c = of([0.0, 0.0, 0.3], [0.0, 1.0, 1.0])
+    assert (c.bins[0].observed, c.bins[0].observed_interval) == (0.5, (0.0, 1.0))
+
+
+def test_all_forecasts_above_0_may_be_in_one_bin():
+    c = of([0.1, 0.8], [0.5, 0.6], edges=(0.0, 1.0))
+    assert [b.count for b in c.bins] == [0, 2]
+    assert c.ece == pytest.approx(abs(c.bias))
+
+
 def test_one_group_says_nothing_of_how_groups_differ():
     c = of([0.3, 0.4], [0.0, 1.0], [7, 7])
     assert (c.num_groups, c.bias_interval, c.ece_interval) == (1, None, None)
@@ -123,7 +148,7 @@ def test_one_group_says_nothing_of_how_groups_differ():
 
 def test_without_forecasts_there_is_nothing_to_say():
     c = of([], [])
-    assert (c.count, c.ece, c.bias, c.brier, c.ece_interval) == (0, None, None, None, None)
+    assert (c.count, c.num_groups, c.ece, c.bias, c.brier, c.ece_interval) == (0, 0, None, None, None, None)
     assert [b.count for b in c.bins] == [0] * len(EDGES)
 
 
