@@ -110,3 +110,34 @@ def test_the_box_is_kept_to_the_last_bit_even_where_it_has_no_size():
             velocity, _ = nearest_velocity(normal, offset, low, high_, preferred)
             assert (low <= velocity).all()
             assert (velocity <= high_).all()
+
+
+def test_half_planes_that_leave_one_velocity_give_that_one():
+    for normal, offset, left in (
+        ([(1.0, 0.0), (0.0, 1.0), (-0.6, -0.8)], [0.5, 0.25, -0.5], (0.5, 0.25)),
+        ([(1.0, 0.0), (0.0, 1.0), (-0.8, -0.6)], [0.25, 0.5, -0.5], (0.25, 0.5)),
+    ):
+        velocity, violation = nearest_velocity(normal, offset, *BOX, (2.0, 2.0))
+        assert velocity == pytest.approx(left, abs=1e-12)
+        assert violation == 0.0
+
+
+def test_a_problem_moved_by_a_velocity_has_the_answer_moved_by_it():
+    for seed in range(100):
+        normal, offset, low, high, preferred = random_problem(seed)
+        velocity, violation = nearest_velocity(normal, offset, low, high, preferred)
+        for shift in ((0.0, 3.0), (3.0, 0.0), (0.0, -3.0), (-3.0, 0.0)):
+            moved, same = nearest_velocity(
+                normal, offset + normal @ shift, low + shift, high + shift, preferred + shift
+            )
+            assert same == pytest.approx(violation, abs=1e-8)
+            assert moved - shift == pytest.approx(velocity, abs=1e-5)
+
+
+def test_of_all_velocities_of_the_least_violation_the_nearest_is_taken():
+    # The last two face each other and allow the first its violation of 0.3, which the search obeyed on its way.
+    normal, offset, preferred = np.array([(0.0, 1.0), (1.0, 0.0), (-1.0, 0.0)]), [0.3, 0.75, 0.25], np.array([0.1, 0.0])
+    velocity, violation = nearest_velocity(normal, offset, *BOX, preferred)
+    assert (*velocity, violation) == pytest.approx((0.25, 0.0, 0.5), abs=1e-8)
+    velocity, violation = nearest_velocity(normal[:, ::-1], offset, *BOX, preferred[::-1])
+    assert (*velocity, violation) == pytest.approx((0.0, 0.25, 0.5), abs=1e-8)
