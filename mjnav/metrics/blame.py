@@ -90,7 +90,7 @@ def without(schedule: Schedule, spent: NDArray[np.int64]) -> Schedule:
         given_up = late // period if late // period > s.max_catch_up else 0
         skipped += given_up
         deadline += given_up * period
-    wall = 1e-9 * (max(deadline, free) - int(lateness[0])) if s.ticks else s.wall
+    wall = 1e-9 * max(deadline, free) if s.ticks else s.wall
     phases, rest = took[:, 1 : 1 + len(PHASES)], took[:, 1 + len(PHASES)]
     return replace(
         s, wall=wall, lateness=lateness, overrun=overrun, phases=phases, busy=phases.sum(axis=1) + rest, skipped=skipped

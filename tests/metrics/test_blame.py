@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 
 from mjnav.messages import PHASES
@@ -109,6 +109,19 @@ def test_a_slow_tick_amid_the_machines_misses_stays_the_loops():
     assert rows[2] == (6, 6, "record", LOOP, 25.0)
 
 
+def test_a_deadline_met_only_because_a_gap_skipped_periods_is_met():
+    # But for the gap tick 4 would end 5 ms late, and tick 5 for that 2 ms late.
+    counts, rows = named(machine={(4, "sense"): 75.0}, loop={(4, "control"): 10.0, (5, "control"): 2.0})
+    assert counts == {LOOP: 1}
+    assert rows == [(4, 4, "control", LOOP, 80.0)]
+
+
+def test_a_late_wake_up_that_is_not_the_gaps_stays():
+    stall = {(20, "sense"): 8.0}
+    own = without(paced(usual() + spent({(7, "wake-up"): 2.0}) + spent(stall))[0], spent(stall))
+    assert own.lateness[[6, 7, 8, 20, 21]].tolist() == [0, 2 * MS, 0, 0, 0]
+
+
 def test_a_long_gap_that_skips_periods_is_the_machines_one_miss():
     stall = {(4, "estimate"): 87.0}
     found = blame(paced(usual() + spent(stall))[0], spent(stall), spent({}))
@@ -199,21 +212,22 @@ def by_hand(schedule: Schedule, began, intervals) -> np.ndarray:
 
 @given(
     took=st.lists(st.lists(st.integers(0, 30), min_size=7, max_size=7), min_size=1, max_size=4),
-    intervals=st.lists(st.tuples(st.integers(-50, 300), st.integers(0, 120)), max_size=5),
+    intervals=st.lists(st.tuples(st.integers(0, 3), st.integers(-50, 300), st.integers(0, 120)), max_size=5),
 )
+@example(took=[[20] * 7] * 2, intervals=[(0, 0, 10), (0, 20, 30), (0, 30, 10), (1, -30, 40)])  # one within another
 def test_the_overlap_with_any_intervals_is_that_of_every_microsecond(took, intervals):
     found, began = paced(np.array(took) * 1000)
-    start = int(began[0]) // 1000
-    pairs = [(start + begin, start + begin + length) for begin, length in intervals]
+    starts = [int(began[tick % len(took)]) // 1000 + begin for tick, begin, _ in intervals]
+    pairs = [(start, start + length) for start, (_, _, length) in zip(starts, intervals, strict=True)]
     expected = by_hand(found, began, pairs)
     assert overlap(found, began, np.array(pairs, np.int64).reshape(-1, 2) * 1000).tolist() == expected.tolist()
 
 
 def test_what_was_stolen_is_laid_on_the_phase_that_took_longest_and_is_not_counted_twice():
-    stall = spent({(7, "control"): 8.0, (9, "sense"): 6.0})
+    stall = spent({(7, "control"): 8.0, (9, "sense"): 6.0, (13, "sense"): 1.0, (13, "record"): 1.0})
     found = paced(usual() + stall)[0]
     stolen = np.zeros(N, np.int64)
-    stolen[[7, 9, 11]] = 7 * MS, 2 * MS, 40 * MS
-    seen = spent({(9, "sense"): 6.0})
-    expected = spent({(7, "control"): 7.0, (9, "sense"): 6.0, (11, "sense"): 1.0})  # no more than the phase took
+    stolen[[7, 9, 11, 13]] = 7 * MS, 2 * MS, 40 * MS, 2 * MS
+    seen = spent({(9, "sense"): 6.0, (13, "sense"): 1.0, (13, "record"): 1.0})
+    expected = seen + spent({(7, "control"): 7.0, (11, "sense"): 1.0})  # no more than the phase took
     assert with_stolen(found, seen, stolen).tolist() == expected.tolist()
