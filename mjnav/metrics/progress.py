@@ -43,8 +43,7 @@ def lateral_distance(points: Array, corners: Array) -> Array:
     ahead = (relative * unit).sum(-1)
     sideways = np.abs(unit[..., 0] * relative[..., 1] - unit[..., 1] * relative[..., 0])
     beyond = (nearest == 0) & (ahead < 0.0) | (nearest == len(along) - 1) & (ahead > size[nearest])
-    has_side = beyond & (size[nearest] > 0.0)
-    return np.where(has_side, sideways, np.take_along_axis(distance, nearest[..., None], -1)[..., 0])
+    return np.where(beyond, sideways, np.take_along_axis(distance, nearest[..., None], -1)[..., 0])
 
 
 def deviation(trajectory: Trajectory, scenario: Scenario) -> tuple[float, float]:

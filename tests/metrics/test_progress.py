@@ -22,9 +22,16 @@ def test_a_way_without_length_has_no_ratio(trajectory_through, scenario_with):
     assert progress.deviation(trajectory, scenario) == pytest.approx((0.5, 1.0))
 
 
-def test_deviation_is_the_time_mean_and_the_maximum(trajectory_through, scenario_with):
+def test_a_way_shorter_than_a_metre_has_a_ratio(trajectory_through, scenario_with):
+    trajectory = trajectory_through([[0, 0], [0.5, 0]])
+    assert progress.path_ratio(trajectory, scenario_with(goal=(0.25, 0.0))) == pytest.approx(2.0)
+
+
+@pytest.mark.parametrize("start", [0.0, 5.0])
+def test_deviation_is_the_time_mean_and_the_maximum(trajectory_through, scenario_with, start):
     # a triangle of height 2 over two of four periods: (2 * 2 / 2) / 4
-    trajectory = trajectory_through([[0, 0], [1, 0], [2, -2], [3, 0], [4, 0]])
+    route = [[0, 0], [1, 0], [2, -2], [3, 0], [4, 0]]
+    trajectory = trajectory_through(route, time=start + 0.1 * np.arange(5))
     assert progress.deviation(trajectory, scenario_with()) == pytest.approx((0.5, 2.0))
 
 
@@ -37,7 +44,24 @@ def test_being_behind_the_start_or_past_the_goal_is_no_deviation():
 def test_at_a_corner_the_nearest_leg_counts():
     corners = np.array([[0.0, 0.0], [4.0, 0.0], [4.0, 4.0]])
     points = np.array([[2.0, 1.0], [3.5, 2.0], [5.0, -1.0], [4.5, 6.0], [-1.0, 0.3]])
-    np.testing.assert_allclose(progress.lateral_distance(points, corners), [1.0, 0.5, np.sqrt(2), 0.5, 0.3])
+    expected = np.array([1.0, 0.5, np.sqrt(2), 0.5, 0.3])
+    np.testing.assert_allclose(progress.lateral_distance(points, corners), expected)
+    for scale in (0.1, 100.0):  # shorter than a metre, too
+        np.testing.assert_allclose(progress.lateral_distance(scale * points, scale * corners), scale * expected)
+    for angle in (0.7, 2.5, -1.9):
+        turn = np.array([[np.cos(angle), np.sin(angle)], [-np.sin(angle), np.cos(angle)]])
+        turned = progress.lateral_distance(points @ turn, corners @ turn)
+        np.testing.assert_allclose(turned, expected)
+    table = progress.lateral_distance(np.stack([points, points[::-1]]), corners)
+    np.testing.assert_allclose(table, [expected, expected[::-1]])
+
+
+def test_a_leg_of_no_length_changes_no_deviation():
+    corners = np.array([[0.0, 0.0], [4.0, 0.0]])
+    points = np.array([[2.0, -1.0], [4.0, 2.0], [3.0, 0.25]])
+    expected = progress.lateral_distance(points, corners)
+    for legs in ([0, 0, 1], [0, 1, 1]):
+        np.testing.assert_allclose(progress.lateral_distance(points, corners[legs]), expected)
 
 
 def test_a_single_state_deviates_by_its_distance(trajectory_through, scenario_with):

@@ -44,6 +44,12 @@ def test_a_run_without_a_tick_has_a_summary():
     assert summary["success"] is False
 
 
+def test_the_time_is_how_long_it_took_whenever_it_began():
+    for start in (0.0, 5.0):
+        trajectory = make_trajectory([[0, 0]] * 4, time=start + 0.1 * np.arange(4))
+        assert summarise(trajectory, make_scenario(), outcome="goal")["time_s"] == 0.3
+
+
 def test_a_goal_reached_with_a_contact_is_no_success():
     touched = make_trajectory([[0, 0], [1, 0]], contacts=(Contact("table", "table0", 3.0, 0.05),))
     assert summarise(touched, make_scenario(), outcome="goal")["success"] is False
