@@ -1,3 +1,5 @@
+from itertools import product
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -55,6 +57,14 @@ def test_the_bootstrap_draws_from_its_generator_alone_and_leaves_out_broken_pair
     assert paired_bootstrap([np.nan], [1.0], np.random.default_rng(0)) is None
 
 
+def test_resamples_too_many_to_be_drawn_at_once_are_all_drawn():
+    difference = np.random.default_rng(6).normal(size=10_001)
+    low, high = paired_bootstrap(difference, np.zeros(10_001), np.random.default_rng(7), resamples=1_001)
+    half = 1.96 * difference.std() / np.sqrt(10_001)
+    assert (low, high) == pytest.approx((difference.mean() - half, difference.mean() + half), abs=0.15 * half)
+    assert paired_bootstrap([0.25] * 7, [0.0] * 7, np.random.default_rng(0), resamples=3) == (0.25, 0.25)
+
+
 def test_equal_methods_differ_by_nothing():
     assert paired_bootstrap([1.0, 2.0, 3.0], [1.0, 2.0, 3.0], np.random.default_rng(0)) == (0.0, 0.0)
 
@@ -85,6 +95,21 @@ def test_many_figures_at_once_are_as_each_alone():
     assert intervals[4] == (values[4, 0], values[4, 0])
 
 
+def test_intervals_and_p_values_do_not_depend_on_the_unit():
+    values = np.random.default_rng(13).normal(0.3, 1.0, 30)
+    values[4] = 0.0
+    shared = SharedBootstrap(30, np.random.default_rng(14), resamples=500)
+    low, high = shared.interval(values)
+    for unit in (1e-9, 1e9):
+        assert shared.interval(unit * values) == pytest.approx((unit * low, unit * high), rel=1e-5, abs=1e-6 * unit)
+    for unit in (1e-200, 1e-9, 1e9, 1e200):
+        assert shared.p_values([unit * values]) == shared.p_values([values])
+
+
+def test_the_interval_of_nothing_but_zeros_is_zero():
+    assert SharedBootstrap(9, np.random.default_rng(1), resamples=100).interval(np.zeros(9)) == (0.0, 0.0)
+
+
 @pytest.mark.parametrize("num", [20, 49, 50])
 def test_what_one_seed_alone_differs_in_is_no_difference(num):
     differences = np.zeros(num)
@@ -103,7 +128,24 @@ def test_its_p_values_are_uniform_where_nothing_differs_and_small_where_somethin
     assert shared.p_values(rows) == [pytest.approx(1 / 2001), 1.0, None]
 
 
-@pytest.mark.parametrize(("only_a", "only_b"), [(0, 0), (3, 0), (2, 9), (40, 22)])
+@pytest.mark.parametrize("differences", [(0.1, 0.2, 0.3), (1.0, 1.0, 1.0), (3.0, -1.0, 2.0, 0.7), (0.2, 0.4, -0.1)])
+def test_a_p_value_is_the_share_of_all_flips_of_signs_that_reach_as_far(differences):
+    num = len(differences)
+    flips = [abs(np.dot(signs, differences)) for signs in product((1, -1), repeat=num)]
+    share = np.mean(np.array(flips) >= abs(sum(differences)) - 1e-12)
+    shared = SharedBootstrap(num, np.random.default_rng(15))
+    assert shared.p_values([differences]) == [pytest.approx(share, abs=0.02)]
+
+
+def test_a_pair_of_which_one_is_missing_weighs_as_one_that_does_not_differ():
+    differences = np.random.default_rng(16).normal(0.3, 1.0, 20)
+    shared = SharedBootstrap(20, np.random.default_rng(17), resamples=2000)
+    missing, equal = differences.copy(), differences.copy()
+    missing[[2, 7, 8]], equal[[2, 7, 8]] = np.nan, 0.0
+    assert shared.p_values([missing]) == shared.p_values([equal])
+
+
+@pytest.mark.parametrize(("only_a", "only_b"), [(0, 0), (3, 0), (3, 3), (2, 9), (40, 22)])
 def test_mcnemars_test_is_the_binomial_one(only_a, only_b):
     n = only_a + only_b
     tail = sum(stats.binom.pmf(k, n, 0.5) for k in range(min(only_a, only_b) + 1))
