@@ -43,6 +43,11 @@ def test_the_headings_error_is_wrapped(trajectory_through):
     np.testing.assert_allclose(consistency.robot_error(trajectory)[0, 2], 6.2 - 2 * np.pi)
 
 
+def test_the_robots_error_is_that_at_the_tick(trajectory_through):
+    trajectory = trajectory_through([[0, 0], [1, 0], [2, 0]], estimate=np.array([[0.5, 0.0, 0.25], [1.0, -1.0, 0.0]]))
+    assert consistency.robot_error(trajectory).tolist() == [[0.5, 0.0, 0.25], [0.0, -1.0, 0.0]]
+
+
 def test_nees_by_hand():
     error = np.array([[1.0, 2.0, 0.0]])
     covariance = np.diag([1.0, 4.0, 9.0])[None]

@@ -8,6 +8,7 @@ from hypothesis.extra.numpy import arrays
 
 from mjnav.messages import Contact
 from mjnav.metrics import safety
+from mjnav.metrics.blocks import ROWS
 from mjnav.scenarios.spec import LaneSpec, Pillar, Table, Wall
 
 coordinates = st.floats(-10, 10)
@@ -24,6 +25,16 @@ def test_an_encounter_between_two_ticks_is_seen(trajectory_through, scenario_wit
     # they pass at x = 0.5, half-way between the ticks, 1 m apart
     trajectory = trajectory_through([[0, 0], [1, 0]], people=[[[1.0, 1.0]], [[0.0, 1.0]]])
     assert safety.min_clearance(trajectory, scenario_with(num_people=1)) == pytest.approx(1.0 - 0.55)
+
+
+@pytest.mark.parametrize("num", [ROWS, ROWS + 1, ROWS + 2, 2 * ROWS + 2])  # of states
+def test_an_encounter_in_whichever_step_of_a_long_run_is_seen(trajectory_through, scenario_with, num):
+    scenario = scenario_with(num_people=1)
+    for step in {0, ROWS - 2, min(ROWS - 1, num - 2), min(ROWS, num - 2), num - 2}:
+        people = np.full((num, 1, 2), 50.0)
+        people[step], people[step + 1] = [-30.0, 1.0], [30.0, 1.0]
+        trajectory = trajectory_through(np.zeros((num, 2)), people=people)
+        assert safety.min_clearance(trajectory, scenario) == pytest.approx(1.0 - 0.3 - 0.25)
 
 
 def test_overlap_is_negative_clearance(trajectory_through, scenario_with):
