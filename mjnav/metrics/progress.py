@@ -34,6 +34,8 @@ def lateral_distance(points: Array, corners: Array) -> Array:
 
     Beyond either end it is the distance from the line that goes on straight: to be late or early is no deviation.
     """
+    moves = np.diff(corners, axis=0).any(axis=1)  # legs of no length have no direction and are left out
+    corners = corners[np.concatenate([[True], moves])] if moves.any() else corners[:2]
     distance = segment_distance(points[..., None, :], corners[:-1], corners[1:])
     nearest = distance.argmin(-1)
     along = np.diff(corners, axis=0)

@@ -57,11 +57,13 @@ def test_at_a_corner_the_nearest_leg_counts():
 
 
 def test_a_leg_of_no_length_changes_no_deviation():
-    corners = np.array([[0.0, 0.0], [4.0, 0.0]])
-    points = np.array([[2.0, -1.0], [4.0, 2.0], [3.0, 0.25]])
+    corners = np.array([[0.0, 0.0], [4.0, 0.0], [4.0, 3.0]])
+    points = np.array([[-1.0, 0.5], [2.0, -1.0], [4.0, 2.0], [3.0, 0.25], [4.5, 9.0]])
     expected = progress.lateral_distance(points, corners)
-    for legs in ([0, 0, 1], [0, 1, 1]):
-        np.testing.assert_allclose(progress.lateral_distance(points, corners[legs]), expected)
+    assert expected[[0, 4]].tolist() == [0.5, 0.5]  # behind the start, past the goal
+    for legs in ([0, 0, 1, 2], [0, 1, 1, 2], [0, 1, 2, 2], [0, 0, 0, 1, 2, 2]):
+        np.testing.assert_array_equal(progress.lateral_distance(points, corners[legs]), expected)
+    np.testing.assert_allclose(progress.lateral_distance(points, corners[[0, 0, 0]]), np.hypot(*points.T))
 
 
 def test_a_single_state_deviates_by_its_distance(trajectory_through, scenario_with):
