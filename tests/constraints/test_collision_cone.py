@@ -90,7 +90,7 @@ def test_without_relative_motion_every_form_is_the_present_distance(form, q, hor
 
 
 @pytest.mark.parametrize("form", FORMS)
-def test_motion_of_a_billionth_of_a_metre_a_second_has_a_direction_and_less_has_none(form):
+def test_motion_from_a_billionth_of_a_metre_a_second_on_has_a_direction(form):
     approaching = float(collision_cone((3.0, -4.0), (-1e-9, 0.0), 2.0, form=form))
     assert approaching == pytest.approx(4.0 - 16.0)  # it will pass at 4 m
     assert float(collision_cone((3.0, -4.0), (-0.999e-9, 0.0), 2.0, form=form)) == -21.0

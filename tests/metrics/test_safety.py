@@ -137,7 +137,7 @@ def test_contacts_with_different_bodies_count_each():
     assert safety.collisions(contacts, 0.1) == {"person": 2, "table": 0, "wall": 1, "pillar": 0}
 
 
-def test_a_body_seen_again_after_two_periods_is_the_same_contact_and_later_a_new_one():
+def test_a_body_seen_again_within_two_periods_is_the_same_contact():
     assert safety.collisions([contact("person0", 1.0), contact("person0", 1.25)], 0.125)["person"] == 1
     assert safety.collisions([contact("person0", 1.0), contact("person0", 1.375)], 0.125)["person"] == 2
 
