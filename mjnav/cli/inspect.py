@@ -2,7 +2,8 @@
 
 import argparse
 import sys
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
+from itertools import islice
 from typing import TYPE_CHECKING, Any
 
 from mjnav.cli import terminal
@@ -10,12 +11,15 @@ from mjnav.errors import DamagedLogError
 from mjnav.report.printable import printable
 
 if TYPE_CHECKING:
+    from rich.console import Console
     from rich.table import Table
 
 _RUN = ("scene", "controller", "seed", "engine")  # of the metadata, in one line
 _VERSION = "version."
 _WIDE = 110  # [characters] from which on the table of topics has room for schemas
 _PIPE_WIDTH = 200  # [characters] where no terminal says how wide it is
+_MAX_LINES = 500  # of a section, and topics
+_MAX_WIDTH = 60  # [characters] that a short name is padded to, because of a long one
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
@@ -44,8 +48,7 @@ def _print(found: Mapping[str, Any]) -> None:
     console = terminal.console(width=_PIPE_WIDTH)
     with console.capture() as captured:  # rich itself would end the process where the reader has gone
         console.print(_headline(found), style="bold", soft_wrap=True)
-        for line in _origin(found):
-            console.print(line, soft_wrap=True)
+        _show(console, list(_origin(found)))
         for title, lines in (
             ("missing", [f"  {printable(sentence)}" for sentence in found["missing"]]),
             ("recovered from another log", list(_named(found["recovered"] or {}))),
@@ -56,11 +59,20 @@ def _print(found: Mapping[str, Any]) -> None:
         ):
             if lines:
                 console.print(f"\n{title}", style="bold")
-            for line in lines:
-                console.print(line, soft_wrap=True)
+            _show(console, lines)
         console.print()
         console.print(_topics(found["topics"], with_schema=console.width >= _WIDE))
+        if len(found["topics"]) > _MAX_LINES:
+            console.print(f"{len(found['topics']) - _MAX_LINES} topics more, which --json has")
     terminal.show(captured.get())
+
+
+def _show(console: "Console", lines: Sequence[str]) -> None:
+    """As many as somebody reads; a stranger's log may name a hundred thousand things."""
+    for line in lines[:_MAX_LINES]:
+        console.print(line, soft_wrap=True)
+    if len(lines) > _MAX_LINES:
+        console.print(f"  {len(lines) - _MAX_LINES} lines more, which --json has")
 
 
 def _headline(found: Mapping[str, Any]) -> str:
@@ -118,7 +130,7 @@ def _topics(topics: Mapping[str, Mapping[str, Any]], *, with_schema: bool) -> "T
         table.add_column("schema", overflow="fold")
     for column in ("messages", "missing", "Hz", "max gap [s]", "at [s]", "size", "share"):
         table.add_column(column, justify="right", no_wrap=True)
-    for name, topic in topics.items():
+    for name, topic in islice(topics.items(), _MAX_LINES):
         table.add_row(
             printable(name),
             *([printable(topic["schema"])] if with_schema else []),
@@ -134,7 +146,7 @@ def _topics(topics: Mapping[str, Mapping[str, Any]], *, with_schema: bool) -> "T
 
 
 def _named(values: Mapping[str, Any]) -> Iterator[str]:
-    width = max(map(len, values), default=0)
+    width = min(max(map(len, values), default=0), _MAX_WIDTH)
     for key, value in values.items():
         yield f"  {printable(key):{width}}  {_text(value)}"
 

@@ -11,6 +11,8 @@ from mjnav.recording.recover import recover
 from mjnav.recording.recovery import Recovery
 
 _SHOWN = 8  # damaged places
+_MAX_TOPICS = 500  # listed
+_MAX_WIDTH = 60  # [characters] that a short name is padded to, because of a long one
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
@@ -42,12 +44,15 @@ def execute(arguments: argparse.Namespace) -> int:
 def _print(recovery: Recovery, out: str) -> None:
     found = recovery.document()
     print(f"{out}: {_headline(recovery, found)}")
-    width = max(map(len, [*found["topics"], *found["topics_lost"]]), default=0)
+    topics = sorted(found["topics"].keys() | found["topics_lost"].keys())
+    width = min(max(map(len, topics), default=0), _MAX_WIDTH)
     lost = "lost" if recovery.lost_is_exact else "lost, at least"
     print(f"  {'messages':{width}}  {'kept':>8}  {lost:>8}")
-    for topic in sorted(found["topics"].keys() | found["topics_lost"].keys()):
+    for topic in topics[:_MAX_TOPICS]:
         kept, missing = (found[key].get(topic, 0) for key in ("topics", "topics_lost"))
         print(f"  {topic:{width}}  {kept:8}  {missing:{max(8, len(lost))}}")
+    if len(topics) > _MAX_TOPICS:
+        print(f"  {len(topics) - _MAX_TOPICS} topics more, which --json has")
     for what in ("attachments", "metadata"):
         missing = f"; lost: {', '.join(found[f'{what}_lost'])}" if found[f"{what}_lost"] else ""
         print(f"  {what}: {', '.join(found[what]) or 'none'}{missing}")
