@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from mjnav.cli.interrupt import interruptible
 from mjnav.cli.output import output_path, replacement, written
 from mjnav.cli.waiting import progress
-from mjnav.errors import InvalidValue
+from mjnav.errors import DamagedLogError, InvalidValue
 from mjnav.messages import Trajectory
 from mjnav.recording import Log, open_log
 from mjnav.report.film import Timing, moment, require_codec, write_film
@@ -19,6 +19,7 @@ from mjnav.report.film import Timing, moment, require_codec, write_film
 PICTURE_SIZE, FILM_SIZE = (1280, 560), (960, 540)  # [pixels]
 SIDES = (64, 4096)  # [pixels] the least and the largest
 FPS = 25
+_PERIOD_ERROR = 1e-6  # of a period, at most, that sums of physics steps are off
 _FILM_ONLY = ("fps", "speed", "from", "to")
 
 
@@ -91,6 +92,7 @@ def _index(trajectory: Trajectory, time: float | None) -> int:
 
 def _film(arguments: argparse.Namespace, output: Path, log: Log, size: tuple[int, int]) -> None:
     trajectory = log.trajectory()
+    _check_times(log, trajectory)
     timing = _timing(arguments, float(trajectory.time[-1]))
     times = timing.moments().tolist()
     name = output.name
@@ -105,6 +107,19 @@ def _film(arguments: argparse.Namespace, output: Path, log: Log, size: tuple[int
 
         write_film(file, frames(), timing.fps)
     print(f"{output}: {len(times)} frames, {len(times) / timing.fps:.1f} s, {1e-6 * output.stat().st_size:.1f} MB")
+
+
+def _check_times(log: Log, trajectory: Trajectory) -> None:
+    """Raises DamagedLogError where a state is earlier than the one before, or more than a period later.
+
+    A film has frames for all the time between the first state and the last: two states may say a thousand years.
+    """
+    steps, period = np.diff(trajectory.time, prepend=0.0), log.scenario().control.period
+    if not ((steps >= 0.0) & (steps <= period * (1.0 + _PERIOD_ERROR))).all():  # a NaN is neither
+        raise DamagedLogError(
+            f"{log.path}: damaged: its {len(steps)} states are not {period:g} s apart: the times go from "
+            f"{trajectory.time.min():g} to {trajectory.time.max():g} s, and no film is made of that"
+        )
 
 
 def _timing(arguments: argparse.Namespace, last: float) -> Timing:

@@ -30,7 +30,7 @@ EVERY_TICK = (
 )
 
 # What decoding a document raises that is JSON but not mjnav's.
-NOT_OURS = (LookupError, TypeError, ValueError, AttributeError, OverflowError)
+NOT_OURS = (LookupError, TypeError, ValueError, AttributeError, OverflowError, RecursionError)
 
 
 class BadDocument(ValueError):

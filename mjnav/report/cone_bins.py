@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mjnav.messages import Array
+from mjnav.report.packed import LARGEST
 
 NUM_BINS = 36  # at least; one edge is zero, where safe ends
 LOWEST = 0.005  # quantile of all samples where the axis begins: a few that are very safe would squeeze all others
@@ -24,7 +25,7 @@ class ConeBins:
 def cone_bins(cones: Mapping[int, tuple[Array, Array]], num_frames: int) -> ConeBins | None:
     """The histograms of (samples, desired) by frame; None where no frame has any."""
     every = np.concatenate([part for pair in cones.values() for part in pair]) if cones else np.zeros(0)
-    every = every[np.isfinite(every)]
+    every = every[np.abs(every) <= LARGEST]
     if not every.size:
         return None
     low, high = min(float(np.quantile(every, LOWEST)), -1e-3), max(float(every.max()), 1e-3)

@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 
 _MAX_CODE = 65534  # of a 16-bit code; the next is NaN
 _MAX_OFFSET = 127  # of a signed byte; -128 is NaN
+LARGEST = 1e100  # of a measured number: differences of such are finite, too
 _ALIGNMENT = 8  # [bytes] so that every array begins where doubles may
 
 
@@ -25,9 +26,12 @@ class Packer:
         self._size = 0
 
     def measured(self, name: str, values: ArrayLike, step: float) -> None:
-        """Numbers (T, ...) to the nearest multiple of `step`, or of what their range needs; NaN is kept."""
+        """Numbers (T, ...) to the nearest multiple of `step`, or of what their range needs; NaN is kept.
+
+        What is beyond LARGEST is NaN, too: nothing that was measured.
+        """
         values = np.asarray(values, float)
-        known = np.isfinite(values)
+        known = np.abs(values) <= LARGEST
         low, high = (values[known].min(), values[known].max()) if known.any() else (0.0, 0.0)
         step = max(step, (high - low) / (_MAX_CODE - 1))
         low = np.floor(low / step) * step

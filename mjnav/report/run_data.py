@@ -22,6 +22,7 @@ STEP = 1e-3  # m, rad, m/s, rad/s, ms, or of 1
 PARTICLE = 4e-3  # [m] step of a particle's offset: half a metre at most
 
 
+@np.errstate(all="ignore")  # what a damaged log says may be any number
 def run_data(scan: Scan, *, keep: Iterable[int] = (), max_frames: int = MAX_FRAMES) -> dict[str, Any]:
     """Names, the room, the events and all arrays, ready to be JSON.
 
@@ -115,11 +116,14 @@ def _pack_clearance(packer: Packer, distances: Mapping[str, Array], kept: NDArra
 
 
 def _pack_status(packer: Packer, frames: RunFrames) -> list[str]:
-    """The names that the codes stand for; the last frame of a run that ended has none."""
+    """The names that the codes stand for; the last frame of a run that ended has none.
+
+    Nor has one whose status is beyond those that a byte can number.
+    """
     names = sorted(set(frames.statuses.values()))
     codes = np.full(len(frames), NONE, np.uint8)
     for frame, status in frames.statuses.items():
-        codes[frame] = names.index(status)
+        codes[frame] = min(names.index(status), NONE)
     packer.numbers("status", codes)
     return names
 
@@ -131,7 +135,7 @@ def _pack_cones(packer: Packer, frames: RunFrames) -> dict[str, Any] | None:
     names = sorted(set(frames.cone_obstacles.values()))
     codes = np.full(len(frames), NONE, np.uint8)
     for frame, name in frames.cone_obstacles.items():
-        codes[frame] = names.index(name)
+        codes[frame] = min(names.index(name), NONE)
     packer.numbers("cone_obstacle", codes)
     packer.numbers("cone", bins.shares)
     packer.measured("safe_share", frames.array("safe share"), STEP)

@@ -6,10 +6,12 @@ from typing import Any
 import numpy as np
 
 from mjnav.control.parameters import Parameters
-from mjnav.errors import InputError
+from mjnav.errors import DamagedLogError, InputError
 from mjnav.messages import PHASES, Array
+from mjnav.recording.budget import EXPORT, FREE_EXPORT, Budget
 from mjnav.recording.candidates import decode_candidates
 from mjnav.recording.reader import Log
+from mjnav.recording.ticks import NOT_OURS
 from mjnav.report.candidate_ranks import CandidateRanks, candidate_ranks
 
 ROBOT_PARTICLES = 40  # kept of a belief
@@ -23,7 +25,8 @@ _CHI_SQUARED_95 = 5.991  # with two degrees of freedom
 class RunFrames:
     """What a page shows of a run. Arrays (T, ...) have NaN where a tick lacks something; dicts are by frame.
 
-    `ticks` are the frames' numbers. Raises InputError where a message is not as mjnav writes it.
+    `ticks` are the frames' numbers. Raises InputError where a message is not as mjnav writes it, DamagedLogError where
+    what is named in a few ticks would take too much memory in all.
     """
 
     def __init__(self, log: Log, ticks: Sequence[int]):
@@ -36,6 +39,7 @@ class RunFrames:
         self.candidates: dict[int, CandidateRanks] = {}
         self.events: list[dict[str, Any]] = []
         self.num_events = 0
+        self._path, self._budget = log.path, Budget(log.path.stat().st_size)
         self._grid = _grid(log.scenario().control.parameters)
         self._read(log)
 
@@ -78,13 +82,16 @@ class RunFrames:
                     self._event(1e-9 * message.time_ns, message.value)
                 elif frame is not None:
                     handlers[message.topic](frame, message.value)
-            except (AttributeError, IndexError, KeyError, TypeError, ValueError) as error:
+            except NOT_OURS as error:
                 text = f"{message.topic} of tick {message.sequence} is not what mjnav writes"
                 raise InputError(f"{log.path}: {text}: {type(error).__name__} {error}") from error
 
     def _put(self, name: str, frame: int, values: Any) -> None:
         row = np.asarray(values, float)
         if name not in self._arrays:
+            if not self._budget.allows_export(len(self) * row.nbytes):  # a name in one tick is a column of all
+                what = f"{FREE_EXPORT} bytes and {EXPORT} for each of the log's"
+                raise DamagedLogError(f"{self._path}: damaged: the columns of its page would take more than {what}")
             self._arrays[name] = np.full((len(self), *row.shape), np.nan)
         self._arrays[name][frame] = row
 

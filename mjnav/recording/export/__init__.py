@@ -13,6 +13,7 @@ from types import MappingProxyType, ModuleType
 from mjnav.errors import DamagedLogError, InputError, MjnavError, missing_extra, unknown_name
 from mjnav.recording.export.folder import check_new_folder, new_folder
 from mjnav.recording.reader import Log, LogMessage
+from mjnav.recording.ticks import NOT_OURS
 
 __all__ = ["FORMATS", "check_format", "check_new_folder", "export"]
 
@@ -27,7 +28,7 @@ FORMATS: Mapping[str, tuple[str, str]] = MappingProxyType(
 
 
 # What a stranger's message leads to.
-_NOT_OURS = (LookupError, TypeError, ValueError, AttributeError, OverflowError, struct.error)
+_NOT_OURS = (*NOT_OURS, struct.error)
 
 
 def check_format(name: str, topics: Iterable[str] = ()) -> None:
