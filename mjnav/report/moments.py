@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from itertools import groupby
-from math import inf
+from math import inf, isfinite
 
 import numpy as np
 
@@ -39,8 +39,9 @@ class Moment:
 
 
 def worst_moments(run: LoggedRun, scenario: Scenario) -> list[Moment]:
-    """At most NUM_MOMENTS, at most one of each kind, the most severe first."""
+    """At most NUM_MOMENTS, at most one of each kind, the most severe first; none whose time is not known."""
     found = [moment for kind in _KINDS if (moment := kind(run, scenario)) is not None]
+    found = [moment for moment in found if isfinite(moment.time)]
     return sorted(found, key=lambda moment: -moment.severity)[:NUM_MOMENTS]
 
 

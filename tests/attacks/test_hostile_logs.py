@@ -61,6 +61,11 @@ def test_a_page_is_made_of_numbers_that_no_difference_can_be_taken_of(sound, fol
     assert capsys.readouterr().err == ""
 
 
+def test_a_page_has_no_moment_of_which_the_time_is_not_known(sound, folder):
+    (folder / "a.mcap").write_bytes(altered(sound, "/robot/state", lambda document, _: document.update(time=None)))
+    assert main(["report", "a.mcap"]) == 0
+
+
 def test_a_number_that_is_no_double_is_a_message_that_is_not_ours(sound, folder, capsys):
     content = altered(sound, "/decision", lambda document, _: document["cost"].update(goal=10**400))
     (folder / "a.mcap").write_bytes(content)
