@@ -50,7 +50,7 @@ def test_the_scene_of_ones_own_is_one(tmp_path):
 def test_every_controller_has_a_row():
     from mjnav.control import names
 
-    rows = re.findall(r"^\| `([a-z-]+)` \|.*\| `control/\w+\.py` \|$", README.read_text(), flags=re.MULTILINE)
+    rows = re.findall(r"^\| `([a-z-]+)` \|.*\| `control/methods/\w+\.py` \|$", README.read_text(), flags=re.MULTILINE)
     assert sorted(rows) == sorted(names())
 
 

@@ -7,8 +7,8 @@ from typing import Any
 
 from mjnav.cli.interrupt import interruptible
 from mjnav.cli.waiting import progress
-from mjnav.recording.recover import recover
-from mjnav.recording.recovery import Recovery
+from mjnav.recording.recover.recover import recover
+from mjnav.recording.recover.recovery import Recovery
 
 _SHOWN = 8  # damaged places
 _MAX_TOPICS = 500  # listed

@@ -20,7 +20,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 def execute(arguments: argparse.Namespace) -> int:
     """Writes the page. Raises DamagedLogError after that where a log is damaged: the page has what is intact."""
-    from mjnav.report.page import MAX_RUNS, page
+    from mjnav.report.run_page.page import MAX_RUNS, page
 
     logs = [Path(log) for log in arguments.logs]
     if len(logs) > MAX_RUNS:
@@ -40,10 +40,10 @@ def execute(arguments: argparse.Namespace) -> int:
 
 def _read(path: Path) -> tuple[dict[str, Any], dict[str, Any]]:
     """What `mjnav inspect --json` prints of a log, and what the page plays back."""
-    from mjnav.recording.documents import dumps
-    from mjnav.recording.scan import scan_log
+    from mjnav.recording.encode.documents import dumps
+    from mjnav.recording.read.scan import scan_log
     from mjnav.report.inspection import inspect
-    from mjnav.report.run_data import run_data
+    from mjnav.report.run_page.run_data import run_data
 
     scan = scan_log(path)
     if scan.log.run is None:
@@ -68,7 +68,7 @@ def _output(given: str | None, logs: Sequence[Path]) -> Path:
 
 
 def _is_page(path: Path) -> bool:
-    from mjnav.report.page import GENERATOR
+    from mjnav.report.run_page.page import GENERATOR
 
     with open(path, "rb") as file:
         return GENERATOR.encode() in file.read(8192)

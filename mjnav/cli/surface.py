@@ -10,7 +10,7 @@ import numpy as np
 from mjnav.cli import scene_options
 from mjnav.cli.output import output_path, written
 from mjnav.cli.waiting import compile_notice, progress
-from mjnav.control.candidates import WINDOWS
+from mjnav.control.problem.candidates import WINDOWS
 from mjnav.control.surface import CostSurface, cost_surface, require_candidates
 from mjnav.errors import InvalidValue
 from mjnav.loop.episode import warm_up

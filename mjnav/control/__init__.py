@@ -29,18 +29,18 @@ __all__ = [
 # name -> module:Class; the preset that it starts from where it has one; a line for `mjnav list`.
 REGISTRY: Mapping[str, str] = MappingProxyType(
     {
-        "gaussian-linearised": "mjnav.control.gaussian_linearised:GaussianLinearised",
-        "gaussian-moments": "mjnav.control.gaussian_moments:GaussianMoments",
-        "kld": "mjnav.control.kld:Kld",
-        "cvar": "mjnav.control.cvar:Cvar",
-        "dwa": "mjnav.control.dwa:Dwa",
-        "mean": "mjnav.control.mean:Mean",
-        "mppi": "mjnav.control.mppi:Mppi",
-        "mmd-dirac": "mjnav.control.mmd_dirac:MmdDirac",
-        "orca": "mjnav.control.orca:Orca",
-        "rkhs": "mjnav.control.rkhs:Rkhs",
-        "rkhs-paper": "mjnav.control.rkhs:Rkhs",
-        "saa": "mjnav.control.saa:Saa",
+        "gaussian-linearised": "mjnav.control.methods.gaussian_linearised:GaussianLinearised",
+        "gaussian-moments": "mjnav.control.methods.gaussian_moments:GaussianMoments",
+        "kld": "mjnav.control.methods.kld:Kld",
+        "cvar": "mjnav.control.methods.cvar:Cvar",
+        "dwa": "mjnav.control.methods.dwa:Dwa",
+        "mean": "mjnav.control.methods.mean:Mean",
+        "mppi": "mjnav.control.methods.mppi:Mppi",
+        "mmd-dirac": "mjnav.control.methods.mmd_dirac:MmdDirac",
+        "orca": "mjnav.control.methods.orca:Orca",
+        "rkhs": "mjnav.control.methods.rkhs:Rkhs",
+        "rkhs-paper": "mjnav.control.methods.rkhs:Rkhs",
+        "saa": "mjnav.control.methods.saa:Saa",
     }
 )
 DESCRIPTIONS: Mapping[str, str] = MappingProxyType(
@@ -59,7 +59,7 @@ DESCRIPTIONS: Mapping[str, str] = MappingProxyType(
         "saa": "at most a share of the samples may collide (sample average approximation)",
     }
 )
-PRESETS: Mapping[str, str] = MappingProxyType({"rkhs-paper": "mjnav.control.rkhs:PAPER"})
+PRESETS: Mapping[str, str] = MappingProxyType({"rkhs-paper": "mjnav.control.methods.rkhs:PAPER"})
 
 
 def names() -> tuple[str, ...]:

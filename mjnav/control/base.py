@@ -7,9 +7,9 @@ from typing import ClassVar, Generic, Protocol, TypeVar
 
 import numpy as np
 
-from mjnav.control.nominal import least_violating
 from mjnav.control.parameters import LoopParameters, Parameters, WeightedParameters, completed
-from mjnav.control.problem import Problem
+from mjnav.control.problem.nominal import least_violating
+from mjnav.control.problem.problem import Problem
 from mjnav.messages import Array, CandidateCosts, Decision, Observation, RobotLimits, Status
 
 P = TypeVar("P", bound=LoopParameters)

@@ -4,9 +4,9 @@ from dataclasses import dataclass
 from typing import ClassVar, TypeVar
 
 from mjnav.control.base import WeightedController
-from mjnav.control.desired import Desired
 from mjnav.control.parameters import LoopParameters, WeightedParameters, at_least, finite
-from mjnav.control.problem import Problem
+from mjnav.control.problem.desired import Desired
+from mjnav.control.problem.problem import Problem
 from mjnav.messages import Array
 
 

@@ -11,7 +11,7 @@ from types import MappingProxyType
 from typing import Any, TypeVar, get_type_hints
 
 from mjnav.constraints.collision_cone import FORMS
-from mjnav.control.candidates import WINDOWS
+from mjnav.control.problem.candidates import WINDOWS
 from mjnav.errors import InvalidValue, unknown_name
 
 P = TypeVar("P")

@@ -15,9 +15,9 @@ import numpy as np
 
 from mjnav.control import REGISTRY, Controller
 from mjnav.control.base import GridController, WeightedController
-from mjnav.control.candidates import WINDOWS, Candidates, candidate_grid
 from mjnav.control.parameters import at_least
-from mjnav.control.problem import Problem
+from mjnav.control.problem.candidates import WINDOWS, Candidates, candidate_grid
+from mjnav.control.problem.problem import Problem
 from mjnav.errors import InvalidValue, unknown_name
 from mjnav.messages import Array, CandidateCosts, Decision, Observation
 from mjnav.motion.diff_drive import reachable

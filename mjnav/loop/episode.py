@@ -34,8 +34,8 @@ from mjnav.messages import (
 from mjnav.metrics.summary import summarise
 from mjnav.metrics.timing import compute_ms
 from mjnav.recording.live import LiveServer
-from mjnav.recording.trajectory import TrajectoryBuilder
-from mjnav.recording.writer import LogError, Recorder
+from mjnav.recording.read.trajectory import TrajectoryBuilder
+from mjnav.recording.write.writer import LogError, Recorder
 from mjnav.scenarios.spec import Scenario
 from mjnav.world.engine import DivergedError
 from mjnav.world.simulator import Simulator

@@ -14,10 +14,10 @@ from mjnav.loop.provenance import FACTS, changes
 from mjnav.loop.referee import ABORTED
 from mjnav.loop.run_info import run_info
 from mjnav.messages import PHASES, TickRecord, WorldState
-from mjnav.recording.differences import COMPARED, Comparison, Difference, LoggedTick, differences, logged_ticks
-from mjnav.recording.reader import Log, open_log
-from mjnav.recording.topics import TIMING
-from mjnav.recording.writer import REPLAY
+from mjnav.recording.encode.topics import TIMING
+from mjnav.recording.read.differences import COMPARED, Comparison, Difference, LoggedTick, differences, logged_ticks
+from mjnav.recording.read.reader import Log, open_log
+from mjnav.recording.write.writer import REPLAY
 from mjnav.scenarios.spec import Scenario
 from mjnav.world.scene import parts_hash
 

@@ -11,8 +11,8 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Protocol, Self
 
 from mjnav.errors import InputError, InvalidValue, missing_extra
+from mjnav.recording.encode.topics import topics
 from mjnav.recording.front_door import HOST, FrontDoor, check_origin, hidden_address
-from mjnav.recording.topics import topics
 from mjnav.scenarios.spec import Scenario
 
 if TYPE_CHECKING:

@@ -11,9 +11,9 @@ from mjnav.errors import InputError
 from mjnav.messages import PHASES, Array
 from mjnav.metrics.summary import summarise
 from mjnav.metrics.timing import compute_ms, quantiles
-from mjnav.recording.scan import Scan, scan_log
-from mjnav.recording.survey import TopicSummary
-from mjnav.recording.ticks import EVERY_TICK, LoggedRun
+from mjnav.recording.read.scan import Scan, scan_log
+from mjnav.recording.read.survey import TopicSummary
+from mjnav.recording.read.ticks import EVERY_TICK, LoggedRun
 from mjnav.report.moments import worst_moments
 from mjnav.scenarios.spec import Scenario
 

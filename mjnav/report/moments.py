@@ -10,7 +10,7 @@ import numpy as np
 from mjnav.messages import PHASES, Array
 from mjnav.metrics import consistency, progress, safety
 from mjnav.metrics.summary import INFEASIBLE
-from mjnav.recording.ticks import LoggedRun
+from mjnav.recording.read.ticks import LoggedRun
 from mjnav.scenarios.spec import Scenario
 
 NUM_MOMENTS = 5

@@ -14,7 +14,7 @@ import numpy as np
 
 from mjnav.constraints.collision_cone import collision_cone
 from mjnav.control.parameters import Parameters
-from mjnav.control.problem import Problem
+from mjnav.control.problem.problem import Problem
 from mjnav.messages import Observation, RobotLimits
 
 # The methods' shared defaults, every disc counted.

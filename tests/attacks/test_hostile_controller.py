@@ -9,7 +9,7 @@ import pytest
 import mjnav
 from mjnav import load_scenario
 from mjnav.control import Decision, Status
-from mjnav.control.cvar import Cvar
+from mjnav.control.methods.cvar import Cvar
 from mjnav.control.parameters import Parameters
 from mjnav.loop.episode import Episode
 from mjnav.loop.pacer import RealTimePacer

@@ -83,8 +83,8 @@ def test_lists_deeper_than_the_interpreter_goes_are_a_message_that_is_not_ours(s
 
 
 def test_names_that_change_from_tick_to_tick_do_not_multiply_in_a_page(sound, folder, capsys, monkeypatch):
-    monkeypatch.setattr("mjnav.recording.budget.FREE_EXPORT", 0)  # few names are too many
-    monkeypatch.setattr("mjnav.recording.budget.EXPORT", 1)
+    monkeypatch.setattr("mjnav.recording.read.budget.FREE_EXPORT", 0)  # few names are too many
+    monkeypatch.setattr("mjnav.recording.read.budget.EXPORT", 1)
 
     def more(document, tick):
         document["people"] += [{**document["people"][0], "name": f"{tick}.{i}"} for i in range(2000)]

@@ -18,7 +18,7 @@ from mjnav.study.sweep import trials
 PATIENCE = 120.0  # [s]
 MINE = """
 import os, time
-from mjnav.control.mean import Mean
+from mjnav.control.methods.mean import Mean
 
 class Hung(Mean):
     def decide(self, observation):

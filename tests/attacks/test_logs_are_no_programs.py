@@ -13,7 +13,7 @@ from mjnav.cli.main import main
 from mjnav.errors import InputError
 from mjnav.scenarios import dumps, load
 
-MODULE = "from mjnav.control.mean import Mean\n\nclass Own(Mean): ...\n"
+MODULE = "from mjnav.control.methods.mean import Mean\n\nclass Own(Mean): ...\n"
 STUDY = """
 schema = 1
 name = "paper-degree"

@@ -12,7 +12,7 @@ from mjnav.loop.episode import Episode
 from mjnav.messages import TickRecord, TickTiming, Trajectory
 from mjnav.metrics.summary import summarise
 from mjnav.metrics.timing import compute_ms
-from mjnav.recording.trajectory import TrajectoryBuilder
+from mjnav.recording.read.trajectory import TrajectoryBuilder
 from mjnav.scenarios import load
 
 HOUR = 36_000  # ticks

@@ -20,7 +20,7 @@ from mjnav.scenarios import dumps, load
 HOSTILE = "[red]\x1b]0;owned\x07\x1b[2J\x9b31m\u202eabc\u200b\u2066\x7f\x08"
 SHORT = ("--set", "time_limit=0.3")
 OWN = f"""
-from mjnav.control.mean import Mean
+from mjnav.control.methods.mean import Mean
 
 class Own(Mean):
     def decide(self, observation):

@@ -17,7 +17,7 @@ STOPPED = 0.4  # [s]
 STALLING = '''
 import importlib, os, sys, time
 from numba import njit
-from mjnav.control.mean import Mean
+from mjnav.control.methods.mean import Mean
 
 sys.path.insert(0, os.path.dirname(__file__))
 

@@ -13,7 +13,7 @@ SCRIPTS = Path(sysconfig.get_path("scripts"))
 IMPORTS = re.compile(
     rb"^[ \t]*(?:import|from)[ \t]+(\w+)|import_module\(\s*[\"'](\w+)|^[ \t]*import .*, *(\w+)", re.MULTILINE
 )
-OWN = "from mjnav.control.mean import Mean\n\nclass Own(Mean): ...\n"
+OWN = "from mjnav.control.methods.mean import Mean\n\nclass Own(Mean): ...\n"
 STUDY = 'schema = 1\nname = "tiny"\nscenes = ["crossing1"]\nseeds = [0, 1]\nmethods = [{ controller = "my_own:Own" }]\n'
 SHORT = "--set time_limit=0.3"
 COMMANDS = (

@@ -32,8 +32,8 @@ def write_big_log(scene: str, path: Path, size: int) -> None:
     from mcap.writer import CompressionType, Writer
 
     import mjnav
-    from mjnav.recording.stream import read_records
-    from mjnav.recording.writer import CHUNK_SIZE, RESULT
+    from mjnav.recording.read.stream import read_records
+    from mjnav.recording.write.writer import CHUNK_SIZE, RESULT
 
     run = path.with_name(f"once-{path.name}")
     mjnav.run(mjnav.load_scenario(scene), log=run)

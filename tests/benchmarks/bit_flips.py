@@ -23,7 +23,7 @@ from mcap.records import Chunk, Message
 from mcap.stream_reader import StreamReader, breakup_chunk
 
 import mjnav
-from mjnav.recording.recover import recover
+from mjnav.recording.recover.recover import recover
 
 CHUNK, DATA_END = 6, 15
 SECOND = 2**20  # [bytes] from the first changed bit to the second

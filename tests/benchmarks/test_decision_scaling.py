@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 
 from mjnav.control import make_controller, names
-from mjnav.control.problem import Problem
+from mjnav.control.problem.problem import Problem
 from mjnav.rkhs.mmd import mmd_squared, mmd_squared_gram
 
 SIZES = {"N": (25, 50, 100), "J": (1, 5, 20, 100), "K": (100, 400, 1600)}

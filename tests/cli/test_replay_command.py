@@ -25,7 +25,7 @@ def test_a_run_that_is_the_same_again_is_one_line(mjnav, log):
 def test_one_that_is_not_says_where_it_begins_and_exits_with_1(mjnav, log, monkeypatch):
     other = 'noise.pose.x={distribution="gaussian", std=0.08}'
     # of the scenario in a log
-    monkeypatch.setattr("mjnav.recording.reader.loads", lambda text, file: loads(text, [other], file=file))
+    monkeypatch.setattr("mjnav.recording.read.reader.loads", lambda text, file: loads(text, [other], file=file))
     said = mjnav("replay", log)
     first, second, *_ = said.out.splitlines()
     assert said.code == 1
@@ -74,7 +74,7 @@ def test_what_cannot_be_replayed_is_refused_in_one_line(mjnav, tmp_path, content
 
 
 def test_a_controller_that_is_not_here_is_an_input_error_with_its_name(mjnav, tmp_path):
-    (tmp_path / "gone_for_replay.py").write_text("from mjnav.control.mean import Mean\nclass Own(Mean): pass\n")
+    (tmp_path / "gone_for_replay.py").write_text("from mjnav.control.methods.mean import Mean\nclass Own(Mean): pass\n")
     words = ("--controller", "gone_for_replay:Own", "--set", "time_limit=0.2")
     assert mjnav("run", "crossing1", "--log", "b.mcap", *words).code == 0
     assert mjnav("replay", "b.mcap", "--trust").code == 0

@@ -88,7 +88,7 @@ def test_what_is_infinite_is_null(mjnav, tmp_path):
         """
 from dataclasses import replace
 import numpy as np
-from mjnav.control.mean import Mean
+from mjnav.control.methods.mean import Mean
 
 class Timid(Mean):
     def evaluate(self, problem):
@@ -182,7 +182,7 @@ class Still:
 
 
 def test_a_controller_of_ones_own_that_chooses_from_candidates_has_a_surface(mjnav, tmp_path):
-    (tmp_path / "bold.py").write_text("from mjnav.control.mean import Mean\n\nclass Bold(Mean):\n    pass\n")
+    (tmp_path / "bold.py").write_text("from mjnav.control.methods.mean import Mean\n\nclass Bold(Mean):\n    pass\n")
     said = mjnav("surface", "crossing1", "--at", "0.1", "--controller", "bold:Bold", *QUICK)
     assert said.code == 0
     assert files(tmp_path / "runs") == [

@@ -21,7 +21,7 @@ controller = "rkhs"
 controller = "mean"
 """
 FAILING = """
-from mjnav.control.rkhs import Rkhs
+from mjnav.control.methods.rkhs import Rkhs
 
 
 class Failing(Rkhs):

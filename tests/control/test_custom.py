@@ -73,7 +73,7 @@ def test_a_class_below_the_protocol_alone_works_with_its_parameters(limits, obse
 
 
 def test_a_shipped_class_by_its_place_decides_what_it_does_by_its_name(limits, observe):
-    by_place = make_controller("mjnav.control.mean:Mean", limits, 0.1).decide(observe(3))
+    by_place = make_controller("mjnav.control.methods.mean:Mean", limits, 0.1).decide(observe(3))
     by_name = make_controller("mean", limits, 0.1).decide(observe(3))
     assert (by_place.v, by_place.omega) == (by_name.v, by_name.omega)
 
@@ -154,5 +154,5 @@ def test_a_working_folder_that_is_gone_is_no_fault(limits, working_folder, monke
     (working_folder / "gone").mkdir()
     monkeypatch.chdir(working_folder / "gone")
     (working_folder / "gone").rmdir()
-    make_controller("mjnav.control.mean:Mean", limits, 0.1)
+    make_controller("mjnav.control.methods.mean:Mean", limits, 0.1)
     monkeypatch.chdir(working_folder)

@@ -7,7 +7,7 @@ import pytest
 
 from mjnav.control import Status, make_controller, names
 from mjnav.control.base import ConstrainedController
-from mjnav.control.dwa import Dwa
+from mjnav.control.methods.dwa import Dwa
 from mjnav.messages import Lanes, ObstacleSamples, RobotLimits
 
 SMALL = {"num_v": 6, "num_omega": 7}

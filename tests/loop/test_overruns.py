@@ -10,8 +10,8 @@ from mjnav.loop.pacer import FreePacer, RealTimePacer
 from mjnav.loop.rate_test import RateTest, rate_test, shuttling
 from mjnav.loop.tick import Navigator
 from mjnav.recording import open_log
-from mjnav.recording import sink as sink_module
-from mjnav.recording.writer import Recorder, Writer
+from mjnav.recording.write import sink as sink_module
+from mjnav.recording.write.writer import Recorder, Writer
 from mjnav.world.simulator import Simulator
 
 MS = 1_000_000  # [ns]

@@ -18,7 +18,7 @@ from mjnav.loop.pacer import FreePacer, RealTimePacer
 from mjnav.loop.rate_test import rate_test, shuttling
 from mjnav.messages import PHASES
 from mjnav.recording import open_log
-from mjnav.recording import sink as sink_module
+from mjnav.recording.write import sink as sink_module
 
 SPACE = """
 schema = 1

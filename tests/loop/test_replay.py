@@ -21,7 +21,7 @@ from mjnav.loop.replay import replay
 from mjnav.world.mujoco_engine import MujocoEngine
 
 OWN = """
-from mjnav.control.mean import Mean
+from mjnav.control.methods.mean import Mean
 
 class Timid(Mean):
     slowness = 0.5

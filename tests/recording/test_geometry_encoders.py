@@ -7,7 +7,7 @@ from foxglove_schemas_protobuf.LaserScan_pb2 import LaserScan
 from foxglove_schemas_protobuf.PointCloud_pb2 import PointCloud
 from foxglove_schemas_protobuf.PoseInFrame_pb2 import PoseInFrame
 
-from mjnav.recording import geometry
+from mjnav.recording.encode import geometry
 
 
 def heading(quaternion) -> float:

@@ -19,10 +19,10 @@ from mcap.records import Channel, Message, Schema
 from mjnav import load_scenario, run
 from mjnav.errors import InputError
 from mjnav.recording import Recorder, open_log
-from mjnav.recording import writer as writer_module
+from mjnav.recording.encode.topics import topics
 from mjnav.recording.live import LiveServer
-from mjnav.recording.stream import read_records
-from mjnav.recording.topics import topics
+from mjnav.recording.read.stream import read_records
+from mjnav.recording.write import writer as writer_module
 
 pytest.importorskip("foxglove", reason="foxglove-sdk is not installed")
 websocket = pytest.importorskip("tornado.websocket", reason="no WebSocket client: tornado is not installed")

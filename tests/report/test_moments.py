@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from mjnav.messages import PHASES, Contact
-from mjnav.recording.ticks import LoggedRun
+from mjnav.recording.read.ticks import LoggedRun
 from mjnav.report.moments import NUM_MOMENTS, worst_moments
 from tests.metrics.conftest import make_scenario, make_trajectory
 

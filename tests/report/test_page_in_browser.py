@@ -12,7 +12,7 @@ import mjnav
 from mjnav.cli.main import main
 from mjnav.loop.prepare import load_scenario
 from mjnav.report.inspection import inspect
-from mjnav.report.page_figures import flatten, shown
+from mjnav.report.run_page.page_figures import flatten, shown
 from tests.recording.conftest import MadeUpRun, make_scenario
 
 playwright = pytest.importorskip("playwright.sync_api")

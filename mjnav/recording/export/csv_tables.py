@@ -14,10 +14,10 @@ from pathlib import Path
 from typing import IO, Any
 
 from mjnav.errors import DamagedLogError
-from mjnav.recording.budget import EXPORT, FREE_EXPORT, Budget
 from mjnav.recording.export.csv_cells import neutral
 from mjnav.recording.export.tables import TABLES as TOPICS
-from mjnav.recording.reader import Log, LogMessage
+from mjnav.recording.read.budget import EXPORT, FREE_EXPORT, Budget
+from mjnav.recording.read.reader import Log, LogMessage
 
 _FIRST = {"tick": "", "time": "s"}
 

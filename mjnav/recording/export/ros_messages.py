@@ -11,7 +11,7 @@ import numpy as np
 from foxglove_schemas_protobuf.Log_pb2 import Log as Event
 from rosbags.typesys.stores import ros2_humble as ros
 
-from mjnav.recording.geometry import TRUE_FRAME, WORLD_FRAME, time_ns
+from mjnav.recording.encode.geometry import TRUE_FRAME, WORLD_FRAME, time_ns
 
 _PLANAR = [0, 1, 5]  # x, y and the turn about z among the six coordinates of a pose
 

@@ -16,7 +16,7 @@ from mjnav.study.results import Results
 
 def html(results: Results) -> str:
     """The page."""
-    style = (files("mjnav.report") / "web" / "comparison.css").read_text(encoding="utf-8")
+    style = (files("mjnav.report.comparison") / "comparison.css").read_text(encoding="utf-8")
     digest = b64encode(sha256(style.encode()).digest()).decode()
     policy = f"default-src 'none'; style-src 'sha256-{digest}'; img-src data:; base-uri 'none'; form-action 'none'"
     title = _text(f"{results.study}: comparison")

@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from mjnav.control.candidates import Candidates
-from mjnav.control.goal_cost import GoalCost
-from mjnav.control.problem import Problem
-from mjnav.control.rkhs import Rkhs
+from mjnav.control.methods.rkhs import Rkhs
+from mjnav.control.problem.candidates import Candidates
+from mjnav.control.problem.goal_cost import GoalCost
+from mjnav.control.problem.problem import Problem
 from mjnav.errors import InvalidValue
 from mjnav.messages import Array, Observation
 from mjnav.rkhs.moments import moment_distance

@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from mjnav.control.rkhs import Rkhs
+from mjnav.control.methods.rkhs import Rkhs
 from mjnav.errors import InvalidValue
 from mjnav.loop.crowd import crowd
 from mjnav.loop.episode import Episode

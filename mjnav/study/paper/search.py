@@ -11,7 +11,7 @@ from time import perf_counter
 
 import numpy as np
 
-from mjnav.control.candidates import candidate_grid
+from mjnav.control.problem.candidates import candidate_grid
 from mjnav.messages import Array
 from mjnav.study.paper.continuous_cost import ContinuousCost
 

@@ -1,0 +1,238 @@
+"""The compiled loops over the constraint samples of one decision: all pairs of samples at all controls.
+
+What was measured for 402 controls, 5 discs of 625 pairs each and degree 3, on Zen 4 with AVX-512, as ratios of times to
+`cone_moments` below (tests/benchmarks/test_kernel_bound.py says how much of the machine's arithmetic that uses):
+
+    1.75   pairs outside with the robot's samples fastest, whose velocities (N, K) are then read from the second cache;
+           f = R^2 - |r + t q|^2 with t = -r.q / |q|^2 clipped afterwards; every f times unit; powers row by row
+    1.2    the robot's samples outermost, and the closest point r + t q; 1.1 with t clipped after the division
+    1.1    |q| < 1e-9 told apart by a select in the innermost loop; nothing depends on it where the horizon is finite
+    1.4    256-bit vectors
+    1.37   the division in float32, which loses nothing (f is stationary in t): converting costs more than it saves
+    1.1    tiles of 128 or 256 controls; for 1602 controls 0.95
+    0.97   two pairs at once with their powers summed in registers, also with one division for both, 1 / (a b); 0.93
+           with four: not worth a loop for every form and degree
+    0.49   all in float32, summed over a robot sample and then in float64: costs differ by up to 1.5e-4 of themselves,
+           and the choice in 4 of 2239 random and recorded decisions, by a cost of up to 2.5e-5; at degree 1 in 3, all
+           of them ties
+"""
+
+import numpy as np
+
+from mjnav.constraints.collision_cone import SEGMENT
+from mjnav.control.kernels.cone_blocks import ConeBlocks, ConeRule, Controls, RobotSamples
+from mjnav.control.kernels.cone_rows import disc_column, fill_row, mark_near, reach_of, units, velocity_row, wall_column
+from mjnav.geometry.compiled import kernel
+from mjnav.geometry.kernel_types import Cube, Flags, Indices, Matrix
+
+ROWS = 4  # rows of f whose powers are added up together: the sums are then loaded and stored once for all of them
+LANES = 8  # float64 in the widest vector register. Rows are a multiple of it long, so that none has a remainder
+
+
+@kernel
+def _add_powers(sums, rows):
+    """Adds f^p, p = 2 ... degree, of all ROWS rows of f to `sums` (degree, K)."""
+    degree = sums.shape[0]
+    if degree == 2:
+        second = sums[1]
+        for k in range(second.size):
+            two = 0.0
+            for r in range(ROWS):
+                two += rows[r, k] * rows[r, k]
+            second[k] += two
+    elif degree > 2:
+        second, third = sums[1], sums[2]
+        for k in range(second.size):
+            two = three = 0.0
+            for r in range(ROWS):
+                square = rows[r, k] * rows[r, k]
+                two += square
+                three += square * rows[r, k]
+            second[k] += two
+            third[k] += three
+    for p in range(4, degree + 1):
+        for r in range(ROWS):
+            for k in range(sums.shape[1]):
+                sums[p - 1, k] += rows[r, k] ** p
+
+
+@kernel
+def cone_moments(
+    out: Cube,
+    hinge: Flags,
+    circles: Matrix,
+    controls: Controls,
+    robot: RobotSamples,
+    blocks: ConeBlocks,
+    rule: ConeRule,
+):
+    """Means of f^p, p = 1 ... degree, into `out` (B, degree, K); of max(0, f)^p for the blocks in `hinge` (B,)."""
+    num_blocks, degree, num_controls = out.shape
+    num_samples = robot.speed_noise.size
+    width = (num_controls + LANES - 1) // LANES * LANES
+    scratch = np.zeros((degree + ROWS + 2, width))
+    sums, rows, vx, vy = scratch[:degree], scratch[degree:-2], scratch[-2], scratch[-1]
+    all_near = np.ones(len(blocks.position) + 1, np.bool_)
+    for b in range(num_blocks):
+        sums[:] = 0.0
+        least = max(rule.floor, 0.0) if hinge[b] else rule.floor
+        length, speed = units(b, blocks, rule)
+        first, last = blocks.start[b], blocks.start[b + 1]
+        near = all_near[: last - first]
+        near[:] = True
+        bounded = b < blocks.num_discs and rule.form == SEGMENT
+        reach = reach_of(blocks.unit[b] * blocks.radius_squared[b], least)
+        num_far = filled = 0
+        for i in range(num_samples):
+            x, y = robot.position[i, 0], robot.position[i, 1]
+            if bounded:
+                num_near = mark_near(
+                    near, circles[i], x, y, blocks.position[first:last], blocks.velocity[first:last],
+                    length, speed, reach,
+                )  # fmt: skip
+                num_far += near.size - num_near
+                if num_near == 0:
+                    continue
+            velocity_row(
+                vx, vy, controls.v, controls.cos_turn, controls.sin_turn,
+                robot.speed_noise[i], speed * robot.cos_heading[i], speed * robot.sin_heading[i],
+            )  # fmt: skip
+            for m in range(first, last):
+                if near[m - first]:
+                    fill_row(rows[filled], sums[0], vx, vy, x, y, m, b, length, speed, blocks, rule, least)
+                    filled += 1
+                    if filled == ROWS:
+                        _add_powers(sums, rows)
+                        filled = 0
+        if filled > 0:
+            rows[filled:] = 0.0
+            _add_powers(sums, rows)
+        count = num_samples * (last - first)
+        power = 1.0
+        for p in range(degree):
+            power *= least
+            # Not least^p times 0: that is not a number where nothing is clipped.
+            far = num_far * power if num_far > 0 else 0.0
+            for k in range(num_controls):
+                out[b, p, k] = (sums[p, k] + far) / count
+
+
+@kernel
+def mean_violation(
+    out: Matrix,
+    shifts: Matrix,
+    circles: Matrix,
+    controls: Controls,
+    robot: RobotSamples,
+    blocks: ConeBlocks,
+    rule: ConeRule,
+):
+    """sum_b max(0, f_b) of one robot sample, moved by each of `shifts` (P, 2), into `out` (P, K).
+
+    Every block has one sample.
+    """
+    scratch = np.empty((3, controls.v.size))
+    f, vx, vy = scratch[0], scratch[1], scratch[2]
+    near = np.ones(1, np.bool_)
+    out[:] = 0.0
+    for b in range(blocks.unit.size):
+        length, speed = units(b, blocks, rule)
+        velocity_row(
+            vx, vy, controls.v, controls.cos_turn, controls.sin_turn,
+            robot.speed_noise[0], speed * robot.cos_heading[0], speed * robot.sin_heading[0],
+        )  # fmt: skip
+        bounded = b < blocks.num_discs and rule.form == SEGMENT
+        reach = reach_of(blocks.unit[b] * blocks.radius_squared[b], 0.0)
+        for p in range(len(shifts)):
+            x, y = robot.position[0, 0] + shifts[p, 0], robot.position[0, 1] + shifts[p, 1]
+            if bounded and not mark_near(
+                near, circles[0], x, y, blocks.position[b : b + 1], blocks.velocity[b : b + 1], length, speed, reach
+            ):
+                continue
+            fill_row(f, out[p], vx, vy, x, y, b, b, length, speed, blocks, rule, 0.0)
+
+
+@kernel
+def cone_samples(
+    out: Matrix, b: int, circles: Matrix, controls: Controls, robot: RobotSamples, blocks: ConeBlocks, rule: ConeRule
+):
+    """f of block b at all controls into `out` (n, K), the robot's samples running fastest.
+
+    Returns how many of its pairs are at the floor whatever the control.
+    """
+    num_samples = robot.speed_noise.size
+    length, speed = units(b, blocks, rule)
+    first, last = blocks.start[b], blocks.start[b + 1]
+    near = np.ones(last - first, np.bool_)
+    bounded = b < blocks.num_discs and rule.form == SEGMENT
+    reach = reach_of(blocks.unit[b] * blocks.radius_squared[b], rule.floor)
+    scratch = np.zeros((3, controls.v.size))
+    vx, vy, total = scratch[0], scratch[1], scratch[2]
+    num_far = 0
+    for i in range(num_samples):
+        x, y = robot.position[i, 0], robot.position[i, 1]
+        if bounded:
+            num_near = mark_near(
+                near, circles[i], x, y, blocks.position[first:last], blocks.velocity[first:last], length, speed, reach,
+            )  # fmt: skip
+            num_far += near.size - num_near
+        velocity_row(
+            vx, vy, controls.v, controls.cos_turn, controls.sin_turn,
+            robot.speed_noise[i], speed * robot.cos_heading[i], speed * robot.sin_heading[i],
+        )  # fmt: skip
+        for m in range(first, last):
+            f = out[(m - first) * num_samples + i]
+            if near[m - first]:
+                fill_row(f, total, vx, vy, x, y, m, b, length, speed, blocks, rule, rule.floor)
+            else:
+                f[:] = rule.floor
+    return num_far
+
+
+@kernel
+def add_safe(
+    sums: Matrix,
+    counts: Indices,
+    wanted: Flags,
+    controls: Controls,
+    robot: RobotSamples,
+    blocks: ConeBlocks,
+    rule: ConeRule,
+):
+    """Adds up what is safe, in the blocks that are `wanted` (B,): f^p to `sums` (B, degree), 1 to `counts` (B,).
+
+    For a handful of controls: here the robot's samples fill the vector units.
+    """
+    scratch = np.empty((4, robot.speed_noise.size))
+    f, power, vx, vy = scratch[0], scratch[1], scratch[2], scratch[3]
+    for b in range(sums.shape[0]):
+        if not wanted[b]:
+            continue
+        length, speed = units(b, blocks, rule)
+        rr, unit = blocks.radius_squared[b], blocks.unit[b]
+        for k in range(controls.v.size):
+            for i in range(f.size):
+                v = speed * (controls.v[k] + robot.speed_noise[i])
+                vx[i] = v * (robot.cos_heading[i] * controls.cos_turn[k] - robot.sin_heading[i] * controls.sin_turn[k])
+                vy[i] = v * (robot.sin_heading[i] * controls.cos_turn[k] + robot.cos_heading[i] * controls.sin_turn[k])
+            for m in range(blocks.start[b], blocks.start[b + 1]):
+                if b < blocks.num_discs:
+                    disc_column(
+                        f, vx, vy, robot.position, blocks.position[m, 0], blocks.position[m, 1],
+                        speed * blocks.velocity[m, 0], speed * blocks.velocity[m, 1], length, unit * rr, rule.form,
+                    )  # fmt: skip
+                else:
+                    ax, ay, bx, by = blocks.wall[b, 0], blocks.wall[b, 1], blocks.wall[b, 2], blocks.wall[b, 3]
+                    wall_column(f, vx, vy, robot.position, ax, ay, bx, by, rr, unit, rule.wall_horizon)
+                num_safe = 0
+                for i in range(f.size):
+                    num_safe += f[i] <= 0.0
+                    f[i] = max(f[i], rule.floor) if f[i] <= 0.0 else 0.0
+                    power[i] = 1.0
+                counts[b] += num_safe
+                for p in range(sums.shape[1]):
+                    total = 0.0
+                    for i in range(f.size):
+                        power[i] *= f[i]
+                        total += power[i]
+                    sums[b, p] += total

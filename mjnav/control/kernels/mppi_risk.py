@@ -1,0 +1,205 @@
+"""What rollouts meet: at every step the share of samples that collide, or are beyond a lane boundary.
+
+    P_jt(k) = share of pairs (i, m) with |p_t(k) + e_i - (o_m + (t + 1) dt o'_m)| < R_j,
+
+p_t(k) the mean robot's position at the end of step t of rollout k, e_i where sample i of the robot is beside the mean,
+and o_m, o'_m position and velocity of sample m of obstacle j. All N M pairs count: against a position of the path they
+are one cloud of points, the same for every rollout, and most rollouts are outside or inside of its reach as a whole.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from mjnav.constraints.lane import lane_distance
+from mjnav.control.kernels.mppi_rollout import Rollouts
+from mjnav.control.problem.obstacles import Discs, Reach
+from mjnav.control.problem.problem import Problem
+from mjnav.geometry.compiled import kernel
+from mjnav.geometry.kernel_types import Indices, Matrix, Vector
+from mjnav.messages import Array
+
+SLACK = 1e-9  # relative, by which a cloud's reach is rounded up
+TINY = 1e-300
+
+
+@kernel
+def _spread(x, y, cx, cy):
+    """The greatest distance of points (n,) from (cx, cy)."""
+    farthest = 0.0
+    for i in range(x.size):
+        farthest = max(farthest, (x[i] - cx) ** 2 + (y[i] - cy) ** 2)
+    return np.sqrt(farthest)
+
+
+@kernel
+def _differences(out, a, b):
+    """a_i - b_m, i running fastest, into `out`."""
+    n = a.size
+    for m in range(b.size):
+        for i in range(n):
+            out[m * n + i] = a[i] - b[m]
+
+
+@kernel
+def _share_within(x, y, cloud_x, cloud_y, radius):
+    """The share of points c (n,) with |(x, y) + c| < radius."""
+    count, radius_squared = 0.0, radius * radius
+    for i in range(cloud_x.size):
+        dx, dy = x + cloud_x[i], y + cloud_y[i]
+        count += 1.0 if dx * dx + dy * dy < radius_squared else 0.0
+    return count / cloud_x.size
+
+
+@kernel
+def _meet_discs(
+    time: Matrix,
+    worst: Vector,
+    x: Matrix,
+    y: Matrix,
+    ex: Vector,
+    ey: Vector,
+    ox: Vector,
+    oy: Vector,
+    ovx: Vector,
+    ovy: Vector,
+    start: Indices,
+    radius: Vector,
+    step: float,
+):
+    """Adds the time in collision with every disc to `time` (B, K); the greatest share goes to `worst` (K,)."""
+    mean_ex, mean_ey = ex.mean(), ey.mean()
+    robot_spread = _spread(ex, ey, mean_ex, mean_ey)
+    for b in range(radius.size):
+        m = slice(start[b], start[b + 1])
+        n = ex.size * (start[b + 1] - start[b])
+        cloud_x, cloud_y = np.empty(n), np.empty(n)
+        for t in range(x.shape[0]):
+            ahead = (t + 1) * step
+            px, py = ox[m] + ahead * ovx[m], oy[m] + ahead * ovy[m]
+            mean_px, mean_py = px.mean(), py.mean()
+            spread = robot_spread + _spread(px, py, mean_px, mean_py) + SLACK * radius[b]
+            outside, inside = (radius[b] + spread) ** 2, max(radius[b] - spread, 0.0) ** 2
+            known = False
+            for k in range(x.shape[1]):
+                distance = (x[t, k] + mean_ex - mean_px) ** 2 + (y[t, k] + mean_ey - mean_py) ** 2
+                if distance >= outside:
+                    continue
+                share = 1.0
+                if distance >= inside:
+                    if not known:
+                        _differences(cloud_x, ex, px)
+                        _differences(cloud_y, ey, py)
+                        known = True
+                    share = _share_within(x[t, k], y[t, k], cloud_x, cloud_y, radius[b])
+                time[b, k] += step * share
+                worst[k] = max(worst[k], share)
+
+
+@kernel
+def _meet_walls(
+    time: Matrix, worst: Vector, x: Matrix, y: Matrix, ex: Vector, ey: Vector, wall: Matrix, radius: float, step: float
+):
+    """The same for walls: the share of offsets less than `radius` from the segment."""
+    spread = _spread(ex, ey, 0.0, 0.0) + SLACK * radius
+    outside, inside = (radius + spread) ** 2, max(radius - spread, 0.0) ** 2
+    for b in range(wall.shape[0]):
+        ax, ay = wall[b, 0], wall[b, 1]
+        dx, dy = wall[b, 2] - ax, wall[b, 3] - ay
+        per_length = 1.0 / max(dx * dx + dy * dy, TINY)
+        for t in range(x.shape[0]):
+            for k in range(x.shape[1]):
+                px, py = x[t, k] - ax, y[t, k] - ay
+                s = min(max((px * dx + py * dy) * per_length, 0.0), 1.0)
+                distance = (px - s * dx) ** 2 + (py - s * dy) ** 2
+                if distance >= outside:
+                    continue
+                share = 1.0
+                if distance >= inside:
+                    count = 0.0
+                    for i in range(ex.size):
+                        qx, qy = px + ex[i], py + ey[i]
+                        s = min(max((qx * dx + qy * dy) * per_length, 0.0), 1.0)
+                        count += 1.0 if (qx - s * dx) ** 2 + (qy - s * dy) ** 2 < radius * radius else 0.0
+                    share = count / ex.size
+                time[b, k] += step * share
+                worst[k] = max(worst[k], share)
+
+
+@kernel
+def _cross(time: Vector, worst: Vector, x: Matrix, y: Matrix, normal: Vector, excess: Vector, step: float):
+    """The same for a lane boundary: the share of i with normal . (x, y) + excess_i > 0."""
+    for t in range(x.shape[0]):
+        for k in range(x.shape[1]):
+            along = normal[0] * x[t, k] + normal[1] * y[t, k]
+            count = 0.0
+            for i in range(excess.size):
+                count += 1.0 if along + excess[i] > 0.0 else 0.0
+            time[k] += step * count / excess.size
+            worst[k] = max(worst[k], count / excess.size)
+
+
+@dataclass(frozen=True, slots=True)
+class Risk:
+    """What each of K rollouts meets."""
+
+    cone: Array  # (K, J) expected time in collision with each obstacle, then each wall [s]
+    lane: Array  # (K, 2) expected time beyond the left and the right boundary [s]
+    worst: Array  # (K,) greatest probability of any one of them, at any one step
+
+
+@dataclass(frozen=True, slots=True)
+class Surroundings:
+    """All samples of an observation, relative to the robot's mean position."""
+
+    offsets: Array  # (2, N) [m] of the robot's samples
+    discs: Discs
+    walls: Array  # (W, 4) [m] ax, ay, bx, by
+    columns: list[int]  # of the discs and walls, in Risk.cone
+    num_columns: int
+    radius: float  # [m] of the robot, with the safety margin
+    lanes: tuple[tuple[Array, Array], ...]  # (2,) outward normal and (N,) samples of what the robot is beyond by [m]
+
+    @classmethod
+    def of(cls, problem: Problem, reach: Reach) -> "Surroundings":
+        """What is in reach, as the problem's samples have it.
+
+        Each sample of the robot is where the actuation noise in force leaves it after one period: the next decision
+        sees where that is, and corrects it.
+        """
+        o, mean, heading = problem.observation, problem.mean_pose[:2], problem.observation.robot_pose[:, 2]
+        drift = problem.period * o.control_noise[:, 0]
+        offsets = (o.robot_pose[:, :2] - mean).T + drift * np.stack([np.cos(heading), np.sin(heading)])
+        discs = problem.discs.take(reach.discs)
+        num_discs, lanes = len(o.obstacles), []
+        if o.lanes is not None:
+            sides = ((o.lanes.left, o.lanes.left_offset, 1.0), (o.lanes.right, o.lanes.right_offset, -1.0))
+            for line, noise, outward in sides:
+                normal = outward * np.array(line[:2]) / np.hypot(*line[:2])
+                beyond = outward * (lane_distance(mean, line) + noise) + problem.limits.radius
+                lanes.append((normal, normal @ offsets + beyond))
+        return cls(
+            offsets=offsets,
+            discs=replace(discs, position=discs.position - mean),
+            walls=(o.walls[list(reach.walls)] - mean).reshape(-1, 4),
+            columns=[*reach.discs, *(num_discs + w for w in reach.walls)],
+            num_columns=num_discs + len(o.walls),
+            radius=problem.limits.radius + problem.parameters.safety_margin,
+            lanes=tuple(lanes),
+        )
+
+    def risk(self, rollouts: Rollouts) -> Risk:
+        """What the rollouts meet here."""
+        r, num_discs, num = rollouts, len(self.discs.radius), rollouts.v.shape[1]
+        time, lane, worst = np.zeros((len(self.columns), num)), np.zeros((2, num)), np.zeros(num)
+        ox, oy, ovx, ovy = np.ascontiguousarray(np.concatenate([self.discs.position, self.discs.velocity], axis=1).T)
+        _meet_discs(
+            time[:num_discs], worst, r.x, r.y, *self.offsets, ox, oy, ovx, ovy, self.discs.start,
+            self.discs.radius + self.radius, r.step,
+        )  # fmt: skip
+        _meet_walls(time[num_discs:], worst, r.x, r.y, *self.offsets, self.walls, self.radius, r.step)
+        for side, (normal, excess) in enumerate(self.lanes):
+            _cross(lane[side], worst, r.x, r.y, normal, excess, r.step)
+        cone = np.zeros((num, self.num_columns))
+        cone[:, self.columns] = time.T
+        return Risk(cone, np.ascontiguousarray(lane.T), worst)

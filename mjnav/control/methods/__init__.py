@@ -1,0 +1,1 @@
+"""The methods: one file a row of the README's table."""

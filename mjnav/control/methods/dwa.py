@@ -1,0 +1,109 @@
+"""`dwa`: the dynamic window approach, at the means only and with every obstacle where it is now.
+
+Of the controls that are reachable within one period (the dynamic window: the candidates) those are admissible after
+which the robot can stop before it touches anything. With dist(v, omega) the way along the arc to the first contact with
+a disc, wall or lane boundary, and a, a_omega the greatest accelerations,
+
+    v <= sqrt(2 dist a)   and   |omega| <= sqrt(2 (dist |omega / v|) a_omega),
+
+dist |omega / v| being the angle turned until then. Among those,
+
+    u* = argmin_u  J(u) + weight (1 - min(dist(u), clearance) / clearance)
+
+(Fox, Burgard & Thrun 1997, "The Dynamic Window Approach to Collision Avoidance"). The shared goal cost J stands in
+place of the published terms of heading and speed, so that only the risk differs from other methods. Velocities of
+obstacles take no part, as published.
+
+Infeasible: no candidate is admissible. Then the candidates count whose way to a stop, v^2 / 2a or |v omega| / 2a_omega,
+goes least beyond the contact, and the status says so.
+"""
+
+from dataclasses import dataclass
+from math import inf
+from typing import ClassVar
+
+import numpy as np
+
+from mjnav.constraints.arc import contact_distance
+from mjnav.constraints.lane import lane_distance
+from mjnav.control.base import GridController
+from mjnav.control.parameters import GridParameters, LoopParameters, at_least, finite
+from mjnav.control.problem.nominal import least_violating
+from mjnav.control.problem.problem import Problem
+from mjnav.messages import Array, CandidateCosts, Status
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class DwaParameters(GridParameters):
+    """The risk: its weight, and how far ahead it looks."""
+
+    weight: float = 1.0
+    clearance: float = 2.0  # [m] of way beyond which more of it counts for nothing
+
+    def __post_init__(self):
+        GridParameters.__post_init__(self)
+        at_least("weight", self.weight, 0.0)
+        at_least("clearance", self.clearance, 0.0, above=True)
+        finite(self, "weight", "clearance")
+
+
+class Dwa(GridController[DwaParameters]):
+    """The admissible candidate of least goal cost and most clearance."""
+
+    parameters_type: ClassVar[type[LoopParameters]] = DwaParameters
+
+    def evaluate(self, problem: Problem) -> CandidateCosts:
+        """Goal cost plus weighted lack of clearance; infinite where the candidate is not admissible."""
+        p, c, o = self.parameters, problem.candidates, problem.observation
+        ways = self.ways(problem, c.v, c.omega)
+        risk = 1.0 - np.minimum(ways, p.clearance) / p.clearance
+        total = problem.goal + p.weight * risk.max(axis=1)
+        admissible = least_violating(self.excess(c.v, c.omega, ways))
+        num_discs, num_obstacles = len(problem.reach.discs), len(o.obstacles)
+        cone = np.zeros((len(total), num_obstacles + len(o.walls)))
+        cone[:, list(problem.reach.discs)] = risk[:, :num_discs]
+        cone[:, num_obstacles:] = risk[:, num_discs:-2]
+        total = np.where(admissible, total, inf)
+        return CandidateCosts(c.v, c.omega, problem.goal, cone, risk[:, -2:], total, problem.nominal)
+
+    def status(self, problem: Problem, costs: CandidateCosts, best: int) -> Status:
+        """`infeasible` where the chosen candidate is not admissible."""
+        v, omega = costs.v[[best]], costs.omega[[best]]
+        if self.excess(v, omega, self.ways(problem, v, omega))[0] > 0.0:
+            return Status.INFEASIBLE
+        return super().status(problem, costs, best)
+
+    def ways(self, problem: Problem, v: Array, omega: Array) -> Array:
+        """dist [m] of controls (K,) to the discs in reach, to all walls and to both lane boundaries, (K, D + W + 2).
+
+        The shared reach leaves out walls beyond `wall_horizon`, which may be nearer than `clearance`.
+        """
+        o, (x, y, heading) = problem.observation, problem.mean_pose
+        c, s = np.cos(heading), np.sin(heading)
+        to_robot = np.array([[c, -s], [s, c]])  # from the right
+        discs = problem.discs.means().take(problem.reach.discs)
+        radius = self.limits.radius + self.parameters.safety_margin
+        disc = np.column_stack([(discs.position - (x, y)) @ to_robot, discs.radius + radius])
+        ends = (o.walls - (x, y)) @ to_robot
+        wall = np.column_stack([ends.reshape(-1, 4), np.full(len(ends), radius)])
+        line = np.zeros((0, 4))
+        if o.lanes is not None:
+            sides = ((o.lanes.left, o.lanes.left_offset, -1.0), (o.lanes.right, o.lanes.right_offset, 1.0))
+            line = np.array([
+                [
+                    *(inwards * np.array(boundary[:2]) / np.hypot(*boundary[:2]) @ to_robot),
+                    inwards * (float(lane_distance((x, y), boundary)) + noise.mean()),
+                    self.limits.radius,
+                ]
+                for boundary, noise, inwards in sides
+            ])  # fmt: skip
+        ways = contact_distance(v, omega, disc, wall, line)
+        return ways if o.lanes is not None else np.column_stack([ways, np.full((len(v), 2), inf)])
+
+    def excess(self, v: Array, omega: Array, ways: Array) -> Array:
+        """By how much the way to a stop goes beyond the first contact [m], (K,)."""
+        stop = np.maximum(
+            v * v / (2.0 * self.limits.max_acceleration),
+            np.abs(v * omega) / (2.0 * self.limits.max_turn_acceleration),
+        )
+        return np.maximum(stop - ways.min(axis=1), 0.0)

@@ -1,0 +1,66 @@
+"""`kld`: match each constraint's distribution with a collision-free one by Gaussian mixtures and their divergence.
+
+As `rkhs`, but with Gaussian mixtures fitted to the samples and KL(F_j(u) || F_j^des) in place of MMD^2,
+
+    u* = argmin_u  J(u) + lambda sum_j KL(F_j(u) || F_j^des) + sum_i lambda_i KL(D_i(u) || D_i^des),
+
+the baseline of Poonganam, Gopalakrishnan, Avula, Singh, Krishna & Manocha, "Reactive Navigation Under Non-Parametric
+Uncertainty Through Hilbert Space Embedding of Probabilistic Velocity Obstacles" (RA-L 2020). Where nothing safe is
+known, the mixture of max(0, f) is compared with an atom at 0. No Gaussian is narrower than `std_floor`: without it
+atoms, which the clip makes, would be infinitely far apart.
+"""
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from mjnav.control.kernels.mixture import Mixtures, fit_mixtures, kl_divergence
+from mjnav.control.matching import MatchingController, MatchingParameters
+from mjnav.control.parameters import LoopParameters, at_least, finite
+from mjnav.control.problem.problem import Problem
+from mjnav.messages import Array
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class KldParameters(MatchingParameters):
+    """How the mixtures are fitted."""
+
+    num_components: int = 2
+    num_iterations: int = 10  # of EM
+    std_floor: float = 1.0  # of every component, in f's unit; tuned: so wide, it is mostly means that are compared
+
+    def __post_init__(self):
+        MatchingParameters.__post_init__(self)
+        for key in ("num_components", "num_iterations"):
+            at_least(key, getattr(self, key), 1)
+        at_least("std_floor", self.std_floor, 0.0, above=True)
+        finite(self, "std_floor")
+
+
+class Kld(MatchingController[KldParameters]):
+    """The candidate whose constraint mixtures diverge least from collision-free ones, against its goal cost."""
+
+    parameters_type: ClassVar[type[LoopParameters]] = KldParameters
+
+    def risk(self, problem: Problem) -> tuple[Array, Array]:
+        """KL of every constraint."""
+        c, wanted = problem.candidates, self.desired(problem)
+        cone = np.zeros((len(c.v), len(problem.cone.blocks.column)))
+        for block, samples in enumerate(problem.cone.each(c.v, c.omega)):
+            cone[:, block] = self._divergence(samples, wanted.cone(block))
+        lane = np.zeros((len(c.v), 2))
+        if problem.observation.lanes is not None:
+            for side, samples in enumerate(problem.lanes):
+                lane[:, side] = self._divergence(samples.T, wanted.lane(side))
+        return cone, lane
+
+    def _divergence(self, samples: Array, desired: Array) -> Array:
+        """KL of each column of samples (n, K) from the desired ones (m,), where there are any."""
+        if not len(desired):
+            samples, desired = np.maximum(samples, 0.0), np.zeros(1)
+        return kl_divergence(self._fit(samples), self._fit(desired[:, None]))
+
+    def _fit(self, samples: Array) -> Mixtures:
+        p = self.parameters
+        return fit_mixtures(samples, p.num_components, p.num_iterations, p.std_floor)

@@ -1,0 +1,210 @@
+"""`mppi`: model predictive path integral control on collision probabilities estimated from samples.
+
+Each rollout is a sequence of T controls, held for `step` seconds each. Rollout k costs
+
+    S_k = 1/T sum_t J(x_t, u_t)  +  weight sum_j sum_t P_jt dt  +  sum_i lambda_i sum_t P_it dt
+
+with J the shared goal cost at the end of every step, P_jt the share of all pairs of samples of the robot and of
+obstacle j that collide then, and P_it the share that is beyond lane boundary i: the sums are expected times in
+collision. Most rollouts perturb the plan; the plan itself, braking and the straight way to the goal join them. The new
+plan is the mean of their controls,
+
+    u = sum_k w_k u_k,   w_k = exp(-(S_k - min S) / temperature) / sum,
+
+and its first control is the decision. All are brought within the limits beforehand, and the limits are convex: the mean
+keeps them. (Williams et al. 2017, "Information Theoretic MPC for Model-Based Reinforcement Learning", without its
+importance weights: a change of control has a cost of its own. Collision probabilities from samples: DRA-MPPI 2025,
+arXiv 2506.21205. Rollouts of other controllers among the perturbed: Trevisan & Alonso-Mora 2024, "Biased-MPPI".)
+
+A plan is feasible where at no step the probability of a collision, or of being beyond a boundary, exceeds `risk_bound`.
+A mean of plans on either side of an obstacle may not be: then the cheapest feasible rollout is followed as it is.
+Infeasible: no rollout is feasible. Then the cheapest of all is followed, braking being one of them, and the status says
+so.
+"""
+
+from dataclasses import dataclass, replace
+from typing import ClassVar
+
+import numpy as np
+
+from mjnav.control.base import ProblemController
+from mjnav.control.kernels.mppi_risk import Risk, Surroundings
+from mjnav.control.kernels.mppi_rollout import Rollouts, approach
+from mjnav.control.parameters import GoalParameters, LoopParameters, at_least, between, check_weights, finite
+from mjnav.control.problem.goal_cost import GoalCost
+from mjnav.control.problem.obstacles import in_reach
+from mjnav.control.problem.problem import Problem
+from mjnav.messages import Array, CandidateCosts, Decision, Observation, RobotLimits, Status
+from mjnav.rng import stream
+
+BRAKE, PLAN = 0, 1  # the first rollouts; then the straight way to the goal, then the perturbed plans
+SEED = 0  # of the perturbations
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class MppiParameters(GoalParameters):
+    """The rollouts and how they are weighed."""
+
+    rollouts: int = 400  # perturbed ones, in pairs of opposite perturbations
+    steps: int = 20  # T
+    step: float = 0.2  # [s] dt
+    temperature: float = 0.06
+    weight: float = 25.0  # [1/s] lambda, of the expected time in collision with each disc and wall
+    lane_weights: tuple[float, float] = (10.0, 10.0)  # [1/s] of that beyond the left, the right boundary
+    speed_noise: float = 0.4  # [m/s] standard deviation of the perturbations of v
+    turn_noise: float = 0.8  # [rad/s] of omega
+    knots: int = 5  # of the perturbations, which are linear between them
+    risk_bound: float = 0.5
+
+    def __post_init__(self):
+        GoalParameters.__post_init__(self)
+        check_weights(self)
+        for key in ("rollouts", "steps", "knots"):
+            at_least(key, getattr(self, key), 1)
+        for key in ("step", "temperature"):
+            at_least(key, getattr(self, key), 0.0, above=True)
+        for key in ("speed_noise", "turn_noise"):
+            at_least(key, getattr(self, key), 0.0)
+        between("risk_bound", self.risk_bound, 0.0, 1.0)
+        finite(self, "step", "temperature", "speed_noise", "turn_noise")
+
+
+@dataclass(frozen=True, slots=True)
+class Plan:
+    """Controls for T steps from `time` on."""
+
+    time: float  # [s]
+    controls: Array  # (2, T)
+
+    def after(self, passed: float, step: float) -> Array:
+        """The controls (2, T) from `passed` [s] later on, between those of two steps; the last is held."""
+        at = np.arange(self.controls.shape[1])
+        return np.stack([np.interp(at + passed / step, at, u) for u in self.controls])
+
+
+@dataclass(frozen=True, slots=True)
+class RolloutCosts:
+    """K rollouts and what they cost."""
+
+    controls: Array  # (2, T, K)
+    goal: Array  # (K,)
+    risk: Risk
+    total: Array  # (K,)
+
+    def only(self, k: int) -> "RolloutCosts":
+        """Rollout k alone."""
+        risk = Risk(self.risk.cone[[k]], self.risk.lane[[k]], self.risk.worst[[k]])
+        return RolloutCosts(self.controls[:, :, [k]], self.goal[[k]], risk, self.total[[k]])
+
+    def candidates(self, new: "RolloutCosts") -> CandidateCosts:
+        """The message: these rollouts, of which the plan so far is nominal, and then the new plan."""
+        v, omega = np.concatenate([self.controls[:, 0], new.controls[:, 0]], axis=1)
+        return CandidateCosts(
+            v=v,
+            omega=omega,
+            goal=np.concatenate([self.goal, new.goal]),
+            cone=np.concatenate([self.risk.cone, new.risk.cone]),
+            lane=np.concatenate([self.risk.lane, new.risk.lane]),
+            total=np.concatenate([self.total, new.total]),
+            nominal=PLAN,
+        )
+
+
+class Mppi(ProblemController[MppiParameters]):
+    """Plans ahead, and keeps its plan from one decision to the next.
+
+    The plan is moved on by the time between the two observations. It is dropped, for the straight way to the goal,
+    where that time is not above 0 or longer than half of the plan. Nothing else is kept: the perturbations are drawn
+    once, and the same observations in the same order give the same decisions.
+    """
+
+    parameters_type: ClassVar[type[LoopParameters]] = MppiParameters
+
+    def __init__(self, limits: RobotLimits, period: float, parameters: MppiParameters):
+        super().__init__(limits, period, parameters)
+        self._perturbations = perturbations(parameters)
+        self._plan: Plan | None = None
+        # Every wall that a rollout may come to counts.
+        self._sight = replace(self.seen_with, wall_horizon=parameters.steps * parameters.step)
+
+    def decide(self, observation: Observation) -> Decision:
+        """The first control of the new plan.
+
+        The costs are those of the rollouts, each under its first control: braking, the plan so far, which is nominal,
+        the way to the goal, the perturbed plans, and last the new plan. `cone` and `lane` are expected times [s].
+        """
+        p, problem = self.parameters, self.problem(observation)
+        reach = in_reach(observation, problem.discs.means(), problem.mean_pose, self.limits, self._sight)
+        surroundings = Surroundings.of(problem, reach)
+        rows = self.costs(problem, surroundings, self._wanted(problem))
+        new = self.costs(problem, surroundings, rows.controls @ softmin(rows.total, p.temperature)[:, None])
+        feasible = rows.risk.worst <= p.risk_bound
+        cheapest = int(np.argmin(np.where(feasible | ~feasible.any(), rows.total, np.inf)))
+        if new.risk.worst[0] > p.risk_bound or cheapest == BRAKE:  # a mean never quite stands
+            new = rows.only(cheapest)
+        self._plan = Plan(observation.time, new.controls[:, :, 0])
+        v, omega = self._plan.controls[:, 0].tolist()
+        if new.risk.worst[0] > p.risk_bound:
+            status = Status.INFEASIBLE
+        elif v == 0.0 and omega == 0.0 and not observation.twist.any():
+            status = Status.STOPPED
+        else:
+            status = Status.OK
+        return Decision(v, omega, status, rows.candidates(new))
+
+    def costs(self, problem: Problem, surroundings: Surroundings, wanted: Array) -> RolloutCosts:
+        """The rollouts of wanted controls (2, T, K), brought within the limits, and their costs."""
+        p, o, pose = self.parameters, problem.observation, problem.mean_pose
+        rollouts = Rollouts.of(wanted, pose[2], o.twist, self.limits, self.period, p.step)
+        goal = self._goal_cost(rollouts, o.twist)(np.stack([rollouts.x, rollouts.y]), o.goal - pose[:2]).mean(axis=0)
+        risk = surroundings.risk(rollouts)
+        total = goal + p.weight * risk.cone.sum(axis=1) + risk.lane @ np.array(p.lane_weights)
+        return RolloutCosts(np.stack([rollouts.v, rollouts.omega]), goal, risk, total)
+
+    def _wanted(self, problem: Problem) -> Array:
+        """The controls that the rollouts start from, (2, T, K)."""
+        p, o, pose = self.parameters, problem.observation, problem.mean_pose
+        straight = approach(o.goal - pose[:2], pose[2], o.twist, self.limits, self.period, p.step, p.steps, p)
+        plan = straight
+        if self._plan is not None and 0.0 < o.time - self._plan.time <= 0.5 * p.steps * p.step:
+            plan = self._plan.after(o.time - self._plan.time, p.step)
+        unperturbed = np.stack([np.zeros_like(plan), plan, straight], axis=2)
+        return np.concatenate([unperturbed, plan[:, :, None] + self._perturbations], axis=2)
+
+    def _goal_cost(self, rollouts: Rollouts, twist: Array) -> GoalCost:
+        """J of the state at the end of every step of every rollout, (T, K)."""
+        p, limits, r = self.parameters, self.limits, rollouts
+        duration = np.full((p.steps, 1), p.step)
+        duration[0] = self.period  # in which the first control is reached
+        dv = np.diff(r.v, axis=0, prepend=twist[0]) / (limits.max_acceleration * duration)
+        domega = np.diff(r.omega, axis=0, prepend=twist[1]) / (limits.max_turn_acceleration * duration)
+        return GoalCost(
+            heading=r.heading,
+            vx=r.v * np.cos(r.heading),
+            vy=r.v * np.sin(r.heading),
+            change=p.speed_change_weight * dv * dv + p.turn_change_weight * domega * domega,
+            speed=min(p.preferred_speed, limits.max_speed),
+            approach_time=p.approach_time,
+            heading_weight=p.heading_weight,
+        )
+
+
+def softmin(cost: Array, temperature: float) -> Array:
+    """w_k = exp(-(S_k - min S) / temperature) / sum, for costs S (K,)."""
+    weights = np.exp((cost.min() - cost) / temperature)
+    return weights / weights.sum()
+
+
+def perturbations(parameters: MppiParameters) -> Array:
+    """Perturbations of v and omega, (2, T, K), each followed by its opposite; the same for the same parameters.
+
+    Gaussian at the knots, which are spread evenly over the steps, and linear between them.
+    """
+    p = parameters
+    at = np.linspace(0.0, p.knots - 1, p.steps)
+    hat = np.maximum(1.0 - np.abs(at[:, None] - np.arange(p.knots)), 0.0)  # (T, knots)
+    noise = np.stack([
+        std * hat @ stream(SEED, channel, "controller").standard_normal((p.knots, (p.rollouts + 1) // 2))
+        for channel, std in (("mppi.v", p.speed_noise), ("mppi.omega", p.turn_noise))
+    ])  # fmt: skip
+    return np.stack([noise, -noise], axis=-1).reshape(2, p.steps, -1)[:, :, : p.rollouts]

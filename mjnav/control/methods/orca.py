@@ -1,0 +1,145 @@
+"""`orca`: optimal reciprocal collision avoidance on a differential drive, at the means only.
+
+The velocity nearest to the preferred one within half-planes that keep clear of every disc for `time_horizon`,
+
+    V* = argmin |V - V_pref|   subject to   n_j . (V - (V_now + alpha u_j)) >= 0
+
+(van den Berg, Guy, Lin & Manocha 2011, "Reciprocal n-Body Collision Avoidance"; u_j and n_j as in
+`constraints.velocity_obstacle`). The responsibility alpha is 1, where the paper has 1/2 between robots: people, legs
+and pillars are not counted on to react.
+
+A differential drive follows V through its effective centre, a point D ahead of the axle (Snape, van den Berg, Guy &
+Manocha 2010, "Smooth and Collision-Free Navigation for Multiple Robots under Differential-Drive Constraints"). With e
+the heading and e' the direction to its left, that point moves at
+
+    V = v e + D omega e',   so that   v = V . e,   omega = V . e' / D,
+
+in any direction, and the disc of radius r + D about it covers the robot. In these coordinates what is reachable within
+one period is a box, which V never leaves. V_pref leads to the goal as the goal cost has it; where the goal lies behind,
+it points abeam, so that the robot turns.
+
+A wall gives the half-plane against its nearest point p with V_now = 0, as the paper advises for obstacles at rest:
+V . p / |p| <= max(0, |p| - R) / T, T the `wall_horizon`; the robot may drive along the wall and away from it. A lane
+boundary is not to be crossed within `lane_horizon`.
+
+Infeasible: no reachable V obeys all half-planes. Then the largest violation is made as small as it can be, over all of
+them alike, and the status says so.
+"""
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from mjnav.constraints.half_planes import nearest_velocity
+from mjnav.constraints.lane import lane_distance
+from mjnav.constraints.velocity_obstacle import velocity_obstacle_exits
+from mjnav.control.base import ProblemController
+from mjnav.control.parameters import LoopParameters, SightParameters, at_least, finite
+from mjnav.control.problem.problem import Problem
+from mjnav.messages import Array, Decision, Observation, Status
+from mjnav.motion.diff_drive import reachable
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class OrcaParameters(SightParameters):
+    """The half-planes."""
+
+    time_horizon: float = 5.0  # [s] tau
+    effective_centre: float = 0.25  # [m] D
+    responsibility: float = 1.0  # alpha
+    wall_horizon: float = 2.0  # [s] T
+    lane_horizon: float = 1.0  # [s] within which no lane boundary is crossed
+
+    def __post_init__(self):
+        SightParameters.__post_init__(self)
+        keys = ("time_horizon", "effective_centre", "responsibility", "wall_horizon", "lane_horizon")
+        for key in keys:
+            at_least(key, getattr(self, key), 0.0, above=True)
+        finite(self, *keys)
+
+
+class Orca(ProblemController[OrcaParameters]):
+    """The reachable velocity of the effective centre nearest to the preferred one, within the half-planes."""
+
+    parameters_type: ClassVar[type[LoopParameters]] = OrcaParameters
+
+    def decide(self, observation: Observation) -> Decision:
+        """The control that moves the effective centre at V*."""
+        problem = self.problem(observation)
+        low, high = reachable(observation.twist, self.limits, self.period)
+        scale = np.array([1.0, self.parameters.effective_centre])  # of (v, omega) to V in the robot's frame
+        normal, offset = self.half_planes(problem)
+        velocity, violation = nearest_velocity(normal, offset, low * scale, high * scale, self.preferred(problem))
+        v, omega = np.clip(velocity / scale, low, high).tolist()
+        return Decision(v, omega, self._status(observation, v, omega, violation))
+
+    def preferred(self, problem: Problem) -> Array:
+        """V_pref (2,) [m/s] in the robot's frame."""
+        p = self.parameters
+        x, y = (problem.observation.goal - problem.mean_pose[:2]) @ _to_robot(problem)
+        speed = min(p.preferred_speed, self.limits.max_speed, np.hypot(x, y) / p.approach_time)
+        angle = np.clip(np.arctan2(y, x), -0.5 * np.pi, 0.5 * np.pi)
+        return speed * np.array([np.cos(angle), np.sin(angle)])
+
+    def half_planes(self, problem: Problem) -> tuple[Array, Array]:
+        """n (n, 2) and c (n,) [m/s] of n . V >= c in the robot's frame: discs, nearest first, walls, lanes."""
+        parts = [self._discs(problem), self._walls(problem), self._lanes(problem)]
+        return np.concatenate([normal for normal, _ in parts]), np.concatenate([offset for _, offset in parts])
+
+    @property
+    def _radius(self) -> float:
+        """Of the disc about the effective centre that covers the robot [m]."""
+        return self.limits.radius + self.parameters.effective_centre
+
+    def _discs(self, problem: Problem) -> tuple[Array, Array]:
+        p, to_robot = self.parameters, _to_robot(problem)
+        discs = problem.discs.means().take(problem.reach.discs)
+        now = problem.observation.twist * np.array([1.0, p.effective_centre])
+        position = (discs.position - problem.mean_pose[:2]) @ to_robot - np.array([p.effective_centre, 0.0])
+        radius = discs.radius + self._radius + p.safety_margin
+        relative_velocity = now - discs.velocity @ to_robot
+        normal, depth = velocity_obstacle_exits(position, relative_velocity, radius, p.time_horizon, self.period)
+        return normal, normal @ now + p.responsibility * depth
+
+    def _walls(self, problem: Problem) -> tuple[Array, Array]:
+        p = self.parameters
+        ends = (problem.observation.walls[list(problem.reach.walls)] - problem.mean_pose[:2]) @ _to_robot(problem)
+        ends = ends - np.array([p.effective_centre, 0.0])
+        start, along = ends[:, 0], ends[:, 1] - ends[:, 0]
+        length_squared = np.maximum((along * along).sum(axis=1), np.finfo(float).tiny)
+        share = np.clip(-(start * along).sum(axis=1) / length_squared, 0.0, 1.0)
+        nearest = start + share[:, None] * along
+        distance = np.hypot(nearest[:, 0], nearest[:, 1])
+        # On the wall itself no direction leads away; backwards is where the robot came from.
+        towards = (
+            np.where(distance[:, None] > 0.0, nearest, (1.0, 0.0)) / np.where(distance > 0.0, distance, 1.0)[:, None]
+        )
+        room = np.maximum(distance - self._radius - p.safety_margin, 0.0)
+        return -towards, -room / p.wall_horizon
+
+    def _lanes(self, problem: Problem) -> tuple[Array, Array]:
+        lanes, to_robot = problem.observation.lanes, _to_robot(problem)
+        if lanes is None:
+            return np.zeros((0, 2)), np.zeros(0)
+        centre = problem.mean_pose[:2] + self.parameters.effective_centre * to_robot[:, 0]
+        normal, offset = np.empty((2, 2)), np.empty(2)
+        sides = ((lanes.left, lanes.left_offset, -1.0), (lanes.right, lanes.right_offset, 1.0))
+        for i, (line, noise, inwards) in enumerate(sides):
+            normal[i] = inwards * np.array(line[:2]) @ to_robot / np.hypot(*line[:2])
+            room = inwards * (float(lane_distance(centre, line)) + float(noise.mean())) - self._radius
+            offset[i] = -room / self.parameters.lane_horizon
+        return normal, offset
+
+    def _status(self, observation: Observation, v: float, omega: float, violation: float) -> Status:
+        if violation > 0.0:
+            return Status.INFEASIBLE
+        if v == 0.0 and omega == 0.0 and not observation.twist.any():
+            return Status.STOPPED
+        return Status.OK
+
+
+def _to_robot(problem: Problem) -> Array:
+    """(2, 2), from the right: vectors of the world into the robot's frame. Its columns are e and e'."""
+    c, s = np.cos(problem.mean_pose[2]), np.sin(problem.mean_pose[2])
+    return np.array([[c, -s], [s, c]])

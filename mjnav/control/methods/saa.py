@@ -1,0 +1,66 @@
+"""`saa`: sample average approximation of the chance constraint.
+
+    P(f <= 0) >= eta   becomes   (1/n) sum_i [f_i > 0] <= 1 - eta
+
+for every disc, wall and lane: the share of colliding samples is bounded. Luedtke & Ahmed (2008), "A Sample
+Approximation Approach for Optimization with Probabilistic Constraints"; a baseline of Sharma & Singh (2024, arXiv
+2412.09121), "MMD-OPT: Maximum Mean Discrepancy Based Sample Efficient Collision Risk Minimization for Autonomous
+Driving".
+
+Where every candidate exceeds a bound, the decision is `infeasible`: the shares' excess, summed over the constraints, is
+least. A share does not say by how much a sample collides, so where all samples of all candidates do, only the goal is
+left to choose by.
+"""
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from mjnav.control.base import ConstrainedController, sample_risk
+from mjnav.control.parameters import GridParameters, LoopParameters, between
+from mjnav.control.problem.problem import Problem
+from mjnav.geometry.compiled import kernel
+from mjnav.geometry.kernel_types import Matrix, Vector
+from mjnav.messages import Array
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SaaParameters(GridParameters):
+    """The candidates' parameters and the level of the chance constraint."""
+
+    eta: float = 0.95  # the least share of safe samples; 0 allows everything
+
+    def __post_init__(self):
+        GridParameters.__post_init__(self)
+        between("eta", self.eta, 0.0, 1.0)
+
+
+class Saa(ConstrainedController[SaaParameters]):
+    """The cheapest candidate whose share of colliding samples is at most 1 - eta for every constraint."""
+
+    parameters_type: ClassVar[type[LoopParameters]] = SaaParameters
+
+    @property
+    def bound(self) -> float:
+        """1 - eta."""
+        return round(1.0 - self.parameters.eta, 12)  # 1 - 0.9 is less than 0.1, and a share of 1 in 10 is allowed
+
+    def risk(self, problem: Problem) -> tuple[Array, Array]:
+        """The share of colliding samples of every constraint."""
+        return sample_risk(problem, colliding_share, hinge=True)
+
+
+def colliding_share(samples: Array) -> Array:
+    """The share of samples (n, K) above 0, (K,)."""
+    count = np.zeros(samples.shape[1])
+    _count_colliding(count, samples)
+    return count / len(samples)
+
+
+@kernel
+def _count_colliding(count: Vector, samples: Matrix):
+    for i in range(samples.shape[0]):
+        f = samples[i]
+        for k in range(f.size):
+            count[k] += 1.0 if f[k] > 0.0 else 0.0

@@ -1,0 +1,1 @@
+"""What one decision is made of: candidates, costs, constraints, the nominal control and what is desired."""

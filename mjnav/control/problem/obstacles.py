@@ -1,0 +1,125 @@
+"""Which discs and walls count in a decision, and their layout for the kernel."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from mjnav.constraints.wall import point_to_segment
+from mjnav.control.kernels.cone_blocks import ConeBlocks
+from mjnav.control.parameters import Parameters
+from mjnav.geometry.compiled import kernel
+from mjnav.geometry.kernel_types import ReadOnlyCube, ReadOnlyMatrix
+from mjnav.messages import Array, Observation, ObstacleSamples, RobotLimits
+
+
+@dataclass(frozen=True, slots=True)
+class Discs:
+    """The samples of J discs one after another, and each disc's mean."""
+
+    position: Array  # (S, 2) samples; disc j has rows start[j] ... start[j + 1] - 1
+    velocity: Array  # (S, 2)
+    start: np.ndarray  # (J + 1,) int
+    radius: Array  # (J,)
+
+    @classmethod
+    def of(cls, obstacles: Sequence[ObstacleSamples]) -> "Discs":
+        """From an observation's obstacles."""
+        if not obstacles:
+            return cls(np.zeros((0, 2)), np.zeros((0, 2)), np.zeros(1, np.int64), np.zeros(0))
+        return cls(
+            np.concatenate([o.position for o in obstacles]),
+            np.concatenate([o.velocity for o in obstacles]),
+            np.cumsum([0, *(len(o.position) for o in obstacles)]),
+            np.array([o.radius for o in obstacles]),
+        )
+
+    def take(self, indices: Sequence[int]) -> "Discs":
+        """The discs of these indices, in their order."""
+        rows = [slice(self.start[j], self.start[j + 1]) for j in indices]
+        return Discs(
+            np.concatenate([self.position[r] for r in rows]) if rows else np.zeros((0, 2)),
+            np.concatenate([self.velocity[r] for r in rows]) if rows else np.zeros((0, 2)),
+            np.cumsum([0, *(r.stop - r.start for r in rows)]),
+            self.radius[list(indices)],
+        )
+
+    def means(self) -> "Discs":
+        """The same discs with one sample each: the mean."""
+        if not len(self.radius):
+            return self
+        count = np.diff(self.start)[:, None]
+        first = self.start[:-1]
+        return Discs(
+            np.add.reduceat(self.position, first) / count,
+            np.add.reduceat(self.velocity, first) / count,
+            np.arange(len(self.radius) + 1),
+            self.radius,
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class Reach:
+    """Indices of the discs that count, nearest first, and of the walls; each in its own list of the observation."""
+
+    discs: tuple[int, ...]
+    walls: tuple[int, ...]
+
+
+def in_reach(
+    observation: Observation, means: Discs, mean_pose: Array, limits: RobotLimits, parameters: Parameters
+) -> Reach:
+    """Discs within sensing_range of the mean pose, at most max_obstacles, and walls that could matter.
+
+    A wall farther off than the path of wall_horizon at top speed, plus the distance at which the clip cuts f off, gives
+    the same samples for every candidate: it is left out.
+    """
+    p = parameters
+    gaps = np.hypot(*(means.position - mean_pose[:2]).T) - means.radius
+    order = np.argsort(gaps, kind="stable")
+    discs = order[gaps[order] <= p.sensing_range][: p.max_obstacles].tolist()
+    walls: list[int] = []
+    if len(observation.walls):
+        distance = _wall_distance(observation.robot_pose, observation.walls)
+        radius = limits.radius + p.safety_margin
+        cut = radius * np.sqrt(1.0 + p.clip) if p.normalise else np.sqrt(radius**2 + p.clip)
+        fastest = max(limits.max_speed, -limits.min_speed) + np.abs(observation.control_noise[:, 0]).max()
+        reach = min(p.sensing_range, fastest * p.wall_horizon + cut)
+        walls = np.flatnonzero(distance <= reach).tolist()
+    return Reach(tuple(discs), tuple(walls))
+
+
+@kernel
+def _wall_distance(pose: ReadOnlyMatrix, walls: ReadOnlyCube):
+    """Least distance of any of the robot's samples (N, 3) from each wall (W, 2, 2): (W,)."""
+    out = np.empty(len(walls))
+    for w in range(len(walls)):
+        ax, ay = walls[w, 0, 0], walls[w, 0, 1]
+        dx, dy = walls[w, 1, 0] - ax, walls[w, 1, 1] - ay
+        least = np.inf
+        for i in range(len(pose)):
+            least = min(least, point_to_segment(pose[i, 0], pose[i, 1], ax, ay, dx, dy))
+        out[w] = np.sqrt(least)
+    return out
+
+
+def blocks(
+    discs: Discs, reach: Reach, observation: Observation, limits: RobotLimits, parameters: Parameters
+) -> ConeBlocks:
+    """What is in reach as the kernel takes it; `discs` are those in reach, in their order."""
+    num_discs, num_walls = len(reach.discs), len(reach.walls)
+    radius = np.full(num_discs + num_walls, limits.radius + parameters.safety_margin)
+    radius[:num_discs] += discs.radius
+    radius_squared = radius * radius
+    wall = np.zeros((num_discs + num_walls, 4))
+    wall[num_discs:] = observation.walls[list(reach.walls)].reshape(-1, 4)
+    return ConeBlocks(
+        column=np.array([*reach.discs, *(len(observation.obstacles) + w for w in reach.walls)], dtype=np.int64),
+        start=np.concatenate([discs.start, discs.start[-1] + np.arange(1, num_walls + 1)]),
+        num_discs=num_discs,
+        position=discs.position,
+        velocity=discs.velocity,
+        radius_squared=radius_squared,
+        unit=1.0 / radius_squared if parameters.normalise else np.ones_like(radius_squared),
+        wall=wall,
+    )

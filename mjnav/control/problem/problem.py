@@ -1,0 +1,139 @@
+"""One decision's problem: candidates, their goal cost, the constraints at the mean and on samples, the nominal control.
+
+What is costly is computed when it is first asked for.
+"""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from mjnav.constraints.collision_cone import FORMS
+from mjnav.control.kernels.cone_blocks import ConeRule
+from mjnav.control.parameters import Parameters
+from mjnav.control.problem.candidates import Candidates, candidate_grid
+from mjnav.control.problem.goal_cost import GoalCost
+from mjnav.control.problem.lane_samples import lane_samples
+from mjnav.control.problem.nominal import cheapest
+from mjnav.control.problem.obstacles import Discs, Reach, blocks, in_reach
+from mjnav.control.problem.sample_cone import SampleCone
+from mjnav.geometry.angles import circular_mean
+from mjnav.messages import Array, Observation, RobotLimits
+
+
+@dataclass(frozen=True)
+class Problem:
+    """All that a method needs to choose among the candidates of one observation."""
+
+    observation: Observation
+    limits: RobotLimits
+    period: float
+    parameters: Parameters
+
+    @cached_property
+    def candidates(self) -> Candidates:
+        """The K controls to choose from."""
+        p = self.parameters
+        return candidate_grid(self.observation.twist, self.limits, self.period, p.num_v, p.num_omega, p.window)
+
+    @cached_property
+    def mean_pose(self) -> Array:
+        """Mean of the robot's samples, (3,)."""
+        pose = self.observation.robot_pose
+        return np.array([*pose[:, :2].mean(axis=0), circular_mean(pose[:, 2])])
+
+    @cached_property
+    def mean_noise(self) -> Array:
+        """Mean of the actuation noise's samples, (1, 2)."""
+        return self.observation.control_noise.mean(axis=0, keepdims=True)
+
+    @cached_property
+    def rule(self) -> ConeRule:
+        """How f is computed."""
+        p = self.parameters
+        return ConeRule(FORMS[p.form], p.horizon, p.wall_horizon, -p.clip)
+
+    @cached_property
+    def discs(self) -> Discs:
+        """The samples of all obstacles."""
+        return Discs.of(self.observation.obstacles)
+
+    @cached_property
+    def _means(self) -> Discs:
+        return self.discs.means()
+
+    @cached_property
+    def reach(self) -> Reach:
+        """The discs and walls that count."""
+        return in_reach(self.observation, self._means, self.mean_pose, self.limits, self.parameters)
+
+    @cached_property
+    def cone(self) -> SampleCone:
+        """The constraint samples of all discs and walls."""
+        o, discs = self.observation, self.discs.take(self.reach.discs)
+        surroundings = blocks(discs, self.reach, o, self.limits, self.parameters)
+        return SampleCone.of(surroundings, self.rule, o.robot_pose, o.control_noise, self.parameters.preview)
+
+    @cached_property
+    def _mean_cone(self) -> SampleCone:
+        """One sample of everything: the mean."""
+        surroundings, discs = self.cone.blocks, list(self.reach.discs)
+        surroundings = surroundings._replace(
+            start=np.arange(len(surroundings.start)),
+            position=self._means.position[discs],
+            velocity=self._means.velocity[discs],
+        )
+        return SampleCone.of(surroundings, self.rule, self.mean_pose[None], self.mean_noise, self.parameters.preview)
+
+    @cached_property
+    def _goal_cost(self) -> GoalCost:
+        o, heading = self.observation, float(self.mean_pose[2])
+        return GoalCost.of(self.candidates, heading, o.twist, self.limits, self.period, self.parameters)
+
+    @cached_property
+    def goal(self) -> Array:
+        """J of every candidate, (K,)."""
+        return self._goal_cost(self.mean_pose[:2], self.observation.goal)
+
+    @cached_property
+    def lanes(self) -> Array:
+        """The lane constraints' samples, (2, K, N); N = 0 without lanes."""
+        o, c = self.observation, self.candidates
+        if o.lanes is None:
+            return np.zeros((2, len(c.v), 0))
+        offsets = (o.lanes.left_offset, o.lanes.right_offset)
+        margin = self.limits.radius
+        return lane_samples(o.lanes, o.robot_pose, o.control_noise, offsets, c.v, c.omega, margin, self.parameters)
+
+    @cached_property
+    def violation(self) -> Array:
+        """By how much each candidate violates the constraints at the mean, (K,); 0 where it meets them all."""
+        return self._violation_at(np.zeros((1, 2)))[0]
+
+    @cached_property
+    def nominal(self) -> int:
+        """The cheapest candidate that meets every constraint at the mean; where none does, the least violation."""
+        return self.cheapest(self.goal[None], self.violation[None])[0]
+
+    def nominals_at(self, shifts: Array) -> list[int]:
+        """The nominal controls if the robot's mean position were `shifts` (P, 2) away."""
+        position = (self.mean_pose[:2] + shifts).T[:, :, None]
+        return self.cheapest(self._goal_cost(position, self.observation.goal), self._violation_at(shifts))
+
+    def cheapest(self, cost: Array, violation: Array) -> list[int]:
+        """Which candidates are nominal, (P,), where the candidates have these goal costs and violations (P, K)."""
+        return cheapest(cost, violation)
+
+    def _violation_at(self, shifts: Array) -> Array:
+        """(P, K), with the robot's mean position `shifts` (P, 2) away."""
+        c, o = self.candidates, self.observation
+        violation = self._mean_cone.violation(c.v, c.omega, shifts)
+        if o.lanes is not None:
+            pose, noise = np.tile(self.mean_pose, (len(shifts), 1)), np.tile(self.mean_noise, (len(shifts), 1))
+            pose[:, :2] += shifts
+            ones = np.ones(len(shifts))
+            offsets = (o.lanes.left_offset.mean() * ones, o.lanes.right_offset.mean() * ones)
+            margin = self.limits.radius
+            d = lane_samples(o.lanes, pose, noise, offsets, c.v, c.omega, margin, self.parameters, clip=False)
+            violation += np.maximum(d, 0.0).sum(axis=0).T
+        return violation

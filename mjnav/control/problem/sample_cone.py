@@ -1,0 +1,104 @@
+"""The samples of every constraint for every candidate: what all sample-based methods share.
+
+For candidate k with control (v, omega), robot sample i moves at
+
+    x'_i(k) = (v + dv_i) [cos(theta_i + (omega + domega_i) tau), sin(...)],
+
+and against sample m of obstacle j the constraint is f(p_i - o_m, x'_i(k) - o'_m, R_j). Then f is divided by R_j^2
+where `normalise` says so, and none counts as safer than the clip. `cone_kernel` holds the loops.
+"""
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from math import inf
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mjnav.constraints.collision_cone import RAY, SEGMENT
+from mjnav.control.kernels.cone_blocks import ConeBlocks, ConeRule, Controls, RobotSamples
+from mjnav.control.kernels.cone_kernel import add_safe, cone_moments, cone_samples, mean_violation
+from mjnav.control.kernels.cone_rows import velocity_circles
+from mjnav.messages import Array
+
+
+@dataclass(frozen=True, slots=True)
+class SampleCone:
+    """All constraint samples of one observation, ready to be evaluated at controls (K,)."""
+
+    blocks: ConeBlocks
+    rule: ConeRule
+    preview: float  # [s] tau
+    robot: RobotSamples
+
+    @classmethod
+    def of(cls, blocks: ConeBlocks, rule: ConeRule, robot_pose: Array, control_noise: Array, preview: float):
+        """From the robot's samples (N, 3) and their actuation noise (N, 2)."""
+        heading = robot_pose[:, 2] + control_noise[:, 1] * preview
+        robot = RobotSamples(
+            np.array(robot_pose[:, :2], order="C"), control_noise[:, 0].copy(), np.cos(heading), np.sin(heading)
+        )
+        if rule.form == SEGMENT and rule.horizon == inf:  # a segment without an end
+            rule = rule._replace(form=RAY)
+        return cls(blocks, rule, preview, robot)
+
+    def moments(self, v: Array, omega: Array, degree: int, hinge: NDArray[np.bool_]) -> Array:
+        """Means of f^p, p = 1 ... degree, for all blocks: (K, B, degree). Where hinge[b] is set, of max(0, f)^p."""
+        out = np.empty((len(self.blocks.column), degree, v.size))
+        controls = self._controls(v, omega)
+        circles = velocity_circles(controls, self.robot)
+        cone_moments(out, hinge, circles, controls, self.robot, self.blocks, self.rule)
+        return out.transpose(2, 0, 1)
+
+    def violation(self, v: Array, omega: Array, shifts: Array) -> Array:
+        """sum_b max(0, f_b), (P, K), with the robot moved by each of `shifts` (P, 2); for one sample of everything."""
+        out = np.empty((len(shifts), v.size))
+        controls = self._controls(v, omega)
+        circles = velocity_circles(controls, self.robot)
+        mean_violation(out, shifts, circles, controls, self.robot, self.blocks, self.rule)
+        return out
+
+    def samples(self, block: int, v: Array, omega: Array) -> Array:
+        """f of one block, (n, K)."""
+        out = np.empty((int(self.sizes[block]), v.size))
+        controls = self._controls(v, omega)
+        circles = velocity_circles(controls, self.robot)
+        cone_samples(out, block, circles, controls, self.robot, self.blocks, self.rule)
+        return out
+
+    def each(self, v: Array, omega: Array, *, hinge: bool = False) -> Iterator[Array]:
+        """f of one block after another, (n, K), in memory that the next overwrites; (n, 1) for one out of reach.
+
+        With `hinge` max(0, f), which is less to evaluate.
+        """
+        sizes = self.sizes
+        samples = np.empty((int(sizes.max(initial=0)), v.size))
+        rule = self.rule._replace(floor=max(self.rule.floor, 0.0)) if hinge else self.rule
+        controls = self._controls(v, omega)
+        circles = velocity_circles(controls, self.robot)
+        for block, size in enumerate(sizes.tolist()):
+            num_far = cone_samples(samples[:size], block, circles, controls, self.robot, self.blocks, rule)
+            # Where all samples are alike, one candidate stands for all.
+            yield samples[:size] if num_far < size else samples[:size, :1].copy()
+
+    def reduce(self, v: Array, omega: Array, reduction: Callable[[Array], Array], *, hinge: bool = False) -> Array:
+        """(K, B): what `reduction` makes of each block's samples (n, K), which `each` gives."""
+        out = np.empty((v.size, len(self.blocks.column)))
+        for block, samples in enumerate(self.each(v, omega, hinge=hinge)):
+            out[:, block] = reduction(samples)
+        return out
+
+    def add_safe(
+        self, sums: Array, counts: NDArray[np.int64], wanted: NDArray[np.bool_], v: Array, omega: Array
+    ) -> None:
+        """Adds up what is safe, in the blocks that are `wanted` (B,): f^p to `sums` (B, degree), 1 to `counts` (B,)."""
+        add_safe(sums, counts, wanted, self._controls(v, omega), self.robot, self.blocks, self.rule)
+
+    @property
+    def sizes(self) -> NDArray[np.int64]:
+        """How many pairs each block has, (B,)."""
+        return np.diff(self.blocks.start) * len(self.robot.speed_noise)
+
+    def _controls(self, v: Array, omega: Array) -> Controls:
+        turn = omega * self.preview
+        return Controls(v, np.cos(turn), np.sin(turn))

@@ -1,0 +1,1 @@
+"""From the loop's records to the bytes of each topic."""

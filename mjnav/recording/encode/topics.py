@@ -1,0 +1,107 @@
+"""The table of topics: what a tick writes, with which schema."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from foxglove_schemas_protobuf.FrameTransforms_pb2 import FrameTransforms
+from foxglove_schemas_protobuf.LaserScan_pb2 import LaserScan
+from foxglove_schemas_protobuf.Log_pb2 import Log
+from foxglove_schemas_protobuf.PointCloud_pb2 import PointCloud
+from foxglove_schemas_protobuf.PoseInFrame_pb2 import PoseInFrame
+from foxglove_schemas_protobuf.SceneUpdate_pb2 import SceneUpdate
+
+from mjnav.messages import Event, Reading, TickRecord, WorldState
+from mjnav.recording.encode import candidates, documents, geometry
+from mjnav.recording.encode.scene import SceneEncoder
+from mjnav.recording.encode.schemas import Schema, cone_distribution_schema, document_schema, foxglove_schema
+from mjnav.scenarios.spec import Scenario
+
+TIMING = "/tick"
+EVENTS = "/events"
+
+
+@dataclass(frozen=True, slots=True)
+class Topic:
+    """One topic of the log; an encoder may be missing or, where there is nothing to say, return None."""
+
+    name: str
+    schema: Schema
+    encode: Callable[[TickRecord], bytes | None] | None = None
+    encode_final: Callable[[int, WorldState], bytes] | None = None  # of the state in which the run ended
+    encode_reading: Callable[[Reading], bytes] | None = None  # of each reading before the tick's last
+
+
+def encode_event(time: float, event: Event) -> bytes:
+    """foxglove.Log."""
+    level = {"info": Log.INFO, "warning": Log.WARNING, "error": Log.ERROR}.get(event.level, Log.UNKNOWN)
+    message = Log(timestamp=geometry.stamp(time), level=level, name=event.name, message=event.text)
+    return message.SerializeToString()
+
+
+def _candidates(record: TickRecord) -> bytes | None:
+    costs = record.decision.costs
+    if costs is None:
+        return None
+    return candidates.encode_candidates(record.truth.time, record.belief.mean, record.decision, costs)
+
+
+def topics(scenario: Scenario) -> tuple[Topic, ...]:
+    """Every topic of a run, in the order in which a tick writes them. /events and /tick have writers of their own."""
+    scene = SceneEncoder(scenario)
+    pose, cloud = foxglove_schema(PoseInFrame), foxglove_schema(PointCloud)
+    scene_update, people = foxglove_schema(SceneUpdate), document_schema("mjnav.People")
+    return (
+        Topic(
+            "/tf",
+            foxglove_schema(FrameTransforms),
+            lambda r: geometry.encode_transforms(r.truth, r.belief),
+            lambda tick, final: geometry.encode_transforms(final, None),
+        ),
+        Topic(
+            "/robot/truth",
+            pose,
+            lambda r: geometry.encode_pose(r.truth.time, r.truth.robot_pose),
+            lambda tick, final: geometry.encode_pose(final.time, final.robot_pose),
+        ),
+        Topic("/robot/estimate", pose, lambda r: geometry.encode_pose(r.truth.time, r.belief.mean)),
+        Topic(
+            "/robot/state",
+            document_schema("mjnav.RobotState"),
+            lambda r: documents.encode_robot(r.tick, r.truth, r.belief),
+            lambda tick, final: documents.encode_robot(tick, final, None),
+        ),
+        Topic(
+            "/people/truth",
+            people,
+            lambda r: documents.encode_people_truth(r.tick, r.truth),
+            documents.encode_people_truth,
+        ),
+        Topic("/people/estimate", people, documents.encode_people_estimate),
+        Topic(
+            "/contacts",
+            document_schema("mjnav.Contacts"),
+            lambda r: documents.encode_contacts(r.tick, r.truth),
+            documents.encode_contacts,
+        ),
+        Topic("/scene", scene_update, lambda r: scene.encode(r.truth), lambda tick, final: scene.encode(final)),
+        Topic(
+            "/scan",
+            foxglove_schema(LaserScan),
+            lambda r: r.reading and geometry.encode_scan(r.reading),
+            encode_reading=geometry.encode_scan,
+        ),
+        Topic(
+            "/odometry",
+            document_schema("mjnav.Odometry"),
+            lambda r: r.reading and documents.encode_odometry(r.reading),
+            encode_reading=documents.encode_odometry,
+        ),
+        Topic("/belief/robot", cloud, lambda r: geometry.encode_robot_particles(r.belief)),
+        Topic("/belief/obstacles", cloud, lambda r: geometry.encode_track_particles(r.truth.time, r.tracks)),
+        Topic("/decision", document_schema("mjnav.Decision"), lambda r: documents.encode_decision(r.tick, r.decision)),
+        Topic("/command", document_schema("mjnav.Command"), lambda r: documents.encode_command(r.tick, r.command)),
+        Topic("/cone", cone_distribution_schema(), lambda r: r.cone and candidates.encode_cone(r.cone)),
+        Topic("/candidates", scene_update, _candidates),
+        Topic(EVENTS, foxglove_schema(Log)),
+        Topic(TIMING, document_schema("mjnav.TickTiming")),
+    )

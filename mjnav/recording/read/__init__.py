@@ -1,0 +1,1 @@
+"""A log read back, whole or cut off."""

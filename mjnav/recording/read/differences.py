@@ -1,0 +1,146 @@
+"""Where a log and the same run again differ: field by field, in the order of cause and effect."""
+
+import json
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import groupby
+from typing import Any, NamedTuple
+
+from foxglove_schemas_protobuf.LaserScan_pb2 import LaserScan
+
+from mjnav.messages import TickRecord, WorldState
+from mjnav.recording.encode.topics import topics
+from mjnav.recording.read.reader import LogMessage
+from mjnav.scenarios.spec import Scenario
+
+SCAN = "/scan"
+# part of a tick, its topic, the keys of that topic's documents: what comes first is the cause of what follows
+_FIELDS = (
+    ("truth", "/robot/state", ("time", "pose", "twist")),
+    ("truth", "/people/truth", ("people",)),
+    ("truth", "/contacts", ("contacts",)),
+    ("reading", "/odometry", ("time", "interval", "v", "omega", "gyro", "pose")),
+    ("reading", "/people/estimate", ("detections",)),
+    ("reading", SCAN, ("ranges",)),
+    ("estimate", "/robot/state", ("estimate",)),
+    ("tracks", "/people/estimate", ("people",)),
+    ("decision", "/decision", ("nominal", "cost", "wish", "v", "omega", "status")),
+    ("command", "/command", ("v", "omega")),
+)
+COMPARED = tuple(dict.fromkeys(topic for _, topic, _ in _FIELDS))
+
+Documents = Mapping[str, Sequence[Any]]  # of one tick, by topic
+
+
+@dataclass(frozen=True, slots=True)
+class Difference:
+    """One value that is not the same; None where there is none."""
+
+    part: str  # truth, reading, estimate, tracks, decision, command; run, result
+    field: str  # "/robot/state pose.0"
+    logged: Any
+    again: Any
+
+    @property
+    def amount(self) -> float | None:
+        """By how much two numbers differ."""
+        values = (self.logged, self.again)
+        if any(isinstance(value, bool) or not isinstance(value, int | float) for value in values):
+            return None
+        return abs(self.again - self.logged)
+
+
+class LoggedTick(NamedTuple):
+    """What a log holds of one tick, or of the state in which its run ended."""
+
+    tick: int
+    documents: Documents
+
+
+def logged_ticks(messages: Iterable[LogMessage]) -> Iterator[LoggedTick]:
+    """The messages of the topics in COMPARED, tick by tick as they come."""
+    for tick, group in groupby(messages, key=lambda message: message.sequence):
+        documents: dict[str, list[Any]] = {}
+        for message in group:
+            value = message.value
+            documents.setdefault(message.topic, []).append(_scan(value) if message.topic == SCAN else value)
+        yield LoggedTick(tick, documents)
+
+
+class Comparison:
+    """Compares ticks with what a log of the same scenario holds of them, to the last bit.
+
+    Where `gaps` are to be expected, as in a log whose writer was killed, a topic that is missing is not compared.
+    """
+
+    def __init__(self, scenario: Scenario, *, gaps: bool = False):
+        self._topics = [topic for topic in topics(scenario) if topic.name in COMPARED]
+        self._gaps = gaps
+
+    def tick(self, logged: Documents, record: TickRecord) -> list[Difference]:
+        """What differs in one tick, causes first."""
+        again: dict[str, list[Any]] = {}
+        for topic in self._topics:
+            found = again.setdefault(topic.name, [])
+            if topic.encode_reading is not None:
+                found += [_decoded(topic.name, topic.encode_reading(reading)) for reading in record.readings_before]
+            if topic.encode is not None and (data := topic.encode(record)) is not None:
+                found.append(_decoded(topic.name, data))
+        return self._compare(logged, again)
+
+    def final(self, logged: Documents, tick: int, state: WorldState) -> list[Difference]:
+        """What differs in the state in which the run ended."""
+        encoded = {topic.name: topic.encode_final for topic in self._topics}
+        return self._compare(
+            logged, {name: [_decoded(name, encode(tick, state))] for name, encode in encoded.items() if encode}
+        )
+
+    def _compare(self, logged: Documents, again: Documents) -> list[Difference]:
+        found: list[Difference] = []
+        if all(logged.get(topic, []) == documents for topic, documents in again.items()):
+            return found
+        for part, topic, keys in _FIELDS:
+            before, after = logged.get(topic, ()), again.get(topic, ())
+            if before == after or (self._gaps and not before):
+                continue
+            for key in keys:
+                found += differences(part, f"{topic} {key}", _values(before, key), _values(after, key))
+        return found
+
+
+def differences(part: str, name: str, logged: Any, again: Any) -> list[Difference]:
+    """The values of two documents that are not the same."""
+    before, after = dict(_leaves(logged, name)), dict(_leaves(again, name))
+    return [
+        Difference(part, field, before.get(field), after.get(field))
+        for field in {**after, **before}
+        if before.get(field) != after.get(field)
+    ]
+
+
+def _values(documents: Sequence[Any], key: str) -> Any:
+    """What stands below a key: of the only document, or of each."""
+    values = [document.get(key) for document in documents]
+    return values[0] if len(values) == 1 else values
+
+
+def _leaves(value: Any, name: str) -> Iterator[tuple[str, Any]]:
+    """Every single value in a document, with the way to it."""
+    if isinstance(value, Mapping):
+        for key, part in value.items():
+            yield from _leaves(part, f"{name}.{key}")
+    elif isinstance(value, Sequence) and not isinstance(value, str):
+        for i, part in enumerate(value):
+            known = isinstance(part, Mapping) and isinstance(part.get("name"), str)
+            yield from _leaves(part, f"{name}.{part['name'] if known else i}")
+    else:
+        yield name, value
+
+
+def _decoded(topic: str, data: bytes) -> Any:
+    return _scan(LaserScan.FromString(data)) if topic == SCAN else json.loads(data)
+
+
+def _scan(scan: Any) -> dict[str, list[float]]:
+    """Of a foxglove.LaserScan, whoever made its class."""
+    return {"ranges": list(scan.ranges)}

@@ -1,0 +1,179 @@
+"""The ticks of a log put together again from its messages, one at a time: no document outlives its tick."""
+
+from array import array
+from collections.abc import Mapping
+from dataclasses import dataclass
+from math import nan
+from sys import intern
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mjnav.messages import PHASES, Array, TickTiming, Trajectory, WorldState
+from mjnav.recording.encode import documents
+from mjnav.recording.read.trajectory import TrajectoryBuilder
+
+TRUTH = ("/robot/state", "/people/truth", "/contacts")
+TICK = (*TRUTH, "/people/estimate", "/decision", "/command")
+TIMING = "/tick"
+# No tick goes without these. Others are left out where no sensor was due or there was nothing to weigh up or to say.
+EVERY_TICK = (
+    *TICK,
+    TIMING,
+    "/tf",
+    "/scene",
+    "/robot/truth",
+    "/robot/estimate",
+    "/belief/robot",
+    "/belief/obstacles",
+)
+
+# What decoding a document raises that is JSON but not mjnav's.
+NOT_OURS = (LookupError, TypeError, ValueError, AttributeError, OverflowError, RecursionError)
+
+
+class BadDocument(ValueError):
+    """A document that is not what its topic holds."""
+
+
+@dataclass(frozen=True, slots=True)
+class LoggedRun:
+    """The whole ticks of a log, T rows, and the timing of all that told it."""
+
+    trajectory: Trajectory
+    ticks: NDArray[np.int64]  # (T + 1,) their numbers, and that of the last state
+    robot_ess: Array  # (T,) effective sample sizes
+    people_ess: Array  # (T, P); NaN without a track
+    recoveries: int  # of filters that were spread again
+    timing: NDArray[np.int64]  # (n, 7) as in a trajectory
+    deadline_misses: int
+
+
+@dataclass(frozen=True, slots=True)
+class _Parts:
+    """A whole tick but for its truth."""
+
+    states: Mapping[str, Any]  # arguments of TrajectoryBuilder.add_states
+    timing: TickTiming | None
+    robot_ess: float
+    people_ess: list[float]
+    recoveries: int
+
+
+class TickAssembler:
+    """Takes a log's documents in the order in which they were written.
+
+    A tick is whole where a document of every topic in TICK has its number. The run ends before the first that is not,
+    dropped by a log that could not keep up or lost since, unless it goes `across_gaps`: then such a tick is left out,
+    and so is one whose documents are not mjnav's.
+    """
+
+    def __init__(self, *, across_gaps: bool = False):
+        self._across_gaps = across_gaps
+        self._builder = TrajectoryBuilder()
+        self._number, self._documents = -1, {}  # of the tick that is being read
+        self._held: tuple[int, WorldState, _Parts | None] | None = None  # the last one: is there another behind it?
+        self._ended = False
+        self._ticks, self._timing = array("q"), array("q")
+        self._robot_ess, self._people_ess = array("d"), array("d")
+        self._recoveries = self._misses = 0
+
+    def add(self, topic: str, tick: int, document: Any) -> None:
+        """One document of a topic in TICK, or of TIMING. Raises BadDocument, but not across gaps."""
+        if tick != self._number:
+            self._close()
+            self._number = tick
+        self._documents[topic] = document
+
+    def finish(self) -> LoggedRun | None:
+        """All whole ticks; the state after the last one, or else the last one's own, ends them. None without any."""
+        self._close()
+        if self._held is None:
+            return None
+        number, final, _ = self._held
+        trajectory = self._builder.finish(final)
+        return LoggedRun(
+            trajectory,
+            ticks=np.array([*self._ticks, number], np.int64),
+            robot_ess=np.array(self._robot_ess, float),
+            people_ess=np.array(self._people_ess, float).reshape(len(self._robot_ess), len(final.people_position)),
+            recoveries=self._recoveries,
+            timing=np.array(self._timing, np.int64).reshape(-1, len(PHASES) + 2),
+            deadline_misses=self._misses,
+        )
+
+    def _close(self) -> None:
+        """The tick that was being read is over."""
+        found, self._documents = self._documents, {}
+        if not found or self._ended:
+            return
+        try:
+            timing = self._read_timing(found.get(TIMING))
+            if any(topic not in found for topic in TRUTH):
+                return
+            truth = documents.decode_truth(*(found[topic] for topic in TRUTH))
+            num_people = len(truth.people_position if self._held is None else self._held[1].people_position)
+            if not len(truth.people_position) == len(truth.people_velocity) == num_people:
+                raise ValueError(f"{num_people} people have become {len(truth.people_position)}")
+            whole = all(topic in found for topic in TICK)
+            parts = _parts(found, timing, num_people) if whole else None
+        except NOT_OURS as error:
+            if not self._across_gaps:
+                raise BadDocument(f"tick {self._number} is not one of mjnav's ({error!r})") from error
+            return
+        self._hold(truth, parts)
+
+    def _hold(self, truth: WorldState, parts: _Parts | None) -> None:
+        before = -1 if self._held is None else self._held[0]
+        if self._across_gaps and self._number <= before:
+            return
+        if not self._across_gaps:
+            self._ended = self._number != before + 1 or parts is None
+            if self._number != before + 1:
+                return
+        if self._held is not None:
+            self._commit(*self._held)
+        self._held = (self._number, truth, parts)
+
+    def _commit(self, number: int, truth: WorldState, parts: _Parts | None) -> None:
+        if parts is None:
+            return
+        self._builder.add_states(truth, **parts.states)
+        if parts.timing is not None:
+            self._builder.add_timing(parts.timing)
+        self._ticks.append(number)
+        self._robot_ess.append(parts.robot_ess)
+        self._people_ess.extend(parts.people_ess)
+        self._recoveries += parts.recoveries
+
+    def _read_timing(self, document: Any) -> TickTiming | None:
+        if document is None:
+            return None
+        timing = documents.decode_timing(document)
+        self._timing.extend(array("q", (timing.tick, *timing.phases, timing.lateness)))  # all or none
+        self._misses += bool(timing.deadline_missed)
+        return timing
+
+
+def _parts(found: Mapping[str, Any], timing: TickTiming | None, num_people: int) -> _Parts:
+    """A tick that has a document of every topic in TICK."""
+    estimate, decision, people = found["/robot/state"]["estimate"], found["/decision"], found["/people/estimate"]
+    if found["/command"] is None:  # a nominal control may be
+        raise TypeError("no command")
+    ess = {track["name"]: documents.number(track["ess"]) for track in people["people"]}
+    return _Parts(
+        states={
+            "estimate": documents.decode_estimate(estimate),
+            "tracks": documents.decode_tracks(people),
+            "command": documents.decode_twist(found["/command"]),
+            "decision": documents.decode_twist(decision),
+            "nominal": documents.decode_twist(decision["nominal"]),
+            "status": intern(decision["status"]),
+            "clipped": decision.get("wish") is not None,
+        },
+        timing=timing,
+        robot_ess=documents.number(estimate["ess"]),
+        people_ess=[ess.get(f"person{i}", nan) for i in range(num_people)],
+        recoveries=sum(bool(belief["recovered"]) for belief in (estimate, *people["people"])),
+    )

@@ -1,0 +1,1 @@
+"""The log while it is written."""

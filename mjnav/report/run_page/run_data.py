@@ -1,0 +1,166 @@
+"""A log as the document that a page plays back."""
+
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mjnav.errors import InputError
+from mjnav.messages import PHASES, Array
+from mjnav.metrics.safety import clearance
+from mjnav.recording.encode.candidates import NUM_LEVELS, PREVIEW
+from mjnav.recording.read.scan import Scan
+from mjnav.report.run_page.candidate_ranks import NONE
+from mjnav.report.run_page.cone_bins import cone_bins
+from mjnav.report.run_page.packed import Packer
+from mjnav.report.run_page.run_frames import TRACK_PARTICLES, RunFrames
+from mjnav.report.scene_outline import scene_outline
+
+MAX_FRAMES = 1200  # two minutes at 10 Hz
+STEP = 1e-3  # m, rad, m/s, rad/s, ms, or of 1
+PARTICLE = 4e-3  # [m] step of a particle's offset: half a metre at most
+
+
+@np.errstate(all="ignore")  # what a damaged log says may be any number
+def run_data(scan: Scan, *, keep: Iterable[int] = (), max_frames: int = MAX_FRAMES) -> dict[str, Any]:
+    """Names, the room, the events and all arrays, ready to be JSON.
+
+    A run of more than `max_frames` ticks is thinned, but for the ticks in `keep`.
+
+    Raises InputError where the log holds no run, no whole tick of it, or messages that are not as mjnav writes them.
+    """
+    log, run = scan.log, scan.run
+    scenario = log.scenario()
+    if run is None:
+        raise InputError(f"{log.path}: holds no whole tick of a run")
+    stride = max(1, -(-len(run.ticks) // max_frames))
+    wanted = np.flatnonzero(np.isin(run.ticks, list(keep))).tolist()
+    kept = np.unique([*range(0, len(run.ticks), stride), *wanted, len(run.ticks) - 1])
+    frames = RunFrames(log, run.ticks[kept].tolist())
+    people, tracks = frames.names("person"), frames.names("track")
+    packer = Packer()
+    _pack_states(packer, frames, people, tracks)
+    known = len(scenario.people) == run.trajectory.people_position.shape[1]
+    bodies = _pack_clearance(packer, clearance(run.trajectory, scenario) if known else {}, kept)
+    return {
+        "scene": scene_outline(scenario),
+        "people": people,
+        "tracks": tracks,
+        "phases": PHASES,
+        "preview": PREVIEW,
+        "levels": NUM_LEVELS,
+        "normalised": bool(scenario.control.parameters.get("normalise", scenario.control.method != "rkhs-paper")),
+        "particles": {
+            "robot": scenario.estimation.robot.particles,
+            "tracks": scenario.estimation.obstacles.particles,
+        },
+        "period": scenario.control.period,
+        "statuses": _pack_status(packer, frames),
+        "cone": _pack_cones(packer, frames),
+        "candidates": _pack_candidates(packer, frames),
+        "bodies": bodies,
+        "ticks": len(run.ticks) - 1,
+        "stride": stride,
+        "events": frames.events,
+        "num_events": frames.num_events,
+        **packer.packed(),
+    }
+
+
+def _stacked(parts: list[Array], length: int, *shape: int) -> Array:
+    """(T, n, *shape) of n arrays (T, *shape), also where n = 0."""
+    return np.stack(parts, axis=1) if parts else np.empty((length, 0, *shape))
+
+
+def _pack_states(packer: Packer, frames: RunFrames, people: list[str], tracks: list[str]) -> None:
+    size = len(frames)
+    packer.numbers("time", frames.array("time"))
+    for name in ("pose", "estimate"):
+        packer.measured(name, _unwrapped(frames.array(name, 3)), STEP)
+    packer.measured("ellipse", frames.array("ellipse", 3), STEP)
+    for name in ("twist", "command", "decision", "nominal"):
+        packer.measured(name, frames.array(name, 2), STEP)
+    packer.numbers("cost", frames.array("cost", 4).astype(np.float32))
+    packer.numbers("robot_ess", frames.array("robot ess").astype(np.float32))
+    packer.numbers("people_ess", frames.array("people ess").astype(np.float32))
+    packer.measured("phases", frames.array("phases", len(PHASES)), STEP)
+    packer.measured("lateness", frames.array("lateness"), STEP)
+    packer.measured("people", _stacked([frames.array(f"person {name}", 2) for name in people], size, 2), STEP)
+    packer.measured("tracks", _stacked([frames.array(f"track {name}", 5) for name in tracks], size, 5), STEP)
+    packer.offsets("robot_particles", frames.array("robot particles", 0, 2), PARTICLE)
+    particles = [frames.array(f"particles {name}", TRACK_PARTICLES, 2) for name in tracks]
+    packer.offsets("track_particles", _stacked(particles, size, TRACK_PARTICLES, 2), PARTICLE)
+
+
+def _unwrapped(pose: Array) -> Array:
+    """Poses (T, 3) whose headings go on beyond pi, so that they change little from row to row."""
+    known = np.isfinite(pose[:, 2])
+    pose = pose.copy()
+    pose[known, 2] = np.unwrap(pose[known, 2])
+    return pose
+
+
+def _pack_clearance(packer: Packer, distances: Mapping[str, Array], kept: NDArray[np.int64]) -> list[str]:
+    """The least clearance from each frame on until the next, and the number of the body in the names returned."""
+    names = list(distances)
+    least, nearest = np.full(len(kept), np.nan), np.full(len(kept), NONE, np.uint8)
+    if names:
+        steps = np.stack(list(distances.values()))  # (bodies, T)
+        by_frame = np.minimum.reduceat(steps, np.minimum(kept, steps.shape[1] - 1), axis=1)
+        least = by_frame.min(axis=0)
+        nearest = np.minimum(by_frame.argmin(axis=0), NONE).astype(np.uint8)
+    packer.measured("clearance", least, STEP)
+    packer.numbers("nearest", nearest)
+    return names
+
+
+def _pack_status(packer: Packer, frames: RunFrames) -> list[str]:
+    """The names that the codes stand for; the last frame of a run that ended has none.
+
+    Nor has one whose status is beyond those that a byte can number.
+    """
+    names = sorted(set(frames.statuses.values()))
+    codes = np.full(len(frames), NONE, np.uint8)
+    for frame, status in frames.statuses.items():
+        codes[frame] = min(names.index(status), NONE)
+    packer.numbers("status", codes)
+    return names
+
+
+def _pack_cones(packer: Packer, frames: RunFrames) -> dict[str, Any] | None:
+    bins = cone_bins(frames.cones, len(frames))
+    if bins is None:
+        return None
+    names = sorted(set(frames.cone_obstacles.values()))
+    codes = np.full(len(frames), NONE, np.uint8)
+    for frame, name in frames.cone_obstacles.items():
+        codes[frame] = min(names.index(name), NONE)
+    packer.numbers("cone_obstacle", codes)
+    packer.numbers("cone", bins.shares)
+    packer.measured("safe_share", frames.array("safe share"), STEP)
+    return {"low": bins.low, "width": bins.width, "bins": bins.shares.shape[2], "obstacles": names}
+
+
+def _pack_candidates(packer: Packer, frames: RunFrames) -> dict[str, Any] | None:
+    """The grid's shape, or None in its place where candidates lie freely; nothing where there are none at all.
+
+    A tick that is not as most are is left out.
+    """
+    if not frames.candidates:
+        return None
+    free = 2 * sum(ranks.free is not None for ranks in frames.candidates.values()) > len(frames.candidates)
+    shown = {frame: ranks for frame, ranks in frames.candidates.items() if (ranks.free is not None) == free}
+    number = max(ranks.level.size for ranks in shown.values())
+    window = np.full((len(frames), 4), np.nan)
+    level = np.full((len(frames), number), NONE, np.uint8)
+    places = np.zeros((len(frames), number if free else 0, 2), np.uint8)
+    for frame, ranks in shown.items():
+        window[frame] = ranks.window
+        level[frame, : ranks.level.size] = ranks.level
+        if ranks.free is not None:
+            places[frame, : len(ranks.free)] = ranks.free
+    packer.measured("window", window, STEP)
+    packer.numbers("level", level)
+    packer.numbers("places", places)
+    return {"grid": None if free else list(frames.grid)}

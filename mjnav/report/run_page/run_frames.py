@@ -1,0 +1,194 @@
+"""The messages of a log as rows of numbers: one frame a tick, or every n-th of a long run."""
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from mjnav.control.parameters import Parameters
+from mjnav.errors import DamagedLogError, InputError
+from mjnav.messages import PHASES, Array
+from mjnav.recording.encode.candidates import decode_candidates
+from mjnav.recording.read.budget import EXPORT, FREE_EXPORT, Budget
+from mjnav.recording.read.reader import Log
+from mjnav.recording.read.ticks import NOT_OURS
+from mjnav.report.run_page.candidate_ranks import CandidateRanks, candidate_ranks
+
+ROBOT_PARTICLES = 40  # kept of a belief
+TRACK_PARTICLES = 16
+ALL_TRACK_PARTICLES = 96  # kept of all tracks together, but for two of each
+MAX_EVENTS = 500
+LEVELS = ("unknown", "debug", "info", "warning", "error", "fatal")  # foxglove.Log's
+_CHI_SQUARED_95 = 5.991  # with two degrees of freedom
+
+
+class RunFrames:
+    """What a page shows of a run. Arrays (T, ...) have NaN where a tick lacks something; dicts are by frame.
+
+    `ticks` are the frames' numbers. Raises InputError where a message is not as mjnav writes it, DamagedLogError where
+    what is named in a few ticks would take too much memory in all.
+    """
+
+    def __init__(self, log: Log, ticks: Sequence[int]):
+        self._frame = {tick: i for i, tick in enumerate(ticks)}
+        self._arrays: dict[str, Array] = {}
+        self._tracks_of: dict[int, Mapping[str, Array]] = {}
+        self.statuses: dict[int, str] = {}
+        self.cones: dict[int, tuple[Array, Array]] = {}
+        self.cone_obstacles: dict[int, str] = {}
+        self.candidates: dict[int, CandidateRanks] = {}
+        self.events: list[dict[str, Any]] = []
+        self.num_events = 0
+        self._path, self._budget = log.path, Budget(log.path.stat().st_size)
+        self._grid = _grid(log.scenario().control.parameters)
+        self._read(log)
+
+    def __len__(self) -> int:
+        """The number of frames."""
+        return len(self._frame)
+
+    def array(self, name: str, *shape: int) -> Array:
+        """The rows of one name, (T, *shape); all NaN where no message had it."""
+        return self._arrays.get(name, np.full((len(self), *shape), np.nan))
+
+    def names(self, kind: str) -> list[str]:
+        """The people ("person") or tracks ("track") that any frame has, in order."""
+        prefix = f"{kind} "
+        found = [name.removeprefix(prefix) for name in self._arrays if name.startswith(prefix)]
+        return sorted(found, key=lambda name: (len(name), name))
+
+    @property
+    def grid(self) -> tuple[int, int]:
+        """The shape of the candidates' grid, where they are one: (num_v, num_omega)."""
+        return self._grid
+
+    def _read(self, log: Log) -> None:
+        handlers: Mapping[str, Callable[[int, Any], None]] = {
+            "/robot/state": self._robot,
+            "/people/truth": self._people,
+            "/people/estimate": self._tracks,
+            "/belief/robot": self._robot_particles,
+            "/belief/obstacles": self._track_particles,
+            "/command": self._command,
+            "/decision": self._decision,
+            "/cone": self._cone,
+            "/candidates": self._candidates,
+            "/tick": self._timing,
+        }
+        for message in log.messages(*handlers, "/events"):
+            frame = self._frame.get(message.sequence)
+            try:
+                if message.topic == "/events":
+                    self._event(1e-9 * message.time_ns, message.value)
+                elif frame is not None:
+                    handlers[message.topic](frame, message.value)
+            except NOT_OURS as error:
+                text = f"{message.topic} of tick {message.sequence} is not what mjnav writes"
+                raise InputError(f"{log.path}: {text}: {type(error).__name__} {error}") from error
+
+    def _put(self, name: str, frame: int, values: Any) -> None:
+        row = np.asarray(values, float)
+        if name not in self._arrays:
+            if not self._budget.allows_export(len(self) * row.nbytes):  # a name in one tick is a column of all
+                what = f"{FREE_EXPORT} bytes and {EXPORT} for each of the log's"
+                raise DamagedLogError(f"{self._path}: damaged: the columns of its page would take more than {what}")
+            self._arrays[name] = np.full((len(self), *row.shape), np.nan)
+        self._arrays[name][frame] = row
+
+    def _robot(self, frame: int, value: Mapping[str, Any]) -> None:
+        self._put("time", frame, value["time"])
+        self._put("pose", frame, value["pose"])
+        self._put("twist", frame, value["twist"])
+        if (estimate := value["estimate"]) is not None:
+            self._put("estimate", frame, estimate["mean"])
+            self._put("ellipse", frame, _ellipse(estimate["covariance"]))
+            self._put("robot ess", frame, estimate["ess"])
+
+    def _people(self, frame: int, value: Mapping[str, Any]) -> None:
+        for person in value["people"]:
+            self._put(f"person {person['name']}", frame, person["position"])
+
+    def _tracks(self, frame: int, value: Mapping[str, Any]) -> None:
+        tracks = value["people"]
+        for track in tracks:
+            self._put(f"track {track['name']}", frame, [*track["position"], *_ellipse(track["covariance"])])
+        if tracks:
+            self._put("people ess", frame, min(track["ess"] for track in tracks))
+        self._tracks_of[frame] = {track["name"]: np.array(track["position"]) for track in tracks}
+
+    def _robot_particles(self, frame: int, cloud: Any) -> None:
+        x, y, _, weight = _columns(cloud)
+        drawn = _drawn(weight, ROBOT_PARTICLES)
+        centre = self.array("estimate", 3)[frame, :2]
+        self._put("robot particles", frame, np.stack([x, y], axis=-1)[drawn] - centre)
+
+    def _track_particles(self, frame: int, cloud: Any) -> None:
+        x, y, _, _, weight, place = _columns(cloud)
+        tracks = self._tracks_of[frame]
+        number = min(TRACK_PARTICLES, max(2, ALL_TRACK_PARTICLES // max(1, len(tracks))))
+        for i, (name, centre) in enumerate(tracks.items()):
+            own = np.flatnonzero(place == i)
+            drawn = own[_drawn(weight[own], number)] if own.size else own
+            offsets = np.full((TRACK_PARTICLES, 2), np.nan)
+            offsets[: drawn.size] = np.stack([x[drawn], y[drawn]], axis=-1) - centre
+            self._put(f"particles {name}", frame, offsets)
+
+    def _command(self, frame: int, value: Mapping[str, Any]) -> None:
+        self._put("command", frame, [value["v"], value["omega"]])
+
+    def _decision(self, frame: int, value: Mapping[str, Any]) -> None:
+        self.statuses[frame] = str(value["status"])
+        self._put("decision", frame, [value["v"], value["omega"]])
+        if (nominal := value["nominal"]) is not None:
+            self._put("nominal", frame, [nominal["v"], nominal["omega"]])
+        if (cost := value["cost"]) is not None:
+            parts = [cost["goal"], _sum(cost["cone"]), _sum(cost["lane"]), cost["total"]]
+            self._put("cost", frame, [np.nan if part is None else part for part in parts])
+
+    def _cone(self, frame: int, value: Any) -> None:
+        self.cones[frame] = np.array(value.samples), np.array(value.desired)
+        self.cone_obstacles[frame] = value.obstacle
+        self._put("safe share", frame, value.safe_share)
+
+    def _candidates(self, frame: int, value: Any) -> None:
+        ranks = candidate_ranks(decode_candidates(value), self.array("estimate", 3)[frame, 2], self._grid)
+        if ranks is not None:
+            self.candidates[frame] = ranks
+
+    def _timing(self, frame: int, value: Mapping[str, Any]) -> None:
+        self._put("phases", frame, [1e-6 * value[f"{phase}_ns"] for phase in PHASES])
+        self._put("lateness", frame, 1e-6 * value["lateness_ns"])
+
+    def _event(self, time: float, value: Any) -> None:
+        self.num_events += 1
+        if len(self.events) < MAX_EVENTS:
+            level = LEVELS[value.level] if value.level < len(LEVELS) else LEVELS[0]
+            self.events.append({"time": time, "level": level, "name": value.name, "text": value.message})
+
+
+def _grid(parameters: Mapping[str, Any]) -> tuple[int, int]:
+    defaults = Parameters()
+    return parameters.get("num_v", defaults.num_v), parameters.get("num_omega", defaults.num_omega)
+
+
+def _sum(parts: list[float | None]) -> float | None:
+    return None if None in parts else float(sum(part or 0.0 for part in parts))
+
+
+def _columns(cloud: Any) -> Array:
+    """A cloud's float32 columns."""
+    return np.frombuffer(cloud.data, "<f4").reshape(-1, cloud.point_stride // 4).T.astype(float)
+
+
+def _drawn(weights: Array, number: int) -> np.ndarray:
+    """Indices of `number` particles, evenly over their weights."""
+    total = np.cumsum(weights)
+    return np.searchsorted(total, total[-1] * (np.arange(number) + 0.5) / number).clip(0, len(weights) - 1)
+
+
+def _ellipse(covariance: Any) -> list[float]:
+    """The 95 % region of x and y: semi-axes [m], the longer first, and the longer one's direction [rad]."""
+    (a, b), (_, c) = (row[:2] for row in covariance[:2])
+    middle, spread = 0.5 * (a + c), np.hypot(0.5 * (a - c), b)
+    axes = np.sqrt(_CHI_SQUARED_95 * np.maximum([middle + spread, middle - spread], 0.0))
+    return [*axes.tolist(), 0.5 * float(np.arctan2(2.0 * b, a - c))]

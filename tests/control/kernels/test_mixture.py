@@ -1,0 +1,263 @@
+"""Mixtures on the line: EM against the textbook and scikit-learn, divergences against closed forms and quadrature."""
+
+import warnings
+from math import exp, log, pi, sqrt
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from mjnav.control.kernels.mixture import NUM_CELLS, Mixtures, fit_mixtures, kl_divergence
+
+FLOOR = 0.1
+SAMPLES = st.lists(st.floats(-2.0, 1.0), min_size=1, max_size=40).map(lambda x: np.array(x)[:, None])
+# What the constraints look like: skewed, cut off below, of two kinds, of one.
+SHAPES = {
+    "clipped": lambda rng, n: np.maximum(rng.gamma(2.0, 0.5, n) - 2.5, -2.0),
+    "skewed": lambda rng, n: 1.0 - rng.gamma(2.0, 0.4, n),
+    "bimodal": lambda rng, n: np.where(rng.random(n) < 0.3, rng.normal(-1.5, 0.2, n), rng.normal(0.5, 0.3, n)),
+    "uniform": lambda rng, n: rng.uniform(-2.0, 1.0, n),
+    "narrow": lambda rng, n: rng.normal(-1.0, 0.01, n),
+}
+
+
+def start(x, num_components):
+    """Weights, means and standard deviations (C,) that EM starts from."""
+    offsets = np.linspace(-1.0, 1.0, num_components) if num_components > 1 else np.zeros(1)
+    return (
+        np.full(num_components, 1.0 / num_components),
+        x.mean() + offsets * x.std(),
+        np.full(num_components, x.std() / num_components),
+    )
+
+
+def textbook_em(x, num_components, num_iterations, std_floor):
+    """Weights, means, variances (C,): one sample and one component at a time."""
+    weights, means, stds = (values.tolist() for values in start(x, num_components))
+    variances = [max(s * s, std_floor**2) for s in stds]
+    for _ in range(num_iterations):
+        shares = []
+        for xi in x:
+            logs = [
+                log(w) - 0.5 * log(2.0 * pi * v) - (xi - m) ** 2 / (2.0 * v)
+                for w, m, v in zip(weights, means, variances, strict=True)
+            ]
+            terms = [exp(value - max(logs)) for value in logs]
+            shares.append([term / sum(terms) for term in terms])
+        for c in range(num_components):
+            total = sum(r[c] for r in shares)
+            weights[c] = total / len(x)
+            means[c] = sum(r[c] * xi for r, xi in zip(shares, x, strict=True)) / total
+            variance = sum(r[c] * (xi - means[c]) ** 2 for r, xi in zip(shares, x, strict=True)) / total
+            variances[c] = max(variance, std_floor**2)
+    return np.array(weights), np.array(means), np.array(variances)
+
+
+def log_density(x, mixtures, k=0):
+    """log p of each x (n,) under mixture k."""
+    w, m, v = mixtures.weight[:, k], mixtures.mean[:, k], mixtures.variance[:, k]
+    terms = np.log(w) - 0.5 * np.log(2.0 * np.pi * v) - (x[:, None] - m) ** 2 / (2.0 * v)
+    return np.logaddexp.reduce(terms, axis=1)
+
+
+def gaussian(mean, std):
+    return Mixtures(np.ones((1, 1)), np.array([[mean]]), np.array([[std**2]]))
+
+
+def random_mixtures(seed, num_components=2):
+    rng = np.random.default_rng(seed)
+    weight = rng.dirichlet(np.ones(num_components), 1).T
+    return Mixtures(weight, rng.uniform(-2.0, 1.0, weight.shape), rng.uniform(0.2, 0.6, weight.shape) ** 2)
+
+
+@pytest.mark.parametrize("shape", SHAPES)
+@pytest.mark.parametrize("num_components", [1, 2, 3])
+def test_em_is_the_textbooks(shape, num_components):
+    x = SHAPES[shape](np.random.default_rng(num_components), 50)
+    fitted = fit_mixtures(x[:, None], num_components, 10, FLOOR)
+    for found, expected in zip(
+        (fitted.weight, fitted.mean, fitted.variance), textbook_em(x, num_components, 10, FLOOR), strict=True
+    ):
+        assert found[:, 0] == pytest.approx(expected, rel=1e-7, abs=1e-9)
+
+
+@pytest.mark.parametrize("shape", ["skewed", "bimodal", "uniform"])
+@pytest.mark.parametrize("num_components", [1, 2, 3])
+@pytest.mark.parametrize("num_iterations", [1, 10])
+def test_em_is_scikit_learns_from_the_same_start(shape, num_components, num_iterations):
+    from sklearn.exceptions import ConvergenceWarning
+    from sklearn.mixture import GaussianMixture
+
+    x = SHAPES[shape](np.random.default_rng(num_components), 625)
+    weights, means, stds = start(x, num_components)
+    model = GaussianMixture(
+        num_components, tol=0.0, reg_covar=0.0, max_iter=num_iterations, weights_init=weights,
+        means_init=means[:, None], precisions_init=1.0 / stds[:, None, None] ** 2,
+    )  # fmt: skip
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", ConvergenceWarning)
+        model.fit(x[:, None])
+    fitted = fit_mixtures(x[:, None], num_components, num_iterations, 1e-4, num_cells=len(x))
+    assert fitted.weight[:, 0] == pytest.approx(model.weights_, abs=1e-6)
+    assert fitted.mean[:, 0] == pytest.approx(model.means_[:, 0], abs=1e-6)
+    assert fitted.variance[:, 0] == pytest.approx(model.covariances_[:, 0, 0], abs=1e-6)
+
+
+@pytest.mark.parametrize("shape", SHAPES)
+@pytest.mark.parametrize("num_components", [2, 3])
+def test_cells_move_a_mixture_by_little_and_cost_no_likelihood(shape, num_components):
+    x = np.stack([SHAPES[shape](np.random.default_rng(seed), 625) for seed in range(20)], axis=1)
+    cells = fit_mixtures(x, num_components, 10, 0.2)
+    exact = fit_mixtures(x, num_components, 10, 0.2, num_cells=625)
+    assert (cells.mean != exact.mean).any() or shape == "narrow"  # there are cells
+    size = np.ptp(x)
+    assert cells.weight == pytest.approx(exact.weight, abs=5e-3)
+    assert cells.mean == pytest.approx(exact.mean, abs=2e-3 * size)
+    assert np.sqrt(cells.variance) == pytest.approx(np.sqrt(exact.variance), abs=2e-3 * size)
+    for k in range(20):
+        gain = (log_density(x[:, k], cells, k) - log_density(x[:, k], exact, k)).mean()
+        assert gain == pytest.approx(0.0, abs=5e-4)
+
+
+def test_one_component_has_the_samples_mean_and_variance_in_cells_too():
+    x = SHAPES["skewed"](np.random.default_rng(0), 1000)
+    fitted = fit_mixtures(x[:, None], 1, 1, 1e-3)
+    assert (fitted.weight[0, 0], fitted.mean[0, 0]) == pytest.approx((1.0, x.mean()), rel=1e-12)
+    assert fitted.variance[0, 0] == pytest.approx(x.var(), rel=1e-12)
+
+
+@given(SAMPLES, st.integers(1, 3), st.integers(1, 12))
+def test_the_likelihood_never_falls(x, num_components, num_iterations):
+    before, after = (
+        log_density(x[:, 0], fit_mixtures(x, num_components, n, FLOOR)).mean()
+        for n in (num_iterations, num_iterations + 1)
+    )
+    assert after >= before - 1e-9
+
+
+@given(SAMPLES, st.integers(1, 3), st.integers(1, 12))
+def test_in_cells_the_bound_of_the_likelihood_never_falls(x, num_components, num_iterations):
+    num_cells = 8
+    low, high = x.min(), x.max()
+    if len(x) <= num_cells or high - low < 1e-6:
+        return
+    cell = np.minimum(((x[:, 0] - x.mean() - (low - x.mean())) * (num_cells / (high - low))).astype(int), num_cells - 1)
+
+    def bound(n):
+        """The mean over the samples of log sum_c exp(the cell's mean of log pi_c N(x; mu_c, s_c^2))."""
+        m = fit_mixtures(x, num_components, n, FLOOR, num_cells=num_cells)
+        terms = np.log(m.weight[:, 0]) - 0.5 * np.log(2.0 * np.pi * m.variance[:, 0])
+        terms = terms - (x - m.mean[:, 0]) ** 2 / (2.0 * m.variance[:, 0])
+        return sum(
+            np.logaddexp.reduce(terms[cell == c].mean(axis=0)) * (cell == c).mean()
+            for c in range(num_cells)
+            if c in cell
+        )
+
+    assert bound(num_iterations + 1) >= bound(num_iterations) - 1e-9
+
+
+@given(SAMPLES, st.integers(1, 3), st.integers(2, 50))
+def test_every_mixture_is_one(x, num_components, num_cells):
+    m = fit_mixtures(x, num_components, 10, FLOOR, num_cells=num_cells)
+    assert m.weight.sum() == pytest.approx(1.0)
+    assert (m.weight > 0.0).all()
+    assert (m.variance >= FLOOR**2).all()
+    assert (m.weight * m.mean).sum() == pytest.approx(x.mean(), abs=1e-9)  # what EM keeps
+    assert x.min() - 1e-9 <= m.mean.min() <= m.mean.max() <= x.max() + 1e-9
+
+
+@pytest.mark.parametrize("n", [1, 2, 40, 625])
+@pytest.mark.parametrize("value", [-2.0, 0.0, 1e4])
+def test_an_atom_is_a_gaussian_with_the_floors_width(n, value):
+    rounded = value * (1.0 + 1e-16 * np.arange(n))
+    m = fit_mixtures(rounded[:, None], 2, 10, FLOOR)
+    assert m.mean[:, 0] == pytest.approx([value, value], rel=1e-12, abs=1e-12)
+    assert m.variance[:, 0] == pytest.approx([FLOOR**2] * 2, rel=1e-12)
+
+
+@pytest.mark.parametrize("n", [20, 600])
+def test_two_atoms_are_told_apart(n):
+    x = np.repeat([-2.0, 0.5], [3 * n // 4, n // 4])
+    m = fit_mixtures(x[:, None], 2, 10, FLOOR)
+    assert m.weight[:, 0] == pytest.approx([0.75, 0.25], abs=1e-9)
+    assert m.mean[:, 0] == pytest.approx([-2.0, 0.5], abs=1e-9)
+    assert m.variance[:, 0] == pytest.approx([FLOOR**2] * 2)
+
+
+@pytest.mark.parametrize("n", [30, 625])
+@pytest.mark.parametrize("shape", SHAPES)
+def test_the_order_of_the_samples_changes_nothing(shape, n):
+    rng = np.random.default_rng(n)
+    x = SHAPES[shape](rng, n)
+    a, b = fit_mixtures(x[:, None], 2, 10, FLOOR), fit_mixtures(rng.permutation(x)[:, None], 2, 10, FLOOR)
+    assert a.weight == pytest.approx(b.weight, abs=1e-11)
+    assert a.mean == pytest.approx(b.mean, abs=1e-11)
+    assert a.variance == pytest.approx(b.variance, abs=1e-11)
+
+
+@pytest.mark.parametrize("n", [30, 625])
+@pytest.mark.parametrize("shape", SHAPES)
+def test_a_mixture_moves_and_stretches_with_its_samples(shape, n):
+    x = SHAPES[shape](np.random.default_rng(n), n)[:, None]
+    a, b = fit_mixtures(x, 3, 10, FLOOR), fit_mixtures(3.0 * x - 7.0, 3, 10, 3.0 * FLOOR)
+    assert b.weight == pytest.approx(a.weight, abs=1e-10)
+    assert b.mean == pytest.approx(3.0 * a.mean - 7.0, abs=1e-10)
+    assert b.variance == pytest.approx(9.0 * a.variance, abs=1e-10)
+
+
+def test_columns_are_fitted_one_by_one():
+    rng = np.random.default_rng(0)
+    x = np.stack([SHAPES[shape](rng, NUM_CELLS + 1) for shape in SHAPES], axis=1)
+    together = fit_mixtures(x, 2, 10, FLOOR)
+    for k in range(x.shape[1]):
+        alone = fit_mixtures(x[:, [k]], 2, 10, FLOOR)
+        assert (together.weight[:, k] == alone.weight[:, 0]).all()
+        assert (together.mean[:, k] == alone.mean[:, 0]).all()
+        assert (together.variance[:, k] == alone.variance[:, 0]).all()
+
+
+@given(st.floats(-2.0, 1.0), st.floats(0.1, 2.0), st.floats(-2.0, 1.0), st.floats(0.1, 2.0))
+def test_the_divergence_of_two_gaussians_is_the_closed_form(mean, std, other, other_std):
+    expected = log(other_std / std) + (std**2 + (mean - other) ** 2) / (2.0 * other_std**2) - 0.5
+    assert kl_divergence(gaussian(mean, std), gaussian(other, other_std))[0] == pytest.approx(expected, abs=1e-12)
+
+
+@pytest.mark.parametrize("num_components", [1, 2, 3])
+def test_the_divergence_of_equal_mixtures_is_zero(num_components):
+    for seed in range(20):
+        m = random_mixtures(seed, num_components)
+        assert kl_divergence(m, m)[0] == 0.0
+        turned = Mixtures(m.weight[::-1], m.mean[::-1], m.variance[::-1])
+        assert kl_divergence(m, turned)[0] == pytest.approx(0.0, abs=1e-14)
+
+
+def test_a_component_split_in_two_is_the_same_mixture():
+    whole = gaussian(-1.0, 0.3)
+    split = Mixtures(np.array([[0.3], [0.7]]), np.full((2, 1), -1.0), np.full((2, 1), 0.09))
+    far = random_mixtures(0)
+    assert kl_divergence(split, whole)[0] == pytest.approx(0.0, abs=1e-14)
+    assert kl_divergence(split, far) == pytest.approx(kl_divergence(whole, far))
+    assert kl_divergence(far, split) == pytest.approx(kl_divergence(far, whole))
+
+
+def test_the_divergence_comes_close_to_the_integral():
+    x = np.linspace(-8.0, 8.0, 4_001)
+    found, integrals = [], []
+    for seed in range(100):
+        f, g = random_mixtures(seed), random_mixtures(1000 + seed)
+        log_f, log_g = log_density(x, f), log_density(x, g)
+        integrals.append(np.trapezoid(np.exp(log_f) * (log_f - log_g), x))
+        found.append(kl_divergence(f, g)[0])
+    assert sqrt(np.mean(np.subtract(found, integrals) ** 2)) < 0.2 * np.mean(integrals)
+    assert np.corrcoef(integrals, found)[0, 1] > 0.98
+
+
+def test_what_is_far_apart_diverges_by_a_number():
+    atom, far = gaussian(-2.0, 1e-3), gaussian(1e6, 1e-3)
+    dying = Mixtures(np.array([[1.0], [1e-18]]), np.array([[-2.0], [1e6]]), np.full((2, 1), 1e-6))
+    for f in (atom, far, dying):
+        for g in (atom, far, dying):
+            assert 0.0 <= kl_divergence(f, g)[0] < np.inf
+    assert kl_divergence(atom, far)[0] == pytest.approx(0.5 * (1e6 + 2.0) ** 2 / 1e-6)

@@ -1,0 +1,149 @@
+from math import nan
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
+
+from mjnav.control import Status, make_controller
+from mjnav.control.methods.cvar import conditional_value_at_risk
+from mjnav.errors import InvalidValue
+from mjnav.messages import ObstacleSamples
+
+SMALL = {"num_v": 6, "num_omega": 7}
+CROWDED = {"spread": 0.2, "near": 0.05, "far": 2.5, "num_samples": 9}
+# Few values among them, so that samples are often equal.
+VALUES = st.one_of(st.sampled_from([-2.0, 0.0, 0.5]), st.floats(-2.0, 1.0, width=32))
+SAMPLES = arrays(float, st.tuples(st.integers(1, 60), st.just(3)), elements=VALUES)
+LEVELS = st.one_of(st.sampled_from([0.0, 0.5, 0.9]), st.floats(0.0, 0.999))
+
+
+def worst_mean(samples, eta):
+    """The mean of the worst (1 - eta) n samples: one after another, the last by what is left of it."""
+    left = tail = (1.0 - eta) * len(samples)
+    total = 0.0
+    for f in sorted(samples, reverse=True):
+        part = min(1.0, left)
+        total, left = total + part * f, left - part
+    return total / tail
+
+
+def bound(t, samples, eta):
+    """What CVaR is the minimum of over t."""
+    return t + np.maximum(samples - t, 0.0).mean(axis=0) / (1.0 - eta)
+
+
+@pytest.mark.parametrize("options", [{}, {"form": "line", "clip": np.inf}, {"form": "ray", "normalise": False}])
+@pytest.mark.parametrize("eta", [0.3, 0.9])
+@pytest.mark.parametrize("seed", range(6))
+def test_the_risk_is_the_mean_of_the_worst_samples(observe, limits, constraint_samples, seed, eta, options):
+    o = observe(seed, **(CROWDED if seed % 2 else {}))
+    controller = make_controller("cvar", limits, 0.1, **SMALL, **options, eta=eta)
+    costs = controller.decide(o).costs
+    columns, lanes = constraint_samples(controller, o)
+    for j in range(len(o.obstacles) + len(o.walls)):
+        expected = [worst_mean(row, eta) for row in columns[j]] if j in columns else 0.0
+        assert costs.cone[:, j] == pytest.approx(np.array(expected), rel=1e-9, abs=1e-9)
+    for side in (0, 1):
+        assert costs.lane[:, side] == pytest.approx(np.array([worst_mean(d, eta) for d in lanes[side]]), abs=1e-9)
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_the_cheapest_candidate_without_positive_risk_is_chosen_and_where_there_is_none_that_is_said(
+    observe, limits, constraint_samples, seed
+):
+    o = observe(seed, **(CROWDED if seed % 2 else {}))
+    controller = make_controller("cvar", limits, 0.1, **SMALL, eta=0.8)
+    decision = controller.decide(o)
+    columns, lanes = constraint_samples(controller, o)
+    excess = [sum(max(0.0, worst_mean(f[k], 0.8)) for f in (*columns.values(), *lanes)) for k in range(44)]
+    allowed = [k for k in range(44) if excess[k] <= min(excess) * (1.0 + 1e-9)]
+    best = min(allowed, key=lambda k: decision.costs.goal[k])
+    assert (decision.v, decision.omega) == (decision.costs.v[best], decision.costs.omega[best])
+    assert (decision.status == Status.INFEASIBLE) == (min(excess) > 0.0)
+
+
+def test_the_seeds_above_cover_both_cases(observe, limits):
+    controller = make_controller("cvar", limits, 0.1, **SMALL, eta=0.8)
+    seen = [controller.decide(observe(seed, **(CROWDED if seed % 2 else {}))).status for seed in range(12)]
+    assert {Status.INFEASIBLE, Status.OK} <= set(seen)
+
+
+@given(SAMPLES, LEVELS)
+def test_it_is_the_minimum_over_t_by_definition(samples, eta):
+    value = conditional_value_at_risk(samples, eta)
+    # Convex and piecewise linear in t with a kink at every sample: the minimum is at one of them, and nothing is below.
+    at_samples = np.min([bound(t, samples, eta) for t in samples], axis=0)
+    assert value == pytest.approx(at_samples, rel=1e-9, abs=1e-9)
+    anywhere = np.min([bound(t, samples, eta) for t in np.linspace(-3.0, 2.0, 400)], axis=0)
+    assert (value <= anywhere + 1e-9).all()
+
+
+@given(SAMPLES, LEVELS)
+def test_it_is_the_mean_of_the_worst_share(samples, eta):
+    expected = np.array([worst_mean(column, eta) for column in samples.T])
+    assert conditional_value_at_risk(samples, eta) == pytest.approx(expected, rel=1e-9, abs=1e-9)
+
+
+@given(SAMPLES)
+def test_at_level_zero_it_is_the_mean_and_towards_one_the_largest(samples):
+    assert conditional_value_at_risk(samples, 0.0) == pytest.approx(samples.mean(axis=0), rel=1e-12, abs=1e-12)
+    assert conditional_value_at_risk(samples, 1e-9) == pytest.approx(samples.mean(axis=0), abs=1e-7)
+    for eta in (1.0, 1.0 - 1.0 / len(samples)):
+        assert conditional_value_at_risk(samples, eta) == pytest.approx(samples.max(axis=0), rel=1e-12, abs=1e-12)
+
+
+@given(SAMPLES, LEVELS, st.floats(0.0, 0.999))
+def test_it_is_no_less_than_the_quantile_and_grows_with_the_level(samples, eta, other):
+    value = conditional_value_at_risk(samples, eta)
+    assert (value >= np.quantile(samples, eta, axis=0, method="inverted_cdf") - 1e-9).all()
+    low, high = sorted((eta, other))
+    assert (conditional_value_at_risk(samples, low) <= conditional_value_at_risk(samples, high) + 1e-9).all()
+
+
+@given(SAMPLES, LEVELS, st.randoms(use_true_random=False))
+def test_the_order_of_the_samples_changes_nothing(samples, eta, random):
+    order = random.sample(range(len(samples)), len(samples))
+    value = conditional_value_at_risk(samples, eta)
+    assert conditional_value_at_risk(samples[order], eta) == pytest.approx(value, rel=1e-12, abs=1e-12)
+
+
+@pytest.mark.parametrize("eta", [0.0, 0.37, 0.9, 0.95, 0.999])
+def test_many_samples_near_one_another_or_equal_are_ordered_exactly(eta):
+    rng = np.random.default_rng(0)
+    samples = np.column_stack(
+        [
+            rng.normal(size=625),
+            1.0 + 1e-12 * rng.normal(size=625),  # within a few units in the last place
+            np.where(rng.random(625) < 0.8, -2.0, rng.normal(size=625)),
+            np.full(625, 0.3),
+            np.where(rng.random(625) < 0.5, 0.0, 1e6),
+            np.sort(rng.normal(size=625)),
+        ]
+    )
+    expected = np.array([worst_mean(column, eta) for column in samples.T])
+    assert conditional_value_at_risk(samples, eta) == pytest.approx(expected, rel=1e-13, abs=1e-13)
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_without_uncertainty_the_choice_is_the_nominal_control_at_any_level(observe, certain, limits, seed):
+    o = certain(observe(seed, **(CROWDED if seed % 2 else {})))
+    mean = make_controller("mean", limits, 0.1).decide(o)
+    for eta in (0.0, 0.5, 0.95, 1.0):
+        decision = make_controller("cvar", limits, 0.1, eta=eta).decide(o)
+        assert (decision.v, decision.omega) == (mean.v, mean.omega)
+        assert (decision.status == Status.OK) == (mean.status == Status.OK)
+
+
+def test_the_status_says_when_no_candidate_is_safe_enough(alone, limits):
+    on_top = ObstacleSamples(np.array([[0.1, 0.0]]), np.zeros((1, 2)), 0.3)
+    decision = make_controller("cvar", limits, 0.1).decide(alone(obstacles=(on_top,)))
+    assert decision.status == Status.INFEASIBLE
+    assert decision.status.advice
+
+
+@pytest.mark.parametrize("eta", [-0.1, 1.1, nan])
+def test_a_level_that_is_none_is_refused(limits, eta):
+    with pytest.raises(InvalidValue, match=r"eta: found .*; allowed: a number from 0 to 1"):
+        make_controller("cvar", limits, 0.1, eta=eta)

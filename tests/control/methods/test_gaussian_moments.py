@@ -1,0 +1,273 @@
+"""mean(f) + k std(f) <= 0 against the equation written down a second time, and what must be true of it."""
+
+from dataclasses import replace
+from math import cos, inf, pi, sin, sqrt
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
+from scipy.linalg import sqrtm
+from scipy.stats import norm
+
+from mjnav.constraints import collision_cone, lane_distance, wall_clearance
+from mjnav.control import Status, make_controller
+from mjnav.control.methods.gaussian_moments import deviations, gaussian, white
+from mjnav.errors import InvalidValue
+from mjnav.messages import Lanes, Observation, ObstacleSamples, RobotLimits
+from mjnav.rng import stream
+
+NAME = "gaussian-moments"
+LIMITS = RobotLimits(max_speed=1.1, min_speed=-0.2, max_turn_rate=1.4, max_acceleration=1.5, max_turn_acceleration=4.0)
+SMALL = {"num_v": 4, "num_omega": 5}
+
+
+def standard_normal(body, num, size):
+    """The draws, with mean 0 and covariance 1."""
+    draws = stream(0, "gaussian-moments", body).standard_normal((num, size))
+    draws = draws - draws.mean(axis=0)
+    return draws @ np.linalg.inv(np.real(sqrtm(np.cov(draws.T, bias=True))))
+
+
+def fitted(states, draws):
+    """Samples of the Gaussian that has the mean and covariance of the states."""
+    root = np.real(sqrtm(np.cov(states.T, bias=True) + 1e-18 * np.eye(states.shape[1])))
+    return np.array([states.mean(axis=0) + root @ z for z in draws])
+
+
+class Literal:
+    """The risk of one candidate, pair by pair, in a frame that stands at the mean robot."""
+
+    def __init__(self, o, p):
+        self.allowed = True  # so far
+        self.o, self.p = o, p
+        headings = o.robot_pose[:, 2]
+        self.heading = np.arctan2(np.sin(headings).mean(), np.cos(headings).mean())
+        c, s = cos(self.heading), sin(self.heading)
+        self.centre, self.into = o.robot_pose[:, :2].mean(axis=0), np.array([[c, s], [-s, c]])
+        states = [
+            [
+                *(self.into @ (pose[:2] - self.centre)),
+                (pose[2] - self.heading + pi) % (2 * pi) - pi,
+                *noise,
+                left,
+                right,
+            ]
+            for pose, noise, left, right in zip(
+                o.robot_pose, o.control_noise, o.lanes.left_offset, o.lanes.right_offset, strict=True
+            )
+        ]
+        self.robot = fitted(np.array(states), standard_normal("robot", p.samples, 7))
+        self.discs = []
+        for disc in o.obstacles:
+            states = np.array(
+                [
+                    [*(self.into @ (position - self.centre)), *(self.into @ velocity)]
+                    for position, velocity in zip(disc.position, disc.velocity, strict=True)
+                ]
+            )
+            several = len(states) > 1
+            self.discs.append(fitted(states, standard_normal("obstacle", p.samples, 4)) if several else states)
+
+    def velocity(self, state, u):
+        heading = state[2] + (u[1] + state[4]) * self.p.preview
+        return (u[0] + state[3]) * np.array([cos(heading), sin(heading)])
+
+    def risk(self, f):
+        f = [max(value, -self.p.clip) for value in f]
+        average = sum(f) / len(f)
+        std = sqrt(sum((x - average) ** 2 for x in f) / len(f))
+        self.allowed &= average + deviations(self.p.eta, self.p.tail) * std <= 0.0
+        return norm.cdf(average / std) if std > 1e-12 else float(average > 0.0)
+
+    def disc(self, j, u):
+        radius = LIMITS.radius + self.o.obstacles[j].radius + self.p.safety_margin
+        f = []
+        for state in self.robot:
+            for other in self.discs[j]:
+                q = self.velocity(state, u) - other[2:]
+                f.append(collision_cone(state[:2] - other[:2], q, radius, form=self.p.form, horizon=self.p.horizon))
+        return self.risk([x / radius**2 if self.p.normalise else x for x in f])
+
+    def wall(self, ends, u):
+        radius, (start, end) = LIMITS.radius + self.p.safety_margin, (ends - self.centre) @ self.into.T
+        f = [
+            wall_clearance(state[:2], self.velocity(state, u), start, end, radius, self.p.wall_horizon)
+            for state in self.robot
+        ]
+        return self.risk([x / radius**2 if self.p.normalise else x for x in f])
+
+    def lane(self, side, u):
+        f = []
+        for state in self.robot:
+            there = self.centre + self.into.T @ (state[:2] + self.p.lane_horizon * self.velocity(state, u))
+            d = lane_distance(there, (self.o.lanes.left, self.o.lanes.right)[side]) + state[5 + side]
+            f.append(d + LIMITS.radius if side == 0 else -(d - LIMITS.radius))
+        return self.risk([x / LIMITS.radius if self.p.normalise else x for x in f])
+
+
+@pytest.mark.parametrize(
+    "parameters",
+    [
+        {"eta": 0.9},
+        {"eta": 0.8, "tail": "quantile", "normalise": False, "clip": inf},
+        {"eta": 0.3, "form": "line", "samples": 8},
+    ],
+)
+@pytest.mark.parametrize("seed", range(3))
+def test_the_risk_is_the_one_written_down(observe, seed, parameters):
+    o = observe(seed, num_samples=9, most=9, num_obstacles=2)
+    controller = make_controller(NAME, LIMITS, 0.2, **{"samples": 10, **SMALL, **parameters})
+    costs, literal = controller.decide(o).costs, Literal(o, controller.parameters)
+    for k in range(0, len(costs.v), 3):
+        u, literal.allowed = (costs.v[k], costs.omega[k]), True
+        for j in range(len(o.obstacles)):
+            assert costs.cone[k, j] == pytest.approx(literal.disc(j, u), rel=1e-6, abs=1e-7)
+        for j, ends in enumerate(o.walls, start=len(o.obstacles)):
+            if costs.cone[:, j].any():  # else out of reach
+                assert costs.cone[k, j] == pytest.approx(literal.wall(ends, u), rel=1e-6, abs=1e-7)
+        for side in (0, 1):
+            assert costs.lane[k, side] == pytest.approx(literal.lane(side, u), rel=1e-6, abs=1e-7)
+        assert literal.allowed == (max(costs.cone[k].max(), costs.lane[k].max()) <= controller.bound)
+
+
+@given(st.floats(1e-9, 1.0 - 1e-9))
+def test_cantellis_k_is_never_less_than_the_quantile(eta):
+    assert deviations(eta, "cantelli") >= deviations(eta, "quantile") == pytest.approx(norm.ppf(eta), rel=1e-9)
+
+
+@pytest.mark.parametrize("eta", [0.2, 0.6, 0.9, 0.99])
+def test_cantellis_bound_allows_nothing_that_the_quantile_forbids(observe, eta):
+    one, other = (make_controller(NAME, LIMITS, 0.2, **SMALL, eta=eta, tail=t) for t in ("cantelli", "quantile"))
+    fewer = 0
+    for seed in range(10):
+        o = observe(seed, num_walls=0)
+        cantelli, quantile = (
+            (costs.cone <= bound).all(axis=1) & (costs.lane <= bound).all(axis=1)
+            for costs, bound in ((c.decide(o).costs, c.bound) for c in (one, other))
+        )
+        assert (quantile | ~cantelli).all()
+        fewer += (quantile & ~cantelli).any()
+    assert fewer >= 1
+
+
+@given(st.floats(0.01, 0.99))
+def test_with_the_quantile_the_risk_allowed_is_the_share_that_is_not_asked_for(eta):
+    assert make_controller(NAME, LIMITS, 0.2, eta=eta, tail="quantile").bound == pytest.approx(1.0 - eta)
+
+
+def test_for_a_linear_f_the_quantile_decides_as_the_share_of_colliding_samples_does_as_they_grow():
+    """The lanes are linear in the position; there is no other noise. Which candidates may be taken, share for share."""
+    eta, disagree = 0.9, []
+    for num in (30, 300, 10_000):
+        rng, wrong, decided = np.random.default_rng(num), 0, 0
+        for _ in range(25):
+            root = rng.normal(scale=0.2, size=(2, 2))
+            place = rng.normal(size=2) + rng.normal(size=(num, 2)) @ root
+            angle = rng.uniform(-pi, pi)
+            line, room = (cos(angle), sin(angle)), rng.uniform(0.2, 1.0, size=2)
+            offset = line @ place.mean(axis=0)
+            o = Observation(
+                robot_pose=np.column_stack([place, np.full(num, rng.uniform(-pi, pi))]),
+                control_noise=np.zeros((num, 2)),
+                twist=np.array([0.5, 0.0]),
+                obstacles=(),
+                goal=np.zeros(2),
+                lanes=Lanes(
+                    (*line, -offset - room[0]),
+                    (*line, -offset + room[1]),
+                    rng.normal(scale=0.05, size=num),
+                    np.zeros(num),
+                ),
+            )
+            controller = make_controller(NAME, LIMITS, 0.2, eta=eta, tail="quantile", clip=inf, num_v=3, num_omega=3)
+            allowed = controller.decide(o).costs.lane <= controller.bound
+            share = (controller.problem(o).lanes > 0.0).mean(axis=2).T
+            wrong += (allowed != (share <= 1.0 - eta)).sum()
+            decided += min(allowed.sum(), (~allowed).sum())
+        disagree.append(wrong / (25 * allowed.size))
+        assert decided > 0.1 * 25 * allowed.size  # neither answer is rare
+    assert disagree[0] > disagree[1] > disagree[2]
+    assert disagree[2] < 0.01
+
+
+@pytest.mark.parametrize(("eta", "tail"), [(0.99, "cantelli"), (0.9, "quantile"), (0.5, "cantelli")])
+def test_without_noise_it_decides_as_the_mean_does(observe, eta, tail):
+    seen = set()
+    for seed in range(40):
+        o = observe(seed, num_samples=1, most=1, num_walls=seed % 3)
+        decision = make_controller(NAME, LIMITS, 0.2, eta=eta, tail=tail).decide(o)
+        nominal = make_controller("mean", LIMITS, 0.2).decide(o)
+        assert (decision.status == Status.INFEASIBLE) == (nominal.status == Status.INFEASIBLE_NOMINAL)
+        if decision.status != Status.INFEASIBLE:
+            assert (decision.v, decision.omega) == (nominal.v, nominal.omega)
+        seen.add(decision.status)
+    assert seen >= {Status.OK, Status.INFEASIBLE}
+
+
+def test_many_samples_that_are_all_alike_are_one(observe):
+    for seed in range(5):
+        one = observe(seed, num_samples=1, most=1)
+        lanes = replace(
+            one.lanes, left_offset=np.tile(one.lanes.left_offset, 9), right_offset=np.tile(one.lanes.right_offset, 9)
+        )
+        discs = tuple(
+            replace(d, position=np.tile(d.position, (6, 1)), velocity=np.tile(d.velocity, (6, 1)))
+            for d in one.obstacles
+        )
+        pose, noise = np.tile(one.robot_pose, (9, 1)), np.tile(one.control_noise, (9, 1))
+        many = replace(one, robot_pose=pose, control_noise=noise, obstacles=discs, lanes=lanes)
+        a, b = (make_controller(NAME, LIMITS, 0.2, **SMALL).decide(o).costs for o in (one, many))
+        assert a.cone == pytest.approx(b.cone, abs=1e-12)
+        assert a.lane == pytest.approx(b.lane, abs=1e-12)
+
+
+@given(arrays(float, (6, 3), elements=st.floats(-5.0, 5.0)), st.integers(4, 30))
+def test_the_fit_has_the_mean_and_covariance_of_the_samples_exactly(states, num):
+    drawn = gaussian(states, white(np.random.default_rng(num).standard_normal((num, 3))))
+    assert drawn.mean(axis=0) == pytest.approx(states.mean(axis=0), abs=1e-12)
+    assert np.cov(drawn.T, bias=True) == pytest.approx(np.cov(states.T, bias=True), abs=1e-11)
+
+
+@pytest.mark.parametrize("num", [2, 3, 4])
+def test_draws_too_few_for_a_covariance_have_mean_0_and_variance_1(num):
+    draws = white(np.random.default_rng(num).standard_normal((num, 4)))
+    assert draws.mean(axis=0) == pytest.approx(np.zeros(4), abs=1e-15)
+    assert draws.var(axis=0) == pytest.approx(np.ones(4))
+
+
+@pytest.mark.parametrize("samples", [1, 2, 5, 7, 8])
+def test_any_number_of_draws_gives_a_decision(observe, samples):
+    costs = make_controller(NAME, LIMITS, 0.2, **SMALL, samples=samples).decide(observe(2)).costs
+    assert np.isfinite(costs.cone).all()
+    assert np.isfinite(costs.lane).all()
+
+
+def test_two_controllers_draw_alike(observe):
+    a, b = (make_controller(NAME, LIMITS, 0.2, **SMALL).decide(observe(1)).costs for _ in range(2))
+    assert a.cone.tobytes() == b.cone.tobytes()
+
+
+def test_a_disc_known_exactly_adds_no_spread(alone):
+    disc = ObstacleSamples(np.array([[1.0, 0.1]]), np.zeros((1, 2)), 0.3)
+    low, high = (
+        make_controller(NAME, LIMITS, 0.2, eta=eta).decide(alone(obstacles=(disc,))).costs.cone for eta in (0.1, 0.99)
+    )
+    assert low.any()
+    assert low == pytest.approx(high, abs=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("parameters", "message"),
+    [
+        ({"eta": 0.0}, "eta: found 0.0; allowed: a number > 0 and < 1"),
+        ({"eta": 1.0}, "eta: found 1.0; allowed: a number > 0 and < 1"),
+        ({"eta": float("nan")}, "eta: found nan"),
+        ({"tail": "quantil"}, "tail: found 'quantil'; allowed: cantelli, quantile; did you mean 'quantile'?"),
+    ],
+)
+def test_what_cannot_be_is_refused(parameters, message):
+    with pytest.raises(InvalidValue) as error:
+        make_controller(NAME, LIMITS, 0.2, **parameters)
+    assert message in str(error.value)

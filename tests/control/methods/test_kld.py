@@ -1,0 +1,179 @@
+"""`kld` against its risk written down a second time, and what must be true of it whatever the numbers."""
+
+from dataclasses import replace
+from math import exp, inf, log, sqrt
+
+import numpy as np
+import pytest
+
+from mjnav.control import make_controller
+from mjnav.control.kernels.mixture import NUM_CELLS
+from mjnav.errors import InvalidValue
+from mjnav.messages import ObstacleSamples
+
+SMALL = {"num_v": 3, "num_omega": 4}
+CROWDED = {"spread": 0.2, "near": 0.05, "far": 2.5, "num_samples": 7, "num_walls": 1}
+
+
+def fit(samples, p):
+    """[(weight, mean, variance)] by EM."""
+    x = np.array(samples)
+    spread, n = x.std(), p.num_components
+    offsets = [2.0 * c / (n - 1) - 1.0 for c in range(n)] if n > 1 else [0.0]
+    floor = p.std_floor**2
+    mixture = [(1.0 / n, x.mean() + o * spread, max((spread / n) ** 2, floor)) for o in offsets]
+    for _ in range(p.num_iterations):
+        likelihood = np.array([w / sqrt(v) * np.exp(-((x - m) ** 2) / (2.0 * v)) for w, m, v in mixture])
+        shares = likelihood / likelihood.sum(axis=0)
+        mixture = []
+        for r in shares:
+            mean = (r * x).sum() / r.sum()
+            mixture.append((r.mean(), mean, max((r * (x - mean) ** 2).sum() / r.sum(), floor)))
+    return mixture
+
+
+def gaussian_kl(a, b):
+    return 0.5 * (log(b[2] / a[2]) + (a[2] + (a[1] - b[1]) ** 2) / b[2] - 1.0)
+
+
+def mixture_kl(f, g):
+    """Hershey & Olsen's variational approximation, equation by equation."""
+
+    def log_sum(a, h):
+        terms = [log(b[0]) - gaussian_kl(a, b) for b in h]
+        return max(terms) + log(sum(exp(t - max(terms)) for t in terms))
+
+    return max(0.0, sum(a[0] * (log_sum(a, f) - log_sum(a, g)) for a in f))
+
+
+def literal(samples, desired, p):
+    """The risk of one constraint at one candidate."""
+    if not len(desired):
+        samples, desired = [max(0.0, f) for f in samples], [0.0]
+    return mixture_kl(fit(samples, p), fit(desired, p))
+
+
+@pytest.fixture
+def assert_as_written_down(limits, constraint_samples):
+    """assert_as_written_down(observation, **parameters) -> the sizes of the desired sets."""
+    return lambda observation, **parameters: compare(observation, limits, constraint_samples, **parameters)
+
+
+def compare(observation, limits, constraint_samples, **parameters):
+    # A floor so low that the components' own widths count.
+    controller = make_controller("kld", limits, 0.1, **SMALL, **{"std_floor": 0.1, **parameters})
+    problem, p = controller.problem(observation), controller.parameters
+    cone, lane = controller.risk(problem)
+    columns, lanes = constraint_samples(controller, observation)
+    wanted, sizes = controller.desired(problem), []
+    terms = [
+        (cone[:, block], columns[column], wanted.cone(block)) for block, column in enumerate(problem.cone.blocks.column)
+    ]
+    terms += [(lane[:, side], samples, wanted.lane(side)) for side, samples in enumerate(lanes)]
+    for risk, samples, desired in terms:
+        assert samples.shape[1] <= NUM_CELLS
+        exact = len(desired) <= NUM_CELLS  # more, and they are gathered in cells
+        expected = [literal(row, desired, p) for row in samples]
+        assert risk == pytest.approx(expected, rel=1e-6 if exact else 1e-3, abs=1e-9)
+        sizes.append(len(desired))
+    costs = controller.decide(observation).costs
+    weighted = p.weight * cone.sum(axis=1) + p.lane_weights[0] * lane[:, 0] + p.lane_weights[1] * lane[:, 1]
+    assert costs.total == pytest.approx(costs.goal + weighted)
+    return sizes
+
+
+@pytest.mark.parametrize("num_components", [1, 2, 3])
+@pytest.mark.parametrize("seed", range(4))
+def test_the_risk_is_as_written_down(assert_as_written_down, observe, seed, num_components):
+    assert_as_written_down(observe(seed, spread=0.2), num_components=num_components, std_floor=0.3)
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_in_a_crowd_the_risk_is_as_written_down_with_empty_desired_sets_too(assert_as_written_down, observe, seed):
+    one = {"num_samples": 1, "most": 1} if seed % 2 else {}
+    options = {"desired_min": 0} if seed % 2 else {}
+    sizes = assert_as_written_down(observe(seed, **{**CROWDED, **one}), window="bounds", **options)
+    assert 0 in sizes or seed not in (1, 3, 5)
+
+
+@pytest.mark.parametrize("sizes", [{"num_obstacles": 0}, {"num_walls": 0}, {"lanes": False}, {"num_obstacles": 1}])
+def test_the_risk_is_as_written_down_where_something_is_missing(assert_as_written_down, observe, sizes):
+    assert_as_written_down(observe(4, **sizes))
+
+
+def test_where_all_is_safe_at_the_nominal_control_it_has_no_risk(observe, limits):
+    controller = make_controller("kld", limits, 0.1, **SMALL, desired_min=0)
+    checked = 0
+    for seed in range(12):
+        problem = controller.problem(observe(seed, num_samples=12, most=12, near=2.0, far=6.0, lanes=False))
+        c, (cone, _) = problem.candidates, controller.risk(problem)
+        for block in range(cone.shape[1]):
+            samples = problem.cone.samples(block, c.v[[problem.nominal]], c.omega[[problem.nominal]])
+            if (samples <= 0.0).all():
+                assert cone[problem.nominal, block] == pytest.approx(0.0, abs=1e-9)
+                checked += 1
+    assert checked >= 12
+
+
+def test_of_two_atoms_the_one_nearer_to_the_desired_one_costs_less(alone, limits):
+    aside = ObstacleSamples(np.array([[2.5, 0.7]]), np.zeros((1, 2)), 0.3)
+    controller = make_controller("kld", limits, 0.1, std_floor=0.5)
+    problem = controller.problem(alone(obstacles=(aside,)))
+    c = problem.candidates
+    f = problem.cone.samples(0, c.v, c.omega)[0]
+    wanted = f[problem.nominal]
+    assert wanted <= 0.0 < f.max()
+    assert controller.risk(problem)[0][:, 0] == pytest.approx((f - wanted) ** 2 / (2.0 * 0.5**2), abs=1e-9)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_many_samples_in_another_order_give_the_same_decision(observe, limits, seed):
+    o = observe(seed, num_samples=15, most=15)  # up to 225 pairs: in cells
+    rng = np.random.default_rng(seed)
+    robot, discs = rng.permutation(15), []
+    for disc in o.obstacles:
+        order = rng.permutation(len(disc.position))
+        discs.append(replace(disc, position=disc.position[order], velocity=disc.velocity[order]))
+    lanes = replace(o.lanes, left_offset=o.lanes.left_offset[robot], right_offset=o.lanes.right_offset[robot])
+    other = replace(
+        o,
+        robot_pose=o.robot_pose[robot],
+        control_noise=o.control_noise[robot],
+        obstacles=tuple(discs[::-1]),
+        lanes=lanes,
+    )
+    controller = make_controller("kld", limits, 0.1, **SMALL)
+    a, b = controller.decide(o), controller.decide(other)
+    assert a.costs.cone == pytest.approx(b.costs.cone[:, [2, 1, 0, 3, 4]], rel=1e-7, abs=1e-9)
+    assert a.costs.total == pytest.approx(b.costs.total, rel=1e-7, abs=1e-9)
+    assert (a.v, a.omega, a.status) == (b.v, b.omega, b.status)
+
+
+@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize(
+    "options", [{"clip": inf}, {"form": "line", "clip": inf, "normalise": False}, {"std_floor": 1e-3}]
+)
+@pytest.mark.parametrize("spread", [0.0, 1.0])
+def test_every_cost_is_a_number_however_far_apart_the_samples_are(observe, limits, seed, options, spread):
+    controller = make_controller("kld", limits, 0.1, **SMALL, **options)
+    for sizes in ({}, CROWDED, {"num_samples": 1, "most": 1}, {"num_samples": 15, "most": 15}):
+        costs = controller.decide(observe(seed, **{**sizes, "spread": spread})).costs
+        for term in (costs.cone, costs.lane, costs.total):
+            assert np.isfinite(term).all()
+        assert min(costs.cone.min(), costs.lane.min()) >= 0.0
+
+
+def test_every_cost_is_a_number_on_top_of_an_obstacle(alone, limits):
+    still = ObstacleSamples(np.zeros((1, 2)), np.zeros((1, 2)), 0.3)
+    for twist in ((0.0, 0.0), (0.5, 0.0)):
+        costs = make_controller("kld", limits, 0.1).decide(alone(obstacles=(still, still), twist=twist)).costs
+        assert np.isfinite(costs.total).all()
+
+
+@pytest.mark.parametrize(
+    ("key", "value"),
+    [("num_components", 0), ("num_iterations", 0), ("std_floor", 0.0), ("std_floor", inf), ("desired_min", -1)],
+)
+def test_impossible_parameters_are_refused(limits, key, value):
+    with pytest.raises(InvalidValue, match=key):
+        make_controller("kld", limits, 0.1, **{key: value})

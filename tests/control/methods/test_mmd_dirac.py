@@ -1,0 +1,115 @@
+from math import exp, inf, nan
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
+
+from mjnav.control import Status, make_controller
+from mjnav.control.methods.mmd_dirac import FARTHEST, distance_from_zero
+from mjnav.errors import InvalidValue
+from mjnav.messages import ObstacleSamples
+
+SMALL = {"num_v": 6, "num_omega": 7}
+CROWDED = {"spread": 0.2, "near": 0.05, "far": 2.5, "num_samples": 9}
+SAMPLES = arrays(float, st.tuples(st.integers(1, 12), st.just(3)), elements=st.floats(-2.0, 1.0))
+BANDWIDTHS = st.floats(1.0 / FARTHEST, 5.0)  # at which no sample up to 1 is capped
+
+
+def gram_mmd(f, bandwidth):
+    """MMD^2 of max(0, f) to a point mass at 0 by the definition's Gram matrices."""
+    x, zero = np.maximum(np.asarray(f), 0.0), np.zeros(1)
+
+    def k(a, b):
+        return np.exp(-((a[:, None] - b[None, :]) ** 2) / (2.0 * bandwidth**2))
+
+    alpha = np.full(len(x), 1.0 / len(x))
+    return float(alpha @ k(x, x) @ alpha - 2.0 * alpha @ k(x, zero)[:, 0] + 1.0)
+
+
+@pytest.mark.parametrize("options", [{}, {"form": "line"}, {"form": "ray", "normalise": False}])
+@pytest.mark.parametrize("bandwidth", [0.3, 1.5])
+@pytest.mark.parametrize("seed", range(6))
+def test_the_risk_is_that_of_gram_matrices(observe, limits, constraint_samples, seed, bandwidth, options):
+    o = observe(seed, **(CROWDED if seed % 2 else {}))
+    controller = make_controller("mmd-dirac", limits, 0.1, **SMALL, **options, bandwidth=bandwidth)
+    p, costs = controller.parameters, controller.decide(o).costs
+    columns, lanes = constraint_samples(controller, o)
+    for j in range(len(o.obstacles) + len(o.walls)):
+        expected = [gram_mmd(row, bandwidth) for row in columns[j]] if j in columns else 0.0
+        assert costs.cone[:, j] == pytest.approx(np.array(expected), rel=0.0, abs=1e-9)
+    for side in (0, 1):
+        capped = np.minimum(lanes[side], FARTHEST * bandwidth)
+        assert costs.lane[:, side] == pytest.approx(np.array([gram_mmd(d, bandwidth) for d in capped]), abs=1e-9)
+    assert costs.total == pytest.approx(costs.goal + p.weight * costs.cone.sum(1) + costs.lane @ p.lane_weights)
+
+
+def test_the_observations_above_have_risk_of_discs_walls_and_lanes(observe, limits):
+    controller = make_controller("mmd-dirac", limits, 0.1, **SMALL, bandwidth=0.3)
+    costs = [controller.decide(observe(seed, **(CROWDED if seed % 2 else {}))).costs for seed in range(6)]
+    assert np.max([c.cone.max(axis=0) for c in costs], axis=0).min() > 0.1
+    assert np.max([c.lane.max(axis=0) for c in costs], axis=0).min() > 0.02
+
+
+@given(SAMPLES, BANDWIDTHS)
+def test_features_and_gram_matrices_agree_for_any_samples(samples, bandwidth):
+    expected = np.array([gram_mmd(column, bandwidth) for column in samples.T])
+    assert distance_from_zero(samples, bandwidth) == pytest.approx(expected, rel=0.0, abs=1e-9)
+
+
+@given(SAMPLES, st.floats(0.001, 5.0))
+def test_beyond_eight_bandwidths_samples_are_not_told_apart(samples, bandwidth):
+    capped = np.minimum(samples, FARTHEST * bandwidth)
+    expected = np.array([gram_mmd(column, bandwidth) for column in capped.T])
+    assert distance_from_zero(samples, bandwidth) == pytest.approx(expected, rel=0.0, abs=1e-9)
+
+
+@given(SAMPLES, st.floats(0.001, 5.0))
+def test_it_is_zero_where_all_samples_are_safe_and_only_there(samples, bandwidth):
+    assert distance_from_zero(np.minimum(samples, 0.0), bandwidth).tolist() == [0.0] * 3
+    samples[0] = 0.01
+    assert (distance_from_zero(samples, bandwidth) > 0.0).all()
+
+
+@given(SAMPLES, st.floats(0.001, 5.0))
+def test_how_safe_a_safe_sample_is_does_not_matter(samples, bandwidth):
+    assert (distance_from_zero(samples, bandwidth) == distance_from_zero(np.maximum(samples, 0.0), bandwidth)).all()
+
+
+@pytest.mark.parametrize("x", [1e-6, 1e-3, 0.1, 0.7, 1.0, 3.0])
+@pytest.mark.parametrize("share", [1.0, 0.04])
+def test_for_equal_collisions_it_is_known_exactly_however_small(x, share):
+    # K_xx = p^2 + 2 p (1 - p) k + (1 - p)^2, k(x, 0) = k: what is left is 2 p^2 (1 - k).
+    samples = np.where(np.arange(25) < 25 * share, x, -1.0)[:, None]
+    expected = 2.0 * share**2 * -np.expm1(-(x**2) / (2.0 * 0.5**2))
+    assert distance_from_zero(samples, 0.5)[0] == pytest.approx(expected, rel=1e-8)
+
+
+def test_a_wide_kernel_sees_the_mean_violation_and_a_narrow_one_the_share_of_collisions():
+    samples = np.array([[0.2], [0.6], [-1.0], [-0.5]])
+    wide, narrow = distance_from_zero(samples, 1e4)[0], distance_from_zero(samples, 1e-3)[0]
+    assert wide * 1e8 == pytest.approx(0.2**2, rel=1e-6)
+    # 0.2 and 0.6 are capped to one place, far from 0
+    assert narrow == pytest.approx(2.0 * 0.5**2 * (1.0 - exp(-0.5 * FARTHEST**2)), rel=1e-9)
+
+
+def test_without_lanes_obstacles_or_walls_only_the_goal_counts(alone, limits):
+    decision = make_controller("mmd-dirac", limits, 0.1).decide(alone())
+    assert (decision.costs.total == decision.costs.goal).all()
+    assert decision.status == Status.OK
+
+
+def test_the_status_says_when_no_candidate_meets_the_constraints_at_the_mean(alone, limits):
+    on_top = ObstacleSamples(np.array([[0.1, 0.0]]), np.zeros((1, 2)), 0.3)
+    decision = make_controller("mmd-dirac", limits, 0.1).decide(alone(obstacles=(on_top,)))
+    assert decision.status == Status.INFEASIBLE_NOMINAL
+    assert np.isfinite(decision.costs.total).all()
+
+
+@pytest.mark.parametrize(
+    ("bandwidth", "allowed"), [(0.0, "a number > 0"), (-1.0, "a number > 0"), (nan, "a number > 0"), (inf, "a finite")]
+)
+def test_a_bandwidth_that_is_none_is_refused(limits, bandwidth, allowed):
+    with pytest.raises(InvalidValue, match=f"bandwidth: found .*; allowed: {allowed}"):
+        make_controller("mmd-dirac", limits, 0.1, bandwidth=bandwidth)

@@ -1,0 +1,511 @@
+import json
+from dataclasses import replace
+from math import atan2, cos, exp, hypot, inf, log, nan, pi, sin, sqrt
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from mjnav.control import Status, make_controller
+from mjnav.control.kernels.mppi_risk import Surroundings
+from mjnav.control.kernels.mppi_rollout import approach
+from mjnav.control.methods.mppi import MppiParameters, Plan, perturbations, softmin
+from mjnav.control.parameters import Parameters
+from mjnav.control.problem.obstacles import Reach
+from mjnav.errors import InvalidValue
+from mjnav.messages import Lanes, Observation, ObstacleSamples, RobotLimits
+from mjnav.motion.diff_drive import reachable
+from mjnav.motion.unicycle import integrate
+from mjnav.recording.encode.documents import encode_decision
+
+LIMITS = RobotLimits(max_speed=1.1, min_speed=-0.2, max_turn_rate=1.4, max_acceleration=1.5, max_turn_acceleration=4.0)
+PERIOD = 0.15
+SMALL = {"rollouts": 12, "steps": 6, "step": 0.3, "knots": 3}
+CROWDED = {"spread": 0.2, "near": 0.05, "far": 2.5, "num_samples": 7}
+NUM_UNPERTURBED = 3
+
+
+# ------------------------------------------------------------------------ the cost, written down a second time
+
+
+def clip(value, low, high):
+    return min(max(value, low), high)
+
+
+def turn(angle):
+    return angle - 2.0 * pi * round(angle / (2.0 * pi))
+
+
+def segment(x, y, ends):
+    (ax, ay), (bx, by) = ends.tolist()
+    length = hypot(bx - ax, by - ay)
+    s = clip(((x - ax) * (bx - ax) + (y - ay) * (by - ay)) / length**2, 0.0, 1.0)
+    return hypot(x - ax - s * (bx - ax), y - ay - s * (by - ay))
+
+
+class Literal:
+    """One rollout of one observation: its controls, path, and costs, one step and one pair of samples at a time."""
+
+    def __init__(self, observation, parameters, wanted):
+        self.o, self.p = observation, parameters
+        poses = observation.robot_pose
+        self.mean = (*poses[:, :2].mean(axis=0), atan2(np.sin(poses[:, 2]).mean(), np.cos(poses[:, 2]).mean()))
+        self.controls = self.within_limits(wanted)
+        self.path = self.drive()
+        steps = range(parameters.steps)
+        self.goal = sum(self.goal_cost(t) for t in steps) / parameters.steps
+        shares = [[self.share(column, t) for column in self.columns] for t in steps]
+        beyond = [[self.share_beyond(side, t) for side in (0, 1)] for t in steps]
+        self.cone = [parameters.step * sum(column) for column in zip(*shares, strict=True)]
+        self.lane = [parameters.step * sum(side) for side in zip(*beyond, strict=True)]
+        self.worst = max(share for row in (*shares, *beyond) for share in row)
+        charged = zip(self.lane, parameters.lane_weights, strict=True)
+        self.total = self.goal + parameters.weight * sum(self.cone) + sum(w * x for x, w in charged)
+
+    @property
+    def columns(self):
+        return [*(("disc", j) for j in range(len(self.o.obstacles))), *(("wall", w) for w in range(len(self.o.walls)))]
+
+    def within_limits(self, wanted):
+        lows, highs = (LIMITS.min_speed, -LIMITS.max_turn_rate), (LIMITS.max_speed, LIMITS.max_turn_rate)
+        found = []
+        for t, pair in enumerate(wanted):
+            before, duration = (self.o.twist, PERIOD) if t == 0 else (found[-1], self.p.step)
+            most = (LIMITS.max_acceleration * duration, LIMITS.max_turn_acceleration * duration)
+            before = [clip(b, low, high) for b, low, high in zip(before, lows, highs, strict=True)]
+            found.append(
+                [clip(clip(pair[c], before[c] - most[c], before[c] + most[c]), lows[c], highs[c]) for c in (0, 1)]
+            )
+        return found
+
+    def drive(self):
+        x, y, heading = self.mean
+        path = []
+        for v, omega in self.controls:
+            after = heading + omega * self.p.step
+            if omega == 0.0:
+                x, y = x + v * self.p.step * cos(heading), y + v * self.p.step * sin(heading)
+            else:
+                x, y = x + v / omega * (sin(after) - sin(heading)), y - v / omega * (cos(after) - cos(heading))
+            heading = after
+            path.append((x, y, heading))
+        return path
+
+    def goal_cost(self, t):
+        p, (x, y, heading), (v, omega) = self.p, self.path[t], self.controls[t]
+        before, duration = (self.o.twist, PERIOD) if t == 0 else (self.controls[t - 1], p.step)
+        dx, dy = self.o.goal[0] - x, self.o.goal[1] - y
+        bearing, speed = atan2(dy, dx), min(p.preferred_speed, hypot(dx, dy) / p.approach_time)
+        ex, ey = v * cos(heading) - speed * cos(bearing), v * sin(heading) - speed * sin(bearing)
+        dv = (v - before[0]) / (LIMITS.max_acceleration * duration)
+        domega = (omega - before[1]) / (LIMITS.max_turn_acceleration * duration)
+        change = p.speed_change_weight * dv**2 + p.turn_change_weight * domega**2
+        return ex**2 + ey**2 + p.heading_weight * (turn(heading - bearing) / pi) ** 2 + change
+
+    def robots(self, t):
+        """Where every sample of the robot is at the end of step t."""
+        dx, dy = self.path[t][0] - self.mean[0], self.path[t][1] - self.mean[1]
+        for (x, y, heading), (dv, _) in zip(self.o.robot_pose, self.o.control_noise, strict=True):
+            yield x + dx + dv * PERIOD * cos(heading), y + dy + dv * PERIOD * sin(heading)
+
+    def share(self, column, t):
+        kind, j = column
+        margin = LIMITS.radius + self.p.safety_margin
+        if kind == "wall":
+            hits = [segment(x, y, self.o.walls[j]) < margin for x, y in self.robots(t)]
+        else:
+            disc, ahead = self.o.obstacles[j], (t + 1) * self.p.step
+            hits = [
+                hypot(x - px - ahead * vx, y - py - ahead * vy) < margin + disc.radius
+                for x, y in self.robots(t)
+                for (px, py), (vx, vy) in zip(disc.position, disc.velocity, strict=True)
+            ]
+        return sum(hits) / len(hits)
+
+    def share_beyond(self, side, t):
+        lanes = self.o.lanes
+        if lanes is None:
+            return 0.0
+        (a, b, c), noise = ((lanes.left, lanes.left_offset), (lanes.right, lanes.right_offset))[side]
+        d = [(a * x + b * y + c) / hypot(a, b) + n for (x, y), n in zip(self.robots(t), noise, strict=True)]
+        return sum(x + LIMITS.radius > 0.0 if side == 0 else x - LIMITS.radius < 0.0 for x in d) / len(d)
+
+
+@pytest.mark.parametrize("sizes", [{}, CROWDED, {"lanes": False, "num_walls": 0}, {"num_obstacles": 0}, {"most": 1}])
+@pytest.mark.parametrize("seed", range(5))
+def test_every_rollout_costs_what_is_written_down(observe, seed, sizes):
+    o = observe(seed, **sizes)
+    controller = make_controller("mppi", LIMITS, PERIOD, **SMALL, lane_weights=[3.0, 7.0])
+    problem = controller.problem(o)
+    everything = Reach(tuple(range(len(o.obstacles))), tuple(range(len(o.walls))))
+    wanted = np.random.default_rng(seed).normal([[[0.4]], [[0.0]]], [[[0.6]], [[1.2]]], size=(2, 6, 9))
+    wanted[1, :, 0] = 0.0
+    found = controller.costs(problem, Surroundings.of(problem, everything), wanted)
+    for k in range(9):
+        literal = Literal(o, controller.parameters, wanted[:, :, k].T.tolist())
+        assert np.allclose(found.controls[:, :, k].T, literal.controls, rtol=0.0, atol=1e-12)
+        assert found.goal[k] == pytest.approx(literal.goal)
+        assert found.risk.cone[k] == pytest.approx(literal.cone, abs=1e-12)
+        assert found.risk.lane[k] == pytest.approx(literal.lane, abs=1e-12)
+        assert found.risk.worst[k] == pytest.approx(literal.worst, abs=1e-12)
+        assert found.total[k] == pytest.approx(literal.total)
+
+
+def test_the_observations_above_cover_all_some_and_no_pairs_in_collision(observe):
+    seen = set()
+    for seed in range(5):
+        costs = make_controller("mppi", LIMITS, PERIOD, **SMALL).decide(observe(seed, **CROWDED)).costs
+        shares = np.append(costs.cone, costs.lane) / 0.3
+        seen |= {"none" if s == 0.0 else "all" if s == round(s) else "some" for s in shares.round(9)}
+    assert seen == {"none", "some", "all"}
+
+
+# -------------------------------------------------------------------------------------------- the update
+
+
+def test_the_weights_have_exact_small_answers():
+    assert softmin(np.array([5.0, 5.0]), 0.1).tolist() == [0.5, 0.5]
+    assert softmin(np.array([1.0, 1.0 + 0.2 * log(3.0)]), 0.2) == pytest.approx([0.75, 0.25])
+    assert softmin(np.array([0.0, 1e9, 2e9]), 1e-3).tolist() == [1.0, 0.0, 0.0]
+    assert softmin(np.array([-3.0]), 1e-9).tolist() == [1.0]
+
+
+def test_the_plan_is_the_weighted_mean_of_the_rollouts(observe, limits):
+    controller = make_controller("mppi", limits, 0.1, rollouts=50, risk_bound=1.0)
+    checked = 0
+    for seed in range(10):
+        decision = controller.decide(observe(seed, far=8.0, near=3.0))
+        costs = decision.costs
+        weights = [exp((min(costs.total[:-1]) - s) / controller.parameters.temperature) for s in costs.total[:-1]]
+        if np.argmin(costs.total[:-1]) == 0:
+            assert (decision.v, decision.omega) == (costs.v[0], costs.omega[0])
+            continue
+        for decided, controls in ((decision.v, costs.v), (decision.omega, costs.omega)):
+            assert decided == pytest.approx(sum(w * u for w, u in zip(weights, controls, strict=False)) / sum(weights))
+        checked += 1
+    assert checked >= 7
+
+
+def test_the_decided_plan_is_the_last_candidate_and_the_log_has_its_cost(observe, limits):
+    decision = make_controller("mppi", limits, 0.1, rollouts=21).decide(observe(3, num_obstacles=2))
+    costs = decision.costs
+    assert costs.v.shape == costs.omega.shape == costs.goal.shape == costs.total.shape == (21 + NUM_UNPERTURBED + 1,)
+    assert costs.cone.shape == (25, 4)
+    assert costs.lane.shape == (25, 2)
+    assert (decision.v, decision.omega) == (costs.v[-1], costs.omega[-1])
+    written = json.loads(encode_decision(0, decision))
+    assert written["cost"]["total"] == costs.total[-1]
+    assert written["nominal"] == {"v": costs.v[costs.nominal], "omega": costs.omega[costs.nominal]}
+
+
+def test_perturbations_come_in_opposite_pairs_and_are_linear_between_knots():
+    p = MppiParameters(steps=9, knots=3, rollouts=4001, speed_noise=0.3, turn_noise=0.7)
+    noise = perturbations(p)
+    assert noise.shape == (2, 9, 4001)
+    assert (noise[:, :, 0:4000:2] == -noise[:, :, 1:4000:2]).all()
+    for t in (1, 2, 3):
+        assert noise[:, t] == pytest.approx((noise[:, 0] * (4 - t) + noise[:, 4] * t) / 4)
+    for t in (0, 4, 8):
+        assert noise[:, t].std(axis=1) == pytest.approx([0.3, 0.7], rel=0.05)
+    assert abs(np.corrcoef(noise[0, 0, ::2], noise[0, 4, ::2])[0, 1]) < 4.0 / sqrt(2000)
+    assert (perturbations(p) == noise).all()
+
+
+# ---------------------------------------------------------------------------------------------- the plan
+
+
+def test_a_plan_moved_on_is_read_between_its_steps_and_its_end_is_held():
+    plan = Plan(0.0, np.array([[0.0, 1.0, 3.0], [0.0, -1.0, 0.0]]))
+    assert plan.after(0.2, 0.2).tolist() == [[1.0, 3.0, 3.0], [-1.0, 0.0, 0.0]]
+    assert plan.after(0.1, 0.2) == pytest.approx(np.array([[0.5, 2.0, 3.0], [-0.5, -0.5, 0.0]]))
+    assert plan.after(9.0, 0.2).tolist() == [[3.0, 3.0, 3.0], [0.0, 0.0, 0.0]]
+
+
+def at(observation, time):
+    return replace(observation, time=time)
+
+
+def same(a, b):
+    fields = ("v", "omega", "goal", "cone", "lane", "total")
+    assert (a.v, a.omega, a.status) == (b.v, b.omega, b.status)
+    assert all(getattr(a.costs, f).tobytes() == getattr(b.costs, f).tobytes() for f in fields)
+
+
+def test_the_same_observations_in_the_same_order_give_the_same_bits(observe, limits):
+    first, second = (make_controller("mppi", limits, 0.1) for _ in range(2))
+    for tick in range(5):
+        o = at(observe(tick), 0.1 * tick)
+        decision = first.decide(o)
+        first.closest_cone(o, decision)  # looking does not change what is decided
+        same(decision, second.decide(o))
+
+
+@pytest.mark.parametrize(("time", "kept"), [(5.1, True), (7.0, True), (7.1, False), (5.0, False), (4.9, False)])
+def test_a_plan_is_dropped_where_time_does_not_advance_or_leaps(observe, limits, time, kept):
+    o = observe(2)
+    fresh = make_controller("mppi", limits, 0.1).decide(at(o, time))
+    planned = make_controller("mppi", limits, 0.1)
+    planned.decide(at(observe(4), 5.0))
+    after = planned.decide(at(o, time))
+    if kept:
+        assert (after.v, after.omega) != (fresh.v, fresh.omega)
+    else:
+        same(after, fresh)
+
+
+def test_the_plan_so_far_is_the_nominal_one(alone, limits):
+    controller = make_controller("mppi", limits, 0.1)
+    o = alone(twist=(0.5, 0.2), goal=(3.0, 2.0))
+    controller.decide(at(o, 1.0))
+    plan = controller._plan.after(0.1, 0.2)[:, 0]
+    costs = controller.decide(at(o, 1.1)).costs
+    low, high = reachable(o.twist, limits, 0.1)
+    assert (costs.v[costs.nominal], costs.omega[costs.nominal]) == tuple(np.clip(plan, low, high))
+
+
+# ------------------------------------------------------------------------------------------------ limits
+
+twists = st.tuples(st.floats(-2.0, 2.0), st.floats(-3.0, 3.0))
+
+
+@given(twists, twists, st.integers(0, 20), st.sampled_from([0.02, 0.1, 0.5]), st.booleans())
+def test_a_decided_control_is_within_reach_and_so_is_the_whole_plan(observe, first, second, seed, period, crowded):
+    controller = make_controller("mppi", LIMITS, period, **SMALL)
+    for time, twist in enumerate((first, second)):
+        o = replace(observe(seed + time, **(CROWDED if crowded else {})), twist=np.array(twist), time=0.3 * time)
+        decision = controller.decide(o)
+        low, high = reachable(twist, LIMITS, period)
+        assert (low <= (decision.v, decision.omega)).all()
+        assert (high >= (decision.v, decision.omega)).all()
+        change = np.abs(np.diff(controller._plan.controls, axis=1)).max(axis=1)
+        assert (change <= np.array([1.5, 4.0]) * SMALL["step"] + 1e-9).all()
+
+
+def test_the_straight_way_turns_to_the_goal_and_slows_down_there():
+    v, omega = approach(np.array([0.0, 1.5]), 0.0, np.zeros(2), LIMITS, 0.1, 0.1, 80, Parameters())
+    assert omega[0] == pytest.approx(0.4)  # all that one period allows
+    assert v[0] == pytest.approx(0.0, abs=1e-12)
+    pose = np.zeros(3)
+    for control in zip(v, omega, strict=True):
+        pose = integrate(pose, *control, 0.1)
+    assert pose[:2] == pytest.approx([0.0, 1.5], abs=0.02)
+    assert v.max() <= 0.8
+
+
+# ------------------------------------------------------------------------------------------- closed loops
+
+
+def drive(controller, limits, *, start=(0.0, 0.0, 0.0), goal=(5.0, 0.0), obstacles=(), walls=None, ticks=200):
+    """Poses (n, 3) of a unicycle that does what is decided, until it is at its goal, and the statuses."""
+    pose, twist, poses, statuses = np.array(start), np.zeros(2), [], []
+    for tick in range(ticks):
+        time = 0.1 * tick
+        seen = tuple(replace(d, position=d.position + time * d.velocity) for d in obstacles)
+        o = Observation(
+            robot_pose=pose[None], control_noise=np.zeros((1, 2)), twist=twist, obstacles=seen, goal=np.array(goal),
+            walls=np.zeros((0, 2, 2)) if walls is None else np.array(walls, float), time=time,
+        )  # fmt: skip
+        decision = controller.decide(o)
+        twist = np.array([decision.v, decision.omega])
+        pose = integrate(pose, *twist, 0.1)
+        poses.append(pose)
+        statuses.append(decision.status)
+        if hypot(*(pose[:2] - o.goal)) < 0.3:
+            break
+    return np.array(poses), statuses
+
+
+def disc(x, y, vx=0.0, vy=0.0, radius=0.3):
+    return ObstacleSamples(np.array([[x, y]]), np.array([[vx, vy]]), radius)
+
+
+@pytest.mark.parametrize("heading", [0.0, 2.0, -3.0, pi])
+def test_in_the_open_it_drives_to_its_goal(limits, heading):
+    poses, statuses = drive(make_controller("mppi", limits, 0.1), limits, start=(0.0, 0.0, heading))
+    assert hypot(*(poses[-1, :2] - (5.0, 0.0))) < 0.3
+    assert len(poses) < 85 + 20 * abs(heading)
+    assert set(statuses) == {Status.OK}
+    if heading == 0.0:
+        assert np.abs(poses[:, 1]).max() < 0.15
+
+
+@pytest.mark.parametrize("velocity", [0.0, -0.7])
+def test_an_obstacle_head_on_is_avoided(limits, velocity):
+    obstacle = disc(4.0, 0.0, velocity)
+    poses, statuses = drive(make_controller("mppi", limits, 0.1), limits, goal=(7.0, 0.0), obstacles=(obstacle,))
+    assert hypot(*(poses[-1, :2] - (7.0, 0.0))) < 0.3
+    place = np.array([4.0, 0.0]) + 0.1 * np.arange(1, len(poses) + 1)[:, None] * (velocity, 0.0)
+    assert np.hypot(*(poses[:, :2] - place).T).min() > limits.radius + 0.3
+    assert set(statuses) == {Status.OK}
+
+
+def test_a_gap_in_a_wall_is_found(limits):
+    walls = [[[2.5, -3.0], [2.5, 0.3]], [[2.5, 1.3], [2.5, 3.0]]]
+    poses, _ = drive(make_controller("mppi", limits, 0.1), limits, walls=walls)
+    assert hypot(*(poses[-1, :2] - (5.0, 0.0))) < 0.3
+    through = poses[np.argmin(np.abs(poses[:, 0] - 2.5)), 1]
+    assert 0.3 + limits.radius < through < 1.3 - limits.radius
+
+
+# ---------------------------------------------------------------------------------------------- statuses
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_without_uncertainty_a_status_is_infeasible_where_no_rollout_is_free(observe, limits, seed):
+    o = observe(seed, **{**CROWDED, "num_samples": 1, "most": 1, "num_walls": 1})
+    decision = make_controller("mppi", limits, 0.1).decide(o)
+    free = (decision.costs.cone.sum(axis=1) == 0.0) & (decision.costs.lane.sum(axis=1) == 0.0)
+    assert free[-1] == free.any()
+    assert (decision.status == Status.INFEASIBLE) == (not free.any())
+    if not free.any():
+        assert decision.costs.total[-1] == decision.costs.total[:-1].min()
+
+
+def test_the_seeds_above_cover_both_cases(observe, limits):
+    seen = set()
+    for seed in range(12):
+        o = observe(seed, **{**CROWDED, "num_samples": 1, "most": 1, "num_walls": 1})
+        seen.add(make_controller("mppi", limits, 0.1).decide(o).status)
+    assert {Status.OK, Status.INFEASIBLE} <= seen
+
+
+def test_on_top_of_an_obstacle_it_is_infeasible_and_says_so(alone, limits):
+    decision = make_controller("mppi", limits, 0.1).decide(alone(obstacles=(disc(0.1, 0.0, radius=3.0),)))
+    assert decision.status == Status.INFEASIBLE
+    assert decision.status.advice
+
+
+def test_at_its_goal_it_stops_and_stays(alone, limits):
+    controller = make_controller("mppi", limits, 0.1)
+    stands = controller.decide(alone(twist=(0.0, 0.0), goal=(0.0, 0.0)))
+    assert (stands.v, stands.omega, stands.status) == (0.0, 0.0, Status.STOPPED)
+
+
+# -------------------------------------------------------------------------------------------- invariance
+
+
+def assert_alike(limits, before, after, *, columns=slice(None)):
+    """Two controllers, each of which sees one world's two observations, decide alike."""
+    here, there = (make_controller("mppi", limits, 0.1, rollouts=40) for _ in range(2))
+    for a, b in zip(before, after, strict=True):
+        left, right = here.decide(a), there.decide(b)
+        assert (left.v, left.omega) == pytest.approx((right.v, right.omega), abs=1e-7)
+        assert left.status == right.status
+        assert left.costs.total == pytest.approx(right.costs.total, rel=1e-7)
+        assert left.costs.cone[:, columns] == pytest.approx(right.costs.cone, abs=1e-9)
+        assert left.costs.lane == pytest.approx(right.costs.lane, abs=1e-9)
+
+
+def shuffled(o, seed, *, obstacles=False):
+    rng = np.random.default_rng(seed)
+    order = rng.permutation(len(o.robot_pose))
+    discs = []
+    for d in o.obstacles:
+        m = rng.permutation(len(d.position))
+        discs.append(replace(d, position=d.position[m], velocity=d.velocity[m]))
+    lanes = replace(o.lanes, left_offset=o.lanes.left_offset[order], right_offset=o.lanes.right_offset[order])
+    pose, noise = o.robot_pose[order], o.control_noise[order]
+    return replace(o, robot_pose=pose, control_noise=noise, obstacles=tuple(discs), lanes=lanes)
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_the_order_of_samples_changes_nothing(observe, limits, seed):
+    seen = [observe(seed, **CROWDED), at(observe(seed + 1, **CROWDED), 0.1)]
+    assert_alike(limits, seen, [shuffled(o, seed) for o in seen])
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_the_order_of_obstacles_only_permutes_the_columns(observe, limits, seed):
+    seen = [observe(seed, **CROWDED, num_obstacles=4), at(observe(seed + 1, **CROWDED, num_obstacles=4), 0.1)]
+    order = [2, 0, 3, 1]
+    other = [replace(o, obstacles=tuple(o.obstacles[j] for j in order)) for o in seen]
+    assert_alike(limits, seen, other, columns=[*order, 4, 5])
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_a_turned_and_shifted_world_gives_the_same_decision(observe, limits, seed):
+    rng = np.random.default_rng(seed)
+    angle, shift = rng.uniform(-pi, pi), rng.normal(scale=20.0, size=2)
+    rotation = np.array([[cos(angle), sin(angle)], [-sin(angle), cos(angle)]])  # acts from the right
+
+    def line(abc):
+        a, b = np.array(abc[:2]) @ rotation
+        return (a, b, abc[2] - a * shift[0] - b * shift[1])
+
+    def moved(o):
+        return replace(
+            o,
+            robot_pose=np.column_stack([o.robot_pose[:, :2] @ rotation + shift, o.robot_pose[:, 2] + angle]),
+            obstacles=tuple(
+                replace(d, position=d.position @ rotation + shift, velocity=d.velocity @ rotation) for d in o.obstacles
+            ),
+            goal=o.goal @ rotation + shift,
+            walls=o.walls @ rotation + shift,
+            lanes=replace(o.lanes, left=line(o.lanes.left), right=line(o.lanes.right)),
+        )
+
+    seen = [observe(seed, **CROWDED), at(observe(seed + 1, **CROWDED), 0.1)]
+    assert_alike(limits, seen, [moved(o) for o in seen])
+
+
+# -------------------------------------------------------------------------------------------- degenerate
+
+
+@pytest.mark.parametrize(
+    "sizes",
+    [
+        {"num_obstacles": 0, "num_walls": 0, "lanes": False},
+        {"num_samples": 1, "most": 1},
+        {"spread": 0.0},
+        {"near": 1e-12, "far": 1e-12, "spread": 0.0},
+        CROWDED,
+    ],
+)
+@pytest.mark.parametrize("parameters", [{}, {"rollouts": 1, "steps": 1, "knots": 1}, {"temperature": 1e-9}])
+def test_every_cost_is_a_number_on_whatever_it_sees(observe, limits, sizes, parameters):
+    controller = make_controller("mppi", limits, 0.1, **{"rollouts": 30, **parameters})
+    for tick, twist in enumerate(((0.0, 0.0), (0.7, -0.4))):
+        seen = replace(observe(tick, **sizes), twist=np.array(twist), time=0.1 * tick)
+        for o in (seen, replace(seen, goal=seen.robot_pose[0, :2].copy(), time=seen.time + 0.05)):
+            decision = controller.decide(o)
+            assert np.isfinite([decision.v, decision.omega]).all()
+            for field in ("v", "omega", "goal", "cone", "lane", "total"):
+                assert np.isfinite(getattr(decision.costs, field)).all()
+            controller.closest_cone(o, decision)
+
+
+def test_obstacles_out_of_range_have_columns_of_zeros_and_walls_stand_behind_them(alone, limits):
+    far, near = disc(9.0, 0.0), disc(1.2, 0.0)
+    walls = np.array([[[-9.0, -1.0], [-9.0, 1.0]], [[2.0, -3.0], [2.0, 3.0]]])
+    costs = make_controller("mppi", limits, 0.1).decide(alone(obstacles=(far, near), walls=walls)).costs
+    assert costs.cone.any(axis=0).tolist() == [False, True, False, True]
+
+
+def test_between_lanes_it_turns_away_from_the_near_one(alone, limits):
+    zero = np.zeros(25)
+    lanes = Lanes((0.0, 1.0, -0.25), (0.0, 1.0, 2.0), zero, zero)
+    decision = make_controller("mppi", limits, 0.1).decide(alone(heading=0.1, goal=(5.0, 1.0), lanes=lanes))
+    assert decision.omega < 0.0
+
+
+@pytest.mark.parametrize(
+    ("key", "value", "message"),
+    [
+        ("rollouts", 0, "rollouts: found 0; allowed: a number >= 1"),
+        ("steps", 0, "steps: found 0; allowed: a number >= 1"),
+        ("knots", 0, "knots: found 0; allowed: a number >= 1"),
+        ("step", 0.0, "step: found 0.0; allowed: a number > 0"),
+        ("temperature", 0.0, "temperature: found 0.0; allowed: a number > 0"),
+        ("temperature", inf, "temperature: found inf; allowed: a finite number"),
+        ("turn_noise", -1.0, "turn_noise: found -1.0; allowed: a number >= 0"),
+        ("speed_noise", nan, "speed_noise: found nan; allowed: a number >= 0"),
+        ("risk_bound", 1.1, "risk_bound: found 1.1; allowed: a number from 0 to 1"),
+        ("weight", inf, "weight: found inf; allowed: a finite number"),
+        ("temprature", 1.0, "did you mean 'temperature'?"),
+    ],
+)
+def test_what_cannot_be_is_refused(limits, key, value, message):
+    with pytest.raises(InvalidValue) as error:
+        make_controller("mppi", limits, 0.1, **{key: value})
+    assert message in str(error.value)

@@ -1,0 +1,99 @@
+from fractions import Fraction
+from math import nan
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
+
+from mjnav.control import Status, make_controller
+from mjnav.control.methods.saa import colliding_share
+from mjnav.errors import InvalidValue
+from mjnav.messages import ObstacleSamples
+
+SMALL = {"num_v": 6, "num_omega": 7}
+CROWDED = {"spread": 0.2, "near": 0.05, "far": 2.5, "num_samples": 9}
+
+
+@pytest.mark.parametrize("options", [{}, {"form": "line"}, {"form": "ray", "normalise": False}])
+@pytest.mark.parametrize("seed", range(6))
+def test_the_risk_is_the_share_of_colliding_samples(observe, limits, constraint_samples, seed, options):
+    o = observe(seed, **(CROWDED if seed % 2 else {}))
+    controller = make_controller("saa", limits, 0.1, **SMALL, **options)
+    costs = controller.decide(o).costs
+    columns, lanes = constraint_samples(controller, o)
+    for j in range(len(o.obstacles) + len(o.walls)):
+        shares = [sum(f > 0.0 for f in row) / len(row) for row in columns[j]] if j in columns else np.zeros(44)
+        assert costs.cone[:, j].tolist() == list(shares)
+    for side in (0, 1):
+        assert costs.lane[:, side].tolist() == [sum(d > 0.0 for d in row) / len(row) for row in lanes[side]]
+
+
+@pytest.mark.parametrize("eta", [0.5, 0.8, 0.95])
+@pytest.mark.parametrize("seed", range(12))
+def test_the_cheapest_candidate_within_every_bound_is_chosen_and_where_there_is_none_that_is_said(
+    observe, limits, constraint_samples, seed, eta
+):
+    o = observe(seed, **(CROWDED if seed % 2 else {}))
+    controller = make_controller("saa", limits, 0.1, **SMALL, eta=eta)
+    decision = controller.decide(o)
+    columns, lanes = constraint_samples(controller, o)
+    excess = [sum(max(0.0, (f[k] > 0.0).mean() - (1.0 - eta)) for f in (*columns.values(), *lanes)) for k in range(44)]
+    allowed = [k for k in range(44) if excess[k] <= min(excess) + 1e-9]
+    best = min(allowed, key=lambda k: decision.costs.goal[k])
+    assert (decision.v, decision.omega) == (decision.costs.v[best], decision.costs.omega[best])
+    assert (decision.status == Status.INFEASIBLE) == (min(excess) > 1e-9)
+
+
+def test_the_seeds_above_cover_both_cases(observe, limits):
+    controller = make_controller("saa", limits, 0.1, **SMALL, eta=0.8)
+    seen = [controller.decide(observe(seed, **(CROWDED if seed % 2 else {}))).status for seed in range(12)]
+    assert {Status.INFEASIBLE, Status.OK} <= set(seen)
+
+
+@given(st.integers(1, 30), st.integers(0, 100))
+def test_a_share_of_exactly_one_less_eta_is_allowed(limits, num, percent):
+    controller = make_controller("saa", limits, 0.1, eta=percent / 100)
+    for count in range(num + 1):
+        samples = np.where(np.arange(num) < count, 1.0, -1.0)[:, None]
+        allowed = colliding_share(samples)[0] <= controller.bound
+        assert allowed == (Fraction(count, num) <= 1 - Fraction(percent, 100))
+
+
+@given(arrays(float, st.tuples(st.integers(1, 20), st.integers(1, 5)), elements=st.floats(-3.0, 1.0)))
+def test_a_sample_of_zero_is_safe(samples):
+    samples[0] = 0.0
+    assert colliding_share(samples) * len(samples) == pytest.approx((samples > 0.0).sum(axis=0), abs=1e-12)
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_without_uncertainty_the_choice_is_the_nominal_control_at_any_level(observe, certain, limits, seed):
+    o = certain(observe(seed, spread=0.1))
+    mean = make_controller("mean", limits, 0.1).decide(o)
+    for eta in (0.1, 0.9, 1.0):
+        decision = make_controller("saa", limits, 0.1, eta=eta).decide(o)
+        if mean.status == Status.OK:
+            assert (decision.v, decision.omega, decision.status) == (mean.v, mean.omega, mean.status)
+        else:  # the mean's choice violates by the least metres, this one the fewest constraints
+            assert decision.status == Status.INFEASIBLE
+
+
+def test_where_all_collide_only_the_goal_counts_and_the_status_says_so(alone, limits):
+    on_top = ObstacleSamples(np.array([[0.1, 0.0]]), np.zeros((1, 2)), 0.3)
+    decision = make_controller("saa", limits, 0.1).decide(alone(obstacles=(on_top,)))
+    assert decision.status == Status.INFEASIBLE
+    assert (decision.costs.cone == 1.0).all()
+    assert (decision.costs.total == decision.costs.goal).all()
+
+
+def test_at_level_zero_everything_is_allowed(observe, limits):
+    decision = make_controller("saa", limits, 0.1, eta=0.0).decide(observe(1, **CROWDED))
+    assert (decision.costs.total == decision.costs.goal).all()
+    assert decision.status != Status.INFEASIBLE
+
+
+@pytest.mark.parametrize("eta", [-0.1, 1.1, nan])
+def test_a_level_that_is_none_is_refused(limits, eta):
+    with pytest.raises(InvalidValue, match=r"eta: found .*; allowed: a number from 0 to 1"):
+        make_controller("saa", limits, 0.1, eta=eta)

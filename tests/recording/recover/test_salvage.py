@@ -1,0 +1,402 @@
+import struct
+import tracemalloc
+from collections import Counter
+from dataclasses import dataclass
+from io import BytesIO
+
+import lz4.frame
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+from mcap.data_stream import ReadDataStream, RecordBuilder
+from mcap.opcode import Opcode
+from mcap.records import Attachment, Channel, Chunk, DataEnd, Footer, Header, Message, Metadata, Schema, Statistics
+from mcap.stream_reader import breakup_chunk
+from mcap.writer import MCAP0_MAGIC, CompressionType, Writer
+
+from mjnav.errors import InputError
+from mjnav.recording import Recorder
+from mjnav.recording.recover.salvage import Lost, Unchecked, salvage
+from tests.recording.conftest import MadeUpRun, make_scenario
+
+NUM_ATTACHMENTS, NUM_METADATA = 3, 2
+
+
+@dataclass(frozen=True)
+class Piece:
+    """One record of an undamaged file; the messages in it if it is a chunk."""
+
+    opcode: int
+    start: int
+    end: int
+    messages: tuple[tuple, ...]
+
+
+def key(message: Message) -> tuple:
+    return message.channel_id, message.sequence, message.log_time, message.publish_time, message.data
+
+
+def pieces_of(content: bytes) -> list[Piece]:
+    pieces, at = [], len(MCAP0_MAGIC)
+    while at < len(content) - len(MCAP0_MAGIC):
+        opcode, length = struct.unpack_from("<BQ", content, at)
+        end = at + 9 + length
+        messages: tuple = ()
+        if opcode == Opcode.CHUNK:
+            chunk = Chunk.read(ReadDataStream(BytesIO(content[at + 9 : end])))
+            messages = tuple(key(record) for record in breakup_chunk(chunk) if isinstance(record, Message))
+        pieces.append(Piece(opcode, at, end, messages))
+        at = end
+    return pieces
+
+
+def of_kind(pieces, opcode) -> list[Piece]:
+    return [piece for piece in pieces if piece.opcode == opcode]
+
+
+def everything_in(pieces) -> list[tuple]:
+    return [message for piece in pieces for message in piece.messages]
+
+
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory):
+    """A log of several chunks."""
+    path = tmp_path_factory.mktemp("salvage") / "whole.mcap"
+    run = MadeUpRun(num_people=1, num_candidates=5)
+    with Recorder(path, make_scenario(1), {"seed": "3"}, "<mujoco/>") as recorder:
+        for tick in range(12):
+            recorder.write(run.record(tick))
+            recorder.write_timing(run.timing(tick))
+        recorder.finish(run.truth(12), {"outcome": "goal"})
+    return path
+
+
+@pytest.fixture(scope="module")
+def pieces(whole):
+    pieces = pieces_of(whole.read_bytes())
+    assert len(of_kind(pieces, Opcode.CHUNK)) >= 4
+    return pieces
+
+
+def salvaged(folder, content: bytes) -> list:
+    path = folder / "damaged.mcap"
+    path.write_bytes(content)
+    return list(salvage(path))
+
+
+def messages_of(items) -> list[tuple]:
+    return [key(item) for item in items if isinstance(item, Message)]
+
+
+def kinds_of(items) -> Counter:
+    return Counter(type(item) for item in items)
+
+
+def flipped(content: bytes, place: int, bit: int) -> bytes:
+    changed = bytearray(content)
+    changed[place] ^= 1 << bit
+    return bytes(changed)
+
+
+def written(path, *, attachment: bytes | None = None, num_chunks: int = 2, **options) -> bytes:
+    """A small log of the library's own; two messages a chunk."""
+    with open(path, "wb") as file:
+        writer = Writer(file, **{"compression": CompressionType.LZ4, "enable_data_crcs": True, **options})
+        writer.start()
+        schema = writer.register_schema("text", "", b"")
+        channel = writer.register_channel("/chatter", "text", schema)
+        for i in range(num_chunks):
+            for j in range(2):
+                writer.add_message(channel, 10 * i + j, b"%s %d %d" % (path.name.encode(), i, j), 0, 2 * i + j)
+            writer.flush()
+            if attachment is not None and i == 0:
+                writer.add_attachment(0, 0, "inside", "application/octet-stream", attachment)
+        writer.finish()
+    return path.read_bytes()
+
+
+def test_an_intact_file_gives_everything_and_nothing_lost(whole, pieces):
+    items = list(salvage(whole))
+    assert messages_of(items) == everything_in(pieces)
+    kinds = kinds_of(items)
+    assert kinds[Lost] == 0
+    assert [kinds[kind] for kind in (Header, DataEnd, Footer, Statistics)] == [1, 1, 1, 1]
+    assert (kinds[Attachment], kinds[Metadata]) == (NUM_ATTACHMENTS, NUM_METADATA)
+    known: set[int] = set()
+    for item in items:
+        if isinstance(item, Channel):
+            known.add(item.id)
+        assert not isinstance(item, Message) or item.channel_id in known
+
+
+@pytest.mark.parametrize("opcode", sorted(set(Opcode) - {Opcode.MESSAGE, Opcode.SCHEMA, Opcode.CHANNEL}))
+def test_after_a_changed_bit_all_other_records_are_there(whole, pieces, opcode):
+    content, rng = whole.read_bytes(), np.random.default_rng(int(opcode))
+    kind = of_kind(pieces, opcode)
+    for piece in dict.fromkeys((kind[0], kind[-1])):
+        others = everything_in(other for other in pieces if other is not piece)
+        header = range(piece.start, min(piece.start + 9, piece.end))
+        body = np.linspace(piece.start + 9, piece.end - 1, 9).astype(int).tolist()
+        for place in {*header, *body}:
+            items = salvaged(whole.parent, flipped(content, place, int(rng.integers(8))))
+            assert messages_of(items) in (others, everything_in(pieces)), place
+            kinds = kinds_of(items)
+            assert kinds[Attachment] >= NUM_ATTACHMENTS - (opcode == Opcode.ATTACHMENT)
+            assert kinds[Metadata] >= NUM_METADATA - (opcode == Opcode.METADATA)
+            assert kinds[Lost] > 0 or kinds[DataEnd] == 0 or kinds[Footer] == 0, f"{place}: nothing was noticed"
+
+
+def test_after_a_changed_bit_of_a_magic_everything_is_there(whole, pieces):
+    content = whole.read_bytes()
+    for place in (*range(8), *range(len(content) - 8, len(content))):
+        items = salvaged(whole.parent, flipped(content, place, place % 8))
+        assert messages_of(items) == everything_in(pieces)
+        assert kinds_of(items)[Lost] == 1
+
+
+def test_a_chunk_is_there_whichever_bit_of_its_lengths_is_changed(whole, pieces):
+    content = whole.read_bytes()
+    chunk = of_kind(pieces, Opcode.CHUNK)[0]
+    outer, inner = chunk.start + 1, chunk.start + 9 + 32 + len("lz4")
+    assert struct.unpack_from("<Q", content, inner)[0] == chunk.end - inner - 8
+    for bit in (*range(20), 30, 63):
+        for place in (outer, inner):
+            items = salvaged(whole.parent, flipped(content, place + bit // 8, bit % 8))
+            assert messages_of(items) == everything_in(pieces), bit
+            lost = [item.end - item.start for item in items if isinstance(item, Lost)]
+            assert sum(lost) <= len("\0\0\0\0"), "no more than the mark that ends an LZ4 frame"
+            assert kinds_of(items)[DataEnd] == 0
+
+
+def test_damage_says_where_it_is_and_how_many_messages_it_took(whole, pieces):
+    content = whole.read_bytes()
+    chunk = of_kind(pieces, Opcode.CHUNK)[3]
+    without_summary = content[: of_kind(pieces, Opcode.DATA_END)[0].start]
+    for damaged in (content, without_summary):
+        items = salvaged(whole.parent, flipped(damaged, chunk.end - 100, 0))
+        (lost,) = (item for item in items if isinstance(item, Lost))
+        assert (lost.start, lost.end) == (chunk.start, chunk.end)
+        assert lost.why == "chunk whose checksum does not fit"
+        assert lost.messages == Counter(message[0] for message in chunk.messages)
+
+
+# ------------------------------------------------------------------------------------ any damage at all
+
+share = st.floats(0, 1, exclude_max=True)
+length = st.integers(1, 20_000) | st.integers(1, 600)
+damage = st.one_of(
+    st.tuples(st.just("flip"), share, st.integers(0, 7)),
+    st.tuples(st.just("zero"), share, length),
+    st.tuples(st.just("garbage"), share, st.binary(min_size=1, max_size=300)),
+    st.tuples(st.just("insert"), share, st.binary(min_size=1, max_size=300)),
+    st.tuples(st.just("remove"), share, length),
+    st.tuples(st.just("cut"), st.floats(0.3, 1), st.none()),
+    st.tuples(st.just("behead"), st.floats(0, 0.7), st.none()),
+)
+
+
+def damaged_by(content: bytes, damages) -> tuple[bytes, np.ndarray]:
+    """The damaged file, and of each of its bytes where it stood in the original, -1 where it is another."""
+    data, origin = np.frombuffer(content, np.uint8).copy(), np.arange(len(content))
+    for kind, at, value in damages:
+        place = min(int(at * len(data)), len(data) - 1)
+        if kind == "flip":
+            data[place] ^= 1 << value
+            origin[place] = -1
+        elif kind in ("zero", "garbage"):
+            new = np.frombuffer(bytes(value) if kind == "zero" else value, np.uint8)[: len(data) - place]
+            there = slice(place, place + len(new))
+            origin[there] = np.where(data[there] == new, origin[there], -1)
+            data[there] = new
+        elif kind == "insert":
+            new = np.frombuffer(value, np.uint8)
+            data, origin = np.insert(data, place, new), np.insert(origin, place, np.full(len(new), -1))
+        elif kind == "remove":
+            rest = np.r_[0:place, min(place + value, len(data)) : len(data)]
+            data, origin = data[rest], origin[rest]
+        else:
+            rest = slice(place) if kind == "cut" else slice(place, None)
+            data, origin = data[rest], origin[rest]
+        if not len(data):
+            break
+    return data.tobytes(), origin
+
+
+def untouched(piece: Piece, origin: np.ndarray) -> bool:
+    places = np.flatnonzero(origin == piece.start)
+    if not places.size:
+        return False
+    run = origin[places[0] : places[0] + piece.end - piece.start]
+    return np.array_equal(run, np.arange(piece.start, piece.end))
+
+
+@settings(max_examples=80, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(damages=st.lists(damage, min_size=1, max_size=5))
+def test_whatever_the_damage_each_chunk_is_there_as_it_was_or_not_at_all(whole, pieces, damages):
+    content, origin = damaged_by(whole.read_bytes(), damages)
+    items = salvaged(whole.parent, content)
+    kept = Counter(messages_of(items))
+    expected = []
+    for piece in of_kind(pieces, Opcode.CHUNK):
+        found = {message in kept for message in piece.messages}
+        assert len(found) == 1
+        assert found == {True} or not untouched(piece, origin)
+        expected += piece.messages if found == {True} else []
+    assert messages_of(items) == expected
+    intact = [piece for piece in of_kind(pieces, Opcode.ATTACHMENT) if untouched(piece, origin)]
+    assert kinds_of(items)[Attachment] >= len(intact)
+    places = [edge for item in items if isinstance(item, Lost) for edge in (item.start, item.end)]
+    assert places == sorted(places)
+    assert all(0 <= place <= len(content) for place in places)
+
+
+# ------------------------------------------------------------------------------ what looks like a record
+
+
+def test_a_log_attached_to_a_damaged_log_is_not_taken_for_it(tmp_path):
+    inner = written(tmp_path / "inner.mcap")
+    content = written(tmp_path / "outer.mcap", attachment=inner)
+    outer = [message for message in everything_in(pieces_of(content)) if b"outer" in message[-1]]
+    assert len(outer) == 4
+    (attachment,) = of_kind(pieces_of(content), Opcode.ATTACHMENT)
+    for place in (*range(attachment.start, attachment.start + 60), attachment.end - 20, attachment.end - 1):
+        for whole_end in (True, False):
+            changed = flipped(content, place, place % 8)
+            changed = changed if whole_end else changed[: of_kind(pieces_of(content), Opcode.DATA_END)[0].start]
+            items = salvaged(tmp_path, changed)
+            assert messages_of(items) == outer, place
+            assert kinds_of(items)[Attachment] <= 1
+    without_header = content[: attachment.start] + bytes(50) + content[attachment.start + 50 :]
+    for end in (len(content), of_kind(pieces_of(content), Opcode.DATA_END)[0].start):
+        assert messages_of(salvaged(tmp_path, without_header[:end])) == outer
+
+
+@pytest.mark.parametrize("compression", CompressionType)
+def test_no_message_of_a_damaged_chunk_is_taken_however_it_is_compressed(tmp_path, compression):
+    content = written(tmp_path / "a.mcap", compression=compression, num_chunks=3)
+    pieces = pieces_of(content)
+    chunk = of_kind(pieces, Opcode.CHUNK)[1]
+    others = everything_in(piece for piece in pieces if piece is not chunk)
+    for place in range(chunk.start, chunk.end):
+        items = salvaged(tmp_path, flipped(content, place, place % 8))
+        assert messages_of(items) in (others, everything_in(pieces)), place
+    items = salvaged(tmp_path, content[: chunk.start] + bytes(60) + content[chunk.start + 60 :])
+    assert messages_of(items) == others
+
+
+def test_in_a_file_of_checksums_a_chunk_without_is_not_believed(tmp_path):
+    content = bytearray(written(tmp_path / "a.mcap"))
+    chunk = of_kind(pieces_of(bytes(content)), Opcode.CHUNK)[1]
+    content[chunk.start + 9 + 24 : chunk.start + 9 + 28] = bytes(4)
+    assert len(messages_of(salvaged(tmp_path, bytes(content)))) == 2
+
+
+def test_a_record_that_runs_into_the_next_does_not_take_it_along(tmp_path):
+    """Missing bytes of an index or of an attachment of equal bytes leave something that reads like the whole."""
+    content = written(tmp_path / "a.mcap", attachment=b"x" * 300)
+    pieces = pieces_of(content)
+    for piece in (of_kind(pieces, Opcode.ATTACHMENT)[0], *of_kind(pieces, Opcode.MESSAGE_INDEX)):
+        for num_missing in range(1, 30):
+            items = salvaged(tmp_path, content[: piece.end - 32] + content[piece.end - 32 + num_missing :])
+            assert messages_of(items) == everything_in(pieces)
+            assert kinds_of(items)[Attachment] == (piece.opcode != Opcode.ATTACHMENT)
+
+
+def test_a_file_that_begins_within_a_chunk_gives_only_whole_chunks(tmp_path):
+    content = written(tmp_path / "a.mcap", compression=CompressionType.NONE)
+    pieces = pieces_of(content)
+    first, second = of_kind(pieces, Opcode.CHUNK)
+    for start in range(first.start + 1, first.end):
+        assert messages_of(salvaged(tmp_path, content[start : second.end])) == list(second.messages)
+
+
+def test_what_no_checksum_vouches_for_is_said_to_be_unchecked(tmp_path):
+    content = written(tmp_path / "flat.mcap", use_chunking=False)
+    items = salvaged(tmp_path, content[:-100])
+    messages = [i for i, item in enumerate(items) if isinstance(item, Message)]
+    assert len(messages) == 4
+    assert all(isinstance(items[i - 1], Unchecked) for i in messages)
+    items = salvaged(tmp_path, written(tmp_path / "bare.mcap", enable_crcs=False, enable_data_crcs=False))
+    assert kinds_of(items)[Unchecked] >= kinds_of(items)[Message] == 4
+    assert kinds_of(items)[Footer] == 1
+
+
+def test_definitions_come_from_the_summary_where_the_first_chunk_is_lost(whole, pieces):
+    content = whole.read_bytes()
+    first = of_kind(pieces, Opcode.CHUNK)[0]
+    undamaged = list(salvage(whole))
+    for start in (0, 40):  # damaged in its place, and with the file's beginning gone
+        items = salvaged(whole.parent, flipped(content, first.end - 50, 3)[start:])
+        for kind in (Schema, Channel):
+            defined = {item.id: item for item in undamaged if isinstance(item, kind)}
+            assert {item.id: item for item in items if isinstance(item, kind)} == defined
+
+
+# --------------------------------------------------------------------------------------------- memory
+
+
+def traced(path) -> int:
+    """The most memory that salvaging takes [bytes]."""
+    tracemalloc.start()
+    try:
+        for _ in salvage(path):
+            pass
+        return tracemalloc.get_traced_memory()[1]
+    finally:
+        tracemalloc.stop()
+
+
+@pytest.mark.parametrize("size", [2**60, 2**32, 2**27])
+def test_a_length_that_is_not_there_takes_no_memory(tmp_path, size):
+    path = tmp_path / "a.mcap"
+    content = bytearray(written(path))
+    for piece in pieces_of(bytes(content)):
+        if piece.opcode in (Opcode.CHUNK, Opcode.SCHEMA):
+            content[piece.start + 1 : piece.start + 9] = struct.pack("<Q", size)
+    path.write_bytes(content)
+    assert traced(path) < 2**22
+
+
+def test_a_hole_of_64_MB_is_read_in_pieces(tmp_path):
+    path = tmp_path / "a.mcap"
+    content = written(path)
+    chunk = of_kind(pieces_of(content), Opcode.CHUNK)[1]
+    with open(path, "wb") as file:
+        file.write(content[: chunk.start])
+        file.seek(2**26, 1)
+        file.write(content[chunk.start :])
+    assert traced(path) < 2**24
+    assert len(messages_of(salvage(path))) == 4
+
+
+def test_a_chunk_that_is_more_than_it_says_is_refused(tmp_path):
+    content = written(tmp_path / "a.mcap")
+    bomb = Chunk(
+        compression="lz4",
+        data=lz4.frame.compress(bytes(2**27)),
+        message_start_time=0,
+        message_end_time=0,
+        uncompressed_crc=1,
+        uncompressed_size=1000,
+    )
+    builder = RecordBuilder()
+    bomb.write(builder)
+    place = of_kind(pieces_of(content), Opcode.CHUNK)[1].start
+    path = tmp_path / "bomb.mcap"
+    path.write_bytes(content[:place] + builder.end() + content[place:])
+    assert traced(path) < 2**24
+    assert len(messages_of(salvage(path))) == 4
+
+
+def test_what_is_no_file_is_bad_input(tmp_path):
+    for path in (tmp_path, tmp_path / "none.mcap"):
+        with pytest.raises(InputError):
+            list(salvage(path))
+
+
+def test_what_is_no_log_is_one_loss(tmp_path):
+    for content in (bytes(3000), b"no log at all", np.random.default_rng(0).bytes(100_000)):
+        (lost,) = salvaged(tmp_path, content)
+        assert (lost.start, lost.end, lost.messages) == (0, len(content), {})
+    assert salvaged(tmp_path, b"") == []

@@ -1,0 +1,330 @@
+import sys
+import threading
+import time
+from contextlib import suppress
+
+import pytest
+
+from mjnav.recording.write import sink as module
+from mjnav.recording.write.sink import FLUSH_INTERVAL, QUEUE_SIZE, DirectSink, Message, ThreadSink
+
+
+class CountingWriter:
+    """Counts what a log's thread does, without a file."""
+
+    def __init__(self):
+        self.added, self.flushes = [], []
+
+    def add_message(self, channel, time_ns, data, publish_time, sequence):
+        self.added.append(sequence)
+
+    def flush(self):
+        self.flushes.append((time.monotonic(), len(self.added)))
+
+
+class BlockedWriter(CountingWriter):
+    """Writes nothing until it may go on."""
+
+    def __init__(self):
+        super().__init__()
+        self.entered, self.go_on = threading.Event(), threading.Event()
+
+    def add_message(self, *arguments):
+        self.entered.set()
+        self.go_on.wait()
+        super().add_message(*arguments)
+
+
+def batch(*sequences: int) -> list[Message]:
+    return [Message(1, 0, sequence, b"") for sequence in sequences]
+
+
+@pytest.fixture
+def full():
+    """A thread that is blocked in writing batch 0, and its queue full of the batches 1 .. QUEUE_SIZE."""
+    writer, sink = BlockedWriter(), ThreadSink()
+    sink.attach(writer)
+    sink.put(batch(0), may_drop=True)
+    writer.entered.wait()
+    for number in range(1, QUEUE_SIZE + 1):
+        sink.put(batch(number), may_drop=True)
+    assert sink.dropped == 0
+    yield sink, writer
+    writer.go_on.set()
+    sink.close()
+
+
+def test_a_full_queue_drops_and_counts_what_may_be_dropped_and_keeps_the_rest_in_order(full):
+    sink, writer = full
+    for _ in range(5):
+        sink.put(batch(-1, -2, -3), may_drop=True)
+    assert sink.dropped == 5  # batches, not messages
+    assert writer.added == []
+    writer.go_on.set()
+    sink.close()
+    assert writer.added == list(range(QUEUE_SIZE + 1))
+    assert sink.dropped == 5
+
+
+def test_what_is_dropped_is_never_encoded(full):
+    sink, _ = full
+    encoded = []
+    sink.put((encoded.append(1) or message for message in batch(-1)), may_drop=True)
+    assert (sink.dropped, encoded) == (1, [])
+
+
+def test_what_may_not_be_dropped_waits_for_its_place(full):
+    sink, writer = full
+    waiting = threading.Thread(target=sink.put, args=(batch(1000),))
+    waiting.start()
+    sink.put(batch(-1), may_drop=True)
+    writer.go_on.set()
+    waiting.join()
+    sink.close()
+    assert writer.added == [*range(QUEUE_SIZE + 1), 1000]
+    assert sink.dropped == 1
+
+
+def test_once_there_is_room_again_batches_are_taken_again(full):
+    sink, writer = full
+    sink.put(batch(-1), may_drop=True)
+    writer.go_on.set()
+    sink.put(batch(500))  # waits until the queue has room
+    while len(writer.added) < QUEUE_SIZE + 2:
+        time.sleep(0.001)
+    sink.put(batch(501), may_drop=True)
+    sink.close()
+    assert writer.added == [*range(QUEUE_SIZE + 1), 500, 501]
+    assert sink.dropped == 1
+
+
+def test_an_error_ends_the_wait_for_a_place():
+    class Full(BlockedWriter):
+        def add_message(self, *arguments):
+            super().add_message(*arguments)
+            raise OSError(28, "No space left on device")
+
+    writer, sink = Full(), ThreadSink()
+    sink.attach(writer)
+    for number in range(QUEUE_SIZE + 1):
+        sink.put(batch(number))
+    threading.Thread(target=writer.go_on.set).start()
+    with suppress(OSError):  # where it is known by now
+        sink.put(batch(-1))  # would wait for ever
+    with pytest.raises(OSError, match="No space"):
+        sink.close()
+
+
+def test_a_direct_sink_drops_nothing():
+    writer, sink = CountingWriter(), DirectSink()
+    sink.attach(writer)
+    for number in range(4 * QUEUE_SIZE):
+        sink.put(batch(number), may_drop=True)
+    assert writer.added == list(range(4 * QUEUE_SIZE))
+    assert sink.dropped == 0
+
+
+def test_what_was_handed_over_is_flushed_although_nothing_follows():
+    writer = CountingWriter()
+    thread = ThreadSink()
+    thread.attach(writer)
+    thread.put([Message(1, 0, 7, b"")])
+    deadline = time.monotonic() + 20 * FLUSH_INTERVAL
+    while not writer.flushes and time.monotonic() < deadline:
+        time.sleep(0.01)
+    thread.close()
+    assert [count for _, count in writer.flushes] == [1]
+
+
+def test_messages_keep_their_order_and_none_is_lost():
+    writer = CountingWriter()
+    thread = ThreadSink()
+    thread.attach(writer)
+    for i in range(500):
+        thread.put([Message(1, 0, 2 * i, b""), Message(1, 0, 2 * i + 1, b"")])
+    thread.close()
+    assert writer.added == list(range(1000))
+
+
+def broken():
+    yield Message(1, 0, 0, b"")
+    raise ZeroDivisionError
+
+
+@pytest.mark.parametrize("kind", [DirectSink, ThreadSink])
+def test_what_cannot_be_encoded_is_told_once_leaves_no_half_and_what_follows_is_written(kind):
+    writer, sink = CountingWriter(), kind()
+    sink.attach(writer)
+
+    def put_and_wait():
+        sink.put(broken())
+        while True:  # until the thread has come to it
+            sink.put([])
+            time.sleep(0.001)
+
+    with pytest.raises(ZeroDivisionError):
+        put_and_wait()
+    sink.put(batch(7, 8))
+    sink.close()
+    assert writer.added == [7, 8]
+
+
+def test_what_cannot_be_encoded_at_the_end_is_told_at_the_end():
+    thread = ThreadSink()
+    thread.attach(CountingWriter())
+    thread.put(broken())
+    with pytest.raises(ZeroDivisionError):
+        thread.close()
+
+
+# ------------------------------------------------------------------ the thread's faults, handed over
+
+
+def raising(error: BaseException):
+    yield Message(1, 0, 0, b"")
+    raise error
+
+
+def told(call) -> list[str]:
+    """What the call raises, until it raises nothing."""
+    found = []
+    while True:
+        try:
+            call()
+        except Exception as error:
+            found.append(str(error))
+        else:
+            return found
+
+
+def test_every_fault_is_told_once_and_in_order_however_many_there_are_before_the_caller_asks():
+    writer, thread = BlockedWriter(), ThreadSink()
+    thread.attach(writer)
+    thread.put(batch(0))
+    for number in range(5):
+        thread.put(raising(ValueError(f"fault {number}")))
+    thread.put(batch(1))
+    writer.go_on.set()
+    while len(writer.added) < 2:
+        time.sleep(0.001)
+    assert told(thread.close) == [f"fault {number}" for number in range(5)]
+
+
+def test_no_fault_is_lost_however_the_threads_take_turns():
+    before, found, num = sys.getswitchinterval(), [], 2000
+    thread = ThreadSink()
+    thread.attach(CountingWriter())
+    sys.setswitchinterval(1e-6)
+    try:
+        for number in range(num):
+            try:
+                thread.put(raising(ValueError(str(number))))
+            except ValueError as error:
+                found.append(str(error))
+    finally:
+        sys.setswitchinterval(before)
+    assert found + told(thread.close) == [str(number) for number in range(num)]
+
+
+def test_a_fault_before_the_disk_was_full_is_told_as_well():
+    class Full(BlockedWriter):
+        def add_message(self, *arguments):
+            super().add_message(*arguments)
+            raise OSError(28, "No space left on device")
+
+    writer, thread = Full(), ThreadSink()
+    thread.attach(writer)
+    thread.put(raising(ValueError("before")))
+    thread.put(batch(0))
+    writer.go_on.set()
+    while thread._sink.error is None:
+        time.sleep(0.001)
+    with pytest.raises(ValueError, match="before"):
+        thread.put(batch(1))
+    for _ in range(3):
+        with pytest.raises(OSError, match="No space"):
+            thread.put(batch(2))
+
+
+@pytest.mark.parametrize("error", [SystemExit(7), KeyboardInterrupt(), GeneratorExit()])
+def test_an_exit_in_encoding_is_told_and_ends_neither_the_thread_nor_the_log(error):
+    writer, thread = CountingWriter(), ThreadSink()
+    thread.attach(writer)
+    thread.put(raising(error))
+    for number in range(3 * QUEUE_SIZE):  # more than the queue of a thread that is gone takes
+        with suppress(RuntimeError):
+            thread.put(batch(number))
+    told(thread.close)
+    assert writer.added == list(range(3 * QUEUE_SIZE))
+
+    thread = ThreadSink()
+    thread.attach(CountingWriter())
+    thread.put(raising(error))
+    with pytest.raises(RuntimeError, match=type(error).__name__):
+        thread.close()
+
+
+def test_a_disk_that_hangs_is_told_in_time_and_one_that_is_slow_is_waited_for(full, monkeypatch):
+    sink, writer = full
+    monkeypatch.setattr(module, "STALL", 0.2)
+    for call in (lambda: sink.put(batch(1000)), sink.close):
+        with pytest.raises(TimeoutError, match=r"the disk took nothing for 0\.2 s"):
+            call()
+    writer.go_on.set()
+    while sink._thread.is_alive():
+        time.sleep(0.001)
+    assert writer.added == list(range(QUEUE_SIZE + 1))
+
+    class Slow(CountingWriter):
+        def add_message(self, *arguments):
+            time.sleep(0.01)
+            super().add_message(*arguments)
+
+    writer, sink = Slow(), ThreadSink()
+    sink.attach(writer)
+    for number in range(40):  # 0.4 s in all
+        sink.put(batch(number))
+    sink.close()
+    assert writer.added == list(range(40))
+
+
+def test_a_direct_sink_writes_at_once_and_flushes_the_first_batch_and_then_when_that_is_due():
+    writer = CountingWriter()
+    sink = DirectSink()
+    sink.attach(writer)
+    assert (sink.due_in, sink.flushed_ns) == (None, None)
+    sink.put(batch(7))
+    assert [count for _, count in writer.flushes] == [1]
+    assert (sink.due_in, sink.flushed_ns) == (None, 0)
+    sink.put(batch(8))
+    assert 0.0 < sink.due_in <= FLUSH_INTERVAL
+    while sink.due_in > 0.0:
+        time.sleep(0.01)
+    sink.put(batch(9))
+    assert [count for _, count in writer.flushes] == [1, 3]
+    assert sink.due_in is None
+
+
+def test_simulated_time_calls_for_a_flush_too_however_fast_it_goes():
+    writer = CountingWriter()
+    sink = DirectSink()
+    sink.attach(writer)
+    for tick in range(11):
+        sink.put([Message(1, tick * 100_000_000, tick, b"")])
+    assert [count for _, count in writer.flushes][:2] == [1, 3]
+    assert len(writer.flushes) == 6  # one for the first tick, and one for every two
+    assert sink.flushed_ns == 1_000_000_000
+
+
+def test_a_direct_sink_raises_at_the_call_that_failed_and_writes_no_more():
+    class Full(CountingWriter):
+        def add_message(self, *_):
+            raise OSError(28, "No space left on device")
+
+    sink = DirectSink()
+    sink.attach(Full())
+    for _ in range(2):  # and at every one after it: the writer has lost its place
+        with pytest.raises(OSError, match="No space"):
+            sink.put([Message(1, 0, 0, b"")])
+    with pytest.raises(OSError, match="No space"):
+        sink.close()

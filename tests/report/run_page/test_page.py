@@ -1,0 +1,312 @@
+"""`mjnav report`: what stands in the page, without a browser."""
+
+import json
+import re
+from base64 import b64encode
+from hashlib import sha256
+from html.parser import HTMLParser
+
+import pytest
+from mcap import records
+from mcap.stream_reader import StreamReader
+from mcap.writer import Writer
+
+import mjnav
+from mjnav.cli.main import main
+from mjnav.loop.prepare import load_scenario
+from mjnav.messages import Event
+from mjnav.recording import Recorder
+from mjnav.recording.read.scan import scan_log
+from mjnav.report.inspection import inspect
+from mjnav.report.run_page.page import page
+from mjnav.report.run_page.page_figures import flatten, shown
+from mjnav.report.run_page.run_data import run_data
+from tests.recording.conftest import MadeUpRun, make_scenario
+
+KINEMATIC = "physics.engine=kinematic"
+HOSTILE = '"></script><script>alert(1)</script><img src=x onerror=alert(2)> & \u2028 Straße 走'
+
+
+class Page(HTMLParser):
+    """A page's scripts, styles and figures, as a browser takes them apart."""
+
+    def __init__(self, text):
+        super().__init__()
+        self.text, self.scripts, self.styles, self.tags, self.figures = text, [], [], [], []
+        self.policy = ""
+        self._open = []
+        self.feed(text)
+
+    def handle_starttag(self, tag, attributes):
+        attributes = dict(attributes)
+        self.tags.append((tag, attributes))
+        self._open.append((tag, attributes))
+        if tag in ("script", "style"):
+            (self.scripts if tag == "script" else self.styles).append([attributes, ""])
+        if "data-key" in attributes:
+            self.figures.append([attributes, ""])
+        if attributes.get("http-equiv") == "Content-Security-Policy":
+            self.policy = attributes["content"]
+
+    def handle_endtag(self, tag):
+        while self._open and self._open.pop()[0] != tag:
+            pass
+
+    def handle_data(self, data):
+        if not self._open:
+            return
+        tag, attributes = self._open[-1]
+        if tag in ("script", "style"):
+            (self.scripts if tag == "script" else self.styles)[-1][1] += data
+        elif "data-key" in attributes:
+            self.figures[-1][1] += data
+
+    def json(self, name):
+        (text,) = (text for attributes, text in self.scripts if attributes.get("id") == name)
+        return json.loads(text)
+
+    def code(self):
+        return [text for attributes, text in self.scripts if "type" not in attributes]
+
+
+@pytest.fixture(scope="module")
+def logs(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("logs")
+    asked = {
+        "hall": ("hall", ("time_limit=3",), None),
+        "orca": ("crossing3", ("time_limit=2",), "orca"),
+        "lane": ("lane", ("time_limit=1",), "mppi"),
+    }
+    for name, (scene, overrides, controller) in asked.items():
+        scenario = load_scenario(scene, (*overrides, KINEMATIC), controller=controller, seed=3)
+        mjnav.run(scenario, log=folder / f"{name}.mcap")
+    return folder
+
+
+@pytest.fixture
+def report(logs, capsys):
+    """Calls `mjnav report` and gives (exit code, standard output, standard error)."""
+
+    def call(*words):
+        code = main(["report", *map(str, words)])
+        return (code, *capsys.readouterr())
+
+    return call
+
+
+@pytest.fixture
+def made(logs, report, tmp_path):
+    """The page of some of the logs."""
+
+    def make(*names):
+        code, _, err = report(*(logs / f"{name}.mcap" for name in names), "-o", tmp_path / "page.html")
+        assert (code, err) == (0, "")
+        return Page((tmp_path / "page.html").read_text())
+
+    return make
+
+
+def inspected(path, capsys):
+    main(["inspect", str(path), "--json"])
+    return json.loads(capsys.readouterr().out)
+
+
+def record(path, scenario, run_info, *, events=(), ticks=3):
+    made_up = MadeUpRun(num_people=len(scenario.people), num_candidates=30)
+    with Recorder(path, scenario, run_info, "<mujoco/>") as recorder:
+        for tick in range(ticks):
+            recorder.write(made_up.record(tick, events=events))
+            recorder.write_timing(made_up.timing(tick))
+        recorder.finish(made_up.truth(ticks), {"outcome": "goal"})
+
+
+@pytest.mark.parametrize("names", [("hall",), ("hall", "orca", "lane")])
+def test_every_figure_is_that_of_inspect(made, logs, capsys, names):
+    found = made(*names)
+    documents = [flatten(inspected(logs / f"{name}.mcap", capsys)) for name in names]
+    assert len(found.figures) > 100
+    for attributes, text in found.figures:
+        value = documents[int(attributes["data-run"])].get(attributes["data-key"])
+        assert json.loads(attributes["data-value"]) == value, attributes
+        assert text == shown(value), attributes
+    keys = {(int(attributes["data-run"]), attributes["data-key"]) for attributes, _ in found.figures}
+    for run, document in enumerate(documents):
+        for key in ("figures.min_clearance_m", "figures.control_cost", "timing.compute_ms.tick.p99", "topics./tick.hz"):
+            assert (run, key) in keys
+        assert {key for key in document if key.startswith(("figures.", "timing.", "result."))} <= {
+            key for of, key in keys if of == run
+        }
+    assert found.json("inspections") == [inspected(logs / f"{name}.mcap", capsys) for name in names]
+
+
+@pytest.mark.parametrize(
+    ("value", "text"),
+    [
+        (None, "–"),
+        ([], "–"),
+        (True, "yes"),
+        (False, "no"),
+        (1234567, "1\u202f234\u202f567"),
+        (60.0, "60"),
+        (0.062413, "0.0624"),
+        (-0.00104, "−0.00104"),
+        (1859.6, "1860"),
+        (3.2e-7, "3.2e−07"),
+        ("goal", "goal"),
+    ],
+)
+def test_figures_are_written_for_people(value, text):
+    assert shown(value) == text
+
+
+def test_the_page_needs_nothing_but_itself(made):
+    found = made("hall")
+    for tag, attributes in found.tags:
+        assert not {"src", "srcset", "action", "data", "style", "onclick"} & set(attributes), tag
+        assert attributes.get("href", "data:,") == "data:,"
+    for text in [*found.code(), *(text for _, text in found.styles)]:
+        digest = b64encode(sha256(text.encode()).digest()).decode()
+        assert f"'sha256-{digest}'" in found.policy
+    assert found.policy.startswith("default-src 'none'; ")
+    assert "unsafe" not in found.policy
+    assert not re.search(r"https?://(?!www\.w3\.org/2000/svg)|@import|url\(", found.text)
+
+
+def test_a_page_is_small_and_always_the_same(made):
+    first, second = made("hall"), made("hall")
+    assert first.text == second.text
+    code = sum(map(len, first.code())) + sum(len(text) for _, text in first.styles)
+    packed = len(first.json("runs")[0]["gzip"])
+    assert code < 70_000
+    assert packed < 31 * 600  # 600 bytes a tick: 360 kB for a minute
+
+
+def test_hostile_names_are_text(report, tmp_path):
+    scenario = make_scenario(2)
+    info = {"scene": HOSTILE, "controller": HOSTILE, "seed": "<b>3</b>", HOSTILE: HOSTILE}
+    events = (Event("warning", HOSTILE, HOSTILE),)
+    record(tmp_path / "x.mcap", scenario, info, events=events)
+    assert report(tmp_path / "x.mcap")[0] == 0
+    found = Page((tmp_path / "x.html").read_text())
+    assert [text for text in found.code() if "alert" in text] == []
+    assert "img" not in {tag for tag, _ in found.tags}
+    assert len(found.code()) == found.policy.count("sha256-") - 1
+    assert found.json("inspections")[0]["run"]["scene"] == HOSTILE
+    assert found.json("runs")[0]["events"][0]["text"] == HOSTILE
+
+
+def test_without_candidates_people_or_walls_there_is_a_page(made):
+    (orca,) = made("orca").json("runs")
+    assert orca["candidates"] is None
+    (lane,) = made("lane").json("runs")
+    assert (lane["people"], lane["cone"], len(lane["scene"]["lanes"])) == ([], None, 2)
+    assert lane["candidates"] == {"grid": None}
+    (hall,) = made("hall").json("runs")
+    assert hall["candidates"] == {"grid": [20, 20]}
+    assert (len(hall["people"]), len(hall["scene"]["walls"]), len(hall["scene"]["tables"])) == (5, 4, 2)
+
+
+def test_runs_of_different_scenes_are_shown_and_told_apart(made):
+    assert "of different scenes" in made("hall", "lane").text
+    assert "of different scenes" not in made("hall", "hall").text
+
+
+def test_a_long_run_is_thinned_and_says_so(logs):
+    scan = scan_log(logs / "hall.mcap")
+    data = run_data(scan, max_frames=11)
+    assert (data["stride"], data["ticks"]) == (3, 30)
+    assert data["fields"]["time"]["shape"] == [11]
+    assert run_data(scan, keep=(3, 4, 29), max_frames=11)["fields"]["time"]["shape"] == [13]
+    assert "one tick in 3 of 30" in page([inspect(logs / "hall.mcap")], [data])
+
+
+def test_a_log_without_an_end_says_so(report, logs, tmp_path):
+    content = (logs / "hall.mcap").read_bytes()
+    (tmp_path / "cut.mcap").write_bytes(content[: 2 * len(content) // 3])
+    assert report(tmp_path / "cut.mcap")[0] == 0
+    text = (tmp_path / "cut.html").read_text()
+    assert "The log has no end" in text
+    assert "the run did not end" in text
+
+
+def test_a_damaged_log_makes_a_page_of_what_is_intact_and_exit_code_3(report, logs, tmp_path):
+    content = bytearray((logs / "hall.mcap").read_bytes())
+    content[len(content) // 2] ^= 0xFF
+    (tmp_path / "bad.mcap").write_bytes(content)
+    code, out, err = report(tmp_path / "bad.mcap")
+    assert (code, out[:4], err.count("\n")) == (3, str(tmp_path)[:4], 1)
+    assert "the page shows what is intact" in err
+    found = Page((tmp_path / "bad.html").read_text())
+    assert "The log is damaged" in found.text
+    assert 10 < found.json("runs")[0]["fields"]["time"]["shape"][0] < 31
+
+
+def test_the_page_stands_beside_its_log_and_is_replaced(report, logs):
+    code, out, _ = report(logs / "orca.mcap")
+    assert (code, out) == (0, f"{logs / 'orca.html'}: {(logs / 'orca.html').stat().st_size / 1000:.0f} kB\n")
+    assert report(logs / "orca.mcap")[1].endswith(", replaced\n")
+    assert report(logs / "orca.mcap", logs / "lane.mcap")[1].startswith(f"{logs / 'orca-lane.html'}: ")
+
+
+def test_what_is_no_page_is_not_replaced_unless_it_is_named(report, logs, tmp_path):
+    (tmp_path / "lane.mcap").write_bytes((logs / "lane.mcap").read_bytes())
+    (tmp_path / "lane.html").write_text("notes")
+    code, _, err = report(tmp_path / "lane.mcap")
+    assert (code, (tmp_path / "lane.html").read_text()) == (2, "notes")
+    assert "no page of mjnav's" in err
+    assert report(tmp_path / "lane.mcap", "-o", tmp_path / "lane.html")[0] == 0
+
+
+def test_bad_input_is_refused_in_one_line(report, logs, tmp_path):
+    with open(tmp_path / "foreign.mcap", "wb") as file:
+        writer = Writer(file)
+        writer.start()
+        writer.add_message(writer.register_channel("/chatter", "text", 0), 0, b"hello", 0)
+        writer.finish()
+    record(tmp_path / "empty.mcap", make_scenario(0), {"seed": "1"}, ticks=0)
+    (tmp_path / "log.html").write_bytes((logs / "lane.mcap").read_bytes())
+    good = logs / "lane.mcap"
+    for words, text in {
+        (tmp_path / "foreign.mcap",): "not the log of a run of mjnav",
+        (tmp_path / "none.mcap",): "cannot be read",
+        (good, "-o", tmp_path / "x.png"): "ends in .html",
+        (good, "-o", tmp_path / "none" / "x.html"): "there is no folder",
+        (good,) * 5: "1 to 4 logs",
+        (tmp_path / "log.html",): "no page of mjnav's",
+        (tmp_path / "log.html", "-o", tmp_path / "log.html"): "another file than the log",
+    }.items():
+        code, out, err = report(*words)
+        assert (code, out, err.count("\n")) == (2, "", 1), words
+        assert text in err
+    assert not list(tmp_path.glob("*.html.*"))
+
+
+def with_other_data(source, path, topic, tick, data):
+    """Copies a log but for one message's data."""
+    with open(source, "rb") as old, open(path, "wb") as file:
+        writer, schemas, channels = Writer(file), {}, {}
+        writer.start()
+        for one in StreamReader(old).records:
+            if isinstance(one, records.Metadata):
+                writer.add_metadata(one.name, one.metadata)
+            elif isinstance(one, records.Attachment):
+                writer.add_attachment(0, 0, one.name, one.media_type, one.data)
+            elif isinstance(one, records.Schema) and one.id not in schemas:
+                schemas[one.id] = writer.register_schema(one.name, one.encoding, one.data)
+            elif isinstance(one, records.Channel) and one.id not in channels:
+                number = writer.register_channel(one.topic, one.message_encoding, schemas[one.schema_id])
+                channels[one.id] = one.topic, number
+            elif isinstance(one, records.Message):
+                name, number = channels[one.channel_id]
+                changed = data if (name, one.sequence) == (topic, tick) else one.data
+                writer.add_message(number, one.log_time, changed, one.publish_time, one.sequence)
+        writer.finish()
+
+
+def test_a_message_that_is_not_mjnavs_is_refused(report, logs, tmp_path):
+    path = tmp_path / "odd.mcap"
+    with_other_data(logs / "hall.mcap", path, "/candidates", 4, b"")
+    code, _, err = report(path)
+    assert (code, err.count("\n")) == (2, 1)
+    assert f"{path}: /candidates of tick 4 is not what mjnav writes" in err
+    assert not path.with_suffix(".html").exists()
