@@ -15,7 +15,7 @@ NEVER = ("--set", "time_limit=1e4", "--set", "robot.goal=[9000.0, 0.0]", "--set"
 COMPILING = "mjnav: compiling for this machine; later runs start at once\n"
 CLOSING = '''
 import os
-from mjnav.control.mean import Mean
+from mjnav.control.methods.mean import Mean
 
 class Closing(Mean):
     """Closes the log's descriptor, as a library that tidies up would, and opens a file of its own in its place."""
@@ -65,11 +65,11 @@ def test_a_disk_that_fills_up_under_the_logs_thread_ends_the_run_in_a_line(tmp_p
         assert json.loads(out)["outcome"] == "aborted", err
         told = re.fullmatch(
             rf"mjnav: aborted after ([0-9.]+) s, \d+ ticks: {log}: writing failed: No space left on device; "
-            r"it can be read up to ([0-9.]+) s\n",
+            r"it can be read at least up to ([0-9.]+) s\n",
             err.removeprefix(COMPILING),
         )
         assert told, err
-        assert open_log(log).duration == pytest.approx(float(told[2]), abs=0.05)
+        assert 0.0 <= open_log(log).duration - float(told[2]) < 0.5
         assert float(told[1]) - float(told[2]) < 1.0  # simulated seconds between the fault and the run's end
     finally:
         subprocess.run(["umount", "--lazy", str(tmp_path)], check=True)

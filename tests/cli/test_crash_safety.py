@@ -20,7 +20,7 @@ SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 NEVER = ("--set", "time_limit=1e6", "--set", "robot.goal=[9000.0, 0.0]", "--set", "stop_on_collision=false")  # to end
 MINE = '''
 import ctypes, mmap, os, sys, time
-from mjnav.control.mean import Mean
+from mjnav.control.methods.mean import Mean
 
 class Noting(Mean):
     """Notes the time of its tick where it outlives the process."""
@@ -302,11 +302,11 @@ def test_a_full_disk_aborts_the_run_and_what_is_on_it_can_be_read(start, small_d
     assert (code, json.loads(out)["outcome"]) == (1, "aborted")
     told = re.fullmatch(
         rf"mjnav: aborted after [0-9.]+ s, \d+ ticks: {small_disk}/a.mcap: writing failed: "
-        r"No space left on device; it can be read up to ([0-9.]+) s\n",
+        r"No space left on device; it can be read at least up to ([0-9.]+) s\n",
         err,
     )
     log = open_log(small_disk / "a.mcap")
-    assert log.duration == pytest.approx(float(told[1]))
+    assert 0.0 <= log.duration - float(told[1]) < 0.5
     assert log.truncated
     assert log.result is None or log.result["outcome"] == "aborted"
 

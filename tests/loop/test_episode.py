@@ -310,13 +310,14 @@ def test_a_disk_that_takes_no_more_is_told_in_one_line_and_leaves_a_readable_log
     finally:
         resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
     told = re.fullmatch(
-        rf"aborted after \d\.\d s, \d ticks: {path}: writing failed: File too large; it can be read up to (\d\.\d) s",
+        rf"aborted after \d\.\d s, \d ticks: {path}: writing failed: File too large; "
+        r"it can be read at least up to (\d\.\d) s",
         str(raised.value),
     )
     assert os.path.getsize(path) <= 60_000
     log = open_log(path)
     assert (log.run["scene"], log.truncated, log.result["outcome"]) == ("room", True, "aborted")
-    assert log.duration == pytest.approx(float(told[1]))
+    assert 0.0 <= log.duration - float(told[1]) < 0.5
 
 
 def test_a_log_that_appears_after_the_check_is_not_replaced(room, tmp_path):
