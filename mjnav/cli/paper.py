@@ -16,7 +16,7 @@ from mjnav.cli.waiting import pace, progress, tell
 from mjnav.errors import InvalidValue, unknown_name
 
 if TYPE_CHECKING:
-    from mjnav.study.paper.rows import PaperStudy
+    from mjnav.paper.rows import PaperStudy
     from mjnav.study.schedulers import Scheduler
     from mjnav.study.store import Store
 
@@ -45,9 +45,9 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 def execute(arguments: argparse.Namespace) -> int:
     """Runs what is missing, then draws and judges every item. An interrupted run is gone on with."""
+    from mjnav.paper import ITEMS
+    from mjnav.paper.rows import studies
     from mjnav.study import schedulers
-    from mjnav.study.paper import ITEMS
-    from mjnav.study.paper.rows import studies
     from mjnav.study.store import Store
 
     names = list(ITEMS) if arguments.only is None else arguments.only
@@ -88,7 +88,7 @@ def _run(
 
     Every cell's first seed is run first, and its time tells the rest's.
     """
-    from mjnav.study.paper.rows import trials
+    from mjnav.paper.rows import trials
     from mjnav.study.sweep import check, sweep
 
     every = trials(wanted)
@@ -131,9 +131,9 @@ def _publish(
 
     from mjnav.loop.prepare import load_scenario
     from mjnav.loop.run_info import revision
-    from mjnav.report.paper.publish import cell_table, publish, read
-    from mjnav.study.paper import ITEMS, module
-    from mjnav.study.paper.rows import rows
+    from mjnav.paper import ITEMS, module
+    from mjnav.paper.pictures.publish import cell_table, publish, read
+    from mjnav.paper.rows import rows
     from mjnav.study.study_file import study_text
 
     item, study = ITEMS[name], module(name)
@@ -159,7 +159,7 @@ def _publish(
             data = study.measure(scenarios, quick=quick, progress=lambda done, total: show(done / total))
         table = data.rows()
         about["parameters"] = {"scenes": "\n".join([*item.scenes, *item.overrides])}
-    figure = import_module(f"mjnav.report.paper.{name}").figure(data)
+    figure = import_module(f"mjnav.paper.pictures.{name}").figure(data)
     findings = study.findings(data)
     publish(folder / name, figure, table, findings, about)
     print(f"{name}: " + ", ".join(f"{f.verdict.value}" for f in findings), flush=True)
@@ -170,7 +170,7 @@ def _write_page(folder: Path) -> None:
 
     from mjnav.cli.output import written
     from mjnav.loop.run_info import revision
-    from mjnav.report.paper.page import page
+    from mjnav.paper.pictures.page import page
 
     about = {
         "made by": shlex.join(["mjnav", *sys.argv[1:]]),

@@ -1,1 +1,1 @@
-"""Pictures and pages for people; the only folder that imports matplotlib."""
+"""Pictures and pages for people. Only this folder and `paper` import matplotlib."""

@@ -13,9 +13,9 @@ from html.parser import HTMLParser
 
 import pytest
 
-from mjnav.study.paper import one
-from mjnav.study.paper.finding import Verdict
-from mjnav.study.paper.rows import rows, studies
+from mjnav.paper import one
+from mjnav.paper.finding import Verdict
+from mjnav.paper.rows import rows, studies
 from mjnav.study.row import COLUMNS
 from mjnav.study.store import Store
 from mjnav.study.trial import Trial

@@ -5,8 +5,8 @@ import re
 
 import pytest
 
-from mjnav.study.paper import ITEMS, module
-from mjnav.study.paper.rows import studies, trials
+from mjnav.paper import ITEMS, module
+from mjnav.paper.rows import studies, trials
 
 pytest.importorskip("pyarrow", reason="the sweep extra is not installed")
 

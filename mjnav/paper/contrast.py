@@ -1,0 +1,76 @@
+"""One method against another in every setting of a study: the evidence for or against a claim."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from mjnav.paper.finding import LEAST_PAIRS, Claim, Measured
+from mjnav.study.compare import CellRows, Difference, Estimate, difference, estimate, paired
+
+Cells = Sequence[CellRows]
+
+
+@dataclass(frozen=True, slots=True)
+class Contrast:
+    """A difference in one scene and setting."""
+
+    where: str
+    difference: Difference
+
+    def measured(self, sign: int, unit: str = "") -> Measured:
+        """The claim that the difference has this sign; fewer than LEAST_PAIRS pairs decide nothing."""
+        e, p = self.difference.estimate, self.difference.p
+        line = f"{self.where}: {shown(e, unit, signed=True)}"
+        return Measured(sign * e.value > 0.0, p if e.num >= LEAST_PAIRS else None, line)
+
+
+def contrasts(cells: Cells, method: str, reference: str, figure: str) -> list[Contrast]:
+    """`figure` of method - reference on common seeds, in every scene and setting that has either."""
+    ours, theirs = by_place(cells, method), by_place(cells, reference)
+    found = []
+    for where in dict.fromkeys((*theirs, *ours)):
+        both = where in ours and where in theirs
+        found.append(Contrast(where, difference(ours[where], theirs[where], figure) if both else paired(np.empty(0))))
+    return found
+
+
+def by_place(cells: Cells, method: str) -> dict[str, CellRows]:
+    """The cells of a method by scene and setting."""
+    return {place(cell.scene, cell.setting): cell for cell in cells if cell.method == method}
+
+
+def place(scene: str, setting: str) -> str:
+    """A scene and setting in a few words."""
+    return f"{scene}, {short(setting)}"
+
+
+def short(setting: str) -> str:
+    """A setting without the names of the keys: direct, kinematic pearson."""
+    return " ".join(word.rpartition("=")[2] for word in setting.split(" "))
+
+
+def values(cells: Cells, method: str, figure: str) -> dict[str, Estimate]:
+    """The method's own figure in every scene and setting."""
+    return {where: estimate(cell, figure) for where, cell in by_place(cells, method).items()}
+
+
+def claim(text: str, source: str, found: Sequence[Contrast], sign: int, unit: str = "") -> Claim:
+    """That all these differences have this sign."""
+    return Claim(text, source, [contrast.measured(sign, unit) for contrast in found])
+
+
+def shown(e: Estimate, unit: str = "", *, signed: bool = False, digits: int = 3) -> str:
+    """A figure with its interval and number of seeds."""
+    sign = "+" if signed else ""
+    if not np.isfinite(e.value):
+        return f"undefined (n = {e.num})"
+    text = f"{e.value:{sign}.{digits}g}{unit and ' ' + unit}"
+    if e.interval is not None:
+        text += f" [{e.interval[0]:{sign}.{digits}g}, {e.interval[1]:{sign}.{digits}g}]"
+    return f"{text} (n = {e.num})"
+
+
+def each(cells: Cells, judge: Callable[[CellRows], bool]) -> list[CellRows]:
+    """The cells for which `judge` is true."""
+    return [cell for cell in cells if judge(cell)]

@@ -1,0 +1,82 @@
+"""What an item leaves behind, and the page that is made of it."""
+
+import csv
+from html.parser import HTMLParser
+
+import matplotlib.pyplot
+import pytest
+from matplotlib.figure import Figure
+
+from mjnav.paper import ITEMS
+from mjnav.paper.finding import Finding, Verdict
+from mjnav.paper.pictures.page import page
+from mjnav.paper.pictures.publish import DATA, FINDINGS, PICTURE, PRINT, publish, read
+
+HOSTILE = '</td><script>alert("1")</script>'
+FINDING = Finding("It is <so>", "figure 1", Verdict.HOLDS, "first: 1 < 2\nsecond: 2 > 1")
+ROWS = [{"method": HOSTILE, "mean": 0.1 + 0.2}, {"method": "b, c", "mean": None}, {"method": "=1+1", "mean": -1.0}]
+
+
+@pytest.fixture
+def folder(tmp_path):
+    figure = Figure()
+    figure.subplots().plot([1, 2])
+    publish(tmp_path / "lane", figure, ROWS, [FINDING], {"command": HOSTILE, "parameters": {"study": "a = 1 < 2"}})
+    return tmp_path
+
+
+def test_an_item_leaves_its_figure_its_data_and_its_findings(folder):
+    lane = folder / "lane"
+    assert {path.name for path in lane.iterdir()} == {FINDINGS, DATA, PICTURE, PRINT}
+    assert (lane / PICTURE).read_bytes()[:4] == b"\x89PNG"
+    assert (lane / PRINT).read_bytes()[:5] == b"%PDF-"
+    with open(lane / DATA, newline="") as file:
+        rows = list(csv.DictReader(file))
+    assert [row["method"] for row in rows] == [HOSTILE, "b, c", "'=1+1"]
+    assert [row["mean"] for row in rows] == [str(0.1 + 0.2), "", "-1.0"]
+    findings, about = read(lane)
+    assert findings == (FINDING,)
+    assert about["command"] == HOSTILE
+    assert matplotlib.pyplot.get_fignums() == []
+
+
+def test_what_was_not_run_is_not_there(tmp_path):
+    assert read(tmp_path / "lane") is None
+
+
+class _Tags(HTMLParser):
+    def __init__(self):
+        super().__init__()
+        self.names: list[str] = []
+        self.links: list[str] = []
+        self.text = ""
+
+    def handle_starttag(self, tag, attrs):
+        self.names.append(tag)
+        self.links += [value for key, value in attrs if key in ("href", "src")]
+
+    def handle_data(self, data):
+        self.text += data
+
+
+def test_the_page_shows_every_claim_and_escapes_what_it_is_told(folder):
+    tags = _Tags()
+    tags.feed(page(folder, {"made by": HOSTILE}))
+    assert "script" not in tags.names
+    assert tags.text.count(HOSTILE) == 2
+    assert tags.text.count("It is <so>") == 2  # among the claims and with its item
+    assert "1 holds" in tags.text
+    assert "first: 1 < 2" in tags.text
+    assert "a = 1 < 2" in tags.text
+    missing = ", ".join(name for name in ITEMS if name != "lane")
+    assert f"Not run: {missing}." in tags.text
+
+
+def test_every_link_of_the_page_leads_somewhere(folder):
+    tags = _Tags()
+    tags.feed(page(folder, {}))
+    for link in tags.links:
+        if link.startswith("#"):
+            assert f'id="{link[1:]}"' in page(folder, {})
+        elif not link.startswith("https://arxiv.org/"):
+            assert (folder / link).is_file()
