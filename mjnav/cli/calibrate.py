@@ -13,7 +13,7 @@ from mjnav.cli.output import output_path, written
 from mjnav.cli.waiting import compile_notice, progress, tell
 from mjnav.errors import InvalidValue
 from mjnav.loop.episode import WARM_UP_TICKS
-from mjnav.loop.heartbeat import Heartbeat
+from mjnav.loop.faults.heartbeat import Heartbeat
 from mjnav.loop.prepare import episode_label, load_scenario
 from mjnav.metrics.calibration import Bin, Calibration, Interval
 from mjnav.scenarios.ranges import MAX_SEED

@@ -15,8 +15,8 @@ from collections.abc import Callable, Iterator, Set
 from contextlib import contextmanager, suppress
 
 from mjnav.cli.waiting import tell
-from mjnav.loop.death import death, dump_of, dump_to, last_words
-from mjnav.loop.heartbeat import ASK, Heartbeat, Watch, dumped_frames
+from mjnav.loop.faults.heartbeat import ASK, Heartbeat, Watchdog, dumped_frames
+from mjnav.loop.faults.process_end import describe_end, dump_of, dump_to, read_dump
 
 PASSED_ON = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 LOOK = 0.5  # [s] between two looks at the child
@@ -36,7 +36,7 @@ class Guard:
         """Runs an episode under this name, which may take so long [s] on the wall; on the main thread."""
         self._send(_EPISODE, repr(limit).encode(), " ".join(name.split()).encode())
         try:
-            with Heartbeat(limit, lambda: self._send(_BEAT)).heeding() as heart:
+            with Heartbeat(limit, lambda: self._send(_BEAT)).on_signal() as heart:
                 yield heart
         finally:
             self._send(_REST)
@@ -84,7 +84,7 @@ class _Child:
         self._process, self._news, self._words = process, news, words
         fcntl.fcntl(news, fcntl.F_SETFL, os.O_NONBLOCK)
         self._rest = b""
-        self._watch: Watch | None = None
+        self._watch: Watchdog | None = None
         self._done = False
         self._cause: str | None = None  # why it was ended
 
@@ -99,7 +99,7 @@ class _Child:
             process, status = os.waitpid(self._process, os.WNOHANG)
             if process:
                 return self._ended(os.waitstatus_to_exitcode(status), before)
-            if self._cause is None and self._watch is not None and self._watch.look(self._process):
+            if self._cause is None and self._watch is not None and self._watch.must_end(self._process):
                 cause = self._watch.cause(dumped_frames(dump_of(self._process, self._words)))
                 self._cause = f"{self._watch.name}: {cause}"
                 os.kill(self._process, signal.SIGKILL)
@@ -113,7 +113,7 @@ class _Child:
             kind, _, text = line.partition(b" ")
             limit, _, name = text.partition(b" ")
             if kind == _EPISODE:
-                self._watch = Watch(name.decode(), float(limit), tell, time.monotonic)
+                self._watch = Watchdog(name.decode(), float(limit), tell, time.monotonic)
             elif kind == _BEAT and self._watch is not None:
                 self._watch.beat()
             elif kind in (_REST, _DONE):
@@ -130,5 +130,5 @@ class _Child:
             signal.raise_signal(-code)
         if code >= 0 and self._done:
             return code
-        tell(f"the process ended in the middle of its work: {death(code, last_words(self._words))}")
+        tell(f"the process ended in the middle of its work: {describe_end(code, read_dump(self._words))}")
         return 1

@@ -130,7 +130,7 @@ def _publish(
     from importlib import import_module
 
     from mjnav.loop.prepare import load_scenario
-    from mjnav.loop.run_info import revision
+    from mjnav.loop.provenance.run_info import revision
     from mjnav.paper import ITEMS, module
     from mjnav.paper.pictures.publish import cell_table, publish, read
     from mjnav.paper.rows import rows
@@ -169,7 +169,7 @@ def _write_page(folder: Path) -> None:
     import platform
 
     from mjnav.cli.output import written
-    from mjnav.loop.run_info import revision
+    from mjnav.loop.provenance.run_info import revision
     from mjnav.paper.pictures.page import page
 
     about = {

@@ -11,12 +11,12 @@ from mjnav.cli.interrupt import interruptible
 from mjnav.cli.main import INTERRUPTED
 from mjnav.cli.waiting import compile_notice, progress
 from mjnav.errors import InvalidValue
-from mjnav.loop.crowd import crowd
 from mjnav.loop.episode import warm_up
 from mjnav.loop.prepare import load_scenario
-from mjnav.loop.rate_test import RateTest, rate_test, shuttling
+from mjnav.loop.realtime.crowd import crowd
+from mjnav.loop.realtime.rate_test import RateTest, rate_test, shuttling
 from mjnav.metrics.blame import FIRST_TIME, LOOP, MACHINE, Miss
-from mjnav.metrics.realtime import FAIL, PASS, RULES, histogram
+from mjnav.metrics.schedule import FAIL, PASS, RULES, histogram
 from mjnav.recording.write.writer import check_path
 from mjnav.scenarios.spec import Scenario
 

@@ -49,7 +49,7 @@ def execute(arguments: argparse.Namespace) -> int:
     scenario = load_scenario(arguments.scene, arguments.overrides, controller=arguments.controller, seed=arguments.seed)
     max_seconds = scene_options.checked_max_seconds(arguments, scenario.time_limit if real_time else 0.0)
     from mjnav.loop.episode import warm_up
-    from mjnav.loop.fault import RunFault
+    from mjnav.loop.faults.fault import RunFault
     from mjnav.loop.run import run
 
     with ExitStack() as stack:

@@ -14,8 +14,8 @@ from mjnav.control.problem.candidates import WINDOWS
 from mjnav.control.surface import CostSurface, cost_surface, require_candidates
 from mjnav.errors import InvalidValue
 from mjnav.loop.episode import warm_up
-from mjnav.loop.moment import column_names, tick_at
 from mjnav.loop.prepare import build_controller, load_scenario
+from mjnav.loop.record_at import column_names, record_at
 from mjnav.loop.run import OUT_FOLDER, file_stem, make_out_folder
 from mjnav.messages import Status
 from mjnav.scenarios.spec import Scenario
@@ -53,7 +53,7 @@ def execute(arguments: argparse.Namespace) -> int:
         warm_up(scenario)
     with progress(scenario.name, arguments.at) as show:
         try:
-            record = tick_at(scenario, arguments.at, progress=show)
+            record = record_at(scenario, arguments.at, progress=show)
         except InvalidValue as error:
             raise error.within(file="--at") from None
     surface = cost_surface(controller, record.observation, record.decision, window=arguments.window, num=arguments.grid)

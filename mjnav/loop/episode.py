@@ -11,15 +11,15 @@ from typing import Any
 import numpy as np
 
 from mjnav.geometry.compiled import load_kernels
-from mjnav.loop.commands import describe_clipping
-from mjnav.loop.fault import RunFault, describe_fault, fault_events
-from mjnav.loop.latency import Computed, replayed
+from mjnav.loop.faults.fault import RunFault, describe_fault, fault_events
+from mjnav.loop.onboard.commands import describe_clipping
+from mjnav.loop.onboard.latency import Computed, replayed
+from mjnav.loop.onboard.navigator import Beliefs, Navigator
 from mjnav.loop.pacer import FreePacer, Pacer, Start, Stopwatch
 from mjnav.loop.prepare import build_controller
+from mjnav.loop.provenance.run_info import run_info
 from mjnav.loop.referee import ABORTED, GOAL, Referee, describe
-from mjnav.loop.run_info import run_info
 from mjnav.loop.sealed import sealed
-from mjnav.loop.tick import Beliefs, Navigator
 from mjnav.messages import (
     ConeDistribution,
     Decision,

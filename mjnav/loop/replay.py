@@ -8,11 +8,11 @@ from typing import Any
 
 from mjnav.errors import InputError
 from mjnav.loop.episode import Episode, Result
-from mjnav.loop.fault import RunFault
-from mjnav.loop.latency import replayed
-from mjnav.loop.provenance import FACTS, changes
+from mjnav.loop.faults.fault import RunFault
+from mjnav.loop.onboard.latency import replayed
+from mjnav.loop.provenance.facts import FACTS, changes
+from mjnav.loop.provenance.run_info import run_info
 from mjnav.loop.referee import ABORTED
-from mjnav.loop.run_info import run_info
 from mjnav.messages import PHASES, TickRecord, WorldState
 from mjnav.recording.encode.topics import TIMING
 from mjnav.recording.read.differences import COMPARED, Comparison, Difference, LoggedTick, differences, logged_ticks

@@ -14,7 +14,7 @@ from mjnav.loop.episode import Episode, Result, warm_up
 from mjnav.loop.pacer import FreePacer, Pacer, RealTimePacer
 from mjnav.loop.prepare import build_controller, load_scenario
 from mjnav.loop.profile import profiled
-from mjnav.loop.realtime import real_time as ask_for_real_time
+from mjnav.loop.realtime.scheduling import realtime_scheduling
 from mjnav.loop.sealed import sealed_message
 from mjnav.messages import Event, TickRecord
 from mjnav.recording.live import LiveServer
@@ -77,7 +77,7 @@ def _run(make_episode: Callable[[], Episode], pacer: Pacer) -> Result:
     episode = make_episode()  # its threads begin before any real-time scheduling that they would inherit
     if not pacer.real_time:
         return episode.run()
-    with ask_for_real_time() as got:
+    with realtime_scheduling() as got:
         note = Event("info", "real_time", ", ".join(f"{name} {value}" for name, value in got.items()))
         return replace(episode.run((note,)), real_time=got)
 

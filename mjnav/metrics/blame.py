@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mjnav.messages import PHASES
-from mjnav.metrics.realtime import CAUSES, Schedule, blamed, excess
+from mjnav.metrics.schedule import CAUSES, Schedule, blamed, excess
 
 LOOP, MACHINE, FIRST_TIME = "loop", "machine", "first-time work"
 MAX_NAMED = 100  # misses that are named, the longest; all are counted

@@ -17,9 +17,9 @@ import numpy as np
 
 from mjnav.control.methods.rkhs import Rkhs
 from mjnav.errors import InvalidValue
-from mjnav.loop.crowd import crowd
 from mjnav.loop.episode import Episode
 from mjnav.loop.prepare import build_controller
+from mjnav.loop.realtime.crowd import crowd
 from mjnav.messages import Array, Observation
 from mjnav.metrics.intervals import paired_bootstrap
 from mjnav.paper.decisions import spread, variant

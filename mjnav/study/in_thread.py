@@ -12,7 +12,7 @@ import os
 import sys
 import threading
 
-from mjnav.loop.heartbeat import LAST_WORD, STALL, Heartbeat, TimeUp
+from mjnav.loop.faults.heartbeat import END_TIMEOUT, STALL, Heartbeat, TimeUp
 from mjnav.study.row import Row
 from mjnav.study.trial import Trial, failed_row, run_trial
 
@@ -40,5 +40,5 @@ def _watch(name: str, heart: Heartbeat, thread: int, done: threading.Event) -> N
         if heart.hangs:
             log.error("%s: %s", name, heart.end(sys._current_frames().get(thread)))
             ctypes.pythonapi.PyThreadState_SetAsyncExc(ctypes.c_ulong(thread), ctypes.py_object(TimeUp))
-            if not done.wait(LAST_WORD):
+            if not done.wait(END_TIMEOUT):
                 os._exit(1)

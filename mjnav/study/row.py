@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from types import MappingProxyType
 from typing import Any
 
-from mjnav.loop.provenance import FACTS
+from mjnav.loop.provenance.facts import FACTS
 
 Row = dict[str, Any]
 

@@ -15,8 +15,8 @@ from queue import Empty, SimpleQueue
 from typing import Any
 
 from mjnav.errors import InvalidValue, MjnavError, missing_extra
-from mjnav.loop.fault import describe_fault
-from mjnav.loop.heartbeat import MAX_SECONDS, Heartbeat
+from mjnav.loop.faults.fault import describe_fault
+from mjnav.loop.faults.heartbeat import MAX_SECONDS, Heartbeat
 from mjnav.study.in_thread import run_in_thread
 from mjnav.study.row import Row
 from mjnav.study.trial import Trial, failed_row, run_trial

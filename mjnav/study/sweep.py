@@ -6,7 +6,7 @@ from contextlib import closing
 from dataclasses import dataclass
 
 from mjnav.errors import InputError, MjnavError
-from mjnav.loop.provenance import OWN_SOURCES, changes, provenance
+from mjnav.loop.provenance.facts import OWN_SOURCES, changes, provenance
 from mjnav.study.cells import Cell
 from mjnav.study.changes import changes_since, told
 from mjnav.study.row import Row, made_with

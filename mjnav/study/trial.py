@@ -10,9 +10,9 @@ from functools import lru_cache
 
 from mjnav import scenarios
 from mjnav.loop.episode import Episode, Result, warm_up
-from mjnav.loop.fault import RunFault, describe_fault
-from mjnav.loop.provenance import digest, provenance
-from mjnav.loop.run_info import revision
+from mjnav.loop.faults.fault import RunFault, describe_fault
+from mjnav.loop.provenance.facts import digest, provenance
+from mjnav.loop.provenance.run_info import revision
 from mjnav.metrics.effort import time_to_avoid
 from mjnav.metrics.safety import lane_clearance
 from mjnav.scenarios.spec import Scenario

@@ -20,8 +20,8 @@ from types import MappingProxyType
 from typing import Any, TypeVar
 
 from mjnav.errors import MjnavError
-from mjnav.loop.death import death, dump_of, dump_to, last_words
-from mjnav.loop.heartbeat import ASK, MAX_SECONDS, Heartbeat, Watch, dumped_frames
+from mjnav.loop.faults.heartbeat import ASK, MAX_SECONDS, Heartbeat, Watchdog, dumped_frames
+from mjnav.loop.faults.process_end import describe_end, dump_of, dump_to, read_dump
 
 Task = TypeVar("Task")
 Answer = TypeVar("Answer")
@@ -157,7 +157,7 @@ class _Worker:
         """Gives it a task; it has none."""
         self.task: tuple[int, Any] = number, task
         limit = self._limit
-        self._watch = None if limit is None else Watch(limit.name(task), limit.seconds, limit.tell)
+        self._watch = None if limit is None else Watchdog(limit.name(task), limit.seconds, limit.tell)
         with suppress(BrokenPipeError, ConnectionResetError):  # it died, which asking for its answer tells
             self.pipe.send(task)
 
@@ -174,7 +174,7 @@ class _Worker:
     def hangs(self) -> str | None:
         """Why it must be ended now, if it must."""
         pid = self._process.pid
-        if self._watch is None or pid is None or not self._watch.look(pid):
+        if self._watch is None or pid is None or not self._watch.must_end(pid):
             return None
         return self._watch.cause(dumped_frames(dump_of(pid, self._words.fileno())))
 
@@ -184,7 +184,7 @@ class _Worker:
         code = self._process.exitcode
         if code is None:
             return False, "its pipe broke"
-        return -code in KILLS, death(code, last_words(self._words.fileno()))
+        return -code in KILLS, describe_end(code, read_dump(self._words.fileno()))
 
     def end(self) -> None:
         """Ends it at once."""
@@ -216,7 +216,7 @@ def _serve(function: Callable[..., Any], pipe: Connection, words: Connection, se
             if seconds is None:
                 answer = False, function(task)
             else:
-                with Heartbeat(seconds, lambda: pipe.send(None)).heeding() as heart:
+                with Heartbeat(seconds, lambda: pipe.send(None)).on_signal() as heart:
                     answer = False, function(task, heart)
         except Exception as error:
             answer = True, _sendable(error)

@@ -9,7 +9,7 @@ from mjnav import scenarios
 from mjnav.cli.main import main
 from mjnav.errors import InvalidValue
 from mjnav.loop.episode import Episode
-from mjnav.loop.fault import RunFault
+from mjnav.loop.faults.fault import RunFault
 from mjnav.loop.run import MAX_STEM, file_stem
 from mjnav.noise import CHANNELS
 from mjnav.study.study_file import load_study

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from mjnav.loop.machine import gap_probe
+from mjnav.loop.realtime.machine import gap_probe
 
 PATIENCE = 120.0  # [s] on a busy machine
 STOPPED = 0.4  # [s]

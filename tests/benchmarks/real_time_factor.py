@@ -12,9 +12,9 @@ import tempfile
 from dataclasses import replace
 from pathlib import Path
 
-from mjnav.loop.crowd import crowd
 from mjnav.loop.prepare import load_scenario
-from mjnav.loop.rate_test import shuttling
+from mjnav.loop.realtime.crowd import crowd
+from mjnav.loop.realtime.rate_test import shuttling
 from mjnav.loop.run import run
 from mjnav.scenarios.spec import Scenario
 

@@ -26,7 +26,7 @@ MORE = """
 @pytest.fixture
 def own_machine(monkeypatch):
     """No other virtual machine takes processor time, or a FAIL could be INCONCLUSIVE."""
-    monkeypatch.setattr("mjnav.loop.rate_test._processor_time", lambda: np.zeros(2))
+    monkeypatch.setattr("mjnav.loop.realtime.rate_test._processor_time", lambda: np.zeros(2))
 
 
 def test_json_is_one_object_with_the_documented_keys_and_more(mjnav):

@@ -10,7 +10,7 @@ import pytest
 
 from mjnav import scenarios
 from mjnav.cli.run import describe
-from mjnav.loop.tick import Navigator
+from mjnav.loop.onboard.navigator import Navigator
 from mjnav.recording import open_log
 
 SHORT = ("--set", "time_limit=0.3")

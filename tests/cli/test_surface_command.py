@@ -9,8 +9,8 @@ import pytest
 from PIL import Image
 
 from mjnav.control.surface import cost_surface
-from mjnav.loop.moment import column_names, tick_at
 from mjnav.loop.prepare import build_controller, load_scenario
+from mjnav.loop.record_at import column_names, record_at
 
 QUICK = ("--grid", "5", "--set", "physics.engine=kinematic")
 KEYS = "schema scene controller seed time_s status window grid chosen nominal minimum picture data"
@@ -61,7 +61,7 @@ def test_the_arrays_are_the_surface_of_the_moments_decision(mjnav, tmp_path, sce
     options = ("--seed", "3", "--window", window, *QUICK)
     printed = json.loads(mjnav("surface", scene, "--at", "1.3", "-o", "a.png", "--json", *options).out)
     scenario = load_scenario(scene, ("physics.engine=kinematic",), seed=3)
-    record = tick_at(scenario, 1.3)
+    record = record_at(scenario, 1.3)
     s = cost_surface(build_controller(scenario), record.observation, record.decision, window=window, num=5)
     with np.load(tmp_path / "a.npz") as data:
         arrays = dict(data)  # no pickles

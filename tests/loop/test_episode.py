@@ -15,9 +15,9 @@ from mjnav.control.base import GridController
 from mjnav.errors import InputError
 from mjnav.loop import episode as episode_module
 from mjnav.loop.episode import WARM_UP_TICKS, Episode, warm_up
-from mjnav.loop.fault import RunFault
+from mjnav.loop.faults.fault import RunFault
+from mjnav.loop.onboard.navigator import Navigator
 from mjnav.loop.pacer import RealTimePacer
-from mjnav.loop.tick import Navigator
 from mjnav.metrics import summarise
 from mjnav.recording import open_log
 

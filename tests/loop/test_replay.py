@@ -14,9 +14,9 @@ import mjnav
 from mjnav import scenarios
 from mjnav.errors import DamagedLogError, InputError
 from mjnav.loop.episode import Episode
-from mjnav.loop.fault import RunFault
+from mjnav.loop.faults.fault import RunFault
 from mjnav.loop.pacer import RealTimePacer
-from mjnav.loop.provenance import provenance
+from mjnav.loop.provenance.facts import provenance
 from mjnav.loop.replay import replay
 from mjnav.world.mujoco_engine import MujocoEngine
 
@@ -319,7 +319,7 @@ def test_a_replay_can_be_stopped(logged):
 def test_what_was_another_program_is_told(logged, monkeypatch):
     assert replay(logged).warnings == ()
     now = {**provenance("mean"), "version.numpy": "9.9", "sources.mjnav": "0"}
-    monkeypatch.setattr("mjnav.loop.run_info.provenance", lambda method: now)
+    monkeypatch.setattr("mjnav.loop.provenance.run_info.provenance", lambda method: now)
     monkeypatch.setattr("mjnav.loop.replay.parts_hash", lambda: "0" * 64)
     sources, numpy, parts = replay(logged).warnings
     assert (sources, numpy) == ("mjnav's sources changed", f"numpy was {np.__version__}, is 9.9")

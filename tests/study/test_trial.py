@@ -7,7 +7,7 @@ import pytest
 
 from mjnav import scenarios
 from mjnav.loop.episode import Episode
-from mjnav.loop.provenance import FACTS, provenance
+from mjnav.loop.provenance.facts import FACTS, provenance
 from mjnav.study.cells import Cell
 from mjnav.study.row import COLUMNS, FIGURES, flatten
 from mjnav.study.trial import Trial, failed_row, run_trial

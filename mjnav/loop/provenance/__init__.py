@@ -1,0 +1,1 @@
+"""Which program, sources, libraries and processor a run's bits come from."""

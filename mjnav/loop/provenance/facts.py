@@ -1,0 +1,172 @@
+"""What decides an episode's bits beside its scenario, its controller's parameters and its seed.
+
+The programs, their sources, and what the processor lets them compute with. One process has one answer for each
+controller. A log carries it in the metadata `mjnav/run`, a sweep in the columns of its rows.
+"""
+
+import ctypes
+import hashlib
+import json
+import os
+import platform
+from collections.abc import Iterable, Mapping
+from functools import cache
+from importlib.metadata import PackageNotFoundError, version
+from types import MappingProxyType
+from typing import Any
+
+import numpy as np
+
+from mjnav.geometry.compiled import FAST, processor
+from mjnav.geometry.kernel_code import SETTINGS
+from mjnav.loop.provenance.sources import controller_sources, mjnav_sources
+
+PACKAGES = ("mjnav", "numpy", "numba", "llvmlite", "scipy", "filterpy", "mujoco")
+COMPILER_SWITCHES = (*SETTINGS, "DISABLE_JIT", "USING_SVML")  # numba's
+OPENBLAS_NAMES = ("scipy_openblas_get_corename64_", "openblas_get_corename64_", "openblas_get_corename")
+LIBM_SWITCHES = "GLIBC_TUNABLES"
+
+SOURCES, OWN_SOURCES = "sources.mjnav", "sources.controller"
+# fact -> (how messages call it, what it holds)
+FACTS: Mapping[str, tuple[str, str]] = MappingProxyType(
+    {
+        SOURCES: ("the digest of mjnav's sources", "a digest of mjnav's Python files and models"),
+        OWN_SOURCES: ("the controller's sources", "of a user's own controller: its files' digests as JSON"),
+        **{f"version.{package}": (package, "its version") for package in PACKAGES},
+        "python": ("Python", "its version"),
+        "libc": ("the C library", "its version, and the processor features that its functions may use where limited"),
+        "cpu": ("the processor's type", "architecture, and the name that LLVM has for it"),
+        "cpu.features": ("the processor's features", "all that it has, as LLVM names them"),
+        "cpu.numpy": ("the processor features that NumPy uses", "of those that it chooses code by"),
+        "cpu.kernels": ("the processor that kernels are compiled for", "as LLVM has it; host where it is this one"),
+        "kernels": ("the kernels' compiler setting", "fastmath flags and numba's switches"),
+        "blas": ("BLAS", "NumPy's: its name, version and the processor type that it chose"),
+    }
+)
+SETS = ("cpu.features", "cpu.numpy")  # facts that are lists of words
+NOT_RECORDED = "written by an earlier version of mjnav, which did not record"
+
+
+def provenance(method: str) -> Mapping[str, str]:
+    """Every fact of this process and of the controller `method`, which has been made before."""
+    own = controller_sources(method)
+    return MappingProxyType({**_facts(), OWN_SOURCES: json.dumps(dict(own)) if own else ""})
+
+
+def digest(facts: Mapping[str, str]) -> str:
+    """Of all facts: equal where they are."""
+    return hashlib.sha256(json.dumps([facts.get(fact) for fact in FACTS]).encode()).hexdigest()
+
+
+def changes(was: Mapping[str, str | None], now: Mapping[str, str | None]) -> tuple[str, ...]:
+    """The facts that differ, each in words: "numpy was 2.4.5, is 2.4.6". One that is not known is None or absent."""
+    unknown = [fact for fact in FACTS if (was.get(fact) is None) != (now.get(fact) is None)]
+    found = [
+        text
+        for fact in FACTS
+        if fact not in unknown and was.get(fact) != now.get(fact)
+        for text in _change(fact, was[fact] or "", now[fact] or "")
+    ]
+    if unknown:
+        found.append(f"{NOT_RECORDED} {', '.join(FACTS[fact][0] for fact in unknown)}")
+    return tuple(found)
+
+
+def _change(fact: str, was: str, now: str) -> list[str]:
+    name, _ = FACTS[fact]
+    if fact == SOURCES:
+        return ["mjnav's sources changed"]
+    if fact == OWN_SOURCES:
+        before, after = _own_files(was), _own_files(now)
+        return [
+            f"{file} {'changed' if file in before and file in after else 'was added' if file in after else 'is gone'}"
+            for file in sorted({*before, *after})
+            if before.get(file) != after.get(file)
+        ]
+    if fact in SETS:
+        gone, came = (" ".join(sorted({*a.split()} - {*b.split()})) for a, b in ((was, now), (now, was)))
+        return [f"{name}: " + ", ".join([f"without {gone}"] * bool(gone) + [f"with {came}"] * bool(came))]
+    return [f"{name} was {was or 'unknown'}, is {now or 'unknown'}"]
+
+
+def shown(fact: str, values: Iterable[str]) -> dict[str, str]:
+    """Different values of a fact, each with what sets it apart from the others: of lists, what they do not share."""
+    parts = {value: _parts(fact, value) for value in values}
+    shared = set.intersection(*map(set, parts.values())) if parts else set()
+    return {value: " ".join(part for part in found if part not in shared) or "none" for value, found in parts.items()}
+
+
+def _parts(fact: str, value: str) -> list[str]:
+    if fact == OWN_SOURCES:
+        return [f"{file} {digest}" for file, digest in _own_files(value).items()]
+    return value.split() if fact in SETS else [value]
+
+
+def _own_files(text: str) -> Mapping[str, Any]:
+    """The digests of a controller's files. A log may hold anything; what is no table of files counts as one."""
+    try:
+        found = json.loads(text) if text else {}
+    except (ValueError, RecursionError):
+        found = None
+    return found if isinstance(found, dict) else {"the record of the controller's sources": text}
+
+
+@cache
+def _facts() -> Mapping[str, str]:
+    """Of this process, whatever the controller."""
+    from llvmlite import binding
+    from numba.core import config
+
+    host = [binding.get_host_cpu_name(), *sorted(f for f, has in binding.get_host_cpu_features().items() if has)]
+    name, *features = processor().split()
+    target = [name, *sorted(f[1:] for f in features if f.startswith("+"))]
+    switches = [f"{switch.lower()}={int(getattr(config, switch, None) or 0)}" for switch in COMPILER_SWITCHES]
+    libc = [*platform.libc_ver(), *(part for part in os.environ.get(LIBM_SWITCHES, "").split(":") if ".cpu." in part)]
+    return MappingProxyType(
+        {
+            SOURCES: mjnav_sources(),
+            **{f"version.{package}": package_version(package) for package in PACKAGES},
+            "python": platform.python_version(),
+            "libc": " ".join(filter(None, libc)),
+            "cpu": f"{platform.machine()} {host[0]}",
+            "cpu.features": " ".join(host[1:]),
+            "cpu.numpy": " ".join(_numpy_features()),
+            "cpu.kernels": "host" if target == host else " ".join(target),
+            "kernels": " ".join([*sorted(FAST), *switches]),
+            "blas": _blas(),
+        }
+    )
+
+
+def package_version(package: str) -> str:
+    """Of an installed package; "unknown" where it is none."""
+    try:
+        return version(package)
+    except PackageNotFoundError:
+        return "unknown"
+
+
+def _config() -> Mapping[str, Any]:
+    return np.show_config(mode="dicts") or {}
+
+
+def _numpy_features() -> list[str]:
+    """What NumPy was built for and what it found beyond; NPY_DISABLE_CPU_FEATURES takes some away."""
+    found = _config().get("SIMD Extensions", {})
+    return [*found.get("baseline", ()), *found.get("found", ())]
+
+
+def _blas() -> str:
+    """OpenBLAS chooses its code when it is loaded, by the processor or by OPENBLAS_CORETYPE."""
+    from numpy.linalg import _umath_linalg  # type: ignore[attr-defined]
+
+    blas = _config().get("Build Dependencies", {}).get("blas", {})
+    library = ctypes.CDLL(_umath_linalg.__file__)  # its symbols, and those of the libraries that it needs
+    core = ""
+    for name in OPENBLAS_NAMES:
+        if hasattr(library, name):
+            function = getattr(library, name)
+            function.restype = ctypes.c_char_p
+            core = function().decode()
+            break
+    return " ".join(filter(None, (blas.get("name"), blas.get("version"), core)))

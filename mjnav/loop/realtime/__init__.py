@@ -1,0 +1,1 @@
+"""The real-time rate test: scheduling, load, and what the machine itself did meanwhile."""

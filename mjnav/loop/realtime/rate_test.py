@@ -1,0 +1,243 @@
+"""The real-time rate test: a scene run against the clock for a while, and what became of its schedule."""
+
+import os
+import platform
+from collections.abc import Callable
+from contextlib import closing, nullcontext
+from dataclasses import asdict, dataclass, replace
+from itertools import pairwise
+from math import ceil, hypot
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import numpy as np
+
+from mjnav.errors import InvalidValue
+from mjnav.loop.episode import Episode, Result, warm_up
+from mjnav.loop.pacer import MAX_CATCH_UP, Pacer, RealTimePacer, Start
+from mjnav.loop.realtime.first_time import first_time_work
+from mjnav.loop.realtime.machine import Gaps, Usage, UsageMeter, gap_probe, stolen
+from mjnav.loop.realtime.scheduling import realtime_scheduling
+from mjnav.loop.realtime.stress import stress
+from mjnav.messages import PHASES, Event
+from mjnav.metrics.blame import Blame, blame, overlap, with_stolen
+from mjnav.metrics.schedule import Overrun, Schedule, longest_overrun, verdict, wakeup_us
+from mjnav.metrics.timing import compute_ms, quantiles
+from mjnav.recording.write.writer import check_path
+from mjnav.scenarios.ranges import MAX_POINTS, MAX_RATE, MAX_TIME, MIN_RATE, check_range
+from mjnav.scenarios.spec import Scenario
+
+TIMESTEP = 0.002  # [s], the longest
+MAX_REFINEMENT = 100  # of the timestep, until the sensors' period is a whole number of steps too
+MIN_LEG = 0.2  # [m] that a leg of the route is longer than the tolerances at its ends
+
+
+@dataclass(frozen=True, slots=True)
+class RateTest:
+    """One test's outcome."""
+
+    scene: str
+    controller: str
+    requested_hz: float
+    timestep: float  # [s] of the physics
+    schedule: Schedule
+    status: str
+    wakeup_us: dict[str, float | None]
+    compute_ms: dict[str, dict[str, float | None]]
+    overrun: Overrun | None
+    blame: Blame
+    gaps: Gaps
+    page_faults: dict[str, float | None]  # of a tick
+    state_hash: str
+    machine: dict[str, str | float]
+
+    @property
+    def summary(self) -> dict[str, object]:
+        """What `mjnav rate-test --json` prints."""
+        s = self.schedule
+        return {
+            "schema": 1,
+            "scene": self.scene,
+            "controller": self.controller,
+            "requested_hz": self.requested_hz,
+            "achieved_hz": s.achieved_hz,
+            "real_time_factor": s.ticks * s.period / s.wall if s.wall > 0.0 else None,
+            "ticks": s.ticks,
+            "timestep_ms": 1e3 * self.timestep,
+            "deadline_misses": s.misses,
+            "misses_by_cause": self.blame.counts,
+            "missed": [asdict(miss) for miss in self.blame.misses],
+            "machine_gaps": self.gaps.summary,
+            "skipped_periods": s.skipped,
+            "longest_overrun_ms": self.overrun.milliseconds if self.overrun else 0.0,
+            "longest_overrun": {"tick": self.overrun.tick, "phase": self.overrun.phase} if self.overrun else None,
+            "lateness_us": quantiles(s.lateness * 1e-3),
+            "wakeup_us": self.wakeup_us,
+            "compute_ms": self.compute_ms,
+            "page_faults": self.page_faults,
+            "log_dropped": s.log_dropped,
+            "stolen": s.stolen,
+            **self.machine,
+            "state_hash": self.state_hash,
+            "status": self.status,
+        }
+
+
+class _Noting:
+    """A pacer that keeps how every tick began, and when work ended before it [ns]."""
+
+    def __init__(self, pacer: Pacer, usage: Callable[[], Usage]):
+        self.now, self.real_time, self._pacer, self._usage = pacer.now, pacer.real_time, pacer, usage
+        self.starts: list[Start] = []
+        self.ended: list[int] = []
+        self.began: list[int] = []
+        self.usage_ended: list[Usage] = []
+        self.usage_began: list[Usage] = []
+
+    def wait(self) -> Start:
+        self.ended.append(self.now())
+        self.usage_ended.append(self._usage())
+        self.starts.append(self._pacer.wait())
+        self.began.append(self.now())
+        self.usage_began.append(self._usage())
+        return self.starts[-1]
+
+
+def rate_test(
+    scenario: Scenario,
+    *,
+    stressed: bool = False,
+    log: str | os.PathLike[str] | None = None,
+    stop: Callable[[], bool] = lambda: False,
+    progress: Callable[[float], None] = lambda time: None,
+    pacer: Pacer | None = None,
+) -> RateTest:
+    """Runs a scenario, made by `shuttling`, against the clock, everything on and logged.
+
+    The log goes to `log`, or to a temporary file. `stressed` loads the machine meanwhile. Raises InputError for what
+    cannot be run.
+    """
+    log = None if log is None else check_path(log)
+    warm_up(scenario)
+    cpus = os.sched_getaffinity(0)
+    with TemporaryDirectory(prefix="mjnav-rate-") as folder, closing(UsageMeter()) as meter:
+        noting = _Noting(pacer or RealTimePacer(scenario.control.period), meter.read)
+        path = log or Path(folder) / "rate-test.mcap"
+        episode = Episode(scenario, log=path, pacer=noting, stop=stop, progress=progress)
+        with (
+            stress() if stressed else nullcontext("none") as load,
+            realtime_scheduling() as got,
+            gap_probe(cpus) as gaps,
+        ):
+            note = Event("info", "real_time", ", ".join(f"{name} {value}" for name, value in got.items()))
+            before = _processor_time()
+            with first_time_work() as work:
+                result = episode.run((note,))
+            taken = _processor_time() - before
+    kernel = f"{platform.system()} {platform.release()}"
+    busy = round(os.getloadavg()[0], 2)  # of the last minute, the test's own work among it
+    machine = {**got, "load": load, "load_average": busy, "kernel": kernel, "cpus": os.cpu_count() or 0}
+    return _assess(scenario, result, noting, taken, gaps, work.intervals, machine)
+
+
+def _assess(
+    scenario: Scenario,
+    result: Result,
+    noting: _Noting,
+    taken: np.ndarray,
+    gaps: Gaps,
+    first_time: np.ndarray,
+    machine: dict[str, str | float],
+) -> RateTest:
+    control, ticks = scenario.control, result.summary["ticks"]
+    period = round(control.period * 1e9)
+    after = noting.starts[1:]  # the last wait is for a tick that does not come: it says how the last one ended
+    schedule = Schedule(
+        period=control.period,
+        wall=1e-9 * (noting.began[-1] - noting.began[0]),
+        lateness=np.array([start.lateness for start in noting.starts[:ticks]], np.int64),
+        overrun=np.array([start.missed * (start.lateness + start.skipped * period) for start in after], np.int64),
+        phases=result.trajectory.timing[:, 1 : 1 + len(PHASES)],
+        busy=np.array(noting.ended[1:], np.int64) - np.array(noting.began[:-1], np.int64),
+        skipped=sum(start.skipped for start in after),
+        log_dropped=result.log_dropped,
+        stolen=float(taken[0] / taken[1]) if taken[1] > 0 else 0.0,
+        interrupted=result.summary["outcome"] == "aborted",
+        max_catch_up=MAX_CATCH_UP,
+    )
+    began = np.array(noting.began[:ticks], np.int64)
+    stood_still = with_stolen(
+        schedule, overlap(schedule, began, gaps.everywhere), stolen(noting.usage_began[:-1], noting.usage_ended[1:])
+    )
+    found = blame(schedule, stood_still, overlap(schedule, began, first_time))
+    return RateTest(
+        scene=scenario.name,
+        controller=control.method,
+        requested_hz=control.rate,
+        timestep=scenario.physics.timestep,
+        schedule=schedule,
+        status=verdict(found.own),
+        wakeup_us=wakeup_us(schedule),
+        compute_ms=compute_ms(result.trajectory.timing),
+        overrun=longest_overrun(schedule),
+        blame=found,
+        gaps=gaps,
+        page_faults=quantiles(np.diff([usage.page_faults for usage in noting.usage_ended])),
+        state_hash=result.summary["state_hash"],
+        machine=machine,
+    )
+
+
+def shuttling(scenario: Scenario, rate: float, duration: float) -> Scenario:
+    """The scenario at `rate` [Hz], to and fro between start and goal for `duration` [s], whatever it hits.
+
+    The time step is the longest up to 2 ms that divides the period and the sensors'. Raises InvalidValue.
+    """
+    check_range("rate", rate, MIN_RATE, MAX_RATE)
+    check_range("duration", duration, 0.0, MAX_TIME, open_low=True)
+    robot = scenario.robot
+    there = [robot.start[:2], *robot.route]
+    round_trip = [*there[1:], *there[-2::-1]]
+    longest = max(hypot(b[0] - a[0], b[1] - a[1]) for a, b in pairwise(there))
+    leg = longest - 2.0 * robot.goal_tolerance
+    if leg < MIN_LEG:
+        far = 2.0 * robot.goal_tolerance + MIN_LEG
+        raise InvalidValue(
+            "robot.goal" if robot.goal is not None else "robot.waypoints",
+            robot.route[-1],
+            f"a way to drive: {far:g} m, twice robot.goal_tolerance and {MIN_LEG:g} m",
+            file=scenario.source or None,
+        )
+    num_trips = 2 * ceil(duration * robot.max_speed / (2.0 * leg)) + 1  # twice: beliefs reach a point before the robot
+    if len(round_trip) * num_trips > MAX_POINTS:
+        most = (MAX_POINTS // len(round_trip) - 1) // 2 * 2.0 * leg / robot.max_speed
+        raise InvalidValue(
+            "duration", duration, f"at most {most:.0f} s on so short a way: {MAX_POINTS} points of a route"
+        )
+    return replace(
+        scenario,
+        robot=replace(robot, goal=None, waypoints=tuple(round_trip * num_trips)),
+        time_limit=duration,
+        stop_on_collision=False,
+        control=replace(scenario.control, rate=rate),
+        physics=replace(scenario.physics, timestep=_timestep(rate, scenario.sensors.rate)),
+    )
+
+
+def _timestep(rate: float, sensor_rate: float) -> float:
+    least = ceil(1.0 / (rate * TIMESTEP) - 1e-9)
+    for steps in range(least, MAX_REFINEMENT * least + 1):
+        each = steps * rate / sensor_rate
+        if abs(each - round(each)) < 1e-9 * each and round(each) >= 1:
+            return 1.0 / (rate * steps)
+    raise InvalidValue("rate", rate, f"a rate with a time step in common with sensors.rate ({sensor_rate:g} Hz)")
+
+
+def _processor_time() -> np.ndarray:
+    """(stolen, all) in clock ticks, of all processors since boot; zeros where the system does not say."""
+    try:
+        with open("/proc/stat") as file:
+            times = np.array([float(word) for word in file.readline().split()[1:9]])
+    except (OSError, ValueError):
+        return np.zeros(2)
+    return np.array([times[7], times.sum()]) if times.size == 8 else np.zeros(2)

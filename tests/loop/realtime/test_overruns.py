@@ -1,0 +1,254 @@
+"""Stalls against a clock that only moves when it is told to: who is blamed, and that no state ever changes."""
+
+import threading
+
+import pytest
+
+from mjnav.loop.episode import Episode
+from mjnav.loop.onboard.navigator import Navigator
+from mjnav.loop.pacer import FreePacer, RealTimePacer
+from mjnav.loop.realtime import rate_test as module
+from mjnav.loop.realtime.rate_test import RateTest, rate_test, shuttling
+from mjnav.recording import open_log
+from mjnav.recording.write import sink as sink_module
+from mjnav.recording.write.writer import Recorder, Writer
+from mjnav.world.simulator import Simulator
+
+MS = 1_000_000  # [ns]
+RATE, TICKS = 10.0, 12  # periods of 100 ms
+
+# What is called once a tick, and the phase in which it is.
+CALLS = {
+    "sense": (Simulator, "sense"),
+    "estimate": (Navigator, "estimate"),
+    "control": (Navigator, "decide"),
+    "record": (Recorder, "write"),
+    "advance": (Simulator, "advance"),
+    "rest": (Recorder, "write_timing"),
+}
+
+
+@pytest.fixture
+def stall(clock, monkeypatch):
+    """Makes a phase take `long` [ms] more in some ticks, by the fake clock."""
+
+    def install(phase: str, stalls: dict[int, float]) -> None:
+        owner, name = CALLS[phase]
+        inner, calls = getattr(owner, name), iter(range(10**6))
+
+        def stalling(self, *arguments):
+            clock.now += round(stalls.get(next(calls), 0.0) * MS)
+            return inner(self, *arguments)
+
+        monkeypatch.setattr(owner, name, stalling)
+
+    return install
+
+
+@pytest.fixture
+def measure(room, clock, monkeypatch):
+    """A rate test of TICKS ticks against the fake clock, which says that they take next to nothing."""
+    monkeypatch.setattr(module, "warm_up", lambda scenario: None)
+
+    def measure(**options) -> RateTest:
+        scenario = shuttling(room("physics.engine=kinematic"), RATE, TICKS / RATE)
+        pacer = RealTimePacer(1.0 / RATE, clock=clock, sleep=clock.sleep, **options)
+        return rate_test(scenario, pacer=pacer)
+
+    return measure
+
+
+def about(milliseconds: float):
+    return pytest.approx(milliseconds, abs=0.1)  # looks at the clock of 1 us
+
+
+def report(found: RateTest) -> tuple:
+    """Tick and phase to blame, overrun [ms], misses, periods skipped."""
+    s = found.summary
+    blame = s["longest_overrun"] or {"tick": None, "phase": None}
+    return blame["tick"], blame["phase"], s["longest_overrun_ms"], s["deadline_misses"], s["skipped_periods"]
+
+
+# --------------------------------------------------------------------------------- who is to blame
+
+
+@pytest.mark.parametrize("phase", CALLS)
+def test_a_stall_is_blamed_on_its_tick_and_phase(measure, stall, phase):
+    stall(phase, {5: 130.0})
+    assert report(measure()) == (5, phase, about(30.0), 1, 0)
+
+
+def test_a_stall_within_the_period_is_no_overrun(measure, stall):
+    stall("control", {5: 95.0})
+    found = measure()
+    assert report(found) == (None, None, 0.0, 0, 0)
+    assert found.compute_ms["control"]["max"] == about(95.0)
+
+
+def test_what_is_caught_up_with_misses_every_deadline_until_then(measure, stall):
+    stall("control", {4: 380.0})  # ticks 5, 6 and 7 begin 280, 180 and 80 late
+    found = measure()
+    assert report(found) == (4, "control", about(280.0), 3, 0)
+    assert (found.schedule.lateness[4:9] / MS).tolist() == [about(t) for t in (0.0, 280.0, 180.0, 80.0, 0.0)]
+    assert found.summary["achieved_hz"] == pytest.approx(RATE, rel=1e-3)
+
+
+def test_the_overrun_of_a_stall_counts_the_periods_that_were_skipped_for_it(measure, stall):
+    stall("control", {4: 1250.0})
+    found = measure()
+    assert report(found) == (4, "control", about(1150.0), 1, 11)
+    assert found.schedule.lateness[5] / MS == about(50.0)
+    assert found.summary["achieved_hz"] == pytest.approx(TICKS / (TICKS + 11) * RATE, rel=1e-3)
+    assert found.summary["real_time_factor"] == pytest.approx(TICKS / (TICKS + 11), rel=1e-3)
+
+
+def test_a_stall_in_the_last_tick_counts_too(measure, stall):
+    stall("control", {TICKS - 1: 170.0})
+    assert report(measure()) == (TICKS - 1, "control", about(70.0), 1, 0)
+
+
+def test_a_stall_in_the_first_tick_counts_too(measure, stall):
+    stall("sense", {0: 170.0})
+    assert report(measure()) == (0, "sense", about(70.0), 1, 0)
+
+
+def test_of_two_stalls_in_a_row_the_longer_is_to_blame_for_both(measure, stall):
+    stall("control", {3: 250.0})
+    stall("record", {4: 140.0})  # begins 150 late, ends 190 late
+    assert report(measure()) == (3, "control", about(190.0), 3, 0)
+
+
+def test_a_wake_up_that_comes_too_late_is_to_blame_itself(measure, clock, monkeypatch):
+    sleeps, sleep = iter(range(10**6)), clock.sleep
+
+    def sleeping(self, seconds):
+        sleep(seconds)
+        clock.now += 130 * MS * (next(sleeps) == 5)
+
+    monkeypatch.setattr(type(clock), "sleep", sleeping)
+    found = measure()  # sleep 5 is before tick 6
+    assert report(found) == (6, "wake-up", about(30.0 - 0.3), 1, 0)  # the spin's reserve was not used
+    assert found.summary["wakeup_us"]["max"] == pytest.approx(129_700.0, abs=100.0)
+
+
+# -------------------------------------------------------------------------------- the end on request
+
+
+def test_with_abort_the_first_missed_deadline_ends_the_run_and_the_log_says_why(room, clock, stall, tmp_path):
+    stall("control", {5: 130.0})
+    pacer = RealTimePacer(0.1, clock=clock, sleep=clock.sleep, policy="abort")
+    result = Episode(room(), log=tmp_path / "a.mcap", pacer=pacer).run()
+    assert (result.summary["outcome"], result.summary["ticks"], result.summary["deadline_misses"]) == ("aborted", 6, 1)
+    log = open_log(tmp_path / "a.mcap")
+    assert (log.complete, log.result["outcome"]) == (True, "aborted")
+    *_, event, end = (message.value for message in log.messages("/events"))
+    assert (event.name, end.name) == ("overrun", "end")
+    assert (
+        event.message
+        == "tick 5 was still at work 30.0 ms after the deadline of the next, which ends the run on request"
+    )
+
+
+def test_the_deadlines_of_a_run_that_goes_on_are_counted_to_the_last(room, clock, stall):
+    stall("control", {2: 130.0, 9: 130.0})
+    pacer = RealTimePacer(0.1, clock=clock, sleep=clock.sleep)
+    result = Episode(room(), pacer=pacer).run()
+    assert (result.summary["ticks"], result.summary["deadline_misses"]) == (10, 2)
+
+
+# --------------------------------------------------------------------------- the states stay the same
+
+
+@pytest.fixture
+def busy_thread():
+    """A thread that computes all the time, beside the loop and in its way."""
+    over = threading.Event()
+
+    def compute():
+        while not over.is_set():
+            sum(range(1000))
+
+    thread = threading.Thread(target=compute)
+    thread.start()
+    yield
+    over.set()
+    thread.join()
+
+
+def in_a_thread(call):
+    """What the call returns from a thread of its own."""
+    found = []
+    thread = threading.Thread(target=lambda: found.append(call()))
+    thread.start()
+    thread.join()
+    return found[0]
+
+
+@pytest.mark.parametrize("engine", ["mujoco", "kinematic"])
+def test_every_policy_pace_log_and_thread_layout_ends_in_the_same_state(room, clock, slow_clock, tmp_path, engine):
+    scenario = shuttling(room(f"physics.engine={engine}"), 20.0, 0.5)
+    period = scenario.control.period
+    paces = {
+        "free": lambda: FreePacer(),
+        "on time": lambda: RealTimePacer(period, clock=clock, sleep=clock.sleep),
+        "on time, or abort": lambda: RealTimePacer(period, clock=clock, sleep=clock.sleep, policy="abort"),
+        "late": lambda: RealTimePacer(period, clock=slow_clock, sleep=slow_clock.sleep),
+        "late, without catching up": lambda: RealTimePacer(
+            period, clock=slow_clock, sleep=slow_clock.sleep, max_catch_up=0
+        ),
+    }
+    hashes = {}
+    for pace, make in paces.items():  # logs are direct where free, and on a thread of their own elsewhere
+        for log in (None, tmp_path / f"{pace}.mcap"):
+            result = Episode(scenario, log=log, pacer=make()).run()
+            assert result.summary["ticks"] == 10
+            hashes[pace, log is not None] = result.summary["state_hash"]
+        assert open_log(tmp_path / f"{pace}.mcap").result["state_hash"] == result.summary["state_hash"]
+    late = Episode(scenario, pacer=paces["late"]()).run()
+    assert late.summary["deadline_misses"] == 10
+    hashes["in a thread"] = in_a_thread(lambda: Episode(scenario, log=tmp_path / "t.mcap").run().summary["state_hash"])
+    assert len(set(hashes.values())) == 1, hashes
+
+
+@pytest.mark.usefixtures("busy_thread")
+def test_a_thread_in_the_loops_way_changes_no_state(room, clock, tmp_path):
+    scenario = shuttling(room("physics.engine=kinematic"), 20.0, 0.25)
+    pacer = RealTimePacer(scenario.control.period, clock=clock, sleep=clock.sleep)
+    paced = Episode(scenario, log=tmp_path / "a.mcap", pacer=pacer).run()
+    assert paced.summary["state_hash"] == Episode(scenario).run().summary["state_hash"]
+
+
+def test_a_log_that_drops_changes_no_state_and_says_so(room, clock, tmp_path, monkeypatch):
+    scenario = shuttling(room("physics.engine=kinematic"), 20.0, 0.5)
+    go_on, entered, add_message = threading.Event(), threading.Event(), Writer.add_message
+
+    def blocking(self, *arguments):
+        entered.set()
+        go_on.wait()
+        add_message(self, *arguments)
+
+    def open_at_the_end(time: float) -> None:
+        if time > 0.0:
+            entered.wait()
+        if time > 0.49:
+            go_on.set()
+
+    expected = Episode(scenario).run().summary["state_hash"]
+    monkeypatch.setattr(module, "warm_up", lambda scenario: None)
+    monkeypatch.setattr(Writer, "add_message", blocking)
+    monkeypatch.setattr(sink_module, "QUEUE_SIZE", 4)
+    pacer = RealTimePacer(scenario.control.period, clock=clock, sleep=clock.sleep)
+    found = rate_test(scenario, pacer=pacer, log=tmp_path / "a.mcap", progress=open_at_the_end)
+    assert found.summary["log_dropped"] >= 14  # of 20 parts: four in the queue, one or two with the thread
+    assert found.state_hash == expected
+    log = open_log(tmp_path / "a.mcap")
+    assert log.result["state_hash"] == expected
+    texts = [message.value.message for message in log.messages("/events") if message.value.name == "log"]
+    assert texts == [f"{found.summary['log_dropped']} parts of ticks are missing: the disk could not keep up"]
+
+
+def test_the_wall_clock_a_load_and_their_absence_end_in_the_same_state(room):
+    scenario = shuttling(room("physics.engine=kinematic"), 20.0, 0.25)
+    found = rate_test(scenario, stressed=True)
+    assert found.summary["load"] != "none"
+    assert found.state_hash == Episode(scenario).run().summary["state_hash"]

@@ -1,0 +1,160 @@
+"""What is asked of the machine for real time is given back, and a machine that gives nothing is no error."""
+
+import gc
+import json
+import os
+import subprocess
+import sys
+import threading
+from pathlib import Path
+
+import pytest
+
+from mjnav.loop.realtime.scheduling import OTHER_THREADS_PRIORITY, SWITCH_INTERVAL, realtime_scheduling
+
+
+def asked_for() -> tuple:
+    return os.sched_getscheduler(0), os.sched_getparam(0).sched_priority, os.sched_getaffinity(0)
+
+
+def may_use_fifo() -> bool:
+    before = os.sched_getscheduler(0), os.sched_getparam(0)
+    try:
+        os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(1))
+    except OSError:
+        return False
+    os.sched_setscheduler(0, *before)
+    return True
+
+
+def test_what_was_changed_is_restored_also_after_an_exception():
+    before = asked_for()
+    frozen = gc.get_freeze_count()
+    with realtime_scheduling() as got:
+        assert set(got) == {"scheduler", "memory", "affinity"}
+        assert gc.get_freeze_count() > frozen
+    assert asked_for() == before
+    assert gc.get_freeze_count() == 0
+    with pytest.raises(ZeroDivisionError), realtime_scheduling():
+        _ = 1 / 0
+    assert asked_for() == before
+
+
+def test_the_interpreter_is_given_back_sooner_and_as_before_afterwards():
+    before = sys.getswitchinterval()
+    sys.setswitchinterval(0.004)
+    try:
+        with realtime_scheduling():
+            assert sys.getswitchinterval() == pytest.approx(SWITCH_INTERVAL)
+        assert sys.getswitchinterval() == pytest.approx(0.004)
+        with pytest.raises(ZeroDivisionError), realtime_scheduling():
+            _ = 1 / 0
+        assert sys.getswitchinterval() == pytest.approx(0.004)
+    finally:
+        sys.setswitchinterval(before)
+
+
+@pytest.fixture
+def helper():
+    """Starts threads that wait for the test's end; gives their ids."""
+    over, threads = threading.Event(), []
+
+    def start() -> int:
+        threads.append(threading.Thread(target=over.wait))
+        threads[-1].start()
+        return threads[-1].native_id
+
+    yield start
+    over.set()
+    for thread in threads:
+        thread.join()
+
+
+def scheduling(thread: int) -> tuple[int, int]:
+    return os.sched_getscheduler(thread), os.sched_getparam(thread).sched_priority
+
+
+needs_fifo = pytest.mark.skipif(not may_use_fifo(), reason="this process may not use SCHED_FIFO")
+
+
+@needs_fifo
+def test_other_threads_run_under_fifo_below_the_loops_and_as_before_afterwards(helper):
+    ordinary, urgent = helper(), helper()
+    os.sched_setscheduler(urgent, os.SCHED_FIFO, os.sched_param(30))
+    with realtime_scheduling() as got:
+        assert scheduling(0) == (os.SCHED_FIFO, 50)
+        assert scheduling(ordinary) == scheduling(urgent) == (os.SCHED_FIFO, OTHER_THREADS_PRIORITY)
+        assert got["scheduler"] == "SCHED_FIFO 50"
+        later = helper()
+    assert scheduling(ordinary) == (os.SCHED_OTHER, 0)
+    assert scheduling(urgent) == (os.SCHED_FIFO, 30)
+    assert scheduling(later) == (os.SCHED_OTHER, 0)  # inherited what the loop had
+
+
+@needs_fifo
+def test_other_threads_keep_all_processors(helper):
+    thread = helper()
+    before = os.sched_getaffinity(thread)
+    with realtime_scheduling():
+        assert os.sched_getaffinity(thread) == before
+
+
+@needs_fifo
+def test_with_the_privilege_the_loop_runs_under_fifo():
+    with realtime_scheduling() as got:
+        assert got["scheduler"] == "SCHED_FIFO 50"
+        assert os.sched_getscheduler(0) == os.SCHED_FIFO
+
+
+@needs_fifo
+@pytest.mark.skipif(len(os.sched_getaffinity(0)) < 2, reason="one CPU only")
+def test_the_loop_stays_on_one_cpu():
+    with realtime_scheduling() as got:
+        (cpu,) = os.sched_getaffinity(0)
+        assert got["affinity"] == f"CPU {cpu}"
+
+
+@needs_fifo
+@pytest.mark.skipif(len(os.sched_getaffinity(0)) < 2, reason="one CPU only")
+def test_or_it_says_why_it_does_not(monkeypatch):
+    def refuse(*_):
+        raise PermissionError(1, "Operation not permitted")
+
+    monkeypatch.setattr(os, "sched_setaffinity", refuse)
+    with realtime_scheduling() as got:
+        assert got["affinity"] == "any (Operation not permitted)"
+
+
+# What a process does that is granted nothing: it says what it got, and allocates four times what it may lock.
+UNPRIVILEGED = """
+import json, resource
+import numpy as np
+from mjnav.loop.realtime.scheduling import realtime_scheduling
+
+limit = resource.getrlimit(resource.RLIMIT_MEMLOCK)
+with realtime_scheduling() as got:
+    held = [np.ones(1 << 17) for _ in range(max(64, 4 * limit[0] >> 20))]
+    status = open("/proc/self/status").read()
+locked = int(status.partition("VmLck:")[2].split()[0])
+kept = limit == resource.getrlimit(resource.RLIMIT_MEMLOCK)
+print(json.dumps({**got, "locked_kib": locked, "limit": limit[0], "kept": kept}))
+"""
+LAUNCHER = Path(__file__).parents[2] / "unprivileged.py"
+
+
+@pytest.mark.parametrize("limit", [0, 64 << 10, 8 << 20, 4 << 30])  # the last holds all that the process begins with
+def test_without_any_privilege_it_goes_on_locks_nothing_and_says_why(limit):
+    command = [sys.executable, str(LAUNCHER), str(limit), sys.executable, "-c", UNPRIVILEGED]
+    done = subprocess.run(command, capture_output=True, text=True, check=True)
+    got = json.loads(done.stdout)
+    assert got["scheduler"] == "SCHED_OTHER (SCHED_FIFO: Operation not permitted)"
+    assert got["affinity"] == "any CPU"
+    assert got["memory"] == f"not locked (RLIMIT_MEMLOCK is {got['limit'] // 1024} KiB)"
+    assert (got["locked_kib"], got["kept"]) == (0, True)
+
+
+def test_memory_is_locked_where_nothing_bounds_it():
+    with realtime_scheduling() as got:
+        locked = int(Path("/proc/self/status").read_text().partition("VmLck:")[2].split()[0])
+    assert (got["memory"] == "locked") == (locked > 0)
+    assert got["memory"] == "locked" or got["memory"].startswith("not locked (")
