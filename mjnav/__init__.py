@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from mjnav.loop.prepare import load_scenario
     from mjnav.loop.replay import replay
     from mjnav.loop.run import run
-    from mjnav.recording.read.reader import open_log
+    from mjnav.recording.read.log import open_log
 
 __all__ = ["load_scenario", "open_log", "replay", "run"]
 
@@ -21,7 +21,7 @@ __all__ = ["load_scenario", "open_log", "replay", "run"]
 _API = MappingProxyType(
     {
         "load_scenario": "mjnav.loop.prepare",
-        "open_log": "mjnav.recording.read.reader",
+        "open_log": "mjnav.recording.read.log",
         "replay": "mjnav.loop.replay",
         "run": "mjnav.loop.run",
     }

@@ -17,7 +17,7 @@ from mjnav.loop.realtime.crowd import crowd
 from mjnav.loop.realtime.rate_test import RateTest, rate_test, shuttling
 from mjnav.metrics.blame import FIRST_TIME, LOOP, MACHINE, Miss
 from mjnav.metrics.schedule import FAIL, PASS, RULES, histogram
-from mjnav.recording.write.writer import check_path
+from mjnav.recording.log_format import check_path
 from mjnav.scenarios.spec import Scenario
 
 MAX_NAMED = 10  # misses that are named in text

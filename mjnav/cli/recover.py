@@ -2,8 +2,8 @@
 
 import argparse
 import json
+from dataclasses import asdict
 from pathlib import Path
-from typing import Any
 
 from mjnav.cli.interrupt import interruptible
 from mjnav.cli.waiting import progress
@@ -35,45 +35,48 @@ def execute(arguments: argparse.Namespace) -> int:
 
         recovery = recover(log, arguments.out, on_byte=step)
     if arguments.json:
-        print(json.dumps({"schema": 1, "log": arguments.log, "out": arguments.out, **recovery.document()}))
+        print(json.dumps({"schema": 1, "log": arguments.log, "out": arguments.out, **asdict(recovery)}))
     else:
         _print(recovery, arguments.out)
     return 0
 
 
-def _print(recovery: Recovery, out: str) -> None:
-    found = recovery.document()
-    print(f"{out}: {_headline(recovery, found)}")
-    topics = sorted(found["topics"].keys() | found["topics_lost"].keys())
+def _print(found: Recovery, out: str) -> None:
+    print(f"{out}: {_headline(found)}")
+    topics = sorted(found.topics.keys() | found.topics_lost.keys())
     width = min(max(map(len, topics), default=0), _MAX_WIDTH)
-    lost = "lost" if recovery.lost_is_exact else "lost, at least"
+    lost = "lost" if found.messages_lost_is_exact else "lost, at least"
     print(f"  {'messages':{width}}  {'kept':>8}  {lost:>8}")
     for topic in topics[:_MAX_TOPICS]:
-        kept, missing = (found[key].get(topic, 0) for key in ("topics", "topics_lost"))
-        print(f"  {topic:{width}}  {kept:8}  {missing:{max(8, len(lost))}}")
+        missing = found.topics_lost.get(topic, 0)
+        print(f"  {topic:{width}}  {found.topics.get(topic, 0):8}  {missing:{max(8, len(lost))}}")
     if len(topics) > _MAX_TOPICS:
         print(f"  {len(topics) - _MAX_TOPICS} topics more, which --json has")
-    for what in ("attachments", "metadata"):
-        missing = f"; lost: {', '.join(found[f'{what}_lost'])}" if found[f"{what}_lost"] else ""
-        print(f"  {what}: {', '.join(found[what]) or 'none'}{missing}")
-    for gap in found["ranges"][:_SHOWN]:
-        print(f"  damaged: bytes {gap['start']} to {gap['end']}, {gap['why']}")
-    if found["num_ranges"] > _SHOWN:
-        print(f"  damaged: {found['num_ranges'] - _SHOWN} places more")
-    if found["unchecked"]:
-        names = (name if count == 1 else f"{count} × {name}" for name, count in found["unchecked"].items())
+    _print_names("attachments", found.attachments, found.attachments_lost)
+    _print_names("metadata", found.metadata, found.metadata_lost)
+    for gap in found.ranges[:_SHOWN]:
+        print(f"  damaged: bytes {gap.start} to {gap.end}, {gap.why}")
+    if found.num_ranges > _SHOWN:
+        print(f"  damaged: {found.num_ranges - _SHOWN} places more")
+    if found.unchecked:
+        names = (name if count == 1 else f"{count} × {name}" for name, count in found.unchecked.items())
         print(f"  kept, but no checksum vouches for it: {', '.join(names)}")
-    if found["unknown_topics"]:
+    if found.unknown_topics:
         print("  kept, but nothing says of which topics they are: the messages of /unknown/...")
 
 
-def _headline(recovery: Recovery, found: dict[str, Any]) -> str:
-    if recovery.how == "intact":
+def _print_names(what: str, kept: list[str], lost: list[str]) -> None:
+    missing = f"; lost: {', '.join(lost)}" if lost else ""
+    print(f"  {what}: {', '.join(kept) or 'none'}{missing}")
+
+
+def _headline(found: Recovery) -> str:
+    if found.how == "intact":
         return "the log is intact and was copied as it is; nothing was lost"
-    if recovery.how == "mended":
-        place, bit = divmod(found["changed_bit"], 8)
+    if found.changed_bit is not None:
+        place, bit = divmod(found.changed_bit, 8)
         return f"bit {bit} of byte {place} was changed and is put right; nothing was lost"
-    kept, lost = f"{found['messages']} messages kept", found["messages_lost"]
-    if recovery.lost_is_exact or (not lost and not found["ranges"]):
+    kept, lost = f"{found.messages} messages kept", found.messages_lost
+    if found.messages_lost_is_exact or (not lost and not found.ranges):
         return f"{kept}, {lost or 'none'} lost"
     return f"{kept}, {f'at least {lost} lost' if lost else 'how many were lost is not known'}"

@@ -41,15 +41,15 @@ def execute(arguments: argparse.Namespace) -> int:
 def _read(path: Path) -> tuple[dict[str, Any], dict[str, Any]]:
     """What `mjnav inspect --json` prints of a log, and what the page plays back."""
     from mjnav.recording.encode.documents import dumps
-    from mjnav.recording.read.scan import scan_log
+    from mjnav.recording.read.log import open_log
     from mjnav.report.inspection import inspect
     from mjnav.report.run_page.run_data import run_data
 
-    scan = scan_log(path)
-    if scan.log.run is None:
-        raise scan.error or InputError(f"{path}: not the log of a run of mjnav")
-    inspection = json.loads(dumps(inspect(path)))
-    return inspection, run_data(scan, keep=[moment["tick"] for moment in inspection["moments"]])
+    log = open_log(path, allow_damage=True)
+    if log.run is None:
+        raise log.error or InputError(f"{path}: not the log of a run of mjnav")
+    inspection = json.loads(dumps(inspect(log)))
+    return inspection, run_data(log, keep=[moment["tick"] for moment in inspection["moments"]])
 
 
 def _output(given: str | None, logs: Sequence[Path]) -> Path:

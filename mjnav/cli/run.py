@@ -13,7 +13,7 @@ from mjnav.cli.waiting import compile_notice, progress, tell
 from mjnav.errors import InvalidValue, unknown_name
 from mjnav.loop.pacer import POLICIES
 from mjnav.loop.prepare import episode_label, load_scenario
-from mjnav.recording.write.writer import check_path
+from mjnav.recording.log_format import check_path
 
 
 def configure(parser: argparse.ArgumentParser) -> None:

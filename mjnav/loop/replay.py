@@ -15,9 +15,9 @@ from mjnav.loop.provenance.run_info import run_info
 from mjnav.loop.referee import ABORTED
 from mjnav.messages import PHASES, TickRecord, WorldState
 from mjnav.recording.encode.topics import TIMING
+from mjnav.recording.log_format import REPLAY
 from mjnav.recording.read.differences import COMPARED, Comparison, Difference, LoggedTick, differences, logged_ticks
-from mjnav.recording.read.reader import Log, open_log
-from mjnav.recording.write.writer import REPLAY
+from mjnav.recording.read.log import Log, open_log
 from mjnav.scenarios.spec import Scenario
 from mjnav.world.scene import parts_hash
 

@@ -18,7 +18,7 @@ from mjnav.loop.realtime.scheduling import realtime_scheduling
 from mjnav.loop.sealed import sealed_message
 from mjnav.messages import Event, TickRecord
 from mjnav.recording.live import LiveServer
-from mjnav.recording.write.writer import check_path
+from mjnav.recording.log_format import check_path
 from mjnav.scenarios.spec import Scenario
 
 OUT_FOLDER = Path("runs/out")

@@ -3,9 +3,9 @@
 The only folder that imports mcap and protobuf.
 """
 
-from mjnav.recording.read.reader import Log, open_log
-from mjnav.recording.read.survey import TopicSummary
+from mjnav.recording.log_format import check_path
+from mjnav.recording.read.log import Log, TopicSummary, open_log
 from mjnav.recording.read.trajectory import TrajectoryBuilder
-from mjnav.recording.write.writer import Recorder, check_path
+from mjnav.recording.write.writer import Recorder
 
 __all__ = ["Log", "Recorder", "TopicSummary", "TrajectoryBuilder", "check_path", "open_log"]

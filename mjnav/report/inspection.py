@@ -11,8 +11,7 @@ from mjnav.errors import InputError
 from mjnav.messages import PHASES, Array
 from mjnav.metrics.summary import summarise
 from mjnav.metrics.timing import compute_ms, quantiles
-from mjnav.recording.read.scan import Scan, scan_log
-from mjnav.recording.read.survey import TopicSummary
+from mjnav.recording.read.log import Log, TopicSummary, open_log
 from mjnav.recording.read.ticks import EVERY_TICK, LoggedRun
 from mjnav.report.moments import worst_moments
 from mjnav.scenarios.spec import Scenario
@@ -21,8 +20,8 @@ NUM_SHOWN = 10  # ranges of bytes and of ticks that sentences name
 NUM_RANGES = 1000  # that are listed
 
 
-def inspect(path: str | os.PathLike[str]) -> dict[str, Any]:
-    """Reads a log of whatever state and says what it holds.
+def inspect(log: Log | str | os.PathLike[str]) -> dict[str, Any]:
+    """Reads a log of whatever state, open or by its path, and says what it holds.
 
     Times are simulated, rates are over a topic's own span, and what is not known is None.
 
@@ -39,60 +38,60 @@ def inspect(path: str | os.PathLike[str]) -> dict[str, Any]:
 
     Raises InputError where the file is missing or not MCAP.
     """
-    scan = scan_log(path)
-    log, run = scan.log, scan.run
-    scenario, refused = _scenario(scan)
+    log = log if isinstance(log, Log) else open_log(log, allow_damage=True)
+    run, not_json = log.whole_ticks()
+    scenario, refused = _scenario(log, run)
     total = sum(topic.bytes for topic in log.topics.values())
-    ticks = None if run is None else _ticks(run, _result_ticks(scan))
+    ticks = None if run is None else _ticks(run, _result_ticks(log))
     with np.errstate(all="ignore"):  # what a damaged log says may be any number
         return {
             "schema": 1,
             "complete": log.complete,
             "truncated": log.truncated,
             "duration_s": log.duration,
-            "outcome": _outcome(scan),
-            "topics": {name: _topic(name, topic, scan, total) for name, topic in sorted(log.topics.items())},
+            "outcome": _outcome(log),
+            "topics": {name: _topic(name, topic, log, total) for name, topic in sorted(log.topics.items())},
             "run": None if log.run is None else dict(log.run),
             "result": None if log.result is None else dict(log.result),
             "recovered": None if log.recovered is None else dict(log.recovered),
             "path": str(log.path),
-            "bytes": scan.size,
-            "damage": _damage(scan),
-            "missing": list(_missing(scan, ticks, refused)),
+            "bytes": log.size,
+            "damage": _damage(log),
+            "missing": list(_missing(log, not_json, ticks, refused)),
             "ticks": ticks,
-            "figures": None if run is None or scenario is None else _figures(scan, run, scenario),
-            "timing": None if run is None else _timing(scan, run, scenario),
+            "figures": None if run is None or scenario is None else _figures(log, run, scenario),
+            "timing": None if run is None else _timing(log, run, scenario),
             "moments": [] if run is None or scenario is None else _moments(run, scenario),
         }
 
 
-def _scenario(scan: Scan) -> tuple[Scenario | None, str]:
+def _scenario(log: Log, run: LoggedRun | None) -> tuple[Scenario | None, str]:
     """The log's scenario, if its people are those of the messages; or else why not."""
-    if scan.run is None:
+    if run is None:
         return None, ""
     try:
-        scenario = scan.log.scenario()
+        scenario = log.scenario()
     except InputError as error:
         return None, str(error)
-    in_messages = scan.run.trajectory.people_position.shape[1]
+    in_messages = run.trajectory.people_position.shape[1]
     if len(scenario.people) != in_messages:
         return None, f"its scenario has {len(scenario.people)} people, its messages {in_messages}"
     return scenario, ""
 
 
-def _outcome(scan: Scan) -> str | None:
-    outcome = (scan.log.result or {}).get("outcome")
+def _outcome(log: Log) -> str | None:
+    outcome = (log.result or {}).get("outcome")
     return None if outcome is None else str(outcome)
 
 
-def _result_ticks(scan: Scan) -> int | None:
+def _result_ticks(log: Log) -> int | None:
     """How many ticks the run had, if it says so."""
-    ticks = (scan.log.result or {}).get("ticks")
+    ticks = (log.result or {}).get("ticks")
     return ticks if isinstance(ticks, int) else None
 
 
-def _topic(name: str, topic: TopicSummary, scan: Scan, total: int) -> dict[str, Any]:
-    start = 0 if scan.log.run is not None else scan.log.start_ns
+def _topic(name: str, topic: TopicSummary, log: Log, total: int) -> dict[str, Any]:
+    start = 0 if log.run is not None else log.start_ns
     gap_at = topic.max_gap_at_ns
     return {
         "schema": topic.schema,
@@ -100,15 +99,15 @@ def _topic(name: str, topic: TopicSummary, scan: Scan, total: int) -> dict[str, 
         "hz": topic.hz,
         "max_gap_s": None if topic.max_gap_ns is None else 1e-9 * topic.max_gap_ns,
         "max_gap_at_s": None if gap_at is None or start is None else 1e-9 * (gap_at - start),
-        "missing": _missing_messages(topic, scan) if name in EVERY_TICK and scan.log.run is not None else None,
+        "missing": _missing_messages(topic, log) if name in EVERY_TICK and log.run is not None else None,
         "bytes": topic.bytes,
         "share": topic.bytes / total if total else None,
     }
 
 
-def _missing_messages(topic: TopicSummary, scan: Scan) -> int:
+def _missing_messages(topic: TopicSummary, log: Log) -> int:
     """Ticks without a message among those that the topic must have told of."""
-    ticks = _result_ticks(scan)
+    ticks = _result_ticks(log)
     if topic.first_sequence is None or topic.last_sequence is None:
         return ticks or 0
     return topic.first_sequence + topic.skipped + max(0, (ticks or 0) - 1 - topic.last_sequence)
@@ -121,45 +120,44 @@ def _ticks(run: LoggedRun, expected: int | None) -> dict[str, Any]:
     return {"whole": len(run.trajectory.status), "missing": missing, "ranges": ranges[:NUM_RANGES]}
 
 
-def _damage(scan: Scan) -> dict[str, Any] | None:
-    if scan.error is None:
+def _damage(log: Log) -> dict[str, Any] | None:
+    if log.error is None:
         return None
-    lost = [{"from": part.start, "to": part.end, "why": part.why} for part in scan.lost]
+    lost = [{"from": part.start, "to": part.end, "why": part.why} for part in log.lost]
     return {
-        "error": str(scan.error),
+        "error": str(log.error),
         "lost_bytes": sum(part["to"] - part["from"] for part in lost),
         "lost": lost[:NUM_RANGES],
     }
 
 
-def _missing(scan: Scan, ticks: Mapping[str, Any] | None, refused: str) -> Iterator[str]:
-    log = scan.log
+def _missing(log: Log, not_json: Mapping[str, int], ticks: Mapping[str, Any] | None, refused: str) -> Iterator[str]:
     if log.truncated:
         yield "no footer: the writer was killed, or the file was not copied whole"
     if log.run is None:
         yield "no mjnav/run: another program wrote this, or its beginning is lost"
     elif log.result is None:
         yield "no mjnav/result: the run did not end"
-    for part in scan.lost[:NUM_SHOWN]:
+    for part in log.lost[:NUM_SHOWN]:
         messages = sum(part.messages.values())
         held = f", at least {messages} messages" if messages else ""
         yield f"bytes {part.start} to {part.end}: {part.why}{held}"
-    if len(scan.lost) > NUM_SHOWN:
-        yield f"bytes in {len(scan.lost) - NUM_SHOWN} more places"
+    if len(log.lost) > NUM_SHOWN:
+        yield f"bytes in {len(log.lost) - NUM_SHOWN} more places"
     if ticks is not None and ticks["missing"]:
         named = ", ".join(f"{a}" if a == b else f"{a} to {b}" for a, b in ticks["ranges"][:NUM_SHOWN])
         more = ", and more" if len(ticks["ranges"]) > NUM_SHOWN else ""
         yield f"{ticks['missing']} ticks: {named}{more}"
-    if scan.unregistered:
-        yield f"the topic of {scan.unregistered} messages"
-    for topic, count in scan.unreadable.items() if log.run is not None else ():
+    if log.unregistered:
+        yield f"the topic of {log.unregistered} messages"
+    for topic, count in not_json.items() if log.run is not None else ():
         yield f"{count} messages of {topic} that are not JSON"
     if refused:
         yield f"figures: {refused}"
 
 
-def _figures(scan: Scan, run: LoggedRun, scenario: Scenario) -> dict[str, Any]:
-    outcome = _outcome(scan)
+def _figures(log: Log, run: LoggedRun, scenario: Scenario) -> dict[str, Any]:
+    outcome = _outcome(log)
     figures = summarise(run.trajectory, scenario, outcome=outcome or "")
     if outcome is None:
         figures |= {"outcome": None, "success": None}
@@ -172,8 +170,8 @@ def _least(values: Array) -> float | None:
     return float(finite.min()) if finite.size else None
 
 
-def _timing(scan: Scan, run: LoggedRun, scenario: Scenario | None) -> dict[str, Any]:
-    result = scan.log.result or {}
+def _timing(log: Log, run: LoggedRun, scenario: Scenario | None) -> dict[str, Any]:
+    result = log.result or {}
     busy = 1e-9 * float(run.timing[:, 1 : 1 + len(PHASES)].sum())
     simulated = None if scenario is None else len(run.timing) * scenario.control.period
     return {

@@ -28,12 +28,11 @@ def write_big_log(scene: str, path: Path, size: int) -> None:
 
     It has a process of its own: what Linux says of a process's peak memory counts what its parent had when it started.
     """
-    import mcap.records as records
-    from mcap.writer import CompressionType, Writer
+    from mcap import records
 
     import mjnav
-    from mjnav.recording.read.stream import read_records
-    from mjnav.recording.write.writer import CHUNK_SIZE, RESULT
+    from mjnav.recording.log_format import RESULT, mcap_writer
+    from mjnav.recording.read.records import read_records
 
     run = path.with_name(f"once-{path.name}")
     mjnav.run(mjnav.load_scenario(scene), log=run)
@@ -44,7 +43,7 @@ def write_big_log(scene: str, path: Path, size: int) -> None:
     duration = max(message.log_time for message in messages)
     once = [message for message in messages if message.sequence < last]
     with open(path, "wb") as file:
-        writer = Writer(file, chunk_size=CHUNK_SIZE, compression=CompressionType.LZ4, enable_data_crcs=True)
+        writer = mcap_writer(file)
         writer.start(library="mjnav")
         for record in found:
             if isinstance(record, records.Schema):

@@ -85,7 +85,7 @@ def print_row(name: str, content: bytes, original: Counter[tuple], counts: list[
                 for (first, end), count in zip(chunks, counts, strict=True)
                 if not any(first <= bit // 8 < end for bit in bits)
             )
-            unnamed += sum(count for topic, count in recovery.messages.items() if topic.startswith("/unknown/"))
+            unnamed += sum(count for topic, count in recovery.topics.items() if topic.startswith("/unknown/"))
             wrong += (kept - original).total()
             shares.append(kept.total() / intact)
             of_all.append(kept.total() / sum(counts))

@@ -17,7 +17,8 @@ from mcap.stream_reader import StreamReader
 import mjnav as package
 from mjnav.cli.main import main
 from mjnav.recording import open_log
-from mjnav.recording.recover.recover import RECOVERED, recover
+from mjnav.recording.log_format import RECOVERED
+from mjnav.recording.recover.recover import recover
 
 RUN = ("run", "crossing1", "--set", "time_limit=2.0", "--log")
 

@@ -21,7 +21,7 @@ from mjnav.errors import InputError
 from mjnav.recording import Recorder, open_log
 from mjnav.recording.encode.topics import topics
 from mjnav.recording.live import LiveServer
-from mjnav.recording.read.stream import read_records
+from mjnav.recording.read.records import read_records
 from mjnav.recording.write import writer as writer_module
 
 pytest.importorskip("foxglove", reason="foxglove-sdk is not installed")

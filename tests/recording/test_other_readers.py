@@ -13,7 +13,7 @@ import pytest
 from mcap.records import Message
 
 from mjnav.recording import open_log
-from mjnav.recording.read.stream import read_records
+from mjnav.recording.read.records import read_records
 
 SCRIPT = Path(__file__).with_name("read_log.mjs")
 PACKAGES = ("@mcap/core@2.2.2", "@foxglove/wasm-lz4@1.0.2")  # the second is what Foxglove decompresses with

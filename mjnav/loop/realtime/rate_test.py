@@ -23,7 +23,7 @@ from mjnav.messages import PHASES, Event
 from mjnav.metrics.blame import Blame, blame, overlap, with_stolen
 from mjnav.metrics.schedule import Overrun, Schedule, longest_overrun, verdict, wakeup_us
 from mjnav.metrics.timing import compute_ms, quantiles
-from mjnav.recording.write.writer import check_path
+from mjnav.recording.log_format import check_path
 from mjnav.scenarios.ranges import MAX_POINTS, MAX_RATE, MAX_TIME, MIN_RATE, check_range
 from mjnav.scenarios.spec import Scenario
 

@@ -12,7 +12,7 @@ from types import MappingProxyType, ModuleType
 
 from mjnav.errors import DamagedLogError, InputError, MjnavError, missing_extra, unknown_name
 from mjnav.recording.export.folder import check_new_folder, new_folder
-from mjnav.recording.read.reader import Log, LogMessage
+from mjnav.recording.read.log import Log, LogMessage
 from mjnav.recording.read.ticks import NOT_OURS
 
 __all__ = ["FORMATS", "check_format", "check_new_folder", "export"]

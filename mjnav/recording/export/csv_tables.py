@@ -17,7 +17,7 @@ from mjnav.errors import DamagedLogError
 from mjnav.recording.export.csv_cells import neutral
 from mjnav.recording.export.tables import TABLES as TOPICS
 from mjnav.recording.read.budget import EXPORT, FREE_EXPORT, Budget
-from mjnav.recording.read.reader import Log, LogMessage
+from mjnav.recording.read.log import Log, LogMessage
 
 _FIRST = {"tick": "", "time": "s"}
 

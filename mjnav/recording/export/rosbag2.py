@@ -18,7 +18,7 @@ from rosbags.typesys import Stores, get_typestore
 from rosbags.typesys.stores.ros2_humble import std_msgs__msg__String as String
 
 from mjnav.recording.export import ros_markers, ros_messages
-from mjnav.recording.read.reader import Log, LogMessage
+from mjnav.recording.read.log import Log, LogMessage
 from mjnav.scenarios.spec import Sensors
 
 VERSION = 8  # of the metadata; Humble cannot read the quality of service as version 9 writes it

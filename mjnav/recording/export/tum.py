@@ -12,7 +12,7 @@ from math import atan2, cos, sin
 from pathlib import Path
 from typing import Any
 
-from mjnav.recording.read.reader import Log, LogMessage
+from mjnav.recording.read.log import Log, LogMessage
 
 TOPICS = ("/robot/state", "/people/truth", "/people/estimate")
 

@@ -10,7 +10,7 @@ from foxglove_schemas_protobuf.LaserScan_pb2 import LaserScan
 
 from mjnav.messages import TickRecord, WorldState
 from mjnav.recording.encode.topics import topics
-from mjnav.recording.read.reader import LogMessage
+from mjnav.recording.read.log import LogMessage
 from mjnav.scenarios.spec import Scenario
 
 SCAN = "/scan"

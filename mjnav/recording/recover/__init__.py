@@ -1,1 +1,1 @@
-"""What is intact in a damaged log."""
+"""What is intact in a damaged log, as a whole log."""

@@ -1,7 +1,7 @@
-"""One changed bit of a file, found from the checksum of all its data.
+"""The one changed bit of a file, computed from the checksum of all its data.
 
 A changed bit that has m - 1 bits behind it (a byte's lowest comes first) changes CRC-32 by x^31 x^m in GF(2)[x] modulo
-the polynomial, whatever the other bits are. The powers of x repeat only after 2^32 - 1, so the change tells m: a
+the polynomial, whatever the other bits are. The powers of x repeat only after 2^32 - 1, so the change determines m: a
 discrete logarithm, by baby steps and giant steps. As CRC-32 is stored, x^31 is the number 1.
 """
 
@@ -9,8 +9,9 @@ import os
 
 from mcap.records import DataEnd
 
-from mjnav.recording.recover.probe import HEADER_SIZE, opened, record_at
-from mjnav.recording.recover.summary import DATA_END_SIZE, find_summary
+from mjnav.recording.read.record_at import file_bytes, record_at
+from mjnav.recording.read.records import HEADER
+from mjnav.recording.read.summary_section import DATA_END_SIZE, find_summary
 
 _POLYNOMIAL = 0xEDB88320  # of CRC-32, its highest power first and x^32 left out
 _HIGHEST_BIT = 1 << 31
@@ -22,10 +23,10 @@ _MAX_BYTES = 2**29 - 8  # from here on two bits may change the checksum alike
 def changed_bit(path: str | os.PathLike[str]) -> int | None:
     """The bit that, if it alone was changed, explains the checksum of the data; bit 0 is the lowest of byte 0.
 
-    None where no single bit does, or the end of the file is damaged. Other damage may be explained too, by chance: that
-    everything else in the file is intact with that bit changed back, is for the caller to see.
+    None where no single bit does, or the end of the file is damaged. Other damage may be explained too, by chance: the
+    caller checks that the file is intact with that bit changed back.
     """
-    with opened(path) as file:
+    with file_bytes(path) as file:
         summary = find_summary(file)
         if summary is None:
             return None
@@ -35,7 +36,7 @@ def changed_bit(path: str | os.PathLike[str]) -> int | None:
             return None
         change = end.data_section_crc ^ file.checksum(0, size)
     if change.bit_count() == 1:  # no bit of the data does that: it is one of the checksum itself
-        return 8 * (size + HEADER_SIZE) + change.bit_length() - 1
+        return 8 * (size + HEADER.size) + change.bit_length() - 1
     if size >= _MAX_BYTES or (power := _logarithm(change, 8 * size)) is None:
         return None
     from_end, bit = divmod(power - 1, 8)

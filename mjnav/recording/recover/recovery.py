@@ -1,8 +1,8 @@
 """What a damaged log gives back and what it does not, counted while it is read."""
 
 from collections import Counter
-from collections.abc import Mapping
-from typing import Any
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
 
 from mcap.records import (
     Attachment,
@@ -10,149 +10,113 @@ from mcap.records import (
     Channel,
     DataEnd,
     Footer,
-    Header,
+    McapRecord,
     Message,
     Metadata,
     MetadataIndex,
     Statistics,
 )
 
-from mjnav.recording.recover.salvage import Lost, Salvaged, Unchecked
+from mjnav.recording.read.records import LostBytes
 
-MAX_RANGES = 200  # of lost bytes that a document lists
+MAX_RANGES = 200  # of lost bytes that are listed
 
 
 def unknown_topic(channel: int) -> str:
-    """The topic of messages of which nothing tells any more what they are."""
+    """The topic of messages of which no record says the topic."""
     return f"/unknown/{channel}"
 
 
+@dataclass(frozen=True, slots=True)
+class LostRange:
+    """Bytes from `start` to before `end` that are no intact record, and how many messages they held at least."""
+
+    start: int
+    end: int
+    why: str
+    messages: int
+
+
+@dataclass(frozen=True, slots=True)
 class Recovery:
-    """Takes what `salvage` gives, in its order."""
+    """What was kept of a log and what was lost, by the keys of `--json` and of the metadata `mjnav/recovered`."""
 
-    def __init__(self, size: int, changed_bit: int | None = None):
-        self.size = size  # [bytes] of the log
-        self.changed_bit = changed_bit  # the one that was read as the other; bit 0 is the lowest of byte 0
-        self.profile = ""
-        self.has_end = False
-        self.ranges: list[Lost] = []
-        self.attachments: Counter[str] = Counter()
-        self.metadata: Counter[str] = Counter()
-        self._verified = False  # the checksum of all data fits, if there is one
-        self._topics: dict[int, str] = {}
-        self._kept: Counter[int] = Counter()
-        self._expected: Mapping[int, int] | None = None
-        self._attachments_expected: Counter[str] = Counter()
-        self._metadata_expected: Counter[str] = Counter()
-        self._unchecked: Counter[str] = Counter()
-        self._next_is_unchecked = False
+    how: str  # `intact`; `mended` where one changed bit was all; else `recovered`
+    changed_bit: int | None  # of a mended log; bit 0 is the lowest of byte 0
+    has_end: bool
+    messages: int
+    messages_lost: int
+    messages_lost_is_exact: bool  # the file itself still says how many it held; else at least so many were lost
+    unknown_topics: list[str]
+    topics: dict[str, int]  # messages kept, and lost
+    topics_lost: dict[str, int]
+    attachments: list[str]
+    attachments_lost: list[str]
+    metadata: list[str]
+    metadata_lost: list[str]
+    unchecked: dict[str, int]  # kept although neither a checksum of their own nor that of all data fits
+    bytes_lost: int
+    num_ranges: int
+    ranges: list[LostRange]  # the first MAX_RANGES
 
-    def add(self, item: Salvaged) -> None:
-        """The next item."""
-        if isinstance(item, Unchecked):
-            self._next_is_unchecked = True
-            return
-        what = type(item).__name__.lower()
-        if isinstance(item, Message):
-            self._kept[item.channel_id] += 1
-        elif isinstance(item, Lost):
-            self.ranges.append(item)
-        elif isinstance(item, Channel):
-            self._topics[item.id] = item.topic
-        elif isinstance(item, Attachment):
-            self.attachments[item.name] += 1
-            what += f" {item.name}"
-        elif isinstance(item, Metadata):
-            self.metadata[item.name] += 1
-            what += f" {item.name}"
-        elif isinstance(item, AttachmentIndex):
-            self._attachments_expected[item.name] += 1
-        elif isinstance(item, MetadataIndex):
-            self._metadata_expected[item.name] += 1
-        elif isinstance(item, Statistics):
-            self._expected = item.channel_message_counts
-        elif isinstance(item, Header):
-            self.profile = item.profile
-        elif isinstance(item, DataEnd):
-            self._verified = True
-        elif isinstance(item, Footer):
-            self.has_end = True
-        if self._next_is_unchecked:
-            self._unchecked[what] += 1
-            self._next_is_unchecked = False
 
-    @property
-    def intact(self) -> bool:
-        """Nothing in the file, read with that bit as the other, is damaged."""
-        return self.has_end and self._verified and not self.ranges
+def count_intact(found: Iterable[tuple[McapRecord | LostBytes, bool]], changed_bit: int | None = None) -> Recovery:
+    """Counts what `intact_records` gives of a log, read with `changed_bit` inverted."""
+    topics: dict[int, str] = {}
+    kept: Counter[int] = Counter()
+    expected: Mapping[int, int] | None = None
+    unchecked: Counter[str] = Counter()
+    names = {kind: Counter[str]() for kind in (Attachment, AttachmentIndex, Metadata, MetadataIndex)}
+    ranges: list[LostBytes] = []
+    seen: set[type] = set()
+    for record, checked in found:
+        seen.add(type(record))
+        what = type(record).__name__.lower()
+        if isinstance(record, Message):
+            kept[record.channel_id] += 1
+        elif isinstance(record, LostBytes):
+            ranges.append(record)
+            continue
+        elif isinstance(record, Channel):
+            topics[record.id] = record.topic
+        elif isinstance(record, Statistics):
+            expected = record.channel_message_counts
+        elif isinstance(record, Attachment | AttachmentIndex | Metadata | MetadataIndex):
+            names[type(record)][record.name] += 1
+            what += f" {record.name}"
+        if not checked:
+            unchecked[what] += 1
+    verified, has_end = DataEnd in seen, Footer in seen
+    intact = verified and has_end and not ranges
+    if expected is not None:
+        lost = Counter(expected)
+        lost.subtract(kept)
+    else:
+        lost = sum((Counter(gap.messages) for gap in ranges), Counter())
+    return Recovery(
+        how="recovered" if not intact else "intact" if changed_bit is None else "mended",
+        changed_bit=changed_bit if intact else None,
+        has_end=has_end,
+        messages=kept.total(),
+        messages_lost=(+lost).total(),
+        messages_lost_is_exact=expected is not None,
+        unknown_topics=[unknown_topic(channel) for channel in sorted(kept.keys() - topics)],
+        topics=_by_topic({**dict.fromkeys(topics, 0), **kept}, topics),
+        topics_lost=_by_topic(+lost, topics),
+        attachments=sorted(names[Attachment].elements()),
+        attachments_lost=sorted((names[AttachmentIndex] - names[Attachment]).elements()),
+        metadata=sorted(names[Metadata].elements()),
+        metadata_lost=sorted((names[MetadataIndex] - names[Metadata]).elements()),
+        unchecked={} if verified else dict(unchecked),
+        bytes_lost=sum(gap.end - gap.start for gap in ranges),
+        num_ranges=len(ranges),
+        ranges=[LostRange(gap.start, gap.end, gap.why, sum(gap.messages.values())) for gap in ranges[:MAX_RANGES]],
+    )
 
-    @property
-    def how(self) -> str:
-        """`intact`, `mended` where one changed bit was all, else `recovered`."""
-        if not self.intact:
-            return "recovered"
-        return "intact" if self.changed_bit is None else "mended"
 
-    @property
-    def holds_nothing(self) -> bool:
-        """There is nothing to recover."""
-        return not (self.intact or self._kept or self.attachments or self.metadata)
-
-    @property
-    def messages(self) -> dict[str, int]:
-        """Messages kept, by topic."""
-        return self._by_topic({**dict.fromkeys(self._topics, 0), **self._kept})
-
-    @property
-    def lost_is_exact(self) -> bool:
-        """Whether the file itself still says how many messages it held; else at least so many were lost."""
-        return self._expected is not None
-
-    @property
-    def messages_lost(self) -> dict[str, int]:
-        """Messages lost, by topic."""
-        if self._expected is not None:
-            lost = Counter(self._expected)
-            lost.subtract(self._kept)
-        else:
-            lost = Counter()
-            for gap in self.ranges:
-                lost.update(gap.messages)
-        return self._by_topic(+lost)
-
-    @property
-    def unchecked(self) -> dict[str, int]:
-        """What is kept although no checksum speaks for it, neither its own nor that of all data."""
-        return {} if self._verified else dict(self._unchecked)
-
-    def _by_topic(self, counts: Mapping[int, int]) -> dict[str, int]:
-        total: Counter[str] = Counter()
-        for channel, count in counts.items():
-            total[self._topics.get(channel, unknown_topic(channel))] += count
-        return dict(sorted(total.items()))
-
-    def document(self) -> dict[str, Any]:
-        """All of it, by the names that `--json` and the metadata of a recovered log give it."""
-        messages, lost = self.messages, self.messages_lost
-        return {
-            "how": self.how,
-            "changed_bit": self.changed_bit if self.how == "mended" else None,
-            "has_end": self.has_end,
-            "messages": sum(messages.values()),
-            "messages_lost": sum(lost.values()),
-            "messages_lost_is_exact": self.lost_is_exact,
-            "unknown_topics": [unknown_topic(channel) for channel in sorted(self._kept.keys() - self._topics)],
-            "topics": messages,
-            "topics_lost": lost,
-            "attachments": sorted(self.attachments.elements()),
-            "attachments_lost": sorted((self._attachments_expected - self.attachments).elements()),
-            "metadata": sorted(self.metadata.elements()),
-            "metadata_lost": sorted((self._metadata_expected - self.metadata).elements()),
-            "unchecked": self.unchecked,
-            "bytes_lost": sum(gap.end - gap.start for gap in self.ranges),
-            "num_ranges": len(self.ranges),
-            "ranges": [
-                {"start": gap.start, "end": gap.end, "why": gap.why, "messages": sum(gap.messages.values())}
-                for gap in self.ranges[:MAX_RANGES]
-            ],
-        }
+def _by_topic(counts: Mapping[int, int], topics: Mapping[int, str]) -> dict[str, int]:
+    """Numbers of messages by channel, as numbers by topic."""
+    total: Counter[str] = Counter()
+    for channel, count in counts.items():
+        total[topics.get(channel, unknown_topic(channel))] += count
+    return dict(sorted(total.items()))

@@ -9,7 +9,7 @@ from pathlib import Path
 from types import TracebackType
 from typing import IO, Self, cast
 
-from mcap.writer import CompressionType, Writer
+from mcap.writer import Writer
 
 from mjnav.errors import InputError, MjnavError
 from mjnav.messages import Event, TickRecord, TickTiming, WorldState
@@ -17,36 +17,15 @@ from mjnav.recording.encode.documents import encode_timing
 from mjnav.recording.encode.geometry import time_ns
 from mjnav.recording.encode.topics import EVENTS, TIMING, Topic, encode_event, topics
 from mjnav.recording.live import LiveServer
+from mjnav.recording.log_format import LAYOUT, MODEL, REPLAY, RESULT, RUN, SCENARIO, check_path, mcap_writer
 from mjnav.recording.write.layout import foxglove_layout
 from mjnav.recording.write.log_file import LogFile
 from mjnav.recording.write.sink import DirectSink, Message, Sink, ThreadSink
 from mjnav.scenarios import Scenario, dumps
 
-RUN, RESULT = "mjnav/run", "mjnav/result"
-SCENARIO, REPLAY, MODEL, LAYOUT = "scenario.toml", "replay.toml", "model.xml.gz", "foxglove-layout.json"
-CHUNK_SIZE = 192 * 1024  # [bytes] before compression; LZ4 takes 40 % less time a tick than Zstandard and 20 % more room
-
 
 class LogError(MjnavError):
     """The log of a run cannot be written any more; says what of it can be read."""
-
-
-def check_path(path: str | os.PathLike) -> Path:
-    """The path of a log that does not exist yet and could be written; creates nothing.
-
-    Raises InputError where the file exists already, or its folder is missing or not writable.
-    """
-    path = Path(path)
-    if path.is_dir():
-        raise InputError(f"{path}: a folder; a log needs the name of a file")
-    if os.path.lexists(path):
-        raise InputError(f"{path}: exists already, and a log never replaces a file; choose another name")
-    folder = path.absolute().parent
-    if not folder.is_dir():
-        raise InputError(f"{path}: there is no folder {folder}")
-    if not os.access(folder, os.W_OK | os.X_OK):
-        raise InputError(f"{path}: the folder {folder} is not writable")
-    return path
 
 
 def _result_value(value: object) -> str:
@@ -189,10 +168,7 @@ class Recorder:
             self._file = LogFile(path)
         except OSError as error:
             raise InputError(f"{path}: cannot be written: {error.strerror}") from error
-        output = cast(IO[bytes], self._file)
-        writer = self._writer = Writer(
-            output, chunk_size=CHUNK_SIZE, compression=CompressionType.LZ4, enable_data_crcs=True
-        )
+        writer = self._writer = mcap_writer(cast(IO[bytes], self._file))
         try:
             with self._one_line():
                 writer.start(library="mjnav")

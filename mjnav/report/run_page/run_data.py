@@ -10,7 +10,7 @@ from mjnav.errors import InputError
 from mjnav.messages import PHASES, Array
 from mjnav.metrics.safety import clearance
 from mjnav.recording.encode.candidates import NUM_LEVELS, PREVIEW
-from mjnav.recording.read.scan import Scan
+from mjnav.recording.read.log import Log
 from mjnav.report.run_page.candidate_ranks import NONE
 from mjnav.report.run_page.cone_bins import cone_bins
 from mjnav.report.run_page.packed import Packer
@@ -23,14 +23,14 @@ PARTICLE = 4e-3  # [m] step of a particle's offset: half a metre at most
 
 
 @np.errstate(all="ignore")  # what a damaged log says may be any number
-def run_data(scan: Scan, *, keep: Iterable[int] = (), max_frames: int = MAX_FRAMES) -> dict[str, Any]:
+def run_data(log: Log, *, keep: Iterable[int] = (), max_frames: int = MAX_FRAMES) -> dict[str, Any]:
     """Names, the room, the events and all arrays, ready to be JSON.
 
     A run of more than `max_frames` ticks is thinned, but for the ticks in `keep`.
 
     Raises InputError where the log holds no run, no whole tick of it, or messages that are not as mjnav writes them.
     """
-    log, run = scan.log, scan.run
+    run, _ = log.whole_ticks()
     scenario = log.scenario()
     if run is None:
         raise InputError(f"{log.path}: holds no whole tick of a run")

@@ -10,7 +10,7 @@ from mjnav.errors import DamagedLogError, InputError
 from mjnav.messages import PHASES, Array
 from mjnav.recording.encode.candidates import decode_candidates
 from mjnav.recording.read.budget import EXPORT, FREE_EXPORT, Budget
-from mjnav.recording.read.reader import Log
+from mjnav.recording.read.log import Log
 from mjnav.recording.read.ticks import NOT_OURS
 from mjnav.report.run_page.candidate_ranks import CandidateRanks, candidate_ranks
 

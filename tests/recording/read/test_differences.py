@@ -3,7 +3,7 @@
 import pytest
 
 from mjnav.recording.read.differences import Difference, differences, logged_ticks
-from mjnav.recording.read.reader import LogMessage
+from mjnav.recording.read.log import LogMessage
 
 
 def test_what_is_the_same_differs_in_nothing():

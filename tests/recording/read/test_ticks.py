@@ -10,7 +10,7 @@ from mjnav.recording import TrajectoryBuilder
 from mjnav.recording.encode import documents
 from mjnav.recording.read.ticks import TICK, TIMING, TRUTH, BadDocument, TickAssembler
 from tests.recording.conftest import MadeUpRun
-from tests.recording.read.test_reader import assert_same
+from tests.recording.read.test_log import assert_same
 
 
 def documents_of(run, tick):

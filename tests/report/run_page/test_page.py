@@ -15,8 +15,7 @@ import mjnav
 from mjnav.cli.main import main
 from mjnav.loop.prepare import load_scenario
 from mjnav.messages import Event
-from mjnav.recording import Recorder
-from mjnav.recording.read.scan import scan_log
+from mjnav.recording import Recorder, open_log
 from mjnav.report.inspection import inspect
 from mjnav.report.run_page.page import page
 from mjnav.report.run_page.page_figures import flatten, shown
@@ -212,11 +211,11 @@ def test_runs_of_different_scenes_are_shown_and_told_apart(made):
 
 
 def test_a_long_run_is_thinned_and_says_so(logs):
-    scan = scan_log(logs / "hall.mcap")
-    data = run_data(scan, max_frames=11)
+    log = open_log(logs / "hall.mcap")
+    data = run_data(log, max_frames=11)
     assert (data["stride"], data["ticks"]) == (3, 30)
     assert data["fields"]["time"]["shape"] == [11]
-    assert run_data(scan, keep=(3, 4, 29), max_frames=11)["fields"]["time"]["shape"] == [13]
+    assert run_data(log, keep=(3, 4, 29), max_frames=11)["fields"]["time"]["shape"] == [13]
     assert "one tick in 3 of 30" in page([inspect(logs / "hall.mcap")], [data])
 
 

@@ -10,7 +10,7 @@ from mcap.data_stream import RecordBuilder
 from mcap.opcode import Opcode
 from mcap.records import Attachment, Channel, Message, Schema
 
-from mjnav.recording.read.chunks import LIMIT, BadRecord, chunk_records, parse_record
+from mjnav.recording.read.records import LIMIT, BadRecord, chunk_records, parse_record
 
 
 def written(record) -> bytes:
@@ -62,8 +62,8 @@ PACKED = lz4.frame.compress(CONTENT)
 BAD = {
     "no beginning": (b"abc", "a chunk without its beginning"),
     "another length": (chunk(length=5), "a chunk of 5 bytes, of which it holds"),
-    "another size": (chunk(size=5), "a chunk of .* bytes that speaks of 5"),
-    "more decompressed": (chunk(compression=b"lz4", packed=PACKED, size=len(CONTENT) + 1), "bytes that speaks of"),
+    "another size": (chunk(size=5), "a chunk of .* bytes that claims 5"),
+    "more decompressed": (chunk(compression=b"lz4", packed=PACKED, size=len(CONTENT) + 1), "bytes that claims"),
     "less decompressed": (chunk(compression=b"lz4", packed=PACKED, size=len(CONTENT) - 1), "does not match its check"),
     "zstd of another size": (
         chunk(compression=b"zstd", packed=zstandard.compress(CONTENT), size=9),
@@ -74,12 +74,12 @@ BAD = {
     "another checksum": (chunk(checksum=1), "does not match its checksum"),
     "not LZ4": (chunk(compression=b"lz4", packed=b"x" * 200), "cannot be decompressed"),
     "not Zstandard": (chunk(compression=b"zstd", packed=b"x" * 200), "cannot be decompressed"),
-    "LZ4 cut short": (chunk(compression=b"lz4", packed=PACKED[:-20], checksum=0), "that speaks of"),
+    "LZ4 cut short": (chunk(compression=b"lz4", packed=PACKED[:-20], checksum=0), "that claims"),
     "unknown compression": (chunk(compression=b"\xffrar"), "compression '.rar' is unknown"),
     "a record cut short": (chunk(CONTENT[:-1]), "a record of 22 bytes, of which it holds 21"),
     "a header cut short": (chunk(CONTENT + b"\x05\x01"), "ends within a record"),
     "a record without end": (chunk(b"\x05" + struct.pack("<Q", 2**60)), "a record of 1152921504606846976 bytes"),
-    "zeros": (chunk(bytes(100)), "kind 0"),
+    "zeros": (chunk(bytes(100)), "opcode 0"),
     "a message too short": (chunk(b"\x05" + struct.pack("<Q", 21) + bytes(21)), "a message of 21 bytes"),
     "a schema too short": (chunk(b"\x03" + struct.pack("<Q", 3) + bytes(3)), "a record that makes no sense .schema"),
     "a topic that is no text": (chunk(CONTENT.replace(b"/command", b"/comm\xff\xfe\xfd")), "no sense .channel"),

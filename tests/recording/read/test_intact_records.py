@@ -17,7 +17,8 @@ from mcap.writer import MCAP0_MAGIC, CompressionType, Writer
 
 from mjnav.errors import InputError
 from mjnav.recording import Recorder
-from mjnav.recording.recover.salvage import Lost, Unchecked, salvage
+from mjnav.recording.read.intact_records import intact_records
+from mjnav.recording.read.records import LostBytes
 from tests.recording.conftest import MadeUpRun, make_scenario
 
 NUM_ATTACHMENTS, NUM_METADATA = 3, 2
@@ -62,7 +63,7 @@ def everything_in(pieces) -> list[tuple]:
 @pytest.fixture(scope="module")
 def whole(tmp_path_factory):
     """A log of several chunks."""
-    path = tmp_path_factory.mktemp("salvage") / "whole.mcap"
+    path = tmp_path_factory.mktemp("intact") / "whole.mcap"
     run = MadeUpRun(num_people=1, num_candidates=5)
     with Recorder(path, make_scenario(1), {"seed": "3"}, "<mujoco/>") as recorder:
         for tick in range(12):
@@ -79,10 +80,14 @@ def pieces(whole):
     return pieces
 
 
-def salvaged(folder, content: bytes) -> list:
+def records_in(path) -> list:
+    return [record for record, _ in intact_records(path)]
+
+
+def intact_in(folder, content: bytes) -> list:
     path = folder / "damaged.mcap"
     path.write_bytes(content)
-    return list(salvage(path))
+    return records_in(path)
 
 
 def messages_of(items) -> list[tuple]:
@@ -117,10 +122,10 @@ def written(path, *, attachment: bytes | None = None, num_chunks: int = 2, **opt
 
 
 def test_an_intact_file_gives_everything_and_nothing_lost(whole, pieces):
-    items = list(salvage(whole))
+    items = records_in(whole)
     assert messages_of(items) == everything_in(pieces)
     kinds = kinds_of(items)
-    assert kinds[Lost] == 0
+    assert kinds[LostBytes] == 0
     assert [kinds[kind] for kind in (Header, DataEnd, Footer, Statistics)] == [1, 1, 1, 1]
     assert (kinds[Attachment], kinds[Metadata]) == (NUM_ATTACHMENTS, NUM_METADATA)
     known: set[int] = set()
@@ -139,20 +144,20 @@ def test_after_a_changed_bit_all_other_records_are_there(whole, pieces, opcode):
         header = range(piece.start, min(piece.start + 9, piece.end))
         body = np.linspace(piece.start + 9, piece.end - 1, 9).astype(int).tolist()
         for place in {*header, *body}:
-            items = salvaged(whole.parent, flipped(content, place, int(rng.integers(8))))
+            items = intact_in(whole.parent, flipped(content, place, int(rng.integers(8))))
             assert messages_of(items) in (others, everything_in(pieces)), place
             kinds = kinds_of(items)
             assert kinds[Attachment] >= NUM_ATTACHMENTS - (opcode == Opcode.ATTACHMENT)
             assert kinds[Metadata] >= NUM_METADATA - (opcode == Opcode.METADATA)
-            assert kinds[Lost] > 0 or kinds[DataEnd] == 0 or kinds[Footer] == 0, f"{place}: nothing was noticed"
+            assert kinds[LostBytes] > 0 or kinds[DataEnd] == 0 or kinds[Footer] == 0, f"{place}: nothing was noticed"
 
 
 def test_after_a_changed_bit_of_a_magic_everything_is_there(whole, pieces):
     content = whole.read_bytes()
     for place in (*range(8), *range(len(content) - 8, len(content))):
-        items = salvaged(whole.parent, flipped(content, place, place % 8))
+        items = intact_in(whole.parent, flipped(content, place, place % 8))
         assert messages_of(items) == everything_in(pieces)
-        assert kinds_of(items)[Lost] == 1
+        assert kinds_of(items)[LostBytes] == 1
 
 
 def test_a_chunk_is_there_whichever_bit_of_its_lengths_is_changed(whole, pieces):
@@ -162,9 +167,9 @@ def test_a_chunk_is_there_whichever_bit_of_its_lengths_is_changed(whole, pieces)
     assert struct.unpack_from("<Q", content, inner)[0] == chunk.end - inner - 8
     for bit in (*range(20), 30, 63):
         for place in (outer, inner):
-            items = salvaged(whole.parent, flipped(content, place + bit // 8, bit % 8))
+            items = intact_in(whole.parent, flipped(content, place + bit // 8, bit % 8))
             assert messages_of(items) == everything_in(pieces), bit
-            lost = [item.end - item.start for item in items if isinstance(item, Lost)]
+            lost = [item.end - item.start for item in items if isinstance(item, LostBytes)]
             assert sum(lost) <= len("\0\0\0\0"), "no more than the mark that ends an LZ4 frame"
             assert kinds_of(items)[DataEnd] == 0
 
@@ -174,8 +179,8 @@ def test_damage_says_where_it_is_and_how_many_messages_it_took(whole, pieces):
     chunk = of_kind(pieces, Opcode.CHUNK)[3]
     without_summary = content[: of_kind(pieces, Opcode.DATA_END)[0].start]
     for damaged in (content, without_summary):
-        items = salvaged(whole.parent, flipped(damaged, chunk.end - 100, 0))
-        (lost,) = (item for item in items if isinstance(item, Lost))
+        items = intact_in(whole.parent, flipped(damaged, chunk.end - 100, 0))
+        (lost,) = (item for item in items if isinstance(item, LostBytes))
         assert (lost.start, lost.end) == (chunk.start, chunk.end)
         assert lost.why == "chunk whose checksum does not fit"
         assert lost.messages == Counter(message[0] for message in chunk.messages)
@@ -235,7 +240,7 @@ def untouched(piece: Piece, origin: np.ndarray) -> bool:
 @given(damages=st.lists(damage, min_size=1, max_size=5))
 def test_whatever_the_damage_each_chunk_is_there_as_it_was_or_not_at_all(whole, pieces, damages):
     content, origin = damaged_by(whole.read_bytes(), damages)
-    items = salvaged(whole.parent, content)
+    items = intact_in(whole.parent, content)
     kept = Counter(messages_of(items))
     expected = []
     for piece in of_kind(pieces, Opcode.CHUNK):
@@ -246,7 +251,7 @@ def test_whatever_the_damage_each_chunk_is_there_as_it_was_or_not_at_all(whole, 
     assert messages_of(items) == expected
     intact = [piece for piece in of_kind(pieces, Opcode.ATTACHMENT) if untouched(piece, origin)]
     assert kinds_of(items)[Attachment] >= len(intact)
-    places = [edge for item in items if isinstance(item, Lost) for edge in (item.start, item.end)]
+    places = [edge for item in items if isinstance(item, LostBytes) for edge in (item.start, item.end)]
     assert places == sorted(places)
     assert all(0 <= place <= len(content) for place in places)
 
@@ -264,12 +269,12 @@ def test_a_log_attached_to_a_damaged_log_is_not_taken_for_it(tmp_path):
         for whole_end in (True, False):
             changed = flipped(content, place, place % 8)
             changed = changed if whole_end else changed[: of_kind(pieces_of(content), Opcode.DATA_END)[0].start]
-            items = salvaged(tmp_path, changed)
+            items = intact_in(tmp_path, changed)
             assert messages_of(items) == outer, place
             assert kinds_of(items)[Attachment] <= 1
     without_header = content[: attachment.start] + bytes(50) + content[attachment.start + 50 :]
     for end in (len(content), of_kind(pieces_of(content), Opcode.DATA_END)[0].start):
-        assert messages_of(salvaged(tmp_path, without_header[:end])) == outer
+        assert messages_of(intact_in(tmp_path, without_header[:end])) == outer
 
 
 @pytest.mark.parametrize("compression", CompressionType)
@@ -279,9 +284,9 @@ def test_no_message_of_a_damaged_chunk_is_taken_however_it_is_compressed(tmp_pat
     chunk = of_kind(pieces, Opcode.CHUNK)[1]
     others = everything_in(piece for piece in pieces if piece is not chunk)
     for place in range(chunk.start, chunk.end):
-        items = salvaged(tmp_path, flipped(content, place, place % 8))
+        items = intact_in(tmp_path, flipped(content, place, place % 8))
         assert messages_of(items) in (others, everything_in(pieces)), place
-    items = salvaged(tmp_path, content[: chunk.start] + bytes(60) + content[chunk.start + 60 :])
+    items = intact_in(tmp_path, content[: chunk.start] + bytes(60) + content[chunk.start + 60 :])
     assert messages_of(items) == others
 
 
@@ -289,7 +294,7 @@ def test_in_a_file_of_checksums_a_chunk_without_is_not_believed(tmp_path):
     content = bytearray(written(tmp_path / "a.mcap"))
     chunk = of_kind(pieces_of(bytes(content)), Opcode.CHUNK)[1]
     content[chunk.start + 9 + 24 : chunk.start + 9 + 28] = bytes(4)
-    assert len(messages_of(salvaged(tmp_path, bytes(content)))) == 2
+    assert len(messages_of(intact_in(tmp_path, bytes(content)))) == 2
 
 
 def test_a_record_that_runs_into_the_next_does_not_take_it_along(tmp_path):
@@ -298,7 +303,7 @@ def test_a_record_that_runs_into_the_next_does_not_take_it_along(tmp_path):
     pieces = pieces_of(content)
     for piece in (of_kind(pieces, Opcode.ATTACHMENT)[0], *of_kind(pieces, Opcode.MESSAGE_INDEX)):
         for num_missing in range(1, 30):
-            items = salvaged(tmp_path, content[: piece.end - 32] + content[piece.end - 32 + num_missing :])
+            items = intact_in(tmp_path, content[: piece.end - 32] + content[piece.end - 32 + num_missing :])
             assert messages_of(items) == everything_in(pieces)
             assert kinds_of(items)[Attachment] == (piece.opcode != Opcode.ATTACHMENT)
 
@@ -308,26 +313,25 @@ def test_a_file_that_begins_within_a_chunk_gives_only_whole_chunks(tmp_path):
     pieces = pieces_of(content)
     first, second = of_kind(pieces, Opcode.CHUNK)
     for start in range(first.start + 1, first.end):
-        assert messages_of(salvaged(tmp_path, content[start : second.end])) == list(second.messages)
+        assert messages_of(intact_in(tmp_path, content[start : second.end])) == list(second.messages)
 
 
 def test_what_no_checksum_vouches_for_is_said_to_be_unchecked(tmp_path):
     content = written(tmp_path / "flat.mcap", use_chunking=False)
-    items = salvaged(tmp_path, content[:-100])
-    messages = [i for i, item in enumerate(items) if isinstance(item, Message)]
-    assert len(messages) == 4
-    assert all(isinstance(items[i - 1], Unchecked) for i in messages)
-    items = salvaged(tmp_path, written(tmp_path / "bare.mcap", enable_crcs=False, enable_data_crcs=False))
-    assert kinds_of(items)[Unchecked] >= kinds_of(items)[Message] == 4
-    assert kinds_of(items)[Footer] == 1
+    (tmp_path / "flat.mcap").write_bytes(content[:-100])
+    written(tmp_path / "bare.mcap", enable_crcs=False, enable_data_crcs=False)
+    for name in ("flat.mcap", "bare.mcap"):
+        checked = [checked for record, checked in intact_records(tmp_path / name) if isinstance(record, Message)]
+        assert checked == [False] * 4
+    assert kinds_of(records_in(tmp_path / "bare.mcap"))[Footer] == 1
 
 
 def test_definitions_come_from_the_summary_where_the_first_chunk_is_lost(whole, pieces):
     content = whole.read_bytes()
     first = of_kind(pieces, Opcode.CHUNK)[0]
-    undamaged = list(salvage(whole))
+    undamaged = records_in(whole)
     for start in (0, 40):  # damaged in its place, and with the file's beginning gone
-        items = salvaged(whole.parent, flipped(content, first.end - 50, 3)[start:])
+        items = intact_in(whole.parent, flipped(content, first.end - 50, 3)[start:])
         for kind in (Schema, Channel):
             defined = {item.id: item for item in undamaged if isinstance(item, kind)}
             assert {item.id: item for item in items if isinstance(item, kind)} == defined
@@ -340,7 +344,7 @@ def traced(path) -> int:
     """The most memory that salvaging takes [bytes]."""
     tracemalloc.start()
     try:
-        for _ in salvage(path):
+        for _ in intact_records(path):
             pass
         return tracemalloc.get_traced_memory()[1]
     finally:
@@ -367,7 +371,7 @@ def test_a_hole_of_64_MB_is_read_in_pieces(tmp_path):
         file.seek(2**26, 1)
         file.write(content[chunk.start :])
     assert traced(path) < 2**24
-    assert len(messages_of(salvage(path))) == 4
+    assert len(messages_of(records_in(path))) == 4
 
 
 def test_a_chunk_that_is_more_than_it_says_is_refused(tmp_path):
@@ -386,17 +390,17 @@ def test_a_chunk_that_is_more_than_it_says_is_refused(tmp_path):
     path = tmp_path / "bomb.mcap"
     path.write_bytes(content[:place] + builder.end() + content[place:])
     assert traced(path) < 2**24
-    assert len(messages_of(salvage(path))) == 4
+    assert len(messages_of(records_in(path))) == 4
 
 
 def test_what_is_no_file_is_bad_input(tmp_path):
     for path in (tmp_path, tmp_path / "none.mcap"):
         with pytest.raises(InputError):
-            list(salvage(path))
+            records_in(path)
 
 
 def test_what_is_no_log_is_one_loss(tmp_path):
     for content in (bytes(3000), b"no log at all", np.random.default_rng(0).bytes(100_000)):
-        (lost,) = salvaged(tmp_path, content)
+        (lost,) = intact_in(tmp_path, content)
         assert (lost.start, lost.end, lost.messages) == (0, len(content), {})
-    assert salvaged(tmp_path, b"") == []
+    assert intact_in(tmp_path, b"") == []
