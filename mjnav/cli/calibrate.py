@@ -8,9 +8,9 @@ from contextlib import contextmanager
 from dataclasses import asdict, replace
 from itertools import count
 
-from mjnav.cli import scene_options
-from mjnav.cli.output import output_path, written
-from mjnav.cli.waiting import compile_notice, progress, tell
+from mjnav.cli.options import scene_options
+from mjnav.cli.options.output import output_path, written
+from mjnav.cli.terminal.progress import compile_notice, progress, tell
 from mjnav.errors import InvalidValue
 from mjnav.loop.episode import WARM_UP_TICKS
 from mjnav.loop.faults.heartbeat import Heartbeat
@@ -18,9 +18,9 @@ from mjnav.loop.prepare import episode_label, load_scenario
 from mjnav.metrics.calibration import Bin, Calibration, Interval
 from mjnav.scenarios.ranges import MAX_SEED
 from mjnav.scenarios.spec import Scenario
-from mjnav.study.calibration import SETTINGS, Plan, calibrate, forecasts, run_label
-from mjnav.study.collision_event import EVENT
-from mjnav.study.workers import Limit
+from mjnav.study.calibration.calibrate import SETTINGS, Plan, calibrate, forecasts, run_label
+from mjnav.study.calibration.collision_event import EVENT
+from mjnav.study.sweep.workers import Limit
 
 PLAN = Plan()
 

@@ -6,17 +6,17 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from mjnav.cli import terminal
-from mjnav.cli.output import output_path, replacement
+from mjnav.cli.options.output import output_path, replacement
 from mjnav.cli.sweep import OUT_FOLDER
-from mjnav.cli.waiting import progress, tell
+from mjnav.cli.terminal import streams
+from mjnav.cli.terminal.progress import progress, tell
 from mjnav.errors import InputError, InvalidValue, unknown_name
-from mjnav.study.compare import FIGURES
-from mjnav.study.store import STUDY_FILE, Store
+from mjnav.study.compare.compare import FIGURES
+from mjnav.study.store.store import STUDY_FILE, Store
 from mjnav.study.study_file import StudyFile, load_study, studies
 
 if TYPE_CHECKING:
-    from mjnav.study.results import Results
+    from mjnav.study.compare.results import Results
 
 PIPE_WIDTH = 10_000  # [characters] where there is no terminal: no line is broken
 
@@ -92,7 +92,7 @@ def _kept(store: Store) -> StudyFile | None:
 
 
 def _read(store: Store, study: StudyFile | None, arguments: argparse.Namespace) -> "Results":
-    from mjnav.study.results import read_results
+    from mjnav.study.compare.results import read_results
 
     figures = FIGURES if arguments.figure is None else arguments.figure
     with progress("compare", 100.0, "%") as show:
@@ -111,7 +111,7 @@ def _read(store: Store, study: StudyFile | None, arguments: argparse.Namespace) 
 def _print(results: "Results") -> None:
     from mjnav.report.comparison.text import write
 
-    console = terminal.console(width=PIPE_WIDTH)
+    console = streams.console(width=PIPE_WIDTH)
     with console.capture() as captured:  # rich itself would end the process where the reader has gone
         write(results, console)
-    terminal.show("".join(f"{line.rstrip()}\n" for line in captured.get().splitlines()))
+    streams.show("".join(f"{line.rstrip()}\n" for line in captured.get().splitlines()))

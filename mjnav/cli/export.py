@@ -3,8 +3,8 @@
 import argparse
 import json
 
-from mjnav.cli.interrupt import interruptible
-from mjnav.cli.waiting import progress
+from mjnav.cli.terminal.interrupt import interruptible
+from mjnav.cli.terminal.progress import progress
 from mjnav.errors import DamagedLogError, InputError
 from mjnav.recording import Log, open_log
 from mjnav.recording.export import FORMATS, check_format, check_new_folder, export

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from itertools import islice
 from typing import TYPE_CHECKING, Any
 
-from mjnav.cli import terminal
+from mjnav.cli.terminal import streams
 from mjnav.errors import DamagedLogError
 from mjnav.report.printable import printable
 
@@ -45,7 +45,7 @@ def execute(arguments: argparse.Namespace) -> int:
 
 
 def _print(found: Mapping[str, Any]) -> None:
-    console = terminal.console(width=_PIPE_WIDTH)
+    console = streams.console(width=_PIPE_WIDTH)
     with console.capture() as captured:  # rich itself would end the process where the reader has gone
         console.print(_headline(found), style="bold", soft_wrap=True)
         _show(console, list(_origin(found)))
@@ -64,7 +64,7 @@ def _print(found: Mapping[str, Any]) -> None:
         console.print(_topics(found["topics"], with_schema=console.width >= _WIDE))
         if len(found["topics"]) > _MAX_LINES:
             console.print(f"{len(found['topics']) - _MAX_LINES} topics more, which --json has")
-    terminal.show(captured.get())
+    streams.show(captured.get())
 
 
 def _show(console: "Console", lines: Sequence[str]) -> None:

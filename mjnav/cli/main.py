@@ -7,9 +7,9 @@ from collections.abc import Mapping, Sequence
 from importlib import import_module
 from types import MappingProxyType
 
-from mjnav.cli.guard import Guard, guarded
-from mjnav.cli.terminal import plain_output
-from mjnav.cli.waiting import tell
+from mjnav.cli.terminal.guard import Guard, guarded
+from mjnav.cli.terminal.progress import tell
+from mjnav.cli.terminal.streams import plain_output
 from mjnav.errors import InputError, MjnavError, unknown_name
 
 INTERRUPTED = 130

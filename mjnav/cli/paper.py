@@ -9,16 +9,16 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from mjnav.cli import scene_options
-from mjnav.cli.interrupt import interruptible
 from mjnav.cli.main import INTERRUPTED
-from mjnav.cli.waiting import pace, progress, tell
+from mjnav.cli.options import scene_options
+from mjnav.cli.terminal.interrupt import interruptible
+from mjnav.cli.terminal.progress import pace, progress, tell
 from mjnav.errors import InvalidValue, unknown_name
 
 if TYPE_CHECKING:
     from mjnav.paper.rows import PaperStudy
-    from mjnav.study.schedulers import Scheduler
-    from mjnav.study.store import Store
+    from mjnav.study.store.store import Store
+    from mjnav.study.sweep.schedulers import Scheduler
 
 FOLDER, QUICK_FOLDER = "runs/out/paper", "runs/out/paper-quick"
 QUICK_SEEDS = 1
@@ -47,8 +47,8 @@ def execute(arguments: argparse.Namespace) -> int:
     """Runs what is missing, then draws and judges every item. An interrupted run is gone on with."""
     from mjnav.paper import ITEMS
     from mjnav.paper.rows import studies
-    from mjnav.study import schedulers
-    from mjnav.study.store import Store
+    from mjnav.study.store.store import Store
+    from mjnav.study.sweep import schedulers
 
     names = list(ITEMS) if arguments.only is None else arguments.only
     for name in names:
@@ -89,7 +89,7 @@ def _run(
     Every cell's first seed is run first, and its time tells the rest's.
     """
     from mjnav.paper.rows import trials
-    from mjnav.study.sweep import check, sweep
+    from mjnav.study.sweep.sweep import check, sweep
 
     every = trials(wanted)
     if not every:
@@ -168,7 +168,7 @@ def _publish(
 def _write_page(folder: Path) -> None:
     import platform
 
-    from mjnav.cli.output import written
+    from mjnav.cli.options.output import written
     from mjnav.loop.provenance.run_info import revision
     from mjnav.paper.pictures.page import page
 

@@ -6,10 +6,10 @@ import sys
 from collections.abc import Callable, Iterator, Sequence
 from math import inf
 
-from mjnav.cli import scene_options
-from mjnav.cli.interrupt import interruptible
 from mjnav.cli.main import INTERRUPTED
-from mjnav.cli.waiting import compile_notice, progress
+from mjnav.cli.options import scene_options
+from mjnav.cli.terminal.interrupt import interruptible
+from mjnav.cli.terminal.progress import compile_notice, progress
 from mjnav.errors import InvalidValue
 from mjnav.loop.episode import warm_up
 from mjnav.loop.prepare import load_scenario

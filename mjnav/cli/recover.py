@@ -5,8 +5,8 @@ import json
 from dataclasses import asdict
 from pathlib import Path
 
-from mjnav.cli.interrupt import interruptible
-from mjnav.cli.waiting import progress
+from mjnav.cli.terminal.interrupt import interruptible
+from mjnav.cli.terminal.progress import progress
 from mjnav.recording.recover.recover import recover
 from mjnav.recording.recover.recovery import Recovery
 

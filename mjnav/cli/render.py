@@ -8,9 +8,9 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from mjnav.cli.interrupt import interruptible
-from mjnav.cli.output import output_path, replacement, written
-from mjnav.cli.waiting import progress
+from mjnav.cli.options.output import output_path, replacement, written
+from mjnav.cli.terminal.interrupt import interruptible
+from mjnav.cli.terminal.progress import progress
 from mjnav.errors import DamagedLogError, InvalidValue
 from mjnav.messages import Trajectory
 from mjnav.recording import Log, open_log

@@ -5,9 +5,9 @@ import json
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
-from mjnav.cli.interrupt import interruptible
 from mjnav.cli.main import INTERRUPTED
-from mjnav.cli.waiting import compile_notice, progress, tell
+from mjnav.cli.terminal.interrupt import interruptible
+from mjnav.cli.terminal.progress import compile_notice, progress, tell
 from mjnav.report.printable import printable
 
 if TYPE_CHECKING:

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from mjnav.cli.output import output_path, replacement
+from mjnav.cli.options.output import output_path, replacement
 from mjnav.errors import DamagedLogError, InputError, InvalidValue
 
 MAX_STEM = 120  # characters of a page's name that is made of several logs' names

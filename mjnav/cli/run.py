@@ -6,10 +6,10 @@ from collections.abc import Mapping
 from contextlib import ExitStack
 from typing import Any
 
-from mjnav.cli import scene_options, views
-from mjnav.cli.interrupt import interruptible
 from mjnav.cli.main import INTERRUPTED
-from mjnav.cli.waiting import compile_notice, progress, tell
+from mjnav.cli.options import scene_options, views
+from mjnav.cli.terminal.interrupt import interruptible
+from mjnav.cli.terminal.progress import compile_notice, progress, tell
 from mjnav.errors import InvalidValue, unknown_name
 from mjnav.loop.pacer import POLICIES
 from mjnav.loop.prepare import episode_label, load_scenario

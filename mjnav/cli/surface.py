@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from mjnav.cli import scene_options
-from mjnav.cli.output import output_path, written
-from mjnav.cli.waiting import compile_notice, progress
+from mjnav.cli.options import scene_options
+from mjnav.cli.options.output import output_path, written
+from mjnav.cli.terminal.progress import compile_notice, progress
 from mjnav.control.problem.candidates import WINDOWS
 from mjnav.control.surface import CostSurface, cost_surface, require_candidates
 from mjnav.errors import InvalidValue

@@ -10,12 +10,12 @@ from collections.abc import Callable, Mapping
 from dataclasses import asdict
 from pathlib import Path
 
-from mjnav.cli import scene_options
-from mjnav.cli.interrupt import interruptible
 from mjnav.cli.main import INTERRUPTED
-from mjnav.cli.waiting import pace, progress, tell
+from mjnav.cli.options import scene_options
+from mjnav.cli.terminal.interrupt import interruptible
+from mjnav.cli.terminal.progress import pace, progress, tell
 from mjnav.errors import InputError, InvalidValue, MjnavError
-from mjnav.study.row import Row
+from mjnav.study.store.row import Row
 from mjnav.study.study_file import load_study, study_text
 
 OUT_FOLDER = Path("runs/out")
@@ -56,11 +56,11 @@ def execute(arguments: argparse.Namespace) -> int:
         study = study.with_seeds(arguments.seeds)
     folder = Path(arguments.output) if arguments.output else OUT_FOLDER / study.name
 
-    from mjnav.study import schedulers
     from mjnav.study.cells import resolve
-    from mjnav.study.changes import changes_since
-    from mjnav.study.store import Store
-    from mjnav.study.sweep import check, sweep, trials
+    from mjnav.study.store.store import Store
+    from mjnav.study.sweep import schedulers
+    from mjnav.study.sweep.changes import changes_since
+    from mjnav.study.sweep.sweep import check, sweep, trials
 
     store = Store(folder)
     cells = resolve(study, arguments.overrides, arguments.scene)
@@ -129,7 +129,7 @@ class _Watch:
 
     def begin(self, kept: int, total: int, changes: Mapping[str, int]) -> None:
         """Before the first episode, with what has changed since those that are kept."""
-        from mjnav.study.changes import told
+        from mjnav.study.sweep.changes import told
 
         self.began, self._kept, self._total = True, kept, total
         if kept:
@@ -139,7 +139,7 @@ class _Watch:
 
     def progress(self, done: int, row: Row) -> None:
         """After an episode."""
-        from mjnav.study.sweep import worker_changes
+        from mjnav.study.sweep.sweep import worker_changes
 
         if done == 1:
             self._first_done = time.monotonic()

@@ -5,7 +5,7 @@ from numpy.typing import ArrayLike
 
 from mjnav.metrics.intervals import SharedBootstrap, paired_bootstrap
 from mjnav.rng import stream
-from mjnav.study.compare import Difference, Estimate
+from mjnav.study.compare.compare import Difference, Estimate
 
 LEAST_RUNS = 5  # fewer make no interval
 

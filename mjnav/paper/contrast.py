@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from mjnav.paper.finding import LEAST_PAIRS, Claim, Measured
-from mjnav.study.compare import CellRows, Difference, Estimate, difference, estimate, paired
+from mjnav.study.compare.compare import CellRows, Difference, Estimate, difference, estimate, paired
 
 Cells = Sequence[CellRows]
 

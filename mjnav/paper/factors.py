@@ -12,7 +12,7 @@ import numpy as np
 from mjnav.messages import Array
 from mjnav.paper.contrast import Cells, Contrast, claim
 from mjnav.paper.finding import Finding, judge
-from mjnav.study.compare import CellRows, paired
+from mjnav.study.compare.compare import CellRows, paired
 
 STUDIES = ("paper-factors",)
 SOURCE = "what the paper does not vary"

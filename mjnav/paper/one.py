@@ -8,7 +8,7 @@ from mjnav.messages import Array
 from mjnav.metrics.intervals import wilson
 from mjnav.paper.contrast import Cells, Contrast, by_place, claim, contrasts
 from mjnav.paper.finding import LEAST_PAIRS, Claim, Finding, Measured, judge
-from mjnav.study.compare import CellRows, common, paired
+from mjnav.study.compare.compare import CellRows, common, paired
 
 STUDIES = ("paper-one",)
 SOURCE = "the comparison with one obstacle"

@@ -13,7 +13,7 @@ from mjnav.messages import Array
 from mjnav.paper.contrast import Cells, Contrast, claim, short
 from mjnav.paper.finding import Finding, judge
 from mjnav.rng import stream
-from mjnav.study.compare import CellRows, Difference, Estimate, paired
+from mjnav.study.compare.compare import CellRows, Difference, Estimate, paired
 
 STUDIES = ("paper-pareto",)
 SOURCE = "what one operating point cannot show"

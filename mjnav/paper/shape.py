@@ -4,7 +4,7 @@ from collections.abc import Iterator
 
 from mjnav.paper.contrast import Cells, Contrast, by_place, claim
 from mjnav.paper.finding import Finding, judge
-from mjnav.study.compare import CellRows, difference
+from mjnav.study.compare.compare import CellRows, difference
 
 STUDIES = ("paper-shape",)
 SOURCE = "the premise: noise is not Gaussian, and the method uses its samples"

@@ -23,7 +23,7 @@ from mjnav.paper.by_run import mean_by_run
 from mjnav.paper.contrast import shown
 from mjnav.paper.finding import Claim, Finding, Measured, judge
 from mjnav.scenarios.spec import Scenario
-from mjnav.study.compare import Difference
+from mjnav.study.compare.compare import Difference
 
 CONTROLS = ("goal alone", "nominal", "matched")
 GOAL, NOMINAL, MATCHED = range(len(CONTROLS))

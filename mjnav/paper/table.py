@@ -6,7 +6,7 @@ from mjnav.messages import Array
 from mjnav.metrics.intervals import mcnemar, wilson
 from mjnav.paper.contrast import Cells, by_place
 from mjnav.paper.finding import LEAST_PAIRS, Claim, Finding, Measured, judge
-from mjnav.study.compare import CellRows
+from mjnav.study.compare.compare import CellRows
 
 STUDIES = ("paper-table",)
 SOURCE = "the table figure"

@@ -17,8 +17,8 @@ from mjnav.metrics.effort import time_to_avoid
 from mjnav.metrics.safety import lane_clearance
 from mjnav.scenarios.spec import Scenario
 from mjnav.study.cells import Cell
-from mjnav.study.row import COLUMNS, MADE_WITH, ROW_SCHEMA, Row, flatten
 from mjnav.study.sample_shape import SampleShape
+from mjnav.study.store.row import COLUMNS, MADE_WITH, ROW_SCHEMA, Row, flatten
 from mjnav.study.variants import DEFAULT_SETTING
 
 ID_DIGITS = 32  # 128 bits: of a billion episodes, two with the same id are one in 10^21

@@ -14,7 +14,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from mjnav.errors import MjnavError
-from mjnav.study.store import Store
+from mjnav.study.store.store import Store
 from tests.study.made_up import row
 
 FLIPS = 400

@@ -7,7 +7,7 @@ import pytest
 
 from mjnav.cli.main import main
 from mjnav.errors import InputError
-from mjnav.study.store import Store
+from mjnav.study.store.store import Store
 
 OURS = "# mjnav sweep two.toml\nschema = 1\n"
 

@@ -10,10 +10,10 @@ import time
 import pytest
 
 from mjnav.study.cells import resolve
-from mjnav.study.in_thread import run_in_thread
-from mjnav.study.store import Store
+from mjnav.study.store.store import Store
 from mjnav.study.study_file import load_study
-from mjnav.study.sweep import trials
+from mjnav.study.sweep.in_thread import run_in_thread
+from mjnav.study.sweep.sweep import trials
 
 PATIENCE = 120.0  # [s]
 MINE = """

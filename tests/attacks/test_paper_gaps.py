@@ -16,8 +16,8 @@ import pytest
 from mjnav.paper import one
 from mjnav.paper.finding import Verdict
 from mjnav.paper.rows import rows, studies
-from mjnav.study.row import COLUMNS
-from mjnav.study.store import Store
+from mjnav.study.store.row import COLUMNS
+from mjnav.study.store.store import Store
 from mjnav.study.trial import Trial
 
 pytest.importorskip("pyarrow", reason="the sweep extra is not installed")

@@ -6,8 +6,8 @@ import pyarrow.parquet as pq
 import pytest
 
 from mjnav.errors import MjnavError
-from mjnav.study.row import COLUMNS
-from mjnav.study.store import Store
+from mjnav.study.store.row import COLUMNS
+from mjnav.study.store.store import Store
 from tests.study.made_up import row
 
 FLIPS = 400

@@ -17,8 +17,8 @@ import pyarrow.parquet as pq
 import pytest
 
 import mjnav
-from mjnav.study.changes import mixtures
-from mjnav.study.store import Store
+from mjnav.study.store.store import Store
+from mjnav.study.sweep.changes import mixtures
 
 STUDY = """
 schema = 1

@@ -13,7 +13,7 @@ import pytest
 from mcap.writer import Writer
 
 import mjnav
-from mjnav.cli.terminal import plain
+from mjnav.cli.terminal.streams import plain
 from mjnav.recording.export.csv_cells import neutral
 from mjnav.scenarios import dumps, load
 

@@ -16,8 +16,8 @@ from pathlib import Path
 
 import numpy as np
 
-from mjnav.study.row import COLUMNS, NUMBER, Row
-from mjnav.study.store import Store
+from mjnav.study.store.row import COLUMNS, NUMBER, Row
+from mjnav.study.store.store import Store
 
 SCENES, SETTINGS, METHODS = 5, 10, 10
 SHARD_ROWS = 5_000

@@ -16,11 +16,11 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from mjnav.study.cells import resolve
-from mjnav.study.row import Row
-from mjnav.study.schedulers import Scheduler, local, serial
-from mjnav.study.store import Store
+from mjnav.study.store.row import Row
+from mjnav.study.store.store import Store
 from mjnav.study.study_file import load_study
-from mjnav.study.sweep import sweep, trials
+from mjnav.study.sweep.schedulers import Scheduler, local, serial
+from mjnav.study.sweep.sweep import sweep, trials
 from mjnav.study.trial import Trial
 
 STUDY = """

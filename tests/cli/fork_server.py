@@ -11,8 +11,8 @@ import signal
 import sys
 import tempfile
 
-from mjnav.cli.guard import guarded
 from mjnav.cli.main import main
+from mjnav.cli.terminal.guard import guarded
 
 
 def become(request: dict) -> None:

@@ -5,7 +5,7 @@ import signal
 
 import pytest
 
-from mjnav.study.store import Store
+from mjnav.study.store.store import Store
 
 STUDY = """
 schema = 1

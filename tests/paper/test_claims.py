@@ -6,7 +6,7 @@ import pytest
 from mjnav.paper import degree, factors, kld, lane, many, one, pareto, shape, table
 from mjnav.paper.contrast import Contrast, claim, contrasts, short, shown
 from mjnav.paper.finding import Claim, Measured, Verdict, judge, overall
-from mjnav.study.compare import COLLISIONS, CellRows, Difference, Estimate
+from mjnav.study.compare.compare import COLLISIONS, CellRows, Difference, Estimate
 
 SEEDS = np.arange(40)
 FIGURES = (

@@ -18,7 +18,7 @@ from mjnav.paper.pictures import surface as surface_figure
 from mjnav.paper.pictures import table as table_figure
 from mjnav.paper.pictures.bars import bars
 from mjnav.paper.snapshots import GOAL, MATCHED
-from mjnav.study.compare import CellRows
+from mjnav.study.compare.compare import CellRows
 
 SHORT = (*DIRECT, "physics.engine=kinematic", "time_limit=3.0")
 

@@ -19,9 +19,9 @@ from mjnav.report.comparison.latex import escaped, latex
 from mjnav.report.comparison.shown import Shown, columns
 from mjnav.report.comparison.text import write
 from mjnav.report.comparison.tidy import csv_text, document
-from mjnav.study.compare import RATES
-from mjnav.study.results import read_results
-from mjnav.study.store import Store
+from mjnav.study.compare.compare import RATES
+from mjnav.study.compare.results import read_results
+from mjnav.study.store.store import Store
 from mjnav.study.study_file import load_study
 from tests.study.made_up import row
 

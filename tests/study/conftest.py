@@ -11,7 +11,7 @@ from mjnav.messages import Observation, ObstacleSamples, WorldState
 from mjnav.scenarios import Scenario
 from mjnav.study.cells import resolve
 from mjnav.study.study_file import load_study
-from mjnav.study.sweep import trials
+from mjnav.study.sweep.sweep import trials
 from mjnav.study.trial import Trial, run_trial
 
 ONE_PILLAR = """

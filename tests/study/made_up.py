@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from mjnav.study.row import COLUMNS, Row
+from mjnav.study.store.row import COLUMNS, Row
 
 
 def row(

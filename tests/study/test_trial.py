@@ -9,7 +9,7 @@ from mjnav import scenarios
 from mjnav.loop.episode import Episode
 from mjnav.loop.provenance.facts import FACTS, provenance
 from mjnav.study.cells import Cell
-from mjnav.study.row import COLUMNS, FIGURES, flatten
+from mjnav.study.store.row import COLUMNS, FIGURES, flatten
 from mjnav.study.trial import Trial, failed_row, run_trial
 
 CELL = Cell("scene", "setting", "method", "rkhs", "{}", "document")

@@ -9,7 +9,7 @@ from matplotlib.patches import Patch
 
 from mjnav.paper.contrast import Cells, place, short, values
 from mjnav.paper.pictures.style import DEGREES, GREY, INK, METHODS, TWO_COLUMNS, new_figure, style
-from mjnav.study.compare import Estimate
+from mjnav.study.compare.compare import Estimate
 
 ROW_HEIGHT = 1.25  # [inches]
 

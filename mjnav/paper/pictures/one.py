@@ -10,7 +10,7 @@ from mjnav.paper.contrast import Cells, by_place
 from mjnav.paper.one import ETAS, RKHS, moments, tick_share
 from mjnav.paper.pictures.bars import color, legend, with_result
 from mjnav.paper.pictures.style import ORANGE, TWO_COLUMNS, new_figure, style
-from mjnav.study.compare import estimate
+from mjnav.study.compare.compare import estimate
 
 METHODS = (*RKHS, "gaussian-linearised")
 FIGURES = MappingProxyType(

@@ -10,7 +10,7 @@ from mjnav.paper.contrast import Cells, short
 from mjnav.paper.pareto import METHODS, curve, settings
 from mjnav.paper.pictures.bars import color, legend, with_result
 from mjnav.paper.pictures.style import TWO_COLUMNS, new_figure, style
-from mjnav.study.compare import estimate
+from mjnav.study.compare.compare import estimate
 
 FIGURES = MappingProxyType(
     {"control_cost": "control cost [m²/s³]", "mean_deviation_m": "deviation [m]", "collision": "collision rate"}

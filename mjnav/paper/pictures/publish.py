@@ -16,8 +16,8 @@ from matplotlib.figure import Figure
 from mjnav.paper.finding import Finding, Verdict
 from mjnav.paper.pictures.style import DPI, style
 from mjnav.recording.export.csv_cells import neutral
-from mjnav.study.compare import CellRows, estimate
-from mjnav.study.row import COLUMNS
+from mjnav.study.compare.compare import CellRows, estimate
+from mjnav.study.store.row import COLUMNS
 
 FINDINGS, DATA, PICTURE, PRINT = "findings.json", "data.csv", "figure.png", "figure.pdf"
 CORRECTION = "Holm"  # of the verdicts, for the number of an item's tests; items of before have none

@@ -10,8 +10,8 @@ from mjnav.report.comparison.html_cell import Axis, cell, plain
 from mjnav.report.comparison.notes import meaning, warnings
 from mjnav.report.comparison.shown import PLAIN, columns, decision, episodes, infeasible
 from mjnav.report.printable import printable
-from mjnav.study.compare import RATES, Comparison
-from mjnav.study.results import Results
+from mjnav.study.compare.compare import RATES, Comparison
+from mjnav.study.compare.results import Results
 
 
 def html(results: Results) -> str:

@@ -6,7 +6,7 @@ What is printed is rounded; `data-` attributes bear the values themselves.
 from math import isfinite
 
 from mjnav.report.comparison.shown import Column, Shown
-from mjnav.study.compare import Comparison, Difference, Estimate, MethodRow
+from mjnav.study.compare.compare import Comparison, Difference, Estimate, MethodRow
 
 WIDTH, HEIGHT, MARGIN = 100.0, 9.0, 2.0  # of a whisker's own coordinates
 

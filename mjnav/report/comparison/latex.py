@@ -5,8 +5,8 @@ from collections.abc import Iterable, Iterator
 from mjnav.report.comparison.notes import meaning, warnings
 from mjnav.report.comparison.shown import ALPHA, PLAIN, Column, Shown, columns, decision, episodes, infeasible
 from mjnav.report.printable import printable
-from mjnav.study.compare import RATES, Comparison, MethodRow
-from mjnav.study.results import Results
+from mjnav.study.compare.compare import RATES, Comparison, MethodRow
+from mjnav.study.compare.results import Results
 
 _ESCAPES = str.maketrans(
     {

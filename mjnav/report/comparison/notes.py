@@ -3,8 +3,8 @@
 from collections.abc import Iterator
 
 from mjnav.report.printable import printable
-from mjnav.study.compare import OVER_ALL, RESAMPLES
-from mjnav.study.results import Results
+from mjnav.study.compare.compare import OVER_ALL, RESAMPLES
+from mjnav.study.compare.results import Results
 
 FEW_SEEDS = 20  # below it a percentile bootstrap's interval is too narrow
 MAX_NAMED = 5

@@ -8,7 +8,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from math import floor, isfinite, log10
 
-from mjnav.study.compare import RATES, Comparison, Estimate, MethodRow
+from mjnav.study.compare.compare import RATES, Comparison, Estimate, MethodRow
 
 ALPHA = 0.05  # below it a difference is marked
 MAX_DECIMALS = 6

@@ -11,8 +11,8 @@ from rich.text import Text
 from mjnav.report.comparison.notes import meaning, warnings
 from mjnav.report.comparison.shown import PLAIN, Column, columns, decision, episodes, infeasible
 from mjnav.report.printable import printable
-from mjnav.study.compare import RATES, Comparison
-from mjnav.study.results import Results
+from mjnav.study.compare.compare import RATES, Comparison
+from mjnav.study.compare.results import Results
 
 GAP = 2  # [characters] between columns
 MAX_LABEL = 0.4  # of the width; longer labels are folded

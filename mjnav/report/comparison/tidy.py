@@ -7,8 +7,8 @@ from math import isfinite
 from typing import Any
 
 from mjnav.recording.export.csv_cells import neutral
-from mjnav.study.compare import Comparison, Estimate, MethodRow
-from mjnav.study.results import Results
+from mjnav.study.compare.compare import Comparison, Estimate, MethodRow
+from mjnav.study.compare.results import Results
 
 HEADER = (
     *("scene", "setting", "method", "episodes", "failed", "missing"),

@@ -1,0 +1,1 @@
+"""Standard output, progress, signals, and the process that watches a command."""

@@ -1,0 +1,1 @@
+"""Predicted risks compared with how often they come true."""

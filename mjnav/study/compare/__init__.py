@@ -1,0 +1,1 @@
+"""The methods of a study compared with one another."""

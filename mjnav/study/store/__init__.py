@@ -1,0 +1,1 @@
+"""The results of a sweep on disk: rows in Parquet files."""

@@ -1,0 +1,127 @@
+"""One Parquet file of a sweep's rows: its name, and its content checked before anything in it is believed.
+
+Parquet makes any number of rows of a few bytes (a null and a run of equal values cost nothing each), and any length of
+text: so rows, pages and text are bounded by the size of the file before they take memory. A shard of a sweep holds a
+row for 70 bytes or more; its pages unpacked are 1.7 times the file, its values in memory 20 times.
+"""
+
+import hashlib
+import re
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from mjnav.errors import MjnavError, missing_extra
+from mjnav.scenarios.regular_file import read_regular
+from mjnav.study.store.page_sizes import unpacked_size
+from mjnav.study.store.row import COLUMNS, PLACE_IN_STUDY
+
+if TYPE_CHECKING:
+    import pyarrow
+
+DONE, FAILED = "part", "failed"
+DIGITS = 32  # of a shard's digest: 128 bits
+# Names of earlier versions have eight random digits in place of the digest.
+SHARD = re.compile(rf"({DONE}|{FAILED})-\d{{6,}}-([0-9a-f]{{8}}|[0-9a-f]{{{DIGITS}}})\.parquet")
+
+ALWAYS = frozenset(("id", *PLACE_IN_STUDY, "revision"))  # columns without nulls, in every version
+MAX_SIZE = 256 * 2**20  # [bytes] of a shard
+FREE_ROWS, BYTES_A_ROW = 10_000, 8  # so many, and one for so many bytes of the file
+FREE_PAGES, PAGES = 16 * 2**20, 50  # [bytes] of pages unpacked: so many, and so many for each of the file
+FREE_TEXT, TEXT = 16 * 2**20, 500  # [bytes] of text in all rows, likewise
+MAX_LIST = 10_000  # elements of a list in the footer
+
+
+def digest(content: bytes) -> str:
+    """What a shard's name says of its content."""
+    return hashlib.sha256(content).hexdigest()[:DIGITS]
+
+
+def parquet() -> Any:
+    """The module that reads and writes Parquet. Raises InputError where it is missing."""
+    try:
+        import pyarrow.parquet
+    except ImportError:
+        raise missing_extra("pyarrow", "sweep") from None
+    return pyarrow.parquet
+
+
+def schema() -> "pyarrow.Schema":
+    """Of all columns."""
+    import pyarrow as pa
+
+    return pa.schema([(name, pa.type_for_alias(kind)) for name, (kind, _) in COLUMNS.items()])
+
+
+def read_shard(shard: Path, columns: Sequence[str]) -> "pyarrow.Table":
+    """The columns that a shard has of these. Raises MjnavError where it is not what was written."""
+    import pyarrow as pa
+
+    name = SHARD.fullmatch(shard.name)
+    if name is None:
+        raise MjnavError(f"{shard}: not written by mjnav; move it elsewhere")
+    try:
+        content = read_regular(shard, MAX_SIZE)
+        if len(name[2]) == DIGITS and digest(content) != name[2]:  # earlier versions named none
+            raise OSError("its content has changed since it was written")
+        return _read(content, columns)
+    except (OSError, pa.ArrowException) as error:
+        reason = " ".join(str(error.args[-1] if error.args else error).split())
+        raise MjnavError(f"{shard}: damaged ({reason}); remove it, then --resume runs its episodes again") from None
+
+
+def _read(content: bytes, columns: Sequence[str]) -> "pyarrow.Table":
+    """Raises OSError and ArrowException."""
+    import pyarrow as pa
+
+    limits = {"thrift_string_size_limit": len(content), "thrift_container_size_limit": MAX_LIST}
+    file = parquet().ParquetFile(pa.BufferReader(content), **limits)
+    found, kinds = file.schema_arrow, schema()
+    if not ALWAYS.issubset(found.names) or len(set(found.names)) < len(found) or file.num_row_groups != 1:
+        raise OSError("not of a sweep")
+    there = [name for name in columns if name in found.names]
+    for name in there:
+        if found.field(name).type != kinds.field(name).type:
+            raise OSError(f"{name} of type {found.field(name).type}, where a sweep writes {kinds.field(name).type}")
+    _check_claims(file.metadata, there, content)
+    file = parquet().ParquetFile(
+        pa.BufferReader(content),
+        metadata=file.metadata,
+        page_checksum_verification=True,
+        read_dictionary=[name for name in there if found.field(name).type == pa.string()],  # unpacked once each
+        **limits,
+    )
+    table = file.read(there)
+    table.validate(full=True)
+    for name in there:
+        if name in ALWAYS and table[name].null_count:
+            raise OSError(f"a row without {name}")
+    _check_text(table, len(content))
+    return table.cast(pa.schema([kinds.field(name) for name in there]))
+
+
+def _check_claims(metadata: Any, columns: Sequence[str], content: bytes) -> None:
+    """Raises OSError where the columns say that they hold more than a file of this size may."""
+    group, size = metadata.row_group(0), len(content)
+    chunks = [chunk for chunk in map(group.column, range(group.num_columns)) if chunk.path_in_schema in columns]
+    rows = max(metadata.num_rows, group.num_rows, *(chunk.num_values for chunk in chunks))
+    if rows > FREE_ROWS + size // BYTES_A_ROW:
+        raise OSError(f"{rows} rows, more than a file of {size} bytes may hold")
+    pages = sum(unpacked_size(content, chunk) for chunk in chunks)
+    if pages > FREE_PAGES + PAGES * size:
+        raise OSError(f"{pages} bytes when unpacked, more than a file of {size} bytes may hold")
+
+
+def _check_text(table: "pyarrow.Table", size: int) -> None:
+    """Raises OSError where the texts of all rows are longer than a file of `size` bytes may hold."""
+    import pyarrow as pa
+    from pyarrow import compute
+
+    total = 0
+    for column in table.columns:
+        if pa.types.is_dictionary(column.type):
+            for chunk in column.chunks:
+                lengths = compute.call_function("binary_length", [chunk.dictionary]).take(chunk.indices)
+                total += compute.call_function("sum", [lengths]).as_py() or 0
+    if total > FREE_TEXT + TEXT * size:
+        raise OSError(f"{total} bytes of text, more than a file of {size} bytes may hold")

@@ -1,0 +1,1 @@
+"""Running a study's episodes, here, in worker processes or on a Dask cluster."""

@@ -1,0 +1,44 @@
+"""A trial in a thread of a process that is not ours, as a Dask worker's: watched from within, for there is no outside.
+
+A tick that hangs in Python code is ended by an exception in its thread. Where that does not help, as in compiled code
+that never returns, the process ends: the scheduler then counts a worker that the trial has lost, and gives it up after
+`distributed.scheduler.allowed-failures` of them. Code that hangs and keeps the interpreter's lock stops the worker's
+heartbeat, too, for which `distributed.scheduler.worker-ttl` ends it.
+"""
+
+import ctypes
+import logging
+import os
+import sys
+import threading
+
+from mjnav.loop.faults.heartbeat import END_TIMEOUT, STALL, Heartbeat, TimeUp
+from mjnav.study.store.row import Row
+from mjnav.study.trial import Trial, failed_row, run_trial
+
+_POLL = 0.5  # [s]
+
+
+def run_in_thread(trial: Trial, max_seconds: float) -> Row:
+    """The trial's row on this thread; a failed one where it took longer than `max_seconds` on the wall."""
+    heart, done = Heartbeat(max_seconds), threading.Event()
+    watch = threading.Thread(target=_watch, args=(trial.label, heart, threading.get_ident(), done), daemon=True)
+    watch.start()
+    try:
+        row = run_trial(trial, beat=heart)
+    finally:
+        done.set()
+    return row if heart.over is None else failed_row(trial, heart.over, row["wall_s"])
+
+
+def _watch(name: str, heart: Heartbeat, thread: int, done: threading.Event) -> None:
+    log, told = logging.getLogger("distributed.worker"), False
+    while not done.wait(_POLL):
+        if heart.quiet >= STALL and not told:
+            told = True
+            log.warning("%s has made no progress for %.0f s", name, heart.quiet)
+        if heart.hangs:
+            log.error("%s: %s", name, heart.end(sys._current_frames().get(thread)))
+            ctypes.pythonapi.PyThreadState_SetAsyncExc(ctypes.c_ulong(thread), ctypes.py_object(TimeUp))
+            if not done.wait(END_TIMEOUT):
+                os._exit(1)

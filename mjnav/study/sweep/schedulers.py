@@ -1,0 +1,212 @@
+"""Where the trials of a sweep run: here, in processes of this machine, or on the workers of a Dask scheduler.
+
+Each takes trials one by one as it has room for them, and yields their rows as they are done, or None where nothing was
+done for a while. Who stops listening ends what is running. `stop` is asked by what runs in this process.
+"""
+
+import asyncio
+import logging
+import socket
+import threading
+from collections.abc import Callable, Coroutine, Generator, Iterable
+from contextlib import suppress
+from itertools import islice
+from queue import Empty, SimpleQueue
+from typing import Any
+
+from mjnav.errors import InvalidValue, MjnavError, missing_extra
+from mjnav.loop.faults.fault import describe_fault
+from mjnav.loop.faults.heartbeat import MAX_SECONDS, Heartbeat
+from mjnav.study.store.row import Row
+from mjnav.study.sweep.in_thread import run_in_thread
+from mjnav.study.sweep.workers import POLL, Limit, as_done
+from mjnav.study.trial import Trial, failed_row, run_trial
+
+Rows = Generator[Row | None]
+Scheduler = Callable[[Iterable[Trial], Callable[[], bool]], Rows]
+
+CONNECT_TIMEOUT = 10.0  # [s]
+CLOSE_TIMEOUT = 2.0  # [s] that a scheduler has to take leave
+PATIENCE = 30.0  # [s] without any answer after which a scheduler counts as lost: its event loop may be busy
+WINDOW = 4  # trials under way for each thread of the workers: while one runs, the next are on their way
+LEAST_WINDOW = 32  # trials where there is no worker yet: a cluster that grows with its load needs to see some
+DIED = "the worker died"
+
+
+def serial(trials: Iterable[Trial], stop: Callable[[], bool]) -> Rows:
+    """In this process, one after another."""
+    for trial in trials:
+        row = run_trial(trial, stop)
+        if stop():
+            return
+        yield row
+
+
+def local(workers: int, max_seconds: float = MAX_SECONDS, tell: Callable[[str], None] = lambda text: None) -> Scheduler:
+    """In processes of this machine. `tell` is told of an episode that makes no progress."""
+    limit = Limit(lambda trial: trial.label, max_seconds, tell)
+
+    def run(trials: Iterable[Trial], stop: Callable[[], bool]) -> Rows:
+        for news in as_done(_run, trials, workers, given_up=failed_row, limit=limit):
+            yield news and news[1]
+
+    return run
+
+
+def _run(trial: Trial, heart: Heartbeat) -> Row:
+    return run_trial(trial, beat=heart)
+
+
+def dask(address: str, max_seconds: float = MAX_SECONDS, *, patience: float = PATIENCE) -> Scheduler:
+    """On the workers of the Dask scheduler at `address`; the trials of one that dies are given to others.
+
+    Raises InputError where nobody answers at the address or distributed is missing; the rows raise MjnavError where the
+    scheduler is lost: its connection is closed, or it answers nothing for `patience` [s].
+    """
+    _check_address(address)
+
+    def run(trials: Iterable[Trial], stop: Callable[[], bool]) -> Rows:
+        source, done = iter(trials), SimpleQueue[Any]()
+        under_way: dict[Any, Trial] = {}
+        client = _connect(address)
+        pulse = _Pulse(client, address, patience)
+
+        def fetch(future: Any) -> None:
+            """Asks for the row of a trial that is done; called on a thread of the client's."""
+            if future.status != "finished":
+                done.put((future, None))
+                return
+            asked = _ask(client, client.gather(future, asynchronous=True))
+            asked.add_done_callback(lambda answer: done.put((future, answer)))
+
+        try:
+            while True:
+                for trial in islice(source, max(0, pulse.window - len(under_way))):
+                    future = client.submit(run_in_thread, trial, max_seconds, key=f"mjnav-{trial.id}")
+                    under_way[future] = trial
+                    future.add_done_callback(fetch)
+                if not under_way:
+                    return
+                try:
+                    future, answer = done.get(timeout=POLL)
+                except Empty:
+                    pulse.beat()
+                    yield None
+                    continue
+                pulse.heard()
+                yield _row(future, answer, under_way.pop(future), address)
+        finally:
+            with suppress(Exception):  # it may be gone
+                client.cancel(list(under_way))
+                client.close(timeout=CLOSE_TIMEOUT)
+
+    return run
+
+
+class _Pulse:
+    """Whether the scheduler is there, without ever waiting for it.
+
+    Silence is counted in polls, not by the clock: a sweep that was itself stopped for a while has lost nobody.
+    """
+
+    def __init__(self, client: Any, address: str, patience: float):
+        self.window = LEAST_WINDOW  # trials to have under way
+        self._client, self._address, self._patience = client, address, patience
+        self._question: Any = None
+        self._silent = 0  # polls
+
+    def heard(self) -> None:
+        """The scheduler did something."""
+        self._silent = 0
+
+    def beat(self) -> None:
+        """A poll without news. Raises MjnavError where the scheduler is lost."""
+        if self._question is None:
+            self._question = _ask(self._client, self._client.scheduler.ncores(workers=None))
+        elif self._question.done():
+            if self._question.cancelled() or self._question.exception() is not None:
+                raise _lost(self._address)
+            self.window = max(LEAST_WINDOW, WINDOW * sum(self._question.result().values()))
+            self._question = None
+            self.heard()
+        else:
+            self._silent += 1
+            if self._silent * POLL > self._patience:
+                raise MjnavError(f"the scheduler at {self._address} is lost: no answer for {self._patience:g} s")
+
+
+def _ask(client: Any, question: Coroutine[Any, Any, Any]) -> Any:
+    """The answer to come, from the client's own thread."""
+    return asyncio.run_coroutine_threadsafe(question, client.loop.asyncio_loop)
+
+
+def _lost(address: str) -> MjnavError:
+    return MjnavError(f"the scheduler at {address} is lost: the connection was closed")
+
+
+def _row(future: Any, answer: Any, trial: Trial, address: str) -> Row:
+    from distributed import KilledWorker
+
+    if answer is not None and not answer.cancelled() and answer.exception() is None:
+        return answer.result()
+    if future.status != "error":  # the row, or all news of it, did not come through
+        raise _lost(address)
+    error = future.exception()
+    return failed_row(trial, DIED if isinstance(error, KilledWorker) else describe_fault(error))
+
+
+def _check_address(address: str) -> None:
+    try:
+        from distributed.comm.addressing import parse_address, parse_host_port
+    except ImportError:
+        raise missing_extra("distributed", "sweep") from None
+    try:
+        scheme, place = parse_address(address)
+        if scheme == "tls":
+            _check_tls(address)
+        host_and_port = parse_host_port(place)
+        socket.create_connection(host_and_port, timeout=CONNECT_TIMEOUT).close()
+    except InvalidValue:
+        raise
+    except (OSError, ValueError) as error:
+        allowed = f"the address of a Dask scheduler, as in tcp://host:8786 ({error})"
+        raise InvalidValue("--scheduler", address, allowed) from None
+
+
+def _check_tls(address: str) -> None:
+    """Raises InvalidValue where Dask's configuration names no certificates, OSError where they cannot be read."""
+    from distributed.security import Security
+
+    settings = Security().get_tls_config_for_role("client")
+    missing = [key for key in ("ca_file", "cert", "key") if not settings[key]]
+    if missing:
+        names = ("DASK_DISTRIBUTED__COMM__TLS__CA_FILE", "..._TLS__CLIENT__CERT", "..._TLS__CLIENT__KEY")
+        raise InvalidValue("--scheduler", address, f"tls:// with Dask's settings {', '.join(names)}")
+    Security().get_connection_args("client")
+
+
+def _connect(address: str) -> Any:
+    from distributed import Client
+
+    for name in logging.root.manager.loggerDict:
+        if name.partition(".")[0] == "distributed":
+            logging.getLogger(name).setLevel(logging.CRITICAL)  # what goes wrong is told in a line
+    made = SimpleQueue[Any]()
+
+    def make() -> None:
+        try:
+            made.put(Client(address, timeout=CONNECT_TIMEOUT, set_as_default=False))
+        except Exception as error:
+            made.put(error)
+
+    # On a thread of its own: a scheduler that takes the connection and then says nothing is waited for without end.
+    threading.Thread(target=make, daemon=True).start()
+    try:
+        client = made.get(timeout=2.0 * CONNECT_TIMEOUT)
+    except Empty:
+        client = TimeoutError(f"it says nothing for {2.0 * CONNECT_TIMEOUT:g} s")
+    if isinstance(client, OSError):
+        raise MjnavError(f"no Dask scheduler answers at {address}: {client}")
+    if isinstance(client, Exception):
+        raise client
+    return client

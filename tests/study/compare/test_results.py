@@ -1,0 +1,137 @@
+"""What a folder of results says of a study: which rows are its, what is missing, what went wrong."""
+
+import pytest
+
+from mjnav.errors import InputError, InvalidValue
+from mjnav.study.compare.results import read_results
+from mjnav.study.store.store import Store
+from mjnav.study.study_file import load_study
+from tests.study.made_up import row
+
+pytest.importorskip("pyarrow", reason="the sweep extra is not installed")
+
+STUDY = """
+schema = 1
+name = "made up"
+scenes = ["crossing1", "mine/corner.toml"]
+seeds = [3, 1, 7]
+grid = { noise.profile = ["pearson", "bimodal"] }
+[[methods]]
+controller = "mean"
+[[methods]]
+controller = "rkhs"
+grid = { weight = [1, 10.0] }
+"""
+
+
+@pytest.fixture
+def store(tmp_path):
+    store = Store(tmp_path / "results")
+    with store.writing(""):
+        pass
+    return store
+
+
+@pytest.fixture
+def study(tmp_path):
+    path = tmp_path / "made up.toml"
+    path.write_text(STUDY)
+    return load_study(path)
+
+
+def read(store, study=None, figures=("control_cost",), **options):
+    return read_results(store, study, figures=figures, **options)
+
+
+def cell(method, seeds, setting="noise.profile=pearson", scene="crossing1", **columns):
+    return [row(method, seed, 1.0 + seed, scene=scene, setting=setting, **columns) for seed in seeds]
+
+
+def test_missing_seeds_are_counted_against_the_study_cell_by_cell(store, study):
+    store.append([*cell("mean", [1, 3, 7]), *cell("rkhs weight=1", [3, 100]), *cell("rkhs weight=10.0", [3, 1])])
+    found = read(store, study)
+    place = ("crossing1", "noise.profile=pearson")
+    assert found.missing == {(*place, "mean"): 0, (*place, "rkhs weight=1"): 2, (*place, "rkhs weight=10.0"): 1}
+    assert found.num_seeds == 3
+    methods = ("mean", "rkhs weight=1", "rkhs weight=10.0")
+    assert found.absent == tuple(("crossing1", "noise.profile=bimodal", method) for method in methods)
+    assert (found.num_episodes, found.num_missing) == (7, 2 + 1 + 3 * 3)
+    assert [r.method for r in found.tables[0].rows] == list(methods)
+
+
+def test_a_scene_given_by_path_is_asked_for_where_there_are_rows_of_it(store, study):
+    store.append(cell("mean", [1], scene="corner"))
+    found = read(store, study)
+    assert ("corner", "noise.profile=bimodal", "mean") in found.absent
+    assert {scene for scene, _, _ in found.absent} == {"crossing1", "corner"}
+
+
+def test_without_a_study_nothing_is_missing(store):
+    store.append(cell("mean", [1]))
+    found = read(store)
+    assert (found.num_seeds, found.num_missing, found.absent) == (None, 0, ())
+    assert found.study == "made up"
+
+
+def test_rows_of_another_study_are_left_out_and_told(store, study):
+    store.append([*cell("mean", [1]), *cell("other", [1], study="another")])
+    found = read(store, study)
+    assert ([r.method for r in found.tables[0].rows], found.others) == (["mean"], ("another",))
+    with pytest.raises(InputError, match="rows of several studies: another, made up"):
+        read(store)
+
+
+def test_rows_of_another_study_alone_are_refused(store, study):
+    store.append(cell("other", [1], study="another"))
+    with pytest.raises(InputError, match="rows of study 'another', none of 'made up'"):
+        read(store, study)
+
+
+def test_a_seed_under_two_scenarios_is_refused(store):
+    store.append(
+        [*cell("mean", [1, 2, 3]), row("mean", 2, 9.0, scene="crossing1", setting="noise.profile=pearson", id="x")]
+    )
+    with pytest.raises(InputError, match="method mean has seed 2 under two scenarios"):
+        read(store)
+
+
+def test_causes_and_revisions_are_those_of_the_rows(store):
+    store.append([row("a", 0, 1.0), row("a", 1, 1.0, error="it broke"), row("b", 0, 1.0, error="it broke")])
+    store.append([row("b", 2, 1.0, revision="2")])
+    found = read(store)
+    assert (found.causes, found.revisions) == ({"it broke": 2}, ("1", "2"))
+    assert [(r.num, r.num_failed) for r in found.tables[0].rows] == [(2, 1), (2, 1)]
+
+
+def test_figures_are_each_compared_once_and_rates_always(store):
+    store.append(cell("mean", [1]))
+    found = read(store, figures=("time_s", "success", "time_s", "collision"))
+    assert found.figures == ("time_s",)
+    assert list(found.tables[0].rows[0].figures) == ["success", "collision", "time_s"]
+
+
+def test_progress_is_told_table_by_table(store):
+    store.append([*cell("mean", [1]), *cell("mean", [1], scene="hall")])
+    told = []
+    read(store, progress=lambda done, total: told.append((done, total)))
+    assert told == [(1, 2), (2, 2)]
+
+
+@pytest.mark.parametrize(
+    ("options", "key", "nearest"),
+    [
+        ({"figures": ("control_costs",)}, "figure", "control_cost"),
+        ({"figures": ("outcome",)}, "figure", None),
+        ({"reference": "men"}, "reference", "mean"),
+    ],
+)
+def test_unknown_names_are_refused_with_the_nearest(store, options, key, nearest):
+    store.append(cell("mean", [1]))
+    with pytest.raises(InvalidValue) as refused:
+        read(store, **options)
+    assert (refused.value.key, refused.value.nearest) == (key, nearest)
+
+
+def test_an_empty_folder_is_refused(store):
+    with pytest.raises(InputError, match="no results of a sweep"):
+        read(store)

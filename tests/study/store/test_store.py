@@ -1,0 +1,155 @@
+"""Shards appear whole or not at all, and the ids in them say what is done."""
+
+import resource
+import signal
+import subprocess
+import sys
+from contextlib import contextmanager
+
+import pyarrow.parquet as pq
+import pytest
+
+from mjnav.errors import InputError, MjnavError
+from mjnav.study.store.row import CELL, COLUMNS
+from mjnav.study.store.store import Store
+
+
+def row(number: int, error: str | None = None) -> dict:
+    labels = {"id": f"{number:04d}", "seed": number, **dict.fromkeys((*CELL, "revision"), "made up")}
+    return dict.fromkeys(COLUMNS) | labels | {"error": error, "time_s": 0.5 * number}
+
+
+def seeds(store: Store) -> set[int]:
+    return {seed for *_, seed in store.done()}
+
+
+@pytest.fixture
+def store(tmp_path):
+    store = Store(tmp_path / "results")
+    with store.writing("# mjnav the study"):
+        yield store
+
+
+def test_what_was_added_is_there(store):
+    store.append([row(0), row(1)])
+    store.append([row(2), row(3, "broke")])
+    table = store.rows()
+    assert table.column_names == list(COLUMNS)
+    assert sorted(table.to_pylist(), key=lambda r: r["id"]) == [row(0), row(1), row(2), row(3, "broke")]
+    assert seeds(store) == {0, 1, 2, 3}
+    assert store.rows(["seed"], failed=False)["seed"].to_pylist() == [0, 1, 2]
+    assert (store.study(), store.has_rows()) == ("# mjnav the study", True)
+
+
+def test_an_empty_store_has_no_rows(tmp_path):
+    store = Store(tmp_path / "nowhere")
+    assert (store.done(), len(store.rows()), store.has_rows(), store.study()) == (set(), 0, False, "")
+    assert not store.folder.exists()
+
+
+def test_shards_are_zstd_and_duckdb_reads_them(store):
+    duckdb = pytest.importorskip("duckdb")
+    store.append([row(number) for number in range(3)])
+    (shard,) = store.folder.glob("*.parquet")
+    assert pq.read_metadata(shard).row_group(0).column(0).compression == "ZSTD"
+    query = f"SELECT count(*), sum(time_s) FROM '{store.folder}/part-*.parquet'"
+    assert duckdb.sql(query).fetchall() == [(3, 1.5)]
+
+
+def test_failures_are_counted_by_cause_and_forgotten_together(store):
+    store.append([row(0), row(1, "a"), row(2, "b")])
+    store.append([row(3, "a")])
+    assert (store.causes(), store.num_failed()) == ({"a": 2, "b": 1}, 3)
+    assert store.forget_failures() == 3
+    assert (seeds(store), store.num_failed()) == ({0}, 0)
+
+
+def test_an_id_in_two_shards_is_told(store):
+    store.append([row(0)])
+    store.append([row(0)])
+    with pytest.raises(MjnavError, match="an episode stands in two shards"):
+        store.rows()
+
+
+def test_what_a_killed_writer_left_is_not_read_and_goes(store):
+    store.append([row(0)])
+    left = store.folder / "part-000001-abcdef01.parquet.tmp"
+    left.write_bytes(b"PAR1 half of a sh")
+    theirs = store.folder / "notes.tmp"
+    theirs.write_text("not ours")
+    assert seeds(store) == {0}
+    again = Store(store.folder)
+    with pytest.raises(InputError, match="another sweep writes to it"), again.writing(""):
+        pass
+    assert left.exists()
+
+
+def test_a_writer_that_comes_after_a_killed_one_cleans_up(tmp_path):
+    folder = tmp_path / "results"
+    code = f"""
+import time
+from mjnav.study.store.store import Store
+with Store({str(folder)!r}).writing("# mjnav the first"):
+    open({str(folder / "part-000000-abcdef01.parquet.tmp")!r}, "w").close()
+    open({str(folder / "notes.tmp")!r}, "w").close()
+    print("writing", flush=True)
+    time.sleep(60)
+"""
+    writer = subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE, text=True)
+    with writer:
+        assert writer.stdout is not None
+        assert writer.stdout.readline() == "writing\n"
+        with pytest.raises(InputError, match=f"{folder}: another sweep writes to it"), Store(folder).writing(""):
+            pass
+        writer.send_signal(signal.SIGKILL)
+    with Store(folder).writing("# mjnav the second"):
+        assert sorted(path.name for path in folder.iterdir()) == ["lock", "notes.tmp", "study.toml"]
+    assert Store(folder).study() == "# mjnav the second"
+
+
+def test_a_shard_that_cannot_be_read_is_told_in_a_line(store):
+    store.append([row(0)])
+    (shard,) = store.folder.glob("*.parquet")
+    shard.write_bytes(shard.read_bytes()[:-20])
+    with pytest.raises(MjnavError, match=rf"{shard}: damaged \(.*\); remove it, then --resume runs its episodes again"):
+        store.done()
+
+
+def test_a_column_that_came_later_is_null_in_older_shards(store):
+    store.append([row(0)])
+    (shard,) = store.folder.glob("*.parquet")
+    older = shard.with_name("part-000000-1f6c0a12.parquet")  # as they were named, without a digest
+    pq.write_table(pq.read_table(shard).drop_columns(["time_s", "row_schema"]), older)
+    shard.unlink()
+    store.append([row(1)])
+    assert sorted(store.rows(["id", "time_s", "row_schema"]).to_pylist(), key=str) == [
+        {"id": "0000", "time_s": None, "row_schema": None},
+        {"id": "0001", "time_s": 0.5, "row_schema": None},
+    ]
+
+
+@contextmanager
+def no_file_larger_than(size: int):
+    """As a full disk, for this process."""
+    before = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (size, before[1]))
+    try:
+        yield
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, before)
+
+
+def test_what_the_disk_refuses_leaves_the_store_as_it_was(store):
+    store.append([row(0)])
+    before = sorted(store.folder.iterdir())
+    with no_file_larger_than(2000), pytest.raises(MjnavError, match=r"part-000001-.*\.parquet: File too large$"):
+        store.append([row(1)])
+    assert sorted(store.folder.iterdir()) == before
+    store.append([row(1)])
+    assert seeds(store) == {0, 1}
+
+
+def test_a_folder_that_cannot_be_made_is_told(tmp_path):
+    (tmp_path / "file").write_text("")
+    with pytest.raises(InputError, match="file/results: "), Store(tmp_path / "file" / "results").writing(""):
+        pass

@@ -1,0 +1,119 @@
+"""Workers of a Dask scheduler, real processes on loopback, give the rows that one process gives."""
+
+import json
+import signal
+import subprocess
+import sys
+import time
+
+import distributed  # noqa: F401 - its settings
+import pytest
+from dask import config as configuration
+
+from mjnav.errors import InputError, MjnavError
+from mjnav.study.store.store import Store
+from mjnav.study.sweep import schedulers
+from mjnav.study.sweep.schedulers import dask
+from mjnav.study.sweep.sweep import sweep
+
+PATIENCE = 120.0  # [s]
+WORKER = ("dask_worker", "--no-nanny", "--nthreads", "1", "--no-dashboard", "--host", "127.0.0.1")
+SCHEDULER = ("dask_scheduler", "--no-dashboard", "--host", "127.0.0.1", "--port", "0")
+
+
+@pytest.fixture
+def cluster(tmp_path):
+    """The scheduler's address, its process, and those of two workers."""
+    where = tmp_path / "scheduler.json"
+    started = []
+
+    def start(program, *options):
+        command = [sys.executable, "-m", f"distributed.cli.{program}", *options, "--scheduler-file", str(where)]
+        started.append(subprocess.Popen(command, cwd=tmp_path, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL))
+        return started[-1]
+
+    try:
+        scheduler = start(*SCHEDULER)
+        ends = time.monotonic() + PATIENCE
+        while not where.exists():
+            assert time.monotonic() < ends
+            time.sleep(0.05)
+        workers = [start(*WORKER) for _ in range(2)]
+        yield json.loads(where.read_text())["address"], scheduler, workers
+    finally:
+        for process in started:
+            process.kill()
+            process.wait()
+
+
+def test_dask_gives_the_serial_rows_and_tells_a_lost_scheduler_in_a_line(
+    cluster, tmp_path, small_trials, serial_hashes, monkeypatch
+):
+    monkeypatch.setattr(schedulers, "CONNECT_TIMEOUT", 1.0)
+    address, scheduler, workers = cluster
+    store = Store(tmp_path / "out")
+
+    def kill(done, row):
+        if done == 4:
+            workers[0].send_signal(signal.SIGKILL)
+
+    report = sweep(small_trials, store, dask(address), progress=kill)
+    rows = store.rows(["id", "state_hash", "error"]).to_pylist()
+    assert (report.run, report.failed, len(rows)) == (16, 0, 16)
+    assert {row["id"]: row["state_hash"] for row in rows} == serial_hashes
+
+    hung = Store(tmp_path / "hung")
+    impatient = dask(address, patience=1.0)
+    with pytest.raises(MjnavError, match=f"the scheduler at {address} is lost: no answer for 1 s"):
+        sweep(small_trials, hung, impatient, progress=lambda done, row: scheduler.send_signal(signal.SIGSTOP))
+    with pytest.raises(MjnavError, match=f"no Dask scheduler answers at {address}: it says nothing for 2 s"):
+        sweep(small_trials, hung, dask(address), resume=True)
+    scheduler.send_signal(signal.SIGCONT)
+    assert hung.rows(["error"]).to_pylist() == [{"error": None}] * len(hung.done())  # and none is blamed on a worker
+    assert 0 < len(hung.done()) < 16
+
+    cut = Store(tmp_path / "cut")
+    with pytest.raises(MjnavError, match=f"the scheduler at {address} is lost: the connection was closed"):
+        sweep(small_trials, cut, dask(address), progress=lambda done, row: scheduler.kill())
+    assert 0 < len(cut.done()) <= 16
+    with pytest.raises(InputError, match=rf"--scheduler: found '{address}'; allowed: .*Connection refused"):
+        dask(address)
+
+
+def test_a_tls_address_wants_settings_and_works_with_them(tmp_path, small_trials, serial_hashes, monkeypatch):
+    cert, key, where = tmp_path / "cert.pem", tmp_path / "key.pem", tmp_path / "scheduler.json"
+    made = f"openssl req -x509 -newkey rsa:2048 -nodes -days 1 -subj /CN=mjnav -keyout {key} -out {cert}"
+    subprocess.run(made.split(), capture_output=True, check=True)
+    tls = ("--tls-ca-file", str(cert), "--tls-cert", str(cert), "--tls-key", str(key))
+    started = []
+
+    def start(program, *options):
+        command = [sys.executable, "-m", f"distributed.cli.{program}", *options, *tls, "--scheduler-file", str(where)]
+        started.append(subprocess.Popen(command, cwd=tmp_path, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL))
+
+    try:
+        start(*SCHEDULER, "--protocol", "tls")
+        ends = time.monotonic() + PATIENCE
+        while not where.exists():
+            assert time.monotonic() < ends
+            time.sleep(0.05)
+        start(*WORKER, "--protocol", "tls")
+        address = json.loads(where.read_text())["address"]
+        assert address.startswith("tls://127.0.0.1:")
+        with pytest.raises(InputError, match=f"^--scheduler: found '{address}'; allowed: tls:// with Dask's settings"):
+            dask(address)
+        settings = {"ca-file": str(cert), "client.cert": str(cert), "client.key": str(key)}
+        with configuration.set({f"distributed.comm.tls.{name}": path for name, path in settings.items()}):
+            sweep(small_trials[:2], store := Store(tmp_path / "out"), dask(address))
+        rows = store.rows(["id", "state_hash"]).to_pylist()
+        assert {row["id"]: row["state_hash"] for row in rows}.items() <= serial_hashes.items()
+        assert len(rows) == 2
+    finally:
+        for process in started:
+            process.kill()
+            process.wait()
+
+
+def test_what_is_no_address_is_told_at_once():
+    with pytest.raises(InputError, match="--scheduler: found 'cluster'; allowed: the address of a Dask scheduler"):
+        dask("cluster")
