@@ -47,11 +47,13 @@ def test_the_scene_of_ones_own_is_one(tmp_path):
     assert load_scenario(path).name == "corner"
 
 
-def test_every_controller_has_a_row():
-    from mjnav.control import names
+def test_the_table_of_controllers_is_the_registrys():
+    from mjnav.control.registry import METHODS
 
-    rows = re.findall(r"^\| `([a-z-]+)` \|.*\| `control/methods/\w+\.py` \|$", README.read_text(), flags=re.MULTILINE)
-    assert sorted(rows) == sorted(names())
+    rows = re.findall(
+        r"^\| `([a-z-]+)` \| [^|]+ \| ([^|]+) \| `(control/methods/\w+\.py)` \|$", README.read_text(), re.MULTILINE
+    )
+    assert rows == [(method.name, method.source, method.file) for method in METHODS.values()]
 
 
 def test_every_command_has_a_row():

@@ -10,8 +10,8 @@ import numpy as np
 from mjnav.cli.options import scene_options
 from mjnav.cli.options.output import output_path, written
 from mjnav.cli.terminal.progress import compile_notice, progress
+from mjnav.control.decision_surface import DecisionSurface, decision_surface, require_candidates
 from mjnav.control.problem.candidates import WINDOWS
-from mjnav.control.surface import CostSurface, cost_surface, require_candidates
 from mjnav.errors import InvalidValue
 from mjnav.loop.episode import warm_up
 from mjnav.loop.prepare import build_controller, load_scenario
@@ -56,7 +56,9 @@ def execute(arguments: argparse.Namespace) -> int:
             record = record_at(scenario, arguments.at, progress=show)
         except InvalidValue as error:
             raise error.within(file="--at") from None
-    surface = cost_surface(controller, record.observation, record.decision, window=arguments.window, num=arguments.grid)
+    surface = decision_surface(
+        controller, record.observation, record.decision, window=arguments.window, num=arguments.grid
+    )
     about = {
         "scene": scenario.name,
         "controller": scenario.control.method,
@@ -97,7 +99,7 @@ def _paths(arguments: argparse.Namespace, scenario: Scenario) -> tuple[Path, Pat
     return picture, data if arguments.data is None else output_path("--data", arguments.data, ".npz")
 
 
-def _controls(surface: CostSurface) -> dict[str, dict[str, float | None] | None]:
+def _controls(surface: DecisionSurface) -> dict[str, dict[str, float | None] | None]:
     """What was chosen, the nominal control, and the cheapest on the grid; null for what is infinite."""
     s, costs = surface, surface.costs
     found = s.minimum
@@ -119,14 +121,14 @@ def _text(control: dict[str, float | None] | None) -> str:
     return f"v {control['v']:.3f} m/s, ω {control['omega']:.3f} rad/s, total cost {total}"
 
 
-def _save_picture(path: Path, surface: CostSurface, title: str) -> None:
+def _save_picture(path: Path, surface: DecisionSurface, title: str) -> None:
     from mjnav.report.surface_figure import surface_figure
 
     with written(path) as file:
         surface_figure(surface, title).savefig(file, format="png")
 
 
-def _save_arrays(path: Path, surface: CostSurface, names: tuple[str, ...], about: dict[str, Any]) -> None:
+def _save_arrays(path: Path, surface: DecisionSurface, names: tuple[str, ...], about: dict[str, Any]) -> None:
     s = surface
     with written(path) as file:
         np.savez_compressed(

@@ -1,28 +1,36 @@
-"""What a controller is, and what those share that see a problem, or choose from the candidate grid."""
+"""What a controller is, and how the candidate is chosen that a decision is.
+
+With J the goal cost (`problem/goal_cost.py`) and a method's risk of every disc and wall j and of both lanes i,
+
+    WeightedController      u* = argmin_u  J(u) + lambda sum_j risk_j(u) + sum_i lambda_i risk_i(u)
+    ConstrainedController   u* = argmin_u  J(u)   subject to   risk_j(u) <= bound,  risk_i(u) <= bound
+"""
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable
+from inspect import isclass
 from math import inf
-from typing import ClassVar, Generic, Protocol, TypeVar
+from typing import Any, ClassVar, Generic, Protocol, TypeVar, get_args
 
 import numpy as np
 
-from mjnav.control.parameters import LoopParameters, Parameters, WeightedParameters, completed
+from mjnav.control.parameters import LoopParameters, MatchingParameters, Parameters, WeightedParameters, completed
+from mjnav.control.problem.desired import Desired
 from mjnav.control.problem.nominal import least_violating
 from mjnav.control.problem.problem import Problem
 from mjnav.messages import Array, CandidateCosts, Decision, Observation, RobotLimits, Status
 
 P = TypeVar("P", bound=LoopParameters)
-W = TypeVar("W", bound=WeightedParameters)
+M = TypeVar("M", bound=MatchingParameters)
 
 
 class Controller(Protocol):
     """Turns an observation into a decision.
 
-    A class of one's own with these members and a `parameters_type` (a frozen dataclass below `LoopParameters`) is
-    called as Class(robot_limits, period, parameters), and works wherever a name does as "package.module:Class". What it
-    decides depends on the observations since it was made alone: no clock, no random numbers but from its own seeded
-    generator. In the loop it does not raise: what it cannot do is a status.
+    A user's own class with these members and a `parameters_type` (a frozen dataclass below `LoopParameters`) is called
+    as Class(robot_limits, period, parameters), and is used by the name "package.module:Class". Its decisions depend on
+    the observations since it was made alone: no clock, no random numbers but from its own seeded generator. In the
+    loop it does not raise: a failure is a status.
     """
 
     parameters: LoopParameters
@@ -40,23 +48,32 @@ class Controller(Protocol):
 
 
 class ProblemController(ABC, Generic[P]):
-    """A method that sees an observation as a `Problem`: a subclass gives `decide` and its parameters' type.
+    """A method that sees an observation as a `Problem`: a subclass gives `decide`.
 
-    `seen_with` are the parameters of its problems: its own, with defaults for those that it does not have. So the cone
-    of a method that decides without one is logged by the same measure.
+    A subclass says its parameters once, as in `class Own(WeightedController[OwnParameters])`; that sets its
+    `parameters_type`, unless its body does.
+
+    The problem's parameters are the method's own, with defaults for those that it does not have: the cone of a method
+    that decides without one is logged by the same measure.
     """
 
     parameters_type: ClassVar[type[LoopParameters]] = Parameters
 
+    def __init_subclass__(cls, **options: Any):
+        super().__init_subclass__(**options)
+        for kind in (kind for base in vars(cls).get("__orig_bases__", ()) for kind in get_args(base)):
+            if isclass(kind) and issubclass(kind, LoopParameters) and "parameters_type" not in vars(cls):
+                cls.parameters_type = kind
+
     def __init__(self, limits: RobotLimits, period: float, parameters: P):
         self.limits, self.period, self.parameters = limits, period, parameters
-        self.seen_with = completed(parameters)
+        self.problem_parameters = completed(parameters)
         self._latest: Problem | None = None
 
     def problem(self, observation: Observation) -> Problem:
         """The observation as this controller sees it; asked for the same one again, the same problem."""
         if self._latest is None or self._latest.observation is not observation:
-            self._latest = Problem(observation, self.limits, self.period, self.seen_with)
+            self._latest = Problem(observation, self.limits, self.period, self.problem_parameters)
         return self._latest
 
     @abstractmethod
@@ -64,7 +81,7 @@ class ProblemController(ABC, Generic[P]):
         """The control for the moment at which the observation's samples stand."""
 
     def closest_cone(self, observation: Observation, decision: Decision) -> tuple[int, Array, Array] | None:
-        """The closest obstacle's samples at the chosen control, and what the method wants of them."""
+        """The closest obstacle's samples at the chosen control, and the method's desired samples."""
         problem = self.problem(observation)
         if not problem.reach.discs:
             return None
@@ -72,12 +89,12 @@ class ProblemController(ABC, Generic[P]):
         return problem.reach.discs[0], samples, self.desired_cone(problem, 0)
 
     def desired_cone(self, problem: Problem, block: int) -> Array:
-        """The samples that the method wants of one disc or wall; empty for a method that wants none."""
+        """The desired samples of one disc or wall; empty for a method without."""
         return np.zeros(0)
 
 
 class GridController(ProblemController[P]):
-    """A method that picks one of the candidates: a subclass gives `evaluate` and its parameters' type."""
+    """A method that picks one of the candidates: a subclass gives `evaluate`."""
 
     def decide(self, observation: Observation) -> Decision:
         """The candidate of least total cost."""
@@ -88,30 +105,54 @@ class GridController(ProblemController[P]):
 
     def status(self, problem: Problem, costs: CandidateCosts, best: int) -> Status:
         """How the decision for candidate `best` came about."""
-        if problem.violation[costs.nominal] > 0.0:
-            return Status.INFEASIBLE_NOMINAL
-        if costs.v[best] == 0.0 and costs.omega[best] == 0.0 and not problem.observation.twist.any():
-            return Status.STOPPED
-        return Status.OK
+        infeasible = Status.INFEASIBLE_NOMINAL if problem.violation[costs.nominal] > 0.0 else None
+        return status_of(problem.observation, costs.v[best], costs.omega[best], infeasible)
 
     @abstractmethod
     def evaluate(self, problem: Problem) -> CandidateCosts:
         """The cost of every candidate, term by term."""
 
 
-class WeightedController(GridController[W]):
-    """A method that adds its risk to the goal cost: a subclass gives `risk`; total = J + weights . risk."""
+class WeightedController(GridController[P]):
+    """A method that adds its weighted risk to the goal cost: a subclass gives `risk`.
+
+    Its parameters have a `weight` and `lane_weights`, as `WeightedParameters` do.
+    """
+
+    parameters_type: ClassVar[type[LoopParameters]] = WeightedParameters
+
+    @property
+    def weights(self) -> tuple[float, Array]:
+        """lambda of each disc and wall, and (lambda_1, lambda_2) of the left and the right lane boundary."""
+        p: Any = self.parameters
+        return p.weight, np.array(p.lane_weights)
 
     @abstractmethod
     def risk(self, problem: Problem) -> tuple[Array, Array]:
         """The risk of every disc and wall in reach, (K, B), and of the lanes, (K, 2)."""
 
     def evaluate(self, problem: Problem) -> CandidateCosts:
-        """Goal cost plus weighted risk."""
-        p = self.parameters
+        """J + lambda sum_j risk_j + sum_i lambda_i risk_i."""
+        weight, lane_weights = self.weights
         cone, lane = self.risk(problem)
-        total = problem.goal + p.weight * cone.sum(axis=1) + lane @ np.array(p.lane_weights)
+        total = problem.goal_cost + weight * cone.sum(axis=1) + lane @ lane_weights
         return candidate_costs(problem, cone, lane, total)
+
+
+class MatchingController(WeightedController[M]):
+    """A weighted method whose risk is a distance from the desired distributions: a subclass gives `risk`."""
+
+    _desired: Desired | None = None
+
+    def desired(self, problem: Problem) -> Desired:
+        """The desired sets of a problem; asked for the same one again, the same sets."""
+        if self._desired is None or self._desired.problem is not problem:
+            self._desired = Desired(problem, self.parameters.desired_min, self.parameters.ball)
+        return self._desired
+
+    def desired_cone(self, problem: Problem, block: int) -> Array:
+        """F^des of one disc or wall."""
+        return self.desired(problem).samples(block)
 
 
 class ConstrainedController(GridController[P]):
@@ -134,7 +175,7 @@ class ConstrainedController(GridController[P]):
         """Goal cost where the risk is allowed, or exceeds the bound least where it is nowhere; infinite elsewhere."""
         cone, lane = self.risk(problem)
         allowed = least_violating(self._excess(cone, lane))
-        return candidate_costs(problem, cone, lane, np.where(allowed, problem.goal, inf))
+        return candidate_costs(problem, cone, lane, np.where(allowed, problem.goal_cost, inf))
 
     def status(self, problem: Problem, costs: CandidateCosts, best: int) -> Status:
         """`infeasible` where the chosen candidate exceeds the bound."""
@@ -147,6 +188,13 @@ class ConstrainedController(GridController[P]):
         return np.maximum(cone - self.bound, 0.0).sum(axis=1) + np.maximum(lane - self.bound, 0.0).sum(axis=1)
 
 
+def status_of(observation: Observation, v: float, omega: float, infeasible: Status | None = None) -> Status:
+    """`infeasible` where it is given, else `stopped` for a robot that stands and is to stay, else `ok`."""
+    if infeasible is not None:
+        return infeasible
+    return Status.STOPPED if v == 0.0 and omega == 0.0 and not observation.twist.any() else Status.OK
+
+
 def candidate_costs(problem: Problem, cone: Array, lane: Array, total: Array) -> CandidateCosts:
     """The message from the risk of the blocks in reach, (K, B), and of the lanes, (K, 2).
 
@@ -155,7 +203,7 @@ def candidate_costs(problem: Problem, cone: Array, lane: Array, total: Array) ->
     o, c = problem.observation, problem.candidates
     columns = np.zeros((len(cone), len(o.obstacles) + len(o.walls)))
     columns[:, problem.cone.blocks.column] = cone
-    return CandidateCosts(c.v, c.omega, problem.goal, columns, lane, total, problem.nominal)
+    return CandidateCosts(c.v, c.omega, problem.goal_cost, columns, lane, total, problem.nominal)
 
 
 def sample_risk(problem: Problem, reduction: Callable[[Array], Array], *, hinge: bool = False) -> tuple[Array, Array]:
@@ -166,8 +214,7 @@ def sample_risk(problem: Problem, reduction: Callable[[Array], Array], *, hinge:
     c = problem.candidates
     cone = problem.cone.reduce(c.v, c.omega, reduction, hinge=hinge)
     lane = np.zeros((len(c.v), 2))
-    if problem.observation.lanes is not None:
-        for side, samples in enumerate(problem.lanes):
-            samples = np.ascontiguousarray(samples.T)
-            lane[:, side] = reduction(np.maximum(samples, 0.0) if hinge else samples)
+    for side, samples in enumerate(problem.lanes):
+        samples = np.ascontiguousarray(samples.T)
+        lane[:, side] = reduction(np.maximum(samples, 0.0) if hinge else samples)
     return cone, lane

@@ -150,6 +150,20 @@ class WeightedParameters(Parameters):
         check_weights(self)
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class MatchingParameters(WeightedParameters):
+    """Of a method that compares each constraint's samples with desired ones: how those are chosen."""
+
+    desired_min: int = 25  # fewer safe samples than this are topped up
+    ball: float = 0.15  # [m] epsilon, the ball's radius
+
+    def __post_init__(self):
+        WeightedParameters.__post_init__(self)
+        for key in ("desired_min", "ball"):
+            at_least(key, getattr(self, key), 0.0)
+        finite(self, "ball")
+
+
 def check_weights(parameters: Any) -> None:
     """Refuses a `weight` or `lane_weights` that is negative or infinite."""
     at_least("weight", parameters.weight, 0.0)

@@ -16,7 +16,7 @@ from mjnav.control.problem.problem import Problem
 from mjnav.errors import InvalidValue
 from mjnav.messages import Array, Observation
 from mjnav.paper.decisions import variant
-from mjnav.rkhs.moments import moment_distance
+from mjnav.rkhs.mmd import moment_distance
 from mjnav.scenarios.spec import Scenario
 
 # name -> method, and which of its parameters are changed
@@ -49,7 +49,7 @@ class ContinuousCost:
         if observation.lanes is not None:
             raise InvalidValue("observation.lanes", observation.lanes, "None: the lanes' terms are not continued")
         problem = controller.problem(observation)
-        return cls(controller, problem, *controller.desired(problem).cone_moments(controller.parameters.degree))
+        return cls(controller, problem, *controller.desired(problem).raw_moments(controller.parameters.degree))
 
     def __call__(self, v: Array, omega: Array) -> Array:
         """The total cost of controls (K,)."""
@@ -58,8 +58,8 @@ class ContinuousCost:
         goal = GoalCost.of(
             Candidates(v, omega), float(p.mean_pose[2]), p.observation.twist, c.limits, c.period, parameters
         )
-        moments = p.cone.moments(v, omega, parameters.degree, self.sizes == 0)
-        distance = moment_distance(moments, self.desired, parameters.kernel.coefficients[1:])
+        moments = p.cone.raw_moments(v, omega, parameters.degree, self.sizes == 0)
+        distance = moment_distance(moments, self.desired, parameters.kernel)
         return goal(p.mean_pose[:2], p.observation.goal) + parameters.weight * distance.sum(axis=1)
 
 

@@ -5,7 +5,7 @@ from time import perf_counter
 
 import numpy as np
 
-from mjnav.control.surface import CostSurface, cost_surface
+from mjnav.control.decision_surface import DecisionSurface, decision_surface
 from mjnav.messages import Array, TickRecord
 from mjnav.paper.continuous_cost import ContinuousCost, variant_costs
 from mjnav.paper.kinks import along_omega, clip_places, slope_jump, slopes
@@ -22,7 +22,7 @@ CALLS = 50  # of which the median counts
 class View:
     """One cost around one decision, over the whole range between the limits; cuts are at the decision's v."""
 
-    surface: CostSurface
+    surface: DecisionSurface
     ends: Array  # (16, 2) v, omega where the gradient method ended
     cut_omega: Array  # (n,)
     cut_cost: Array  # (n,)
@@ -44,7 +44,7 @@ def _view(cost: ContinuousCost, v: float, num: int) -> View:
     omega, slope = slopes(cost, v, low[1], high[1], CUT_STEP)
     cut = np.linspace(low[1], high[1], omega.size + 1)
     return View(
-        surface=cost_surface(controller, observation, controller.decide(observation), num=num),
+        surface=decision_surface(controller, observation, controller.decide(observation), num=num),
         ends=np.array([by_gradient(cost, low, high, start).control for start in starts(16)]),
         cut_omega=cut,
         cut_cost=along_omega(cost, v, cut),

@@ -123,7 +123,7 @@ def measure(
         if samples <= (SAMPLES if quick else GRAM_SAMPLES) and obstacles == OBSTACLES:
             found += _gram(sized, observations, 3 if quick or samples == GRAM_SAMPLES else 20)
         progress(done + 1, len(sizes))
-    p = controller.seen_with
+    p = controller.problem_parameters
     return RealTimeData(scenario.name, scenario.control.period, p.num_v * p.num_omega + 2, tuple(found))
 
 

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from mjnav.control.matching import MatchingController
+from mjnav.control.base import MatchingController
 from mjnav.errors import InvalidValue
 from mjnav.loop.episode import Episode
 from mjnav.loop.prepare import build_controller

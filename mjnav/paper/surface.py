@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from mjnav.control.surface import require_candidates
+from mjnav.control.decision_surface import require_candidates
 from mjnav.errors import InvalidValue
 from mjnav.loop.prepare import build_controller
 from mjnav.messages import Array, TickRecord

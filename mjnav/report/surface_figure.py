@@ -19,7 +19,7 @@ from matplotlib.patches import Patch, Rectangle
 from matplotlib.patheffects import withStroke
 from matplotlib.ticker import AsinhLocator
 
-from mjnav.control.surface import CostSurface
+from mjnav.control.decision_surface import DecisionSurface
 from mjnav.messages import Array
 
 SIZE = (10.0, 8.6)  # [inches]
@@ -38,7 +38,7 @@ NOMINAL: Mapping[str, Any] = MappingProxyType(
 FORBIDDEN: Mapping[str, Any] = MappingProxyType({"facecolor": "#cfcfcf", "hatch": "////", "edgecolor": "#9a9a9a"})
 
 
-def surface_figure(surface: CostSurface, title: str) -> Figure:
+def surface_figure(surface: DecisionSurface, title: str) -> Figure:
     """The picture; axes 0 to 3 are goal, cone, lane, total, and `title` stands above them."""
     s = surface
     figure = Figure(figsize=SIZE, dpi=DPI, layout="constrained")
@@ -58,7 +58,7 @@ def surface_figure(surface: CostSurface, title: str) -> Figure:
     return figure
 
 
-def _draw(figure: Figure, axes: Axes, s: CostSurface, values: Array) -> None:
+def _draw(figure: Figure, axes: Axes, s: DecisionSurface, values: Array) -> None:
     """The values (V, W) as colours and contour lines, with their scale."""
     axes.patch.set(**FORBIDDEN)
     finite = np.isfinite(values)
@@ -87,7 +87,7 @@ def _norm(values: Array) -> Normalize:
     return AsinhNorm(width, least, high)
 
 
-def _mark(axes: Axes, s: CostSurface) -> None:
+def _mark(axes: Axes, s: DecisionSurface) -> None:
     """The controls and the window, above everything else."""
     low, high = s.reachable
     axes.add_patch(_window(low, high - low))

@@ -1,24 +1,74 @@
-"""The maximum mean discrepancy: the distance between two distributions' mean embeddings.
+"""The maximum mean discrepancy: the distance between two distributions' embeddings.
 
 A distribution X with samples x_i and weights alpha_i has the embedding mu_X = sum_i alpha_i k(x_i, .), and
 
     MMD^2(X, Y) = |mu_X - mu_Y|^2 = alpha' K_xx alpha - 2 alpha' K_xy beta + beta' K_yy beta.
 
-For the polynomial kernel of degree d the feature map is finite, so the same number is
+The polynomial kernel k(x, y) = (scale x y + offset)^d has the finite feature map phi_p(x) = sqrt(c_p) x^p, p = 0 ... d,
+with c_p = C(d, p) scale^p offset^(d-p). So the same number follows from the raw moments m_p(X) = sum_i alpha_i x_i^p,
 
-    MMD^2(X, Y) = sum_{p=0..d} C(d, p) scale^p offset^(d-p) (sum_i alpha_i x_i^p - sum_j beta_j y_j^p)^2,
+    MMD^2(X, Y) = sum_{p=0..d} c_p (m_p(X) - m_p(Y))^2,
 
-O(n d) in place of O(n^2). See Nair et al., "Non Holonomic Collision Avoidance under Non-Parametric Uncertainty: A
-Hilbert Space Approach" (arXiv 2112.13034), and Gretton et al. (2012), "A Kernel Two-Sample Test".
+in O(n d) in place of O(n^2). Where both sets of weights sum to one, the term p = 0 vanishes: the controllers compare
+the moments 1 ... d. Degree 1 sees means only, degree 2 variances too, degree 3 skew too.
+
+Sources: Nair et al., "Non Holonomic Collision Avoidance under Non-Parametric Uncertainty: A Hilbert Space Approach"
+(arXiv 2112.13034); Gretton et al. (2012), "A Kernel Two-Sample Test".
 """
+
+from dataclasses import dataclass
+from math import comb
+from numbers import Integral
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from mjnav.errors import InvalidValue
 from mjnav.messages import Array
-from mjnav.rkhs.kernels import PolynomialKernel
-from mjnav.rkhs.moments import moment_distance, raw_moments
+
+LEAST, MOST = 1e-9, 1e6  # of scale and offset: to the tenth power, times samples to the twentieth, still a float
+
+
+@dataclass(frozen=True, slots=True)
+class PolynomialKernel:
+    """k(x, y) = (scale x y + offset)^degree with scale > 0, offset > 0 and degree 1 to 10. Raises InvalidValue."""
+
+    degree: int
+    scale: float = 1.0
+    offset: float = 1.0
+
+    def __post_init__(self):
+        if not isinstance(self.degree, Integral) or isinstance(self.degree, bool) or not 1 <= self.degree <= 10:
+            raise InvalidValue("degree", self.degree, "a whole number from 1 to 10")
+        for name in ("scale", "offset"):
+            if not LEAST <= getattr(self, name) <= MOST:
+                raise InvalidValue(name, getattr(self, name), f"a finite number > 0, from {LEAST:g} to {MOST:g}")
+
+    @property
+    def coefficients(self) -> Array:
+        """c_p for p = 0 ... degree, (degree + 1,)."""
+        d = int(self.degree)
+        return np.array([comb(d, p) * self.scale**p * self.offset ** (d - p) for p in range(d + 1)])
+
+    def gram(self, x: Array, y: Array) -> Array:
+        """K_ij = k(x_i, y_j) for x (n,) and y (m,): (n, m)."""
+        return (self.scale * np.outer(x, y) + self.offset) ** self.degree
+
+
+def raw_moments(x: Array, degree: int, weights: Array | None = None) -> Array:
+    """m_p = sum_i w_i x_i^p for p = 1 ... degree, (..., degree), of samples x (..., n); w_i is 1/n by default."""
+    moments = np.empty((*x.shape[:-1], degree))
+    power = x
+    for p in range(degree):
+        moments[..., p] = power.mean(axis=-1) if weights is None else power @ weights
+        power = power * x
+    return moments
+
+
+def moment_distance(x: Array, y: Array, kernel: PolynomialKernel) -> Array:
+    """MMD^2 = sum_{p=1..d} c_p (x_p - y_p)^2 of distributions with raw moments x and y (..., d), which broadcast."""
+    difference = x - y
+    return (difference * difference) @ kernel.coefficients[1:]
 
 
 def mmd_squared(
@@ -31,7 +81,7 @@ def mmd_squared(
     x_weights: ArrayLike | None = None,
     y_weights: ArrayLike | None = None,
 ) -> float:
-    """MMD^2 of samples x (n,) and y (m,) under the polynomial kernel, by moments; weights are 1/n and 1/m by default.
+    """MMD^2 of samples x (n,) and y (m,) by moments; the weights are 1/n and 1/m by default and need not sum to one.
 
     Raises InvalidValue for samples or weights that are empty, not one-dimensional, not finite or of unequal length,
     and for a kernel that is none.
@@ -39,28 +89,14 @@ def mmd_squared(
     kernel = PolynomialKernel(degree, scale, offset)
     x, alpha = _checked("x", x, x_weights)
     y, beta = _checked("y", y, y_weights)
-    return float(
-        moment_distance(raw_moments(x, degree, alpha), raw_moments(y, degree, beta), kernel.coefficients),
-    )
+    of_order_zero = kernel.coefficients[0] * (alpha.sum() - beta.sum()) ** 2
+    return float(of_order_zero + moment_distance(raw_moments(x, degree, alpha), raw_moments(y, degree, beta), kernel))
 
 
-def mmd_squared_gram(
-    x: ArrayLike,
-    y: ArrayLike,
-    *,
-    degree: int,
-    scale: float = 1.0,
-    offset: float = 1.0,
-    x_weights: ArrayLike | None = None,
-    y_weights: ArrayLike | None = None,
-) -> float:
-    """The same number by Gram matrices, as the definition has it: the reference for `mmd_squared`."""
-    kernel = PolynomialKernel(degree, scale, offset)
-    x, alpha = _checked("x", x, x_weights)
-    y, beta = _checked("y", y, y_weights)
-    return float(
-        alpha @ kernel.gram(x, x) @ alpha - 2.0 * alpha @ kernel.gram(x, y) @ beta + beta @ kernel.gram(y, y) @ beta
-    )
+def mmd_squared_gram(x: Array, y: Array, *, degree: int, scale: float = 1.0, offset: float = 1.0) -> float:
+    """The same for weights 1/n and 1/m by Gram matrices, as the definition has it: `mjnav paper` times this form."""
+    k = PolynomialKernel(degree, scale, offset)
+    return float(k.gram(x, x).mean() - 2.0 * k.gram(x, y).mean() + k.gram(y, y).mean())
 
 
 def _checked(name: str, samples: ArrayLike, weights: ArrayLike | None) -> tuple[Array, Array]:

@@ -15,7 +15,7 @@ from typing import Any, Union, get_args, get_origin, get_type_hints
 
 from hypothesis import strategies as st
 
-from mjnav.control import REGISTRY, _load
+from mjnav.control.registry import METHODS
 from mjnav.errors import InputError
 from mjnav.loop.prepare import build_controller
 from mjnav.noise import CHANNELS
@@ -150,10 +150,10 @@ def _leaves(cls: Any, path: Path, around: tuple[tuple[Path, Table], ...] = ()) -
                                 (*place, field.name), get_type_hints(kind)[field.name], default, ((place, table),)
                             )
         elif cls is Control and key == "parameters":
-            for method, place in REGISTRY.items():
-                kind = _load(place).parameters_type
+            for name, method in METHODS.items():
+                kind = method.controller_class.parameters_type
                 for field in fields(kind):
-                    table = ((path, {"method": method}),)
+                    table = ((path, {"method": name}),)
                     yield Leaf((*path, field.name), get_type_hints(kind)[field.name], field.default, table)
         elif is_dataclass(hint):
             own = {Latency: {"trace": [0.01]}, LaneSpec: _required(LaneSpec)}.get(hint, {})

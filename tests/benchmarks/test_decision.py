@@ -55,7 +55,7 @@ def timed(benchmark, times, name, function, *, rounds, prepare=None, multiply=1)
 
 def kernel_moments(problem):
     c = problem.candidates
-    return problem.cone.moments(c.v, c.omega, DEGREE, np.zeros(NUM_OBSTACLES, bool))
+    return problem.cone.raw_moments(c.v, c.omega, DEGREE, np.zeros(NUM_OBSTACLES, bool))
 
 
 def test_the_whole_decision_costs_all_candidates_and_obstacles(benchmark, times, controller, observation):

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from mjnav.control.surface import cost_surface
+from mjnav.control.decision_surface import decision_surface
 from mjnav.loop.prepare import build_controller, load_scenario
 from mjnav.loop.record_at import column_names, record_at
 
@@ -62,7 +62,7 @@ def test_the_arrays_are_the_surface_of_the_moments_decision(mjnav, tmp_path, sce
     printed = json.loads(mjnav("surface", scene, "--at", "1.3", "-o", "a.png", "--json", *options).out)
     scenario = load_scenario(scene, ("physics.engine=kinematic",), seed=3)
     record = record_at(scenario, 1.3)
-    s = cost_surface(build_controller(scenario), record.observation, record.decision, window=window, num=5)
+    s = decision_surface(build_controller(scenario), record.observation, record.decision, window=window, num=5)
     with np.load(tmp_path / "a.npz") as data:
         arrays = dict(data)  # no pickles
     for name in ("v", "omega", "goal", "total", "nominal", "reachable"):

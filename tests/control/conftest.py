@@ -94,7 +94,7 @@ def constraint_samples() -> Callable[..., tuple[dict[int, np.ndarray], list[np.n
     """constraint_samples(controller, observation) -> f by the columns in reach, and of both lanes: (K, n) each."""
 
     def build(controller, observation):
-        o, p, radius = observation, controller.seen_with, controller.limits.radius
+        o, p, radius = observation, controller.problem_parameters, controller.limits.radius
         problem = controller.problem(o)
         omega, v = problem.candidates.omega[:, None], problem.candidates.v[:, None]
         heading = o.robot_pose[:, 2] + (omega + o.control_noise[:, 1]) * p.preview  # (K, N)

@@ -3,8 +3,9 @@ from math import inf, nan
 import numpy as np
 import pytest
 
-from mjnav.control import PRESETS, REGISTRY, describe, make_controller, names
+from mjnav.control import describe, make_controller, names
 from mjnav.control.parameters import Parameters
+from mjnav.control.registry import METHODS, registry
 from mjnav.errors import InvalidValue
 from mjnav.messages import RobotLimits
 
@@ -19,10 +20,11 @@ def test_the_names_are_sorted_and_each_makes_a_controller(limits):
         assert callable(make_controller(name, limits, 0.1).decide)
 
 
-def test_the_registries_cannot_be_written():
-    for registry in (REGISTRY, PRESETS):
-        with pytest.raises(TypeError):
-            registry["x"] = "y"
+def test_the_registry_refuses_duplicates_and_cannot_be_written():
+    with pytest.raises(ValueError, match="registered twice: mean"):
+        registry(METHODS["mean"], METHODS["mean"])
+    with pytest.raises(TypeError):
+        METHODS["x"] = METHODS["mean"]  # type: ignore[index]
 
 
 def test_rkhs_paper_is_the_literal_method(limits):

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from mjnav.constraints import collision_cone
-from mjnav.control.surface import cost_surface
+from mjnav.control.decision_surface import decision_surface
 from mjnav.errors import InvalidValue
 from mjnav.loop.prepare import load_scenario
 from mjnav.messages import Lanes
@@ -49,7 +49,7 @@ def test_on_its_candidates_and_beyond_it_is_the_cost_that_was_decided_on(scenari
         assert [cost(costs.v[[k]], costs.omega[[k]])[0] for k in (0, 57, 401)] == pytest.approx(
             costs.total[[0, 57, 401]], rel=1e-9
         )
-        wide = cost_surface(controller, record.observation, decision, num=9)
+        wide = decision_surface(controller, record.observation, decision, num=9)
         v, omega = (a.ravel() for a in np.meshgrid(wide.v, wide.omega, indexing="ij"))
         assert cost(v, omega) == pytest.approx(wide.total.ravel(), rel=1e-9)
         found = on_grid(cost, "reachable")

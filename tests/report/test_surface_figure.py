@@ -7,7 +7,7 @@ import pytest
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.colors import AsinhNorm, to_rgb
 
-from mjnav.control.surface import CostSurface
+from mjnav.control.decision_surface import DecisionSurface
 from mjnav.messages import CandidateCosts, Decision, Status
 from mjnav.report.surface_figure import CHOSEN, FORBIDDEN, surface_figure
 
@@ -16,7 +16,7 @@ V, OMEGA = np.linspace(0.0, 1.0, 21), np.linspace(-1.5, 1.5, 31)
 CHOICE, NOMINAL = (0.35, -0.6), (0.7, 0.9)
 
 
-def surface(*, cone=None, lane=None, forbidden=None, chosen=CHOICE, nominal=NOMINAL) -> CostSurface:
+def surface(*, cone=None, lane=None, forbidden=None, chosen=CHOICE, nominal=NOMINAL) -> DecisionSurface:
     """A bowl about (0.5, 0), and what is given, (V, W); where `forbidden` the total is infinite."""
     v, omega = np.meshgrid(V, OMEGA, indexing="ij")
     zero = np.zeros_like(v)
@@ -26,7 +26,7 @@ def surface(*, cone=None, lane=None, forbidden=None, chosen=CHOICE, nominal=NOMI
     if forbidden is not None:
         total = np.where(forbidden(v, omega), np.inf, total)
     one = np.zeros(1)
-    return CostSurface(
+    return DecisionSurface(
         v=V,
         omega=OMEGA,
         goal=goal,

@@ -14,12 +14,11 @@ constraint, the decision is `infeasible`: what exceeds 0, summed over the constr
 
 from dataclasses import dataclass
 from math import ceil, inf
-from typing import ClassVar
 
 import numpy as np
 
 from mjnav.control.base import ConstrainedController, sample_risk
-from mjnav.control.parameters import LoopParameters, Parameters, between
+from mjnav.control.parameters import Parameters, between
 from mjnav.control.problem.problem import Problem
 from mjnav.geometry.compiled import kernel
 from mjnav.geometry.kernel_types import Matrix, Vector
@@ -41,8 +40,6 @@ class CvarParameters(Parameters):
 
 class Cvar(ConstrainedController[CvarParameters]):
     """The cheapest candidate whose conditional value at risk is at most 0 for every constraint."""
-
-    parameters_type: ClassVar[type[LoopParameters]] = CvarParameters
 
     def risk(self, problem: Problem) -> tuple[Array, Array]:
         """CVaR_eta of every constraint."""

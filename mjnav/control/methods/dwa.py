@@ -20,14 +20,13 @@ goes least beyond the contact, and the status says so.
 
 from dataclasses import dataclass
 from math import inf
-from typing import ClassVar
 
 import numpy as np
 
 from mjnav.constraints.arc import contact_distance
 from mjnav.constraints.lane import lane_distance
 from mjnav.control.base import GridController
-from mjnav.control.parameters import GridParameters, LoopParameters, at_least, finite
+from mjnav.control.parameters import GridParameters, at_least, finite
 from mjnav.control.problem.nominal import least_violating
 from mjnav.control.problem.problem import Problem
 from mjnav.messages import Array, CandidateCosts, Status
@@ -50,21 +49,19 @@ class DwaParameters(GridParameters):
 class Dwa(GridController[DwaParameters]):
     """The admissible candidate of least goal cost and most clearance."""
 
-    parameters_type: ClassVar[type[LoopParameters]] = DwaParameters
-
     def evaluate(self, problem: Problem) -> CandidateCosts:
         """Goal cost plus weighted lack of clearance; infinite where the candidate is not admissible."""
         p, c, o = self.parameters, problem.candidates, problem.observation
         ways = self.ways(problem, c.v, c.omega)
         risk = 1.0 - np.minimum(ways, p.clearance) / p.clearance
-        total = problem.goal + p.weight * risk.max(axis=1)
+        total = problem.goal_cost + p.weight * risk.max(axis=1)
         admissible = least_violating(self.excess(c.v, c.omega, ways))
         num_discs, num_obstacles = len(problem.reach.discs), len(o.obstacles)
         cone = np.zeros((len(total), num_obstacles + len(o.walls)))
         cone[:, list(problem.reach.discs)] = risk[:, :num_discs]
         cone[:, num_obstacles:] = risk[:, num_discs:-2]
         total = np.where(admissible, total, inf)
-        return CandidateCosts(c.v, c.omega, problem.goal, cone, risk[:, -2:], total, problem.nominal)
+        return CandidateCosts(c.v, c.omega, problem.goal_cost, cone, risk[:, -2:], total, problem.nominal)
 
     def status(self, problem: Problem, costs: CandidateCosts, best: int) -> Status:
         """`infeasible` where the chosen candidate is not admissible."""

@@ -24,13 +24,13 @@ what is far off, and would weigh more than a wall close by.
 
 from dataclasses import dataclass
 from math import erfc, sqrt
-from typing import ClassVar, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from mjnav.constraints.collision_cone import STANDSTILL
 from mjnav.control.base import ConstrainedController
-from mjnav.control.parameters import GridParameters, LoopParameters
+from mjnav.control.parameters import GridParameters
 from mjnav.control.problem.lane_samples import lane_samples
 from mjnav.control.problem.obstacles import Discs
 from mjnav.control.problem.problem import Problem
@@ -76,8 +76,6 @@ class Motion(NamedTuple):
 
 class GaussianLinearised(ConstrainedController[GaussianLinearisedParameters]):
     """Chooses the cheapest candidate whose linearised chance constraints all hold."""
-
-    parameters_type: ClassVar[type[LoopParameters]] = GaussianLinearisedParameters
 
     @property
     def bound(self) -> float:

@@ -22,12 +22,11 @@ spread of what is far off, and would weigh more than a wall close by.
 from dataclasses import dataclass
 from math import erfc, sqrt
 from statistics import NormalDist
-from typing import ClassVar
 
 import numpy as np
 
 from mjnav.control.base import ConstrainedController
-from mjnav.control.parameters import LoopParameters, Parameters
+from mjnav.control.parameters import Parameters
 from mjnav.control.problem.lane_samples import lane_samples
 from mjnav.control.problem.obstacles import Discs, blocks
 from mjnav.control.problem.problem import Problem
@@ -66,8 +65,6 @@ class GaussianMomentsParameters(Parameters):
 
 class GaussianMoments(ConstrainedController[GaussianMomentsParameters]):
     """Chooses the cheapest candidate at which every f is k deviations below 0 on average."""
-
-    parameters_type: ClassVar[type[LoopParameters]] = GaussianMomentsParameters
 
     def __init__(self, limits: RobotLimits, period: float, parameters: GaussianMomentsParameters):
         super().__init__(limits, period, parameters)

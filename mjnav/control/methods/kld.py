@@ -11,13 +11,12 @@ atoms, which the clip makes, would be infinitely far apart.
 """
 
 from dataclasses import dataclass
-from typing import ClassVar
 
 import numpy as np
 
+from mjnav.control.base import MatchingController
 from mjnav.control.kernels.mixture import Mixtures, fit_mixtures, kl_divergence
-from mjnav.control.matching import MatchingController, MatchingParameters
-from mjnav.control.parameters import LoopParameters, at_least, finite
+from mjnav.control.parameters import MatchingParameters, at_least, finite
 from mjnav.control.problem.problem import Problem
 from mjnav.messages import Array
 
@@ -41,18 +40,15 @@ class KldParameters(MatchingParameters):
 class Kld(MatchingController[KldParameters]):
     """The candidate whose constraint mixtures diverge least from collision-free ones, against its goal cost."""
 
-    parameters_type: ClassVar[type[LoopParameters]] = KldParameters
-
     def risk(self, problem: Problem) -> tuple[Array, Array]:
         """KL of every constraint."""
         c, wanted = problem.candidates, self.desired(problem)
         cone = np.zeros((len(c.v), len(problem.cone.blocks.column)))
-        for block, samples in enumerate(problem.cone.each(c.v, c.omega)):
-            cone[:, block] = self._divergence(samples, wanted.cone(block))
+        for block, samples in enumerate(problem.cone.by_block(c.v, c.omega)):
+            cone[:, block] = self._divergence(samples, wanted.samples(block))
         lane = np.zeros((len(c.v), 2))
-        if problem.observation.lanes is not None:
-            for side, samples in enumerate(problem.lanes):
-                lane[:, side] = self._divergence(samples.T, wanted.lane(side))
+        for side, samples in enumerate(problem.lanes):
+            lane[:, side] = self._divergence(samples.T, wanted.lane(side))
         return cone, lane
 
     def _divergence(self, samples: Array, desired: Array) -> Array:

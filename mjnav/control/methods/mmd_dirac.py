@@ -23,12 +23,11 @@ The risk is a cost: every candidate may be chosen, and only `infeasible_nominal`
 """
 
 from dataclasses import dataclass
-from typing import Any, ClassVar
 
 import numpy as np
 
 from mjnav.control.base import WeightedController, sample_risk
-from mjnav.control.parameters import GridParameters, LoopParameters, at_least, check_weights, finite
+from mjnav.control.parameters import GridParameters, at_least, check_weights, finite
 from mjnav.control.problem.problem import Problem
 from mjnav.geometry.compiled import kernel
 from mjnav.geometry.kernel_types import Matrix, Vector
@@ -53,11 +52,8 @@ class MmdDiracParameters(GridParameters):
         finite(self, "bandwidth")
 
 
-class MmdDirac(WeightedController[Any]):
+class MmdDirac(WeightedController[MmdDiracParameters]):
     """The candidate whose constraint violations are nearest to none, against its goal cost."""
-
-    parameters_type: ClassVar[type[LoopParameters]] = MmdDiracParameters
-    parameters: MmdDiracParameters  # weighted, but without a clip: all safe samples count as 0
 
     def risk(self, problem: Problem) -> tuple[Array, Array]:
         """MMD^2 of max(0, f) to a point mass at 0, for every constraint."""

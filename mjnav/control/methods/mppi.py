@@ -23,14 +23,13 @@ so.
 """
 
 from dataclasses import dataclass, replace
-from typing import ClassVar
 
 import numpy as np
 
-from mjnav.control.base import ProblemController
+from mjnav.control.base import ProblemController, status_of
 from mjnav.control.kernels.mppi_risk import Risk, Surroundings
 from mjnav.control.kernels.mppi_rollout import Rollouts, approach
-from mjnav.control.parameters import GoalParameters, LoopParameters, at_least, between, check_weights, finite
+from mjnav.control.parameters import GoalParameters, at_least, between, check_weights, finite
 from mjnav.control.problem.goal_cost import GoalCost
 from mjnav.control.problem.obstacles import in_reach
 from mjnav.control.problem.problem import Problem
@@ -118,14 +117,12 @@ class Mppi(ProblemController[MppiParameters]):
     once, and the same observations in the same order give the same decisions.
     """
 
-    parameters_type: ClassVar[type[LoopParameters]] = MppiParameters
-
     def __init__(self, limits: RobotLimits, period: float, parameters: MppiParameters):
         super().__init__(limits, period, parameters)
         self._perturbations = perturbations(parameters)
         self._plan: Plan | None = None
         # Every wall that a rollout may come to counts.
-        self._sight = replace(self.seen_with, wall_horizon=parameters.steps * parameters.step)
+        self._sight = replace(self.problem_parameters, wall_horizon=parameters.steps * parameters.step)
 
     def decide(self, observation: Observation) -> Decision:
         """The first control of the new plan.
@@ -144,13 +141,8 @@ class Mppi(ProblemController[MppiParameters]):
             new = rows.only(cheapest)
         self._plan = Plan(observation.time, new.controls[:, :, 0])
         v, omega = self._plan.controls[:, 0].tolist()
-        if new.risk.worst[0] > p.risk_bound:
-            status = Status.INFEASIBLE
-        elif v == 0.0 and omega == 0.0 and not observation.twist.any():
-            status = Status.STOPPED
-        else:
-            status = Status.OK
-        return Decision(v, omega, status, rows.candidates(new))
+        infeasible = Status.INFEASIBLE if new.risk.worst[0] > p.risk_bound else None
+        return Decision(v, omega, status_of(observation, v, omega, infeasible), rows.candidates(new))
 
     def costs(self, problem: Problem, surroundings: Surroundings, wanted: Array) -> RolloutCosts:
         """The rollouts of wanted controls (2, T, K), brought within the limits, and their costs."""

@@ -27,15 +27,14 @@ them alike, and the status says so.
 """
 
 from dataclasses import dataclass
-from typing import ClassVar
 
 import numpy as np
 
 from mjnav.constraints.half_planes import nearest_velocity
 from mjnav.constraints.lane import lane_distance
 from mjnav.constraints.velocity_obstacle import velocity_obstacle_exits
-from mjnav.control.base import ProblemController
-from mjnav.control.parameters import LoopParameters, SightParameters, at_least, finite
+from mjnav.control.base import ProblemController, status_of
+from mjnav.control.parameters import SightParameters, at_least, finite
 from mjnav.control.problem.problem import Problem
 from mjnav.messages import Array, Decision, Observation, Status
 from mjnav.motion.diff_drive import reachable
@@ -62,8 +61,6 @@ class OrcaParameters(SightParameters):
 class Orca(ProblemController[OrcaParameters]):
     """The reachable velocity of the effective centre nearest to the preferred one, within the half-planes."""
 
-    parameters_type: ClassVar[type[LoopParameters]] = OrcaParameters
-
     def decide(self, observation: Observation) -> Decision:
         """The control that moves the effective centre at V*."""
         problem = self.problem(observation)
@@ -72,7 +69,8 @@ class Orca(ProblemController[OrcaParameters]):
         normal, offset = self.half_planes(problem)
         velocity, violation = nearest_velocity(normal, offset, low * scale, high * scale, self.preferred(problem))
         v, omega = np.clip(velocity / scale, low, high).tolist()
-        return Decision(v, omega, self._status(observation, v, omega, violation))
+        infeasible = Status.INFEASIBLE if violation > 0.0 else None
+        return Decision(v, omega, status_of(observation, v, omega, infeasible))
 
     def preferred(self, problem: Problem) -> Array:
         """V_pref (2,) [m/s] in the robot's frame."""
@@ -130,13 +128,6 @@ class Orca(ProblemController[OrcaParameters]):
             room = inwards * (float(lane_distance(centre, line)) + float(noise.mean())) - self._radius
             offset[i] = -room / self.parameters.lane_horizon
         return normal, offset
-
-    def _status(self, observation: Observation, v: float, omega: float, violation: float) -> Status:
-        if violation > 0.0:
-            return Status.INFEASIBLE
-        if v == 0.0 and omega == 0.0 and not observation.twist.any():
-            return Status.STOPPED
-        return Status.OK
 
 
 def _to_robot(problem: Problem) -> Array:

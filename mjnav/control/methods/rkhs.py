@@ -1,28 +1,30 @@
 """`rkhs` and `rkhs-paper`: match each constraint's distribution with a collision-free one, in an RKHS.
 
-With F_j(u) the distribution of the collision cone against obstacle j at candidate u, F_j^des that of a control that is
-free of collisions, and D1, D2 the lane distances,
+With F_j(u) the distribution of the collision cone f against obstacle or wall j at candidate u, F_j^des that of a
+control that is free of collisions, and D_1, D_2 the same of the lane distances,
 
     u* = argmin_u  J(u) + lambda sum_j MMD^2(F_j(u), F_j^des) + sum_i lambda_i MMD^2(D_i(u), D_i^des)
 
 (Nair et al., "Non Holonomic Collision Avoidance under Non-Parametric Uncertainty: A Hilbert Space Approach", arXiv
-2112.13034). F^des are the samples at the nominal control that are safe; where too few are, safe samples of the nominal
-controls for states within a ball around the mean join them; where none is, max(0, f) is matched with 0.
+2112.13034). To follow one decision, from this file:
+
+    control/base.py                  the sum and its argmin
+    rkhs/mmd.py                      MMD^2 by raw moments
+    control/problem/sample_cone.py   F_j(u): f for all pairs of samples
+    constraints/collision_cone.py    f
+
+and beside the way control/problem/goal_cost.py for J, desired.py for F^des and lane_samples.py for D.
 """
 
 from dataclasses import dataclass
-from math import inf
-from types import MappingProxyType
-from typing import ClassVar
 
 import numpy as np
 
-from mjnav.control.matching import MatchingController, MatchingParameters
-from mjnav.control.parameters import LoopParameters
+from mjnav.control.base import MatchingController
+from mjnav.control.parameters import MatchingParameters
 from mjnav.control.problem.problem import Problem
 from mjnav.messages import Array
-from mjnav.rkhs.kernels import PolynomialKernel
-from mjnav.rkhs.moments import moment_distance, raw_moments
+from mjnav.rkhs.mmd import PolynomialKernel, moment_distance, raw_moments
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -43,47 +45,24 @@ class RkhsParameters(MatchingParameters):
         return PolynomialKernel(self.degree, self.scale, self.offset)
 
 
-# The literal method: what the paper does not have is switched off.
-PAPER = MappingProxyType(
-    {
-        "form": "line",
-        "degree": 3,
-        "scale": 1.0,
-        "offset": 1.0,
-        "weight": 1.0,
-        "lane_weights": (1.0, 1.0),
-        "normalise": False,
-        "clip": inf,
-        "sensing_range": inf,
-        "max_obstacles": 1_000_000,
-        "desired_min": 0,
-        "heading_weight": 0.0,
-        "safety_margin": 0.0,
-    }
-)
-
-
 class Rkhs(MatchingController[RkhsParameters]):
     """The candidate whose constraint distributions match collision-free ones best, against its goal cost."""
 
-    parameters_type: ClassVar[type[LoopParameters]] = RkhsParameters
-
     def risk(self, problem: Problem) -> tuple[Array, Array]:
-        """MMD^2 of every constraint."""
-        p, c = self.parameters, problem.candidates
-        # Both moments of order 0 are 1, so that term vanishes.
-        coefficients = p.kernel.coefficients[1:]
-        wanted = self.desired(problem)
-        desired, sizes = wanted.cone_moments(p.degree)
-        # Where nothing is safe, max(0, f) is matched with 0.
-        moments = problem.cone.moments(c.v, c.omega, p.degree, sizes == 0)
-        cone = moment_distance(moments, desired, coefficients)
+        """MMD^2(F_j(u), F_j^des) of every disc and wall, (K, B), and MMD^2(D_i(u), D_i^des) of both lanes, (K, 2)."""
+        c, desired, kernel = problem.candidates, self.desired(problem), self.parameters.kernel
+
+        # Where F^des is empty, max(0, f) is compared with 0.
+        f_desired, num_desired = desired.raw_moments(kernel.degree)
+        f = problem.cone.raw_moments(c.v, c.omega, kernel.degree, hinge=num_desired == 0)
+        cone = moment_distance(f, f_desired, kernel)
 
         lane = np.zeros((len(c.v), 2))
-        if problem.observation.lanes is not None:
-            for side, samples in enumerate(problem.lanes):
-                safe = wanted.lane(side)
-                target = raw_moments(safe, p.degree)[1:] if len(safe) else np.zeros(p.degree)
-                samples = samples if len(safe) else np.maximum(samples, 0.0)
-                lane[:, side] = moment_distance(raw_moments(samples, p.degree)[:, 1:], target, coefficients)
+        for side, d in enumerate(problem.lanes):
+            d_desired = desired.lane(side)
+            if not len(d_desired):
+                d, d_desired = np.maximum(d, 0.0), np.zeros(1)
+            lane[:, side] = moment_distance(
+                raw_moments(d, kernel.degree), raw_moments(d_desired, kernel.degree), kernel
+            )
         return cone, lane

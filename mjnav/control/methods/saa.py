@@ -13,12 +13,11 @@ left to choose by.
 """
 
 from dataclasses import dataclass
-from typing import ClassVar
 
 import numpy as np
 
 from mjnav.control.base import ConstrainedController, sample_risk
-from mjnav.control.parameters import GridParameters, LoopParameters, between
+from mjnav.control.parameters import GridParameters, between
 from mjnav.control.problem.problem import Problem
 from mjnav.geometry.compiled import kernel
 from mjnav.geometry.kernel_types import Matrix, Vector
@@ -38,8 +37,6 @@ class SaaParameters(GridParameters):
 
 class Saa(ConstrainedController[SaaParameters]):
     """The cheapest candidate whose share of colliding samples is at most 1 - eta for every constraint."""
-
-    parameters_type: ClassVar[type[LoopParameters]] = SaaParameters
 
     @property
     def bound(self) -> float:

@@ -1,7 +1,9 @@
-"""The desired distributions F^des and D^des of one decision.
+"""The desired distributions F^des and D^des of one decision: samples of f that are free of collisions.
 
-The samples at the nominal control that are safe. Where fewer than `least` are, safe samples of the nominal controls for
-mean positions within a ball around the mean join them (the ball of Nair et al., arXiv 2112.13034). None at all: empty.
+    F_j^des = {f <= 0 among the samples of F_j(u_nominal)}
+
+Where these are fewer than `least`, the safe samples of the nominal controls for mean positions on a circle around the
+mean join them (the ball of Nair et al., arXiv 2112.13034). The set may stay empty.
 """
 
 from collections.abc import Callable
@@ -14,7 +16,7 @@ from numpy.typing import NDArray
 from mjnav.control.problem.problem import Problem
 from mjnav.messages import Array
 
-NUM_DIRECTIONS = 8  # mean positions looked at, on the ball's edge
+NUM_DIRECTIONS = 8  # mean positions, at the ball's radius
 
 
 @dataclass(frozen=True)
@@ -25,15 +27,15 @@ class Desired:
     least: int
     ball: float  # [m]
 
-    def cone(self, block: int) -> Array:
+    def samples(self, block: int) -> Array:
         """F^des of one disc or wall, (n,)."""
         c = self.problem.candidates
         return self._safe(lambda ks: self.problem.cone.samples(block, c.v[ks], c.omega[ks]).T)
 
-    def cone_moments(self, degree: int) -> tuple[Array, NDArray[np.int64]]:
+    def raw_moments(self, degree: int) -> tuple[Array, NDArray[np.int64]]:
         """Means of f^p, p = 1 ... degree, over F^des of every disc and wall, (B, degree), and its sizes (B,).
 
-        The moments of `cone` for all blocks at once; 0 where the set is empty.
+        Those of `samples`, for all blocks at once; 0 where the set is empty.
         """
         c, cone = self.problem.candidates, self.problem.cone
         num_blocks = len(cone.blocks.column)
@@ -51,7 +53,7 @@ class Desired:
         return self._safe(lambda ks: self.problem.lanes[side, ks])
 
     def _safe(self, samples_at: Callable[[list[int]], Array]) -> Array:
-        """What is safe of the samples at candidates, given as (K, n)."""
+        """The safe ones of the samples that candidates ks have, given as (K, n)."""
         samples = samples_at([self.problem.nominal])
         safe = samples[samples <= 0.0]
         if len(safe) >= self.least or not self._beside:
@@ -61,7 +63,7 @@ class Desired:
 
     @cached_property
     def _beside(self) -> tuple[int, ...]:
-        """The nominal controls beside the mean, each once, without the nominal control itself."""
+        """The nominal controls on the circle, each once, without the nominal control itself."""
         # From the heading on, so that a turned world gives the same decision.
         angles = self.problem.mean_pose[2] + 2.0 * np.pi * np.arange(NUM_DIRECTIONS) / NUM_DIRECTIONS
         shifts = self.ball * np.stack([np.cos(angles), np.sin(angles)], axis=1)

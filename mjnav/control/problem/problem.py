@@ -86,21 +86,21 @@ class Problem:
         return SampleCone.of(surroundings, self.rule, self.mean_pose[None], self.mean_noise, self.parameters.preview)
 
     @cached_property
-    def _goal_cost(self) -> GoalCost:
+    def _goal_at(self) -> GoalCost:
         o, heading = self.observation, float(self.mean_pose[2])
         return GoalCost.of(self.candidates, heading, o.twist, self.limits, self.period, self.parameters)
 
     @cached_property
-    def goal(self) -> Array:
+    def goal_cost(self) -> Array:
         """J of every candidate, (K,)."""
-        return self._goal_cost(self.mean_pose[:2], self.observation.goal)
+        return self._goal_at(self.mean_pose[:2], self.observation.goal)
 
     @cached_property
     def lanes(self) -> Array:
-        """The lane constraints' samples, (2, K, N); N = 0 without lanes."""
+        """The lane constraints' samples, left and right, (2, K, N); (0, K, N) without lanes."""
         o, c = self.observation, self.candidates
         if o.lanes is None:
-            return np.zeros((2, len(c.v), 0))
+            return np.zeros((0, len(c.v), len(o.robot_pose)))
         offsets = (o.lanes.left_offset, o.lanes.right_offset)
         margin = self.limits.radius
         return lane_samples(o.lanes, o.robot_pose, o.control_noise, offsets, c.v, c.omega, margin, self.parameters)
@@ -113,12 +113,12 @@ class Problem:
     @cached_property
     def nominal(self) -> int:
         """The cheapest candidate that meets every constraint at the mean; where none does, the least violation."""
-        return self.cheapest(self.goal[None], self.violation[None])[0]
+        return self.cheapest(self.goal_cost[None], self.violation[None])[0]
 
     def nominals_at(self, shifts: Array) -> list[int]:
         """The nominal controls if the robot's mean position were `shifts` (P, 2) away."""
         position = (self.mean_pose[:2] + shifts).T[:, :, None]
-        return self.cheapest(self._goal_cost(position, self.observation.goal), self._violation_at(shifts))
+        return self.cheapest(self._goal_at(position, self.observation.goal), self._violation_at(shifts))
 
     def cheapest(self, cost: Array, violation: Array) -> list[int]:
         """Which candidates are nominal, (P,), where the candidates have these goal costs and violations (P, K)."""

@@ -42,7 +42,7 @@ class SampleCone:
             rule = rule._replace(form=RAY)
         return cls(blocks, rule, preview, robot)
 
-    def moments(self, v: Array, omega: Array, degree: int, hinge: NDArray[np.bool_]) -> Array:
+    def raw_moments(self, v: Array, omega: Array, degree: int, hinge: NDArray[np.bool_]) -> Array:
         """Means of f^p, p = 1 ... degree, for all blocks: (K, B, degree). Where hinge[b] is set, of max(0, f)^p."""
         out = np.empty((len(self.blocks.column), degree, v.size))
         controls = self._controls(v, omega)
@@ -66,7 +66,7 @@ class SampleCone:
         cone_samples(out, block, circles, controls, self.robot, self.blocks, self.rule)
         return out
 
-    def each(self, v: Array, omega: Array, *, hinge: bool = False) -> Iterator[Array]:
+    def by_block(self, v: Array, omega: Array, *, hinge: bool = False) -> Iterator[Array]:
         """f of one block after another, (n, K), in memory that the next overwrites; (n, 1) for one out of reach.
 
         With `hinge` max(0, f), which is less to evaluate.
@@ -82,9 +82,9 @@ class SampleCone:
             yield samples[:size] if num_far < size else samples[:size, :1].copy()
 
     def reduce(self, v: Array, omega: Array, reduction: Callable[[Array], Array], *, hinge: bool = False) -> Array:
-        """(K, B): what `reduction` makes of each block's samples (n, K), which `each` gives."""
+        """(K, B): what `reduction` makes of each block's samples (n, K), which `by_block` gives."""
         out = np.empty((v.size, len(self.blocks.column)))
-        for block, samples in enumerate(self.each(v, omega, hinge=hinge)):
+        for block, samples in enumerate(self.by_block(v, omega, hinge=hinge)):
             out[:, block] = reduction(samples)
         return out
 

@@ -67,7 +67,8 @@ def compare(observation, limits, constraint_samples, **parameters):
     columns, lanes = constraint_samples(controller, observation)
     wanted, sizes = controller.desired(problem), []
     terms = [
-        (cone[:, block], columns[column], wanted.cone(block)) for block, column in enumerate(problem.cone.blocks.column)
+        (cone[:, block], columns[column], wanted.samples(block))
+        for block, column in enumerate(problem.cone.blocks.column)
     ]
     terms += [(lane[:, side], samples, wanted.lane(side)) for side, samples in enumerate(lanes)]
     for risk, samples, desired in terms:

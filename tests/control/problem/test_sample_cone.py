@@ -54,7 +54,7 @@ def test_the_samples_are_the_constraints_of_all_pairs(observe, seed, rule):
     c, cone = problem.candidates, problem.cone
     expected = list(literal_samples(problem))
     assert [len(f) for f in expected] == cone.sizes.tolist()
-    for block, (f, each) in enumerate(zip(expected, cone.each(c.v, c.omega), strict=True)):
+    for block, (f, each) in enumerate(zip(expected, cone.by_block(c.v, c.omega), strict=True)):
         assert cone.samples(block, c.v, c.omega) == pytest.approx(f, rel=1e-9, abs=1e-11)
         assert np.broadcast_to(each, f.shape) == pytest.approx(f, rel=1e-9, abs=1e-11)
 
@@ -66,7 +66,7 @@ def test_the_moments_are_means_of_powers_of_the_samples(observe, rule, degree):
         problem = problem_of(observe(seed, num_obstacles=4, far=7.0, num_samples=1 + 3 * (seed % 3)), **rule)
         c, cone = problem.candidates, problem.cone
         hinge = np.arange(len(cone.sizes)) % 2 == seed % 2
-        moments = cone.moments(c.v, c.omega, degree, hinge)
+        moments = cone.raw_moments(c.v, c.omega, degree, hinge)
         assert moments.shape == (len(c.v), len(cone.sizes), degree)
         for block in range(len(cone.sizes)):
             f = cone.samples(block, c.v, c.omega)
@@ -81,7 +81,7 @@ def test_some_blocks_above_are_out_of_reach_and_some_pairs_of_others(observe):
     for seed in range(4):
         problem = problem_of(observe(seed, num_obstacles=4, far=7.0))
         c = problem.candidates
-        for each in problem.cone.each(c.v, c.omega):
+        for each in problem.cone.by_block(c.v, c.omega):
             at_floor = (each == -problem.parameters.clip).all(axis=1)
             seen.add("block" if each.shape[1] == 1 else "pairs" if at_floor.any() else "none")
     assert seen == {"block", "pairs", "none"}
@@ -97,7 +97,7 @@ def test_the_violation_of_a_moved_robot_is_that_of_a_robot_there(observe, seed):
     for shift, row in zip(shifts, violation, strict=True):
         pose = problem.observation.robot_pose + np.append(shift, 0.0)
         moved = SampleCone.of(cone.blocks, rule, pose, problem.observation.control_noise, cone.preview)
-        assert row == pytest.approx(moved.moments(c.v, c.omega, 1, hinge).sum(axis=(1, 2)), rel=1e-12, abs=1e-13)
+        assert row == pytest.approx(moved.raw_moments(c.v, c.omega, 1, hinge).sum(axis=(1, 2)), rel=1e-12, abs=1e-13)
 
 
 def test_a_segment_without_end_is_a_ray(observe):

@@ -11,7 +11,7 @@ _COPIES = 2
 _SIZES = ("samples", "num_v", "num_omega", "num_components", "rollouts", "steps", "knots")
 
 
-def check_size(parameters: Any) -> None:
+def check_memory(parameters: Any) -> None:
     """Refuses parameters with which one decision takes more than MAX_BYTES of memory.
 
     Of candidates that is every constraint's samples at each of them, a pair for any two samples of the beliefs; of

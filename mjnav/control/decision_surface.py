@@ -9,22 +9,21 @@ costs that were decided on, and what lies beyond reach is what they would have b
 
 from dataclasses import dataclass
 from functools import cached_property
-from importlib import import_module
 
 import numpy as np
 
-from mjnav.control import REGISTRY, Controller
-from mjnav.control.base import GridController, WeightedController
+from mjnav.control.base import Controller, GridController, WeightedController
 from mjnav.control.parameters import at_least
 from mjnav.control.problem.candidates import WINDOWS, Candidates, candidate_grid
 from mjnav.control.problem.problem import Problem
+from mjnav.control.registry import METHODS
 from mjnav.errors import InvalidValue, unknown_name
 from mjnav.messages import Array, CandidateCosts, Decision, Observation
 from mjnav.motion.diff_drive import reachable
 
 
 @dataclass(frozen=True, slots=True)
-class CostSurface:
+class DecisionSurface:
     """The costs of V x W controls, term by term, around one decision.
 
     Where `weighted`, the terms carry the method's weights and add up to `total`. A method that forbids what is too
@@ -90,9 +89,9 @@ class _WiderProblem(Problem):
         return super().cheapest(cost[:, :own], violation[:, :own])
 
 
-def cost_surface(
+def decision_surface(
     controller: GridController, observation: Observation, decision: Decision, *, window: str = "bounds", num: int = 61
-) -> CostSurface:
+) -> DecisionSurface:
     """The costs of num x num controls as `controller` sees them in `observation`, on which it took `decision`.
 
     `window` "bounds" covers the whole range between the limits, "reachable" what one period allows. Raises InvalidValue
@@ -106,22 +105,21 @@ def cost_surface(
     limits, period = controller.limits, controller.period
     grid = candidate_grid(observation.twist, limits, period, num, num, window)
     grid = Candidates(grid.v[:-2], grid.omega[:-2])  # without keep and brake
-    costs = controller.evaluate(_WiderProblem(observation, limits, period, controller.seen_with, grid))
+    costs = controller.evaluate(_WiderProblem(observation, limits, period, controller.problem_parameters, grid))
 
     def on_grid(values: Array) -> Array:
         return values[-num * num :].reshape(num, num, *values.shape[1:])
 
-    weight, lane_weights = 1.0, np.ones(2)
-    if isinstance(controller, WeightedController):
-        weight, lane_weights = controller.parameters.weight, np.array(controller.parameters.lane_weights)
-    return CostSurface(
+    weighted = isinstance(controller, WeightedController)
+    weight, lane_weights = controller.weights if weighted else (1.0, np.ones(2))
+    return DecisionSurface(
         v=grid.v[::num],
         omega=grid.omega[:num],
         goal=on_grid(costs.goal),
         cone=weight * on_grid(costs.cone),
         lane=lane_weights * on_grid(costs.lane),
         total=on_grid(costs.total),
-        weighted=isinstance(controller, WeightedController),
+        weighted=weighted,
         decision=decision,
         costs=decision.costs,
         reachable=np.stack(reachable(observation.twist, limits, period)),
@@ -132,15 +130,10 @@ def require_candidates(controller: Controller, method: str) -> GridController:
     """The controller itself, if it takes the cheapest candidate; else raises InvalidValue with the methods that do."""
     if isinstance(controller, GridController) and _takes_cheapest(type(controller)):
         return controller
-    able = [name for name, path in REGISTRY.items() if _takes_cheapest(_class(path))]
-    raise InvalidValue("control.method", method, f"a method that chooses from candidates: {', '.join(sorted(able))}")
+    able = sorted(name for name, entry in METHODS.items() if _takes_cheapest(entry.controller_class))
+    raise InvalidValue("control.method", method, f"a method that chooses from candidates: {', '.join(able)}")
 
 
 def _takes_cheapest(kind: type) -> bool:
     """Whether decisions are the base's: what replaces `decide` may look at other controls than the candidates."""
     return getattr(kind, "decide", None) is GridController.decide
-
-
-def _class(path: str) -> type:
-    module, _, name = path.partition(":")
-    return getattr(import_module(module), name)

@@ -7,7 +7,7 @@ import pytest
 
 from mjnav.control import make_controller, names
 from mjnav.control.base import ConstrainedController, GridController, WeightedController
-from mjnav.control.surface import cost_surface, require_candidates
+from mjnav.control.decision_surface import decision_surface, require_candidates
 from mjnav.errors import InvalidValue
 from mjnav.messages import RobotLimits
 from mjnav.rkhs.mmd import mmd_squared
@@ -33,7 +33,7 @@ def controller(request, limits):
 
 
 def surface_of(controller, observation, **options):
-    return cost_surface(controller, observation, controller.decide(observation), **options)
+    return decision_surface(controller, observation, controller.decide(observation), **options)
 
 
 def weights(controller):
@@ -139,7 +139,7 @@ def test_the_bounds_are_the_limits_and_the_window_is_what_one_period_allows(obse
 def test_it_carries_the_decision_its_nominal_control_and_its_least_total(observe, limits):
     o, controller = observe(2), make_controller("rkhs", limits, PERIOD)
     decision = controller.decide(o)
-    s = cost_surface(controller, o, decision, num=8)
+    s = decision_surface(controller, o, decision, num=8)
     assert s.decision is decision
     k = decision.costs.nominal
     assert tuple(s.nominal) == (decision.costs.v[k], decision.costs.omega[k])

@@ -1,0 +1,180 @@
+"""The methods by name, and how a controller is made.
+
+A new method is a file in `methods/` and an entry in METHODS: `mjnav list`, run files and the README's table follow.
+"""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from importlib import import_module
+from math import inf
+from types import MappingProxyType
+from typing import Any
+
+from mjnav.control.base import Controller
+from mjnav.control.custom import custom_class, make_custom
+from mjnav.control.parameters import CHANGE_WEIGHT, RATED_PERIOD, make_parameters
+from mjnav.control.problem.memory import check_memory
+from mjnav.errors import InvalidValue, unknown_name
+from mjnav.messages import RobotLimits
+
+
+def as_published(period: float) -> dict[str, Any]:
+    """`rkhs-paper`: what the paper does not have is switched off; a candidate is previewed over one period."""
+    return {
+        "form": "line",
+        "degree": 3,
+        "scale": 1.0,
+        "offset": 1.0,
+        "weight": 1.0,
+        "lane_weights": (1.0, 1.0),
+        "normalise": False,
+        "clip": inf,
+        "sensing_range": inf,
+        "max_obstacles": 1_000_000,
+        "desired_min": 0,
+        "heading_weight": 0.0,
+        "safety_margin": 0.0,
+        "preview": period,
+        "lane_horizon": period,
+    }
+
+
+@dataclass(frozen=True, slots=True)
+class Method:
+    """One method, a row of the README's table; its class is loaded when a controller is made."""
+
+    name: str
+    place: str  # module:Class, in mjnav.control.methods
+    idea: str
+    source: str
+    preset: Callable[[float], dict[str, Any]] = lambda period: {}  # parameters other than the class's, by period [s]
+
+    @property
+    def file(self) -> str:
+        """Its file, below mjnav/."""
+        return f"control/methods/{self.place.partition(':')[0]}.py"
+
+    @property
+    def controller_class(self) -> Any:
+        """Its class."""
+        module, _, name = self.place.partition(":")
+        return getattr(import_module(f"mjnav.control.methods.{module}"), name)
+
+
+def registry(*methods: Method) -> Mapping[str, Method]:
+    """The methods by name, read-only. Raises ValueError for a name that occurs twice."""
+    found = {method.name: method for method in methods}
+    if len(found) < len(methods):
+        raise ValueError(f"a method is registered twice: {', '.join(sorted(method.name for method in methods))}")
+    return MappingProxyType(found)
+
+
+METHODS = registry(
+    Method(
+        "rkhs",
+        "rkhs:Rkhs",
+        "constraint distributions nearest to collision-free ones by MMD, tuned",
+        "Nair et al. 2021",
+    ),
+    Method(
+        "rkhs-paper",
+        "rkhs:Rkhs",
+        "the same as published: line form, degree 3, not normalised, not clipped",
+        "Nair et al. 2021",
+        as_published,
+    ),
+    Method(
+        "mean",
+        "mean:Mean",
+        "the constraints at the mean only",
+        "velocity obstacles, Fiorini & Shiller 1998",
+    ),
+    Method(
+        "gaussian-linearised",
+        "gaussian_linearised:GaussianLinearised",
+        "chance constraints, linearised about Gaussian means",
+        "Zhu & Alonso-Mora 2019",
+    ),
+    Method(
+        "gaussian-moments",
+        "gaussian_moments:GaussianMoments",
+        "mean(f) + k std(f) ≤ 0, Gaussian beliefs",
+        "Gopalakrishnan et al. 2015; PRVO 2017",
+    ),
+    Method(
+        "kld",
+        "kld:Kld",
+        "as rkhs, by the divergence of fitted Gaussian mixtures",
+        "PVO, Poonganam et al. 2020",
+    ),
+    Method(
+        "mmd-dirac",
+        "mmd_dirac:MmdDirac",
+        "MMD of the violations max(0, f) to none, Gaussian kernel",
+        "Gupta, Singh & Krishna 2022",
+    ),
+    Method(
+        "cvar",
+        "cvar:Cvar",
+        "the mean of the worst samples must be safe",
+        "Rockafellar & Uryasev 2000; MMD-OPT 2024's baseline",
+    ),
+    Method(
+        "saa",
+        "saa:Saa",
+        "at most a share of samples may collide",
+        "sample average approximation; MMD-OPT 2024's baseline",
+    ),
+    Method(
+        "mppi",
+        "mppi:Mppi",
+        "a mean of sampled rollouts, weighted by their cost",
+        "Williams et al. 2017; DRA-MPPI 2025",
+    ),
+    Method(
+        "orca",
+        "orca:Orca",
+        "half-planes of velocity, effective centre",
+        "van den Berg et al. 2011; Snape et al. 2010",
+    ),
+    Method(
+        "dwa",
+        "dwa:Dwa",
+        "clearance along arcs, every obstacle where it is now",
+        "Fox, Burgard & Thrun 1997",
+    ),
+)
+
+
+def names() -> tuple[str, ...]:
+    """The methods that exist."""
+    return tuple(sorted(METHODS))
+
+
+def describe() -> dict[str, str]:
+    """The idea and the source of each method, in a line, by name."""
+    return {name: f"{METHODS[name].idea} ({METHODS[name].source})" for name in names()}
+
+
+def make_controller(name: str, robot_limits: RobotLimits, period: float, **parameters: Any) -> Controller:
+    """The controller `name` for a robot and a control period [s], with its own parameters.
+
+    `name` is one of `names()`, or "package.module:Class" for a user's own controller. The defaults of
+    speed_change_weight and turn_change_weight, where the method has them, follow the period: 0.01 at 0.1 s. Raises
+    InvalidValue for a name that does not exist, a parameter that the method does not have, and a value that is not
+    allowed.
+    """
+    method = METHODS.get(name)
+    if method is None and ":" not in name:
+        raise unknown_name("method", name, METHODS)
+    if not 0.0 < period < inf:
+        raise InvalidValue("period", period, "a finite number > 0")
+    kind = method.controller_class if method else custom_class(name)
+    # The gain of a change of control within one period is proportional to the period, so its cost has to be as well:
+    # with constant weights a robot at 50 Hz would accelerate a fifth as readily as at 10 Hz.
+    change_weight = CHANGE_WEIGHT * (period / RATED_PERIOD)
+    preset = {"speed_change_weight": change_weight, "turn_change_weight": change_weight}
+    preset |= method.preset(period) if method else {}
+    own = make_parameters(name, kind.parameters_type, parameters, preset)
+    check_memory(own)
+    return kind(robot_limits, period, own) if method else make_custom(name, kind, robot_limits, period, own)
