@@ -7,7 +7,7 @@ from mjnav.cli.terminal.interrupt import interruptible
 from mjnav.cli.terminal.progress import progress
 from mjnav.errors import DamagedLogError, InputError
 from mjnav.recording import Log, open_log
-from mjnav.recording.export import FORMATS, check_format, check_new_folder, export
+from mjnav.recording.export.export import FORMATS, check_format, check_new_folder, export
 
 
 def configure(parser: argparse.ArgumentParser) -> None:

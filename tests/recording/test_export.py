@@ -5,7 +5,7 @@ from mcap.writer import Writer
 
 from mjnav.errors import DamagedLogError, InvalidValue, MjnavError
 from mjnav.recording import open_log
-from mjnav.recording.export import FORMATS, check_format, export
+from mjnav.recording.export.export import FORMATS, check_format, export
 
 
 @pytest.mark.parametrize("form", FORMATS)

@@ -9,8 +9,8 @@ import pytest
 
 from mjnav.recording import open_log
 from mjnav.recording.encode.topics import topics
-from mjnav.recording.export import export
 from mjnav.recording.export.csv_tables import TOPICS
+from mjnav.recording.export.export import export
 
 
 @pytest.fixture(scope="module")

@@ -6,8 +6,7 @@ import pytest
 
 from mjnav.errors import InputError, MjnavError
 from mjnav.recording import open_log
-from mjnav.recording.export import export
-from mjnav.recording.export.folder import new_folder
+from mjnav.recording.export.export import export, new_folder
 
 
 def test_an_empty_folder_may_be_filled(tmp_path):

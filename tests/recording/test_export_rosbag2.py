@@ -14,7 +14,7 @@ from ruamel.yaml import YAML
 
 from mjnav.recording import open_log
 from mjnav.recording.encode.topics import topics
-from mjnav.recording.export import export
+from mjnav.recording.export.export import export
 from mjnav.recording.export.rosbag2 import TOPICS, ros_topics
 
 LATER = (Stores.ROS2_IRON, Stores.ROS2_JAZZY, Stores.ROS2_KILTED, Stores.ROS2_LYRICAL)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from mjnav.recording import open_log
-from mjnav.recording.export import export
+from mjnav.recording.export.export import export
 
 
 @pytest.fixture(scope="module")

@@ -1,12 +1,12 @@
-"""Cells of CSV files that a spreadsheet opens, too."""
+"""Cells of CSV files that are safe to open in a spreadsheet."""
 
 STARTS = ("=", "+", "-", "@", "\t", "\r", "\n", "＝", "＋", "－", "＠")  # of a formula (OWASP, CSV injection)
 
 
 def neutral(value: object) -> object:
-    """The cell, a text that a spreadsheet would run as a formula behind an apostrophe; numbers stay what they are.
+    """The cell; a text that a spreadsheet would run as a formula gets an apostrophe before it, a number does not.
 
-    Always, and not on request: no name of mjnav's begins like that, and who opens a foreign file asks for nothing.
+    No name of mjnav's begins like a formula, so this needs no option.
     """
     if not isinstance(value, str) or not value.startswith(STARTS):
         return value

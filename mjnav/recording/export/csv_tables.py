@@ -1,10 +1,10 @@
-"""Tidy tables: a CSV file for each topic, a row for each thing observed, a column for each of its figures.
+"""Tidy tables: a CSV file for each kind of row, a row for each thing observed, a column for each of its figures.
 
-Every table begins with the number of the tick and the simulated time, by which tables join. columns.csv says what unit
-each column of each table has. Numbers are the shortest decimals that read back as the same number: pandas 3 does so by
-itself, older ones with `read_csv(..., float_precision="round_trip")`. Particles and the cone's samples are float32 in
-the log and here. What is not there or not finite in a JSON message is an empty field.
-A text that a spreadsheet would take for a formula has an apostrophe before it.
+Every table begins with the number of the tick and the simulated time, by which tables join. columns.csv has the unit of
+each column of each table. Numbers are the shortest decimals that read back as the same number: pandas 3 reads them
+exactly, earlier versions with `read_csv(..., float_precision="round_trip")`. Particles and the cone's samples are
+float32 in the log and here. A value that is missing or not finite in a JSON message is an empty field. A text that a
+spreadsheet would take for a formula has an apostrophe before it.
 """
 
 import csv

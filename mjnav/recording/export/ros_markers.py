@@ -7,7 +7,7 @@ import numpy as np
 from rosbags.typesys.stores import ros2_humble as ros
 
 from mjnav.recording.export.ros_messages import header, same_point, same_turn, same_vector, vector
-from mjnav.recording.export.segments import segments
+from mjnav.recording.export.tables import segments
 
 
 def markers(update: Any, now: int) -> ros.visualization_msgs__msg__MarkerArray:

@@ -1,22 +1,23 @@
-"""What a row is: the tables of each topic, their columns with units, and the rows of one message."""
+"""The CSV tables of each topic: their columns with units, and the rows that one message gives."""
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import chain, pairwise
 from types import MappingProxyType
 from typing import Any
 
 import numpy as np
+from foxglove_schemas_protobuf.LinePrimitive_pb2 import LinePrimitive
 from foxglove_schemas_protobuf.Log_pb2 import Log as Event
 
 from mjnav.messages import PHASES
-from mjnav.recording.export.segments import segments
 
 Rows = Iterable[Sequence[Any]]
 
 
 @dataclass(frozen=True, slots=True)
-class Table:
-    """A file, but for its suffix; its columns with their units; and the rows of one message, without tick and time."""
+class CsvTable:
+    """A file's name without suffix, its columns with their units, and the rows of one message without tick and time."""
 
     name: str
     columns: Mapping[str, str]
@@ -54,6 +55,16 @@ def _flat(*parts: Any) -> list[Any]:
     return [scalar for part in parts for scalar in (_flat(*part) if isinstance(part, list) else [part])]
 
 
+def _row(*keys: str) -> Callable[[Mapping], Rows]:
+    """One row a document, of the values of these keys."""
+    return lambda document: [_flat(*(document[key] for key in keys))]
+
+
+def _each(name: str, *keys: str) -> Callable[[Mapping], Rows]:
+    """A row for each object in the list of this name."""
+    return lambda document: (_flat(*(item[key] for key in keys)) for item in document[name])
+
+
 def _state(document: Mapping) -> Rows:
     believed = document["estimate"]
     if believed is None:
@@ -63,29 +74,9 @@ def _state(document: Mapping) -> Rows:
     yield _flat(document["pose"], document["twist"], estimate)
 
 
-def _odometry(document: Mapping) -> Rows:
-    yield _flat(*(document[key] for key in ("time", "interval", "v", "omega", "gyro", "pose")))
-
-
-def _people(document: Mapping) -> Rows:
-    for person in document["people"]:
-        yield _flat(person["name"], person["position"], person["velocity"])
-
-
-def _tracks(document: Mapping) -> Rows:
-    keys = ("name", "position", "velocity", "covariance", "radius", "ess", "recovered")
-    for person in document["people"]:
-        yield _flat(*(person[key] for key in keys))
-
-
 def _detections(document: Mapping) -> Rows:
     for number, position in enumerate(document.get("detections", ())):
         yield _flat(number, position)
-
-
-def _contacts(document: Mapping) -> Rows:
-    for contact in document["contacts"]:
-        yield [contact[key] for key in ("kind", "name", "force", "time")]
 
 
 def _decision(document: Mapping) -> Rows:
@@ -107,14 +98,6 @@ def _decision_cone(document: Mapping) -> Rows:
     return enumerate((document["cost"] or {}).get("cone", ()))
 
 
-def _timing(document: Mapping) -> Rows:
-    yield [*(document[f"{phase}_ns"] for phase in PHASES), document["lateness_ns"], document["deadline_missed"]]
-
-
-def _command(document: Mapping) -> Rows:
-    yield document["v"], document["omega"]
-
-
 def _cone(cone: Any) -> Rows:
     for kind in ("samples", "desired"):
         for text in np.array(getattr(cone, kind), "<f4").astype("U").tolist():
@@ -122,7 +105,7 @@ def _cone(cone: Any) -> Rows:
 
 
 def _particles(cloud: Any) -> Rows:
-    """As text, which is that of float32; the track's number is a whole one."""
+    """Numbers as the text of float32; the track's number is an integer."""
     names = [field.name for field in cloud.fields]
     table = np.frombuffer(cloud.data, "<f4").reshape(-1, len(names))
     columns = [table[:, i].astype("i8" if name == "track" else "U").tolist() for i, name in enumerate(names)]
@@ -166,6 +149,16 @@ def _solids(update: Any) -> Rows:
                 yield entity.id, shape, number, entity.frame_id, *placed, *size, *_color(solid.color)
 
 
+def segments(line: Any) -> Iterator[tuple[Any, Any]]:
+    """The two ends of each segment of a foxglove.LinePrimitive, in its own pose, one by one: few bytes may be many."""
+    corners = (line.points[i] for i in line.indices) if line.indices else iter(line.points)
+    if line.type == LinePrimitive.LINE_LIST:
+        return zip(corners, corners, strict=True)
+    if line.type == LinePrimitive.LINE_LOOP and (first := next(corners, None)) is not None:
+        corners = chain((first,), corners, (first,))
+    return pairwise(corners)
+
+
 def _lines(update: Any) -> Rows:
     for entity in update.entities:
         for number, line in enumerate(entity.lines):
@@ -185,36 +178,40 @@ _LINE = {"entity": "", "line": "", **_prefixed("from", _POINT), **_prefixed("to"
 _COSTS = _prefixed("cost", {"goal": "", "lane_left": "", "lane_right": "", "total": ""})
 _CHOICES = {**_TWIST, "status": "", "advice": "", **_prefixed("nominal", _TWIST), **_COSTS, **_prefixed("wish", _TWIST)}
 
+_ODOMETRY = {"measured": "s", "interval": "s", **_TWIST, "gyro": "rad/s", **_PLANAR}
+_TRACK = {"name": "", **_STATE, **_covariance(_STATE), "radius": "m", **_BELIEF}
+_TRACK_KEYS = ("name", "position", "velocity", "covariance", "radius", "ess", "recovered")
+_CONTACT = {"kind": "", "name": "", "force": "N", "seen": "s"}
+_TIMING = {**{f"{phase}_ns": "ns" for phase in (*PHASES, "lateness")}, "deadline_missed": ""}
+
 # topic -> its tables
-TABLES: Mapping[str, tuple[Table, ...]] = MappingProxyType(
+TABLES: Mapping[str, tuple[CsvTable, ...]] = MappingProxyType(
     {
-        "/robot/state": (Table("robot_state", {**_PLANAR, **_TWIST, **_ESTIMATE}, _state),),
-        "/robot/truth": (Table("robot_truth", {"frame": "", **_POSE}, _placed),),
-        "/robot/estimate": (Table("robot_estimate", {"frame": "", **_POSE}, _placed),),
-        "/tf": (Table("tf", {"parent": "", "child": "", **_POSE}, _transforms),),
-        "/people/truth": (Table("people_truth", {"name": "", **_STATE}, _people),),
+        "/robot/state": (CsvTable("robot_state", {**_PLANAR, **_TWIST, **_ESTIMATE}, _state),),
+        "/robot/truth": (CsvTable("robot_truth", {"frame": "", **_POSE}, _placed),),
+        "/robot/estimate": (CsvTable("robot_estimate", {"frame": "", **_POSE}, _placed),),
+        "/tf": (CsvTable("tf", {"parent": "", "child": "", **_POSE}, _transforms),),
+        "/people/truth": (
+            CsvTable("people_truth", {"name": "", **_STATE}, _each("people", "name", "position", "velocity")),
+        ),
         "/people/estimate": (
-            Table("people_estimate", {"name": "", **_STATE, **_covariance(_STATE), "radius": "m", **_BELIEF}, _tracks),
-            Table("people_detections", {"detection": "", "x": "m", "y": "m"}, _detections),
+            CsvTable("people_estimate", _TRACK, _each("people", *_TRACK_KEYS)),
+            CsvTable("people_detections", {"detection": "", "x": "m", "y": "m"}, _detections),
         ),
-        "/contacts": (Table("contacts", {"kind": "", "name": "", "force": "N", "seen": "s"}, _contacts),),
-        "/odometry": (
-            Table("odometry", {"measured": "s", "interval": "s", **_TWIST, "gyro": "rad/s", **_PLANAR}, _odometry),
-        ),
-        "/scan": (Table("scan", {"beam": "", "angle": "rad", "range": "m"}, _scan),),
-        "/belief/robot": (Table("belief_robot", {**_PLANAR, "weight": ""}, _particles),),
-        "/belief/obstacles": (Table("belief_obstacles", {**_STATE, "weight": "", "track": ""}, _particles),),
+        "/contacts": (CsvTable("contacts", _CONTACT, _each("contacts", "kind", "name", "force", "time")),),
+        "/odometry": (CsvTable("odometry", _ODOMETRY, _row("time", "interval", "v", "omega", "gyro", "pose")),),
+        "/scan": (CsvTable("scan", {"beam": "", "angle": "rad", "range": "m"}, _scan),),
+        "/belief/robot": (CsvTable("belief_robot", {**_PLANAR, "weight": ""}, _particles),),
+        "/belief/obstacles": (CsvTable("belief_obstacles", {**_STATE, "weight": "", "track": ""}, _particles),),
         "/decision": (
-            Table("decision", _CHOICES, _decision),
-            Table("decision_cone", {"constraint": "", "cost": ""}, _decision_cone),
+            CsvTable("decision", _CHOICES, _decision),
+            CsvTable("decision_cone", {"constraint": "", "cost": ""}, _decision_cone),
         ),
-        "/command": (Table("command", _TWIST, _command),),
-        "/cone": (Table("cone", {"obstacle": "", "safe_share": "", "kind": "", "f": ""}, _cone),),
-        "/candidates": (Table("candidates", _LINE, _lines),),
-        "/scene": (Table("scene", _SOLID, _solids), Table("scene_lines", _LINE, _lines)),
-        "/events": (Table("events", {"level": "", "name": "", "text": ""}, _event),),
-        "/tick": (
-            Table("tick", {**{f"{phase}_ns": "ns" for phase in (*PHASES, "lateness")}, "deadline_missed": ""}, _timing),
-        ),
+        "/command": (CsvTable("command", _TWIST, _row("v", "omega")),),
+        "/cone": (CsvTable("cone", {"obstacle": "", "safe_share": "", "kind": "", "f": ""}, _cone),),
+        "/candidates": (CsvTable("candidates", _LINE, _lines),),
+        "/scene": (CsvTable("scene", _SOLID, _solids), CsvTable("scene_lines", _LINE, _lines)),
+        "/events": (CsvTable("events", {"level": "", "name": "", "text": ""}, _event),),
+        "/tick": (CsvTable("tick", _TIMING, _row(*_TIMING)),),
     }
 )

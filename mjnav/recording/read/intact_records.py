@@ -33,7 +33,7 @@ from mcap.records import (
 from mcap.writer import MCAP0_MAGIC
 from numpy.typing import NDArray
 
-from mjnav.recording.read.record_at import FileBytes, FoundRecord, attachment_at, chunk_at, file_bytes, record_at
+from mjnav.recording.read.file_bytes import FileBytes, FoundRecord, attachment_at, chunk_at, file_bytes, record_at
 from mjnav.recording.read.records import FOOTER_SIZE, HEADER, KNOWN, LostBytes
 from mjnav.recording.read.summary_section import find_summary
 

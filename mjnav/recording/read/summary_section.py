@@ -11,7 +11,7 @@ from mcap.opcode import Opcode
 from mcap.records import AttachmentIndex, Channel, Footer, McapRecord, MetadataIndex, Schema, Statistics
 from mcap.writer import MCAP0_MAGIC
 
-from mjnav.recording.read.record_at import FileBytes, record_at
+from mjnav.recording.read.file_bytes import FileBytes, record_at
 from mjnav.recording.read.records import FOOTER_SIZE, HEADER
 
 DATA_END_SIZE = HEADER.size + 4

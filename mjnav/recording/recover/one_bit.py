@@ -9,7 +9,7 @@ import os
 
 from mcap.records import DataEnd
 
-from mjnav.recording.read.record_at import file_bytes, record_at
+from mjnav.recording.read.file_bytes import file_bytes, record_at
 from mjnav.recording.read.records import HEADER
 from mjnav.recording.read.summary_section import DATA_END_SIZE, find_summary
 

@@ -13,8 +13,8 @@ from mcap.writer import MCAP0_MAGIC
 
 from mjnav.errors import DamagedLogError, InputError, MjnavError
 from mjnav.recording.log_format import RECOVERED, check_path, mcap_writer
+from mjnav.recording.read.file_bytes import FileBytes, file_bytes
 from mjnav.recording.read.intact_records import intact_records
-from mjnav.recording.read.record_at import FileBytes, file_bytes
 from mjnav.recording.recover.one_bit import changed_bit
 from mjnav.recording.recover.recovery import Recovery, count_intact, unknown_topic
 

@@ -1,0 +1,118 @@
+"""A log as a folder that other programs read, in one of FORMATS: all of the folder or nothing of it.
+
+A format is a module with `TOPICS`, the topics of the log that it knows, and `write`, which fills a folder from their
+messages and gives the number of poses, rows or messages in each file or topic.
+"""
+
+import os
+import struct
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import contextmanager
+from importlib import import_module
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from types import MappingProxyType, ModuleType
+
+from mjnav.errors import DamagedLogError, InputError, MjnavError, missing_extra, unknown_name
+from mjnav.recording.read.log import Log, LogMessage
+from mjnav.recording.read.ticks import NOT_OURS
+
+# format -> (module, what it counts)
+FORMATS: Mapping[str, tuple[str, str]] = MappingProxyType(
+    {
+        "tum": ("mjnav.recording.export.tum", "poses"),
+        "csv": ("mjnav.recording.export.csv_tables", "rows"),
+        "rosbag2": ("mjnav.recording.export.rosbag2", "messages"),
+    }
+)
+_NOT_OURS = (*NOT_OURS, struct.error)  # what a message that mjnav did not write raises
+
+
+def check_format(name: str, topics: Iterable[str] = ()) -> None:
+    """Raises InputError where there is no such format, what it needs is not installed, or it knows none of a topic."""
+    known = _load(name).TOPICS
+    for topic in topics:
+        if topic not in known:
+            raise unknown_name("--topic", topic, known)
+
+
+def export(
+    log: Log,
+    form: str,
+    path: Path,
+    *,
+    topics: Iterable[str] = (),
+    progress: Callable[[float], None] = lambda time: None,
+) -> dict[str, int]:
+    """Writes a log, or some of its topics, as the new folder `path`.
+
+    Gives the number of poses, rows or messages by file or topic. `progress` is told the simulated time so far [s]; what
+    it raises ends the export. After any exception nothing of the folder is left. Raises InputError where mjnav did not
+    write the log or it holds no messages, and as `check_format` and `check_new_folder` do; DamagedLogError where a
+    message is not one of mjnav's; MjnavError where the folder cannot be written.
+    """
+    chosen = tuple(dict.fromkeys(topics))
+    check_format(form, chosen)
+    if log.run is None:
+        raise InputError(f"{log.path}: not a run of mjnav, and no other log can be exported")
+    if log.duration is None:
+        raise InputError(f"{log.path}: holds no messages to export")
+    module = _load(form)
+    chosen = chosen or tuple(module.TOPICS)
+    try:
+        with new_folder(path) as folder:
+            return module.write(log, chosen, _reported(log.messages(*chosen), progress), folder)
+    except MjnavError:
+        raise
+    except _NOT_OURS as error:
+        raise DamagedLogError(f"{log.path}: holds a message that is not one of mjnav's ({error!r})") from error
+
+
+def _load(name: str) -> ModuleType:
+    if name not in FORMATS:
+        raise unknown_name("--format", name, FORMATS)
+    try:
+        return import_module(FORMATS[name][0])
+    except ModuleNotFoundError as error:
+        if error.name is None or error.name.partition(".")[0] != "rosbags":
+            raise
+        raise missing_extra("rosbags", "ros2") from None
+
+
+def _reported(messages: Iterator[LogMessage], progress: Callable[[float], None]) -> Iterator[LogMessage]:
+    first = None
+    for message in messages:
+        first = message.time_ns if first is None else first
+        progress(1e-9 * (message.time_ns - first))
+        yield message
+
+
+def check_new_folder(path: str | os.PathLike[str]) -> Path:
+    """The path of a folder that could be made, or that is there and empty; creates nothing.
+
+    Raises InputError where there is anything else, or the folder around it is missing or not writable.
+    """
+    given, path = path, Path(os.path.abspath(path))
+    if path.is_symlink() or (path.exists() and not (path.is_dir() and not any(path.iterdir()))):
+        raise InputError(f"{given}: exists already, and an export never replaces anything; choose another name")
+    if not path.parent.is_dir():
+        raise InputError(f"{given}: there is no folder {path.parent}")
+    if not os.access(path.parent, os.W_OK | os.X_OK):
+        raise InputError(f"{given}: the folder {path.parent} is not writable")
+    return path
+
+
+@contextmanager
+def new_folder(path: str | os.PathLike[str]) -> Iterator[Path]:
+    """A path at which to make and fill a folder, which moves to `path` at the end; nothing is left after an exception.
+
+    Raises InputError as `check_new_folder` does, MjnavError where the disk refuses something.
+    """
+    target = check_new_folder(path)
+    try:
+        with TemporaryDirectory(prefix=f".{target.name}-", dir=target.parent) as beside:
+            folder = Path(beside, target.name)
+            yield folder
+            folder.rename(target)
+    except OSError as error:
+        raise MjnavError(f"{path}: writing failed: {error.strerror or error}") from error
