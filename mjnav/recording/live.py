@@ -1,13 +1,13 @@
 """The run while it goes: a WebSocket server that Foxglove and Lichtblick connect to.
 
-It sends the very bytes that go to the file. Every client has a queue in the server's own threads, which drops the
-oldest messages where that client is slow; the loop waits for none.
+It sends the bytes that go to the file, and drawings of the candidates beside them. Every client has a queue in the
+server's own threads, which drops the oldest messages where that client is slow; the loop waits for none.
 """
 
 import os
 import threading
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from typing import TYPE_CHECKING, Protocol, Self
 
 from mjnav.errors import InputError, InvalidValue, missing_extra
@@ -92,15 +92,16 @@ class LiveServer:
         """Whether anybody wants to have any topic."""
         return any(channel.has_sinks() for channel in self._channels.values())
 
-    def writer(self, channels: Mapping[str, int], file: Writer | None) -> Writer:
+    def writer(self, channels: Mapping[str, int], file: Writer | None, live_only: Collection[str] = ()) -> Writer:
         """Sends every message of a run to the clients before it goes to the file, if there is one.
 
-        `channels` holds the number that messages bear for each topic.
+        `channels` holds the number that messages bear for each topic; the topics in `live_only` do not go to the file.
         """
         if self._served:
             self._server.clear_session()  # simulated time begins anew
         self._served = True
-        return _LiveWriter(self._server, {number: self._channels[name] for name, number in channels.items()}, file)
+        clients = {number: self._channels[name] for name, number in channels.items()}
+        return _LiveWriter(self._server, clients, file, frozenset(channels[name] for name in live_only))
 
     def close(self) -> None:
         """Ends the server when its clients had time for the last messages."""
@@ -122,8 +123,14 @@ class LiveServer:
 class _LiveWriter:
     """A `Writer` to clients and file."""
 
-    def __init__(self, server: "WebSocketServer", channels: Mapping[int, "Channel"], file: Writer | None):
-        self._server, self._channels, self._file = server, channels, file
+    def __init__(
+        self,
+        server: "WebSocketServer",
+        channels: Mapping[int, "Channel"],
+        file: Writer | None,
+        live_only: frozenset[int],
+    ):
+        self._server, self._channels, self._file, self._live_only = server, channels, file, live_only
         self._time_ns = -1
 
     def add_message(self, channel_id: int, log_time: int, data: bytes, publish_time: int, sequence: int = 0) -> None:
@@ -132,7 +139,7 @@ class _LiveWriter:
             self._time_ns = log_time
             self._server.broadcast_time(log_time)
         self._channels[channel_id].log(data, log_time=log_time)
-        if self._file is not None:
+        if self._file is not None and channel_id not in self._live_only:
             self._file.add_message(channel_id, log_time, data, publish_time, sequence)
 
     def flush(self) -> None:

@@ -232,6 +232,13 @@ class Physics:
 
 
 @dataclass(frozen=True, slots=True)
+class LogContent:
+    """What a log holds beside the data. It changes nothing in the run."""
+
+    drawings: bool = False  # of the data, for programs that draw only what a log holds as shapes
+
+
+@dataclass(frozen=True, slots=True)
 class Scenario:
     """One run: everything but the code that decides what happens."""
 
@@ -252,6 +259,7 @@ class Scenario:
     estimation: Estimation = Estimation()
     control: Control = Control()
     physics: Physics = Physics()
+    log: LogContent | None = None  # not in a dump unless it was given: the names of a study's cells are made of those
     source: str = field(default="", compare=False)  # the file it came from, for messages
 
     def __post_init__(self):

@@ -15,7 +15,7 @@ from foxglove_schemas_protobuf.SceneUpdate_pb2 import SceneUpdate
 from mcap.writer import MCAP0_MAGIC
 
 from mjnav.recording import Recorder
-from mjnav.recording.read.budget import FREE_CONTENTS
+from mjnav.recording.read.budget import CONTENTS, FREE_CONTENTS
 from tests.recording.conftest import MadeUpRun, make_scenario
 from tests.recording.mutated_logs import CHUNK, MESSAGE, Record, joined, split
 
@@ -109,13 +109,13 @@ def repeated_lines(sound: bytes) -> bytes:
     def bombed(one: Record) -> Record:
         if one.inside is not None:
             return Record(one.opcode, one.body, tuple(map(bombed, one.inside)), b"zstd")
-        if one.opcode == MESSAGE and struct.unpack_from("<H", one.body)[0] == candidates:
+        if one.opcode == MESSAGE and struct.unpack_from("<H", one.body)[0] == scene:
             return Record(MESSAGE, one.body[:22] + update.SerializeToString())
         return one
 
     records = split(sound)
     channels = [one.body for outer in records for one in (outer, *(outer.inside or ())) if one.opcode == 4]
-    candidates = next(struct.unpack_from("<H", body)[0] for body in channels if b"/candidates" in body)
+    scene = next(struct.unpack_from("<H", body)[0] for body in channels if b"/scene" in body)
     return joined(tuple(map(bombed, records)))
 
 
@@ -191,7 +191,7 @@ def test_a_bomb_costs_what_its_size_allows(bomb, reader, sound, ordinary):
 
 
 def test_a_chunk_that_claims_more_than_its_file_allows_is_named_and_not_decompressed(reader, sound):
-    size = 2 * FREE_CONTENTS
+    size = 2 * FREE_CONTENTS + CONTENTS * len(sound)
     done = reader("csv", with_chunks(sound, chunk(record(200, bytes(size)))))
     assert done["code"] == 3
     assert f"a chunk that claims {size + 9} bytes of contents for " in done["err"]

@@ -5,6 +5,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from google.protobuf.descriptor_pb2 import FileDescriptorSet
+from google.protobuf.descriptor_pool import DescriptorPool
+from google.protobuf.message_factory import GetMessageClass
 
 import mjnav
 from mjnav.messages import (
@@ -137,6 +140,19 @@ def scenario() -> Scenario:
 @pytest.fixture
 def made_up() -> MadeUpRun:
     return MadeUpRun()
+
+
+@pytest.fixture
+def message_class():
+    """Makes the class of a protobuf message from the schema that a log carries."""
+
+    def made(schema):
+        pool = DescriptorPool()
+        for file in FileDescriptorSet.FromString(schema.data).file:
+            pool.Add(file)
+        return GetMessageClass(pool.FindMessageTypeByName(schema.name))
+
+    return made
 
 
 @pytest.fixture

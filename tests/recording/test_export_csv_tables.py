@@ -201,18 +201,17 @@ def test_the_scene_has_a_row_a_solid_and_a_segment(log, folder):
     assert one == [["lanes", 0, 0.0, 2.5, 10.0, 2.5], ["lanes", 1, 0.0, -2.5, 10.0, -2.5]]
 
 
-def test_every_candidates_arc_is_there_from_its_start_to_its_end(log, folder):
-    table = read(folder, "candidates")
-    assert table["tick"].value_counts().to_dict() == dict.fromkeys((0, 1, 3, 4, 5), 2 * 22)  # tick 2 had none
-    of_tick = table[table["tick"] == 0]
-    chosen = of_tick[of_tick["line"] == of_tick["line"].max()]
-    (_, _, state), *_ = stamped(log, "/robot/state")
-    assert chosen[["from_x", "from_y"]].iloc[0].tolist() == pytest.approx(state["estimate"]["mean"][:2], abs=2**-11)
-    assert chosen[["to_x", "to_y"]].iloc[0].tolist() == chosen[["from_x", "from_y"]].iloc[1].tolist()
-    (_, _, decision), *_ = stamped(log, "/decision")
-    length = np.hypot(chosen["to_x"] - chosen["from_x"], chosen["to_y"] - chosen["from_y"]).sum()
-    turn = abs(decision["omega"]) / 4  # of each half of the arc, on either side of its chord
-    assert length == pytest.approx(abs(decision["v"]) * (np.sin(turn) / turn if turn else 1.0), abs=0.003)
+def test_every_candidate_has_a_row_with_its_costs_and_what_it_was(log, folder):
+    table, cone = read(folder, "candidates"), read(folder, "candidates_cone")
+    assert table["tick"].value_counts().to_dict() == dict.fromkeys((0, 1, 3, 4, 5), 21)  # tick 2 had none
+    for tick, _, decision in stamped(log, "/decision"):
+        if decision["cost"] is None:
+            continue
+        (chosen,) = table[(table["tick"] == tick) & table["role"].str.contains("chosen", na=False)].to_dict("records")
+        assert (chosen["v"], chosen["omega"]) == (decision["v"], decision["omega"])
+        assert np.float32(chosen["total"]) == np.float32(decision["cost"]["total"])
+        terms = cone[(cone["tick"] == tick) & (cone["candidate"] == chosen["candidate"])]
+        assert np.float32(terms["cost"]).tolist() == np.float32(decision["cost"]["cone"]).tolist()
 
 
 def test_what_happened_is_quoted_where_it_must_be(folder):

@@ -73,7 +73,7 @@ def same(vector) -> tuple[float, ...]:
 
 
 def test_every_topic_of_a_log_is_in_the_bag(scenario):
-    said_twice = {"/robot/truth", "/robot/estimate"}  # by /robot/state
+    said_twice = {"/robot/truth", "/robot/estimate", "/candidates/arcs"}  # by /robot/state and /candidates
     assert set(TOPICS) == {topic.name for topic in topics(scenario)} - said_twice
 
 
@@ -89,7 +89,7 @@ def test_the_bags_description_is_what_is_in_it(log, folder, bag):
         assert latched == ["/scene"]
         assert quality["/scene"][0].durability == QosDurability.TRANSIENT_LOCAL
     said = YAML(typ="safe").load(folder / "metadata.yaml")["rosbag2_bagfile_information"]
-    assert said["custom_data"] == log.run == {"scene": "made-up", "seed": "3"}
+    assert said["custom_data"] == log.run == {"log_format": "2", "scene": "made-up", "seed": "3"}
     assert (said["version"], said["storage_identifier"], said["relative_file_paths"]) == (8, "mcap", ["bag.mcap"])
     for part in (said, said["files"][0]):
         assert part["starting_time"] == {"nanoseconds_since_epoch": 0}
@@ -282,15 +282,15 @@ def test_the_scene_is_drawn_with_markers(log, bag):
         assert left.scale.x == 0.05
 
 
-def test_candidates_are_the_segments_that_the_log_draws(log, bag):
-    for _, value, message in pairs(log, "/candidates", bag, "/candidates"):
-        (entity,) = value.entities
-        assert len(message.markers) == len(entity.lines) > 1
-        for line, marker in zip(entity.lines, message.markers, strict=True):
-            corners = [same(line.points[i]) for i in line.indices]
-            assert [same(point) for point in marker.points] == corners
-            assert marker.pose.position.z == line.pose.position.z
-            assert marker.scale.x == line.thickness
+def test_candidates_are_drawn_as_arcs_from_the_believed_pose(log, bag):
+    states = dict(logged(log, "/robot/state"))
+    for time, value, message in pairs(log, "/candidates", bag, "/candidates"):
+        *thin, chosen = message.markers
+        assert sum(len(marker.points) for marker in thin) == 4 * len(value.v)  # two segments each
+        assert len(chosen.points) == 4
+        x, y, _ = states[time]["estimate"]["mean"]
+        assert same(chosen.points[0]) == pytest.approx((x, y, 0.0), abs=2**-11)
+        assert chosen.scale.x > 5 * thin[0].scale.x
 
 
 def test_what_ros_has_no_type_for_is_json(log, bag):

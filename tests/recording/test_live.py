@@ -28,6 +28,7 @@ pytest.importorskip("foxglove", reason="foxglove-sdk is not installed")
 websocket = pytest.importorskip("tornado.websocket", reason="no WebSocket client: tornado is not installed")
 
 NUM_TICKS = 20
+ARCS = "/candidates/arcs"
 PROTOCOL = "foxglove.sdk.v1"
 MESSAGE, TIME = 1, 2  # first bytes of what is not JSON
 
@@ -138,6 +139,11 @@ def logged(path: Path) -> tuple[dict[str, list[tuple[int, bytes]]], dict[str, tu
     return messages, {c.topic: (c.message_encoding, schemas[c.schema_id].name) for c in channels.values()}
 
 
+def shared(client: Client) -> dict[str, list[tuple[int, bytes]]]:
+    """What a client got, but for what only clients get."""
+    return {name: messages for name, messages in client.ended().messages.items() if name != ARCS}
+
+
 def write(recorder: Recorder, made_up, num_ticks: int = NUM_TICKS) -> None:
     with recorder:
         for tick in range(num_ticks):
@@ -161,6 +167,8 @@ def test_a_client_gets_the_bytes_that_the_file_gets_with_their_times(scenario, m
         write(recorder, made_up)
     client.ended()
     messages, schemas = logged(path)
+    assert len(client.messages.pop(ARCS)) == NUM_TICKS  # a drawing, which the file has not been asked for
+    assert client.schemas.pop(ARCS)[1] == "foxglove.SceneUpdate"
     assert client.messages == messages
     assert {name: said[:2] for name, said in client.schemas.items()} == schemas
     assert client.times == [round(1e8 * tick) for tick in range(NUM_TICKS + 1)]  # simulated time, once a tick
@@ -173,7 +181,7 @@ def test_without_a_file_a_client_gets_the_same(scenario, made_up, tmp_path):
         recorder = Recorder(None, scenario, {}, "<mujoco/>", live=live)
         client = Client(live.url).subscribed()
         write(recorder, type(made_up)())  # the same numbers once more
-    assert client.ended().messages == logged(tmp_path / "a.mcap")[0]
+    assert shared(client) == logged(tmp_path / "a.mcap")[0]
 
 
 def test_what_goes_to_file_and_clients_is_encoded_once(scenario, made_up, tmp_path, live, monkeypatch):
@@ -215,7 +223,7 @@ def test_a_client_that_vanishes_is_not_missed(scenario, made_up, tmp_path, live)
                 vanishing.close()
         recorder.finish(made_up.truth(NUM_TICKS), {})
     live.close()
-    assert client.ended().messages == logged(tmp_path / "a.mcap")[0]
+    assert shared(client) == logged(tmp_path / "a.mcap")[0]
 
 
 def test_a_server_serves_one_run_after_another(scenario, made_up, tmp_path, live):
@@ -224,7 +232,7 @@ def test_a_server_serves_one_run_after_another(scenario, made_up, tmp_path, live
     client = Client(live.url).subscribed()
     write(recorder, made_up, 3)
     live.close()
-    assert client.ended().messages == logged(tmp_path / "b.mcap")[0]
+    assert shared(client) == logged(tmp_path / "b.mcap")[0]
 
 
 def test_a_port_that_is_taken_is_refused_in_one_line_and_free_again_afterwards(scenario, live):
@@ -274,8 +282,8 @@ def test_a_run_is_served_while_it_goes_and_its_state_hash_is_that_of_a_run_witho
     assert served.returncode == 0
     assert 0.5 < summary["real_time_factor"] < 1.5  # paced, unless told not to be
     messages, _ = logged(tmp_path / "a.mcap")
-    assert {"/tf", "/scene", "/decision", "/tick"} <= client.messages.keys()
-    for topic, got in client.messages.items():
+    assert {"/tf", "/scene", "/decision", "/tick", ARCS} <= client.messages.keys()
+    for topic, got in shared(client).items():
         assert got == messages[topic][-len(got) :]
     plain = run(load_scenario("crossing1", ["time_limit=1"]))
     assert plain.summary["state_hash"] == summary["state_hash"]

@@ -35,8 +35,9 @@ BAD = {
     ),
     "a misspelt table": (
         GOOD + "[controll]\nrate = 10",
-        "controll: found 'controll'; allowed: control, description, estimation, lanes, name, noise, people, physics, "
-        "pillars, robot, schema, seed, sensors, stop_on_collision, tables, time_limit, walls; did you mean 'control'?",
+        "controll: found 'controll'; allowed: control, description, estimation, lanes, log, name, noise, people, "
+        "physics, pillars, robot, schema, seed, sensors, stop_on_collision, tables, time_limit, walls; "
+        "did you mean 'control'?",
     ),
     "a key that must be quoted": (
         '"\\u001b[31m" = 1\n' + GOOD,

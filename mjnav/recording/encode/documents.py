@@ -21,6 +21,7 @@ from mjnav.messages import (
     Track,
     WorldState,
 )
+from mjnav.recording.encode.candidates import chosen_candidate
 
 _encoder = json.JSONEncoder(separators=(",", ":"), allow_nan=False)
 
@@ -90,12 +91,9 @@ def encode_command(tick: int, command: Array) -> bytes:
 def encode_decision(tick: int, decision: Decision) -> bytes:
     """mjnav.Decision; `nominal` and `cost` are null for a method without candidates, `wish` only where one differs."""
     nominal = cost = None
-    v, omega = decision.wish or (decision.v, decision.omega)
     if (costs := decision.costs) is not None:
         nominal = {"v": float(costs.v[costs.nominal]), "omega": float(costs.omega[costs.nominal])}
-        chosen = np.flatnonzero((costs.v == v) & (costs.omega == omega))
-        if chosen.size:
-            i = chosen[np.argmin(costs.total[chosen])]
+        if (i := chosen_candidate(decision)) is not None:
             cost = {
                 "goal": float(costs.goal[i]),
                 "cone": costs.cone[i].tolist(),
@@ -111,7 +109,7 @@ def encode_decision(tick: int, decision: Decision) -> bytes:
             "advice": decision.status.advice,
             "nominal": nominal,
             "cost": cost,
-            **({} if decision.wish is None else {"wish": {"v": v, "omega": omega}}),
+            **({} if decision.wish is None else {"wish": dict(zip(("v", "omega"), decision.wish, strict=True))}),
         }
     )
 

@@ -1,15 +1,15 @@
 """The JSON Schemas of mjnav's own messages, and the description that Foxglove's carry with them."""
 
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from types import MappingProxyType
 
+from google.protobuf.descriptor_pb2 import FieldDescriptorProto, FileDescriptorProto, FileDescriptorSet
 from google.protobuf.message import Message
 from mcap_protobuf.schema import build_file_descriptor_set
 
 from mjnav.messages import PHASES
-from mjnav.recording.encode.candidates import cone_schema
 
 
 @dataclass(frozen=True, slots=True)
@@ -153,6 +153,21 @@ def foxglove_schema(message: type[Message]) -> Schema:
     return Schema(message.DESCRIPTOR.full_name, "protobuf", build_file_descriptor_set(message).SerializeToString())
 
 
-def cone_distribution_schema() -> Schema:
-    """mjnav.ConeDistribution's description."""
-    return Schema("mjnav.ConeDistribution", "protobuf", cone_schema().SerializeToString())
+Fields = Sequence[
+    tuple[str, str, bool]
+]  # of a protobuf message: name, type and whether it is repeated, numbered from 1
+
+
+def protobuf_schema(name: str, messages: Mapping[str, Fields]) -> Schema:
+    """A protobuf message of mjnav's own with the messages that it is made of, by their full names."""
+    file = FileDescriptorProto(name=f"{name.replace('.', '/')}.proto", package="mjnav", syntax="proto3")
+    for full_name, fields in messages.items():
+        message = file.message_type.add(name=full_name.removeprefix("mjnav."))
+        for number, (field, kind, repeated) in enumerate(fields, start=1):
+            label = FieldDescriptorProto.LABEL_REPEATED if repeated else FieldDescriptorProto.LABEL_OPTIONAL
+            described = message.field.add(name=field, number=number, label=label)
+            if kind in messages:
+                described.type, described.type_name = FieldDescriptorProto.TYPE_MESSAGE, f".{kind}"
+            else:
+                described.type = FieldDescriptorProto.Type.Value(f"TYPE_{kind.upper()}")
+    return Schema(name, "protobuf", FileDescriptorSet(file=[file]).SerializeToString())

@@ -11,9 +11,12 @@ from foxglove_schemas_protobuf.PoseInFrame_pb2 import PoseInFrame
 from foxglove_schemas_protobuf.SceneUpdate_pb2 import SceneUpdate
 
 from mjnav.messages import Event, Reading, TickRecord, WorldState
-from mjnav.recording.encode import candidates, documents, geometry
+from mjnav.recording.encode import documents, geometry
+from mjnav.recording.encode.candidate_arcs import encode_arcs
+from mjnav.recording.encode.candidates import candidates_schema, encode_candidates
+from mjnav.recording.encode.cone import cone_schema, encode_cone
 from mjnav.recording.encode.scene import SceneEncoder
-from mjnav.recording.encode.schemas import Schema, cone_distribution_schema, document_schema, foxglove_schema
+from mjnav.recording.encode.schemas import Schema, document_schema, foxglove_schema
 from mjnav.scenarios.spec import Scenario
 
 TIMING = "/tick"
@@ -29,6 +32,7 @@ class Topic:
     encode: Callable[[TickRecord], bytes | None] | None = None
     encode_final: Callable[[int, WorldState], bytes] | None = None  # of the state in which the run ended
     encode_reading: Callable[[Reading], bytes] | None = None  # of each reading before the tick's last
+    drawing: bool = False  # shows what another topic says: for the live view, and in a log on request
 
 
 def encode_event(time: float, event: Event) -> bytes:
@@ -40,9 +44,14 @@ def encode_event(time: float, event: Event) -> bytes:
 
 def _candidates(record: TickRecord) -> bytes | None:
     costs = record.decision.costs
-    if costs is None:
+    return None if costs is None else encode_candidates(record.belief.mean, record.decision, costs)
+
+
+def _arcs(record: TickRecord) -> bytes | None:
+    decision = record.decision
+    if decision.costs is None:
         return None
-    return candidates.encode_candidates(record.truth.time, record.belief.mean, record.decision, costs)
+    return encode_arcs(record.truth.time, record.belief.mean, (decision.v, decision.omega), decision.costs)
 
 
 def topics(scenario: Scenario) -> tuple[Topic, ...]:
@@ -100,8 +109,9 @@ def topics(scenario: Scenario) -> tuple[Topic, ...]:
         Topic("/belief/obstacles", cloud, lambda r: geometry.encode_track_particles(r.truth.time, r.tracks)),
         Topic("/decision", document_schema("mjnav.Decision"), lambda r: documents.encode_decision(r.tick, r.decision)),
         Topic("/command", document_schema("mjnav.Command"), lambda r: documents.encode_command(r.tick, r.command)),
-        Topic("/cone", cone_distribution_schema(), lambda r: r.cone and candidates.encode_cone(r.cone)),
-        Topic("/candidates", scene_update, _candidates),
+        Topic("/cone", cone_schema(), lambda r: r.cone and encode_cone(r.cone)),
+        Topic("/candidates", candidates_schema(), _candidates),
+        Topic("/candidates/arcs", scene_update, _arcs, drawing=True),
         Topic(EVENTS, foxglove_schema(Log)),
         Topic(TIMING, document_schema("mjnav.TickTiming")),
     )

@@ -39,8 +39,8 @@ def delimited(number: int, data: bytes) -> bytes:
 
 
 def integer(number: int, value: int) -> bytes:
-    """Field `number` with a non-negative integer, a bool or an enumeration's value."""
-    return tag(number, VARINT) + varint(value)
+    """Field `number` with an integer of at most 64 bits, a bool or an enumeration's value."""
+    return tag(number, VARINT) + varint(value % 2**64)
 
 
 def double(number: int, value: float) -> bytes:

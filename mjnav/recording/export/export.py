@@ -57,8 +57,11 @@ def export(
         raise InputError(f"{log.path}: not a run of mjnav, and no other log can be exported")
     if log.duration is None:
         raise InputError(f"{log.path}: holds no messages to export")
+    for topic, why in log.unreadable.items():
+        if topic in chosen:
+            raise InputError(f"{log.path}: {topic}: {why}")
     module = _load(form)
-    chosen = chosen or tuple(module.TOPICS)
+    chosen = tuple(topic for topic in chosen or module.TOPICS if topic not in log.unreadable)
     try:
         with new_folder(path) as folder:
             return module.write(log, chosen, _reported(log.messages(*chosen), progress), folder)

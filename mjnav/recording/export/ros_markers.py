@@ -4,8 +4,11 @@ from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
+from foxglove_schemas_protobuf.SceneUpdate_pb2 import SceneUpdate
 from rosbags.typesys.stores import ros2_humble as ros
 
+from mjnav.recording.encode.candidate_arcs import encode_arcs
+from mjnav.recording.encode.candidates import decode_candidates
 from mjnav.recording.export.ros_messages import header, same_point, same_turn, same_vector, vector
 from mjnav.recording.export.tables import segments
 
@@ -18,6 +21,12 @@ def markers(update: Any, now: int) -> ros.visualization_msgs__msg__MarkerArray:
         for number, shape in enumerate(_shapes(entity))
     ]
     return ros.visualization_msgs__msg__MarkerArray(drawn)
+
+
+def candidate_markers(message: Any, now: int) -> ros.visualization_msgs__msg__MarkerArray:
+    """mjnav.Candidates as coloured arcs, the same as those of /candidates/arcs."""
+    found = decode_candidates(message)
+    return markers(SceneUpdate.FromString(encode_arcs(1e-9 * now, found.pose, found.decision, found.costs)), now)
 
 
 def _shapes(entity: Any) -> Iterator[tuple[int, Any, ros.geometry_msgs__msg__Vector3, list]]:

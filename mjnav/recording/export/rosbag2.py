@@ -83,7 +83,7 @@ def ros_topics(sensors: Sensors) -> dict[str, tuple[RosTopic, ...]]:
         ),
         "/belief/obstacles": (RosTopic("/belief/obstacles/points", cloud, ros_messages.particles),),
         "/scene": (RosTopic("/scene", markers, ros_markers.markers, LATCHED),),
-        "/candidates": (RosTopic("/candidates", markers, ros_markers.markers),),
+        "/candidates": (RosTopic("/candidates", markers, ros_markers.candidate_markers),),
         "/events": (RosTopic("/events", "rcl_interfaces/msg/Log", ros_messages.event),),
         **{name: (_text(name),) for name in ("/contacts", "/decision", "/cone", "/tick")},
     }

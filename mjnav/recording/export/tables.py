@@ -100,8 +100,27 @@ def _decision_cone(document: Mapping) -> Rows:
 
 def _cone(cone: Any) -> Rows:
     for kind in ("samples", "desired"):
-        for text in np.array(getattr(cone, kind), "<f4").astype("U").tolist():
+        for text in _float32(getattr(cone, kind)):
             yield cone.obstacle, cone.safe_share, kind, text
+
+
+def _float32(values: Any) -> list[str]:
+    """As text, the shortest that reads back as the same float32."""
+    return np.array(values, "<f4").astype("U").tolist()
+
+
+def _candidates(message: Any) -> Rows:
+    terms = (_float32(getattr(message, name)) for name in ("goal", "lane_left", "lane_right", "total"))
+    for number, row in enumerate(zip(message.v, message.omega, *terms, strict=True)):
+        roles = [name for name in ("nominal", "chosen") if getattr(message, name) == number]
+        yield number, *row, " ".join(roles)
+
+
+def _candidates_cone(message: Any) -> Rows:
+    """Of the constraints that cost any candidate something."""
+    for constraint, column in enumerate(message.cone):
+        for number, cost in enumerate(_float32(column.values)):
+            yield number, constraint, cost
 
 
 def _particles(cloud: Any) -> Rows:
@@ -182,6 +201,7 @@ _ODOMETRY = {"measured": "s", "interval": "s", **_TWIST, "gyro": "rad/s", **_PLA
 _TRACK = {"name": "", **_STATE, **_covariance(_STATE), "radius": "m", **_BELIEF}
 _TRACK_KEYS = ("name", "position", "velocity", "covariance", "radius", "ess", "recovered")
 _CONTACT = {"kind": "", "name": "", "force": "N", "seen": "s"}
+_CANDIDATE = {"candidate": "", **_TWIST, "goal": "", "lane_left": "", "lane_right": "", "total": "", "role": ""}
 _TIMING = {**{f"{phase}_ns": "ns" for phase in (*PHASES, "lateness")}, "deadline_missed": ""}
 
 # topic -> its tables
@@ -209,7 +229,11 @@ TABLES: Mapping[str, tuple[CsvTable, ...]] = MappingProxyType(
         ),
         "/command": (CsvTable("command", _TWIST, _row("v", "omega")),),
         "/cone": (CsvTable("cone", {"obstacle": "", "safe_share": "", "kind": "", "f": ""}, _cone),),
-        "/candidates": (CsvTable("candidates", _LINE, _lines),),
+        "/candidates": (
+            CsvTable("candidates", _CANDIDATE, _candidates),
+            CsvTable("candidates_cone", {"candidate": "", "constraint": "", "cost": ""}, _candidates_cone),
+        ),
+        "/candidates/arcs": (CsvTable("candidates_arcs", _LINE, _lines),),
         "/scene": (CsvTable("scene", _SOLID, _solids), CsvTable("scene_lines", _LINE, _lines)),
         "/events": (CsvTable("events", {"level": "", "name": "", "text": ""}, _event),),
         "/tick": (CsvTable("tick", _TIMING, _row(*_TIMING)),),

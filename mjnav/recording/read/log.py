@@ -14,6 +14,7 @@ from mcap_protobuf.decoder import DecoderFactory
 
 from mjnav.errors import DamagedLogError, InputError
 from mjnav.messages import Trajectory
+from mjnav.recording.format_version import check_format, unreadable_topics
 from mjnav.recording.log_format import RECOVERED, RESULT, RUN, SCENARIO
 from mjnav.recording.read.intact_records import intact_records
 from mjnav.recording.read.records import LostBytes, read_records
@@ -97,6 +98,11 @@ class Log:
         return self.result is not None
 
     @property
+    def unreadable(self) -> Mapping[str, str]:
+        """Topics of an older log that this version does not read, with the reason: `messages` leaves them out."""
+        return {topic: why for topic, why in unreadable_topics(self.run).items() if topic in self.topics}
+
+    @property
     def start_ns(self) -> int | None:
         """When the first message was [ns]; None without messages."""
         return min((topic.first_ns for topic in self.topics.values() if topic.first_ns is not None), default=None)
@@ -119,13 +125,13 @@ class Log:
         return loads(text, file=file)
 
     def messages(self, *topics: str) -> Iterator[LogMessage]:
-        """The messages of these topics, or of all, in the order in which they were written.
+        """The messages of these topics, or of all, in the order in which they were written; none of `unreadable`.
 
         Raises DamagedLogError where one cannot be decoded as its topic's schema says.
         """
         factory = DecoderFactory()  # it remembers schemas by their number in this file
         decoders: dict[int, Callable[[bytes], Any]] = {}
-        for schema, channel, message in self._encoded(*(topics or self.topics)):
+        for schema, channel, message in self._encoded(*(set(topics or self.topics) - set(self.unreadable))):
             try:
                 if (decode := decoders.get(channel.id)) is None:
                     decode = decoders[channel.id] = _decoder(factory, schema, channel)
@@ -244,6 +250,8 @@ def _log(path: Path, found: Iterator[records.McapRecord | LostBytes]) -> Log:
         elif isinstance(record, LostBytes):
             lost.append(record)
     run = metadata.get(RUN)
+    if run is not None:
+        check_format(path, run)
     return Log(
         path=path,
         size=path.stat().st_size,

@@ -16,6 +16,7 @@ from mjnav.messages import Event, TickRecord, TickTiming, WorldState
 from mjnav.recording.encode.documents import encode_timing
 from mjnav.recording.encode.geometry import time_ns
 from mjnav.recording.encode.topics import EVENTS, TIMING, Topic, encode_event, topics
+from mjnav.recording.format_version import FORMAT, FORMAT_KEY
 from mjnav.recording.live import LiveServer
 from mjnav.recording.log_format import LAYOUT, MODEL, REPLAY, RESULT, RUN, SCENARIO, check_path, mcap_writer
 from mjnav.recording.write.layout import foxglove_layout
@@ -68,7 +69,9 @@ class Recorder:
             (MODEL, "application/gzip", gzip.compress(model_xml.encode(), mtime=0)),
             (LAYOUT, "application/json", foxglove_layout()),
         )
-        self._topics = topics(scenario)
+        drawings = scenario.log is not None and scenario.log.drawings
+        self._live_only = frozenset(topic.name for topic in topics(scenario) if topic.drawing and not drawings)
+        self._topics = tuple(t for t in topics(scenario) if live is not None or t.name not in self._live_only)
         self._channels: dict[str, int] = {}
         self._file: LogFile | None = None
         self._writer: Writer | None = None
@@ -89,11 +92,13 @@ class Recorder:
         """
         if self._channels or self._closed:
             return
-        if self.path is None:
-            self._channels = {topic.name: number for number, topic in enumerate(self._topics)}
-        else:
+        if self.path is not None:
             self._create(self.path)
-        destination = self._writer if self._live is None else self._live.writer(self._channels, self._writer)
+        for topic in self._topics:
+            self._channels.setdefault(topic.name, len(self._channels) + 1)  # behind those of the file
+        destination = self._writer
+        if self._live is not None:
+            destination = self._live.writer(self._channels, self._writer, self._live_only)
         assert destination is not None  # a file, clients or both
         self._sink.attach(destination)
 
@@ -172,10 +177,10 @@ class Recorder:
         try:
             with self._one_line():
                 writer.start(library="mjnav")
-                writer.add_metadata(RUN, self._run_info)
+                writer.add_metadata(RUN, {FORMAT_KEY: str(FORMAT), **self._run_info})
                 for name, media_type, data in self._attachments:
                     writer.add_attachment(0, 0, name, media_type, data)
-                self._channels = _register(writer, self._topics)
+                self._channels = _register(writer, [t for t in self._topics if t.name not in self._live_only])
                 writer.flush()
         except LogError:
             path.unlink(missing_ok=True)  # our own, and of no use
@@ -242,7 +247,7 @@ def _end(writer: Writer, result: Mapping[str, str] | None, replay: Scenario | No
     writer.finish()
 
 
-def _register(writer: Writer, table: tuple[Topic, ...]) -> dict[str, int]:
+def _register(writer: Writer, table: Iterable[Topic]) -> dict[str, int]:
     """The channel of each topic; topics share a schema of the same name."""
     schemas: dict[str, int] = {}
     channels: dict[str, int] = {}

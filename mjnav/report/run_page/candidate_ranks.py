@@ -1,20 +1,17 @@
 """The candidates of a tick as a page keeps them: the window that they cover, and the rank of each in eight levels.
 
-A log has every candidate as a drawn arc. On a regular grid over (v, omega) the ranks alone say all; of a method whose
-candidates lie otherwise, some are kept with their own controls.
+Where the candidates are a grid over (v, omega), the window and the ranks are enough; of a method whose candidates lie
+otherwise, some are kept with their own controls.
 """
 
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial import KDTree
 
 from mjnav.messages import Array
-from mjnav.recording.encode.candidates import PREVIEW, CandidateArcs
+from mjnav.recording.encode.candidate_arcs import NUM_LEVELS, level_bounds
 
-TOLERANCE = 0.004  # [m] between the end of a grid's arc and that of the nearest one in the log, which are rounded
-MIN_CHORD = 0.1  # [m] of an arc whose turn rate can be told from where it ends
 MAX_FREE = 96  # arcs kept of candidates that are no grid
 NONE = 255  # where there is no arc
 
@@ -30,47 +27,26 @@ class CandidateRanks:
     free: Bytes | None = None  # (n, 2) shares of the window in 255ths; None for a grid
 
 
-def candidate_ranks(arcs: CandidateArcs, heading: float, shape: tuple[int, int]) -> CandidateRanks | None:
-    """The ranks of arcs drawn from a pose with `heading` [rad].
+def candidate_ranks(v: Array, omega: Array, total: Array, shape: tuple[int, int]) -> CandidateRanks | None:
+    """The ranks of the total costs of K candidates, each array (K,).
 
-    `shape` is the grid that they may be, (num_v, num_omega). None where the robot cannot move and no arc has a length.
+    `shape` is the grid that they may be, (num_v, num_omega), before keep and brake. None where the robot cannot move
+    and no arc has a length. Raises ValueError where the arrays differ in length or are empty.
     """
-    relative = (arcs.ends - arcs.start) @ _turn(heading)
-    v, omega = _controls(relative)
-    long = np.abs(v) > MIN_CHORD
-    if not long.any():
+    if not v.size == omega.size == total.size > 0:
+        raise ValueError(f"{v.size} speeds, {omega.size} turn rates and {total.size} costs")
+    if not v.any():
         return None
-    window = np.array([v.min(), v.max(), omega[long].min(), omega[long].max()])
+    order = np.argsort(total, kind="stable")
+    level = np.empty(v.size, np.uint8)
+    level[order] = np.repeat(np.arange(NUM_LEVELS, dtype=np.uint8), np.diff(level_bounds(v.size)))
     num_v, num_omega = shape
-    if len(v) == num_v * num_omega + 2:  # keep and brake
-        low_v, high_v, low_omega, high_omega = window.tolist()
-        grid_v = np.repeat(np.linspace(low_v, high_v, num_v), num_omega)
-        grid_omega = np.tile(np.linspace(low_omega, high_omega, num_omega), num_v)
-        distance, nearest = KDTree(relative).query(_ends(grid_v, grid_omega))
-        if distance.max() <= TOLERANCE:
-            return CandidateRanks(window, arcs.level[nearest])
-    kept = np.linspace(0, len(v) - 1, min(len(v), MAX_FREE)).astype(int)  # they stand in the order of cost
+    if v.size == num_v * num_omega + 2:
+        rows, columns = v[:-2].reshape(shape), omega[:-2].reshape(shape)
+        if (rows == rows[:, :1]).all() and (columns == columns[:1]).all():
+            return CandidateRanks(np.array([rows[0, 0], rows[-1, 0], columns[0, 0], columns[0, -1]]), level[:-2])
+    window = np.array([v.min(), v.max(), omega.min(), omega.max()])
+    kept = order[np.linspace(0, v.size - 1, min(v.size, MAX_FREE)).astype(int)]
     low, size = window[[0, 2]], np.maximum(window[[1, 3]] - window[[0, 2]], 1e-9)
     shares = (np.stack([v, omega], axis=-1)[kept] - low) / size
-    return CandidateRanks(window, arcs.level[kept], np.rint(255 * np.clip(shares, 0.0, 1.0)).astype(np.uint8))
-
-
-def _turn(heading: float) -> Array:
-    """Turns rows in the world's frame into the robot's."""
-    cosine, sine = np.cos(heading), np.sin(heading)
-    return np.array([[cosine, -sine], [sine, cosine]])
-
-
-def _ends(v: Array, omega: Array) -> Array:
-    """Where arcs of PREVIEW seconds end, (n, 2), in the frame of the robot at their start."""
-    half = 0.5 * PREVIEW * omega
-    chord = PREVIEW * v * np.sinc(half / np.pi)
-    return np.stack([chord * np.cos(half), chord * np.sin(half)], axis=-1)
-
-
-def _controls(ends: Array) -> tuple[Array, Array]:
-    """The inverse: v and omega, each (n,). An end behind the robot is taken for one of driving backwards."""
-    sign = np.where(ends[:, 0] < 0.0, -1.0, 1.0)
-    half = np.arctan2(sign * ends[:, 1], sign * ends[:, 0])
-    v = sign * np.hypot(*ends.T) / (PREVIEW * np.sinc(half / np.pi))
-    return v, 2.0 * half / PREVIEW
+    return CandidateRanks(window, level[kept], np.rint(255 * np.clip(shares, 0.0, 1.0)).astype(np.uint8))

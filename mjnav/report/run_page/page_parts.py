@@ -50,7 +50,7 @@ def notices(inspection: Mapping[str, Any], data: Mapping[str, Any]) -> list[str]
         found.append(
             f"Playback and plots have one tick in {data['stride']} of {shown(data['ticks'])}; figures have all."
         )
-    if data["candidates"] is None:
+    if data["candidates"] is None and not any(text.startswith("/candidates:") for text in inspection["missing"]):
         found.append("This run's method logs no candidates.")
     return found
 

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from mjnav.errors import InputError
 from mjnav.messages import PHASES, Array
 from mjnav.metrics.safety import clearance
-from mjnav.recording.encode.candidates import NUM_LEVELS, PREVIEW
+from mjnav.recording.encode.candidate_arcs import NUM_LEVELS, PREVIEW
 from mjnav.recording.read.log import Log
 from mjnav.report.run_page.candidate_ranks import NONE
 from mjnav.report.run_page.cone_bins import cone_bins

@@ -8,7 +8,6 @@ import numpy as np
 from mjnav.control.parameters import Parameters
 from mjnav.errors import DamagedLogError, InputError
 from mjnav.messages import PHASES, Array
-from mjnav.recording.encode.candidates import decode_candidates
 from mjnav.recording.read.budget import EXPORT, FREE_EXPORT, Budget
 from mjnav.recording.read.log import Log
 from mjnav.recording.read.ticks import NOT_OURS
@@ -151,7 +150,7 @@ class RunFrames:
         self._put("safe share", frame, value.safe_share)
 
     def _candidates(self, frame: int, value: Any) -> None:
-        ranks = candidate_ranks(decode_candidates(value), self.array("estimate", 3)[frame, 2], self._grid)
+        ranks = candidate_ranks(np.array(value.v), np.array(value.omega), np.array(value.total), self._grid)
         if ranks is not None:
             self.candidates[frame] = ranks
 

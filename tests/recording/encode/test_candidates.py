@@ -2,77 +2,75 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from foxglove_schemas_protobuf.SceneUpdate_pb2 import SceneUpdate
-from google.protobuf.descriptor_pool import DescriptorPool
-from google.protobuf.message_factory import GetMessageClass
 
 from mjnav.messages import ConeDistribution
-from mjnav.motion.unicycle import integrate
-from mjnav.recording.encode import candidates
+from mjnav.recording.encode.candidates import candidates_schema, chosen_candidate, decode_candidates, encode_candidates
+from mjnav.recording.encode.cone import cone_schema, encode_cone
 
 
-def arcs(line) -> np.ndarray:
-    """Corners of each arc with its start, (n, 1 + NUM_CORNERS, 2), as a reader of the indices draws them."""
-    points = np.array([(p.x, p.y) for p in line.points])
-    segments = points[np.array(line.indices)].reshape(-1, candidates.NUM_CORNERS, 2, 2)
-    np.testing.assert_array_equal(segments[:, 1:, 0], segments[:, :-1, 1])  # each begins where the last ended
-    return np.concatenate([segments[:, :1, 0], segments[:, :, 1]], axis=1)
+def logged(record, message_class):
+    """What the log says of the candidates of a tick, by the schema that it carries."""
+    data = encode_candidates(record.belief.mean, record.decision, record.decision.costs)
+    return decode_candidates(message_class(candidates_schema()).FromString(data))
 
 
-def encode(record):
-    update = SceneUpdate.FromString(
-        candidates.encode_candidates(record.truth.time, record.belief.mean, record.decision, record.decision.costs)
-    )
-    (entity,) = update.entities
-    return entity
+def with_costs(record, **changes):
+    return replace(record, decision=replace(record.decision, costs=replace(record.decision.costs, **changes)))
 
 
-@pytest.mark.parametrize("num_candidates", [1, 3, 16, 17, 402])
-def test_every_candidate_is_drawn_once_and_the_chosen_one_bold(made_up, num_candidates):
+@pytest.mark.parametrize("num_candidates", [1, 402])
+def test_every_candidate_reads_back_with_each_term_of_its_cost(made_up, message_class, num_candidates):
     made_up.num_candidates = num_candidates
     record = made_up.record(0)
     costs = record.decision.costs
-    *thin, bold = encode(record).lines
-    drawn = np.concatenate([arcs(line) for line in thin])
-    assert len(drawn) == num_candidates
-    order = np.argsort(costs.total)
-    end = integrate(record.belief.mean, costs.v[order], costs.omega[order], candidates.PREVIEW)
-    np.testing.assert_allclose(drawn[:, -1], end[:, :2], atol=candidates.RESOLUTION)
-    np.testing.assert_allclose(drawn[:, 0] - record.belief.mean[:2], 0.0, atol=candidates.RESOLUTION)
-    np.testing.assert_array_equal(arcs(bold)[0], drawn[0])
-    assert bold.thickness > 5 * thin[0].thickness
+    cone = costs.cone.copy()
+    cone[:, 2] = 0.0
+    found = logged(with_costs(record, cone=cone), message_class)
+    for exact in ("v", "omega", "nominal"):
+        np.testing.assert_array_equal(getattr(found.costs, exact), getattr(costs, exact))
+    for name, values in (("goal", costs.goal), ("cone", cone), ("lane", costs.lane), ("total", costs.total)):
+        np.testing.assert_array_equal(getattr(found.costs, name), values.astype("f4"))
+    np.testing.assert_array_equal(found.pose, record.belief.mean)
+    assert (*found.decision,) == (record.decision.v, record.decision.omega)
+    assert found.chosen == int(np.argmin(costs.total))
 
 
-def test_cheap_candidates_are_green_and_dear_ones_red(made_up):
-    *thin, _ = encode(made_up.record(0)).lines
-    greenness = [line.color.g - line.color.r for line in thin]
-    assert greenness == sorted(greenness, reverse=True)
-    assert greenness[0] > 0 > greenness[-1]
-
-
-def test_lines_have_a_pose_and_a_type_that_foxglove_draws(made_up):
-    entity = encode(made_up.record(2))
-    assert (entity.frame_id, entity.id, entity.timestamp.nanos) == ("map", "candidates", 200_000_000)
-    assert all(line.type == line.LINE_LIST and line.pose.orientation.w == 1.0 for line in entity.lines)
-
-
-def test_infinite_costs_are_drawn_last(made_up):
+def test_costs_that_are_not_finite_or_too_large_for_a_float32_read_back_as_such(made_up, message_class):
     record = made_up.record(0)
-    costs = record.decision.costs
-    total = np.where(costs.v > 0.5, np.inf, costs.total)
-    record = replace(record, decision=replace(record.decision, costs=replace(costs, total=total)))
-    *thin, _ = encode(record).lines
-    assert sum(len(arcs(line)) for line in thin) == 402
+    total = record.decision.costs.total.copy()
+    total[:4] = np.inf, np.nan, 1e300, -1e300
+    found = logged(with_costs(record, total=total), message_class)
+    np.testing.assert_array_equal(found.costs.total[:4], [np.inf, np.nan, np.inf, -np.inf])
 
 
-def test_the_cone_distribution_reads_back_through_its_own_schema():
-    pool = DescriptorPool()
-    for file in candidates.cone_schema().file:
-        pool.Add(file)
-    message_class = GetMessageClass(pool.FindMessageTypeByName("mjnav.ConeDistribution"))
+def test_the_chosen_candidate_is_the_cheapest_with_the_control_that_was_wished_for(made_up):
+    decision = made_up.record(0).decision
+    costs = replace(decision.costs, v=np.array([0.5, 0.5, 0.2]), omega=np.zeros(3), total=np.array([2.0, 1.0, 0.0]))
+    assert chosen_candidate(replace(decision, v=0.5, omega=0.0, costs=costs)) == 1
+    assert chosen_candidate(replace(decision, v=0.2, omega=0.0, wish=(0.5, 0.0), costs=costs)) == 1
+    assert chosen_candidate(replace(decision, v=0.3, omega=0.0, costs=costs)) is None
+    assert chosen_candidate(replace(decision, costs=None)) is None
+
+
+def test_a_decision_that_is_no_candidate_has_none_chosen(made_up, message_class):
+    record = made_up.record(0)
+    assert logged(replace(record, decision=replace(record.decision, v=0.123)), message_class).chosen is None
+
+
+def test_arrays_that_differ_in_length_or_columns_by_the_million_are_refused(made_up, message_class):
+    record = made_up.record(0)
+    data = encode_candidates(record.belief.mean, record.decision, record.decision.costs)
+    decode = message_class(candidates_schema()).FromString
+    with pytest.raises(ValueError, match="differ in length"):
+        decode_candidates(decode(data + b"\x4a\x04\x00\x00\x80\x3f"))  # one more total
+    with pytest.raises(ValueError, match="402 candidates with 50007 constraints"):
+        decode_candidates(decode(data + b"\x32\x00" * 50_000))
+
+
+def test_the_cone_distribution_reads_back_through_its_own_schema(message_class):
     samples, desired = np.linspace(-3.0, 1.0, 625), np.linspace(-2.0, 0.0, 17)
-    data = candidates.encode_cone(ConeDistribution("person4", samples, desired, 0.1 + 0.2))
-    message = message_class.FromString(data)
+    data = encode_cone(ConeDistribution("person4", samples, desired, 0.1 + 0.2))
+    message = message_class(cone_schema()).FromString(data)
     assert (message.obstacle, message.safe_share) == ("person4", 0.1 + 0.2)
     np.testing.assert_array_equal(np.array(message.samples, "f4"), samples.astype("f4"))
     np.testing.assert_array_equal(np.array(message.desired, "f4"), desired.astype("f4"))

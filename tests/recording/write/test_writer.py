@@ -20,6 +20,7 @@ from mjnav.recording import Recorder, check_path, open_log
 from mjnav.recording.write.sink import QUEUE_SIZE
 from mjnav.recording.write.writer import LogError
 from mjnav.scenarios import loads
+from mjnav.scenarios.spec import LogContent
 
 TOPICS = {
     "/tf": "foxglove.FrameTransforms",
@@ -27,7 +28,7 @@ TOPICS = {
     "/scan": "foxglove.LaserScan",
     "/belief/robot": "foxglove.PointCloud",
     "/belief/obstacles": "foxglove.PointCloud",
-    "/candidates": "foxglove.SceneUpdate",
+    "/candidates": "mjnav.Candidates",
     "/robot/truth": "foxglove.PoseInFrame",
     "/robot/estimate": "foxglove.PoseInFrame",
     "/robot/state": "mjnav.RobotState",
@@ -84,7 +85,7 @@ def test_the_run_comes_first_and_the_result_last(log_path):
             for record in StreamReader(file, emit_chunks=True).records
             if isinstance(record, records.Metadata | records.Attachment | records.Chunk)
         ]
-    assert (found[0].name, found[0].metadata) == ("mjnav/run", {"seed": "3", "scene": "made-up"})
+    assert (found[0].name, found[0].metadata) == ("mjnav/run", {"log_format": "2", "seed": "3", "scene": "made-up"})
     assert [record.name for record in found[1:4]] == ["scenario.toml", "model.xml.gz", "foxglove-layout.json"]
     assert found[-1].name == "mjnav/result"
     assert all(isinstance(record, records.Chunk) for record in found[4:-1])
@@ -96,20 +97,6 @@ def test_the_attachments_are_the_run_file_the_model_and_a_layout(log_path, scena
     assert gzip.decompress(log.attachments["model.xml.gz"]) == b"<mujoco/>"
     layout = json.loads(log.attachments["foxglove-layout.json"])
     assert set(layout) == {"configById", "globalVariables", "playbackConfig", "userNodes", "layout"}
-
-
-def test_the_layout_shows_every_panel_once_and_only_topics_that_exist(log_path):
-    layout = json.loads(open_log(log_path).attachments["foxglove-layout.json"])
-
-    def leaves(node):
-        return [node] if isinstance(node, str) else leaves(node["first"]) + leaves(node["second"])
-
-    assert sorted(leaves(layout["layout"])) == sorted(layout["configById"])
-    panels = layout["configById"]
-    assert set(panels["3D!room"]["topics"]) <= set(TOPICS)
-    for panel in panels.values():
-        for path in panel.get("paths", ()):
-            assert any(path["value"].startswith(f"{topic}.") for topic in TOPICS), path["value"]
 
 
 def test_the_file_appears_with_the_first_tick(tmp_path, scenario, made_up):
@@ -195,6 +182,17 @@ def test_a_tick_without_reading_candidates_or_cone_leaves_those_topics_out(tmp_p
         recorder.finish(made_up.truth(1), {"outcome": "goal"})
     empty = {name for name, topic in open_log(tmp_path / "run.mcap").topics.items() if topic.messages == 0}
     assert empty == {"/scan", "/odometry", "/cone", "/candidates", "/events", "/tick"}
+
+
+@pytest.mark.parametrize("drawings", [None, False, True])
+def test_a_log_has_drawings_where_its_run_file_asks_for_them(tmp_path, scenario, made_up, drawings):
+    scenario = scenario if drawings is None else replace(scenario, log=LogContent(drawings))
+    with Recorder(tmp_path / "run.mcap", scenario, {}, "<mujoco/>") as recorder:
+        recorder.write(made_up.record(0))
+    log = open_log(tmp_path / "run.mcap")
+    assert log.scenario() == scenario
+    assert ("/candidates/arcs" in log.topics) == bool(drawings)
+    assert log.topics["/candidates"].messages == 1
 
 
 @pytest.mark.parametrize("threaded", [False, True])
