@@ -1,4 +1,4 @@
-"""What every test shares: hypothesis without a clock, `--no-skips`, and the default limits."""
+"""What every test shares: hypothesis without a clock, `--no-skips`, the distribution over processes, default limits."""
 
 import os
 
@@ -7,6 +7,27 @@ from hypothesis import settings
 
 settings.register_profile("mjnav", deadline=None, derandomize=True)
 settings.load_profile("mjnav")
+
+
+MAX_WORKERS = 4
+
+
+def pytest_xdist_auto_num_workers(config):
+    """How many processes run the tests: one a CPU for the whole suite, pytest's own for given files and benchmarks."""
+    whole = config.args_source is config.ArgsSource.TESTPATHS and not config.getoption("benchmark_enable")
+    return min(len(os.sched_getaffinity(0)), MAX_WORKERS) if whole else 0
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_collection_modifyitems(items):
+    """Keeps the tests of a file in one process, so that module fixtures are made once.
+
+    Files with `pytestmark = pytest.mark.xdist_group("real time")` share one process, so that they run one after the
+    other: their loops run under SCHED_FIFO on the same CPU, or they measure a busy CPU.
+    """
+    for item in items:
+        if item.get_closest_marker("xdist_group") is None:
+            item.add_marker(pytest.mark.xdist_group(item.path.as_posix()))
 
 
 def pytest_addoption(parser):

@@ -12,6 +12,8 @@ import pytest
 
 from mjnav.loop.realtime.machine import gap_probe
 
+pytestmark = pytest.mark.xdist_group("real time")
+
 PATIENCE = 120.0  # [s] on a busy machine
 STOPPED = 0.4  # [s]
 STALLING = '''

@@ -11,6 +11,8 @@ import pytest
 
 from mjnav.recording import open_log
 
+pytestmark = pytest.mark.xdist_group("real time")
+
 PATIENCE = 60.0  # [s] for a process to get as far as its first tick on a busy machine
 TINY = ("--controller", "mean", "--set", "physics.engine=kinematic")
 DOCUMENTED = """

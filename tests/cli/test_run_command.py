@@ -13,6 +13,8 @@ from mjnav.cli.run import describe
 from mjnav.loop.onboard.navigator import Navigator
 from mjnav.recording import open_log
 
+pytestmark = pytest.mark.xdist_group("real time")
+
 SHORT = ("--set", "time_limit=0.3")
 FIGURES = """
     schema scene controller seed outcome success collisions lane_violation_s time_s path_length_m straight_line_m

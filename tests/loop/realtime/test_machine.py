@@ -5,8 +5,11 @@ import subprocess
 import sys
 import time
 
+import pytest
+
 from mjnav.loop.realtime.machine import Usage, UsageMeter, stolen
 
+pytestmark = pytest.mark.xdist_group("real time")
 MS = 1_000_000  # [ns]
 BUSY = "import os, sys\nos.sched_setaffinity(0, {int(sys.argv[1])})\nprint(flush=True)\nwhile True: pass"
 

@@ -14,6 +14,8 @@ from mjnav.recording.write import sink as sink_module
 from mjnav.recording.write.writer import Recorder, Writer
 from mjnav.world.simulator import Simulator
 
+pytestmark = pytest.mark.xdist_group("real time")
+
 MS = 1_000_000  # [ns]
 RATE, TICKS = 10.0, 12  # periods of 100 ms
 

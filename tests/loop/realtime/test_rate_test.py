@@ -20,6 +20,8 @@ from mjnav.messages import PHASES
 from mjnav.recording import open_log
 from mjnav.recording.write import sink as sink_module
 
+pytestmark = pytest.mark.xdist_group("real time")
+
 SPACE = """
 schema = 1
 name = "space"

@@ -12,6 +12,8 @@ import pytest
 
 from mjnav.loop.realtime.scheduling import OTHER_THREADS_PRIORITY, SWITCH_INTERVAL, realtime_scheduling
 
+pytestmark = pytest.mark.xdist_group("real time")
+
 
 def asked_for() -> tuple:
     return os.sched_getscheduler(0), os.sched_getparam(0).sched_priority, os.sched_getaffinity(0)

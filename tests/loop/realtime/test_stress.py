@@ -12,6 +12,8 @@ import pytest
 from mjnav.loop.realtime import stress as module
 from mjnav.loop.realtime.stress import stress
 
+pytestmark = pytest.mark.xdist_group("real time")
+
 PATIENCE = 60.0  # [s] on a busy machine
 
 
