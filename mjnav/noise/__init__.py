@@ -7,7 +7,7 @@ from mjnav.noise.base import Distribution
 from mjnav.noise.distributions import Empirical, Gaussian, Mixture, StudentT, Uniform, Zero
 from mjnav.noise.pearson import Pearson, pearson_type
 from mjnav.noise.profiles import CHANNELS, profile, profile_names
-from mjnav.noise.registry import make_distribution, names
+from mjnav.noise.registry import NamedDistribution, make_distribution, names
 
 __all__ = [
     "CHANNELS",
@@ -15,6 +15,7 @@ __all__ = [
     "Empirical",
     "Gaussian",
     "Mixture",
+    "NamedDistribution",
     "Pearson",
     "StudentT",
     "Uniform",

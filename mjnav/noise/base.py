@@ -1,16 +1,16 @@
-"""What a noise distribution offers, and the checks of its arguments."""
+"""What a noise distribution offers, and the arguments that several have."""
 
-from collections.abc import Sequence
-from numbers import Real
-from typing import Protocol
+from typing import Annotated, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mjnav.errors import InvalidValue
+from mjnav.config import Range
 from mjnav.messages import Array
 
-MOST = 1e9  # of an argument: its square times the squares of its neighbours still is a float
+MOST = 1e4  # of an argument in the channel's unit: as far as coordinates go
+Mean = Annotated[float, Range(-MOST, MOST), "in the channel's unit"]
+Spread = Annotated[float, Range(0.0, MOST, open_low=True), "in the channel's unit"]
 Size = int | tuple[int, ...]
 
 
@@ -39,25 +39,3 @@ class Distribution(Protocol):
     def logpdf(self, x: ArrayLike) -> Array:
         """Natural logarithm of the density at `x`, of the same shape: -inf outside the support, never NaN or +inf."""
         ...
-
-
-def check_number(key: str, value: object, *, above: float | None = None) -> float:
-    """`value` as a float; refuses what is not a number within MOST of 0, or not greater than `above`."""
-    if isinstance(value, Real) and not isinstance(value, bool):
-        try:
-            number = float(value)
-        except OverflowError:  # an integer beyond the largest float
-            number = np.inf
-        if abs(number) <= MOST and (above is None or number > above):
-            return number
-    more = "" if above is None else f" > {above:g}"
-    raise InvalidValue(key, value, f"a finite number{more}, of at most {MOST:g}")
-
-
-def check_numbers(key: str, values: object, *, above: float | None = None, least: int = 1) -> tuple[float, ...]:
-    """`values` as a tuple of floats; refuses fewer than `least` of them, and what `check_number` refuses."""
-    if isinstance(values, np.ndarray):
-        values = values.tolist()
-    if not isinstance(values, Sequence) or isinstance(values, str | bytes) or len(values) < least:
-        raise InvalidValue(key, values, f"a list of {least} or more numbers")
-    return tuple(check_number(f"{key}.{i}", value, above=above) for i, value in enumerate(values))

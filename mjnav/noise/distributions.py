@@ -2,17 +2,21 @@
 
 from dataclasses import dataclass, field
 from math import inf, log, pi, sqrt
+from typing import Annotated
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from mjnav.config import Length, Range, settle
 from mjnav.errors import InvalidValue
 from mjnav.messages import Array
-from mjnav.noise.base import Size, check_number, check_numbers
+from mjnav.noise.base import Mean, Size, Spread
 from mjnav.noise.pearson_laws import StudentLaw
 
 _HALF_LOG_2PI = 0.5 * log(2.0 * pi)
 _WEIGHT_SUM_TOLERANCE = 1e-6  # weights are written with a few digits: 0.333, 0.333, 0.334
+MAX_SAMPLES = 10_000  # a likelihood costs each of them at each of its thousands of cells
+_Share = Annotated[float, Range(0.0, 1.0, open_low=True)]
 
 
 def _gaussian_logpdf(x: ArrayLike, mean: float | Array, std: float) -> Array:
@@ -58,12 +62,11 @@ class Zero:
 class Gaussian:
     """N(mean, std^2)."""
 
-    mean: float = 0.0
-    std: float
+    mean: Mean = 0.0
+    std: Spread
 
     def __post_init__(self):
-        object.__setattr__(self, "mean", check_number("mean", self.mean))
-        object.__setattr__(self, "std", check_number("std", self.std, above=0.0))
+        settle(self)
 
     @property
     def support(self) -> tuple[float, float]:
@@ -83,12 +86,11 @@ class Gaussian:
 class Uniform:
     """Constant density on [mean - half_width, mean + half_width]; std = half_width / sqrt(3)."""
 
-    mean: float = 0.0
-    half_width: float
+    mean: Mean = 0.0
+    half_width: Spread
 
     def __post_init__(self):
-        object.__setattr__(self, "mean", check_number("mean", self.mean))
-        object.__setattr__(self, "half_width", check_number("half_width", self.half_width, above=0.0))
+        settle(self)
 
     @property
     def std(self) -> float:
@@ -118,15 +120,13 @@ class StudentT:
     Kurtosis is 3 + 6/(df - 4) for df > 4 and infinite below: outliers without end, at a known variance.
     """
 
-    mean: float = 0.0
-    std: float
-    df: float
+    mean: Mean = 0.0
+    std: Spread
+    df: Annotated[float, Range(2.0, 1e9, open_low=True), "degrees of freedom"]
     _law: StudentLaw = field(init=False, repr=False, compare=False)
 
     def __post_init__(self):
-        object.__setattr__(self, "mean", check_number("mean", self.mean))
-        object.__setattr__(self, "std", check_number("std", self.std, above=0.0))
-        object.__setattr__(self, "df", check_number("df", self.df, above=2.0))
+        settle(self)
         object.__setattr__(self, "_law", StudentLaw.of(self.df))
 
     @property
@@ -148,33 +148,32 @@ class StudentT:
 class Mixture:
     """sum_k weights_k N(means_k, stds_k^2); weights are positive and sum to 1."""
 
-    weights: tuple[float, ...]
-    means: tuple[float, ...]
-    stds: tuple[float, ...]
+    weights: Annotated[tuple[_Share, ...], Length(1, MAX_SAMPLES), "sum to 1"]
+    means: Annotated[tuple[Mean, ...], Length(1, MAX_SAMPLES), "as many as weights"]
+    stds: Annotated[tuple[Spread, ...], Length(1, MAX_SAMPLES), "as many as weights"]
+    _shares: tuple[float, ...] = field(init=False, repr=False, compare=False)  # the weights, their sum exactly 1
     _cumulative: Array = field(init=False, repr=False, compare=False)
 
     def __post_init__(self):
-        object.__setattr__(self, "weights", check_numbers("weights", self.weights, above=0.0))
-        object.__setattr__(self, "means", check_numbers("means", self.means))
-        object.__setattr__(self, "stds", check_numbers("stds", self.stds, above=0.0))
+        settle(self)
         for key in ("means", "stds"):
             if len(getattr(self, key)) != len(self.weights):
                 raise InvalidValue(key, getattr(self, key), f"as many numbers as weights: {len(self.weights)}")
         total = sum(self.weights)
         if abs(total - 1.0) > _WEIGHT_SUM_TOLERANCE:
-            raise InvalidValue("weights", self.weights, f"numbers > 0 whose sum is 1, not {total:g}")
-        object.__setattr__(self, "weights", tuple(weight / total for weight in self.weights))
-        object.__setattr__(self, "_cumulative", np.cumsum(self.weights)[:-1])
+            raise InvalidValue("weights", self.weights, f"numbers whose sum is 1, not {total:g}")
+        object.__setattr__(self, "_shares", tuple(weight / total for weight in self.weights))
+        object.__setattr__(self, "_cumulative", np.cumsum(self._shares)[:-1])
 
     @property
     def mean(self) -> float:
         """sum_k w_k m_k."""
-        return float(np.dot(self.weights, self.means))
+        return float(np.dot(self._shares, self.means))
 
     @property
     def std(self) -> float:
         """Root of sum_k w_k (s_k^2 + (m_k - mean)^2)."""
-        return sqrt(np.dot(self.weights, np.square(self.stds) + np.square(np.subtract(self.means, self.mean))))
+        return sqrt(np.dot(self._shares, np.square(self.stds) + np.square(np.subtract(self.means, self.mean))))
 
     @property
     def support(self) -> tuple[float, float]:
@@ -190,7 +189,7 @@ class Mixture:
         """log sum_k exp(log w_k + log N(x; m_k, s_k^2)), safe far away from every component."""
         x = np.asarray(x, float)
         terms = [
-            log(w) + _gaussian_logpdf(x, m, s) for w, m, s in zip(self.weights, self.means, self.stds, strict=True)
+            log(w) + _gaussian_logpdf(x, m, s) for w, m, s in zip(self._shares, self.means, self.stds, strict=True)
         ]
         total = terms[0]
         for term in terms[1:]:
@@ -207,21 +206,21 @@ class Empirical:
     the samples and whose variance is s^2 + h^2. `logpdf` of m points costs m n exponentials.
     """
 
-    samples: tuple[float, ...]
+    samples: Annotated[tuple[Mean, ...], Length(2, MAX_SAMPLES), "recorded errors"]
     bandwidth: float = field(init=False)
     mean: float = field(init=False)
     std: float = field(init=False)
     _array: Array = field(init=False, repr=False, compare=False)
 
     def __post_init__(self):
-        samples = np.array(check_numbers("samples", self.samples, least=2))
+        settle(self)
+        samples = np.array(self.samples)
         spread = float(samples.std())
-        if not 0.0 < spread < inf:
-            raise InvalidValue("samples", self.samples, "at least two different numbers, of finite variance")
+        if spread == 0.0:
+            raise InvalidValue("samples", self.samples, "at least two different numbers")
         quartiles = np.percentile(samples, [25, 75])
         narrow = min(spread, float(quartiles[1] - quartiles[0]) / 1.34) or spread  # IQR is 0 where most are equal
         bandwidth = 0.9 * narrow * len(samples) ** -0.2
-        object.__setattr__(self, "samples", tuple(samples.tolist()))
         object.__setattr__(self, "bandwidth", bandwidth)
         object.__setattr__(self, "mean", float(samples.mean()))
         object.__setattr__(self, "std", float(np.hypot(spread, bandwidth)))

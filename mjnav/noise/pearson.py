@@ -11,13 +11,15 @@ and the roots of the denominator tell the type (Johnson, Kotz & Balakrishnan, Co
 
 from dataclasses import dataclass, field
 from math import inf, log, sqrt
+from typing import Annotated
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from mjnav.config import Range, settle
 from mjnav.errors import InvalidValue
 from mjnav.messages import Array
-from mjnav.noise.base import Size, check_number
+from mjnav.noise.base import Mean, Size, Spread
 from mjnav.noise.pearson_iv import TypeIVLaw
 from mjnav.noise.pearson_laws import BetaLaw, BetaPrimeLaw, GammaLaw, GaussianLaw, InverseGammaLaw, Law, StudentLaw
 
@@ -82,26 +84,19 @@ class Pearson:
     two points are left, which have no density, and below nothing is: both raise InvalidValue.
     """
 
-    mean: float = 0.0
-    std: float
-    skew: float
-    kurtosis: float
+    mean: Mean = 0.0
+    std: Spread
+    skew: Annotated[float, Range(-_MAX_SKEW, _MAX_SKEW)]
+    kurtosis: Annotated[float, Range(1.0, _MAX_KURTOSIS, open_low=True), "above skew² + 1; 3 for a Gaussian"]
     _law: Law = field(init=False, repr=False, compare=False)
     _sign: float = field(init=False, repr=False, compare=False)
     _ends: tuple[float, float] = field(init=False, repr=False, compare=False)  # of where the density is computed
 
     def __post_init__(self):
-        object.__setattr__(self, "mean", check_number("mean", self.mean))
-        object.__setattr__(self, "std", check_number("std", self.std, above=0.0))
-        object.__setattr__(self, "skew", check_number("skew", self.skew))
-        object.__setattr__(self, "kurtosis", check_number("kurtosis", self.kurtosis))
-        if abs(self.skew) > _MAX_SKEW:
-            raise InvalidValue("skew", self.skew, f"a number between -{_MAX_SKEW:g} and {_MAX_SKEW:g}")
+        settle(self)
         least = self.skew**2 + 1.0
         if self.kurtosis <= least * (1.0 + _BOUNDARY):
             raise InvalidValue("kurtosis", self.kurtosis, f"a number > skew² + 1 = {least:.6g} (a Gaussian has 3)")
-        if self.kurtosis > _MAX_KURTOSIS:
-            raise InvalidValue("kurtosis", self.kurtosis, f"a number <= {_MAX_KURTOSIS:g}")
         object.__setattr__(self, "_law", _law(abs(self.skew), self.kurtosis))
         object.__setattr__(self, "_sign", -1.0 if self.skew < 0.0 else 1.0)
         (low, high), far = self.support, _FARTHEST * self.std

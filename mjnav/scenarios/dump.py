@@ -7,13 +7,21 @@ from datetime import date, time
 from numbers import Integral, Real
 from typing import Any
 
-from mjnav.scenarios.build import tables
+from mjnav import config
 from mjnav.scenarios.spec import Scenario
 
 
 def dumps(scenario: Scenario) -> str:
     """The scenario as TOML, every default explicit; `loads` makes an equal scenario of it."""
     return toml_text({"schema": scenario.schema, **tables(scenario)})  # a reader wants the version first
+
+
+def tables(scenario: Scenario) -> dict[str, Any]:
+    """The scenario as the tables of a run file, every default explicit."""
+    document = config.tables(scenario)
+    if scenario.robot.goal is not None:
+        del document["robot"]["waypoints"]  # the one or the other
+    return document
 
 
 def toml_text(table: dict[str, Any]) -> str:

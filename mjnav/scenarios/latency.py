@@ -1,14 +1,14 @@
 """When a decision takes effect, where it is not after whole periods."""
 
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 
-from mjnav.errors import InvalidValue, unknown_name
-from mjnav.scenarios.ranges import MAX_LATENCY, check_range
+from mjnav.config import Choice, Range, settle
+from mjnav.errors import InvalidValue
 
-MODELS = ("sampled", "measured")
-ORDERS = ("drawn", "recorded")
+Delay = Annotated[float, Range(0.0, 1000.0, "s")]  # up to a hundred periods of the slowest loop, as control.delay
 MAX_PENDING = 1000  # commands that are decided but not yet in force
 
 
@@ -21,23 +21,17 @@ class Latency:
     does repeat it.
     """
 
-    model: str = "sampled"
-    trace: tuple[float, ...] = ()  # [s]
-    order: str = "drawn"
-    planned: float | None = None  # [s] that the prediction counts on; by default the trace's median, or half a period
+    model: Annotated[str, Choice(("sampled", "measured"))] = "sampled"
+    trace: Annotated[tuple[Delay, ...], "compute times, or in a file the path of a text file of them"] = ()
+    order: Annotated[str, Choice(("drawn", "recorded")), "in which a trace's times are taken"] = "drawn"
+    planned: Annotated[Delay | None, "what the prediction counts on: else the trace's median, or half a period"] = None
 
     def __post_init__(self):
-        for key, names in (("model", MODELS), ("order", ORDERS)):
-            if getattr(self, key) not in names:
-                raise unknown_name(key, getattr(self, key), names)
+        settle(self)
         if self.model == "sampled" and not self.trace:
             raise InvalidValue("trace", None, "compute times [s], or the path of a text file of them")
         if self.model == "measured" and self.trace:
             raise InvalidValue("trace", self.trace, 'a trace for model "sampled" only')
-        for i, value in enumerate(self.trace):
-            check_range(f"trace.{i}", value, 0.0, MAX_LATENCY)
-        if self.planned is not None:
-            check_range("planned", self.planned, 0.0, MAX_LATENCY)
 
     def expected(self, period: float) -> float:
         """What the prediction counts on where the control period is `period`, both [s]."""

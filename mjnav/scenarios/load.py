@@ -8,10 +8,11 @@ from operator import index
 from pathlib import Path
 from typing import Any
 
+from mjnav.config import read_document
 from mjnav.errors import InvalidValue, unknown_name
 from mjnav.scenarios import files, library, override
-from mjnav.scenarios.build import build, tables
 from mjnav.scenarios.check import check
+from mjnav.scenarios.dump import tables
 from mjnav.scenarios.memory import check_memory
 from mjnav.scenarios.parse import parse
 from mjnav.scenarios.regular_file import read_regular
@@ -68,7 +69,7 @@ def loads(
             raise error.within(file="--set") from None
     try:
         files.inline(document, folder)
-        scenario = build(document)
+        scenario = read_document(Scenario, document)
         check_memory(scenario)
         check(scenario)
     except InvalidValue as error:
@@ -118,7 +119,7 @@ def _nearest(path: str) -> str | None:
 def _with_defaults(document: dict[str, Any]) -> dict[str, Any]:
     """The tables with every default in them, none where they are not a scenario: further overrides may complete it."""
     try:
-        return tables(build(document))
+        return tables(read_document(Scenario, document))
     except InvalidValue:
         return {}
 

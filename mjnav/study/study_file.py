@@ -27,16 +27,18 @@ import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
+from typing import Annotated
 
+from mjnav.config import Length, Range, Text, read_document, settle
 from mjnav.errors import InvalidValue, unknown_name
-from mjnav.scenarios.build import read
 from mjnav.scenarios.library import data_folder, describe
 from mjnav.scenarios.load import read_text
 from mjnav.scenarios.parse import parse
-from mjnav.scenarios.ranges import MAX_SEED, check_range
+from mjnav.scenarios.ranges import MAX_SEED, Seed
 
 FOLDER = "studies"  # below runs/
 MAX_SEEDS = 10_000_000
+MAX_CELLS = 10_000  # of scenes, settings and methods each
 MAX_NAME = 200  # [bytes] that any file system takes, with what is added to it
 
 Overrides = Mapping[str, object]  # as tables in one another, or by dotted keys
@@ -46,22 +48,27 @@ Overrides = Mapping[str, object]  # as tables in one another, or by dotted keys
 class SeedRange:
     """`count` seeds from `first` on."""
 
-    count: int
-    first: int = 0
+    count: Annotated[int, Range(1, MAX_SEEDS)]
+    first: Seed = 0
 
     def __post_init__(self):
-        check_range("count", self.count, 1, MAX_SEEDS)
-        check_range("first", self.first, 0, MAX_SEED - self.count + 1)
+        settle(self)
+        Range(0, MAX_SEED - self.count + 1).check("first", self.first)
 
 
 @dataclass(frozen=True, slots=True)
 class MethodEntry:
     """A controller with parameters of its own, under a name of its own."""
 
-    controller: str
-    name: str = ""
-    set: Overrides = field(default_factory=dict)
-    grid: Overrides = field(default_factory=dict)
+    controller: Annotated[str, "a name that `mjnav list` prints, or package.module:Class"]
+    name: Annotated[str, "the controller's by default"] = ""
+    set: Annotated[Overrides, "a key without a dot is the controller's, others are a run file's"] = field(
+        default_factory=dict
+    )
+    grid: Annotated[Overrides, "the same keys, with arrays of values"] = field(default_factory=dict)
+
+    def __post_init__(self):
+        settle(self)
 
     @property
     def label(self) -> str:
@@ -74,9 +81,10 @@ class SettingEntry:
     """A variant of the world."""
 
     name: str
-    set: Overrides = field(default_factory=dict)
+    set: Annotated[Overrides, "keys of a run file"] = field(default_factory=dict)
 
     def __post_init__(self):
+        settle(self)
         if not self.name:
             raise InvalidValue("name", self.name, "a name")
 
@@ -85,37 +93,36 @@ class SettingEntry:
 class StudyFile:
     """A study file as it stands; `cells.resolve` says what it asks for."""
 
-    schema: int
-    name: str
-    scenes: tuple[str, ...]
-    methods: tuple[MethodEntry, ...]
-    seeds: SeedRange | tuple[int, ...] = SeedRange(100)
-    description: str = ""
-    set: Overrides = field(default_factory=dict)
-    grid: Overrides = field(default_factory=dict)
-    settings: tuple[SettingEntry, ...] = ()
+    schema: Annotated[int, Range(1, 1), "version of this format"]
+    name: Annotated[
+        str,
+        Text(
+            r"(?=.{1,100}$)[^/.][^/]*",
+            'up to 100 printable characters without "/", no dot in front: a folder is named after it',
+        ),
+    ]
+    scenes: Annotated[tuple[str, ...], Length(1, MAX_CELLS), "shipped names, or paths from this file's folder"]
+    methods: Annotated[tuple[MethodEntry, ...], Length(1, MAX_CELLS)]
+    seeds: Annotated[SeedRange | Annotated[tuple[Seed, ...], Length(1, MAX_SEEDS)], "the same for every cell"] = (
+        SeedRange(100)
+    )
+    description: Annotated[str, "one line that `mjnav list` prints"] = ""
+    set: Annotated[Overrides, "any keys of a run file, for all episodes"] = field(default_factory=dict)
+    grid: Annotated[Overrides, "the same keys, with arrays of values, every one with every other"] = field(
+        default_factory=dict
+    )
+    settings: Annotated[tuple[SettingEntry, ...], Length(0, MAX_CELLS), "variants of the world"] = ()
     source: str = field(default="", compare=False)  # the file it came from
 
     def __post_init__(self):
-        if self.schema != 1:
-            raise InvalidValue("schema", self.schema, "1")
-        name = self.name
-        if not 1 <= len(name) <= 100 or not name.isprintable() or "/" in name or name.startswith("."):
-            raise InvalidValue("name", name, 'up to 100 printable characters without "/": a folder is named after it')
-        if len(name.encode()) > MAX_NAME:
-            raise InvalidValue("name", name, f"at most {MAX_NAME} bytes in UTF-8: a folder is named after it")
-        for key in ("scenes", "methods"):
-            if not getattr(self, key):
-                raise InvalidValue(key, [], "one or more")
+        settle(self)
+        if len(self.name.encode()) > MAX_NAME:
+            raise InvalidValue("name", self.name, f"at most {MAX_NAME} bytes in UTF-8: a folder is named after it")
         _check_distinct("scenes", self.scenes)
         _check_distinct("methods", [method.label for method in self.methods])
         _check_distinct("settings", [setting.name for setting in self.settings])
         if not isinstance(self.seeds, SeedRange):
-            if not self.seeds:
-                raise InvalidValue("seeds", [], "one or more")
             _check_distinct("seeds", self.seeds)
-            for i, seed in enumerate(self.seeds):
-                check_range(f"seeds.{i}", seed, 0, MAX_SEED)
 
     @property
     def all_seeds(self) -> range | tuple[int, ...]:
@@ -142,9 +149,7 @@ def load_study(name_or_path: str | os.PathLike[str]) -> StudyFile:
         name = str(path)
     document = parse(read_text(name), name)
     try:
-        if "schema" not in document:
-            raise InvalidValue("schema", None, "schema = 1, the version of this format")
-        return replace(read(StudyFile, document), source=name)
+        return replace(read_document(StudyFile, document), source=name)
     except InvalidValue as error:
         raise error.within(file=name) from None
 

@@ -1,30 +1,21 @@
 """Run files at random, from the definitions of the keys themselves: a key added later is fuzzed, too.
 
 The keys are the fields of the scenario's dataclasses, of every method's parameters, of every distribution and of every
-behaviour. The bounds of a number and the names that a string may have are read from the refusals that they give.
+behaviour, with the ranges and the names that stand there.
 """
 
-import re
 from collections.abc import Iterator
 from copy import deepcopy
-from dataclasses import MISSING, dataclass, fields, is_dataclass
-from functools import cache
+from dataclasses import MISSING, dataclass, is_dataclass
 from math import inf, isfinite, nextafter
-from types import UnionType
-from typing import Any, Union, get_args, get_origin, get_type_hints
+from typing import Any, get_args, get_origin
 
 from hypothesis import strategies as st
 
+from mjnav.config import Beside, Choice, Named, Range, Variants, keys
+from mjnav.config.marks import bare, mark, options
 from mjnav.control.registry import METHODS
-from mjnav.errors import InputError
-from mjnav.loop.prepare import build_controller
-from mjnav.noise import CHANNELS
-from mjnav.noise.registry import _DISTRIBUTIONS
-from mjnav.scenarios import loads
-from mjnav.scenarios.build import _keys
-from mjnav.scenarios.dump import toml_text
-from mjnav.scenarios.people import BEHAVIOURS
-from mjnav.scenarios.spec import ChannelNoise, Control, LaneSpec, Latency, Noise, Person, Scenario
+from mjnav.scenarios.spec import Control, LaneSpec, Latency, Scenario
 
 Table = dict[str, Any]
 Path = tuple[str | int, ...]
@@ -120,57 +111,45 @@ def _inner(document: Table, path: Path) -> Any:
 
 
 def _required(cls: Any, **more: object) -> Table:
-    table = dict(more)
-    for key, item in _keys(cls).items():
-        if item.default is MISSING and item.default_factory is MISSING and key not in ("behaviour", "robot"):
-            table[key] = EXAMPLES[key]  # a new key without a default needs an example above
-    return table
+    """The keys without a default, with their examples: a new such key needs one above."""
+    required = (key for key, field in keys(cls).items() if field.default is MISSING and not field.beside)
+    return more | {key: EXAMPLES[key] for key in required if key != "robot"}
 
 
 def _leaves(cls: Any, path: Path, around: tuple[tuple[Path, Table], ...] = ()) -> Iterator[Leaf]:
     """The keys below a table that becomes a `cls`."""
-    hints = get_type_hints(cls)
-    for key, item in _keys(cls).items():
-        hint = hints[item.name]
-        if get_origin(hint) in (Union, UnionType):
-            hint = next(option for option in get_args(hint) if option is not type(None))
-        below = (*path, key)
-        if cls is Person and key == "behaviour":
-            for name, kind in BEHAVIOURS.items():
-                yield from _leaves(kind, path, ((path, _required(kind, behaviour=name, start=EXAMPLES["start"])),))
-        elif cls is Noise and key == "channels":
-            for channel in CHANNELS:
-                place = (*path, *channel.split("."))
-                for name, kind in _DISTRIBUTIONS.items():
-                    table = {"distribution": name, **_required_of(kind)}
-                    for field in fields(kind):
-                        if field.init:
-                            default = None if field.default is MISSING else field.default
-                            yield Leaf(
-                                (*place, field.name), get_type_hints(kind)[field.name], default, ((place, table),)
-                            )
-        elif cls is Control and key == "parameters":
+    for key, field in keys(cls).items():
+        if cls is Control and field.beside:
             for name, method in METHODS.items():
-                kind = method.controller_class.parameters_type
-                for field in fields(kind):
-                    table = ((path, {"method": name}),)
-                    yield Leaf((*path, field.name), get_type_hints(kind)[field.name], field.default, table)
-        elif is_dataclass(hint):
-            own = {Latency: {"trace": [0.01]}, LaneSpec: _required(LaneSpec)}.get(hint, {})
-            yield from _leaves(hint, below, (*around, (below, own)) if own else around)
-        elif get_origin(hint) is tuple and is_dataclass(get_args(hint)[0]):
-            kind = get_args(hint)[0]
-            first = (*below, 0)
-            table = _required(kind) | (
-                {"behaviour": "constant_velocity", "velocity": [0.3, 0.2]} if kind is Person else {}
-            )
-            yield from _leaves(kind, first, ((first, table),))
-        elif hint is not ChannelNoise:
-            yield Leaf(below, hint, None if item.default is MISSING else item.default, around)
+                yield from _leaves(method.controller_class.parameters_type, path, ((path, {"method": name}),))
+        else:
+            place = path if field.beside else (*path, key)
+            default = None if field.default is MISSING else field.default
+            yield from _leaves_of(field.hint, place, default, _required(cls) if field.beside else {}, around)
 
 
-def _required_of(kind: Any) -> Table:
-    return {f.name: EXAMPLES[f.name] for f in fields(kind) if f.init and f.default is MISSING}
+def _leaves_of(hint: Any, path: Path, default: object, owner: Table, around: tuple) -> Iterator[Leaf]:
+    """The keys of a value; a table's are below it, and need it `around` them."""
+    kind, variants, named = bare(hint), mark(hint, Variants), mark(hint, Named)
+    if alternatives := options(hint):
+        kind, hint = bare(alternatives[0]), alternatives[0]
+    if named is not None:
+        for name in named.names:
+            yield from _leaves_of(get_args(kind)[1], (*path, *name.split(".")), None, {}, ())
+    elif variants is not None:
+        for name, one in variants.kinds.items():
+            table = owner | _required(one, **{variants.key: name})
+            yield from _leaves(one, path, ((path, table),))
+    elif is_dataclass(kind):
+        own = {Latency: {"trace": [0.01]}, LaneSpec: _required(LaneSpec)}.get(kind, {})
+        yield from _leaves(kind, path, (*around, (path, own)) if own else around)
+    elif get_origin(kind) is tuple and is_dataclass(get_args(kind)[0]):
+        kind, first = get_args(kind)[0], (*path, 0)
+        walking = any(mark(field.hint, Beside) for field in keys(kind).values())
+        own = {"behaviour": "constant_velocity", "velocity": [0.3, 0.2]} if walking else {}
+        yield from _leaves(kind, first, ((first, _required(kind) | own),))
+    else:
+        yield Leaf(path, hint, default, around)
 
 
 LEAVES = tuple(_leaves(Scenario, ()))
@@ -182,38 +161,14 @@ GROUPS = tuple(
 ANY_LEAF = st.sampled_from(LEAVES) | st.sampled_from(GROUPS).flatmap(st.sampled_from)  # each key; each table as often
 
 
-def refusal(leaf: Leaf, value: object) -> InputError | None:
-    """What loading says of a document with that value in an otherwise good file."""
-    document = deepcopy(BASE)
-    leaf.put(document, value)
-    try:
-        build_controller(loads(toml_text(document)))
-    except InputError as error:
-        return error
-    return None
-
-
 def is_number(leaf: Leaf) -> bool:
-    return leaf.hint in (float, int)
+    return bare(leaf.hint) in (float, int)
 
 
-@cache
-def bounds(leaf: Leaf) -> tuple[float, ...]:
-    """The numbers that refusals name as the ends of what is allowed."""
-    found: set[float] = set()
-    for value in (-1e300, 1e300) if leaf.hint is float else (-(2**62), 2**62):
-        if (error := refusal(leaf, value)) is not None:
-            allowed = str(error).partition("allowed: ")[2]
-            found |= {float(text) for text in re.findall(r"-?\d+(?:\.\d+)?(?:e[+-]?\d+)?", allowed)}
-    return tuple(sorted(found))
-
-
-@cache
 def choices(leaf: Leaf) -> tuple[str, ...]:
     """The names that a string may have; none where it may be anything."""
-    error = refusal(leaf, "no such name")
-    allowed = getattr(error, "allowed", "")
-    return tuple(name for name in allowed.split(", ") if name and refusal(leaf, name) is None)
+    found = mark(leaf.hint, Choice)
+    return tuple(found.names) if found else (*METHODS, "no-such") if leaf.path[-1] == "method" else ()
 
 
 SHARES = st.sampled_from((1.0, 1.0, 1.0, 1.01, 0.5, 0.1, 0.01))
@@ -222,8 +177,9 @@ SHARES = st.sampled_from((1.0, 1.0, 1.0, 1.01, 0.5, 0.1, 0.01))
 @st.composite
 def at_a_bound(draw, leaf: Leaf) -> Any:
     """A number at one of its bounds, just below or just beyond, or a share of one."""
-    bound = draw(st.sampled_from(bounds(leaf) or (0.0,)))
-    if leaf.hint is int:
+    limits = mark(leaf.hint, Range)
+    bound = draw(st.sampled_from((limits.low, limits.high)))
+    if bare(leaf.hint) is int:
         return int(bound * draw(SHARES)) + draw(st.sampled_from((-1, 0, 0, 1)))
     value = bound * draw(SHARES)
     return draw(st.sampled_from((value, value, nextafter(value, -inf), nextafter(value, inf))))
@@ -236,7 +192,7 @@ def rarely(values: st.SearchStrategy, usual: object) -> st.SearchStrategy:
 
 def modest(leaf: Leaf, hint: Any = None) -> st.SearchStrategy:
     """Values of the right type, most of which are allowed."""
-    hint = hint or leaf.hint
+    hint = bare(hint or leaf.hint)
     default = leaf.default if leaf.default is not None else EXAMPLES.get(str(leaf.path[-1]))
     if get_origin(hint) is tuple:
         kinds = get_args(hint)

@@ -161,7 +161,7 @@ def test_an_interrupted_test_reports_what_was_done_and_keeps_its_log(mjnav, star
 @pytest.mark.parametrize(
     ("words", "fragment"),
     [
-        (["--rate", "0"], "rate: found 0.0; allowed: a number >= 0.1 and <= 1000"),
+        (["--rate", "0"], "rate: found 0.0; allowed: a number from 0.1 to 1000 Hz"),
         (["--rate", "-5"], "rate: found -5.0"),
         (["--rate", "nan"], "rate: found nan"),
         (["--rate", "inf"], "rate: found inf"),

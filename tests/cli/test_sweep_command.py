@@ -108,7 +108,7 @@ def test_an_episode_that_breaks_is_counted_by_its_cause_and_can_be_retried(sweep
     ("words", "line"),
     [
         (["--workers", "0"], "mjnav: --workers: found 0; allowed: a whole number >= 1"),
-        (["--seeds", "0"], "mjnav: --seeds: found 0; allowed: a number >= 1"),
+        (["--seeds", "0"], "mjnav: --seeds: found 0; allowed: a whole number from 1"),
         (["--scene", "hal"], "mjnav: --scene: scene: found 'hal'"),
         (["--set", "time_limt=3"], "mjnav: --set: time_limt: found 'time_limt'"),
         (["--scheduler", "there", "--workers", "2"], "mjnav: argument --"),

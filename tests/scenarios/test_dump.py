@@ -9,13 +9,12 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
+from mjnav.config import read_document
 from mjnav.errors import InvalidValue
-from mjnav.noise import profile_names
+from mjnav.noise import make_distribution, profile_names
 from mjnav.scenarios import dumps, load, loads, names
-from mjnav.scenarios.build import build, tables
-from mjnav.scenarios.dump import toml_text
+from mjnav.scenarios.dump import tables, toml_text
 from mjnav.scenarios.spec import (
-    ChannelNoise,
     ConstantVelocity,
     Control,
     LaneSpec,
@@ -53,7 +52,7 @@ LEAF = st.one_of(
 PARAMETER = st.recursive(
     LEAF, lambda inner: st.lists(inner, max_size=3) | st.dictionaries(st.text(), inner, max_size=3), max_leaves=6
 )
-CHANNELS = {"gyro": ChannelNoise("gaussian", {"std": 0.1}), "pose.x": ChannelNoise("gaussian", {"mean": 1, "std": 2})}
+CHANNELS = {"gyro": make_distribution("gaussian", std=0.1), "pose.x": make_distribution("gaussian", mean=1, std=2)}
 FEW = {"max_size": 2}
 CONTROL_KEYS = {field.name for field in fields(Control)}
 SCENARIO = st.builds(
@@ -93,7 +92,7 @@ def test_every_shipped_scene_survives_the_round_trip(name):
 @unhurried
 @given(SCENARIO)
 def test_any_scenario_survives_the_round_trip(scenario):
-    assert build(tomllib.loads(dumps(scenario))) == scenario
+    assert read_document(Scenario, tomllib.loads(dumps(scenario))) == scenario
 
 
 @unhurried
@@ -138,7 +137,7 @@ def test_every_default_is_explicit():
 
 def test_tables_is_the_inverse_of_build():
     document = tables(load("hall"))
-    assert tables(build(document)) == document
+    assert tables(read_document(Scenario, document)) == document
 
 
 def test_a_dumped_scenario_of_another_version_is_refused():

@@ -108,7 +108,7 @@ def test_overrides_come_after_the_controller_and_the_seed():
 
 
 REFUSED = {
-    "people.0.radius=9": "--set: people.0.radius: found 9.0; allowed: a number >= 0.1 and <= 1",
+    "people.0.radius=9": "--set: people.0.radius: found 9.0; allowed: a number from 0.1 to 1 m",
     "people.0.start.1=x": "--set: people.0.start.1: found 'x'; allowed: a number",
     "people.0={start=[5]}": "--set: people.0.behaviour: found nothing; allowed: constant_velocity, ",
     "people.1.radius=0.4": "--set: people.1: found '1'; allowed: an index from 0 to 0",

@@ -14,11 +14,12 @@ constraint, the decision is `infeasible`: what exceeds 0, summed over the constr
 
 from dataclasses import dataclass
 from math import ceil, inf
+from typing import Annotated
 
 import numpy as np
 
 from mjnav.control.base import ConstrainedController, sample_risk
-from mjnav.control.parameters import Parameters, between
+from mjnav.control.parameters import Parameters, Share
 from mjnav.control.problem.problem import Problem
 from mjnav.geometry.compiled import kernel
 from mjnav.geometry.kernel_types import Matrix, Vector
@@ -31,11 +32,7 @@ HALVINGS, FEW = 12, 8  # see _value_at_risk; they decide its speed, not its resu
 class CvarParameters(Parameters):
     """The shared parameters and the level of the conditional value at risk."""
 
-    eta: float = 0.9  # the mean of the worst 1 - eta is bounded
-
-    def __post_init__(self):
-        Parameters.__post_init__(self)
-        between("eta", self.eta, 0.0, 1.0)
+    eta: Annotated[Share, "the mean of the worst 1 - eta is bounded"] = 0.9
 
 
 class Cvar(ConstrainedController[CvarParameters]):

@@ -20,13 +20,15 @@ goes least beyond the contact, and the status says so.
 
 from dataclasses import dataclass
 from math import inf
+from typing import Annotated
 
 import numpy as np
 
+from mjnav.config import Range
 from mjnav.constraints.arc import contact_distance
 from mjnav.constraints.lane import lane_distance
 from mjnav.control.base import GridController
-from mjnav.control.parameters import GridParameters, at_least, finite
+from mjnav.control.parameters import LEAST, MOST, GridParameters, Weight
 from mjnav.control.problem.nominal import least_violating
 from mjnav.control.problem.problem import Problem
 from mjnav.messages import Array, CandidateCosts, Status
@@ -36,14 +38,8 @@ from mjnav.messages import Array, CandidateCosts, Status
 class DwaParameters(GridParameters):
     """The risk: its weight, and how far ahead it looks."""
 
-    weight: float = 1.0
-    clearance: float = 2.0  # [m] of way beyond which more of it counts for nothing
-
-    def __post_init__(self):
-        GridParameters.__post_init__(self)
-        at_least("weight", self.weight, 0.0)
-        at_least("clearance", self.clearance, 0.0, above=True)
-        finite(self, "weight", "clearance")
+    weight: Weight = 1.0
+    clearance: Annotated[float, Range(LEAST, MOST, "m"), "of way beyond which more of it counts for nothing"] = 2.0
 
 
 class Dwa(GridController[DwaParameters]):

@@ -24,17 +24,17 @@ what is far off, and would weigh more than a wall close by.
 
 from dataclasses import dataclass
 from math import erfc, sqrt
-from typing import NamedTuple
+from typing import Annotated, NamedTuple
 
 import numpy as np
 
+from mjnav.config import Range
 from mjnav.constraints.collision_cone import STANDSTILL
 from mjnav.control.base import ConstrainedController
 from mjnav.control.parameters import GridParameters
 from mjnav.control.problem.lane_samples import lane_samples
 from mjnav.control.problem.obstacles import Discs
 from mjnav.control.problem.problem import Problem
-from mjnav.errors import InvalidValue
 from mjnav.geometry.angles import wrap
 from mjnav.geometry.compiled import kernel
 from mjnav.geometry.kernel_types import Cube, Matrix, Vector
@@ -48,12 +48,9 @@ PARALLEL = 1e-12  # [m^2/s] cross product of velocity and wall below which they 
 class GaussianLinearisedParameters(GridParameters):
     """The risk that is accepted; above 0.5 more spread would count as safer."""
 
-    delta: float = 0.1  # probability that one constraint is violated; at 0.5 the mean decides
-
-    def __post_init__(self):
-        GridParameters.__post_init__(self)
-        if not 0.0 < self.delta <= 0.5:
-            raise InvalidValue("delta", self.delta, "a number > 0 and <= 0.5")
+    delta: Annotated[
+        float, Range(0.0, 0.5, open_low=True), "probability that one constraint is violated; at 0.5 the mean decides"
+    ] = 0.1
 
 
 class Motion(NamedTuple):

@@ -22,16 +22,17 @@ spread of what is far off, and would weigh more than a wall close by.
 from dataclasses import dataclass
 from math import erfc, sqrt
 from statistics import NormalDist
+from typing import Annotated
 
 import numpy as np
 
+from mjnav.config import Choice, Range
 from mjnav.control.base import ConstrainedController
 from mjnav.control.parameters import Parameters
 from mjnav.control.problem.lane_samples import lane_samples
 from mjnav.control.problem.obstacles import Discs, blocks
 from mjnav.control.problem.problem import Problem
 from mjnav.control.problem.sample_cone import SampleCone
-from mjnav.errors import InvalidValue, unknown_name
 from mjnav.geometry.angles import wrap
 from mjnav.geometry.compiled import kernel
 from mjnav.geometry.kernel_types import Matrix
@@ -52,15 +53,8 @@ def deviations(eta: float, tail: str) -> float:
 class GaussianMomentsParameters(Parameters):
     """The confidence that is asked for, and what it takes f for."""
 
-    eta: float = 0.9  # probability that one constraint holds
-    tail: str = "cantelli"  # of f: any distribution; or "quantile": a Gaussian
-
-    def __post_init__(self):
-        Parameters.__post_init__(self)
-        if not 0.0 < self.eta < 1.0:
-            raise InvalidValue("eta", self.eta, "a number > 0 and < 1")
-        if self.tail not in TAILS:
-            raise unknown_name("tail", self.tail, TAILS)
+    eta: Annotated[float, Range(0.0, 1.0, open_low=True, open_high=True), "probability that one constraint holds"] = 0.9
+    tail: Annotated[str, Choice(TAILS), "of f: cantelli takes any distribution, quantile a Gaussian"] = "cantelli"
 
 
 class GaussianMoments(ConstrainedController[GaussianMomentsParameters]):

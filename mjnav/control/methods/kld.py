@@ -11,12 +11,13 @@ atoms, which the clip makes, would be infinitely far apart.
 """
 
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 
 from mjnav.control.base import MatchingController
 from mjnav.control.kernels.mixture import Mixtures, fit_mixtures, kl_divergence
-from mjnav.control.parameters import MatchingParameters, at_least, finite
+from mjnav.control.parameters import Count, MatchingParameters, Positive
 from mjnav.control.problem.problem import Problem
 from mjnav.messages import Array
 
@@ -25,16 +26,9 @@ from mjnav.messages import Array
 class KldParameters(MatchingParameters):
     """How the mixtures are fitted."""
 
-    num_components: int = 2
-    num_iterations: int = 10  # of EM
-    std_floor: float = 1.0  # of every component, in f's unit; tuned: so wide, it is mostly means that are compared
-
-    def __post_init__(self):
-        MatchingParameters.__post_init__(self)
-        for key in ("num_components", "num_iterations"):
-            at_least(key, getattr(self, key), 1)
-        at_least("std_floor", self.std_floor, 0.0, above=True)
-        finite(self, "std_floor")
+    num_components: Count = 2
+    num_iterations: Annotated[Count, "of EM"] = 10
+    std_floor: Annotated[Positive, "of every component, in f's unit"] = 1.0  # tuned: so wide, mostly means are compared
 
 
 class Kld(MatchingController[KldParameters]):

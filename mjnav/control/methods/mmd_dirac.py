@@ -23,11 +23,12 @@ The risk is a cost: every candidate may be chosen, and only `infeasible_nominal`
 """
 
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 
 from mjnav.control.base import WeightedController, sample_risk
-from mjnav.control.parameters import GridParameters, at_least, check_weights, finite
+from mjnav.control.parameters import GridParameters, LaneWeights, Positive, Weight
 from mjnav.control.problem.problem import Problem
 from mjnav.geometry.compiled import kernel
 from mjnav.geometry.kernel_types import Matrix, Vector
@@ -41,15 +42,9 @@ TOLERANCE = 1e-10  # of the terms left out, as a share of k(x, x) = 1
 class MmdDiracParameters(GridParameters):
     """The candidates' parameters, the risk's weights, and the kernel."""
 
-    weight: float = 100.0  # lambda, of each disc and wall
-    lane_weights: tuple[float, float] = (10.0, 10.0)  # left, right
-    bandwidth: float = 1.0  # sigma, in the unit of f: R^2 where normalised
-
-    def __post_init__(self):
-        GridParameters.__post_init__(self)
-        check_weights(self)
-        at_least("bandwidth", self.bandwidth, 0.0, above=True)
-        finite(self, "bandwidth")
+    weight: Annotated[Weight, "lambda, of each disc and wall"] = 100.0
+    lane_weights: LaneWeights = (10.0, 10.0)
+    bandwidth: Annotated[Positive, "sigma, in the unit of f: R² where normalised"] = 1.0
 
 
 class MmdDirac(WeightedController[MmdDiracParameters]):

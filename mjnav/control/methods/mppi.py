@@ -23,13 +23,15 @@ so.
 """
 
 from dataclasses import dataclass, replace
+from typing import Annotated
 
 import numpy as np
 
+from mjnav.config import Range
 from mjnav.control.base import ProblemController, status_of
 from mjnav.control.kernels.mppi_risk import Risk, Surroundings
 from mjnav.control.kernels.mppi_rollout import Rollouts, approach
-from mjnav.control.parameters import GoalParameters, at_least, between, check_weights, finite
+from mjnav.control.parameters import MOST, Count, GoalParameters, LaneWeights, Positive, Seconds, Share, Weight
 from mjnav.control.problem.goal_cost import GoalCost
 from mjnav.control.problem.obstacles import in_reach
 from mjnav.control.problem.problem import Problem
@@ -44,28 +46,16 @@ SEED = 0  # of the perturbations
 class MppiParameters(GoalParameters):
     """The rollouts and how they are weighed."""
 
-    rollouts: int = 400  # perturbed ones, in pairs of opposite perturbations
-    steps: int = 20  # T
-    step: float = 0.2  # [s] dt
-    temperature: float = 0.06
-    weight: float = 25.0  # [1/s] lambda, of the expected time in collision with each disc and wall
-    lane_weights: tuple[float, float] = (10.0, 10.0)  # [1/s] of that beyond the left, the right boundary
-    speed_noise: float = 0.4  # [m/s] standard deviation of the perturbations of v
-    turn_noise: float = 0.8  # [rad/s] of omega
-    knots: int = 5  # of the perturbations, which are linear between them
-    risk_bound: float = 0.5
-
-    def __post_init__(self):
-        GoalParameters.__post_init__(self)
-        check_weights(self)
-        for key in ("rollouts", "steps", "knots"):
-            at_least(key, getattr(self, key), 1)
-        for key in ("step", "temperature"):
-            at_least(key, getattr(self, key), 0.0, above=True)
-        for key in ("speed_noise", "turn_noise"):
-            at_least(key, getattr(self, key), 0.0)
-        between("risk_bound", self.risk_bound, 0.0, 1.0)
-        finite(self, "step", "temperature", "speed_noise", "turn_noise")
+    rollouts: Annotated[Count, "perturbed ones, in pairs of opposite perturbations"] = 400
+    steps: Annotated[Count, "T"] = 20
+    step: Annotated[Seconds, "dt"] = 0.2
+    temperature: Positive = 0.06
+    weight: Annotated[Weight, "lambda, per second of expected collision with each disc and wall"] = 25.0
+    lane_weights: LaneWeights = (10.0, 10.0)  # [1/s] of the expected time beyond each
+    speed_noise: Annotated[float, Range(0.0, MOST, "m/s"), "standard deviation of the perturbations of v"] = 0.4
+    turn_noise: Annotated[float, Range(0.0, MOST, "rad/s"), "standard deviation of the perturbations of omega"] = 0.8
+    knots: Annotated[Count, "of the perturbations, which are linear between them"] = 5
+    risk_bound: Annotated[Share, "of colliding samples, at each step and constraint"] = 0.5
 
 
 @dataclass(frozen=True, slots=True)

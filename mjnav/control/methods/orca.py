@@ -27,14 +27,16 @@ them alike, and the status says so.
 """
 
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 
+from mjnav.config import Range
 from mjnav.constraints.half_planes import nearest_velocity
 from mjnav.constraints.lane import lane_distance
 from mjnav.constraints.velocity_obstacle import velocity_obstacle_exits
 from mjnav.control.base import ProblemController, status_of
-from mjnav.control.parameters import SightParameters, at_least, finite
+from mjnav.control.parameters import LEAST, MOST, Positive, Seconds, SightParameters
 from mjnav.control.problem.problem import Problem
 from mjnav.messages import Array, Decision, Observation, Status
 from mjnav.motion.diff_drive import reachable
@@ -44,18 +46,11 @@ from mjnav.motion.diff_drive import reachable
 class OrcaParameters(SightParameters):
     """The half-planes."""
 
-    time_horizon: float = 5.0  # [s] tau
-    effective_centre: float = 0.25  # [m] D
-    responsibility: float = 1.0  # alpha
-    wall_horizon: float = 2.0  # [s] T
-    lane_horizon: float = 1.0  # [s] within which no lane boundary is crossed
-
-    def __post_init__(self):
-        SightParameters.__post_init__(self)
-        keys = ("time_horizon", "effective_centre", "responsibility", "wall_horizon", "lane_horizon")
-        for key in keys:
-            at_least(key, getattr(self, key), 0.0, above=True)
-        finite(self, *keys)
+    time_horizon: Annotated[Seconds, "tau"] = 5.0
+    effective_centre: Annotated[float, Range(LEAST, MOST, "m"), "D, ahead of the axle"] = 0.25
+    responsibility: Annotated[Positive, "alpha"] = 1.0
+    wall_horizon: Annotated[Seconds, "T"] = 2.0
+    lane_horizon: Annotated[Seconds, "within which no lane boundary is crossed"] = 1.0
 
 
 class Orca(ProblemController[OrcaParameters]):

@@ -17,11 +17,13 @@ and beside the way control/problem/goal_cost.py for J, desired.py for F^des and 
 """
 
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 
+from mjnav.config import Range
 from mjnav.control.base import MatchingController
-from mjnav.control.parameters import MatchingParameters
+from mjnav.control.parameters import MatchingParameters, Positive
 from mjnav.control.problem.problem import Problem
 from mjnav.messages import Array
 from mjnav.rkhs.mmd import PolynomialKernel, moment_distance, raw_moments
@@ -31,13 +33,9 @@ from mjnav.rkhs.mmd import PolynomialKernel, moment_distance, raw_moments
 class RkhsParameters(MatchingParameters):
     """The kernel (scale x y + offset)^degree."""
 
-    degree: int = 1
-    scale: float = 1.0
-    offset: float = 1.0
-
-    def __post_init__(self):
-        MatchingParameters.__post_init__(self)
-        PolynomialKernel(self.degree, self.scale, self.offset)
+    degree: Annotated[int, Range(1, 10)] = 1
+    scale: Positive = 1.0
+    offset: Positive = 1.0
 
     @property
     def kernel(self) -> PolynomialKernel:

@@ -13,11 +13,12 @@ left to choose by.
 """
 
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 
 from mjnav.control.base import ConstrainedController, sample_risk
-from mjnav.control.parameters import GridParameters, between
+from mjnav.control.parameters import GridParameters, Share
 from mjnav.control.problem.problem import Problem
 from mjnav.geometry.compiled import kernel
 from mjnav.geometry.kernel_types import Matrix, Vector
@@ -28,11 +29,7 @@ from mjnav.messages import Array
 class SaaParameters(GridParameters):
     """The candidates' parameters and the level of the chance constraint."""
 
-    eta: float = 0.95  # the least share of safe samples; 0 allows everything
-
-    def __post_init__(self):
-        GridParameters.__post_init__(self)
-        between("eta", self.eta, 0.0, 1.0)
+    eta: Annotated[Share, "the least share of safe samples; 0 allows everything"] = 0.95
 
 
 class Saa(ConstrainedController[SaaParameters]):

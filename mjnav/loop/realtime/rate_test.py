@@ -12,6 +12,7 @@ from tempfile import TemporaryDirectory
 
 import numpy as np
 
+from mjnav.config import Range
 from mjnav.errors import InvalidValue
 from mjnav.loop.episode import Episode, Result, warm_up
 from mjnav.loop.pacer import MAX_CATCH_UP, Pacer, RealTimePacer, Start
@@ -24,7 +25,7 @@ from mjnav.metrics.blame import Blame, blame, overlap, with_stolen
 from mjnav.metrics.schedule import Overrun, Schedule, longest_overrun, verdict, wakeup_us
 from mjnav.metrics.timing import compute_ms, quantiles
 from mjnav.recording.log_format import check_path
-from mjnav.scenarios.ranges import MAX_POINTS, MAX_RATE, MAX_TIME, MIN_RATE, check_range
+from mjnav.scenarios.ranges import MAX_POINTS, MAX_RATE, MAX_TIME, MIN_RATE
 from mjnav.scenarios.spec import Scenario
 
 TIMESTEP = 0.002  # [s], the longest
@@ -193,8 +194,8 @@ def shuttling(scenario: Scenario, rate: float, duration: float) -> Scenario:
 
     The time step is the longest up to 2 ms that divides the period and the sensors'. Raises InvalidValue.
     """
-    check_range("rate", rate, MIN_RATE, MAX_RATE)
-    check_range("duration", duration, 0.0, MAX_TIME, open_low=True)
+    Range(MIN_RATE, MAX_RATE, "Hz").check("rate", rate)
+    Range(0.0, MAX_TIME, "s", open_low=True).check("duration", duration)
     robot = scenario.robot
     there = [robot.start[:2], *robot.route]
     round_trip = [*there[1:], *there[-2::-1]]

@@ -107,9 +107,7 @@ def test_the_status_says_when_no_candidate_meets_the_constraints_at_the_mean(alo
     assert np.isfinite(decision.costs.total).all()
 
 
-@pytest.mark.parametrize(
-    ("bandwidth", "allowed"), [(0.0, "a number > 0"), (-1.0, "a number > 0"), (nan, "a number > 0"), (inf, "a finite")]
-)
-def test_a_bandwidth_that_is_none_is_refused(limits, bandwidth, allowed):
-    with pytest.raises(InvalidValue, match=f"bandwidth: found .*; allowed: {allowed}"):
+@pytest.mark.parametrize("bandwidth", [0.0, -1.0, nan, inf])
+def test_a_bandwidth_that_is_none_is_refused(limits, bandwidth):
+    with pytest.raises(InvalidValue, match=r"bandwidth: found .*; allowed: a number from 1e-09"):
         make_controller("mmd-dirac", limits, 0.1, bandwidth=bandwidth)

@@ -134,7 +134,7 @@ def test_a_trace_may_stand_in_a_file_beside_the_run_file_or_in_the_working_folde
         ("{}", "control.latency.trace: found nothing; allowed: compute times [s], or the path of a text file"),
         ('{trace="none.txt"}', "control.latency.trace: found 'none.txt'; allowed: a text file of numbers that can be"),
         ('{trace="bad.txt"}', "found 'fast'; allowed: numbers, one or more a line (line 2 of "),
-        ("{trace=[0.1, -0.1]}", "control.latency.trace.1: found -0.1; allowed: a number >= 0 and <= 1000"),
+        ("{trace=[0.1, -0.1]}", "control.latency.trace.1: found -0.1; allowed: a number from 0 to 1000 s"),
         ("{trace=[nan]}", "control.latency.trace.0: found nan"),
         ('{model="measured", trace=[0.1]}', "control.latency.trace: found"),
         ('{trace=[0.1], order="sorted"}', "control.latency.order: found 'sorted'; allowed: drawn, recorded"),

@@ -140,7 +140,7 @@ def test_the_test_goes_on_whatever_the_robot_hits():
 @pytest.mark.parametrize(
     ("rate", "duration", "message"),
     [
-        (0.0, 1.0, "rate: found 0.0; allowed: a number >= 0.1 and <= 1000"),
+        (0.0, 1.0, "rate: found 0.0; allowed: a number from 0.1 to 1000 Hz"),
         (float("nan"), 1.0, "rate: found nan"),
         (1001.0, 1.0, "rate: found 1001.0"),
         (50.0, 0.0, "duration: found 0.0; allowed: a number > 0"),
