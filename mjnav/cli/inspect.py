@@ -3,6 +3,7 @@
 import argparse
 import sys
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import fields
 from itertools import islice
 from typing import TYPE_CHECKING, Any
 
@@ -13,6 +14,9 @@ from mjnav.report.printable import printable
 if TYPE_CHECKING:
     from rich.console import Console
     from rich.table import Table
+
+    from mjnav.report.inspection import InspectedTiming, InspectedTopic, Inspection
+    from mjnav.report.worst_moments import WorstMoment
 
 _RUN = ("scene", "controller", "seed", "engine")  # of the metadata, in one line
 _VERSION = "version."
@@ -35,35 +39,35 @@ def execute(arguments: argparse.Namespace) -> int:
 
     found = inspect(arguments.log)
     if arguments.json:
-        print(dumps(found).decode())
-    elif found["topics"] or found["run"] is not None or found["damage"] is None:
+        print(dumps(found.document()).decode())
+    elif found.topics or found.run is not None or found.damage is None:
         _print(found)
-    if found["damage"] is not None:
+    if found.damage is not None:
         sys.stdout.flush()
-        raise DamagedLogError(found["damage"]["error"])
+        raise DamagedLogError(found.damage.error)
     return 0
 
 
-def _print(found: Mapping[str, Any]) -> None:
+def _print(found: "Inspection") -> None:
     console = streams.console(width=_PIPE_WIDTH)
     with console.capture() as captured:  # rich itself would end the process where the reader has gone
         console.print(_headline(found), style="bold", soft_wrap=True)
         _show(console, list(_origin(found)))
         for title, lines in (
-            ("missing", [f"  {printable(sentence)}" for sentence in found["missing"]]),
-            ("recovered from another log", list(_named(found["recovered"] or {}))),
-            ("worst moments", list(_moments(found["moments"]))),
-            ("figures", list(_named(found["figures"] or {}))),
-            ("timing", list(_timing(found["timing"]))),
+            ("missing", [f"  {printable(sentence)}" for sentence in found.missing]),
+            ("recovered from another log", list(_named(found.recovered or {}))),
+            ("worst moments", list(_moments(found.moments))),
+            ("figures", list(_named(found.figures or {}))),
+            ("timing", list(_timing(found.timing))),
             ("result", list(_named(_not_yet_said(found)))),
         ):
             if lines:
                 console.print(f"\n{title}", style="bold")
             _show(console, lines)
         console.print()
-        console.print(_topics(found["topics"], with_schema=console.width >= _WIDE))
-        if len(found["topics"]) > _MAX_LINES:
-            console.print(f"{len(found['topics']) - _MAX_LINES} topics more, which --json has")
+        console.print(_topics(found.topics, with_schema=console.width >= _WIDE))
+        if len(found.topics) > _MAX_LINES:
+            console.print(f"{len(found.topics) - _MAX_LINES} topics more, which --json has")
     streams.show(captured.get())
 
 
@@ -75,21 +79,19 @@ def _show(console: "Console", lines: Sequence[str]) -> None:
         console.print(f"  {len(lines) - _MAX_LINES} lines more, which --json has")
 
 
-def _headline(found: Mapping[str, Any]) -> str:
+def _headline(found: "Inspection") -> str:
     """How the run ended and what state the file is in, in one line."""
-    duration = found["duration_s"]
-    length = (
-        "no messages" if duration is None else f"{duration:.1f} s of {'simulated ' * (found['run'] is not None)}time"
-    )
-    state = "damaged" if found["damage"] is not None else "truncated" if found["truncated"] else ""
-    ended = found["outcome"] or ("not a run of mjnav" if found["run"] is None else "the run did not end")
+    duration = found.duration_s
+    length = "no messages" if duration is None else f"{duration:.1f} s of {'simulated ' * (found.run is not None)}time"
+    state = "damaged" if found.damage is not None else "truncated" if found.truncated else ""
+    ended = found.outcome or ("not a run of mjnav" if found.run is None else "the run did not end")
     return f"{printable(ended)}: {length}{f'; the file is {state}' if state else ''}"
 
 
-def _origin(found: Mapping[str, Any]) -> Iterator[str]:
+def _origin(found: "Inspection") -> Iterator[str]:
     """Where the log comes from."""
-    run = {key: printable(value) for key, value in (found["run"] or {}).items()}
-    yield f"  {printable(found['path'])}, {_size(found['bytes'])}"
+    run = {key: printable(value) for key, value in (found.run or {}).items()}
+    yield f"  {printable(found.path)}, {_size(found.bytes)}"
     if run:
         yield f"  {', '.join(f'{key} {run.pop(key)}' for key in _RUN if key in run)}"
         versions = [f"{key.removeprefix(_VERSION)} {run.pop(key)}" for key in list(run) if key.startswith(_VERSION)]
@@ -99,29 +101,30 @@ def _origin(found: Mapping[str, Any]) -> Iterator[str]:
             yield f"  {printable(key)} {value}".rstrip()
 
 
-def _moments(moments: list[Mapping[str, Any]]) -> Iterator[str]:
+def _moments(moments: Sequence["WorstMoment"]) -> Iterator[str]:
     for m in moments:
-        yield f"  {m['time_s']:8.2f} s  tick {m['tick']:<6d}  {m['kind']:12}  {printable(m['text'])}"
+        yield f"  {m.time_s:8.2f} s  tick {m.tick:<6d}  {m.kind:12}  {printable(m.text)}"
 
 
-def _timing(timing: Mapping[str, Any] | None) -> Iterator[str]:
+def _timing(timing: "InspectedTiming | None") -> Iterator[str]:
     if timing is None:
         return
     yield f"  {'ms':10}  {'p50':>8}  {'p99':>8}  {'max':>8}"
-    for name, quantiles in {**timing["compute_ms"], "lateness": timing["lateness_ms"]}.items():
+    for name, quantiles in {**timing.compute_ms, "lateness": timing.lateness_ms}.items():
         yield f"  {name:10}  " + "  ".join(
             f"{'-' if value is None else f'{value:.3f}':>8}" for value in quantiles.values()
         )
-    yield from _named({key: timing[key] for key in ("deadline_misses", "real_time_factor", "work_factor")})
+    yield from _named({key: getattr(timing, key) for key in ("deadline_misses", "real_time_factor", "work_factor")})
 
 
-def _not_yet_said(found: Mapping[str, Any]) -> dict[str, Any]:
+def _not_yet_said(found: "Inspection") -> dict[str, Any]:
     """What only the result says."""
-    said = {**(found["figures"] or {}), **(found["timing"] or {}), **(found["run"] or {}), "schema": 1}
-    return {key: value for key, value in (found["result"] or {}).items() if key not in said}
+    timing = () if found.timing is None else (field.name for field in fields(found.timing))
+    said = {*(found.figures or {}), *timing, *(found.run or {}), "schema"}
+    return {key: value for key, value in (found.result or {}).items() if key not in said}
 
 
-def _topics(topics: Mapping[str, Mapping[str, Any]], *, with_schema: bool) -> "Table":
+def _topics(topics: "Mapping[str, InspectedTopic]", *, with_schema: bool) -> "Table":
     from rich.table import Table
 
     table = Table(box=None, padding=(0, 2, 0, 0), pad_edge=False)
@@ -133,14 +136,14 @@ def _topics(topics: Mapping[str, Mapping[str, Any]], *, with_schema: bool) -> "T
     for name, topic in islice(topics.items(), _MAX_LINES):
         table.add_row(
             printable(name),
-            *([printable(topic["schema"])] if with_schema else []),
-            str(topic["messages"]),
-            _number(topic["missing"], "d"),
-            _number(topic["hz"], ".2f"),
-            _number(topic["max_gap_s"], ".3f"),
-            _number(topic["max_gap_at_s"], ".2f"),
-            _size(topic["bytes"]),
-            _number(topic["share"], ".1%"),
+            *([printable(topic.schema)] if with_schema else []),
+            str(topic.messages),
+            _number(topic.missing, "d"),
+            _number(topic.hz, ".2f"),
+            _number(topic.max_gap_s, ".3f"),
+            _number(topic.max_gap_at_s, ".2f"),
+            _size(topic.bytes),
+            _number(topic.share, ".1%"),
         )
     return table
 

@@ -14,7 +14,7 @@ from mjnav.cli.terminal.progress import progress
 from mjnav.errors import DamagedLogError, InvalidValue
 from mjnav.messages import Trajectory
 from mjnav.recording import Log, open_log
-from mjnav.report.film import Timing, moment, require_codec, write_film
+from mjnav.report.film import FilmTiming, frame_at, require_codec, write_film
 
 PICTURE_SIZE, FILM_SIZE = (1280, 560), (960, 540)  # [pixels]
 SIDES = (64, 4096)  # [pixels] the least and the largest
@@ -73,7 +73,7 @@ def _picture(arguments: argparse.Namespace, output: Path, log: Log, size: tuple[
 
     trajectory = log.trajectory()
     index = _index(trajectory, arguments.at)
-    shown = moment(trajectory, float(trajectory.time[index]))
+    shown = frame_at(trajectory, float(trajectory.time[index]))
     pixels = render(log.scenario(), shown.state, size=size, trail=shown.trail)
     with written(output) as file:
         Image.fromarray(pixels).save(file, format="png", optimize=True)
@@ -94,7 +94,7 @@ def _film(arguments: argparse.Namespace, output: Path, log: Log, size: tuple[int
     trajectory = log.trajectory()
     _check_times(log, trajectory)
     timing = _timing(arguments, float(trajectory.time[-1]))
-    times = timing.moments().tolist()
+    times = timing.times().tolist()
     name = output.name
     with interruptible() as interrupted, progress(name, len(times), unit="frames") as show, replacement(output) as file:
 
@@ -122,7 +122,7 @@ def _check_times(log: Log, trajectory: Trajectory) -> None:
         )
 
 
-def _timing(arguments: argparse.Namespace, last: float) -> Timing:
+def _timing(arguments: argparse.Namespace, last: float) -> FilmTiming:
     """What was asked for; `last` is the time of the last state [s]."""
     start, end = getattr(arguments, "from"), arguments.to
     for name, given in (("--from", start), ("--to", end)):
@@ -133,7 +133,7 @@ def _timing(arguments: argparse.Namespace, last: float) -> Timing:
     speed = 1.0 if arguments.speed is None else arguments.speed
     names = {"start": "from", "fps": "fps", "speed": "speed"}
     try:
-        return Timing(start, end, fps, speed)
+        return FilmTiming(start, end, fps, speed)
     except InvalidValue as error:
         raise InvalidValue(f"--{names[error.key]}", error.found, error.allowed) from None
 
@@ -145,6 +145,6 @@ def _frames(log: Log, trajectory: Trajectory, times: list[float], size: tuple[in
     title = ", ".join(run[key] for key in ("scene", "controller") if key in run)
     with Renderer(log.scenario(), trajectory.robot_pose[:, :2], size=size, quick=True) as renderer:
         for time in times:
-            shown = moment(trajectory, time)
+            shown = frame_at(trajectory, time)
             text = f"{title}\n{time:.1f} s"
             yield renderer.draw(shown.state, trail=shown.trail, tracks=shown.tracks, text=text)

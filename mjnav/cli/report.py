@@ -1,13 +1,15 @@
 """`mjnav report LOG...`: one HTML page that shows what happened in a run, or in several side by side."""
 
 import argparse
-import json
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from mjnav.cli.options.output import output_path, replacement
 from mjnav.errors import DamagedLogError, InputError, InvalidValue
+
+if TYPE_CHECKING:
+    from mjnav.report.inspection import Inspection
 
 MAX_STEM = 120  # characters of a page's name that is made of several logs' names
 
@@ -26,21 +28,20 @@ def execute(arguments: argparse.Namespace) -> int:
     if len(logs) > MAX_RUNS:
         raise InvalidValue("LOG", len(logs), f"1 to {MAX_RUNS} logs on a page")
     output = _output(arguments.output, logs)
-    inspections, runs = zip(*map(_read, logs), strict=True)
-    text = page(inspections, runs)
+    found = [_read(log) for log in logs]
+    text = page(found)
     replaced = output.exists()
     with replacement(output) as partial:
         partial.write_text(text, encoding="utf-8")
     print(f"{output}: {len(text.encode()) / 1000:.0f} kB{', replaced' if replaced else ''}")
-    for inspection in inspections:
-        if inspection["damage"] is not None:
-            raise DamagedLogError(f"{inspection['damage']['error']}; the page shows what is intact")
+    for inspection, _ in found:
+        if inspection.damage is not None:
+            raise DamagedLogError(f"{inspection.damage.error}; the page shows what is intact")
     return 0
 
 
-def _read(path: Path) -> tuple[dict[str, Any], dict[str, Any]]:
-    """What `mjnav inspect --json` prints of a log, and what the page plays back."""
-    from mjnav.recording.encode.documents import dumps
+def _read(path: Path) -> tuple["Inspection", dict[str, Any]]:
+    """What `mjnav inspect` finds in a log, and what the page plays back."""
     from mjnav.recording.read.log import open_log
     from mjnav.report.inspection import inspect
     from mjnav.report.run_page.run_data import run_data
@@ -48,8 +49,8 @@ def _read(path: Path) -> tuple[dict[str, Any], dict[str, Any]]:
     log = open_log(path, allow_damage=True)
     if log.run is None:
         raise log.error or InputError(f"{path}: not the log of a run of mjnav")
-    inspection = json.loads(dumps(inspect(log)))
-    return inspection, run_data(log, keep=[moment["tick"] for moment in inspection["moments"]])
+    inspection = inspect(log)
+    return inspection, run_data(log, keep=[moment.tick for moment in inspection.moments])
 
 
 def _output(given: str | None, logs: Sequence[Path]) -> Path:

@@ -122,10 +122,10 @@ def _text(control: dict[str, float | None] | None) -> str:
 
 
 def _save_picture(path: Path, surface: DecisionSurface, title: str) -> None:
-    from mjnav.report.surface_figure import surface_figure
+    from mjnav.report.decision_surface_figure import decision_surface_figure
 
     with written(path) as file:
-        surface_figure(surface, title).savefig(file, format="png")
+        decision_surface_figure(surface, title).savefig(file, format="png")
 
 
 def _save_arrays(path: Path, surface: DecisionSurface, names: tuple[str, ...], about: dict[str, Any]) -> None:

@@ -1,4 +1,4 @@
-"""A run as a film: its moments between the ticks, too, and the file that browsers play."""
+"""A run as a film: its states at and between ticks, in a file that browsers play."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -18,8 +18,8 @@ _MAX_FPS = 120
 
 
 @dataclass(frozen=True, slots=True)
-class Timing:
-    """Which moments of a run a film shows: from `start` to `end` [s], `speed` times as fast as they were."""
+class FilmTiming:
+    """Which part of a run a film shows: from `start` to `end` [s], `speed` times as fast as they were."""
 
     start: float
     end: float
@@ -34,7 +34,7 @@ class Timing:
         if not 0.01 <= self.speed <= 100.0:
             raise InvalidValue("speed", self.speed, "a number from 0.01 to 100")
 
-    def moments(self) -> Array:
+    def times(self) -> Array:
         """The simulated time of each frame [s]; the last one is not after the end."""
         step = self.speed / self.fps
         count = int((self.end - self.start) / step + 1e-6) + 1
@@ -42,7 +42,7 @@ class Timing:
 
 
 @dataclass(frozen=True, slots=True)
-class Moment:
+class FilmFrame:
     """What one frame shows."""
 
     state: WorldState
@@ -50,7 +50,7 @@ class Moment:
     tracks: Array  # (P, 4) believed x, y, vx, vy of people; NaN for who has no track
 
 
-def moment(trajectory: Trajectory, time: float) -> Moment:
+def frame_at(trajectory: Trajectory, time: float) -> FilmFrame:
     """A run at any time within it [s]: linear between two ticks, headings the shorter way round."""
     t = trajectory
     last = len(t.time) - 1
@@ -76,7 +76,7 @@ def moment(trajectory: Trajectory, time: float) -> Moment:
         tracks = between(t.tracks, min(before, num_ticks - 1), min(after, num_ticks - 1))
     else:
         tracks = np.full((len(state.people_position), 4), np.nan)
-    return Moment(state, np.vstack([t.robot_pose[: before + 1, :2], pose[:2]]), tracks)
+    return FilmFrame(state, np.vstack([t.robot_pose[: before + 1, :2], pose[:2]]), tracks)
 
 
 def require_codec() -> None:

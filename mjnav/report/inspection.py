@@ -1,7 +1,8 @@
-"""What a log holds and how its run went, as one dictionary: `mjnav inspect --json` prints it, a report shows it."""
+"""What a log holds and how its run went: `mjnav inspect` prints it, a page shows it."""
 
 import os
 from collections.abc import Iterator, Mapping
+from dataclasses import asdict, dataclass
 from itertools import pairwise
 from typing import Any
 
@@ -13,56 +14,122 @@ from mjnav.metrics.summary import summarise
 from mjnav.metrics.timing import compute_ms, quantiles
 from mjnav.recording.read.log import Log, TopicSummary, open_log
 from mjnav.recording.read.ticks import EVERY_TICK, LoggedRun
-from mjnav.report.moments import worst_moments
+from mjnav.report.worst_moments import WorstMoment, worst_moments
 from mjnav.scenarios.spec import Scenario
 
 NUM_SHOWN = 10  # ranges of bytes and of ticks that sentences name
 NUM_RANGES = 1000  # that are listed
 
 
-def inspect(log: Log | str | os.PathLike[str]) -> dict[str, Any]:
-    """Reads a log of whatever state, open or by its path, and says what it holds.
+@dataclass(frozen=True, slots=True)
+class InspectedTopic:
+    """The messages of a topic; rates and gaps are within the topic's own span."""
 
-    Times are simulated, rates are over a topic's own span, and what is not known is None.
+    schema: str
+    messages: int
+    hz: float | None
+    max_gap_s: float | None
+    max_gap_at_s: float | None  # when the largest gap begins
+    missing: int | None  # ticks without a message; None for topics that need not have one in every tick
+    bytes: int
+    share: float | None  # of the log's bytes before compression
 
-    * `damage` is None or {error, lost_bytes, lost: [{from, to, why}]}, `missing` says in sentences what is not there.
-    * `topics`: max_gap_at_s is when the largest gap begins; `missing` counts the messages that a topic of which every
-      tick has one lacks, and is None for any other; `share` is of the bytes before compression.
-    * `ticks` is None or {whole, missing, ranges: [[first, last]]}; a tick is whole if figures can be computed from it.
-    * `figures` are computed from the messages under the names of `mjnav run --json`, so that a run that did not end has
-      them too, with the least effective sample sizes and the number of recoveries.
-    * `timing` has `mjnav run`'s compute_ms, lateness_ms likewise; work_factor is simulated time over the time that
-      ticks took, and real_time_factor, against the clock, only the result's.
-    * `recovered` is what `mjnav recover` said of the log that this one was made from.
-    * `moments` are the worst: {kind, time_s, tick, value, unit, text}, the most severe first.
 
-    Raises InputError where the file is missing or not MCAP.
-    """
-    log = log if isinstance(log, Log) else open_log(log, allow_damage=True)
+@dataclass(frozen=True, slots=True)
+class InspectedTicks:
+    """A tick is whole if figures can be computed from it."""
+
+    whole: int
+    missing: int
+    ranges: list[tuple[int, int]]  # first and last of missing ticks
+
+
+@dataclass(frozen=True, slots=True)
+class LostBytes:
+    """Bytes `start` to `end` of the file, which cannot be read."""
+
+    start: int
+    end: int
+    why: str
+
+
+@dataclass(frozen=True, slots=True)
+class Damage:
+    """What is wrong with a file that is not only cut off."""
+
+    error: str
+    lost_bytes: int
+    lost: list[LostBytes]
+
+
+@dataclass(frozen=True, slots=True)
+class InspectedTiming:
+    """How long ticks took: p50, p99 and max, by phase."""
+
+    ticks: int
+    compute_ms: Mapping[str, Mapping[str, float | None]]
+    lateness_ms: Mapping[str, float | None]
+    deadline_misses: int
+    real_time_factor: float | None  # by the clock, which only the result has
+    work_factor: float | None  # simulated time over the time that ticks took
+
+
+@dataclass(frozen=True, slots=True)
+class Inspection:
+    """A log in whatever state. Times are simulated, and what is not known is None."""
+
+    complete: bool
+    truncated: bool
+    duration_s: float | None
+    outcome: str | None
+    topics: dict[str, InspectedTopic]
+    run: dict[str, Any] | None  # the log's metadata of the same names
+    result: dict[str, Any] | None
+    recovered: dict[str, Any] | None  # what `mjnav recover` said of the log that this one was made from
+    path: str
+    bytes: int
+    damage: Damage | None
+    missing: list[str]  # sentences
+    ticks: InspectedTicks | None
+    figures: dict[str, Any] | None  # from the messages, named as by `mjnav run --json`; also of a run that did not end
+    timing: InspectedTiming | None
+    moments: list[WorstMoment]  # the most severe first
+
+    def document(self) -> dict[str, Any]:
+        """What `mjnav inspect --json` prints."""
+        found = {"schema": 1, **asdict(self)}
+        if self.damage is not None:
+            found["damage"]["lost"] = [{"from": p.start, "to": p.end, "why": p.why} for p in self.damage.lost]
+        for moment in found["moments"]:
+            del moment["severity"]
+        return found
+
+
+def inspect(source: str | os.PathLike[str] | Log) -> Inspection:
+    """What a log of whatever state, open or by its path, holds. Raises InputError where it is missing or not MCAP."""
+    log = source if isinstance(source, Log) else open_log(source, allow_damage=True)
     run, not_json = log.whole_ticks()
     scenario, refused = _scenario(log, run)
-    total = sum(topic.bytes for topic in log.topics.values())
     ticks = None if run is None else _ticks(run, _result_ticks(log))
     with np.errstate(all="ignore"):  # what a damaged log says may be any number
-        return {
-            "schema": 1,
-            "complete": log.complete,
-            "truncated": log.truncated,
-            "duration_s": log.duration,
-            "outcome": _outcome(log),
-            "topics": {name: _topic(name, topic, log, total) for name, topic in sorted(log.topics.items())},
-            "run": None if log.run is None else dict(log.run),
-            "result": None if log.result is None else dict(log.result),
-            "recovered": None if log.recovered is None else dict(log.recovered),
-            "path": str(log.path),
-            "bytes": log.size,
-            "damage": _damage(log),
-            "missing": list(_missing(log, not_json, ticks, refused)),
-            "ticks": ticks,
-            "figures": None if run is None or scenario is None else _figures(log, run, scenario),
-            "timing": None if run is None else _timing(log, run, scenario),
-            "moments": [] if run is None or scenario is None else _moments(run, scenario),
-        }
+        return Inspection(
+            complete=log.complete,
+            truncated=log.truncated,
+            duration_s=log.duration,
+            outcome=_outcome(log),
+            topics=_topics(log),
+            run=None if log.run is None else dict(log.run),
+            result=None if log.result is None else dict(log.result),
+            recovered=None if log.recovered is None else dict(log.recovered),
+            path=str(log.path),
+            bytes=log.size,
+            damage=_damage(log),
+            missing=list(_missing(log, not_json, ticks, refused)),
+            ticks=ticks,
+            figures=None if run is None or scenario is None else _figures(log, run, scenario),
+            timing=None if run is None else _timing(log, run, scenario),
+            moments=[] if run is None or scenario is None else worst_moments(run, scenario),
+        )
 
 
 def _scenario(log: Log, run: LoggedRun | None) -> tuple[Scenario | None, str]:
@@ -90,48 +157,47 @@ def _result_ticks(log: Log) -> int | None:
     return ticks if isinstance(ticks, int) else None
 
 
-def _topic(name: str, topic: TopicSummary, log: Log, total: int) -> dict[str, Any]:
-    start = 0 if log.run is not None else log.start_ns
-    gap_at = topic.max_gap_at_ns
+def _topics(log: Log) -> dict[str, InspectedTopic]:
+    ours = log.run is not None
+    start = 0 if ours else log.start_ns
+    total = sum(topic.bytes for topic in log.topics.values())
     return {
-        "schema": topic.schema,
-        "messages": topic.messages,
-        "hz": topic.hz,
-        "max_gap_s": None if topic.max_gap_ns is None else 1e-9 * topic.max_gap_ns,
-        "max_gap_at_s": None if gap_at is None or start is None else 1e-9 * (gap_at - start),
-        "missing": _missing_messages(topic, log) if name in EVERY_TICK and log.run is not None else None,
-        "bytes": topic.bytes,
-        "share": topic.bytes / total if total else None,
+        name: InspectedTopic(
+            schema=topic.schema,
+            messages=topic.messages,
+            hz=topic.hz,
+            max_gap_s=None if topic.max_gap_ns is None else 1e-9 * topic.max_gap_ns,
+            max_gap_at_s=None if topic.max_gap_at_ns is None or start is None else 1e-9 * (topic.max_gap_at_ns - start),
+            missing=_missing_messages(topic, _result_ticks(log) or 0) if ours and name in EVERY_TICK else None,
+            bytes=topic.bytes,
+            share=topic.bytes / total if total else None,
+        )
+        for name, topic in sorted(log.topics.items())
     }
 
 
-def _missing_messages(topic: TopicSummary, log: Log) -> int:
-    """Ticks without a message among those that the topic must have told of."""
-    ticks = _result_ticks(log)
+def _missing_messages(topic: TopicSummary, ticks: int) -> int:
+    """Ticks without a message, of a topic that has one in every tick."""
     if topic.first_sequence is None or topic.last_sequence is None:
-        return ticks or 0
-    return topic.first_sequence + topic.skipped + max(0, (ticks or 0) - 1 - topic.last_sequence)
+        return ticks
+    return topic.first_sequence + topic.skipped + max(0, ticks - 1 - topic.last_sequence)
 
 
-def _ticks(run: LoggedRun, expected: int | None) -> dict[str, Any]:
+def _ticks(run: LoggedRun, expected: int | None) -> InspectedTicks:
     ends = [-1, *run.ticks.tolist(), expected or 0]
-    ranges = [[a + 1, b - 1] for a, b in pairwise(ends) if b > a + 1]
+    ranges = [(a + 1, b - 1) for a, b in pairwise(ends) if b > a + 1]
     missing = sum(last - first + 1 for first, last in ranges)
-    return {"whole": len(run.trajectory.status), "missing": missing, "ranges": ranges[:NUM_RANGES]}
+    return InspectedTicks(len(run.trajectory.status), missing, ranges[:NUM_RANGES])
 
 
-def _damage(log: Log) -> dict[str, Any] | None:
+def _damage(log: Log) -> Damage | None:
     if log.error is None:
         return None
-    lost = [{"from": part.start, "to": part.end, "why": part.why} for part in log.lost]
-    return {
-        "error": str(log.error),
-        "lost_bytes": sum(part["to"] - part["from"] for part in lost),
-        "lost": lost[:NUM_RANGES],
-    }
+    lost = [LostBytes(part.start, part.end, part.why) for part in log.lost]
+    return Damage(str(log.error), sum(part.end - part.start for part in lost), lost[:NUM_RANGES])
 
 
-def _missing(log: Log, not_json: Mapping[str, int], ticks: Mapping[str, Any] | None, refused: str) -> Iterator[str]:
+def _missing(log: Log, not_json: Mapping[str, int], ticks: InspectedTicks | None, refused: str) -> Iterator[str]:
     if log.truncated:
         yield "no footer: the writer was killed, or the file was not copied whole"
     if log.run is None:
@@ -144,10 +210,10 @@ def _missing(log: Log, not_json: Mapping[str, int], ticks: Mapping[str, Any] | N
         yield f"bytes {part.start} to {part.end}: {part.why}{held}"
     if len(log.lost) > NUM_SHOWN:
         yield f"bytes in {len(log.lost) - NUM_SHOWN} more places"
-    if ticks is not None and ticks["missing"]:
-        named = ", ".join(f"{a}" if a == b else f"{a} to {b}" for a, b in ticks["ranges"][:NUM_SHOWN])
-        more = ", and more" if len(ticks["ranges"]) > NUM_SHOWN else ""
-        yield f"{ticks['missing']} ticks: {named}{more}"
+    if ticks is not None and ticks.missing:
+        named = ", ".join(f"{a}" if a == b else f"{a} to {b}" for a, b in ticks.ranges[:NUM_SHOWN])
+        more = ", and more" if len(ticks.ranges) > NUM_SHOWN else ""
+        yield f"{ticks.missing} ticks: {named}{more}"
     if log.unregistered:
         yield f"the topic of {log.unregistered} messages"
     for topic, count in not_json.items() if log.run is not None else ():
@@ -172,23 +238,16 @@ def _least(values: Array) -> float | None:
     return float(finite.min()) if finite.size else None
 
 
-def _timing(log: Log, run: LoggedRun, scenario: Scenario | None) -> dict[str, Any]:
+def _timing(log: Log, run: LoggedRun, scenario: Scenario | None) -> InspectedTiming:
     result = log.result or {}
     busy = 1e-9 * float(run.timing[:, 1 : 1 + len(PHASES)].sum())
     simulated = None if scenario is None else len(run.timing) * scenario.control.period
-    return {
-        "ticks": len(run.timing),
-        "compute_ms": compute_ms(run.timing),
-        "lateness_ms": quantiles(run.timing[:, -1] * 1e-6),
-        # The end of the last tick may miss its deadline, too, which no tick's timing tells.
-        "deadline_misses": result.get("deadline_misses", run.deadline_misses),
-        "real_time_factor": result.get("real_time_factor"),
-        "work_factor": simulated / busy if simulated is not None and busy > 0.0 else None,
-    }
-
-
-def _moments(run: LoggedRun, scenario: Scenario) -> list[dict[str, Any]]:
-    return [
-        {"kind": m.kind, "time_s": m.time, "tick": m.tick, "value": m.value, "unit": m.unit, "text": m.text}
-        for m in worst_moments(run, scenario)
-    ]
+    return InspectedTiming(
+        ticks=len(run.timing),
+        compute_ms=compute_ms(run.timing),
+        lateness_ms=quantiles(run.timing[:, -1] * 1e-6),
+        # The end of the last tick may also miss its deadline, which no tick's timing says.
+        deadline_misses=result.get("deadline_misses", run.deadline_misses),
+        real_time_factor=result.get("real_time_factor"),
+        work_factor=simulated / busy if simulated is not None and busy > 0.0 else None,
+    )

@@ -8,7 +8,7 @@ import pytest
 
 from mjnav.errors import InputError, InvalidValue
 from mjnav.messages import Trajectory
-from mjnav.report.film import Timing, moment, require_codec, write_film
+from mjnav.report.film import FilmTiming, frame_at, require_codec, write_film
 
 av = pytest.importorskip("av", reason="av is not installed")
 
@@ -37,15 +37,15 @@ def trajectory() -> Trajectory:
 
 
 def test_a_film_has_a_frame_at_its_start_and_every_step_of_the_run_until_its_end():
-    assert Timing(0.0, 1.0, fps=4).moments() == pytest.approx([0.0, 0.25, 0.5, 0.75, 1.0])
-    assert Timing(2.0, 3.0, fps=4, speed=2.0).moments() == pytest.approx([2.0, 2.5, 3.0])
-    assert Timing(0.0, 0.9, fps=4).moments() == pytest.approx([0.0, 0.25, 0.5, 0.75])
-    assert len(Timing(0.0, 26.5, fps=25).moments()) == 663
+    assert FilmTiming(0.0, 1.0, fps=4).times() == pytest.approx([0.0, 0.25, 0.5, 0.75, 1.0])
+    assert FilmTiming(2.0, 3.0, fps=4, speed=2.0).times() == pytest.approx([2.0, 2.5, 3.0])
+    assert FilmTiming(0.0, 0.9, fps=4).times() == pytest.approx([0.0, 0.25, 0.5, 0.75])
+    assert len(FilmTiming(0.0, 26.5, fps=25).times()) == 663
 
 
 @pytest.mark.parametrize("fps", [7, 24, 25, 30])
 def test_no_frame_shows_what_comes_after_the_end(fps):
-    times = Timing(0.3, 12.7, fps=fps, speed=0.7).moments()
+    times = FilmTiming(0.3, 12.7, fps=fps, speed=0.7).times()
     assert times.max() <= 12.7
     assert (np.diff(times) > 0.0).all()
 
@@ -62,12 +62,12 @@ def test_no_frame_shows_what_comes_after_the_end(fps):
 )
 def test_what_makes_no_film_is_refused(wrong, key):
     with pytest.raises(InvalidValue) as refused:
-        Timing(**{"start": 0.0, "end": 2.0, **wrong})
+        FilmTiming(**{"start": 0.0, "end": 2.0, **wrong})
     assert refused.value.key == key
 
 
 def test_between_ticks_all_moves_in_proportion_and_headings_the_shorter_way():
-    shown = moment(trajectory(), 0.25)
+    shown = frame_at(trajectory(), 0.25)
     x, y, heading = shown.state.robot_pose
     assert (x, y) == pytest.approx((0.25, 0.5))
     assert heading == pytest.approx(3.0 + 0.25 * (2.0 * pi - 6.0))  # through pi, not back through 0
@@ -79,7 +79,7 @@ def test_between_ticks_all_moves_in_proportion_and_headings_the_shorter_way():
 @pytest.mark.parametrize("tick", [0, 1, 2])
 def test_at_a_tick_a_moment_is_that_tick(tick):
     whole = trajectory()
-    shown = moment(whole, float(tick))
+    shown = frame_at(whole, float(tick))
     assert (shown.state.robot_pose == whole.robot_pose[tick]).all()
     assert (shown.state.people_position == whole.people_position[tick]).all()
     assert (shown.tracks == whole.tracks[min(tick, 1)]).all()  # the last state has no belief
@@ -90,7 +90,7 @@ def test_a_run_that_ended_at_once_has_a_moment_and_no_tracks():
     whole = trajectory()
     rows = {name: getattr(whole, name)[:1] for name in ("time", "robot_pose", "robot_twist")}
     people = {name: getattr(whole, name)[:1] for name in ("people_position", "people_velocity")}
-    shown = moment(replace(whole, **rows, **people, tracks=whole.tracks[:0]), 0.0)
+    shown = frame_at(replace(whole, **rows, **people, tracks=whole.tracks[:0]), 0.0)
     assert np.isnan(shown.tracks).all()
     assert len(shown.trail) == 2
 

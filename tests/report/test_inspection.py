@@ -11,7 +11,7 @@ import mjnav
 from mjnav.errors import InputError
 from mjnav.loop.prepare import load_scenario
 from mjnav.recording import Recorder, open_log
-from mjnav.report.inspection import inspect
+from mjnav.report.inspection import inspect as inspected
 from mjnav.scenarios import dumps
 from tests.recording.conftest import MadeUpRun, make_scenario
 
@@ -35,6 +35,11 @@ KEYS = [
     "moments",
 ]
 CHUNK, DATA_END = 6, 15
+
+
+def inspect(path) -> dict:
+    """What `mjnav inspect --json` prints."""
+    return inspected(path).document()
 
 
 @pytest.fixture(scope="module")
@@ -158,7 +163,7 @@ def test_dropped_ticks_are_counted_and_told_by_their_numbers(tmp_path):
     record(tmp_path / "a.mcap", ticks=12, dropped=(3, 8, 9, 11))
     found = inspect(tmp_path / "a.mcap")
     assert found["damage"] is None
-    assert found["ticks"] == {"whole": 8, "missing": 4, "ranges": [[3, 3], [8, 9], [11, 11]]}
+    assert found["ticks"] == {"whole": 8, "missing": 4, "ranges": [(3, 3), (8, 9), (11, 11)]}
     assert found["missing"] == ["4 ticks: 3, 8 to 9, 11"]
     assert found["topics"]["/command"]["missing"] == 4
     assert (found["topics"]["/command"]["max_gap_s"], found["topics"]["/command"]["max_gap_at_s"]) == (
@@ -186,7 +191,7 @@ def test_a_damaged_log_is_read_before_and_behind_the_damage(tmp_path):
     assert lost["to"] >= end
     assert found["damage"]["lost_bytes"] == lost["to"] - lost["from"]
     ((tick, _),) = found["ticks"]["ranges"]
-    assert found["ticks"] == {"whole": 11, "missing": 1, "ranges": [[tick, tick]]}
+    assert found["ticks"] == {"whole": 11, "missing": 1, "ranges": [(tick, tick)]}
     assert [topic["missing"] for name, topic in found["topics"].items() if name in ("/tf", "/tick")] == [1, 1]
     assert (found["outcome"], found["complete"], found["run"]) == ("goal", True, whole["run"])
     assert found["figures"]["ticks"] == 11

@@ -148,13 +148,15 @@ def test_what_is_drawn_is_what_happened(opened, pages):
     np.testing.assert_allclose(tracks[:, :, 2], longest, atol=6e-4)
     particles = array("track_particles", 5, 16, 2)[:-1]
     assert np.abs(np.nanmean(particles, axis=(0, 2))).max() < 0.02  # about the tracks' means
-    least = inspect(pages / "hall.mcap")["figures"]["min_clearance_m"]
+    least = inspect(pages / "hall.mcap").document()["figures"]["min_clearance_m"]
     assert array("clearance").min() == pytest.approx(least, abs=6e-4)
 
 
 def test_every_figure_in_the_page_is_that_of_inspect(opened, pages):
     view = opened("hall-mppi")
-    documents = [flatten(json.loads(json.dumps(inspect(pages / f"{name}.mcap")))) for name in ("hall", "mppi")]
+    documents = [
+        flatten(json.loads(json.dumps(inspect(pages / f"{name}.mcap").document()))) for name in ("hall", "mppi")
+    ]
     figures = view.evaluate("""[...document.querySelectorAll('[data-key]')].map((place) =>
         [Number(place.dataset.run), place.dataset.key, place.dataset.value, place.textContent])""")
     assert len(figures) > 200
@@ -194,7 +196,7 @@ def test_keys_move_time(opened):
 
 def test_keys_and_clicks_find_the_worst_moments_and_events(opened, pages):
     view = opened("hall")
-    times = [moment["time_s"] for moment in inspect(pages / "hall.mcap")["moments"]]
+    times = [moment.time_s for moment in inspect(pages / "hall.mcap").moments]
     moments = [f"{time:.2f} s" for time in times]
     assert moments
     for i, expected in enumerate(moments, start=1):
@@ -382,6 +384,6 @@ def test_without_scripts_the_figures_are_there(browser, pages):
     view = context.new_page()
     view.goto((pages / "hall.html").as_uri())
     assert "Playback and plots need JavaScript" in view.content()
-    figure = inspect(pages / "hall.mcap")["figures"]["min_clearance_m"]
+    figure = inspect(pages / "hall.mcap").document()["figures"]["min_clearance_m"]
     assert shown(figure) in view.inner_text(".figures")
     context.close()

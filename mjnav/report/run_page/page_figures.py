@@ -102,9 +102,9 @@ def element(run: int, key: str, value: Any, unit: str = "", *, strong: bool = Fa
 
 def cards(flat: Mapping[str, Any]) -> str:
     """The key figures of one run; what a log does not have makes no card."""
-    return "\n".join(
-        _card(card, flat) for card in CARDS if any(flat.get(figure.key) is not None for figure in card.figures)
-    )
+    known = [card for card in CARDS if any(flat.get(figure.key) is not None for figure in card.figures)]
+    found = "\n".join(_card(card, flat) for card in known)
+    return f'<section class="figures" aria-label="Key figures">{found}</section>'
 
 
 def _card(card: Card, flat: Mapping[str, Any]) -> str:
@@ -122,14 +122,14 @@ def _labelled(figure: Figure, flat: Mapping[str, Any], *, strong: bool = False) 
     return element(0, figure.key, flat.get(figure.key), figure.unit, strong=strong) + label
 
 
-def comparison(runs: Sequence[Mapping[str, Any]], heads: Sequence[str]) -> str:
-    """The key figures of several runs in columns under `heads`, in HTML, each with its difference from the first."""
-    head = "".join(f'<th scope="col">{text}</th>' for text in heads)
+def comparison(runs: Sequence[tuple[str, Mapping[str, Any]]]) -> str:
+    """The key figures of several runs in columns, each with its difference from the first; headings are HTML."""
+    head = "".join(f'<th scope="col">{heading}</th>' for heading, _ in runs)
     rows = [("Outcome", Figure("figures.outcome", ""))]
     rows += [(card.label, figure) for card in CARDS for figure in card.figures]
     body = []
     for label, figure in rows:
-        values = [flat.get(figure.key) for flat in runs]
+        values = [flat.get(figure.key) for _, flat in runs]
         if all(value is None for value in values):
             continue
         name = f"{label}, {figure.label}" if figure.label else label
@@ -139,7 +139,8 @@ def comparison(runs: Sequence[Mapping[str, Any]], heads: Sequence[str]) -> str:
             for i, value in enumerate(values)
         )
         body.append(f'<tr><th scope="row">{escape(name)}{unit}</th>{cells}</tr>')
-    return f'<table class="comparison"><thead><tr><td></td>{head}</tr></thead><tbody>{"".join(body)}</tbody></table>'
+    table = f'<table class="comparison"><thead><tr><td></td>{head}</tr></thead><tbody>{"".join(body)}</tbody></table>'
+    return f'<section class="figures"><h2>Figures</h2>{table}</section>'
 
 
 def _difference(value: Any, first: Any) -> str:

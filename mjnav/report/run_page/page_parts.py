@@ -1,115 +1,84 @@
-"""The parts of a page beside its key figures: the runs' maps, worst moments, events, topics and metadata."""
+"""The parts of a page beside its key figures: notices, worst moments, events, topics and metadata."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from html import escape
-from types import MappingProxyType
-from typing import Any
 
 from mjnav.report.run_page.page_figures import element, figure_table, flatten, shown
+from mjnav.report.run_page.shown_run import ShownRun
 
-_OUTCOMES: Mapping[str, tuple[str, str]] = MappingProxyType(
-    {
-        "goal": ("good", "✓ goal reached"),
-        "collision": ("bad", "✕ collision"),
-        "timeout": ("fair", "■ out of time"),
-        "aborted": ("fair", "■ aborted"),
-    }
+_TOPIC_COLUMNS = (
+    ("messages", "messages", ""),
+    ("hz", "rate", "Hz"),
+    ("max_gap_s", "longest gap", "s"),
+    ("bytes", "size", "B"),
 )
-_UNFINISHED = ("fair", "■ the run did not end")
 
 
-def heading(inspection: Mapping[str, Any]) -> str:
-    """Controller and seed of a run, in words."""
-    run = inspection["run"] or {}
-    return f"{run.get('controller', 'unknown controller')}, seed {run.get('seed', 'unknown')}"
+def notices(runs: Sequence[ShownRun]) -> str:
+    """What a reader must know before anything else: which parts of the runs are missing here."""
+    items = "".join(f"<li>{run.mark}{escape(text)}</li>" for run in runs for text in _notices(run))
+    return f'<ul class="notices">{items}</ul>' if items else ""
 
 
-def scene_name(inspection: Mapping[str, Any]) -> str:
-    """The scene of a run."""
-    return (inspection["run"] or {}).get("scene", "unknown scene")
-
-
-def badge(run: int, inspection: Mapping[str, Any]) -> str:
-    """How a run ended: a sign, a word and a colour."""
-    outcome = inspection["outcome"]
-    kind, text = _UNFINISHED if outcome is None else _OUTCOMES.get(outcome, ("fair", str(outcome)))
-    return f'<span class="badge {kind}" data-outcome="{run}">{escape(text)}</span>'
-
-
-def notices(inspection: Mapping[str, Any], data: Mapping[str, Any]) -> list[str]:
-    """What a reader must know before anything else: what of the run is missing here."""
-    found = []
-    if damage := inspection["damage"]:
-        found.append(f"The log is damaged: {damage['error']}. What is intact is shown.")
-    if inspection["truncated"]:
-        found.append("The log has no end: its writer was killed. What had been written is shown.")
-    if not inspection["complete"]:
-        found.append("The run did not end: there is no result.")
-    found += [f"Missing: {sentence}." for sentence in inspection["missing"]]
+def _notices(run: ShownRun) -> Iterator[str]:
+    found, data = run.inspection, run.playback
+    if found.damage is not None:
+        yield f"The log is damaged: {found.damage.error}. What is intact is shown."
+    if found.truncated:
+        yield "The log has no end: its writer was killed. What had been written is shown."
+    if not found.complete:
+        yield "The run did not end: there is no result."
+    yield from (f"Missing: {sentence}." for sentence in found.missing)
     if data["stride"] > 1:
-        found.append(
-            f"Playback and plots have one tick in {data['stride']} of {shown(data['ticks'])}; figures have all."
-        )
-    if data["candidates"] is None and not any(text.startswith("/candidates:") for text in inspection["missing"]):
-        found.append("This run's method logs no candidates.")
-    return found
+        yield f"Playback and plots have one tick in {data['stride']} of {shown(data['ticks'])}; figures have all."
+    if data["candidates"] is None and not any(text.startswith("/candidates:") for text in found.missing):
+        yield "This run's method logs no candidates."
 
 
-def moments(inspections: Sequence[Mapping[str, Any]], letters: Sequence[str]) -> str:
+def moments(runs: Sequence[ShownRun]) -> str:
     """The worst moments of all runs as buttons, numbered for the keyboard."""
     rows = []
-    for run, inspection in enumerate(inspections):
-        for i, moment in enumerate(inspection["moments"]):
+    for run in runs:
+        for i, moment in enumerate(run.document["moments"]):
             number, key = len(rows) + 1, f"moments.{i}"
             value = (
-                "" if moment["value"] is None else element(run, f"{key}.value", moment["value"], moment["unit"] or "")
+                "" if moment["value"] is None else element(run.number, f"{key}.value", moment["value"], moment["unit"])
             )
             rows.append(
                 f'<li><button type="button" data-seek="{float(moment["time_s"])!r}" data-moment="{number}">'
-                f'<b class="number">{number}</b>{run_letter(run, letters)}'
-                f'<span class="when">{element(run, f"{key}.time_s", moment["time_s"], "s")}</span>'
-                f'<span class="what">{escape(str(moment["text"]))}</span><span>{value}</span></button></li>'
+                f'<b class="number">{number}</b>{run.mark}'
+                f'<span class="when">{element(run.number, f"{key}.time_s", moment["time_s"], "s")}</span>'
+                f'<span class="what">{escape(moment["text"])}</span><span>{value}</span></button></li>'
             )
     return f'<ol class="moments">{"".join(rows)}</ol>' if rows else '<p class="none">None stands out.</p>'
 
 
-def events(runs: Sequence[Mapping[str, Any]], letters: Sequence[str]) -> str:
+def events(runs: Sequence[ShownRun]) -> str:
     """What the logs have under /events, in order of time, as buttons."""
-    rows = [(event["time"], run, event) for run, data in enumerate(runs) for event in data["events"]]
+    rows = [(event["time"], run.number, event, run.mark) for run in runs for event in run.playback["events"]]
+    if not rows:
+        return '<p class="none">None.</p>'
     items = "".join(
-        f'<li><button type="button" data-seek="{time!r}" class="{escape(event["level"])}">{run_letter(run, letters)}'
+        f'<li><button type="button" data-seek="{time!r}" class="{escape(event["level"])}">{mark}'
         f'<span class="when">{time:.2f} <span class="unit">s</span></span><b>{escape(event["name"])}</b> '
         f'<span class="what">{escape(event["text"])}</span></button></li>'
-        for time, run, event in sorted(rows, key=lambda row: row[:2])
+        for time, _, event, mark in sorted(rows, key=lambda row: row[:2])
     )
-    left_out = sum(data["num_events"] - len(data["events"]) for data in runs)
+    left_out = sum(run.playback["num_events"] for run in runs) - len(rows)
     more = f'<p class="none">{left_out} more are in the log.</p>' if left_out else ""
-    return (
-        f'<ol class="events" tabindex="0" aria-label="Events">{items}</ol>{more}'
-        if rows
-        else '<p class="none">None.</p>'
+    return f'<ol class="events" tabindex="0" aria-label="Events">{items}</ol>{more}'
+
+
+def topics(run: ShownRun) -> str:
+    """What each topic of a log holds."""
+    head = "".join(
+        f'<th scope="col">{label} <span class="unit">{unit}</span></th>' for _, label, unit in _TOPIC_COLUMNS
     )
-
-
-def run_letter(run: int, letters: Sequence[str]) -> str:
-    """The letter of one run of several, in its colour; nothing for a run alone."""
-    return f'<b class="letter run-{run}">{letters[run]}</b>' if len(letters) > 1 else ""
-
-
-def topics(run: int, inspection: Mapping[str, Any]) -> str:
-    """What each topic holds."""
-    columns = (
-        ("messages", "messages", ""),
-        ("hz", "rate", "Hz"),
-        ("max_gap_s", "longest gap", "s"),
-        ("bytes", "size", "B"),
-    )
-    head = "".join(f'<th scope="col">{label} <span class="unit">{unit}</span></th>' for _, label, unit in columns)
     rows = "".join(
-        f'<tr><th scope="row">{escape(name)}</th><td class="schema">{escape(str(topic["schema"]))}</td>'
-        + "".join(f"<td>{element(run, f'topics.{name}.{key}', topic[key])}</td>" for key, _, _ in columns)
+        f'<tr><th scope="row">{escape(name)}</th><td class="schema">{escape(topic["schema"])}</td>'
+        + "".join(f"<td>{element(run.number, f'topics.{name}.{key}', topic[key])}</td>" for key, _, _ in _TOPIC_COLUMNS)
         + "</tr>"
-        for name, topic in inspection["topics"].items()
+        for name, topic in run.document["topics"].items()
     )
     return (
         f'<div class="wide" tabindex="0" role="region" aria-label="Topics"><table class="topics"><thead><tr>'
@@ -117,15 +86,18 @@ def topics(run: int, inspection: Mapping[str, Any]) -> str:
     )
 
 
-def details(run: int, inspection: Mapping[str, Any], *, expanded: bool) -> str:
-    """Everything else of the document: all figures, the result, how the run was made; the last may be `expanded`."""
+def details(run: ShownRun) -> str:
+    """Everything else of the document; how the run was made is open for a single run."""
     parts = (
-        ("All figures", {key: inspection.get(key) for key in ("figures", "timing", "ticks", "duration_s", "bytes")}),
-        ("Result in the log", {"result": inspection["result"]}),
-        ("Run", {"run": inspection["run"]}),
+        ("All figures", ("figures", "timing", "ticks", "duration_s", "bytes")),
+        ("Result in the log", ("result",)),
+        ("Run", ("run",)),
     )
+    tables = {
+        title: figure_table(run.number, flatten({key: run.document[key] for key in keys})) for title, keys in parts
+    }
     return "".join(
-        f"<details{' open' if expanded and title == 'Run' else ''}><summary>{title}</summary>"
-        f'<div class="wide">{figure_table(run, flatten(part))}</div></details>'
-        for title, part in parts
+        f"<details{' open' if title == 'Run' and not run.letter else ''}><summary>{title}</summary>"
+        f'<div class="wide">{table}</div></details>'
+        for title, table in tables.items()
     )

@@ -26,11 +26,11 @@ DEPLETED = 0.05  # of the particles count; half of it counts twice
 
 
 @dataclass(frozen=True, slots=True)
-class Moment:
+class WorstMoment:
     """One kind's worst."""
 
     kind: str
-    time: float  # [s] simulated
+    time_s: float  # simulated
     tick: int
     value: float
     unit: str
@@ -38,16 +38,16 @@ class Moment:
     severity: float  # 1 is as bad as in any other kind
 
 
-def worst_moments(run: LoggedRun, scenario: Scenario) -> list[Moment]:
+def worst_moments(run: LoggedRun, scenario: Scenario) -> list[WorstMoment]:
     """At most NUM_MOMENTS, at most one of each kind, the most severe first; none whose time is not known."""
     found = [moment for kind in _KINDS if (moment := kind(run, scenario)) is not None]
-    found = [moment for moment in found if isfinite(moment.time)]
+    found = [moment for moment in found if isfinite(moment.time_s)]
     return sorted(found, key=lambda moment: -moment.severity)[:NUM_MOMENTS]
 
 
-def _at(run: LoggedRun, row: int, kind: str, value: float, unit: str, text: str, severity: float) -> Moment:
+def _at(run: LoggedRun, row: int, kind: str, value: float, unit: str, text: str, severity: float) -> WorstMoment:
     time, tick = float(run.trajectory.time[row]), int(run.ticks[row])
-    return Moment(kind, time, tick, float(value), unit, text, float(severity))
+    return WorstMoment(kind, time, tick, float(value), unit, text, float(severity))
 
 
 def _worst(values: Array) -> tuple[int, ...] | None:
@@ -58,7 +58,7 @@ def _worst(values: Array) -> tuple[int, ...] | None:
     return tuple(int(i) for i in np.unravel_index(np.where(finite, values, -inf).argmax(), values.shape))
 
 
-def _contact(run: LoggedRun, scenario: Scenario) -> Moment | None:
+def _contact(run: LoggedRun, scenario: Scenario) -> WorstMoment | None:
     """The hardest contact; before any other kind."""
     contacts = run.trajectory.contacts
     if not contacts:
@@ -67,10 +67,10 @@ def _contact(run: LoggedRun, scenario: Scenario) -> Moment | None:
     row = int(np.searchsorted(run.trajectory.time[1:], hardest.time))
     force = f" with {hardest.force:.0f} N" if hardest.force > 0.0 else ""
     moment = _at(run, row, "contact", hardest.force, "N", f"the robot touches {hardest.name}{force}", inf)
-    return replace(moment, time=hardest.time)
+    return replace(moment, time_s=hardest.time)
 
 
-def _clearance(run: LoggedRun, scenario: Scenario) -> Moment | None:
+def _clearance(run: LoggedRun, scenario: Scenario) -> WorstMoment | None:
     """The step that comes closest to anything, unless contacts speak for themselves."""
     by_name = safety.clearance(run.trajectory, scenario)
     if not by_name or run.trajectory.contacts or (place := _worst(-np.array(list(by_name.values())))) is None:
@@ -81,11 +81,11 @@ def _clearance(run: LoggedRun, scenario: Scenario) -> Moment | None:
     return _at(run, row, "clearance", value, "m", f"{value:.2f} m from {name}", CLOSE / max(value, 1e-3))
 
 
-def _lateness(run: LoggedRun, scenario: Scenario) -> Moment | None:
+def _lateness(run: LoggedRun, scenario: Scenario) -> WorstMoment | None:
     return _timing(run, scenario, "lateness", run.timing[:, -1], "began {value:.2f} ms behind its deadline")
 
 
-def _longest_tick(run: LoggedRun, scenario: Scenario) -> Moment | None:
+def _longest_tick(run: LoggedRun, scenario: Scenario) -> WorstMoment | None:
     phases = run.timing[:, 1 : 1 + len(PHASES)]
     if not phases.size:
         return None
@@ -94,16 +94,16 @@ def _longest_tick(run: LoggedRun, scenario: Scenario) -> Moment | None:
     return _timing(run, scenario, "tick", phases.sum(1), "took {value:.2f} ms, most of all " + most)
 
 
-def _timing(run: LoggedRun, scenario: Scenario, kind: str, ns: np.ndarray, text: str) -> Moment | None:
+def _timing(run: LoggedRun, scenario: Scenario, kind: str, ns: np.ndarray, text: str) -> WorstMoment | None:
     """The tick with the most of `ns`; its severity is the share of the period."""
     if not ns.size or ns.max() <= 0:
         return None
     row = int(ns.argmax())
     tick, value, period = int(run.timing[row, 0]), 1e-6 * float(ns[row]), scenario.control.period
-    return Moment(kind, tick * period, tick, value, "ms", text.format(value=value), 1e-3 * value / period)
+    return WorstMoment(kind, tick * period, tick, value, "ms", text.format(value=value), 1e-3 * value / period)
 
 
-def _infeasible(run: LoggedRun, scenario: Scenario) -> Moment | None:
+def _infeasible(run: LoggedRun, scenario: Scenario) -> WorstMoment | None:
     """The longest stretch of successive ticks at which nothing met the constraints."""
     ticks, status = run.ticks.tolist(), run.trajectory.status
     stretches = groupby(range(len(status)), lambda row: (status[row] in INFEASIBLE, ticks[row] - row))
@@ -115,7 +115,7 @@ def _infeasible(run: LoggedRun, scenario: Scenario) -> Moment | None:
     return _at(run, longest[0], "infeasible", seconds, "s", text, seconds / STUCK)
 
 
-def _localization(run: LoggedRun, scenario: Scenario) -> Moment | None:
+def _localization(run: LoggedRun, scenario: Scenario) -> WorstMoment | None:
     error = np.hypot(*consistency.robot_error(run.trajectory)[:, :2].T)
     if (place := _worst(error)) is None:
         return None
@@ -123,7 +123,7 @@ def _localization(run: LoggedRun, scenario: Scenario) -> Moment | None:
     return _at(run, row, "localization", value, "m", f"believes itself {value:.2f} m off", value / LOST)
 
 
-def _tracking(run: LoggedRun, scenario: Scenario) -> Moment | None:
+def _tracking(run: LoggedRun, scenario: Scenario) -> WorstMoment | None:
     error = np.linalg.norm(consistency.track_error(run.trajectory)[..., :2], axis=-1)
     if (place := _worst(error)) is None:
         return None
@@ -131,7 +131,7 @@ def _tracking(run: LoggedRun, scenario: Scenario) -> Moment | None:
     return _at(run, row, "tracking", value, "m", f"believes person{person} {value:.2f} m off", value / MISJUDGED)
 
 
-def _ess(run: LoggedRun, scenario: Scenario) -> Moment | None:
+def _ess(run: LoggedRun, scenario: Scenario) -> WorstMoment | None:
     """The belief of which the smallest share of particles counts."""
     robot, people = scenario.estimation.robot.particles, scenario.estimation.obstacles.particles
     share = np.column_stack([run.robot_ess / robot, run.people_ess / people])
@@ -144,7 +144,7 @@ def _ess(run: LoggedRun, scenario: Scenario) -> Moment | None:
     return _at(run, row, "ess", value, "particles", f"{value:.1f} of {name}'s {of} particles count", severity)
 
 
-def _deviation(run: LoggedRun, scenario: Scenario) -> Moment | None:
+def _deviation(run: LoggedRun, scenario: Scenario) -> WorstMoment | None:
     distance = progress.lateral_distance(run.trajectory.robot_pose[:, :2], progress.way(scenario))
     if (place := _worst(distance)) is None:
         return None
@@ -152,7 +152,7 @@ def _deviation(run: LoggedRun, scenario: Scenario) -> Moment | None:
     return _at(run, row, "deviation", value, "m", f"{value:.2f} m beside the way", value / ASTRAY)
 
 
-def _gap(run: LoggedRun, scenario: Scenario) -> Moment | None:
+def _gap(run: LoggedRun, scenario: Scenario) -> WorstMoment | None:
     missing = np.diff(run.ticks) - 1
     if not missing.size or missing.max() <= 0:
         return None
@@ -161,7 +161,7 @@ def _gap(run: LoggedRun, scenario: Scenario) -> Moment | None:
     return _at(run, row, "gap", seconds, "s", f"the {ticks} ticks after this one are missing", seconds / SILENT)
 
 
-_KINDS: tuple[Callable[[LoggedRun, Scenario], Moment | None], ...] = (
+_KINDS: tuple[Callable[[LoggedRun, Scenario], WorstMoment | None], ...] = (
     _contact,
     _clearance,
     _infeasible,

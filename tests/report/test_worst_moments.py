@@ -7,7 +7,7 @@ import pytest
 
 from mjnav.messages import PHASES, Contact
 from mjnav.recording.read.ticks import LoggedRun
-from mjnav.report.moments import NUM_MOMENTS, worst_moments
+from mjnav.report.worst_moments import NUM_MOMENTS, worst_moments
 from tests.metrics.conftest import make_scenario, make_trajectory
 
 TICKS = 40
@@ -41,7 +41,7 @@ def test_the_closest_approach_names_the_body_and_the_step():
     moment = only("clearance", worst_moments(make_run(), scenario))
     radius = scenario.pillars[1].radius + scenario.robot.radius
     assert moment.value == pytest.approx(0.7 - radius)
-    assert (moment.tick, moment.time) == (30, pytest.approx(make_run().trajectory.time[30]))
+    assert (moment.tick, moment.time_s) == (30, pytest.approx(make_run().trajectory.time[30]))
     assert moment.text.endswith("from pillar1")
 
 
@@ -90,7 +90,11 @@ def test_estimates_furthest_off_and_fewest_particles_are_found():
 def test_the_hardest_contact_comes_first_and_clearance_then_says_nothing_new():
     contacts = (Contact("table", "table0", 5.0, 0.55), Contact("wall", "wall1", 80.0, 1.23))
     moments = worst_moments(make_run(contacts=contacts), make_scenario())
-    assert (moments[0].kind, moments[0].time, moments[0].text) == ("contact", 1.23, "the robot touches wall1 with 80 N")
+    assert (moments[0].kind, moments[0].time_s, moments[0].text) == (
+        "contact",
+        1.23,
+        "the robot touches wall1 with 80 N",
+    )
     assert "clearance" not in [moment.kind for moment in moments]
 
 

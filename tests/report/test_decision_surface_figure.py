@@ -9,7 +9,7 @@ from matplotlib.colors import AsinhNorm, to_rgb
 
 from mjnav.control.decision_surface import DecisionSurface
 from mjnav.messages import CandidateCosts, Decision, Status
-from mjnav.report.surface_figure import CHOSEN, FORBIDDEN, surface_figure
+from mjnav.report.decision_surface_figure import CHOSEN, FORBIDDEN, decision_surface_figure
 
 GOAL, CONE, LANE, TOTAL = range(4)
 V, OMEGA = np.linspace(0.0, 1.0, 21), np.linspace(-1.5, 1.5, 31)
@@ -65,7 +65,7 @@ def legend(figure) -> list[str]:
 
 @pytest.mark.parametrize("chosen", [CHOICE, (0.0, -1.5), (1.0, 1.5)])
 def test_the_chosen_control_is_where_its_speed_and_turn_rate_are(chosen):
-    figure = surface_figure(surface(chosen=chosen), "")
+    figure = decision_surface_figure(surface(chosen=chosen), "")
     picture = pixels(figure)
     for axes in figure.axes[:4]:
         assert colour_at(picture, axes, *chosen) == pytest.approx(to_rgb(CHOSEN["markerfacecolor"]), abs=0.02)
@@ -73,8 +73,8 @@ def test_the_chosen_control_is_where_its_speed_and_turn_rate_are(chosen):
 
 
 def test_the_nominal_control_is_marked_around_the_chosen_one_where_they_are_the_same():
-    figure = surface_figure(surface(chosen=NOMINAL), "")
-    without = surface_figure(surface(chosen=NOMINAL, nominal=(0.1, -1.2)), "")
+    figure = decision_surface_figure(surface(chosen=NOMINAL), "")
+    without = decision_surface_figure(surface(chosen=NOMINAL, nominal=(0.1, -1.2)), "")
     picture, other = pixels(figure), pixels(without)
     for axes in figure.axes[:4]:
         assert colour_at(picture, axes, *NOMINAL) == pytest.approx(to_rgb(CHOSEN["markerfacecolor"]), abs=0.02)
@@ -85,14 +85,16 @@ def test_the_nominal_control_is_marked_around_the_chosen_one_where_they_are_the_
 
 
 def test_the_window_is_drawn_where_one_period_reaches():
-    figure = surface_figure(surface(), "")
+    figure = decision_surface_figure(surface(), "")
     for axes in figure.axes[:4]:
         (window,) = axes.patches
         assert window.get_bbox().get_points() == pytest.approx(np.array([[0.2, -0.7], [0.5, 0.3]]))
 
 
 def test_colours_grow_with_the_cost_along_the_right_axes():
-    figure = surface_figure(surface(cone=lambda v, omega: 10.0 * v, lane=lambda v, omega: 10.0 * omega + 15.0), "")
+    figure = decision_surface_figure(
+        surface(cone=lambda v, omega: 10.0 * v, lane=lambda v, omega: 10.0 * omega + 15.0), ""
+    )
     picture = pixels(figure)
     brightness = [
         [colour_at(picture, axes, *u).sum() for u in ((0.1, -1.2), (0.9, -1.2), (0.1, 1.2))]
@@ -106,7 +108,7 @@ def test_colours_grow_with_the_cost_along_the_right_axes():
 
 
 def test_every_panel_that_varies_shows_many_colours_and_one_that_is_zero_says_so():
-    figure = surface_figure(surface(cone=lambda v, omega: v * omega**2), "")
+    figure = decision_surface_figure(surface(cone=lambda v, omega: v * omega**2), "")
     picture = pixels(figure)
     for index in (GOAL, CONE, TOTAL):
         assert len(set(map(tuple, panel(picture, figure.axes[index])[::7].tolist()))) > 200
@@ -115,7 +117,7 @@ def test_every_panel_that_varies_shows_many_colours_and_one_that_is_zero_says_so
 
 
 def test_a_range_of_many_decades_is_told_apart_at_its_low_end():
-    figure = surface_figure(surface(cone=lambda v, omega: 1e-3 * 1e8**v), "")
+    figure = decision_surface_figure(surface(cone=lambda v, omega: 1e-3 * 1e8**v), "")
     norms = [axes.collections[0].norm for axes in figure.axes[:4]]
     assert [isinstance(norm, AsinhNorm) for norm in norms] == [False, True, False, True]
     shades = norms[CONE](1e-3 * 1e8 ** np.array([0.3, 0.5, 0.7, 0.9]))
@@ -124,17 +126,17 @@ def test_a_range_of_many_decades_is_told_apart_at_its_low_end():
 
 
 def test_a_range_of_one_decade_keeps_its_linear_scale_however_flat_it_is_below():
-    figure = surface_figure(surface(cone=lambda v, omega: 1.0 + 10.0 * v**6), "")
+    figure = decision_surface_figure(surface(cone=lambda v, omega: 1.0 + 10.0 * v**6), "")
     assert not isinstance(figure.axes[CONE].collections[0].norm, AsinhNorm)
 
 
 @pytest.mark.parametrize("size", [1.0, -1.0, 1e-9, -1e12])
 def test_risks_of_any_sign_and_size_have_a_scale(size):
-    pixels(surface_figure(surface(cone=lambda v, omega: size * 10.0 ** (6.0 * v)), ""))
+    pixels(decision_surface_figure(surface(cone=lambda v, omega: size * 10.0 ** (6.0 * v)), ""))
 
 
 def test_what_is_forbidden_is_grey_and_in_the_legend():
-    figure = surface_figure(surface(forbidden=lambda v, omega: v > 0.55), "")
+    figure = decision_surface_figure(surface(forbidden=lambda v, omega: v > 0.55), "")
     picture = pixels(figure)
     assert legend(figure) == ["chosen", "nominal", "reachable in one period", "forbidden"]
     greys = {FORBIDDEN["facecolor"], FORBIDDEN["edgecolor"]}
@@ -147,7 +149,7 @@ def test_what_is_forbidden_is_grey_and_in_the_legend():
 
 
 def test_where_all_is_forbidden_there_is_still_a_picture():
-    figure = surface_figure(surface(forbidden=lambda v, omega: v >= 0.0), "")
+    figure = decision_surface_figure(surface(forbidden=lambda v, omega: v >= 0.0), "")
     picture = pixels(figure)
     axes = figure.axes[TOTAL]
     assert colour_at(picture, axes, *CHOICE) == pytest.approx(to_rgb(CHOSEN["markerfacecolor"]), abs=0.02)
@@ -155,7 +157,7 @@ def test_where_all_is_forbidden_there_is_still_a_picture():
 
 
 def test_axes_have_units_panels_have_names_and_the_title_is_above():
-    figure = surface_figure(surface(), "hall, rkhs, seed 0, 10.00 s")
+    figure = decision_surface_figure(surface(), "hall, rkhs, seed 0, 10.00 s")
     assert figure.get_suptitle() == "hall, rkhs, seed 0, 10.00 s"
     assert [axes.get_title() for axes in figure.axes[:4]] == [
         "goal cost",
@@ -166,14 +168,14 @@ def test_axes_have_units_panels_have_names_and_the_title_is_above():
     assert "[m/s]" in figure.axes[LANE].get_xlabel()
     assert "[rad/s]" in figure.axes[GOAL].get_ylabel()
     assert legend(figure) == ["chosen", "nominal", "reachable in one period"]
-    bare = surface_figure(surface(forbidden=lambda v, omega: v > 0.5), "")
+    bare = decision_surface_figure(surface(forbidden=lambda v, omega: v > 0.5), "")
     assert bare.axes[CONE].get_title() == "obstacles and walls: greatest risk"
 
 
 def test_the_same_surface_gives_the_same_bytes():
     def written() -> bytes:
         file = BytesIO()
-        surface_figure(surface(), "title").savefig(file, format="png")
+        decision_surface_figure(surface(), "title").savefig(file, format="png")
         return file.getvalue()
 
     assert written() == written()

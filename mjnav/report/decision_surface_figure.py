@@ -38,7 +38,7 @@ NOMINAL: Mapping[str, Any] = MappingProxyType(
 FORBIDDEN: Mapping[str, Any] = MappingProxyType({"facecolor": "#cfcfcf", "hatch": "////", "edgecolor": "#9a9a9a"})
 
 
-def surface_figure(surface: DecisionSurface, title: str) -> Figure:
+def decision_surface_figure(surface: DecisionSurface, title: str) -> Figure:
     """The picture; axes 0 to 3 are goal, cone, lane, total, and `title` stands above them."""
     s = surface
     figure = Figure(figsize=SIZE, dpi=DPI, layout="constrained")
