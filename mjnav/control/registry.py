@@ -71,79 +71,42 @@ def registry(*methods: Method) -> Mapping[str, Method]:
 
 METHODS = registry(
     Method(
-        "rkhs",
-        "rkhs:Rkhs",
-        "constraint distributions nearest to collision-free ones by MMD, tuned",
-        "Nair et al. 2021",
+        "rkhs", "rkhs:Rkhs", "constraint distributions nearest to collision-free ones by MMD, tuned", "Nair et al. 2021"
     ),
     Method(
-        "rkhs-paper",
-        "rkhs:Rkhs",
-        "the same as published: line form, degree 3, not normalised, not clipped",
-        "Nair et al. 2021",
-        as_published,
+        "rkhs-paper", "rkhs:Rkhs", "the same as published: line form, degree 3, not normalised, not clipped",
+        "Nair et al. 2021", as_published,
+    ),
+    Method("mean", "mean:Mean", "the constraints at the mean only", "velocity obstacles, Fiorini & Shiller 1998"),
+    Method(
+        "gaussian-linearised", "gaussian_linearised:GaussianLinearised",
+        "chance constraints, linearised about Gaussian means", "Zhu & Alonso-Mora 2019",
     ),
     Method(
-        "mean",
-        "mean:Mean",
-        "the constraints at the mean only",
-        "velocity obstacles, Fiorini & Shiller 1998",
-    ),
-    Method(
-        "gaussian-linearised",
-        "gaussian_linearised:GaussianLinearised",
-        "chance constraints, linearised about Gaussian means",
-        "Zhu & Alonso-Mora 2019",
-    ),
-    Method(
-        "gaussian-moments",
-        "gaussian_moments:GaussianMoments",
-        "mean(f) + k std(f) ≤ 0, Gaussian beliefs",
+        "gaussian-moments", "gaussian_moments:GaussianMoments", "mean(f) + k std(f) ≤ 0, Gaussian beliefs",
         "Gopalakrishnan et al. 2015; PRVO 2017",
     ),
+    Method("kld", "kld:Kld", "as rkhs, by the divergence of fitted Gaussian mixtures", "PVO, Poonganam et al. 2020"),
     Method(
-        "kld",
-        "kld:Kld",
-        "as rkhs, by the divergence of fitted Gaussian mixtures",
-        "PVO, Poonganam et al. 2020",
-    ),
-    Method(
-        "mmd-dirac",
-        "mmd_dirac:MmdDirac",
-        "MMD of the violations max(0, f) to none, Gaussian kernel",
+        "mmd-dirac", "mmd_dirac:MmdDirac", "MMD of the violations max(0, f) to none, Gaussian kernel",
         "Gupta, Singh & Krishna 2022",
     ),
     Method(
-        "cvar",
-        "cvar:Cvar",
-        "the mean of the worst samples must be safe",
+        "cvar", "cvar:Cvar", "the mean of the worst samples must be safe",
         "Rockafellar & Uryasev 2000; MMD-OPT 2024's baseline",
     ),
     Method(
-        "saa",
-        "saa:Saa",
-        "at most a share of samples may collide",
+        "saa", "saa:Saa", "at most a share of samples may collide",
         "sample average approximation; MMD-OPT 2024's baseline",
     ),
     Method(
-        "mppi",
-        "mppi:Mppi",
-        "a mean of sampled rollouts, weighted by their cost",
-        "Williams et al. 2017; DRA-MPPI 2025",
+        "mppi", "mppi:Mppi", "a mean of sampled rollouts, weighted by their cost", "Williams et al. 2017; DRA-MPPI 2025"
     ),
     Method(
-        "orca",
-        "orca:Orca",
-        "half-planes of velocity, effective centre",
-        "van den Berg et al. 2011; Snape et al. 2010",
+        "orca", "orca:Orca", "half-planes of velocity, effective centre", "van den Berg et al. 2011; Snape et al. 2010"
     ),
-    Method(
-        "dwa",
-        "dwa:Dwa",
-        "clearance along arcs, every obstacle where it is now",
-        "Fox, Burgard & Thrun 1997",
-    ),
-)
+    Method("dwa", "dwa:Dwa", "clearance along arcs, every obstacle where it is now", "Fox, Burgard & Thrun 1997"),
+)  # fmt: skip
 
 
 def names() -> tuple[str, ...]:

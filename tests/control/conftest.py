@@ -168,7 +168,8 @@ def drive() -> Callable[..., tuple[bool, float]]:
             if np.hypot(*(goal - pose[:2])) < 0.3:
                 return True, least
             seen = tuple(ObstacleSamples(at[None], u[None], r) for at, u, r in now)
-            o = Observation(pose[None], np.zeros((1, 2)), twist, seen, goal, walls)
+            time = tick * controller.period
+            o = Observation(pose[None], np.zeros((1, 2)), twist, seen, goal, walls, time=time)
             decision = controller.decide(o)
             low, high = reachable(twist, controller.limits, controller.period)
             twist = np.array([decision.v, decision.omega])

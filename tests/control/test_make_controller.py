@@ -96,12 +96,38 @@ def test_the_shared_parameters_are_the_same_in_every_tuned_method(limits):
         ("mean", {"heading_weight": -0.1}, "heading_weight: found -0.1; allowed: a number from 0 to"),
         ("mean", {"heading_weight": inf}, "heading_weight: found inf; allowed: a number from"),
         ("mean", {"safety_margin": -0.1}, "safety_margin: found -0.1; allowed: a number from 0 to"),
+        ("gaussian-moments", {"tail": "quantil"}, "allowed: cantelli, quantile; did you mean 'quantile'?"),
+        ("mppi", {"temprature": 1.0}, "did you mean 'temperature'?"),
     ],
 )
 def test_what_cannot_be_is_refused_with_what_is_allowed(limits, name, parameters, message):
     with pytest.raises(InvalidValue) as error:
         make_controller(name, limits, 0.1, **parameters)
     assert message in str(error.value)
+
+
+REFUSED = {
+    "cvar": {"eta": [-0.1, 1.1, nan]},
+    "dwa": {"weight": [-1.0, inf], "clearance": [0.0, inf]},
+    "gaussian-linearised": {"delta": [0.0, -0.1, 0.51, nan, inf]},
+    "gaussian-moments": {"eta": [0.0, 1.0, nan]},
+    "kld": {"num_components": [0], "num_iterations": [0], "std_floor": [0.0, inf], "desired_min": [-1]},
+    "mmd-dirac": {"bandwidth": [0.0, -1.0, nan, inf]},
+    "mppi": {
+        "rollouts": [0], "steps": [0], "knots": [0], "step": [0.0], "temperature": [0.0, inf], "turn_noise": [-1.0],
+        "speed_noise": [nan], "risk_bound": [1.1], "weight": [inf],
+    },
+    "orca": {key: [0.0, -1.0, inf] for key in ("time_horizon", "effective_centre", "responsibility")},
+    "saa": {"eta": [-0.1, 1.1, nan]},
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", REFUSED)
+def test_every_methods_own_parameters_are_checked(limits, name):
+    for key, values in REFUSED[name].items():
+        for value in values:
+            with pytest.raises(InvalidValue, match=f"^{key}: found {value}; allowed: a "):
+                make_controller(name, limits, 0.1, **{key: value})
 
 
 @pytest.mark.parametrize("key", ["horizon", "sensing_range", "clip"])

@@ -1,5 +1,3 @@
-from math import nan
-
 import numpy as np
 import pytest
 from hypothesis import given
@@ -8,8 +6,6 @@ from hypothesis.extra.numpy import arrays
 
 from mjnav.control import Status, make_controller
 from mjnav.control.methods.cvar import conditional_value_at_risk
-from mjnav.errors import InvalidValue
-from mjnav.messages import ObstacleSamples
 
 SMALL = {"num_v": 6, "num_omega": 7}
 CROWDED = {"spread": 0.2, "near": 0.05, "far": 2.5, "num_samples": 9}
@@ -134,16 +130,3 @@ def test_without_uncertainty_the_choice_is_the_nominal_control_at_any_level(obse
         decision = make_controller("cvar", limits, 0.1, eta=eta).decide(o)
         assert (decision.v, decision.omega) == (mean.v, mean.omega)
         assert (decision.status == Status.OK) == (mean.status == Status.OK)
-
-
-def test_the_status_says_when_no_candidate_is_safe_enough(alone, limits):
-    on_top = ObstacleSamples(np.array([[0.1, 0.0]]), np.zeros((1, 2)), 0.3)
-    decision = make_controller("cvar", limits, 0.1).decide(alone(obstacles=(on_top,)))
-    assert decision.status == Status.INFEASIBLE
-    assert decision.status.advice
-
-
-@pytest.mark.parametrize("eta", [-0.1, 1.1, nan])
-def test_a_level_that_is_none_is_refused(limits, eta):
-    with pytest.raises(InvalidValue, match=r"eta: found .*; allowed: a number from 0 to 1"):
-        make_controller("cvar", limits, 0.1, eta=eta)

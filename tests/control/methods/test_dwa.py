@@ -1,13 +1,10 @@
-from dataclasses import replace
 from math import inf, sqrt
 
 import numpy as np
 import pytest
 
 from mjnav.control import make_controller
-from mjnav.errors import InvalidValue
 from mjnav.messages import Lanes, ObstacleSamples, RobotLimits, Status
-from mjnav.motion.diff_drive import reachable
 from mjnav.motion.unicycle import integrate
 
 PERIOD = 0.1
@@ -145,72 +142,3 @@ def test_columns_are_those_of_the_obstacles_and_walls(alone, dwa):
     assert costs.cone.shape == (402, 4)
     assert costs.cone.any(axis=0).tolist() == [False, True, False, True]
     assert costs.lane.any(axis=0).tolist() == [True, False]
-
-
-@pytest.mark.parametrize("goal", [(4.0, 0.0), (3.0, 3.0), (-3.0, 0.5), (-4.0, 0.0), (0.0, 2.0)])
-def test_it_reaches_a_goal_in_the_open_wherever_it_lies(drive, dwa, goal):
-    assert drive(dwa, goal, seconds=20.0)[0]
-
-
-@pytest.mark.parametrize("aside", [-0.3, -0.1, 0.05, 0.2])
-def test_it_passes_a_pillar_at_rest(drive, dwa, aside):
-    reached, clearance = drive(dwa, (6.0, 0.0), discs=[((3.0, aside), (0.0, 0.0), 0.3)])
-    assert reached
-    assert clearance > 0.0
-
-
-def test_it_passes_someone_who_comes_towards_it_slowly(drive, dwa):
-    reached, clearance = drive(dwa, (6.0, 0.0), discs=[((5.0, 0.2), (-0.2, 0.0), 0.3)])
-    assert reached
-    assert clearance > 0.0
-
-
-def test_it_drives_along_a_wall_and_stops_before_one(drive, dwa):
-    assert drive(dwa, (4.0, 0.0), walls=[[[-2.0, 0.4], [8.0, 0.4]]], seconds=15.0)[0]
-    reached, clearance = drive(dwa, (4.0, 0.0), walls=[[[2.0, -50.0], [2.0, 50.0]]], seconds=20.0)
-    assert not reached
-    assert clearance > 0.0
-
-
-@pytest.mark.parametrize("seed", range(20))
-def test_the_decision_is_the_cheapest_within_reach(observe, dwa, seed):
-    o = observe(seed, **(CROWDED if seed % 2 else {}))
-    decision = dwa.decide(o)
-    low, high = reachable(o.twist, dwa.limits, PERIOD)
-    assert low[0] <= decision.v <= high[0]
-    assert low[1] <= decision.omega <= high[1]
-    costs = decision.costs
-    best = np.argmin(costs.total)
-    assert (decision.v, decision.omega) == (costs.v[best], costs.omega[best])
-    assert np.isfinite(costs.total[best])
-    assert (costs.cone >= 0.0).all()
-    assert (costs.cone <= 1.0).all()
-
-
-def test_what_is_degenerate_is_decided_all_the_same(alone, dwa):
-    zero = np.zeros(25)
-    on_top, point = disc(0.0, 0.0), np.zeros((1, 2, 2))
-    lanes = Lanes((0.0, 1.0, 1.0), (0.0, 1.0, -1.0), zero, zero)  # nothing lies between them
-    for o in (
-        alone(num_samples=1),
-        alone(twist=(0.0, 0.0)),
-        alone(twist=(9.0, -9.0)),
-        alone(goal=(0.0, 0.0)),
-        alone(obstacles=(on_top, on_top)),
-        alone(obstacles=(on_top,), twist=(0.0, 0.0)),
-        alone(obstacles=(disc(0.3, 0.0, radius=0.0),)),
-        alone(walls=point),
-        alone(walls=np.array([[[-1.0, 0.0], [1.0, 0.0]]])),
-        alone(lanes=lanes),
-        replace(alone(), walls=np.zeros((0, 2, 2))),
-    ):
-        costs = dwa.decide(o).costs
-        assert not np.isnan(costs.total).any()
-        assert np.isfinite(costs.total).any()
-        assert np.isfinite(costs.cone).all()
-
-
-@pytest.mark.parametrize(("key", "value"), [("weight", -1.0), ("weight", inf), ("clearance", 0.0), ("clearance", inf)])
-def test_parameters_that_cannot_be_are_refused(key, value):
-    with pytest.raises(InvalidValue, match=f"{key}: found"):
-        make_controller("dwa", RobotLimits(), PERIOD, **{key: value})

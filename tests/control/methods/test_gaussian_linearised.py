@@ -10,7 +10,6 @@ from scipy.special import erfinv
 from scipy.stats import norm
 
 from mjnav.control import Status, make_controller
-from mjnav.errors import InvalidValue
 from mjnav.messages import ObstacleSamples, RobotLimits
 
 NAME = "gaussian-linearised"
@@ -267,9 +266,3 @@ def test_the_heading_may_lie_on_either_side_of_pi(alone):
     wrapped[:, 2] = np.where(spread > 0.0, spread - pi, pi + spread)
     a, b = (make_controller(NAME, LIMITS, 0.2).decide(replace(o, robot_pose=pose)).costs for pose in (apart, wrapped))
     assert a.cone == pytest.approx(b.cone, abs=1e-12)
-
-
-@pytest.mark.parametrize("delta", [0.0, -0.1, 0.51, float("nan"), inf])
-def test_a_delta_that_is_none_is_refused(delta):
-    with pytest.raises(InvalidValue, match=r"delta: found .*; allowed: a number > 0 and <= 0.5"):
-        make_controller(NAME, LIMITS, 0.2, delta=delta)

@@ -14,7 +14,6 @@ from scipy.stats import norm
 from mjnav.constraints import collision_cone, lane_distance, wall_clearance
 from mjnav.control import Status, make_controller
 from mjnav.control.methods.gaussian_moments import deviations, gaussian, white
-from mjnav.errors import InvalidValue
 from mjnav.messages import Lanes, Observation, ObstacleSamples, RobotLimits
 from mjnav.rng import stream
 
@@ -256,18 +255,3 @@ def test_a_disc_known_exactly_adds_no_spread(alone):
     )
     assert low.any()
     assert low == pytest.approx(high, abs=1e-12)
-
-
-@pytest.mark.parametrize(
-    ("parameters", "message"),
-    [
-        ({"eta": 0.0}, "eta: found 0.0; allowed: a number > 0 and < 1"),
-        ({"eta": 1.0}, "eta: found 1.0; allowed: a number > 0 and < 1"),
-        ({"eta": float("nan")}, "eta: found nan"),
-        ({"tail": "quantil"}, "tail: found 'quantil'; allowed: cantelli, quantile; did you mean 'quantile'?"),
-    ],
-)
-def test_what_cannot_be_is_refused(parameters, message):
-    with pytest.raises(InvalidValue) as error:
-        make_controller(NAME, LIMITS, 0.2, **parameters)
-    assert message in str(error.value)

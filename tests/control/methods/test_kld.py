@@ -8,7 +8,6 @@ import pytest
 
 from mjnav.control import make_controller
 from mjnav.control.kernels.mixture import NUM_CELLS
-from mjnav.errors import InvalidValue
 from mjnav.messages import ObstacleSamples
 
 SMALL = {"num_v": 3, "num_omega": 4}
@@ -169,12 +168,3 @@ def test_every_cost_is_a_number_on_top_of_an_obstacle(alone, limits):
     for twist in ((0.0, 0.0), (0.5, 0.0)):
         costs = make_controller("kld", limits, 0.1).decide(alone(obstacles=(still, still), twist=twist)).costs
         assert np.isfinite(costs.total).all()
-
-
-@pytest.mark.parametrize(
-    ("key", "value"),
-    [("num_components", 0), ("num_iterations", 0), ("std_floor", 0.0), ("std_floor", inf), ("desired_min", -1)],
-)
-def test_impossible_parameters_are_refused(limits, key, value):
-    with pytest.raises(InvalidValue, match=key):
-        make_controller("kld", limits, 0.1, **{key: value})

@@ -1,4 +1,4 @@
-from math import exp, inf, nan
+from math import exp
 
 import numpy as np
 import pytest
@@ -6,10 +6,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from mjnav.control import Status, make_controller
+from mjnav.control import make_controller
 from mjnav.control.methods.mmd_dirac import FARTHEST, distance_from_zero
-from mjnav.errors import InvalidValue
-from mjnav.messages import ObstacleSamples
 
 SMALL = {"num_v": 6, "num_omega": 7}
 CROWDED = {"spread": 0.2, "near": 0.05, "far": 2.5, "num_samples": 9}
@@ -92,22 +90,3 @@ def test_a_wide_kernel_sees_the_mean_violation_and_a_narrow_one_the_share_of_col
     assert wide * 1e8 == pytest.approx(0.2**2, rel=1e-6)
     # 0.2 and 0.6 are capped to one place, far from 0
     assert narrow == pytest.approx(2.0 * 0.5**2 * (1.0 - exp(-0.5 * FARTHEST**2)), rel=1e-9)
-
-
-def test_without_lanes_obstacles_or_walls_only_the_goal_counts(alone, limits):
-    decision = make_controller("mmd-dirac", limits, 0.1).decide(alone())
-    assert (decision.costs.total == decision.costs.goal).all()
-    assert decision.status == Status.OK
-
-
-def test_the_status_says_when_no_candidate_meets_the_constraints_at_the_mean(alone, limits):
-    on_top = ObstacleSamples(np.array([[0.1, 0.0]]), np.zeros((1, 2)), 0.3)
-    decision = make_controller("mmd-dirac", limits, 0.1).decide(alone(obstacles=(on_top,)))
-    assert decision.status == Status.INFEASIBLE_NOMINAL
-    assert np.isfinite(decision.costs.total).all()
-
-
-@pytest.mark.parametrize("bandwidth", [0.0, -1.0, nan, inf])
-def test_a_bandwidth_that_is_none_is_refused(limits, bandwidth):
-    with pytest.raises(InvalidValue, match=r"bandwidth: found .*; allowed: a number from 1e-09"):
-        make_controller("mmd-dirac", limits, 0.1, bandwidth=bandwidth)

@@ -1,6 +1,6 @@
 import json
 from dataclasses import replace
-from math import atan2, cos, exp, hypot, inf, log, nan, pi, sin, sqrt
+from math import atan2, cos, exp, hypot, log, pi, sin, sqrt
 
 import numpy as np
 import pytest
@@ -13,8 +13,7 @@ from mjnav.control.kernels.mppi_rollout import approach
 from mjnav.control.methods.mppi import MppiParameters, Plan, perturbations, softmin
 from mjnav.control.parameters import Parameters
 from mjnav.control.problem.obstacles import Reach
-from mjnav.errors import InvalidValue
-from mjnav.messages import Lanes, Observation, ObstacleSamples, RobotLimits
+from mjnav.messages import ObstacleSamples, RobotLimits
 from mjnav.motion.diff_drive import reachable
 from mjnav.motion.unicycle import integrate
 from mjnav.recording.encode.documents import encode_decision
@@ -226,21 +225,6 @@ def at(observation, time):
     return replace(observation, time=time)
 
 
-def same(a, b):
-    fields = ("v", "omega", "goal", "cone", "lane", "total")
-    assert (a.v, a.omega, a.status) == (b.v, b.omega, b.status)
-    assert all(getattr(a.costs, f).tobytes() == getattr(b.costs, f).tobytes() for f in fields)
-
-
-def test_the_same_observations_in_the_same_order_give_the_same_bits(observe, limits):
-    first, second = (make_controller("mppi", limits, 0.1) for _ in range(2))
-    for tick in range(5):
-        o = at(observe(tick), 0.1 * tick)
-        decision = first.decide(o)
-        first.closest_cone(o, decision)  # looking does not change what is decided
-        same(decision, second.decide(o))
-
-
 @pytest.mark.parametrize(("time", "kept"), [(5.1, True), (7.0, True), (7.1, False), (5.0, False), (4.9, False)])
 def test_a_plan_is_dropped_where_time_does_not_advance_or_leaps(observe, limits, time, kept):
     o = observe(2)
@@ -248,10 +232,8 @@ def test_a_plan_is_dropped_where_time_does_not_advance_or_leaps(observe, limits,
     planned = make_controller("mppi", limits, 0.1)
     planned.decide(at(observe(4), 5.0))
     after = planned.decide(at(o, time))
-    if kept:
-        assert (after.v, after.omega) != (fresh.v, fresh.omega)
-    else:
-        same(after, fresh)
+    assert ((after.v, after.omega) != (fresh.v, fresh.omega)) == kept
+    assert (after.costs.total.tobytes() != fresh.costs.total.tobytes()) == kept
 
 
 def test_the_plan_so_far_is_the_nominal_one(alone, limits):
@@ -293,61 +275,6 @@ def test_the_straight_way_turns_to_the_goal_and_slows_down_there():
     assert v.max() <= 0.8
 
 
-# ------------------------------------------------------------------------------------------- closed loops
-
-
-def drive(controller, limits, *, start=(0.0, 0.0, 0.0), goal=(5.0, 0.0), obstacles=(), walls=None, ticks=200):
-    """Poses (n, 3) of a unicycle that does what is decided, until it is at its goal, and the statuses."""
-    pose, twist, poses, statuses = np.array(start), np.zeros(2), [], []
-    for tick in range(ticks):
-        time = 0.1 * tick
-        seen = tuple(replace(d, position=d.position + time * d.velocity) for d in obstacles)
-        o = Observation(
-            robot_pose=pose[None], control_noise=np.zeros((1, 2)), twist=twist, obstacles=seen, goal=np.array(goal),
-            walls=np.zeros((0, 2, 2)) if walls is None else np.array(walls, float), time=time,
-        )  # fmt: skip
-        decision = controller.decide(o)
-        twist = np.array([decision.v, decision.omega])
-        pose = integrate(pose, *twist, 0.1)
-        poses.append(pose)
-        statuses.append(decision.status)
-        if hypot(*(pose[:2] - o.goal)) < 0.3:
-            break
-    return np.array(poses), statuses
-
-
-def disc(x, y, vx=0.0, vy=0.0, radius=0.3):
-    return ObstacleSamples(np.array([[x, y]]), np.array([[vx, vy]]), radius)
-
-
-@pytest.mark.parametrize("heading", [0.0, 2.0, -3.0, pi])
-def test_in_the_open_it_drives_to_its_goal(limits, heading):
-    poses, statuses = drive(make_controller("mppi", limits, 0.1), limits, start=(0.0, 0.0, heading))
-    assert hypot(*(poses[-1, :2] - (5.0, 0.0))) < 0.3
-    assert len(poses) < 85 + 20 * abs(heading)
-    assert set(statuses) == {Status.OK}
-    if heading == 0.0:
-        assert np.abs(poses[:, 1]).max() < 0.15
-
-
-@pytest.mark.parametrize("velocity", [0.0, -0.7])
-def test_an_obstacle_head_on_is_avoided(limits, velocity):
-    obstacle = disc(4.0, 0.0, velocity)
-    poses, statuses = drive(make_controller("mppi", limits, 0.1), limits, goal=(7.0, 0.0), obstacles=(obstacle,))
-    assert hypot(*(poses[-1, :2] - (7.0, 0.0))) < 0.3
-    place = np.array([4.0, 0.0]) + 0.1 * np.arange(1, len(poses) + 1)[:, None] * (velocity, 0.0)
-    assert np.hypot(*(poses[:, :2] - place).T).min() > limits.radius + 0.3
-    assert set(statuses) == {Status.OK}
-
-
-def test_a_gap_in_a_wall_is_found(limits):
-    walls = [[[2.5, -3.0], [2.5, 0.3]], [[2.5, 1.3], [2.5, 3.0]]]
-    poses, _ = drive(make_controller("mppi", limits, 0.1), limits, walls=walls)
-    assert hypot(*(poses[-1, :2] - (5.0, 0.0))) < 0.3
-    through = poses[np.argmin(np.abs(poses[:, 0] - 2.5)), 1]
-    assert 0.3 + limits.radius < through < 1.3 - limits.radius
-
-
 # ---------------------------------------------------------------------------------------------- statuses
 
 
@@ -368,85 +295,6 @@ def test_the_seeds_above_cover_both_cases(observe, limits):
         o = observe(seed, **{**CROWDED, "num_samples": 1, "most": 1, "num_walls": 1})
         seen.add(make_controller("mppi", limits, 0.1).decide(o).status)
     assert {Status.OK, Status.INFEASIBLE} <= seen
-
-
-def test_on_top_of_an_obstacle_it_is_infeasible_and_says_so(alone, limits):
-    decision = make_controller("mppi", limits, 0.1).decide(alone(obstacles=(disc(0.1, 0.0, radius=3.0),)))
-    assert decision.status == Status.INFEASIBLE
-    assert decision.status.advice
-
-
-def test_at_its_goal_it_stops_and_stays(alone, limits):
-    controller = make_controller("mppi", limits, 0.1)
-    stands = controller.decide(alone(twist=(0.0, 0.0), goal=(0.0, 0.0)))
-    assert (stands.v, stands.omega, stands.status) == (0.0, 0.0, Status.STOPPED)
-
-
-# -------------------------------------------------------------------------------------------- invariance
-
-
-def assert_alike(limits, before, after, *, columns=slice(None)):
-    """Two controllers, each of which sees one world's two observations, decide alike."""
-    here, there = (make_controller("mppi", limits, 0.1, rollouts=40) for _ in range(2))
-    for a, b in zip(before, after, strict=True):
-        left, right = here.decide(a), there.decide(b)
-        assert (left.v, left.omega) == pytest.approx((right.v, right.omega), abs=1e-7)
-        assert left.status == right.status
-        assert left.costs.total == pytest.approx(right.costs.total, rel=1e-7)
-        assert left.costs.cone[:, columns] == pytest.approx(right.costs.cone, abs=1e-9)
-        assert left.costs.lane == pytest.approx(right.costs.lane, abs=1e-9)
-
-
-def shuffled(o, seed, *, obstacles=False):
-    rng = np.random.default_rng(seed)
-    order = rng.permutation(len(o.robot_pose))
-    discs = []
-    for d in o.obstacles:
-        m = rng.permutation(len(d.position))
-        discs.append(replace(d, position=d.position[m], velocity=d.velocity[m]))
-    lanes = replace(o.lanes, left_offset=o.lanes.left_offset[order], right_offset=o.lanes.right_offset[order])
-    pose, noise = o.robot_pose[order], o.control_noise[order]
-    return replace(o, robot_pose=pose, control_noise=noise, obstacles=tuple(discs), lanes=lanes)
-
-
-@pytest.mark.parametrize("seed", range(6))
-def test_the_order_of_samples_changes_nothing(observe, limits, seed):
-    seen = [observe(seed, **CROWDED), at(observe(seed + 1, **CROWDED), 0.1)]
-    assert_alike(limits, seen, [shuffled(o, seed) for o in seen])
-
-
-@pytest.mark.parametrize("seed", range(6))
-def test_the_order_of_obstacles_only_permutes_the_columns(observe, limits, seed):
-    seen = [observe(seed, **CROWDED, num_obstacles=4), at(observe(seed + 1, **CROWDED, num_obstacles=4), 0.1)]
-    order = [2, 0, 3, 1]
-    other = [replace(o, obstacles=tuple(o.obstacles[j] for j in order)) for o in seen]
-    assert_alike(limits, seen, other, columns=[*order, 4, 5])
-
-
-@pytest.mark.parametrize("seed", range(6))
-def test_a_turned_and_shifted_world_gives_the_same_decision(observe, limits, seed):
-    rng = np.random.default_rng(seed)
-    angle, shift = rng.uniform(-pi, pi), rng.normal(scale=20.0, size=2)
-    rotation = np.array([[cos(angle), sin(angle)], [-sin(angle), cos(angle)]])  # acts from the right
-
-    def line(abc):
-        a, b = np.array(abc[:2]) @ rotation
-        return (a, b, abc[2] - a * shift[0] - b * shift[1])
-
-    def moved(o):
-        return replace(
-            o,
-            robot_pose=np.column_stack([o.robot_pose[:, :2] @ rotation + shift, o.robot_pose[:, 2] + angle]),
-            obstacles=tuple(
-                replace(d, position=d.position @ rotation + shift, velocity=d.velocity @ rotation) for d in o.obstacles
-            ),
-            goal=o.goal @ rotation + shift,
-            walls=o.walls @ rotation + shift,
-            lanes=replace(o.lanes, left=line(o.lanes.left), right=line(o.lanes.right)),
-        )
-
-    seen = [observe(seed, **CROWDED), at(observe(seed + 1, **CROWDED), 0.1)]
-    assert_alike(limits, seen, [moved(o) for o in seen])
 
 
 # -------------------------------------------------------------------------------------------- degenerate
@@ -476,36 +324,7 @@ def test_every_cost_is_a_number_on_whatever_it_sees(observe, limits, sizes, para
 
 
 def test_obstacles_out_of_range_have_columns_of_zeros_and_walls_stand_behind_them(alone, limits):
-    far, near = disc(9.0, 0.0), disc(1.2, 0.0)
+    far, near = (ObstacleSamples(np.array([[x, 0.0]]), np.zeros((1, 2)), 0.3) for x in (9.0, 1.2))
     walls = np.array([[[-9.0, -1.0], [-9.0, 1.0]], [[2.0, -3.0], [2.0, 3.0]]])
     costs = make_controller("mppi", limits, 0.1).decide(alone(obstacles=(far, near), walls=walls)).costs
     assert costs.cone.any(axis=0).tolist() == [False, True, False, True]
-
-
-def test_between_lanes_it_turns_away_from_the_near_one(alone, limits):
-    zero = np.zeros(25)
-    lanes = Lanes((0.0, 1.0, -0.25), (0.0, 1.0, 2.0), zero, zero)
-    decision = make_controller("mppi", limits, 0.1).decide(alone(heading=0.1, goal=(5.0, 1.0), lanes=lanes))
-    assert decision.omega < 0.0
-
-
-@pytest.mark.parametrize(
-    ("key", "value", "message"),
-    [
-        ("rollouts", 0, "rollouts: found 0; allowed: a whole number from 1 to"),
-        ("steps", 0, "steps: found 0; allowed: a whole number from 1 to"),
-        ("knots", 0, "knots: found 0; allowed: a whole number from 1 to"),
-        ("step", 0.0, "step: found 0.0; allowed: a number from 1e-09 to"),
-        ("temperature", 0.0, "temperature: found 0.0; allowed: a number from 1e-09 to"),
-        ("temperature", inf, "temperature: found inf; allowed: a number from"),
-        ("turn_noise", -1.0, "turn_noise: found -1.0; allowed: a number from 0 to"),
-        ("speed_noise", nan, "speed_noise: found nan; allowed: a number from 0 to"),
-        ("risk_bound", 1.1, "risk_bound: found 1.1; allowed: a number from 0 to 1"),
-        ("weight", inf, "weight: found inf; allowed: a number from"),
-        ("temprature", 1.0, "did you mean 'temperature'?"),
-    ],
-)
-def test_what_cannot_be_is_refused(limits, key, value, message):
-    with pytest.raises(InvalidValue) as error:
-        make_controller("mppi", limits, 0.1, **{key: value})
-    assert message in str(error.value)

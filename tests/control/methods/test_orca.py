@@ -1,5 +1,4 @@
 from dataclasses import replace
-from math import inf
 
 import numpy as np
 import pytest
@@ -7,9 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from mjnav.control import make_controller
-from mjnav.errors import InvalidValue
 from mjnav.messages import Lanes, ObstacleSamples, RobotLimits, Status
-from mjnav.motion.diff_drive import reachable
 from mjnav.motion.unicycle import integrate
 
 PERIOD = 0.1
@@ -80,7 +77,7 @@ def test_what_obeys_the_half_planes_keeps_the_effective_disc_clear_for_the_horiz
     o = observe(seed, near=1.5, num_walls=1)
     decision = controller.decide(o)
     if decision.status == Status.INFEASIBLE:
-        return
+        pytest.skip("no velocity obeys them all")
     problem = controller.problem(o)
     x, y, heading = problem.mean_pose
     start = np.array([x, y]) + p.effective_centre * np.array([np.cos(heading), np.sin(heading)])
@@ -166,13 +163,6 @@ def test_the_preferred_velocity_leads_to_the_goal_and_slows_near_it(alone, orca)
     assert preferred(goal=(5.0, 0.0), heading=0.5) == pytest.approx([0.8 * np.cos(0.5), -0.8 * np.sin(0.5)])
 
 
-def test_at_its_goal_the_robot_stops(alone, orca):
-    at_goal = alone(twist=(0.0, 0.0), goal=(0.0, 0.0))
-    assert orca.decide(at_goal).status == Status.STOPPED
-    moving = orca.decide(replace(at_goal, twist=np.array([0.05, 0.0])))
-    assert (moving.v, moving.omega, moving.status) == (0.0, 0.0, Status.OK)
-
-
 # ------------------------------------------------------------------------------------------ infeasible
 
 
@@ -180,127 +170,3 @@ def test_what_cannot_be_avoided_is_reported_and_braked_for(alone, orca):
     decision = orca.decide(alone(twist=(0.8, 0.0), obstacles=(disc(0.75, 0.0),)))
     assert decision.status == Status.INFEASIBLE
     assert decision.v == pytest.approx(0.7)  # all that one period allows
-
-
-# ------------------------------------------------------------------------------------------ closed loop
-
-
-@pytest.mark.parametrize("goal", [(4.0, 0.0), (3.0, 3.0), (-3.0, 0.5), (-3.0, -0.5), (-4.0, 0.0), (0.0, 2.0)])
-def test_it_reaches_a_goal_in_the_open_wherever_it_lies(drive, orca, goal):
-    assert drive(orca, goal, seconds=20.0)[0]
-
-
-@pytest.mark.parametrize("aside", [-0.3, -0.1, 0.05, 0.2])
-def test_it_passes_a_pillar_at_rest(drive, orca, aside):
-    reached, clearance = drive(orca, (6.0, 0.0), discs=[((3.0, aside), (0.0, 0.0), 0.3)])
-    assert reached
-    assert clearance >= orca.parameters.safety_margin - 0.02  # half-planes are tangents: a chord of one period less
-
-
-@pytest.mark.parametrize("aside", [-0.2, 0.1])
-def test_it_passes_someone_who_comes_towards_it_slowly(drive, orca, aside):
-    reached, clearance = drive(orca, (6.0, 0.0), discs=[((5.0, aside), (-0.4, 0.0), 0.3)])
-    assert reached
-    assert clearance > 0.0
-
-
-def test_it_drives_along_a_wall_and_away_from_one(drive, orca):
-    assert drive(orca, (4.0, 0.0), walls=[[[-2.0, 0.4], [8.0, 0.4]]], seconds=15.0)[0]
-    reached, clearance = drive(orca, (4.0, 0.0), heading=0.0, walls=[[[-0.3, -3.0], [-0.3, 3.0]]], seconds=15.0)
-    assert reached
-    assert clearance > 0.0
-
-
-def test_it_stops_before_a_wall_that_it_cannot_pass(drive, orca):
-    reached, clearance = drive(orca, (4.0, 0.0), walls=[[[2.0, -50.0], [2.0, 50.0]]], seconds=20.0)
-    assert not reached
-    assert clearance > 0.0
-
-
-# ------------------------------------------------------------------------------------- every observation
-
-
-CROWDED = {"spread": 0.2, "near": 0.05, "far": 2.5}
-
-
-@pytest.mark.parametrize("seed", range(30))
-def test_the_decision_is_finite_within_reach_and_always_the_same(observe, orca, seed):
-    o = observe(seed, **(CROWDED if seed % 2 else {}))
-    decision = orca.decide(o)
-    low, high = reachable(o.twist, orca.limits, PERIOD)
-    assert low[0] <= decision.v <= high[0]
-    assert low[1] <= decision.omega <= high[1]
-    assert orca.decide(replace(o)) == decision
-
-
-@pytest.mark.parametrize("seed", range(12))
-def test_neither_order_nor_frame_changes_the_decision(observe, orca, seed):
-    o = observe(seed, num_obstacles=4, **(CROWDED if seed % 2 else {}))
-    rng = np.random.default_rng(seed)
-    order = rng.permutation(4)
-    discs = []
-    for j in order:
-        rows = rng.permutation(len(o.obstacles[j].position))
-        discs.append(
-            replace(o.obstacles[j], position=o.obstacles[j].position[rows], velocity=o.obstacles[j].velocity[rows])
-        )
-    angle, shift = rng.uniform(-np.pi, np.pi), 20.0 * rng.normal(size=2)
-    c, s = np.cos(angle), np.sin(angle)
-    turn = np.array([[c, s], [-s, c]])  # acts from the right
-
-    def line(a, b, offset):
-        a, b = a * c - b * s, a * s + b * c
-        return a, b, offset - a * shift[0] - b * shift[1]
-
-    other = replace(
-        o,
-        robot_pose=np.column_stack([o.robot_pose[:, :2] @ turn + shift, o.robot_pose[:, 2] + angle])[::-1],
-        obstacles=tuple(replace(d, position=d.position @ turn + shift, velocity=d.velocity @ turn) for d in discs),
-        goal=o.goal @ turn + shift,
-        walls=o.walls[::-1] @ turn + shift,
-        lanes=replace(o.lanes, left=line(*o.lanes.left), right=line(*o.lanes.right)),
-    )
-    first, second = orca.decide(o), orca.decide(other)
-    assert (second.v, second.omega) == pytest.approx((first.v, first.omega), abs=1e-6)
-    assert first.status == second.status
-
-
-def test_what_is_degenerate_is_decided_all_the_same(alone, orca):
-    zero = np.zeros(25)
-    on_top = disc(0.0, 0.0)
-    point = np.zeros((1, 2, 2))
-    lanes = Lanes((0.0, 1.0, 1.0), (0.0, 1.0, -1.0), zero, zero)  # nothing lies between them
-    lead = orca.parameters.effective_centre
-    for o in (
-        alone(num_samples=1),
-        alone(twist=(0.0, 0.0)),
-        alone(twist=(9.0, -9.0)),
-        alone(goal=(0.0, 0.0)),
-        alone(obstacles=(on_top,)),
-        alone(obstacles=(on_top, on_top), twist=(0.0, 0.0)),
-        alone(obstacles=(disc(lead, 0.0),), twist=(0.0, 0.0)),
-        alone(obstacles=(disc(0.3, 0.0, radius=0.0),)),
-        alone(walls=point),
-        alone(walls=point + np.array([lead, 0.0])),
-        alone(lanes=lanes),
-    ):
-        decision = orca.decide(o)
-        assert np.isfinite([decision.v, decision.omega]).all()
-        assert decision.costs is None
-
-
-def test_the_log_gets_the_samples_of_the_closest_obstacle(observe, orca):
-    o = observe(3, num_obstacles=3)
-    index, samples, desired = orca.closest_cone(o, orca.decide(o))
-    gaps = [np.hypot(*(d.position.mean(0) - o.robot_pose[:, :2].mean(0))) - d.radius for d in o.obstacles]
-    assert index == np.argmin(gaps)
-    assert samples.shape == (5 * len(o.obstacles[index].position),)
-    assert desired.shape == (0,)
-    assert orca.closest_cone(replace(o, obstacles=()), orca.decide(o)) is None
-
-
-@pytest.mark.parametrize("key", ["time_horizon", "effective_centre", "responsibility"])
-@pytest.mark.parametrize("value", [0.0, -1.0, inf])
-def test_parameters_that_cannot_be_are_refused(key, value):
-    with pytest.raises(InvalidValue, match=f"{key}: found"):
-        make_controller("orca", RobotLimits(), PERIOD, **{key: value})

@@ -1,5 +1,4 @@
 from fractions import Fraction
-from math import nan
 
 import numpy as np
 import pytest
@@ -9,7 +8,6 @@ from hypothesis.extra.numpy import arrays
 
 from mjnav.control import Status, make_controller
 from mjnav.control.methods.saa import colliding_share
-from mjnav.errors import InvalidValue
 from mjnav.messages import ObstacleSamples
 
 SMALL = {"num_v": 6, "num_omega": 7}
@@ -91,9 +89,3 @@ def test_at_level_zero_everything_is_allowed(observe, limits):
     decision = make_controller("saa", limits, 0.1, eta=0.0).decide(observe(1, **CROWDED))
     assert (decision.costs.total == decision.costs.goal).all()
     assert decision.status != Status.INFEASIBLE
-
-
-@pytest.mark.parametrize("eta", [-0.1, 1.1, nan])
-def test_a_level_that_is_none_is_refused(limits, eta):
-    with pytest.raises(InvalidValue, match=r"eta: found .*; allowed: a number from 0 to 1"):
-        make_controller("saa", limits, 0.1, eta=eta)
