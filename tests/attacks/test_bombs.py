@@ -180,7 +180,7 @@ def ordinary(reader, folder):
 
 
 @pytest.mark.parametrize("bomb", BOMBS, ids=lambda bomb: bomb.__name__)
-def test_a_bomb_costs_what_its_size_allows(bomb, reader, sound, ordinary):
+def test_a_bomb_costs_memory_and_time_in_proportion_to_its_size(bomb, reader, sound, ordinary):
     content = bomb(sound)
     for name in BOMBS[bomb]:
         done = reader(name, content)
@@ -190,7 +190,7 @@ def test_a_bomb_costs_what_its_size_allows(bomb, reader, sound, ordinary):
         assert done["seconds"] <= SLOWER * ordinary, (name, done, ordinary)
 
 
-def test_a_chunk_that_claims_more_than_its_file_allows_is_named_and_not_decompressed(reader, sound):
+def test_a_chunk_that_claims_too_much_is_named_and_not_decompressed(reader, sound):
     size = 2 * FREE_CONTENTS + CONTENTS * len(sound)
     done = reader("csv", with_chunks(sound, chunk(record(200, bytes(size)))))
     assert done["code"] == 3
@@ -200,7 +200,7 @@ def test_a_chunk_that_claims_more_than_its_file_allows_is_named_and_not_decompre
 
 @pytest.mark.parametrize("kind", ["fifo", "zero", "folder"])
 @pytest.mark.parametrize("name", COMMANDS)
-def test_what_is_no_regular_file_is_refused_at_once(name, kind, tmp_path, monkeypatch, capsys):
+def test_a_pipe_a_device_and_a_folder_are_refused_at_once(name, kind, tmp_path, monkeypatch, capsys):
     from mjnav.cli.main import main
 
     monkeypatch.chdir(tmp_path)

@@ -48,7 +48,7 @@ TOO_MUCH = {
 
 
 @pytest.mark.parametrize("override", TOO_MUCH)
-def test_what_no_machine_survives_is_refused_before_anything_starts(override, capsys):
+def test_a_value_too_large_for_any_machine_is_refused_before_the_run(override, capsys):
     assert main(["run", "crossing1", "--no-log", "--set", override]) == 2
     said = capsys.readouterr()
     assert said.out == ""
@@ -78,7 +78,7 @@ TOO_MANY = {
 
 
 @pytest.mark.parametrize("key", TOO_MANY)
-def test_what_is_too_much_together_is_refused_with_what_it_would_take(key):
+def test_numbers_too_large_together_are_refused_with_the_memory_they_take(key):
     text, message = TOO_MANY[key]
     with pytest.raises(InvalidValue) as raised:
         scenarios.loads(text)
@@ -88,7 +88,7 @@ def test_what_is_too_much_together_is_refused_with_what_it_would_take(key):
 
 @pytest.mark.parametrize("engine", ["kinematic", "mujoco"])
 @pytest.mark.parametrize("robot", ["particle", "ekf", "ukf"])
-def test_the_widest_noise_that_is_allowed_ends_in_order(engine, robot):
+def test_a_run_with_the_widest_noise_allowed_ends(engine, robot):
     """The robot may be thrown out of the room, and the physics lost; nothing of mjnav's own breaks."""
     scenario = scenarios.load("hall", [
         f"physics.engine={engine}", f"estimation.robot.filter={robot}", "time_limit=2", "stop_on_collision=false",
@@ -107,7 +107,7 @@ def suppress_lost_physics():
             raise
 
 
-def test_a_name_of_a_hundred_characters_of_three_bytes_is_the_name_of_a_log(tmp_path, monkeypatch):
+def test_a_log_is_named_after_a_name_of_a_hundred_wide_characters(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     names = ["界" * 100, "界" * 99 + "面"]
     logs = [mjnav.run(scenarios.load("crossing1", [f"name={n}", "time_limit=0.2"]), log=True) for n in names]
@@ -117,7 +117,7 @@ def test_a_name_of_a_hundred_characters_of_three_bytes_is_the_name_of_a_log(tmp_
     assert mjnav.open_log(logs[0].summary["log"]).scenario().name == names[0]
 
 
-def test_names_that_are_shortened_to_the_same_stay_apart():
+def test_names_that_are_shortened_alike_get_different_files():
     stems = [file_stem(scenarios.load("crossing1", [f"name={'界' * 99}{end}"]), "now") for end in ("a", "b")]
     assert stems[0] != stems[1]
     assert all(len(stem.encode()) <= MAX_STEM for stem in stems)
@@ -132,7 +132,7 @@ def test_a_name_that_no_file_could_have_is_refused(name):
         scenarios.load("crossing1", [f'name="{name}"'])
 
 
-def test_a_study_whose_folder_could_not_be_made_is_refused(tmp_path):
+def test_a_study_name_too_long_for_a_folder_is_refused(tmp_path):
     path = tmp_path / "study.toml"
     text = 'schema = 1\nname = "{}"\nscenes = ["crossing1"]\n[[methods]]\ncontroller = "mean"\n'
     path.write_text(text.format("界" * 66), encoding="utf-8")

@@ -49,7 +49,7 @@ def nested(depth: int) -> list:
 
 
 @pytest.mark.parametrize("key", ["pose", "estimate"])
-def test_a_page_is_made_of_numbers_that_no_difference_can_be_taken_of(sound, folder, capsys, key):
+def test_a_page_is_made_of_numbers_whose_difference_overflows(sound, folder, capsys, key):
     def huge(document, tick):
         if key == "pose":
             document["pose"] = [1e308, -1e308, (-1) ** tick * 1e308]
@@ -61,19 +61,19 @@ def test_a_page_is_made_of_numbers_that_no_difference_can_be_taken_of(sound, fol
     assert capsys.readouterr().err == ""
 
 
-def test_a_page_has_no_moment_of_which_the_time_is_not_known(sound, folder):
+def test_a_page_has_no_moment_at_an_unknown_time(sound, folder):
     (folder / "a.mcap").write_bytes(altered(sound, "/robot/state", lambda document, _: document.update(time=None)))
     assert main(["report", "a.mcap"]) == 0
 
 
-def test_a_number_that_is_no_double_is_a_message_that_is_not_ours(sound, folder, capsys):
+def test_a_number_beyond_a_double_is_bad_input(sound, folder, capsys):
     content = altered(sound, "/decision", lambda document, _: document["cost"].update(goal=10**400))
     (folder / "a.mcap").write_bytes(content)
     assert main(["report", "a.mcap"]) == 2
     assert "/decision of tick 0 is not what mjnav writes" in capsys.readouterr().err
 
 
-def test_lists_deeper_than_the_interpreter_goes_are_a_message_that_is_not_ours(sound, folder, capsys):
+def test_a_list_nested_too_deeply_for_the_interpreter_is_damage(sound, folder, capsys):
     content = altered(sound, "/robot/state", lambda document, _: document.update(pose=nested(900)))
     (folder / "a.mcap").write_bytes(content)
     assert main(["export", "a.mcap", "out", "--format", "csv"]) == 3
@@ -82,7 +82,7 @@ def test_lists_deeper_than_the_interpreter_goes_are_a_message_that_is_not_ours(s
     assert len(said.splitlines()) == 1
 
 
-def test_names_that_change_from_tick_to_tick_do_not_multiply_in_a_page(sound, folder, capsys, monkeypatch):
+def test_a_page_with_new_names_in_every_tick_is_refused(sound, folder, capsys, monkeypatch):
     monkeypatch.setattr("mjnav.recording.read.budget.FREE_EXPORT", 0)  # few names are too many
     monkeypatch.setattr("mjnav.recording.read.budget.EXPORT", 1)
 
@@ -95,7 +95,7 @@ def test_names_that_change_from_tick_to_tick_do_not_multiply_in_a_page(sound, fo
 
 
 @pytest.mark.parametrize("last", [1e18, float("inf"), float("nan"), -1.0])
-def test_no_film_is_as_long_as_a_log_says(sound, folder, capsys, last):
+def test_a_film_of_a_log_with_impossible_times_is_refused(sound, folder, capsys, last):
     pytest.importorskip("av")
     content = altered(sound, "/robot/state", lambda document, tick: tick == 4 and document.update(time=last))
     (folder / "a.mcap").write_bytes(content)
@@ -104,7 +104,7 @@ def test_no_film_is_as_long_as_a_log_says(sound, folder, capsys, last):
 
 
 @pytest.mark.parametrize("command", [["inspect", "a.mcap"], ["recover", "a.mcap", "b.mcap"]])
-def test_what_is_printed_is_as_long_as_somebody_reads(sound, folder, capsys, command):
+def test_printed_text_is_bounded_however_many_topics_there_are(sound, folder, capsys, command):
     names = [channel(100 + i, b"/%d" % i) for i in range(2000)] + [channel(99, b"/" + b"x" * 100_000)]
     (folder / "a.mcap").write_bytes(with_chunks(sound, chunk(b"".join(names))))
     main(command)

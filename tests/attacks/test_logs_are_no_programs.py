@@ -67,7 +67,7 @@ def folder(tmp_path_factory):
     return folder
 
 
-def test_no_reading_command_imports_what_is_named(folder, tmp_path):
+def test_no_reading_command_imports_the_module_a_log_names(folder, tmp_path):
     script = tmp_path / "all"
     script.write_text(ALL.format(folder=str(folder), commands=READ))
     done = subprocess.run([sys.executable, script], cwd=folder, capture_output=True, text=True, check=False)

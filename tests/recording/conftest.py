@@ -195,3 +195,17 @@ def driven(tmp_path_factory) -> Log:
     path = tmp_path_factory.mktemp("driven") / "a.mcap"
     mjnav.run(mjnav.load_scenario("crossing1", ["time_limit=2.0", "physics.engine=kinematic"]), log=path)
     return open_log(path)
+
+
+@pytest.fixture(scope="session")
+def whole(tmp_path_factory) -> Path:
+    """A log of twelve made-up ticks in several chunks."""
+    run, path = MadeUpRun(num_people=1, num_candidates=5), tmp_path_factory.mktemp("whole") / "whole.mcap"
+    with Recorder(path, make_scenario(1), {"seed": "3"}, "<mujoco/>") as recorder:
+        for tick in range(12):
+            recorder.write(run.record(tick))
+            recorder.write_timing(run.timing(tick))
+            if tick % 3 == 2:
+                recorder._writer.flush()
+        recorder.finish(run.truth(12), {"outcome": "goal"})
+    return path

@@ -74,7 +74,7 @@ def test_it_finds_the_same_bytes_in_the_same_order(node_modules, driven, way):
     assert found == ours(driven.path)
 
 
-def test_it_reads_a_log_whose_writer_was_killed_as_far_as_mjnav_does(node_modules, driven, tmp_path):
+def test_it_reads_a_killed_writers_log_as_far_as_mjnav_does(node_modules, driven, tmp_path):
     content, path = driven.path.read_bytes(), tmp_path / "cut.mcap"
     path.write_bytes(content[: int(0.6 * len(content))])
     found = read(node_modules, "stream", path)

@@ -6,12 +6,12 @@ from mjnav.recording.read.differences import Difference, differences, logged_tic
 from mjnav.recording.read.log import LogMessage
 
 
-def test_what_is_the_same_differs_in_nothing():
+def test_equal_documents_have_no_differences():
     document = {"a": [1.0, None, {"name": "person1", "b": True}]}
     assert differences("truth", "/x a", document, {"a": [1.0, None, {"name": "person1", "b": True}]}) == []
 
 
-def test_every_value_that_differs_is_there_with_its_way_and_its_amount():
+def test_every_difference_has_its_field_and_its_amount():
     before = {"pose": [1.0, 2.0], "people": [{"name": "person7", "v": 1}], "status": "ok", "gone": 3, "flag": False}
     after = {"pose": [1.0, 2.5], "people": [{"name": "person7", "v": 4}], "status": "stopped", "flag": True}
     found = {d.field: (d.logged, d.again, d.amount) for d in differences("truth", "/x", before, after)}
@@ -24,7 +24,7 @@ def test_every_value_that_differs_is_there_with_its_way_and_its_amount():
     }
 
 
-def test_a_list_that_is_longer_has_values_where_the_other_has_none():
+def test_a_longer_list_differs_from_none():
     assert differences("reading", "/x", [[1.0]], [[1.0], [2.0]]) == [Difference("reading", "/x.1.0", None, 2.0)]
 
 
@@ -33,7 +33,7 @@ def test_numbers_are_compared_to_the_last_bit():
     assert found.amount == pytest.approx(5.55e-17, rel=0.01)
 
 
-def test_messages_are_put_together_tick_by_tick():
+def test_messages_are_grouped_by_tick():
     messages = [LogMessage("/odometry", 0, tick, {"v": v}) for tick, v in ((0, 1.0), (2, 2.0), (2, 3.0))]
     assert [tuple(tick) for tick in logged_ticks(messages)] == [
         (0, {"/odometry": [{"v": 1.0}]}),

@@ -67,7 +67,7 @@ def test_a_result_keeps_its_types(tmp_path, scenario, made_up, contact):
     assert log.scenario() == scenario
 
 
-def test_a_topic_is_summed_up_over_its_own_span(tmp_path, scenario, made_up, contact):
+def test_a_topics_rate_is_over_its_own_span(tmp_path, scenario, made_up, contact):
     record_run(tmp_path / "a.mcap", scenario, made_up, contact)
     log = open_log(tmp_path / "a.mcap")
     scan, command = log.topics["/scan"], log.topics["/command"]
@@ -89,23 +89,6 @@ def test_a_run_without_an_end_gives_its_whole_ticks(tmp_path, scenario, made_up,
     assert len(trajectory.status) == 5
     np.testing.assert_array_equal(trajectory.robot_pose, memory.robot_pose[:6])
     np.testing.assert_array_equal(trajectory.timing, memory.timing[:5])
-
-
-@pytest.fixture(scope="module")
-def whole(tmp_path_factory):
-    from tests.recording.conftest import MadeUpRun, make_scenario
-
-    folder = tmp_path_factory.mktemp("logs")
-    run = MadeUpRun(num_people=1, num_candidates=5)
-    scenario = make_scenario(1)
-    with Recorder(folder / "whole.mcap", scenario, {"seed": "3"}, "<mujoco/>") as recorder:
-        for tick in range(12):
-            recorder.write(run.record(tick))
-            recorder.write_timing(run.timing(tick))
-            if tick == 5:  # so that there is more than one chunk
-                recorder._writer.flush()
-        recorder.finish(run.truth(12), {"outcome": "goal"})
-    return folder / "whole.mcap"
 
 
 in_module_folder = settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
@@ -133,27 +116,16 @@ def test_a_log_cut_off_anywhere_is_read_as_far_as_it_goes(whole, share):
     length = int(share * len(content))
     path = folder / "cut.mcap"
     path.write_bytes(content[:length])
-    if length < len(MCAP0_MAGIC):
-        with pytest.raises(InputError):
-            open_log(path)
-        return
     metadata_end = content.index(b"mjnav/run") + len("mjnav/run") + 4 + 4 + len("seed") + 4 + len("3")
     if length < metadata_end:
-        with pytest.raises(DamagedLogError, match="nothing in it can be read"):
+        with pytest.raises(InputError if length < len(MCAP0_MAGIC) else DamagedLogError):
             open_log(path)
-        return
-    log = open_log(path)
-    assert log.run["seed"] == "3"
-    assert log.truncated == (length < len(content) - len(MCAP0_MAGIC))
-    messages = list(log.messages("/command"))
-    assert [message.sequence for message in messages] == list(range(len(messages)))
-    assert len(messages) == log.topics["/command"].messages if messages else True
-
-
-def test_the_whole_log_of_those_tests_is_sound(whole):
-    log = open_log(whole)
-    assert log.topics["/command"].messages == 12
-    assert len(log.trajectory().status) == 12
+    else:
+        log = open_log(path)
+        assert log.run["seed"] == "3"
+        assert log.truncated == (length < len(content) - len(MCAP0_MAGIC))
+        sequence = [message.sequence for message in log.messages("/command")]
+        assert sequence == list(range(len(sequence)))
 
 
 def test_a_changed_bit_in_a_chunk_of_an_unfinished_log_is_found(whole):
@@ -214,7 +186,7 @@ def test_another_programs_empty_log_is_no_error(tmp_path):
     assert (log.duration, log.topics, log.truncated) == (None, {}, False)
 
 
-def test_a_document_that_is_no_json_and_a_schema_that_is_none_are_damage(tmp_path):
+def test_a_document_that_is_no_json_and_a_broken_schema_are_damage(tmp_path):
     path = tmp_path / "odd.mcap"
     with open(path, "wb") as file:
         writer = Writer(file)
@@ -232,7 +204,7 @@ def test_a_document_that_is_no_json_and_a_schema_that_is_none_are_damage(tmp_pat
             list(log.messages(topic))
 
 
-def test_messages_of_which_nothing_tells_the_topic_are_counted_by_nobody(tmp_path):
+def test_messages_without_a_channel_are_counted_in_no_topic(tmp_path):
     path = tmp_path / "odd.mcap"
     with open(path, "wb") as file:
         writer = Writer(file, use_chunking=False, repeat_channels=False)
@@ -252,7 +224,7 @@ def test_bytes_behind_the_end_are_damage(whole, rest):
         open_log(path)
 
 
-def test_records_of_kinds_unknown_today_are_passed_over(whole):
+def test_records_of_unknown_opcodes_are_ignored(whole):
     content = whole.read_bytes()
     private = b"\xc8" + (7).to_bytes(8, "little") + b"private"
     header_end = len(MCAP0_MAGIC) + 9 + content[len(MCAP0_MAGIC) + 1]

@@ -54,7 +54,7 @@ def test_a_chunk_without_a_checksum_or_content_is_sound():
         assert list(chunk_records(chunk(b"", compression, packed=pack(b"")))) == []
 
 
-def test_kinds_that_do_not_belong_into_a_chunk_are_passed_over():
+def test_records_that_do_not_belong_in_a_chunk_are_ignored():
     assert list(chunk_records(chunk(b"\xc8" + struct.pack("<Q", 3) + b"abc"))) == []
 
 
@@ -92,7 +92,7 @@ def test_a_chunk_that_contradicts_itself_is_refused(body, what):
         list(chunk_records(body))
 
 
-def test_an_attachments_checksum_counts_and_may_be_missing():
+def test_an_attachments_checksum_is_verified_where_there_is_one():
     body = written(Attachment(1, 2, "a", "text/plain", b"content"))[9:]
     assert parse_record(Opcode.ATTACHMENT, body).data == b"content"
     with pytest.raises(BadRecord, match="an attachment that does not match its checksum"):
@@ -107,5 +107,5 @@ def test_an_attachment_cut_short_is_refused(size):
         parse_record(Opcode.ATTACHMENT, body[:size])
 
 
-def test_indices_and_unknown_kinds_are_no_records():
+def test_indices_and_unknown_opcodes_give_no_record():
     assert [parse_record(opcode, b"") for opcode in (Opcode.CHUNK_INDEX, Opcode.STATISTICS, 77, 200)] == [None] * 4

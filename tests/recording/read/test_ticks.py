@@ -42,7 +42,7 @@ def ticks():
     return [(tick, documents_of(run, tick)[0]) for tick in range(10)]
 
 
-def test_blocks_of_rows_give_the_trajectory_of_one_piece():
+def test_assembled_ticks_give_the_trajectory_of_the_run():
     run = MadeUpRun(num_people=1, num_candidates=2)
     whole, assembler = TrajectoryBuilder(), TickAssembler()
     for tick in range(20):
@@ -84,7 +84,7 @@ def test_across_gaps_ticks_that_are_not_whole_are_left_out(ticks):
 
 @pytest.mark.parametrize("topic", TICK)
 @pytest.mark.parametrize("bad", [None, 3, [], "text", {}, {"people": [{}]}, {"contacts": [{"kind": 1}]}])
-def test_a_document_that_is_not_mjnavs_is_an_error_or_leaves_its_tick_out(ticks, topic, bad):
+def test_a_foreign_document_is_an_error_or_leaves_its_tick_out(ticks, topic, bad):
     ticks[4][1][topic] = bad
     if (run := assembled(ticks, across_gaps=True)) is not None:
         assert 4 not in run.ticks[:-1]
@@ -92,26 +92,26 @@ def test_a_document_that_is_not_mjnavs_is_an_error_or_leaves_its_tick_out(ticks,
         assembled(ticks, across_gaps=False)
 
 
-def test_numbers_out_of_all_bounds_are_errors_of_their_tick(ticks):
+def test_numbers_out_of_bounds_leave_their_tick_out(ticks):
     ticks[2][1][TIMING]["sense_ns"] = 10**30
     ticks[5][1]["/robot/state"]["pose"][0] = 10**400
     assert assembled(ticks, across_gaps=True).ticks.tolist() == [0, 1, 3, 4, 6, 7, 8, 9]
 
 
-def test_people_do_not_come_and_go(ticks):
+def test_a_tick_with_another_number_of_people_is_left_out(ticks):
     ticks[3][1]["/people/truth"]["people"].pop()
     assert assembled(ticks, across_gaps=True).ticks.tolist() == [0, 1, 2, 4, 5, 6, 7, 8, 9]
     with pytest.raises(BadDocument, match="2 people have become 1"):
         assembled(ticks, across_gaps=False)
 
 
-def test_ticks_that_come_again_count_once(ticks):
+def test_repeated_ticks_count_once(ticks):
     again = [*ticks[:5], *ticks[2:4], *ticks[5:]]
     assert assembled(again, across_gaps=True).ticks.tolist() == list(range(10))
     assert assembled(again, across_gaps=False).ticks.tolist() == list(range(5))
 
 
-def test_effective_sample_sizes_stand_beside_the_ticks(ticks):
+def test_effective_sample_sizes_are_given_by_tick(ticks):
     ticks[4][1]["/people/estimate"]["people"].pop(0)
     ticks[5][1]["/robot/state"]["estimate"]["ess"] = None
     ticks[6][1]["/people/estimate"]["people"][0]["recovered"] = True
@@ -122,7 +122,7 @@ def test_effective_sample_sizes_stand_beside_the_ticks(ticks):
     assert np.argwhere(np.isnan(run.people_ess)).tolist() == [[4, 0]]
 
 
-def test_nothing_and_truth_alone(ticks):
+def test_no_documents_give_no_run_and_truth_alone_gives_no_tick(ticks):
     assert assembled([], across_gaps=True) is None
     only_truth = [(0, {topic: ticks[0][1][topic] for topic in TRUTH})]
     run = assembled(only_truth, across_gaps=False)

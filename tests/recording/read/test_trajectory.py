@@ -9,7 +9,7 @@ from mjnav.scenarios import load
 
 
 @pytest.mark.parametrize("n", [1, 3, 4])
-def test_a_symmetric_matrix_is_what_its_triangle_says(n):
+def test_a_symmetric_matrix_is_made_of_its_triangle(n):
     root = np.random.default_rng(0).standard_normal((5, 2, n, n))
     matrices = root + np.swapaxes(root, -1, -2)
     triangles = triangle(matrices)

@@ -34,14 +34,14 @@ def data_end(log) -> int:
     return content.index(b"\x0f\x04" + bytes(7))
 
 
-def test_any_one_changed_bit_of_the_data_and_of_their_checksum_is_found(log):
+def test_any_single_changed_bit_of_the_data_or_their_checksum_is_found(log):
     end = 8 * data_end(log)
     rng = np.random.default_rng(1)
     for bit in (0, 7, 8, end - 8, end - 1, end + 72, end + 103, *rng.integers(0, end, 12).tolist()):
         assert changed_bit(with_changed(log, [bit])) == bit
 
 
-def test_what_one_bit_does_not_explain_is_not_explained(log):
+def test_no_bit_is_found_for_an_intact_log_or_two_changed_bits(log):
     """Two bits, by chance, look like a third once in 2^32 / 1.2 million."""
     end = 8 * data_end(log)
     rng = np.random.default_rng(2)
@@ -51,7 +51,7 @@ def test_what_one_bit_does_not_explain_is_not_explained(log):
     assert changed_bit(with_changed(log, [end + 80, end + 90])) is None
 
 
-def test_no_checksum_and_no_end_tell_nothing(log, tmp_path):
+def test_no_bit_is_found_without_a_checksum_or_an_end(log, tmp_path):
     content = log.read_bytes()
     stated = data_end(log) + 9
     assert zlib.crc32(content[: stated - 9]) == int.from_bytes(content[stated : stated + 4], "little")

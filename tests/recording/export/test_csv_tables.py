@@ -152,7 +152,7 @@ def test_particles_read_back_as_the_same_float32(log, folder):
     assert set(table["track"]) == {0, 1, 2}
 
 
-def test_the_cones_samples_and_those_desired_are_told_apart(log, folder):
+def test_samples_and_desired_samples_of_the_cone_are_labelled(log, folder):
     table = read(folder, "cone")
     for tick, _, value in stamped(log, "/cone"):
         of_tick = table[table["tick"] == tick]
@@ -214,7 +214,7 @@ def test_every_candidate_has_a_row_with_its_costs_and_what_it_was(log, folder):
         assert np.float32(terms["cost"]).tolist() == np.float32(decision["cost"]["cone"]).tolist()
 
 
-def test_what_happened_is_quoted_where_it_must_be(folder):
+def test_events_with_commas_are_quoted(folder):
     table = read(folder, "events")
     assert table["text"].tolist() == [f"the robot, again: {tick}" for tick in (0, 1, 3, 4, 5)]
     assert set(table["level"]) == {"WARNING"}

@@ -134,13 +134,13 @@ def test_evos_error_of_the_bag_is_the_results(driven, tmp_path, tmp_path_factory
 # ---------------------------------------------------------------------------------------- the robot
 
 
-def test_the_clock_ticks_once_a_moment(bag):
+def test_the_clock_has_one_message_a_time(bag):
     assert [time for time, _ in bag["/clock"]] == [tick * 100_000_000 for tick in range(7)]
     for time, message in bag["/clock"]:
         assert message.clock.sec * 10**9 + message.clock.nanosec == time
 
 
-def test_the_truth_is_an_odometry_without_doubt(log, bag):
+def test_the_truth_is_an_odometry_without_covariance(log, bag):
     for time, value, message in pairs(log, "/robot/state", bag, "/robot/truth"):
         assert_header(message.header, time)
         assert message.child_frame_id == "base_link"
@@ -151,7 +151,7 @@ def test_the_truth_is_an_odometry_without_doubt(log, bag):
         assert not message.twist.covariance.any()
 
 
-def test_the_estimates_covariance_stands_at_x_y_and_the_turn_about_z(log, bag):
+def test_the_estimates_covariance_is_that_of_x_y_and_yaw(log, bag):
     believed = [(time, value["estimate"]) for time, value in logged(log, "/robot/state") if value["estimate"]]
     assert len(believed) == len(bag["/robot/estimate"]) == 6
     for (time, estimate), (stamp, message) in zip(believed, bag["/robot/estimate"], strict=True):
@@ -293,7 +293,7 @@ def test_candidates_are_drawn_as_arcs_from_the_believed_pose(log, bag):
         assert chosen.scale.x > 5 * thin[0].scale.x
 
 
-def test_what_ros_has_no_type_for_is_json(log, bag):
+def test_topics_without_a_ros_type_are_json(log, bag):
     for topic in ("/contacts", "/decision", "/tick"):
         for _, value, message in pairs(log, topic, bag, topic):
             assert json.loads(message.data) == value
