@@ -21,6 +21,7 @@ COMMANDS: Mapping[str, tuple[str, str]] = MappingProxyType(
         "run": ("mjnav.cli.run", "run one episode of a scene"),
         "rate-test": ("mjnav.cli.rate_test", "run a scene against the clock, with a verdict"),
         "list": ("mjnav.cli.list", "list scenes, studies, controllers, noise profiles and behaviours"),
+        "schema": ("mjnav.cli.schema", "print the JSON Schema of run files or study files, for editors"),
         "surface": ("mjnav.cli.surface", "draw what one decision's cost is over all speeds and turn rates"),
         "calibrate": ("mjnav.cli.calibrate", "compare predicted risks with how often they come true"),
         "sweep": ("mjnav.cli.sweep", "run a study: scenes, methods and settings under many seeds"),

@@ -68,13 +68,14 @@ class Choice:
 
 @dataclass(frozen=True, slots=True)
 class Text:
-    """Strings of printable characters that match a whole regular expression, and that in words."""
+    """Strings of printable characters, which a regular expression matches as a whole; `allowed` says so in words."""
 
     pattern: str
+    longest: int
     allowed: str
 
     def __contains__(self, value: str) -> bool:
-        return value.isprintable() and re.fullmatch(self.pattern, value) is not None
+        return len(value) <= self.longest and value.isprintable() and re.fullmatch(self.pattern, value) is not None
 
 
 @dataclass(frozen=True, slots=True)

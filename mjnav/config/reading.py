@@ -76,11 +76,12 @@ def settled(hint: Any, value: Any) -> Any:
         return _of_type(bool, hint, value)
     if kind is str:
         choice, text = mark(hint, Choice), mark(hint, Text)
-        if choice is not None and value not in choice.names:
-            raise unknown_name("", value, choice.names)
-        if text is not None and _of_type(str, hint, value) not in text:
-            raise InvalidValue("", value, text.allowed)
-        return _of_type(str, hint, value)
+        string = _of_type(str, hint, value)
+        if choice is not None and string not in choice.names:
+            raise unknown_name("", string, choice.names)
+        if text is not None and string not in text:
+            raise InvalidValue("", string, text.allowed)
+        return string
     if get_origin(kind) is tuple:
         return _array(hint, value)
     variants = mark(hint, Variants)

@@ -29,7 +29,8 @@ _PARTICLES = Range(2, 1_000_000)
 Name = Annotated[
     str,
     Text(
-        r"(?=.{1,100}$)[^/]*[^/. ][^/]*",
+        r"[^/]*[^/. ][^/]*",
+        100,
         'up to 100 printable characters without "/", not dots alone: logs are named after it',
     ),
 ]
@@ -186,7 +187,10 @@ class Physics:
 class LogContent:
     """What a log holds beside the data. It changes nothing in the run."""
 
-    drawings: bool = False  # of the data, for programs that draw only what a log holds as shapes
+    drawings: Annotated[bool, "of the data, for programs that draw only what a log holds as shapes"] = False
+
+    def __post_init__(self):
+        settle(self)
 
 
 @dataclass(frozen=True, slots=True)

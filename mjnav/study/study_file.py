@@ -97,7 +97,8 @@ class StudyFile:
     name: Annotated[
         str,
         Text(
-            r"(?=.{1,100}$)[^/.][^/]*",
+            r"[^/.][^/]*",
+            100,
             'up to 100 printable characters without "/", no dot in front: a folder is named after it',
         ),
     ]

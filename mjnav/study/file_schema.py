@@ -1,0 +1,53 @@
+"""The JSON Schemas of run files and study files, with the parameters of every method."""
+
+from mjnav import control
+from mjnav.config.schema import Schema, json_schema, partial, table_schema, with_variants
+from mjnav.control import make_controller
+from mjnav.messages import RobotLimits
+from mjnav.scenarios.spec import Control, Scenario
+from mjnav.study.study_file import StudyFile
+
+_PERIOD = 1.0 / Control().rate  # [s] for which defaults are shown
+
+
+def run_schema() -> Schema:
+    """Of a run file. [control] takes the parameters of its method, and any of a user's own."""
+    schema = {"title": "mjnav run file", **json_schema(Scenario)}
+    tables = schema["$defs"]
+    tables["Control"]["properties"]["method"] = _method(tables["Control"]["properties"]["method"])
+    defaults = {name: make_controller(name, RobotLimits(), _PERIOD).parameters for name in control.names()}
+    kinds = {name: table_schema(type(own), tables, own) for name, own in defaults.items()}
+    tables["Control"] = with_variants(tables["Control"], "method", kinds, default=Control().method)
+    trace = tables["Latency"]["properties"]["trace"]
+    description = trace.pop("description")
+    tables["Latency"]["properties"]["trace"] = {"description": description, "anyOf": [trace, {"type": "string"}]}
+    return schema
+
+
+def study_schema() -> Schema:
+    """Of a study file. What it sets are keys of a run file, and of [control] where a method sets them."""
+    schema, run = {"title": "mjnav study file", **json_schema(StudyFile)}, run_schema()
+    tables = schema["$defs"]
+    values = partial(run, "set", lambda one: one)
+    arrays = partial(run, "grid", lambda one: {"type": "array", "items": one, "minItems": 1, "uniqueItems": True})
+    for name, some in (("set", values), ("grid", arrays)):
+        tables |= some.pop("$defs")
+        own = tables[f"Control {name}"]["properties"]
+        groups = {key: one for key, one in some["properties"].items() if "$ref" in one or "anyOf" in one}
+        tables[name] = some
+        tables[f"method's {name}"] = {"type": "object", "properties": {**groups, **own}}
+        for place, table in (
+            (schema["properties"], name),
+            (tables["SettingEntry"]["properties"], name),
+            (tables["MethodEntry"]["properties"], f"method's {name}"),
+        ):
+            if name in place:
+                place[name] = {"description": place[name]["description"], "$ref": f"#/$defs/{table}"}
+    controller = tables["MethodEntry"]["properties"]["controller"]
+    tables["MethodEntry"]["properties"]["controller"] = _method(controller)
+    return schema
+
+
+def _method(schema: Schema) -> Schema:
+    """A method's name, or a user's own class."""
+    return {**schema, "anyOf": [{"enum": list(control.names())}, {"pattern": ":"}]}
