@@ -1,7 +1,7 @@
-"""A user's own controller, by where it stands: "package.module:Class".
+"""A user's own controller, by its place: "package.module:Class".
 
-The working folder is searched, after all else, while that one module is imported and at no other time. So the module
-imports what stands beside it at its top, not inside a function; a package may import its own parts wherever it likes.
+The working folder is searched last, and only while that one module is imported. So the module imports its neighbours at
+its top, not inside a function; a package may import its own parts anywhere.
 """
 
 import inspect
@@ -28,7 +28,7 @@ def custom_class(path: str) -> Any:
     try:
         with _working_folder_searched():
             module = import_module(module_name)
-    except (Exception, SystemExit) as error:  # whatever the user's module does while it is imported
+    except (Exception, SystemExit) as error:  # any failure of the user's module
         problem = f"{type(error).__name__}: {error}"
         raise InvalidValue("method", path, f"a module that can be imported ({problem})") from error
     kind = getattr(module, name, None)
@@ -45,7 +45,7 @@ def custom_class(path: str) -> Any:
 
 
 def make_custom(path: str, kind: Any, limits: RobotLimits, period: float, parameters: LoopParameters) -> Any:
-    """An instance of `kind`, which stands at `path`. Raises InvalidValue where its constructor raises."""
+    """An instance of `kind`, the class at `path`. Raises InvalidValue where its constructor raises."""
     try:
         return kind(limits, period, parameters)
     except InvalidValue:
@@ -57,7 +57,7 @@ def make_custom(path: str, kind: Any, limits: RobotLimits, period: float, parame
 
 @contextmanager
 def _working_folder_searched() -> Iterator[None]:
-    """Modules are found in the working folder too; last, so that it shadows nothing."""
+    """Modules are also found in the working folder: last, so that it hides no other module."""
     if "" in sys.path:  # an interactive interpreter's own
         yield
         return

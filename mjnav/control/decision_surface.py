@@ -2,9 +2,9 @@
 
     goal J(v, omega)  +  weighted cone and wall terms  +  weighted lane terms  =  total
 
-The controls of a fine grid stand behind the decision's own candidates and are costed with them, by the method itself;
-but the nominal controls, and with them what the method desires, stay the decision's. So the surface goes through the
-costs that were decided on, and what lies beyond reach is what they would have been there.
+The controls of a fine grid are appended to the decision's own candidates, and the method itself computes the costs of
+all. The nominal controls, and with them the desired distributions, stay those of the decision. So the surface passes
+through the costs that were compared, and continues them beyond the candidates.
 """
 
 from dataclasses import dataclass
@@ -26,9 +26,9 @@ from mjnav.motion.diff_drive import reachable
 class DecisionSurface:
     """The costs of V x W controls, term by term, around one decision.
 
-    Where `weighted`, the terms carry the method's weights and add up to `total`. A method that forbids what is too
-    risky has its bare risks in `cone` and `lane`, and a `total` that is infinite where it forbids: everywhere, where
-    what it chose for want of anything allowed does not lie on the grid.
+    Where `weighted`, the terms carry the method's weights and add up to `total`. For a method that forbids what is too
+    risky, `cone` and `lane` are the risks, and `total` is infinite where it forbids: that may be the whole grid, where
+    nothing is allowed and the chosen control does not lie on the grid.
     """
 
     v: Array  # (V,) [m/s]
@@ -55,7 +55,7 @@ class DecisionSurface:
     def _term(self, parts: Array) -> Array:
         if self.weighted:
             return parts.sum(axis=-1)
-        parts = parts[:, :, parts.any(axis=(0, 1))]  # what is out of reach takes no part, also where others are below 0
+        parts = parts[:, :, parts.any(axis=(0, 1))]  # without obstacles out of reach
         return parts.max(axis=-1) if parts.size else np.zeros_like(self.total)
 
     @property
@@ -75,7 +75,7 @@ class DecisionSurface:
 
 @dataclass(frozen=True)
 class _WiderProblem(Problem):
-    """A problem with more controls behind its candidates, none of which may be nominal."""
+    """A problem with further candidates, none of which can be nominal."""
 
     beyond: Candidates
 
@@ -92,7 +92,7 @@ class _WiderProblem(Problem):
 def decision_surface(
     controller: GridController, observation: Observation, decision: Decision, *, window: str = "bounds", num: int = 61
 ) -> DecisionSurface:
-    """The costs of num x num controls as `controller` sees them in `observation`, on which it took `decision`.
+    """The costs of num x num controls for `controller` and the `observation` on which it took `decision`.
 
     `window` "bounds" covers the whole range between the limits, "reachable" what one period allows. Raises InvalidValue
     for a window or number that is not allowed.
@@ -135,5 +135,5 @@ def require_candidates(controller: Controller, method: str) -> GridController:
 
 
 def _takes_cheapest(kind: type) -> bool:
-    """Whether decisions are the base's: what replaces `decide` may look at other controls than the candidates."""
+    """Whether `decide` is GridController's: another one may choose other controls than the candidates."""
     return getattr(kind, "decide", None) is GridController.decide

@@ -30,7 +30,7 @@ def systematic(weights: ArrayLike, offset: float | np.random.Generator, num: int
 
     Draw i is the first particle whose cumulative weight exceeds (offset + i)/num of the total, offset in [0, 1), so
     particle j comes floor(num w_j) or ceil(num w_j) times and num w_j times on average. The weights (n,) need a
-    positive sum and no particular one: a sum of 1 - 1e-16 loses no draw. A particle of weight zero is never drawn.
+    positive sum, not a particular one: a sum of 1 - 1e-16 loses no draw. A particle of weight zero is never drawn.
     """
     weights = np.ascontiguousarray(weights, float)
     u = offset.random() if isinstance(offset, np.random.Generator) else offset

@@ -1,8 +1,8 @@
-"""A folder of the user's own for files that can be made again: checked when read, whole when written, swept when old.
+"""A private folder for files that can be made again: checked when read, written whole, deleted when old.
 
-Whoever can write a file of machine code here runs code as its reader. So the folder belongs to the user and nobody else
-may write it, which is asked of the folder that was opened and not of its name: files are then reached through it alone,
-and neither a link nor a rename on the way there leads elsewhere.
+Anyone who can write machine code here runs code as its reader. So the folder must belong to the user and be writable by
+nobody else. This is checked on the open folder, not on its path, and files are opened relative to it: neither a link
+nor a rename leads elsewhere.
 """
 
 import fcntl
@@ -18,18 +18,18 @@ from uuid import uuid4
 
 DAY = 86_400.0  # [s]
 UNUSED = 30.0 * DAY  # [s] after which a file that no process read is deleted
-UNFINISHED = DAY  # [s] after which what a killed process began to write is deleted
+UNFINISHED = DAY  # [s] after which a file that a killed process left half written is deleted
 MAX_BYTES = 256_000_000  # of all files; the least recently used go first
-POLL, PATIENCE = 0.02, 60.0  # [s] between looks for a file that another process makes, and until we make it ourselves
+POLL, PATIENCE = 0.02, 60.0  # [s] poll interval for a file that another process makes; the longest wait
 _CHECKSUM = hashlib.sha256
 _SUFFIX, _TEMPORARY, _LOCK = ".kernel", ".tmp", "lock"
 
 
 class CacheFolder:
-    """Files by name. Nothing raises: what cannot be read is None, what cannot be written is not, and is said once."""
+    """Files by name. Nothing raises: a file that cannot be read is None, and the first failure goes to stderr."""
 
     def __init__(self, path: Path):
-        """`path` is made where it does not exist, with whatever leads there."""
+        """`path` is created with its parents."""
         self._path = path
         self._told = self._swept = False
         self._folder: int | None = None
@@ -39,7 +39,7 @@ class CacheFolder:
             self._tell(f"kernels are compiled anew at every start: {path}: {error.strerror}")
 
     def read(self, name: str) -> bytes | None:
-        """What `write` was given for `name`; None where there is no such file, or where it was damaged since."""
+        """The data written for `name`; None where there is no such file, or it is damaged."""
         if self._folder is None:
             return None
         try:
@@ -61,7 +61,7 @@ class CacheFolder:
         return content[size:]
 
     def write(self, name: str, data: bytes) -> None:
-        """Puts a file there, whole or not at all, in place of an older one."""
+        """Writes a file, whole or not at all, in place of an older one."""
         if self._folder is None:
             return
         temporary = f"{name}.{uuid4().hex}{_TEMPORARY}"
@@ -82,9 +82,9 @@ class CacheFolder:
 
     @contextmanager
     def making(self, name: str) -> Iterator[None]:
-        """For the time in which this process makes the file, unless another makes it first: that one is waited for.
+        """Holds a lock while this process makes the file; waits, at most PATIENCE, while another makes it.
 
-        The lock goes with the process that holds it, however it ends; one that sleeps is not waited for without end.
+        The lock ends with the process that holds it, however that ends.
         """
         lock = self._locked(name)
         try:
@@ -94,7 +94,7 @@ class CacheFolder:
                 os.close(lock)
 
     def _locked(self, name: str) -> int | None:
-        """The lock's file; None where the file to be made is there, or where it takes no lock to make it."""
+        """The lock's descriptor; None where the file exists, or where no lock can be had."""
         if self._folder is None or self._exists(name):
             return None
         try:
@@ -122,7 +122,7 @@ class CacheFolder:
         return True
 
     def _tell(self, text: str) -> None:
-        """One line, the first time: everything that follows has the same cause."""
+        """One line on stderr, the first time: later failures have the same cause."""
         if not self._told and sys.stderr is not None:
             with suppress(OSError):
                 print(f"mjnav: {text}", file=sys.stderr, flush=True)
@@ -130,7 +130,7 @@ class CacheFolder:
 
 
 def _checksum(name: str, data: bytes) -> bytes:
-    """Of a file under its name: one that was renamed is another kernel's."""
+    """Of name and data: a renamed file does not match."""
     return _CHECKSUM(name.encode() + b"\0" + data).digest()
 
 
@@ -155,7 +155,7 @@ def _is_private(status: os.stat_result) -> bool:
 
 
 def _sweep(folder: int) -> None:
-    """Deletes what no process used for long, and what is too much. Whoever misses a file compiles it anew."""
+    """Deletes files that no process used for long, then the least recently used beyond MAX_BYTES."""
     now, kept = time.time(), []
     with os.scandir(folder) as entries:
         for entry in entries:

@@ -43,7 +43,7 @@ def elementwise(function: Callable[..., Any]) -> Callable[..., Any]:
 
 
 def scalar(function: Callable[..., Any]) -> Callable[..., Any]:
-    """Compiles a function of numbers into whatever kernel calls it."""
+    """Compiles a function of numbers, inlined into the kernels that call it."""
     return _cached(njit(fastmath=set(FAST), error_model="numpy", inline="always")(function))
 
 

@@ -1,7 +1,7 @@
 """Machine code of kernels on disk, one file for each kernel and the types of its arguments.
 
-Numba's own cache looks at the file of the kernel alone, and unpickles what it finds. This one knows a kernel by all
-that is compiled into it (`kernel_code`), and reads nothing that it or another process of this user did not write.
+Numba's own cache checks the kernel's own file alone, and unpickles any file that it finds. This one identifies a kernel
+by everything that is compiled into it (`kernel_code`), and reads only files that processes of this user wrote.
 """
 
 # pyright: reportIncompatibleMethodOverride=false, reportAttributeAccessIssue=false
@@ -45,19 +45,19 @@ class KernelCache(NullCache):
         self._function, self._options = function, options
 
     def making(self, arguments: Any) -> AbstractContextManager[None]:
-        """While the machine code for these types is loaded or compiled; one process compiles, others wait for it."""
+        """Held while the machine code for these types is loaded or compiled: one process compiles, others wait."""
         name = self._name(arguments)
         return nullcontext() if name is None else folder().making(name)
 
     def load_overload(self, sig: Any, target_context: Any) -> CompileResult | None:
-        """The machine code for a signature; None where it is not there."""
+        """The machine code for a signature, if it is kept."""
         target_context.refresh()
         name = self._name(sig)
         data = None if name is None else folder().read(name)
         return None if data is None else CompileResult._rebuild(target_context, *pickle.loads(data))
 
     def save_overload(self, sig: Any, data: CompileResult) -> None:
-        """Keeps what was compiled for a signature, if it can be used by another process."""
+        """Keeps the machine code for a signature, if another process can use it."""
         name = self._name(sig)
         if name is not None and not data.lifted and not data.library.has_dynamic_globals:
             folder().write(name, dumps(data._reduce()))

@@ -2,7 +2,7 @@
 
 That is its own byte code and whatever it reads when it is compiled: functions of this or any other file, numbers, the
 fields of named tuples. It is taken from the functions as they were loaded, so that it neither misses a change in
-another file nor depends on what became of a file since.
+another file nor depends on a later change of any file.
 """
 
 # pyright: reportAttributeAccessIssue=false
@@ -65,7 +65,7 @@ def environment() -> tuple[str, ...]:
 
 
 def _describe(value: Any, seen: set[int]) -> Iterator[object]:
-    """What a value means to the compiler; what it reads in turn follows it, once."""
+    """What the compiler makes of a value, followed by what that reads in turn, once."""
     if isinstance(value, Dispatcher):
         yield _describe_options(value.targetoptions)
         yield from _describe_function(value.py_func, seen)

@@ -27,10 +27,16 @@ def twist_of_wheels(left: Speed, right: Speed) -> tuple[Speed, Speed]:
 def command_bounds(limits: RobotLimits) -> tuple[Array, Array]:
     """Lowest and highest (v, omega) that the base takes as a command; each (2,).
 
-    A base may always stop, even one whose planner has a minimum speed.
+    A base may always stop, even where the planner has a minimum speed.
     """
     low = np.array([min(limits.min_speed, 0.0), -limits.max_turn_rate])
     return low, np.array([max(limits.max_speed, 0.0), limits.max_turn_rate])
+
+
+def control_bounds(limits: RobotLimits) -> tuple[Array, Array]:
+    """Lowest and highest (v, omega) that a planner chooses; each (2,)."""
+    low = np.array([limits.min_speed, -limits.max_turn_rate])
+    return low, np.array([limits.max_speed, limits.max_turn_rate])
 
 
 def reachable(twist: ArrayLike, limits: RobotLimits, duration: float) -> tuple[Array, Array]:
@@ -38,8 +44,7 @@ def reachable(twist: ArrayLike, limits: RobotLimits, duration: float) -> tuple[A
 
     [max(lower, u - a T), min(upper, u + a T)] of either component, u first brought within its bounds.
     """
-    lower = np.array([limits.min_speed, -limits.max_turn_rate])
-    upper = np.array([limits.max_speed, limits.max_turn_rate])
+    lower, upper = control_bounds(limits)
     u = np.clip(np.asarray(twist, float), lower, upper)
     change = np.array([limits.max_acceleration, limits.max_turn_acceleration]) * duration
     return np.maximum(lower, u - change), np.minimum(upper, u + change)

@@ -1,6 +1,6 @@
 """`unicycle.integrate` for one row a sample, compiled: particles and robot samples move by it at every tick.
 
-The array form serves those who read a log and need not load a compiler.
+The array form is for reading a log, which needs no compiler.
 """
 
 from math import cos, sin

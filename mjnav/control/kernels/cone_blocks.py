@@ -1,4 +1,4 @@
-"""What the compiled loops over constraint samples are given: named tuples of arrays and numbers."""
+"""The arguments of the compiled loops over constraint samples: named tuples of arrays and numbers."""
 
 from typing import NamedTuple
 
@@ -9,7 +9,7 @@ class ConeBlocks(NamedTuple):
     """The discs and walls in reach, a block each, discs first: structure of arrays.
 
     Disc b has the samples start[b] ... start[b + 1] - 1, each of which makes a pair with each of the robot's N; a wall
-    counts as one sample, and its two ends stand in `wall`.
+    counts as one sample, and its two ends are in `wall`.
     """
 
     column: Indices  # (B,) the block's column in CandidateCosts.cone

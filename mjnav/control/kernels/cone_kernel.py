@@ -6,7 +6,7 @@ What was measured for 402 controls, 5 discs of 625 pairs each and degree 3, on Z
     1.75   pairs outside with the robot's samples fastest, whose velocities (N, K) are then read from the second cache;
            f = R^2 - |r + t q|^2 with t = -r.q / |q|^2 clipped afterwards; every f times unit; powers row by row
     1.2    the robot's samples outermost, and the closest point r + t q; 1.1 with t clipped after the division
-    1.1    |q| < 1e-9 told apart by a select in the innermost loop; nothing depends on it where the horizon is finite
+    1.1    a select for |q| < 1e-9 in the innermost loop; with a finite horizon nothing depends on it
     1.4    256-bit vectors
     1.37   the division in float32, which loses nothing (f is stationary in t): converting costs more than it saves
     1.1    tiles of 128 or 256 controls; for 1602 controls 0.95
@@ -199,7 +199,7 @@ def add_safe(
     blocks: ConeBlocks,
     rule: ConeRule,
 ):
-    """Adds up what is safe, in the blocks that are `wanted` (B,): f^p to `sums` (B, degree), 1 to `counts` (B,).
+    """Adds up the safe samples of the `wanted` blocks (B,): f^p to `sums` (B, degree), their number to `counts` (B,).
 
     For a handful of controls: here the robot's samples fill the vector units.
     """

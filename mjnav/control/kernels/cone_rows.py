@@ -2,7 +2,7 @@
 
 The innermost loop runs over the controls: a pair of samples is then a handful of constants, and even an obstacle with
 one sample fills the vector units. For discs, lengths come multiplied by sqrt(unit) and, in the segment form, times
-divided by the horizon, so that neither is met again in the innermost loop.
+divided by the horizon, so that the innermost loop needs neither.
 """
 
 import numpy as np

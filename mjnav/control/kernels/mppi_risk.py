@@ -1,10 +1,10 @@
-"""What rollouts meet: at every step the share of samples that collide, or are beyond a lane boundary.
+"""The collision probability of rollouts: at every step the share of samples that collide or are beyond a lane boundary.
 
     P_jt(k) = share of pairs (i, m) with |p_t(k) + e_i - (o_m + (t + 1) dt o'_m)| < R_j,
 
 p_t(k) the mean robot's position at the end of step t of rollout k, e_i where sample i of the robot is beside the mean,
-and o_m, o'_m position and velocity of sample m of obstacle j. All N M pairs count: against a position of the path they
-are one cloud of points, the same for every rollout, and most rollouts are outside or inside of its reach as a whole.
+and o_m, o'_m position and velocity of sample m of obstacle j. All N M pairs count. Relative to the mean robot they form
+one cloud of points, the same for every rollout, and most rollouts are entirely outside or inside its reach.
 """
 
 from dataclasses import dataclass, replace
@@ -141,7 +141,7 @@ def _cross(time: Vector, worst: Vector, x: Matrix, y: Matrix, normal: Vector, ex
 
 @dataclass(frozen=True, slots=True)
 class Risk:
-    """What each of K rollouts meets."""
+    """The risk of each of K rollouts."""
 
     cone: Array  # (K, J) expected time in collision with each obstacle, then each wall [s]
     lane: Array  # (K, 2) expected time beyond the left and the right boundary [s]
@@ -162,10 +162,10 @@ class Surroundings:
 
     @classmethod
     def of(cls, problem: Problem, reach: Reach) -> "Surroundings":
-        """What is in reach, as the problem's samples have it.
+        """The discs and walls in reach, by the problem's samples.
 
-        Each sample of the robot is where the actuation noise in force leaves it after one period: the next decision
-        sees where that is, and corrects it.
+        Each robot sample includes the drift of its actuation noise over one period; the next decision observes and
+        corrects it.
         """
         o, mean, heading = problem.observation, problem.mean_pose[:2], problem.observation.robot_pose[:, 2]
         drift = problem.period * o.control_noise[:, 0]
@@ -189,7 +189,7 @@ class Surroundings:
         )
 
     def risk(self, rollouts: Rollouts) -> Risk:
-        """What the rollouts meet here."""
+        """The risk of rollouts here."""
         r, num_discs, num = rollouts, len(self.discs.radius), rollouts.v.shape[1]
         time, lane, worst = np.zeros((len(self.columns), num)), np.zeros((2, num)), np.zeros(num)
         ox, oy, ovx, ovy = np.ascontiguousarray(np.concatenate([self.discs.position, self.discs.velocity], axis=1).T)

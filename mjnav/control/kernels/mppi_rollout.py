@@ -12,7 +12,7 @@ from mjnav.control.parameters import GoalParameters
 from mjnav.geometry.compiled import kernel, scalar
 from mjnav.geometry.kernel_types import Matrix, Vector
 from mjnav.messages import Array, RobotLimits
-from mjnav.motion.diff_drive import reachable
+from mjnav.motion.diff_drive import control_bounds, reachable
 
 
 @scalar
@@ -104,7 +104,11 @@ class Rollouts:
         The first is reached from `twist` (2,) in one `period`, each of the others from the one before in one `step`.
         """
         controls = np.array(wanted, order="C")
-        first, bounds, change = np.stack(reachable(twist, limits, period)), _bounds(limits), _change(limits, step)
+        first, bounds, change = (
+            np.stack(reachable(twist, limits, period)),
+            np.stack(control_bounds(limits)),
+            _change(limits, step),
+        )
         for c in range(2):
             _limit(controls[c], first[0, c], first[1, c], bounds[0, c], bounds[1, c], change[c])
         x, y, headings = np.zeros((3, wanted.shape[1] + 1, wanted.shape[2]))
@@ -131,15 +135,10 @@ def approach(
     p = parameters
     out = np.empty((2, num))
     _approach(
-        out, heading, goal[0], goal[1], np.stack(reachable(twist, limits, period)), _bounds(limits),
+        out, heading, goal[0], goal[1], np.stack(reachable(twist, limits, period)), np.stack(control_bounds(limits)),
         _change(limits, step), min(p.preferred_speed, limits.max_speed), p.approach_time, p.preview, step,
     )  # fmt: skip
     return out
-
-
-def _bounds(limits: RobotLimits) -> Array:
-    """Lowest and highest (v, omega), (2, 2)."""
-    return np.array([[limits.min_speed, -limits.max_turn_rate], [limits.max_speed, limits.max_turn_rate]])
 
 
 def _change(limits: RobotLimits, duration: float) -> Array:

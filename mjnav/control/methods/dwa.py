@@ -11,11 +11,11 @@ dist |omega / v| being the angle turned until then. Among those,
     u* = argmin_u  J(u) + weight (1 - min(dist(u), clearance) / clearance)
 
 (Fox, Burgard & Thrun 1997, "The Dynamic Window Approach to Collision Avoidance"). The shared goal cost J stands in
-place of the published terms of heading and speed, so that only the risk differs from other methods. Velocities of
-obstacles take no part, as published.
+place of the published terms of heading and speed, so that only the risk differs from other methods. The velocities of
+obstacles are ignored, as published.
 
-Infeasible: no candidate is admissible. Then the candidates count whose way to a stop, v^2 / 2a or |v omega| / 2a_omega,
-goes least beyond the contact, and the status says so.
+Infeasible: no candidate is admissible. Then only those remain whose stopping distance, v^2 / 2a or
+|v omega| / 2a_omega, exceeds the distance to the contact least.
 """
 
 from dataclasses import dataclass
@@ -71,9 +71,7 @@ class Dwa(GridController[DwaParameters]):
 
         The shared reach leaves out walls beyond `wall_horizon`, which may be nearer than `clearance`.
         """
-        o, (x, y, heading) = problem.observation, problem.mean_pose
-        c, s = np.cos(heading), np.sin(heading)
-        to_robot = np.array([[c, -s], [s, c]])  # from the right
+        o, (x, y, _), to_robot = problem.observation, problem.mean_pose, problem.to_robot
         discs = problem.discs.means().take(problem.reach.discs)
         radius = self.limits.radius + self.parameters.safety_margin
         disc = np.column_stack([(discs.position - (x, y)) @ to_robot, discs.radius + radius])

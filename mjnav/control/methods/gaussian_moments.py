@@ -76,9 +76,8 @@ class GaussianMoments(ConstrainedController[GaussianMomentsParameters]):
     def risk(self, problem: Problem) -> tuple[Array, Array]:
         """Phi(mean(f) / std(f)) of every constraint."""
         o, c, p = problem.observation, problem.candidates, self.parameters
-        heading = problem.mean_pose[2]
         # Rows times `axes` turn from the mean robot's frame to the world's: draws in that frame turn with the world.
-        axes = np.array([[np.cos(heading), np.sin(heading)], [-np.sin(heading), np.cos(heading)]])
+        axes = np.array(problem.to_robot.T, order="C")
         pose, noise, offsets = self._robot(problem, axes)
         discs = Discs.of([self._disc(o.obstacles[j], axes) for j in problem.reach.discs])
         pairs = blocks(discs, problem.reach, o, self.limits, p)

@@ -17,9 +17,8 @@ importance weights: a change of control has a cost of its own. Collision probabi
 arXiv 2506.21205. Rollouts of other controllers among the perturbed: Trevisan & Alonso-Mora 2024, "Biased-MPPI".)
 
 A plan is feasible where at no step the probability of a collision, or of being beyond a boundary, exceeds `risk_bound`.
-A mean of plans on either side of an obstacle may not be: then the cheapest feasible rollout is followed as it is.
-Infeasible: no rollout is feasible. Then the cheapest of all is followed, braking being one of them, and the status says
-so.
+A mean of plans that pass an obstacle on different sides may not be: then the cheapest feasible rollout is followed.
+Infeasible: no rollout is feasible. Then the cheapest of all is followed, braking being one of them.
 """
 
 from dataclasses import dataclass, replace
@@ -127,7 +126,7 @@ class Mppi(ProblemController[MppiParameters]):
         new = self.costs(problem, surroundings, rows.controls @ softmin(rows.total, p.temperature)[:, None])
         feasible = rows.risk.worst <= p.risk_bound
         cheapest = int(np.argmin(np.where(feasible | ~feasible.any(), rows.total, np.inf)))
-        if new.risk.worst[0] > p.risk_bound or cheapest == BRAKE:  # a mean never quite stands
+        if new.risk.worst[0] > p.risk_bound or cheapest == BRAKE:  # a mean of rollouts never stops completely
             new = rows.only(cheapest)
         self._plan = Plan(observation.time, new.controls[:, :, 0])
         v, omega = self._plan.controls[:, 0].tolist()

@@ -5,8 +5,8 @@ The velocity nearest to the preferred one within half-planes that keep clear of 
     V* = argmin |V - V_pref|   subject to   n_j . (V - (V_now + alpha u_j)) >= 0
 
 (van den Berg, Guy, Lin & Manocha 2011, "Reciprocal n-Body Collision Avoidance"; u_j and n_j as in
-`constraints.velocity_obstacle`). The responsibility alpha is 1, where the paper has 1/2 between robots: people, legs
-and pillars are not counted on to react.
+`constraints.velocity_obstacle`). The responsibility alpha is 1, where the paper has 1/2 between robots: people, table
+legs and pillars are not expected to react.
 
 A differential drive follows V through its effective centre, a point D ahead of the axle (Snape, van den Berg, Guy &
 Manocha 2010, "Smooth and Collision-Free Navigation for Multiple Robots under Differential-Drive Constraints"). With e
@@ -22,8 +22,8 @@ A wall gives the half-plane against its nearest point p with V_now = 0, as the p
 V . p / |p| <= max(0, |p| - R) / T, T the `wall_horizon`; the robot may drive along the wall and away from it. A lane
 boundary is not to be crossed within `lane_horizon`.
 
-Infeasible: no reachable V obeys all half-planes. Then the largest violation is made as small as it can be, over all of
-them alike, and the status says so.
+Infeasible: no reachable V obeys all half-planes. Then the largest violation of any of them is made as small as it can
+be.
 """
 
 from dataclasses import dataclass
@@ -70,7 +70,7 @@ class Orca(ProblemController[OrcaParameters]):
     def preferred(self, problem: Problem) -> Array:
         """V_pref (2,) [m/s] in the robot's frame."""
         p = self.parameters
-        x, y = (problem.observation.goal - problem.mean_pose[:2]) @ _to_robot(problem)
+        x, y = (problem.observation.goal - problem.mean_pose[:2]) @ problem.to_robot
         speed = min(p.preferred_speed, self.limits.max_speed, np.hypot(x, y) / p.approach_time)
         angle = np.clip(np.arctan2(y, x), -0.5 * np.pi, 0.5 * np.pi)
         return speed * np.array([np.cos(angle), np.sin(angle)])
@@ -86,7 +86,7 @@ class Orca(ProblemController[OrcaParameters]):
         return self.limits.radius + self.parameters.effective_centre
 
     def _discs(self, problem: Problem) -> tuple[Array, Array]:
-        p, to_robot = self.parameters, _to_robot(problem)
+        p, to_robot = self.parameters, problem.to_robot
         discs = problem.discs.means().take(problem.reach.discs)
         now = problem.observation.twist * np.array([1.0, p.effective_centre])
         position = (discs.position - problem.mean_pose[:2]) @ to_robot - np.array([p.effective_centre, 0.0])
@@ -97,7 +97,7 @@ class Orca(ProblemController[OrcaParameters]):
 
     def _walls(self, problem: Problem) -> tuple[Array, Array]:
         p = self.parameters
-        ends = (problem.observation.walls[list(problem.reach.walls)] - problem.mean_pose[:2]) @ _to_robot(problem)
+        ends = (problem.observation.walls[list(problem.reach.walls)] - problem.mean_pose[:2]) @ problem.to_robot
         ends = ends - np.array([p.effective_centre, 0.0])
         start, along = ends[:, 0], ends[:, 1] - ends[:, 0]
         length_squared = np.maximum((along * along).sum(axis=1), np.finfo(float).tiny)
@@ -112,7 +112,7 @@ class Orca(ProblemController[OrcaParameters]):
         return -towards, -room / p.wall_horizon
 
     def _lanes(self, problem: Problem) -> tuple[Array, Array]:
-        lanes, to_robot = problem.observation.lanes, _to_robot(problem)
+        lanes, to_robot = problem.observation.lanes, problem.to_robot
         if lanes is None:
             return np.zeros((0, 2)), np.zeros(0)
         centre = problem.mean_pose[:2] + self.parameters.effective_centre * to_robot[:, 0]
@@ -123,9 +123,3 @@ class Orca(ProblemController[OrcaParameters]):
             room = inwards * (float(lane_distance(centre, line)) + float(noise.mean())) - self._radius
             offset[i] = -room / self.parameters.lane_horizon
         return normal, offset
-
-
-def _to_robot(problem: Problem) -> Array:
-    """(2, 2), from the right: vectors of the world into the robot's frame. Its columns are e and e'."""
-    c, s = np.cos(problem.mean_pose[2]), np.sin(problem.mean_pose[2])
-    return np.array([[c, -s], [s, c]])

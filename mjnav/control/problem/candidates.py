@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from mjnav.messages import Array, RobotLimits
-from mjnav.motion.diff_drive import reachable
+from mjnav.motion.diff_drive import control_bounds, reachable
 
 WINDOWS = ("reachable", "bounds")
 
@@ -30,8 +30,7 @@ def candidate_grid(
     keep = np.minimum(np.maximum(twist, low), high)
     brake = np.minimum(np.maximum(0.0, low), high)
     if window == "bounds":
-        low = np.array([limits.min_speed, -limits.max_turn_rate])
-        high = np.array([limits.max_speed, limits.max_turn_rate])
+        low, high = control_bounds(limits)
     v, omega = np.empty(num_v * num_omega + 2), np.empty(num_v * num_omega + 2)
     v[:-2].reshape(num_v, num_omega)[:] = _between(low[0], high[0], num_v)[:, None]
     omega[:-2].reshape(num_v, num_omega)[:] = _between(low[1], high[1], num_omega)

@@ -1,4 +1,4 @@
-"""How much memory one decision takes, before the first one."""
+"""The memory that one decision takes, checked before the first one."""
 
 from typing import Any
 

@@ -1,6 +1,6 @@
 """The nominal control: the cheapest candidate that meets every constraint at the mean state.
 
-Only the mean of each distribution is looked at there.
+It depends on the mean of each distribution alone.
 """
 
 from math import inf

@@ -1,6 +1,6 @@
 """One decision's problem: candidates, their goal cost, the constraints at the mean and on samples, the nominal control.
 
-What is costly is computed when it is first asked for.
+Each part is computed when it is first asked for.
 """
 
 from dataclasses import dataclass
@@ -41,6 +41,12 @@ class Problem:
         """Mean of the robot's samples, (3,)."""
         pose = self.observation.robot_pose
         return np.array([*pose[:, :2].mean(axis=0), circular_mean(pose[:, 2])])
+
+    @cached_property
+    def to_robot(self) -> Array:
+        """(2, 2), from the right: turns vectors of the world into the mean robot's frame; its columns are the axes."""
+        c, s = np.cos(self.mean_pose[2]), np.sin(self.mean_pose[2])
+        return np.array([[c, -s], [s, c]])
 
     @cached_property
     def mean_noise(self) -> Array:

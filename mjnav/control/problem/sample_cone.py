@@ -1,11 +1,15 @@
-"""The samples of every constraint for every candidate: what all sample-based methods share.
+"""F_j(u): the samples of the collision cone f against every disc and wall j, at every candidate u.
 
-For candidate k with control (v, omega), robot sample i moves at
+With u = (v, omega), robot sample i moves at
 
-    x'_i(k) = (v + dv_i) [cos(theta_i + (omega + domega_i) tau), sin(...)],
+    x'_i(u) = (v + dv_i) [cos(theta_i + (omega + domega_i) tau), sin(...)],
 
-and against sample m of obstacle j the constraint is f(p_i - o_m, x'_i(k) - o'_m, R_j). Then f is divided by R_j^2
-where `normalise` says so, and none counts as safer than the clip. `cone_kernel` holds the loops.
+and with sample m of obstacle j it gives one sample of F_j(u),
+
+    f_im(u) = max(f(p_i - o_m, x'_i(u) - o'_m, R_j) / R_j^2, -clip),     i = 1 ... N,  m = 1 ... M;
+
+f is `constraints/collision_cone.py` (`wall.py` for walls), and the division goes where `normalise` is false. The loops
+over all pairs are compiled, in `kernels/cone_kernel.py`.
 """
 
 from collections.abc import Callable, Iterator
@@ -43,7 +47,7 @@ class SampleCone:
         return cls(blocks, rule, preview, robot)
 
     def raw_moments(self, v: Array, omega: Array, degree: int, hinge: NDArray[np.bool_]) -> Array:
-        """Means of f^p, p = 1 ... degree, for all blocks: (K, B, degree). Where hinge[b] is set, of max(0, f)^p."""
+        """The raw moments of F_j(u), means of f^p for p = 1 ... degree: (K, B, degree); of max(0, f) where hinge[b]."""
         out = np.empty((len(self.blocks.column), degree, v.size))
         controls = self._controls(v, omega)
         circles = velocity_circles(controls, self.robot)
@@ -82,7 +86,7 @@ class SampleCone:
             yield samples[:size] if num_far < size else samples[:size, :1].copy()
 
     def reduce(self, v: Array, omega: Array, reduction: Callable[[Array], Array], *, hinge: bool = False) -> Array:
-        """(K, B): what `reduction` makes of each block's samples (n, K), which `by_block` gives."""
+        """(K, B): `reduction` of each block's samples (n, K), as `by_block` gives them."""
         out = np.empty((v.size, len(self.blocks.column)))
         for block, samples in enumerate(self.by_block(v, omega, hinge=hinge)):
             out[:, block] = reduction(samples)
@@ -91,7 +95,7 @@ class SampleCone:
     def add_safe(
         self, sums: Array, counts: NDArray[np.int64], wanted: NDArray[np.bool_], v: Array, omega: Array
     ) -> None:
-        """Adds up what is safe, in the blocks that are `wanted` (B,): f^p to `sums` (B, degree), 1 to `counts` (B,)."""
+        """Adds up the safe samples of the `wanted` blocks (B,): f^p to `sums` (B, degree), their number to `counts`."""
         add_safe(sums, counts, wanted, self._controls(v, omega), self.robot, self.blocks, self.rule)
 
     @property
