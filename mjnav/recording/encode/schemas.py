@@ -1,15 +1,17 @@
-"""The JSON Schemas of mjnav's own messages, and the description that Foxglove's carry with them."""
+"""The schemas that a log carries, so that other programs decode its messages."""
 
 import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from types import MappingProxyType
+from types import MappingProxyType, NoneType, UnionType
+from typing import Annotated, Any, Union, get_args, get_origin, get_type_hints
 
+import msgspec
+import numpy as np
 from google.protobuf.descriptor_pb2 import FieldDescriptorProto, FileDescriptorProto, FileDescriptorSet
 from google.protobuf.message import Message
 from mcap_protobuf.schema import build_file_descriptor_set
-
-from mjnav.messages import PHASES
+from msgspec import Struct, UnsetType
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,126 +28,40 @@ class Schema:
         return "protobuf" if self.encoding == "protobuf" else "json"
 
 
-def _number(description: str) -> dict:
-    return {"type": ["number", "null"], "description": description}
+_JSON_TYPES = MappingProxyType({float: "number", int: "integer", bool: "boolean", str: "string"})
 
 
-def _numbers(description: str, *shape: int) -> dict:
-    schema: dict = {"type": ["number", "null"]}
-    for size in reversed(shape):
-        schema = {"type": "array", "items": schema, "minItems": size, "maxItems": size}
-    return {**schema, "description": description}
+def json_schema(name: str, message: type[Struct]) -> Schema:
+    """The JSON Schema of a message, in the part of the language that viewers know.
+
+    A Foxglove-like viewer drops a topic whose schema has two types for one value, references or lists of lists. So a
+    number may be null, where it is not finite, and an object where there is none; and matrices, which messages have,
+    are not in their schemas.
+    """
+    dialect = "https://json-schema.org/draft/2020-12/schema"
+    return Schema(name, "jsonschema", json.dumps({"$schema": dialect, "title": name, **_object(message)}).encode())
 
 
-def _list(items: dict, description: str = "") -> dict:
-    return {"type": "array", "items": items, **({"description": description} if description else {})}
+def _object(message: type[Struct]) -> dict[str, Any]:
+    hints = get_type_hints(message, include_extras=True)
+    properties = {key: schema for key, hint in hints.items() if (schema := _property(hint))}
+    required = [field.name for field in msgspec.structs.fields(message) if field.required and field.name in properties]
+    return {"type": "object", "properties": properties, "required": required}
 
 
-def _object(properties: dict, *, optional: tuple[str, ...] = (), nullable: bool = False) -> dict:
-    required = [name for name in properties if name not in optional]
-    return {"type": ["object", "null"] if nullable else "object", "properties": properties, "required": required}
-
-
-_STRING, _BOOLEAN, _INTEGER = {"type": "string"}, {"type": "boolean"}, {"type": "integer"}
-_TICK = {"tick": {**_INTEGER, "description": "number of the tick"}}
-_TWIST = {"v": _number("m/s"), "omega": _number("rad/s")}
-_BELIEF = {"ess": _number("effective sample size"), "recovered": _BOOLEAN}
-
-_DOCUMENTS: Mapping[str, dict] = MappingProxyType(
-    {
-        "mjnav.RobotState": _object(
-            {
-                **_TICK,
-                "time": _number("s"),
-                "pose": _numbers("true x, y [m], heading [rad]", 3),
-                "twist": _numbers("true v [m/s], omega [rad/s]", 2),
-                "estimate": _object(
-                    {"mean": _numbers("x, y [m], heading [rad]", 3), "covariance": _numbers("", 3, 3), **_BELIEF},
-                    nullable=True,
-                ),
-            }
-        ),
-        "mjnav.Odometry": _object(
-            {
-                "time": _number("s"),
-                "interval": _number("s since the reading before"),
-                **_TWIST,
-                "gyro": _number("rad/s"),
-                "pose": _numbers("of the pose sensor: x, y [m], heading [rad]", 3),
-            }
-        ),
-        "mjnav.Command": _object({**_TICK, **_TWIST}),
-        "mjnav.Decision": _object(
-            {
-                **_TICK,
-                **_TWIST,
-                "status": _STRING,
-                "advice": _STRING,
-                "nominal": _object(_TWIST, nullable=True),
-                "cost": _object(
-                    {
-                        "goal": _number("of the chosen control"),
-                        "cone": _list(_number(""), "unweighted, of each obstacle, then of each wall"),
-                        "lane": _numbers("unweighted, left and right", 2),
-                        "total": _number("of the chosen control"),
-                    },
-                    nullable=True,
-                ),
-                "wish": _object(_TWIST, nullable=True),  # the control chosen, where it was beyond the robot's limits
-            },
-            optional=("wish",),
-        ),
-        "mjnav.People": _object(
-            {
-                **_TICK,
-                "people": _list(
-                    _object(
-                        {
-                            "name": _STRING,
-                            "position": _numbers("m", 2),
-                            "velocity": _numbers("m/s", 2),
-                            "covariance": _numbers("of x, y, vx, vy", 4, 4),
-                            "radius": _number("m"),
-                            **_BELIEF,
-                        },
-                        optional=("covariance", "radius", "ess", "recovered"),
-                    )
-                ),
-                "detections": _list(_numbers("m", 2), "measured positions"),
-            },
-            optional=("detections",),
-        ),
-        "mjnav.Contacts": _object(
-            {
-                **_TICK,
-                "contacts": _list(
-                    _object(
-                        {
-                            "kind": {"enum": ["person", "table", "wall", "pillar"]},
-                            "name": _STRING,
-                            "force": _number("N"),
-                            "time": _number("s, when it was first seen"),
-                        }
-                    )
-                ),
-            }
-        ),
-        "mjnav.TickTiming": _object(
-            {
-                **_TICK,
-                **{f"{phase}_ns": _INTEGER for phase in PHASES},
-                "lateness_ns": {**_INTEGER, "description": "start behind its deadline"},
-                "deadline_missed": _BOOLEAN,
-            }
-        ),
-    }
-)
-
-
-def document_schema(name: str) -> Schema:
-    """The JSON Schema of one of mjnav's messages."""
-    schema = {"$schema": "https://json-schema.org/draft/2020-12/schema", "title": name, **_DOCUMENTS[name]}
-    return Schema(name, "jsonschema", json.dumps(schema).encode())
+def _property(hint: Any) -> dict[str, Any]:
+    """The schema of a field by its type; empty for a matrix."""
+    if get_origin(hint) in (Union, UnionType):
+        return _property(next(option for option in get_args(hint) if option not in (NoneType, UnsetType)))
+    if get_origin(hint) is Annotated:
+        kind, meta = get_args(hint)
+        description = {"description": meta.description} if meta.description else {}
+        return {} if meta.extra else {**_property(kind), **description}
+    if get_origin(hint) is list:
+        return {"type": "array", "items": _property(get_args(hint)[0])}
+    if get_origin(hint) is np.ndarray:
+        return {"type": "array", "items": {"type": "number"}}
+    return {"type": _JSON_TYPES[hint]} if hint in _JSON_TYPES else _object(hint)
 
 
 def foxglove_schema(message: type[Message]) -> Schema:

@@ -11,12 +11,12 @@ from foxglove_schemas_protobuf.PoseInFrame_pb2 import PoseInFrame
 from foxglove_schemas_protobuf.SceneUpdate_pb2 import SceneUpdate
 
 from mjnav.messages import Event, Reading, TickRecord, WorldState
-from mjnav.recording.encode import documents, geometry
+from mjnav.recording.encode import geometry, json_messages
 from mjnav.recording.encode.candidate_arcs import encode_arcs
 from mjnav.recording.encode.candidates import candidates_schema, encode_candidates
 from mjnav.recording.encode.cone import cone_schema, encode_cone
 from mjnav.recording.encode.scene import SceneEncoder
-from mjnav.recording.encode.schemas import Schema, document_schema, foxglove_schema
+from mjnav.recording.encode.schemas import Schema, foxglove_schema, json_schema
 from mjnav.scenarios.spec import Scenario
 
 TIMING = "/tick"
@@ -54,6 +54,11 @@ def _arcs(record: TickRecord) -> bytes | None:
     return encode_arcs(record.truth.time, record.belief.mean, (decision.v, decision.omega), decision.costs)
 
 
+def document_schema(name: str) -> Schema:
+    """The JSON Schema of one of mjnav's messages."""
+    return json_schema(name, json_messages.MESSAGES[name])
+
+
 def topics(scenario: Scenario) -> tuple[Topic, ...]:
     """Every topic of a run, in the order in which a tick writes them. /events and /tick have writers of their own."""
     scene = SceneEncoder(scenario)
@@ -76,21 +81,21 @@ def topics(scenario: Scenario) -> tuple[Topic, ...]:
         Topic(
             "/robot/state",
             document_schema("mjnav.RobotState"),
-            lambda r: documents.encode_robot(r.tick, r.truth, r.belief),
-            lambda tick, final: documents.encode_robot(tick, final, None),
+            lambda r: json_messages.encode_robot(r.tick, r.truth, r.belief),
+            lambda tick, final: json_messages.encode_robot(tick, final, None),
         ),
         Topic(
             "/people/truth",
             people,
-            lambda r: documents.encode_people_truth(r.tick, r.truth),
-            documents.encode_people_truth,
+            lambda r: json_messages.encode_people_truth(r.tick, r.truth),
+            json_messages.encode_people_truth,
         ),
-        Topic("/people/estimate", people, documents.encode_people_estimate),
+        Topic("/people/estimate", people, json_messages.encode_people_estimate),
         Topic(
             "/contacts",
             document_schema("mjnav.Contacts"),
-            lambda r: documents.encode_contacts(r.tick, r.truth),
-            documents.encode_contacts,
+            lambda r: json_messages.encode_contacts(r.tick, r.truth),
+            json_messages.encode_contacts,
         ),
         Topic("/scene", scene_update, lambda r: scene.encode(r.truth), lambda tick, final: scene.encode(final)),
         Topic(
@@ -102,13 +107,15 @@ def topics(scenario: Scenario) -> tuple[Topic, ...]:
         Topic(
             "/odometry",
             document_schema("mjnav.Odometry"),
-            lambda r: r.reading and documents.encode_odometry(r.reading),
-            encode_reading=documents.encode_odometry,
+            lambda r: r.reading and json_messages.encode_odometry(r.reading),
+            encode_reading=json_messages.encode_odometry,
         ),
         Topic("/belief/robot", cloud, lambda r: geometry.encode_robot_particles(r.belief)),
         Topic("/belief/obstacles", cloud, lambda r: geometry.encode_track_particles(r.truth.time, r.tracks)),
-        Topic("/decision", document_schema("mjnav.Decision"), lambda r: documents.encode_decision(r.tick, r.decision)),
-        Topic("/command", document_schema("mjnav.Command"), lambda r: documents.encode_command(r.tick, r.command)),
+        Topic(
+            "/decision", document_schema("mjnav.Decision"), lambda r: json_messages.encode_decision(r.tick, r.decision)
+        ),
+        Topic("/command", document_schema("mjnav.Command"), lambda r: json_messages.encode_command(r.tick, r.command)),
         Topic("/cone", cone_schema(), lambda r: r.cone and encode_cone(r.cone)),
         Topic("/candidates", candidates_schema(), _candidates),
         Topic("/candidates/arcs", scene_update, _arcs, drawing=True),

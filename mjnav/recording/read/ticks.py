@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mjnav.messages import PHASES, Array, TickTiming, Trajectory, WorldState
-from mjnav.recording.encode import documents
+from mjnav.recording.read import documents
 from mjnav.recording.read.trajectory import TrajectoryBuilder
 
 TRUTH = ("/robot/state", "/people/truth", "/contacts")

@@ -13,8 +13,8 @@ from mcap.writer import Writer
 
 from mjnav.errors import InputError, MjnavError
 from mjnav.messages import Event, TickRecord, TickTiming, WorldState
-from mjnav.recording.encode.documents import encode_timing
 from mjnav.recording.encode.geometry import time_ns
+from mjnav.recording.encode.json_messages import encode_timing
 from mjnav.recording.encode.topics import EVENTS, TIMING, Topic, encode_event, topics
 from mjnav.recording.format_version import FORMAT, FORMAT_KEY
 from mjnav.recording.live import LiveServer

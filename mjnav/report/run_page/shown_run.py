@@ -7,7 +7,7 @@ from html import escape
 from types import MappingProxyType
 from typing import Any
 
-from mjnav.recording.encode.documents import dumps
+from mjnav.recording.encode.json_messages import dumps
 from mjnav.report.inspection import Inspection
 from mjnav.report.run_page.page_figures import flatten
 

@@ -16,7 +16,7 @@ from mjnav.control.problem.obstacles import Reach
 from mjnav.messages import ObstacleSamples, RobotLimits
 from mjnav.motion.diff_drive import reachable
 from mjnav.motion.unicycle import integrate
-from mjnav.recording.encode.documents import encode_decision
+from mjnav.recording.encode.json_messages import encode_decision
 
 LIMITS = RobotLimits(max_speed=1.1, min_speed=-0.2, max_turn_rate=1.4, max_acceleration=1.5, max_turn_acceleration=4.0)
 PERIOD = 0.15

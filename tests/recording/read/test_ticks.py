@@ -7,7 +7,7 @@ import pytest
 
 from mjnav.messages import Trajectory
 from mjnav.recording import TrajectoryBuilder
-from mjnav.recording.encode import documents
+from mjnav.recording.encode import json_messages
 from mjnav.recording.read.ticks import TICK, TIMING, TRUTH, BadDocument, TickAssembler
 from tests.recording.conftest import MadeUpRun
 from tests.recording.read.test_log import assert_same
@@ -17,13 +17,13 @@ def documents_of(run, tick):
     """A made-up tick's documents by topic, and the tick."""
     record, timing = run.record(tick), run.timing(tick)
     encoded = {
-        "/robot/state": documents.encode_robot(tick, record.truth, record.belief),
-        "/people/truth": documents.encode_people_truth(tick, record.truth),
-        "/contacts": documents.encode_contacts(tick, record.truth),
-        "/people/estimate": documents.encode_people_estimate(record),
-        "/decision": documents.encode_decision(tick, record.decision),
-        "/command": documents.encode_command(tick, record.command),
-        TIMING: documents.encode_timing(timing),
+        "/robot/state": json_messages.encode_robot(tick, record.truth, record.belief),
+        "/people/truth": json_messages.encode_people_truth(tick, record.truth),
+        "/contacts": json_messages.encode_contacts(tick, record.truth),
+        "/people/estimate": json_messages.encode_people_estimate(record),
+        "/decision": json_messages.encode_decision(tick, record.decision),
+        "/command": json_messages.encode_command(tick, record.command),
+        TIMING: json_messages.encode_timing(timing),
     }
     return {topic: json.loads(data) for topic, data in encoded.items()}, record, timing
 
@@ -53,9 +53,9 @@ def test_assembled_ticks_give_the_trajectory_of_the_run():
             assembler.add(topic, tick, document)
     final = run.truth(20)
     state = {
-        "/robot/state": documents.encode_robot(len(whole), final, None),
-        "/people/truth": documents.encode_people_truth(len(whole), final),
-        "/contacts": documents.encode_contacts(len(whole), final),
+        "/robot/state": json_messages.encode_robot(len(whole), final, None),
+        "/people/truth": json_messages.encode_people_truth(len(whole), final),
+        "/contacts": json_messages.encode_contacts(len(whole), final),
     }
     for topic, data in state.items():
         assembler.add(topic, len(whole), json.loads(data))

@@ -1,0 +1,245 @@
+"""mjnav's own small messages as JSON: a struct each, from which its text and its schema are made.
+
+What metrics need is here to the last bit: JSON writes the shortest decimal that reads back as the same double. NaN and
+infinities become null.
+"""
+
+import json
+from collections.abc import Mapping
+from math import isfinite
+from types import MappingProxyType
+from typing import Annotated, Any
+
+import msgspec
+import numpy as np
+from msgspec import UNSET, Meta, Struct, UnsetType
+
+from mjnav.messages import (
+    PHASES,
+    Array,
+    Decision,
+    Reading,
+    RobotBelief,
+    TickRecord,
+    TickTiming,
+    Track,
+    WorldState,
+)
+from mjnav.recording.encode.candidates import chosen_candidate
+
+# --------------------------------------------------------------------------------------------- messages
+
+Tick = Annotated[int, Meta(description="number of the tick")]
+Seconds = Annotated[float, Meta(description="s")]
+Speed = Annotated[float, Meta(description="m/s")]
+TurnRate = Annotated[float, Meta(description="rad/s")]
+Pose = Annotated[Array, Meta(description="x, y [m], heading [rad]")]
+Ess = Annotated[float, Meta(description="effective sample size")]
+Matrix = Annotated[Array, Meta(extra={"dimensions": 2})]  # a list of rows
+
+
+class Twist(Struct):
+    """A control or a motion."""
+
+    v: Speed
+    omega: TurnRate
+
+
+class RobotEstimate(Struct):
+    """The belief about the robot's pose."""
+
+    mean: Pose
+    covariance: Matrix  # (3, 3)
+    ess: Ess
+    recovered: bool
+
+
+class RobotState(Struct):
+    """/robot/state: the truth, and what is believed."""
+
+    tick: Tick
+    time: Seconds
+    pose: Pose
+    twist: Annotated[Array, Meta(description="v [m/s], omega [rad/s]")]
+    estimate: RobotEstimate | None
+
+
+class Odometry(Struct):
+    """/odometry: the sensors but for the lidar and the detector."""
+
+    time: Seconds
+    interval: Annotated[float, Meta(description="s since the reading before")]
+    v: Speed
+    omega: TurnRate
+    gyro: TurnRate
+    pose: Pose
+
+
+class Command(Struct):
+    """/command: what is in force from now on."""
+
+    tick: Tick
+    v: Speed
+    omega: TurnRate
+
+
+class Cost(Struct):
+    """What the chosen candidate cost; the terms are unweighted."""
+
+    goal: float
+    cone: Annotated[Array, Meta(description="of each obstacle, then of each wall")]
+    lane: Annotated[Array, Meta(description="left and right")]
+    total: float
+
+
+class Choice(Struct):
+    """/decision: `nominal` and `cost` are null for a method without candidates."""
+
+    tick: Tick
+    v: Speed
+    omega: TurnRate
+    status: str
+    advice: str
+    nominal: Twist | None
+    cost: Cost | None
+    wish: Twist | UnsetType = UNSET  # the control chosen, where it was beyond the robot's limits
+
+
+class Person(Struct):
+    """A true or a believed person; the truth has no more than a name, a position and a velocity."""
+
+    name: str
+    position: Annotated[Array, Meta(description="m")]
+    velocity: Annotated[Array, Meta(description="m/s")]
+    covariance: Matrix | UnsetType = UNSET  # (4, 4) of x, y, vx, vy
+    radius: Annotated[float, Meta(description="m")] | UnsetType = UNSET
+    ess: Ess | UnsetType = UNSET
+    recovered: bool | UnsetType = UNSET
+
+
+class People(Struct):
+    """/people/truth and /people/estimate; only the latter has detections, where there was a reading."""
+
+    tick: Tick
+    people: list[Person]
+    detections: Matrix | UnsetType = UNSET  # (n, 2) measured positions [m]
+
+
+class LoggedContact(Struct):
+    """A contact of the robot."""
+
+    kind: Annotated[str, Meta(description="person, table, wall or pillar")]
+    name: str
+    force: Annotated[float, Meta(description="N")]
+    time: Annotated[float, Meta(description="s, when it was first seen")]
+
+
+class Contacts(Struct):
+    """/contacts: those seen since the message before."""
+
+    tick: Tick
+    contacts: list[LoggedContact]
+
+
+Timing = msgspec.defstruct(
+    "Timing",
+    [
+        ("tick", Tick),
+        *((f"{phase}_ns", int) for phase in PHASES),
+        ("lateness_ns", Annotated[int, Meta(description="start behind its deadline")]),
+        ("deadline_missed", bool),
+    ],
+)
+MESSAGES: Mapping[str, type[Struct]] = MappingProxyType(
+    {
+        "mjnav.RobotState": RobotState,
+        "mjnav.Odometry": Odometry,
+        "mjnav.Command": Command,
+        "mjnav.Decision": Choice,
+        "mjnav.People": People,
+        "mjnav.Contacts": Contacts,
+        "mjnav.TickTiming": Timing,
+    }
+)
+
+# --------------------------------------------------------------------------------------------- encoders
+
+
+def _builtin(value: Any) -> Any:
+    """NumPy's arrays and numbers as Python's."""
+    if isinstance(value, np.ndarray | np.generic):
+        return value.tolist()
+    raise NotImplementedError(f"a log's message holds a {type(value).__name__}")
+
+
+_encode = msgspec.json.Encoder(enc_hook=_builtin).encode
+
+
+def encode_robot(tick: int, truth: WorldState, belief: RobotBelief | None) -> bytes:
+    """mjnav.RobotState."""
+    estimate = belief and RobotEstimate(belief.mean, belief.covariance, belief.ess, belief.recovered)
+    return _encode(RobotState(tick, truth.time, truth.robot_pose, truth.robot_twist, estimate))
+
+
+def encode_odometry(reading: Reading) -> bytes:
+    """mjnav.Odometry."""
+    v, omega = reading.odometry.tolist()
+    return _encode(Odometry(reading.time, reading.interval, v, omega, reading.gyro, reading.pose))
+
+
+def encode_command(tick: int, command: Array) -> bytes:
+    """mjnav.Command."""
+    return _encode(Command(tick, *command.tolist()))
+
+
+def encode_decision(tick: int, decision: Decision) -> bytes:
+    """mjnav.Decision."""
+    nominal = cost = None
+    if (costs := decision.costs) is not None:
+        nominal = Twist(costs.v[costs.nominal], costs.omega[costs.nominal])
+        if (i := chosen_candidate(decision)) is not None:
+            cost = Cost(costs.goal[i], costs.cone[i], costs.lane[i], costs.total[i])
+    wish = UNSET if decision.wish is None else Twist(*decision.wish)
+    status = decision.status
+    return _encode(Choice(tick, decision.v, decision.omega, str(status), status.advice, nominal, cost, wish))
+
+
+def encode_people_truth(tick: int, truth: WorldState) -> bytes:
+    """mjnav.People: where they are."""
+    states = zip(truth.people_position.tolist(), truth.people_velocity.tolist(), strict=True)
+    return _encode(People(tick, [Person(f"person{i}", *state) for i, state in enumerate(states)]))
+
+
+def _believed(track: Track) -> Person:
+    position, velocity = track.mean[:2], track.mean[2:]
+    return Person(track.name, position, velocity, track.covariance, track.radius, track.ess, track.recovered)
+
+
+def encode_people_estimate(record: TickRecord) -> bytes:
+    """mjnav.People: where they are believed to be, and what the detector said."""
+    detections = UNSET if record.reading is None else record.reading.detections
+    return _encode(People(record.tick, [_believed(track) for track in record.tracks], detections))
+
+
+def encode_contacts(tick: int, truth: WorldState) -> bytes:
+    """mjnav.Contacts."""
+    return _encode(Contacts(tick, [LoggedContact(c.kind, c.name, c.force, c.time) for c in truth.contacts]))
+
+
+def encode_timing(timing: TickTiming) -> bytes:
+    """mjnav.TickTiming."""
+    return _encode(Timing(timing.tick, *timing.phases, timing.lateness, timing.deadline_missed))
+
+
+def dumps(document: Mapping) -> bytes:
+    """Compact JSON of what a log may hold, which msgspec refuses in part: half of a surrogate pair in a text."""
+    return json.dumps(_finite(document), separators=(",", ":"), allow_nan=False).encode()
+
+
+def _finite(value: object) -> object:
+    """The same document with null for what JSON has no number for."""
+    if isinstance(value, float):
+        return value if isfinite(value) else None
+    if isinstance(value, dict):
+        return {key: _finite(part) for key, part in value.items()}
+    return [_finite(part) for part in value] if isinstance(value, list | tuple) else value

@@ -1,0 +1,61 @@
+"""The log's JSON messages as what the loop knows; the inverse of `encode.json_messages`."""
+
+from collections.abc import Mapping
+from math import nan
+
+import numpy as np
+
+from mjnav.messages import PHASES, Array, Contact, TickTiming, WorldState
+
+
+def _array(values: object, shape: tuple[int, ...]) -> Array:
+    return np.array(values, float).reshape(shape)
+
+
+def number(value: float | None) -> float:
+    """A number; NaN for the null that took its place."""
+    return nan if value is None else float(value)
+
+
+def _contact(document: Mapping) -> Contact:
+    kind, name = str(document["kind"]), str(document["name"])
+    return Contact(kind, name, number(document["force"]), number(document["time"]))
+
+
+def decode_truth(robot: Mapping, people: Mapping, contacts: Mapping) -> WorldState:
+    """The truth from mjnav.RobotState, mjnav.People and mjnav.Contacts."""
+    return WorldState(
+        time=number(robot["time"]),
+        robot_pose=_array(robot["pose"], (3,)),
+        robot_twist=_array(robot["twist"], (2,)),
+        people_position=_array([person["position"] for person in people["people"]], (-1, 2)),
+        people_velocity=_array([person["velocity"] for person in people["people"]], (-1, 2)),
+        contacts=tuple(_contact(contact) for contact in contacts["contacts"]),
+    )
+
+
+def decode_estimate(document: Mapping) -> tuple[Array, Array]:
+    """Mean (3,) and covariance (3, 3) of the robot's believed pose."""
+    return _array(document["mean"], (3,)), _array(document["covariance"], (3, 3))
+
+
+def decode_twist(document: Mapping | None) -> Array:
+    """(v, omega) of a command or a decision, (2,); NaN where there is none."""
+    return np.full(2, np.nan) if document is None else _array([document["v"], document["omega"]], (2,))
+
+
+def decode_tracks(people: Mapping) -> dict[str, tuple[Array, Array]]:
+    """Mean (4,) and covariance (4, 4) of each believed person by name."""
+    return {
+        person["name"]: (
+            _array([*person["position"], *person["velocity"]], (4,)),
+            _array(person["covariance"], (4, 4)),
+        )
+        for person in people["people"]
+    }
+
+
+def decode_timing(document: Mapping) -> TickTiming:
+    """The inverse of `encode_timing`."""
+    phases = tuple(document[f"{phase}_ns"] for phase in PHASES)
+    return TickTiming(document["tick"], phases, document["lateness_ns"], document["deadline_missed"])
