@@ -97,7 +97,8 @@ class TimePlot {
 
   scales(width) {
     const tops = this.series.flatMap((series) => series.top ?? series.values).filter(Number.isFinite);
-    let low = Math.min(0, ...tops), high = Math.max(0, ...tops);
+    const low = Math.min(0, ...tops);
+    let high = Math.max(0, ...tops);
     const bend = this.spec.asinh ? this.bend(tops) : 0;
     const curve = bend ? (value) => Math.asinh(value / bend) : (value) => value;
     if (high - low < 1e-9) high = low + 1;

@@ -109,7 +109,6 @@ class Run {
     const window = this.row('window', frame);
     if (!this.candidates || !(window[1] >= window[0])) return [];
     const level = this.row('level', frame), places = this.row('places', frame), grid = this.candidates.grid;
-    const between = (low, high, share) => low + (high - low) * share;
     const arcs = [];
     for (let i = 0; i < level.length; i++) {
       if (level[i] >= this.levels) continue;
@@ -117,8 +116,8 @@ class Run {
         ? [Math.floor(i / grid[1]) / Math.max(1, grid[0] - 1), (i % grid[1]) / Math.max(1, grid[1] - 1)]
         : [places[2 * i] / 255, places[2 * i + 1] / 255];
       arcs.push({
-        v: between(window[0], window[1], shares[0]),
-        omega: between(window[2], window[3], shares[1]),
+        v: window[0] + (window[1] - window[0]) * shares[0],
+        omega: window[2] + (window[3] - window[2]) * shares[1],
         level: level[i],
       });
     }
