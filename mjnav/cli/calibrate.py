@@ -18,11 +18,11 @@ from mjnav.loop.prepare import episode_label, load_scenario
 from mjnav.metrics.calibration import Bin, Calibration, Interval
 from mjnav.scenarios.ranges import MAX_SEED
 from mjnav.scenarios.spec import Scenario
-from mjnav.study.calibration.calibrate import SETTINGS, Plan, calibrate, forecasts, run_label
+from mjnav.study.calibration.calibrate import SETTINGS, CalibrationPlan, calibrate, forecasts, run_label
 from mjnav.study.calibration.collision_event import EVENT
-from mjnav.study.sweep.workers import Limit
+from mjnav.study.sweep.workers import TimeLimit
 
-PLAN = Plan()
+PLAN = CalibrationPlan()
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
@@ -69,7 +69,9 @@ def execute(arguments: argparse.Namespace) -> int:
     picture = None if arguments.output is None else output_path("--output", arguments.output, ".png")
     names = dict.fromkeys(arguments.controller or [None])
     scenarios = [load_scenario(arguments.scene, arguments.overrides, controller=name) for name in names]
-    plan = Plan(SETTINGS if arguments.setting == "all" else (arguments.setting,), arguments.draws, arguments.every)
+    plan = CalibrationPlan(
+        SETTINGS if arguments.setting == "all" else (arguments.setting,), arguments.draws, arguments.every
+    )
     seeds = range(arguments.first, last + 1)
 
     with _terminable():
@@ -78,7 +80,7 @@ def execute(arguments: argparse.Namespace) -> int:
                 with arguments.guard.episode(episode_label(scenario), max_seconds) as heart:
                     _warm_up(scenario, plan, heart)
         with progress(scenarios[0].name, len(scenarios) * len(seeds), "runs") as show:
-            limit = Limit(run_label, max_seconds, tell)
+            limit = TimeLimit(run_label, max_seconds, tell)
             found = calibrate(scenarios, seeds, plan, workers=arguments.workers, limit=limit, progress=show)
     runs = f"seed {last}" if len(seeds) == 1 else f"seeds {seeds[0]} to {last}"
     heading = f"{scenarios[0].name}, {runs}, every {_nth(plan.every)}decision, {plan.draws} draws"
@@ -148,7 +150,7 @@ def _nth(every: int) -> str:
     return f"{every}{ending} "
 
 
-def _warm_up(scenario: Scenario, plan: Plan, heart: Heartbeat) -> None:
+def _warm_up(scenario: Scenario, plan: CalibrationPlan, heart: Heartbeat) -> None:
     """Compiles what a run uses."""
     asked = count()
     forecasts(scenario, replace(plan, draws=1, every=1), stop=lambda: next(asked) >= WARM_UP_TICKS, progress=heart)

@@ -11,12 +11,12 @@ from mjnav.cli.sweep import OUT_FOLDER
 from mjnav.cli.terminal import streams
 from mjnav.cli.terminal.progress import progress, tell
 from mjnav.errors import InputError, InvalidValue, unknown_name
-from mjnav.study.compare.compare import FIGURES
+from mjnav.study.compare.compare import DEFAULT_FIGURES
 from mjnav.study.store.store import STUDY_FILE, Store
 from mjnav.study.study_file import StudyFile, load_study, studies
 
 if TYPE_CHECKING:
-    from mjnav.study.compare.results import Results
+    from mjnav.study.compare.study_comparison import StudyComparison
 
 PIPE_WIDTH = 10_000  # [characters] where there is no terminal: no line is broken
 
@@ -26,7 +26,11 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("study", metavar="STUDY", help="a study's name or file, or a folder with a sweep's results")
     parser.add_argument("--reference", metavar="METHOD", help="what the others are compared with; the first by default")
     parser.add_argument(
-        "--figure", nargs="+", action="extend", metavar="NAME", help=f"by default {' '.join(FIGURES)}; rates always"
+        "--figure",
+        nargs="+",
+        action="extend",
+        metavar="NAME",
+        help=f"by default {' '.join(DEFAULT_FIGURES)}; rates always",
     )
     parser.add_argument("-o", "--output", action="append", metavar="FILE", help="also to a .csv, .tex or .html file")
     parser.add_argument("--json", action="store_true", help="one JSON object in place of text")
@@ -57,7 +61,7 @@ def execute(arguments: argparse.Namespace) -> int:
     return 0
 
 
-def _forms() -> Mapping[str, Callable[["Results"], str]]:
+def _forms() -> Mapping[str, Callable[["StudyComparison"], str]]:
     """What a file of a name holds."""
     from mjnav.report.comparison.html import html
     from mjnav.report.comparison.latex import latex
@@ -91,13 +95,13 @@ def _kept(store: Store) -> StudyFile | None:
         return None
 
 
-def _read(store: Store, study: StudyFile | None, arguments: argparse.Namespace) -> "Results":
-    from mjnav.study.compare.results import read_results
+def _read(store: Store, study: StudyFile | None, arguments: argparse.Namespace) -> "StudyComparison":
+    from mjnav.study.compare.study_comparison import compare_study
 
-    figures = FIGURES if arguments.figure is None else arguments.figure
+    figures = DEFAULT_FIGURES if arguments.figure is None else arguments.figure
     with progress("compare", 100.0, "%") as show:
         try:
-            return read_results(
+            return compare_study(
                 store,
                 study,
                 reference=arguments.reference,
@@ -108,7 +112,7 @@ def _read(store: Store, study: StudyFile | None, arguments: argparse.Namespace) 
             raise InvalidValue(f"--{error.key}", error.found, error.allowed, nearest=error.nearest) from None
 
 
-def _print(results: "Results") -> None:
+def _print(results: "StudyComparison") -> None:
     from mjnav.report.comparison.text import write
 
     console = streams.console(width=PIPE_WIDTH)

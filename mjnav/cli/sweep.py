@@ -129,13 +129,13 @@ class _Watch:
 
     def begin(self, kept: int, total: int, changes: Mapping[str, int]) -> None:
         """Before the first episode, with what has changed since those that are kept."""
-        from mjnav.study.sweep.changes import told
+        from mjnav.study.sweep.changes import changes_line
 
         self.began, self._kept, self._total = True, kept, total
         if kept:
             self._say(f"{kept} of them are done")
         if changes:
-            tell(f"rows that were made otherwise are kept: {told(changes)}")
+            tell(f"rows that were made otherwise are kept: {changes_line(changes)}")
 
     def progress(self, done: int, row: Row) -> None:
         """After an episode."""
@@ -149,7 +149,7 @@ class _Watch:
         found = worker_changes(row)
         if found and found not in self._differing:
             self._differing.add(found)
-            tell(f"the worker on {row['machine']} is not as this process: {'; '.join(found)}")
+            tell(f"the worker on {row.machine} is not as this process: {'; '.join(found)}")
         self._show(self._kept + done)
 
 

@@ -11,7 +11,7 @@ import numpy as np
 from mjnav.paper import ITEMS, module
 from mjnav.study.cells import Cell, resolve
 from mjnav.study.compare.compare import CellRows, cell_rows
-from mjnav.study.compare.results import check_distinct
+from mjnav.study.compare.study_comparison import check_distinct
 from mjnav.study.store.row import COLUMNS, PLACE_IN_STUDY
 from mjnav.study.store.store import Store
 from mjnav.study.study_file import StudyFile, load_study

@@ -1,24 +1,48 @@
 """The cells of a study: every combination of scene, setting, method and swept values, resolved and checked."""
 
 import json
-from collections.abc import Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import product
 
 from mjnav.errors import InvalidValue
 from mjnav.loop.prepare import load_scenario, resolved_parameters
 from mjnav.scenarios.dump import dumps, toml_text
-from mjnav.scenarios.spec import Scenario
-from mjnav.study.study_file import StudyFile, scene_path
-from mjnav.study.variants import Variant, flat, variants
+from mjnav.study.study_file import MethodEntry, Overrides, SettingEntry, StudyFile, scene_path
+
+DEFAULT_SETTING = "default"
+
+
+@dataclass(frozen=True, slots=True)
+class Variant:
+    """One combination, of which nothing is built yet."""
+
+    scene: str  # as it was given
+    setting: SettingEntry | None  # None in a study without settings
+    swept: Overrides  # a value of every key of the study's grid
+    method: MethodEntry
+    own: Overrides  # a value of every key of the method's grid
+
+    @property
+    def labels(self) -> tuple[str, str]:
+        """Of the setting and of the method, with the swept values."""
+        setting = ", ".join(part for part in (self.setting.name if self.setting else "", _suffix(self.swept)) if part)
+        method = " ".join(part for part in (self.method.label, _suffix(self.own)) if part)
+        return setting or DEFAULT_SETTING, method
+
+    @property
+    def overrides(self) -> dict[str, object]:
+        """All values by full key, without those of the study's [set]."""
+        setting = self.setting.set if self.setting else {}
+        return {**_flat(setting), **self.swept, **_controller_keys(self.method.set), **self.own}
 
 
 @dataclass(frozen=True, slots=True)
 class Cell:
-    """What all episodes of one row of a table share; they differ in their seed.
+    """What the episodes of a cell share; they differ in their seed.
 
-    `parameters` are the swept values by their full key ("control.weight"); `document` is the scenario as a run file,
-    every default but the controller's explicit, its seed 0; `control` are the controller's parameters, every default
-    among them.
+    `parameters` are the swept values by their full key ("control.weight"); `document` is the scenario as a run file
+    with seed 0 and every default except the controller's; `control` are all parameters of the controller.
     """
 
     scene: str
@@ -35,11 +59,22 @@ class Cell:
         return f"scene {self.scene}, setting {self.setting}, method {self.method}"
 
 
+def variants(study: StudyFile, scenes: Sequence[str]) -> Iterator[Variant]:
+    """Every combination in these scenes; methods and their grids run fastest.
+
+    Raises InvalidValue where a grid has no list of distinct values.
+    """
+    combinations = _combinations(study, "", study.grid)
+    for scene, setting, swept, method in product(scenes, study.settings or (None,), combinations, study.methods):
+        for own in _combinations(study, method.label, _controller_keys(method.grid)):
+            yield Variant(scene, setting, swept, method, own)
+
+
 def resolve(study: StudyFile, overrides: Sequence[str] = (), scenes: Sequence[str] = ()) -> tuple[Cell, ...]:
     """Every cell of the study, its scenario built and its controller made once.
 
-    `overrides` are the command line's KEY=VALUE, which come last; `scenes` take the place of the study's. Raises
-    InvalidValue that names the cell, and where two cells are the same.
+    `overrides` are the command line's KEY=VALUE, applied last; `scenes` replace the study's. Raises InvalidValue that
+    names the cell, also where two cells are the same.
     """
     paths = [*scenes] or [scene_path(study, scene) for scene in study.scenes]
     names: dict[str, str] = {}
@@ -52,44 +87,71 @@ def resolve(study: StudyFile, overrides: Sequence[str] = (), scenes: Sequence[st
         if name in names.values():
             raise InvalidValue("", path, f"a scene of another name than {name!r}", file=where)
         names[path] = name
-    cells: list[Cell] = []
-    seen: dict[str, Cell] = {}
+    cells: dict[str, Cell] = {}  # by document
     for variant in variants(study, paths):
         cell = _cell(study, variant, names[variant.scene], overrides)
-        if cell.document in seen:
-            allowed = f"cells that differ; {seen[cell.document].label} is the same"
+        if cell.document in cells:
+            allowed = f"cells that differ; {cells[cell.document].label} is the same"
             raise InvalidValue("", cell.label, allowed, file=study.source)
-        seen[cell.document] = cell
-        cells.append(cell)
-    return tuple(cells)
+        cells[cell.document] = cell
+    return tuple(cells.values())
 
 
 def _cell(study: StudyFile, variant: Variant, scene: str, overrides: Sequence[str]) -> Cell:
-    """One combination of everything. Raises InvalidValue that names it."""
     setting, method = variant.labels
-    given = [*map(_override, {**flat(study.set), **variant.overrides}.items()), *overrides]
+    given = [*map(_override, {**_flat(study.set), **variant.overrides}.items()), *overrides]
+    where = f"{study.source}: scene {scene}, setting {setting}"
     try:
         scenario = load_scenario(variant.scene, given, controller=variant.method.controller)
     except InvalidValue as error:
         if error.file == "--set" and any(text.startswith(f"{error.key}=") for text in overrides):
             raise
-        where = f"{study.source}: scene {scene}, setting {setting}, method {method}"
-        raise error.within(file=where) from None
-    _check_repeatable(scenario, f"{study.source}: scene {scene}, setting {setting}")
+        raise error.within(file=f"{where}, method {method}") from None
+    latency = scenario.control.latency
+    if latency is not None and latency.model == "measured":
+        allowed = "a latency that another machine repeats: delay, or a trace"
+        raise InvalidValue("control.latency.model", latency.model, allowed, file=where)
     parameters = json.dumps({**variant.swept, **variant.own}, sort_keys=True, default=str)
     document = dumps(replace(scenario, seed=0, description=""))
     control = json.dumps(resolved_parameters(scenario), sort_keys=True)
     return Cell(scene, setting, method, scenario.control.method, parameters, document, control)
 
 
-def _check_repeatable(scenario: Scenario, where: str) -> None:
-    latency = scenario.control.latency
-    if latency is not None and latency.model == "measured":
-        allowed = "a latency that another machine repeats: delay, or a trace"
-        raise InvalidValue("control.latency.model", latency.model, allowed, file=where)
-
-
 def _override(item: tuple[str, object]) -> str:
     """KEY=VALUE, as `--set` takes it."""
     key, value = item
     return f"{key}={toml_text({'_': value}).strip().removeprefix('_ = ')}"
+
+
+def _controller_keys(table: Overrides) -> dict[str, object]:
+    """Values by full key: a key without a dot is one of [control]."""
+    return {key if "." in key else f"control.{key}": value for key, value in _flat(table).items()}
+
+
+def _flat(table: Mapping[str, object], prefix: str = "") -> dict[str, object]:
+    """Values by dotted keys, from nested tables."""
+    found: dict[str, object] = {}
+    for key, value in table.items():
+        found |= _flat(value, f"{prefix}{key}.") if isinstance(value, dict) else {f"{prefix}{key}": value}
+    return found
+
+
+def _combinations(study: StudyFile, method: str, grid: Overrides) -> Iterator[dict[str, object]]:
+    """Every value of every key with every other. Raises InvalidValue for what is no list of distinct values."""
+    lists: dict[str, list] = {}
+    for key, values in _flat(grid).items():
+        if not isinstance(values, list) or not values or any(value in values[:i] for i, value in enumerate(values)):
+            where = f"{study.source}: method {method}" if method else study.source
+            raise InvalidValue(f"grid.{key}", values, "an array of one or more values, every one once", file=where)
+        lists[key] = values
+    for values in product(*lists.values()):
+        yield dict(zip(lists, values, strict=True))
+
+
+def _suffix(swept: Overrides) -> str:
+    """The swept values for a label: weight=0.3 rate=20.0."""
+    return " ".join(f"{key.removeprefix('control.')}={_value_text(value)}" for key, value in swept.items())
+
+
+def _value_text(value: object) -> str:
+    return value if isinstance(value, str) else json.dumps(value, default=str)

@@ -1,4 +1,4 @@
-"""What the controller got and what it chose: its samples' distance from Gaussian, and how many of them it avoided."""
+"""How far the controller's samples are from Gaussian, and what share of them its decisions avoid."""
 
 from math import nan, sqrt
 
@@ -11,13 +11,13 @@ from mjnav.metrics.consistency import skew_and_kurtosis
 class SampleShape:
     """Watches a run: skew and kurtosis of the samples' x and y, means over ticks, axes and people.
 
-    Of n samples they are, with g1 and g2 + 3 the moments' own, the estimates that are right for Gaussians of any n,
+    With the moments' g1 and g2 + 3 of n samples, these are the estimates that are unbiased for Gaussians of any n:
 
-        G1 = sqrt(n (n - 1)) / (n - 2) g1,   G2 = (n - 1) / ((n - 2) (n - 3)) ((n + 1) g2 + 6),   kurtosis G2 + 3;
+        G1 = sqrt(n (n - 1)) / (n - 2) g1,   G2 = (n - 1) / ((n - 2) (n - 3)) ((n + 1) g2 + 6),   kurtosis G2 + 3.
 
-    of few samples of a heavy tail both are too small. Source: Joanes & Gill, The Statistician 47 (1998) 183.
+    Of few samples of a heavy tail both are too small. Source: Joanes & Gill, The Statistician 47 (1998) 183.
 
-    And the share of the closest obstacle's samples that the chosen control avoids, where the run computes `cones`.
+    Also the share of the closest obstacle's samples that the chosen control avoids, where the run computes `cones`.
     """
 
     def __init__(self):
@@ -34,7 +34,7 @@ class SampleShape:
             self._safe_shares.append(record.cone.safe_share)
 
     def figures(self) -> dict[str, float | None]:
-        """Under the names of a row's columns; None where all samples are alike, or too few."""
+        """The figures by column of a row; None where all samples are equal, or too few."""
         shares = self._safe_shares
         found: dict[str, float | None] = {
             "min_safe_share": min(shares, default=None),
@@ -48,7 +48,7 @@ class SampleShape:
 
 
 def _unbiased(samples: Array) -> tuple[float, float]:
-    """Means of G1 and G2 + 3 over the columns of (n, ...) that are not all alike; NaN where all are."""
+    """Means of G1 and G2 + 3 over the columns of (n, ...) that are not constant; NaN where all are."""
     n = len(samples)
     g1, kurtosis = skew_and_kurtosis(samples)
     usable = np.isfinite(g1) & np.isfinite(kurtosis)

@@ -4,9 +4,10 @@ import hashlib
 import json
 import platform
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import lru_cache
+from typing import Any
 
 from mjnav import scenarios
 from mjnav.loop.episode import Episode, Result, warm_up
@@ -16,12 +17,11 @@ from mjnav.loop.provenance.run_info import revision
 from mjnav.metrics.effort import time_to_avoid
 from mjnav.metrics.safety import lane_clearance
 from mjnav.scenarios.spec import Scenario
-from mjnav.study.cells import Cell
+from mjnav.study.cells import DEFAULT_SETTING, Cell
 from mjnav.study.sample_shape import SampleShape
-from mjnav.study.store.row import COLUMNS, MADE_WITH, ROW_SCHEMA, Row, flatten
-from mjnav.study.variants import DEFAULT_SETTING
+from mjnav.study.store.row import FIGURES, Row, Value
 
-ID_DIGITS = 32  # 128 bits: of a billion episodes, two with the same id are one in 10^21
+ID_DIGITS = 32  # 128 bits: among a billion episodes, two have the same id with a probability of 1e-21
 KEPT_SCENARIOS = 4096  # that a process keeps built and warm: a sweep goes through all its cells seed by seed
 
 
@@ -47,7 +47,7 @@ class Trial:
     def id(self) -> str:
         """A hash of place, scenario, parameters and all that decides the bits: equal where the episode is the same.
 
-        In a process with another program or on another processor, the same trial has another id.
+        With other programs or on another processor, the same trial has another id.
         """
         cell = self.cell
         content = [*self.place, cell.parameters, cell.document, cell.control, digest(provenance(cell.controller))]
@@ -61,62 +61,58 @@ class Trial:
         return f"{cell.scene}, {setting}{cell.method}, seed {self.seed}"
 
 
-def run_trial(
-    trial: Trial, stop: Callable[[], bool] = lambda: False, beat: Callable[[float], None] = lambda time: None
-) -> Row:
-    """The episode's row; of one that breaks, with the cause as `error`.
+def run_trial(trial: Trial, beat: Callable[[float], None] = lambda time: None) -> Row:
+    """The episode's row; where the episode breaks, a row with the cause as its `error`.
 
-    `stop` is asked before every tick as by `Episode`, and `beat` is told the simulated time [s].
-
-    All but the wall times and the place is a function of the trial alone.
+    `beat` gets the simulated time [s] before every tick. Apart from wall times and the machine's name, the row is a
+    function of the trial.
     """
     began = time.perf_counter()
     try:
         scenario = replace(_prepared(trial.cell.document), seed=trial.seed)
         began = time.perf_counter()
         shape = SampleShape()
-        result = Episode(scenario, watch=shape, stop=stop, progress=beat, cones=True).run()
+        result = Episode(scenario, watch=shape, progress=beat, cones=True).run()
         figures = {**_figures(result, scenario), **shape.figures()}
-        row = _row(trial, time.perf_counter() - began, **figures)
-    except Exception as error:  # whatever a controller does, the other episodes go on
-        # The cause alone: how far an episode came is another one in each, and causes are counted.
+        return _row(trial, time.perf_counter() - began, figures)
+    except Exception as error:  # whatever a controller raises, the other episodes continue
+        # Without the time at which it broke, which differs between episodes: equal causes are counted together.
         cause = error.__cause__ if isinstance(error, RunFault) and error.__cause__ is not None else error
-        row = failed_row(trial, describe_fault(cause), time.perf_counter() - began)
-    return row
+        return failed_row(trial, describe_fault(cause), time.perf_counter() - began)
 
 
 def failed_row(trial: Trial, cause: str, seconds: float | None = None) -> Row:
     """The row of an episode without a result."""
-    return _row(trial, seconds, error=cause)
+    return _row(trial, seconds, {}, cause)
 
 
-def _row(trial: Trial, seconds: float | None, **figures: object) -> Row:
-    cell, facts = trial.cell, provenance(trial.cell.controller)
-    row: Row = dict.fromkeys(COLUMNS) | {
-        "id": trial.id,
-        "study": trial.study,
-        "scene": cell.scene,
-        "setting": cell.setting,
-        "method": cell.method,
-        "seed": trial.seed,
-        "controller": cell.controller,
-        "parameters": cell.parameters,
-        "control": cell.control,
-        "scenario": cell.document,
-        "wall_s": seconds,
-        "machine": platform.node(),
-        "revision": revision(),
-        "row_schema": ROW_SCHEMA,
-        **{column: facts[fact] for column, fact in MADE_WITH.items()},
-    }
-    return row | {column: value for column, value in figures.items() if column in COLUMNS}
+def _row(trial: Trial, seconds: float | None, figures: Mapping[str, Value], error: str | None = None) -> Row:
+    cell = trial.cell
+    return Row(
+        id=trial.id,
+        study=trial.study,
+        scene=cell.scene,
+        setting=cell.setting,
+        method=cell.method,
+        seed=trial.seed,
+        controller=cell.controller,
+        parameters=cell.parameters,
+        control=cell.control,
+        scenario=cell.document,
+        machine=platform.node(),
+        revision=revision(),
+        wall_s=seconds,
+        made_with=dict(provenance(cell.controller)),  # a mapping proxy cannot be sent to another process
+        figures={column: value for column, value in figures.items() if column in FIGURES},
+        error=error,
+    )
 
 
-def _figures(result: Result, scenario: Scenario) -> Row:
+def _figures(result: Result, scenario: Scenario) -> dict[str, Value]:
     status = result.trajectory.status
     least, mean = lane_clearance(result.trajectory, scenario) or (None, None)
     return {
-        **{key: value for key, value in flatten(result.summary).items() if key not in ("scene", "controller", "seed")},
+        **flatten(result.summary),
         "min_lane_clearance_m": least,
         "mean_lane_clearance_m": mean,
         "time_to_avoid_s": time_to_avoid(result.trajectory, scenario),
@@ -126,9 +122,17 @@ def _figures(result: Result, scenario: Scenario) -> Row:
     }
 
 
+def flatten(summary: Mapping[str, Any], prefix: str = "") -> dict[str, Value]:
+    """A run's summary with one key a figure: compute_ms_control_p50."""
+    found: dict[str, Value] = {}
+    for key, value in summary.items():
+        found |= flatten(value, f"{prefix}{key}_") if isinstance(value, Mapping) else {f"{prefix}{key}": value}
+    return found
+
+
 @lru_cache(KEPT_SCENARIOS)
 def _prepared(document: str) -> Scenario:
-    """The scenario of a run file's text, all that its episodes use compiled: timings count from the first."""
+    """The scenario of a run file's text, all that its episodes use compiled: timings count from the first episode."""
     scenario = scenarios.loads(document)
     warm_up(scenario)
     return scenario

@@ -16,9 +16,10 @@ import pytest
 from mjnav.paper import one
 from mjnav.paper.finding import Verdict
 from mjnav.paper.rows import rows, studies
-from mjnav.study.store.row import COLUMNS
+from mjnav.study.store.row import FIGURES
 from mjnav.study.store.store import Store
 from mjnav.study.trial import Trial
+from tests.study.made_up import labelled_row
 
 pytest.importorskip("pyarrow", reason="the sweep extra is not installed")
 
@@ -33,21 +34,14 @@ ABSENT = ("d=2 matched", "rkhs d=2")
 def row_of(trial, value):
     """A row whose figures are all `value`; without it, a failed one."""
     cell = trial.cell
-    labels = {"scene": cell.scene, "setting": cell.setting, "method": cell.method, "study": trial.study}
-    labels |= {
-        "id": trial.id,
-        "seed": trial.seed,
-        "revision": "1",
-        "scenario": cell.document,
-        "parameters": "{}",
-        "machine": "m",
-    }
+    place = (cell.scene, cell.setting, cell.method, trial.seed)
+    labels = {"id": trial.id, "study": trial.study, "scenario": cell.document}
     if value is None:
-        return {**dict.fromkeys(COLUMNS), **labels, "error": "the battery is empty"}
-    numbers = {name: value for name, (kind, _) in COLUMNS.items() if kind == "double"}
-    counts = {name: 0 for name, (kind, _) in COLUMNS.items() if kind == "int64"}
+        return labelled_row(*place, {}, **labels, error="the battery is empty")
+    numbers = {name: value for name, column in FIGURES.items() if column.type == "double"}
+    counts = {name: 0 for name, column in FIGURES.items() if column.type == "int64"}
     ticks = {"ticks": 10_000, "ticks_without_own": round(100 * value), "infeasible_ticks": round(100 * value)}
-    return {**dict.fromkeys(COLUMNS), **numbers, **counts, **ticks, "success": True, **labels}
+    return labelled_row(*place, {**numbers, **counts, **ticks, "success": True}, **labels)
 
 
 def rows_of(wanted):

@@ -44,7 +44,7 @@ def packed(table: pa.Table, **options: Any) -> bytes:
 
 def rows(num: int, **columns: Any) -> pa.Table:
     """So many equal rows, but for these columns."""
-    values = row("rkhs", 1, 1.0)
+    values = row("rkhs", 1, 1.0).values()
     whole = {
         field.name: columns.get(field.name, pa.array([values[field.name]] * num, field.type)) for field in schema()
     }

@@ -18,7 +18,7 @@ import pytest
 
 import mjnav
 from mjnav.study.store.store import Store
-from mjnav.study.sweep.changes import mixtures
+from mjnav.study.sweep.changes import inconsistencies
 
 STUDY = """
 schema = 1
@@ -186,7 +186,7 @@ def test_a_folder_of_an_earlier_version_is_read_and_told(copy):
     said = sweep(copy, "--resume")
     assert said.code == 2
     assert "written by an earlier version of mjnav, which did not record " in said.err
-    (mixture,) = mixtures(Store(copy / RESULTS), "own")
+    (mixture,) = inconsistencies(Store(copy / RESULTS), "own")
     assert list(mixture.rows.values()) == [1]
 
 

@@ -3,6 +3,7 @@
 import importlib
 import multiprocessing
 import sys
+from dataclasses import replace
 
 import pytest
 
@@ -45,7 +46,7 @@ def test_a_worker_that_begins_after_an_edit_ends_the_sweep_with_one_line(own_tri
         for process in multiprocessing.active_children():
             process.kill()
 
-    told = r"^the worker on .* is not as this process: own_risk\.py changed; its episode was left out\. "
+    told = r"^the worker on .* differs from this process: own_risk\.py changed; its episode was left out\. "
     with pytest.raises(MjnavError, match=told):
         sweep(own_trials, store, local(1), progress=edit_and_kill)
     check_rows(store)
@@ -67,15 +68,16 @@ def test_a_worker_that_lacks_the_controller_ends_the_sweep_with_one_line(own_tri
     assert multiprocessing.active_children() == []
 
 
-def elsewhere(wanted, stop):
-    """As a worker with another NumPy would give them, but the first."""
+def elsewhere(wanted):
+    """Rows as a worker with another NumPy would return them, except for the first."""
     for number, trial in enumerate(wanted):
-        yield run_trial(trial) | ({"version_numpy": "1.0", "machine": "there"} if number else {})
+        row = run_trial(trial)
+        yield replace(row, machine="there", made_with={**row.made_with, "version.numpy": "1.0"}) if number else row
 
 
 def test_rows_of_another_numpy_are_kept_on_request_alone(own_trials, tmp_path):
     store = Store(tmp_path / "out")
-    with pytest.raises(MjnavError, match=r"^the worker on there is not as this process: numpy was .*, is 1\.0; "):
+    with pytest.raises(MjnavError, match=r"^the worker on there differs from this process: numpy was .*, is 1\.0; "):
         sweep(own_trials, store, elsewhere)
     assert len(store.done()) == 1
     assert sweep(own_trials, store, elsewhere, resume=True, accept_changed=True).run == 2
@@ -83,9 +85,10 @@ def test_rows_of_another_numpy_are_kept_on_request_alone(own_trials, tmp_path):
 
 
 def test_a_row_of_an_earlier_mjnav_on_a_worker_is_told(own_trials, tmp_path):
-    def earlier(wanted, stop):
-        for trial in wanted:
-            yield {name: value for name, value in run_trial(trial).items() if not name.startswith(("version", "cpu"))}
+    def earlier(wanted):
+        for row in map(run_trial, wanted):
+            known = {fact: value for fact, value in row.made_with.items() if not fact.startswith(("version", "cpu"))}
+            yield replace(row, made_with=known)
 
     with pytest.raises(MjnavError, match="written by an earlier version of mjnav, which did not record "):
         sweep(own_trials, Store(tmp_path / "out"), earlier)

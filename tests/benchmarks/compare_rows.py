@@ -12,11 +12,12 @@ import subprocess
 import sys
 import tempfile
 import time
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
-from mjnav.study.store.row import COLUMNS, NUMBER, Row
+from mjnav.study.store.row import FIGURES, NUMBER, Row, Value
 from mjnav.study.store.store import Store
 
 SCENES, SETTINGS, METHODS = 5, 10, 10
@@ -28,27 +29,32 @@ FILES = ("table.csv", "table.tex", "table.html")
 def made_up(scene: int, setting: int, method: int, seed: int, rng: np.random.Generator) -> Row:
     """A row with the figures of an episode that was never run."""
     label = f"{scene} {setting} {method} {seed}"
-    row: Row = dict.fromkeys(COLUMNS) | {
-        "id": f"{hash(label) & (2**64 - 1):032x}",
-        "study": "made up",
-        "scene": f"scene{scene}",
-        "setting": f"noise={setting}",
-        "method": f"method{method}",
-        "seed": seed,
-        "controller": "mean",
-        "parameters": "{}",
-        "scenario": f"scene {scene}, setting {setting}, method {method}\n" + 60 * "key = 1.0  # as long as one\n",
-        "machine": "here",
-        "revision": "none",
-    }
+    row = Row(
+        id=f"{hash(label) & (2**64 - 1):032x}",
+        study="made up",
+        scene=f"scene{scene}",
+        setting=f"noise={setting}",
+        method=f"method{method}",
+        seed=seed,
+        controller="mean",
+        parameters="{}",
+        control="{}",
+        scenario=f"scene {scene}, setting {setting}, method {method}\n" + 60 * "key = 1.0  # as long as one\n",
+        machine="here",
+        revision="none",
+        wall_s=1.0,
+        made_with={},
+        figures={},
+    )
     if rng.random() < FAILING:
-        return row | {"error": "ZeroDivisionError: made up"}
+        return replace(row, error="ZeroDivisionError: made up")
     outcome = rng.choice(["goal", "collision", "timeout"], p=[0.9, 0.08, 0.02])
-    figures = rng.lognormal(method / METHODS, 0.3, len(COLUMNS))
-    row |= {name: figure for name, figure in zip(COLUMNS, figures, strict=True) if COLUMNS[name][0] == NUMBER}
-    row |= {f"collisions_{kind}": 0 for kind in ("table", "wall", "pillar")}
-    row |= {"collisions_person": int(outcome == "collision"), "outcome": str(outcome), "success": outcome == "goal"}
-    return row | {"ticks": 300, "infeasible_ticks": int(rng.integers(20)), "state_hash": label}
+    numbers = [name for name, column in FIGURES.items() if column.type == NUMBER]
+    figures: dict[str, Value] = dict(zip(numbers, rng.lognormal(method / METHODS, 0.3, len(numbers)), strict=True))
+    figures |= {f"collisions_{kind}": 0 for kind in ("table", "wall", "pillar")}
+    figures |= {"collisions_person": int(outcome == "collision"), "outcome": str(outcome), "success": outcome == "goal"}
+    figures |= {"ticks": 300, "infeasible_ticks": int(rng.integers(20)), "state_hash": label}
+    return replace(row, figures=figures)
 
 
 def fill(store: Store, num_rows: int) -> None:

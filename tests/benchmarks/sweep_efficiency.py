@@ -19,9 +19,9 @@ from mjnav.study.cells import resolve
 from mjnav.study.store.row import Row
 from mjnav.study.store.store import Store
 from mjnav.study.study_file import load_study
-from mjnav.study.sweep.schedulers import Scheduler, local, serial
+from mjnav.study.sweep.schedulers import Scheduler, local
 from mjnav.study.sweep.sweep import sweep, trials
-from mjnav.study.trial import Trial
+from mjnav.study.trial import Trial, run_trial
 
 STUDY = """
 schema = 1
@@ -43,7 +43,7 @@ class Clock:
 
     def __call__(self, done: int, row: Row) -> None:
         self.times.append(time.monotonic())
-        self.own.append(row["wall_s"])
+        self.own.append(row.wall_s)
 
 
 def measure(name: str, wanted: list[Trial], scheduler: Scheduler, workers: int) -> tuple[float, float]:
@@ -71,7 +71,7 @@ def main() -> int:
         path.write_text(STUDY % arguments.episodes)
         study = load_study(path)
         wanted = trials(study, resolve(study))
-    measure("this process", wanted, serial, 1)
+    measure("this process", wanted, lambda trials: (row for row in map(run_trial, trials)), 1)
     one = measure("1 worker", wanted, local(1), 1)
     two = measure("2 workers", wanted, local(2), 2)
     whole, steady = (100.0 * a / (2.0 * b) for a, b in zip(one, two, strict=True))

@@ -163,7 +163,7 @@ def main() -> int:
         path = Path(folder) / "kills.toml"
         path.write_text(STUDY % (arguments.episodes // 4))
         study = load_study(path)
-        serial = {row["id"]: row["state_hash"] for row in map(run_trial, trials(study, resolve(study)))}
+        serial = {row.id: row.figures["state_hash"] for row in map(run_trial, trials(study, resolve(study)))}
         print(f"{'killed':15}  kills  sweeps  rows  distinct  lost  other hash", flush=True)
         for name, kill in CASES.items():
             out = Path(folder) / name

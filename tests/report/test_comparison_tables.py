@@ -20,7 +20,7 @@ from mjnav.report.comparison.shown import Shown, columns
 from mjnav.report.comparison.text import write
 from mjnav.report.comparison.tidy import csv_text, document
 from mjnav.study.compare.compare import RATES
-from mjnav.study.compare.results import read_results
+from mjnav.study.compare.study_comparison import compare_study
 from mjnav.study.store.store import Store
 from mjnav.study.study_file import load_study
 from tests.study.made_up import row
@@ -67,7 +67,7 @@ def results_of(tmp_path_factory):
         ]
         with store.writing(study):
             store.append(rows)
-        return read_results(store, load_study(folder / "study.toml") if study else None, figures=FIGURES)
+        return compare_study(store, load_study(folder / "study.toml") if study else None, figures=FIGURES)
 
     return make
 

@@ -1,8 +1,19 @@
 """Rows of episodes that were never run."""
 
+from dataclasses import fields
 from typing import Any
 
 from mjnav.study.store.row import COLUMNS, Row
+
+FIELDS = frozenset(field.name for field in fields(Row))
+
+
+def labelled_row(scene: str, setting: str, method: str, seed: int, figures: dict[str, Any], **values: Any) -> Row:
+    """A row with these labels and figures; `values` replace any other field."""
+    place = {"scene": scene, "setting": setting, "method": method, "seed": seed}
+    other = {"id": f"{scene} {setting} {method} {seed}", "study": "made up", "controller": "mean", "parameters": "{}"}
+    other |= {"control": "{}", "scenario": "", "machine": "here", "revision": "1", "wall_s": 0.1, "made_with": {}}
+    return Row(**{**place, **other, "figures": figures, **values})
 
 
 def row(
@@ -16,14 +27,8 @@ def row(
     setting: str = "default",
     **columns: Any,
 ) -> Row:
-    """One row, whose figures are told from `cost`; a failed one has an error and no figures."""
-    labels = {"id": f"{scene} {setting} {method} {seed}", "scene": scene, "setting": setting, "method": method}
-    labels |= {"seed": seed, "study": "made up", "revision": "1", "scenario": "", "parameters": "{}", "machine": "here"}
-    if error is not None:
-        return {**dict.fromkeys(COLUMNS), **labels, "error": error, **columns}
-    return {
-        **dict.fromkeys(COLUMNS),
-        **labels,
+    """A row whose figures depend on `cost`; a failed one has an error and no figures. `columns` replace any value."""
+    figures = {
         **{name: 0 for name in COLUMNS if name.startswith("collisions_")},
         "collisions_person": int(hit),
         "success": not hit,
@@ -33,5 +38,7 @@ def row(
         "ticks": 10,
         "infeasible_ticks": int(hit),
         "compute_ms_control_p50": cost,
-        **columns,
+        **{name: value for name, value in columns.items() if name not in FIELDS},
     }
+    values = {name: value for name, value in columns.items() if name in FIELDS}
+    return labelled_row(scene, setting, method, seed, figures if error is None else {}, error=error, **values)

@@ -9,8 +9,8 @@ from mjnav import scenarios
 from mjnav.loop.episode import Episode
 from mjnav.loop.provenance.facts import FACTS, provenance
 from mjnav.study.cells import Cell
-from mjnav.study.store.row import COLUMNS, FIGURES, flatten
-from mjnav.study.trial import Trial, failed_row, run_trial
+from mjnav.study.store.row import COLUMNS
+from mjnav.study.trial import Trial, failed_row, flatten, run_trial
 
 CELL = Cell("scene", "setting", "method", "rkhs", "{}", "document")
 NOT_IN_A_ROW = {"schema", "log"}  # of a run's summary
@@ -35,7 +35,7 @@ def test_an_id_changes_with_every_fact_that_decides_bits(monkeypatch, fact):
 
 def test_a_row_has_every_column_and_every_figure_of_the_summary(small_trials):
     trial = small_trials[0]
-    row = run_trial(trial)
+    row = run_trial(trial).values()
     assert list(row) == list(COLUMNS)
     assert row["error"] is None
     scenario = replace(scenarios.loads(trial.cell.document), seed=trial.seed)
@@ -50,7 +50,7 @@ def test_a_row_has_every_column_and_every_figure_of_the_summary(small_trials):
 
 
 def test_figures_beside_the_summarys_are_there(small_trials):
-    row = run_trial(small_trials[0])
+    row = run_trial(small_trials[0]).figures
     assert row["infeasible_ticks"] == row["ticks_without_nominal"] + row["ticks_without_own"]
     for name in ("time_to_avoid_s", "robot_skew", "robot_kurtosis", "people_skew", "people_kurtosis"):
         assert isinstance(row[name], float)
@@ -58,14 +58,14 @@ def test_figures_beside_the_summarys_are_there(small_trials):
 
 
 def test_values_fit_their_columns(small_trials):
-    schema = pa.schema([(name, pa.type_for_alias(kind)) for name, (kind, _) in COLUMNS.items()])
-    rows = [run_trial(small_trials[0]), failed_row(small_trials[1], "why")]
+    schema = pa.schema([(name, pa.type_for_alias(column.type)) for name, column in COLUMNS.items()])
+    rows = [row.values() for row in (run_trial(small_trials[0]), failed_row(small_trials[1], "why"))]
     table = pa.Table.from_pylist(rows, schema=schema)
     assert table.to_pylist() == rows
 
 
 def test_an_episode_is_a_function_of_its_trial(small_trials, serial_hashes):
-    assert [run_trial(trial)["state_hash"] for trial in small_trials[:4]] == [
+    assert [run_trial(trial).figures["state_hash"] for trial in small_trials[:4]] == [
         serial_hashes[trial.id] for trial in small_trials[:4]
     ]
     assert len(set(serial_hashes.values())) == len(small_trials)
@@ -74,9 +74,9 @@ def test_an_episode_is_a_function_of_its_trial(small_trials, serial_hashes):
 def test_a_broken_episode_is_a_row_with_its_cause_in_a_line(small_trials):
     trial = replace(small_trials[0], cell=replace(small_trials[0].cell, document="schema = 2"))
     row = run_trial(trial)
-    assert row["error"] == "scenario.toml: schema: found 2; allowed: 1"
-    assert {row[name] for name in FIGURES if name != "error"} == {None}
-    assert (row["id"], row["seed"], row["method"]) == (trial.id, trial.seed, trial.cell.method)
+    assert row.error == "scenario.toml: schema: found 2; allowed: 1"
+    assert row.figures == {}
+    assert (row.id, row.seed, row.method) == (trial.id, trial.seed, trial.cell.method)
 
 
 def test_a_broken_controller_is_told_by_its_cause_wherever_in_the_run_it_breaks(small_trials, monkeypatch):
@@ -85,8 +85,4 @@ def test_a_broken_controller_is_told_by_its_cause_wherever_in_the_run_it_breaks(
 
     run_trial(small_trials[0])  # warm
     monkeypatch.setattr("mjnav.control.base.GridController.decide", decide)
-    assert run_trial(small_trials[0])["error"].startswith(f"ZeroDivisionError: by zero ({__file__}:")
-
-
-def test_a_trial_that_is_stopped_says_so(small_trials):
-    assert run_trial(small_trials[0], lambda: True)["outcome"] == "aborted"
+    assert run_trial(small_trials[0]).error.startswith(f"ZeroDivisionError: by zero ({__file__}:")

@@ -58,7 +58,7 @@ def read(folder: Path) -> tuple[tuple[Finding, ...], dict[str, Any]] | None:
 
 def cell_table(cells: Sequence[CellRows]) -> list[dict[str, Any]]:
     """Every numeric figure of every cell with its interval and number of seeds, one a row."""
-    names = ["collision", *(name for name, (kind, _) in COLUMNS.items() if kind != "string" and name != "seed")]
+    names = ["collision", *(name for name, column in COLUMNS.items() if column.type != "string" and name != "seed")]
     table = []
     for cell in cells:
         for name in names:

@@ -11,10 +11,10 @@ from mjnav.report.comparison.notes import meaning, warnings
 from mjnav.report.comparison.shown import PLAIN, columns, decision, episodes, infeasible
 from mjnav.report.printable import printable
 from mjnav.study.compare.compare import RATES, Comparison
-from mjnav.study.compare.results import Results
+from mjnav.study.compare.study_comparison import StudyComparison
 
 
-def html(results: Results) -> str:
+def html(results: StudyComparison) -> str:
     """The page."""
     style = (files("mjnav.report.comparison") / "comparison.css").read_text(encoding="utf-8")
     digest = b64encode(sha256(style.encode()).digest()).decode()
@@ -59,7 +59,7 @@ def _place(table: Comparison) -> str:
     return f"{table.scene}, {table.setting}"
 
 
-def _section(number: int, results: Results, table: Comparison) -> str:
+def _section(number: int, results: StudyComparison, table: Comparison) -> str:
     rates, figures = columns(table, RATES), columns(table, results.figures)
     axes = {figure: Axis(figure, table) for figure in (*RATES, *results.figures)}
     titles = ["method", "n", *(column.title for column in rates), *PLAIN, *(column.title for column in figures)]

@@ -6,7 +6,7 @@ from mjnav.report.comparison.notes import meaning, warnings
 from mjnav.report.comparison.shown import ALPHA, PLAIN, Column, Shown, columns, decision, episodes, infeasible
 from mjnav.report.printable import printable
 from mjnav.study.compare.compare import RATES, Comparison, MethodRow
-from mjnav.study.compare.results import Results
+from mjnav.study.compare.study_comparison import StudyComparison
 
 _ESCAPES = str.maketrans(
     {
@@ -25,7 +25,7 @@ _ESCAPES = str.maketrans(
 _SCALED_DOWN = r"\resizebox{\ifdim\width>\linewidth\linewidth\else\width\fi}{!}"  # what is wider than the line
 
 
-def latex(results: Results) -> str:
+def latex(results: StudyComparison) -> str:
     """A table for every scene and setting. It needs \\usepackage{booktabs,graphicx} and \\usepackage[T1]{fontenc}."""
     lines = [
         f"% {printable(f'mjnav compare: {results.study}', '?')}",
@@ -42,7 +42,7 @@ def escaped(text: str) -> str:
     return printable(text, "?").translate(_ESCAPES)
 
 
-def _table(results: Results, table: Comparison) -> Iterator[str]:
+def _table(results: StudyComparison, table: Comparison) -> Iterator[str]:
     rates, figures = columns(table, RATES), columns(table, results.figures)
     titles = ["method", "n", *(column.title for column in rates), *PLAIN, *(column.title for column in figures)]
     below = ""

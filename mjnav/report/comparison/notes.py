@@ -4,13 +4,13 @@ from collections.abc import Iterator
 
 from mjnav.report.printable import printable
 from mjnav.study.compare.compare import OVER_ALL, RESAMPLES
-from mjnav.study.compare.results import Results
+from mjnav.study.compare.study_comparison import StudyComparison
 
 FEW_SEEDS = 20  # below it a percentile bootstrap's interval is too narrow
 MAX_NAMED = 5
 
 
-def meaning(results: Results) -> list[str]:
+def meaning(results: StudyComparison) -> list[str]:
     """What figures, intervals, differences and marks are."""
     cleared = [figure for figure in results.figures if figure in OVER_ALL]
     over_all = f" ({', '.join(cleared)}: over all)" * bool(cleared)
@@ -27,12 +27,12 @@ def meaning(results: Results) -> list[str]:
     ]
 
 
-def warnings(results: Results) -> list[str]:
+def warnings(results: StudyComparison) -> list[str]:
     """What is missing, what failed, and what calls for care."""
     return [*_missing(results), *_failed(results), *_care(results)]
 
 
-def _missing(results: Results) -> Iterator[str]:
+def _missing(results: StudyComparison) -> Iterator[str]:
     if results.num_seeds is None:
         yield "No study file is there to say which episodes are missing."
     if results.num_missing:
@@ -50,14 +50,14 @@ def _missing(results: Results) -> Iterator[str]:
         yield f"{len(named)} cells have no episode at all: {_some(named)}."
 
 
-def _failed(results: Results) -> Iterator[str]:
+def _failed(results: StudyComparison) -> Iterator[str]:
     failed = sum(results.causes.values())
     if failed:
         causes = [f"{count} × {cause}" for cause, count in results.causes.most_common()]
         yield f"{failed} episodes failed, and count in n alone: {_some(causes)}."
 
 
-def _care(results: Results) -> Iterator[str]:
+def _care(results: StudyComparison) -> Iterator[str]:
     fewest = min((row.num for table in results.tables for row in table.rows), default=0)
     if fewest < FEW_SEEDS:
         yield f"The fewest seeds of a cell are {fewest}: bootstrap intervals of fewer than {FEW_SEEDS} are too narrow."
@@ -66,8 +66,8 @@ def _care(results: Results) -> Iterator[str]:
         yield f"Without the reference, and so without differences: {_some(without)}."
     if len(results.revisions) > 1:
         yield f"Rows of several revisions of mjnav: {_some(list(results.revisions))}."
-    for mixture in results.mixtures:
-        yield f"Not all rows were made alike: {printable(str(mixture))}."
+    for inconsistency in results.inconsistencies:
+        yield f"Not all rows were made alike: {printable(str(inconsistency))}."
     if results.others:
         yield f"Rows of other studies in the folder are left out: {_some(list(results.others))}."
 

@@ -12,7 +12,7 @@ from mjnav.report.comparison.notes import meaning, warnings
 from mjnav.report.comparison.shown import PLAIN, Column, columns, decision, episodes, infeasible
 from mjnav.report.printable import printable
 from mjnav.study.compare.compare import RATES, Comparison
-from mjnav.study.compare.results import Results
+from mjnav.study.compare.study_comparison import StudyComparison
 
 GAP = 2  # [characters] between columns
 MAX_LABEL = 0.4  # of the width; longer labels are folded
@@ -30,7 +30,7 @@ class _Printed:
         return max(cell_len(line) for text in (self.title, *map(str, self.cells)) for line in text.split("\n"))
 
 
-def write(results: Results, console: Console) -> None:
+def write(results: StudyComparison, console: Console) -> None:
     """All tables, then what they mean and what is missing."""
     for table in results.tables:
         reference = f"; reference {printable(table.reference)}" if table.reference else ""
@@ -47,7 +47,7 @@ def write(results: Results, console: Console) -> None:
         console.print(sentence, style="bold")
 
 
-def _columns(results: Results, table: Comparison) -> Iterator[_Printed]:
+def _columns(results: StudyComparison, table: Comparison) -> Iterator[_Printed]:
     missing = [results.missing[table.scene, table.setting, row.method] for row in table.rows]
     yield _Printed("method", tuple(Text(printable(row.method)) for row in table.rows))
     yield _Printed("n", tuple(map(Text, map(episodes, table.rows, missing))))

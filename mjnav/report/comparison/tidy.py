@@ -8,7 +8,7 @@ from typing import Any
 
 from mjnav.recording.export.csv_cells import neutral
 from mjnav.study.compare.compare import Comparison, Estimate, MethodRow
-from mjnav.study.compare.results import Results
+from mjnav.study.compare.study_comparison import StudyComparison
 
 HEADER = (
     *("scene", "setting", "method", "episodes", "failed", "missing"),
@@ -17,7 +17,7 @@ HEADER = (
 )
 
 
-def csv_text(results: Results) -> str:
+def csv_text(results: StudyComparison) -> str:
     """A line for every figure of every method in every scene and setting."""
     file = io.StringIO(newline="")
     writer = csv.DictWriter(file, HEADER, restval="", lineterminator="\n")
@@ -28,7 +28,7 @@ def csv_text(results: Results) -> str:
     return file.getvalue()
 
 
-def _lines(results: Results, table: Comparison, row: MethodRow) -> Iterator[dict[str, Any]]:
+def _lines(results: StudyComparison, table: Comparison, row: MethodRow) -> Iterator[dict[str, Any]]:
     place: dict[str, Any] = {"scene": table.scene, "setting": table.setting, "method": row.method}
     place |= {"episodes": row.num, "failed": row.num_failed, "missing": _missing(results, table, row)}
     for figure, e in row.figures.items():
@@ -44,7 +44,7 @@ def _lines(results: Results, table: Comparison, row: MethodRow) -> Iterator[dict
     yield {**place, "figure": "decision_ms", "value": _known(row.decision_ms)}
 
 
-def document(results: Results) -> dict[str, Any]:
+def document(results: StudyComparison) -> dict[str, Any]:
     """The same as what `mjnav compare --json` prints."""
     return {
         "schema": 1,
@@ -55,7 +55,9 @@ def document(results: Results) -> dict[str, Any]:
         "failed": sum(results.causes.values()),
         "causes": dict(results.causes.most_common()),
         "revisions": list(results.revisions),
-        "made_with": [{"what": mixture.what, "rows": dict(mixture.rows)} for mixture in results.mixtures],
+        "made_with": [
+            {"what": inconsistency.what, "rows": dict(inconsistency.rows)} for inconsistency in results.inconsistencies
+        ],
         "tables": [
             {
                 "scene": table.scene,
@@ -68,7 +70,7 @@ def document(results: Results) -> dict[str, Any]:
     }
 
 
-def _method(results: Results, table: Comparison, row: MethodRow) -> dict[str, Any]:
+def _method(results: StudyComparison, table: Comparison, row: MethodRow) -> dict[str, Any]:
     figures: dict[str, Any] = {}
     for figure, e in row.figures.items():
         figures[figure] = {**_estimate(e), "n": e.num, "difference": None}
@@ -95,7 +97,7 @@ def _estimate(e: Estimate) -> dict[str, Any]:
     return {"value": _known(e.value), "low": low, "high": high}
 
 
-def _missing(results: Results, table: Comparison, row: MethodRow) -> int | None:
+def _missing(results: StudyComparison, table: Comparison, row: MethodRow) -> int | None:
     """How many seeds of the study the method lacks; None where no study says."""
     return results.missing[table.scene, table.setting, row.method] if results.num_seeds is not None else None
 

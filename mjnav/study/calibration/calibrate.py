@@ -1,16 +1,16 @@
-"""Risk calibration: the predicted share of colliding samples at the chosen control, against how often it collides.
+"""Risk calibration: the predicted share of colliding samples at the chosen control, against the observed frequency.
 
 Both are probabilities of one event (`collision_event`), taken at every k-th decision along runs of the method:
 
-    direct     the method decides on N = M samples drawn around the true state (`true_draws`), as it was when the run's
-               decision took effect; the share of their pairs, against fresh draws from the same distributions. What is
-               off is owed to few samples, and to a control that was chosen because these samples looked good.
-    filtered   the run's own decision on the filters' samples; against the event from the true state at the moment of
-               effect, with fresh draws of the actuation noise. What is off is owed to the beliefs as well.
-    rollout    the same forecast, against rollouts from that state (`rollout`): the control kept as an arc, noise that
-               changes every 0.1 s. What is off is owed to the candidates' model of motion as well.
+    direct     The method decides on N = M samples drawn around the true state (`true_draws`) at the moment when the
+               run's decision took effect. The share of colliding pairs, against fresh draws from the same
+               distributions. Errors come from few samples, and from choosing a control for which they look good.
+    filtered   The run's own decision on the filters' samples, against the event from the true state at the moment of
+               effect, with fresh draws of the actuation noise. Errors come from the beliefs as well.
+    rollout    The same forecast, against rollouts from that state (`rollout`): the control kept as an arc, noise that
+               changes every 0.1 s. Errors come from the candidates' model of motion as well.
 
-The fresh draws are made once a run, and its decisions share them. A decision that never takes effect does not count.
+The fresh draws are made once a run and shared by its decisions. A decision that never takes effect does not count.
 """
 
 from collections import deque
@@ -30,14 +30,14 @@ from mjnav.scenarios.spec import Scenario
 from mjnav.study.calibration.collision_event import share_of_draws, share_of_pairs
 from mjnav.study.calibration.rollout import NUM_WINDOWS, share_of_rollouts
 from mjnav.study.calibration.true_draws import ErrorDraws, Errors, around_truth
-from mjnav.study.sweep.workers import Limit, in_order
+from mjnav.study.sweep.workers import TimeLimit, in_order
 
 SETTINGS = ("direct", "filtered", "rollout")
 
 
 @dataclass(frozen=True, slots=True)
-class Plan:
-    """What is asked of a run: the settings, fresh draws a decision, and every how many ticks a decision counts."""
+class CalibrationPlan:
+    """The settings, the number of fresh draws for each decision, and `every`: each k-th tick's decision counts."""
 
     settings: tuple[str, ...] = SETTINGS
     draws: int = 100_000
@@ -52,10 +52,10 @@ class Plan:
                 raise InvalidValue(key, getattr(self, key), "a whole number >= 1")
 
 
-class Judge:
-    """Watches a run, and judges every k-th decision when it takes effect."""
+class ForecastRecorder:
+    """Watches a run, and compares every k-th decision with the truth when it takes effect."""
 
-    def __init__(self, scenario: Scenario, plan: Plan):
+    def __init__(self, scenario: Scenario, plan: CalibrationPlan):
         self._scenario, self._plan = scenario, plan
         self._controller = build_controller(scenario)
         self._sample = ErrorDraws(scenario, scenario.seed, "sample")
@@ -72,7 +72,7 @@ class Judge:
                 forecasts.append(self._forecast(setting, decided, record.truth))
 
     def _forecast(self, setting: str, decided: TickRecord, truth: WorldState) -> tuple[float, float]:
-        """Predicted share and frequency, the truth being that of the moment of effect."""
+        """Predicted share and frequency; `truth` is the state when the decision takes effect."""
         limits, num_people = self._scenario.robot.limits, len(truth.people_position)
         observation, control = decided.observation, _control(decided.decision)
         if setting == "direct":
@@ -102,37 +102,37 @@ def _control(decision: Decision) -> tuple[float, float]:
 
 def forecasts(
     scenario: Scenario,
-    plan: Plan,
+    plan: CalibrationPlan,
     *,
     stop: Callable[[], bool] = lambda: False,
     progress: Callable[[float], None] = lambda time: None,
 ) -> dict[str, Array]:
-    """Predicted share and frequency of every judged decision of one run, (n, 2) by setting.
+    """Predicted share and frequency of the decisions of one run, (n, 2) by setting.
 
     `stop` and `progress` are as in `Episode`.
     """
-    judge = Judge(scenario, plan)
-    Episode(scenario, watch=judge, stop=stop, progress=progress).run()
-    return {setting: np.array(pairs, float).reshape(-1, 2) for setting, pairs in judge.forecasts.items()}
+    recorder = ForecastRecorder(scenario, plan)
+    Episode(scenario, watch=recorder, stop=stop, progress=progress).run()
+    return {setting: np.array(pairs, float).reshape(-1, 2) for setting, pairs in recorder.forecasts.items()}
 
 
 def calibrate(
     scenarios: Sequence[Scenario],
     seeds: Sequence[int],
-    plan: Plan,
+    plan: CalibrationPlan,
     *,
     workers: int = 1,
-    limit: Limit | None = None,
+    limit: TimeLimit | None = None,
     progress: Callable[[int], None] = lambda done: None,
 ) -> dict[str, dict[str, Calibration]]:
-    """By method and setting, from a run of every scenario, one a method, under every seed.
+    """The calibration by method and setting, from a run of every scenario (one for each method) under every seed.
 
-    With a `limit` (of `run_label`), every run is in a worker process and may take so long. `progress` is told how many
-    runs are done. Raises InputError before anything starts, and MjnavError where a run breaks or takes too long.
+    With a `limit`, whose labels are `run_label`, every run is in a worker process. `progress` gets the number of runs
+    that are done. Raises InputError before anything starts, and MjnavError where a run breaks or takes too long.
     """
     tasks = [(replace(scenario, seed=seed), plan) for scenario in scenarios for seed in seeds]
     runs: list[dict[str, Array]] = []
-    for run in in_order(_one, tasks, workers, limit=limit):
+    for run in in_order(_forecasts_of, tasks, workers, limit=limit):
         runs.append(run)
         progress(len(runs))
     found: dict[str, dict[str, Calibration]] = {}
@@ -144,13 +144,15 @@ def calibrate(
     return found
 
 
-def run_label(task: tuple[Scenario, Plan]) -> str:
-    """What a run of `calibrate` is called."""
+def run_label(task: tuple[Scenario, CalibrationPlan]) -> str:
+    """The name of a run of `calibrate` in messages."""
     return episode_label(task[0])
 
 
-def _one(task: tuple[Scenario, Plan], heart: Callable[[float], None] = lambda time: None) -> dict[str, Array]:
-    return forecasts(*task, progress=heart)
+def _forecasts_of(
+    task: tuple[Scenario, CalibrationPlan], beat: Callable[[float], None] = lambda time: None
+) -> dict[str, Array]:
+    return forecasts(*task, progress=beat)
 
 
 def _calibration(runs: Sequence[Array], seeds: Sequence[int]) -> Calibration:

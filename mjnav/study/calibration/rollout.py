@@ -1,8 +1,8 @@
-"""Would this control, if it were kept, collide with people who go on as they do?
+"""How often a control collides if the robot keeps it and people keep their velocities.
 
-From the true state the robot keeps (v, omega) for the event's 5 s, reached at the acceleration limits: an arc, not the
-straight line that the candidates' cone takes it for. The actuation noise holds for 0.1 s a draw, as it does in the
-world. People walk on straight at their true velocities; nobody is stopped by a touch or by a wall.
+From the true state the robot accelerates to (v, omega) within its limits and keeps it for the event's 5 s: an arc,
+where the candidates' cone has a straight line. Each draw of the actuation noise holds for 0.1 s, as in the world.
+People walk straight on at their true velocities; neither contacts nor walls stop anybody.
 """
 
 import numpy as np
@@ -32,12 +32,12 @@ def _num_hits(
     radius: Vector,
     window: float,
 ):
-    """How many rollouts, one for each row of `noise` (n, S, 2), come nearer to a disc than its R."""
+    """The number of rollouts, one for each row of `noise` (n, S, 2), that come nearer to a disc than its R."""
     hits = 0
     for i in range(noise.shape[0]):
         x, y, heading, hit = x0, y0, heading0, False
         for s in range(noise.shape[1]):
-            # The exact arc of a window; the cone sees its chord, v omega T^2 / 8 from it: 2 mm at most.
+            # The exact arc of a window; the cone sees its chord, which is off by v omega T^2 / 8, at most 2 mm.
             half = 0.5 * window * (twist[s, 1] + noise[i, s, 1])
             speed = (twist[s, 0] + noise[i, s, 0]) * (np.sin(half) / half if abs(half) > 1e-9 else 1.0)
             vx, vy = speed * np.cos(heading + half), speed * np.sin(heading + half)
@@ -57,8 +57,8 @@ def _num_hits(
 def share_of_rollouts(truth: Observation, control: tuple[float, float], limits: RobotLimits, noise: Array) -> float:
     """The share of rollouts that touch a person, leg or pillar.
 
-    `truth` is an observation of one pose and one state of each obstacle, its twist the command before `control`;
-    `noise` (n, S, 2) the actuation noise of n rollouts in S windows of 0.1 s.
+    `truth` is an observation with one pose and one state of each obstacle; its twist is the command before `control`.
+    `noise` (n, S, 2) is the actuation noise of n rollouts in S windows of 0.1 s.
     """
     twist, before = np.empty((noise.shape[1], 2)), truth.twist
     for s in range(len(twist)):

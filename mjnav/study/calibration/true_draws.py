@@ -1,6 +1,6 @@
-"""Observations around the true state: what stands in for beliefs where no filter is between, and for the truth itself.
+"""Observations drawn around the true state, in place of a filter's belief.
 
-State = truth - error, as a belief is a reading less its noise; the errors are the world's noise channels:
+State = truth - error, as a belief is a reading minus its noise; the errors are the world's noise channels:
 
     robot   x, y, theta   pose.x, pose.y, pose.theta
     control dv, domega    actuation.v, actuation.omega (added, not subtracted)
@@ -28,7 +28,7 @@ _PERSON = ("detection.x", "detection.y")
 
 @dataclass(frozen=True, slots=True)
 class Errors:
-    """n joint draws of all errors; one row stands for all n where there is none."""
+    """n joint draws of all errors; a single row holds for all n."""
 
     pose: Array  # (n, 3) or (1, 3)
     control: Array  # (n, 2)
@@ -36,12 +36,12 @@ class Errors:
 
     @classmethod
     def of_control(cls, control: Array, num_people: int) -> "Errors":
-        """A state that is known, under actuation noise (n, 2)."""
+        """A known state under actuation noise (n, 2)."""
         return cls(np.zeros((1, 3)), control, np.zeros((num_people, 1, 4)))
 
 
 class ErrorDraws:
-    """Draws errors from streams of their own, which `use` names: "sample" for a controller, "fresh" to judge it."""
+    """Draws errors from the random streams of a `use`: "sample" for a controller, "fresh" to compare it with."""
 
     def __init__(self, scenario: Scenario, seed: int, use: str):
         noise = scenario.noise.distributions()
@@ -72,7 +72,7 @@ def _columns(channels: Sequence[tuple[Distribution, np.random.Generator]], *size
 
 
 def around_truth(observation: Observation, truth: WorldState, errors: Errors) -> Observation:
-    """The observation with robot and people where they are in truth, less the errors; the rest stays."""
+    """The observation with robot and people at their true states minus the errors; the rest stays."""
     num_people = len(truth.people_position)
     num = len(errors.control)
     pose = np.broadcast_to(truth.robot_pose - errors.pose, (num, 3)).copy()

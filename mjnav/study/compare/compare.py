@@ -1,8 +1,8 @@
-"""A sweep's rows as comparisons: every method's figures with intervals, and its differences from a reference.
+"""The methods of a sweep compared: figures with intervals, and differences from a reference method.
 
-Rates carry Wilson intervals. Means are over the seeds that succeeded (clearances: over all), with bootstrap intervals.
-Differences are means over the seeds on which both methods succeeded, with paired bootstrap intervals. Their p-values,
-of sign-flip tests (rates: McNemar's), carry Holm's correction over the methods compared with one reference.
+Rates have Wilson intervals. Means are over the seeds that succeeded (clearances: over all), with bootstrap intervals.
+Differences are means over the seeds on which both methods succeeded, with paired bootstrap intervals. Their p-values
+come from sign-flip tests (rates: McNemar's) with Holm's correction over the methods compared with one reference.
 """
 
 import re
@@ -25,15 +25,15 @@ if TYPE_CHECKING:
     import pyarrow
 
 COLLISIONS = tuple(name for name in COLUMNS if name.startswith("collisions_"))
-OVER_ALL = ("min_clearance_m", "min_lane_clearance_m", "mean_lane_clearance_m")  # whether or not the run succeeded
-FIGURES = ("time_s", "control_cost", "mean_deviation_m", "path_ratio", "min_clearance_m")  # compared by default
+OVER_ALL = ("min_clearance_m", "min_lane_clearance_m", "mean_lane_clearance_m")  # also of runs that failed
+DEFAULT_FIGURES = ("time_s", "control_cost", "mean_deviation_m", "path_ratio", "min_clearance_m")
 RATES = ("success", "collision")
 RESAMPLES = 5_000
 
 
 @dataclass(frozen=True, slots=True)
 class Estimate:
-    """A figure and its 95 % interval, from `num` seeds; None and NaN where nothing defines them."""
+    """A figure and its 95 % interval, from `num` seeds; NaN and None where they are undefined."""
 
     value: float
     interval: Interval
@@ -64,7 +64,7 @@ class CellRows:
 
     @cached_property
     def collided(self) -> Array:
-        """Whether the robot touched anything, (n,); NaN of a failed episode."""
+        """Whether the robot touched anything, (n,); NaN for a failed episode."""
         return np.where(self.failed, np.nan, sum(self.columns[name] for name in COLLISIONS) > 0)
 
     @property
@@ -73,7 +73,7 @@ class CellRows:
         return np.isnan(self.columns["success"])
 
     def values(self, figure: str) -> Array:
-        """A figure by seed, (n,): NaN where it does not count."""
+        """A figure by seed, (n,); NaN where the seed does not count."""
         if figure == "collision":
             return self.collided
         values = self.columns[figure]
@@ -83,11 +83,11 @@ class CellRows:
 
 
 def cell_rows(table: "pyarrow.Table", methods: Sequence[str] = ()) -> list[CellRows]:
-    """A table of rows by cell: scenes and settings by name, methods in the order of `methods`, names without a grid.
+    """The rows of a table by cell: sorted by scene and setting, then in the order of `methods`, labels without a grid.
 
     Text columns other than the labels are left out.
     """
-    names = [name for name in table.column_names if COLUMNS[name][0] != STRING]
+    names = [name for name in table.column_names if COLUMNS[name].type != STRING]
     columns = {name: table[name].cast("double").to_numpy(zero_copy_only=False) for name in names}
     columns["seed"] = table["seed"].to_numpy()
     labels = list(zip(*(table[name].to_pylist() for name in ("scene", "setting", "method")), strict=True))
@@ -136,11 +136,11 @@ class Comparison:
 
 
 def compare(
-    cells: Sequence[CellRows], *, reference: str | None = None, figures: Sequence[str] = FIGURES
+    cells: Sequence[CellRows], *, reference: str | None = None, figures: Sequence[str] = DEFAULT_FIGURES
 ) -> Iterator[Comparison]:
     """One table for every scene and setting, in the order of `cells`.
 
-    `reference` is a method's label, by default the first. Raises InvalidValue for a method or a figure that none has.
+    `reference` is a method's label, by default the first. Raises InvalidValue for an unknown method or figure.
     """
     check_figures(figures)
     known = {cell.method for cell in cells}
@@ -157,8 +157,8 @@ def compare(
 
 
 def check_figures(figures: Iterable[str]) -> None:
-    """Raises InvalidValue for what is no column of numbers."""
-    allowed = [name for name, (kind, _) in COLUMNS.items() if kind != STRING]
+    """Raises InvalidValue for a name that is no column of numbers."""
+    allowed = [name for name, column in COLUMNS.items() if column.type != STRING]
     for figure in figures:
         if figure not in allowed:
             raise unknown_name("figure", figure, allowed)
@@ -166,7 +166,7 @@ def check_figures(figures: Iterable[str]) -> None:
 
 @lru_cache(8)
 def bootstrap(num: int) -> SharedBootstrap:
-    """The one for all figures of `num` seeds."""
+    """The bootstrap that all figures of `num` seeds share."""
     return SharedBootstrap(num, stream(0, "compare.bootstrap"), resamples=RESAMPLES)
 
 
@@ -209,7 +209,7 @@ def estimate(cell: CellRows, figure: str) -> Estimate:
 def estimates(cells: Sequence[CellRows], figures: Sequence[str]) -> list[dict[str, Estimate]]:
     """Rates and means of every cell."""
     means = [cell.values(figure) for cell in cells for figure in figures if figure not in RATES]
-    intervals = iter(_each(means, lambda num: bootstrap(num).intervals))
+    intervals = iter(_by_length(means, lambda num: bootstrap(num).intervals))
 
     def one(values: Array, figure: str) -> Estimate:
         if figure not in RATES:
@@ -221,12 +221,12 @@ def estimates(cells: Sequence[CellRows], figures: Sequence[str]) -> list[dict[st
 
 
 def difference(cell: CellRows, base: CellRows, figure: str) -> Difference:
-    """cell - base over their common seeds, the p-value without correction."""
+    """cell - base over the common seeds, the p-value without correction."""
     return differences([cell], base, [figure])[0][figure]
 
 
 def paired(changes: Array) -> Difference:
-    """Changes by seed (n,), NaN where undefined: their mean; the p-value is of sign flips, without correction."""
+    """The mean of differences by seed (n,), NaN where undefined; the p-value of sign flips, without correction."""
     if not len(changes):
         return Difference(Estimate(nan, None, 0), None)
     shared = bootstrap(len(changes))
@@ -234,19 +234,19 @@ def paired(changes: Array) -> Difference:
 
 
 def common(cell: CellRows, base: CellRows) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-    """Where the seeds that both cells have stand in the first and in the second, (n,) each."""
+    """The indices of the common seeds in the first and in the second cell, (n,) each."""
     _, here, there = np.intersect1d(cell.seeds, base.seeds, assume_unique=True, return_indices=True)
     return here, there
 
 
 def differences(cells: Sequence[CellRows], base: CellRows, figures: Sequence[str]) -> list[dict[str, Difference]]:
-    """Every cell - base over their common seeds, the p-values without correction."""
+    """cell - base for every cell over the common seeds, the p-values without correction."""
     changes: list[Array] = []
     for cell in cells:
         here, there = common(cell, base)
         changes += [cell.values(figure)[here] - base.values(figure)[there] for figure in figures]
-    intervals = iter(_each(changes, lambda num: bootstrap(num).intervals))
-    flipped = iter(_each(changes, lambda num: bootstrap(num).p_values))
+    intervals = iter(_by_length(changes, lambda num: bootstrap(num).intervals))
+    flipped = iter(_by_length(changes, lambda num: bootstrap(num).p_values))
     following = iter(changes)
 
     def one(change: Array, figure: str) -> Difference:
@@ -258,15 +258,15 @@ def differences(cells: Sequence[CellRows], base: CellRows, figures: Sequence[str
     return [{figure: one(next(following), figure) for figure in figures} for _ in cells]
 
 
-def _each(rows: Sequence[Array], ask: Callable[[int], Callable[[Array], list[Any]]]) -> list[Any]:
-    """The answer for every row, all rows of one length (F, n) at a time; None for an empty one.
+def _by_length(rows: Sequence[Array], function_for: Callable[[int], Callable[[Array], list[Any]]]) -> list[Any]:
+    """An answer for every row, computed for all rows of one length (F, n) together; None for an empty row.
 
-    `ask` is told the length and returns what is asked.
+    `function_for(n)` is the function that computes them.
     """
     answers: list[Any] = [None] * len(rows)
     for num in {len(row) for row in rows} - {0}:
         places = [i for i, row in enumerate(rows) if len(row) == num]
-        for place, answer in zip(places, ask(num)(np.array([rows[i] for i in places])), strict=True):
+        for place, answer in zip(places, function_for(num)(np.array([rows[i] for i in places])), strict=True):
             answers[place] = answer
     return answers
 

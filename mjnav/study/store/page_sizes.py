@@ -1,6 +1,6 @@
-"""What the pages of a Parquet file hold when unpacked, by their own headers: those decide what a reader allocates.
+"""The unpacked sizes of a Parquet file's pages, from their headers: a reader allocates what these say.
 
-A header is a struct in Thrift's compact form; its fields 2 and 3 are the sizes of the page, unpacked and in the file.
+A header is a struct in Thrift's compact protocol; its fields 2 and 3 are the page's sizes, unpacked and in the file.
 
 Sources: https://parquet.apache.org/docs/file-format/data-pages/ and the compact protocol's specification,
 https://github.com/apache/thrift/blob/master/doc/specs/thrift-compact-protocol.md
@@ -10,11 +10,11 @@ from typing import Any
 
 _STOP, _TRUE, _FALSE, _BYTE, _I64, _DOUBLE, _BINARY, _STRUCT = 0, 1, 2, 3, 6, 7, 8, 12
 _UNPACKED, _PACKED = 2, 3  # fields of a page's header
-_DEPTH = 4  # of structs in one another: the statistics in a data page's header are the second
+_DEPTH = 4  # of nested structs: the statistics in a data page's header are the second
 
 
 def unpacked_size(content: bytes, chunk: Any) -> int:
-    """Bytes of all pages of a column's chunk (of pyarrow's metadata). Raises OSError where they make no sense."""
+    """Bytes of all pages of a column's chunk (of pyarrow's metadata). Raises OSError where they are impossible."""
     at = min(chunk.data_page_offset, chunk.dictionary_page_offset or chunk.data_page_offset)
     end = at + chunk.total_compressed_size
     if not 0 <= at <= end <= len(content):
@@ -54,7 +54,7 @@ def _struct(data: bytes, at: int, depth: int) -> tuple[dict[int, int], int]:
         elif kind in (_BYTE, _DOUBLE):
             at += 1 if kind == _BYTE else 8
         elif kind not in (_TRUE, _FALSE):
-            raise LookupError(kind)  # no page's header has lists
+            raise LookupError(kind)  # a page's header has no lists
     return fields, at + 1
 
 
@@ -69,6 +69,6 @@ def _varint(data: bytes, at: int) -> tuple[int, int]:
 
 
 def _whole(data: bytes, at: int) -> tuple[int, int]:
-    """A number whose sign is its lowest bit."""
+    """A number in zigzag form: its lowest bit is the sign."""
     value, at = _varint(data, at)
     return value >> 1 ^ -(value & 1), at

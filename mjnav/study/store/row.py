@@ -1,110 +1,128 @@
-"""One episode as a flat row: the columns of the store, fixed for every study.
+"""One episode as a row: every column of the store with its type and meaning, the same for all studies.
 
-A figure that is undefined is null, and so are all of a failed episode, whose `error` says why.
+A figure that is undefined is null. A failed episode has no figures; its `error` says why.
 """
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 from types import MappingProxyType
-from typing import Any
+from typing import NamedTuple
 
 from mjnav.loop.provenance.facts import FACTS
 
-Row = dict[str, Any]
-
-ROW_SCHEMA = 2  # of these columns; rows of the first one do not say it
+ROW_SCHEMA = 2  # version of these columns; rows of version 1 do not have it
 
 STRING, INTEGER, NUMBER, TRUTH = "string", "int64", "double", "bool"
 
-# column -> (Arrow type, what it says)
-LABELS: Mapping[str, tuple[str, str]] = MappingProxyType(
-    {
-        "id": (
-            STRING,
-            "the episode: a hash of its labels, scenario, parameters and seed, and of all facts that decide its bits",
-        ),
-        "study": (STRING, "the study file's name"),
-        "scene": (STRING, "the scene's name"),
-        "setting": (STRING, "the setting's name and swept values of the study's grid; default without either"),
-        "method": (STRING, "the method's name and swept values"),
-        "seed": (INTEGER, ""),
-        "controller": (STRING, "control.method"),
-        "parameters": (STRING, 'the swept values by key as JSON: {"control.weight": 0.3}'),
-        "control": (STRING, "every parameter of the controller with its value, as JSON"),
-        "scenario": (STRING, "the run file, every default explicit; `mjnav run` repeats the episode with it and seed"),
-    }
+Value = str | int | float | bool | None
+
+
+class Column(NamedTuple):
+    """The type of a column, as Arrow calls it, and what it holds. A unit stands at the end of the column's name."""
+
+    type: str
+    text: str
+
+
+def _columns(**columns: tuple[str, str]) -> Mapping[str, Column]:
+    return MappingProxyType({name: Column(*column) for name, column in columns.items()})
+
+
+LABELS = _columns(
+    id=(STRING, "hash of the labels, the scenario, the parameters, the seed and all facts that decide the bits"),
+    study=(STRING, "name in the study file"),
+    scene=(STRING, "name of the scene"),
+    setting=(STRING, "name of the setting and swept values of the study's grid; default without either"),
+    method=(STRING, "name of the method and its swept values"),
+    seed=(INTEGER, "seed of the episode"),
+    controller=(STRING, "control.method"),
+    parameters=(STRING, 'swept values by key as JSON: {"control.weight": 0.3}'),
+    control=(STRING, "every parameter of the controller with its value, as JSON"),
+    scenario=(STRING, "the run file with all defaults; `mjnav run` repeats the episode from it and the seed"),
 )
-FIGURES: Mapping[str, tuple[str, str]] = MappingProxyType(
-    {
-        "error": (STRING, "why there is no result, in a line; null where there is one"),
-        "outcome": (STRING, "goal, collision, timeout or aborted"),
-        "success": (TRUTH, "the goal, without contact, in time"),
-        **{f"collisions_{kind}": (INTEGER, "contacts") for kind in ("person", "table", "wall", "pillar")},
-        "lane_violation_s": (NUMBER, "time over a lane's boundary; null without lanes"),
-        "min_lane_clearance_m": (NUMBER, "the robot's edge to the nearer boundary; null without lanes"),
-        "mean_lane_clearance_m": (NUMBER, "the same, mean over time"),
-        "time_s": (NUMBER, "simulated time to the end"),
-        "path_length_m": (NUMBER, ""),
-        "straight_line_m": (NUMBER, "length of the way over the waypoints"),
-        "path_ratio": (NUMBER, "path over way"),
-        "mean_deviation_m": (NUMBER, "lateral distance from the way, mean over time"),
-        "max_deviation_m": (NUMBER, ""),
-        "control_cost": (NUMBER, "m^2/s^3"),
-        "min_clearance_m": (NUMBER, "surface to surface; null in an empty room"),
-        "time_to_avoid_s": (NUMBER, "from the nominal control's first leaving of the way to its last; null without"),
-        "ticks": (INTEGER, ""),
-        "infeasible_ticks": (INTEGER, "the two below"),
-        "ticks_without_nominal": (INTEGER, "status infeasible_nominal: nothing met the constraints at the mean"),
-        "ticks_without_own": (INTEGER, "status infeasible: nothing met the method's own constraint"),
-        "stopped_ticks": (INTEGER, "status stopped"),
-        "clipped_ticks": (INTEGER, "ticks whose decision was beyond the robot's limits"),
-        "localization_rmse_m": (NUMBER, ""),
-        "tracking_rmse_m": (NUMBER, "null where nobody was tracked"),
-        "robot_skew": (NUMBER, "of the robot samples' x and y that the controller got"),
-        "robot_kurtosis": (NUMBER, "3 for a Gaussian"),
-        "people_skew": (NUMBER, "the same of people's samples; null without people"),
-        "people_kurtosis": (NUMBER, ""),
-        "min_safe_share": (NUMBER, "of the closest obstacle's samples at the chosen control, least over ticks"),
-        "mean_safe_share": (NUMBER, "mean over ticks; null where the method never met an obstacle"),
-        **{
-            f"compute_ms_{phase}_{level}": (NUMBER, "wall time of a tick's phase")
-            for phase in ("sense", "estimate", "control", "record", "tick")
-            for level in ("p50", "p99", "max")
-        },
-        "real_time_factor": (NUMBER, ""),
-        "deadline_misses": (INTEGER, "0 without a pacer"),
-        "state_hash": (STRING, "of everything that happened: equal where the episode was the same"),
-    }
+FIGURES = _columns(
+    error=(STRING, "why there is no result, in a line; null where there is one"),
+    outcome=(STRING, "goal, collision, timeout or aborted"),
+    success=(TRUTH, "the goal was reached in time without contact"),
+    **{f"collisions_{kind}": (INTEGER, f"contacts with a {kind}") for kind in ("person", "table", "wall", "pillar")},
+    lane_violation_s=(NUMBER, "time beyond a lane's boundary; null without lanes"),
+    min_lane_clearance_m=(NUMBER, "from the robot's edge to the nearer boundary; null without lanes"),
+    mean_lane_clearance_m=(NUMBER, "the same, mean over time"),
+    time_s=(NUMBER, "simulated time to the end"),
+    path_length_m=(NUMBER, "length of the driven path"),
+    straight_line_m=(NUMBER, "length of the polyline from the start over the waypoints to the goal"),
+    path_ratio=(NUMBER, "path_length_m / straight_line_m"),
+    mean_deviation_m=(NUMBER, "lateral distance from the polyline, mean over time"),
+    max_deviation_m=(NUMBER, "the same, maximum"),
+    control_cost=(NUMBER, "change of the commands [m^2/s^3]"),
+    min_clearance_m=(NUMBER, "surface to surface; null in an empty room"),
+    time_to_avoid_s=(NUMBER, "from the first to the last time that the nominal control leaves the polyline"),
+    ticks=(INTEGER, "decisions"),
+    infeasible_ticks=(INTEGER, "sum of the next two"),
+    ticks_without_nominal=(INTEGER, "status infeasible_nominal: nothing met the constraints at the mean"),
+    ticks_without_own=(INTEGER, "status infeasible: nothing met the method's own constraint"),
+    stopped_ticks=(INTEGER, "status stopped"),
+    clipped_ticks=(INTEGER, "ticks whose decision was beyond the robot's limits"),
+    localization_rmse_m=(NUMBER, "error of the robot's estimated position"),
+    tracking_rmse_m=(NUMBER, "error of people's estimated positions; null where nobody was tracked"),
+    robot_skew=(NUMBER, "of the robot samples' x and y that the controller got"),
+    robot_kurtosis=(NUMBER, "of the same samples; 3 for a Gaussian"),
+    people_skew=(NUMBER, "the same of people's samples; null without people"),
+    people_kurtosis=(NUMBER, "the same of people's samples; null without people"),
+    min_safe_share=(NUMBER, "of the closest obstacle's samples at the chosen control, minimum over ticks"),
+    mean_safe_share=(NUMBER, "mean over ticks; null where the method never met an obstacle"),
+    **{
+        f"compute_ms_{phase}_{level}": (NUMBER, "wall time of a tick's phase")
+        for phase in ("sense", "estimate", "control", "record", "tick")
+        for level in ("p50", "p99", "max")
+    },
+    real_time_factor=(NUMBER, "simulated time / wall time"),
+    deadline_misses=(INTEGER, "0 where the run was not paced"),
+    state_hash=(STRING, "hash of all states and decisions: equal where two episodes were the same"),
 )
-PLACE: Mapping[str, tuple[str, str]] = MappingProxyType(
-    {
-        "wall_s": (NUMBER, "the episode's own wall time"),
-        "machine": (STRING, "the host's name"),
-        "revision": (STRING, "mjnav's version and git revision"),
-    }
+ORIGIN = _columns(
+    wall_s=(NUMBER, "wall time of the episode"),
+    machine=(STRING, "host name"),
+    revision=(STRING, "mjnav's version and git revision"),
 )
 # What decides an episode's bits beside its labels: column -> the fact of `loop.provenance` that it holds.
 MADE_WITH: Mapping[str, str] = MappingProxyType({fact.replace(".", "_"): fact for fact in FACTS})
-COLUMNS: Mapping[str, tuple[str, str]] = MappingProxyType(
+COLUMNS: Mapping[str, Column] = MappingProxyType(
     {
         **LABELS,
         **FIGURES,
-        **PLACE,
-        "row_schema": (INTEGER, "the version of these columns"),
-        **{column: (STRING, FACTS[fact][1]) for column, fact in MADE_WITH.items()},
+        **ORIGIN,
+        "row_schema": Column(INTEGER, "version of these columns"),
+        **{column: Column(STRING, FACTS[fact][1]) for column, fact in MADE_WITH.items()},
     }
 )
-CELL = ("study", "scene", "setting", "method")  # the labels that the rows of one cell share
+CELL = ("study", "scene", "setting", "method")  # the labels that all rows of a cell share
 PLACE_IN_STUDY = (*CELL, "seed")  # the labels of one episode
 
 
-def made_with(row: Mapping[str, Any]) -> dict[str, str | None]:
-    """The facts that a row carries; None where the version of mjnav that wrote it did not record them."""
-    return {fact: row.get(column) for column, fact in MADE_WITH.items()}
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Row:
+    """One episode, on its way from the process that ran it to the store. `LABELS` and `ORIGIN` describe the fields."""
 
+    id: str
+    study: str
+    scene: str
+    setting: str
+    method: str
+    seed: int
+    controller: str
+    parameters: str
+    control: str
+    scenario: str
+    machine: str
+    revision: str
+    wall_s: float | None
+    made_with: Mapping[str, str]  # by fact of `loop.provenance`
+    figures: Mapping[str, Value]  # by column of `FIGURES`; empty where there is an error
+    error: str | None = None
 
-def flatten(summary: Mapping[str, Any], prefix: str = "") -> Row:
-    """A run's summary with one key a figure: compute_ms_control_p50."""
-    row: Row = {}
-    for key, value in summary.items():
-        row |= flatten(value, f"{prefix}{key}_") if isinstance(value, Mapping) else {f"{prefix}{key}": value}
-    return row
+    def values(self) -> dict[str, Value]:
+        """The value of each of `COLUMNS`."""
+        fields = {name: getattr(self, name) for name in (*LABELS, *ORIGIN, "error")}
+        facts = {column: self.made_with.get(fact) for column, fact in MADE_WITH.items()}
+        return dict.fromkeys(COLUMNS) | dict(self.figures) | fields | facts | {"row_schema": ROW_SCHEMA}

@@ -1,8 +1,9 @@
-"""One Parquet file of a sweep's rows: its name, and its content checked before anything in it is believed.
+"""One Parquet file of a sweep's rows: its name, and the checks of its content before anything in it is used.
 
-Parquet makes any number of rows of a few bytes (a null and a run of equal values cost nothing each), and any length of
-text: so rows, pages and text are bounded by the size of the file before they take memory. A shard of a sweep holds a
-row for 70 bytes or more; its pages unpacked are 1.7 times the file, its values in memory 20 times.
+A few bytes of Parquet can expand to any number of rows (nulls and runs of equal values are compressed away) and to any
+length of text. So the numbers of rows, of bytes in pages and of bytes of text are limited by the size of the file
+before they take memory. A shard of a sweep has 70 bytes or more a row; its pages unpack to 1.7 times the file, its
+values to 20 times.
 """
 
 import hashlib
@@ -26,14 +27,15 @@ SHARD = re.compile(rf"({DONE}|{FAILED})-\d{{6,}}-([0-9a-f]{{8}}|[0-9a-f]{{{DIGIT
 
 ALWAYS = frozenset(("id", *PLACE_IN_STUDY, "revision"))  # columns without nulls, in every version
 MAX_SIZE = 256 * 2**20  # [bytes] of a shard
-FREE_ROWS, BYTES_A_ROW = 10_000, 8  # so many, and one for so many bytes of the file
-FREE_PAGES, PAGES = 16 * 2**20, 50  # [bytes] of pages unpacked: so many, and so many for each of the file
-FREE_TEXT, TEXT = 16 * 2**20, 500  # [bytes] of text in all rows, likewise
+# Limits, each a number that any file may have, and what is added for its size:
+FREE_ROWS, BYTES_A_ROW = 10_000, 8  # rows; one more for each 8 bytes
+FREE_PAGES, PAGES = 16 * 2**20, 50  # [bytes] of unpacked pages; 50 more for each byte
+FREE_TEXT, TEXT = 16 * 2**20, 500  # [bytes] of text in all rows; 500 more for each byte
 MAX_LIST = 10_000  # elements of a list in the footer
 
 
 def digest(content: bytes) -> str:
-    """What a shard's name says of its content."""
+    """The part of a shard's name that is computed from its content."""
     return hashlib.sha256(content).hexdigest()[:DIGITS]
 
 
@@ -50,11 +52,11 @@ def schema() -> "pyarrow.Schema":
     """Of all columns."""
     import pyarrow as pa
 
-    return pa.schema([(name, pa.type_for_alias(kind)) for name, (kind, _) in COLUMNS.items()])
+    return pa.schema([(name, pa.type_for_alias(column.type)) for name, column in COLUMNS.items()])
 
 
 def read_shard(shard: Path, columns: Sequence[str]) -> "pyarrow.Table":
-    """The columns that a shard has of these. Raises MjnavError where it is not what was written."""
+    """Those of the `columns` that a shard has. Raises MjnavError where it is damaged or not of a sweep."""
     import pyarrow as pa
 
     name = SHARD.fullmatch(shard.name)
@@ -62,7 +64,7 @@ def read_shard(shard: Path, columns: Sequence[str]) -> "pyarrow.Table":
         raise MjnavError(f"{shard}: not written by mjnav; move it elsewhere")
     try:
         content = read_regular(shard, MAX_SIZE)
-        if len(name[2]) == DIGITS and digest(content) != name[2]:  # earlier versions named none
+        if len(name[2]) == DIGITS and digest(content) != name[2]:  # earlier versions have none
             raise OSError("its content has changed since it was written")
         return _read(content, columns)
     except (OSError, pa.ArrowException) as error:
@@ -76,13 +78,13 @@ def _read(content: bytes, columns: Sequence[str]) -> "pyarrow.Table":
 
     limits = {"thrift_string_size_limit": len(content), "thrift_container_size_limit": MAX_LIST}
     file = parquet().ParquetFile(pa.BufferReader(content), **limits)
-    found, kinds = file.schema_arrow, schema()
+    found, expected = file.schema_arrow, schema()
     if not ALWAYS.issubset(found.names) or len(set(found.names)) < len(found) or file.num_row_groups != 1:
         raise OSError("not of a sweep")
     there = [name for name in columns if name in found.names]
     for name in there:
-        if found.field(name).type != kinds.field(name).type:
-            raise OSError(f"{name} of type {found.field(name).type}, where a sweep writes {kinds.field(name).type}")
+        if found.field(name).type != expected.field(name).type:
+            raise OSError(f"{name} of type {found.field(name).type}, where a sweep writes {expected.field(name).type}")
     _check_claims(file.metadata, there, content)
     file = parquet().ParquetFile(
         pa.BufferReader(content),
@@ -97,11 +99,11 @@ def _read(content: bytes, columns: Sequence[str]) -> "pyarrow.Table":
         if name in ALWAYS and table[name].null_count:
             raise OSError(f"a row without {name}")
     _check_text(table, len(content))
-    return table.cast(pa.schema([kinds.field(name) for name in there]))
+    return table.cast(pa.schema([expected.field(name) for name in there]))
 
 
 def _check_claims(metadata: Any, columns: Sequence[str], content: bytes) -> None:
-    """Raises OSError where the columns say that they hold more than a file of this size may."""
+    """Raises OSError where the columns claim more than the limits of a file of this size."""
     group, size = metadata.row_group(0), len(content)
     chunks = [chunk for chunk in map(group.column, range(group.num_columns)) if chunk.path_in_schema in columns]
     rows = max(metadata.num_rows, group.num_rows, *(chunk.num_values for chunk in chunks))
@@ -113,7 +115,7 @@ def _check_claims(metadata: Any, columns: Sequence[str], content: bytes) -> None
 
 
 def _check_text(table: "pyarrow.Table", size: int) -> None:
-    """Raises OSError where the texts of all rows are longer than a file of `size` bytes may hold."""
+    """Raises OSError where the texts of all rows exceed the limit of a file of `size` bytes."""
     import pyarrow as pa
     from pyarrow import compute
 

@@ -1,13 +1,13 @@
-"""A sweep's results: a folder of immutable Parquet shards. The labels in them say which episodes are done.
+"""The results of a sweep: a folder of immutable Parquet files, called shards. Their labels say which episodes are done.
 
-    study.toml              what was asked for
+    study.toml                       the study file
     part-000003-<digest>.parquet     rows with a result, `row.COLUMNS`, zstd
     failed-000004-<digest>.parquet   rows with an error; a retry removes them first
-    lock                    held by the sweep that writes; empty
+    lock                             empty; locked by the sweep that writes
 
-A shard appears whole or not at all: it is written under another name, flushed to the disk and renamed. Whatever is
-killed at whatever moment, each id stands in one shard at most. A shard's name has the digest of its content, which is
-checked before anything in it is used. Everything that reads Parquet reads them:
+A shard appears whole or not at all: it is written under another name, flushed to the disk and renamed. Each id is in at
+most one shard, also after a process was killed. A shard's name has the digest of its content, which is checked before
+anything in it is used. Every reader of Parquet reads the shards:
 
     SELECT method, avg(success::int) FROM 'runs/out/NAME/part-*.parquet' GROUP BY method
 
@@ -20,7 +20,7 @@ import re
 import stat
 import uuid
 from collections import Counter
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -36,11 +36,11 @@ if TYPE_CHECKING:
 STUDY_FILE, LOCK = "study.toml", "lock"
 TEMPORARY = re.compile(rf"({SHARD.pattern}|{re.escape(STUDY_FILE)}\.[0-9a-f]{{8}})\.tmp")
 MAX_STUDY = 10_000_000  # [bytes] of the study file
-MARK = "# mjnav "  # how a study file that a sweep wrote begins; the command follows
+MARK = "# mjnav "  # first characters of a study file that a sweep wrote; the command follows
 
 FILE = "a file"
 
-Place = tuple[str, str, str, str, int]  # the values of PLACE_IN_STUDY
+EpisodePlace = tuple[str, str, str, str, int]  # the values of PLACE_IN_STUDY
 
 
 class Store:
@@ -50,23 +50,23 @@ class Store:
         self.folder = Path(folder)
         parquet()
 
-    def done(self) -> set[Place]:
+    def done(self) -> set[EpisodePlace]:
         """The places of all episodes with a row, failed ones too."""
         columns = self.rows(PLACE_IN_STUDY)
         return set(zip(*(columns[name].to_pylist() for name in PLACE_IN_STUDY), strict=True))
 
     def has_rows(self) -> bool:
-        """Whether there is any."""
-        return bool(self._shards(DONE) or self._shards(FAILED))
+        """Whether there is any row."""
+        return bool(self._shards(DONE, FAILED))
 
     def num_failed(self) -> int:
         """How many rows have an error."""
         return sum(len(read_shard(shard, ["id"])) for shard in self._shards(FAILED))
 
-    def kinds(self, columns: Sequence[str], *, failed: bool = True) -> Counter[tuple[str | None, ...]]:
-        """How many rows have which values of these columns of text. Raises MjnavError as `rows` does."""
+    def count_by(self, columns: Sequence[str], *, failed: bool = True) -> Counter[tuple[str | None, ...]]:
+        """The number of rows for each combination of values of these text columns. Raises MjnavError as `rows` does."""
         found: Counter[tuple[str | None, ...]] = Counter()
-        for shard in [*self._shards(DONE), *(self._shards(FAILED) if failed else ())]:
+        for shard in self._shards(DONE, *[FAILED] * failed):
             table = _completed(read_shard(shard, columns), columns)
             counted = table.group_by(list(columns)).aggregate([([], "count_all")]).to_pydict()
             for *values, count in zip(*(counted[name] for name in (*columns, "count_all")), strict=True):
@@ -74,7 +74,7 @@ class Store:
         return found
 
     def causes(self) -> Counter[str]:
-        """How many episodes failed of each cause."""
+        """The number of failed episodes by cause."""
         return Counter(
             error for shard in self._shards(FAILED) for error in read_shard(shard, ["error"])["error"].to_pylist()
         )
@@ -92,53 +92,44 @@ class Store:
             raise InputError(f"{self.folder / STUDY_FILE}: cannot be read: {error.strerror}") from None
 
     def rows(self, columns: Sequence[str] | None = None, *, failed: bool = True) -> "pyarrow.Table":
-        """All rows, each id once, in no order that means anything; `columns` of `row.COLUMNS`.
+        """These `columns` of all rows (all of `row.COLUMNS` by default), in no particular order.
 
         Without `failed`, rows with an error are left out. Raises MjnavError for a shard that cannot be read, and where
-        an id stands in two.
+        two shards have the same id.
         """
         import pyarrow as pa
 
         names = list(COLUMNS if columns is None else columns)
         wanted = list(dict.fromkeys(["id", *names]))
-        shards = [*self._shards(DONE), *(self._shards(FAILED) if failed else ())]
-        tables = [read_shard(shard, wanted) for shard in shards]
+        tables = [read_shard(shard, wanted) for shard in self._shards(DONE, *[FAILED] * failed)]
         table = pa.concat_tables([_completed(table, wanted) for table in (schema().empty_table(), *tables)])
         if len(table) != len(table["id"].unique()):
             raise MjnavError(f"{self.folder}: an episode stands in two shards; shards were copied into this folder?")
         return table.select(names)
 
     def append(self, rows: Sequence[Row]) -> None:
-        """Adds rows, none of whose ids is in the store; they are on the disk when this returns.
+        """Adds rows whose ids are not in the store; they are on the disk when this returns.
 
-        Raises MjnavError where the disk refuses; what was there stays.
+        Raises MjnavError where the disk refuses; the rows that were there stay.
         """
-        for kind, of_kind in (
-            (DONE, [row for row in rows if row["error"] is None]),
-            (FAILED, [row for row in rows if row["error"] is not None]),
-        ):
-            if of_kind:
-                self._write_shard(kind, of_kind)
+        self._write_shard(DONE, [row for row in rows if row.error is None])
+        self._write_shard(FAILED, [row for row in rows if row.error is not None])
 
     def forget_failures(self) -> int:
-        """Removes the rows with an error, so that their episodes are no longer done; says how many there were."""
+        """Removes the rows with an error, so that their episodes are run again; returns their number."""
         count = self.num_failed()
         for shard in self._shards(FAILED):
             shard.unlink()
         return count
 
     def check_own(self) -> None:
-        """Raises InputError where something with the name of a sweep's file was not written by one, or is no file."""
+        """Raises InputError where something has the name of a sweep's file but was not written by one."""
         if not os.path.lexists(self.folder):
             return
         if not self.folder.is_dir():
             raise InputError(f"{self.folder}: found {_kind(self.folder)}; allowed: a folder for results, or none yet")
         lock, study = self.folder / LOCK, self.folder / STUDY_FILE
-        foreign = [
-            path
-            for path in (*self._shards(DONE), *self._shards(FAILED))
-            if not SHARD.fullmatch(path.name) or _kind(path) != FILE
-        ]
+        foreign = [path for path in self._shards(DONE, FAILED) if not SHARD.fullmatch(path.name) or _kind(path) != FILE]
         if os.path.lexists(lock) and (_kind(lock) != FILE or lock.stat().st_size):
             foreign.append(lock)
         known = os.path.lexists(lock) or self.has_rows()
@@ -151,16 +142,16 @@ class Store:
             )
 
     def _marked(self) -> bool:
-        """Whether the study file is one that a sweep wrote; there is nothing to lose in an empty one."""
+        """Whether a sweep wrote the study file; an empty one may be overwritten, too."""
         with open(self.folder / STUDY_FILE, "rb") as file:
             return file.read(len(MARK)) in (b"", MARK.encode())
 
     @contextmanager
     def writing(self, study: str, check: Callable[[], None] = lambda: None) -> Iterator[None]:
-        """Makes the folder and holds its lock; removes what a killed writer left, and keeps the text of the study.
+        """Makes the folder and holds its lock; removes a killed writer's temporary files and writes the study's text.
 
         `check` is called with the lock held, before anything is removed or written. Raises InputError where another
-        sweep writes to it, the folder cannot be made, or `check_own` does.
+        sweep writes to the folder, where it cannot be made, and where `check_own` does.
         """
         self.check_own()
         try:
@@ -182,22 +173,23 @@ class Store:
         finally:
             os.close(lock)
 
-    def _shards(self, kind: str) -> list[Path]:
-        return sorted(self.folder.glob(f"{kind}-*.parquet"))
+    def _shards(self, *kinds: str) -> list[Path]:
+        return [path for kind in kinds for path in sorted(self.folder.glob(f"{kind}-*.parquet"))]
 
-    def _write_shard(self, kind: str, rows: Iterable[Row]) -> None:
+    def _write_shard(self, kind: str, rows: Sequence[Row]) -> None:
         import pyarrow as pa
 
-        table = pa.Table.from_pylist(list(rows), schema=schema())
+        if not rows:
+            return
+        table = pa.Table.from_pylist([row.values() for row in rows], schema=schema())
         content = pa.BufferOutputStream()
         parquet().write_table(table, content, compression="zstd", write_page_checksum=True)
         data = content.getvalue().to_pybytes()
-        number = len(self._shards(DONE)) + len(self._shards(FAILED))
-        name = f"{kind}-{number:06d}-{digest(data)}.parquet"
+        name = f"{kind}-{len(self._shards(DONE, FAILED)):06d}-{digest(data)}.parquet"
         self._write(name, data, temporary=f"{name}.tmp")
 
     def _write(self, name: str, content: bytes, *, temporary: str) -> None:
-        """A whole file or none."""
+        """Writes the whole file or none of it."""
         path, partial = self.folder / name, self.folder / temporary
         try:
             with open(partial, "wb") as file:
@@ -218,7 +210,7 @@ class Store:
 
 
 def _kind(path: Path) -> str:
-    """What stands at a path, a link not followed."""
+    """What is at a path; links are not followed."""
     mode = path.lstat().st_mode
     if stat.S_ISLNK(mode):
         return f"a link to {os.readlink(path)}"
@@ -231,5 +223,5 @@ def _completed(table: "pyarrow.Table", columns: Sequence[str]) -> "pyarrow.Table
 
     for name in columns:
         if name not in table.column_names:
-            table = table.append_column(name, pa.nulls(len(table), pa.type_for_alias(COLUMNS[name][0])))
+            table = table.append_column(name, pa.nulls(len(table), pa.type_for_alias(COLUMNS[name].type)))
     return table.select(list(columns))

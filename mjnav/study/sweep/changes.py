@@ -1,8 +1,8 @@
-"""What rows were made with, and where that is not the same: before a sweep adds to them, and in a table."""
+"""What rows were made with, and what differs: before a sweep adds rows to others, and among the rows of a table."""
 
 import json
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -10,19 +10,28 @@ from mjnav.errors import InvalidValue
 from mjnav.loop.provenance.facts import FACTS, NOT_RECORDED, OWN_SOURCES, changes, provenance, shown
 from mjnav.scenarios.parse import parse
 from mjnav.study.cells import Cell
-from mjnav.study.store.row import CELL, MADE_WITH, made_with
+from mjnav.study.store.row import CELL, MADE_WITH
 from mjnav.study.store.store import Store
 from mjnav.study.trial import Trial
 
-COLUMNS = (*CELL, "controller", "scenario", "control", *MADE_WITH)
-MAX_TOLD = 12  # changes in one message
-MAX_SHOWN = 60  # characters of a value
-
-Kind = dict[str, Any]  # a value of each of COLUMNS
+MAX_LISTED = 12  # changes in one message
+MAX_LENGTH = 60  # characters of a value
 
 
 @dataclass(frozen=True, slots=True)
-class Mixture:
+class RowOrigin:
+    """What `count` rows were made with. None where the version of mjnav that wrote them did not record it."""
+
+    cell: tuple[str, str, str, str]  # the values of `row.CELL`
+    controller: str
+    scenario: str | None  # the run file
+    control: str | None  # JSON
+    made_with: Mapping[str, str | None]  # by fact of `loop.provenance`
+    count: int
+
+
+@dataclass(frozen=True, slots=True)
+class Inconsistency:
     """Something that is not the same in all rows: how many rows have which value of it."""
 
     what: str
@@ -34,72 +43,68 @@ class Mixture:
 
 
 def changes_since(wanted: Sequence[Trial], store: Store, *, failed: bool = True) -> Counter[str]:
-    """What is not the same as when the store's rows of these trials' cells were made: in words, and of how many rows.
+    """What has changed since the store's rows of these trials' cells were made, in words; for how many rows each.
 
     Without `failed`, rows with an error do not count. Raises MjnavError where a shard is damaged.
     """
     cells = {trial.cell_place: trial.cell for trial in wanted}
     found: Counter[str] = Counter()
-    for kind, count in _kinds(store, failed=failed):
-        cell = cells.get((kind["study"], kind["scene"], kind["setting"], kind["method"]))
-        if cell is None:
-            continue
-        texts = [*_scenario_changes(kind, cell)]
-        texts += changes(made_with(kind), provenance(cell.controller))
-        found.update(dict.fromkeys(texts, count))
+    for origin in _origins(store, failed=failed):
+        cell = cells.get(origin.cell)
+        if cell is not None:
+            texts = [*_scenario_changes(origin, cell), *changes(origin.made_with, provenance(cell.controller))]
+            found.update(dict.fromkeys(texts, origin.count))
     return found
 
 
-def _scenario_changes(kind: Kind, cell: Cell) -> Iterator[str]:
-    control = None if kind["control"] is None else cell.control  # earlier versions did not record all parameters
-    if (kind["scenario"], kind["control"]) == (cell.document, control):
+def _scenario_changes(origin: RowOrigin, cell: Cell) -> Iterator[str]:
+    control = None if origin.control is None else cell.control
+    if (origin.scenario, origin.control) == (cell.document, control):
         return
-    before, now = _content(kind["scenario"], kind["control"]), _content(cell.document, control)
+    before, now = _content(origin.scenario, origin.control), _content(cell.document, control)
     for key in dict.fromkeys((*before, *now)):
         if before.get(key) != now.get(key):
-            yield f"{key} was {_shown(before, key)}, is {_shown(now, key)}"
+            yield f"{key} was {_value_text(before, key)}, is {_value_text(now, key)}"
 
 
-def told(found: Mapping[str, int]) -> str:
+def changes_line(found: Mapping[str, int]) -> str:
     """Changes in one line, those of most rows first."""
     ordered = sorted(found.items(), key=lambda item: -item[1])
-    more = f"; {len(ordered) - MAX_TOLD} more" if len(ordered) > MAX_TOLD else ""
-    return "; ".join(f"{text} ({_rows(count)})" for text, count in ordered[:MAX_TOLD]) + more
+    more = f"; {len(ordered) - MAX_LISTED} more" if len(ordered) > MAX_LISTED else ""
+    return "; ".join(f"{text} ({_rows(count)})" for text, count in ordered[:MAX_LISTED]) + more
 
 
-def mixtures(store: Store, study: str) -> tuple[Mixture, ...]:
-    """What is not the same in all rows of a study: of their programs and processors, and within a cell of its scenario.
+def inconsistencies(store: Store, study: str) -> tuple[Inconsistency, ...]:
+    """What differs among the rows of a study: programs and processors, and the scenario within a cell.
 
     Raises MjnavError where a shard is damaged.
     """
-    kinds = [(kind, count) for kind, count in _kinds(store) if kind["study"] == study]
-    return (*_of_facts(kinds), *_of_scenarios(kinds))
+    origins = [origin for origin in _origins(store) if origin.cell[0] == study]
+    return (*_of_facts(origins), *_of_scenarios(origins))
 
 
-def _of_facts(kinds: Sequence[tuple[Kind, int]]) -> Iterator[Mixture]:
-    known = [(kind, made_with(kind), count) for kind, count in kinds]
-    silent = sum(count for _, facts, count in known if not any(facts.values()))
-    if silent:
-        yield Mixture("what rows were made with", {f"{NOT_RECORDED} it": silent})
-    known = [(kind, facts, count) for kind, facts, count in known if any(facts.values())]
+def _of_facts(origins: Sequence[RowOrigin]) -> Iterator[Inconsistency]:
+    known = [origin for origin in origins if any(origin.made_with.values())]
+    unknown = sum(origin.count for origin in origins) - sum(origin.count for origin in known)
+    if unknown:
+        yield Inconsistency("what rows were made with", {f"{NOT_RECORDED} it": unknown})
     for fact, (name, _) in FACTS.items():
-        # Methods differ in their controllers' sources; only rows of one controller are to have the same.
-        of = {kind["controller"] if fact == OWN_SOURCES else "" for kind, _, _ in known}
-        for controller in sorted(of):
-            values: Counter[str] = Counter()
-            for kind, facts, count in known:
-                if fact != OWN_SOURCES or kind["controller"] == controller:
-                    values[facts[fact] or "unknown"] += count
+        # The sources of a controller are compared among its own rows only.
+        groups: dict[str, Counter[str]] = {}
+        for origin in known:
+            group = groups.setdefault(origin.controller if fact == OWN_SOURCES else "", Counter())
+            group[origin.made_with[fact] or "unknown"] += origin.count
+        for controller, values in sorted(groups.items()):
             if len(values) > 1:
-                words = shown(fact, values)
-                yield Mixture(f"{name} {controller}".strip(), {words[v]: count for v, count in values.most_common()})
+                texts = shown(fact, values)
+                rows = {texts[value]: count for value, count in values.most_common()}
+                yield Inconsistency(f"{name} {controller}".strip(), rows)
 
 
-def _of_scenarios(kinds: Sequence[tuple[Kind, int]]) -> Iterator[Mixture]:
-    cells: dict[tuple, Counter[tuple[str, str | None]]] = {}
-    for kind, count in kinds:
-        content = cells.setdefault(tuple(kind[name] for name in CELL), Counter())
-        content[kind["scenario"] or "", kind["control"]] += count
+def _of_scenarios(origins: Iterable[RowOrigin]) -> Iterator[Inconsistency]:
+    cells: dict[tuple[str, str, str, str], Counter[tuple[str | None, str | None]]] = {}
+    for origin in origins:
+        cells.setdefault(origin.cell, Counter())[origin.scenario, origin.control] += origin.count
     found: dict[str, Counter[str]] = {}
     for content in cells.values():
         if len(content) < 2:
@@ -110,14 +115,23 @@ def _of_scenarios(kinds: Sequence[tuple[Kind, int]]) -> Iterator[Mixture]:
             if any(table.get(key) != tables[0][0].get(key) for table, _ in tables):
                 values = found.setdefault(key, Counter())
                 for table, count in tables:
-                    values[_shown(table, key)] += count
+                    values[_value_text(table, key)] += count
     for key, values in found.items():
-        yield Mixture(f"{key} within a cell", values)
+        yield Inconsistency(f"{key} within a cell", values)
 
 
-def _kinds(store: Store, *, failed: bool = True) -> Iterator[tuple[Kind, int]]:
-    for values, count in store.kinds(COLUMNS, failed=failed).items():
-        yield dict(zip(COLUMNS, values, strict=True)), count
+def _origins(store: Store, *, failed: bool = True) -> Iterator[RowOrigin]:
+    columns = (*CELL, "controller", "scenario", "control", *MADE_WITH)
+    for values, count in store.count_by(columns, failed=failed).items():
+        value: dict[str, Any] = dict(zip(columns, values, strict=True))
+        yield RowOrigin(
+            cell=(value["study"], value["scene"], value["setting"], value["method"]),
+            controller=value["controller"],
+            scenario=value["scenario"],
+            control=value["control"],
+            made_with={fact: value[column] for column, fact in MADE_WITH.items()},
+            count=count,
+        )
 
 
 def _content(document: str | None, control: str | None) -> dict[str, object]:
@@ -126,25 +140,23 @@ def _content(document: str | None, control: str | None) -> dict[str, object]:
         table = parse(document or "", "scenario")
     except InvalidValue:
         return {"scenario": document}
-    return dict(_leaves(table)) | (
-        {} if control is None else {f"control.{k}": v for k, v in json.loads(control).items()}
-    )
+    parameters = {} if control is None else {f"control.{k}": v for k, v in json.loads(control).items()}
+    return dict(_leaves(table)) | parameters
 
 
 def _leaves(value: Mapping[str, Any] | Sequence[Any], path: str = "") -> Iterator[tuple[str, object]]:
     for key, item in value.items() if isinstance(value, Mapping) else enumerate(value):
-        tables = isinstance(item, Mapping) or (isinstance(item, list) and any(isinstance(i, Mapping) for i in item))
-        if tables:
+        if isinstance(item, Mapping) or (isinstance(item, list) and any(isinstance(i, Mapping) for i in item)):
             yield from _leaves(item, f"{path}{key}.")
         else:
             yield f"{path}{key}", item
 
 
-def _shown(table: Mapping[str, object], key: str) -> str:
+def _value_text(table: Mapping[str, object], key: str) -> str:
     if key not in table:
         return "absent"
     text = json.dumps(table[key], default=str, ensure_ascii=False)
-    return text if len(text) <= MAX_SHOWN else f"{text[:MAX_SHOWN]}..."
+    return text if len(text) <= MAX_LENGTH else f"{text[:MAX_LENGTH]}..."
 
 
 def _rows(count: int) -> str:

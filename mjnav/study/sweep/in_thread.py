@@ -1,9 +1,9 @@
-"""A trial in a thread of a process that is not ours, as a Dask worker's: watched from within, for there is no outside.
+"""A trial in a thread of a process that mjnav did not start, such as a Dask worker, watched by a second thread.
 
 A tick that hangs in Python code is ended by an exception in its thread. Where that does not help, as in compiled code
-that never returns, the process ends: the scheduler then counts a worker that the trial has lost, and gives it up after
-`distributed.scheduler.allowed-failures` of them. Code that hangs and keeps the interpreter's lock stops the worker's
-heartbeat, too, for which `distributed.scheduler.worker-ttl` ends it.
+that never returns, the process ends: Dask gives the trial to another worker, `distributed.scheduler.allowed-failures`
+times. Code that hangs and holds the interpreter's lock also stops the worker's heartbeat to Dask, which ends it after
+`distributed.scheduler.worker-ttl`.
 """
 
 import ctypes
@@ -20,7 +20,7 @@ _POLL = 0.5  # [s]
 
 
 def run_in_thread(trial: Trial, max_seconds: float) -> Row:
-    """The trial's row on this thread; a failed one where it took longer than `max_seconds` on the wall."""
+    """The trial's row, run on this thread; a failed row where it took longer than `max_seconds` of wall time."""
     heart, done = Heartbeat(max_seconds), threading.Event()
     watch = threading.Thread(target=_watch, args=(trial.label, heart, threading.get_ident(), done), daemon=True)
     watch.start()
@@ -28,7 +28,7 @@ def run_in_thread(trial: Trial, max_seconds: float) -> Row:
         row = run_trial(trial, beat=heart)
     finally:
         done.set()
-    return row if heart.over is None else failed_row(trial, heart.over, row["wall_s"])
+    return row if heart.over is None else failed_row(trial, heart.over, row.wall_s)
 
 
 def _watch(name: str, heart: Heartbeat, thread: int, done: threading.Event) -> None:

@@ -1,7 +1,7 @@
-"""Where the trials of a sweep run: here, in processes of this machine, or on the workers of a Dask scheduler.
+"""Where the trials of a sweep run: in processes of this machine, or on the workers of a Dask scheduler.
 
-Each takes trials one by one as it has room for them, and yields their rows as they are done, or None where nothing was
-done for a while. Who stops listening ends what is running. `stop` is asked by what runs in this process.
+A scheduler takes trials as it has room for them, and yields their rows in the order in which they are done, or None
+after a while without one. Closing the generator ends the trials that are running.
 """
 
 import asyncio
@@ -19,34 +19,25 @@ from mjnav.loop.faults.fault import describe_fault
 from mjnav.loop.faults.heartbeat import MAX_SECONDS, Heartbeat
 from mjnav.study.store.row import Row
 from mjnav.study.sweep.in_thread import run_in_thread
-from mjnav.study.sweep.workers import POLL, Limit, as_done
+from mjnav.study.sweep.workers import POLL, TimeLimit, as_done
 from mjnav.study.trial import Trial, failed_row, run_trial
 
 Rows = Generator[Row | None]
-Scheduler = Callable[[Iterable[Trial], Callable[[], bool]], Rows]
+Scheduler = Callable[[Iterable[Trial]], Rows]
 
 CONNECT_TIMEOUT = 10.0  # [s]
-CLOSE_TIMEOUT = 2.0  # [s] that a scheduler has to take leave
-PATIENCE = 30.0  # [s] without any answer after which a scheduler counts as lost: its event loop may be busy
-WINDOW = 4  # trials under way for each thread of the workers: while one runs, the next are on their way
-LEAST_WINDOW = 32  # trials where there is no worker yet: a cluster that grows with its load needs to see some
+CLOSE_TIMEOUT = 2.0  # [s] for closing the connection
+PATIENCE = 30.0  # [s] without an answer after which a scheduler is lost; its event loop may be busy for a while
+WINDOW = 4  # trials submitted for each thread of the workers: while one runs, the next are sent
+LEAST_WINDOW = 32  # trials submitted without any worker: an adaptive cluster grows with its load
 DIED = "the worker died"
 
 
-def serial(trials: Iterable[Trial], stop: Callable[[], bool]) -> Rows:
-    """In this process, one after another."""
-    for trial in trials:
-        row = run_trial(trial, stop)
-        if stop():
-            return
-        yield row
-
-
 def local(workers: int, max_seconds: float = MAX_SECONDS, tell: Callable[[str], None] = lambda text: None) -> Scheduler:
-    """In processes of this machine. `tell` is told of an episode that makes no progress."""
-    limit = Limit(lambda trial: trial.label, max_seconds, tell)
+    """In processes of this machine. `tell` gets a line about an episode that makes no progress."""
+    limit = TimeLimit(lambda trial: trial.label, max_seconds, tell)
 
-    def run(trials: Iterable[Trial], stop: Callable[[], bool]) -> Rows:
+    def run(trials: Iterable[Trial]) -> Rows:
         for news in as_done(_run, trials, workers, given_up=failed_row, limit=limit):
             yield news and news[1]
 
@@ -58,21 +49,21 @@ def _run(trial: Trial, heart: Heartbeat) -> Row:
 
 
 def dask(address: str, max_seconds: float = MAX_SECONDS, *, patience: float = PATIENCE) -> Scheduler:
-    """On the workers of the Dask scheduler at `address`; the trials of one that dies are given to others.
+    """On the workers of the Dask scheduler at `address`; the trials of a worker that dies are given to others.
 
-    Raises InputError where nobody answers at the address or distributed is missing; the rows raise MjnavError where the
-    scheduler is lost: its connection is closed, or it answers nothing for `patience` [s].
+    Raises InputError where nothing answers at the address or distributed is not installed. The generator raises
+    MjnavError where the scheduler is lost: the connection is closed, or there is no answer for `patience` [s].
     """
     _check_address(address)
 
-    def run(trials: Iterable[Trial], stop: Callable[[], bool]) -> Rows:
+    def run(trials: Iterable[Trial]) -> Rows:
         source, done = iter(trials), SimpleQueue[Any]()
         under_way: dict[Any, Trial] = {}
         client = _connect(address)
         pulse = _Pulse(client, address, patience)
 
         def fetch(future: Any) -> None:
-            """Asks for the row of a trial that is done; called on a thread of the client's."""
+            """Requests the row of a trial that is done; called on a thread of the client."""
             if future.status != "finished":
                 done.put((future, None))
                 return
@@ -96,7 +87,7 @@ def dask(address: str, max_seconds: float = MAX_SECONDS, *, patience: float = PA
                 pulse.heard()
                 yield _row(future, answer, under_way.pop(future), address)
         finally:
-            with suppress(Exception):  # it may be gone
+            with suppress(Exception):  # the scheduler may be gone
                 client.cancel(list(under_way))
                 client.close(timeout=CLOSE_TIMEOUT)
 
@@ -104,23 +95,23 @@ def dask(address: str, max_seconds: float = MAX_SECONDS, *, patience: float = PA
 
 
 class _Pulse:
-    """Whether the scheduler is there, without ever waiting for it.
+    """Checks that the scheduler is there, without waiting for it.
 
-    Silence is counted in polls, not by the clock: a sweep that was itself stopped for a while has lost nobody.
+    Silence is counted in polls, not by the clock: a sweep that was itself stopped for a while has not lost it.
     """
 
     def __init__(self, client: Any, address: str, patience: float):
-        self.window = LEAST_WINDOW  # trials to have under way
+        self.window = LEAST_WINDOW  # trials to submit ahead
         self._client, self._address, self._patience = client, address, patience
         self._question: Any = None
         self._silent = 0  # polls
 
     def heard(self) -> None:
-        """The scheduler did something."""
+        """The scheduler sent something."""
         self._silent = 0
 
     def beat(self) -> None:
-        """A poll without news. Raises MjnavError where the scheduler is lost."""
+        """A poll without an answer. Raises MjnavError where the scheduler is lost."""
         if self._question is None:
             self._question = _ask(self._client, self._client.scheduler.ncores(workers=None))
         elif self._question.done():
@@ -136,7 +127,7 @@ class _Pulse:
 
 
 def _ask(client: Any, question: Coroutine[Any, Any, Any]) -> Any:
-    """The answer to come, from the client's own thread."""
+    """The future answer, computed on the client's own thread."""
     return asyncio.run_coroutine_threadsafe(question, client.loop.asyncio_loop)
 
 
@@ -149,7 +140,7 @@ def _row(future: Any, answer: Any, trial: Trial, address: str) -> Row:
 
     if answer is not None and not answer.cancelled() and answer.exception() is None:
         return answer.result()
-    if future.status != "error":  # the row, or all news of it, did not come through
+    if future.status != "error":  # neither a row nor an error arrived
         raise _lost(address)
     error = future.exception()
     return failed_row(trial, DIED if isinstance(error, KilledWorker) else describe_fault(error))
@@ -190,7 +181,7 @@ def _connect(address: str) -> Any:
 
     for name in logging.root.manager.loggerDict:
         if name.partition(".")[0] == "distributed":
-            logging.getLogger(name).setLevel(logging.CRITICAL)  # what goes wrong is told in a line
+            logging.getLogger(name).setLevel(logging.CRITICAL)  # errors are reported in one line
     made = SimpleQueue[Any]()
 
     def make() -> None:
@@ -199,12 +190,12 @@ def _connect(address: str) -> Any:
         except Exception as error:
             made.put(error)
 
-    # On a thread of its own: a scheduler that takes the connection and then says nothing is waited for without end.
+    # On a thread of its own: Client waits forever for a scheduler that accepts the connection and sends nothing.
     threading.Thread(target=make, daemon=True).start()
     try:
         client = made.get(timeout=2.0 * CONNECT_TIMEOUT)
     except Empty:
-        client = TimeoutError(f"it says nothing for {2.0 * CONNECT_TIMEOUT:g} s")
+        client = TimeoutError(f"no answer for {2.0 * CONNECT_TIMEOUT:g} s")
     if isinstance(client, OSError):
         raise MjnavError(f"no Dask scheduler answers at {address}: {client}")
     if isinstance(client, Exception):

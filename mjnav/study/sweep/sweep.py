@@ -1,4 +1,4 @@
-"""A sweep: runs what a store has not yet got, and keeps every row soon after it is there."""
+"""A sweep: runs the episodes that a store lacks, and writes their rows while it runs."""
 
 import time
 from collections.abc import Callable, Sequence
@@ -8,25 +8,26 @@ from dataclasses import dataclass
 from mjnav.errors import InputError, MjnavError
 from mjnav.loop.provenance.facts import OWN_SOURCES, changes, provenance
 from mjnav.study.cells import Cell
-from mjnav.study.store.row import Row, made_with
+from mjnav.study.store.row import Row
 from mjnav.study.store.store import Store
 from mjnav.study.study_file import StudyFile
-from mjnav.study.sweep.changes import changes_since, told
+from mjnav.study.sweep.changes import changes_line, changes_since
 from mjnav.study.sweep.schedulers import Scheduler
 from mjnav.study.trial import Trial
 
-SHARD_SECONDS = 1.0  # a killed sweep repeats what it ran for so long,
-SHARD_SHARE = 0.02  # or for this share of its time: a long one has few shards all the same,
-MAX_SHARD_SECONDS = 60.0  # but never more than this
+# A shard holds the rows of a share of the sweep's time so far, within these limits: a killed sweep repeats little, and
+# a long one has few shards.
+SHARD_SHARE = 0.02
+SHARD_SECONDS = (1.0, 60.0)  # [s]
 SHARD_ROWS = 5_000
 
 
 @dataclass(frozen=True, slots=True)
-class Report:
-    """What a sweep did. `seconds` is the time that it took, `episode_seconds` that of its episodes, summed."""
+class SweepSummary:
+    """What a sweep did. `seconds` is its wall time, `episode_seconds` the sum of its episodes' wall times."""
 
     episodes: int  # of the study
-    kept: int  # that the store had
+    kept: int  # that the store had before
     run: int
     failed: int  # rows of the store with an error
     seconds: float
@@ -35,16 +36,16 @@ class Report:
 
 
 def trials(study: StudyFile, cells: Sequence[Cell]) -> list[Trial]:
-    """Every cell under every seed, seed by seed: a sweep that is not finished has all cells equally often."""
+    """Every cell under every seed, seed by seed: an unfinished sweep has run all cells equally often."""
     return [Trial(study.name, cell, seed) for seed in study.all_seeds for cell in cells]
 
 
 def check(wanted: Sequence[Trial], store: Store, *, resume: bool, failed: bool = True, accept: bool = False) -> None:
-    """Raises InputError where these trials cannot be added to the store.
+    """Raises InputError where these trials cannot be added to the store; writes nothing.
 
-    That is where it has files that no sweep wrote; has rows, and `resume` is not asked for; or where its rows of the
-    same cells were made with something that is another now, and `accept` is not asked for. Without `failed`, rows with
-    an error do not count. Nothing is written. Raises MjnavError where a shard is damaged.
+    They cannot where the folder has files that no sweep wrote, where it has rows and `resume` is false, and where
+    something has changed since the rows of the same cells were made and `accept` is false. Without `failed`, rows with
+    an error do not count. Raises MjnavError where a shard is damaged.
     """
     store.check_own()
     if not resume and store.has_rows():
@@ -52,8 +53,8 @@ def check(wanted: Sequence[Trial], store: Store, *, resume: bool, failed: bool =
     found = {} if accept else changes_since(wanted, store, failed=failed)
     if found:
         raise InputError(
-            f"{store.folder}: not the same as when its rows were made: {told(found)}. Nothing was changed: -o names "
-            "another folder; --accept-changed keeps the rows that are there, and adds what is missing as it is now"
+            f"{store.folder}: not the same as when its rows were made: {changes_line(found)}. Nothing was written: "
+            "-o names another folder; --accept-changed keeps the rows that are there and adds the missing ones"
         )
 
 
@@ -69,15 +70,16 @@ def sweep(
     stop: Callable[[], bool] = lambda: False,
     begin: Callable[[int], None] = lambda kept: None,
     progress: Callable[[int, Row], None] = lambda done, row: None,
-) -> Report:
-    """Runs the trials whose place in the study has no row in the store, those that failed too with `retry_failed`.
+) -> SweepSummary:
+    """Runs the trials that have no row in the store; with `retry_failed`, also those that failed.
 
-    With `accept_changed`, rows that were made with something that is another now count as done, and so do those of
-    workers that differ from this process: never are there two rows of one place. `text` is kept beside the rows;
-    `begin` is told how many of them are there, `progress` how many were run and the latest row; `stop` is asked whether
-    to end: what is done then is kept. Raises InputError as `check` does, before anything is written; MjnavError where
-    the disk refuses, and where a worker differs from this process or cannot import the controller: its episode is left
-    out, others are kept.
+    With `accept_changed`, rows that were made before a change count as done, and rows of workers that differ from this
+    process are added: there is never more than one row of an episode. `text` is written beside the rows. `begin` gets
+    the number of rows that are there, `progress` the number of episodes that were run and the latest row. The sweep
+    ends when `stop` returns true; what is done is kept.
+
+    Raises InputError as `check` does, before anything is written, and MjnavError where the disk refuses, and where a
+    worker differs from this process or cannot import the controller: the row of that episode is not kept.
     """
     began = time.monotonic()
     resume = resume or retry_failed
@@ -95,7 +97,7 @@ def sweep(
         begin(len(wanted) - len(missing))
         buffer = _Buffer(store)
         try:
-            with closing(scheduler(missing, stop)) as rows:
+            with closing(scheduler(missing)) as rows:
                 for row in rows:
                     if row is not None:
                         check_worker(row, accept_changed=accept_changed)
@@ -106,7 +108,7 @@ def sweep(
                         break
         finally:
             buffer.flush()
-        return Report(
+        return SweepSummary(
             episodes=len(wanted),
             kept=len(wanted) - len(missing),
             run=buffer.count,
@@ -118,28 +120,26 @@ def sweep(
 
 
 def check_worker(row: Row, *, accept_changed: bool) -> None:
-    """Raises MjnavError where a row shows that its worker cannot give the rows of this process.
+    """Raises MjnavError where the worker that made a row could not import the controller.
 
-    That is where it could not import the controller, and, without `accept_changed`, where a row with a result was made
-    with something else than this process has.
+    Without `accept_changed`, also where the row has a result and the worker differs from this process.
     """
-    own = row["controller"]
-    if row["error"] is not None and made_with(row)[OWN_SOURCES] == "" != provenance(own)[OWN_SOURCES]:
+    controller = row.controller
+    if row.error is not None and row.made_with[OWN_SOURCES] == "" != provenance(controller)[OWN_SOURCES]:
         raise MjnavError(
-            f"the worker on {row['machine']} cannot import {own.partition(':')[0]}: start it in the folder that has "
-            f"this module; its episode was left out ({row['error']})"
+            f"the worker on {row.machine} cannot import {controller.partition(':')[0]}: start it in the folder that "
+            f"has this module; its episode was left out ({row.error})"
         )
-    if row["error"] is None and not accept_changed and (found := worker_changes(row)):
+    if row.error is None and not accept_changed and (found := worker_changes(row)):
         raise MjnavError(
-            f"the worker on {row['machine']} is not as this process: {'; '.join(found)}; its episode was left out. "
+            f"the worker on {row.machine} differs from this process: {'; '.join(found)}; its episode was left out. "
             "Make them the same, or keep the episodes of both with --accept-changed"
         )
 
 
 def worker_changes(row: Row) -> tuple[str, ...]:
-    """What the process that made a row has that is another here, in words: "numpy was 2.4.6, is 2.4.5" there."""
-    here, there = provenance(row["controller"]), made_with(row)
-    return () if here == there else changes(here, there)
+    """How the process that made a row differs from this one, in words: "numpy was 2.4.6, is 2.4.5" there."""
+    return changes(provenance(row.controller), row.made_with)
 
 
 class _Buffer:
@@ -155,16 +155,17 @@ class _Buffer:
     def add(self, row: Row) -> None:
         self._rows.append(row)
         self.count += 1
-        self.seconds += row["wall_s"] or 0.0
+        self.seconds += row.wall_s or 0.0
 
     def flush_if_due(self) -> None:
         now = time.monotonic()
-        interval = min(max(SHARD_SECONDS, SHARD_SHARE * (now - self._began)), MAX_SHARD_SECONDS)
+        shortest, longest = SHARD_SECONDS
+        interval = min(max(shortest, SHARD_SHARE * (now - self._began)), longest)
         if now - self._flushed >= interval or len(self._rows) >= SHARD_ROWS:
             self.flush()
 
     def flush(self) -> None:
-        # Rows that the disk refuses are run again; handed over twice, they would stand there twice.
+        # Rows are handed over once, even if the disk refuses them: a second time could write them twice.
         rows, self._rows = self._rows, []
         if rows:
             self._store.append(rows)

@@ -1,8 +1,8 @@
-"""The same function over many tasks, here or in processes of their own.
+"""The same function over many tasks, in this process or in worker processes.
 
-A worker is a fresh interpreter (a fork would take our threads' locks with it) with one compute thread, at the other end
-of a pipe, with one task at a time: whichever dies, it is known which task it had. It ends as soon as we do. Tasks with
-a `Limit` are watched: one that hangs is named, ended after its time on the wall, and answered for.
+A worker is a fresh interpreter (a fork would copy the locks of our threads) with one compute thread. It gets one task
+at a time through a pipe, so that the task of a worker that dies is known. Workers end with this process. Tasks with a
+`TimeLimit` are watched: one that hangs is reported, and ended when its time is up.
 """
 
 import multiprocessing
@@ -27,10 +27,10 @@ Task = TypeVar("Task")
 Answer = TypeVar("Answer")
 
 POLL = 0.2  # [s] poll interval
-DYING = 1.0  # [s] between the end of a worker's pipe and of its process
-MAX_DEATHS = 3  # of workers at one task that somebody killed, before it is given up
-KILLS = (signal.SIGKILL, signal.SIGTERM)  # by the kernel for want of memory, or by people; all else the task did itself
-# Of workers: one compute thread, and no module from the working folder but a named controller's.
+DYING = 1.0  # [s] at most between the end of a worker's pipe and of its process
+MAX_DEATHS = 3  # killed workers of one task, after which it has failed
+KILLS = (signal.SIGKILL, signal.SIGTERM)  # by the kernel without memory, or by people; others come from the task
+# Of workers: one compute thread, and no modules from the working folder.
 ENVIRONMENT: Mapping[str, str] = MappingProxyType(
     dict.fromkeys(
         ("NUMBA_NUM_THREADS", "OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "PYTHONSAFEPATH"), "1"
@@ -39,10 +39,10 @@ ENVIRONMENT: Mapping[str, str] = MappingProxyType(
 
 
 @dataclass(frozen=True, slots=True)
-class Limit:
-    """Time on the wall [s] that a task may take; its function then takes a `Heartbeat`, too, and calls it.
+class TimeLimit:
+    """Wall time [s] that a task may take; its function then has a second argument, a `Heartbeat`, and calls it.
 
-    `name` is what a task is called that makes no progress, which `tell` is told.
+    `tell` gets a line about a task that makes no progress, in which `name` is its name.
     """
 
     name: Callable[[Any], str]
@@ -51,12 +51,12 @@ class Limit:
 
 
 def in_order(
-    function: Callable[..., Answer], tasks: Sequence[Task], workers: int = 1, *, limit: Limit | None = None
+    function: Callable[..., Answer], tasks: Sequence[Task], workers: int = 1, *, limit: TimeLimit | None = None
 ) -> Iterator[Answer]:
-    """The answers in the tasks' order, as they come; with one worker and no limit, in this process.
+    """The answers in the order of the tasks; with one worker and no limit, from this process.
 
-    Whoever stops listening, or is interrupted, ends the workers. Raises what the function raises, and MjnavError where
-    a task's workers were killed again and again or it took longer than the limit.
+    Closing the iterator ends the workers. Raises what the function raises, and MjnavError where the workers of a task
+    were killed MAX_DEATHS times or it took longer than the limit.
     """
     if limit is None and (workers <= 1 or len(tasks) <= 1):
         yield from map(function, tasks)
@@ -77,13 +77,13 @@ def as_done(
     workers: int,
     *,
     given_up: Callable[[Task, str], Answer],
-    limit: Limit | None = None,
+    limit: TimeLimit | None = None,
 ) -> Generator[tuple[int, Answer] | None]:
-    """Each task's number and answer, whichever is done first; None where nothing was for POLL seconds.
+    """Each task's number and answer in the order in which they are done; None after POLL seconds without an answer.
 
-    A task whose worker is killed is given to a new one; after MAX_DEATHS, or where the worker died of the task or was
-    ended for its time, `given_up` answers in its place, told the cause. Tasks are taken from `tasks` as they are
-    needed. Whoever stops listening ends the workers. Raises what the function raises.
+    A task whose worker is killed is given to a new one. After MAX_DEATHS, or where the task itself ended the worker or
+    took too long, the answer is `given_up(task, cause)`. Tasks are taken from `tasks` as they are needed. Closing the
+    generator ends the workers. Raises what the function raises.
     """
     source = enumerate(tasks)
     deaths: Counter[int] = Counter()
@@ -123,7 +123,7 @@ def as_done(
                         continue
                     times = f", {deaths[number]} times" if deaths[number] > 1 else ""
                     answer = False, given_up(task, f"the worker died{times}: {cause}")
-                # First the next task, for whoever listens may take its time.
+                # First the next task: the caller may take long with this answer.
                 following = next(source, None)
                 if following is None:
                     leave(worker)
@@ -140,7 +140,7 @@ def as_done(
 class _Worker:
     """A process and the task that it has."""
 
-    def __init__(self, function: Callable[..., Any], limit: Limit | None, number: int, task: object):
+    def __init__(self, function: Callable[..., Any], limit: TimeLimit | None, number: int, task: object):
         context = multiprocessing.get_context("spawn")
         self._limit = limit
         self.pipe, theirs = context.Pipe()
@@ -154,15 +154,15 @@ class _Worker:
         self.give(number, task)
 
     def give(self, number: int, task: object) -> None:
-        """Gives it a task; it has none."""
+        """Gives a task to this idle worker."""
         self.task: tuple[int, Any] = number, task
         limit = self._limit
         self._watch = None if limit is None else Watchdog(limit.name(task), limit.seconds, limit.tell)
-        with suppress(BrokenPipeError, ConnectionResetError):  # it died, which asking for its answer tells
+        with suppress(BrokenPipeError, ConnectionResetError):  # it died; `answer` raises
             self.pipe.send(task)
 
     def answer(self) -> tuple[bool, Any] | None:
-        """Whether the function raised, and what, or its answer; None where it only tells that it goes on.
+        """Whether the function raised, and its error or answer; None where the message is only a heartbeat.
 
         Raises EOFError or OSError where the process died.
         """
@@ -172,14 +172,14 @@ class _Worker:
         return answer
 
     def hangs(self) -> str | None:
-        """Why it must be ended now, if it must."""
+        """Why it has to be ended now; None where it has not."""
         pid = self._process.pid
         if self._watch is None or pid is None or not self._watch.must_end(pid):
             return None
         return self._watch.cause(dumped_frames(dump_of(pid, self._words.fileno())))
 
     def death(self) -> tuple[bool, str]:
-        """Whether somebody killed it, and how it died."""
+        """Whether it was killed from outside, and how it died."""
         self._process.join(DYING)
         code = self._process.exitcode
         if code is None:
@@ -202,8 +202,8 @@ def _opened(answer: tuple[bool, Any]) -> Any:
 
 
 def _serve(function: Callable[..., Any], pipe: Connection, words: Connection, seconds: float | None) -> None:
-    """A worker's life: tasks in, answers out, until the pipe or its parent ends."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # a terminal interrupts all its processes; our parent ends us
+    """The main function of a worker: tasks in, answers out, until the pipe or its parent ends."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # a terminal interrupts all its processes; the parent ends this one
     signal.signal(ASK, signal.SIG_IGN)  # without a task
     dump_to(words.fileno())
     threading.Thread(target=_die_with_parent, daemon=True).start()
@@ -224,7 +224,7 @@ def _serve(function: Callable[..., Any], pipe: Connection, words: Connection, se
 
 
 def _die_with_parent() -> None:
-    """A parent that is killed can end nobody."""
+    """Ends this process with its parent: one that is killed cannot end its workers."""
     parent = multiprocessing.parent_process()
     if parent is not None:
         parent.join()
@@ -245,7 +245,7 @@ def _refuse(task: object, cause: str) -> Any:
 
 @contextmanager
 def _environment() -> Iterator[None]:
-    """What processes that start meanwhile find: libraries and the interpreter read it when they start."""
+    """Sets ENVIRONMENT for processes that start meanwhile; libraries and the interpreter read it at their start."""
     before = {name: os.environ.get(name) for name in ENVIRONMENT}
     os.environ.update(ENVIRONMENT)
     try:

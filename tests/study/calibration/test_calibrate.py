@@ -7,17 +7,17 @@ from mjnav import control
 from mjnav.errors import InvalidValue
 from mjnav.loop.episode import Episode
 from mjnav.loop.prepare import build_controller
-from mjnav.study import calibration as study
-from mjnav.study.calibration.calibrate import SETTINGS, Plan, calibrate, forecasts
+from mjnav.study.calibration import calibrate as study
+from mjnav.study.calibration.calibrate import SETTINGS, CalibrationPlan, ForecastRecorder, calibrate, forecasts
 from mjnav.study.calibration.collision_event import share_of_draws, share_of_pairs
 from mjnav.study.calibration.true_draws import ErrorDraws, around_truth
 
-SHORT = Plan(draws=200, every=2)
+SHORT = CalibrationPlan(draws=200, every=2)
 
 
 @pytest.mark.parametrize("method", control.names())
 def test_every_method_is_judged_in_every_setting(person, method):
-    found = forecasts(person("time_limit=1.0", controller=method), Plan(draws=50, every=3))
+    found = forecasts(person("time_limit=1.0", controller=method), CalibrationPlan(draws=50, every=3))
     assert tuple(found) == SETTINGS
     for pairs in found.values():
         assert pairs.shape == (3, 2)  # ticks 0, 3 and 6 of 10; 9 would take effect at the end
@@ -33,13 +33,13 @@ def test_a_decision_is_judged_by_the_truth_of_the_moment_at_which_it_takes_effec
         return around_truth(observation, truth, errors)
 
     monkeypatch.setattr(study, "around_truth", spy)
-    forecasts(person(f"control.delay={delay}", "time_limit=1.0"), Plan(("filtered",), draws=10, every=4))
+    forecasts(person(f"control.delay={delay}", "time_limit=1.0"), CalibrationPlan(("filtered",), draws=10, every=4))
     judged = [tick + delay for tick in (0, 4, 8) if tick + delay < 10]
     assert np.array(times) == pytest.approx(np.array([[0.1 * tick] * 2 for tick in judged]))
 
 
 def test_what_the_world_does_is_known_without_noise(pillar):
-    found = forecasts(pillar("noise.profile=none", controller="mean"), Plan(("direct",), draws=10, every=1))
+    found = forecasts(pillar("noise.profile=none", controller="mean"), CalibrationPlan(("direct",), draws=10, every=1))
     predicted, observed = found["direct"].T
     assert set(predicted) <= {0.0, 1.0}
     assert np.array_equal(predicted, observed)
@@ -48,16 +48,16 @@ def test_what_the_world_does_is_known_without_noise(pillar):
 def test_a_setting_is_the_same_by_itself_as_among_others(person):
     together = forecasts(person(), SHORT)
     for setting in SETTINGS:
-        alone = forecasts(person(), Plan((setting,), SHORT.draws, SHORT.every))
+        alone = forecasts(person(), CalibrationPlan((setting,), SHORT.draws, SHORT.every))
         assert np.array_equal(alone[setting], together[setting])
 
 
 def test_more_fresh_draws_change_no_prediction_and_watching_changes_no_run(person):
-    few, many = (forecasts(person(), Plan(draws=draws)) for draws in (10, 1000))
+    few, many = (forecasts(person(), CalibrationPlan(draws=draws)) for draws in (10, 1000))
     for setting in SETTINGS:
         assert np.array_equal(few[setting][:, 0], many[setting][:, 0])
-    judge = study.Judge(person(), Plan(draws=10))
-    hashes = {Episode(person(), watch=watch).run().summary["state_hash"] for watch in (judge, lambda record: None)}
+    recorder = ForecastRecorder(person(), CalibrationPlan(draws=10))
+    hashes = {Episode(person(), watch=watch).run().summary["state_hash"] for watch in (recorder, lambda record: None)}
     assert len(hashes) == 1
 
 
@@ -122,5 +122,5 @@ def test_at_the_chosen_control_it_is_too_low(pillar, known, true):
 )
 def test_a_plan_that_makes_no_sense_is_refused(values, message):
     with pytest.raises(InvalidValue) as error:
-        Plan(**values)
+        CalibrationPlan(**values)
     assert message in str(error.value)

@@ -14,8 +14,8 @@ pyarrow = pytest.importorskip("pyarrow", reason="the sweep extra is not installe
 
 
 def table(rows):
-    schema = pyarrow.schema([(name, pyarrow.type_for_alias(kind)) for name, (kind, _) in COLUMNS.items()])
-    return pyarrow.Table.from_pylist(rows, schema=schema)
+    schema = pyarrow.schema([(name, pyarrow.type_for_alias(column.type)) for name, column in COLUMNS.items()])
+    return pyarrow.Table.from_pylist([row.values() for row in rows], schema=schema)
 
 
 def compared(rows, methods=("a", "b"), **options):
@@ -91,10 +91,10 @@ def test_what_nothing_defines_is_no_number():
 def test_methods_with_other_seeds_are_compared_as_each_would_be_alone():
     rng = np.random.default_rng(1)
     rows = [row(name, seed, float(rng.gamma(3.0)), hit=seed % 7 == 3) for name in "abc" for seed in range(25)]
-    rows = [r for r in rows if not (r["method"] == "c" and r["seed"] < 5)]
+    rows = [r for r in rows if not (r.method == "c" and r.seed < 5)]
     (together,) = compared(rows, methods=tuple("abc"))
     for i, name in enumerate("bc", start=1):
-        (alone,) = compared([r for r in rows if r["method"] in ("a", name)], methods=("a", name))
+        (alone,) = compared([r for r in rows if r.method in ("a", name)], methods=("a", name))
         for figure in ("success", "collision", "control_cost", "min_clearance_m"):
             d, own = together.rows[i].differences[figure].estimate, together.rows[i].figures[figure]
             assert d.value == alone.rows[1].differences[figure].estimate.value

@@ -10,13 +10,13 @@ import pyarrow.parquet as pq
 import pytest
 
 from mjnav.errors import InputError, MjnavError
-from mjnav.study.store.row import CELL, COLUMNS
+from mjnav.study.store.row import COLUMNS, Row
 from mjnav.study.store.store import Store
+from tests.study import made_up
 
 
-def row(number: int, error: str | None = None) -> dict:
-    labels = {"id": f"{number:04d}", "seed": number, **dict.fromkeys((*CELL, "revision"), "made up")}
-    return dict.fromkeys(COLUMNS) | labels | {"error": error, "time_s": 0.5 * number}
+def row(number: int, error: str | None = None) -> Row:
+    return made_up.row("mean", number, 0.05 * number, error=error, id=f"{number:04d}")
 
 
 def seeds(store: Store) -> set[int]:
@@ -31,11 +31,12 @@ def store(tmp_path):
 
 
 def test_what_was_added_is_there(store):
-    store.append([row(0), row(1)])
-    store.append([row(2), row(3, "broke")])
+    rows = [row(0), row(1), row(2), row(3, "broke")]
+    store.append(rows[:2])
+    store.append(rows[2:])
     table = store.rows()
     assert table.column_names == list(COLUMNS)
-    assert sorted(table.to_pylist(), key=lambda r: r["id"]) == [row(0), row(1), row(2), row(3, "broke")]
+    assert sorted(table.to_pylist(), key=lambda r: r["id"]) == [row.values() for row in rows]
     assert seeds(store) == {0, 1, 2, 3}
     assert store.rows(["seed"], failed=False)["seed"].to_pylist() == [0, 1, 2]
     assert (store.study(), store.has_rows()) == ("# mjnav the study", True)
@@ -89,6 +90,7 @@ def test_a_writer_that_comes_after_a_killed_one_cleans_up(tmp_path):
     code = f"""
 import time
 from mjnav.study.store.store import Store
+from tests.study import made_up
 with Store({str(folder)!r}).writing("# mjnav the first"):
     open({str(folder / "part-000000-abcdef01.parquet.tmp")!r}, "w").close()
     open({str(folder / "notes.tmp")!r}, "w").close()
@@ -124,7 +126,7 @@ def test_a_column_that_came_later_is_null_in_older_shards(store):
     store.append([row(1)])
     assert sorted(store.rows(["id", "time_s", "row_schema"]).to_pylist(), key=str) == [
         {"id": "0000", "time_s": None, "row_schema": None},
-        {"id": "0001", "time_s": 0.5, "row_schema": None},
+        {"id": "0001", "time_s": 0.5, "row_schema": 2},
     ]
 
 

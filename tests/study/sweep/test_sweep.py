@@ -14,15 +14,20 @@ from mjnav.errors import InputError, MjnavError
 from mjnav.study.cells import Cell
 from mjnav.study.store.store import Store
 from mjnav.study.study_file import load_study
-from mjnav.study.sweep.schedulers import local, serial
+from mjnav.study.sweep.schedulers import local
 from mjnav.study.sweep.sweep import sweep, trials
-from mjnav.study.trial import Trial, failed_row
+from mjnav.study.trial import Trial, failed_row, run_trial
 
 
 def hashes(store: Store) -> dict[str, str]:
     rows = store.rows(["id", "state_hash"]).to_pylist()
     assert len({row["id"] for row in rows}) == len(rows)
     return {row["id"]: row["state_hash"] for row in rows}
+
+
+def serial(trials):
+    """A scheduler without worker processes."""
+    yield from map(run_trial, trials)
 
 
 def test_episodes_come_seed_by_seed(small_study):
@@ -89,9 +94,9 @@ def test_however_often_it_is_killed_each_episode_stands_there_once(tmp_path_fact
     wanted = [Trial("s", Cell(f"scene {i % 3}", "", "", "", "", ""), i // 3) for i in range(12)]
     store = Store(tmp_path_factory.mktemp("killed"))
 
-    def quick(missing, stop):
+    def quick(missing):
         for trial in missing:
-            yield {**failed_row(trial, "no episode"), "error": None if trial.seed else "first seed"}
+            yield replace(failed_row(trial, "no episode"), error=None if trial.seed else "first seed")
 
     class Dying(Store):
         """Dies at one of its shards, before or after that is on the disk; or the disk refuses it."""

@@ -1,4 +1,4 @@
-"""A folder of a study's results as tables, with what is missing from them and what went wrong."""
+"""A folder of a study's results as tables, with the missing and the failed episodes."""
 
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from mjnav.errors import InputError
+from mjnav.study.cells import variants
 from mjnav.study.compare.compare import COLLISIONS, RATES, CellRows, Comparison, cell_rows, check_figures, compare
 from mjnav.study.store.store import Store
 from mjnav.study.study_file import StudyFile
-from mjnav.study.sweep.changes import Mixture, mixtures
-from mjnav.study.variants import variants
+from mjnav.study.sweep.changes import Inconsistency, inconsistencies
 
 if TYPE_CHECKING:
     import pyarrow
@@ -20,48 +20,48 @@ if TYPE_CHECKING:
 NEEDED = ("study", "scene", "setting", "method", "seed", "success", *COLLISIONS, "ticks", "infeasible_ticks")
 DECISION = "compute_ms_control_p50"
 
-Place = tuple[str, str, str]  # a cell's scene, setting and method
+CellPlace = tuple[str, str, str]  # scene, setting and method
 
 
 @dataclass(frozen=True, slots=True)
-class Results:
-    """What a folder says of a study."""
+class StudyComparison:
+    """The tables of a study, and what is missing from them. The study file may not be known."""
 
     folder: str
     study: str  # its name
     figures: tuple[str, ...]  # that are compared, without the rates
     tables: tuple[Comparison, ...]
-    num_seeds: int | None  # that the study file asks for; None without one
-    missing: Mapping[Place, int]  # of them, how many a cell lacks
-    absent: tuple[Place, ...]  # cells of the study without any
+    num_seeds: int | None  # of the study file; None without one
+    missing: Mapping[CellPlace, int]  # number of seeds without a row, by cell
+    absent: tuple[CellPlace, ...]  # cells of the study without any row
     causes: Counter[str]  # of failures
-    revisions: tuple[str, ...]  # of mjnav that the rows are of
+    revisions: tuple[str, ...]  # of mjnav, with which the rows were made
     others: tuple[str, ...]  # studies whose rows are left out
-    mixtures: tuple[Mixture, ...]  # what is not the same in all rows: programs, processors, a cell's scenario
+    inconsistencies: tuple[Inconsistency, ...]  # differences in programs, processors and a cell's scenario
 
     @property
     def num_episodes(self) -> int:
-        """Rows, failed ones too."""
+        """Rows, including those of failed episodes."""
         return sum(row.num for table in self.tables for row in table.rows)
 
     @property
     def num_missing(self) -> int:
-        """Episodes that the study file asks for and the folder has not got."""
+        """Episodes of the study file that have no row."""
         return sum(self.missing.values()) + len(self.absent) * (self.num_seeds or 0)
 
 
-def read_results(
+def compare_study(
     store: Store,
     study: StudyFile | None,
     *,
     reference: str | None = None,
     figures: Sequence[str],
     progress: Callable[[int, int], None] = lambda done, total: None,
-) -> Results:
-    """Every row of the store that is the study's, compared; rates are always among the figures.
+) -> StudyComparison:
+    """The study's rows in a store as tables; the rates are always among the figures.
 
-    `progress` is told how many tables of how many are done. Raises InputError where there is nothing to compare or it
-    cannot be told apart, InvalidValue for a figure or a reference that there is not, MjnavError for a damaged store.
+    `progress` gets the number of tables that are done and of all. Raises InputError where there are no rows or rows of
+    several studies, InvalidValue for an unknown figure or reference, MjnavError for a damaged store.
     """
     figures = tuple(dict.fromkeys(figure for figure in figures if figure not in RATES))
     check_figures(figures)
@@ -78,25 +78,25 @@ def read_results(
         progress(len(tables), len(places))
     wanted = np.array(study.all_seeds if study else [])
     there = {(cell.scene, cell.setting, cell.method): cell for cell in cells}
-    return Results(
+    return StudyComparison(
         folder=str(store.folder),
         study=name,
         figures=figures,
         tables=tuple(tables),
         num_seeds=len(wanted) if study else None,
         missing={place: len(np.setdiff1d(wanted, cell.seeds)) for place, cell in there.items()},
-        absent=tuple(place for place in _wanted(study, cells) if place not in there),
+        absent=tuple(place for place in _cells_of(study, cells) if place not in there),
         causes=Counter(error for error in table["error"].to_pylist() if error is not None),
         revisions=tuple(sorted(table["revision"].unique().to_pylist())),
         others=others,
-        mixtures=mixtures(store, name),
+        inconsistencies=inconsistencies(store, name),
     )
 
 
 def _of_study(
     table: "pyarrow.Table", study: StudyFile | None, store: Store
 ) -> tuple["pyarrow.Table", str, tuple[str, ...]]:
-    """The rows of one study, its name, and whose rows were left out."""
+    """The rows of one study, its name, and the other studies, whose rows are left out."""
     import pyarrow.compute as compute
 
     names = sorted(table["study"].unique().to_pylist())
@@ -110,8 +110,8 @@ def _of_study(
     return table, names[0], ()
 
 
-def _wanted(study: StudyFile | None, cells: Iterable[CellRows]) -> list[Place]:
-    """The study's cells; of scenes that it gives by path, those of which there is any."""
+def _cells_of(study: StudyFile | None, cells: Iterable[CellRows]) -> list[CellPlace]:
+    """The study's cells; of scenes given by path, those that have rows."""
     if study is None:
         return []
     named = [scene for scene in study.scenes if "/" not in scene and not scene.endswith(".toml")]
@@ -120,7 +120,7 @@ def _wanted(study: StudyFile | None, cells: Iterable[CellRows]) -> list[Place]:
 
 
 def check_distinct(cells: Iterable[CellRows], store: Store) -> None:
-    """Raises InputError where a cell has a seed twice: its rows could not be paired."""
+    """Raises InputError where a cell has a seed twice: its rows cannot be paired with those of other methods."""
     for cell in cells:
         twice = cell.seeds[1:][np.diff(cell.seeds) == 0]
         if twice.size:

@@ -3,7 +3,7 @@
 import pytest
 
 from mjnav.errors import InputError, InvalidValue
-from mjnav.study.compare.results import read_results
+from mjnav.study.compare.study_comparison import compare_study
 from mjnav.study.store.store import Store
 from mjnav.study.study_file import load_study
 from tests.study.made_up import row
@@ -40,7 +40,7 @@ def study(tmp_path):
 
 
 def read(store, study=None, figures=("control_cost",), **options):
-    return read_results(store, study, figures=figures, **options)
+    return compare_study(store, study, figures=figures, **options)
 
 
 def cell(method, seeds, setting="noise.profile=pearson", scene="crossing1", **columns):
