@@ -69,6 +69,7 @@ def test_without_weights_every_sample_counts_the_same(first, second, kernel):
 )
 def test_small_cases_come_out_exactly(x, y, kernel, expected):
     assert mmd_squared(x, y, **kernel) == pytest.approx(expected, rel=1e-14)
+    assert mmd_squared_gram(np.array(x), np.array(y), **kernel) == pytest.approx(expected, rel=1e-13)
 
 
 @pytest.mark.parametrize("degree", range(1, 6))

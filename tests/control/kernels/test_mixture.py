@@ -1,14 +1,14 @@
 """Mixtures on the line: EM against the textbook and scikit-learn, divergences against closed forms and quadrature."""
 
 import warnings
-from math import exp, log, pi, sqrt
+from math import log, sqrt
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from mjnav.control.kernels.mixture import NUM_CELLS, Mixtures, fit_mixtures, kl_divergence
+from mjnav.control.kernels.mixture import Mixtures, fit_mixtures, kl_divergence
 
 FLOOR = 0.1
 SAMPLES = st.lists(st.floats(-2.0, 1.0), min_size=1, max_size=40).map(lambda x: np.array(x)[:, None])
@@ -32,28 +32,6 @@ def start(x, num_components):
     )
 
 
-def textbook_em(x, num_components, num_iterations, std_floor):
-    """Weights, means, variances (C,): one sample and one component at a time."""
-    weights, means, stds = (values.tolist() for values in start(x, num_components))
-    variances = [max(s * s, std_floor**2) for s in stds]
-    for _ in range(num_iterations):
-        shares = []
-        for xi in x:
-            logs = [
-                log(w) - 0.5 * log(2.0 * pi * v) - (xi - m) ** 2 / (2.0 * v)
-                for w, m, v in zip(weights, means, variances, strict=True)
-            ]
-            terms = [exp(value - max(logs)) for value in logs]
-            shares.append([term / sum(terms) for term in terms])
-        for c in range(num_components):
-            total = sum(r[c] for r in shares)
-            weights[c] = total / len(x)
-            means[c] = sum(r[c] * xi for r, xi in zip(shares, x, strict=True)) / total
-            variance = sum(r[c] * (xi - means[c]) ** 2 for r, xi in zip(shares, x, strict=True)) / total
-            variances[c] = max(variance, std_floor**2)
-    return np.array(weights), np.array(means), np.array(variances)
-
-
 def log_density(x, mixtures, k=0):
     """log p of each x (n,) under mixture k."""
     w, m, v = mixtures.weight[:, k], mixtures.mean[:, k], mixtures.variance[:, k]
@@ -69,17 +47,6 @@ def random_mixtures(seed, num_components=2):
     rng = np.random.default_rng(seed)
     weight = rng.dirichlet(np.ones(num_components), 1).T
     return Mixtures(weight, rng.uniform(-2.0, 1.0, weight.shape), rng.uniform(0.2, 0.6, weight.shape) ** 2)
-
-
-@pytest.mark.parametrize("shape", SHAPES)
-@pytest.mark.parametrize("num_components", [1, 2, 3])
-def test_em_is_the_textbooks(shape, num_components):
-    x = SHAPES[shape](np.random.default_rng(num_components), 50)
-    fitted = fit_mixtures(x[:, None], num_components, 10, FLOOR)
-    for found, expected in zip(
-        (fitted.weight, fitted.mean, fitted.variance), textbook_em(x, num_components, 10, FLOOR), strict=True
-    ):
-        assert found[:, 0] == pytest.approx(expected, rel=1e-7, abs=1e-9)
 
 
 @pytest.mark.parametrize("shape", ["skewed", "bimodal", "uniform"])
@@ -140,8 +107,7 @@ def test_the_likelihood_never_falls(x, num_components, num_iterations):
 def test_in_cells_the_bound_of_the_likelihood_never_falls(x, num_components, num_iterations):
     num_cells = 8
     low, high = x.min(), x.max()
-    if len(x) <= num_cells or high - low < 1e-6:
-        return
+    assume(len(x) > num_cells and high - low >= 1e-6)
     cell = np.minimum(((x[:, 0] - x.mean() - (low - x.mean())) * (num_cells / (high - low))).astype(int), num_cells - 1)
 
     def bound(n):
@@ -205,17 +171,6 @@ def test_a_mixture_moves_and_stretches_with_its_samples(shape, n):
     assert b.weight == pytest.approx(a.weight, abs=1e-10)
     assert b.mean == pytest.approx(3.0 * a.mean - 7.0, abs=1e-10)
     assert b.variance == pytest.approx(9.0 * a.variance, abs=1e-10)
-
-
-def test_columns_are_fitted_one_by_one():
-    rng = np.random.default_rng(0)
-    x = np.stack([SHAPES[shape](rng, NUM_CELLS + 1) for shape in SHAPES], axis=1)
-    together = fit_mixtures(x, 2, 10, FLOOR)
-    for k in range(x.shape[1]):
-        alone = fit_mixtures(x[:, [k]], 2, 10, FLOOR)
-        assert (together.weight[:, k] == alone.weight[:, 0]).all()
-        assert (together.mean[:, k] == alone.mean[:, 0]).all()
-        assert (together.variance[:, k] == alone.variance[:, 0]).all()
 
 
 @given(st.floats(-2.0, 1.0), st.floats(0.1, 2.0), st.floats(-2.0, 1.0), st.floats(0.1, 2.0))

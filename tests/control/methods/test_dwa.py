@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from mjnav.control import make_controller
-from mjnav.messages import Lanes, ObstacleSamples, RobotLimits, Status
+from mjnav.messages import ObstacleSamples, RobotLimits, Status
 from mjnav.motion.unicycle import integrate
 
 PERIOD = 0.1
@@ -131,14 +131,3 @@ def test_a_wall_within_the_clearance_counts_from_afar(alone):
     ways = controller.ways(controller.problem(o), np.array([0.5]), np.array([0.0]))
     assert ways[0].tolist() == pytest.approx([3.9 - 0.22 - 0.05, inf, inf])
     assert controller.decide(o).costs.cone.any()
-
-
-def test_columns_are_those_of_the_obstacles_and_walls(alone, dwa):
-    far, ahead = disc(-30.0, 0.0), disc(1.5, 0.0)
-    behind = [[-1.0, -1.0], [-1.0, 1.0]]
-    across = [[1.9, -1.0], [1.9, 1.0]]
-    lanes = Lanes((0.0, 1.0, -0.3), (0.0, 1.0, 9.0), np.zeros(25), np.zeros(25))
-    costs = dwa.decide(alone(obstacles=(far, ahead), walls=np.array([behind, across]), lanes=lanes)).costs
-    assert costs.cone.shape == (402, 4)
-    assert costs.cone.any(axis=0).tolist() == [False, True, False, True]
-    assert costs.lane.any(axis=0).tolist() == [True, False]

@@ -13,7 +13,7 @@ from mjnav.control.kernels.mppi_rollout import approach
 from mjnav.control.methods.mppi import MppiParameters, Plan, perturbations, softmin
 from mjnav.control.parameters import Parameters
 from mjnav.control.problem.obstacles import Reach
-from mjnav.messages import ObstacleSamples, RobotLimits
+from mjnav.messages import RobotLimits
 from mjnav.motion.diff_drive import reachable
 from mjnav.motion.unicycle import integrate
 from mjnav.recording.encode.json_messages import encode_decision
@@ -321,10 +321,3 @@ def test_every_cost_is_a_number_on_whatever_it_sees(observe, limits, sizes, para
             for field in ("v", "omega", "goal", "cone", "lane", "total"):
                 assert np.isfinite(getattr(decision.costs, field)).all()
             controller.closest_cone(o, decision)
-
-
-def test_obstacles_out_of_range_have_columns_of_zeros_and_walls_stand_behind_them(alone, limits):
-    far, near = (ObstacleSamples(np.array([[x, 0.0]]), np.zeros((1, 2)), 0.3) for x in (9.0, 1.2))
-    walls = np.array([[[-9.0, -1.0], [-9.0, 1.0]], [[2.0, -3.0], [2.0, 3.0]]])
-    costs = make_controller("mppi", limits, 0.1).decide(alone(obstacles=(far, near), walls=walls)).costs
-    assert costs.cone.any(axis=0).tolist() == [False, True, False, True]

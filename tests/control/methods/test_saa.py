@@ -65,18 +65,6 @@ def test_a_sample_of_zero_is_safe(samples):
     assert colliding_share(samples) * len(samples) == pytest.approx((samples > 0.0).sum(axis=0), abs=1e-12)
 
 
-@pytest.mark.parametrize("seed", range(20))
-def test_without_uncertainty_the_choice_is_the_nominal_control_at_any_level(observe, certain, limits, seed):
-    o = certain(observe(seed, spread=0.1))
-    mean = make_controller("mean", limits, 0.1).decide(o)
-    for eta in (0.1, 0.9, 1.0):
-        decision = make_controller("saa", limits, 0.1, eta=eta).decide(o)
-        if mean.status == Status.OK:
-            assert (decision.v, decision.omega, decision.status) == (mean.v, mean.omega, mean.status)
-        else:  # the mean's choice violates by the least metres, this one the fewest constraints
-            assert decision.status == Status.INFEASIBLE
-
-
 def test_where_all_collide_only_the_goal_counts_and_the_status_says_so(alone, limits):
     on_top = ObstacleSamples(np.array([[0.1, 0.0]]), np.zeros((1, 2)), 0.3)
     decision = make_controller("saa", limits, 0.1).decide(alone(obstacles=(on_top,)))
