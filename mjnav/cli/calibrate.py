@@ -12,9 +12,9 @@ from mjnav.cli.options import scene_options
 from mjnav.cli.options.output import output_path, written
 from mjnav.cli.terminal.progress import compile_notice, progress, tell
 from mjnav.errors import InvalidValue
-from mjnav.loop.episode import WARM_UP_TICKS
 from mjnav.loop.faults.heartbeat import Heartbeat
 from mjnav.loop.prepare import episode_label, load_scenario
+from mjnav.loop.warm_up import WARM_UP_TICKS
 from mjnav.metrics.calibration import Bin, Calibration, Interval
 from mjnav.scenarios.ranges import MAX_SEED
 from mjnav.scenarios.spec import Scenario

@@ -11,10 +11,11 @@ from mjnav.cli.options import scene_options
 from mjnav.cli.terminal.interrupt import interruptible
 from mjnav.cli.terminal.progress import compile_notice, progress
 from mjnav.errors import InvalidValue
-from mjnav.loop.episode import warm_up
 from mjnav.loop.prepare import load_scenario
 from mjnav.loop.realtime.crowd import crowd
-from mjnav.loop.realtime.rate_test import RateTest, rate_test, shuttling
+from mjnav.loop.realtime.rate_test import RateTest, rate_test
+from mjnav.loop.realtime.shuttle import shuttling
+from mjnav.loop.warm_up import warm_up
 from mjnav.metrics.blame import FIRST_TIME, LOOP, MACHINE, Miss
 from mjnav.metrics.schedule import FAIL, PASS, RULES, histogram
 from mjnav.recording.log_format import check_path
@@ -95,7 +96,9 @@ def _run(arguments: argparse.Namespace, case: Case, stop: Callable[[], bool]) ->
     with compile_notice():
         warm_up(scenario)
     with progress(f"{scenario.name} at {rate:g} Hz", arguments.duration) as show:
-        return rate_test(scenario, stressed=arguments.stress, log=arguments.log, stop=stop, progress=show)
+        return rate_test(
+            scenario, stressed=arguments.stress, log=arguments.log, stop=stop, progress=show, warmed_up=True
+        )
 
 
 def _numbers(key: str, text: str, kind: type) -> list:
@@ -109,7 +112,7 @@ def _numbers(key: str, text: str, kind: type) -> list:
 
 def describe(test: RateTest) -> str:
     """One test's report, for people."""
-    s, m, schedule = test.summary, test.machine, test.schedule
+    s, m, got, schedule = test.summary, test.machine, test.machine.scheduling, test.schedule
     wake, overrun, faults, gaps = test.wakeup_us, test.overrun, test.page_faults, test.gaps.summary
     lines = [
         f"{test.scene}, {test.controller}: {test.status} at {test.requested_hz:g} Hz",
@@ -124,11 +127,11 @@ def describe(test: RateTest) -> str:
         f"  wake-up       {_text(wake['p50'], '.1f')} µs p50, {_text(wake['p99'], '.1f')} p99, "
         f"{_text(wake['p999'], '.1f')} p99.9, {_text(wake['max'], '.1f')} max behind the deadline",
         f"  log           {schedule.log_dropped} parts of ticks dropped",
-        f"  machine       {m['scheduler']}; memory {m['memory']}; {m['affinity']} of {m['cpus']}; {m['kernel']}; "
+        f"  machine       {got.scheduler}; memory {got.memory}; {got.affinity} of {m.cpus}; {m.kernel}; "
         f"{100 * schedule.stolen:.1f} % of the processors stolen",
         f"  its gaps      {gaps['count']}, longest {gaps['longest_ms']:.2f} ms, {gaps['total_ms']:.2f} ms in all, seen "
         f"{gaps['seen']}",
-        f"  load          {m['load']}; load average {m['load_average']}",
+        f"  load          {m.load}; load average {m.load_average}",
         f"  page faults   {_text(faults['p50'], '.0f')} a tick p50, {_text(faults['p99'], '.0f')} p99, "
         f"{_text(faults['max'], '.0f')} max",
         "  compute [ms]  p50     p99     max",

@@ -2,7 +2,6 @@
 
 import argparse
 import json
-from collections.abc import Mapping
 from contextlib import ExitStack
 from typing import Any
 
@@ -48,9 +47,9 @@ def execute(arguments: argparse.Namespace) -> int:
         check_path(arguments.log)
     scenario = load_scenario(arguments.scene, arguments.overrides, controller=arguments.controller, seed=arguments.seed)
     max_seconds = scene_options.checked_max_seconds(arguments, scenario.time_limit if real_time else 0.0)
-    from mjnav.loop.episode import warm_up
     from mjnav.loop.faults.fault import RunFault
     from mjnav.loop.run import run
+    from mjnav.loop.warm_up import warm_up
 
     with ExitStack() as stack:
         seen = stack.enter_context(views.open_views(arguments, scenario))
@@ -76,6 +75,7 @@ def execute(arguments: argparse.Namespace) -> int:
                 watch=seen.watch,
                 live=seen.live,
                 profile=arguments.profile,
+                warmed_up=True,
             )
         except RunFault as error:
             if error.result is None:
@@ -85,6 +85,8 @@ def execute(arguments: argparse.Namespace) -> int:
         print(json.dumps(result.summary))
     else:
         print(describe(result.summary, result.real_time, result.log_dropped))
+        if result.profile is not None:
+            print(f"\n{result.profile.table()}")
     if fault is not None:
         raise fault
     if interrupted.is_set():
@@ -102,7 +104,7 @@ def _ending(summary: dict[str, Any]) -> str:
     return f"{summary['outcome']} after {summary['time_s']:.1f} s, {summary['ticks']} ticks{place}"
 
 
-def describe(summary: dict[str, Any], real_time: Mapping[str, str] | None = None, log_dropped: int = 0) -> str:
+def describe(summary: dict[str, Any], real_time: object | None = None, log_dropped: int = 0) -> str:
     """How a run went, for people; `real_time` is what a paced run got, `log_dropped` what its log lacks."""
     s = summary
     collisions = ", ".join(f"{n} × {kind}" for kind, n in s["collisions"].items() if n) or "none"
@@ -125,8 +127,7 @@ def describe(summary: dict[str, Any], real_time: Mapping[str, str] | None = None
         f"                  ms p50 by phase: {phases or '-'}",
     ]  # fmt: skip
     if real_time is not None:
-        got = ", ".join(f"{name} {value}" for name, value in real_time.items())
-        lines.append(f"  real time       {s['deadline_misses']} of {s['ticks']} deadlines missed; {got}")
+        lines.append(f"  real time       {s['deadline_misses']} of {s['ticks']} deadlines missed; {real_time}")
     if s["clipped_ticks"]:
         lines.append(
             f"  clipped         {s['clipped_ticks']} of {s['ticks']} ticks: commands beyond the robot's limits"
@@ -136,10 +137,6 @@ def describe(summary: dict[str, Any], real_time: Mapping[str, str] | None = None
     if s["log"]:
         lost = f" ({log_dropped} parts of ticks are missing: the disk could not keep up)" if log_dropped else ""
         lines.append(f"  log             {s['log']}{lost}")
-    if "profile" in s:
-        from mjnav.loop.profile import describe as describe_profile
-
-        lines += ["", describe_profile(s["profile"])]
     return "\n".join(lines)
 
 

@@ -13,10 +13,10 @@ from mjnav.cli.terminal.progress import compile_notice, progress
 from mjnav.control.decision_surface import DecisionSurface, decision_surface, require_candidates
 from mjnav.control.problem.candidates import WINDOWS
 from mjnav.errors import InvalidValue
-from mjnav.loop.episode import warm_up
 from mjnav.loop.prepare import build_controller, load_scenario
 from mjnav.loop.record_at import column_names, record_at
 from mjnav.loop.run import OUT_FOLDER, file_stem, make_out_folder
+from mjnav.loop.warm_up import warm_up
 from mjnav.messages import Status
 from mjnav.scenarios.spec import Scenario
 

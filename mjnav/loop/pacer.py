@@ -5,10 +5,12 @@ The clock never reaches the simulation: a run paced, late or unpaced has the sam
 
 import time
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass
+from types import MappingProxyType
 from typing import Protocol
 
 from mjnav.errors import unknown_name
+from mjnav.messages import PHASES
 
 Clock = Callable[[], int]
 POLICIES = ("skip", "abort")
@@ -100,21 +102,53 @@ class RealTimePacer:
         return Start(max(0, self.now() - self._deadline), missed, skipped)
 
 
-@dataclass(slots=True)
-class Stopwatch:
-    """Time by phase of one tick: `lap` closes the phase that is running."""
+# span -> the phase of `messages.PHASES` that it is a part of
+SPANS = MappingProxyType(
+    {
+        "truth": "sense",
+        "readings": "sense",
+        "estimate": "estimate",
+        "predict": "control",
+        "decide": "control",
+        "actuate": "record",
+        "write": "record",
+        "advance": "advance",
+    }
+)
+BETWEEN = "between"  # the end of a tick's last span and the start of the next tick
 
-    now: Clock
-    phases: list[int] = field(default_factory=list)
-    _since: int = 0
+
+class Stopwatch:
+    """Times the spans of one tick after another; `spans` are those of the present tick [ns]."""
+
+    def __init__(self, now: Clock):
+        self._now = now
+        self.spans: dict[str, int] = {}
+        self._since: int | None = None  # when the running span began
 
     def start(self) -> None:
-        """A new tick begins."""
-        self.phases = []
-        self._since = self.now()
+        """A new tick begins; the time since the last span of the tick before is added to that tick's spans."""
+        now = self._now()
+        if self._since is not None:
+            self.spans[BETWEEN] = now - self._since
+        self.spans, self._since = {}, now
 
-    def lap(self) -> None:
-        """The running phase ends, the next begins."""
-        now = self.now()
-        self.phases.append(now - self._since)
+    def lap(self, span: str) -> None:
+        """The running span, which is called `span`, ends; the next begins."""
+        now = self._now()
+        assert self._since is not None, "start() comes before lap()"
+        self.spans[span] = now - self._since
         self._since = now
+
+    @property
+    def elapsed(self) -> float:
+        """The tick's spans so far [s]."""
+        return 1e-9 * sum(self.spans.values())
+
+    @property
+    def phases(self) -> tuple[int, ...]:
+        """The tick's time by phase [ns], in the order of PHASES."""
+        taken: dict[str, int] = dict.fromkeys(PHASES, 0)
+        for span, time_ns in self.spans.items():
+            taken[SPANS[span]] += time_ns
+        return tuple(taken.values())

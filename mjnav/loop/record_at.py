@@ -31,9 +31,10 @@ def record_at(scenario: Scenario, time: float, *, progress: Callable[[float], No
         return bool(latest) and latest[0].tick >= index
 
     result = Episode(scenario, stop=stop, watch=watch, progress=progress).run()
-    end = result.summary["time_s"]
+    figures = result.run.figures
+    end = figures.time_s
     if not latest or (latest[0].tick < index and end * (1.0 + ROUNDING) < time):
-        raise InvalidValue("time", time, f"0 to {end:g} s: there the run ended ({result.summary['outcome']})")
+        raise InvalidValue("time", time, f"0 to {end:g} s: there the run ended ({figures.outcome})")
     return latest[0]
 
 

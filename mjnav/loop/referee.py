@@ -1,6 +1,6 @@
 """Says from the truth how a run goes: contacts, goal, time, lanes. The robot never hears of it."""
 
-from mjnav.messages import Contact, WorldState
+from mjnav.messages import WorldState
 from mjnav.scenarios.spec import Scenario
 
 GOAL, COLLISION, TIMEOUT, ABORTED = "goal", "collision", "timeout", "aborted"
@@ -23,8 +23,3 @@ class Referee:
         if on_last_leg and dx * dx + dy * dy <= self._tolerance**2:
             return GOAL
         return TIMEOUT if truth.time >= self._time_limit - 1e-9 else None
-
-
-def describe(contact: Contact) -> str:
-    """One line about a contact."""
-    return f"contact with {contact.kind} {contact.name} at {contact.time:.3f} s, {contact.force:.0f} N"

@@ -7,12 +7,13 @@ from pathlib import Path
 from typing import Any
 
 from mjnav.errors import InputError
-from mjnav.loop.episode import Episode, Result
+from mjnav.loop.episode import Episode
 from mjnav.loop.faults.fault import RunFault
 from mjnav.loop.onboard.latency import replayed
 from mjnav.loop.provenance.facts import FACTS, changes
 from mjnav.loop.provenance.run_info import run_info
 from mjnav.loop.referee import ABORTED
+from mjnav.loop.result import Result
 from mjnav.messages import PHASES, TickRecord, WorldState
 from mjnav.recording.encode.topics import TIMING
 from mjnav.recording.log_format import REPLAY

@@ -5,17 +5,17 @@ import os
 from collections.abc import Callable
 from dataclasses import replace
 from datetime import datetime
-from functools import partial
+from operator import index
 from pathlib import Path
 
-from mjnav import scenarios
 from mjnav.errors import InputError, InvalidValue
-from mjnav.loop.episode import Episode, Result, warm_up
-from mjnav.loop.pacer import FreePacer, Pacer, RealTimePacer
+from mjnav.loop.episode import Episode
+from mjnav.loop.pacer import FreePacer, RealTimePacer
 from mjnav.loop.prepare import build_controller, load_scenario
-from mjnav.loop.profile import profiled
-from mjnav.loop.realtime.scheduling import realtime_scheduling
+from mjnav.loop.result import Result
+from mjnav.loop.scheduling import realtime_scheduling
 from mjnav.loop.sealed import sealed_message
+from mjnav.loop.warm_up import warm_up
 from mjnav.messages import Event, TickRecord
 from mjnav.recording.live import LiveServer
 from mjnav.recording.log_format import check_path
@@ -38,6 +38,7 @@ def run(
     watch: Callable[[TickRecord], None] | None = None,
     live: LiveServer | None = None,
     profile: bool = False,
+    warmed_up: bool = False,
 ) -> Result:
     """Runs one episode and returns how it went.
 
@@ -46,8 +47,9 @@ def run(
     deadline does to it ("skip" catches up, or else skips periods, and "abort" ends the run); `log` is None for no log,
     True for the default path below the working directory, or a path; `stop` is asked before every tick whether to
     abort, and `progress` is told the simulated time [s]; `watch` sees every tick, in arrays that it cannot write to;
-    the clients of `live` get what a log gets; `profile` adds to the summary, as "profile", where each tick's time went.
-    Raises InputError before anything starts where something cannot be used.
+    the clients of `live` get what a log gets; `profile` adds to the summary, as "profile", where each tick's time went;
+    `warmed_up` says that `warm_up` has been called with this scenario. Raises InputError before anything starts where
+    something cannot be used.
     """
     if not isinstance(scenario, Scenario):
         scenario = load_scenario(scenario, controller=controller, seed=seed)
@@ -62,24 +64,20 @@ def run(
         if log is True:
             make_out_folder()
         path = check_path(default_log_path(scenario) if log is True else log)
-    warm_up(scenario)
-    episode = partial(Episode, scenario, log=path, live=live, pacer=pacer, stop=stop, progress=progress)
-    if watch is not None:
-        episode = partial(episode, watch=lambda record: watch(sealed_message(record)))
-    if profile:
-        with profiled() as profiler:
-            result = _run(episode, pacer)
-        return replace(result, summary={**result.summary, "profile": profiler.summary()})
-    return _run(episode, pacer)
+    if not warmed_up:
+        warm_up(scenario)
 
+    def shown(record: TickRecord) -> None:
+        if watch is not None:
+            watch(sealed_message(record))
 
-def _run(make_episode: Callable[[], Episode], pacer: Pacer) -> Result:
-    episode = make_episode()  # its threads begin before any real-time scheduling that they would inherit
-    if not pacer.real_time:
+    episode = Episode(
+        scenario, log=path, live=live, pacer=pacer, stop=stop, progress=progress, profile=profile, watch=shown
+    )
+    if not real_time:
         return episode.run()
-    with realtime_scheduling() as got:
-        note = Event("info", "real_time", ", ".join(f"{name} {value}" for name, value in got.items()))
-        return replace(episode.run((note,)), real_time=got)
+    with realtime_scheduling() as got:  # after the episode's threads began, which would inherit it
+        return replace(episode.run((Event("info", "real_time", str(got)),)), real_time=got)
 
 
 def default_log_path(scenario: Scenario) -> Path:
@@ -109,6 +107,8 @@ def file_stem(scenario: Scenario, time: str) -> str:
 
 
 def _changed(scenario: Scenario, seed: int | None, controller: str | None) -> Scenario:
-    if controller is None and seed is None:
+    if seed is not None:
+        scenario = replace(scenario, seed=index(seed))
+    if controller is None:
         return scenario
-    return scenarios.loads(scenarios.dumps(scenario), file=scenario.source, seed=seed, controller=controller)
+    return replace(scenario, control=replace(scenario.control, method=controller, parameters={}))

@@ -6,11 +6,12 @@ Arrays in, arrays out: `sample(rng, size)` takes the generator, `logpdf(x)` is t
 from mjnav.noise.base import Distribution
 from mjnav.noise.distributions import Empirical, Gaussian, Mixture, StudentT, Uniform, Zero
 from mjnav.noise.pearson import Pearson, pearson_type
-from mjnav.noise.profiles import CHANNELS, profile, profile_names
+from mjnav.noise.profiles import CHANNELS, NOISE_WINDOW, profile, profile_names
 from mjnav.noise.registry import NamedDistribution, make_distribution, names
 
 __all__ = [
     "CHANNELS",
+    "NOISE_WINDOW",
     "Distribution",
     "Empirical",
     "Gaussian",

@@ -28,6 +28,7 @@ CHANNELS = (
     "gyro",  # [rad/s]
     "lane.offset",  # [m]
 )
+NOISE_WINDOW = 0.1  # [s] for which a draw of the actuation noise holds, whatever the control rate
 
 # std, skew, kurtosis of the default profile, mean 0. They fix how hard the problem is.
 _PEARSON: Mapping[str, tuple[float, float, float]] = MappingProxyType(

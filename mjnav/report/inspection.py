@@ -226,7 +226,7 @@ def _missing(log: Log, not_json: Mapping[str, int], ticks: InspectedTicks | None
 
 def _figures(log: Log, run: LoggedRun, scenario: Scenario) -> dict[str, Any]:
     outcome = _outcome(log)
-    figures = summarise(run.trajectory, scenario, outcome=outcome or "")
+    figures = asdict(summarise(run.trajectory, scenario, outcome=outcome or ""))
     if outcome is None:
         figures |= {"outcome": None, "success": None}
     ess = {"robot": _least(run.robot_ess), "people": _least(run.people_ess)}

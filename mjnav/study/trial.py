@@ -10,10 +10,12 @@ from functools import lru_cache
 from typing import Any
 
 from mjnav import scenarios
-from mjnav.loop.episode import Episode, Result, warm_up
+from mjnav.loop.episode import Episode
 from mjnav.loop.faults.fault import RunFault, describe_fault
 from mjnav.loop.provenance.facts import digest, provenance
 from mjnav.loop.provenance.run_info import revision
+from mjnav.loop.result import Result
+from mjnav.loop.warm_up import warm_up
 from mjnav.metrics.effort import time_to_avoid
 from mjnav.metrics.safety import lane_clearance
 from mjnav.scenarios.spec import Scenario

@@ -9,8 +9,6 @@ from mjnav.motion.diff_drive import command_bounds
 from mjnav.scenarios.spec import Scenario
 from mjnav.world.draws import Draws
 
-NOISE_WINDOW = 0.1  # [s] for which a draw of the actuation noise holds, whatever the control rate
-
 
 class Actuation:
     """The robot's base: its set-point moves towards the command by at most a dt in each step of dt.

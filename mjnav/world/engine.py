@@ -4,7 +4,6 @@ from typing import Protocol
 
 from mjnav.errors import MjnavError
 from mjnav.messages import Array, Contact
-from mjnav.scenarios.spec import Scenario
 
 
 class DivergedError(MjnavError):
@@ -82,14 +81,3 @@ class Engine(Protocol):
     def state_bytes(self) -> bytes:
         """Everything on which the future depends, bit for bit."""
         ...
-
-
-def make_engine(scenario: Scenario, velocities: Array) -> Engine:
-    """The engine that the scenario names; people start with `velocities` (P, 2)."""
-    if scenario.physics.engine == "kinematic":
-        from mjnav.world.kinematic_engine import KinematicEngine
-
-        return KinematicEngine(scenario, velocities)
-    from mjnav.world.mujoco_engine import MujocoEngine
-
-    return MujocoEngine(scenario, velocities)

@@ -9,11 +9,12 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mjnav.errors import InvalidValue
-from mjnav.messages import Reading, WorldState
+from mjnav.messages import Array, Reading, WorldState
+from mjnav.noise import NOISE_WINDOW
 from mjnav.scenarios.spec import Scenario
 from mjnav.world import pedestrians
-from mjnav.world.actuation import NOISE_WINDOW, Actuation
-from mjnav.world.engine import make_engine
+from mjnav.world.actuation import Actuation
+from mjnav.world.engine import Engine
 from mjnav.world.grid import Grid, whole_steps
 from mjnav.world.sensors import Sensors
 
@@ -32,7 +33,7 @@ class Simulator:
         self._pedestrians = pedestrians.Pedestrians(scenario.people)
         start = np.array([person.start for person in scenario.people], float).reshape(-1, 2)
         # People are already walking when the run begins.
-        self._engine = make_engine(
+        self._engine = _make_engine(
             scenario,
             self._pedestrians.velocities(0.0, start, np.zeros_like(start), np.array(scenario.robot.start), np.zeros(2)),
         )
@@ -127,6 +128,17 @@ class Simulator:
         from mjnav.world.scene import parts_hash
 
         return parts_hash()
+
+
+def _make_engine(scenario: Scenario, velocities: Array) -> Engine:
+    """The engine that the scenario names; people start with `velocities` (P, 2)."""
+    if scenario.physics.engine == "kinematic":
+        from mjnav.world.kinematic_engine import KinematicEngine
+
+        return KinematicEngine(scenario, velocities)
+    from mjnav.world.mujoco_engine import MujocoEngine
+
+    return MujocoEngine(scenario, velocities)
 
 
 def _finite(command: ArrayLike) -> tuple[float, float]:

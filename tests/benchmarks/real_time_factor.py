@@ -14,7 +14,7 @@ from pathlib import Path
 
 from mjnav.loop.prepare import load_scenario
 from mjnav.loop.realtime.crowd import crowd
-from mjnav.loop.realtime.rate_test import shuttling
+from mjnav.loop.realtime.shuttle import shuttling
 from mjnav.loop.run import run
 from mjnav.scenarios.spec import Scenario
 

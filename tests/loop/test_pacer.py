@@ -3,7 +3,7 @@
 import pytest
 
 from mjnav.errors import InvalidValue
-from mjnav.loop.pacer import SPIN, FreePacer, RealTimePacer, Start, Stopwatch
+from mjnav.loop.pacer import BETWEEN, SPIN, FreePacer, RealTimePacer, Start, Stopwatch
 
 MS = 1_000_000  # [ns]
 PERIOD = 100 * MS
@@ -152,10 +152,15 @@ def test_the_free_pacer_neither_waits_nor_is_ever_late(clock):
 def test_a_stopwatch_gives_each_phase_its_own_time_and_starts_afresh(clock):
     watch = Stopwatch(clock)
     taken = []
-    for works in ((3, 5, 7), (11,)):
+    for works in ({"truth": 3, "readings": 5, "decide": 7}, {"advance": 11}):
         watch.start()
-        for work in works:
+        before = watch.spans
+        for span, work in works.items():
             clock.now += work
-            watch.lap()
-        taken.append([phase - LOOK for phase in watch.phases])
-    assert taken == [[3, 5, 7], [11]]
+            watch.lap(span)
+        taken.append({span: time - LOOK for span, time in watch.spans.items()})
+    assert taken == [{"truth": 3, "readings": 5, "decide": 7}, {"advance": 11}]
+    assert watch.phases == (0, 0, 0, 0, 11 + LOOK)
+    clock.now += 13
+    watch.start()
+    assert before[BETWEEN] == 13 + LOOK

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from mjnav.loop.referee import Referee, describe
+from mjnav.loop.referee import Referee
 from mjnav.messages import Contact, WorldState
 
 TOUCH = (Contact("wall", "wall0", 12.4, 0.25),)
@@ -42,7 +42,3 @@ def test_a_routes_last_point_counts_on_the_last_leg_only(room):
     referee = Referee(room("robot.waypoints=[[3.0, 0.0], [0.0, 0.0]]"))
     assert referee.outcome(state(0.0), on_last_leg=False) is None
     assert referee.outcome(state(0.0), on_last_leg=True) == "goal"
-
-
-def test_a_contact_is_told_in_one_line():
-    assert describe(TOUCH[0]) == "contact with wall wall0 at 0.250 s, 12 N"

@@ -34,7 +34,7 @@ def test_its_metrics_from_the_log_are_those_in_memory(logged):
     log = open_log(path)
     assert log.complete
     found = summarise(log.trajectory(), scenario, outcome="timeout")
-    assert found == {key: result.summary[key] for key in found}
+    assert found == result.run.figures
 
 
 def test_the_closest_obstacles_samples_are_logged_all_the_same(logged):

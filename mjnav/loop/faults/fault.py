@@ -1,14 +1,11 @@
 """A run that broke: what it was, where, and what is left of it."""
 
 import traceback
-from typing import TYPE_CHECKING
 
 from mjnav.errors import MjnavError
 from mjnav.loop.faults.location import location
+from mjnav.loop.result import Result
 from mjnav.messages import Event
-
-if TYPE_CHECKING:
-    from mjnav.loop.episode import Result
 
 _MAX_TEXT = 300  # characters of an exception's message
 
@@ -19,7 +16,7 @@ class RunFault(MjnavError):
     `result` is that of the ticks before; None where they allow none.
     """
 
-    def __init__(self, text: str, result: "Result | None" = None):
+    def __init__(self, text: str, result: Result | None = None):
         super().__init__(text)
         self.result = result
 

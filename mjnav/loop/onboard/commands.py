@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from mjnav.messages import Array, Decision, RobotLimits
+from mjnav.messages import Array, RobotLimits
 from mjnav.motion.diff_drive import ramp_mean
 
 ROUNDING = 1e-9  # [s] below which two moments are the same
@@ -78,12 +78,3 @@ class CommandHistory:
                 _, end = ramp_mean(end, self._commands[j], self._limits, duration)
             self._set_points.append(end)
         return self._set_points[index]
-
-
-def describe_clipping(decision: Decision, wish: tuple[float, float]) -> str:
-    """One line about a decision that was brought within the robot's limits."""
-    v, omega = wish
-    return (
-        f"the controller chose {v:g} m/s, {omega:g} rad/s, which is beyond the robot's limits; the command is "
-        f"{decision.v:g} m/s, {decision.omega:g} rad/s. clipped_ticks in the summary counts such ticks"
-    )

@@ -1,7 +1,4 @@
-"""One tick of the loop, from what the sensors say to the command that takes force.
-
-readings -> belief, tracks -> samples carried to the moment of effect -> decision -> pending -> command
-"""
+"""What the robot carries: estimators, prediction, route, controller and the commands under way."""
 
 from dataclasses import dataclass
 from math import isfinite
@@ -31,7 +28,7 @@ class Beliefs:
 
 
 class Navigator:
-    """Everything on board of the robot: estimators, prediction, route and the commands under way.
+    """The robot's side of a tick: estimate, predict, decide, actuate (`loop.tick`).
 
     It knows the scenario's map and noise, and sees the world through readings alone.
     """
@@ -49,7 +46,7 @@ class Navigator:
         self._history = CommandHistory(limits)
         self._low, self._high = command_bounds(limits)
         self.latency = make_latency(scenario, seed)
-        self._period = scenario.control.period
+        self.period = scenario.control.period
         self._predicts = scenario.control.prediction
         self._lanes = scenario.lanes
         self._lane_noise = noise["lane.offset"]
@@ -78,7 +75,7 @@ class Navigator:
             self._route.pop(0)
         return beliefs
 
-    def observe(self, tick: int, beliefs: Beliefs) -> Observation:
+    def predict(self, tick: int, beliefs: Beliefs) -> Observation:
         """Samples of all beliefs at the moment at which the decision of this tick takes effect.
 
         Without prediction that is taken to be now: the robot's samples stay where they are, and people are carried no
@@ -123,12 +120,12 @@ class Navigator:
             return Decision(v, omega, decision.status, costs)
         return Decision(v, omega, decision.status, costs, wish=(float(decision.v), float(decision.omega)))
 
-    def schedule(self, tick: int, spent: float) -> tuple[Array, list[tuple[float, Array]]]:
-        """Puts what was decided last on its way, after `spent` [s] of computing.
+    def actuate(self, tick: int, spent: float) -> tuple[Array, list[tuple[float, Array]]]:
+        """Puts the last decision under way, after `spent` [s] of computing.
 
         Returns the command in force when the period begins, and those that take force within it, by their offset [s].
         """
-        begin, end = tick * self._period, (tick + 1) * self._period
+        begin, end = tick * self.period, (tick + 1) * self.period
         self._history.append(self.latency.actual(tick, spent), self._decided)
         return self._history.in_force(begin), self._history.switches(begin, end)
 

@@ -13,9 +13,8 @@ from mjnav.loop.onboard.commands import ROUNDING, Stretch
 from mjnav.messages import Array, RobotLimits
 from mjnav.motion.diff_drive import ramp_mean
 from mjnav.motion.rows import integrate_rows
-from mjnav.noise import Distribution
+from mjnav.noise import NOISE_WINDOW, Distribution
 from mjnav.rng import stream
-from mjnav.world.actuation import NOISE_WINDOW
 
 
 class Predictor:

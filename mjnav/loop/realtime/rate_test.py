@@ -4,33 +4,38 @@ import os
 import platform
 from collections.abc import Callable
 from contextlib import closing, nullcontext
-from dataclasses import asdict, dataclass, replace
-from itertools import pairwise
-from math import ceil, hypot
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
 import numpy as np
 
-from mjnav.config import Range
-from mjnav.errors import InvalidValue
-from mjnav.loop.episode import Episode, Result, warm_up
+from mjnav.loop.episode import Episode
 from mjnav.loop.pacer import MAX_CATCH_UP, Pacer, RealTimePacer, Start
 from mjnav.loop.realtime.first_time import first_time_work
 from mjnav.loop.realtime.machine import Gaps, Usage, UsageMeter, gap_probe, stolen
-from mjnav.loop.realtime.scheduling import realtime_scheduling
 from mjnav.loop.realtime.stress import stress
+from mjnav.loop.referee import ABORTED
+from mjnav.loop.result import Result
+from mjnav.loop.scheduling import Scheduling, realtime_scheduling
+from mjnav.loop.warm_up import warm_up
 from mjnav.messages import PHASES, Event
 from mjnav.metrics.blame import Blame, blame, overlap, with_stolen
 from mjnav.metrics.schedule import Overrun, Schedule, longest_overrun, verdict, wakeup_us
 from mjnav.metrics.timing import compute_ms, quantiles
 from mjnav.recording.log_format import check_path
-from mjnav.scenarios.ranges import MAX_POINTS, MAX_RATE, MAX_TIME, MIN_RATE
 from mjnav.scenarios.spec import Scenario
 
-TIMESTEP = 0.002  # [s], the longest
-MAX_REFINEMENT = 100  # of the timestep, until the sensors' period is a whole number of steps too
-MIN_LEG = 0.2  # [m] that a leg of the route is longer than the tolerances at its ends
+
+@dataclass(frozen=True, slots=True)
+class Machine:
+    """What a test ran on."""
+
+    scheduling: Scheduling
+    load: str  # beside the test, in words
+    load_average: float  # of the last minute, the test's own work included
+    kernel: str
+    cpus: int
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,7 +55,7 @@ class RateTest:
     gaps: Gaps
     page_faults: dict[str, float | None]  # of a tick
     state_hash: str
-    machine: dict[str, str | float]
+    machine: Machine
 
     @property
     def summary(self) -> dict[str, object]:
@@ -78,7 +83,11 @@ class RateTest:
             "page_faults": self.page_faults,
             "log_dropped": s.log_dropped,
             "stolen": s.stolen,
-            **self.machine,
+            **asdict(self.machine.scheduling),
+            "load": self.machine.load,
+            "load_average": self.machine.load_average,
+            "kernel": self.machine.kernel,
+            "cpus": self.machine.cpus,
             "state_hash": self.state_hash,
             "status": self.status,
         }
@@ -112,14 +121,16 @@ def rate_test(
     stop: Callable[[], bool] = lambda: False,
     progress: Callable[[float], None] = lambda time: None,
     pacer: Pacer | None = None,
+    warmed_up: bool = False,
 ) -> RateTest:
     """Runs a scenario, made by `shuttling`, against the clock, everything on and logged.
 
-    The log goes to `log`, or to a temporary file. `stressed` loads the machine meanwhile. Raises InputError for what
-    cannot be run.
+    The log goes to `log`, or to a temporary file. `stressed` loads the machine meanwhile; `warmed_up` is as in `run`.
+    Raises InputError for what cannot be run.
     """
     log = None if log is None else check_path(log)
-    warm_up(scenario)
+    if not warmed_up:
+        warm_up(scenario)
     cpus = os.sched_getaffinity(0)
     with TemporaryDirectory(prefix="mjnav-rate-") as folder, closing(UsageMeter()) as meter:
         noting = _Noting(pacer or RealTimePacer(scenario.control.period), meter.read)
@@ -130,14 +141,12 @@ def rate_test(
             realtime_scheduling() as got,
             gap_probe(cpus) as gaps,
         ):
-            note = Event("info", "real_time", ", ".join(f"{name} {value}" for name, value in got.items()))
             before = _processor_time()
             with first_time_work() as work:
-                result = episode.run((note,))
+                result = episode.run((Event("info", "real_time", str(got)),))
             taken = _processor_time() - before
     kernel = f"{platform.system()} {platform.release()}"
-    busy = round(os.getloadavg()[0], 2)  # of the last minute, the test's own work among it
-    machine = {**got, "load": load, "load_average": busy, "kernel": kernel, "cpus": os.cpu_count() or 0}
+    machine = Machine(got, load, round(os.getloadavg()[0], 2), kernel, os.cpu_count() or 0)
     return _assess(scenario, result, noting, taken, gaps, work.intervals, machine)
 
 
@@ -148,25 +157,25 @@ def _assess(
     taken: np.ndarray,
     gaps: Gaps,
     first_time: np.ndarray,
-    machine: dict[str, str | float],
+    machine: Machine,
 ) -> RateTest:
-    control, ticks = scenario.control, result.summary["ticks"]
+    control, figures = scenario.control, result.run.figures
     period = round(control.period * 1e9)
     after = noting.starts[1:]  # the last wait is for a tick that does not come: it says how the last one ended
     schedule = Schedule(
         period=control.period,
         wall=1e-9 * (noting.began[-1] - noting.began[0]),
-        lateness=np.array([start.lateness for start in noting.starts[:ticks]], np.int64),
+        lateness=np.array([start.lateness for start in noting.starts[: figures.ticks]], np.int64),
         overrun=np.array([start.missed * (start.lateness + start.skipped * period) for start in after], np.int64),
         phases=result.trajectory.timing[:, 1 : 1 + len(PHASES)],
         busy=np.array(noting.ended[1:], np.int64) - np.array(noting.began[:-1], np.int64),
         skipped=sum(start.skipped for start in after),
         log_dropped=result.log_dropped,
         stolen=float(taken[0] / taken[1]) if taken[1] > 0 else 0.0,
-        interrupted=result.summary["outcome"] == "aborted",
+        interrupted=figures.outcome == ABORTED,
         max_catch_up=MAX_CATCH_UP,
     )
-    began = np.array(noting.began[:ticks], np.int64)
+    began = np.array(noting.began[: figures.ticks], np.int64)
     stood_still = with_stolen(
         schedule, overlap(schedule, began, gaps.everywhere), stolen(noting.usage_began[:-1], noting.usage_ended[1:])
     )
@@ -184,54 +193,9 @@ def _assess(
         blame=found,
         gaps=gaps,
         page_faults=quantiles(np.diff([usage.page_faults for usage in noting.usage_ended])),
-        state_hash=result.summary["state_hash"],
+        state_hash=result.run.state_hash,
         machine=machine,
     )
-
-
-def shuttling(scenario: Scenario, rate: float, duration: float) -> Scenario:
-    """The scenario at `rate` [Hz], to and fro between start and goal for `duration` [s], whatever it hits.
-
-    The time step is the longest up to 2 ms that divides the period and the sensors'. Raises InvalidValue.
-    """
-    Range(MIN_RATE, MAX_RATE, "Hz").check("rate", rate)
-    Range(0.0, MAX_TIME, "s", open_low=True).check("duration", duration)
-    robot = scenario.robot
-    there = [robot.start[:2], *robot.route]
-    round_trip = [*there[1:], *there[-2::-1]]
-    longest = max(hypot(b[0] - a[0], b[1] - a[1]) for a, b in pairwise(there))
-    leg = longest - 2.0 * robot.goal_tolerance
-    if leg < MIN_LEG:
-        far = 2.0 * robot.goal_tolerance + MIN_LEG
-        raise InvalidValue(
-            "robot.goal" if robot.goal is not None else "robot.waypoints",
-            robot.route[-1],
-            f"a way to drive: {far:g} m, twice robot.goal_tolerance and {MIN_LEG:g} m",
-            file=scenario.source or None,
-        )
-    num_trips = 2 * ceil(duration * robot.max_speed / (2.0 * leg)) + 1  # twice: beliefs reach a point before the robot
-    if len(round_trip) * num_trips > MAX_POINTS:
-        most = (MAX_POINTS // len(round_trip) - 1) // 2 * 2.0 * leg / robot.max_speed
-        raise InvalidValue(
-            "duration", duration, f"at most {most:.0f} s on so short a way: {MAX_POINTS} points of a route"
-        )
-    return replace(
-        scenario,
-        robot=replace(robot, goal=None, waypoints=tuple(round_trip * num_trips)),
-        time_limit=duration,
-        stop_on_collision=False,
-        control=replace(scenario.control, rate=rate),
-        physics=replace(scenario.physics, timestep=_timestep(rate, scenario.sensors.rate)),
-    )
-
-
-def _timestep(rate: float, sensor_rate: float) -> float:
-    least = ceil(1.0 / (rate * TIMESTEP) - 1e-9)
-    for steps in range(least, MAX_REFINEMENT * least + 1):
-        each = steps * rate / sensor_rate
-        if abs(each - round(each)) < 1e-9 * each and round(each) >= 1:
-            return 1.0 / (rate * steps)
-    raise InvalidValue("rate", rate, f"a rate with a time step in common with sensors.rate ({sensor_rate:g} Hz)")
 
 
 def _processor_time() -> np.ndarray:

@@ -12,8 +12,8 @@ from mjnav.geometry.compiled import kernel
 from mjnav.geometry.kernel_types import Cube, Matrix, Vector
 from mjnav.messages import Array, Observation, RobotLimits
 from mjnav.motion.diff_drive import ramp_mean
+from mjnav.noise import NOISE_WINDOW
 from mjnav.study.calibration.collision_event import EVENT
-from mjnav.world.actuation import NOISE_WINDOW
 
 NUM_WINDOWS = round(EVENT.horizon / NOISE_WINDOW)
 

@@ -48,11 +48,11 @@ def test_an_observation_stands_at_the_moment_at_which_its_decision_takes_effect(
     beliefs = None
     for tick in range(6):
         beliefs = board.estimate((reading(scenario, 0.0, time=0.1 * tick),), beliefs)
-        observation = board.observe(tick, beliefs)
+        observation = board.predict(tick, beliefs)
         assert observation.time == pytest.approx(0.1 * (tick + delay))
         assert observation.twist.tolist() == ([0.05, 0.1] if tick else [0.0, 0.0])
         board.decide(observation)
-        command, switches = board.schedule(tick, spent=0.05)
+        command, switches = board.actuate(tick, spent=0.05)
         assert switches == []
         assert command.tolist() == ([0.05, 0.1] if tick >= delay else [0.0, 0.0])
 
@@ -65,17 +65,17 @@ def test_without_prediction_an_observation_stands_where_the_robot_was_believed(r
     for tick in range(6):
         now = reading(scenario, 0.05 * tick, time=0.1 * tick)
         beliefs = board.estimate((now,), beliefs)
-        observation = board.observe(tick, beliefs)
+        observation = board.predict(tick, beliefs)
         assert observation.time == now.time
         np.testing.assert_allclose(observation.robot_pose.mean(0), beliefs.robot.particles.mean(0), atol=0.02)
         board.decide(observation)
-        board.schedule(tick, spent=0.0)
+        board.actuate(tick, spent=0.0)
 
 
 def test_an_observation_carries_people_then_the_map_and_as_many_samples_as_the_controller_wants(room):
     scenario = room()
     board = navigator(scenario, samples=17)
-    observation = board.observe(0, board.estimate((reading(scenario, 0.0),), None))
+    observation = board.predict(0, board.estimate((reading(scenario, 0.0),), None))
     assert observation.robot_pose.shape == (17, 3)
     assert observation.control_noise.shape == (17, 2)
     assert [len(o.position) for o in observation.obstacles] == [17] + [1] * 5
@@ -88,7 +88,7 @@ def test_an_observation_carries_people_then_the_map_and_as_many_samples_as_the_c
 def test_lanes_come_with_draws_of_their_noise(room):
     scenario = room("lanes={left=[0.0, 1.0, -1.5], right=[0.0, 1.0, 1.5]}")
     board = navigator(scenario, samples=400)
-    lanes = board.observe(0, board.estimate((reading(scenario, 0.0),), None)).lanes
+    lanes = board.predict(0, board.estimate((reading(scenario, 0.0),), None)).lanes
     assert (lanes.left, lanes.right) == (scenario.lanes.left, scenario.lanes.right)
     for offset in (lanes.left_offset, lanes.right_offset):
         assert offset.std() == pytest.approx(0.08, rel=0.2)
@@ -110,14 +110,14 @@ def test_waypoints_are_made_for_one_after_another_and_the_last_is_never_dropped(
     assert (board.goal.tolist(), board.on_last_leg) == ([2.0, 0.0], True)
     beliefs = board.estimate((reading(scenario, 2.0, time=0.2),), beliefs)
     assert board.goal.tolist() == [2.0, 0.0]
-    assert board.observe(2, beliefs).goal.tolist() == [2.0, 0.0]
+    assert board.predict(2, beliefs).goal.tolist() == [2.0, 0.0]
 
 
 @pytest.mark.parametrize("command", [(nan, 0.0), (0.0, -inf)])
 def test_what_is_no_number_is_no_command(room, monkeypatch, command):
     scenario = room()
     board = navigator(scenario)
-    observation = board.observe(0, board.estimate((reading(scenario, 0.0),), None))
+    observation = board.predict(0, board.estimate((reading(scenario, 0.0),), None))
     monkeypatch.setattr(board.controller, "decide", lambda observation: Decision(*command, Status.OK))
     with pytest.raises(ValueError, match="the controller decided v = "):
         board.decide(observation)

@@ -7,8 +7,8 @@ import pytest
 from mjnav.loop.episode import Episode
 from mjnav.loop.onboard.navigator import Navigator
 from mjnav.loop.pacer import FreePacer, RealTimePacer
-from mjnav.loop.realtime import rate_test as module
-from mjnav.loop.realtime.rate_test import RateTest, rate_test, shuttling
+from mjnav.loop.realtime.rate_test import RateTest, rate_test
+from mjnav.loop.realtime.shuttle import shuttling
 from mjnav.recording import open_log
 from mjnav.recording.write import sink as sink_module
 from mjnav.recording.write.writer import Recorder, Writer
@@ -50,12 +50,11 @@ def stall(clock, monkeypatch):
 @pytest.fixture
 def measure(room, clock, monkeypatch):
     """A rate test of TICKS ticks against the fake clock, which says that they take next to nothing."""
-    monkeypatch.setattr(module, "warm_up", lambda scenario: None)
 
     def measure(**options) -> RateTest:
         scenario = shuttling(room("physics.engine=kinematic"), RATE, TICKS / RATE)
         pacer = RealTimePacer(1.0 / RATE, clock=clock, sleep=clock.sleep, **options)
-        return rate_test(scenario, pacer=pacer)
+        return rate_test(scenario, pacer=pacer, warmed_up=True)
 
     return measure
 
@@ -236,11 +235,10 @@ def test_a_log_that_drops_changes_no_state_and_says_so(room, clock, tmp_path, mo
             go_on.set()
 
     expected = Episode(scenario).run().summary["state_hash"]
-    monkeypatch.setattr(module, "warm_up", lambda scenario: None)
     monkeypatch.setattr(Writer, "add_message", blocking)
     monkeypatch.setattr(sink_module, "QUEUE_SIZE", 4)
     pacer = RealTimePacer(scenario.control.period, clock=clock, sleep=clock.sleep)
-    found = rate_test(scenario, pacer=pacer, log=tmp_path / "a.mcap", progress=open_at_the_end)
+    found = rate_test(scenario, pacer=pacer, warmed_up=True, log=tmp_path / "a.mcap", progress=open_at_the_end)
     assert found.summary["log_dropped"] >= 14  # of 20 parts: four in the queue, one or two with the thread
     assert found.state_hash == expected
     log = open_log(tmp_path / "a.mcap")

@@ -14,8 +14,8 @@ from mjnav import scenarios
 from mjnav.errors import InputError, InvalidValue
 from mjnav.loop.episode import Episode
 from mjnav.loop.pacer import FreePacer, RealTimePacer
-from mjnav.loop.realtime import rate_test as module
-from mjnav.loop.realtime.rate_test import rate_test, shuttling
+from mjnav.loop.realtime.rate_test import rate_test
+from mjnav.loop.realtime.shuttle import shuttling
 from mjnav.messages import PHASES
 from mjnav.recording import open_log
 from mjnav.recording.write import sink as sink_module
@@ -168,12 +168,11 @@ def on_time(clock, monkeypatch):
 
     In truth the loop runs as fast as it can, and the log's thread gets no time to rest: so it may fall behind.
     """
-    monkeypatch.setattr(module, "warm_up", lambda scenario: None)
     monkeypatch.setattr(sink_module, "QUEUE_SIZE", 10**6)
 
     def test(scenario, **options):
         pacer = RealTimePacer(scenario.control.period, clock=clock, sleep=clock.sleep)
-        return rate_test(scenario, pacer=pacer, **options)
+        return rate_test(scenario, pacer=pacer, warmed_up=True, **options)
 
     return test
 

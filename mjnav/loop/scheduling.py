@@ -8,6 +8,7 @@ import sys
 import threading
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager, suppress
+from dataclasses import asdict, dataclass
 
 MCL_CURRENT, MCL_FUTURE = 1, 2  # from <sys/mman.h>
 FIFO_PRIORITY = 50
@@ -17,9 +18,21 @@ OTHER_THREADS_PRIORITY = 10
 SWITCH_INTERVAL = 2e-4  # [s]; Python's own is 5 ms, which the loop would wait where the log's thread computes
 
 
+@dataclass(frozen=True, slots=True)
+class Scheduling:
+    """What a process got of what it asked for, in words."""
+
+    scheduler: str
+    memory: str
+    affinity: str
+
+    def __str__(self) -> str:
+        return ", ".join(f"{name} {value}" for name, value in asdict(self).items())
+
+
 @contextmanager
-def realtime_scheduling() -> Iterator[dict[str, str]]:
-    """SCHED_FIFO with one CPU, and locked memory, while the context lasts; yields what was got, by name.
+def realtime_scheduling() -> Iterator[Scheduling]:
+    """SCHED_FIFO with one CPU, and locked memory, while the context lasts; yields what was got.
 
     The garbage collector's view of what exists is frozen, so that no full collection (14 ms) hits a tick, and the log's
     thread gives the interpreter back within SWITCH_INTERVAL.
@@ -28,11 +41,11 @@ def realtime_scheduling() -> Iterator[dict[str, str]]:
     loop = threading.get_native_id()
     libc, switch_interval = ctypes.CDLL(None, use_errno=True), sys.getswitchinterval()
     try:
-        got = {
-            "scheduler": _take_fifo(policies.keys() - {loop}),
-            "memory": _lock_memory(libc),
-            "affinity": _take_cpu(cpus) if os.sched_getscheduler(0) == os.SCHED_FIFO else "any CPU",
-        }
+        got = Scheduling(
+            scheduler=_take_fifo(policies.keys() - {loop}),
+            memory=_lock_memory(libc),
+            affinity=_take_cpu(cpus) if os.sched_getscheduler(0) == os.SCHED_FIFO else "any CPU",
+        )
         sys.setswitchinterval(SWITCH_INTERVAL)
         gc.collect()
         gc.freeze()

@@ -1,0 +1,57 @@
+"""What happens in a run that is worth a line in its log."""
+
+from mjnav.loop.onboard.navigator import Beliefs
+from mjnav.loop.referee import GOAL
+from mjnav.messages import Contact, Decision, Event, Status, WorldState
+
+
+class Events:
+    """The events of one run, tick by tick. A status that lasts is told once, and so are commands beyond the limits."""
+
+    def __init__(self):
+        self._waiting: tuple[Event, ...] = ()
+        self._status = Status.OK
+        self._clipping_told = False
+
+    def note(self, *events: Event) -> None:
+        """Events that the next tick will carry."""
+        self._waiting += events
+
+    def of_tick(self, truth: WorldState, beliefs: Beliefs | None, decision: Decision) -> tuple[Event, ...]:
+        """The events of one tick; `beliefs` are None where no sensor was due."""
+        events = [*self._waiting, *map(_contact, truth.contacts)]
+        self._waiting = ()
+        for belief in () if beliefs is None else (beliefs.robot, *beliefs.people):
+            if belief.recovered:
+                text = f"the filter of {getattr(belief, 'name', 'robot')} was spread again"
+                events.append(Event("warning", "recovery", text))
+        if decision.status != self._status:
+            level = "info" if decision.status == Status.OK else "warning"
+            text = ": ".join(part for part in (decision.status.value, decision.status.advice) if part)
+            events.append(Event(level, "decision", text))
+            self._status = decision.status
+        if decision.wish is not None and not self._clipping_told:
+            events.append(Event("warning", "clipped", _clipping(decision, decision.wish)))
+            self._clipping_told = True
+        return tuple(events)
+
+    def at_end(self, final: WorldState, outcome: str, log_dropped: int) -> list[Event]:
+        """The events that come with the state in which the run ended."""
+        events = [*self._waiting, *map(_contact, final.contacts)]
+        if log_dropped:
+            text = f"{log_dropped} parts of ticks are missing: the disk could not keep up"
+            events.append(Event("warning", "log", text))
+        return [*events, Event("info" if outcome == GOAL else "warning", "end", f"the run ended: {outcome}")]
+
+
+def _contact(contact: Contact) -> Event:
+    text = f"contact with {contact.kind} {contact.name} at {contact.time:.3f} s, {contact.force:.0f} N"
+    return Event("error", "contact", text)
+
+
+def _clipping(decision: Decision, wish: tuple[float, float]) -> str:
+    v, omega = wish
+    return (
+        f"the controller chose {v:g} m/s, {omega:g} rad/s, which is beyond the robot's limits; the command is "
+        f"{decision.v:g} m/s, {decision.omega:g} rad/s. clipped_ticks in the summary counts such ticks"
+    )

@@ -1,0 +1,36 @@
+"""What is loaded before a run, so that no tick of it has to wait."""
+
+from collections.abc import Callable
+from contextlib import suppress
+from dataclasses import replace
+from itertools import count
+
+from mjnav.geometry.compiled import load_kernels
+from mjnav.loop.episode import Episode
+from mjnav.loop.faults.fault import RunFault
+from mjnav.scenarios.spec import Scenario
+
+WARM_UP_TICKS = 3
+METHOD = "rkhs"  # takes the place of a user's own controller, which must not see ticks of no run
+
+
+def warm_up(scenario: Scenario) -> None:
+    """Loads every kernel that a run of this scenario can call, and runs ticks that are thrown away.
+
+    The kernels are those of all modules that a run has imported when it begins, for the types that each declares. Each
+    of the ticks has a reading, so that nothing that a tick can do is left for the second reading of the run.
+    """
+    sensors = replace(scenario.sensors, rate=scenario.control.rate)
+    scenario = replace(scenario, sensors=sensors)
+    if ":" in scenario.control.method:
+        scenario = replace(scenario, control=replace(scenario.control, method=METHOD, parameters={}))
+    with suppress(RunFault):  # the run itself will report, and log, what is wrong
+        episode = Episode(scenario, stop=stop_after(WARM_UP_TICKS), cones=True)
+        load_kernels()
+        episode.run()
+
+
+def stop_after(ticks: int) -> Callable[[], bool]:
+    """For `Episode`: asks for the end after so many ticks."""
+    asked = count()
+    return lambda: next(asked) >= ticks

@@ -1,0 +1,41 @@
+"""What a run tells in its log, once each."""
+
+import numpy as np
+
+from mjnav.loop.events import Events
+from mjnav.messages import Contact, Decision, Event, Status, WorldState
+
+TOUCH = (Contact("wall", "wall0", 12.4, 0.25),)
+
+
+def state(contacts: tuple[Contact, ...] = ()) -> WorldState:
+    return WorldState(0.0, np.zeros(3), np.zeros(2), np.zeros((0, 2)), np.zeros((0, 2)), contacts)
+
+
+def decided(status: Status = Status.OK, wish: tuple[float, float] | None = None) -> Decision:
+    return Decision(0.5, 0.0, status, wish=wish)
+
+
+def test_a_contact_is_told_in_one_line():
+    assert Events().of_tick(state(TOUCH), None, decided()) == (
+        Event("error", "contact", "contact with wall wall0 at 0.250 s, 12 N"),
+    )
+
+
+def test_a_status_is_told_when_it_changes_and_a_clipped_command_once():
+    events = Events()
+    found = [events.of_tick(state(), None, decided(*case)) for case in (
+        (Status.OK,), (Status.INFEASIBLE, (2.0, 0.0)), (Status.INFEASIBLE, (2.0, 0.0)), (Status.OK,)
+    )]  # fmt: skip
+    assert [[(event.level, event.name) for event in tick] for tick in found] == [
+        [],
+        [("warning", "decision"), ("warning", "clipped")],
+        [],
+        [("info", "decision")],
+    ]
+
+
+def test_what_no_tick_carries_comes_with_the_end():
+    events = Events()
+    events.note(Event("error", "fault", "x"))
+    assert [event.name for event in events.at_end(state(TOUCH), "aborted", 3)] == ["fault", "contact", "log", "end"]
