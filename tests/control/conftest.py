@@ -91,11 +91,10 @@ def alone() -> Callable[..., Observation]:
 
 @pytest.fixture(scope="session")
 def constraint_samples() -> Callable[..., tuple[dict[int, np.ndarray], list[np.ndarray]]]:
-    """constraint_samples(controller, observation) -> f by the columns in reach, and of both lanes: (K, n) each."""
+    """constraint_samples(problem) -> f by column in reach, and of both lanes: (K, n), robot samples fastest."""
 
-    def build(controller, observation):
-        o, p, radius = observation, controller.problem_parameters, controller.limits.radius
-        problem = controller.problem(o)
+    def build(problem):
+        o, p, radius = problem.observation, problem.parameters, problem.limits.radius
         omega, v = problem.candidates.omega[:, None], problem.candidates.v[:, None]
         heading = o.robot_pose[:, 2] + (omega + o.control_noise[:, 1]) * p.preview  # (K, N)
         direction = np.stack([np.cos(heading), np.sin(heading)], axis=-1)
@@ -105,11 +104,11 @@ def constraint_samples() -> Callable[..., tuple[dict[int, np.ndarray], list[np.n
         for j in problem.reach.discs:
             disc, combined = o.obstacles[j], radius + o.obstacles[j].radius + p.safety_margin
             f = collision_cone(
-                position[:, None] - disc.position,
-                velocity[:, :, None] - disc.velocity,
+                position - disc.position[:, None],
+                velocity[:, None] - disc.velocity[:, None],
                 combined,
                 form=p.form,
-                horizon=p.horizon,
+                horizon=p.horizon if np.isfinite(p.horizon) else None,
             ).reshape(len(v), -1)
             columns[j] = f / combined**2 if p.normalise else f
         for w in problem.reach.walls:

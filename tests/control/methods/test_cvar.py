@@ -37,7 +37,7 @@ def test_the_risk_is_the_mean_of_the_worst_samples(observe, limits, constraint_s
     o = observe(seed, **(CROWDED if seed % 2 else {}))
     controller = make_controller("cvar", limits, 0.1, **SMALL, **options, eta=eta)
     costs = controller.decide(o).costs
-    columns, lanes = constraint_samples(controller, o)
+    columns, lanes = constraint_samples(controller.problem(o))
     for j in range(len(o.obstacles) + len(o.walls)):
         expected = [worst_mean(row, eta) for row in columns[j]] if j in columns else 0.0
         assert costs.cone[:, j] == pytest.approx(np.array(expected), rel=1e-9, abs=1e-9)

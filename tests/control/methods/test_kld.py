@@ -62,7 +62,7 @@ def compare(observation, limits, constraint_samples, **parameters):
     controller = make_controller("kld", limits, 0.1, **SMALL, **{"std_floor": 0.1, **parameters})
     problem, p = controller.problem(observation), controller.parameters
     cone, lane = controller.risk(problem)
-    columns, lanes = constraint_samples(controller, observation)
+    columns, lanes = constraint_samples(problem)
     wanted, sizes = controller.desired(problem), []
     terms = [
         (cone[:, block], columns[column], wanted.samples(block))

@@ -33,7 +33,7 @@ def test_the_risk_is_that_of_gram_matrices(observe, limits, constraint_samples, 
     o = observe(seed, **(CROWDED if seed % 2 else {}))
     controller = make_controller("mmd-dirac", limits, 0.1, **SMALL, **options, bandwidth=bandwidth)
     p, costs = controller.parameters, controller.decide(o).costs
-    columns, lanes = constraint_samples(controller, o)
+    columns, lanes = constraint_samples(controller.problem(o))
     for j in range(len(o.obstacles) + len(o.walls)):
         expected = [gram_mmd(row, bandwidth) for row in columns[j]] if j in columns else 0.0
         assert costs.cone[:, j] == pytest.approx(np.array(expected), rel=0.0, abs=1e-9)

@@ -1,7 +1,6 @@
 import numpy as np
 import pytest
 
-from mjnav.constraints import collision_cone, wall_clearance
 from mjnav.control.kernels.cone_blocks import ConeRule
 from mjnav.control.parameters import Parameters
 from mjnav.control.problem.problem import Problem
@@ -9,27 +8,6 @@ from mjnav.control.problem.sample_cone import SampleCone
 from mjnav.messages import RobotLimits
 
 LIMITS = RobotLimits()
-
-
-def literal_samples(problem):
-    """f of every block, (n, K), by the constraints' own array functions."""
-    o, p, c = problem.observation, problem.parameters, problem.candidates
-    heading = o.robot_pose[:, 2, None] + (c.omega + o.control_noise[:, 1, None]) * p.preview
-    speed = c.v + o.control_noise[:, 0, None]
-    velocity = np.stack([speed * np.cos(heading), speed * np.sin(heading)], axis=-1)  # (N, K, 2)
-    position = o.robot_pose[:, None, :2]
-    horizon = p.horizon if np.isfinite(p.horizon) else None
-    for j in problem.reach.discs:
-        disc = o.obstacles[j]
-        r = position - disc.position[:, None, None]  # (M, N, 1, 2)
-        q = velocity - disc.velocity[:, None, None]
-        radius = LIMITS.radius + disc.radius + p.safety_margin
-        f = collision_cone(r, q, radius, form=p.form, horizon=horizon)
-        yield np.maximum(f / radius**2 if p.normalise else f, -p.clip).reshape(-1, len(c.v))
-    for w in problem.reach.walls:
-        radius = LIMITS.radius + p.safety_margin
-        f = wall_clearance(position, velocity, *o.walls[w], radius, p.wall_horizon)
-        yield np.maximum(f / radius**2 if p.normalise else f, -p.clip)
 
 
 def problem_of(observation, **parameters):
@@ -49,14 +27,15 @@ RULES = [
 
 @pytest.mark.parametrize("rule", RULES, ids=str)
 @pytest.mark.parametrize("seed", range(4))
-def test_the_samples_are_the_constraints_of_all_pairs(observe, seed, rule):
+def test_the_samples_are_the_constraints_of_all_pairs(observe, constraint_samples, seed, rule):
     problem = problem_of(observe(seed, num_obstacles=4, far=7.0), **rule)
     c, cone = problem.candidates, problem.cone
-    expected = list(literal_samples(problem))
+    columns, _ = constraint_samples(problem)
+    expected = [columns[column].T for column in cone.blocks.column]
     assert [len(f) for f in expected] == cone.sizes.tolist()
-    for block, (f, each) in enumerate(zip(expected, cone.by_block(c.v, c.omega), strict=True)):
+    for block, (f, samples) in enumerate(zip(expected, cone.by_block(c.v, c.omega), strict=True)):
         assert cone.samples(block, c.v, c.omega) == pytest.approx(f, rel=1e-9, abs=1e-11)
-        assert np.broadcast_to(each, f.shape) == pytest.approx(f, rel=1e-9, abs=1e-11)
+        assert np.broadcast_to(samples, f.shape) == pytest.approx(f, rel=1e-9, abs=1e-11)
 
 
 @pytest.mark.parametrize("rule", RULES, ids=str)
@@ -81,9 +60,9 @@ def test_some_blocks_above_are_out_of_reach_and_some_pairs_of_others(observe):
     for seed in range(4):
         problem = problem_of(observe(seed, num_obstacles=4, far=7.0))
         c = problem.candidates
-        for each in problem.cone.by_block(c.v, c.omega):
-            at_floor = (each == -problem.parameters.clip).all(axis=1)
-            seen.add("block" if each.shape[1] == 1 else "pairs" if at_floor.any() else "none")
+        for samples in problem.cone.by_block(c.v, c.omega):
+            at_floor = (samples == -problem.parameters.clip).all(axis=1)
+            seen.add("block" if samples.shape[1] == 1 else "pairs" if at_floor.any() else "none")
     assert seen == {"block", "pairs", "none"}
 
 
