@@ -14,10 +14,17 @@ from mjnav.loop.provenance.facts import FACTS, changes
 from mjnav.loop.provenance.run_info import run_info
 from mjnav.loop.referee import ABORTED
 from mjnav.loop.result import Result
+from mjnav.loop.tick_comparison import (
+    COMPARED,
+    FieldDifference,
+    LoggedTick,
+    TickComparison,
+    differences,
+    logged_ticks,
+)
 from mjnav.messages import PHASES, TickRecord, WorldState
 from mjnav.recording.encode.topics import TIMING
 from mjnav.recording.log_format import REPLAY
-from mjnav.recording.read.differences import COMPARED, Comparison, Difference, LoggedTick, differences, logged_ticks
 from mjnav.recording.read.log import Log, open_log
 from mjnav.scenarios.spec import Scenario
 from mjnav.world.scene import parts_hash
@@ -38,7 +45,7 @@ class Replay:
     complete: bool  # it came to where the log says that its run ended
     outcome: str | None  # as the log has it
     state_hash: str | None  # as the log has it
-    differences: tuple[Difference, ...]  # of the first tick that has any, causes first
+    differences: tuple[FieldDifference, ...]  # of the first tick that has any, causes first
     tick: int | None  # that tick, and when it was [s]; the number of ticks where it is the end that differs
     time: float | None
     warnings: tuple[str, ...]  # what else than its scenario is another one now, in words: programs, sources, machine
@@ -115,7 +122,7 @@ class _Follower:
 
     def __init__(self, log: Log, scenario: Scenario, known: int | None, *, renamed: bool):
         gaps = log.truncated or log.recovered is not None
-        self._comparison = Comparison(scenario, gaps=gaps)
+        self._comparison = TickComparison(scenario, gaps=gaps)
         self._logged = logged_ticks(log.messages(*COMPARED))
         self._next = next(self._logged, None)
         self._result = log.result
@@ -126,7 +133,7 @@ class _Follower:
         self._ticks = self._contacts = 0  # that were run
         self.compared = self.missing = 0
         self.complete = False
-        self.differences: list[Difference] = []
+        self.differences: list[FieldDifference] = []
         self.tick, self.time = 0, 0.0  # the last that was looked at
         self.error: Exception | None = None  # of the log; in a tick it would pass for the run's
         self.empty = self._next is None or known == 0
@@ -146,7 +153,7 @@ class _Follower:
         self._contacts += len(record.truth.contacts)
         self.tick, self.time = record.tick, record.truth.time
         if record.tick == self._total:
-            self.differences = [Difference("run", "end", self._ended, "goes on")]
+            self.differences = [FieldDifference("run", "end", self._ended, "goes on")]
         elif self._next is not None and self._next.tick == record.tick:
             try:
                 self.differences = self._comparison.tick(self._next.documents, record)
@@ -164,7 +171,7 @@ class _Follower:
         ended = fault or _ending(summary)
         if self._result is None:
             if self._next is not None and not self.done and not _is_last(self._next):
-                self.differences = [Difference("run", "end", "goes on", ended)]
+                self.differences = [FieldDifference("run", "end", "goes on", ended)]
             return
         if self._known is not None and self._known < self._result["ticks"]:
             return
@@ -172,7 +179,7 @@ class _Follower:
             return  # what ended it, a full disk perhaps, did so within a tick
         self.complete = True
         if (fault is not None and not self._aborted) or _ending(summary) != self._ended:
-            self.differences = [Difference("run", "end", self._ended, ended)]
+            self.differences = [FieldDifference("run", "end", self._ended, ended)]
             return
         if self._next is not None and self._next.tick == self._ticks and _is_last(self._next):
             self.differences = self._comparison.final(self._next.documents, self._ticks, _final(result, self._contacts))

@@ -14,6 +14,7 @@ from mcap_protobuf.decoder import DecoderFactory
 
 from mjnav.errors import DamagedLogError, InputError
 from mjnav.messages import Trajectory
+from mjnav.recording.encode.schemas import Schema
 from mjnav.recording.format_version import check_format, unreadable_topics
 from mjnav.recording.log_format import RECOVERED, RESULT, RUN, SCENARIO
 from mjnav.recording.read.intact_records import intact_records
@@ -134,7 +135,7 @@ class Log:
         for schema, channel, message in self._encoded(*(set(topics or self.topics) - set(self.unreadable))):
             try:
                 if (decode := decoders.get(channel.id)) is None:
-                    decode = decoders[channel.id] = _decoder(factory, schema, channel)
+                    decode = decoders[channel.id] = _decoder(factory, schema, channel.message_encoding)
                 value = decode(message.data)
             except Exception as error:  # protobuf's descriptor pool documents none of its exceptions
                 what = f"{channel.topic} holds what its schema does not say ({error})"
@@ -187,12 +188,14 @@ class Log:
                 channels[record.id] = schemas.get(record.schema_id), record
 
 
-def _decoder(
-    factory: DecoderFactory, schema: records.Schema | None, channel: records.Channel
-) -> Callable[[bytes], Any]:
-    if channel.message_encoding == "json":
-        return json.loads
-    return factory.decoder_for(channel.message_encoding, schema) or bytes
+def _decoder(factory: DecoderFactory, schema: records.Schema | None, encoding: str) -> Callable[[bytes], Any]:
+    return json.loads if encoding == "json" else factory.decoder_for(encoding, schema) or bytes
+
+
+def decoder(schema: Schema) -> Callable[[bytes], Any]:
+    """How `Log.messages` decodes the messages of a schema that mjnav writes."""
+    record = records.Schema(id=1, data=schema.data, encoding=schema.encoding, name=schema.name)
+    return _decoder(DecoderFactory(), record, schema.message_encoding)
 
 
 def open_log(path: str | os.PathLike[str], *, allow_damage: bool = False) -> Log:

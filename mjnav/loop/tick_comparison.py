@@ -1,20 +1,17 @@
-"""Where a log and the same run again differ: field by field, in the order of cause and effect."""
+"""Compares the ticks of a run with those of its log, field by field in the order of cause and effect."""
 
-import json
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import groupby
 from typing import Any, NamedTuple
 
-from foxglove_schemas_protobuf.LaserScan_pb2 import LaserScan
-
 from mjnav.messages import TickRecord, WorldState
 from mjnav.recording.encode.topics import topics
-from mjnav.recording.read.log import LogMessage
+from mjnav.recording.read.log import LogMessage, decoder
 from mjnav.scenarios.spec import Scenario
 
 SCAN = "/scan"
-# part of a tick, its topic, the keys of that topic's documents: what comes first is the cause of what follows
+# part of a tick, its topic, the keys of that topic's documents: causes before effects
 _FIELDS = (
     ("truth", "/robot/state", ("time", "pose", "twist")),
     ("truth", "/people/truth", ("people",)),
@@ -33,8 +30,8 @@ Documents = Mapping[str, Sequence[Any]]  # of one tick, by topic
 
 
 @dataclass(frozen=True, slots=True)
-class Difference:
-    """One value that is not the same; None where there is none."""
+class FieldDifference:
+    """One value that is not the same; None where one side has none."""
 
     part: str  # truth, reading, estimate, tracks, decision, command; run, result
     field: str  # "/robot/state pose.0"
@@ -62,41 +59,46 @@ def logged_ticks(messages: Iterable[LogMessage]) -> Iterator[LoggedTick]:
     for tick, group in groupby(messages, key=lambda message: message.sequence):
         documents: dict[str, list[Any]] = {}
         for message in group:
-            value = message.value
-            documents.setdefault(message.topic, []).append(_scan(value) if message.topic == SCAN else value)
+            documents.setdefault(message.topic, []).append(_document(message.topic, message.value))
         yield LoggedTick(tick, documents)
 
 
-class Comparison:
-    """Compares ticks with what a log of the same scenario holds of them, to the last bit.
+class TickComparison:
+    """Compares ticks with those in a log of the same scenario, to the last bit.
 
-    Where `gaps` are to be expected, as in a log whose writer was killed, a topic that is missing is not compared.
+    Where `gaps` are expected, as in a log whose writer was killed, a missing topic is not compared.
     """
 
     def __init__(self, scenario: Scenario, *, gaps: bool = False):
         self._topics = [topic for topic in topics(scenario) if topic.name in COMPARED]
+        self._decoders = {topic.name: decoder(topic.schema) for topic in self._topics}
         self._gaps = gaps
 
-    def tick(self, logged: Documents, record: TickRecord) -> list[Difference]:
+    def tick(self, logged: Documents, record: TickRecord) -> list[FieldDifference]:
         """What differs in one tick, causes first."""
         again: dict[str, list[Any]] = {}
         for topic in self._topics:
             found = again.setdefault(topic.name, [])
             if topic.encode_reading is not None:
-                found += [_decoded(topic.name, topic.encode_reading(reading)) for reading in record.readings_before]
+                found += [
+                    self._decoded(topic.name, topic.encode_reading(reading)) for reading in record.readings_before
+                ]
             if topic.encode is not None and (data := topic.encode(record)) is not None:
-                found.append(_decoded(topic.name, data))
+                found.append(self._decoded(topic.name, data))
         return self._compare(logged, again)
 
-    def final(self, logged: Documents, tick: int, state: WorldState) -> list[Difference]:
+    def final(self, logged: Documents, tick: int, state: WorldState) -> list[FieldDifference]:
         """What differs in the state in which the run ended."""
         encoded = {topic.name: topic.encode_final for topic in self._topics}
         return self._compare(
-            logged, {name: [_decoded(name, encode(tick, state))] for name, encode in encoded.items() if encode}
+            logged, {name: [self._decoded(name, encode(tick, state))] for name, encode in encoded.items() if encode}
         )
 
-    def _compare(self, logged: Documents, again: Documents) -> list[Difference]:
-        found: list[Difference] = []
+    def _decoded(self, topic: str, data: bytes) -> Any:
+        return _document(topic, self._decoders[topic](data))
+
+    def _compare(self, logged: Documents, again: Documents) -> list[FieldDifference]:
+        found: list[FieldDifference] = []
         if all(logged.get(topic, []) == documents for topic, documents in again.items()):
             return found
         for part, topic, keys in _FIELDS:
@@ -108,24 +110,24 @@ class Comparison:
         return found
 
 
-def differences(part: str, name: str, logged: Any, again: Any) -> list[Difference]:
+def differences(part: str, name: str, logged: Any, again: Any) -> list[FieldDifference]:
     """The values of two documents that are not the same."""
     before, after = dict(_leaves(logged, name)), dict(_leaves(again, name))
     return [
-        Difference(part, field, before.get(field), after.get(field))
+        FieldDifference(part, field, before.get(field), after.get(field))
         for field in {**after, **before}
         if before.get(field) != after.get(field)
     ]
 
 
 def _values(documents: Sequence[Any], key: str) -> Any:
-    """What stands below a key: of the only document, or of each."""
+    """The value of a key in the only document, or in each."""
     values = [document.get(key) for document in documents]
     return values[0] if len(values) == 1 else values
 
 
 def _leaves(value: Any, name: str) -> Iterator[tuple[str, Any]]:
-    """Every single value in a document, with the way to it."""
+    """Every single value in a document, with its path."""
     if isinstance(value, Mapping):
         for key, part in value.items():
             yield from _leaves(part, f"{name}.{key}")
@@ -137,10 +139,6 @@ def _leaves(value: Any, name: str) -> Iterator[tuple[str, Any]]:
         yield name, value
 
 
-def _decoded(topic: str, data: bytes) -> Any:
-    return _scan(LaserScan.FromString(data)) if topic == SCAN else json.loads(data)
-
-
-def _scan(scan: Any) -> dict[str, list[float]]:
-    """Of a foxglove.LaserScan, whoever made its class."""
-    return {"ranges": list(scan.ranges)}
+def _document(topic: str, value: Any) -> Any:
+    """A message's value; of a foxglove.LaserScan, what is compared."""
+    return {"ranges": list(value.ranges)} if topic == SCAN else value

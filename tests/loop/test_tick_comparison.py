@@ -1,8 +1,8 @@
-"""Two documents' differences: every single value, by the way to it."""
+"""The differences of two documents: every single value, with its path."""
 
 import pytest
 
-from mjnav.recording.read.differences import Difference, differences, logged_ticks
+from mjnav.loop.tick_comparison import FieldDifference, differences, logged_ticks
 from mjnav.recording.read.log import LogMessage
 
 
@@ -25,7 +25,7 @@ def test_every_difference_has_its_field_and_its_amount():
 
 
 def test_a_longer_list_differs_from_none():
-    assert differences("reading", "/x", [[1.0]], [[1.0], [2.0]]) == [Difference("reading", "/x.1.0", None, 2.0)]
+    assert differences("reading", "/x", [[1.0]], [[1.0], [2.0]]) == [FieldDifference("reading", "/x.1.0", None, 2.0)]
 
 
 def test_numbers_are_compared_to_the_last_bit():
