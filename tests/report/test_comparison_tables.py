@@ -16,7 +16,7 @@ from rich.console import Console
 
 from mjnav.report.comparison.html import html
 from mjnav.report.comparison.latex import escaped, latex
-from mjnav.report.comparison.shown import Shown, columns
+from mjnav.report.comparison.shown import Shown, shown_table
 from mjnav.report.comparison.text import write
 from mjnav.report.comparison.tidy import csv_text, document
 from mjnav.study.compare.compare import RATES
@@ -139,11 +139,11 @@ def test_the_text_has_every_figure_of_every_method_rounded(results):
 
 
 def test_what_is_rounded_by_hand_is_printed_so(results):
-    first = results.tables[0]
-    (success,) = columns(first, ["success"])
-    assert str(success.own(first.rows[0])) == "100 [89, 100]"  # 30 of 30
-    assert str(success.own(first.rows[1])) == "90 [74, 96] (29)"  # all but 8, 17, 26; 4 failed
-    assert success.difference(first.rows[0]) is None
+    first, second, *_ = (row.cells[0] for row in shown_table(results, results.tables[0]).rows)
+    assert first.figure == "success"
+    assert str(first.own) == "100 [89, 100]"  # 30 of 30
+    assert str(second.own) == "90 [74, 96] (29)"  # all but 8, 17, 26; 4 failed
+    assert first.below is None
 
 
 @pytest.mark.parametrize("width", [60, 80, 100, 160])
@@ -156,13 +156,15 @@ def test_no_line_is_wider_than_the_terminal_and_nothing_is_lost(results, hostile
 
 
 def test_a_column_has_the_decimals_of_its_narrowest_interval(results):
-    table = results.tables[0]
-    for column in columns(table, ["time_s", "control_cost"]):
-        own = [method.figures[column.figure] for method in table.rows]
-        differences = [method.differences[column.figure].estimate for method in table.rows[1:]]
-        halves = [0.5 * (e.interval[1] - e.interval[0]) for e in (*own, *differences) if e.interval]
-        assert len(halves) == 3 + 2  # nothing is known of the last method
-        assert 1.0 <= min(halves) * 10.0**column.decimals < 10.0
+    methods = shown_table(results, results.tables[0]).rows
+    for column in zip(*(method.cells for method in methods), strict=True):
+        if column[0].figure not in ("time_s", "control_cost"):
+            continue
+        differences = [cell.difference.estimate for cell in column[1:]]
+        intervals = [e.interval for e in (*(cell.estimate for cell in column), *differences) if e.interval]
+        assert len(intervals) == 3 + 2  # nothing is known of the last method
+        decimals = len(column[0].own.value.partition(".")[2])
+        assert 1.0 <= min(0.5 * (high - low) for low, high in intervals) * 10.0**decimals < 10.0
 
 
 def test_the_csv_has_a_line_for_every_figure_in_full_precision(results):

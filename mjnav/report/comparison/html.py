@@ -6,11 +6,11 @@ from hashlib import sha256
 from html import escape
 from importlib.resources import files
 
-from mjnav.report.comparison.html_cell import Axis, cell, plain
+from mjnav.report.comparison.html_cell import Axis, html_cell
 from mjnav.report.comparison.notes import meaning, warnings
-from mjnav.report.comparison.shown import PLAIN, columns, decision, episodes, infeasible
+from mjnav.report.comparison.shown import shown_table
 from mjnav.report.printable import printable
-from mjnav.study.compare.compare import RATES, Comparison
+from mjnav.study.compare.compare import Comparison
 from mjnav.study.compare.study_comparison import StudyComparison
 
 
@@ -60,23 +60,17 @@ def _place(table: Comparison) -> str:
 
 
 def _section(number: int, results: StudyComparison, table: Comparison) -> str:
-    rates, figures = columns(table, RATES), columns(table, results.figures)
-    axes = {figure: Axis(figure, table) for figure in (*RATES, *results.figures)}
-    titles = ["method", "n", *(column.title for column in rates), *PLAIN, *(column.title for column in figures)]
-    head = "".join(f'<th scope="col">{_text(title)}</th>' for title in titles)
+    shown = shown_table(results, table)
+    axes = [Axis([row.cells[i] for row in shown.rows]) for i in range(len(shown.titles))]
+    head = "".join(f'<th scope="col">{_text(title)}</th>' for title in ("method", "n", *shown.titles))
     reference = f"<small>differences from {_text(table.reference)}</small>" if table.reference else ""
-    body = []
-    for row in table.rows:
-        missing = results.missing[table.scene, table.setting, row.method]
-        cells = "".join(cell(column, row, axes[column.figure]) for column in rates)
-        cells += plain("infeasible_share", row.infeasible_share, infeasible(row))
-        cells += plain("decision_ms", row.decision_ms, decision(row))
-        cells += "".join(cell(column, row, axes[column.figure]) for column in figures)
-        label = f'<th scope="row">{_text(row.method)}</th><td>{_text(episodes(row, missing))}</td>'
-        body.append(f"<tr>{label}{cells}</tr>")
+    body = "\n".join(
+        f'<tr><th scope="row">{_text(row.method)}</th><td>{_text(row.episodes)}</td>'
+        f"{''.join(map(html_cell, row.cells, axes))}</tr>"
+        for row in shown.rows
+    )
     return (
         f'<section id="table{number}">\n<h2>{_text(_place(table))} {reference}</h2>\n<div class="wide" tabindex="0" '
         f'role="region" aria-label="{_text(_place(table))}"><table>\n<thead><tr>{head}</tr></thead>\n<tbody>\n'
-        + "\n".join(body)
-        + "\n</tbody></table></div>\n</section>"
+        f"{body}\n</tbody></table></div>\n</section>"
     )

@@ -3,20 +3,21 @@
 What is printed is rounded; `data-` attributes bear the values themselves.
 """
 
+from collections.abc import Iterable
 from math import isfinite
 
-from mjnav.report.comparison.shown import Column, Shown
-from mjnav.study.compare.compare import Comparison, Difference, Estimate, MethodRow
+from mjnav.report.comparison.shown import Shown, ShownCell
+from mjnav.study.compare.compare import Difference, Estimate
 
 WIDTH, HEIGHT, MARGIN = 100.0, 9.0, 2.0  # of a whisker's own coordinates
 
 
 class Axis:
-    """The axis that a figure's differences in one table share: all intervals and zero."""
+    """The axis that a column's differences share: all intervals and zero."""
 
-    def __init__(self, figure: str, table: Comparison):
-        found = [row.differences[figure].estimate for row in table.rows if figure in row.differences]
-        ends = [0.0, *(end for e in found if e.interval is not None for end in e.interval)]
+    def __init__(self, column: Iterable[ShownCell]):
+        intervals = [cell.difference.estimate.interval for cell in column if cell.difference is not None]
+        ends = [0.0, *(end for interval in intervals if interval is not None for end in interval)]
         self._low, self._span = min(ends), max(ends) - min(ends) or 1.0
 
     def whisker(self, difference: Difference) -> str:
@@ -40,21 +41,17 @@ class Axis:
         return MARGIN + (WIDTH - 2.0 * MARGIN) * (value - self._low) / self._span
 
 
-def cell(column: Column, row: MethodRow, axis: Axis) -> str:
+def html_cell(cell: ShownCell, axis: Axis) -> str:
     """The table cell."""
-    e, difference = row.figures[column.figure], column.difference(row)
-    inner = f'<div data-n="{e.num}"{_data(e)}>{_numbers("strong", column.own(row))}</div>'
-    if difference is not None:
-        found = row.differences[column.figure]
-        kind = "difference marked" if difference.marked else "difference"
+    e, below, found = cell.estimate, cell.below, cell.difference
+    if e is None:
+        return f'<td data-figure="{cell.figure}" data-value="{_raw(cell.value)}">{cell.own.value}</td>'
+    inner = f'<div data-n="{e.num}"{_data(e)}>{_numbers("strong", cell.own)}</div>'
+    if below is not None and found is not None:
+        kind = "difference marked" if below.marked else "difference"
         data = f'data-pairs="{found.estimate.num}" data-p="{_raw(found.p)}"{_data(found.estimate)}'
-        inner += f'<div class="{kind}" {data}>{_numbers("b", difference)}{axis.whisker(found)}</div>'
-    return f'<td data-figure="{column.figure}">{inner}</td>'
-
-
-def plain(figure: str, value: float, text: str) -> str:
-    """The table cell of a figure without an interval."""
-    return f'<td data-figure="{figure}" data-value="{_raw(value)}">{text}</td>'
+        inner += f'<div class="{kind}" {data}>{_numbers("b", below)}{axis.whisker(found)}</div>'
+    return f'<td data-figure="{cell.figure}">{inner}</td>'
 
 
 def _data(e: Estimate) -> str:

@@ -3,9 +3,9 @@
 from collections.abc import Iterable, Iterator
 
 from mjnav.report.comparison.notes import meaning, warnings
-from mjnav.report.comparison.shown import ALPHA, PLAIN, Column, Shown, columns, decision, episodes, infeasible
+from mjnav.report.comparison.shown import ALPHA, Shown, shown_table
 from mjnav.report.printable import printable
-from mjnav.study.compare.compare import RATES, Comparison, MethodRow
+from mjnav.study.compare.compare import Comparison
 from mjnav.study.compare.study_comparison import StudyComparison
 
 _ESCAPES = str.maketrans(
@@ -43,26 +43,22 @@ def escaped(text: str) -> str:
 
 
 def _table(results: StudyComparison, table: Comparison) -> Iterator[str]:
-    rates, figures = columns(table, RATES), columns(table, results.figures)
-    titles = ["method", "n", *(column.title for column in rates), *PLAIN, *(column.title for column in figures)]
+    shown = shown_table(results, table)
     below = ""
     if table.reference:
         below = rf"; below, paired differences from {escaped(table.reference)}, $^*$ where $p < {ALPHA:g}$ (Holm)"
     yield r"\begin{table}"
     yield r"\centering"
     yield rf"\caption{{{escaped(f'{table.scene}, {table.setting}')}: rates and means with 95\,\% intervals{below}.}}"
-    yield _SCALED_DOWN + rf"{{\begin{{tabular}}{{@{{}}l{'r' * (len(titles) - 1)}@{{}}}}"
+    yield _SCALED_DOWN + rf"{{\begin{{tabular}}{{@{{}}lr{'r' * len(shown.titles)}@{{}}}}"
     yield r"\toprule"
-    yield _row(map(escaped, titles))
+    yield _row(map(escaped, ("method", "n", *shown.titles)))
     yield r"\midrule"
-    for row in table.rows:
-        missing = results.missing[table.scene, table.setting, row.method]
-        own = [[_cell(column.own(row)) for column in group] for group in (rates, figures)]
-        plain = [infeasible(row), decision(row)]
-        yield _row([escaped(row.method), escaped(episodes(row, missing)), *own[0], *plain, *own[1]])
-        if row.differences:
-            under = [[_difference(column, row) for column in group] for group in (rates, figures)]
-            yield _row(["", "", *under[0], *("" for _ in plain), *under[1]])
+    for row in shown.rows:
+        yield _row([escaped(row.method), escaped(row.episodes), *(_cell(cell.own) for cell in row.cells)])
+        if any(cell.below is not None for cell in row.cells):
+            under = [rf"\footnotesize {_cell(cell.below)}" if cell.below is not None else "" for cell in row.cells]
+            yield _row(["", "", *under])
     yield r"\bottomrule"
     yield r"\end{tabular}}"
     yield r"\end{table}"
@@ -76,8 +72,3 @@ def _row(cells: Iterable[str]) -> str:
 def _cell(shown: Shown) -> str:
     parts = (shown.value, shown.interval, shown.count)
     return " ".join(part for part in parts if part).replace("-", "$-$") + "$^*$" * shown.marked
-
-
-def _difference(column: Column, row: MethodRow) -> str:
-    shown = column.difference(row)
-    return rf"\footnotesize {_cell(shown)}" if shown is not None else ""

@@ -8,7 +8,8 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from math import floor, isfinite, log10
 
-from mjnav.study.compare.compare import RATES, Comparison, Estimate, MethodRow
+from mjnav.study.compare.compare import RATES, Comparison, Difference, Estimate, MethodRow
+from mjnav.study.compare.study_comparison import StudyComparison
 
 ALPHA = 0.05  # below it a difference is marked
 MAX_DECIMALS = 6
@@ -31,7 +32,36 @@ class Shown:
 
 
 @dataclass(frozen=True, slots=True)
-class Column:
+class ShownCell:
+    """One figure of one method."""
+
+    figure: str
+    own: Shown
+    value: float
+    estimate: Estimate | None = None  # of which `own` was made; None of a figure without an interval
+    below: Shown | None = None  # the difference from the reference; None of the reference itself and without one
+    difference: Difference | None = None  # of which `below` was made
+
+
+@dataclass(frozen=True, slots=True)
+class ShownRow:
+    """One method."""
+
+    method: str
+    episodes: str
+    cells: tuple[ShownCell, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class ShownTable:
+    """One scene under one setting."""
+
+    titles: tuple[str, ...]  # of the cells
+    rows: tuple[ShownRow, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class _Column:
     """A figure of one table."""
 
     figure: str
@@ -39,16 +69,13 @@ class Column:
     decimals: int
     scale: float  # 100 for what is shown in per cent
 
-    def own(self, row: MethodRow) -> Shown:
-        """The method's own figure."""
-        return self._shown(row.figures[self.figure], row.num, "")
-
-    def difference(self, row: MethodRow) -> Shown | None:
-        """From the reference; None of the reference itself, and without one."""
-        found = row.differences.get(self.figure)
-        if found is None:
-            return None
-        return self._shown(found.estimate, row.num, "+", marked=found.p is not None and found.p < ALPHA)
+    def cell(self, row: MethodRow) -> ShownCell:
+        """The method's own figure and its difference from the reference."""
+        e, found = row.figures[self.figure], row.differences.get(self.figure)
+        own, below = self._shown(e, row.num, ""), None
+        if found is not None:
+            below = self._shown(found.estimate, row.num, "+", marked=found.p is not None and found.p < ALPHA)
+        return ShownCell(self.figure, own, e.value, e, below, found)
 
     def _shown(self, e: Estimate, num: int, sign: str, *, marked: bool = False) -> Shown:
         count = f"({e.num})" if e.num != num else ""
@@ -62,13 +89,32 @@ class Column:
         return f"{rounded:{sign if rounded else ''}.{self.decimals}f}"
 
 
-def columns(table: Comparison, figures: Iterable[str]) -> list[Column]:
-    """Of `figures` in one table."""
+def shown_table(results: StudyComparison, table: Comparison) -> ShownTable:
+    """All figures of a table: rates, what has no interval, and the figures asked for."""
+    rates, figures = _columns(table, RATES), _columns(table, results.figures)
+    rows = []
+    for row in table.rows:
+        plain = (
+            ShownCell("infeasible_share", _plain(row.infeasible_share, 100.0, 1), row.infeasible_share),
+            ShownCell("decision_ms", _plain(row.decision_ms, 1.0, 2), row.decision_ms),
+        )
+        cells = (*(column.cell(row) for column in rates), *plain, *(column.cell(row) for column in figures))
+        missing = results.missing[table.scene, table.setting, row.method]
+        rows.append(ShownRow(row.method, _episodes(row, missing), cells))
+    titles = (*(column.title for column in rates), *PLAIN, *(column.title for column in figures))
+    return ShownTable(titles, tuple(rows))
+
+
+def _plain(value: float, scale: float, decimals: int) -> Shown:
+    return Shown(f"{scale * value:.{decimals}f}" if isfinite(value) else DASH)
+
+
+def _columns(table: Comparison, figures: Iterable[str]) -> list[_Column]:
     found = []
     for figure in figures:
         scale = 100.0 if figure in RATES else 1.0
         title = f"{figure} %" if figure in RATES else figure
-        found.append(Column(figure, title, _decimals(table, figure, scale), scale))
+        found.append(_Column(figure, title, _decimals(table, figure, scale), scale))
     return found
 
 
@@ -83,17 +129,7 @@ def _decimals(table: Comparison, figure: str, scale: float) -> int:
     return min(max(-floor(log10(least)), 0), MAX_DECIMALS)
 
 
-def episodes(row: MethodRow, missing: int) -> str:
+def _episodes(row: MethodRow, missing: int) -> str:
     """How many episodes: 20, 18/20 where some are missing, 20 (1 failed)."""
     wanted = f"/{row.num + missing}" if missing else ""
     return f"{row.num}{wanted}" + f" ({row.num_failed} failed)" * bool(row.num_failed)
-
-
-def infeasible(row: MethodRow) -> str:
-    """The share of infeasible ticks in per cent."""
-    return f"{100.0 * row.infeasible_share:.1f}" if isfinite(row.infeasible_share) else DASH
-
-
-def decision(row: MethodRow) -> str:
-    """The median time of a decision [ms]."""
-    return f"{row.decision_ms:.2f}" if isfinite(row.decision_ms) else DASH

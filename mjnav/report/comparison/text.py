@@ -9,9 +9,9 @@ from rich.table import Table
 from rich.text import Text
 
 from mjnav.report.comparison.notes import meaning, warnings
-from mjnav.report.comparison.shown import PLAIN, Column, columns, decision, episodes, infeasible
+from mjnav.report.comparison.shown import ShownCell, shown_table
 from mjnav.report.printable import printable
-from mjnav.study.compare.compare import RATES, Comparison
+from mjnav.study.compare.compare import Comparison
 from mjnav.study.compare.study_comparison import StudyComparison
 
 GAP = 2  # [characters] between columns
@@ -48,24 +48,19 @@ def write(results: StudyComparison, console: Console) -> None:
 
 
 def _columns(results: StudyComparison, table: Comparison) -> Iterator[_Printed]:
-    missing = [results.missing[table.scene, table.setting, row.method] for row in table.rows]
-    yield _Printed("method", tuple(Text(printable(row.method)) for row in table.rows))
-    yield _Printed("n", tuple(map(Text, map(episodes, table.rows, missing))))
-    yield from (_printed(column, table) for column in columns(table, RATES))
-    for title, shown in zip(PLAIN, (infeasible, decision), strict=True):
-        yield _Printed(title, tuple(map(Text, map(shown, table.rows))))
-    yield from (_printed(column, table) for column in columns(table, results.figures))
+    shown = shown_table(results, table)
+    yield _Printed("method", tuple(Text(printable(row.method)) for row in shown.rows))
+    yield _Printed("n", tuple(Text(row.episodes) for row in shown.rows))
+    for i, title in enumerate(shown.titles):
+        yield _Printed(title, tuple(_text(row.cells[i]) for row in shown.rows))
 
 
-def _printed(column: Column, table: Comparison) -> _Printed:
+def _text(cell: ShownCell) -> Text:
     """A method's own figure, and below it the difference."""
-    cells = []
-    for row in table.rows:
-        cell, difference = Text(str(column.own(row))), column.difference(row)
-        if difference is not None:
-            cell.append(f"\n{difference}", "bold" if difference.marked else "dim")
-        cells.append(cell)
-    return _Printed(column.title, tuple(cells))
+    text = Text(str(cell.own))
+    if cell.below is not None:
+        text.append(f"\n{cell.below}", "bold" if cell.below.marked else "dim")
+    return text
 
 
 def _label_width(label: _Printed, width: int) -> int:
