@@ -2,7 +2,7 @@
 
 import os
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from copy import deepcopy
 from dataclasses import fields, is_dataclass
 from typing import Any
@@ -14,23 +14,26 @@ from mjnav.control import Controller, make_controller
 from mjnav.errors import InvalidValue
 from mjnav.scenarios.idle import refuse_idle
 from mjnav.scenarios.load import origin
+from mjnav.scenarios.overrides import Overrides, overrides_of
 from mjnav.scenarios.spec import Scenario
 
 
 def load_scenario(
     name_or_path: str | os.PathLike[str],
-    overrides: Sequence[str] = (),
+    overrides: Overrides = (),
     *,
     controller: str | None = None,
     seed: int | None = None,
 ) -> Scenario:
     """A shipped scene by name, or a run file by path, checked to the last key. Raises InvalidValue.
 
-    `overrides` are "KEY=VALUE"; `controller` and `seed` take the place of the file's.
+    `overrides` are values by dotted key, {"people.0.radius": 0.4}, or "KEY=VALUE" each; `controller` and `seed` take
+    the place of the file's.
     """
-    scenario = scenarios.load(name_or_path, overrides, controller=controller, seed=seed)
+    given = tuple(overrides_of(overrides))
+    scenario = scenarios.load(name_or_path, given, controller=controller, seed=seed)
     changed = {"control.method": "--controller"} if controller is not None else {}
-    changed |= {override.partition("=")[0].strip(): "--set" for override in overrides}
+    changed |= {override.key: override.option for override in given}
     try:
         refuse_idle(scenario)
         build_controller(scenario)

@@ -1,14 +1,28 @@
-"""Values of a run file that stand in files of their own."""
+"""Reading files that users name: bounded, regular files only; and values of a run file that have their own file."""
 
+import errno
+import os
 import re
+import stat
 from pathlib import Path
 from typing import Any
 
 from mjnav.errors import InvalidValue
-from mjnav.scenarios.regular_file import read_regular
 
 _MAX_BYTES = 10_000_000
 TRACE = "control.latency.trace"
+
+
+def read_regular(path: str | os.PathLike[str], limit: int) -> bytes:
+    """A file's bytes. Raises OSError where it cannot be read, is no regular file, or holds more than `limit` bytes."""
+    descriptor = os.open(path, os.O_RDONLY | os.O_NONBLOCK | os.O_CLOEXEC)  # a pipe is opened without waiting
+    with open(descriptor, "rb") as file:
+        if not stat.S_ISREG(os.fstat(descriptor).st_mode):
+            raise OSError(errno.EINVAL, "not a regular file")
+        content = file.read(limit + 1)
+    if len(content) > limit:
+        raise OSError(errno.EFBIG, f"more than {limit} bytes")
+    return content
 
 
 def inline(document: dict[str, Any], folder: Path | None) -> None:

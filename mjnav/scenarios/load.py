@@ -1,22 +1,21 @@
-"""Reading a run file: from a shipped name or a path to a checked scenario."""
+"""Run files: from a shipped name, a path or a text to a checked scenario, and back to text."""
 
 import os
-from collections.abc import Sequence
 from dataclasses import replace
 from difflib import get_close_matches
 from operator import index
 from pathlib import Path
 from typing import Any
 
-from mjnav.config import read_document
+from mjnav import config
 from mjnav.errors import InvalidValue, unknown_name
-from mjnav.scenarios import files, library, override
+from mjnav.scenarios import files, library
 from mjnav.scenarios.check import check
-from mjnav.scenarios.dump import tables
+from mjnav.scenarios.files import read_regular
 from mjnav.scenarios.memory import check_memory
-from mjnav.scenarios.parse import parse
-from mjnav.scenarios.regular_file import read_regular
+from mjnav.scenarios.overrides import Overrides, apply, overrides_of
 from mjnav.scenarios.spec import Scenario
+from mjnav.scenarios.toml import parse, toml_text
 
 _LOOP = ("rate", "delay", "latency")  # keys of [control] that belong to the loop, not to the method
 _MAX_BYTES = 10_000_000  # of a run file; a device such as /dev/zero never ends
@@ -24,7 +23,7 @@ _MAX_BYTES = 10_000_000  # of a run file; a device such as /dev/zero never ends
 
 def load(
     name_or_path: str | os.PathLike[str],
-    overrides: Sequence[str] = (),
+    overrides: Overrides = (),
     *,
     controller: str | None = None,
     seed: int | None = None,
@@ -32,8 +31,8 @@ def load(
     """The scenario of a shipped name, or of a path where there is a "/" or ".toml" at the end.
 
     `controller` takes the place of control.method, keeps rate, delay and latency and drops the file's method
-    parameters; `seed` takes the place of the file's; `overrides`, "KEY=VALUE" each, come after both. Raises
-    InvalidValue.
+    parameters; `seed` takes the place of the file's; `overrides`, as values by dotted key or as "KEY=VALUE" each, come
+    after both. Raises InvalidValue.
     """
     file, text = _read(name_or_path)
     return loads(text, overrides, file=file, folder=Path(file).parent, controller=controller, seed=seed)
@@ -41,7 +40,7 @@ def load(
 
 def loads(
     text: str,
-    overrides: Sequence[str] = (),
+    overrides: Overrides = (),
     *,
     file: str = "scenario.toml",
     folder: Path | None = None,
@@ -62,19 +61,33 @@ def loads(
     if seed is not None:
         document["seed"] = index(seed)
         changed["seed"] = "--seed"
-    for text_of_one in overrides:
+    for override in overrides_of(overrides):
         try:
-            changed[override.apply(document, text_of_one, _with_defaults(document))] = "--set"
+            apply(document, override, _with_defaults(document))
         except InvalidValue as error:
-            raise error.within(file="--set") from None
+            raise error.within(file=override.option) from None
+        changed[override.key] = override.option
     try:
         files.inline(document, folder)
-        scenario = read_document(Scenario, document)
+        scenario = config.read_document(Scenario, document)
         check_memory(scenario)
         check(scenario)
     except InvalidValue as error:
         raise error.within(file=origin(error.key, file, changed)) from None
     return replace(scenario, source=file)
+
+
+def dumps(scenario: Scenario) -> str:
+    """The scenario as TOML, every default explicit; `loads` makes an equal scenario of it."""
+    return toml_text({"schema": scenario.schema, **tables(scenario)})  # a reader wants the version first
+
+
+def tables(scenario: Scenario) -> dict[str, Any]:
+    """The scenario as the tables of a run file, every default explicit."""
+    document = config.tables(scenario)
+    if scenario.robot.goal is not None:
+        del document["robot"]["waypoints"]  # the one or the other
+    return document
 
 
 def _read(name_or_path: str | os.PathLike[str]) -> tuple[str, str]:
@@ -119,7 +132,7 @@ def _nearest(path: str) -> str | None:
 def _with_defaults(document: dict[str, Any]) -> dict[str, Any]:
     """The tables with every default in them, none where they are not a scenario: further overrides may complete it."""
     try:
-        return tables(read_document(Scenario, document))
+        return tables(config.read_document(Scenario, document))
     except InvalidValue:
         return {}
 

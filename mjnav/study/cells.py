@@ -7,7 +7,8 @@ from itertools import product
 
 from mjnav.errors import InvalidValue
 from mjnav.loop.prepare import load_scenario, resolved_parameters
-from mjnav.scenarios.dump import dumps, toml_text
+from mjnav.scenarios import dumps
+from mjnav.scenarios.overrides import Override
 from mjnav.study.study_file import MethodEntry, Overrides, SettingEntry, StudyFile, scene_path
 
 DEFAULT_SETTING = "default"
@@ -99,12 +100,12 @@ def resolve(study: StudyFile, overrides: Sequence[str] = (), scenes: Sequence[st
 
 def _cell(study: StudyFile, variant: Variant, scene: str, overrides: Sequence[str]) -> Cell:
     setting, method = variant.labels
-    given = [*map(_override, {**_flat(study.set), **variant.overrides}.items()), *overrides]
+    given = [*(Override(*item) for item in {**_flat(study.set), **variant.overrides}.items()), *overrides]
     where = f"{study.source}: scene {scene}, setting {setting}"
     try:
         scenario = load_scenario(variant.scene, given, controller=variant.method.controller)
     except InvalidValue as error:
-        if error.file == "--set" and any(text.startswith(f"{error.key}=") for text in overrides):
+        if error.file == "--set":
             raise
         raise error.within(file=f"{where}, method {method}") from None
     latency = scenario.control.latency
@@ -115,12 +116,6 @@ def _cell(study: StudyFile, variant: Variant, scene: str, overrides: Sequence[st
     document = dumps(replace(scenario, seed=0, description=""))
     control = json.dumps(resolved_parameters(scenario), sort_keys=True)
     return Cell(scene, setting, method, scenario.control.method, parameters, document, control)
-
-
-def _override(item: tuple[str, object]) -> str:
-    """KEY=VALUE, as `--set` takes it."""
-    key, value = item
-    return f"{key}={toml_text({'_': value}).strip().removeprefix('_ = ')}"
 
 
 def _controller_keys(table: Overrides) -> dict[str, object]:

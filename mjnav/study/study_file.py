@@ -33,8 +33,8 @@ from mjnav.config import Length, Range, Text, read_document, settle
 from mjnav.errors import InvalidValue, unknown_name
 from mjnav.scenarios.library import data_folder, describe
 from mjnav.scenarios.load import read_text
-from mjnav.scenarios.parse import parse
 from mjnav.scenarios.ranges import MAX_SEED, Seed
+from mjnav.scenarios.toml import parse
 
 FOLDER = "studies"  # below runs/
 MAX_SEEDS = 10_000_000

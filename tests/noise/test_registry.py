@@ -42,9 +42,7 @@ def test_mean_is_zero_by_default_and_integers_become_floats():
         ("pearson", {"std": 1, "skew": 1}, "kurtosis", "found nothing; .*this key is required"),
         ("gaussian", {}, "std", "a number > 0 and <= 10000; this key is required$"),
         ("gaussian", {"std": 0.0}, "std", r"found 0\.0; allowed: a number > 0"),
-        ("gaussian", {"std": -1}, "std", "found -1.0; allowed: a number > 0"),
         ("gaussian", {"std": "wide"}, "std", "found 'wide'; allowed: a number > 0"),
-        ("gaussian", {"std": True}, "std", "found True"),
         ("gaussian", {"std": float("nan")}, "std", "found nan"),
         ("gaussian", {"std": 10**400}, "std", "a number > 0"),
         (
@@ -53,10 +51,8 @@ def test_mean_is_zero_by_default_and_integers_become_floats():
             "mean",
             "found inf; allowed: a number from -10000 to 10000$",
         ),
-        ("pearson", {"std": 1, "skew": 1.2, "kurtosis": 1.2}, "kurtosis", r"found 1\.2; .*skew² \+ 1 = 2\.44"),
         ("pearson", {"std": 1, "skew": 1e6, "kurtosis": 1e7}, "skew", "from -1000 to 1000"),
         ("student_t", {"std": 1, "df": 2}, "df", "found 2.0; allowed: a number > 2"),
-        ("uniform", {"half_width": 0}, "half_width", "> 0"),
         ("mixture", {"weights": [0.4, 0.4], "means": [0, 1], "stds": [1, 1]}, "weights", r"sum is 1, not 0\.8"),
         (
             "mixture",
@@ -65,11 +61,9 @@ def test_mean_is_zero_by_default_and_integers_become_floats():
             r"found 1\.4; allowed: a number > 0 and <= 1",
         ),
         ("mixture", {"weights": [0.4, 0.6], "means": [0], "stds": [1, 1]}, "means", "as many numbers as weights: 2"),
-        ("mixture", {"weights": [0.4, 0.6], "means": [0, 1], "stds": [1, 0]}, "stds.1", "found 0"),
         ("mixture", {"weights": 1.0, "means": [0], "stds": [1]}, "weights", "an array of numbers"),
         ("empirical", {"samples": [1.0]}, "samples", "from 2 to 10000 of them"),
         ("empirical", {"samples": [1.0, 1.0]}, "samples", "two different numbers"),
-        ("empirical", {"samples": "1, 2"}, "samples", "an array of numbers"),
         ("zero", {"std": 1}, "std", "allowed: distribution$"),
     ],
 )

@@ -25,7 +25,12 @@ def wall(x0, y0, x1, y1, more=""):
     return f"[[walls]]\nfrom = [{x0}, {y0}]\nto = [{x1}, {y1}]\n{more}\n"
 
 
-OVERLAPS = {
+def walker(start, *points, more=""):
+    route = ", ".join(f"[{x}, {y}]" for x, y in points)
+    return f'[[people]]\nstart = {list(start)}\nbehaviour = "waypoints"\nwaypoints = [{route}]\n{more}\n'
+
+
+REFUSED = {
     "a start in a wall": (
         wall(-1, 0.1, 5, 0.1),
         "robot.start: found (0.0, 0.0, 0.0); allowed: a place clear of walls.0, 0.170 m further away",
@@ -92,15 +97,6 @@ OVERLAPS = {
     ),
     "a goal in a pillar": (pillar(9.1, 0), "robot.goal: found (9.0, 0.0); allowed: a point that the robot can reach"),
     "a goal in a leg": (table(9.8, 0.4), "robot.goal: found (9.0, 0.0); allowed: a point that the robot can reach"),
-}
-
-
-def walker(start, *points, more=""):
-    route = ", ".join(f"[{x}, {y}]" for x, y in points)
-    return f'[[people]]\nstart = {list(start)}\nbehaviour = "waypoints"\nwaypoints = [{route}]\n{more}\n'
-
-
-WAYS_BLOCKED = {
     "the first leg through a wall": (
         ROOM + walker((4, 0), (4, -4)),
         "people.0.waypoints.0: found (4.0, -4.0); allowed: a point with a straight way from (4.0, 0.0) that stays "
@@ -129,17 +125,8 @@ WAYS_BLOCKED = {
 }
 
 
-@pytest.mark.parametrize("title", WAYS_BLOCKED)
-def test_a_route_across_a_wall_is_refused_with_the_leg_and_the_wall(title):
-    text, message = WAYS_BLOCKED[title]
-    with pytest.raises(InvalidValue) as error:
-        loads(HEAD + text)
-    assert str(error.value).startswith(f"scenario.toml: {message}")
-
-
-@pytest.mark.parametrize("title", OVERLAPS)
-def test_bodies_that_overlap_are_refused(title):
-    text, message = OVERLAPS[title]
+@pytest.mark.parametrize(("text", "message"), REFUSED.values(), ids=REFUSED)
+def test_bodies_that_overlap_and_routes_across_walls_are_refused(text, message):
     with pytest.raises(InvalidValue) as error:
         loads(HEAD + text)
     assert str(error.value).startswith(f"scenario.toml: {message}")

@@ -17,7 +17,7 @@ from hypothesis import strategies as st
 from mjnav.errors import InputError
 from mjnav.loop.prepare import load_scenario
 from mjnav.scenarios import dumps, library, loads
-from mjnav.scenarios.dump import toml_text
+from mjnav.scenarios.toml import toml_text
 from mjnav.study.study_file import load_study, study_text
 
 RUN_FILES = tuple(sorted(library.data_folder("runs").glob("*.toml")))

@@ -1,18 +1,13 @@
 """Bad run files are refused with file, key, what was found, what is allowed and the nearest name."""
 
 import os
-import re
-from contextlib import suppress
 
 import pytest
-from hypothesis import HealthCheck, given, settings
-from hypothesis import strategies as st
 
 from mjnav.errors import InvalidValue
 from mjnav.noise import make_distribution
-from mjnav.scenarios import load, loads
-from mjnav.scenarios.dump import toml_text
-from mjnav.scenarios.spec import Scenario, StopAndGo, Wall
+from mjnav.scenarios import dumps, load, loads, names
+from mjnav.scenarios.spec import StopAndGo, Wall
 
 ROBOT = "start = [0.0, 0.0, 0.0]\ngoal = [9.0, 0.0]\n"
 HEAD = 'schema = 1\nname = "bad"\n'
@@ -45,14 +40,12 @@ BAD = {
         "file.toml: \"\\u001b[31m\": found '\\x1b[31m'; allowed: control, ",
     ),
     "another schema": ("schema = 2\nwhatever = 1", "schema: found 2; allowed: 1"),
-    "a schema in words": ('schema = "1"', "schema: found '1'; allowed: 1"),
     "no schema": ('name = "bad"', "schema: found nothing; allowed: schema = 1, the version of this format"),
     "no name": (GOOD.replace('name = "bad"', ""), "name: found nothing; allowed: up to 100 printable"),
     "an empty name": (
         GOOD.replace('"bad"', '""'),
         "name: found ''; allowed: up to 100 printable characters without \"/\", not dots alone: logs are named after",
     ),
-    "a name that is a path": (GOOD.replace('"bad"', '"../bad"'), "name: found '../bad'; allowed: up to 100 printable"),
     "no robot": (HEAD, "robot: found nothing; allowed: a table; this key is required"),
     "a robot that is no table": (HEAD + "robot = 3", "robot: found 3; allowed: a table"),
     "no start": (
@@ -80,17 +73,9 @@ BAD = {
         GOOD.replace("[9.0, 0.0]", "[inf, 0.0]"),
         "robot.goal.0: found inf; allowed: a number from -10000 to 10000 m",
     ),
-    "a start that is not a number": (
-        GOOD.replace("[0.0, 0.0, 0.0]", "[0, nan, 0]"),
-        "robot.start.1: found nan; allowed: a number from",
-    ),
     "a robot too small for its wheels": (
         of_robot("radius = 0.1"),
         "robot.radius: found 0.1; allowed: a number from 0.2 to 0.5 m",
-    ),
-    "a speed below zero": (
-        of_robot("max_speed = -1"),
-        "robot.max_speed: found -1.0; allowed: a number from 0.01 to 10 m/s",
     ),
     "a least speed above the greatest": (
         of_robot("min_speed = 2.0"),
@@ -101,16 +86,11 @@ BAD = {
         "robot.preferred_speed: found 0.6; allowed: a number from 0.01 to 0.5 m/s",
     ),
     "a fractional seed": ("seed = 1.5\n" + GOOD, "seed: found 1.5; allowed: a whole number"),
-    "a negative seed": ("seed = -1\n" + GOOD, "seed: found -1; allowed: a whole number from 0 to 9223372036854775807"),
     "a seed of more than 64 bits": (
         f"seed = {2**64}\n" + GOOD,
         f"seed: found {2**64}; allowed: whole numbers of at most 64 bits",
     ),
     "no time": ("time_limit = 0\n" + GOOD, "time_limit: found 0.0; allowed: a number > 0 and <= 1000000"),
-    "a number for a truth value": (
-        "stop_on_collision = 1\n" + GOOD,
-        "stop_on_collision: found 1; allowed: true or false",
-    ),
     "a wall without an end": (
         GOOD + "[[walls]]\nfrom = [0, 2]",
         "walls.0.to: found nothing; allowed: an array of 2 numbers; this key is required",
@@ -127,25 +107,13 @@ BAD = {
         GOOD + "[walls]\nfrom = [0, 2]\nto = [1, 2]",
         "walls: found {'from': [0, 2], 'to': [1, 2]}; allowed: an array of tables",
     ),
-    "a table with one size": (
-        GOOD + "[[tables]]\nposition = [4, 2]\nsize = 1.6",
-        "tables.0.size: found 1.6; allowed: an array of 2 numbers",
-    ),
     "a table whose legs touch": (
         GOOD + "[[tables]]\nposition = [4, 2]\nsize = [1.6, 0.05]",
         "tables.0.size.1: found 0.05; allowed: a number > 0.06 and <= 10000",
     ),
-    "a pillar of no radius": (
-        GOOD + "[[pillars]]\nposition = [4, 2]\nradius = 0",
-        "pillars.0.radius: found 0.0; allowed: a number from 0.001 to 10000 m",
-    ),
     "a lane without direction": (
         GOOD + "[lanes]\nleft = [0, 0, 1]\nright = [0, 1, 1]",
         "lanes.left: found (0.0, 0.0, 1.0); allowed: a line a x + b y + c = 0, (a, b) at least 0.001 long",
-    ),
-    "one lane boundary": (
-        GOOD + "[lanes]\nleft = [0, 1, 1]",
-        "lanes.right: found nothing; allowed: an array of 3 numbers; this key is required",
     ),
     "an unknown behaviour": (
         of_person("velocity = [0, 0]").replace("constant_velocity", "constant_velocty"),
@@ -165,17 +133,9 @@ BAD = {
         of_person("velocity = [0, 0]", "loop = true"),
         "people.0.loop: found 'loop'; allowed: behaviour, radius, start, velocity",
     ),
-    "no velocity": (
-        of_person(),
-        "people.0.velocity: found nothing; allowed: an array of 2 numbers; this key is required",
-    ),
     "a person who runs": (
         of_person("velocity = [4, 4]"),
         "people.0.velocity: found (4.0, 4.0); allowed: at most 5 m/s",
-    ),
-    "a person of no radius": (
-        of_person("velocity = [0, 0]", "radius = 0"),
-        "people.0.radius: found 0.0; allowed: a number from 0.1 to 1 m",
     ),
     "nowhere to walk to": (
         GOOD + '[[people]]\nstart = [4, 2]\nbehaviour = "waypoints"\nwaypoints = []',
@@ -199,44 +159,21 @@ BAD = {
         GOOD + "[noise.gyro]\nstd = 1.0",
         "noise.gyro.distribution: found nothing; allowed: empirical, gaussian, ",
     ),
-    "an unknown distribution": (GOOD + '[noise.gyro]\ndistribution = "gausian"', "did you mean 'gaussian'?"),
     "a distribution's unknown argument": (
         GOOD + '[noise.pose.x]\ndistribution = "gaussian"\nsigma = 1.0',
         "noise.pose.x.sigma: found 'sigma'; allowed: ",
-    ),
-    "a negative standard deviation": (
-        GOOD + '[noise.pose.x]\ndistribution = "gaussian"\nstd = -1.0',
-        "noise.pose.x.std: found -1.0; allowed: ",
     ),
     "impossible moments": (
         GOOD + '[noise.pose.x]\ndistribution = "pearson"\nstd = 1.0\nskew = 2.0\nkurtosis = 3.0',
         "noise.pose.x.kurtosis: found 3.0; allowed: ",
     ),
-    "an unknown source": (
-        GOOD + '[estimation]\nrobot = { source = "gps" }',
-        "estimation.robot.source: found 'gps'; allowed: direct, pose",
-    ),
-    "one particle": (
-        GOOD + "[estimation]\nobstacles = { particles = 1 }",
-        "estimation.obstacles.particles: found 1; allowed: a whole number from 2 to 1000000",
-    ),
-    "an assumed profile that is unknown": (
-        GOOD + '[estimation]\nassumed_profile = "gausian"',
-        "estimation.assumed_profile: found 'gausian'; allowed: ",
-    ),
-    "a rate in words": (GOOD + '[control]\nrate = "10 Hz"', "control.rate: found '10 Hz'; allowed: a number"),
     "a rate between the steps": (
         GOOD + "[control]\nrate = 30.0",
         "control.rate: found 30.0; allowed: a rate whose period is a whole number of steps of physics.timestep (0.002 ",
     ),
-    "half a period of delay": (GOOD + "[control]\ndelay = 0.5", "control.delay: found 0.5; allowed: a whole number"),
     "an unknown engine": (
         GOOD + '[physics]\nengine = "mujocco"',
         "physics.engine: found 'mujocco'; allowed: kinematic, mujoco; did you mean 'mujoco'?",
-    ),
-    "a step as long as a tick": (
-        GOOD + "[physics]\ntimestep = 0.1",
-        "physics.timestep: found 0.1; allowed: a number from 1e-05 to 0.02 s",
     ),
     "nesting without end": (
         GOOD + "[control]\nclip = " + "[" * 30 + "]" * 30,
@@ -382,51 +319,17 @@ def test_messages_stay_short_however_long_the_value_is():
     assert len(str(error.value)) < 300
 
 
-unhurried = settings(deadline=None, suppress_health_check=[HealthCheck.too_slow])  # the machine may be busy
+@pytest.mark.parametrize("name", names())
+def test_every_shipped_scene_survives_the_round_trip(name):
+    scenario = load(name)
+    text = dumps(scenario)
+    assert loads(text) == scenario
+    assert dumps(loads(text)) == text
 
 
-def scenario_or_refusal(text):
-    with suppress(InvalidValue):
-        assert isinstance(loads(text), Scenario)
-
-
-KEYS = st.sampled_from(
-    re.findall(
-        r"\w+",
-        "schema name robot start goal radius people behaviour velocity walls from to tables position size noise gyro "
-        "odometry v distribution std profile estimation source control method rate physics timestep lanes left",
-    )
-)
-LEAVES = st.one_of(
-    st.integers(), st.floats(), st.booleans(), st.text(max_size=5), st.just(1), st.just([0.0, 0.0]), st.just([0, 0, 0])
-)
-VALUES = st.recursive(
-    LEAVES,
-    lambda inner: st.one_of(st.lists(inner, max_size=3), st.dictionaries(KEYS, inner, max_size=4)),
-    max_leaves=12,
-)
-
-
-@unhurried
-@given(st.dictionaries(KEYS, VALUES, max_size=8), st.booleans())
-def test_any_tables_give_a_scenario_or_a_refusal(document, complete):
-    if complete:
-        document = {"schema": 1, "name": "any", "robot": {"start": [0, 0, 0], "goal": [1, 0]}, **document}
-    scenario_or_refusal(toml_text(document))
-
-
-@unhurried
-@given(st.sampled_from([GOOD, of_person("velocity = [0, 0]")]), st.data())
-def test_any_change_of_one_place_gives_a_scenario_or_a_refusal(text, data):
-    start = data.draw(st.integers(0, len(text)))
-    end = data.draw(st.integers(start, min(start + 4, len(text))))
-    scenario_or_refusal(text[:start] + data.draw(st.text(max_size=4)) + text[end:])
-
-
-@unhurried
-@given(st.binary(max_size=60))
-def test_any_bytes_give_a_scenario_or_a_refusal(tmp_path_factory, data):
-    path = tmp_path_factory.getbasetemp() / "bytes.toml"
-    path.write_bytes(data)
-    with pytest.raises(InvalidValue):
-        load(path)
+def test_every_default_is_explicit_in_a_dump():
+    text = dumps(loads(GOOD))
+    assert text.startswith('schema = 1\nname = "bad"\n')
+    for line in ("seed = 0", "goal_tolerance = 0.3", 'profile = "pearson"', "delay = 1", "people = []"):
+        assert f"\n{line}\n" in text
+    assert "waypoints" not in text  # the robot has a goal

@@ -15,7 +15,7 @@ from mjnav.config import settled
 from mjnav.errors import InvalidValue
 from mjnav.loop.prepare import load_scenario
 from mjnav.scenarios import data_folder, loads
-from mjnav.scenarios.dump import toml_text
+from mjnav.scenarios.toml import toml_text
 from mjnav.study.cells import resolve
 from mjnav.study.file_schema import run_schema, study_schema
 from mjnav.study.study_file import load_study

@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from mjnav.errors import MjnavError, missing_extra
-from mjnav.scenarios.regular_file import read_regular
+from mjnav.scenarios.files import read_regular
 from mjnav.study.store.page_sizes import unpacked_size
 from mjnav.study.store.row import COLUMNS, PLACE_IN_STUDY
 

@@ -8,7 +8,7 @@ from typing import Any
 
 from mjnav.errors import InvalidValue
 from mjnav.loop.provenance.facts import FACTS, NOT_RECORDED, OWN_SOURCES, changes, provenance, shown
-from mjnav.scenarios.parse import parse
+from mjnav.scenarios.toml import parse
 from mjnav.study.cells import Cell
 from mjnav.study.store.row import CELL, MADE_WITH
 from mjnav.study.store.store import Store

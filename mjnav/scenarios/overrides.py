@@ -1,28 +1,57 @@
-"""`--set KEY=VALUE`: one value of a run file given on the command line."""
+"""Values that take the place of a run file's: typed by dotted key, or KEY=VALUE on the command line."""
 
 import tomllib
+from collections.abc import Iterator, Mapping, Sequence
 from copy import deepcopy
-from dataclasses import fields
+from dataclasses import dataclass
 from typing import Any
 
+from mjnav import config
 from mjnav.errors import InvalidValue
 from mjnav.scenarios.people import BEHAVIOURS
 
 
-def apply(document: dict[str, Any], override: str, defaults: dict[str, Any]) -> str:
-    """Sets one value in the tables of a run file, in place, and returns its key.
+@dataclass(frozen=True, slots=True)
+class Override:
+    """One value at a dotted key, with indices into arrays ("people.0.start.1"); `option` names it in messages."""
 
-    The key is dotted, with an index into arrays ("people.0.start.1"). What it leads through is made as needed: an array
-    as `defaults`, the same tables with all defaults in them, has it, else a table. The value is TOML, or else a string.
-    Setting one of robot.goal and robot.waypoints removes the other; another behaviour of a person removes the keys that
-    only other behaviours have. Raises InvalidValue.
+    key: str
+    value: object
+    option: str = "overrides"
+
+
+Overrides = Mapping[str, object] | Sequence[str | Override]
+
+
+def overrides_of(given: Overrides) -> Iterator[Override]:
+    """The overrides, in order. Raises InvalidValue for a text that is not KEY=VALUE."""
+    for one in given.items() if isinstance(given, Mapping) else given:
+        if isinstance(one, str):
+            yield _parsed(one)
+        else:
+            yield one if isinstance(one, Override) else Override(*one)
+
+
+def _parsed(text: str) -> Override:
+    """The override that KEY=VALUE says: the value is TOML, or else a string."""
+    key, equals, value = text.partition("=")
+    if not equals or not all(key.strip().split(".")):
+        raise InvalidValue("", text, "KEY=VALUE, as in people.0.radius=0.4", file="--set")
+    if text != text.encode("utf-8", "replace").decode("utf-8"):
+        raise InvalidValue("", text, "text in UTF-8", file="--set")
+    return Override(key.strip(), _value(value), "--set")
+
+
+def apply(document: dict[str, Any], override: Override, defaults: dict[str, Any]) -> None:
+    """Sets one value in the tables of a run file, in place.
+
+    What its key leads through is made as needed: an array as `defaults`, the same tables with all defaults in them, has
+    it, else a table. Setting one of robot.goal and robot.waypoints removes the other; another behaviour of a person
+    removes the keys that only other behaviours have. Raises InvalidValue.
     """
-    key, equals, text = override.partition("=")
-    parts = key.strip().split(".")
-    if not equals or not all(parts):
-        raise InvalidValue("", override, "KEY=VALUE, as in people.0.radius=0.4")
-    if not override.isascii() and override != override.encode("utf-8", "replace").decode("utf-8"):
-        raise InvalidValue("", override, "text in UTF-8")
+    parts = override.key.split(".")
+    if not all(parts):
+        raise InvalidValue("", override.key, "a dotted key, as in people.0.radius")
     target: Any = document
     default: Any = defaults
     for depth, part in enumerate(parts):
@@ -37,10 +66,9 @@ def apply(document: dict[str, Any], override: str, defaults: dict[str, Any]) -> 
         else:
             raise InvalidValue(where, target, f"a table or an array in front of .{part}")
         if depth == len(parts) - 1:
-            target[step] = _value(text)
+            target[step] = config.tables(override.value)
         target = target[step]
     _drop_excluded(document, parts)
-    return key.strip()
 
 
 def _index(where: str, part: str, array: list) -> int:
@@ -69,7 +97,7 @@ def _drop_excluded(document: dict[str, Any], parts: list[str]) -> None:
 
 
 def _drop_other_behaviours(person: dict[str, Any]) -> None:
-    keys = {name: {item.name for item in fields(behaviour)} for name, behaviour in BEHAVIOURS.items()}
+    keys = {name: set(config.keys(behaviour)) for name, behaviour in BEHAVIOURS.items()}
     name = person["behaviour"]
     if isinstance(name, str) and name in keys:
         for key in set().union(*keys.values()) - keys[name]:

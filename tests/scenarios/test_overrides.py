@@ -1,14 +1,10 @@
 """`--set`, `--controller` and `--seed`."""
 
-from contextlib import suppress
-
 import pytest
-from hypothesis import HealthCheck, given, settings
-from hypothesis import strategies as st
 
 from mjnav.errors import InvalidValue
 from mjnav.scenarios import load, loads
-from mjnav.scenarios.spec import LaneSpec, Scenario, StopAndGo, Waypoints
+from mjnav.scenarios.spec import LaneSpec, StopAndGo, Waypoints
 
 TEXT = """
 schema = 1
@@ -37,6 +33,18 @@ def test_a_value_is_toml():
     assert scenario.stop_on_collision is False
     assert scenario.control.delay == 0
     assert scenario.control.parameters == {"degree": 3, "clip": -3}
+
+
+def test_values_of_python_are_given_by_dotted_key():
+    scenario = loads(TEXT, {"people.0.start": (5, -2), "name": "1.5", "control.delay": 0, "robot.waypoints": [(1, 1)]})
+    assert scenario.people[0].start == (5.0, -2.0)
+    assert (scenario.name, scenario.control.delay, scenario.robot.route) == ("1.5", 0, ((1.0, 1.0),))
+    with pytest.raises(
+        InvalidValue, match=r"^overrides: people\.0\.radius: found 9\.0; allowed: a number from 0\.1 to"
+    ):
+        loads(TEXT, {"people.0.radius": 9.0})
+    with pytest.raises(InvalidValue, match=r"^overrides: found 'robot\.\.radius'; allowed: a dotted key"):
+        loads(TEXT, {"robot..radius": 0.3})
 
 
 @pytest.mark.parametrize("text", ["other", '"other"', "'other'"])
@@ -148,15 +156,3 @@ def test_a_bad_seed_is_named_as_such():
 
 def test_a_shipped_scene_takes_overrides():
     assert load("hall", ["people.4.speed=1.2"]).people[4].behaviour.speed == 1.2
-
-
-PARTS = st.sampled_from(
-    ["people", "0", "7", "radius", "start", "robot", "goal", "behaviour", "control", "rate", "seed"]
-)
-
-
-@settings(deadline=None, suppress_health_check=[HealthCheck.too_slow])  # the machine may be busy
-@given(st.lists(st.tuples(st.lists(PARTS, min_size=1, max_size=4), st.text(max_size=6)), max_size=3))
-def test_any_overrides_give_a_scenario_or_a_refusal(overrides):
-    with suppress(InvalidValue):
-        assert isinstance(loads(TEXT, [f"{'.'.join(key)}={value}" for key, value in overrides]), Scenario)
