@@ -1,7 +1,6 @@
 """Systematic resampling, seeded, and roughening against the depletion that it brings."""
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
 
 from mjnav.geometry.compiled import exact
 from mjnav.geometry.kernel_types import Indices, Matrix, Vector
@@ -9,8 +8,13 @@ from mjnav.messages import Array
 
 
 @exact
-def draw(weights, offset, num):
-    """Compiled `systematic`: weights (n,), offset in [0, 1) -> indices (num,)."""
+def systematic(weights, offset, num):
+    """Indices of the particles drawn, (num,), in rising order (Kitagawa 1996), for weights (n,) and offset in [0, 1).
+
+    Draw i is the first particle whose cumulative weight exceeds (offset + i)/num of the total, so particle j comes
+    floor(num w_j) or ceil(num w_j) times and num w_j times on average. The weights need a positive sum, not a
+    particular one: a sum of 1 - 1e-16 loses no draw. A particle of weight zero is never drawn.
+    """
     cumulative = np.cumsum(weights)
     total, last = cumulative[-1], len(weights) - 1
     while last > 0 and weights[last] == 0.0:  # rounding may carry a position to the total itself
@@ -25,18 +29,6 @@ def draw(weights, offset, num):
     return indices
 
 
-def systematic(weights: ArrayLike, offset: float | np.random.Generator, num: int | None = None) -> NDArray[np.intp]:
-    """Indices of the particles drawn, (num,), in rising order (Kitagawa 1996); num defaults to n.
-
-    Draw i is the first particle whose cumulative weight exceeds (offset + i)/num of the total, offset in [0, 1), so
-    particle j comes floor(num w_j) or ceil(num w_j) times and num w_j times on average. The weights (n,) need a
-    positive sum, not a particular one: a sum of 1 - 1e-16 loses no draw. A particle of weight zero is never drawn.
-    """
-    weights = np.ascontiguousarray(weights, float)
-    u = offset.random() if isinstance(offset, np.random.Generator) else offset
-    return draw(weights, float(u), weights.size if num is None else num)
-
-
 def shuffled(particles: Array, weights: Array, num: int, rng: np.random.Generator) -> Array:
     """Systematic draws from particles (n, d) in random order, (num, d).
 
@@ -48,7 +40,7 @@ def shuffled(particles: Array, weights: Array, num: int, rng: np.random.Generato
 
 @exact
 def _ordered(particles: Matrix, weights: Vector, offset: float, order: Indices):
-    return particles[draw(weights, offset, len(order))[order]]
+    return particles[systematic(weights, offset, len(order))[order]]
 
 
 @exact
@@ -68,6 +60,6 @@ def roughen(particles, covariance, strength, normal):
 @exact
 def resample(particles: Matrix, weights: Vector, offset: float, covariance: Matrix, strength: float, normal: Matrix):
     """Systematic draws from particles (n, d) by their weights (n,), roughened: a new (n, d)."""
-    drawn = particles[draw(weights, offset, len(particles))]
+    drawn = particles[systematic(weights, offset, len(particles))]
     roughen(drawn, covariance, strength, normal)
     return drawn

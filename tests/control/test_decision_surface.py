@@ -36,17 +36,11 @@ def surface_of(controller, observation, **options):
     return decision_surface(controller, observation, controller.decide(observation), **options)
 
 
-def weights(controller):
-    if not isinstance(controller, WeightedController):
-        return 1.0, np.ones(2)
-    return controller.parameters.weight, np.array(controller.parameters.lane_weights)
-
-
 @pytest.mark.parametrize("seed", range(3))
 def test_on_the_decisions_own_candidates_the_surface_is_what_was_decided_on(controller, observe, seed):
     o = observe(seed)
     s, costs = surface_of(controller, o, window="reachable", num=5), controller.decide(o).costs
-    weight, lane_weights = weights(controller)
+    weight, lane_weights = controller.weights if isinstance(controller, WeightedController) else (1.0, np.ones(2))
     k = 0
     for i, v in enumerate(s.v):
         for j, omega in enumerate(s.omega):
@@ -113,15 +107,6 @@ def test_what_exceeds_the_bound_is_forbidden_and_the_rest_costs_its_way_to_the_g
             assert (s.total[allowed] == s.goal[allowed]).all()
             checked += not allowed.all()
     assert checked >= 3
-
-
-@pytest.mark.parametrize("name", ["rkhs", "rkhs-paper"])
-def test_a_finer_grid_goes_through_the_coarser_ones_nodes(observe, limits, name):
-    o, controller = observe(3), make_controller(name, limits, PERIOD)
-    coarse, fine = surface_of(controller, o, num=4), surface_of(controller, o, num=10)
-    for term in ("goal", "cone", "lane", "total"):
-        values = getattr(fine, term)[::3, ::3]
-        assert values == pytest.approx(getattr(coarse, term), rel=1e-6, abs=1e-9 * np.abs(values).max())
 
 
 def test_the_bounds_are_the_limits_and_the_window_is_what_one_period_allows(observe, alone, limits):

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 from filterpy.monte_carlo import resampling as filterpy_resampling
-from hypothesis import given
+from hypothesis import assume, given
 from hypothesis import strategies as st
 from scipy import stats
 
@@ -12,23 +12,28 @@ WEIGHTS = st.lists(st.integers(0, 1000), min_size=1, max_size=40).filter(sum).ma
 LAST_OFFSET = np.nextafter(1.0, 0.0)
 
 
+def drawn(weights, offset, num=None):
+    """As often as there are particles, unless `num` is given."""
+    return systematic(np.array(weights, float), offset, len(weights) if num is None else num)
+
+
 def test_draws_of_small_cases_are_exact():
-    assert systematic([0.5, 0.25, 0.25], 0.5, num=4).tolist() == [0, 0, 1, 2]
-    assert systematic([0.1, 0.2, 0.3, 0.4], 0.0).tolist() == [0, 1, 2, 3]
-    assert systematic([0.1, 0.2, 0.3, 0.4], 0.5).tolist() == [1, 2, 3, 3]
-    assert systematic([0.0, 1.0, 0.0], 0.0).tolist() == [1, 1, 1]
-    assert systematic([0.5, 0.5], 0.9, num=1).tolist() == [1]
-    assert systematic([1.0], 0.3, num=0).tolist() == []
+    assert drawn([0.5, 0.25, 0.25], 0.5, num=4).tolist() == [0, 0, 1, 2]
+    assert drawn([0.1, 0.2, 0.3, 0.4], 0.0).tolist() == [0, 1, 2, 3]
+    assert drawn([0.1, 0.2, 0.3, 0.4], 0.5).tolist() == [1, 2, 3, 3]
+    assert drawn([0.0, 1.0, 0.0], 0.0).tolist() == [1, 1, 1]
+    assert drawn([0.5, 0.5], 0.9, num=1).tolist() == [1]
+    assert drawn([1.0], 0.3, num=0).tolist() == []
 
 
 @given(OFFSETS)
 def test_weights_that_are_whole_multiples_of_one_draw_give_exact_counts_at_every_offset(u):
-    assert np.bincount(systematic([0.5, 0.125, 0.0, 0.375], u, num=8)).tolist() == [4, 1, 0, 3]
+    assert np.bincount(drawn([0.5, 0.125, 0.0, 0.375], u, num=8)).tolist() == [4, 1, 0, 3]
 
 
 @given(WEIGHTS, OFFSETS, st.integers(1, 100))
 def test_a_particle_comes_as_often_as_its_share_rounded_down_or_up(weights, u, num):
-    counts = np.bincount(systematic(weights, u, num), minlength=weights.size)
+    counts = np.bincount(drawn(weights, u, num), minlength=weights.size)
     assert counts.sum() == num
     assert np.all(np.abs(counts - num * weights) < 1.0 + 1e-9)
     assert np.all(counts[weights == 0.0] == 0)
@@ -37,34 +42,27 @@ def test_a_particle_comes_as_often_as_its_share_rounded_down_or_up(weights, u, n
 @given(WEIGHTS)
 def test_resampling_is_unbiased(weights):
     offsets = (np.arange(200) + 0.5) / 200
-    counts = np.array([np.bincount(systematic(weights, u, 7), minlength=weights.size) for u in offsets])
+    counts = np.array([np.bincount(drawn(weights, u, 7), minlength=weights.size) for u in offsets])
     assert counts.mean(axis=0) == pytest.approx(7 * weights, abs=1.01 / offsets.size)
 
 
 @given(WEIGHTS, OFFSETS)
 def test_draws_equal_filterpys_with_its_generator_pinned(weights, u):
     weights = weights / weights.sum()
-    if np.cumsum(weights)[-1] != 1.0:
-        return  # filterpy runs past the end of such weights
+    assume(np.cumsum(weights)[-1] == 1.0)  # filterpy runs past the end of other weights
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(filterpy_resampling, "random", lambda: u)
-        assert systematic(weights, u).tolist() == filterpy_resampling.systematic_resample(weights).tolist()
+        assert drawn(weights, u).tolist() == filterpy_resampling.systematic_resample(weights).tolist()
 
 
 def test_weights_that_sum_to_slightly_less_than_one_lose_no_draw():
     weights = np.full(10, 0.1)
     assert np.cumsum(weights)[-1] < 1.0
     for num in (10, 10**6):
-        indices = systematic(np.append(weights, 0.0), LAST_OFFSET, num)
+        indices = drawn(np.append(weights, 0.0), LAST_OFFSET, num)
         assert indices.size == num
         assert indices[-1] == 9
-    assert systematic([0.3, 0.0], LAST_OFFSET, 10).tolist() == [0] * 10
-
-
-def test_a_generator_gives_the_offset_by_one_draw():
-    weights = np.random.default_rng(3).random(50)
-    u = np.random.default_rng(4).random()
-    assert systematic(weights, np.random.default_rng(4)).tolist() == systematic(weights, u).tolist()
+    assert drawn([0.3, 0.0], LAST_OFFSET, 10).tolist() == [0] * 10
 
 
 def test_shuffled_draws_are_the_systematic_ones_without_their_order():
@@ -72,10 +70,9 @@ def test_shuffled_draws_are_the_systematic_ones_without_their_order():
     weights = rng.dirichlet(np.ones(200))
     correlations = []
     for seed in range(200):
-        drawn = shuffled(np.arange(200.0)[:, None], weights, 25, np.random.default_rng(seed))[:, 0]
-        expected = systematic(weights, np.random.default_rng(seed), 25)
-        assert sorted(drawn) == expected.tolist()
-        correlations.append(stats.spearmanr(drawn, np.arange(25)).statistic)
+        mixed = shuffled(np.arange(200.0)[:, None], weights, 25, np.random.default_rng(seed))[:, 0]
+        assert sorted(mixed) == drawn(weights, np.random.default_rng(seed).random(), 25).tolist()
+        correlations.append(stats.spearmanr(mixed, np.arange(25)).statistic)
     assert abs(np.mean(correlations)) < 4.0 / np.sqrt(200 * 24)
 
 
@@ -91,7 +88,7 @@ def test_resampled_particles_are_the_systematic_draws_roughened():
     rng = np.random.default_rng(7)
     particles, weights, normal = rng.normal(size=(60, 4)), rng.dirichlet(np.ones(60)), rng.normal(size=(60, 4))
     before, covariance = particles.copy(), np.cov(particles.T)
-    drawn = resample(particles, weights, 0.3, covariance, 1.5, normal)
+    resampled = resample(particles, weights, 0.3, covariance, 1.5, normal)
     scale = 1.5 * 60 ** (-1 / 4) * np.sqrt(np.diagonal(covariance))
-    assert drawn == pytest.approx(before[systematic(weights, 0.3)] + scale * normal, rel=1e-14)
+    assert resampled == pytest.approx(before[drawn(weights, 0.3)] + scale * normal, rel=1e-14)
     assert np.array_equal(particles, before)

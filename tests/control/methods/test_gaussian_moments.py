@@ -1,6 +1,5 @@
 """mean(f) + k std(f) <= 0 against the equation written down a second time, and what must be true of it."""
 
-from dataclasses import replace
 from math import cos, inf, pi, sin, sqrt
 
 import numpy as np
@@ -189,23 +188,6 @@ def test_for_a_linear_f_the_quantile_decides_as_the_share_of_colliding_samples_d
         assert decided > 0.1 * 25 * allowed.size  # neither answer is rare
     assert disagree[0] > disagree[1] > disagree[2]
     assert disagree[2] < 0.01
-
-
-def test_many_samples_that_are_all_alike_are_one(observe):
-    for seed in range(5):
-        one = observe(seed, num_samples=1, most=1)
-        lanes = replace(
-            one.lanes, left_offset=np.tile(one.lanes.left_offset, 9), right_offset=np.tile(one.lanes.right_offset, 9)
-        )
-        discs = tuple(
-            replace(d, position=np.tile(d.position, (6, 1)), velocity=np.tile(d.velocity, (6, 1)))
-            for d in one.obstacles
-        )
-        pose, noise = np.tile(one.robot_pose, (9, 1)), np.tile(one.control_noise, (9, 1))
-        many = replace(one, robot_pose=pose, control_noise=noise, obstacles=discs, lanes=lanes)
-        a, b = (make_controller(NAME, LIMITS, 0.2, **SMALL).decide(o).costs for o in (one, many))
-        assert a.cone == pytest.approx(b.cone, abs=1e-12)
-        assert a.lane == pytest.approx(b.lane, abs=1e-12)
 
 
 @given(arrays(float, (6, 3), elements=st.floats(-5.0, 5.0)), st.integers(4, 30))
