@@ -1,4 +1,4 @@
-"""What the layers hand to one another: one frozen dataclass per arrow of the data's way.
+"""What the layers pass to one another: one frozen dataclass for each arrow of the data flow.
 
     world -> Reading -> estimation -> RobotBelief, Track -> loop -> Observation -> control -> Decision -> loop -> world
     loop -> TickRecord, TickTiming -> recording;  loop or a log -> Trajectory -> metrics

@@ -42,7 +42,7 @@ def make_tracker(scenario: Scenario, seed: int) -> Tracker:
 
 
 def assumed_noise(scenario: Scenario) -> Mapping[str, Distribution]:
-    """The noise that the estimators believe in: the world's, unless `assumed_profile` names another."""
+    """The noise that the estimators assume: the world's, unless `assumed_profile` names another."""
     assumed = scenario.estimation.assumed_profile
     return scenario.noise.distributions() if assumed is None else profile(assumed)
 

@@ -14,15 +14,15 @@ from mjnav.messages import PHASES
 
 Clock = Callable[[], int]
 POLICIES = ("skip", "abort")
-SPIN = 300_000  # [ns] before a deadline that are spun instead of slept: a sleep wakes 50-150 us late
+SPIN = 300_000  # [ns] before a deadline in which the pacer spins instead of sleeping: a sleep wakes 50-150 us late
 MAX_CATCH_UP = 3  # periods that may be made up for before whole periods are skipped
 
 
 @dataclass(frozen=True, slots=True)
 class Start:
-    """How a tick began: behind its deadline by `lateness` [ns], and whether it missed it.
+    """How a tick began: `lateness` [ns] behind its deadline, and whether the tick before it was still at work then.
 
-    `skipped` periods were given up before it, which its deadline has moved by, and `abort` asks for the end of the run.
+    Before it, `skipped` whole periods were dropped from the schedule; `abort` asks for the end of the run.
     """
 
     lateness: int

@@ -61,9 +61,9 @@ def build_controller(scenario: Scenario) -> Controller:
 
 
 def resolved_parameters(scenario: Scenario) -> dict[str, Any]:
-    """Every parameter of the scenario's controller with its value, presets and defaults among them, as JSON has it.
+    """Every parameter of the scenario's controller with its value, presets and defaults included, as JSON.
 
-    Of a controller that keeps no dataclass `parameters`, those that the scenario gives. Raises InvalidValue.
+    For a controller without a dataclass `parameters`, those that the scenario gives. Raises InvalidValue.
     """
     parameters = getattr(build_controller(scenario), "parameters", None)
     if not is_dataclass(parameters) or isinstance(parameters, type):
@@ -72,7 +72,7 @@ def resolved_parameters(scenario: Scenario) -> dict[str, Any]:
 
 
 def _plain(value: Any) -> Any:
-    """A parameter as JSON has it. Of what JSON has not, the text that Python has for it, without addresses."""
+    """A parameter as JSON; what JSON cannot express becomes Python's text for it, without addresses."""
     match value:
         case None | bool() | int() | float() | str():
             return value

@@ -1,4 +1,4 @@
-"""A run again, from the scenario in its log, tick by tick beside what the log holds."""
+"""Repeats a run from the scenario in its log, and compares it with the log tick by tick."""
 
 import os
 from collections.abc import Callable, Iterable, Iterator, Mapping
@@ -29,7 +29,7 @@ from mjnav.recording.read.log import Log, open_log
 from mjnav.scenarios.spec import Scenario
 from mjnav.world.scene import parts_hash
 
-# What `mjnav/run` says of a run; all else there is of the machine and its programs.
+# What the metadata `mjnav/run` say of the run itself; the rest is about the machine and its programs.
 _OF_THE_RUN = ("scene", "controller", "seed", "engine", "argv")
 # Figures of the result that depend on the clock or on where the log is.
 _OF_THE_CLOCK = ("compute_ms", "real_time_factor", "deadline_misses", "log", "profile")
@@ -37,7 +37,7 @@ _OF_THE_CLOCK = ("compute_ms", "real_time_factor", "deadline_misses", "log", "pr
 
 @dataclass(frozen=True, slots=True)
 class Replay:
-    """What became of a run the second time."""
+    """How a run compares with its log when it is repeated."""
 
     path: Path
     ticks: int  # that were compared
@@ -48,7 +48,7 @@ class Replay:
     differences: tuple[FieldDifference, ...]  # of the first tick that has any, causes first
     tick: int | None  # that tick, and when it was [s]; the number of ticks where it is the end that differs
     time: float | None
-    warnings: tuple[str, ...]  # what else than its scenario is another one now, in words: programs, sources, machine
+    warnings: tuple[str, ...]  # what differs beside the scenario, in words: programs, sources, machine
 
     @property
     def identical(self) -> bool:
@@ -115,7 +115,7 @@ def replay(
 
 
 class _Follower:
-    """Goes through a log beside the run that repeats it. `known` ticks can be repeated; None for all.
+    """Reads a log in step with the run that repeats it. `known` ticks can be repeated; None for all.
 
     The result's controller is compared unless it was `renamed`.
     """
@@ -135,7 +135,7 @@ class _Follower:
         self.complete = False
         self.differences: list[FieldDifference] = []
         self.tick, self.time = 0, 0.0  # the last that was looked at
-        self.error: Exception | None = None  # of the log; in a tick it would pass for the run's
+        self.error: Exception | None = None  # of the log; raised in a tick it would count as the run's
         self.empty = self._next is None or known == 0
 
     @property
@@ -197,7 +197,7 @@ def _ending(result: Mapping[str, Any]) -> str:
 
 
 def _is_last(logged: LoggedTick) -> bool:
-    """Whether it is the state in which a run ended: nobody decides in it."""
+    """Whether it is the state in which a run ended, which has no decision."""
     return "/decision" not in logged.documents
 
 
@@ -235,7 +235,7 @@ def _scenario(log: Log) -> tuple[Scenario, int | None]:
 
 
 def _warnings(logged: Mapping[str, str], now: Mapping[str, str]) -> tuple[str, ...]:
-    """The controller, what decides the bits, all else; of what an earlier version recorded by another name, nothing."""
+    """Changes of the controller, of the facts that decide the bits, then of the rest that both have."""
     others = [key for key in now if key not in (*_OF_THE_RUN, *FACTS)]
     return (*_changes(logged, now, ["controller"]), *changes(logged, now), *_changes(logged, now, others))
 

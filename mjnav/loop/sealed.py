@@ -1,6 +1,6 @@
-"""What leaves the loop's hands: a controller or a watcher cannot change the run through what it is shown.
+"""Copies that cannot be written to, so that a controller or a watcher cannot change the run through what it is shown.
 
-An array that owns its memory can always be made writable again; one on immutable bytes never.
+An array that owns its memory can always be made writable again; an array on immutable bytes cannot.
 """
 
 from dataclasses import fields, is_dataclass
@@ -16,7 +16,7 @@ T = TypeVar("T")
 
 
 def sealed(array: NDArray[A]) -> NDArray[A]:
-    """The same values, in the same order in memory, in an array of its own that nobody can write to."""
+    """The same values, in the same order in memory, in a new array that cannot be made writable."""
     if array.flags.fnc:
         return np.frombuffer(array.tobytes("F"), array.dtype).reshape(array.shape, order="F")
     return np.frombuffer(array.tobytes(), array.dtype).reshape(array.shape)

@@ -1,4 +1,4 @@
-"""What a run was worth: pure functions of a trajectory and its scenario, from memory and from a log alike."""
+"""Figures of a run: pure functions of a trajectory and its scenario, from memory and from a log alike."""
 
 from mjnav.metrics.summary import summarise
 

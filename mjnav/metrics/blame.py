@@ -1,4 +1,4 @@
-"""Whose fault a missed deadline is: the loop's, the machine's, or that of work that is only ever done once.
+"""The cause of a missed deadline: the loop, the machine, or work that a process does only once.
 
 A deadline was missed through the machine where the loop, had the machine not stood still, would have met it; through
 first-time work (a kernel compiled or loaded, a module imported) where it would have met it without that. All else is
@@ -57,7 +57,7 @@ def overlap(schedule: Schedule, began: NDArray[np.int64], intervals: NDArray[np.
 def with_stolen(schedule: Schedule, stood_still: NDArray[np.int64], stolen: NDArray[np.int64]) -> NDArray[np.int64]:
     """`stood_still` (n, len(CAUSES)), but where more was stolen from a tick (n,) [ns] than that, this in its place.
 
-    What is stolen has no time of its own: it is laid on the phase that took longest beyond its median.
+    When time was stolen is not known: it is assigned to the phase that took longest beyond its median.
     """
     found = stood_still.copy()
     more = np.flatnonzero(stolen > stood_still.sum(axis=1))

@@ -98,7 +98,7 @@ class SharedBootstrap:
         # A resample may have drawn only seeds that lack the value.
         quantile = np.quantile if sizes.all() else np.nanquantile
         ends = centre[:, 0] + quantile(means, [0.5 - 0.5 * level, 0.5 + 0.5 * level], axis=1)
-        # Nobody may take the dust of single precision for a difference.
+        # Differences below single precision are ignored.
         scale = np.max(np.abs(values), axis=1, where=known, initial=0.0)
         scale[scale == 0.0] = 1.0
         return np.round(ends / scale, DIGITS) * scale

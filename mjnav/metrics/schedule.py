@@ -17,7 +17,7 @@ RATE_SHARE = 0.999  # of the requested rate that must be achieved
 STOLEN_SHARE = 0.01  # of the processors' time that may go to other virtual machines
 
 # In the order in which they are tried; the first that holds is the verdict. They are put to the schedule as it would
-# have been but for the machine: what the machine itself does is told beside the verdict.
+# have been without the machine's own gaps, which are reported beside the verdict.
 RULES = (
     (INCONCLUSIVE, f"interrupted, or fewer than {LEAST_TICKS} ticks"),
     (PASS, f"no deadline missed, nothing of the log dropped, at least {100 * RATE_SHARE:g} % of the rate achieved"),

@@ -13,8 +13,8 @@ from mjnav.world.draws import Draws
 class Actuation:
     """The robot's base: its set-point moves towards the command by at most a dt in each step of dt.
 
-    What the wheels get is that set-point plus the noise of the present window. The noise is not limited: it stands for
-    what the base does of its own.
+    The wheels get that set-point plus the noise of the present window. The noise is not limited: it stands for the
+    base's own errors.
     """
 
     def __init__(self, scenario: Scenario, seed: int):

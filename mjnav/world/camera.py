@@ -1,4 +1,4 @@
-"""From where a scene is seen."""
+"""The camera that sees a whole scene."""
 
 # pyright: reportAttributeAccessIssue=false
 # mujoco's compiled modules carry no types.

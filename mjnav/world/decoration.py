@@ -1,4 +1,4 @@
-"""What is drawn on the floor of a scene for the eye only: the goal, lanes, the way that the robot came, beliefs."""
+"""What is drawn on the floor of a scene and has no physics: the goal, lanes, the robot's path, beliefs."""
 
 # pyright: reportAttributeAccessIssue=false
 # mujoco's compiled modules carry no types.

@@ -12,7 +12,7 @@ _BLOCK = 64  # rows drawn at once: one call of `sample` costs as much for 64 val
 
 
 class Draws:
-    """Rows of draws; row k is the same for a seed whoever asks and whenever."""
+    """Rows of draws; row k depends on the seed alone, not on when it is drawn."""
 
     def __init__(self, distributions: dict[str, Distribution], columns: Sequence[tuple[str, str]], seed: int):
         """`columns` names (channel, body) of each column."""

@@ -7,7 +7,7 @@ from mjnav.messages import Array, Contact
 
 
 class DivergedError(MjnavError):
-    """The physics became nonsense: a number without bounds, or no memory for contacts. The state is lost."""
+    """The physics diverged: a number out of bounds, or no memory for contacts. The state is lost."""
 
 
 class ContactLog:

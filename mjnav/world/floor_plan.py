@@ -1,4 +1,4 @@
-"""What stands in the room, seen from above: legs and pillars as discs, walls as rectangles."""
+"""The room from above: legs and pillars as discs, walls as rectangles."""
 
 from dataclasses import dataclass
 from math import hypot

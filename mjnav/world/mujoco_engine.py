@@ -36,7 +36,7 @@ class MujocoEngine:
     def __init__(self, scenario: Scenario, velocities: Array):
         spec = compose(scenario)
         for geom in [geom for geom in spec.geoms if geom.group == DECORATION]:
-            spec.delete(geom)  # what is for the eye only costs a tenth of each step
+            spec.delete(geom)  # decoration costs a tenth of each step
         self.model = spec.compile()
         # MuJoCo would compute every sensor in every step, a step late; encoders and yaw are read from the state.
         self.model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_SENSOR

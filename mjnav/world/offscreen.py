@@ -33,7 +33,7 @@ def open_context(width: int, height: int) -> Any:
 def _backend(asked: str) -> str:
     """The backend asked for, or else the first one with which another process can draw.
 
-    In this process the first one tried is final: what it loads, the next one trips over.
+    A backend that fails leaves libraries loaded on which the next one fails, so each is tried in another process.
     """
     if asked in BACKENDS:
         return asked

@@ -1,7 +1,7 @@
 """How people want to walk: one class a behaviour, deciding for all the people who have it.
 
-A behaviour may see the robot and everybody. It decides on a grid of simulated time (`PERIOD`), never at the control
-rate, and keeps its own state, such as the waypoint that comes next.
+A behaviour may see the robot and all people. It decides on a grid of simulated time (`PERIOD`), never at the control
+rate, and keeps its own state, such as the next waypoint.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -12,7 +12,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from mjnav.messages import Array
+from mjnav.messages import Array, WorldState
 from mjnav.scenarios.people import REACHED
 from mjnav.scenarios.spec import ConstantVelocity, Person, StopAndGo, Waypoints
 
@@ -25,10 +25,8 @@ ARRIVAL_TIME = 0.8  # [s] in which the distance to the last waypoint falls to 1/
 class Walk(Protocol):
     """The desired velocities of the n people who have one behaviour."""
 
-    def velocities(
-        self, time: float, positions: Array, velocities: Array, robot_pose: Array, robot_twist: Array
-    ) -> Array:
-        """(n, 2) [m/s], from everybody's positions and velocities (P, 2) and the robot's pose (3,) and twist (2,)."""
+    def velocities(self, world: WorldState) -> Array:
+        """(n, 2) [m/s], from the true state of the robot and of all P people."""
         ...
 
 
@@ -46,13 +44,11 @@ class Straight:
         ]
         self._pauses = any(self._phases)
 
-    def velocities(
-        self, time: float, positions: Array, velocities: Array, robot_pose: Array, robot_twist: Array
-    ) -> Array:
+    def velocities(self, world: WorldState) -> Array:
         """See `Walk`."""
         if not self._pauses:
             return self._velocity
-        time += 1e-9  # the grid's rounding must not move a phase's end by one decision
+        time = world.time + 1e-9  # the grid's rounding must not move a phase's end by one decision
         walking = [phases is None or time % phases[1] < phases[0] for phases in self._phases]
         return self._velocity if all(walking) else self._velocity * np.array(walking, float)[:, None]
 
@@ -66,12 +62,10 @@ class Route:
         self._routes = [(route.waypoints, route.speed, route.loop and len(route.waypoints) > 1) for route in routes]
         self._next = [0] * len(routes)
 
-    def velocities(
-        self, time: float, positions: Array, velocities: Array, robot_pose: Array, robot_twist: Array
-    ) -> Array:
+    def velocities(self, world: WorldState) -> Array:
         """See `Walk`."""
         desired = []
-        for i, (x, y) in enumerate(positions[self._index].tolist()):
+        for i, (x, y) in enumerate(world.people_position[self._index].tolist()):
             waypoints, speed, loops = self._routes[i]
             target = waypoints[self._next[i]]
             if hypot(target[0] - x, target[1] - y) <= REACHED and (loops or self._next[i] + 1 < len(waypoints)):
@@ -92,7 +86,7 @@ WALKS: Mapping[type, Callable[[Sequence[Person], Index], Walk]] = MappingProxyTy
 
 
 class Pedestrians:
-    """Everybody who walks, each with their behaviour."""
+    """All people, each with their behaviour."""
 
     def __init__(self, people: Sequence[Person]):
         self._num_people = len(people)
@@ -104,11 +98,9 @@ class Pedestrians:
             place = slice(first, last) if together else index
             self._groups.append((place, WALKS[behaviour]([people[i] for i in index], index)))
 
-    def velocities(
-        self, time: float, positions: Array, velocities: Array, robot_pose: Array, robot_twist: Array
-    ) -> Array:
-        """Desired velocities of all, (P, 2) [m/s]; arguments as in `Walk.velocities`."""
+    def velocities(self, world: WorldState) -> Array:
+        """Desired velocities of all people, (P, 2) [m/s]."""
         desired = np.zeros((self._num_people, 2))
         for place, walk in self._groups:
-            desired[place] = walk.velocities(time, positions, velocities, robot_pose, robot_twist)
+            desired[place] = walk.velocities(world)
         return desired

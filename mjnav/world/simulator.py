@@ -22,8 +22,8 @@ from mjnav.world.sensors import Sensors
 class Simulator:
     """The world of a scenario under a seed.
 
-    The same commands over the same time end in the same state, bit for bit, however calls of `advance` slice it and
-    whether or not anybody looks.
+    The same commands over the same time end in the same state, bit for bit, however calls of `advance` divide it and
+    however often the state is read.
     """
 
     def __init__(self, scenario: Scenario, seed: int):
@@ -32,11 +32,9 @@ class Simulator:
         self._step = 0
         self._pedestrians = pedestrians.Pedestrians(scenario.people)
         start = np.array([person.start for person in scenario.people], float).reshape(-1, 2)
+        before = WorldState(0.0, np.array(scenario.robot.start), np.zeros(2), start, np.zeros_like(start))
         # People are already walking when the run begins.
-        self._engine = _make_engine(
-            scenario,
-            self._pedestrians.velocities(0.0, start, np.zeros_like(start), np.array(scenario.robot.start), np.zeros(2)),
-        )
+        self._engine = _make_engine(scenario, self._pedestrians.velocities(before))
         self._actuation = Actuation(scenario, seed)
         self._sensors = Sensors(scenario, seed)
         self._readings: list[Reading] = []
@@ -80,15 +78,7 @@ class Simulator:
         if self._sensing.due(step):
             self._readings.append(self._sensors.read(engine, self.time))
         if self._decisions.due(step):
-            engine.walk(
-                self._pedestrians.velocities(
-                    self.time,
-                    engine.people_position(),
-                    engine.people_velocity(),
-                    engine.robot_pose(),
-                    engine.robot_twist(),
-                )
-            )
+            engine.walk(self._pedestrians.velocities(self.state()))
         if self._noise_windows.due(step):
             self._actuation.open_window()
 

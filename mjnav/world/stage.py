@@ -1,4 +1,4 @@
-"""The scene to look at: a model with all its decoration, put into any state, of either engine."""
+"""The scene for pictures: a model with all its decoration, put into any state of either engine."""
 
 # pyright: reportAttributeAccessIssue=false
 # mujoco's compiled modules carry no types.
@@ -12,12 +12,12 @@ from mjnav.world.scene import compose
 
 FIELD_OF_VIEW = 0.6  # [rad] vertical
 _QUICK = 2048, 4  # shadow map's side [pixels], samples a pixel; a third of the time a picture
-_WALL = (0.95, 0.93, 0.88, 0.55)  # who is behind a wall or below a table is seen
+_WALL = (0.95, 0.93, 0.88, 0.55)  # people behind a wall or below a table stay visible
 _TABLE_TOP = (0.66, 0.45, 0.27, 0.55)
 
 
 class Stage:
-    """A model of the scenario that nothing simulates. `model` and `data` are MuJoCo's."""
+    """A model of the scenario that is drawn and not simulated. `model` and `data` are MuJoCo's."""
 
     def __init__(self, scenario: Scenario, *, size: tuple[int, int] = (640, 480), quick: bool = False):
         """`size` [pixels] is the largest picture that will be drawn off screen; `quick` drawing has coarser edges."""

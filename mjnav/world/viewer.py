@@ -1,4 +1,4 @@
-"""A window on a run while it goes: MuJoCo's passive viewer."""
+"""A window that shows a run as it happens: MuJoCo's passive viewer."""
 
 # pyright: reportAttributeAccessIssue=false
 # mujoco's compiled modules carry no types.
@@ -22,10 +22,10 @@ _INSTEAD = "use `mjnav run --live`, or `mjnav render LOG -o film.mp4` afterwards
 
 
 class Viewer:
-    """A window that shows what `show` is told; a context manager, which closes it.
+    """A window that shows the state given to `show`; a context manager, which closes it.
 
-    It has a model of its own, so that no look at the run, and no hand in the window, changes it. Raises InputError
-    where no window can be opened.
+    It has a model of its own, so that nothing done in the window changes the run. Raises InputError where no window can
+    be opened.
     """
 
     def __init__(self, scenario: Scenario):
@@ -77,7 +77,7 @@ class Viewer:
 
 
 def _check_display() -> None:
-    """Raises InputError where a window cannot be opened: MuJoCo's viewer itself would wait for one for ever."""
+    """Raises InputError where a window cannot be opened: MuJoCo's viewer itself would wait for ever."""
     if not (os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")):
         raise InputError(f"no display: {_INSTEAD}")
     import glfw

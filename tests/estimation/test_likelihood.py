@@ -22,7 +22,7 @@ def test_no_error_is_impossible_where_the_noise_has_bounded_support():
 
 @pytest.mark.parametrize("channel", FLOOR_WIDTH)
 @pytest.mark.parametrize("name", profile_names())
-def test_a_tabulated_density_lies_between_the_exact_ones_half_a_cell_away_and_is_exact_on_average(name, channel):
+def test_a_tabulated_density_is_within_half_a_cell_and_exact_on_average(name, channel):
     model = Likelihood.of(channel, profile(name)[channel], 0.01)
     cell = model.noise.std / CELLS
     rng = np.random.default_rng(0)

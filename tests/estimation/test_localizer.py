@@ -39,7 +39,7 @@ def test_the_belief_is_consistent_under_skewed_noise(drive, pearson):
     assert np.mean(np.array(nees) < 7.815) > 0.88  # the 95 % region of three degrees of freedom
 
 
-def test_noise_taken_with_the_wrong_sign_biases_the_pose_and_the_right_sign_does_not(drive, mirrored, pearson):
+def test_only_the_right_sign_of_the_noise_leaves_the_pose_unbiased(drive, mirrored, pearson):
     noise = pearson | {"pose.x": make_distribution("pearson", mean=0.0, std=0.08, skew=1.6, kurtosis=7.0)}
     reflected = noise | {"pose.x": mirrored(noise["pose.x"])}
 

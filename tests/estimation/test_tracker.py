@@ -90,9 +90,7 @@ def test_a_person_who_stops_at_once_stands_within_a_second(drive, pearson):
     assert np.abs(np.mean(speeds)) < 0.25
 
 
-def test_detection_noise_taken_with_the_wrong_sign_biases_the_track_and_the_right_sign_does_not(
-    drive, mirrored, pearson
-):
+def test_only_the_right_sign_of_detection_noise_leaves_the_track_unbiased(drive, mirrored, pearson):
     channels = ("detection.x", "detection.y")
     noise = pearson | dict.fromkeys(channels, make_distribution("pearson", mean=0.0, std=0.12, skew=2.0, kurtosis=9.5))
     reflected = noise | {channel: mirrored(noise[channel]) for channel in channels}

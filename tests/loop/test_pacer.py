@@ -23,18 +23,6 @@ def test_the_first_tick_begins_at_once_and_starts_the_schedule(clock):
     assert (start.lateness, start.missed, clock.now) == (about(0), False, about(5_000 * MS))
 
 
-def test_ticks_that_are_done_in_time_begin_at_whole_periods(clock):
-    pacer = paced(clock)
-    pacer.wait()
-    began = clock.now
-    for tick, work in enumerate((10 * MS, 99 * MS, 0, 50 * MS), start=1):
-        clock.now += work
-        start = pacer.wait()
-        assert (start.lateness, start.missed) == (about(0), False)
-        assert clock.now == about(began + tick * PERIOD)
-        assert start.skipped == 0
-
-
 def test_the_last_stretch_before_a_deadline_is_spun_and_not_slept(clock):
     clock.oversleep = SPIN // 2
     pacer = paced(clock)
@@ -43,38 +31,6 @@ def test_the_last_stretch_before_a_deadline_is_spun_and_not_slept(clock):
     clock.oversleep = SPIN + 700_000  # a sleep that outlasts the reserve makes a tick late, but not missed
     start = pacer.wait()
     assert (start.lateness, start.missed) == (about(700_000), False)
-
-
-def test_a_tick_whose_work_passes_the_deadline_is_missed_and_late_by_the_rest(clock):
-    pacer = paced(clock)
-    pacer.wait()
-    clock.now += 130 * MS
-    start = pacer.wait()
-    assert (start.lateness, start.missed) == (about(30 * MS), True)
-
-
-def test_lateness_within_the_bound_is_caught_up_with(clock):
-    pacer = paced(clock, max_catch_up=3)
-    pacer.wait()
-    began = clock.now
-    clock.now += 430 * MS  # the tick due at 100 begins 330 late: three whole periods behind
-    late = [pacer.wait() for _ in range(5)]
-    assert [start.lateness for start in late] == [about(t * MS) for t in (330, 230, 130, 30, 0)]
-    assert [start.missed for start in late] == [True, True, True, True, False]
-    assert clock.now == about(began + 5 * PERIOD)
-    assert not any(start.skipped for start in late)
-
-
-def test_beyond_the_bound_whole_periods_are_skipped_and_the_phase_is_kept(clock):
-    pacer = paced(clock, max_catch_up=3)
-    pacer.wait()
-    began = clock.now
-    clock.now += 570 * MS  # 470 late: four whole periods behind
-    start = pacer.wait()
-    assert (start.lateness, start.missed, start.skipped) == (about(70 * MS), True, 4)
-    start = pacer.wait()
-    assert (start.lateness, start.missed) == (about(0), False)
-    assert clock.now == about(began + 6 * PERIOD)
 
 
 def test_a_bound_of_zero_never_makes_up_for_anything(clock):

@@ -223,7 +223,7 @@ def test_the_overlap_with_any_intervals_is_that_of_every_microsecond(took, inter
     assert overlap(found, began, np.array(pairs, np.int64).reshape(-1, 2) * 1000).tolist() == expected.tolist()
 
 
-def test_what_was_stolen_is_laid_on_the_phase_that_took_longest_and_is_not_counted_twice():
+def test_stolen_time_counts_once_in_the_phase_that_took_longest():
     stall = spent({(7, "control"): 8.0, (9, "sense"): 6.0, (13, "sense"): 1.0, (13, "record"): 1.0})
     found = paced(usual() + stall)[0]
     stolen = np.zeros(N, np.int64)

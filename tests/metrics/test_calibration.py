@@ -102,16 +102,6 @@ def test_intervals_count_groups_and_not_the_forecasts_in_them():
         assert found.observed_interval == pytest.approx(expected.observed_interval)
 
 
-def test_the_biass_interval_is_that_of_the_normal_approximation_for_many_groups():
-    rng = np.random.default_rng(5)
-    error = rng.normal(0.1, 0.05, 400)  # one a group: forecasts of a group are off alike
-    q = rng.uniform(0.3, 0.5, (400, 5))
-    p = q + error[:, None]
-    c = calibration(p.ravel(), q.ravel(), np.repeat(np.arange(400), 5), np.random.default_rng(6))
-    half = 1.96 * error.std() / np.sqrt(400)
-    assert c.bias_interval == pytest.approx((error.mean() - half, error.mean() + half), abs=0.1 * half)
-
-
 def test_resamples_too_many_to_be_drawn_at_once_are_all_drawn():
     rng = np.random.default_rng(7)
     p, q = rng.random(10_001), rng.random(10_001)

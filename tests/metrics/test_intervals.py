@@ -65,10 +65,6 @@ def test_resamples_too_many_to_be_drawn_at_once_are_all_drawn():
     assert paired_bootstrap([0.25] * 7, [0.0] * 7, np.random.default_rng(0), resamples=3) == (0.25, 0.25)
 
 
-def test_equal_methods_differ_by_nothing():
-    assert paired_bootstrap([1.0, 2.0, 3.0], [1.0, 2.0, 3.0], np.random.default_rng(0)) == (0.0, 0.0)
-
-
 def test_a_shared_bootstrap_gives_the_interval_of_one_alone():
     rng = np.random.default_rng(6)
     a, b = rng.gamma(2.0, size=150) + 100.0, rng.gamma(2.0, size=150) + 100.0
@@ -106,10 +102,6 @@ def test_intervals_and_p_values_do_not_depend_on_the_unit():
         assert shared.p_values([unit * values]) == shared.p_values([values])
 
 
-def test_the_interval_of_nothing_but_zeros_is_zero():
-    assert SharedBootstrap(9, np.random.default_rng(1), resamples=100).interval(np.zeros(9)) == (0.0, 0.0)
-
-
 @pytest.mark.parametrize("num", [20, 49, 50])
 def test_what_one_seed_alone_differs_in_is_no_difference(num):
     differences = np.zeros(num)
@@ -119,7 +111,7 @@ def test_what_one_seed_alone_differs_in_is_no_difference(num):
     assert high == 0.0
 
 
-def test_its_p_values_are_uniform_where_nothing_differs_and_small_where_something_does():
+def test_p_values_are_uniform_where_nothing_differs_and_small_where_something_does():
     shared = SharedBootstrap(40, np.random.default_rng(9), resamples=2000)
     rng = np.random.default_rng(10)
     found = shared.p_values(rng.standard_t(3, size=(300, 40)))

@@ -9,7 +9,6 @@ from mjnav.metrics.schedule import (
     FAIL,
     INCONCLUSIVE,
     PASS,
-    RULES,
     Schedule,
     histogram,
     longest_overrun,
@@ -81,19 +80,6 @@ def test_the_verdict_is_that_of_the_first_rule_that_holds(found, expected):
     assert verdict(found) == expected
 
 
-def test_the_printed_rules_end_with_what_always_holds_and_name_the_limits():
-    assert [name for name, _ in RULES] == [INCONCLUSIVE, PASS, INCONCLUSIVE, DEGRADED, FAIL]
-    rules = [rule for _, rule in RULES]
-    for rule, limit in (
-        (rules[0], "fewer than 300 ticks"),
-        (rules[1], "at least 99.9 % of the rate"),
-        (rules[2], "more than 1 % of the processors' time"),
-        (rules[3], "at most 1 % of deadlines"),
-        (rules[3], "at least 99.9 % of the rate"),
-    ):
-        assert limit in rule
-
-
 def test_ticks_misses_and_the_rate_are_counted():
     found = missing(7, wall=10.5)
     assert (found.ticks, found.misses, found.achieved_hz) == (N, 7, pytest.approx(N / 10.5))
@@ -118,11 +104,6 @@ def test_wake_up_leaves_out_the_first_tick_and_those_that_began_late_for_work():
     left = [float(tick) for tick in range(1, 1002) if tick != 501]
     quantiles = dict(zip(("p50", "p99", "p999"), np.quantile(left, [0.5, 0.99, 0.999]), strict=True))
     assert found == pytest.approx({**quantiles, "max": 1001.0})
-
-
-def test_quantiles_of_wake_up_are_exact_where_they_fall_on_a_tick():
-    found = wakeup_us(schedule(1002, lateness={tick: (tick - 1) * US for tick in range(1, 1002)}))
-    assert found == pytest.approx({"p50": 500.0, "p99": 990.0, "p999": 999.0, "max": 1000.0})
 
 
 @pytest.mark.parametrize("ticks", [0, 1])
@@ -155,10 +136,6 @@ def test_the_longest_of_several_overruns_counts():
     took = {(10, "sense"): 8 * MS, (200, "record"): 9 * MS, (999, "advance"): 7 * MS}
     found = schedule(took=took, overrun={10: 2 * MS, 200: 3 * MS, 999: 1 * MS})
     assert blamed(found) == (200, "record", 3.0)
-
-
-def test_the_last_tick_can_be_to_blame():
-    assert blamed(schedule(took={(N - 1, "record"): 9 * MS}, overrun={N - 1: MS})) == (N - 1, "record", 1.0)
 
 
 def test_the_tick_that_began_the_delay_is_to_blame_for_where_it_led():
@@ -195,7 +172,7 @@ def test_a_schedule_that_was_never_in_time_has_someone_to_blame_too():
 # ------------------------------------------------------------------------------------------ histogram
 
 
-def test_the_histogram_counts_between_its_edges_from_the_first_bin_in_use_to_the_last():
+def test_the_histogram_has_rows_from_the_first_bin_in_use_to_the_last():
     values = np.array([2.0, 4.9, 5.0, 21.0, 30.0, 49.0, 49.0])
     assert histogram(values, (2, 5, 10, 20, 50, 100)) == [(2, 5, 2), (5, 10, 1), (10, 20, 0), (20, 50, 4)]
 

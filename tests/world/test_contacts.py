@@ -29,7 +29,7 @@ def test_a_contact_names_what_the_robot_ran_into(scene, engine, kind):
         assert all(contact.force == 0.0 for contact in seen)
 
 
-def test_there_are_no_contacts_in_an_empty_room_and_they_are_those_of_the_latest_advance(scene, engine):
+def test_contacts_are_those_of_the_latest_advance_and_none_in_an_empty_room(scene, engine):
     walls = (Wall((0.6, -1.0), (0.6, 1.0)),)
     simulator = Simulator(scene(engine=engine, walls=walls, robot={"min_speed": -1.0}), 0)
     simulator.advance(0.1, (1.0, 0.0))

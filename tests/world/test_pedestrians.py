@@ -1,6 +1,7 @@
 import numpy as np
 import pytest
 
+from mjnav.messages import WorldState
 from mjnav.scenarios.spec import ConstantVelocity, Person, Pillar, StopAndGo, Table, Wall, Waypoints
 from mjnav.world.pedestrians import ARRIVAL_TIME, Pedestrians
 from mjnav.world.simulator import Simulator
@@ -63,11 +64,12 @@ def test_behaviours_are_mixed_without_mixing_up_people():
         Person((7.0, 0.0), StopAndGo((0.3, 0.0), 1.0, 1.0)),
     )
     positions = np.array([person.start for person in people])
-    arguments = (positions, np.zeros((4, 2)), np.zeros(3), np.zeros(2))
     pedestrians = Pedestrians(people)
-    np.testing.assert_allclose(pedestrians.velocities(0.5, *arguments), [[1, 0], [0, 0.5], [0, -2], [0.3, 0]])
-    np.testing.assert_allclose(pedestrians.velocities(1.5, *arguments), [[1, 0], [0, 0.5], [0, -2], [0, 0]])
-    assert Pedestrians(()).velocities(0.0, np.zeros((0, 2)), np.zeros((0, 2)), np.zeros(3), np.zeros(2)).shape == (0, 2)
+    for time, last in ((0.5, 0.3), (1.5, 0.0)):
+        world = WorldState(time, np.zeros(3), np.zeros(2), positions, np.zeros((4, 2)))
+        np.testing.assert_allclose(pedestrians.velocities(world), [[1, 0], [0, 0.5], [0, -2], [last, 0]])
+    nobody = WorldState(0.0, np.zeros(3), np.zeros(2), np.zeros((0, 2)), np.zeros((0, 2)))
+    assert Pedestrians(()).velocities(nobody).shape == (0, 2)
 
 
 @pytest.mark.parametrize(

@@ -1,4 +1,4 @@
-"""A run that broke: what it was, where, and what is left of it."""
+"""A run that broke: the cause, where it happened, and the result of the ticks before."""
 
 import traceback
 
@@ -31,7 +31,7 @@ def describe_fault(error: BaseException) -> str:
 
 
 def fault_events(error: BaseException) -> tuple[Event, ...]:
-    """What the log says of it; with the way to it, for whoever looks for a bug."""
+    """The log's events about the error, with its traceback unless it is one of mjnav's own."""
     fault = Event("error", "fault", describe_fault(error))
     if isinstance(error, MjnavError):
         return (fault,)

@@ -1,9 +1,9 @@
-"""How long an episode may take on the wall, seen from the process that runs it and from the one that watches it.
+"""The limit on an episode's wall time, kept in the process that runs it and in the process that watches it.
 
-A `Heartbeat` is told of every tick. An episode that has had its time ends there, in order, with `TimeUp`. One that
-hangs in a tick does not come back to be told: whoever watches its process from outside (`Watchdog`) first asks it by a
-signal to raise `TimeUp` where it hangs, which ends it in order, too; compiled code hears no such request, and the
-process is ended. The wall decides nothing but whether an episode is given up, and what is given up has no result.
+A `Heartbeat` is called at every tick, and raises `TimeUp` when the time is over. An episode that hangs inside a tick
+does not call it. The `Watchdog` in another process then sends a signal whose handler raises `TimeUp` where the episode
+hangs; compiled code does not run handlers, so its process is ended. Wall time decides only whether an episode is given
+up, and an episode that is given up has no result.
 """
 
 import os
@@ -18,10 +18,10 @@ from types import FrameType
 from mjnav.errors import MjnavError
 from mjnav.loop.faults.location import location
 
-MAX_SECONDS = 3600.0  # [s] on the wall that an episode may take, unless it is told otherwise
+MAX_SECONDS = 3600.0  # [s] of wall time that an episode may take by default
 START = 120.0  # [s] more until its first tick: kernels may have to be compiled
 STALL = 60.0  # [s] without a tick after which an episode is named
-GRACE = 3.0  # [s] without a tick after which an episode beyond its time does not come back by itself
+GRACE = 3.0  # [s] without a tick after which an episode beyond its time counts as hanging
 END_TIMEOUT = 5.0  # [s] between the request to end and the end of the process
 INTERVAL = 1.0  # [s] between two beats that are sent
 ASK, DUMP = signal.SIGUSR1, signal.SIGUSR2  # end the tick that hangs; say where the process is (faulthandler)
@@ -30,11 +30,11 @@ _FRAME = re.compile(r'^  File "(.+)", line (\d+) in (.+)$', re.MULTILINE)  # of 
 
 
 class TimeUp(MjnavError):
-    """An episode has had its time on the wall."""
+    """An episode has used up its wall time."""
 
 
 class Heartbeat:
-    """Of one episode; call it at every tick. `send` is called every INTERVAL at most. Raises TimeUp."""
+    """One episode's clock; call it at every tick. It calls `send` at most once an INTERVAL. Raises TimeUp."""
 
     def __init__(self, limit: float = MAX_SECONDS, send: Callable[[], None] = lambda: None):
         self.over: str | None = None  # why the episode was ended
@@ -63,17 +63,17 @@ class Heartbeat:
 
     @property
     def hangs(self) -> bool:
-        """Whether the time is over and the last tick does not come back."""
+        """Whether the time is over and no tick has ended for GRACE."""
         return time.monotonic() > self._due and self.quiet > GRACE
 
     def end(self, frame: FrameType | None) -> str:
-        """Ends the episode from now on, which hangs at `frame`; says so."""
+        """Marks the episode as ended, hanging at `frame`; returns the reason."""
         self.over = hang(self._limit, location(extract_stack(frame)) if frame else None)
         return self.over
 
     @contextmanager
     def on_signal(self) -> Iterator["Heartbeat"]:
-        """Raises TimeUp where it hangs when ASK comes; on the main thread only."""
+        """While it lasts, the signal ASK raises TimeUp where the episode hangs; on the main thread only."""
 
         def ask(number: int, frame: FrameType | None) -> None:
             if self.hangs:
@@ -87,7 +87,7 @@ class Heartbeat:
 
 
 class Watchdog:
-    """One episode in another process, which sends its beats. `name` is what it is called when it hangs."""
+    """Watches one episode in another process, which sends its beats. `name` stands in messages."""
 
     def __init__(
         self, name: str, limit: float, tell: Callable[[str], None], clock: Callable[[], float] = time.monotonic
@@ -100,14 +100,14 @@ class Watchdog:
         self._asked: float | None = None
 
     def beat(self) -> None:
-        """It goes on."""
+        """The episode sent a beat."""
         self._latest = self._clock()
         if not self._begun:
             self._due = self._latest + self._limit
         self._begun, self._told = True, False
 
     def must_end(self, process: int) -> bool:
-        """Names what makes no progress, and asks what hangs beyond its time to end; whether it must be ended."""
+        """Reports a stall, asks an episode that hangs beyond its time to end; says whether to end its process."""
         now = self._clock()
         quiet = now - self._latest
         if quiet >= STALL and not self._told:
@@ -122,12 +122,12 @@ class Watchdog:
         return now - self._asked > END_TIMEOUT
 
     def cause(self, frames: list[FrameSummary]) -> str:
-        """Why it was ended, which hangs in these frames."""
+        """Why the episode, which hung in these frames, was ended."""
         return hang(self._limit, location(frames))
 
 
 def hang(limit: float, where: str | None) -> str:
-    """Why an episode was ended that hangs, and where."""
+    """The reason for ending an episode that hangs, and where it did."""
     return f"a tick hangs{f' ({where})' if where else ''}: ended after {limit:g} s on the wall (--max-seconds)"
 
 

@@ -1,4 +1,4 @@
-"""How a process ended that did not say so itself, and where it was then."""
+"""How a process ended that could not report it, and where in its code it was."""
 
 import faulthandler
 import os
@@ -14,19 +14,19 @@ _PAUSE = 0.1  # [s] between two pieces of it: it is written in many
 
 
 def dump_to(descriptor: int) -> None:
-    """Where this process is goes there when it dies of a fault, and when DUMP comes. Needs no interpreter's lock."""
+    """Dumps the stack to `descriptor` on a fatal signal and on DUMP, without the interpreter's lock."""
     faulthandler.enable(descriptor, all_threads=False)  # type: ignore[arg-type] - a descriptor, as documented
     faulthandler.register(DUMP, descriptor, all_threads=False)  # type: ignore[arg-type]
 
 
 def dump_of(process: int, descriptor: int) -> str:
-    """What the process writes there when it is asked where it is; empty where it can not answer."""
+    """The stack that the process dumps when it is asked to; empty where it does not answer."""
     os.kill(process, DUMP)
     return read_dump(descriptor, _PATIENCE)
 
 
 def read_dump(descriptor: int, patience: float = 0.0) -> str:
-    """What was dumped there."""
+    """What has been dumped to `descriptor`."""
     text = b""
     while select.select([descriptor], [], [], _PAUSE if text else patience)[0]:
         if not (piece := os.read(descriptor, _MAX_DUMP)):
@@ -36,7 +36,7 @@ def read_dump(descriptor: int, patience: float = 0.0) -> str:
 
 
 def describe_end(exit_code: int, dump: str) -> str:
-    """How a process ended: its exit code, or minus the signal that ended it; and where, if it dumped that."""
+    """How a process ended, from its exit code or minus the signal that ended it, and where, if it dumped its stack."""
     named = {one.value: one.name for one in signal.Signals}
     what = (
         f"exit code {exit_code}, as os._exit does" if exit_code >= 0 else named.get(-exit_code, f"signal {-exit_code}")

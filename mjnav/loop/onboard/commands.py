@@ -36,7 +36,7 @@ class CommandHistory:
         self._commands.append(command)
 
     def forget(self, before: float) -> None:
-        """Drops the commands that are not in force any more at a moment [s]: nobody will ask for earlier ones."""
+        """Drops the commands that are no longer in force at a moment [s]; earlier ones will not be asked for."""
         over = bisect_right(self._starts, before + ROUNDING) - 1
         if over > 0:
             self._set_point(over)

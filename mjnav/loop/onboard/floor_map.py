@@ -1,4 +1,4 @@
-"""The known map as controllers take it: legs and pillars as discs at rest, walls as the faces towards the robot."""
+"""The known map as controllers use it: legs and pillars as discs at rest, walls as the faces towards the robot."""
 
 from itertools import repeat
 

@@ -54,12 +54,12 @@ def provenance(method: str) -> Mapping[str, str]:
 
 
 def digest(facts: Mapping[str, str]) -> str:
-    """Of all facts: equal where they are."""
+    """A hash of all facts."""
     return hashlib.sha256(json.dumps([facts.get(fact) for fact in FACTS]).encode()).hexdigest()
 
 
 def changes(was: Mapping[str, str | None], now: Mapping[str, str | None]) -> tuple[str, ...]:
-    """The facts that differ, each in words: "numpy was 2.4.5, is 2.4.6". One that is not known is None or absent."""
+    """The facts that differ, each in words: "numpy was 2.4.5, is 2.4.6". An unknown fact is None or absent."""
     unknown = [fact for fact in FACTS if (was.get(fact) is None) != (now.get(fact) is None)]
     found = [
         text
@@ -113,7 +113,7 @@ def _own_files(text: str) -> Mapping[str, Any]:
 
 @cache
 def _facts() -> Mapping[str, str]:
-    """Of this process, whatever the controller."""
+    """The facts of this process that do not depend on the controller."""
     from llvmlite import binding
     from numba.core import config
 
@@ -139,7 +139,7 @@ def _facts() -> Mapping[str, str]:
 
 
 def package_version(package: str) -> str:
-    """Of an installed package; "unknown" where it is none."""
+    """The version of an installed package; "unknown" where it is not installed."""
     try:
         return version(package)
     except PackageNotFoundError:

@@ -38,7 +38,7 @@ def revision() -> str:
 
 @cache
 def _processor() -> str:
-    """Its name, as people know it."""
+    """The processor's product name."""
     with suppress(OSError), open("/proc/cpuinfo") as file:
         for line in file:
             name, _, value = line.partition(":")

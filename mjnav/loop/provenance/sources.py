@@ -47,7 +47,7 @@ def controller_sources(method: str) -> Mapping[str, str]:
 
 @cache
 def _files(name: str, origin: str) -> Mapping[str, str]:
-    """Of the module `name`, whose file is `origin`."""
+    """`controller_sources` of the module `name`, whose file is `origin`."""
     path = Path(origin)
     depth = name.count(".") + (path.name == "__init__.py")
     root = path.parents[depth]

@@ -9,12 +9,12 @@ from mjnav.rng import stream
 from mjnav.scenarios.check import check
 from mjnav.scenarios.spec import Person, Scenario, Waypoints
 
-MARGIN = 2.0  # [m] around everything that the map holds, where people may walk
+MARGIN = 2.0  # [m] around everything on the map, where people may walk
 MAX_TRIES = 1000  # places a person
 
 
 def crowd(scenario: Scenario, num_people: int) -> Scenario:
-    """The scenario with its first `num_people` people, and where it has fewer, with more who walk to and fro.
+    """The scenario with its first `num_people` people, and where it has fewer, with more who walk back and forth.
 
     They start and turn at random places, which follow the scenario's seed. Raises InvalidValue for a number below zero
     and where there is no room.

@@ -1,4 +1,4 @@
-"""Work that a process does only once and that has no place in a tick: compiling or loading a kernel, importing."""
+"""Work that a process does only once and that should not happen in a tick: compiling or loading a kernel, importing."""
 
 import builtins
 import sys
@@ -14,7 +14,7 @@ KERNELS = "numba:compiler_lock"  # held while a kernel is compiled, and while on
 
 
 class FirstTimeWork(event.Listener):
-    """Notes when such work was done, on whichever thread."""
+    """Records when such work was done, on any thread."""
 
     def __init__(self):
         self._since: list[int] = []  # of what has begun and not ended
@@ -30,7 +30,7 @@ class FirstTimeWork(event.Listener):
         self._since.append(time.perf_counter_ns())
 
     def on_end(self, event: event.Event) -> None:
-        """It is there."""
+        """It has been compiled or loaded."""
         if self._since:
             self.add(self._since.pop())
 
@@ -41,7 +41,7 @@ class FirstTimeWork(event.Listener):
 
 @contextmanager
 def first_time_work() -> Iterator[FirstTimeWork]:
-    """Notes it while the context lasts."""
+    """Records such work while the context lasts."""
     work, import_module = FirstTimeWork(), builtins.__import__
 
     def timed(*arguments, **options):

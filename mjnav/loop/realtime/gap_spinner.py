@@ -10,7 +10,7 @@ to this process, which has neither left its CPU nor used it: such a gap says not
 
 It prints a line when it begins, and one of JSON after SECONDS, on SIGTERM, or with the end of its parent: the CPU, how
 long it spun and waited [ns], and each gap by its begin, its end (CLOCK_MONOTONIC) [ns] and 1 where it is one of this
-CPU alone. It needs nothing of mjnav, so that it starts in no time.
+CPU alone. It imports nothing of mjnav, so that it starts quickly.
 """
 
 import gc
@@ -26,11 +26,14 @@ GAP = 500_000  # [ns] that the machine stood still, at least
 
 def main() -> None:
     """Spins."""
-    for number in (signal.SIGINT, signal.SIGHUP):  # a terminal sends them to everybody; our parent ends us
+    for number in (
+        signal.SIGINT,
+        signal.SIGHUP,
+    ):  # a terminal sends them to the whole group; the parent ends this process
         signal.signal(number, signal.SIG_IGN)
     asked: list[int] = []
     signal.signal(signal.SIGTERM, lambda number, frame: asked.append(number))
-    # It must be in nobody's way. A loop under SCHED_FIFO is not held up by what runs without; any other would be.
+    # It must not delay others. A loop under SCHED_FIFO is not delayed by ordinary processes; any other loop is.
     policy = os.SCHED_OTHER if os.sched_getscheduler(0) == os.SCHED_FIFO else os.SCHED_IDLE
     os.sched_setscheduler(0, policy, os.sched_param(0))
     cpu, parent = int(sys.argv[1]), os.getppid()

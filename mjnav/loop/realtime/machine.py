@@ -1,7 +1,6 @@
-"""When the machine itself stood still during a real-time test: a probe that spins on another CPU than the loop's.
+"""Detects when the machine itself stood still in a real-time test, by a probe on a CPU that the loop does not use.
 
-Where there is no other CPU, the only one is watched for a while before the test: that says how the machine is, but no
-miss can be laid on it.
+With one CPU, the probe runs for a while before the test instead. That describes the machine, but explains no miss.
 """
 
 import json
@@ -80,7 +79,7 @@ def gap_probe(cpus: set[int]) -> Iterator[Gaps]:
 
 
 def _fill(gaps: Gaps, said: bytes) -> None:
-    """With what the probe said, if it did."""
+    """Fills `gaps` from the probe's output, if there is any."""
     with suppress(ValueError):
         found = json.loads(said.strip().rpartition(b"\n")[2])
         share = 1.0 - found["waited"] / max(1, found["spun"])
@@ -90,12 +89,12 @@ def _fill(gaps: Gaps, said: bytes) -> None:
 
 
 class Usage(NamedTuple):
-    """What became of the calling thread's time so far [ns]."""
+    """How the calling thread's time was spent so far [ns]."""
 
     before: int  # CLOCK_MONOTONIC before all else was read; a thread may lose its CPU between two readings
     ran: int
     waited: int  # for its CPU
-    yielded: int  # how often it gave its CPU away of its own accord
+    yielded: int  # how often it gave up its CPU voluntarily
     page_faults: int  # that were served without a disk
     after: int  # and once it was
 
@@ -118,7 +117,7 @@ class UsageMeter:
         return Usage(before, ran, waited, used.ru_nvcsw, used.ru_minflt, time.perf_counter_ns())
 
     def close(self) -> None:
-        """No more is read."""
+        """Closes the kernel's statistics."""
         if self._statistics is not None:
             os.close(self._statistics)
 

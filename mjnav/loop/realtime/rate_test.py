@@ -1,4 +1,4 @@
-"""The real-time rate test: a scene run against the clock for a while, and what became of its schedule."""
+"""The real-time rate test: runs a scene against the clock for a while and reports how well its schedule was kept."""
 
 import os
 import platform

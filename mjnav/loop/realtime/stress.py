@@ -1,6 +1,6 @@
 """Load beside a real-time test: a process for every CPU that computes, and one that writes to the disk.
 
-Each is ended when the context closes, and ends itself when its parent is gone.
+Each ends when the context closes, or when its parent has died.
 """
 
 import os

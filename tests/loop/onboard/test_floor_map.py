@@ -18,7 +18,7 @@ def test_legs_and_pillars_are_discs_at_rest_under_their_bodies_names(room):
 
 
 @pytest.mark.parametrize(("y", "face"), [(0.0, -1.8), (-5.0, -2.2)])
-def test_a_wall_is_its_face_on_the_robots_side_with_half_its_thickness_at_either_end(room, y, face):
+def test_a_wall_is_its_face_towards_the_robot_longer_by_half_its_thickness(room, y, face):
     floor_map = FloorMap(room("walls.0.thickness=0.4"))
     (wall,) = floor_map.walls(np.array([1.0, y]))
     assert wall == pytest.approx(np.array([[-1.2, face], [8.2, face]]))

@@ -72,7 +72,7 @@ def test_without_prediction_an_observation_stands_where_the_robot_was_believed(r
         board.actuate(tick, spent=0.0)
 
 
-def test_an_observation_carries_people_then_the_map_and_as_many_samples_as_the_controller_wants(room):
+def test_an_observation_has_people_then_the_map_and_the_wanted_number_of_samples(room):
     scenario = room()
     board = navigator(scenario, samples=17)
     observation = board.predict(0, board.estimate((reading(scenario, 0.0),), None))

@@ -103,14 +103,10 @@ def test_the_overrun_of_a_stall_counts_the_periods_that_were_skipped_for_it(meas
     assert found.summary["real_time_factor"] == pytest.approx(TICKS / (TICKS + 11), rel=1e-3)
 
 
-def test_a_stall_in_the_last_tick_counts_too(measure, stall):
-    stall("control", {TICKS - 1: 170.0})
-    assert report(measure()) == (TICKS - 1, "control", about(70.0), 1, 0)
-
-
-def test_a_stall_in_the_first_tick_counts_too(measure, stall):
-    stall("sense", {0: 170.0})
-    assert report(measure()) == (0, "sense", about(70.0), 1, 0)
+@pytest.mark.parametrize("tick", [0, TICKS - 1])
+def test_a_stall_in_the_first_or_last_tick_counts_too(measure, stall, tick):
+    stall("control", {tick: 170.0})
+    assert report(measure()) == (tick, "control", about(70.0), 1, 0)
 
 
 def test_of_two_stalls_in_a_row_the_longer_is_to_blame_for_both(measure, stall):
