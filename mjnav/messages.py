@@ -9,6 +9,7 @@ changed after they were handed over; those of an observation cannot be.
 
 from dataclasses import dataclass, field
 from enum import StrEnum
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -283,7 +284,12 @@ class Trajectory:
 
 def triangle(matrices: Array) -> Array:
     """The upper triangles of symmetric matrices (..., n, n), row by row: (..., n (n + 1) / 2)."""
-    return matrices[..., *np.triu_indices(matrices.shape[-1])]
+    return matrices[..., *_upper(matrices.shape[-1])]
+
+
+@lru_cache(maxsize=8)  # twice a tick
+def _upper(n: int) -> tuple[NDArray[np.intp], ...]:
+    return np.triu_indices(n)
 
 
 def symmetric(triangles: Array, n: int) -> Array:

@@ -50,7 +50,9 @@ def chosen_candidate(decision: Decision) -> int | None:
 def encode_candidates(pose: Array, decision: Decision, costs: CandidateCosts) -> bytes:
     """mjnav.Candidates of a decision taken at the believed pose (3,)."""
     chosen = chosen_candidate(decision)
-    columns = [wire.packed_floats(1, column) if column.any() else b"" for column in costs.cone.T]
+    cone = np.ascontiguousarray(costs.cone.T, "<f4")
+    used = np.logical_or.reduce(cone, axis=1).tolist()
+    columns = [wire.packed_floats(1, cone[j]) if used[j] else b"" for j in range(len(used))]
     return b"".join(
         (
             wire.packed_doubles(1, pose),

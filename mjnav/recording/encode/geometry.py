@@ -1,20 +1,17 @@
-"""Poses, transforms, scans and particles as Foxglove's protobuf messages."""
+"""/tf, /robot/truth, /robot/estimate and /scan: transforms, poses and ranges as Foxglove's messages."""
 
 from collections.abc import Sequence
 from functools import lru_cache
 from math import cos, pi, sin
 
-import numpy as np
 from foxglove_schemas_protobuf.FrameTransform_pb2 import FrameTransform
-from foxglove_schemas_protobuf.PackedElementField_pb2 import PackedElementField
-from foxglove_schemas_protobuf.PointCloud_pb2 import PointCloud
 from foxglove_schemas_protobuf.Pose_pb2 import Pose
 from foxglove_schemas_protobuf.PoseInFrame_pb2 import PoseInFrame
 from foxglove_schemas_protobuf.Quaternion_pb2 import Quaternion
 from foxglove_schemas_protobuf.Vector3_pb2 import Vector3
 from google.protobuf.timestamp_pb2 import Timestamp
 
-from mjnav.messages import Array, Reading, RobotBelief, Track, WorldState
+from mjnav.messages import Array, Reading, RobotBelief, WorldState
 from mjnav.recording.encode import wire
 
 WORLD_FRAME = "map"
@@ -103,38 +100,3 @@ def _scan_header(beams: int) -> bytes:
     """foxglove.LaserScan, but for its time and ranges."""
     frame = wire.delimited(2, TRUE_FRAME.encode())
     return frame + _SCAN_POSE + wire.double(4, -pi) + wire.double(5, pi - 2.0 * pi / max(beams, 1))
-
-
-def _cloud_header(names: tuple[str, ...]) -> bytes:
-    """A cloud of float32 columns, but for its time and data."""
-    fields = [
-        PackedElementField(name=name, offset=4 * i, type=PackedElementField.FLOAT32) for i, name in enumerate(names)
-    ]
-    cloud = PointCloud(frame_id=WORLD_FRAME, pose=pose(0.0, 0.0), point_stride=4 * len(names), fields=fields)
-    return cloud.SerializeToString()
-
-
-_ROBOT_CLOUD = _cloud_header(("x", "y", "theta", "weight"))
-_TRACKS_CLOUD = _cloud_header(("x", "y", "vx", "vy", "weight", "track"))
-
-
-def encode_robot_particles(belief: RobotBelief) -> bytes:
-    """Particles x, y, theta, weight; float32, for looking."""
-    table = np.empty((belief.weights.size, 4), "<f4")
-    table[:, :3] = belief.particles
-    table[:, 3] = belief.weights
-    return wire.timestamp(1, time_ns(belief.time)) + _ROBOT_CLOUD + wire.delimited(6, table.tobytes())
-
-
-def encode_track_particles(time: float, tracks: tuple[Track, ...]) -> bytes:
-    """Particles of all tracks x, y, vx, vy, weight and the track's place in the tuple; float32, for looking."""
-    table = np.empty((sum(track.weights.size for track in tracks), 6), "<f4")
-    states, weights, places = table[:, :4], table[:, 4], table[:, 5]
-    first = 0
-    for place, track in enumerate(tracks):
-        last = first + track.weights.size
-        states[first:last] = track.particles
-        weights[first:last] = track.weights
-        places[first:last] = place
-        first = last
-    return wire.timestamp(1, time_ns(time)) + _TRACKS_CLOUD + wire.delimited(6, table.tobytes())

@@ -11,7 +11,7 @@ from foxglove_schemas_protobuf.PoseInFrame_pb2 import PoseInFrame
 from foxglove_schemas_protobuf.SceneUpdate_pb2 import SceneUpdate
 
 from mjnav.messages import Event, Reading, TickRecord, WorldState
-from mjnav.recording.encode import geometry, json_messages
+from mjnav.recording.encode import geometry, json_messages, particles
 from mjnav.recording.encode.candidate_arcs import encode_arcs
 from mjnav.recording.encode.candidates import candidates_schema, encode_candidates
 from mjnav.recording.encode.cone import cone_schema, encode_cone
@@ -110,8 +110,8 @@ def topics(scenario: Scenario) -> tuple[Topic, ...]:
             lambda r: r.reading and json_messages.encode_odometry(r.reading),
             encode_reading=json_messages.encode_odometry,
         ),
-        Topic("/belief/robot", cloud, lambda r: geometry.encode_robot_particles(r.belief)),
-        Topic("/belief/obstacles", cloud, lambda r: geometry.encode_track_particles(r.truth.time, r.tracks)),
+        Topic("/belief/robot", cloud, lambda r: particles.encode_robot_particles(r.belief)),
+        Topic("/belief/obstacles", cloud, lambda r: particles.encode_track_particles(r.truth.time, r.tracks)),
         Topic(
             "/decision", document_schema("mjnav.Decision"), lambda r: json_messages.encode_decision(r.tick, r.decision)
         ),

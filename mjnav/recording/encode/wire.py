@@ -28,6 +28,7 @@ def varint(value: int) -> bytes:
     return bytes(out)
 
 
+@lru_cache(maxsize=128)  # of a few dozen
 def tag(number: int, wire_type: int) -> bytes:
     """The tag of field `number`."""
     return varint(number << 3 | wire_type)

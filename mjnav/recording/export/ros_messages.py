@@ -12,6 +12,7 @@ from foxglove_schemas_protobuf.Log_pb2 import Log as Event
 from rosbags.typesys.stores import ros2_humble as ros
 
 from mjnav.recording.encode.geometry import TRUE_FRAME, WORLD_FRAME, time_ns
+from mjnav.recording.encode.particles import decode_particles
 
 _PLANAR = [0, 1, 5]  # x, y and the turn about z among the six coordinates of a pose
 
@@ -190,8 +191,8 @@ def detections(document: Mapping, now: int) -> ros.geometry_msgs__msg__PoseArray
 
 
 def _table(cloud: Any) -> np.ndarray:
-    """The particles of a foxglove.PointCloud of float32, (n, columns)."""
-    return np.frombuffer(cloud.data, "<f4").reshape(-1, len(cloud.fields))
+    """The particles of a cloud as float32, (n, columns)."""
+    return np.stack(list(decode_particles(cloud).values()), axis=-1).astype("<f4")
 
 
 def particle_poses(cloud: Any, _: int) -> ros.geometry_msgs__msg__PoseArray:

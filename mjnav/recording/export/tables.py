@@ -11,6 +11,7 @@ from foxglove_schemas_protobuf.LinePrimitive_pb2 import LinePrimitive
 from foxglove_schemas_protobuf.Log_pb2 import Log as Event
 
 from mjnav.messages import PHASES
+from mjnav.recording.encode.particles import decode_particles
 
 Rows = Iterable[Sequence[Any]]
 
@@ -124,11 +125,10 @@ def _candidates_cone(message: Any) -> Rows:
 
 
 def _particles(cloud: Any) -> Rows:
-    """Numbers as the text of float32; the track's number is an integer."""
-    names = [field.name for field in cloud.fields]
-    table = np.frombuffer(cloud.data, "<f4").reshape(-1, len(names))
-    columns = [table[:, i].astype("i8" if name == "track" else "U").tolist() for i, name in enumerate(names)]
-    return zip(*columns, strict=True)
+    """As text, which is that of float32; the track's number is a whole one."""
+    columns = decode_particles(cloud)
+    texts = [values.astype(int).tolist() if name == "track" else _float32(values) for name, values in columns.items()]
+    return zip(*texts, strict=True)
 
 
 def _scan(scan: Any) -> Rows:

@@ -8,6 +8,7 @@ import numpy as np
 from mjnav.control.parameters import Parameters
 from mjnav.errors import DamagedLogError, InputError
 from mjnav.messages import PHASES, Array
+from mjnav.recording.encode.particles import decode_particles
 from mjnav.recording.read.budget import EXPORT, FREE_EXPORT, Budget
 from mjnav.recording.read.log import Log
 from mjnav.recording.read.ticks import NOT_OURS
@@ -116,13 +117,13 @@ class RunFrames:
         self._tracks_of[frame] = {track["name"]: np.array(track["position"]) for track in tracks}
 
     def _robot_particles(self, frame: int, cloud: Any) -> None:
-        x, y, _, weight = _columns(cloud)
+        x, y, _, weight = decode_particles(cloud).values()
         drawn = _drawn(weight, ROBOT_PARTICLES)
         centre = self.array("estimate", 3)[frame, :2]
         self._put("robot particles", frame, np.stack([x, y], axis=-1)[drawn] - centre)
 
     def _track_particles(self, frame: int, cloud: Any) -> None:
-        x, y, _, _, weight, place = _columns(cloud)
+        x, y, _, _, weight, place = decode_particles(cloud).values()
         tracks = self._tracks_of[frame]
         number = min(TRACK_PARTICLES, max(2, ALL_TRACK_PARTICLES // max(1, len(tracks))))
         for i, (name, centre) in enumerate(tracks.items()):
@@ -172,11 +173,6 @@ def _grid(parameters: Mapping[str, Any]) -> tuple[int, int]:
 
 def _sum(parts: list[float | None]) -> float | None:
     return None if None in parts else float(sum(part or 0.0 for part in parts))
-
-
-def _columns(cloud: Any) -> Array:
-    """A cloud's float32 columns."""
-    return np.frombuffer(cloud.data, "<f4").reshape(-1, cloud.point_stride // 4).T.astype(float)
 
 
 def _drawn(weights: Array, number: int) -> np.ndarray:

@@ -13,6 +13,7 @@ from rosbags.typesys import Stores, get_typestore
 from ruamel.yaml import YAML
 
 from mjnav.recording import open_log
+from mjnav.recording.encode.particles import decode_particles
 from mjnav.recording.encode.topics import topics
 from mjnav.recording.export.export import export
 from mjnav.recording.export.rosbag2 import TOPICS, ros_topics
@@ -240,10 +241,10 @@ def test_particles_keep_every_column(log, bag):
             table = message.data.view("<f4").reshape(message.width, len(names))
             assert (message.point_step, message.row_step) == (4 * len(names), table.nbytes)
             assert not table[:, 2].any()
-            ours = np.frombuffer(value.data, "<f4").reshape(-1, len(names) - 1)
+            ours = np.stack([*decode_particles(value).values()], -1).astype(np.float32)
             np.testing.assert_array_equal(np.delete(table, 2, axis=1), ours)
     for _, value, message in pairs(log, "/belief/robot", bag, "/belief/robot"):
-        ours = np.frombuffer(value.data, "<f4").reshape(-1, 4)
+        ours = np.stack([*decode_particles(value).values()], -1).astype(np.float32)
         assert len(message.poses) == 500
         for row, pose in zip(ours.tolist(), message.poses, strict=True):
             assert_pose(pose, *row[:3])

@@ -4,7 +4,6 @@ from math import atan2, pi
 import numpy as np
 from foxglove_schemas_protobuf.FrameTransforms_pb2 import FrameTransforms
 from foxglove_schemas_protobuf.LaserScan_pb2 import LaserScan
-from foxglove_schemas_protobuf.PointCloud_pb2 import PointCloud
 from foxglove_schemas_protobuf.PoseInFrame_pb2 import PoseInFrame
 
 from mjnav.recording.encode import geometry
@@ -12,11 +11,6 @@ from mjnav.recording.encode import geometry
 
 def heading(quaternion) -> float:
     return 2.0 * atan2(quaternion.z, quaternion.w)
-
-
-def columns(cloud: PointCloud) -> dict[str, np.ndarray]:
-    table = np.frombuffer(cloud.data, "<f4").reshape(-1, cloud.point_stride // 4)
-    return {field.name: table[:, field.offset // 4] for field in cloud.fields}
 
 
 def test_transforms_name_the_truth_and_the_estimate(made_up):
@@ -51,27 +45,3 @@ def test_beam_i_points_to_two_pi_i_over_the_number_less_pi(made_up):
 def test_a_scan_without_beams_is_an_empty_scan(made_up):
     reading = replace(made_up.record(1).reading, scan=np.zeros(0))
     assert len(LaserScan.FromString(geometry.encode_scan(reading)).ranges) == 0
-
-
-def test_the_robots_particles_are_the_beliefs(made_up):
-    belief = made_up.record(0).belief
-    table = columns(PointCloud.FromString(geometry.encode_robot_particles(belief)))
-    for i, name in enumerate(("x", "y", "theta")):
-        np.testing.assert_array_equal(table[name], belief.particles[:, i].astype("f4"))
-    np.testing.assert_array_equal(table["weight"], belief.weights.astype("f4"))
-
-
-def test_the_tracks_particles_name_their_track(made_up):
-    tracks = made_up.record(0).tracks
-    table = columns(PointCloud.FromString(geometry.encode_track_particles(0.0, tracks)))
-    for place, track in enumerate(tracks):
-        rows = table["track"] == place
-        assert rows.sum() == len(track.weights)
-        for i, name in enumerate(("x", "y", "vx", "vy")):
-            np.testing.assert_array_equal(table[name][rows], track.particles[:, i].astype("f4"))
-
-
-def test_no_tracks_are_an_empty_cloud():
-    cloud = PointCloud.FromString(geometry.encode_track_particles(0.1, ()))
-    assert cloud.data == b""
-    assert cloud.point_stride == 24
