@@ -11,7 +11,7 @@ from mjnav.cli.options import scene_options
 from mjnav.cli.options.output import output_path, written
 from mjnav.cli.terminal.progress import compile_notice, progress
 from mjnav.control.decision_surface import DecisionSurface, decision_surface, require_candidates
-from mjnav.control.problem.candidates import WINDOWS
+from mjnav.control.parameters import WINDOWS
 from mjnav.errors import InvalidValue
 from mjnav.loop.prepare import build_controller, load_scenario
 from mjnav.loop.record_at import column_names, record_at

@@ -13,8 +13,8 @@ from functools import cached_property
 import numpy as np
 
 from mjnav.control.base import Controller, GridController, WeightedController
-from mjnav.control.parameters import at_least
-from mjnav.control.problem.candidates import WINDOWS, Candidates, candidate_grid
+from mjnav.control.parameters import WINDOWS, at_least
+from mjnav.control.problem.candidates import Candidates, candidate_grid
 from mjnav.control.problem.problem import Problem
 from mjnav.control.registry import METHODS
 from mjnav.errors import InvalidValue, unknown_name

@@ -12,12 +12,12 @@ from typing import Annotated, Any, TypeVar
 
 from mjnav.config import Choice, Range, below, keys, settle, settled
 from mjnav.constraints.collision_cone import FORMS
-from mjnav.control.problem.candidates import WINDOWS
 from mjnav.errors import InvalidValue, unknown_name
 
 P = TypeVar("P")
 RATED_PERIOD = 0.1  # [s] at which w_v and w_omega are
 CHANGE_WEIGHT = 0.01
+WINDOWS = ("reachable", "bounds")  # of the candidate grid
 # Of any parameter. Their squares, quotients and products with lengths of 1e4 m stay far from what a float cannot hold.
 LEAST, MOST = 1e-9, 1e6
 

@@ -80,6 +80,18 @@ class BeliefDraws:
         return shuffled(belief.particles, belief.weights, num, self._streams[body])
 
 
+class PoseEstimator:
+    """What all localizers share: the latest belief and the draws from it."""
+
+    def __init__(self, seed: int):
+        self._draws = BeliefDraws(("robot",), seed)
+        self._belief: RobotBelief | None = None
+
+    def draw(self, num: int) -> Array:
+        """Samples of the latest belief, (num, 3), in random order."""
+        return self._draws(0, self._belief, num)
+
+
 def person_names(num_people: int) -> tuple[str, ...]:
     """Names of the people, in the order of the readings' detections."""
     return tuple(f"person{i}" for i in range(num_people))

@@ -9,7 +9,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from mjnav.estimation.base import HEADING, BeliefDraws, PeopleTracker
+from mjnav.estimation.base import HEADING, PeopleTracker, PoseEstimator
 from mjnav.estimation.likelihood import LEAST_STD
 from mjnav.estimation.localizer import POSE_CHANNELS, pose_samples
 from mjnav.estimation.person_motion import PersonMotion
@@ -22,15 +22,14 @@ from mjnav.rng import stream
 VELOCITY_WINDOW = 1.0  # [s] of detections behind a velocity: shorter is noisier, longer lags behind a turn
 
 
-class DirectLocalizer:
+class DirectLocalizer(PoseEstimator):
     """Particles = pose reading - noise draws, equally weighted; without noise all of them are the reading."""
 
     def __init__(self, noise: Mapping[str, Distribution], num_particles: int, seed: int):
+        super().__init__(seed)
         self._noise = [noise[channel] for channel in POSE_CHANNELS]
         self._weights = np.full(num_particles, 1.0 / num_particles)
         self._stream = stream(seed, "estimation.direct")
-        self._draws = BeliefDraws(("robot",), seed)
-        self._belief: RobotBelief | None = None
 
     def update(self, reading: Reading) -> RobotBelief:
         """The belief from this reading alone."""
@@ -40,10 +39,6 @@ class DirectLocalizer:
             reading.time, particles, self._weights, mean, covariance, ess=float(self._weights.size)
         )
         return self._belief
-
-    def draw(self, num: int) -> Array:
-        """Samples of the latest belief, (num, 3), in random order."""
-        return self._draws(0, self._belief, num)
 
 
 class DirectTracker(PeopleTracker):

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.linalg import LinAlgError, cholesky, eigh
 
-from mjnav.estimation.base import HEADING, BeliefDraws, PeopleTracker
+from mjnav.estimation.base import HEADING, PeopleTracker, PoseEstimator
 from mjnav.estimation.likelihood import widened
 from mjnav.estimation.localizer import ODOMETRY_CHANNELS, POSE_CHANNELS
 from mjnav.estimation.person_motion import PersonMotion
@@ -74,13 +74,14 @@ def _odometry_jacobians(pose: Array, twist: Array, interval: float) -> tuple[Arr
     return by_pose, by_twist
 
 
-class KalmanLocalizer(ABC):
+class KalmanLocalizer(PoseEstimator, ABC):
     """A Kalman filter of the pose, predicted by odometry and corrected by the pose sensor.
 
     It starts at the first pose reading less the noise's mean. `particles` are draws from its Gaussian.
     """
 
     def __init__(self, noise: Mapping[str, Distribution], num_particles: int, seed: int):
+        super().__init__(seed)
         self._num = num_particles
         self._odometry_mean, self._odometry_covariance = _gaussian(noise, ODOMETRY_CHANNELS)
         self._pose_mean, self._pose_covariance = _gaussian(noise, POSE_CHANNELS)
@@ -89,8 +90,6 @@ class KalmanLocalizer(ABC):
         self._started = False
         self._stream = stream(seed, "estimation.gaussian")
         self._weights = np.full(num_particles, 1.0 / num_particles)
-        self._draws = BeliefDraws(("robot",), seed)
-        self._belief: RobotBelief | None = None
 
     def update(self, reading: Reading) -> RobotBelief:
         """The belief after one more reading."""
@@ -108,10 +107,6 @@ class KalmanLocalizer(ABC):
             reading.time, particles, self._weights, kalman.x.copy(), covariance, ess=float(self._num)
         )
         return self._belief
-
-    def draw(self, num: int) -> Array:
-        """Samples of the latest belief, (num, 3), in random order."""
-        return self._draws(0, self._belief, num)
 
     @abstractmethod
     def _make(self) -> Any:

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from mjnav.estimation.base import HEADING, BeliefDraws, FilterSettings
+from mjnav.estimation.base import HEADING, FilterSettings, PoseEstimator
 from mjnav.estimation.bootstrap import Bootstrap
 from mjnav.estimation.likelihood import Likelihood, widened
 from mjnav.geometry.angles import wrap
@@ -20,7 +20,7 @@ POSE_CHANNELS = ("pose.x", "pose.y", "pose.theta")
 ODOMETRY_CHANNELS = ("odometry.v", "odometry.omega")
 
 
-class ParticleLocalizer:
+class ParticleLocalizer(PoseEstimator):
     """Monte Carlo localisation (Thrun, Burgard & Fox 2005, table 8.2) with the noise as it is, not a Gaussian.
 
     Predict: (v, omega)_i = odometry - noise draw, through the unicycle over the reading's interval.
@@ -35,6 +35,7 @@ class ParticleLocalizer:
         seed: int,
         settings: FilterSettings | None = None,
     ):
+        super().__init__(seed)
         settings = settings or FilterSettings()
         self._num = num_particles
         self._odometry = [widened(channel, noise[channel]) for channel in ODOMETRY_CHANNELS]
@@ -42,8 +43,6 @@ class ParticleLocalizer:
         self._motion_streams = [stream(seed, f"estimation.motion.{channel}") for channel in ODOMETRY_CHANNELS]
         self._start_stream = stream(seed, "estimation.start")
         self._filter = Bootstrap(("robot",), self._likelihoods, seed, settings, heading=HEADING)
-        self._draws = BeliefDraws(("robot",), seed)
-        self._belief: RobotBelief | None = None
 
     def update(self, reading: Reading) -> RobotBelief:
         """The belief after one more reading; its moments come from the weights before resampling."""
@@ -63,10 +62,6 @@ class ParticleLocalizer:
             recovered=bool(posterior.recovered[0]),
         )
         return self._belief
-
-    def draw(self, num: int) -> Array:
-        """Samples of the latest belief, (num, 3), in random order."""
-        return self._draws(0, self._belief, num)
 
     def _predict(self, particles: Array, reading: Reading) -> Array:
         """Particles (n, 3) moved by what the odometry measured less a noise draw each."""

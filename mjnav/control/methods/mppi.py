@@ -28,10 +28,10 @@ import numpy as np
 
 from mjnav.config import Range
 from mjnav.control.base import ProblemController, status_of
-from mjnav.control.kernels.mppi_risk import Risk, Surroundings
 from mjnav.control.kernels.mppi_rollout import Rollouts, approach
 from mjnav.control.parameters import MOST, Count, GoalParameters, LaneWeights, Positive, Seconds, Share, Weight
 from mjnav.control.problem.goal_cost import GoalCost
+from mjnav.control.problem.mppi_risk import Risk, Surroundings
 from mjnav.control.problem.obstacles import in_reach
 from mjnav.control.problem.problem import Problem
 from mjnav.messages import Array, CandidateCosts, Decision, Observation, RobotLimits, Status

@@ -7,8 +7,6 @@ import numpy as np
 from mjnav.messages import Array, RobotLimits
 from mjnav.motion.diff_drive import control_bounds, reachable
 
-WINDOWS = ("reachable", "bounds")
-
 
 @dataclass(frozen=True, slots=True)
 class Candidates:

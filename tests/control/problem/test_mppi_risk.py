@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from mjnav.control import make_controller
-from mjnav.control.kernels.mppi_risk import Surroundings
+from mjnav.control.problem.mppi_risk import Surroundings
 from mjnav.control.problem.obstacles import Reach
 from mjnav.messages import RobotLimits
 
