@@ -3,8 +3,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from mjnav.control.parameters import Parameters
-from mjnav.control.problem.candidates import WINDOWS, candidate_grid
+from mjnav.control.parameters import WINDOWS, Parameters
+from mjnav.control.problem.candidates import candidate_grid
 from mjnav.control.problem.goal_cost import GoalCost
 from mjnav.messages import RobotLimits
 
