@@ -9,6 +9,7 @@ from dataclasses import asdict, replace
 from itertools import count
 
 from mjnav.cli.options import scene_options
+from mjnav.cli.options.checks import check_whole
 from mjnav.cli.options.output import output_path, written
 from mjnav.cli.terminal.progress import compile_notice, progress, tell
 from mjnav.errors import InvalidValue
@@ -60,8 +61,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
 def execute(arguments: argparse.Namespace) -> int:
     """Runs every controller under every seed and prints the tables."""
     for key, low in (("seeds", 1), ("first", 0), ("every", 1), ("draws", 1), ("workers", 1)):
-        if getattr(arguments, key) < low:
-            raise InvalidValue(f"--{key}", getattr(arguments, key), f"a whole number >= {low}")
+        check_whole(f"--{key}", getattr(arguments, key), low)
     last = arguments.first + arguments.seeds - 1
     if last > MAX_SEED:
         raise InvalidValue("--first", arguments.first, f"a number for which the last seed is at most {MAX_SEED}")

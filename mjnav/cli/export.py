@@ -3,9 +3,10 @@
 import argparse
 import json
 
+from mjnav.cli.options.checks import check_needs
 from mjnav.cli.terminal.interrupt import interruptible
 from mjnav.cli.terminal.progress import progress
-from mjnav.errors import DamagedLogError, InputError
+from mjnav.errors import DamagedLogError
 from mjnav.recording import Log, open_log
 from mjnav.recording.export.export import FORMATS, check_format, check_new_folder, export
 
@@ -28,8 +29,7 @@ def execute(arguments: argparse.Namespace) -> int:
     """Writes the folder and says what is in it."""
     form, topics = arguments.format, arguments.topic or ()
     check_format(form)
-    if topics and form != "csv":
-        raise InputError(f"--topic goes with --format csv, not with {form}")
+    check_needs("--topic", "--format csv", given=bool(topics), met=form == "csv")
     check_format(form, topics)
     check_new_folder(arguments.output)
     log = _opened(arguments.log)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from mjnav.cli.terminal import streams
 from mjnav.errors import DamagedLogError
-from mjnav.report.printable import printable
+from mjnav.printable import printable
 
 if TYPE_CHECKING:
     from rich.console import Console

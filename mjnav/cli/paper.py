@@ -10,10 +10,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from mjnav.cli.main import INTERRUPTED
-from mjnav.cli.options import scene_options
+from mjnav.cli.options import sweep_options
 from mjnav.cli.terminal.interrupt import interruptible
 from mjnav.cli.terminal.progress import pace, progress, tell
-from mjnav.errors import InvalidValue, unknown_name
+from mjnav.errors import unknown_name
 
 if TYPE_CHECKING:
     from mjnav.paper.rows import PaperStudy
@@ -31,15 +31,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--only", nargs="+", metavar="NAME", help="these items; all by default")
     parser.add_argument("--seeds", type=int, metavar="N", help="N seeds a cell in place of 200")
     parser.add_argument("--draw", action="store_true", help="run no episode: draw and judge those that are there")
-    where = parser.add_mutually_exclusive_group()
-    where.add_argument("--workers", type=int, metavar="N", help="processes; one a processor by default")
-    where.add_argument("--scheduler", metavar="ADDRESS", help="a Dask scheduler, as in tcp://host:8786")
-    scene_options.max_seconds(parser)
-    parser.add_argument(
-        "--accept-changed",
-        action="store_true",
-        help="add to episodes that were run with other scenes, sources, programs or on another processor",
-    )
+    sweep_options.configure(parser)
     parser.add_argument("-o", "--output", metavar="FOLDER", help=f"where all goes; {FOLDER} by default")
 
 
@@ -48,23 +40,17 @@ def execute(arguments: argparse.Namespace) -> int:
     from mjnav.paper import ITEMS
     from mjnav.paper.rows import studies
     from mjnav.study.store.store import Store
-    from mjnav.study.sweep import schedulers
 
     names = list(ITEMS) if arguments.only is None else arguments.only
     for name in names:
         if name not in ITEMS:
             raise unknown_name("--only", name, ITEMS)
-    workers = len(os.sched_getaffinity(0)) if arguments.workers is None else arguments.workers
-    if workers < 1:
-        raise InvalidValue("--workers", workers, "a whole number >= 1")
-    max_seconds = scene_options.checked_max_seconds(arguments)
+    workers = sweep_options.checked_workers(arguments)
     seeds = arguments.seeds if arguments.seeds is not None else QUICK_SEEDS if arguments.quick else None
     folder = Path(arguments.output or (QUICK_FOLDER if arguments.quick else FOLDER))
     wanted = studies(names, seeds)
     store = Store(folder / ROWS)
-    scheduler = schedulers.local(workers, max_seconds, tell)
-    if arguments.scheduler is not None:
-        scheduler = schedulers.dask(arguments.scheduler, max_seconds)
+    scheduler = workers.scheduler()
     with interruptible() as interrupted:
         if not arguments.draw and not _run(
             wanted, store, scheduler, interrupted.is_set, accept_changed=arguments.accept_changed

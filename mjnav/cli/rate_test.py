@@ -8,6 +8,7 @@ from math import inf
 
 from mjnav.cli.main import INTERRUPTED
 from mjnav.cli.options import scene_options
+from mjnav.cli.options.checks import check_needs
 from mjnav.cli.terminal.interrupt import interruptible
 from mjnav.cli.terminal.progress import compile_notice, progress
 from mjnav.errors import InvalidValue
@@ -49,8 +50,7 @@ def execute(arguments: argparse.Namespace) -> int:
     people = [None] if arguments.people is None else _numbers("--people", arguments.people, int)
     samples = [None] if arguments.samples is None else _numbers("--samples", arguments.samples, int)
     cases = [(n, m, rate) for n in people for m in samples for rate in sorted(rates)]
-    if len(cases) > 1 and arguments.log is not None:
-        raise InvalidValue("--log", arguments.log, "no log where several tests run")
+    check_needs("--log", "a single test", given=arguments.log is not None, met=len(cases) == 1)
     if arguments.log is not None:
         check_path(arguments.log)
     single = len(cases) == 1 and arguments.sweep is None

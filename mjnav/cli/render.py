@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from mjnav.cli.options.checks import check_needs
 from mjnav.cli.options.output import output_path, replacement, written
 from mjnav.cli.terminal.interrupt import interruptible
 from mjnav.cli.terminal.progress import progress
@@ -28,20 +29,20 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("log", metavar="LOG", help="the log of a run")
     parser.add_argument("-o", "--output", metavar="OUT", required=True, help="a picture, .png, or a film, .mp4")
     parser.add_argument("--size", metavar="WxH", help="in pixels; {}x{}, films {}x{}".format(*PICTURE_SIZE, *FILM_SIZE))
-    parser.add_argument("--at", type=float, metavar="T", help="a picture's moment [s]; the end of the run by default")
-    parser.add_argument("--fps", type=int, metavar="N", help=f"a film's frames a second; {FPS} by default")
-    parser.add_argument("--speed", type=float, metavar="X", help="X times as fast as the run was; 1 by default")
-    parser.add_argument("--from", type=float, metavar="T", help="where a film begins [s]; the start by default")
-    parser.add_argument("--to", type=float, metavar="T", help="where it ends [s]; the end by default")
+    parser.add_argument("--at", type=float, metavar="T", help="time of a picture [s]; the end of the run by default")
+    parser.add_argument("--fps", type=int, metavar="N", help=f"frames per second of a film; {FPS} by default")
+    parser.add_argument("--speed", type=float, metavar="X", help="play a film X times as fast as the run; 1 by default")
+    parser.add_argument("--from", type=float, metavar="T", help="time at which a film begins [s]; the start by default")
+    parser.add_argument("--to", type=float, metavar="T", help="time at which a film ends [s]; the end by default")
 
 
 def execute(arguments: argparse.Namespace) -> int:
     """Draws off screen."""
     output = output_path("--output", arguments.output, ".png", ".mp4")
     film = output.suffix.lower() == ".mp4"
-    for name in ("at",) if film else _FILM_ONLY:
-        if (given := getattr(arguments, name)) is not None:
-            raise InvalidValue(f"--{name}", given, "nothing with a film" if film else "nothing with a picture")
+    check_needs("--at", "a picture: -o OUT.png", given=arguments.at is not None, met=not film)
+    for name in _FILM_ONLY:
+        check_needs(f"--{name}", "a film: -o OUT.mp4", given=getattr(arguments, name) is not None, met=film)
     size = _size(arguments.size, even=film) or (FILM_SIZE if film else PICTURE_SIZE)
     if film:
         require_codec()

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 from mjnav.cli.main import INTERRUPTED
 from mjnav.cli.terminal.interrupt import interruptible
 from mjnav.cli.terminal.progress import compile_notice, progress, tell
-from mjnav.report.printable import printable
+from mjnav.printable import printable
 
 if TYPE_CHECKING:
     from mjnav.loop.replay import Replay

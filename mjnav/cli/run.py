@@ -7,9 +7,10 @@ from typing import Any
 
 from mjnav.cli.main import INTERRUPTED
 from mjnav.cli.options import scene_options, views
+from mjnav.cli.options.checks import check_needs
 from mjnav.cli.terminal.interrupt import interruptible
 from mjnav.cli.terminal.progress import compile_notice, progress, tell
-from mjnav.errors import InvalidValue, unknown_name
+from mjnav.errors import unknown_name
 from mjnav.loop.pacer import POLICIES
 from mjnav.loop.prepare import episode_label, load_scenario
 from mjnav.recording.log_format import check_path
@@ -21,17 +22,19 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--real-time",
         action=argparse.BooleanOptionalAction,
-        help="pace the loop to the wall clock; --live and --view do, unless told not to",
+        help="pace the loop by the wall clock; the default with --live and --view",
     )
     parser.add_argument(
-        "--overruns", metavar="skip|abort", help="what a missed deadline does; skip by default; 1 where it aborts"
+        "--overruns",
+        metavar="skip|abort",
+        help="at a missed deadline, skip periods (the default) or abort the run with exit code 1",
     )
     views.configure(parser)
     log = parser.add_mutually_exclusive_group()
     log.add_argument("--log", metavar="PATH", help="where the log goes; runs/out/ by default")
     log.add_argument("--no-log", action="store_true", help="write no log")
     scene_options.max_seconds(parser)
-    parser.add_argument("--profile", action="store_true", help="say where each tick's time went")
+    parser.add_argument("--profile", action="store_true", help="print how long the parts of a tick take")
     parser.add_argument("--json", action="store_true", help="one JSON object in place of text")
 
 
@@ -41,8 +44,7 @@ def execute(arguments: argparse.Namespace) -> int:
     if overruns is not None and overruns not in POLICIES:
         raise unknown_name("--overruns", overruns, POLICIES)
     real_time = views.looked_at(arguments) if arguments.real_time is None else arguments.real_time
-    if overruns is not None and not real_time:
-        raise InvalidValue("--overruns", overruns, "nothing without --real-time")
+    check_needs("--overruns", "--real-time, --live or --view", given=overruns is not None, met=real_time)
     if arguments.log is not None:
         check_path(arguments.log)
     scenario = load_scenario(arguments.scene, arguments.overrides, controller=arguments.controller, seed=arguments.seed)
@@ -60,7 +62,7 @@ def execute(arguments: argparse.Namespace) -> int:
         show = stack.enter_context(progress(scenario.name, scenario.time_limit))
         fault = None
 
-        def go_on(time: float) -> None:
+        def show_progress(time: float) -> None:
             heart(time)
             show(time)
 
@@ -71,7 +73,7 @@ def execute(arguments: argparse.Namespace) -> int:
                 overruns=overruns or POLICIES[0],
                 log=None if arguments.no_log else True if arguments.log is None else arguments.log,
                 stop=lambda: interrupted.is_set() or seen.closed(),
-                progress=go_on,
+                progress=show_progress,
                 watch=seen.watch,
                 live=seen.live,
                 profile=arguments.profile,

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from mjnav.cli.options import scene_options
+from mjnav.cli.options.checks import check_whole
 from mjnav.cli.options.output import output_path, written
 from mjnav.cli.terminal.progress import compile_notice, progress
 from mjnav.control.decision_surface import DecisionSurface, decision_surface, require_candidates
@@ -43,9 +44,7 @@ def execute(arguments: argparse.Namespace) -> int:
     """Runs the scene up to the moment, and costs and draws the decision that it came to."""
     scenario = load_scenario(arguments.scene, arguments.overrides, controller=arguments.controller, seed=arguments.seed)
     controller = require_candidates(build_controller(scenario), scenario.control.method)
-    low, high = GRID_RANGE
-    if not low <= arguments.grid <= high:
-        raise InvalidValue("--grid", arguments.grid, f"a whole number from {low} to {high}")
+    check_whole("--grid", arguments.grid, *GRID_RANGE)
     picture, data = _paths(arguments, scenario)
     replaced = {path for path in (picture, data) if path.exists()}
 

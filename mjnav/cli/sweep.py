@@ -2,7 +2,6 @@
 
 import argparse
 import json
-import os
 import shlex
 import sys
 import time
@@ -11,46 +10,37 @@ from dataclasses import asdict
 from pathlib import Path
 
 from mjnav.cli.main import INTERRUPTED
-from mjnav.cli.options import scene_options
+from mjnav.cli.options import scene_options, sweep_options
 from mjnav.cli.terminal.interrupt import interruptible
 from mjnav.cli.terminal.progress import pace, progress, tell
-from mjnav.errors import InputError, InvalidValue, MjnavError
+from mjnav.errors import InputError, MjnavError
 from mjnav.study.store.row import Row
 from mjnav.study.study_file import load_study, study_text
 
 OUT_FOLDER = Path("runs/out")
-TOLD_AFTER = (10, 100, 1000)  # episodes, how long the rest will take: the first ones load and compile
-MAX_CAUSES = 5  # of failures that are told
+TOLD_AFTER = (10, 100, 1000)  # episodes after which the remaining time is printed; the first ones load and compile
+MAX_CAUSES = 5  # of failures that are printed
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
     """The command's options."""
     parser.add_argument("study", metavar="STUDY", help="a shipped study's name, or the path of a study file")
-    parser.add_argument("--scene", action="append", default=[], metavar="SCENE", help="in place of the study's scenes")
-    parser.add_argument("--seeds", type=int, metavar="N", help="N seeds, from the study's first on")
-    scene_options.overrides(parser)
-    where = parser.add_mutually_exclusive_group()
-    where.add_argument("--workers", type=int, metavar="N", help="processes; one a processor by default")
-    where.add_argument("--scheduler", metavar="ADDRESS", help="a Dask scheduler, as in tcp://host:8786")
-    parser.add_argument("-o", "--output", metavar="FOLDER", help="where results go; runs/out/<study> by default")
-    parser.add_argument("--resume", action="store_true", help="add what is missing from the folder")
-    parser.add_argument("--retry-failed", action="store_true", help="the same, and run again what failed")
-    scene_options.max_seconds(parser)
     parser.add_argument(
-        "--accept-changed",
-        action="store_true",
-        help="with --resume: also where scenes, sources, programs or the processor are not those of the rows there",
+        "--scene", action="append", default=[], metavar="SCENE", help="a scene in place of the study's; may be repeated"
     )
-    parser.add_argument("--dry-run", action="store_true", help="check everything, say what would be run, and end")
+    parser.add_argument("--seeds", type=int, metavar="N", help="number of seeds, from the study's first on")
+    scene_options.overrides(parser)
+    sweep_options.configure(parser)
+    parser.add_argument("-o", "--output", metavar="FOLDER", help="where results go; runs/out/<study> by default")
+    parser.add_argument("--resume", action="store_true", help="run the episodes that the folder lacks")
+    parser.add_argument("--retry-failed", action="store_true", help="like --resume, and run failed episodes again")
+    parser.add_argument("--dry-run", action="store_true", help="check everything and print what would be run")
     parser.add_argument("--json", action="store_true", help="one JSON object in place of text")
 
 
 def execute(arguments: argparse.Namespace) -> int:
-    """Runs what is missing and says where it is; 1 where episodes failed."""
-    workers = len(os.sched_getaffinity(0)) if arguments.workers is None else arguments.workers
-    if workers < 1:
-        raise InvalidValue("--workers", workers, "a whole number >= 1")
-    max_seconds = scene_options.checked_max_seconds(arguments)
+    """Runs the missing episodes and prints where the rows are; 1 where episodes failed."""
+    workers = sweep_options.checked_workers(arguments)
     study = load_study(arguments.study)
     if arguments.seeds is not None:
         study = study.with_seeds(arguments.seeds)
@@ -58,7 +48,6 @@ def execute(arguments: argparse.Namespace) -> int:
 
     from mjnav.study.cells import resolve
     from mjnav.study.store.store import Store
-    from mjnav.study.sweep import schedulers
     from mjnav.study.sweep.changes import changes_since
     from mjnav.study.sweep.sweep import check, sweep, trials
 
@@ -73,10 +62,7 @@ def execute(arguments: argparse.Namespace) -> int:
         if arguments.json:
             print(json.dumps({"schema": 1, "study": study.name, "episodes": len(wanted), "cells": len(cells)}))
         return 0
-    if arguments.scheduler is not None:
-        scheduler = schedulers.dask(arguments.scheduler, max_seconds)
-    else:
-        scheduler = schedulers.local(workers, max_seconds, tell)
+    scheduler = workers.scheduler()
     with interruptible() as interrupted, progress(study.name, len(wanted), "episodes") as show:
         watch = _Watch(say, show)
 
@@ -101,7 +87,7 @@ def execute(arguments: argparse.Namespace) -> int:
         except MjnavError as error:
             if not watch.began:
                 raise
-            raise MjnavError(f"{error}\nwhat was done before is kept: --resume goes on") from None
+            raise MjnavError(f"{error}\nfinished episodes are kept: --resume continues") from None
     if arguments.json:
         causes = dict(store.causes())
         print(json.dumps({"schema": 1, "study": study.name, "folder": str(folder), **asdict(report), "causes": causes}))
@@ -113,29 +99,29 @@ def execute(arguments: argparse.Namespace) -> int:
         if report.failed:
             print("  --retry-failed runs them again")
     if report.interrupted:
-        tell(f"interrupted: {report.episodes - report.kept - report.run} episodes are missing, --resume adds them")
+        tell(f"interrupted: {report.episodes - report.kept - report.run} episodes are missing, --resume runs them")
         return INTERRUPTED
     return 1 if report.failed else 0
 
 
 class _Watch:
-    """Tells how a sweep goes."""
+    """Reports the progress of a sweep."""
 
     def __init__(self, say: Callable[[str], None], show: Callable[[float], None]):
         self._say, self._show = say, show
         self.began = False  # whether episodes are under way
         self._first_done = 0.0  # when
-        self._differing: set[tuple[str, ...]] = set()  # what workers have that is another here, as it was told
+        self._differing: set[tuple[str, ...]] = set()  # differences of workers that were reported
 
     def begin(self, kept: int, total: int, changes: Mapping[str, int]) -> None:
-        """Before the first episode, with what has changed since those that are kept."""
+        """Called before the first episode, with the changes since the kept rows were made."""
         from mjnav.study.sweep.changes import changes_line
 
         self.began, self._kept, self._total = True, kept, total
         if kept:
             self._say(f"{kept} of them are done")
         if changes:
-            tell(f"rows that were made otherwise are kept: {changes_line(changes)}")
+            tell(f"rows are kept that were made before these changes: {changes_line(changes)}")
 
     def progress(self, done: int, row: Row) -> None:
         """After an episode."""
@@ -149,7 +135,7 @@ class _Watch:
         found = worker_changes(row)
         if found and found not in self._differing:
             self._differing.add(found)
-            tell(f"the worker on {row.machine} is not as this process: {'; '.join(found)}")
+            tell(f"the worker on {row.machine} differs from this process: {'; '.join(found)}")
         self._show(self._kept + done)
 
 

@@ -13,7 +13,7 @@ import pytest
 from mcap.writer import Writer
 
 import mjnav
-from mjnav.cli.terminal.streams import plain
+from mjnav.printable import printable
 from mjnav.recording.export.csv_cells import neutral
 from mjnav.scenarios import dumps, load
 
@@ -146,9 +146,9 @@ def test_on_a_terminal_there_are_styles_alone(folder, tmp_path):
 
 def test_plain_text_stays_as_it_is():
     text = "Δv ≤ 0.3 m/s, 東京, é \u00a0 × \t tab\n"
-    assert plain(text) == text
-    assert plain(f"a{HOSTILE}") == "a[red]�]0;owned��[2J�31m�abc����"
-    assert plain("\ud800") == "�"
+    assert printable(text, keep="\n\t") == text
+    assert printable(f"a{HOSTILE}") == "a[red]�]0;owned��[2J�31m�abc����"
+    assert printable("\ud800") == "�"
 
 
 @pytest.mark.parametrize("start", ["=", "+", "-", "@", "\t", "\r", "\n", "＝"])

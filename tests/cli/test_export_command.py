@@ -63,7 +63,7 @@ def test_several_topics_are_asked_for_one_by_one(mjnav, whole, tmp_path):
     [
         (("--format", "rosbag"), "--format: found 'rosbag'; allowed: csv, rosbag2, tum; did you mean 'rosbag2'?"),
         (("--format", "csv", "--topic", "/scann"), "did you mean '/scan'?"),
-        (("--format", "tum", "--topic", "/scan"), "--topic goes with --format csv, not with tum"),
+        (("--format", "tum", "--topic", "/scan"), "--topic needs --format csv"),
         (("--format", "csv", "--topic", ""), "--topic: found ''; allowed: /belief/obstacles, "),
         ((), "the following arguments are required: --format"),
     ],

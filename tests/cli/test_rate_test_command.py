@@ -181,7 +181,7 @@ def test_an_interrupted_test_reports_what_was_done_and_keeps_its_log(mjnav, star
         (["--people", "5,many"], "--people: found '5,many'"),
         (["--samples", "0"], "control.samples: found 0"),
         (["--samples", "25,2e2"], "--samples: found '25,2e2'"),
-        (["--log", "a.mcap", "--sweep", "10,20"], "--log: found 'a.mcap'; allowed: no log where several tests run"),
+        (["--log", "a.mcap", "--sweep", "10,20"], "--log needs a single test"),
         (["--log", "/dev/null"], "/dev/null: exists already"),
         (["--set", "robot.goal_tolerance=9.0"], "robot.goal: found (10.0, 0.0); allowed: a way to drive"),
         (["--controller", "meen"], "did you mean 'mean'?"),

@@ -99,9 +99,9 @@ def test_another_programs_log_is_refused(mjnav, tmp_path):
         (("-o", "a.mp4", "--size", "161x90"), "--size: found '161x90'; allowed: WIDTHxHEIGHT, even numbers from 64"),
         (("-o", "a.png", "--size", "9x9"), "--size: found '9x9'"),
         (("-o", "a.png", "--size", "big"), "--size: found 'big'"),
-        (("-o", "a.mp4", "--at", "0.5"), "--at: found 0.5; allowed: nothing with a film"),
-        (("-o", "a.png", "--fps", "5"), "--fps: found 5; allowed: nothing with a picture"),
-        (("-o", "a.png", "--from", "0"), "--from: found 0.0; allowed: nothing with a picture"),
+        (("-o", "a.mp4", "--at", "0.5"), "--at needs a picture: -o OUT.png"),
+        (("-o", "a.png", "--fps", "5"), "--fps needs a film: -o OUT.mp4"),
+        (("-o", "a.png", "--from", "0"), "--from needs a film: -o OUT.mp4"),
         (("-o", "a.png", "--at", "2"), "--at: found 2.0; allowed: a time from 0 to 1 s"),
         (("-o", "a.mp4", "--to", "2"), "--to: found 2.0; allowed: a time from 0 to 1 s"),
         (

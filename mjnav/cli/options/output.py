@@ -1,4 +1,4 @@
-"""Where a command's pictures and arrays go."""
+"""Output files: their paths are checked before the work, and they are written whole."""
 
 import os
 from collections.abc import Iterator
@@ -10,10 +10,9 @@ from mjnav.errors import InputError, InvalidValue
 
 
 def output_path(option: str, given: str | os.PathLike[str], *suffixes: str) -> Path:
-    """The path of a file that could be written; one that exists will be replaced. Creates nothing.
+    """The path of a file that can be written; an existing file will be replaced. Creates nothing.
 
-    Raises InputError where the name ends in none of `suffixes`, and where there is no such folder or it is not
-    writable.
+    Raises InputError where the name ends in none of `suffixes`, and where the folder is missing or not writable.
     """
     path = Path(given)
     if path.suffix.lower() not in suffixes:
@@ -30,7 +29,7 @@ def output_path(option: str, given: str | os.PathLike[str], *suffixes: str) -> P
 
 @contextmanager
 def written(path: Path) -> Iterator[IO[bytes]]:
-    """The open file; what the disk refuses is an InputError of the path."""
+    """The open file. Raises InputError with the path where the disk refuses."""
     try:
         with open(path, "wb") as file:
             yield file
@@ -40,9 +39,9 @@ def written(path: Path) -> Iterator[IO[bytes]]:
 
 @contextmanager
 def replacement(path: Path) -> Iterator[Path]:
-    """A file beside `path` to write to, which takes its place in the end, or of which nothing is left.
+    """A temporary file beside `path`, which replaces it at the end; after an error it is removed.
 
-    What the disk refuses is an InputError of the path.
+    Raises InputError with the path where the disk refuses.
     """
     partial = path.with_name(f".{path.stem}-{os.getpid()}{path.suffix}")
     try:

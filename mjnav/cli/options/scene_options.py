@@ -1,4 +1,4 @@
-"""The scene that a command runs: its name or path, and what takes the place of what stands in it."""
+"""Options of the commands that run a scene: its name or path, and values that replace its own."""
 
 import argparse
 import math
@@ -10,8 +10,10 @@ from mjnav.loop.faults.heartbeat import MAX_SECONDS
 def configure(parser: argparse.ArgumentParser) -> None:
     """SCENE, --seed, --controller and --set."""
     scene(parser)
-    parser.add_argument("--seed", type=int, metavar="N", help="in place of the run file's seed")
-    parser.add_argument("--controller", metavar="NAME", help="in place of the run file's, with its default parameters")
+    parser.add_argument("--seed", type=int, metavar="N", help="seed, in place of the run file's")
+    parser.add_argument(
+        "--controller", metavar="NAME", help="controller with its default parameters, in place of the run file's"
+    )
     overrides(parser)
 
 
@@ -23,7 +25,12 @@ def scene(parser: argparse.ArgumentParser) -> None:
 def overrides(parser: argparse.ArgumentParser) -> None:
     """--set."""
     parser.add_argument(
-        "--set", action="append", default=[], dest="overrides", metavar="KEY=VALUE", help="any key: people.0.radius=0.4"
+        "--set",
+        action="append",
+        default=[],
+        dest="overrides",
+        metavar="KEY=VALUE",
+        help="replace any value of the run file, for example people.0.radius=0.4; may be repeated",
     )
 
 
@@ -33,7 +40,7 @@ def max_seconds(parser: argparse.ArgumentParser) -> None:
         "--max-seconds",
         type=float,
         metavar="S",
-        help=f"time on the wall after which an episode is given up; {MAX_SECONDS:g} by default",
+        help=f"wall time after which an episode is ended; {MAX_SECONDS:g} by default",
     )
 
 

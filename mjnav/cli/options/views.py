@@ -1,53 +1,52 @@
-"""--live and --view: how a run is looked at while it goes."""
+"""--live and --view: watching a run while it runs."""
 
 import argparse
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 
+from mjnav.cli.options.checks import check_needs
 from mjnav.cli.terminal.progress import tell
 from mjnav.errors import InvalidValue
 from mjnav.messages import TickRecord
 from mjnav.recording.live import PORT, LiveServer
 from mjnav.scenarios.spec import Scenario
 
-MAX_REFUSED = 5  # reasons that are told
+MAX_REFUSED = 5  # reasons that are reported
 
 
 @dataclass(frozen=True, slots=True)
 class Views:
-    """What a run needs to be looked at."""
+    """The viewers of a run, as `mjnav.run` takes them."""
 
     live: LiveServer | None = None
     watch: Callable[[TickRecord], None] | None = None
-    closed: Callable[[], bool] = lambda: False  # whether somebody closed the window
+    closed: Callable[[], bool] = lambda: False  # whether the window was closed
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
     """--live, --port, --allow-origin and --view."""
-    parser.add_argument("--live", action="store_true", help="serve the run to Foxglove or Lichtblick while it goes")
-    parser.add_argument("--port", type=int, metavar="N", help=f"of this machine, for --live; {PORT} by default, 0 any")
+    parser.add_argument("--live", action="store_true", help="serve the run to Foxglove or Lichtblick while it runs")
+    parser.add_argument("--port", type=int, metavar="N", help=f"port for --live; {PORT} by default, 0 for any free one")
     parser.add_argument(
         "--allow-origin",
         action="append",
         metavar="ORIGIN",
-        help="a web page that may connect, as https://viewer.example.org; Foxglove, Lichtblick and this machine's may",
+        help="a page that may connect, such as https://viewer.example.org; Foxglove, Lichtblick and local pages may",
     )
     parser.add_argument("--view", action="store_true", help="show the run in a window; closing it ends the run")
 
 
 def looked_at(arguments: argparse.Namespace) -> bool:
-    """Whether somebody wants to see the run while it goes."""
+    """Whether the run is watched, and therefore paced by default."""
     return arguments.live or arguments.view
 
 
 @contextmanager
 def open_views(arguments: argparse.Namespace, scenario: Scenario) -> Iterator[Views]:
-    """Opens what was asked for, and says where. Raises InputError where that cannot be."""
-    if arguments.port is not None and not arguments.live:
-        raise InvalidValue("--port", arguments.port, "nothing without --live")
-    if arguments.allow_origin and not arguments.live:
-        raise InvalidValue("--allow-origin", arguments.allow_origin[0], "nothing without --live")
+    """Opens the viewers and says where they are. Raises InputError where one cannot be opened."""
+    check_needs("--port", "--live", given=arguments.port is not None, met=arguments.live)
+    check_needs("--allow-origin", "--live", given=bool(arguments.allow_origin), met=arguments.live)
     told: set[str] = set()
 
     def refused(reason: str) -> None:

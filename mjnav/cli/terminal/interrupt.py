@@ -1,4 +1,4 @@
-"""How a command is asked to end."""
+"""Ending a command in order at the first signal."""
 
 import signal
 import threading
@@ -6,16 +6,15 @@ import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-# Ctrl-C, `kill`, and a terminal that is closed
-AT_ONCE = 0.05  # [s] within which two signals are one request: `timeout` sends two, a guarded command may get two
-SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+AT_ONCE = 0.05  # [s] within which two signals count as one: `timeout` sends two, a guarded command may get two
+SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)  # Ctrl-C, `kill`, and a terminal that is closed
 
 
 @contextmanager
 def interruptible() -> Iterator[threading.Event]:
-    """The first of SIGNALS asks for an end in order; the second ends the process.
+    """The first of SIGNALS sets the event, so that the command ends in order; the second ends the process.
 
-    What the process was started to ignore, as under nohup, it ignores.
+    Signals that the process was started to ignore, as under nohup, stay ignored.
     """
     asked = threading.Event()
     first = 0.0

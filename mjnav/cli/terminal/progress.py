@@ -1,27 +1,28 @@
-"""What a command says on standard error, also while its user waits."""
+"""Messages and progress on standard error."""
 
 import sys
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 
-from mjnav.cli.terminal.streams import console, plain
+from mjnav.cli.terminal.streams import console
+from mjnav.printable import printable
 
-COMPILING = "numba:compile"  # numba's event: not where machine code comes from the cache
+COMPILING = "numba:compile"  # numba's event; there is none for code from the cache
 
 
 def tell(text: str) -> None:
-    """One line, where there is still somebody to read it."""
+    """Writes one line to standard error, if it is still open."""
     if sys.stderr is not None:
         with suppress(OSError):
-            print(plain(f"mjnav: {text}"), file=sys.stderr, flush=True)
+            print(printable(f"mjnav: {text}", keep="\n\t"), file=sys.stderr, flush=True)
 
 
 @contextmanager
 def progress(name: str, total: float, unit: str = "s") -> Iterator[Callable[[float], None]]:
-    """Shows what is done of a total, simulated time or a count of `unit`, on a terminal only.
+    """Shows a progress bar on a terminal; yields the function that gets the simulated time or the count of `unit`.
 
-    A count comes with its rate since the first that was shown, and the time that is left.
+    A count is shown with its rate, and the time that is left.
     """
     if sys.stderr is None or not sys.stderr.isatty():
         yield lambda so_far: None
@@ -49,7 +50,7 @@ def progress(name: str, total: float, unit: str = "s") -> Iterator[Callable[[flo
 
 
 def pace(done: float, left: float, seconds: float) -> str:
-    """The rate of what was done in some time [s], and how long the rest will take: 3.1 a second, 12 min left."""
+    """The rate, and how long the rest will take: 3.1 a second, 12 min left."""
     rate = done / max(seconds, 1e-9)
     rest = left / rate
     span = f"{rest:.0f} s" if rest < 100.0 else f"{rest / 60.0:.0f} min" if rest < 6000.0 else f"{rest / 3600.0:.1f} h"
@@ -58,7 +59,7 @@ def pace(done: float, left: float, seconds: float) -> str:
 
 @contextmanager
 def compile_notice() -> Iterator[None]:
-    """Says that kernels are being compiled once the first of them is, and nothing where all come from the cache."""
+    """Says that kernels are being compiled, at the first one; nothing where all come from the cache."""
     from numba.core import event
 
     class Notice(event.Listener):

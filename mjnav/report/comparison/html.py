@@ -6,10 +6,10 @@ from hashlib import sha256
 from html import escape
 from importlib.resources import files
 
+from mjnav.printable import printable
 from mjnav.report.comparison.html_cell import Axis, html_cell
 from mjnav.report.comparison.notes import meaning, warnings
 from mjnav.report.comparison.shown import shown_table
-from mjnav.report.printable import printable
 from mjnav.study.compare.compare import Comparison
 from mjnav.study.compare.study_comparison import StudyComparison
 

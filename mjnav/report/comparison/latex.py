@@ -2,9 +2,9 @@
 
 from collections.abc import Iterable, Iterator
 
+from mjnav.printable import printable
 from mjnav.report.comparison.notes import meaning, warnings
 from mjnav.report.comparison.shown import ALPHA, Shown, shown_table
-from mjnav.report.printable import printable
 from mjnav.study.compare.compare import Comparison
 from mjnav.study.compare.study_comparison import StudyComparison
 

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator
 
-from mjnav.report.printable import printable
+from mjnav.printable import printable
 from mjnav.study.compare.compare import OVER_ALL, RESAMPLES
 from mjnav.study.compare.study_comparison import StudyComparison
 

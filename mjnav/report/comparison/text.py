@@ -8,9 +8,9 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
+from mjnav.printable import printable
 from mjnav.report.comparison.notes import meaning, warnings
 from mjnav.report.comparison.shown import ShownCell, shown_table
-from mjnav.report.printable import printable
 from mjnav.study.compare.compare import Comparison
 from mjnav.study.compare.study_comparison import StudyComparison
 

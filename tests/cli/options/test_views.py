@@ -38,9 +38,9 @@ def test_a_port_that_is_taken_is_one_line(mjnav, tmp_path):
 @pytest.mark.parametrize(
     ("words", "told"),
     [
-        (("--port", "8765"), "mjnav: --port: found 8765; allowed: nothing without --live\n"),
+        (("--port", "8765"), "mjnav: --port needs --live\n"),
         (("--live", "--port", "70000"), "mjnav: --port: found 70000; allowed: a whole number from 0 to 65535\n"),
-        (("--overruns", "abort"), "mjnav: --overruns: found 'abort'; allowed: nothing without --real-time\n"),
+        (("--overruns", "abort"), "mjnav: --overruns needs --real-time, --live or --view\n"),
     ],
 )
 def test_what_makes_no_sense_is_refused(mjnav, tmp_path, words, told):
