@@ -28,8 +28,8 @@ class DamagedLogError(MjnavError):
 class InvalidValue(InputError, ValueError):
     """One value that is not allowed: where it stands, what was found, what is allowed.
 
-    ``key`` is a dotted path ("people.0.radius"); ``file`` is known to whoever read the file; ``found`` is None where
-    a required value is missing.
+    ``key`` is a dotted path ("people.0.radius"); ``file`` is added where the file was read; ``found`` is None where a
+    required value is missing.
     """
 
     def __init__(self, key: str, found: object, allowed: str, *, file: str | None = None, nearest: str | None = None):
@@ -64,7 +64,7 @@ def _shown(found: object) -> str:
 
 
 def _one_line(key: str) -> str:
-    """A key as it is written in its file, characters that would end or change the line as escapes."""
+    """A key as it is written in its file, with escapes for characters that would end or change the line."""
     return key if key.isprintable() else repr(key)[1:-1]
 
 

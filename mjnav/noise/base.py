@@ -1,5 +1,6 @@
 """What a noise distribution offers, and the arguments that several have."""
 
+from math import inf
 from typing import Annotated, Protocol
 
 import numpy as np
@@ -39,3 +40,14 @@ class Distribution(Protocol):
     def logpdf(self, x: ArrayLike) -> Array:
         """Natural logarithm of the density at `x`, of the same shape: -inf outside the support, never NaN or +inf."""
         ...
+
+
+class OnRealLine:
+    """A distribution whose density is positive everywhere."""
+
+    __slots__ = ()
+
+    @property
+    def support(self) -> tuple[float, float]:
+        """The real line."""
+        return -inf, inf

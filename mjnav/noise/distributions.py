@@ -1,4 +1,4 @@
-"""Distributions that need no more than a line or two of mathematics; `pearson` has the other one."""
+"""The distributions with a density of a line or two; the Pearson family is in `pearson`."""
 
 from dataclasses import dataclass, field
 from math import inf, log, pi, sqrt
@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 from mjnav.config import Length, Range, settle
 from mjnav.errors import InvalidValue
 from mjnav.messages import Array
-from mjnav.noise.base import Mean, Size, Spread
+from mjnav.noise.base import Mean, OnRealLine, Size, Spread
 from mjnav.noise.pearson_laws import StudentLaw
 
 _HALF_LOG_2PI = 0.5 * log(2.0 * pi)
@@ -25,11 +25,11 @@ def _gaussian_logpdf(x: ArrayLike, mean: float | Array, std: float) -> Array:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Zero:
+class Zero(OnRealLine):
     """No noise: every draw is exactly 0, and `mean` and `std` are 0.
 
     A point mass has no density. `logpdf` is that of a Gaussian of std NARROW, so that a likelihood built from it
-    stays finite; an estimator that needs more width sees it by `std == 0`.
+    stays finite; an estimator that needs more width can tell by `std == 0`.
     """
 
     NARROW = 1e-3  # in the channel's unit
@@ -44,11 +44,6 @@ class Zero:
         """0."""
         return 0.0
 
-    @property
-    def support(self) -> tuple[float, float]:
-        """That of the narrow Gaussian."""
-        return -inf, inf
-
     def sample(self, rng: np.random.Generator, size: Size) -> Array:
         """Zeros; takes nothing from `rng`."""
         return np.zeros(size)
@@ -59,7 +54,7 @@ class Zero:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Gaussian:
+class Gaussian(OnRealLine):
     """N(mean, std^2)."""
 
     mean: Mean = 0.0
@@ -67,11 +62,6 @@ class Gaussian:
 
     def __post_init__(self):
         settle(self)
-
-    @property
-    def support(self) -> tuple[float, float]:
-        """The real line."""
-        return -inf, inf
 
     def sample(self, rng: np.random.Generator, size: Size) -> Array:
         """Independent draws of shape `size`."""
@@ -114,10 +104,10 @@ class Uniform:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class StudentT:
+class StudentT(OnRealLine):
     """Student's t with `df` > 2 degrees of freedom, scaled so that `std` is its standard deviation.
 
-    Kurtosis is 3 + 6/(df - 4) for df > 4 and infinite below: outliers without end, at a known variance.
+    Kurtosis is 3 + 6/(df - 4) for df > 4 and infinite below: heavy tails at a known variance.
     """
 
     mean: Mean = 0.0
@@ -128,11 +118,6 @@ class StudentT:
     def __post_init__(self):
         settle(self)
         object.__setattr__(self, "_law", StudentLaw.of(self.df))
-
-    @property
-    def support(self) -> tuple[float, float]:
-        """The real line."""
-        return -inf, inf
 
     def sample(self, rng: np.random.Generator, size: Size) -> Array:
         """Independent draws of shape `size`."""
@@ -145,7 +130,7 @@ class StudentT:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Mixture:
+class Mixture(OnRealLine):
     """sum_k weights_k N(means_k, stds_k^2); weights are positive and sum to 1."""
 
     weights: Annotated[tuple[_Share, ...], Length(1, MAX_SAMPLES), "sum to 1"]
@@ -175,11 +160,6 @@ class Mixture:
         """Root of sum_k w_k (s_k^2 + (m_k - mean)^2)."""
         return sqrt(np.dot(self._shares, np.square(self.stds) + np.square(np.subtract(self.means, self.mean))))
 
-    @property
-    def support(self) -> tuple[float, float]:
-        """The real line."""
-        return -inf, inf
-
     def sample(self, rng: np.random.Generator, size: Size) -> Array:
         """Independent draws of shape `size`."""
         k = np.searchsorted(self._cumulative, rng.random(size), side="right")
@@ -198,7 +178,7 @@ class Mixture:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Empirical:
+class Empirical(OnRealLine):
     """Recorded errors, smoothed: a Gaussian of std `bandwidth` around each sample.
 
     bandwidth h = 0.9 min(s, IQR/1.34) n^(-1/5), with the samples' standard deviation s and interquartile range IQR
@@ -225,11 +205,6 @@ class Empirical:
         object.__setattr__(self, "mean", float(samples.mean()))
         object.__setattr__(self, "std", float(np.hypot(spread, bandwidth)))
         object.__setattr__(self, "_array", samples)
-
-    @property
-    def support(self) -> tuple[float, float]:
-        """The real line."""
-        return -inf, inf
 
     def sample(self, rng: np.random.Generator, size: Size) -> Array:
         """Independent draws of shape `size`: a sample at random, and the kernel's Gaussian."""

@@ -27,7 +27,7 @@ from mjnav.noise.pearson_laws import BetaLaw, BetaPrimeLaw, GammaLaw, GaussianLa
 _BOUNDARY = 1e-9
 _SYMMETRIC = 1e-8  # skew below which a density is symmetric
 _MAX_SKEW = 1e3  # beyond, the difference between kurtosis and skew^2 + 1 has too few digits left
-_MAX_KURTOSIS = 1e7  # beyond, type IV and VII have r - 3 below 1e-6: no fourth moment but on paper
+_MAX_KURTOSIS = 1e7  # beyond, type IV and VII have r - 3 below 1e-6: hardly a fourth moment
 _FARTHEST = 1e100  # [std] beyond, every density of the family is below what a float can hold
 
 

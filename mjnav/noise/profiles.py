@@ -75,7 +75,7 @@ _BIMODAL: Mapping[str, _Published] = MappingProxyType(
         "pose.theta": _POSITION_NARROW,  # none is published for a heading: nearest the robot's own pose
         "detection.x": _OBSTACLE_POSITION,
         "detection.y": _OBSTACLE_POSITION,
-        "lidar.range": _POSITION_NARROW,  # none is published for a range: the one of two sharp modes
+        "lidar.range": _POSITION_NARROW,  # none is published for a range: the mixture with two sharp modes
         "gyro": _VELOCITY,  # a rate
         "lane.offset": _POSITION_WIDE,  # the robot's distance from a line
     }
@@ -148,7 +148,7 @@ def measured() -> dict[str, Distribution]:
 
 
 def pearson_mirrored() -> dict[str, Distribution]:
-    """`pearson` with every skew negated: the same mean, std and kurtosis. It tells whether a method uses the shape."""
+    """`pearson` with every skew negated: the same mean, std and kurtosis. Shows whether a method uses the shape."""
     return {channel: _pearson(std, -skew, kurtosis) for channel, (std, skew, kurtosis) in _PEARSON.items()}
 
 

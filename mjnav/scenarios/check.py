@@ -1,12 +1,12 @@
-"""What lies between the parts of a scenario: bodies that overlap, goals that cannot be reached.
+"""Checks between the parts of a scenario: bodies that overlap, goals and waypoints that cannot be reached.
 
-A body is a disc or a rectangle seen from above. Walls may touch and cross one another (corners), and a pillar may stand
-in a wall (half columns); bodies may touch; every other overlap is refused. The robot fits under tables and meets their
-legs only; people and whatever is as high as the table meet the top.
+A body is a disc or a rectangle seen from above. Walls may touch and cross (corners), a pillar may stand in a wall (half
+column), and bodies may touch; every other overlap is refused. The robot fits under tables and meets their legs only;
+people, and bodies as high as the table, meet its top.
 
-Who walks over waypoints keeps their radius clear of every wall on each straight leg; they would stand before it for the
-rest of the run. The last REACHED before a waypoint does not count, because they turn there. Who walks straight on has
-no place to reach: they walk until they meet the wall.
+A person who walks from waypoint to waypoint stays clear of every wall by their radius on each straight leg; otherwise
+they would stand in front of the wall for the rest of the run. The last REACHED before a waypoint does not count,
+because the person turns there. A person with a constant velocity walks until a wall stops them.
 """
 
 from collections.abc import Iterator
@@ -55,7 +55,7 @@ class _Box:
         return [(self.centre[0] + c * x - s * y, self.centre[1] + s * x + c * y) for x, y in ends]
 
     def overlaps(self, other: "_Box") -> bool:
-        """Whether no side of either box separates the two."""
+        """Whether the boxes overlap: no side of either separates them."""
         for yaw in (self.yaw, other.yaw):
             for nx, ny in ((cos(yaw), sin(yaw)), (-sin(yaw), cos(yaw))):
                 mine, theirs = ([nx * x + ny * y for x, y in box.corners()] for box in (self, other))
@@ -121,7 +121,7 @@ def _check_route(key: str, person: Person, walls: list[_Box]) -> None:
 
 
 class _Way:
-    """What a disc sweeps on the way between two points, a share of it left out at both ends."""
+    """The area that a disc sweeps between two points; a share of the length is left out at both ends."""
 
     def __init__(self, start: Point, end: Point, share: float, radius: float):
         (x0, y0), (x1, y1) = start, end
@@ -132,7 +132,7 @@ class _Way:
         self._between = _Box("", centre, atan2(dy, dx), (self._reach, radius), 0.0)
 
     def meets(self, box: _Box) -> bool:
-        """Whether it overlaps a box: the rectangle between the ends does, or the disc at one of them."""
+        """Whether the area overlaps a box: its rectangle does, or the disc at one of its ends."""
         if box.distance(self._between.centre) > self._reach + self._radius:
             return False
         missing = self._radius - min(map(box.distance, self._ends))

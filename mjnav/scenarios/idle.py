@@ -1,6 +1,6 @@
-"""Values of a run file that nothing reads, because another of its values takes their place.
+"""Values of a run file that have no effect, because another value replaces them.
 
-They are refused before a run. A log's scenario may have them: what was run once can be read and run again.
+They are refused before a run. The scenario in a log may have them, so that logs of earlier versions can be read.
 """
 
 from mjnav.errors import InvalidValue

@@ -1,4 +1,4 @@
-"""What comes with mjnav: the folders of its data, and the scenes in one of them."""
+"""The data folders of mjnav, and the scenes that are shipped in one of them."""
 
 import tomllib
 from pathlib import Path
@@ -24,7 +24,7 @@ def describe(folder: str = "") -> tuple[tuple[str, str], ...]:
             document = tomllib.loads(path.read_text(encoding="utf-8"))
         except (OSError, ValueError):
             continue  # `load` says what is wrong with it
-        if folder or "robot" in document:  # other files beside the scenes are none
+        if folder or "robot" in document:  # other files beside the scenes are not listed
             found.append((path.stem, " ".join(str(document.get("description", "")).split())))
     return tuple(found)
 

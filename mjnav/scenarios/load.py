@@ -49,7 +49,7 @@ def loads(
 ) -> Scenario:
     """The scenario that the text of a run file describes; `file` is its name in messages. Otherwise as `load`.
 
-    Paths in it count from `folder`. Without one they are refused: a text from elsewhere opens no file of ours.
+    Paths in it count from `folder`; without one they are refused, so that the text of a log opens no local file.
     """
     document = parse(text, file)
     changed: dict[str, str] = {}  # key -> the option that set it
@@ -130,7 +130,7 @@ def _nearest(path: str) -> str | None:
 
 
 def _with_defaults(document: dict[str, Any]) -> dict[str, Any]:
-    """The tables with every default in them, none where they are not a scenario: further overrides may complete it."""
+    """The tables with every default explicit; empty where they are no scenario yet, as overrides may complete them."""
     try:
         return tables(config.read_document(Scenario, document))
     except InvalidValue:
@@ -138,7 +138,7 @@ def _with_defaults(document: dict[str, Any]) -> dict[str, Any]:
 
 
 def origin(key: str, file: str, changed: dict[str, str]) -> str:
-    """Where the value at `key` came from: the option that set it, or a part of it, or what it is part of."""
+    """Where the value at `key` came from: the option that set it, a part of it or a table around it; else the file."""
     for other, option in reversed(changed.items()):
         if f"{key}.".startswith(f"{other}.") or f"{other}.".startswith(f"{key}."):
             return option

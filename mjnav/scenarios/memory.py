@@ -5,16 +5,13 @@ from mjnav.scenarios.spec import Scenario
 
 MAX_BYTES = 8e9  # what a small machine has
 _TICK = 256  # [bytes] of a tick's row in the trajectory: times, poses, controls, timing
-_TICK_OF_PERSON = 192  # [bytes] in it of each person: truth, belief and its covariance
-# [bytes], measured with a log: a particle's state, weight, prediction, errors and likelihoods, and what is logged of it
+_TICK_OF_PERSON = 192  # [bytes] of each person in a tick: truth, belief and its covariance
+# [bytes] of a particle, measured with a log: state, weight, prediction, errors, likelihoods, logged data
 _PARTICLE = 300
 
 
 def check_memory(scenario: Scenario) -> None:
-    """Refuses a scenario that would take more than MAX_BYTES; names the key that takes most of it.
-
-    Raises InvalidValue with what would be taken.
-    """
+    """Raises InvalidValue for a scenario that takes more than MAX_BYTES, with the key that takes most of it."""
     num_people = len(scenario.people)
     robot, obstacles = scenario.estimation.robot.particles, scenario.estimation.obstacles.particles
     ticks = scenario.time_limit * scenario.control.rate

@@ -10,7 +10,7 @@ from typing import Any
 
 from mjnav.errors import InvalidValue
 
-MAX_PARTS = 100  # of a dotted key. tomllib's time goes with their square: 10^5 of them held a command for minutes
+MAX_PARTS = 100  # of a dotted key: tomllib needs time quadratic in them, minutes for 10^5
 _TOKEN = re.compile(r"""[\w-]+|"(?:[^"\\\n]|\\.)*"|'[^'\n]*'|[ \t]+|.""", re.DOTALL)
 
 
@@ -32,7 +32,7 @@ def parse(text: str, file: str) -> dict[str, Any]:
 
 
 def _place(message: str, text: str) -> tuple[str, int, int]:
-    """What tomllib complains about, and the line and column, which it gives in words only."""
+    """tomllib's complaint, and the line and column, which it gives in words only."""
     place = re.fullmatch(r"(.*) \(at line (\d+), column (\d+)\)", message, re.DOTALL)
     if place:
         return place[1], int(place[2]), int(place[3])
@@ -41,7 +41,7 @@ def _place(message: str, text: str) -> tuple[str, int, int]:
 
 
 def _most_parts(text: str) -> int:
-    """Of the longest chain of names with dots between them, wherever it stands; 0 where there are few dots at all."""
+    """The parts of the longest dotted key anywhere in a text; 0 where it has too few dots for a long one."""
     if text.count(".") < MAX_PARTS:
         return 0
     most = dots = 0

@@ -1,4 +1,4 @@
-"""A controller that asks for more than the robot can do gets what the robot can do, and it is told."""
+"""Decisions beyond the robot's limits are clipped, and the log says so."""
 
 import numpy as np
 import pytest
@@ -63,7 +63,7 @@ def run(monkeypatch, kind, **options):
     return mjnav.run(scenarios.loads(SCENE.format(method=f"own:{kind.__name__}")), **options)
 
 
-def test_what_is_beyond_the_limits_counts_as_the_limits(monkeypatch, tmp_path):
+def test_a_decision_beyond_the_limits_is_clipped_to_them(monkeypatch, tmp_path):
     path = tmp_path / "wild.mcap"
     wild, flat = run(monkeypatch, Wild, log=path), run(monkeypatch, Flat)
     assert wild.summary["state_hash"] == flat.summary["state_hash"]
@@ -73,7 +73,7 @@ def test_what_is_beyond_the_limits_counts_as_the_limits(monkeypatch, tmp_path):
     assert flat.summary["clipped_ticks"] == 0
 
 
-def test_the_log_tells_the_wish_beside_the_command_and_once_in_words(monkeypatch, tmp_path):
+def test_the_log_has_the_wish_beside_the_command_and_one_event(monkeypatch, tmp_path):
     path = tmp_path / "wild.mcap"
     result = run(monkeypatch, Wild, log=path)
     log = mjnav.open_log(path)
@@ -86,7 +86,7 @@ def test_the_log_tells_the_wish_beside_the_command_and_once_in_words(monkeypatch
     assert {key: result.summary[key] for key in again} == again
 
 
-def test_a_log_from_before_wishes_were_told_has_none(monkeypatch, tmp_path):
+def test_a_log_without_wishes_has_none_clipped(monkeypatch, tmp_path):
     run(monkeypatch, Flat, log=tmp_path / "flat.mcap")
     log = mjnav.open_log(tmp_path / "flat.mcap")
     assert not any("wish" in message.value for message in log.messages("/decision"))

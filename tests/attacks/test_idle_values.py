@@ -1,4 +1,4 @@
-"""A value that nothing reads is refused before a run, with what would be read; a log that has one can be read."""
+"""A value without effect is refused before a run; a log that has one can be read."""
 
 import json
 from dataclasses import replace
@@ -47,7 +47,7 @@ IDLE = {
 
 @pytest.mark.parametrize("method", ["mppi", "orca"])
 @pytest.mark.parametrize("setting", ["num_v=7", "window=bounds", "form=line", "clip=1", "horizon=1", "degree=2"])
-def test_a_parameter_that_the_method_does_not_have_is_refused_by_every_door(method, setting, tmp_path, capsys):
+def test_a_parameter_that_the_method_does_not_have_is_refused_everywhere(method, setting, tmp_path, capsys):
     key = setting.partition("=")[0]
     told = f"control.{key}: found {key!r}; allowed: parameters of {method}: approach_time, "
     assert main(["run", "crossing1", "--no-log", "--controller", method, "--set", f"control.{setting}"]) == 2
@@ -61,7 +61,7 @@ def test_a_parameter_that_the_method_does_not_have_is_refused_by_every_door(meth
     assert f"{file}: {told}" in capsys.readouterr().err
 
 
-def test_a_grid_over_what_one_of_its_methods_does_not_read_is_refused_with_the_cell(tmp_path, capsys):
+def test_a_grid_over_a_parameter_that_a_method_lacks_names_the_cell(tmp_path, capsys):
     file = tmp_path / "idle.toml"
     file.write_text(STUDY)
     assert main(["sweep", str(file), "-o", str(tmp_path / "out")]) == 2
@@ -71,7 +71,7 @@ def test_a_grid_over_what_one_of_its_methods_does_not_read_is_refused_with_the_c
 
 
 @pytest.mark.parametrize(("settings", "message"), IDLE.values(), ids=IDLE)
-def test_a_value_whose_place_another_takes_is_refused(settings, message, capsys):
+def test_a_value_that_another_replaces_is_refused(settings, message, capsys):
     options = [part for setting in settings for part in ("--set", setting)]
     assert main(["run", "crossing1", "--no-log", *options]) == 2
     assert capsys.readouterr().err == f"mjnav: {message}\n"

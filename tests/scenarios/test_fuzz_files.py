@@ -1,4 +1,4 @@
-"""Whatever became of a run file, a study file or a trace, reading it ends with what it says or with a refusal.
+"""A damaged run file, study file or trace is read or refused; nothing else happens.
 
 Here files are damaged; `tests/attacks/test_fuzz_run_files.py` makes run files from the definitions of their keys.
 

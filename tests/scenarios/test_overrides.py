@@ -82,7 +82,7 @@ def test_tables_are_made_as_needed():
     assert scenario.lanes == LaneSpec((0.0, 1.0, 0.0), (0.0, 1.0, 1.0))
 
 
-def test_overrides_complete_a_file_that_is_none_by_itself():
+def test_overrides_complete_an_incomplete_file():
     assert loads(TEXT.replace("goal = [9, 0]", ""), ["robot.goal=[3,0]", "seed=1"]).robot.goal == (3.0, 0.0)
 
 
@@ -90,7 +90,7 @@ def test_the_last_of_two_values_counts():
     assert loads(TEXT, ["seed=1", "seed=2"]).seed == 2
 
 
-def test_waypoints_take_the_place_of_the_goal_and_the_goal_theirs():
+def test_waypoints_and_goal_replace_one_another():
     scenario = loads(TEXT, ["robot.waypoints=[[1, 1], [2, 2]]"])
     assert (scenario.robot.goal, scenario.robot.waypoints) == (None, ((1.0, 1.0), (2.0, 2.0)))
     assert loads(TEXT, ["robot.waypoints=[[1, 1]]", "robot.goal=[3, 0]"]).robot.route == ((3.0, 0.0),)
@@ -137,7 +137,7 @@ REFUSED = {
 
 
 @pytest.mark.parametrize("override", REFUSED)
-def test_a_bad_override_is_refused_and_named(override):
+def test_a_bad_override_is_refused_with_its_key(override):
     text = TEXT.replace("position = [4, 4]", "position = [4, 4]\nsize = [0.1, 0.8]\nleg_radius = 0.04")
     with pytest.raises(InvalidValue) as error:
         loads(text, [override], file="base.toml")
