@@ -3,13 +3,14 @@
 import argparse
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from mjnav.cli.options.output import output_path, replacement
 from mjnav.errors import DamagedLogError, InputError, InvalidValue
 
 if TYPE_CHECKING:
     from mjnav.report.inspection import Inspection
+    from mjnav.report.run_page.playback import Playback
 
 MAX_STEM = 120  # characters of a page's name that is made of several logs' names
 
@@ -40,17 +41,17 @@ def execute(arguments: argparse.Namespace) -> int:
     return 0
 
 
-def _read(path: Path) -> tuple["Inspection", dict[str, Any]]:
+def _read(path: Path) -> tuple["Inspection", "Playback"]:
     """What `mjnav inspect` finds in a log, and what the page plays back."""
     from mjnav.recording.read.log import open_log
     from mjnav.report.inspection import inspect
-    from mjnav.report.run_page.run_data import run_data
+    from mjnav.report.run_page.playback import playback
 
     log = open_log(path, allow_damage=True)
     if log.run is None:
         raise log.error or InputError(f"{path}: not the log of a run of mjnav")
     inspection = inspect(log)
-    return inspection, run_data(log, keep=[moment.tick for moment in inspection.moments])
+    return inspection, playback(log, keep=[moment.tick for moment in inspection.moments])
 
 
 def _output(given: str | None, logs: Sequence[Path]) -> Path:

@@ -6,7 +6,8 @@ hashes. Figures come from what `mjnav inspect --json` prints, and from nothing e
 
 import json
 from base64 import b64encode
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
+from dataclasses import asdict
 from hashlib import sha256
 from html import escape
 from importlib.resources import files
@@ -15,6 +16,7 @@ from typing import Any
 
 from mjnav.report.inspection import Inspection
 from mjnav.report.run_page import page_figures, page_parts
+from mjnav.report.run_page.playback import Playback
 from mjnav.report.run_page.shown_run import ShownRun, shown_run
 
 LETTERS = "ABCD"
@@ -23,8 +25,8 @@ GENERATOR = '<meta name="generator" content="mjnav report">'  # by which a page 
 _SCRIPTS = ("unpack", "drawing", "map", "distribution", "plots", "quantities", "playback", "page")
 
 
-def page(found: Sequence[tuple[Inspection, Mapping[str, Any]]]) -> str:
-    """The page of one to MAX_RUNS runs: what `inspect` and `run_data` say of each."""
+def page(found: Sequence[tuple[Inspection, Playback]]) -> str:
+    """The page of one to MAX_RUNS runs: what `inspect` and `playback` say of each."""
     several = len(found) > 1
     runs = [shown_run(i, LETTERS[i] if several else "", *one) for i, one in enumerate(found)]
     scripts = [_asset(f"{name}.js") for name in _SCRIPTS]
@@ -44,7 +46,7 @@ def page(found: Sequence[tuple[Inspection, Mapping[str, Any]]]) -> str:
         "events": page_parts.events(runs),
         "log": "".join(_log_section(run) for run in runs),
         "inspections": _script_json([run.document for run in runs]),
-        "data": _script_json([{**run.playback, "letter": LETTERS[run.number]} for run in runs]),
+        "data": _script_json([{**asdict(run.playback), "letter": LETTERS[run.number]} for run in runs]),
         "scripts": "\n".join(f"<script>{script}</script>" for script in scripts),
     }
     return Template(_asset("page.html")).substitute(fields)

@@ -29,9 +29,9 @@ def _notices(run: ShownRun) -> Iterator[str]:
     if not found.complete:
         yield "The run did not end: there is no result."
     yield from (f"Missing: {sentence}." for sentence in found.missing)
-    if data["stride"] > 1:
-        yield f"Playback and plots have one tick in {data['stride']} of {shown(data['ticks'])}; figures have all."
-    if data["candidates"] is None and not any(text.startswith("/candidates:") for text in found.missing):
+    if data.stride > 1:
+        yield f"Playback and plots have one tick in {data.stride} of {shown(data.ticks)}; figures have all."
+    if data.candidates is None and not any(text.startswith("/candidates:") for text in found.missing):
         yield "This run's method logs no candidates."
 
 
@@ -55,16 +55,16 @@ def moments(runs: Sequence[ShownRun]) -> str:
 
 def events(runs: Sequence[ShownRun]) -> str:
     """What the logs have under /events, in order of time, as buttons."""
-    rows = [(event["time"], run.number, event, run.mark) for run in runs for event in run.playback["events"]]
+    rows = [(event.time, run.number, event, run.mark) for run in runs for event in run.playback.events]
     if not rows:
         return '<p class="none">None.</p>'
     items = "".join(
-        f'<li><button type="button" data-seek="{time!r}" class="{escape(event["level"])}">{mark}'
-        f'<span class="when">{time:.2f} <span class="unit">s</span></span><b>{escape(event["name"])}</b> '
-        f'<span class="what">{escape(event["text"])}</span></button></li>'
+        f'<li><button type="button" data-seek="{time!r}" class="{escape(event.level)}">{mark}'
+        f'<span class="when">{time:.2f} <span class="unit">s</span></span><b>{escape(event.name)}</b> '
+        f'<span class="what">{escape(event.text)}</span></button></li>'
         for time, _, event, mark in sorted(rows, key=lambda row: row[:2])
     )
-    left_out = sum(run.playback["num_events"] for run in runs) - len(rows)
+    left_out = sum(run.playback.num_events for run in runs) - len(rows)
     more = f'<p class="none">{left_out} more are in the log.</p>' if left_out else ""
     return f'<ol class="events" tabindex="0" aria-label="Events">{items}</ol>{more}'
 

@@ -1,6 +1,7 @@
 """The messages of a log as rows of numbers: one frame a tick, or every n-th of a long run."""
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -22,6 +23,16 @@ LEVELS = ("unknown", "debug", "info", "warning", "error", "fatal")  # foxglove.L
 _CHI_SQUARED_95 = 5.991  # with two degrees of freedom
 
 
+@dataclass(frozen=True, slots=True)
+class PageEvent:
+    """A message of /events."""
+
+    time: float  # [s]
+    level: str
+    name: str
+    text: str
+
+
 class RunFrames:
     """What a page shows of a run. Arrays (T, ...) have NaN where a tick lacks something; dicts are by frame.
 
@@ -37,7 +48,7 @@ class RunFrames:
         self.cones: dict[int, tuple[Array, Array]] = {}
         self.cone_obstacles: dict[int, str] = {}
         self.candidates: dict[int, CandidateRanks] = {}
-        self.events: list[dict[str, Any]] = []
+        self.events: list[PageEvent] = []
         self.num_events = 0
         self._path, self._budget = log.path, Budget(log.path.stat().st_size)
         self._grid = _grid(log.scenario().control.parameters)
@@ -163,7 +174,7 @@ class RunFrames:
         self.num_events += 1
         if len(self.events) < MAX_EVENTS:
             level = LEVELS[value.level] if value.level < len(LEVELS) else LEVELS[0]
-            self.events.append({"time": time, "level": level, "name": value.name, "text": value.message})
+            self.events.append(PageEvent(time, level, value.name, value.message))
 
 
 def _grid(parameters: Mapping[str, Any]) -> tuple[int, int]:

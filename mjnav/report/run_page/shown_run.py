@@ -10,6 +10,7 @@ from typing import Any
 from mjnav.recording.encode.json_messages import dumps
 from mjnav.report.inspection import Inspection
 from mjnav.report.run_page.page_figures import flatten
+from mjnav.report.run_page.playback import Playback
 
 _OUTCOMES: Mapping[str, tuple[str, str]] = MappingProxyType(
     {
@@ -31,7 +32,7 @@ class ShownRun:
     inspection: Inspection
     document: dict[str, Any]  # what `mjnav inspect --json` prints
     figures: dict[str, Any]  # the document's leaves by dotted key
-    playback: Mapping[str, Any]
+    playback: Playback
 
     @property
     def scene(self) -> str:
@@ -62,7 +63,7 @@ class ShownRun:
         return f'<span class="badge {kind}" data-outcome="{self.number}">{escape(text)}</span>'
 
 
-def shown_run(number: int, letter: str, inspection: Inspection, playback: Mapping[str, Any]) -> ShownRun:
-    """A run of a page, from what `inspect` and `run_data` say of it."""
+def shown_run(number: int, letter: str, inspection: Inspection, playback: Playback) -> ShownRun:
+    """A run of a page, from what `inspect` and `playback` say of it."""
     document = json.loads(dumps(inspection.document()))
     return ShownRun(number, letter, inspection, document, flatten(document), playback)

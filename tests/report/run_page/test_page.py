@@ -19,7 +19,7 @@ from mjnav.recording import Recorder, open_log
 from mjnav.report.inspection import inspect
 from mjnav.report.run_page.page import page
 from mjnav.report.run_page.page_figures import flatten, shown
-from mjnav.report.run_page.run_data import run_data
+from mjnav.report.run_page.playback import playback
 from tests.recording.conftest import MadeUpRun, make_scenario
 
 KINEMATIC = "physics.engine=kinematic"
@@ -212,10 +212,10 @@ def test_runs_of_different_scenes_are_shown_and_told_apart(made):
 
 def test_a_long_run_is_thinned_and_says_so(logs):
     log = open_log(logs / "hall.mcap")
-    data = run_data(log, max_frames=11)
-    assert (data["stride"], data["ticks"]) == (3, 30)
-    assert data["fields"]["time"]["shape"] == [11]
-    assert run_data(log, keep=(3, 4, 29), max_frames=11)["fields"]["time"]["shape"] == [13]
+    data = playback(log, max_frames=11)
+    assert (data.stride, data.ticks) == (3, 30)
+    assert data.fields["time"]["shape"] == [11]
+    assert playback(log, keep=(3, 4, 29), max_frames=11).fields["time"]["shape"] == [13]
     assert "one tick in 3 of 30" in page([(inspect(log), data)])
 
 

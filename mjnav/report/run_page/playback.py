@@ -1,6 +1,7 @@
-"""A log as the document that a page plays back."""
+"""A log as what a page plays back."""
 
 from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -14,7 +15,7 @@ from mjnav.recording.read.log import Log
 from mjnav.report.run_page.candidate_ranks import NONE
 from mjnav.report.run_page.cone_bins import cone_bins
 from mjnav.report.run_page.packed import Packer
-from mjnav.report.run_page.run_frames import TRACK_PARTICLES, RunFrames
+from mjnav.report.run_page.run_frames import TRACK_PARTICLES, PageEvent, RunFrames
 from mjnav.report.scene_outline import scene_outline
 
 MAX_FRAMES = 1200  # two minutes at 10 Hz
@@ -22,9 +23,34 @@ STEP = 1e-3  # m, rad, m/s, rad/s, ms, or of 1
 PARTICLE = 4e-3  # [m] step of a particle's offset: half a metre at most
 
 
+@dataclass(frozen=True, slots=True)
+class Playback:
+    """What a page's scripts get of a run, field by field as JSON (web/unpack.js)."""
+
+    scene: dict[str, Any]
+    people: list[str]
+    tracks: list[str]
+    phases: tuple[str, ...]  # of a tick
+    preview: float  # [s] that a candidate's arc is long
+    levels: int  # of candidates' ranks
+    normalised: bool  # whether the cone's samples are over the squared radius
+    particles: dict[str, int]  # of the robot's belief and of each track's
+    period: float  # [s]
+    statuses: list[str]  # that codes stand for
+    cone: dict[str, Any] | None  # axis of the histograms, and the obstacles that codes stand for
+    candidates: dict[str, Any] | None  # shape of their grid; None where the method logs none
+    bodies: list[str]  # that codes of the nearest stand for
+    ticks: int
+    stride: int  # ticks from frame to frame
+    events: list[PageEvent]  # the first MAX_EVENTS
+    num_events: int
+    fields: dict[str, dict[str, Any]]  # kind, shape and place of each array
+    gzip: str  # the arrays
+
+
 @np.errstate(all="ignore")  # what a damaged log says may be any number
-def run_data(log: Log, *, keep: Iterable[int] = (), max_frames: int = MAX_FRAMES) -> dict[str, Any]:
-    """Names, the room, the events and all arrays, ready to be JSON.
+def playback(log: Log, *, keep: Iterable[int] = (), max_frames: int = MAX_FRAMES) -> Playback:
+    """What a page plays back of a log.
 
     A run of more than `max_frames` ticks is thinned, but for the ticks in `keep`.
 
@@ -43,29 +69,29 @@ def run_data(log: Log, *, keep: Iterable[int] = (), max_frames: int = MAX_FRAMES
     _pack_states(packer, frames, people, tracks)
     known = len(scenario.people) == run.trajectory.people_position.shape[1]
     bodies = _pack_clearance(packer, clearance(run.trajectory, scenario) if known else {}, kept)
-    return {
-        "scene": scene_outline(scenario),
-        "people": people,
-        "tracks": tracks,
-        "phases": PHASES,
-        "preview": PREVIEW,
-        "levels": NUM_LEVELS,
-        "normalised": bool(scenario.control.parameters.get("normalise", scenario.control.method != "rkhs-paper")),
-        "particles": {
+    return Playback(
+        scene=scene_outline(scenario),
+        people=people,
+        tracks=tracks,
+        phases=PHASES,
+        preview=PREVIEW,
+        levels=NUM_LEVELS,
+        normalised=bool(scenario.control.parameters.get("normalise", scenario.control.method != "rkhs-paper")),
+        particles={
             "robot": scenario.estimation.robot.particles,
             "tracks": scenario.estimation.obstacles.particles,
         },
-        "period": scenario.control.period,
-        "statuses": _pack_status(packer, frames),
-        "cone": _pack_cones(packer, frames),
-        "candidates": _pack_candidates(packer, frames),
-        "bodies": bodies,
-        "ticks": len(run.ticks) - 1,
-        "stride": stride,
-        "events": frames.events,
-        "num_events": frames.num_events,
+        period=scenario.control.period,
+        statuses=_pack_status(packer, frames),
+        cone=_pack_cones(packer, frames),
+        candidates=_pack_candidates(packer, frames),
+        bodies=bodies,
+        ticks=len(run.ticks) - 1,
+        stride=stride,
+        events=frames.events,
+        num_events=frames.num_events,
         **packer.packed(),
-    }
+    )
 
 
 def _stacked(parts: list[Array], length: int, *shape: int) -> Array:
