@@ -1,8 +1,8 @@
-"""Who may connect to the live server: a web page from anywhere else may not.
+"""Protects the live server from foreign web pages: which connections are passed on to it.
 
-Every page that a browser shows can open a WebSocket to this machine, and foxglove-sdk asks nobody where it comes from.
-So its server listens at a loopback address and port drawn at random, 2^39 of them, which no page can find by trying;
-this one listens where users connect, reads each handshake, and passes on the bytes of those that are allowed.
+Any page in a browser can open a WebSocket to this machine, and foxglove-sdk does not check the origin. So its server
+listens at a random loopback address and port, one of 2^39, which no page can find by trying; the door listens where
+users connect, reads each handshake, and passes on the bytes of the connections that are allowed.
 """
 
 import re
@@ -21,7 +21,7 @@ APPS = (
     # lichtblick-suite/lichtblick). A file that a browser shows says "null", and so does a foreign page's sandbox.
     "file://",
 )
-HOST = "127.0.0.1"  # nobody but this machine: there is no password
+HOST = "127.0.0.1"  # this machine only: there is no password
 HERE = (HOST, "localhost", "[::1]")
 _ORIGIN = re.compile(r"https?://(?P<host>\[[0-9a-fA-F:.]+\]|[A-Za-z0-9.-]+)(:\d{1,5})?")
 _MAX_HEAD = 16_384  # [bytes] of a handshake
@@ -37,12 +37,12 @@ def check_origin(origin: str) -> str:
 
 
 def hidden_address() -> str:
-    """A loopback address that nobody knows."""
+    """A random loopback address."""
     return f"127.{1 + secrets.randbelow(254)}.{secrets.randbelow(256)}.{1 + secrets.randbelow(254)}"
 
 
 def why_refused(head: bytes, allowed: Collection[str]) -> str | None:
-    """What is wrong with the head of a request, in a line; None where it may pass. No Origin means no browser."""
+    """Why a request with this head is refused, in a line; None where it is allowed. Only browsers send an Origin."""
     try:
         request, headers = _parsed(head)
     except ValueError:
@@ -60,7 +60,7 @@ def why_refused(head: bytes, allowed: Collection[str]) -> str | None:
 
 
 def _parsed(head: bytes) -> tuple[str, Mapping[str, str]]:
-    """The request line and the headers, each of which comes once. Raises ValueError."""
+    """The request line and the headers, each of which may occur once. Raises ValueError."""
     request, *lines = head.decode("latin-1").removesuffix("\r\n\r\n").split("\r\n")
     headers: dict[str, str] = {}
     for line in lines:
@@ -75,7 +75,7 @@ def _parsed(head: bytes) -> tuple[str, Mapping[str, str]]:
 class FrontDoor:
     """Listens on `port` of this machine, 0 for any, and passes connections on to `behind`, an address and port.
 
-    `refused` is told of each that is not passed on, and why. Raises OSError where the port cannot be had.
+    `refused` is called with the reason for each connection that is refused. Raises OSError where the port is in use.
     """
 
     def __init__(self, port: int, behind: tuple[str, int], allowed: Collection[str], refused: Callable[[str], None]):
@@ -87,7 +87,7 @@ class FrontDoor:
         self._start(self._accept)
 
     def close(self, timeout: float) -> None:
-        """Takes nobody in any more; waits for the server behind to end its connections, at most `timeout` [s]."""
+        """Stops listening; waits at most `timeout` [s] for the server behind to end its connections."""
         with suppress(OSError):
             self._listener.shutdown(socket.SHUT_RDWR)
         self._listener.close()
@@ -135,7 +135,7 @@ class FrontDoor:
                 answers = self._start(_pass_on, server, client)
                 _pass_on(client, server)
                 answers.join()
-        except OSError:  # whoever it was, it has gone
+        except OSError:  # the connection is closed
             pass
         finally:
             self._open.discard(client)
@@ -143,7 +143,7 @@ class FrontDoor:
 
 
 def _head(client: socket.socket) -> tuple[bytes, bytes]:
-    """The head of a request, its empty line included, and what came after it. Raises OSError where there is none."""
+    """The head of a request with its empty line, and the bytes after it. Raises OSError where there is none."""
     data = b""
     while b"\r\n\r\n" not in data:
         block = client.recv(4096)
@@ -155,7 +155,7 @@ def _head(client: socket.socket) -> tuple[bytes, bytes]:
 
 
 def _pass_on(source: socket.socket, target: socket.socket) -> None:
-    """Every byte, until either end has gone; then the other's reader is told."""
+    """Copies bytes until either end closes; then shuts down both directions' ends."""
     block = bytearray(_BLOCK)
     view = memoryview(block)
     try:

@@ -1,4 +1,4 @@
-"""The run while it goes: a WebSocket server that Foxglove and Lichtblick connect to.
+"""A live view of a run: a WebSocket server that Foxglove and Lichtblick connect to.
 
 It sends the bytes that go to the file, and drawings of the candidates beside them. Every client has a queue in the
 server's own threads, which drops the oldest messages where that client is slow; the loop waits for none.
@@ -20,29 +20,29 @@ if TYPE_CHECKING:
     from foxglove.websocket import WebSocketServer
 
 PORT = 8765
-LAST_MESSAGES = 0.2  # [s] that clients have to take them in before the server ends
-STOP_TIMEOUT = 2.0  # [s] after which a client that takes nothing is no longer waited for
+LAST_MESSAGES = 0.2  # [s] that clients have to receive them before the server stops
+STOP_TIMEOUT = 2.0  # [s] to wait for a client that receives nothing
 _PORTS = range(65536)
 
 
 class Writer(Protocol):
-    """What messages are written to: the file's `mcap.writer.Writer`, or what stands before it."""
+    """Where messages are written: the file's `mcap.writer.Writer`, or an object that also sends them to clients."""
 
     def add_message(self, channel_id: int, log_time: int, data: bytes, publish_time: int, sequence: int = 0) -> None:
-        """Takes one message; times in simulated nanoseconds."""
+        """Writes one message; times in simulated nanoseconds."""
         ...
 
     def flush(self) -> None:
-        """Brings what was taken to the disk."""
+        """Writes all messages so far to the disk."""
         ...
 
 
 class LiveServer:
-    """Serves runs of `scenario`, one after another, on `port` of this machine, 0 for any that is free.
+    """Serves runs of `scenario`, one after another, on `port` of this machine; 0 chooses a free one.
 
-    Pages of `origins` may connect, beside those of Foxglove, Lichtblick and this machine, and what is no browser;
-    `refused` is told why another may not. A context manager. Raises InputError where the port is taken, an origin is
-    none or foxglove-sdk is not installed.
+    Connections are accepted from programs that are no browsers, and from pages of Foxglove, Lichtblick, this machine
+    and `origins`; `refused` is called with the reason why another was refused. A context manager. Raises InputError
+    where the port is in use, an origin is not valid or foxglove-sdk is not installed.
     """
 
     def __init__(
@@ -61,8 +61,8 @@ class LiveServer:
             from foxglove.websocket import Capability
         except ImportError:
             raise missing_extra("foxglove-sdk", "live") from None
-        context = self._context = foxglove.Context()  # which nothing else keeps
-        # Before the server: from a client that hears of a channel while it is made the server may not know it.
+        context = self._context = foxglove.Context()  # nothing else keeps a reference to it
+        # Made before the server: a client might otherwise subscribe to a channel before the server knows it.
         self._channels = {
             topic.name: foxglove.Channel(
                 topic.name,
@@ -74,7 +74,7 @@ class LiveServer:
         }
         self._served = False
         name = f"mjnav {scenario.name}, {scenario.control.method}, seed {scenario.seed}"
-        # Clients that are told the time show simulated time, not the wall's.
+        # With this capability clients show simulated time, not the time of day.
         host = hidden_address()
         self._server = foxglove.start_server(
             name=name, host=host, port=0, context=context, capabilities=[Capability.Time]
@@ -89,7 +89,7 @@ class LiveServer:
 
     @property
     def watched(self) -> bool:
-        """Whether anybody wants to have any topic."""
+        """Whether any client subscribes to any topic."""
         return any(channel.has_sinks() for channel in self._channels.values())
 
     def writer(self, channels: Mapping[str, int], file: Writer | None, live_only: Collection[str] = ()) -> Writer:
@@ -98,16 +98,16 @@ class LiveServer:
         `channels` holds the number that messages bear for each topic; the topics in `live_only` do not go to the file.
         """
         if self._served:
-            self._server.clear_session()  # simulated time begins anew
+            self._server.clear_session()  # simulated time starts at 0 again
         self._served = True
         clients = {number: self._channels[name] for name, number in channels.items()}
         return _LiveWriter(self._server, clients, file, frozenset(channels[name] for name in live_only))
 
     def close(self) -> None:
-        """Ends the server when its clients had time for the last messages."""
+        """Stops the server after its clients had time to receive the last messages."""
         if self.watched:
             time.sleep(LAST_MESSAGES)
-        # It waits for each client to take what was sent, and one that is stopped never does.
+        # `stop` waits for every client to receive what was sent, which a suspended one never does.
         stopping = threading.Thread(target=self._server.stop, daemon=True)
         stopping.start()
         stopping.join(STOP_TIMEOUT)
@@ -121,7 +121,7 @@ class LiveServer:
 
 
 class _LiveWriter:
-    """A `Writer` to clients and file."""
+    """A `Writer` that sends to clients and writes to the file."""
 
     def __init__(
         self,

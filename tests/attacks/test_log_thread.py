@@ -46,7 +46,7 @@ def test_a_closed_descriptor_ends_the_run_in_a_line_and_no_other_file_gets_the_l
         out, err = process.communicate(timeout=PATIENCE)
     assert (process.returncode, json.loads(out)["outcome"]) == (1, "aborted")
     assert re.fullmatch(
-        r"mjnav: aborted after [0-9.]+ s, \d+ ticks: a\.mcap: writing failed: somebody closed it; "
+        r"mjnav: aborted after [0-9.]+ s, \d+ ticks: a\.mcap: writing failed: its descriptor was closed; "
         r"what is left of it can be read\n",
         err.removeprefix(COMPILING),
     )

@@ -318,11 +318,9 @@ def test_a_log_that_is_deleted_or_cut_short_is_noticed_and_ends_the_run(start):
     shutil.rmtree(deleted.log.parent)
     os.truncate(cut.log, 45_000)
     assert deleted.ended()[0] == cut.ended()[0] == 1
-    assert deleted.ended()[2].endswith(
-        "ticks: logs/a.mcap: writing failed: somebody deleted it; nothing of it is left\n"
-    )
+    assert deleted.ended()[2].endswith("ticks: logs/a.mcap: writing failed: it was deleted; nothing of it is left\n")
     assert cut.ended()[2].endswith(
-        "ticks: logs/a.mcap: writing failed: somebody cut it short; what is left of it can be read\n"
+        "ticks: logs/a.mcap: writing failed: it was truncated; what is left of it can be read\n"
     )
     assert cut.log.stat().st_size == 45_000
     log = open_log(cut.log)

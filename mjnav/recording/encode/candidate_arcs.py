@@ -5,13 +5,14 @@ The live server sends it, and a log has it where its run file says `[log] drawin
 
 from functools import lru_cache
 from itertools import pairwise
-from math import cos, sin
 
 import numpy as np
 from foxglove_schemas_protobuf.Color_pb2 import Color
+from foxglove_schemas_protobuf.LinePrimitive_pb2 import LinePrimitive
 from numpy.typing import ArrayLike
 
 from mjnav.messages import Array, CandidateCosts
+from mjnav.motion.unicycle import integrate
 from mjnav.recording.encode import wire
 from mjnav.recording.encode.geometry import WORLD_FRAME, pose, time_ns
 
@@ -20,30 +21,22 @@ NUM_CORNERS = 2  # of an arc, beside its start
 NUM_LEVELS = 8  # of colour
 RESOLUTION = 2.0**-10  # [m]; drawn coordinates are whole multiples, whose doubles compress to a third
 
-_LINE_LIST = 2
-_SHARES = np.arange(1, NUM_CORNERS + 1) / NUM_CORNERS
+
+def _line_header(thickness: float, height: float, color: Color) -> bytes:
+    """foxglove.LinePrimitive, separate segments, but for points and indices."""
+    kind = LinePrimitive.LINE_LIST
+    return LinePrimitive(type=kind, pose=pose(0.0, 0.0, height), thickness=thickness, color=color).SerializeToString()
 
 
-def _line_header(thickness: float, height: float) -> bytes:
-    """foxglove.LinePrimitive, separate segments, but for points, colour and indices."""
-    placed = pose(0.0, 0.0, height).SerializeToString()
-    return wire.integer(1, _LINE_LIST) + wire.delimited(2, placed) + wire.double(3, thickness)
-
-
-def _level_colors() -> tuple[bytes, ...]:
+def _level_color(level: int) -> Color:
     """From green, the cheapest, over yellow to red."""
-    share = np.linspace(0.0, 1.0, NUM_LEVELS)
-    red, green = np.minimum(1.0, 2.0 * share), np.minimum(1.0, 2.0 - 2.0 * share)
-    return tuple(
-        wire.delimited(6, Color(r=0.85 * r, g=0.8 * g, b=0.15, a=0.5).SerializeToString())
-        for r, g in zip(red.tolist(), green.tolist(), strict=True)
-    )
+    share = level / (NUM_LEVELS - 1)
+    return Color(r=0.85 * min(1.0, 2.0 * share), g=0.8 * min(1.0, 2.0 - 2.0 * share), b=0.15, a=0.5)
 
 
-_THIN, _BOLD = _line_header(0.006, 0.02), _line_header(0.05, 0.03)
-_LEVEL_COLORS = _level_colors()
+_LEVELS = tuple(_line_header(0.006, 0.02, _level_color(level)) for level in range(NUM_LEVELS))
+_DECIDED = _line_header(0.05, 0.03, Color(r=0.1, g=0.25, b=1.0, a=1.0))
 _ENTITY = wire.delimited(2, WORLD_FRAME.encode()) + wire.delimited(3, b"candidates")
-_CHOSEN_COLOR = wire.delimited(6, Color(r=0.1, g=0.25, b=1.0, a=1.0).SerializeToString())
 
 
 def level_bounds(num_candidates: int) -> list[int]:
@@ -61,41 +54,28 @@ def _segments(num_arcs: int) -> bytes:
     return ends.tobytes()
 
 
-def _corners(estimate: Array, v: Array, omega: Array) -> tuple[Array, Array]:
-    """x and y, (K, NUM_CORNERS) each, of points along each arc from the estimated pose; as `unicycle.integrate`."""
-    x, y, heading = estimate.tolist()
-    half = omega[:, None] * (0.5 * PREVIEW * _SHARES)
-    sine, cosine = np.sin(half), np.cos(half)
-    chord = np.divide(sine, half, out=np.ones_like(half), where=half != 0.0)
-    chord *= v[:, None] * (PREVIEW * _SHARES)
-    cosine *= chord
-    sine *= chord
-    ahead, left = cos(heading), sin(heading)
-    return x + (ahead * cosine - left * sine), y + (left * cosine + ahead * sine)
+def _line(header: bytes, start: Array, v: Array, omega: Array) -> bytes:
+    """Field `lines` of the entity: the arcs of n controls from the pose `start` (3,)."""
+    shares = np.arange(1, NUM_CORNERS + 1) / NUM_CORNERS
+    corners = np.stack([integrate(start, v, omega, PREVIEW * share)[:, :2] for share in shares], axis=1)
+    points = np.rint(np.vstack([start[:2], corners.reshape(-1, 2)]) / RESOLUTION) * RESOLUTION
+    table = wire.point_table(5, len(points))
+    table["x"], table["y"] = points.T
+    return wire.delimited(11, header + table.tobytes() + wire.delimited(8, _segments(len(v))))
 
 
-def _line(header: bytes, color: bytes, start: Array, x: Array, y: Array) -> bytes:
-    """Field `lines` of the entity: arcs that share their start (2,); the corners x, y of n arcs, (n, NUM_CORNERS)."""
-    table = wire.point_table(5, 1 + x.size)
-    for axis, first, corners in zip("xy", start, (x, y), strict=True):
-        table[axis][0], table[axis][1:] = first, corners.ravel()
-        table[axis] = np.rint(table[axis] / RESOLUTION) * RESOLUTION
-    return wire.delimited(11, header + table.tobytes() + color + wire.delimited(8, _segments(len(x))))
-
-
-def encode_arcs(time: float, pose: Array, control: ArrayLike, costs: CandidateCosts) -> bytes:
+def encode_arcs(time: float, estimate: Array, control: ArrayLike, costs: CandidateCosts) -> bytes:
     """One foxglove.SceneUpdate: each candidate's arc coloured by its rank in total cost, the decided control's bold.
 
-    The arcs start at the estimated pose (3,); control is (v, omega). Cost ranks, not costs: one infeasible candidate
+    The arcs start at the estimate (3,); control is (v, omega). Cost ranks, not costs: one infeasible candidate
     may cost a thousand times another, and a linear scale would paint all others alike.
     """
     order = np.argsort(costs.total, kind="stable")
-    x, y = _corners(pose, costs.v[order], costs.omega[order])
-    lines = [
-        _line(_THIN, color, pose[:2], x[first:last], y[first:last])
-        for (first, last), color in zip(pairwise(level_bounds(order.size)), _LEVEL_COLORS, strict=True)
-        if first < last
+    bounds = pairwise(level_bounds(order.size))
+    groups = [
+        (header, order[first:last]) for header, (first, last) in zip(_LEVELS, bounds, strict=True) if first < last
     ]
-    decided = np.asarray(control, float)[:, None]
-    lines.append(_line(_BOLD, _CHOSEN_COLOR, pose[:2], *_corners(pose, *decided)))
+    lines = [_line(header, estimate, costs.v[group], costs.omega[group]) for header, group in groups]
+    v, omega = np.asarray(control, float)
+    lines.append(_line(_DECIDED, estimate, np.array([v]), np.array([omega])))
     return wire.delimited(2, wire.timestamp(1, time_ns(time)) + _ENTITY + b"".join(lines))

@@ -1,4 +1,4 @@
-"""The file of a log while it is written: it holds whole records, whatever becomes of the disk."""
+"""The file of a log while it is written: it holds whole records, also after a disk error."""
 
 import errno
 import io
@@ -8,11 +8,11 @@ from pathlib import Path
 
 
 class LogFile(io.BufferedIOBase):
-    """A new file that takes bytes whole or not at all; each call's are whole MCAP records.
+    """A new file, to which each call of `write` appends all of its bytes, whole MCAP records, or none.
 
-    Nothing waits in a buffer: what was written is the system's, and outlives the process. Raises FileExistsError where
-    there is a file, and OSError from then on for what the disk refuses, and where somebody deletes the file or cuts it
-    short: Linux itself would write on to a file that nobody can open any more, or behind a hole.
+    Nothing is buffered in the process, so that what was written outlives it. Raises FileExistsError where the file
+    exists. Every `write` raises OSError where the disk refuses the bytes or the file was deleted or truncated: Linux
+    would go on to write to a file without a name, or behind a hole.
     """
 
     def __init__(self, path: Path):
@@ -21,7 +21,7 @@ class LogFile(io.BufferedIOBase):
         self._size = 0
 
     def writable(self) -> bool:
-        """It is."""
+        """Always true."""
         return True
 
     def write(self, data, /) -> int:
@@ -42,34 +42,34 @@ class LogFile(io.BufferedIOBase):
         return len(data)
 
     def tell(self) -> int:
-        """How much was written."""
+        """The number of bytes written."""
         return self._size
 
     def close(self) -> None:
-        """Closes the file. Raises OSError where the system only now says what it could not write."""
+        """Closes the file. Raises OSError where the system reports only now what it could not write."""
         try:
-            if hasattr(self, "_file"):  # else it could not be opened, and this is the end of an object half made
+            if hasattr(self, "_file"):  # false where opening it failed
                 self._file.close()
         except OSError as error:
-            if error.errno != errno.EBADF:  # somebody closed it before
+            if error.errno != errno.EBADF:  # the descriptor was closed before
                 raise
         finally:
             super().close()
 
     @property
     def exists(self) -> bool:
-        """Whether it can still be opened by some name, as far as is known."""
+        """Whether the file still has a name, as far as is known."""
         state = self._state()
         return state is None or state.st_nlink > 0
 
     @property
     def whole(self) -> bool:
-        """Whether all that was written is still there."""
+        """Whether the file still has all the bytes that were written."""
         state = self._state()
         return state is not None and state.st_size >= self._size
 
     def _state(self) -> os.stat_result | None:
-        """None where somebody closed the descriptor, whose number may by now be another file's."""
+        """None where the descriptor was closed; its number may belong to another file by now."""
         try:
             state = os.fstat(self._file.fileno())
         except OSError:
@@ -78,11 +78,11 @@ class LogFile(io.BufferedIOBase):
 
     def _check(self) -> None:
         if self._state() is None:
-            raise OSError(errno.EBADF, "somebody closed it")
+            raise OSError(errno.EBADF, "its descriptor was closed")
         if not self.exists:
-            raise OSError(errno.ENOENT, "somebody deleted it")
+            raise OSError(errno.ENOENT, "it was deleted")
         if not self.whole:
-            raise OSError(errno.EIO, "somebody cut it short")
+            raise OSError(errno.EIO, "it was truncated")
 
 
 def _identity(state: os.stat_result) -> tuple[int, int]:

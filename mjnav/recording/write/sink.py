@@ -1,8 +1,7 @@
-"""Where encoded messages go on their way to the file: written at once, or by a thread of their own.
+"""Sinks, through which encoded messages reach the file: written at once, or by a separate thread.
 
-Headless, writing at once is quicker: 1.1 ms a tick in `hall` against 1.6 ms with a thread, which takes turns with the
-loop for the interpreter's lock. In real time the thread keeps encoding, compression and the disk out of the tick, which
-it holds up by 0.15 ms.
+Without real time, writing at once is faster: a thread competes with the loop for the interpreter's lock. In real time
+the thread keeps encoding, compression and the disk out of the tick, which it delays by 0.15 ms.
 """
 
 import errno
@@ -17,7 +16,7 @@ from mjnav.recording.live import Writer
 
 FLUSH_INTERVAL = 0.2  # [s] of wall time, and of simulated time, between which everything reaches the file
 QUEUE_SIZE = 64  # batches, two a tick
-STALL = 10.0  # [s] without any progress of the log's thread after which the disk counts as hung
+STALL = 10.0  # [s] without progress of the log's thread, after which the disk counts as hung
 _POLL = 0.001  # [s]
 _FLUSH_NS = round(1e9 * FLUSH_INTERVAL)
 
@@ -34,14 +33,14 @@ class Message(NamedTuple):
 class Sink(Protocol):
     """Takes batches of messages and flushes at least every FLUSH_INTERVAL.
 
-    A batch may be a generator, and then its messages are encoded where they are written, all before the first of them
-    is: what cannot be encoded is not in the log by half. The clock read here decides when bytes reach the disk and
-    nothing else: a killed process loses what came after the last flush.
+    A batch may be a generator. Its messages are then encoded by the sink, all of them before the first is written, so
+    that a batch that cannot be encoded is not logged in part. The clock read here decides only when bytes reach the
+    disk: a killed process loses what came after the last flush.
     """
 
     @property
     def dropped(self) -> int:
-        """How many batches were."""
+        """The number of batches that were dropped."""
         ...
 
     @property
@@ -50,20 +49,20 @@ class Sink(Protocol):
         ...
 
     def attach(self, writer: Writer) -> None:
-        """Writes with this writer what is put from now on."""
+        """Sets the writer of all later batches."""
         ...
 
     def put(self, batch: Iterable[Message], *, may_drop: bool = False) -> None:
         """Takes messages.
 
-        Raises OSError where writing failed, here or before: then nothing more is written. Raises once what else went
-        wrong in encoding, here or before. A batch that `may_drop` is dropped and counted in `dropped` where taking it
-        would hold the caller up.
+        Raises OSError where writing failed, now or before; nothing more is written then. Any other error, now or in an
+        earlier batch, is raised once. A batch that `may_drop` is dropped, and counted in `dropped`, where the caller
+        would have to wait.
         """
         ...
 
     def close(self) -> None:
-        """Writes what was taken; the writer is the caller's again. Raises as `put`."""
+        """Writes all batches taken; after that the caller may use the writer. Raises as `put`."""
         ...
 
 
@@ -120,10 +119,10 @@ class DirectSink:
 
 
 class ThreadSink:
-    """Writes on a thread of its own, which starts here, before any real-time scheduling that it would inherit.
+    """Writes on a separate thread, which starts here: before real-time scheduling, which it would inherit.
 
-    What goes wrong there is handed to the caller through a queue: each fault once, in order, before what ended the
-    writing is raised at every call.
+    The thread hands its errors to the caller through a queue: each is raised once, in order. An error that ends the
+    writing is raised at every call after those.
     """
 
     def __init__(self):
@@ -131,7 +130,7 @@ class ThreadSink:
         self._sink = DirectSink()
         self._queue: queue.SimpleQueue[Iterable[Message] | None] = queue.SimpleQueue()
         self._faults: queue.SimpleQueue[Exception] = queue.SimpleQueue()
-        self._taken = 0  # batches that the thread is done with
+        self._taken = 0  # batches that the thread has finished
         self._thread = threading.Thread(target=self._run, name="mjnav-log", daemon=True)
         self._thread.start()
 
@@ -145,25 +144,25 @@ class ThreadSink:
         self._sink.attach(writer)
 
     def put(self, batch: Iterable[Message], *, may_drop: bool = False) -> None:
-        """See `Sink`; drops or waits where the disk cannot keep up, but for no more than STALL without any progress."""
+        """See `Sink`; where the disk cannot keep up, drops or waits, for at most STALL without progress."""
         if self._sink.error is not None:
             self._raise()
         if may_drop and self._queue.qsize() >= QUEUE_SIZE:
             self.dropped += 1
             return
-        self._wait(lambda: self._queue.qsize() < QUEUE_SIZE)  # a bounded queue's lock would hold up every call
+        self._wait(lambda: self._queue.qsize() < QUEUE_SIZE)  # the lock of a bounded queue would delay every call
         self._queue.put(batch)
-        self._raise()  # what went wrong before is no reason to lose this
+        self._raise()  # after the batch was taken: an earlier error must not lose it
 
     def close(self) -> None:
-        """See `Sink`; the thread ends. Raises TimeoutError where it is stuck: then the writer stays the thread's."""
+        """See `Sink`; ends the thread. Raises TimeoutError where it hangs; the writer is then still in its use."""
         if self._thread.is_alive():
             self._queue.put(None)
             self._wait(lambda: not self._thread.is_alive())
         self._raise()
 
     def _wait(self, done: Callable[[], bool]) -> None:
-        """Until `done`, as long as the thread is done with a batch every now and then."""
+        """Waits until `done`. Raises TimeoutError where the thread finishes no batch for STALL."""
         taken, since = self._taken, time.monotonic()
         while not done():
             if self._taken != taken:
@@ -186,11 +185,11 @@ class ThreadSink:
                 batch = ()
             if batch is None:
                 return
-            if self._sink.error is None:  # after an error it takes nothing, but the caller must not wait for a place
+            if self._sink.error is None:  # after an error batches are discarded, so that no caller waits
                 try:
                     self._sink.put(batch)
-                except Exception as error:  # whatever it was, the simulation's thread shall raise it
+                except Exception as error:  # raised again in the caller's thread
                     self._faults.put(error)
-                except BaseException as error:  # an exit, too, or a panic of the live server: this thread goes on
+                except BaseException as error:  # SystemExit, or a panic of the live server: the thread continues
                     self._faults.put(RuntimeError(f"the log's thread: {error!r}"))
             self._taken += 1

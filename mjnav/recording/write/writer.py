@@ -1,4 +1,4 @@
-"""The recorder: one MCAP file a run, complete up to the last flush however the run ends."""
+"""The recorder: one MCAP file a run, complete up to its last flush also where the process is killed."""
 
 import gzip
 import json
@@ -19,18 +19,17 @@ from mjnav.recording.encode.topics import EVENTS, TIMING, Topic, encode_event, t
 from mjnav.recording.format_version import FORMAT, FORMAT_KEY
 from mjnav.recording.live import LiveServer
 from mjnav.recording.log_format import LAYOUT, MODEL, REPLAY, RESULT, RUN, SCENARIO, check_path, mcap_writer
-from mjnav.recording.write.layout import foxglove_layout
 from mjnav.recording.write.log_file import LogFile
 from mjnav.recording.write.sink import DirectSink, Message, Sink, ThreadSink
 from mjnav.scenarios import Scenario, dumps
 
 
 class LogError(MjnavError):
-    """The log of a run cannot be written any more; says what of it can be read."""
+    """The log cannot be written any more; the message says how much of it can be read."""
 
 
 def _result_value(value: object) -> str:
-    """A string as it is, all else as JSON, and so a string that could be read as JSON."""
+    """Text as it is; any other value as JSON, and so text that is valid JSON itself."""
     if isinstance(value, str):
         try:
             json.loads(value)
@@ -40,15 +39,15 @@ def _result_value(value: object) -> str:
 
 
 class Recorder:
-    """Writes the log of one run; a context manager that leaves a readable log behind an exception too.
+    """Writes the log of one run; a context manager, after which the log is readable also where it ends in an exception.
 
     `path` is checked as `check_path` does, and the file appears with the first tick. `run_info` becomes the metadata
     `mjnav/run` (seed, scene, controller, versions, argv, ...), `model_xml` the attachment `model.xml.gz`. A log that is
-    `threaded` encodes and writes on a thread of its own: slower in all, but out of the tick's way in real time. Where
+    `threaded` encodes and writes on a separate thread: slower in total, but not within the tick in real time. Where
     the disk cannot keep up, such a log drops ticks rather than hold the loop up; `dropped` counts their parts. What is
     written goes to the clients of `live`, too; `path` may then be None for no file.
 
-    Where the disk takes no more, or somebody deletes the file or cuts it short, a call soon after raises LogError, and
+    Where the disk takes no more, or the file is deleted or truncated, a call soon after raises LogError, and
     so does every later one. The file then keeps the whole records before and, where there is room, the result.
     """
 
@@ -67,7 +66,7 @@ class Recorder:
         self._attachments = (
             (SCENARIO, "application/toml", dumps(scenario).encode()),
             (MODEL, "application/gzip", gzip.compress(model_xml.encode(), mtime=0)),
-            (LAYOUT, "application/json", foxglove_layout()),
+            (LAYOUT, "application/json", Path(__file__).with_name(LAYOUT).read_bytes()),
         )
         drawings = scenario.log is not None and scenario.log.drawings
         self._live_only = frozenset(topic.name for topic in topics(scenario) if topic.drawing and not drawings)
@@ -86,7 +85,7 @@ class Recorder:
         return self._sink.dropped
 
     def open(self) -> None:
-        """Takes up writing, which the first tick does otherwise.
+        """Creates the file; without this call the first tick does.
 
         Raises InputError where the file cannot be made, or exists by now, LogError where it cannot be written.
         """
@@ -110,7 +109,7 @@ class Recorder:
         self._put(self._encoded(record, now), may_drop=True)
 
     def _encoded(self, record: TickRecord, now: int) -> Iterator[Message]:
-        """A tick's messages; encoded where they are asked for."""
+        """A tick's messages; each is encoded when the iterator reaches it."""
         for reading in record.readings_before:
             for topic in self._topics:
                 if topic.encode_reading is not None:
@@ -156,7 +155,7 @@ class Recorder:
     def abort(self) -> None:
         """Ends the file without a result; what was written before is readable. Does nothing after `finish`."""
         if not self._closed:
-            with suppress(MjnavError):  # who wrote last was told
+            with suppress(MjnavError):  # the last call of `write` has raised it
                 self._close()
 
     def __enter__(self) -> Self:
@@ -168,7 +167,7 @@ class Recorder:
         self.abort()
 
     def _create(self, path: Path) -> None:
-        """The file, with all that a reader needs before the first message."""
+        """Creates the file and writes all that a reader needs before the first message."""
         try:
             self._file = LogFile(path)
         except OSError as error:
@@ -183,7 +182,7 @@ class Recorder:
                 self._channels = _register(writer, [t for t in self._topics if t.name not in self._live_only])
                 writer.flush()
         except LogError:
-            path.unlink(missing_ok=True)  # our own, and of no use
+            path.unlink(missing_ok=True)  # this recorder made it, and it holds no message
             raise
 
     def _put(self, batch: Iterable[Message], *, may_drop: bool = False) -> None:
@@ -193,7 +192,7 @@ class Recorder:
             self._sink.put(batch, may_drop=may_drop)
 
     def _close(self, result: Mapping[str, str] | None = None, replay: Scenario | None = None) -> None:
-        """Ends the sink and the file, with `mjnav/result` where there is one."""
+        """Closes the sink and the file, with `mjnav/result` where there is one."""
         self._closed = True
         fault: Exception | None = None
         try:
@@ -202,15 +201,15 @@ class Recorder:
                     self._sink.close()
                 except OSError:
                     raise
-                except Exception as error:  # what could not be encoded must not cost the file its end
+                except Exception as error:  # the file still gets its end
                     fault = error
                 if self._writer is not None:
                     _end(self._writer, result, replay)
         except LogError as error:
             if isinstance(error.__cause__, TimeoutError):
-                self._file = None  # it stays with the thread that is stuck in it
+                self._file = None  # the thread that hangs still uses it
             if self._file is not None and result is not None:
-                with suppress(OSError):  # a record by itself, where there is room for one
+                with suppress(OSError):  # a single record, where the disk has room for one
                     Writer(cast(IO[bytes], self._file), use_chunking=False).add_metadata(RESULT, dict(result))
             raise
         finally:
@@ -222,14 +221,14 @@ class Recorder:
 
     @contextmanager
     def _one_line(self) -> Iterator[None]:
-        """What the disk refuses as an error for people."""
+        """Turns an OSError into a LogError of one line."""
         try:
             yield
         except OSError as error:
             raise LogError(f"{self.path}: writing failed: {error.strerror}; {self._left()}") from error
 
     def _left(self) -> str:
-        """What can be read of a log that cannot be written any more."""
+        """How much can be read of a log that cannot be written any more."""
         flushed = self._sink.flushed_ns
         if self._file is None or not self._file.exists or flushed is None:
             return "nothing of it is left"
