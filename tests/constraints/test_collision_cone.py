@@ -66,9 +66,7 @@ def least_distance(r, q, times):
     [("line", None, -1.0, 1.0), ("ray", None, 0.0, 1.0), ("segment", None, 0.0, 1.0), ("segment", 4.0, 0.0, 4.0)],
 )
 @given(r=PLANE, q=MOVING, radius=RADIUS)
-def test_f_is_the_squared_radius_less_that_of_the_closest_approach_on_a_dense_grid_of_times(
-    form, horizon, first, last, r, q, radius
-):
+def test_f_is_that_of_the_closest_approach_on_a_dense_grid_of_times(form, horizon, first, last, r, q, radius):
     speed = np.hypot(*q)
     if horizon is None:  # long enough to have passed by
         reach = np.hypot(*r) / speed + 1.0

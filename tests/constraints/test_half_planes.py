@@ -55,7 +55,7 @@ def test_the_velocity_is_the_nearest_that_the_half_planes_and_the_box_leave():
     assert 100 < solved < 390
 
 
-def test_where_they_leave_none_the_largest_violation_is_least_and_the_velocity_the_nearest_of_those():
+def test_without_a_solution_the_nearest_velocity_of_least_violation_is_taken():
     conflicts = 0
     for seed in range(400):
         normal, offset, low, high, preferred = random_problem(seed)

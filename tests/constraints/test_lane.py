@@ -25,7 +25,7 @@ def test_small_cases_come_out_exactly(position, line, distance):
 
 
 @given(st.tuples(NUMBER, NUMBER), LINE, st.floats(0.01, 100.0))
-def test_the_size_is_the_distance_to_the_line_whatever_its_equation_is_multiplied_by(position, line, factor):
+def test_the_distance_does_not_depend_on_the_factor_of_the_lines_equation(position, line, factor):
     a, b, c = line
     foot = -c / (a * a + b * b) * np.array([a, b])  # the line's point nearest to the origin
     along = np.array([-b, a]) / np.hypot(a, b)

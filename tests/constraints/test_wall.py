@@ -62,15 +62,13 @@ def test_paths_along_a_wall_agree_too(p, direction, speed, length, aside):
         ((0.0, 0.0), (1.0, 1.0), (0.0, 2.0), (2.0, 0.0), 2.0, 0.0),  # oblique
     ],
 )
-def test_known_places_have_the_exact_distance_and_reversing_the_wall_changes_nothing(
-    p, q, start, end, horizon, distance
-):
+def test_known_places_have_the_exact_distance_from_the_wall_and_its_reverse(p, q, start, end, horizon, distance):
     for a, b in ((start, end), (end, start)):
         f = float(wall_clearance(p, q, a, b, 0.3, horizon))
         assert f == pytest.approx(0.09 - distance**2, abs=1e-12)
 
 
-def test_an_oblique_approach_is_seen_though_the_nearest_point_of_the_wall_is_not_on_the_way():
+def test_an_oblique_approach_meets_the_wall_beside_its_nearest_point():
     # The wall runs along x = 2 from y = 1 on: straight ahead it is clear, obliquely upwards it is hit.
     assert float(wall_clearance((0.0, 0.0), (1.0, 0.0), (2.0, 1.0), (2.0, 9.0), 0.3, 4.0)) == pytest.approx(0.09 - 1.0)
     assert float(wall_clearance((0.0, 0.0), (1.0, 1.0), (2.0, 1.0), (2.0, 9.0), 0.3, 4.0)) == pytest.approx(0.09)

@@ -1,4 +1,4 @@
-"""Controllers of one's own, by "package.module:Class"."""
+"""Users' own controllers, by "package.module:Class"."""
 
 import sys
 

@@ -121,17 +121,6 @@ def test_the_bounds_are_the_limits_and_the_window_is_what_one_period_allows(obse
         assert np.diff(axis) == pytest.approx(np.full(6, (axis[-1] - axis[0]) / 6))
 
 
-def test_it_carries_the_decision_its_nominal_control_and_its_least_total(observe, limits):
-    o, controller = observe(2), make_controller("rkhs", limits, PERIOD)
-    decision = controller.decide(o)
-    s = decision_surface(controller, o, decision, num=8)
-    assert s.decision is decision
-    k = decision.costs.nominal
-    assert tuple(s.nominal) == (decision.costs.v[k], decision.costs.omega[k])
-    i, j = s.minimum
-    assert s.total[i, j] == min(s.total.ravel())
-
-
 def test_without_obstacles_and_lanes_only_the_goal_costs(controller, alone):
     s = surface_of(controller, alone(), num=4)
     assert s.cone.shape == (4, 4, 0)

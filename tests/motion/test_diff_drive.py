@@ -16,7 +16,7 @@ def test_wheel_speeds_turn_back_into_the_twist(v, omega):
     assert twist_of_wheels(*wheel_speeds(v, omega)) == pytest.approx((v, omega), abs=1e-12)
 
 
-def test_driving_straight_turns_both_wheels_alike_and_turning_left_the_right_one_forward():
+def test_wheels_turn_alike_straight_ahead_and_the_right_one_forward_to_the_left():
     assert wheel_speeds(0.5, 0.0) == pytest.approx((0.5 / WHEEL_RADIUS, 0.5 / WHEEL_RADIUS))
     left, right = wheel_speeds(0.0, 1.0)
     assert right == -left == pytest.approx(0.5 * TRACK_WIDTH / WHEEL_RADIUS)

@@ -84,7 +84,7 @@ def test_for_equal_collisions_it_is_known_exactly_however_small(x, share):
     assert distance_from_zero(samples, 0.5)[0] == pytest.approx(expected, rel=1e-8)
 
 
-def test_a_wide_kernel_sees_the_mean_violation_and_a_narrow_one_the_share_of_collisions():
+def test_a_wide_kernel_sees_the_mean_violation_a_narrow_one_the_share():
     samples = np.array([[0.2], [0.6], [-1.0], [-0.5]])
     wide, narrow = distance_from_zero(samples, 1e4)[0], distance_from_zero(samples, 1e-3)[0]
     assert wide * 1e8 == pytest.approx(0.2**2, rel=1e-6)

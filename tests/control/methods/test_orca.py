@@ -59,13 +59,6 @@ def test_a_free_robots_effective_centre_follows_any_holonomic_velocity(alone):
         assert way == pytest.approx(0.5 * 0.8 * np.array([np.cos(bearing), np.sin(bearing)]), abs=2e-3)
 
 
-def test_the_disc_about_the_effective_centre_covers_the_robot(orca):
-    lead = orca.parameters.effective_centre
-    angle = np.linspace(-np.pi, np.pi, 100)
-    edge = orca.limits.radius * np.column_stack([np.cos(angle), np.sin(angle)])
-    assert np.hypot(*(edge - [lead, 0.0]).T).max() <= orca.limits.radius + lead + 1e-12
-
-
 # ----------------------------------------------------------------------------------------- half-planes
 
 
