@@ -9,12 +9,7 @@ from typing import Any
 from mjnav.errors import InputError
 from mjnav.loop.episode import Episode
 from mjnav.loop.faults.fault import RunFault
-from mjnav.loop.onboard.latency import replayed
-from mjnav.loop.provenance.facts import FACTS, changes
-from mjnav.loop.provenance.run_info import run_info
-from mjnav.loop.referee import ABORTED
-from mjnav.loop.result import Result
-from mjnav.loop.tick_comparison import (
+from mjnav.loop.log_comparison import (
     COMPARED,
     FieldDifference,
     LoggedTick,
@@ -22,6 +17,11 @@ from mjnav.loop.tick_comparison import (
     differences,
     logged_ticks,
 )
+from mjnav.loop.onboard.latency import replayed
+from mjnav.loop.provenance.facts import FACTS, changes
+from mjnav.loop.provenance.run_info import run_info
+from mjnav.loop.referee import ABORTED
+from mjnav.loop.result import Result
 from mjnav.messages import PHASES, TickRecord, WorldState
 from mjnav.recording.encode.topics import TIMING
 from mjnav.recording.log_format import REPLAY

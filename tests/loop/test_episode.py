@@ -228,12 +228,6 @@ def test_reaching_the_goal_after_a_touch_is_no_success(room):
     assert (summary["outcome"], summary["success"], summary["collisions"]["person"]) == ("goal", False, 1)
 
 
-def test_time_runs_out(room):
-    summary = Episode(room()).run().summary
-    assert (summary["outcome"], summary["success"], summary["ticks"]) == ("timeout", False, 10)
-    assert summary["time_s"] == pytest.approx(1.0)
-
-
 def test_a_run_is_aborted_when_it_is_asked_to(room, tmp_path):
     asked = count()
     result = Episode(room(), log=tmp_path / "a.mcap", stop=lambda: next(asked) >= 4).run()

@@ -146,30 +146,7 @@ def test_with_abort_the_first_missed_deadline_ends_the_run_and_the_log_says_why(
     )
 
 
-def test_the_deadlines_of_a_run_that_goes_on_are_counted_to_the_last(room, clock, stall):
-    stall("control", {2: 130.0, 9: 130.0})
-    pacer = RealTimePacer(0.1, clock=clock, sleep=clock.sleep)
-    result = Episode(room(), pacer=pacer).run()
-    assert (result.summary["ticks"], result.summary["deadline_misses"]) == (10, 2)
-
-
 # --------------------------------------------------------------------------- the states stay the same
-
-
-@pytest.fixture
-def busy_thread():
-    """A thread that computes all the time, beside the loop and in its way."""
-    over = threading.Event()
-
-    def compute():
-        while not over.is_set():
-            sum(range(1000))
-
-    thread = threading.Thread(target=compute)
-    thread.start()
-    yield
-    over.set()
-    thread.join()
 
 
 def in_a_thread(call):
@@ -205,14 +182,6 @@ def test_every_policy_pace_log_and_thread_layout_ends_in_the_same_state(room, cl
     assert late.summary["deadline_misses"] == 10
     hashes["in a thread"] = in_a_thread(lambda: Episode(scenario, log=tmp_path / "t.mcap").run().summary["state_hash"])
     assert len(set(hashes.values())) == 1, hashes
-
-
-@pytest.mark.usefixtures("busy_thread")
-def test_a_thread_in_the_loops_way_changes_no_state(room, clock, tmp_path):
-    scenario = shuttling(room("physics.engine=kinematic"), 20.0, 0.25)
-    pacer = RealTimePacer(scenario.control.period, clock=clock, sleep=clock.sleep)
-    paced = Episode(scenario, log=tmp_path / "a.mcap", pacer=pacer).run()
-    assert paced.summary["state_hash"] == Episode(scenario).run().summary["state_hash"]
 
 
 def test_a_log_that_drops_changes_no_state_and_says_so(room, clock, tmp_path, monkeypatch):

@@ -42,16 +42,15 @@ def test_a_process_for_every_cpu_and_one_for_the_disk_run_until_the_end():
     assert children(os.getpid()) == before
 
 
-@pytest.mark.parametrize("error", [ZeroDivisionError, KeyboardInterrupt])
-def test_none_is_left_after_an_exception(error):
+def test_none_is_left_after_an_exception():
     before, started = children(os.getpid()), set()
 
     def broken():
         with stress():
             started.update(children(os.getpid()) - before)
-            raise error
+            raise KeyboardInterrupt
 
-    with pytest.raises(error):
+    with pytest.raises(KeyboardInterrupt):
         broken()
     assert started
     assert not any(stat(pid) for pid in started)

@@ -2,7 +2,7 @@
 
 import pytest
 
-from mjnav.loop.tick_comparison import FieldDifference, differences, logged_ticks
+from mjnav.loop.log_comparison import FieldDifference, differences, logged_ticks
 from mjnav.recording.read.log import LogMessage
 
 
