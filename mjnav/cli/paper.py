@@ -11,12 +11,13 @@ from typing import TYPE_CHECKING, Any
 
 from mjnav.cli.main import INTERRUPTED
 from mjnav.cli.options import sweep_options
+from mjnav.cli.options.output import written
 from mjnav.cli.terminal.interrupt import interruptible
 from mjnav.cli.terminal.progress import pace, progress, tell
 from mjnav.errors import unknown_name
 
 if TYPE_CHECKING:
-    from mjnav.paper.rows import PaperStudy
+    from mjnav.paper.episodes import PaperStudy
     from mjnav.study.store.store import Store
     from mjnav.study.sweep.schedulers import Scheduler
 
@@ -36,9 +37,10 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 
 def execute(arguments: argparse.Namespace) -> int:
-    """Runs what is missing, then draws and judges every item. An interrupted run is gone on with."""
-    from mjnav.paper import ITEMS
-    from mjnav.paper.rows import studies
+    """Runs what is missing, then draws and judges every item. Resumes an interrupted run."""
+    from mjnav.paper.episodes import studies
+    from mjnav.paper.items import ITEMS
+    from mjnav.paper.page import page
     from mjnav.study.store.store import Store
 
     names = list(ITEMS) if arguments.only is None else arguments.only
@@ -48,21 +50,22 @@ def execute(arguments: argparse.Namespace) -> int:
     workers = sweep_options.checked_workers(arguments)
     seeds = arguments.seeds if arguments.seeds is not None else QUICK_SEEDS if arguments.quick else None
     folder = Path(arguments.output or (QUICK_FOLDER if arguments.quick else FOLDER))
-    wanted = studies(names, seeds)
+    wanted = studies([ITEMS[name] for name in names], seeds)
     store = Store(folder / ROWS)
     scheduler = workers.scheduler()
     with interruptible() as interrupted:
-        if not arguments.draw and not _run(
-            wanted, store, scheduler, interrupted.is_set, accept_changed=arguments.accept_changed
-        ):
-            tell("interrupted: the same command goes on, and --draw draws what is there")
+        stop = interrupted.is_set
+        if not arguments.draw and not _run(wanted, store, scheduler, stop, accept_changed=arguments.accept_changed):
+            tell("interrupted: the same command resumes, and --draw draws the episodes that are there")
             return INTERRUPTED
         for name in names:
-            if interrupted.is_set():
-                tell("interrupted: the same command goes on")
+            if stop():
+                tell("interrupted: the same command resumes")
                 return INTERRUPTED
             _publish(name, folder, wanted, store, quick=arguments.quick, draw=arguments.draw)
-    _write_page(folder)
+    folder.mkdir(parents=True, exist_ok=True)
+    with written(folder / PAGE) as file:
+        file.write(page(folder, shlex.join(["mjnav", *sys.argv[1:]])).encode())
     print(f"{folder / PAGE}")
     return 0
 
@@ -70,11 +73,11 @@ def execute(arguments: argparse.Namespace) -> int:
 def _run(
     wanted: "Sequence[PaperStudy]", store: "Store", scheduler: "Scheduler", stop: Any, *, accept_changed: bool
 ) -> bool:
-    """Runs the episodes that the store lacks; whether all are there. Says beforehand how long it will take.
+    """Runs the episodes that the store lacks; false where interrupted.
 
-    Every cell's first seed is run first, and its time tells the rest's.
+    Every cell's first seed is run first, and tells how long the rest takes.
     """
-    from mjnav.paper.rows import trials
+    from mjnav.paper.episodes import trials
     from mjnav.study.sweep.sweep import check, sweep
 
     every = trials(wanted)
@@ -112,57 +115,30 @@ def _run(
 def _publish(
     name: str, folder: Path, wanted: "Sequence[PaperStudy]", store: "Store", *, quick: bool, draw: bool
 ) -> None:
-    """Measures, judges and draws one item. With `draw` nothing is measured: what is there is kept."""
-    from importlib import import_module
-
+    """Measures, judges and draws one item. With `draw` nothing is measured again."""
     from mjnav.loop.prepare import load_scenario
-    from mjnav.loop.provenance.run_info import revision
-    from mjnav.paper import ITEMS, module
-    from mjnav.paper.pictures.publish import cell_table, publish, read
-    from mjnav.paper.rows import rows
-    from mjnav.study.study_file import study_text
+    from mjnav.paper.episodes import rows
+    from mjnav.paper.item import StudyItem, judge
+    from mjnav.paper.items import ITEMS
+    from mjnav.paper.page import Basis, publish, read
 
-    item, study = ITEMS[name], module(name)
-    if draw and not item.is_sweep:
-        if read(folder / name) is None:
-            tell(f"{name}: not measured yet")
-        return
-    about: dict[str, Any] = {"revision": revision(), "command": f"mjnav paper --only {name}{' --quick' * quick}"}
-    if item.is_sweep:
-        found = rows(store, wanted, study.STUDIES)
-        data = found.cells
-        table = cell_table(data)
-        about |= {"episodes": found.num, "asked for": found.asked, "failed": found.num_failed}
-        about |= {"left out": found.left_out, "absent": found.absent}
-        about["parameters"] = {s.file.name: study_text(s.file) for s in wanted if s.file.name in study.STUDIES}
-        if not data:
+    item, command = ITEMS[name], f"mjnav paper --only {name}{' --quick' * quick}"
+    if isinstance(item, StudyItem):
+        found = rows(store, [study for study in wanted if study.file.name in {file.name for file in item.studies}])
+        if not found.cells:
             others = f"; {found.left_out} are of other scenarios or seeds" if found.left_out else ""
             tell(f"{name}: no episode was run yet{others}")
             return
+        data, table, basis = found.cells, found.estimates(), Basis.of_episodes(command, found)
+    elif draw:
+        if read(folder / name) is None:
+            tell(f"{name}: not measured yet")
+        return
     else:
         scenarios = [load_scenario(scene, list(item.overrides)) for scene in item.scenes]
         with progress(name, 1.0, "items") as show:
-            data = study.measure(scenarios, quick=quick, progress=lambda done, total: show(done / total))
-        table = data.rows()
-        about["parameters"] = {"scenes": "\n".join([*item.scenes, *item.overrides])}
-    figure = import_module(f"mjnav.paper.pictures.{name}").figure(data)
-    findings = study.findings(data)
-    publish(folder / name, figure, table, findings, about)
-    print(f"{name}: " + ", ".join(f"{f.verdict.value}" for f in findings), flush=True)
-
-
-def _write_page(folder: Path) -> None:
-    import platform
-
-    from mjnav.cli.options.output import written
-    from mjnav.loop.provenance.run_info import revision
-    from mjnav.paper.pictures.page import page
-
-    about = {
-        "made by": shlex.join(["mjnav", *sys.argv[1:]]),
-        "revision": revision(),
-        "machine": f"{platform.machine()}, {os.cpu_count()} processors, Python {platform.python_version()}",
-    }
-    folder.mkdir(parents=True, exist_ok=True)
-    with written(folder / PAGE) as file:
-        file.write(page(folder, about).encode())
+            data = item.measure(scenarios, quick, lambda done, total: show(done / total))
+        table, basis = data.rows(), Basis(command, {"scenes": "\n".join([*item.scenes, *item.overrides])})
+    findings = judge(item.claims(data))
+    publish(folder / name, item.picture(data), table, findings, basis)
+    print(f"{name}: " + ", ".join(finding.verdict.value for finding in findings), flush=True)

@@ -1,21 +1,31 @@
-"""One, two and three obstacles: RKHS with d = 3 against the linearised Gaussian, the same measures."""
+"""One, two and three obstacles (figure 8): RKHS with d = 3 against the linearised Gaussian, each as it was tuned."""
 
-from mjnav.paper.contrast import Cells, claim, contrasts, each
-from mjnav.paper.finding import Finding, judge
-from mjnav.paper.one import MEASURES
+from collections.abc import Iterator
 
-STUDIES = ("paper-one", "paper-many")
-SOURCE = "the comparison with one, two and three obstacles"
-SCENES = ("crossing1", "crossing2", "crossing3")
+from mjnav.paper import one
+from mjnav.paper.bars import bars
+from mjnav.paper.contrast import claim, contrasts
+from mjnav.paper.episodes import TUNED, study
+from mjnav.paper.item import Cells, Claim, StudyItem
+
+OURS, THEIRS = "rkhs d=3", "gaussian-linearised"
+STUDY = study("many", ["crossing2", "crossing3"], [TUNED[name] for name in ("rkhs d=1", OURS, THEIRS, "kld")])
 
 
-def findings(cells: Cells) -> tuple[Finding, ...]:
+def claims(cells: Cells) -> Iterator[Claim]:
     """Every measure for every number of obstacles."""
-    found = []
-    for figure, what, unit in MEASURES:
-        for number, scene in enumerate(SCENES, start=1):
-            here = each(cells, lambda cell, scene=scene: cell.scene == scene)
-            text = f"With {number} obstacle{'s' * (number > 1)}, rkhs d=3 takes {what} than gaussian-linearised"
-            against = contrasts(here, "rkhs d=3", "gaussian-linearised", figure)
-            found.append(claim(text, SOURCE, against, -1, unit))
-    return judge(found)
+    for figure, what, unit in one.MEASURES:
+        for number in (1, 2, 3):
+            here = [cell for cell in cells if cell.scene == f"crossing{number}"]
+            text = f"With {number} obstacle{'s' * (number > 1)}, {OURS} takes {what} than {THEIRS}"
+            yield claim(text, "figure 8, section V-D", contrasts(here, OURS, THEIRS, figure), -1, unit)
+
+
+ITEM = StudyItem(
+    title="One, two and three obstacles",
+    studies=(one.STUDY, STUDY),
+    claims=claims,
+    picture=lambda cells: bars(
+        cells, (OURS, THEIRS), ["control_cost", "mean_deviation_m", "time_to_avoid_s", "collision"]
+    ),
+)

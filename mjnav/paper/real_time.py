@@ -1,19 +1,23 @@
-"""The paper's real time: how long a decision takes, against samples, obstacles and the kernel's degree.
+"""Real time (section V): how long a decision takes, against samples, obstacles and the kernel's degree.
 
-Runs are recorded with as many samples and people as asked, everyone in reach; then every one of their observations is
-decided on again, by each degree in turn, in one thread. Beside these times stand those of the literal form: the Gram
-matrices of one candidate and one obstacle, timed, times their number. All are this machine's, with what else it does at
-the time; processor time leaves that out.
+Runs are recorded with as many samples and people as asked, everyone in reach; then each degree in turn decides on
+their observations again, in one thread. These times are compared with those of the literal form: the time of the Gram
+matrices of one candidate and one obstacle, times their number. All times are of this machine and its load; processor
+time leaves the load out.
 """
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import count
 from math import inf
 from time import perf_counter, thread_time
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 
 from mjnav.control.methods.rkhs import Rkhs
 from mjnav.errors import InvalidValue
@@ -22,8 +26,10 @@ from mjnav.loop.prepare import build_controller
 from mjnav.loop.realtime.crowd import crowd
 from mjnav.messages import Array, Observation
 from mjnav.metrics.intervals import paired_bootstrap
+from mjnav.paper import style
 from mjnav.paper.decisions import spread, variant
-from mjnav.paper.finding import Claim, Finding, Measured, judge
+from mjnav.paper.episodes import DIRECT, options
+from mjnav.paper.item import Claim, Measured, MeasuredItem, Progress
 from mjnav.rkhs.mmd import mmd_squared_gram
 from mjnav.rng import stream
 from mjnav.scenarios.spec import Scenario
@@ -33,7 +39,9 @@ SAMPLES, OBSTACLES = 25, 5  # the paper's, and those held while the other grows
 WARM_UP = 3  # decisions that are thrown away
 GRAM_SAMPLES = 50  # more take hundreds of megabytes
 RESAMPLES = 2000
-SOURCE = "the claim of real time with 25 samples of robot and obstacle"
+P99 = 0.99
+CPU: Mapping[str, Any] = MappingProxyType({"linestyle": "-.", "linewidth": 0.8})  # processor time
+DODGE = 0.05  # of a size, between the degrees
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,7 +80,7 @@ class Times:
 
 
 @dataclass(frozen=True, slots=True)
-class RealTimeData:
+class DecisionTimes:
     """Times of every size of problem; `period` [s] is the scene's."""
 
     scene: str
@@ -101,12 +109,7 @@ class RealTimeData:
         ]
 
 
-def measure(
-    scenarios: Sequence[Scenario],
-    *,
-    quick: bool = False,
-    progress: Callable[[int, int], None] = lambda done, total: None,
-) -> RealTimeData:
+def measure(scenarios: Sequence[Scenario], quick: bool, progress: Progress) -> DecisionTimes:
     """Of the first scenario, with more people or fewer. Raises InvalidValue for a method that is not `rkhs`."""
     scenario = scenarios[0]
     controller = build_controller(scenario)
@@ -124,7 +127,7 @@ def measure(
             found += _gram(sized, observations, 3 if quick or samples == GRAM_SAMPLES else 20)
         progress(done + 1, len(sizes))
     p = controller.problem_parameters
-    return RealTimeData(scenario.name, scenario.control.period, p.num_v * p.num_omega + 2, tuple(found))
+    return DecisionTimes(scenario.name, scenario.control.period, p.num_v * p.num_omega + 2, tuple(found))
 
 
 def _sized(scenario: Scenario, samples: int, obstacles: int) -> Scenario:
@@ -184,12 +187,13 @@ def _gram(scenario: Scenario, observations: Sequence[Observation], num: int) -> 
         yield Times(degree, samples, obstacles, *times.T, gram=True)
 
 
-def findings(data: RealTimeData) -> tuple[Finding, ...]:
-    """Of real time with the paper's number of samples, by moments and by Gram matrices."""
-    return judge([_claim(data, gram) for gram in (False, True)])
+def claims(data: DecisionTimes) -> Iterator[Claim]:
+    """Real time with the paper's number of samples, by moments and by Gram matrices."""
+    for gram in (False, True):
+        yield _claim(data, gram)
 
 
-def _claim(data: RealTimeData, gram: bool) -> Claim:
+def _claim(data: DecisionTimes, gram: bool) -> Claim:
     slowest, p, texts = -inf, 1.0, []
     for degree in DEGREES:
         (times,) = data.of(degree=degree, samples=SAMPLES, obstacles=OBSTACLES, gram=gram)
@@ -204,7 +208,7 @@ def _claim(data: RealTimeData, gram: bool) -> Claim:
     how = "by Gram matrices of all pairs, as it is written" if gram else "by moments, as here"
     return Claim(
         f"With {SAMPLES} samples of robot and obstacles the method decides in real time, {how}.",
-        SOURCE,
+        "section V: 25 samples of robot and obstacle, real time",
         [Measured(slowest < data.period, p)],
         f"{OBSTACLES} obstacles, {data.num_candidates} candidates, period {_ms(data.period)}, on this machine. "
         f"{'. '.join(texts)}.",
@@ -213,3 +217,72 @@ def _claim(data: RealTimeData, gram: bool) -> Claim:
 
 def _ms(seconds: float) -> str:
     return f"{1e3 * seconds:.3g} ms"
+
+
+def picture(data: DecisionTimes) -> Figure:
+    """A decision's time: its distribution at the paper's size, against samples, and against obstacles."""
+    with style.style():
+        fig = style.new_figure(style.TWO_COLUMNS, 2.6)
+        shares, samples, obstacles = fig.subplots(1, 3)
+        style.letter(shares, "a", f"{SAMPLES} samples, {OBSTACLES} obstacles")
+        _draw_shares(shares, data)
+        style.letter(samples, "b", f"{OBSTACLES} obstacles")
+        style.letter(obstacles, "c", f"{SAMPLES} samples")
+        for degree in DEGREES:
+            of_samples = data.of(degree=degree, obstacles=OBSTACLES)
+            _draw_growth(samples, of_samples, lambda t: t.samples, degree, "-")
+            _draw_growth(samples, data.of(degree=degree, gram=True), lambda t: t.samples, degree, "--")
+            _draw_growth(obstacles, data.of(degree=degree, samples=SAMPLES), lambda t: t.obstacles, degree, "-")
+        for axes, label in ((samples, "samples N = M"), (obstacles, "obstacles")):
+            axes.axhline(1e3 * data.period, color=style.INK, linewidth=0.7, linestyle=":")
+            axes.set(xscale="log", yscale="log", xlabel=label, ylabel="time of a decision [ms]")
+            axes.minorticks_off()
+            axes.grid()
+        samples.set_xticks(sorted({t.samples for t in data.times}), minor=False)
+        obstacles.set_xticks(sorted({t.obstacles for t in data.times}), minor=False)
+        for axes in (samples, obstacles):
+            axes.set_xticklabels([f"{tick:g}" for tick in axes.get_xticks()])
+        _legend(fig)
+    return fig
+
+
+def _draw_shares(axes: Axes, data: DecisionTimes) -> None:
+    for degree in DEGREES:
+        for times in data.of(degree=degree, samples=SAMPLES, obstacles=OBSTACLES):
+            axes.ecdf(1e3 * times.seconds, color=style.DEGREES[degree])
+            axes.ecdf(1e3 * times.cpu, color=style.DEGREES[degree], **CPU)
+    axes.axhline(P99, color=style.GREY, linewidth=0.5)
+    axes.annotate("99 %", (1.0, P99), xycoords=axes.get_yaxis_transform(), ha="right", va="top", color=style.GREY)
+    axes.set(xscale="log", xlabel="time of a decision [ms]", ylabel="share of decisions", ylim=(0.0, 1.02))
+    axes.grid(which="both", axis="x")
+
+
+def _draw_growth(axes: Axes, times: Sequence[Times], size: Callable[[Times], int], degree: int, dashes: str) -> None:
+    """Medians, and up to the 99th percentile a line each."""
+    if not times:
+        return
+    sizes = [size(t) * (1.0 + DODGE * (degree - 2)) for t in times]
+    middle, p99 = (1e3 * np.array([np.quantile(t.seconds, share) for t in times]) for share in (0.5, P99))
+    axes.plot(sizes, middle, color=style.DEGREES[degree], linestyle=dashes, marker="o")
+    axes.vlines(sizes, middle, p99, color=style.DEGREES[degree], linewidth=0.8)
+
+
+def _legend(fig: Figure) -> None:
+    handles = [Line2D([], [], color=style.DEGREES[degree], marker="o", label=f"d = {degree}") for degree in DEGREES]
+    handles += [
+        Line2D([], [], color=style.GREY, label="by moments: median, up to p99"),
+        Line2D([], [], color=style.GREY, linestyle="--", label="by Gram matrices"),
+        Line2D([], [], color=style.GREY, label="processor time", **CPU),
+        Line2D([], [], color=style.INK, linestyle=":", linewidth=0.7, label="the control period"),
+    ]
+    fig.legend(handles=handles, loc="outside lower center", ncols=7, columnspacing=1.2)
+
+
+ITEM = MeasuredItem(
+    title="Real time: decisions a second",
+    scenes=("five",),
+    overrides=options(DIRECT),
+    measure=measure,
+    claims=claims,
+    picture=picture,
+)

@@ -1,34 +1,63 @@
-"""Does a method use the shape of the noise? Samples with the right shape, with its mirror image, and Gaussian ones."""
+"""The premise (section I): noise is not Gaussian, and the method uses its shape. Does it?
+
+Samples have the noise's own skew, the skew mirrored, or are Gaussian of the same covariance.
+"""
 
 from collections.abc import Iterator
+from types import MappingProxyType
 
-from mjnav.paper.contrast import Cells, Contrast, by_place, claim
-from mjnav.paper.finding import Finding, judge
-from mjnav.study.compare.compare import CellRows, difference
+from mjnav.paper.bars import bars
+from mjnav.paper.contrast import Contrast, by_place, claim
+from mjnav.paper.episodes import DIRECT, TUNED, study
+from mjnav.paper.item import Cells, Claim, StudyItem
+from mjnav.study.compare.compare import difference
+from mjnav.study.study_file import SettingEntry
 
-STUDIES = ("paper-shape",)
-SOURCE = "the premise: noise is not Gaussian, and the method uses its samples"
 METHODS = ("rkhs d=1", "rkhs d=3", "kld", "saa", "gaussian-moments")
-FIGURES = (("collision", "fewer collisions", -1, ""), ("control_cost", "less control cost", -1, "m²/s³"))
+NOISES = ("pearson", "bimodal")
+ASSUMED = (("true", ""), ("mirrored", "{}-mirrored"), ("gaussian", "gaussian"))  # shape of samples, their profile
+SETTINGS = tuple(
+    SettingEntry(
+        f"{noise}, {shape}",
+        {"noise.profile": noise} | ({"estimation.assumed_profile": profile.format(noise)} if profile else {}),
+    )
+    for noise in NOISES
+    for shape, profile in ASSUMED
+)
 
 
-def findings(cells: Cells) -> tuple[Finding, ...]:
+def claims(cells: Cells) -> Iterator[Claim]:
     """The right shape against the wrong ones, by method."""
-    found = []
     for method in METHODS:
         for wrong in ("mirrored", "gaussian"):
-            for figure, what, sign, unit in FIGURES:
+            for figure, what, unit in (
+                ("collision", "fewer collisions", ""),
+                ("control_cost", "less control cost", "m²/s³"),
+            ):
                 text = f"{method} gives {what} with samples of the noise's own shape than with {wrong} ones"
-                found.append(claim(text, SOURCE, list(_contrasts(cells, method, wrong, figure)), sign, unit))
-    return judge(found)
+                yield claim(text, "the premise, section I", list(_contrasts(cells, method, wrong, figure)), -1, unit)
 
 
 def _contrasts(cells: Cells, method: str, wrong: str, figure: str) -> Iterator[Contrast]:
-    found: dict[str, CellRows] = by_place(cells, method)
-    for noise in ("pearson", "bimodal"):
-        true, false = (
-            next((cell for cell in found.values() if cell.setting == f"{noise}, {shape}"), None)
-            for shape in ("true", wrong)
-        )
+    found = {cell.setting: cell for cell in by_place(cells, method).values()}
+    for noise in NOISES:
+        true, false = found.get(f"{noise}, true"), found.get(f"{noise}, {wrong}")
         if true is not None and false is not None:
             yield Contrast(noise, difference(true, false, figure))
+
+
+ITEM = StudyItem(
+    title="Does the method use the shape of the noise?",
+    studies=(
+        study(
+            "shape",
+            ["crossing3"],
+            [TUNED[name] for name in METHODS],
+            settings=SETTINGS,
+            grid=MappingProxyType({}),
+            common={"physics.engine": "kinematic", **DIRECT},
+        ),
+    ),
+    claims=claims,
+    picture=lambda cells: bars(cells, METHODS, ["collision", "min_clearance_m", "control_cost", "mean_deviation_m"]),
+)

@@ -1,16 +1,20 @@
-"""The paper's moments among five moving people: what matching does to the samples of the closest one.
+"""Five moving obstacles (figure 4): what matching does to the samples of the closest person.
 
-At every decision the samples of f for the closest person in reach are looked at under three controls: what the goal
-alone would choose, the nominal control (the constraints at the mean), and what matching chose. A decision matters
-where the first and the last differ. The first run is drawn at the hardest five of those: under the goal's control the
-fewest samples would be safe, at least 0.7 s apart, once velocities are known.
+At every decision the samples of f for the closest person in reach are computed under three controls: the one that the
+goal alone would choose, the nominal control (the constraints at the mean), and the one that matching chose. A decision
+matters where the first and the last differ. The first run is drawn at five hard decisions: those with the fewest
+safe samples under the goal's control, at least 0.7 s apart, once velocities are known.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure, SubFigure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Circle, Patch
 from numpy.typing import ArrayLike, NDArray
 
 from mjnav.control.base import MatchingController
@@ -19,24 +23,31 @@ from mjnav.loop.episode import Episode
 from mjnav.loop.prepare import build_controller
 from mjnav.messages import Array, ObstacleSamples, TickRecord
 from mjnav.metrics.intervals import wilson
-from mjnav.paper.by_run import mean_by_run
-from mjnav.paper.contrast import shown
-from mjnav.paper.finding import Claim, Finding, Measured, judge
+from mjnav.motion.unicycle import integrate
+from mjnav.paper import style
+from mjnav.paper.contrast import mean_by_run, shown
+from mjnav.paper.episodes import DIRECT, options
+from mjnav.paper.item import Claim, Measured, MeasuredItem, Progress
 from mjnav.scenarios.spec import Scenario
 from mjnav.study.compare.compare import Difference
 
+SOURCE = "figure 4, section V-B"
 CONTROLS = ("goal alone", "nominal", "matched")
 GOAL, NOMINAL, MATCHED = range(len(CONTROLS))
-COLLISION = "collision"  # how a run ends that hit something
 ALL_SAFE = 0.99  # share of samples that counts as all of them
 NUM_SNAPSHOTS, GAP = 5, 0.7  # [s] between two of them
 SETTLED = 1.0  # [s] before which nothing is drawn: velocities are still guesses
-SOURCE = "the snapshots with five moving obstacles"
+VIEW = 3.0  # [m] from the middle of a map to its edges
+AHEAD = 1.5  # [s] of the control that is drawn
+BINS = 24
+LEAST_SHARE = 1e-3  # of the distributions' logarithmic scale
+COLOURS = (style.VERMILION, style.GREY, style.BLUE)  # of CONTROLS
+PERSON, CLOSEST = style.ORANGE, "#a35f00"
 
 
 @dataclass(frozen=True, slots=True)
 class Snapshot:
-    """One decision, and what it was made of."""
+    """One decision, and what it was based on."""
 
     time: float  # [s]
     pose: Array  # (3,) of the robot, in truth
@@ -48,10 +59,16 @@ class Snapshot:
     f: tuple[Array, ...]  # of each of CONTROLS, (n,) each, safe where <= 0
     desired: Array  # (m,)
     controls: Array  # (3, 2) v, omega of CONTROLS
+    matters: bool  # whether the goal alone would choose another control
+
+    @property
+    def share(self) -> Array:
+        """Of the closest person's samples, those that are safe under each of CONTROLS, (3,)."""
+        return np.array([(f <= 0.0).mean() for f in self.f])
 
 
 @dataclass(frozen=True, slots=True)
-class SnapshotsData:
+class Decisions:
     """The run that is drawn, and the safe shares of all runs; n decisions in reach of somebody."""
 
     scene: str
@@ -64,57 +81,44 @@ class SnapshotsData:
     run: NDArray[np.int64]  # (n,) the first is drawn
     time: Array  # (n,) [s]
     closest: Array  # (n,) which person
-    share: Array  # (n, 3) of the closest person's samples that are safe under each of CONTROLS
-    matters: NDArray[np.bool_]  # (n,) whether the goal alone would choose another control
+    share: Array  # (n, 3) as in Snapshot
+    matters: NDArray[np.bool_]  # (n,)
 
     def rows(self) -> list[dict[str, Any]]:
         """One for every decision."""
-        found = []
-        for run, time, closest, share, matters in zip(
-            self.run, self.time, self.closest, self.share, self.matters, strict=True
-        ):
-            row = {"run": int(run), "time_s": float(time), "closest": f"person{closest}", "matters": bool(matters)}
-            found.append(
-                row | {f"safe_{name.replace(' ', '_')}": float(s) for name, s in zip(CONTROLS, share, strict=True)}
-            )
-        return found
+        columns = zip(self.run.tolist(), self.time.tolist(), self.closest, self.matters.tolist(), strict=True)
+        return [
+            {"run": run, "time_s": time, "closest": f"person{closest}", "matters": matters}
+            | {f"safe_{name.replace(' ', '_')}": float(s) for name, s in zip(CONTROLS, share, strict=True)}
+            for (run, time, closest, matters), share in zip(columns, self.share, strict=True)
+        ]
 
 
-def measure(
-    scenarios: Sequence[Scenario],
-    *,
-    quick: bool = False,
-    progress: Callable[[int, int], None] = lambda done, total: None,
-) -> SnapshotsData:
+def measure(scenarios: Sequence[Scenario], quick: bool, progress: Progress) -> Decisions:
     """From runs of every scenario, from its seed on; the first run is drawn.
 
     Raises InvalidValue for a method that does not match distributions, and where nobody comes into reach.
     """
     num_seeds = 2 if quick else 30
     runs = [replace(scenario, seed=scenario.seed + k) for scenario in scenarios for k in range(num_seeds)]
-    for scenario in scenarios:
-        _controller(scenario)
-    watches, outcomes = [], []
-    for done, scenario in enumerate(runs):
-        watch = _Watch(scenario, keep=done == 0)
-        outcomes.append(Episode(scenario, watch=watch).run().summary["outcome"])
-        watches.append(watch)
-        progress(done + 1, len(runs))
-    columns = [np.array([row for watch in watches for row in getattr(watch, key)]) for key in _Watch.COLUMNS]
-    first = runs[0]
-    if not watches[0].time:
-        raise InvalidValue("scenarios", first.name, "one in which people come into reach")
-    return SnapshotsData(
-        scene=first.name,
-        seed=first.seed,
-        goal=np.array(first.robot.route[-1]),
-        radius=first.robot.radius,
-        clip=_controller(first).parameters.clip,
-        outcome=tuple(outcomes),
-        snapshots=watches[0].snapshots(),
-        run=np.repeat(np.arange(len(runs)), [len(watch.time) for watch in watches]),
-        **dict(zip(_Watch.COLUMNS, columns, strict=True)),
-    )
+    controllers = [_controller(scenario) for scenario in runs]
+    first, drawn = runs[0], ()
+    outcomes: list[str] = []
+    rows: list[tuple[int, float, int, Array, bool]] = []
+    for scenario, controller in zip(runs, controllers, strict=True):
+        outcome, decisions = _watched(scenario, controller)
+        rows += [(len(outcomes), s.time, s.closest, s.share, s.matters) for s in decisions]
+        drawn = drawn if outcomes else _hardest(decisions)
+        outcomes.append(outcome)
+        if not rows:
+            raise InvalidValue("scenarios", first.name, "one in which people come into reach")
+        progress(len(outcomes), len(runs))
+    run, time, closest, share, matters = (np.array(column) for column in zip(*rows, strict=True))
+    return Decisions(
+        scene=first.name, seed=first.seed, goal=np.array(first.robot.route[-1]), radius=first.robot.radius,
+        clip=controllers[0].parameters.clip, outcome=tuple(outcomes), snapshots=drawn, run=run, time=time,
+        closest=closest, share=share, matters=matters,
+    )  # fmt: skip
 
 
 def _controller(scenario: Scenario) -> MatchingController[Any]:
@@ -126,67 +130,53 @@ def _controller(scenario: Scenario) -> MatchingController[Any]:
     return controller
 
 
-class _Watch:
-    """Looks at every decision of a run; `keep` keeps what a drawing needs."""
+def _watched(scenario: Scenario, controller: MatchingController[Any]) -> tuple[str, list[Snapshot]]:
+    """A run's outcome, and its decisions with somebody in reach."""
+    trail: list[Array] = []
+    found: list[Snapshot] = []
 
-    COLUMNS = ("time", "closest", "share", "matters")
-
-    def __init__(self, scenario: Scenario, *, keep: bool):
-        self._controller = _controller(scenario)
-        self._num_people, self._keep = len(scenario.people), keep
-        self._trail: list[Array] = []
-        self._kept: list[Snapshot] = []
-        self.time: list[float] = []
-        self.closest: list[int] = []
-        self.share: list[Array] = []
-        self.matters: list[bool] = []
-
-    def __call__(self, record: TickRecord) -> None:
-        """One more tick."""
-        self._trail.append(record.truth.robot_pose[:2])
-        observation, costs = record.observation, record.decision.costs
-        problem = self._controller.problem(observation)
-        block = next((b for b, j in enumerate(problem.reach.discs) if j < self._num_people), None)
+    def watch(record: TickRecord) -> None:
+        truth, observation, costs = record.truth, record.observation, record.decision.costs
+        trail.append(truth.robot_pose[:2])
+        problem = controller.problem(observation)
+        block = next((b for b, j in enumerate(problem.reach.discs) if j < len(scenario.people)), None)
         if block is None or costs is None:
             return
         which = [int(np.argmin(costs.goal)), costs.nominal, int(np.argmin(costs.total))]
-        f = problem.cone.samples(block, costs.v[which], costs.omega[which])
-        self.time.append(record.truth.time)
-        self.closest.append(problem.reach.discs[block])
-        self.share.append((f <= 0.0).mean(axis=0))
-        self.matters.append(which[GOAL] != which[MATCHED])
-        if self._keep:
-            people = np.concatenate([record.truth.people_position, record.truth.people_velocity], axis=1)
-            self._kept.append(
-                Snapshot(
-                    time=record.truth.time,
-                    pose=record.truth.robot_pose,
-                    samples=observation.robot_pose,
-                    trail=np.array(self._trail),
-                    people=people,
-                    people_samples=observation.obstacles[: self._num_people],
-                    closest=self.closest[-1],
-                    f=tuple(f.T),
-                    desired=self._controller.desired_cone(problem, block),
-                    controls=np.stack([costs.v[which], costs.omega[which]], axis=1),
-                )
+        found.append(
+            Snapshot(
+                time=truth.time,
+                pose=truth.robot_pose,
+                samples=observation.robot_pose,
+                trail=np.array(trail),
+                people=np.concatenate([truth.people_position, truth.people_velocity], axis=1),
+                people_samples=observation.obstacles[: len(scenario.people)],
+                closest=problem.reach.discs[block],
+                f=tuple(problem.cone.samples(block, costs.v[which], costs.omega[which]).T),
+                desired=controller.desired_cone(problem, block),
+                controls=np.stack([costs.v[which], costs.omega[which]], axis=1),
+                matters=which[GOAL] != which[MATCHED],
             )
+        )
 
-    def snapshots(self) -> tuple[Snapshot, ...]:
-        """The hardest decisions in order of time: fewest samples safe under the goal's control, GAP apart."""
-        share, chosen = np.array(self.share).reshape(-1, len(CONTROLS)), []
-        for i in np.argsort(np.where(self.matters, share[:, GOAL], np.inf), kind="stable").tolist():
-            apart = all(abs(self.time[i] - self.time[j]) >= GAP - 1e-9 for j in chosen)
-            if self.matters[i] and self.time[i] >= SETTLED and apart and len(chosen) < NUM_SNAPSHOTS:
-                chosen.append(i)
-        return tuple(self._kept[i] for i in sorted(chosen))
+    return Episode(scenario, watch=watch).run().summary["outcome"], found
 
 
-def findings(data: SnapshotsData) -> tuple[Finding, ...]:
+def _hardest(decisions: Sequence[Snapshot]) -> tuple[Snapshot, ...]:
+    """Those with the fewest samples safe under the goal's control, GAP apart, in order of time."""
+    chosen: list[Snapshot] = []
+    candidates = [s for s in decisions if s.matters and s.time >= SETTLED]
+    for s in sorted(candidates, key=lambda s: s.share[GOAL]):
+        if len(chosen) < NUM_SNAPSHOTS and all(abs(s.time - other.time) >= GAP - 1e-9 for other in chosen):
+            chosen.append(s)
+    return tuple(sorted(chosen, key=lambda s: s.time))
+
+
+def claims(data: Decisions) -> Iterator[Claim]:
     """Whether matching leaves the samples safe, and whether it moves them there."""
     share, run = data.share[data.matters], data.run[data.matters]
     if not len(share):
-        return ()
+        return
 
     def mean_of(values: ArrayLike, use: str, boundary: float = 0.0) -> Difference:
         return mean_by_run(run, 100.0 * np.asarray(values), data.seed, f"snapshots.{use}", boundary=boundary)
@@ -194,7 +184,7 @@ def findings(data: SnapshotsData) -> tuple[Finding, ...]:
     num_runs, matched = len(data.outcome), share[:, MATCHED]
     safe, mean = mean_of(matched >= ALL_SAFE, "safe", 50.0), mean_of(matched, "mean").estimate
     least = np.median([matched[run == one].min() for one in np.unique(run)])
-    hits = sum(outcome == COLLISION for outcome in data.outcome)
+    hits = data.outcome.count("collision")
     low, high = wilson(hits, num_runs) or (0.0, 1.0)
     count = f"{len(share)} decisions of {num_runs} runs in which the closest person mattered"
     gains = [mean_of(matched - share[:, other], CONTROLS[other]) for other in (GOAL, NOMINAL)]
@@ -202,19 +192,135 @@ def findings(data: SnapshotsData) -> tuple[Finding, ...]:
         f"{shown(gain.estimate, 'points', signed=True)} against the {name}"
         for gain, name in zip(gains, ("control that the goal alone would choose", "nominal control"), strict=True)
     ]
-    return judge([
-        Claim(
-            "With matched distributions the closest obstacle's samples are free of collision more often than not.",
-            SOURCE,
-            [Measured(safe.estimate.value > 50.0, safe.p)],
-            f"At least {100 * ALL_SAFE:g} % of the samples are safe in {shown(safe.estimate, '%')} of {count}. On "
-            f"average {shown(mean, '%')} are, at a run's worst moment {100 * least:.0f} % (median). Of {num_runs} runs "
-            f"{hits} [{num_runs * low:.1f}, {num_runs * high:.1f}] ended in a collision.",
-        ),
-        Claim(
-            "Matching moves the distribution of the collision cone towards the one that is free of collision.",
-            SOURCE,
-            [Measured(gain.estimate.value > 0.0, gain.p) for gain in gains],
-            f"Safe samples of the closest person, within one decision: {'; '.join(texts)} ({count}).",
-        ),
-    ])  # fmt: skip
+    yield Claim(
+        "With matched distributions the closest obstacle's samples are free of collision more often than not.",
+        SOURCE,
+        [Measured(safe.estimate.value > 50.0, safe.p)],
+        f"At least {100 * ALL_SAFE:g} % of the samples are safe in {shown(safe.estimate, '%')} of {count}. On "
+        f"average {shown(mean, '%')} are, at a run's worst moment {100 * least:.0f} % (median). Of {num_runs} runs "
+        f"{hits} [{num_runs * low:.1f}, {num_runs * high:.1f}] ended in a collision.",
+    )
+    yield Claim(
+        "Matching moves the distribution of the collision cone towards the one that is free of collision.",
+        SOURCE,
+        [Measured(gain.estimate.value > 0.0, gain.p) for gain in gains],
+        f"Safe samples of the closest person, within one decision: {'; '.join(texts)} ({count}).",
+    )
+
+
+def picture(data: Decisions) -> Figure:
+    """A column a moment: the map, the distributions of f, the safe shares; below, the shares over the whole run."""
+    with style.style():
+        fig = style.new_figure(style.TWO_COLUMNS, 5.1)
+        top, foot = fig.subfigures(2, 1, height_ratios=(3.3, 1.0), squeeze=False)[:, 0]
+        num = max(1, len(data.snapshots))
+        grid = top.subplots(3, num, height_ratios=(1.7, 1.05, 0.5), squeeze=False)
+        for column, snapshot, which in zip(grid.T, data.snapshots, "abcdefgh", strict=False):
+            _draw_map(column[0], snapshot, data)
+            style.letter(column[0], which, f"{snapshot.time:.1f} s")
+            _draw_distributions(column[1], snapshot, data.clip)
+            _draw_shares(column[2], snapshot)
+        for row in grid[1:]:
+            for axes in row[1:]:
+                axes.tick_params(labelleft=False)
+        grid[0, 0].set_ylabel("y [m]")
+        grid[1, 0].set_ylabel("share of samples")
+        _legend(top)
+        _draw_run(foot.subplots(), data)
+    return fig
+
+
+def _draw_map(axes: Axes, s: Snapshot, data: Decisions) -> None:
+    x, y = s.pose[:2]
+    axes.plot(*s.trail.T, color=style.BLUE, linewidth=0.9, alpha=0.6)
+    axes.plot(*data.goal, marker="*", color=style.GREEN, markersize=7)
+    for j, (person, samples) in enumerate(zip(s.people, s.people_samples, strict=True)):
+        colour = CLOSEST if j == s.closest else PERSON
+        axes.add_patch(Circle((person[0], person[1]), samples.radius, facecolor=PERSON, alpha=0.3, edgecolor=colour))
+        axes.scatter(*samples.position.T, s=1.5, color=colour, linewidths=0.0, zorder=3)
+    colours = [CLOSEST if j == s.closest else PERSON for j in range(len(s.people))]
+    axes.quiver(
+        *s.people.T, color=colours, angles="xy", scale_units="xy", scale=1.0, width=0.012, headwidth=4, zorder=3
+    )
+    axes.add_patch(Circle((x, y), data.radius, facecolor=style.SKY, alpha=0.5, edgecolor=style.BLUE))
+    axes.scatter(*s.samples[:, :2].T, s=1.5, color=style.BLUE, linewidths=0.0, zorder=3)
+    for which, dashes in ((GOAL, "--"), (MATCHED, "-")):
+        v, omega = s.controls[which]
+        path = np.array([integrate(s.pose, v, omega, time) for time in np.linspace(0.0, AHEAD, 20)])
+        axes.plot(*path[:, :2].T, color=COLOURS[which], linestyle=dashes, linewidth=1.4, zorder=4)
+    axes.set(xlim=(x - VIEW, x + VIEW), ylim=(y - VIEW, y + VIEW), aspect="equal", xlabel="x [m]")
+    axes.spines[["top", "right"]].set_visible(True)
+
+
+def _draw_distributions(axes: Axes, s: Snapshot, clip: float) -> None:
+    everything = np.concatenate([*s.f, s.desired])
+    low = -clip if np.isfinite(clip) else float(everything.min())
+    edges = np.linspace(low, max(1.0, float(everything.max())), BINS + 1)
+    width = edges[1] - edges[0]
+    edges = np.arange(np.floor(low / width), np.ceil(edges[-1] / width) + 1) * width  # one of them is 0
+    axes.axvspan(0.0, edges[-1], color=style.UNSAFE, alpha=0.08, linewidth=0.0)
+    axes.stairs(_shares(s.f[MATCHED], edges), edges, fill=True, color=COLOURS[MATCHED], alpha=0.45)
+    axes.stairs(_shares(s.f[GOAL], edges), edges, color=COLOURS[GOAL], linewidth=0.9, linestyle="--")
+    axes.stairs(_shares(s.desired, edges), edges, color="black", linewidth=0.9)
+    axes.set(
+        yscale="log", ylim=(LEAST_SHARE, 1.0), xlim=(edges[0], edges[-1]), xlabel="f / R²" if np.isfinite(clip) else "f"
+    )
+
+
+def _shares(samples: Array, edges: Array) -> Array:
+    return np.histogram(np.clip(samples, edges[0], edges[-1]), edges)[0] / max(1, samples.size)
+
+
+def _draw_shares(axes: Axes, s: Snapshot) -> None:
+    for place, which in enumerate((MATCHED, NOMINAL, GOAL)):
+        share = float(s.share[which])
+        axes.barh(place, 1.0, height=0.8, color=style.PALE, alpha=0.5)
+        axes.barh(place, share, height=0.8, color=COLOURS[which])
+        inside = share > 0.3
+        axes.annotate(
+            f"{100 * share:.0f} %", (share, place), xytext=(-2.0 if inside else 2.0, 0.0), textcoords="offset points",
+            ha="right" if inside else "left", va="center", fontsize=5.5, color="white" if inside else style.INK,
+        )  # fmt: skip
+    axes.set(xlim=(0.0, 1.0), xlabel="safe share", xticks=(0.0, 0.5, 1.0))
+    axes.set_yticks(range(3), [CONTROLS[which] for which in (MATCHED, NOMINAL, GOAL)])
+    axes.tick_params(axis="y", length=0)
+
+
+def _draw_run(axes: Axes, data: Decisions) -> None:
+    drawn = data.run == 0
+    for which in (GOAL, NOMINAL, MATCHED):
+        axes.plot(
+            data.time[drawn], data.share[drawn, which], color=COLOURS[which], linewidth=0.9, label=CONTROLS[which]
+        )
+    for snapshot, name in zip(data.snapshots, "abcdefgh", strict=False):
+        axes.axvline(snapshot.time, color=style.INK, linewidth=0.5, linestyle=":")
+        axes.annotate(
+            name, (snapshot.time, 1.0), xytext=(0, 2), xycoords=axes.get_xaxis_transform(), textcoords="offset points",
+            ha="center", fontweight="bold",
+        )  # fmt: skip
+    axes.set(ylim=(0.0, 1.02), xlabel="time [s]", ylabel="safe share, closest")
+    axes.set_xlim(float(data.time[drawn][0]), float(data.time[drawn][-1]))
+    axes.set_title(f"{data.scene}, seed {data.seed}", loc="right")
+    axes.grid(axis="y")
+
+
+def _legend(fig: SubFigure) -> None:
+    handles = [
+        Patch(facecolor=style.SKY, edgecolor=style.BLUE, label="robot, its samples"),
+        Patch(facecolor=PERSON, alpha=0.5, label="people, their samples"),
+        Line2D([], [], color=COLOURS[MATCHED], label="matched: current distribution"),
+        Line2D([], [], color=COLOURS[GOAL], linestyle="--", label="under the goal alone"),
+        Line2D([], [], color="black", label="desired distribution"),
+        Patch(facecolor=style.UNSAFE, alpha=0.15, label="collision"),
+    ]
+    fig.legend(handles=handles, loc="outside lower center", ncols=6, columnspacing=1.2)
+
+
+ITEM = MeasuredItem(
+    title="Five moving obstacles: samples and distributions",
+    scenes=("five",),
+    overrides=options({**DIRECT, "control.degree": 3, "control.weight": 0.3}),  # as tuned
+    measure=measure,
+    claims=claims,
+    picture=picture,
+)

@@ -1,9 +1,9 @@
-"""How the paper's figures look: sizes for one and two columns of print, fonts, and colours for all eyes.
+"""How the paper's figures look: width in print, fonts, and colours that all readers can tell apart.
 
 Colours are Okabe and Ito's, and Tol's "muted" where those run out; lines differ in dashes or markers as well.
 """
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from types import MappingProxyType
 from typing import Any
@@ -12,7 +12,7 @@ import matplotlib
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-ONE_COLUMN, TWO_COLUMNS = 3.5, 7.16  # [inches] widths
+TWO_COLUMNS = 7.16  # [inches] of print
 DPI = 200
 
 _RC: Mapping[Any, Any] = MappingProxyType(
@@ -52,8 +52,9 @@ INK, GREY, PALE = "#222222", "#8c8c8c", "#d9d9d9"
 BLUE, SKY, GREEN, ORANGE, VERMILION, PURPLE = "#0072b2", "#56b4e9", "#009e73", "#e69f00", "#d55e00", "#cc79a7"
 SAFE, UNSAFE = BLUE, VERMILION
 SEQUENTIAL = "cividis"  # of surfaces
-# The degree of the kernel: one hue, darker as it grows.
+# The degree of the kernel: one hue, darker as it grows; another where the mean's term weighs as much as of degree 1.
 DEGREES: Mapping[int, str] = MappingProxyType({1: "#7fbfe6", 2: "#2b8cc4", 3: "#08416b"})
+MATCHED: Mapping[int, str] = MappingProxyType({2: "#e6b07f", 3: "#a85a10"})
 METHODS: Mapping[str, str] = MappingProxyType(
     {
         "rkhs": BLUE,
@@ -74,13 +75,13 @@ METHODS: Mapping[str, str] = MappingProxyType(
 
 @contextmanager
 def style() -> Iterator[None]:
-    """The style while a figure is made, and while it is saved; what was set before comes back."""
+    """Applies the style while a figure is made, and while it is saved; restores the settings afterwards."""
     with matplotlib.rc_context(dict(_RC)):
         yield
 
 
 def new_figure(width: float, height: float) -> Figure:
-    """An empty figure of this size [inches]; nothing of it is shared. To be called within `style`."""
+    """An empty figure of this size [inches], without pyplot's shared state. To be called within `style`."""
     return Figure(figsize=(width, height), dpi=DPI, layout="constrained")
 
 
@@ -91,3 +92,17 @@ def letter(axes: Axes, which: str, title: str) -> None:
         which, (0.0, 1.0), xytext=(-4.0, 4.0), xycoords="axes fraction", textcoords="offset points",
         ha="right", va="bottom", fontweight="bold",
     )  # fmt: skip
+
+
+def color(label: str) -> str:
+    """The colour of a method's label: of its degree, else of the method."""
+    for degree, shade in (MATCHED if "matched" in label else DEGREES).items():
+        if f"d={degree}" in label:
+            return shade
+    return next((shade for name, shade in METHODS.items() if label.startswith(name)), INK)
+
+
+def legend(figure: Figure, panels: Iterable[Axes], *, ncols: int) -> None:
+    """One legend for all panels, below them."""
+    found = {label: handle for axes in panels for handle, label in zip(*axes.get_legend_handles_labels(), strict=True)}
+    figure.legend(found.values(), found.keys(), loc="outside lower center", ncols=ncols)

@@ -1,17 +1,27 @@
-"""What became of the claims of an item, and on which evidence.
+"""An item of the paper: what it claims, what it is judged by, and what became of the claims.
 
 A claim is tested once in every setting. The tests of all claims of an item are corrected together for their number
-(Holm): where nothing differs, the chance that the item says anywhere that something does is at most `LEVEL`.
+(Holm): where nothing differs, the chance that the item reports any difference is at most `LEVEL`.
 """
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
+from typing import TYPE_CHECKING, Any, Generic, Protocol, TypeVar
 
 from mjnav.metrics.intervals import holm
+from mjnav.scenarios.spec import Scenario
+from mjnav.study.compare.compare import CellRows
+from mjnav.study.study_file import StudyFile
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 LEVEL = 0.05
-LEAST_PAIRS = 20  # seeds in a setting, below which it decides nothing
+LEAST_PAIRS = 20  # seeds in a setting; with fewer, it decides nothing
+
+Cells = Sequence[CellRows]
+Progress = Callable[[int, int], None]  # parts done, of how many
 
 
 class Verdict(StrEnum):
@@ -28,24 +38,24 @@ class Verdict(StrEnum):
 class Measured:
     """A claim in one setting."""
 
-    favours: bool  # what was measured is on the claim's side
-    p: float | None  # that it is so by chance, before correction; None where there is too little to judge by
+    favours: bool  # whether the measured sign is the claimed one
+    p: float | None  # that it arose by chance, before correction; None where the data are too few to judge
     line: str = ""  # what was measured
 
 
 @dataclass(frozen=True, slots=True)
 class Claim:
-    """One claim of the paper and its tests; `heading` comes before their lines in place of their count."""
+    """One claim of the paper and its tests."""
 
     text: str  # one sentence, in our words
-    source: str  # where the claim is made: section or figure
+    source: str  # where the claim is made: figure and section
     tests: Sequence[Measured]
-    heading: str = ""
+    heading: str = ""  # the first line of the evidence; by default, the number of settings for and against
 
 
 @dataclass(frozen=True, slots=True)
 class Finding:
-    """One claim beside what was measured of it."""
+    """One claim and what was measured of it."""
 
     claim: str
     source: str
@@ -53,8 +63,45 @@ class Finding:
     evidence: str  # figures with their n and 95 % intervals
 
 
-def judge(claims: Sequence[Claim]) -> tuple[Finding, ...]:
+class Measurement(Protocol):
+    """What a measured item is judged by."""
+
+    def rows(self) -> list[dict[str, Any]]:
+        """The figures behind the picture, as a table."""
+        ...
+
+
+Data = TypeVar("Data", bound=Measurement)
+
+
+@dataclass(frozen=True, slots=True)
+class StudyItem:
+    """An item that is judged by the episodes of studies."""
+
+    title: str
+    studies: tuple[StudyFile, ...]
+    claims: Callable[[Cells], Iterable[Claim]]
+    picture: Callable[[Cells], "Figure"]
+
+
+@dataclass(frozen=True, slots=True)
+class MeasuredItem(Generic[Data]):
+    """An item that is judged by a measurement of its own."""
+
+    title: str
+    scenes: tuple[str, ...]
+    overrides: tuple[str, ...]  # of the scenes, as `--set` takes them
+    measure: Callable[[Sequence[Scenario], bool, Progress], Data]  # of scenarios; whether quick; progress
+    claims: Callable[[Data], Iterable[Claim]]
+    picture: Callable[[Data], "Figure"]
+
+
+Item = StudyItem | MeasuredItem[Any]
+
+
+def judge(claims: Iterable[Claim]) -> tuple[Finding, ...]:
     """The verdicts on all claims of an item, corrected for the number of their tests."""
+    claims = tuple(claims)
     adjusted = iter(holm([test.p for claim in claims for test in claim.tests if test.p is not None]))
     found = []
     for claim in claims:
@@ -71,7 +118,7 @@ def judge(claims: Sequence[Claim]) -> tuple[Finding, ...]:
 
 
 def overall(verdicts: Iterable[Verdict]) -> Verdict:
-    """Of a claim about all settings: partly where it holds in some and is not decided in the others."""
+    """The verdict on a claim about all settings: PARTLY where it holds in some and is not decided in the others."""
     found = set(verdicts)
     if found == {Verdict.HOLDS}:
         return Verdict.HOLDS
