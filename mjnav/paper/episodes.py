@@ -13,12 +13,11 @@ import numpy as np
 from mjnav.paper.item import Item, StudyItem
 from mjnav.study.cells import Cell, resolve
 from mjnav.study.compare.compare import CellRows, cell_rows, estimate
-from mjnav.study.compare.results import check_distinct
+from mjnav.study.compare.study_comparison import check_distinct
 from mjnav.study.store.row import COLUMNS, PLACE_IN_STUDY
 from mjnav.study.store.store import Store
 from mjnav.study.study_file import MethodEntry, Overrides, SeedRange, SettingEntry, StudyFile
 from mjnav.study.trial import Trial
-from mjnav.study.variants import flat
 
 NUM_SEEDS = 200  # a cell, from 0 on
 # The paper's samples: a reading less draws of its noise. Filtered ones are those of the particle filters.
@@ -90,7 +89,7 @@ class PaperStudy:
 
 
 def _listed(values: Overrides) -> str:
-    return ", ".join(f"{key} = {value}" for key, value in flat(values).items())
+    return ", ".join(f"{key} = {value}" for key, value in values.items())
 
 
 def studies(items: Iterable[Item], seeds: int | None = None) -> tuple[PaperStudy, ...]:
@@ -134,7 +133,7 @@ class ItemRows:
 
     def estimates(self) -> list[dict[str, Any]]:
         """Every numeric figure of every cell with its interval and number of seeds, one a row."""
-        names = ["collision", *(name for name, (kind, _) in COLUMNS.items() if kind != "string" and name != "seed")]
+        names = ["collision", *(name for name, column in COLUMNS.items() if column.type != "string" and name != "seed")]
         table = []
         for cell in self.cells:
             for name in names:

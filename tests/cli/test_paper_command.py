@@ -5,9 +5,6 @@ import re
 
 import pytest
 
-from mjnav.paper import ITEMS, module
-from mjnav.paper.rows import studies, trials
-
 pytest.importorskip("pyarrow", reason="the sweep extra is not installed")
 
 
@@ -44,17 +41,3 @@ def test_what_makes_no_sense_is_refused_before_anything_runs(mjnav, tmp_path, wo
     assert said.code == 2
     assert list(tmp_path.iterdir()) == []
     assert re.search(text, said.err)
-
-
-def test_the_episodes_of_all_items_take_turns_seed_by_seed():
-    wanted = studies(["lane", "table"], 3)
-    every = trials(wanted)
-    assert len({trial.id for trial in every}) == len(every) == 3 * sum(len(study.cells) for study in wanted)
-    assert [trial.seed for trial in every] == sorted(trial.seed for trial in every)
-
-
-@pytest.mark.parametrize("name", ITEMS)
-def test_every_item_has_what_its_kind_needs(name):
-    item = module(name)
-    assert callable(item.findings)
-    assert hasattr(item, "STUDIES" if ITEMS[name].is_sweep else "measure")

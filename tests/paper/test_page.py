@@ -1,16 +1,16 @@
 """What an item leaves behind, and the page that is made of it."""
 
 import csv
+import json
 from html.parser import HTMLParser
 
-import matplotlib.pyplot
 import pytest
 from matplotlib.figure import Figure
 
-from mjnav.paper import ITEMS
-from mjnav.paper.finding import Finding, Verdict
-from mjnav.paper.pictures.page import page
-from mjnav.paper.pictures.publish import DATA, FINDINGS, PICTURE, PRINT, publish, read
+from mjnav.errors import InputError
+from mjnav.paper.item import Finding, Verdict
+from mjnav.paper.items import ITEMS
+from mjnav.paper.page import DATA, FINDINGS, PICTURE, PRINT, Basis, page, publish, read
 
 HOSTILE = '</td><script>alert("1")</script>'
 FINDING = Finding("It is <so>", "figure 1", Verdict.HOLDS, "first: 1 < 2\nsecond: 2 > 1")
@@ -21,7 +21,7 @@ ROWS = [{"method": HOSTILE, "mean": 0.1 + 0.2}, {"method": "b, c", "mean": None}
 def folder(tmp_path):
     figure = Figure()
     figure.subplots().plot([1, 2])
-    publish(tmp_path / "lane", figure, ROWS, [FINDING], {"command": HOSTILE, "parameters": {"study": "a = 1 < 2"}})
+    publish(tmp_path / "lane", figure, ROWS, [FINDING], Basis(HOSTILE, {"study": "a = 1 < 2"}))
     return tmp_path
 
 
@@ -34,14 +34,21 @@ def test_an_item_leaves_its_figure_its_data_and_its_findings(folder):
         rows = list(csv.DictReader(file))
     assert [row["method"] for row in rows] == [HOSTILE, "b, c", "'=1+1"]
     assert [row["mean"] for row in rows] == [str(0.1 + 0.2), "", "-1.0"]
-    findings, about = read(lane)
-    assert findings == (FINDING,)
-    assert about["command"] == HOSTILE
-    assert matplotlib.pyplot.get_fignums() == []
+    found = read(lane)
+    assert (found.findings, found.basis.command, found.corrected) == ((FINDING,), HOSTILE, True)
 
 
-def test_what_was_not_run_is_not_there(tmp_path):
-    assert read(tmp_path / "lane") is None
+def test_a_folder_of_an_earlier_version_is_read_and_a_damaged_one_is_refused(tmp_path):
+    assert read(tmp_path) is None
+    findings = [{"claim": "c", "source": "s", "verdict": "holds", "evidence": "e"}]
+    earlier = {"revision": "1", "command": "mjnav paper", "episodes": 3, "asked for": 4, "failed": 1, "left out": 2}
+    (tmp_path / FINDINGS).write_text(json.dumps({**earlier, "absent": [], "parameters": {}, "findings": findings}))
+    found = read(tmp_path)
+    assert (found.basis.asked_for, found.basis.left_out, found.corrected) == (4, 2, False)
+    for damaged in ("{", "[]", "{}", '{"findings": [{}]}', '{"findings": [], "unknown": 1}'):
+        (tmp_path / FINDINGS).write_text(damaged)
+        with pytest.raises(InputError, match=r"findings\.json: no findings of an item"):
+            read(tmp_path)
 
 
 class _Tags(HTMLParser):
@@ -61,7 +68,7 @@ class _Tags(HTMLParser):
 
 def test_the_page_shows_every_claim_and_escapes_what_it_is_told(folder):
     tags = _Tags()
-    tags.feed(page(folder, {"made by": HOSTILE}))
+    tags.feed(page(folder, HOSTILE))
     assert "script" not in tags.names
     assert tags.text.count(HOSTILE) == 2
     assert tags.text.count("It is <so>") == 2  # among the claims and with its item
@@ -74,9 +81,9 @@ def test_the_page_shows_every_claim_and_escapes_what_it_is_told(folder):
 
 def test_every_link_of_the_page_leads_somewhere(folder):
     tags = _Tags()
-    tags.feed(page(folder, {}))
+    tags.feed(page(folder, ""))
     for link in tags.links:
         if link.startswith("#"):
-            assert f'id="{link[1:]}"' in page(folder, {})
+            assert f'id="{link[1:]}"' in page(folder, "")
         elif not link.startswith("https://arxiv.org/"):
             assert (folder / link).is_file()

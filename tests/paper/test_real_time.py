@@ -1,25 +1,36 @@
-"""Times of decisions: which are taken, and what is said of them."""
+"""Times of decisions: which are taken, what they decide, and the figure of them."""
 
 from dataclasses import replace
+from io import BytesIO
 
+import matplotlib.pyplot
 import numpy as np
 import pytest
 
 from mjnav.errors import InvalidValue
 from mjnav.loop.prepare import load_scenario
-from mjnav.paper import DIRECT, real_time
-from mjnav.paper.finding import Verdict
-from mjnav.paper.real_time import DEGREES, OBSTACLES, SAMPLES, RealTimeData, Times
+from mjnav.paper import real_time, style
+from mjnav.paper.episodes import DIRECT, options
+from mjnav.paper.item import Verdict, judge
+from mjnav.paper.real_time import DEGREES, OBSTACLES, SAMPLES, DecisionTimes, Times, claims, picture
+
+SMALL = ("physics.engine=kinematic", "control.num_v=4", "control.num_omega=5")
+
+
+def measure(scenario):
+    return real_time.measure([scenario], True, lambda done, total: None)
 
 
 @pytest.fixture(scope="module")
 def scenario():
-    return load_scenario("five", [*DIRECT, "physics.engine=kinematic", "control.num_v=4", "control.num_omega=5"])
+    return load_scenario(
+        "five", [*options(DIRECT), "physics.engine=kinematic", "control.num_v=4", "control.num_omega=5"]
+    )
 
 
 @pytest.fixture(scope="module")
 def data(scenario):
-    return real_time.measure([scenario], quick=True)
+    return measure(scenario)
 
 
 def constant(seconds, num=50):
@@ -29,7 +40,7 @@ def constant(seconds, num=50):
         for d in DEGREES
         for gram, s in ((False, seconds), (True, 1000.0 * seconds))
     ]
-    return RealTimeData("somewhere", 0.1, 402, tuple(times))
+    return DecisionTimes("somewhere", 0.1, 402, tuple(times))
 
 
 def test_every_degree_is_timed_on_every_size(data):
@@ -85,7 +96,7 @@ def test_quantiles_and_rates_have_intervals_around_them():
     ],
 )
 def test_the_period_decides_what_real_time_is(seconds, expected):
-    found = real_time.findings(constant(seconds))
+    found = judge(claims(constant(seconds)))
     assert [finding.verdict for finding in found] == expected
     assert (
         f"{1.0 / seconds:.3g} [{1.0 / seconds:.3g}, {1.0 / seconds:.3g}] decisions a second (n = 50)"
@@ -96,11 +107,34 @@ def test_the_period_decides_what_real_time_is(seconds, expected):
 def test_the_slowest_degree_decides():
     data = constant(1e-3)
     slow = replace(data.times[0], seconds=np.full(50, 0.2))
-    found = real_time.findings(replace(data, times=(slow, *data.times[1:])))
+    found = judge(claims(replace(data, times=(slow, *data.times[1:]))))
     assert found[0].verdict == Verdict.FAILS
 
 
 def test_another_method_is_refused(scenario):
     saa = replace(scenario, control=replace(scenario.control, method="saa", parameters={}))
     with pytest.raises(InvalidValue, match="rkhs"):
-        real_time.measure([saa], quick=True)
+        measure(saa)
+
+
+def test_medians_stand_at_their_sizes_and_the_period_is_drawn(data):
+    _, samples, obstacles = picture(data).axes
+    lines = samples.get_lines()
+    assert len(lines) == 2 * len(DEGREES) + 1
+    middle = data.of(degree=2, obstacles=5)
+    (line,) = (line for line in lines if line.get_color() == style.DEGREES[2] and line.get_linestyle() == "-")
+    assert line.get_xdata() == pytest.approx([10.0, 25.0, 50.0])
+    assert line.get_ydata() == pytest.approx([1e3 * np.median(t.seconds) for t in middle])
+    assert lines[-1].get_ydata() == pytest.approx([100.0, 100.0])
+    assert [tick.get_text() for tick in obstacles.get_xticklabels()] == ["1", "5", "10"]
+
+
+def test_a_figure_is_saved_with_text_as_text_and_leaves_no_style(data):
+    before = dict(matplotlib.rcParams)
+    figure = picture(data)
+    assert figure.get_figwidth() == style.TWO_COLUMNS
+    with style.style():
+        figure.savefig(file := BytesIO(), format="pdf")
+    assert b"/FontFile2" in file.getvalue()  # TrueType, not outlines
+    assert dict(matplotlib.rcParams) == before
+    assert matplotlib.pyplot.get_fignums() == []

@@ -1,4 +1,4 @@
-"""What matching does to the closest person's samples, and the moments that are drawn."""
+"""What matching does to the closest person's samples, and the figure of that."""
 
 from dataclasses import replace
 
@@ -9,22 +9,26 @@ from mjnav.constraints import collision_cone
 from mjnav.errors import InvalidValue
 from mjnav.loop.episode import Episode
 from mjnav.loop.prepare import load_scenario
-from mjnav.paper import DIRECT, snapshots
-from mjnav.paper.by_run import LEAST_RUNS, mean_by_run
-from mjnav.paper.finding import Verdict
-from mjnav.paper.snapshots import GOAL, MATCHED, NOMINAL
+from mjnav.paper import snapshots
+from mjnav.paper.episodes import DIRECT, options
+from mjnav.paper.item import Verdict, judge
+from mjnav.paper.snapshots import GOAL, MATCHED, NOMINAL, claims, picture
 
 SHORT = ("physics.engine=kinematic", "time_limit=4.0", "control.degree=3")
 
 
+def measure(scenario):
+    return snapshots.measure([scenario], True, lambda done, total: None)
+
+
 @pytest.fixture(scope="module")
 def scenario():
-    return load_scenario("five", [*DIRECT, *SHORT], controller="rkhs")
+    return load_scenario("five", [*options(DIRECT), *SHORT], controller="rkhs")
 
 
 @pytest.fixture(scope="module")
 def data(scenario):
-    return snapshots.measure([scenario], quick=True)
+    return measure(scenario)
 
 
 @pytest.fixture(scope="module")
@@ -105,34 +109,49 @@ def as_many_runs(data, share):
 def test_shares_decide_the_claims(data, goal, nominal, matched, safe, pushed):
     share = np.empty((len(data.run), 3))
     share[:, GOAL], share[:, NOMINAL], share[:, MATCHED] = goal, nominal, matched
-    found = snapshots.findings(as_many_runs(data, share))
+    found = judge(claims(as_many_runs(data, share)))
     assert [finding.verdict for finding in found] == [safe, pushed]
     assert f"{100 * (matched - goal):+.3g} points" in found[1].evidence
     assert "0 [0.0, 2.6] ended in a collision" in found[0].evidence
 
 
 def test_two_runs_decide_nothing(data):
-    found = snapshots.findings(data)
+    found = judge(claims(data))
     assert [finding.verdict for finding in found] == [Verdict.OPEN] * 2
-    assert snapshots.findings(replace(data, matters=np.zeros(len(data.run), bool))) == ()
-
-
-def test_a_mean_by_run_counts_runs_not_decisions():
-    run = np.repeat(np.arange(6), [100, 1, 1, 1, 1, 1])
-    values = np.where(run == 0, 1.0, 0.0)
-    found = mean_by_run(run, values, 0, "test")
-    assert (found.estimate.value, found.estimate.num) == (pytest.approx(1.0 / 6.0), 6)
-    assert found.estimate.interval[0] == 0.0  # the first run may not be drawn
-    assert found.estimate.interval[1] == pytest.approx(0.5)
-    assert found == mean_by_run(run, values, 0, "test")
-    few = run < LEAST_RUNS - 1
-    too_few = mean_by_run(run[few], values[few], 0, "test")
-    assert (too_few.estimate.interval, too_few.p) == (None, None)
+    assert judge(claims(replace(data, matters=np.zeros(len(data.run), bool)))) == ()
 
 
 def test_a_method_that_matches_nothing_and_an_empty_room_are_refused(scenario):
     saa = replace(scenario, control=replace(scenario.control, method="saa", parameters={}))
     with pytest.raises(InvalidValue, match="method"):
-        snapshots.measure([saa], quick=True)
+        measure(saa)
     with pytest.raises(InvalidValue, match="people"):
-        snapshots.measure([replace(scenario, people=(), time_limit=0.3)], quick=True)
+        measure(replace(scenario, people=(), time_limit=0.3))
+
+
+def titles(figure) -> list[str]:
+    return [axes.get_title(loc="left") for axes in figure.axes if axes.get_title(loc="left")]
+
+
+def test_every_snapshot_has_a_column_and_all_samples_in_its_histograms(data):
+    s = data.snapshots
+    figure = picture(data)
+    assert titles(figure) == [f"{snapshot.time:.1f} s" for snapshot in s]
+    for snapshot, axes in zip(s, figure.axes[len(s) : 2 * len(s)], strict=True):
+        matched, goal, desired = (patch for patch in axes.patches if hasattr(patch, "get_data"))
+        for stairs in (matched, goal, desired):
+            assert stairs.get_data().values.sum() == pytest.approx(1.0)
+        values, edges, _ = matched.get_data()
+        assert np.isclose(edges, 0.0).any()
+        assert values[edges[:-1] >= -1e-9].sum() == pytest.approx((snapshot.f[MATCHED] > 0.0).mean())
+        assert not desired.get_data().values[edges[:-1] >= -1e-9].any()
+    for snapshot, axes in zip(s, figure.axes[2 * len(s) : 3 * len(s)], strict=True):
+        shares = [bar.get_width() for bar in axes.patches[1::2]]
+        assert shares[0] == pytest.approx((snapshot.f[MATCHED] <= 0.0).mean())
+        assert shares[2] == pytest.approx((snapshot.f[GOAL] <= 0.0).mean())
+
+
+def test_few_snapshots_and_samples_that_are_not_clipped_are_drawn_too(data):
+    one = replace(data.snapshots[0], f=tuple(10.0 * f for f in data.snapshots[0].f))
+    figure = picture(replace(data, snapshots=(one,), clip=np.inf))
+    assert titles(figure) == [f"{one.time:.1f} s"]

@@ -1,8 +1,6 @@
-"""The cost as a function of any control, its kinks, and how a gradient method does on it."""
+"""The cost as a function of any control, its kinks, how a gradient method does on it, and the figure of that."""
 
-import csv
 from dataclasses import fields, replace
-from io import StringIO
 
 import numpy as np
 import pytest
@@ -12,14 +10,18 @@ from mjnav.control.decision_surface import decision_surface
 from mjnav.errors import InvalidValue
 from mjnav.loop.prepare import load_scenario
 from mjnav.messages import Lanes
-from mjnav.paper import surface
-from mjnav.paper.continuous_cost import VARIANTS, ContinuousCost, variant_costs
-from mjnav.paper.decisions import given_up, spread, that_matter, variant
-from mjnav.paper.finding import Verdict
-from mjnav.paper.kinks import clip_places, slope_jump
-from mjnav.paper.search import by_gradient, fine_grid, on_grid, starts, window_of
+from mjnav.paper import gradient_search
+from mjnav.paper.cost_surface import PUBLISHED, claims, picture
+from mjnav.paper.decision_cost import VARIANTS, ContinuousCost, clip_places, slope_jump, variant_costs
+from mjnav.paper.decisions import decisions_that_matter, goal_cost_excess, spread, variant
+from mjnav.paper.gradient_search import by_gradient, fine_grid, on_grid, starts, window_of
+from mjnav.paper.item import Verdict, judge
 
 LOW, HIGH = np.array([0.0, -1.5]), np.array([1.0, 1.5])
+
+
+def measure(scenario):
+    return gradient_search.measure([scenario], True, lambda done, total: None)
 
 
 @pytest.fixture(scope="module")
@@ -29,16 +31,16 @@ def scenario():
 
 @pytest.fixture(scope="module")
 def records(scenario):
-    return that_matter(scenario)
+    return decisions_that_matter(scenario)
 
 
 @pytest.fixture(scope="module")
 def data(scenario):
-    return surface.measure([scenario], quick=True)
+    return measure(scenario)
 
 
 @pytest.mark.parametrize("name", VARIANTS)
-def test_on_its_candidates_and_beyond_it_is_the_cost_that_was_decided_on(scenario, records, name):
+def test_on_its_candidates_and_beyond_it_equals_the_decision_s_cost(scenario, records, name):
     method, parameters = VARIANTS[name]
     for record in spread(records, 4):
         controller = variant(scenario, method, **parameters)
@@ -78,8 +80,8 @@ def test_only_decisions_that_leave_the_cheapest_way_matter(records):
     for record in records:
         costs = record.decision.costs
         chosen = (costs.v == record.decision.v) & (costs.omega == record.decision.omega)
-        assert given_up(record) == pytest.approx(costs.goal[chosen].min() - costs.goal.min())
-        assert given_up(record) > 0.0
+        assert goal_cost_excess(record) == pytest.approx(costs.goal[chosen].min() - costs.goal.min())
+        assert goal_cost_excess(record) > 0.0
 
 
 @pytest.mark.parametrize(
@@ -104,7 +106,7 @@ def test_the_gradient_method_finds_the_least_of_a_bowl_within_the_window(least, 
         assert found.points % 5 == 0
 
 
-def test_the_gradient_method_stays_in_the_basin_it_starts_in_and_more_starts_find_the_other():
+def test_the_gradient_method_stays_in_its_basin_and_more_starts_find_others():
     def two_holes(v, omega):
         return (
             2.0
@@ -119,14 +121,14 @@ def test_the_gradient_method_stays_in_the_basin_it_starts_in_and_more_starts_fin
 
 
 def test_starts_lie_in_the_window_each_once():
-    for num in surface.STARTS:
+    for num in gradient_search.STARTS:
         found = starts(num)
         assert found.shape == (num, 2)
         assert len(set(map(tuple, found.tolist()))) == num
         assert ((found >= 0.0) & (found <= 1.0)).all()
 
 
-def test_a_slope_jumps_at_a_kink_whatever_the_step_and_with_the_step_where_it_is_smooth():
+def test_a_slope_s_jump_falls_with_the_step_unless_there_is_a_kink():
     def kink(v, omega):
         return np.abs(omega - 0.1234) + omega**2
 
@@ -171,7 +173,7 @@ def test_the_clip_makes_kinks_and_nothing_else_does(data):
 
 def test_nothing_is_below_the_reference_and_more_starts_cost_more_points(data):
     num = len(data.tick)
-    assert data.reference.shape == (num, len(VARIANTS), len(surface.WINDOWS))
+    assert data.reference.shape == (num, len(VARIANTS), len(gradient_search.WINDOWS))
     assert (data.grid >= data.reference).all()
     assert (data.found >= data.reference[..., None]).all()
     assert (np.diff(data.points, axis=-1) > 0).all()
@@ -179,24 +181,20 @@ def test_nothing_is_below_the_reference_and_more_starts_cost_more_points(data):
     for times in (data.grid_seconds, data.seconds):
         assert (times > 0.0).all()
     # A wider window has no higher minimum, but for what neither search finds.
-    tuned = data.reference[:, : surface.PUBLISHED]
+    tuned = data.reference[:, :PUBLISHED]
     assert (tuned[..., 1] <= 1.01 * tuned[..., 0]).all()
 
 
-def test_rows_hold_every_decision_variant_and_window_and_go_into_a_table(data):
+def test_rows_hold_every_decision_variant_and_window(data):
     rows = data.rows()
     assert len(rows) == data.grid.size
     assert len({(r["seed"], r["tick"], r["variant"], r["window"]) for r in rows}) == len(rows)
-    text = StringIO()
-    writer = csv.DictWriter(text, rows[0])
-    writer.writeheader()
-    writer.writerows(rows)
-    assert float(next(csv.DictReader(StringIO(text.getvalue())))["grid_cost"]) == data.grid[0, 0, 0]
+    assert rows[0]["grid_cost"] == data.grid[0, 0, 0]
 
 
 def test_the_same_seed_gives_the_same_costs(scenario, records, data):
     first = records[0].truth.time
-    again = surface.measure([replace(scenario, time_limit=first + 0.05)], quick=True)
+    again = measure(replace(scenario, time_limit=first + 0.05))
     assert again.tick.tolist() == [records[0].tick]
     for key in ("reference", "grid", "found", "points", "jumps"):
         assert np.array_equal(getattr(again, key), getattr(data, key)[:1])
@@ -215,27 +213,50 @@ def many_runs(data, **changes):
 @pytest.mark.parametrize(("factor", "expected"), [(1.5, Verdict.HOLDS), (0.5, Verdict.FAILS), (1.0, Verdict.OPEN)])
 def test_the_gradient_methods_ends_decide_the_claim_that_they_are_worse(data, factor, expected):
     found = many_runs(data, found=lambda a: np.repeat(factor * a["grid"][..., None], 3, axis=-1))
-    ends = [f for f in surface.findings(found) if "finds worse controls" in f.claim]
+    ends = [f for f in judge(claims(found)) if "finds worse controls" in f.claim]
     assert [f.verdict for f in ends] == [expected] * 2
 
 
 @pytest.mark.parametrize(("ratio", "expected"), [(1.0, Verdict.HOLDS), (0.1, Verdict.FAILS)])
 def test_jumps_that_stay_are_kinks_and_those_that_fall_are_not(data, ratio, expected):
     found = many_runs(data, jumps=lambda a: np.stack([a["jumps"][..., 0], ratio * a["jumps"][..., 0]], axis=-1))
-    kinks = [f for f in surface.findings(found) if "not smooth" in f.claim]
+    kinks = [f for f in judge(claims(found)) if "not smooth" in f.claim]
     assert [f.verdict for f in kinks] == [expected] * 2
 
 
 def test_few_runs_decide_nothing_but_say_their_number(data):
-    found = surface.findings(data)
+    found = judge(claims(data))
     assert all(f.verdict == Verdict.OPEN for f in found)
     assert all(str(len(data.tick)) in f.evidence for f in found)
 
 
 def test_a_method_without_candidates_and_runs_without_obstacles_are_refused(scenario):
     with pytest.raises(InvalidValue, match="control"):
-        surface.measure(
-            [replace(scenario, control=replace(scenario.control, method="orca", parameters={}))], quick=True
-        )
+        measure(replace(scenario, control=replace(scenario.control, method="orca", parameters={})))
     with pytest.raises(InvalidValue, match="obstacle"):
-        surface.measure([replace(scenario, people=(), time_limit=0.5)], quick=True)
+        measure(replace(scenario, people=(), time_limit=0.5))
+
+
+def test_every_variant_has_a_panel_in_which_its_least_cost_is_marked(data):
+    figure = picture(data)
+    assert [axes.get_title(loc="left") for axes in figure.axes[:4]] == list(VARIANTS)
+    for axes, view in zip(figure.axes[:4], data.views[:4], strict=True):
+        i, j = view.surface.minimum
+        least, ends = axes.get_lines()
+        assert least.get_xydata().tolist() == [[view.surface.v[i], view.surface.omega[j]]]
+        assert np.array_equal(ends.get_xydata(), view.ends)
+
+
+def test_jumps_and_shares_are_the_data_s(data):
+    panels = {axes.get_title(loc="left"): axes for axes in picture(data).axes}
+    jumps = panels["largest jump of the slope within a step"].get_lines()
+    assert [line.get_label() for line in jumps] == [*VARIANTS, "d = 3, not clipped"]
+    for line, view in zip(jumps, data.views, strict=True):
+        assert np.array_equal(line.get_ydata(), view.jumps)
+    bars = panels["between the limits"].patches
+    assert len(bars) == 3 * len(VARIANTS) * len(gradient_search.STARTS)
+    worse = [bar.get_height() for bar in bars[::3]]
+    expected = (data.against_grid[:, :, 1] > 0).mean(axis=0)
+    assert worse == pytest.approx(expected.ravel().tolist())
+    tops = [bar.get_y() + bar.get_height() for bar in bars[2::3]]
+    assert tops == pytest.approx([1.0] * len(tops))

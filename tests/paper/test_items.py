@@ -1,0 +1,124 @@
+"""Every item of the registry: its verdicts on rows whose answers are known, and its picture of gaps."""
+
+import re
+
+import numpy as np
+import pytest
+from matplotlib.text import Text
+
+from mjnav.paper import factors
+from mjnav.paper.item import StudyItem, Verdict, judge
+from mjnav.paper.items import ITEMS
+
+HOLDS, FAILS, OPEN = Verdict.HOLDS, Verdict.FAILS, Verdict.OPEN
+SEEDS = np.arange(40)
+STUDY_ITEMS = [name for name, item in ITEMS.items() if isinstance(item, StudyItem)]
+FARTHER, LARGER = "stays farther from the lane's boundary than", "keeps a larger distance from the obstacle than"
+EQUAL = "At equal clearance, rkhs d=1 takes"
+SHAPE = "saa gives less control cost with samples of the noise's own shape than with"
+
+
+def columns(pattern: str, **columns):
+    """These columns for every cell whose scene, setting and method match."""
+    return lambda *place: columns if re.search(pattern, " | ".join(place)) else {}
+
+
+def cost_of_factors(scene, setting, method):
+    """1 less by the form, 0.5 by the prediction, 0.25 more where form and preview meet; methods 1 apart."""
+    saved = 1.0 * ("form=segment" in setting) + 0.5 * ("prediction=true" in setting)
+    saved += 0.25 * ("form=segment preview=0.4" in setting)
+    return {"control_cost": 5.0 - saved + ("rkhs", "saa", "mean").index(method)}
+
+
+def at_equal_clearance(scene, setting, method):
+    """Curves of cost 10 x clearance, that of saa 2 higher."""
+    clearance = float(method.rpartition("=")[2])
+    return {
+        "min_clearance_m": np.full(40, clearance),
+        "control_cost": 10.0 * clearance + 2.0 * method.startswith("saa"),
+    }
+
+
+WAYS = columns("", max_deviation_m=np.where(SEEDS < 35, 0.3, 1.2))
+LOST = columns("", success=np.where(SEEDS < 10, 0.0, 1.0))
+MISSING = columns("", ticks_without_nominal=np.where(SEEDS == 3, 2.0, 0.0))
+COSTLY = columns("crossing2.*gauss", control_cost=2.0)
+MIRRORED = columns("mirrored.*saa", control_cost=2.0)
+FORM, PREVIEW = (f"{name} saves" for name in list(factors.FACTORS)[:2])
+# item, columns that are changed, the claim's beginning, its verdict, a part of the evidence
+CASES = [
+    ("degree", columns("d=3$", min_clearance_m=1.5), f"Degree 3 {LARGER} degree 1, at one", HOLDS, "8 of 8"),
+    ("degree", columns("d=3$", min_clearance_m=1.5), f"Degree 3 {LARGER} degree 1, at matched", OPEN, "0 of 8"),
+    ("lane", columns("d=3$", mean_lane_clearance_m=1.5), f"Degree 3 {FARTHER} degree 1, at one", HOLDS, "+0.5 m"),
+    ("lane", columns("d=3 m", mean_lane_clearance_m=0.5), f"Degree 3 {FARTHER} degree 1, at ma", FAILS, "-0.5 m"),
+    ("table", WAYS, "Degree 1 goes between", HOLDS, "87.5 % [73.9, 94.5] of 40 runs, 0 more"),
+    ("table", WAYS, "Degree 3 goes around", FAILS, "12.5 %"),
+    ("table", LOST, "Degree 1, as heavy", FAILS, "of 30 runs, 10 more did not reach the goal unharmed"),
+    ("one", columns("rkhs d=3", control_cost=0.5), "rkhs d=3 takes less control cost than gau", HOLDS, "-0.5"),
+    ("one", columns("eta=0.7", path_ratio=0.5), "rkhs d=3 takes a shorter way than gaussian-mom", FAILS, "+0.5"),
+    ("one", columns("eta=0.99", ticks_without_own=19.8), "The moment surr", HOLDS, "0.95: 0.0 %, 0.99: 19.8 %"),
+    ("one", columns("^$"), "A nominal control", HOLDS, "100.0 % [91.2, 100.0] of 40 runs"),
+    ("one", MISSING, "A nominal control", FAILS, "97.5 % [87.1, 99.6] of 40 runs; missing at 0.05 % of ticks"),
+    ("many", COSTLY, "With 2 obstacles, rkhs d=3 takes less control", HOLDS, "-1 m²/s³"),
+    ("many", COSTLY, "With 1 obstacle, rkhs d=3 takes less control", OPEN, "0 of 8"),
+    ("kld", columns("1 .*kld", compute_ms_control_p50=2.0), "rkhs d=1 takes less time", Verdict.PARTLY, "8 of 16"),
+    ("shape", MIRRORED, f"{SHAPE} mirrored", HOLDS, "2 of 2"),
+    ("shape", MIRRORED, f"{SHAPE} gaussian", OPEN, "0 of 2"),
+    ("factors", cost_of_factors, FORM, HOLDS, "rkhs, kinematic: -1.12 m²/s³"),
+    ("factors", cost_of_factors, PREVIEW, HOLDS, "mean, mujoco: -0.125 m²/s³"),
+    ("factors", cost_of_factors, "Prediction of the delay saves", HOLDS, "saa, kinematic: -0.5 m²/s³"),
+    ("factors", cost_of_factors, "Matching distributions saves", HOLDS, "mujoco: -2 m²/s³"),
+    ("pareto", at_equal_clearance, f"{EQUAL} less control than saa", HOLDS, "m: -2 m²/s³ [-2, -2] (n = 40)"),
+    (
+        "pareto",
+        columns("saa", min_clearance_m=np.full(40, 3.0)),
+        f"{EQUAL} less control than saa",
+        OPEN,
+        "no clearance",
+    ),
+]
+
+
+@pytest.mark.parametrize(("name", "change", "claim", "verdict", "evidence"), CASES)
+def test_a_claim_is_judged_by_its_own_cells(cells_of, name, change, claim, verdict, evidence):
+    findings = judge(ITEMS[name].claims(cells_of(ITEMS[name], change)))
+    found = next(finding for finding in findings if finding.claim.startswith(claim))
+    assert found.verdict == verdict
+    assert evidence in found.evidence
+    assert len({finding.claim for finding in findings}) == len(findings)
+
+
+def complete(cells):
+    return cells
+
+
+def gappy(cells):
+    """Every third cell is missing, and the others have seeds of their own."""
+    kept = [cell for i, cell in enumerate(cells) if i % 3]
+    return [
+        type(c)(c.scene, c.setting, c.method, {k: v[: 40 - i % 30] for k, v in c.columns.items()})
+        for i, c in enumerate(kept)
+    ]
+
+
+def failed(cells):
+    """No episode has a result."""
+    return [
+        type(c)(
+            c.scene, c.setting, c.method, {k: v if k == "seed" else np.full(40, np.nan) for k, v in c.columns.items()}
+        )
+        for c in cells
+    ]
+
+
+@pytest.mark.parametrize("left", [complete, gappy, failed])
+@pytest.mark.parametrize("name", STUDY_ITEMS)
+def test_every_item_is_judged_and_drawn_whatever_is_left(cells_of, name, left):
+    item, cells = ITEMS[name], left(cells_of(ITEMS[name]))
+    findings = judge(item.claims(cells))
+    assert {finding.verdict for finding in findings} == ({OPEN} if left is failed else {f.verdict for f in findings})
+    words = [text.get_text() for text in item.picture(cells).findobj(Text)]
+    for text in (*words, *(finding.evidence for finding in findings)):
+        assert not re.search(r"\b(?:nan|inf|None)\b", text)
+    assert ("undefined" in words) == (left is failed and name not in ("one", "pareto"))
+    assert ("not run" in words) == (left is gappy and name not in ("one", "pareto"))
