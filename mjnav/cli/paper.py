@@ -1,7 +1,6 @@
 """`mjnav paper`: the figures and comparisons of Nair et al., run, judged and put on a page."""
 
 import argparse
-import os
 import shlex
 import sys
 import time
