@@ -26,7 +26,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 
 def execute(arguments: argparse.Namespace) -> int:
-    """Writes the folder and says what is in it."""
+    """Writes the folder and prints what is in it."""
     form, topics = arguments.format, arguments.topic or ()
     check_format(form)
     check_needs("--topic", "--format csv", given=bool(topics), met=form == "csv")

@@ -1,4 +1,4 @@
-"""`mjnav recover LOG OUT`: what is intact in a damaged log, as a whole one."""
+"""`mjnav recover LOG OUT`: writes what is intact in a damaged log as a whole log."""
 
 import argparse
 import json
@@ -17,7 +17,7 @@ _MAX_WIDTH = 60  # [characters] that a short name is padded to, because of a lon
 
 def configure(parser: argparse.ArgumentParser) -> None:
     """The command's options."""
-    parser.add_argument("log", metavar="LOG", help="an MCAP file, damaged in whatever way")
+    parser.add_argument("log", metavar="LOG", help="an MCAP file, damaged or not")
     parser.add_argument("out", metavar="OUT", help="the file to write, which does not exist yet")
     parser.add_argument("--json", action="store_true", help="one JSON object in place of text")
 
@@ -60,9 +60,9 @@ def _print(found: Recovery, out: str) -> None:
         print(f"  damaged: {found.num_ranges - _SHOWN} places more")
     if found.unchecked:
         names = (name if count == 1 else f"{count} × {name}" for name, count in found.unchecked.items())
-        print(f"  kept, but no checksum vouches for it: {', '.join(names)}")
+        print(f"  kept, but no checksum covers it: {', '.join(names)}")
     if found.unknown_topics:
-        print("  kept, but nothing says of which topics they are: the messages of /unknown/...")
+        print("  kept, but no record says their topics: the messages of /unknown/...")
 
 
 def _print_names(what: str, kept: list[str], lost: list[str]) -> None:

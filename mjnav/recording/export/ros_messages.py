@@ -1,4 +1,4 @@
-"""What the log's messages are in ROS 2: poses, twists, scans and particles.
+"""The log's messages as messages of ROS 2: poses, twists, scans and particles.
 
 The definitions of these types are the same in every distribution from Humble to Lyrical.
 """
@@ -28,12 +28,12 @@ def header(nanoseconds: int, frame: str = WORLD_FRAME) -> ros.std_msgs__msg__Hea
 
 
 def _measured(message: Any) -> int:
-    """The time [ns] that a protobuf message bears."""
+    """The time stamp [ns] of a protobuf message."""
     return message.timestamp.ToNanoseconds()
 
 
 def vector(x: float = 0.0, y: float = 0.0, z: float = 0.0) -> ros.geometry_msgs__msg__Vector3:
-    """Zero where nothing is said."""
+    """A vector; components are zero by default."""
     return ros.geometry_msgs__msg__Vector3(x, y, z)
 
 
@@ -62,7 +62,7 @@ def _twist(v: float, omega: float) -> ros.geometry_msgs__msg__Twist:
 
 
 def _floats(values: Sequence[float | None]) -> list[float]:
-    """With NaN again for what JSON has no number for."""
+    """With NaN for JSON's null."""
     return np.array(values, float).tolist()
 
 
@@ -99,7 +99,7 @@ def truth(document: Mapping, now: int) -> ros.nav_msgs__msg__Odometry:
 
 
 def estimate(document: Mapping, now: int) -> ros.geometry_msgs__msg__PoseWithCovarianceStamped | None:
-    """The believed pose of mjnav.RobotState, where there is one; a belief has no twist."""
+    """The believed pose of mjnav.RobotState; None where there is none."""
     believed = document["estimate"]
     if believed is None:
         return None
@@ -121,7 +121,7 @@ def measured_pose(document: Mapping, _: int) -> ros.geometry_msgs__msg__PoseStam
 
 
 def gyro(document: Mapping, _: int) -> ros.sensor_msgs__msg__Imu:
-    """The turn rate; -1 says that there is neither orientation nor acceleration."""
+    """The yaw rate; -1 marks orientation and acceleration as missing (sensor_msgs/Imu)."""
     (rate,) = _floats([document["gyro"]])
     missing = np.zeros(9)
     missing[0] = -1.0
@@ -158,7 +158,7 @@ def event(message: Any, _: int) -> ros.rcl_interfaces__msg__Log:
 
 
 def scan(message: Any, _: int, *, period: float, max_range: float) -> ros.sensor_msgs__msg__LaserScan:
-    """foxglove.LaserScan; a beam that met nothing has an infinite range, as REP 117 wants it."""
+    """foxglove.LaserScan; a beam without a return has an infinite range (REP 117)."""
     return ros.sensor_msgs__msg__LaserScan(
         header=header(_measured(message), message.frame_id),
         angle_min=message.start_angle,
@@ -177,13 +177,13 @@ def scan(message: Any, _: int, *, period: float, max_range: float) -> ros.sensor
 
 
 def people(document: Mapping, now: int) -> ros.geometry_msgs__msg__PoseArray:
-    """Each person's position, facing the way it walks."""
+    """Each person's position, facing its velocity."""
     states = [_floats([*person["position"], *person["velocity"]]) for person in document["people"]]
     return ros.geometry_msgs__msg__PoseArray(header(now), [_pose(x, y, atan2(vy, vx)) for x, y, vx, vy in states])
 
 
 def detections(document: Mapping, now: int) -> ros.geometry_msgs__msg__PoseArray | None:
-    """The detected positions, where the tick had any reading."""
+    """The detected positions; None where the tick had no reading."""
     if "detections" not in document:
         return None
     places = [_floats(place) for place in document["detections"]]
@@ -202,7 +202,7 @@ def particle_poses(cloud: Any, _: int) -> ros.geometry_msgs__msg__PoseArray:
 
 
 def particles(cloud: Any, _: int) -> ros.sensor_msgs__msg__PointCloud2:
-    """Every column of a foxglove.PointCloud, with the z = 0 after x and y that viewers ask for."""
+    """Every column of a foxglove.PointCloud, with z = 0 after x and y, which viewers require."""
     table = np.insert(_table(cloud), 2, 0.0, axis=1)
     names = [column.name for column in cloud.fields]
     names.insert(2, "z")

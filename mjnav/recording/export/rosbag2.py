@@ -1,7 +1,7 @@
 """A ROS 2 bag: metadata.yaml and one MCAP file of CDR messages, for Humble and every later distribution.
 
-Topics keep the log's names where ROS has no custom. Stamps are simulated time, which /clock carries too. What ROS has
-no type for goes as JSON in a std_msgs/String. The run's metadata are the bag's custom data.
+Topics keep the log's names where ROS has no convention. Stamps are simulated time, which /clock carries too. A topic
+without a ROS type is JSON in a std_msgs/String. The run's metadata are the bag's custom data.
 """
 
 import json
@@ -26,18 +26,18 @@ _NO_LIMIT = QosTime(0, 0)
 
 
 def _quality(durability: QosDurability, depth: int) -> Qos:
-    """Reliable, which suits subscribers of both kinds."""
+    """Reliable, which reliable and best-effort subscribers accept."""
     history, reliability, liveliness = QosHistory.KEEP_LAST, QosReliability.RELIABLE, QosLiveliness.SYSTEM_DEFAULT
     return Qos(history, depth, reliability, durability, _NO_LIMIT, _NO_LIMIT, liveliness, _NO_LIMIT, False)
 
 
 STREAM = _quality(QosDurability.VOLATILE, 10)
-LATCHED = _quality(QosDurability.TRANSIENT_LOCAL, 1)  # who comes late gets the last one
+LATCHED = _quality(QosDurability.TRANSIENT_LOCAL, 1)  # a late subscriber gets the last one
 
 
 @dataclass(frozen=True, slots=True)
 class RosTopic:
-    """A topic of the bag. `encode` makes its message, or None, of the log's one and the time [ns] of that."""
+    """A topic of the bag. `encode` makes its message, or None, of the log's message and its time [ns]."""
 
     name: str
     type: str
@@ -55,7 +55,7 @@ def _text(name: str) -> RosTopic:
 
 
 def ros_topics(sensors: Sensors) -> dict[str, tuple[RosTopic, ...]]:
-    """The bag's topics by those of the log. /robot/state says more than /robot/truth and /robot/estimate there."""
+    """The bag's topics by those of the log; the log's /robot/truth and /robot/estimate repeat /robot/state."""
     poses, cloud = "geometry_msgs/msg/PoseArray", "sensor_msgs/msg/PointCloud2"
     markers = "visualization_msgs/msg/MarkerArray"
     scan = partial(ros_messages.scan, period=1.0 / sensors.rate, max_range=sensors.lidar_range)

@@ -1,8 +1,8 @@
-"""Trajectories as the TUM RGB-D benchmark writes them, for evo and its like: one file each, one pose a line.
+"""Trajectories in the format of the TUM RGB-D benchmark, which evo reads: one file each, one pose a line.
 
 Of the robot: robot_truth.tum and robot_estimate.tum; of each person: person0_truth.tum and person0_estimate.tum. Times
 are simulated seconds, exact to the nanosecond and the same in all files; every number reads back to the last bit. A
-person has no heading of its own and faces the way it walks.
+person has no heading of its own and faces its velocity.
 
 Source: https://cvg.cit.tum.de/data/datasets/rgbd-dataset/file_formats
 """
@@ -21,7 +21,7 @@ _HEADER = "# timestamp tx ty tz qx qy qz qw\n"
 
 def write(log: Log, topics: Sequence[str], messages: Iterator[LogMessage], folder: Path) -> dict[str, int]:
     """One file a trajectory; gives the number of poses in each. A pose that is not finite is left out."""
-    lines: dict[str, list[str]] = {}  # in memory: a lidar's tracks may be more than files can be open
+    lines: dict[str, list[str]] = {}  # in memory: there may be more tracks than files that can be open
     for message in messages:
         time = _seconds(message.time_ns)
         for name, (x, y, heading) in _poses(message):

@@ -15,8 +15,7 @@ from mcap_protobuf.decoder import DecoderFactory
 from mjnav.errors import DamagedLogError, InputError
 from mjnav.messages import Trajectory
 from mjnav.recording.encode.schemas import Schema
-from mjnav.recording.format_version import check_format, unreadable_topics
-from mjnav.recording.log_format import RECOVERED, RESULT, RUN, SCENARIO
+from mjnav.recording.log_format import RECOVERED, RESULT, RUN, SCENARIO, check_version, unreadable_topics
 from mjnav.recording.read.intact_records import intact_records
 from mjnav.recording.read.records import LostBytes, read_records
 from mjnav.recording.read.ticks import TICK, TIMING, BadDocument, LoggedRun, TickAssembler
@@ -254,7 +253,7 @@ def _log(path: Path, found: Iterator[records.McapRecord | LostBytes]) -> Log:
             lost.append(record)
     run = metadata.get(RUN)
     if run is not None:
-        check_format(path, run)
+        check_version(path, run)
     return Log(
         path=path,
         size=path.stat().st_size,

@@ -1,4 +1,4 @@
-"""The ticks of a log put together again from its messages, one at a time: no document outlives its tick."""
+"""Assembles the ticks of a log from its messages, one at a time: no document is kept longer than its tick."""
 
 from array import array
 from collections.abc import Mapping
@@ -17,7 +17,7 @@ from mjnav.recording.read.trajectory import TrajectoryBuilder
 TRUTH = ("/robot/state", "/people/truth", "/contacts")
 TICK = (*TRUTH, "/people/estimate", "/decision", "/command")
 TIMING = "/tick"
-# No tick goes without these. Others are left out where no sensor was due or there was nothing to weigh up or to say.
+# Every tick has these. Others are missing where no sensor was due, or there were no candidates or events.
 EVERY_TICK = (
     *TICK,
     TIMING,
@@ -29,7 +29,7 @@ EVERY_TICK = (
     "/belief/obstacles",
 )
 
-# What decoding a document raises that is JSON but not mjnav's.
+# What decoding a JSON document that mjnav did not write raises.
 NOT_OURS = (LookupError, TypeError, ValueError, AttributeError, OverflowError, RecursionError)
 
 
@@ -39,20 +39,20 @@ class BadDocument(ValueError):
 
 @dataclass(frozen=True, slots=True)
 class LoggedRun:
-    """The whole ticks of a log, T rows, and the timing of all that told it."""
+    """The whole ticks of a log, T rows, and the timing of every tick that has one."""
 
     trajectory: Trajectory
     ticks: NDArray[np.int64]  # (T + 1,) their numbers, and that of the last state
     robot_ess: Array  # (T,) effective sample sizes
     people_ess: Array  # (T, P); NaN without a track
-    recoveries: int  # of filters that were spread again
+    recoveries: int  # of filters that were reset
     timing: NDArray[np.int64]  # (n, 7) as in a trajectory
     deadline_misses: int
 
 
 @dataclass(frozen=True, slots=True)
 class _Parts:
-    """A whole tick but for its truth."""
+    """A whole tick without its truth."""
 
     states: Mapping[str, Any]  # arguments of TrajectoryBuilder.add_states
     timing: TickTiming | None
@@ -64,16 +64,16 @@ class _Parts:
 class TickAssembler:
     """Takes a log's documents in the order in which they were written.
 
-    A tick is whole where a document of every topic in TICK has its number. The run ends before the first that is not,
-    dropped by a log that could not keep up or lost since, unless it goes `across_gaps`: then such a tick is left out,
-    and so is one whose documents are not mjnav's.
+    A tick is whole if it has a document of every topic in TICK. The run ends before the first tick that is not whole,
+    because the writer dropped it or it was lost since. `across_gaps`, such a tick is left out instead, and so is one
+    with documents that mjnav did not write.
     """
 
     def __init__(self, *, across_gaps: bool = False):
         self._across_gaps = across_gaps
         self._builder = TrajectoryBuilder()
         self._number, self._documents = -1, {}  # of the tick that is being read
-        self._held: tuple[int, WorldState, _Parts | None] | None = None  # the last one: is there another behind it?
+        self._held: tuple[int, WorldState, _Parts | None] | None = None  # the last one: committed when another follows
         self._ended = False
         self._ticks, self._timing = array("q"), array("q")
         self._robot_ess, self._people_ess = array("d"), array("d")
@@ -87,7 +87,7 @@ class TickAssembler:
         self._documents[topic] = document
 
     def finish(self) -> LoggedRun | None:
-        """All whole ticks; the state after the last one, or else the last one's own, ends them. None without any."""
+        """All whole ticks, ended by the state after the last one, or else by its own; None where there is none."""
         self._close()
         if self._held is None:
             return None
@@ -104,7 +104,7 @@ class TickAssembler:
         )
 
     def _close(self) -> None:
-        """The tick that was being read is over."""
+        """Ends the tick that was being read."""
         found, self._documents = self._documents, {}
         if not found or self._ended:
             return

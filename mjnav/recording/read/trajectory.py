@@ -1,4 +1,4 @@
-"""A run as arrays, built in the same way from the loop's records and from a log's messages."""
+"""A run as arrays, built alike from the loop's records and from a log's messages."""
 
 from collections.abc import Mapping
 from math import prod
@@ -39,9 +39,9 @@ def track_states(tracks: tuple[Track, ...]) -> dict[str, tuple[Array, Array]]:
 
 
 class _Rows:
-    """Rows of numbers as they come, in memory of its own: to grow, its pages are mapped anew and not copied.
+    """Rows of numbers in mapped memory, which grows by mapping more pages instead of copying.
 
-    A heap would copy them and keep the holes, and memory that has not been written yet takes none.
+    A heap would copy the rows and fragment; pages that are not written yet take no memory.
     """
 
     def __init__(self, shape: tuple[int, ...], kind: type[np.float64] | type[np.int64] = np.float64):
@@ -57,13 +57,13 @@ class _Rows:
         self._count += 1
 
     def finish(self) -> NDArray[Any]:
-        """All rows; they are not copied, and no more can be added."""
+        """All rows, not copied; no more can be added."""
         numbers = np.frombuffer(self._memory, self._kind, self._count * prod(self._shape))
         return numbers.reshape(self._count, *self._shape)
 
 
 class TrajectoryBuilder:
-    """Collects ticks; `finish`, called once, takes the state in which the run ended and gives the arrays."""
+    """Collects ticks; `finish`, called once, takes the state in which the run ended and returns the arrays."""
 
     def __init__(self):
         self._rows: dict[str, _Rows] = {}
@@ -143,7 +143,7 @@ class TrajectoryBuilder:
         )
 
     def _begin(self, num_people: int) -> dict[str, _Rows]:
-        """The columns; a track belongs to the person whose name it bears."""
+        """The columns; a track belongs to the person of its name."""
         p = num_people
         shapes = {
             "time": (),

@@ -16,9 +16,19 @@ from mjnav.messages import Event, TickRecord, TickTiming, WorldState
 from mjnav.recording.encode.geometry import time_ns
 from mjnav.recording.encode.json_messages import encode_timing
 from mjnav.recording.encode.topics import EVENTS, TIMING, Topic, encode_event, topics
-from mjnav.recording.format_version import FORMAT, FORMAT_KEY
 from mjnav.recording.live import LiveServer
-from mjnav.recording.log_format import LAYOUT, MODEL, REPLAY, RESULT, RUN, SCENARIO, check_path, mcap_writer
+from mjnav.recording.log_format import (
+    FORMAT,
+    FORMAT_KEY,
+    LAYOUT,
+    MODEL,
+    REPLAY,
+    RESULT,
+    RUN,
+    SCENARIO,
+    check_path,
+    mcap_writer,
+)
 from mjnav.recording.write.log_file import LogFile
 from mjnav.recording.write.sink import DirectSink, Message, Sink, ThreadSink
 from mjnav.scenarios import Scenario, dumps

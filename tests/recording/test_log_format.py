@@ -5,7 +5,7 @@ import pytest
 from mjnav.cli.main import main
 from mjnav.errors import InputError
 from mjnav.recording import Recorder, open_log
-from mjnav.recording.format_version import FORMAT_KEY
+from mjnav.recording.log_format import FORMAT_KEY
 from mjnav.recording.write import writer
 
 WRITER = {"version.mjnav": "0.1.0", "git_revision": "07a3331", "scene": "made-up"}
