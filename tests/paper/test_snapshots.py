@@ -9,16 +9,17 @@ from mjnav.constraints import collision_cone
 from mjnav.errors import InvalidValue
 from mjnav.loop.episode import Episode
 from mjnav.loop.prepare import load_scenario
-from mjnav.paper import snapshots
+from mjnav.paper import safe_shares
 from mjnav.paper.episodes import DIRECT, options
 from mjnav.paper.item import Verdict, judge
-from mjnav.paper.snapshots import GOAL, MATCHED, NOMINAL, claims, picture
+from mjnav.paper.safe_shares import GOAL, MATCHED, NOMINAL
+from mjnav.paper.snapshots import claims, picture
 
 SHORT = ("physics.engine=kinematic", "time_limit=4.0", "control.degree=3")
 
 
 def measure(scenario):
-    return snapshots.measure([scenario], True, lambda done, total: None)
+    return safe_shares.measure([scenario], True, lambda done, total: None)
 
 
 @pytest.fixture(scope="module")
@@ -71,12 +72,12 @@ def test_samples_of_all_controls_are_the_cone_s_pair_by_pair(scenario, data):
 
 def test_drawn_are_the_hardest_decisions_that_matter_apart_and_in_order(data):
     times = [snapshot.time for snapshot in data.snapshots]
-    assert 2 <= len(times) <= snapshots.NUM_SNAPSHOTS
-    assert (np.diff(times) >= snapshots.GAP - 1e-9).all()
+    assert 2 <= len(times) <= safe_shares.NUM_SNAPSHOTS
+    assert (np.diff(times) >= safe_shares.GAP - 1e-9).all()
     drawn = np.isin(data.time, times) & (data.run == 0)
     assert data.matters[drawn].all()
-    assert times[0] >= snapshots.SETTLED
-    rivals = data.matters & (data.run == 0) & (data.time >= snapshots.SETTLED)
+    assert times[0] >= safe_shares.SETTLED
+    rivals = data.matters & (data.run == 0) & (data.time >= safe_shares.SETTLED)
     assert data.share[drawn, GOAL].min() == data.share[rivals, GOAL].min()
 
 
