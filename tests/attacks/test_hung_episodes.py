@@ -14,27 +14,9 @@ from mjnav.study.store.store import Store
 from mjnav.study.study_file import load_study
 from mjnav.study.sweep.in_thread import run_in_thread
 from mjnav.study.sweep.sweep import trials
+from tests.hanging_controllers import HANGING
 
 PATIENCE = 120.0  # [s]
-MINE = """
-import os, time
-from mjnav.control.methods.mean import Mean
-
-class Hung(Mean):
-    def decide(self, observation):
-        while observation.time > 0.45:
-            pass
-        return super().decide(observation)
-
-class Native(Mean):
-    def decide(self, observation):
-        return sum(iter(int, 1)) if observation.time > 0.45 else super().decide(observation)
-
-class Exiting(Mean):
-    def decide(self, observation):
-        os._exit(0) if observation.time > 0.45 else None
-        return super().decide(observation)
-"""
 STUDY = """
 schema = 1
 name = "attack"
@@ -49,7 +31,7 @@ def study(tmp_path):
     """A study of `mean`, and of controllers that do not come back."""
 
     def write(*names: str):
-        (tmp_path / "attacking.py").write_text(MINE)
+        (tmp_path / "attacking.py").write_text(HANGING)
         methods = ["mean", *(f"attacking:{name}" for name in names)]
         text = STUDY + "".join(f'[[methods]]\ncontroller = "{method}"\n' for method in methods)
         (tmp_path / "attack.toml").write_text(text)
@@ -89,7 +71,7 @@ def test_an_interrupt_keeps_what_one_worker_has_finished_also_where_an_episode_h
             time.sleep(0.05)
         process.send_signal(signal.SIGINT)
         _, err = process.communicate()
-    assert (process.returncode, "1 episodes are missing, --resume adds them" in err) == (130, True)
+    assert (process.returncode, "1 episodes are missing, --resume runs them" in err) == (130, True)
     with sweep(tmp_path, "--workers", "1", "--resume", "--max-seconds", "1", "--json") as process:
         printed = json.loads(process.communicate()[0])
     assert (process.returncode, printed["kept"], printed["run"], printed["failed"]) == (1, 1, 1, 1)
@@ -101,5 +83,5 @@ def test_on_a_thread_of_another_program_a_hung_tick_is_ended_where_it_hangs(stud
     file = load_study(study("Hung"))
     _, trial = trials(file, resolve(file))
     row = run_in_thread(trial, 0.2)
-    assert row["error"].startswith(f"a tick hangs ({tmp_path}{os.sep}attacking.py:")
-    assert row["outcome"] is None
+    assert row.error.startswith(f"a tick hangs ({tmp_path}{os.sep}attacking.py:")
+    assert row.figures == {}

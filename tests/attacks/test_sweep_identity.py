@@ -165,7 +165,7 @@ def test_what_was_accepted_is_kept_and_every_table_says_so(copy):
     edit(copy, "own_risk.py", "1.0", "2.0")
     said = sweep(copy, "--resume", "--accept-changed")
     assert said.code == 0, said
-    assert said.err == "mjnav: rows that were made otherwise are kept: own_risk.py changed (1 row)\n"
+    assert said.err == "mjnav: rows are kept that were made before these changes: own_risk.py changed (1 row)\n"
     rows = Store(copy / RESULTS).rows(["seed", "sources_controller", "row_schema"]).to_pylist()
     assert sorted(row["seed"] for row in rows) == [0, 1]  # no seed twice
     assert len({row["sources_controller"] for row in rows}) == 2

@@ -1,6 +1,7 @@
 """`mjnav calibrate`: what it prints, what it draws and what it refuses."""
 
 import json
+import pickle
 import re
 import signal
 
@@ -8,15 +9,16 @@ import pytest
 
 from mjnav import scenarios
 from mjnav.study.calibration.calibrate import SETTINGS
-from mjnav.study.sweep.workers import in_order
 
 SHORT = ("--set", "time_limit=1.0", "--set", "physics.engine=kinematic", "--draws", "100", "--seeds", "2")
 
 
-def test_every_method_has_a_row_a_setting_and_a_curve_of_its_own(mjnav):
-    said = mjnav("calibrate", "crossing1", "--controller", "rkhs", "mean", *SHORT)
+def test_every_method_and_setting_has_a_row_and_a_curve_and_the_picture_is_drawn(mjnav, tmp_path):
+    said = mjnav("calibrate", "crossing1", "--controller", "rkhs", "mean", *SHORT, "-o", "curve.png")
     assert said.code == 0
     lines = said.out.splitlines()
+    assert lines[-1] == "curve.png"
+    assert (tmp_path / "curve.png").read_bytes().startswith(b"\x89PNG")
     assert lines[0] == "crossing1, seeds 0 to 1, every 5th decision, 100 draws"
     assert [tuple(line.split()[:2]) for line in lines[4:10]] == [(s, m) for s in SETTINGS for m in ("rkhs", "mean")]
     assert re.fullmatch(
@@ -46,12 +48,6 @@ def test_one_seed_has_figures_without_intervals(mjnav):
     lines = said.out.splitlines()
     assert lines[0] == "crossing1, seed 0, every decision, 100 draws"
     assert not any("[0" in line or "[+" in line for line in lines[3:])
-
-
-def test_the_picture_is_drawn_and_named(mjnav, tmp_path):
-    said = mjnav("calibrate", "crossing1", *SHORT, "-o", "curve.png")
-    assert said.out.splitlines()[-1] == "curve.png"
-    assert (tmp_path / "curve.png").read_bytes().startswith(b"\x89PNG")
 
 
 @pytest.mark.parametrize(
@@ -87,10 +83,6 @@ def test_an_interrupt_is_one_line(mjnav, monkeypatch, number):
     assert signal.getsignal(number) is before
 
 
-def test_a_scenario_finds_its_way_to_a_worker():
+def test_a_scenario_can_be_sent_to_a_worker():
     scenario = scenarios.load("hall", ["noise.odometry.v={distribution='student_t', std=0.1, df=4.0}"])
-    assert list(in_order(same, [scenario, scenario], workers=2)) == [scenario] * 2
-
-
-def same(scenario):
-    return scenario
+    assert pickle.loads(pickle.dumps(scenario)) == scenario

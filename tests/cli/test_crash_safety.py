@@ -14,13 +14,15 @@ from pathlib import Path
 import pytest
 
 from mjnav.recording import open_log
+from tests.hanging_controllers import HANGING
 
 PATIENCE = 60.0  # [s] for a process to do on a busy machine what it does at once on an idle one
 SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 NEVER = ("--set", "time_limit=1e6", "--set", "robot.goal=[9000.0, 0.0]", "--set", "stop_on_collision=false")  # to end
-MINE = '''
-import ctypes, mmap, os, sys, time
-from mjnav.control.methods.mean import Mean
+MINE = (
+    HANGING
+    + '''
+import ctypes, mmap, sys, time
 
 class Noting(Mean):
     """Notes the time of its tick where it outlives the process."""
@@ -46,21 +48,6 @@ class Leaving(Mean):
     def decide(self, observation):
         sys.exit(7)
 
-class Hung(Mean):
-    def decide(self, observation):
-        while observation.time > 0.45:
-            pass
-        return super().decide(observation)
-
-class Native(Mean):
-    def decide(self, observation):
-        return sum(iter(int, 1)) if observation.time > 0.45 else super().decide(observation)
-
-class Exiting(Mean):
-    def decide(self, observation):
-        os._exit(0) if observation.time > 0.45 else None
-        return super().decide(observation)
-
 class Crashing(Mean):
     def decide(self, observation):
         ctypes.string_at(0) if observation.time > 0.45 else None
@@ -77,6 +64,7 @@ class Stuck(Noting):
         time.sleep(60.0 * (observation.time > 0.35))
         return decision
 '''
+)
 
 
 class Started:

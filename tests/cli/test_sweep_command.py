@@ -144,7 +144,7 @@ def test_an_interrupt_keeps_what_is_done_and_says_how_to_go_on(sweep, monkeypatc
     monkeypatch.setattr("mjnav.cli.sweep._Watch.progress", interrupt)
     said = sweep()
     assert (said.code, asked) == (130, [1, 2, 3])
-    assert said.err == "mjnav: interrupted: 9 episodes are missing, --resume adds them\n"
+    assert said.err == "mjnav: interrupted: 9 episodes are missing, --resume runs them\n"
     assert len(Store("runs/out/two methods").done()) == 3
     assert signal.getsignal(number) is before
 

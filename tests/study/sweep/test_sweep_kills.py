@@ -85,7 +85,7 @@ def test_a_full_disk_is_a_line_and_the_sweep_goes_on_with_room(small_study, seri
         assert main(words) == 1
         told = capsys.readouterr()
         assert told.out == ""
-        assert "No space left on device\nwhat was done before is kept: --resume goes on" in told.err
+        assert "No space left on device\nfinished episodes are kept: --resume continues" in told.err
         assert ids(disk / "out") <= serial_hashes.keys()
         filler.unlink()
         assert finish(small_study, disk / "out") == serial_hashes
