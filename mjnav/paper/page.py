@@ -117,8 +117,8 @@ def page(folder: Path, command: str) -> str:
         "with filtered ones. Claims are worded here and tested in every setting, over the seeds that both methods have "
         f"a result for, paired by seed. Fewer than {LEAST_PAIRS} of them decide nothing, nor do fewer than "
         f"{LEAST_RUNS} runs of a measurement. The tests of an item are corrected together for their number (Holm): "
-        "where nothing differs, one item in twenty says anywhere that something does. Intervals hold with 95 % each, "
-        "and are not corrected. An episode that failed has no result: it counts neither as a success nor as a "
+        "where nothing differs, at most one item in twenty reports a difference. Each interval has a level of 95 %, "
+        "uncorrected. An episode that failed has no result: it counts neither as a success nor as a "
         "collision.</p>",
         f"<p><small>{'<br>'.join(map(escape, about))}</small></p>",
         "<h2>Claims</h2>",
