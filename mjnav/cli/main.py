@@ -13,25 +13,25 @@ from mjnav.cli.terminal.streams import plain_output
 from mjnav.errors import InputError, MjnavError, unknown_name
 
 INTERRUPTED = 130
-NUMBA_FILE = ".numba_config.yaml"  # numba reads its settings from there at every compilation, and cannot be told not to
+NUMBA_FILE = ".numba_config.yaml"  # numba reads its settings from there at every compilation
 
 # command -> (module, what it does); a module is imported when its command is called
 COMMANDS: Mapping[str, tuple[str, str]] = MappingProxyType(
     {
         "run": ("mjnav.cli.run", "run one episode of a scene"),
-        "rate-test": ("mjnav.cli.rate_test", "run a scene against the clock, with a verdict"),
+        "rate-test": ("mjnav.cli.rate_test", "test whether the loop keeps its rate on this machine"),
         "list": ("mjnav.cli.list", "list scenes, studies, controllers, noise profiles and behaviours"),
         "schema": ("mjnav.cli.schema", "print the JSON Schema of run files or study files, for editors"),
-        "surface": ("mjnav.cli.surface", "draw what one decision's cost is over all speeds and turn rates"),
+        "surface": ("mjnav.cli.surface", "draw the cost of one decision over all speeds and turn rates"),
         "calibrate": ("mjnav.cli.calibrate", "compare predicted risks with how often they come true"),
         "sweep": ("mjnav.cli.sweep", "run a study: scenes, methods and settings under many seeds"),
         "compare": ("mjnav.cli.compare", "compare a study's methods: tables with intervals and differences"),
-        "paper": ("mjnav.cli.paper", "make the figures of Nair et al. again, and judge its claims"),
+        "paper": ("mjnav.cli.paper", "reproduce the figures of Nair et al. and judge its claims"),
         "render": ("mjnav.cli.render", "draw one moment of a run, or film it"),
         "report": ("mjnav.cli.report", "write a page that shows what happened in a run"),
         "replay": ("mjnav.cli.replay", "run a log's scenario again and compare it tick by tick"),
-        "inspect": ("mjnav.cli.inspect", "say what a log holds and how its run went"),
-        "recover": ("mjnav.cli.recover", "make a whole log of what is intact in a damaged one"),
+        "inspect": ("mjnav.cli.inspect", "print what a log holds and how its run went"),
+        "recover": ("mjnav.cli.recover", "write what is intact in a damaged log to a new one"),
         "export": ("mjnav.cli.export", "write a log as trajectories, tables or a ROS 2 bag"),
     }
 )
@@ -43,7 +43,7 @@ class _Parser(argparse.ArgumentParser):
 
 
 def start() -> int:
-    """The process that somebody started: runs its command in a child, and notices how that ends."""
+    """The entry point: runs the command in a child process and reports how that ends."""
     return guarded(lambda guard: main(guard=guard))
 
 
@@ -52,16 +52,16 @@ def main(argv: Sequence[str] | None = None, *, guard: Guard | None = None) -> in
     argv = sys.argv[1:] if argv is None else list(argv)
     os.environ["PYTHONSAFEPATH"] = "1"  # libraries start interpreters too: none takes modules from the working folder
     with plain_output():
-        return _told(argv, guard or Guard())
+        return _exit_code(argv, guard or Guard())
 
 
-def _told(argv: list[str], guard: Guard) -> int:
-    """The exit code of a command; what it raises is told in a line."""
+def _exit_code(argv: list[str], guard: Guard) -> int:
+    """Runs a command; what it raises becomes one line and an exit code."""
     try:
         _check_working_folder()
         code = _execute(argv, guard)
         if sys.stdout is not None:
-            sys.stdout.flush()  # here, where an error can still be told
+            sys.stdout.flush()  # here, where an error can still be reported
         return code
     except KeyboardInterrupt:
         tell("interrupted")
@@ -79,7 +79,7 @@ def _told(argv: list[str], guard: Guard) -> int:
 
 
 def _check_working_folder() -> None:
-    """Raises InputError where a file of the working folder would decide what is compiled, and so a run's bits."""
+    """Raises InputError where a file in the working folder would change how kernels are compiled."""
     if os.path.lexists(NUMBA_FILE):
         raise InputError(
             f"{NUMBA_FILE} in the working folder would change how mjnav compiles: remove it or call mjnav in another "
@@ -88,7 +88,7 @@ def _check_working_folder() -> None:
 
 
 def _drop_output() -> None:
-    """Sends what standard output still holds nowhere: the interpreter would try once more on its way out."""
+    """Discards buffered standard output, which the interpreter would try to write again at its exit."""
     os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 

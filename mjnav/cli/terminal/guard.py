@@ -1,9 +1,8 @@
-"""The process that the user started, while a child of its does the command's work.
+"""The process that the user started watches a child process, which does the work of the command.
 
-A process cannot tell how it ends by a call of os._exit, a fault in compiled code or the kernel that wants its memory:
-its parent can. The child is forked before anything is loaded, so that Python need not start again. It has the terminal
-and the process group of its parent, gets from it the signals that only the parent was sent, and ends when that is
-killed.
+A process that ends by os._exit, a fault in compiled code or the kernel's out-of-memory killer cannot report it; its
+parent can. The child is forked before anything is loaded, so that Python need not start again. It has the terminal and
+the process group of its parent, gets from it the signals that were sent to the parent alone, and ends with it.
 """
 
 import ctypes
@@ -19,21 +18,21 @@ from mjnav.loop.faults.heartbeat import ASK, Heartbeat, Watchdog, dumped_frames
 from mjnav.loop.faults.process_end import describe_end, dump_of, dump_to, read_dump
 
 PASSED_ON = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
-LOOK = 0.5  # [s] between two looks at the child
+LOOK = 0.5  # [s] poll interval
 _BY_THE_KERNEL = 0x80  # si_code of what a terminal sends to the whole process group, the child too
 _PR_SET_PDEATHSIG = 1  # from <sys/prctl.h>
 _EPISODE, _BEAT, _REST, _DONE = b"episode", b"beat", b"rest", b"done"
 
 
 class Guard:
-    """What a command tells the process that guards it; without a descriptor, nobody."""
+    """The connection of a command to the process that watches it; without a descriptor, messages are dropped."""
 
     def __init__(self, descriptor: int | None = None):
         self._descriptor = descriptor
 
     @contextmanager
     def episode(self, name: str, limit: float) -> Iterator[Heartbeat]:
-        """Runs an episode under this name, which may take so long [s] on the wall; on the main thread."""
+        """Runs an episode of this name on the main thread, with a limit of wall time [s]."""
         self._send(_EPISODE, repr(limit).encode(), " ".join(name.split()).encode())
         try:
             with Heartbeat(limit, lambda: self._send(_BEAT)).on_signal() as heart:
@@ -42,7 +41,7 @@ class Guard:
             self._send(_REST)
 
     def done(self) -> None:
-        """The command's code has come to its end, whatever its exit code is."""
+        """Reports that the command has ended in order, whatever its exit code is."""
         self._send(_DONE)
 
     def _send(self, *words: bytes) -> None:
@@ -51,7 +50,7 @@ class Guard:
 
 
 def guarded(command: Callable[[Guard], int]) -> int:
-    """Runs the command in a child; the exit code of both. Call it with one thread and before anything is loaded."""
+    """Runs the command in a child and returns its exit code. Call it with one thread, before anything is loaded."""
     (news, our_news), (words, our_words) = os.pipe(), os.pipe()
     signal.signal(signal.SIGCHLD, signal.SIG_DFL)
     heard = {*PASSED_ON, signal.SIGCHLD}
