@@ -20,7 +20,7 @@ def test_a_run_and_its_log_tell_the_same(tmp_path):
     scenario = mjnav.load_scenario("crossing1", ("time_limit=1",), seed=4)
     result = mjnav.run(scenario, log=tmp_path / "a.mcap")
     log = mjnav.open_log(tmp_path / "a.mcap")
-    assert dict(log.result) == result.summary
+    assert log.result == result.summary
     assert log.scenario() == scenario
     trajectory = log.trajectory()
     assert (trajectory.robot_pose == result.trajectory.robot_pose).all()

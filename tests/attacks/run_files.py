@@ -101,7 +101,7 @@ class Leaf:
 def _inner(document: Table, path: Path) -> Any:
     inner: Any = document
     for part, following in zip(path, (*path[1:], ""), strict=False):
-        if isinstance(inner, list):
+        if isinstance(inner, list) and isinstance(part, int):
             while len(inner) <= part:
                 inner.append({})
             inner = inner[part]

@@ -48,7 +48,7 @@ class Page(http.server.BaseHTTPRequestHandler):
         self.end_headers()
         self.wfile.write(b"<!doctype html><title>page</title><body></body>")
 
-    def log_message(self, *words):
+    def log_message(self, format, *args):
         pass
 
 

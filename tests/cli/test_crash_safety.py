@@ -104,10 +104,11 @@ class Started:
             self.code = self._ask({"wait": self.number})
         return self.code is not None
 
-    def ended(self) -> tuple[int, str, str]:
+    def ended(self) -> tuple[int | None, str, str]:
         """Exit code, standard output, standard error."""
         self.until(self.has_ended)
-        return (self.code, *((self.folder / f"{self.number}.{name}").read_text() for name in ("out", "err")))
+        out, err = ((self.folder / f"{self.number}.{name}").read_text() for name in ("out", "err"))
+        return self.code, out, err
 
 
 @pytest.fixture(scope="module")
@@ -323,7 +324,7 @@ def test_of_two_runs_that_want_one_log_one_gets_it(start, tmp_path):
     refused = [err for code, _, err in ended if code == 2]
     assert all(re.fullmatch(r"mjnav: logs/a.mcap: .*exist.*\n", err, re.IGNORECASE) for err in refused)
     (printed,) = (json.loads(out) for code, out, _ in ended if code == 0)
-    assert dict(open_log(runs[0].log).result) == printed
+    assert open_log(runs[0].log).result == printed
 
 
 def test_nobody_who_reads_costs_no_log(start):

@@ -82,9 +82,10 @@ def test_the_way_to_a_line_is_that_of_small_steps(v, omega, angle, e, radius):
 @given(SPEED, PLACE, RADIUS)
 def test_the_straight_line_is_the_limit_of_the_arcs(v, place, radius):
     assume(abs(abs(place[1]) - radius) > 1e-3)  # a graze has no limit
-    straight = to_disc(v, 0.0, *place, radius)
+    x, y = place
+    straight = to_disc(v, 0.0, x, y, radius)
     for omega in (1e-15, -1e-15, 1e-11, -1e-11):
-        bent = to_disc(v, omega, *place, radius)
+        bent = to_disc(v, omega, x, y, radius)
         assert bent == pytest.approx(straight, abs=1e-6) if straight < inf else bent > 1e6
 
 

@@ -113,7 +113,8 @@ def constraint_samples() -> Callable[..., tuple[dict[int, np.ndarray], list[np.n
             columns[j] = f / combined**2 if p.normalise else f
         for w in problem.reach.walls:
             combined = radius + p.safety_margin
-            f = wall_clearance(position, velocity, *o.walls[w], combined, p.wall_horizon)
+            start, end = o.walls[w]
+            f = wall_clearance(position, velocity, start, end, combined, p.wall_horizon)
             columns[len(o.obstacles) + w] = f / combined**2 if p.normalise else f
         if o.lanes is not None:
             after = position + velocity * p.lane_horizon

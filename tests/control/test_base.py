@@ -215,7 +215,9 @@ def test_the_closest_obstacles_samples_are_those_of_the_decision(observe, limits
     gaps = [np.hypot(*(d.position.mean(0) - o.robot_pose[:, :2].mean(0))) - d.radius for d in o.obstacles]
     for name in names():
         controller = make_controller(name, limits, 0.1)
-        index, samples, desired = controller.closest_cone(o, controller.decide(o))
+        found = controller.closest_cone(o, controller.decide(o))
+        assert found is not None
+        index, samples, desired = found
         assert index == np.argmin(gaps)
         assert samples.shape == (5 * len(o.obstacles[index].position),)
         assert (desired <= 0.0).all()

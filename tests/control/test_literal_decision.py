@@ -125,7 +125,7 @@ class Literal:
 
     def wall_f(self, ends, pose, velocity):
         radius = LIMITS.radius + self.p.safety_margin
-        f = wall(pose[0], pose[1], *velocity, ends, radius, self.p.wall_horizon)
+        f = wall(pose[0], pose[1], velocity[0], velocity[1], ends, radius, self.p.wall_horizon)
         return f / radius**2 if self.p.normalise else f
 
     def lane_f(self, side, u, pose, noise, offset):
@@ -285,7 +285,8 @@ def test_where_nothing_safe_is_known_only_what_is_unsafe_is_charged_as_written_d
     literal = assert_same(observation, "rkhs", desired_min=0, window="bounds", degree=2, **settings)
     assert literal.desired(*hinged) == []
     # Some candidates are safe in this constraint, so that f and max(0, f) differ.
-    assert min(f for u in literal.controls for f in literal.constraint_samples(*hinged, u)) < 0.0
+    kind, index = hinged
+    assert min(f for u in literal.controls for f in literal.constraint_samples(kind, index, u)) < 0.0
 
 
 @pytest.mark.parametrize(

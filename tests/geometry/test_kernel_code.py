@@ -4,7 +4,7 @@ import math
 import subprocess
 import sys
 from types import FunctionType
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
@@ -75,8 +75,9 @@ def test_the_digest_is_that_of_another_process():
         "from mjnav.geometry.kernel_code import code_digest\nfrom mjnav.filters.weights import weighted_moments as w\n"
     )
     code += "print(code_digest(w.py_func, w.targetoptions))"
-    from mjnav.filters.weights import weighted_moments as w
+    from mjnav.filters import weights
 
+    w: Any = weights.weighted_moments
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == code_digest(w.py_func, w.targetoptions)
 

@@ -364,5 +364,5 @@ def test_metrics_of_the_log_are_those_of_memory(tmp_path, scene):
         expected = result.summary[name]
         assert value == (pytest.approx(expected, rel=1e-9, abs=1e-9) if isinstance(value, float) else expected), name
     assert log.result["state_hash"] == result.summary["state_hash"]
-    assert dict(log.result) == result.summary
+    assert log.result == result.summary
     assert log.run["seed"] == "0"

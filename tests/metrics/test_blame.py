@@ -139,7 +139,8 @@ def test_all_misses_are_counted_and_the_longest_are_named():
 def test_nothing_missed_is_nobodys():
     assert named() == ({}, [])
     empty = np.zeros((0, len(CAUSES)), np.int64)
-    nothing = Schedule(0.01, 0.0, *(np.zeros(0, np.int64),) * 2, np.zeros((0, len(PHASES)), np.int64), np.zeros(0, int))
+    none = np.zeros(0, np.int64)
+    nothing = Schedule(0.01, 0.0, none, none, np.zeros((0, len(PHASES)), np.int64), none)
     assert blame(nothing, empty, empty).counts == {LOOP: 0, MACHINE: 0, FIRST_TIME: 0}
     assert overlap(nothing, np.zeros(0, np.int64), np.array([[1, 2]])).shape == (0, len(CAUSES))
 

@@ -69,6 +69,7 @@ def test_the_error_of_perfect_forecasts_goes_to_zero_as_they_grow(num):
     p = rng.beta(0.5, 2.0, num)
     c = of(p, rng.random(num) < p, np.arange(num) % 20)
     # E |pred_b - obs_b| <= std / sqrt(n_b), summed with weights n_b / n over B bins: at most sqrt(B / 4 n).
+    assert c.ece is not None
     assert 0.0 < c.ece < np.sqrt(len(EDGES) / (4 * num))
     assert abs(c.bias) < 4 * 0.5 / np.sqrt(num)
     assert c.brier == pytest.approx((p * (1.0 - p)).mean(), abs=4 * 0.5 / np.sqrt(num))

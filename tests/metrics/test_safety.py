@@ -172,7 +172,9 @@ def test_lane_clearance_is_from_the_robots_edge_to_the_nearer_boundary(trajector
     radius = scenario.robot.radius
     for start in (0.0, 5.0):  # what is looked at may begin later than the run
         trajectory = trajectory_through([[0, 0.0], [1, 0.5], [2, -0.1]], time=start + np.array([0.0, 0.1, 0.2]))
-        least, mean = safety.lane_clearance(trajectory, scenario)
+        found = safety.lane_clearance(trajectory, scenario)
+        assert found is not None
+        least, mean = found
         assert least == pytest.approx(0.5 - radius)
         # by trapezoids over |y| = 0, 0.5, 0.1
         assert mean == pytest.approx(1.0 - radius - (0.25 + 0.3) / 2)

@@ -31,4 +31,4 @@ def test_methods_are_tuned_on_other_seeds_among_the_values_of_the_pareto_study()
     swept = {method.label: method.grid for method in CURVES}
     for label, method in TUNED.items():
         ((key, values),) = swept[label].items()
-        assert method.set[key] in values
+        assert method.set[key] in list(values)

@@ -233,8 +233,8 @@ class Page(HTMLParser):
         self._in_label = self._in_figure = False
         self.feed(page)
 
-    def handle_starttag(self, tag, attributes):
-        attributes = dict(attributes)
+    def handle_starttag(self, tag, attrs):
+        attributes = dict(attrs)
         self.tags.append((tag, attributes))
         self._in_label = (tag, attributes.get("scope")) == ("th", "row")
         if tag == "td":
@@ -247,8 +247,8 @@ class Page(HTMLParser):
         if tag not in ("meta", "link"):
             self.open.append(tag)
 
-    def handle_startendtag(self, tag, attributes):
-        self.tags.append((tag, dict(attributes)))
+    def handle_startendtag(self, tag, attrs):
+        self.tags.append((tag, dict(attrs)))
 
     def handle_endtag(self, tag):
         assert self.open.pop() == tag

@@ -34,7 +34,7 @@ def surface(*, cone=None, lane=None, forbidden=None, chosen=CHOICE, nominal=NOMI
         lane=np.stack([lane, zero], axis=-1),
         total=total,
         weighted=forbidden is None,
-        decision=Decision(*chosen, Status.OK),
+        decision=Decision(chosen[0], chosen[1], Status.OK),
         costs=CandidateCosts(one + nominal[0], one + nominal[1], one, one[:, None], np.zeros((1, 2)), one, 0),
         reachable=np.array([[0.2, -0.7], [0.5, 0.3]]),
     )
@@ -120,7 +120,7 @@ def test_a_range_of_many_decades_is_told_apart_at_its_low_end():
     figure = decision_surface_figure(surface(cone=lambda v, omega: 1e-3 * 1e8**v), "")
     norms = [axes.collections[0].norm for axes in figure.axes[:4]]
     assert [isinstance(norm, AsinhNorm) for norm in norms] == [False, True, False, True]
-    shades = norms[CONE](1e-3 * 1e8 ** np.array([0.3, 0.5, 0.7, 0.9]))
+    shades = np.asarray(norms[CONE](1e-3 * 1e8 ** np.array([0.3, 0.5, 0.7, 0.9])))
     assert (np.diff(shades) > 0.02).all()
     assert shades[2] > 0.2  # of 0 to 1; on a linear scale 0.004
 

@@ -84,7 +84,8 @@ def test_each_person_of_a_crossing_hits_the_robot_that_drives_straight_on(name, 
 
 @pytest.mark.parametrize("name", ["crossing2", "crossing3", "five"])
 def test_people_of_a_crossing_come_from_distinct_directions(name):
-    angles = np.sort([np.arctan2(*person.behaviour.velocity[::-1]) for person in load(name).people])
+    velocities = np.array([person.behaviour.velocity for person in load(name).people])
+    angles = np.sort(np.arctan2(velocities[:, 1], velocities[:, 0]))
     assert np.diff(angles).min() > np.radians(15.0)
 
 

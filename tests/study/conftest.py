@@ -125,4 +125,4 @@ def small_trials(small_study) -> list[Trial]:
 @pytest.fixture(scope="session")
 def serial_hashes(small_trials) -> dict[str, str]:
     """The state hash of each of its episodes by id, run here one after another."""
-    return {row.id: row.figures["state_hash"] for row in map(run_trial, small_trials)}
+    return {row.id: str(row.figures["state_hash"]) for row in map(run_trial, small_trials)}

@@ -104,7 +104,8 @@ class Literal:
 
     def lane(self, side):
         lanes, t, margin = self.o.lanes, self.p.lane_horizon, LIMITS.radius
-        (a, b, c), offsets = ((lanes.left, lanes.left_offset), (lanes.right, lanes.right_offset))[side]
+        a, b, c = (lanes.left, lanes.right)[side]
+        offsets = (lanes.left_offset, lanes.right_offset)[side]
         norm_ = sqrt(a * a + b * b)
         d = (a * (self.x + t * self.q[0]) + b * (self.y + t * self.q[1]) + c) / norm_ + mean(offsets)
         variance = self.variance(self.departures, (a / norm_, b / norm_), t)

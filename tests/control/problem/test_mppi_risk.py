@@ -114,7 +114,8 @@ class Literal:
         lanes = self.o.lanes
         if lanes is None:
             return 0.0
-        (a, b, c), noise = ((lanes.left, lanes.left_offset), (lanes.right, lanes.right_offset))[side]
+        a, b, c = (lanes.left, lanes.right)[side]
+        noise = (lanes.left_offset, lanes.right_offset)[side]
         d = [(a * x + b * y + c) / hypot(a, b) + n for (x, y), n in zip(self.robots(t), noise, strict=True)]
         return sum(x + LIMITS.radius > 0.0 if side == 0 else x - LIMITS.radius < 0.0 for x in d) / len(d)
 

@@ -115,9 +115,9 @@ def test_waypoints_are_made_for_one_after_another_and_the_last_is_never_dropped(
 
 @pytest.mark.parametrize("command", [(nan, 0.0), (0.0, -inf)])
 def test_what_is_no_number_is_no_command(room, monkeypatch, command):
-    scenario = room()
+    scenario, (v, omega) = room(), command
     board = navigator(scenario)
     observation = board.predict(0, board.estimate((reading(scenario, 0.0),), None))
-    monkeypatch.setattr(board.controller, "decide", lambda observation: Decision(*command, Status.OK))
+    monkeypatch.setattr(board.controller, "decide", lambda observation: Decision(v, omega, Status.OK))
     with pytest.raises(ValueError, match="the controller decided v = "):
         board.decide(observation)

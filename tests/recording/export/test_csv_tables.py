@@ -208,7 +208,8 @@ def test_every_candidate_has_a_row_with_its_costs_and_what_it_was(log, folder):
     for tick, _, decision in stamped(log, "/decision"):
         if decision["cost"] is None:
             continue
-        (chosen,) = table[(table["tick"] == tick) & table["role"].str.contains("chosen", na=False)].to_dict("records")
+        rows = (table["tick"] == tick) & table["role"].str.contains("chosen", na=False)
+        ((_, chosen),) = table[rows].iterrows()
         assert (chosen["v"], chosen["omega"]) == (decision["v"], decision["omega"])
         assert np.float32(chosen["total"]) == np.float32(decision["cost"]["total"])
         terms = cone[(cone["tick"] == tick) & (cone["candidate"] == chosen["candidate"])]

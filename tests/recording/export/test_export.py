@@ -38,7 +38,7 @@ def test_a_foreign_message_is_an_error_of_one_line_and_leaves_nothing(recorded, 
     with open(path, "wb") as file:
         writer = Writer(file)
         writer.start()
-        writer.add_metadata("mjnav/run", dict(whole.run))
+        writer.add_metadata("mjnav/run", dict(whole.run or {}))
         writer.add_attachment(0, 0, "scenario.toml", "application/toml", whole.attachments["scenario.toml"])
         channel = writer.register_channel("/robot/state", "json", 0)
         writer.add_message(channel, 0, b'{"tick": 0, "place": [1, 2, 3]}', 0)

@@ -29,10 +29,10 @@ class BlockedWriter(CountingWriter):
         super().__init__()
         self.entered, self.go_on = threading.Event(), threading.Event()
 
-    def add_message(self, *arguments):
+    def add_message(self, channel, time_ns, data, publish_time, sequence):
         self.entered.set()
         self.go_on.wait()
-        super().add_message(*arguments)
+        super().add_message(channel, time_ns, data, publish_time, sequence)
 
 
 def batch(*sequences: int) -> list[Message]:
@@ -100,8 +100,8 @@ def test_once_there_is_room_again_batches_are_taken_again(full):
 
 def test_an_error_ends_the_wait_for_a_place():
     class Full(BlockedWriter):
-        def add_message(self, *arguments):
-            super().add_message(*arguments)
+        def add_message(self, channel, time_ns, data, publish_time, sequence):
+            super().add_message(channel, time_ns, data, publish_time, sequence)
             raise OSError(28, "No space left on device")
 
     writer, sink = Full(), ThreadSink()
@@ -228,8 +228,8 @@ def test_no_fault_is_lost_however_the_threads_take_turns():
 
 def test_a_fault_before_the_disk_was_full_is_told_as_well():
     class Full(BlockedWriter):
-        def add_message(self, *arguments):
-            super().add_message(*arguments)
+        def add_message(self, channel, time_ns, data, publish_time, sequence):
+            super().add_message(channel, time_ns, data, publish_time, sequence)
             raise OSError(28, "No space left on device")
 
     writer, thread = Full(), ThreadSink()
@@ -276,9 +276,9 @@ def test_a_disk_that_hangs_is_told_in_time_and_one_that_is_slow_is_waited_for(fu
     assert writer.added == list(range(QUEUE_SIZE + 1))
 
     class Slow(CountingWriter):
-        def add_message(self, *arguments):
+        def add_message(self, channel, time_ns, data, publish_time, sequence):
             time.sleep(0.01)
-            super().add_message(*arguments)
+            super().add_message(channel, time_ns, data, publish_time, sequence)
 
     writer, sink = Slow(), ThreadSink()
     sink.attach(writer)
@@ -297,6 +297,7 @@ def test_a_direct_sink_writes_at_once_and_flushes_the_first_batch_and_then_when_
     assert [count for _, count in writer.flushes] == [1]
     assert (sink.due_in, sink.flushed_ns) == (None, 0)
     sink.put(batch(8))
+    assert sink.due_in is not None
     assert 0.0 < sink.due_in <= FLUSH_INTERVAL
     while sink.due_in > 0.0:
         time.sleep(0.01)
@@ -318,7 +319,7 @@ def test_simulated_time_calls_for_a_flush_too_however_fast_it_goes():
 
 def test_a_direct_sink_raises_at_the_call_that_failed_and_writes_no_more():
     class Full(CountingWriter):
-        def add_message(self, *_):
+        def add_message(self, channel, time_ns, data, publish_time, sequence):
             raise OSError(28, "No space left on device")
 
     sink = DirectSink()

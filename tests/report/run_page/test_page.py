@@ -36,8 +36,8 @@ class Page(HTMLParser):
         self._open = []
         self.feed(text)
 
-    def handle_starttag(self, tag, attributes):
-        attributes = dict(attributes)
+    def handle_starttag(self, tag, attrs):
+        attributes = dict(attrs)
         self.tags.append((tag, attributes))
         self._open.append((tag, attributes))
         if tag in ("script", "style"):

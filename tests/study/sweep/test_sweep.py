@@ -40,7 +40,7 @@ def test_workers_give_the_serial_rows_also_where_one_is_killed(tmp_path, small_t
 
     def kill_one(done, row):
         if not killed:
-            killed.append(max(multiprocessing.active_children(), key=lambda process: process.pid))
+            killed.append(max(multiprocessing.active_children(), key=lambda process: process.pid or 0))
             os.kill(killed[0].pid, signal.SIGKILL)
 
     store = Store(tmp_path / "out")
