@@ -38,9 +38,9 @@ def test_the_table_of_controllers_is_the_registrys():
     from mjnav.control.registry import METHODS
 
     rows = re.findall(
-        r"^\| `([a-z-]+)` \| [^|]+ \| ([^|]+) \| `(control/methods/\w+\.py)` \|$", README, flags=re.MULTILINE
+        r"^\| `([a-z-]+)` \| ([^|]+) \| ([^|]+) \| `(control/methods/\w+\.py)` \|$", README, flags=re.MULTILINE
     )
-    assert rows == [(method.name, method.source, method.file) for method in METHODS.values()]
+    assert rows == [(method.name, method.idea, method.source, method.file) for method in METHODS.values()]
 
 
 def test_every_command_has_a_row():
