@@ -2,6 +2,7 @@
 
 import argparse
 import os
+import shlex
 import sys
 from collections.abc import Mapping, Sequence
 from importlib import import_module
@@ -103,7 +104,8 @@ def _execute(argv: list[str], guard: Guard) -> int:
         sub = commands.add_parser(command, help=text, description=f"{text[0].upper()}{text[1:]}.")
         if command == name:
             import_module(path).configure(sub)
-    arguments, unknown = parser.parse_known_args(argv, argparse.Namespace(guard=guard))
+    given = argparse.Namespace(guard=guard, command_line=shlex.join(["mjnav", *argv]))
+    arguments, unknown = parser.parse_known_args(argv, given)
     if unknown:
         commands.choices.get(name or "", parser).error(f"unrecognized arguments: {' '.join(unknown)}")
     if arguments.version:

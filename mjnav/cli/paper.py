@@ -1,8 +1,6 @@
 """`mjnav paper`: the figures and comparisons of Nair et al., run, judged and put on a page."""
 
 import argparse
-import shlex
-import sys
 import time
 from collections.abc import Sequence
 from pathlib import Path
@@ -54,7 +52,7 @@ def execute(arguments: argparse.Namespace) -> int:
     scheduler = workers.scheduler()
     with interruptible() as interrupted:
         stop = interrupted.is_set
-        if not arguments.draw and not _run(wanted, store, scheduler, stop, accept_changed=arguments.accept_changed):
+        if not arguments.draw and not _run(wanted, store, scheduler, stop, arguments):
             tell("interrupted: the same command resumes, and --draw draws the episodes that are there")
             return INTERRUPTED
         for name in names:
@@ -64,13 +62,13 @@ def execute(arguments: argparse.Namespace) -> int:
             _publish(name, folder, wanted, store, quick=arguments.quick, draw=arguments.draw)
     folder.mkdir(parents=True, exist_ok=True)
     with written(folder / PAGE) as file:
-        file.write(page(folder, shlex.join(["mjnav", *sys.argv[1:]])).encode())
+        file.write(page(folder, arguments.command_line).encode())
     print(f"{folder / PAGE}")
     return 0
 
 
 def _run(
-    wanted: "Sequence[PaperStudy]", store: "Store", scheduler: "Scheduler", stop: Any, *, accept_changed: bool
+    wanted: "Sequence[PaperStudy]", store: "Store", scheduler: "Scheduler", stop: Any, arguments: argparse.Namespace
 ) -> bool:
     """Runs the episodes that the store lacks; false where interrupted.
 
@@ -82,8 +80,7 @@ def _run(
     every = trials(wanted)
     if not every:
         return True
-    check(every, store, resume=True, accept=accept_changed)
-    text = f"# {shlex.join(['mjnav', *sys.argv[1:]])}\n"
+    check(every, store, resume=True, accept=arguments.accept_changed)
     num_cells = sum(len(study.cells) for study in wanted)
     missing = len(every) - len({trial.place for trial in every} & store.done())
     print(f"{num_cells} cells, {len(every)} episodes, {missing} of them to run", flush=True)
@@ -94,9 +91,9 @@ def _run(
                 part,
                 store,
                 scheduler,
-                text=text,
+                text=f"# {arguments.command_line}\n",
                 resume=True,
-                accept_changed=accept_changed,
+                accept_changed=arguments.accept_changed,
                 stop=stop,
                 progress=lambda done, row: show(done),
             )

@@ -2,8 +2,6 @@
 
 import argparse
 import json
-import shlex
-import sys
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import asdict
@@ -74,7 +72,7 @@ def execute(arguments: argparse.Namespace) -> int:
                 wanted,
                 store,
                 scheduler,
-                text=f"# {shlex.join(['mjnav', *sys.argv[1:]])}\n{study_text(study)}",
+                text=f"# {arguments.command_line}\n{study_text(study)}",
                 resume=arguments.resume,
                 retry_failed=arguments.retry_failed,
                 accept_changed=arguments.accept_changed,

@@ -48,7 +48,7 @@ def test_it_says_what_it_runs_and_where_the_rows_are(sweep, tmp_path):
     assert last.startswith("runs/out/two methods: 12 episodes, 12 of them in ")
     store = Store(tmp_path / "runs/out/two methods")
     assert len(store.done()) == 12
-    assert store.study().startswith("# mjnav")
+    assert store.study().startswith("# mjnav sweep two.toml ")
     assert store.study().endswith(STUDY)
 
 
