@@ -14,14 +14,3 @@ def test_it_offers_what_it_lists():
 def test_a_name_that_it_does_not_have_is_an_attribute_error():
     with pytest.raises(AttributeError, match="module 'mjnav' has no attribute 'runn'"):
         _ = mjnav.runn
-
-
-def test_a_run_and_its_log_tell_the_same(tmp_path):
-    scenario = mjnav.load_scenario("crossing1", ("time_limit=1",), seed=4)
-    result = mjnav.run(scenario, log=tmp_path / "a.mcap")
-    log = mjnav.open_log(tmp_path / "a.mcap")
-    assert log.result == result.summary
-    assert log.scenario() == scenario
-    trajectory = log.trajectory()
-    assert (trajectory.robot_pose == result.trajectory.robot_pose).all()
-    assert trajectory.time[-1] == pytest.approx(1.0)

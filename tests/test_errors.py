@@ -2,18 +2,7 @@ import pickle
 
 import pytest
 
-from mjnav.errors import DamagedLogError, InputError, InvalidValue, MjnavError, unknown_name
-
-
-def test_exit_codes_are_those_of_the_command_line():
-    assert (MjnavError.exit_code, InputError.exit_code, DamagedLogError.exit_code) == (1, 2, 3)
-    assert InvalidValue("a", 1, "b").exit_code == 2
-
-
-def test_an_invalid_value_is_an_input_error_and_a_value_error():
-    error = InvalidValue("radius", -1.0, "a number > 0")
-    assert isinstance(error, InputError)
-    assert isinstance(error, ValueError)
+from mjnav.errors import InvalidValue, unknown_name
 
 
 @pytest.mark.parametrize(

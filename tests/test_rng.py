@@ -38,10 +38,3 @@ def test_streams_are_uncorrelated():
     draws = np.array([stream(seed, *name).standard_normal(4000) for seed in (0, 1) for name in names])
     correlation = np.corrcoef(draws) - np.eye(len(draws))
     assert np.abs(correlation).max() < 5.0 / np.sqrt(4000)  # five standard errors
-
-
-def test_no_global_generator_is_used():
-    np.random.seed(0)  # noqa: NPY002
-    before = np.random.get_state()[1].copy()  # noqa: NPY002
-    stream(0, "pose.x").random(10)
-    assert (np.random.get_state()[1] == before).all()  # noqa: NPY002

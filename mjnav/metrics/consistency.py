@@ -1,18 +1,10 @@
-"""Whether estimates are right, and whether they know how wrong they are."""
-
-from collections.abc import Mapping
-from types import MappingProxyType
+"""How far estimates are from the truth, and the shape of their samples."""
 
 import numpy as np
 
 from mjnav.geometry.angles import wrap
 from mjnav.messages import Array, Trajectory
 from mjnav.metrics.blocks import by_blocks
-
-# 95 % quantiles of the chi-squared distribution by degrees of freedom
-CHI2_95: Mapping[int, float] = MappingProxyType({3: 7.814727903251178, 4: 9.487729036781154})
-
-MAX_CONDITION = 1e12  # of a covariance that can be inverted
 
 
 def robot_error(trajectory: Trajectory) -> Array:
@@ -43,35 +35,6 @@ def _rms(estimates: Array, truth: Array) -> float | None:
     squared = by_blocks(lambda estimate, true: ((estimate - true) ** 2).sum(-1), estimates, truth)
     squared = squared[np.isfinite(squared)]
     return float(np.sqrt(squared.mean())) if squared.size else None
-
-
-def nees(error: Array, covariance: Array) -> Array:
-    """Normalised estimation error squared e^T P^-1 e of errors (..., n) with covariances (..., n, n): (...).
-
-    Its mean is n and 95 % are below CHI2_95[n] where the covariance is right and the error Gaussian. NaN where the
-    covariance is singular or either is not finite. Source: Bar-Shalom, Li & Kirubarajan, Estimation with Applications
-    to Tracking and Navigation, 2001, section 5.4.
-    """
-    out = np.full(error.shape[:-1], np.nan)
-    usable = np.asarray(np.isfinite(error).all(-1) & np.isfinite(covariance).all((-2, -1)))
-    usable[usable] = np.linalg.cond(covariance[usable]) < MAX_CONDITION
-    solved = np.linalg.solve(covariance[usable], error[usable][..., None])[..., 0]
-    out[usable] = (error[usable] * solved).sum(-1)
-    return out
-
-
-def mean_nees(error: Array, covariance: Array) -> float | None:
-    """Mean of `nees`; None where it is nowhere defined."""
-    values = nees(error, covariance)
-    values = values[np.isfinite(values)]
-    return float(values.mean()) if values.size else None
-
-
-def coverage(error: Array, covariance: Array) -> float | None:
-    """How often the truth lies in the 95 % region of the estimate, for 3 or 4 dimensions; None as `mean_nees`."""
-    values = nees(error, covariance)
-    values = values[np.isfinite(values)]
-    return float((values <= CHI2_95[error.shape[-1]]).mean()) if values.size else None
 
 
 def skew_and_kurtosis(samples: Array) -> tuple[Array, Array]:

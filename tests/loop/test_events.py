@@ -16,12 +16,6 @@ def decided(status: Status = Status.OK, wish: tuple[float, float] | None = None)
     return Decision(0.5, 0.0, status, wish=wish)
 
 
-def test_a_contact_is_told_in_one_line():
-    assert Events().of_tick(state(TOUCH), None, decided()) == (
-        Event("error", "contact", "contact with wall wall0 at 0.250 s, 12 N"),
-    )
-
-
 def test_a_status_is_told_when_it_changes_and_a_clipped_command_once():
     events = Events()
     found = [events.of_tick(state(), None, decided(*case)) for case in (

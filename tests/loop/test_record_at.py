@@ -54,12 +54,6 @@ def test_moments_that_no_run_of_the_scene_has_are_refused(short, time):
         record_at(short, time)
 
 
-def test_progress_is_told(short):
-    told = []
-    record_at(short, 0.4, progress=told.append)
-    assert told == pytest.approx([0.0, 0.2, 0.4, 0.6])
-
-
 def test_every_column_of_the_cone_has_a_name():
     scenario = load_scenario("hall", KINEMATIC)
     names = column_names(scenario)

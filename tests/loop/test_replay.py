@@ -15,7 +15,6 @@ from mjnav import scenarios
 from mjnav.errors import DamagedLogError, InputError
 from mjnav.loop.episode import Episode
 from mjnav.loop.faults.fault import RunFault
-from mjnav.loop.pacer import RealTimePacer
 from mjnav.loop.provenance.facts import provenance
 from mjnav.loop.replay import replay
 from mjnav.world.mujoco_engine import MujocoEngine
@@ -99,12 +98,6 @@ def test_every_kind_of_run_is_the_same_again(path, scene, overrides):
 def test_a_paced_run_of_the_same_seed_is_too(room, path):
     mjnav.run(room("time_limit=0.5"), real_time=True, log=path)
     assert mjnav.replay(path).identical
-
-
-def test_a_run_that_was_late_is_too(room, path, slow_clock):
-    pacer = RealTimePacer(0.1, clock=slow_clock, sleep=slow_clock.sleep)
-    Episode(room(), log=path, pacer=pacer).run()
-    assert replay(path).identical
 
 
 @pytest.mark.parametrize(

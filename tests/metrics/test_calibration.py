@@ -83,11 +83,6 @@ def test_a_constant_bias_is_the_error(bias):
     assert c.bias_interval == pytest.approx((bias, bias))
 
 
-def test_errors_that_cancel_are_no_bias_but_an_error():
-    c = of([0.3, 0.7] * 50, [0.5] * 100)
-    assert (c.bias, c.ece) == pytest.approx((0.0, 0.2))
-
-
 def test_brier_of_a_frequency_is_the_mean_over_its_outcomes():
     share, outcomes = 0.3, [1.0] * 3 + [0.0] * 7
     assert of([0.4], [share]).brier == pytest.approx(of([0.4] * 10, outcomes).brier)
@@ -120,12 +115,6 @@ def test_two_groups_are_enough_for_an_interval():
 def test_forecasts_of_no_risk_at_all_have_an_interval_of_how_often_it_came_true():
     c = of([0.0, 0.0, 0.3], [0.0, 1.0, 1.0])
     assert (c.bins[0].observed, c.bins[0].observed_interval) == (0.5, (0.0, 1.0))
-
-
-def test_all_forecasts_above_0_may_be_in_one_bin():
-    c = of([0.1, 0.8], [0.5, 0.6], edges=(0.0, 1.0))
-    assert [b.count for b in c.bins] == [0, 2]
-    assert c.ece == pytest.approx(abs(c.bias))
 
 
 def test_one_group_says_nothing_of_how_groups_differ():

@@ -48,54 +48,6 @@ def test_the_robots_error_is_that_at_the_tick(trajectory_through):
     assert consistency.robot_error(trajectory).tolist() == [[0.5, 0.0, 0.25], [0.0, -1.0, 0.0]]
 
 
-def test_nees_by_hand():
-    error = np.array([[1.0, 2.0, 0.0]])
-    covariance = np.diag([1.0, 4.0, 9.0])[None]
-    np.testing.assert_allclose(consistency.nees(error, covariance), [2.0])
-
-
-def test_a_covariance_that_cannot_be_inverted_has_no_nees():
-    error = np.ones((4, 3))
-    covariance = np.stack([np.eye(3), np.zeros((3, 3)), np.diag([1.0, 1.0, 1e-14]), np.full((3, 3), np.nan)])
-    np.testing.assert_array_equal(np.isfinite(consistency.nees(error, covariance)), [True, False, False, False])
-    assert consistency.mean_nees(error[1:], covariance[1:]) is None
-    assert consistency.coverage(error[1:], covariance[1:]) is None
-
-
-def test_errors_of_many_people_in_many_ticks_have_one_nees_each():
-    error = np.zeros((2, 3, 4))
-    error[1, 2] = [3.0, 0.0, 0.0, 0.0]  # 9 lies within the region of 4 dimensions, not in that of 3
-    error[0, 1, 3] = np.nan
-    covariance = np.tile(np.eye(4), (2, 3, 1, 1))
-    assert consistency.nees(error, covariance) == pytest.approx(np.array([[0, np.nan, 0], [0, 0, 9]]), nan_ok=True)
-    assert consistency.coverage(error, covariance) == 1.0
-    assert consistency.mean_nees(error, covariance) == pytest.approx(9.0 / 5.0)
-
-
-@pytest.mark.parametrize("value", [np.nan, np.inf])
-def test_what_is_not_finite_in_one_place_has_no_nees(value):
-    error, covariance = np.ones((3, 2)), np.tile(np.eye(2), (3, 1, 1))
-    error[0, 1] = covariance[1, 0, 1] = value
-    assert np.isfinite(consistency.nees(error, covariance)).tolist() == [False, False, True]
-    assert np.isnan(consistency.nees(error, covariance)[:2]).all()
-
-
-@pytest.mark.parametrize("dimensions", [3, 4])
-def test_gaussian_errors_of_the_stated_covariance_are_consistent(dimensions):
-    rng = np.random.default_rng(1)
-    root = rng.normal(size=(dimensions, dimensions))
-    error = rng.normal(size=(4000, dimensions)) @ root.T
-    covariance = np.tile(root @ root.T, (4000, 1, 1))
-    assert consistency.mean_nees(error, covariance) == pytest.approx(dimensions, abs=5 * np.sqrt(2 * dimensions / 4000))
-    assert consistency.coverage(error, covariance) == pytest.approx(0.95, abs=5 * np.sqrt(0.95 * 0.05 / 4000))
-    assert consistency.coverage(2.0 * error, covariance) < 0.9
-
-
-def test_the_quantiles_are_those_of_chi_squared():
-    for dimensions, quantile in consistency.CHI2_95.items():
-        assert quantile == pytest.approx(stats.chi2.ppf(0.95, dimensions), rel=1e-12)
-
-
 def test_skew_and_kurtosis_equal_scipys():
     samples = np.random.default_rng(2).gamma(2.0, size=(200, 3))
     skew, kurtosis = consistency.skew_and_kurtosis(samples)

@@ -2,16 +2,10 @@ import mujoco
 import numpy as np
 import pytest
 
-from mjnav.scenarios.library import data_folder
 from mjnav.scenarios.spec import ConstantVelocity, Person, Pillar, Table
 from mjnav.world.lidar import LIDAR_HEIGHT
-from mjnav.world.scene import DECORATION, PARTS, UNSEEN, compose, parts_hash
+from mjnav.world.scene import DECORATION, UNSEEN, compose
 from mjnav.world.simulator import Simulator
-
-
-@pytest.mark.parametrize("part", PARTS)
-def test_every_part_compiles_on_its_own(part):
-    assert mujoco.MjModel.from_xml_path(str(data_folder("models") / f"{part}.xml")).nbody >= 1
 
 
 def test_sizes_come_from_the_scenario(scene):
@@ -57,8 +51,3 @@ def test_the_model_can_be_read_back(clutter, engine):
     model = mujoco.MjModel.from_xml_string(Simulator(clutter(engine=engine), 0).model_xml())
     assert model.body("person1/body").id > 0
     assert model.body("wall2/wall").id > 0
-
-
-def test_the_parts_hash_is_a_sha256_and_stays():
-    assert len(parts_hash()) == 64
-    assert parts_hash() == parts_hash()

@@ -69,26 +69,3 @@ def test_every_channel_has_its_own_noise_of_its_own_size(scene):
     correlation = np.corrcoef(detections.T) - np.eye(4)
     assert np.abs(correlation).max() < 0.15
     assert all(-np.pi < reading.pose[2] <= np.pi for reading in readings)
-
-
-def test_a_heading_near_pi_stays_wrapped_under_noise(scene):
-    simulator = Simulator(scene(engine="kinematic", profile="gaussian", start=(0.0, 0.0, 3.14)), 0)
-    for _ in range(100):
-        simulator.advance(0.1, (0.0, 0.0))
-    headings = np.array([reading.pose[2] for reading in simulator.sense()])
-    assert (headings > 0).any()
-    assert (headings < 0).any()
-    assert (np.abs(headings) <= np.pi).all()
-
-
-def test_draws_do_not_depend_on_what_the_robot_does(clutter, engine):
-    """The first detections' noise under two controllers is the same: seeds pair."""
-    scenario = clutter(engine=engine, profile="pearson")
-    noises = []
-    for command in ((0.0, 0.0), (0.2, 1.0)):
-        simulator, noise = Simulator(scenario, 9), []
-        for _ in range(5):
-            simulator.advance(0.1, command)
-            noise.append(simulator.sense()[-1].pose - simulator.state().robot_pose)
-        noises.append(noise)
-    np.testing.assert_allclose(noises[0], noises[1], atol=1e-12)

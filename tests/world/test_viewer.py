@@ -1,12 +1,9 @@
 """The window on a run, under a virtual display; skipped, saying so, where there is none."""
 
-import ctypes
-import ctypes.util
 import json
 import os
 import shutil
 import subprocess
-import threading
 
 import pytest
 
@@ -39,40 +36,6 @@ def display():
         server.terminate()
 
 
-class ClientMessage(ctypes.Structure):
-    """XClientMessageEvent, padded to the size of XEvent."""
-
-    _fields_ = (
-        ("type", ctypes.c_int),
-        ("serial", ctypes.c_ulong),
-        ("send_event", ctypes.c_int),
-        ("display", ctypes.c_void_p),
-        ("window", ctypes.c_ulong),
-        ("message_type", ctypes.c_ulong),
-        ("format", ctypes.c_int),
-        ("data", ctypes.c_long * 5),
-        ("padding", ctypes.c_long * 12),
-    )
-
-
-def ask_windows_to_close(display: str) -> int:
-    """Does what a window manager's button does, to every window that is visible; how many there were."""
-    x11 = ctypes.CDLL(ctypes.util.find_library("X11"))
-    for name in ("XOpenDisplay", "XDefaultRootWindow", "XInternAtom"):
-        getattr(x11, name).restype = ctypes.c_void_p
-    connection = ctypes.c_void_p(x11.XOpenDisplay(display.encode()))
-    root, parent = ctypes.c_ulong(x11.XDefaultRootWindow(connection)), ctypes.c_ulong()
-    windows, count = ctypes.POINTER(ctypes.c_ulong)(), ctypes.c_uint()
-    x11.XQueryTree(connection, root, *map(ctypes.byref, (ctypes.c_ulong(), parent, windows, count)))
-    protocols, delete = (x11.XInternAtom(connection, name, 0) for name in (b"WM_PROTOCOLS", b"WM_DELETE_WINDOW"))
-    for window in windows[: count.value]:
-        message = ClientMessage(type=33, window=window, message_type=protocols, format=32)
-        message.data[0] = delete
-        x11.XSendEvent(connection, ctypes.c_ulong(window), 0, ctypes.c_long(0), ctypes.byref(message))
-    x11.XCloseDisplay(connection)
-    return count.value
-
-
 # Before the others: GLFW opens one display a process.
 def test_without_a_display_the_error_says_what_to_do(monkeypatch):
     monkeypatch.delenv("DISPLAY", raising=False)
@@ -98,15 +61,8 @@ def test_a_run_that_is_watched_ends_in_the_same_state(display, capsys, engine):
 
 
 def test_closing_the_window_ends_the_run_in_order(display, capsys, monkeypatch):
-    shown, show = threading.Event(), Viewer.show
-    monkeypatch.setattr(Viewer, "show", lambda viewer, state: (show(viewer, state), shown.set()))
-
-    def close_windows():
-        shown.wait()
-        ask_windows_to_close(display)
-
-    closing = threading.Thread(target=close_windows, daemon=True)
-    closing.start()
+    show = Viewer.show
+    monkeypatch.setattr(Viewer, "show", lambda viewer, state: (show(viewer, state), viewer._window.close()))
     assert main(["run", "crossing1", "--view", "--no-log", "--json", "--set", "time_limit=600"]) == 0
     assert json.loads(capsys.readouterr().out)["outcome"] == "aborted"
 

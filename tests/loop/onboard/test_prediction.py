@@ -154,15 +154,6 @@ def test_without_time_to_pass_poses_stay_and_the_noise_in_force_is_drawn(predict
     assert noise.std(axis=0).min() > 0.0
 
 
-def test_the_same_seed_draws_the_same_and_another_one_does_not(limits):
-    one, same, other = (
-        Predictor(profile("pearson"), limits, seed).robot(ORIGIN, 0.0, 0.1, steady(0.0, 0.1)) for seed in (1, 1, 2)
-    )
-    assert np.array_equal(one[0], same[0])
-    assert np.array_equal(one[1], same[1])
-    assert not np.array_equal(one[0], other[0])
-
-
 def test_people_walk_on_straight():
     samples = np.array([[1.0, 2.0, 0.5, -1.0], [0.0, 0.0, 0.0, 2.0]])
     position, velocity = carry_people(samples, 0.2)

@@ -7,7 +7,6 @@ import pytest
 
 from mjnav import scenarios
 from mjnav.errors import InvalidValue
-from mjnav.loop.episode import Episode
 from mjnav.loop.realtime.crowd import crowd
 from mjnav.scenarios.check import check
 
@@ -68,9 +67,3 @@ def test_a_room_that_is_full_takes_no_more():
 def test_fewer_than_none_are_refused(room):
     with pytest.raises(InvalidValue, match="people: found -1; allowed: a number >= 0"):
         crowd(room(), -1)
-
-
-def test_a_crowd_walks(empty):
-    scenario = crowd(empty("time_limit=2.0", "stop_on_collision=false", "noise.profile=none"), 6)
-    positions = Episode(scenario).run().trajectory.people_position
-    assert (abs(positions[-1] - positions[0]).max(axis=-1) > 0.1).sum() >= 3
