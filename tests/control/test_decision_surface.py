@@ -138,12 +138,6 @@ def test_a_robot_that_touches_an_obstacle_and_one_at_its_goal_have_surfaces(cont
         assert (s.minimum is None) == np.isinf(s.total).all()
 
 
-def test_where_all_violate_what_violates_least_may_lie_beside_the_grid(observe, limits):
-    s = surface_of(make_controller("mean", limits, PERIOD), observe(0, near=0.01, far=0.1), num=5)
-    assert np.isinf(s.total).all()
-    assert s.minimum is None
-
-
 # ------------------------------------------------------------------------------------------- refusals
 
 

@@ -59,10 +59,3 @@ def test_without_noise_samples_are_the_truth(drive):
         assert np.abs(belief.particles - pose).max() < 1e-12
     assert track.mean == pytest.approx([2.9, 1.05, 1.0, -0.5], abs=1e-3)
     assert np.isfinite(track.covariance).all()
-
-
-def test_no_people_make_no_tracks(drive, pearson):
-    (reading,), _ = drive(pearson, 5, ticks=1)
-    tracker = DirectTracker(pearson, 50, [], 5)
-    assert tracker.update(reading) == ()
-    assert tracker.draw(5) == ()

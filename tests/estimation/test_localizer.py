@@ -126,15 +126,6 @@ def test_readings_without_noise_are_followed_exactly_enough_and_without_a_nan(dr
     assert not any(belief.recovered for belief in beliefs)
 
 
-def test_with_a_uniform_noise_whose_support_ends_no_weight_is_ever_lost(drive, pearson):
-    noise = pearson | {
-        channel: make_distribution("uniform", half_width=0.1) for channel in ("pose.x", "pose.y", "pose.theta")
-    }
-    beliefs, errors = track(ParticleLocalizer(noise, 500, 9), *drive(noise, 9, ticks=150))
-    assert not any(belief.recovered for belief in beliefs)
-    assert np.sqrt(np.mean(errors[SETTLED:, :2] ** 2)) < 0.02
-
-
 def test_draws_follow_the_weights_and_have_no_order(drive, pearson):
     localizer = ParticleLocalizer(pearson, 500, 10)
     readings, _ = drive(pearson, 10, ticks=40)
@@ -147,11 +138,6 @@ def test_draws_follow_the_weights_and_have_no_order(drive, pearson):
     assert drawn.std(axis=(0, 1)) == pytest.approx(std, rel=0.05)
     by_place = np.abs(drawn.mean(axis=0) - belief.mean) / std  # (25, 3)
     assert by_place.max() < 5.0 / np.sqrt(400)  # every place in the order has the belief's mean
-
-
-def test_drawing_before_the_first_reading_says_what_to_do(pearson):
-    with pytest.raises(RuntimeError, match=r"update\(\)"):
-        ParticleLocalizer(pearson, 10, 0).draw(3)
 
 
 def test_drawing_does_not_disturb_the_filter(drive, pearson):

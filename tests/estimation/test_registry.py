@@ -104,3 +104,11 @@ def test_an_assumed_profile_takes_the_place_of_the_worlds_noise(drive):
 def test_estimators_of_other_sources_are_refused_by_the_scenario():
     with pytest.raises(ValueError, match="pose"):
         RobotEstimation(source="posse")
+
+
+@pytest.mark.parametrize("name", TRACKERS)
+def test_no_people_make_no_tracks(drive, name):
+    scenario = replace(choose(tracker=name), people=())
+    (reading,), _ = drive(scenario.noise.distributions(), 0, ticks=1)
+    tracker = make_tracker(scenario, 0)
+    assert (tracker.update(reading), tracker.draw(25)) == ((), ())

@@ -158,10 +158,3 @@ def test_draws_of_different_people_are_independent_in_order(drive, pearson):
     assert [track.radius for track in tracks] == [0.2, 0.3, 0.4]
     correlation = np.mean([np.corrcoef(a[:, 0], b[:, 0])[0, 1] for a, b, _ in draws])
     assert abs(correlation) < 4.0 / np.sqrt(300 * 24)
-
-
-def test_no_people_make_no_tracks(drive, pearson):
-    readings, _ = drive(pearson, 0, ticks=2)
-    tracker = ParticleTracker(pearson, 200, [], 0)
-    assert [tracker.update(reading) for reading in readings] == [(), ()]
-    assert tracker.draw(25) == ()

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 from numba import types
 
-from mjnav.geometry.compiled import exact, kernel, processor, scalar
-from mjnav.geometry.kernel_code import code_digest, environment, types_digest
+from mjnav.geometry.compiled import exact, kernel, scalar
+from mjnav.geometry.kernel_code import code_digest, types_digest
 
 SOURCE = """
 def inner(x):
@@ -100,13 +100,6 @@ def test_the_order_of_a_named_tuples_fields_counts():
 
 def test_the_layout_of_an_array_counts():
     assert types_digest((types.float64[::1],)) != types_digest((types.float64[:],))
-
-
-def test_the_processor_is_named_with_its_features():
-    name, *features = processor().split(" ")
-    assert name
-    assert all(feature[0] in "+-" for feature in features)
-    assert name in environment()
 
 
 def test_every_kernel_of_mjnav_can_be_kept():

@@ -36,14 +36,6 @@ def test_the_arc_solves_the_unicycles_equation(pose, v, omega, duration):
     assert -np.pi < exact[2] <= np.pi
 
 
-def test_without_turning_the_way_is_straight():
-    assert integrate([1.0, 2.0, np.pi / 2], 2.0, 0.0, 0.5) == pytest.approx([1.0, 3.0, np.pi / 2])
-
-
-def test_half_a_circle_ends_a_diameter_to_the_side():
-    assert integrate([0.0, 0.0, 0.0], 1.0, np.pi, 1.0) == pytest.approx([0.0, 2.0 / np.pi, np.pi])
-
-
 def test_poses_and_controls_broadcast():
     v, omega = np.array([[0.0], [1.0], [2.0]]), np.zeros((1, 4))
     poses = integrate(np.zeros((3, 4, 3)), v, omega, 0.1)

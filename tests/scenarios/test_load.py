@@ -29,25 +29,16 @@ BAD = {
         "robot.gaol: found 'gaol'; allowed: goal, goal_tolerance, max_acceleration, max_speed, max_turn_acceleration, "
         "max_turn_rate, min_speed, preferred_speed, radius, start, waypoints; did you mean 'goal'?",
     ),
-    "a misspelt table": (
-        GOOD + "[controll]\nrate = 10",
-        "controll: found 'controll'; allowed: control, description, estimation, lanes, log, name, noise, people, "
-        "physics, pillars, robot, schema, seed, sensors, stop_on_collision, tables, time_limit, walls; "
-        "did you mean 'control'?",
-    ),
     "a key that must be quoted": (
         '"\\u001b[31m" = 1\n' + GOOD,
         "file.toml: \"\\u001b[31m\": found '\\x1b[31m'; allowed: control, ",
     ),
     "another schema": ("schema = 2\nwhatever = 1", "schema: found 2; allowed: 1"),
     "no schema": ('name = "bad"', "schema: found nothing; allowed: schema = 1, the version of this format"),
-    "no name": (GOOD.replace('name = "bad"', ""), "name: found nothing; allowed: up to 100 printable"),
     "an empty name": (
         GOOD.replace('"bad"', '""'),
         "name: found ''; allowed: up to 100 printable characters without \"/\", not dots alone: logs are named after",
     ),
-    "no robot": (HEAD, "robot: found nothing; allowed: a table; this key is required"),
-    "a robot that is no table": (HEAD + "robot = 3", "robot: found 3; allowed: a table"),
     "no start": (
         HEAD + "[robot]\ngoal = [9, 0]",
         "robot.start: found nothing; allowed: an array of 3 numbers; this key is required",
@@ -60,23 +51,11 @@ BAD = {
         of_robot("waypoints = [[1, 1]]"),
         "robot.waypoints: found ((1.0, 1.0),); allowed: goal or waypoints, not both",
     ),
-    "a start without heading": (
-        GOOD.replace("[0.0, 0.0, 0.0]", "[0.0, 0.0]"),
-        "robot.start: found [0.0, 0.0]; allowed: an array of 3 numbers",
-    ),
     "a word for a coordinate": (
         GOOD.replace("[0.0, 0.0, 0.0]", '[0.0, "0", 0.0]'),
         "robot.start.1: found '0'; allowed: a number",
     ),
     "a truth value for a number": (of_robot("radius = true"), "robot.radius: found True; allowed: a number"),
-    "a goal at infinity": (
-        GOOD.replace("[9.0, 0.0]", "[inf, 0.0]"),
-        "robot.goal.0: found inf; allowed: a number from -10000 to 10000 m",
-    ),
-    "a robot too small for its wheels": (
-        of_robot("radius = 0.1"),
-        "robot.radius: found 0.1; allowed: a number from 0.2 to 0.5 m",
-    ),
     "a least speed above the greatest": (
         of_robot("min_speed = 2.0"),
         "robot.min_speed: found 2.0; allowed: a number below max_speed (1.0)",
@@ -84,16 +63,6 @@ BAD = {
     "a preferred speed above the greatest": (
         of_robot("max_speed = 0.5\npreferred_speed = 0.6"),
         "robot.preferred_speed: found 0.6; allowed: a number from 0.01 to 0.5 m/s",
-    ),
-    "a fractional seed": ("seed = 1.5\n" + GOOD, "seed: found 1.5; allowed: a whole number"),
-    "a seed of more than 64 bits": (
-        f"seed = {2**64}\n" + GOOD,
-        f"seed: found {2**64}; allowed: whole numbers of at most 64 bits",
-    ),
-    "no time": ("time_limit = 0\n" + GOOD, "time_limit: found 0.0; allowed: a number > 0 and <= 1000000"),
-    "a wall without an end": (
-        GOOD + "[[walls]]\nfrom = [0, 2]",
-        "walls.0.to: found nothing; allowed: an array of 2 numbers; this key is required",
     ),
     "a wall of no length": (
         GOOD + "[[walls]]\nfrom = [1, 2]\nto = [1, 2]",
@@ -159,10 +128,6 @@ BAD = {
         GOOD + "[noise.gyro]\nstd = 1.0",
         "noise.gyro.distribution: found nothing; allowed: empirical, gaussian, ",
     ),
-    "a distribution's unknown argument": (
-        GOOD + '[noise.pose.x]\ndistribution = "gaussian"\nsigma = 1.0',
-        "noise.pose.x.sigma: found 'sigma'; allowed: ",
-    ),
     "impossible moments": (
         GOOD + '[noise.pose.x]\ndistribution = "pearson"\nstd = 1.0\nskew = 2.0\nkurtosis = 3.0',
         "noise.pose.x.kurtosis: found 3.0; allowed: ",
@@ -170,10 +135,6 @@ BAD = {
     "a rate between the steps": (
         GOOD + "[control]\nrate = 30.0",
         "control.rate: found 30.0; allowed: a rate whose period is a whole number of steps of physics.timestep (0.002 ",
-    ),
-    "an unknown engine": (
-        GOOD + '[physics]\nengine = "mujocco"',
-        "physics.engine: found 'mujocco'; allowed: kinematic, mujoco; did you mean 'mujoco'?",
     ),
     "nesting without end": (
         GOOD + "[control]\nclip = " + "[" * 30 + "]" * 30,

@@ -93,26 +93,6 @@ def test_admissible_is_what_can_stop_before_the_contact(alone, dwa):
     assert {costs.total[k] < inf for k in straight} == {True, False}
 
 
-def test_the_velocity_of_an_obstacle_takes_no_part(alone, dwa):
-    still, walking = (dwa.decide(alone(obstacles=(disc(2.5, 0.3, *u),))) for u in ((0.0, 0.0), (-1.0, 0.4)))
-    assert (still.v, still.omega) == (walking.v, walking.omega)
-    assert (still.costs.total == walking.costs.total).all()
-
-
-def test_without_weight_only_what_is_not_admissible_counts(alone):
-    o = alone(obstacles=(disc(2.5, 0.3),))
-    costs = make_controller("dwa", RobotLimits(), PERIOD, weight=0.0).decide(o).costs
-    assert (costs.total == costs.goal).all()
-    assert costs.cone.any()
-
-
-def test_a_way_beyond_the_clearance_counts_for_nothing(alone):
-    o = alone(obstacles=(disc(3.0, 0.0),))
-    for clearance, risky in ((2.0, False), (3.0, True)):
-        costs = make_controller("dwa", RobotLimits(), PERIOD, clearance=clearance).decide(o).costs
-        assert costs.cone.any() == risky
-
-
 def test_where_nothing_is_admissible_it_brakes_and_says_so(alone, dwa):
     decision = dwa.decide(alone(twist=(0.8, 0.0), obstacles=(disc(0.65, 0.0),)))
     assert decision.status == Status.INFEASIBLE

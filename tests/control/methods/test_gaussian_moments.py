@@ -135,26 +135,6 @@ def test_cantellis_k_is_never_less_than_the_quantile(eta):
     assert deviations(eta, "cantelli") >= deviations(eta, "quantile") == pytest.approx(norm.ppf(eta), rel=1e-9)
 
 
-@pytest.mark.parametrize("eta", [0.2, 0.6, 0.9, 0.99])
-def test_cantellis_bound_allows_nothing_that_the_quantile_forbids(observe, eta):
-    one, other = (make_controller(NAME, LIMITS, 0.2, **SMALL, eta=eta, tail=t) for t in ("cantelli", "quantile"))
-    fewer = 0
-    for seed in range(10):
-        o = observe(seed, num_walls=0)
-        cantelli, quantile = (
-            (costs.cone <= bound).all(axis=1) & (costs.lane <= bound).all(axis=1)
-            for costs, bound in ((c.decide(o).costs, c.bound) for c in (one, other))
-        )
-        assert (quantile | ~cantelli).all()
-        fewer += (quantile & ~cantelli).any()
-    assert fewer >= 1
-
-
-@given(st.floats(0.01, 0.99))
-def test_with_the_quantile_the_risk_allowed_is_the_share_that_is_not_asked_for(eta):
-    assert make_controller(NAME, LIMITS, 0.2, eta=eta, tail="quantile").bound == pytest.approx(1.0 - eta)
-
-
 @given(arrays(float, (6, 3), elements=st.floats(-5.0, 5.0)), st.integers(4, 30))
 def test_the_fit_has_the_mean_and_covariance_of_the_samples_exactly(states, num):
     drawn = gaussian(states, white(np.random.default_rng(num).standard_normal((num, 3))))

@@ -1,5 +1,3 @@
-from math import exp
-
 import numpy as np
 import pytest
 from hypothesis import given
@@ -12,7 +10,6 @@ from mjnav.control.methods.mmd_dirac import FARTHEST, distance_from_zero
 SMALL = {"num_v": 6, "num_omega": 7}
 CROWDED = {"spread": 0.2, "near": 0.05, "far": 2.5, "num_samples": 9}
 SAMPLES = arrays(float, st.tuples(st.integers(1, 12), st.just(3)), elements=st.floats(-2.0, 1.0))
-BANDWIDTHS = st.floats(1.0 / FARTHEST, 5.0)  # at which no sample up to 1 is capped
 
 
 def gram_mmd(f, bandwidth):
@@ -50,12 +47,6 @@ def test_the_observations_above_have_risk_of_discs_walls_and_lanes(observe, limi
     assert np.max([c.lane.max(axis=0) for c in costs], axis=0).min() > 0.02
 
 
-@given(SAMPLES, BANDWIDTHS)
-def test_features_and_gram_matrices_agree_for_any_samples(samples, bandwidth):
-    expected = np.array([gram_mmd(column, bandwidth) for column in samples.T])
-    assert distance_from_zero(samples, bandwidth) == pytest.approx(expected, rel=0.0, abs=1e-9)
-
-
 @given(SAMPLES, st.floats(0.001, 5.0))
 def test_beyond_eight_bandwidths_samples_are_not_told_apart(samples, bandwidth):
     capped = np.minimum(samples, FARTHEST * bandwidth)
@@ -70,11 +61,6 @@ def test_it_is_zero_where_all_samples_are_safe_and_only_there(samples, bandwidth
     assert (distance_from_zero(samples, bandwidth) > 0.0).all()
 
 
-@given(SAMPLES, st.floats(0.001, 5.0))
-def test_how_safe_a_safe_sample_is_does_not_matter(samples, bandwidth):
-    assert (distance_from_zero(samples, bandwidth) == distance_from_zero(np.maximum(samples, 0.0), bandwidth)).all()
-
-
 @pytest.mark.parametrize("x", [1e-6, 1e-3, 0.1, 0.7, 1.0, 3.0])
 @pytest.mark.parametrize("share", [1.0, 0.04])
 def test_for_equal_collisions_it_is_known_exactly_however_small(x, share):
@@ -82,11 +68,3 @@ def test_for_equal_collisions_it_is_known_exactly_however_small(x, share):
     samples = np.where(np.arange(25) < 25 * share, x, -1.0)[:, None]
     expected = 2.0 * share**2 * -np.expm1(-(x**2) / (2.0 * 0.5**2))
     assert distance_from_zero(samples, 0.5)[0] == pytest.approx(expected, rel=1e-8)
-
-
-def test_a_wide_kernel_sees_the_mean_violation_a_narrow_one_the_share():
-    samples = np.array([[0.2], [0.6], [-1.0], [-0.5]])
-    wide, narrow = distance_from_zero(samples, 1e4)[0], distance_from_zero(samples, 1e-3)[0]
-    assert wide * 1e8 == pytest.approx(0.2**2, rel=1e-6)
-    # 0.2 and 0.6 are capped to one place, far from 0
-    assert narrow == pytest.approx(2.0 * 0.5**2 * (1.0 - exp(-0.5 * FARTHEST**2)), rel=1e-9)

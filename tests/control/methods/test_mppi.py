@@ -161,26 +161,3 @@ def test_the_seeds_above_cover_both_cases(observe, limits):
 
 
 # -------------------------------------------------------------------------------------------- degenerate
-
-
-@pytest.mark.parametrize(
-    "sizes",
-    [
-        {"num_obstacles": 0, "num_walls": 0, "lanes": False},
-        {"num_samples": 1, "most": 1},
-        {"spread": 0.0},
-        {"near": 1e-12, "far": 1e-12, "spread": 0.0},
-        CROWDED,
-    ],
-)
-@pytest.mark.parametrize("parameters", [{}, {"rollouts": 1, "steps": 1, "knots": 1}, {"temperature": 1e-9}])
-def test_every_cost_is_a_number_on_whatever_it_sees(observe, limits, sizes, parameters):
-    controller = make_controller("mppi", limits, 0.1, **{"rollouts": 30, **parameters})
-    for tick, twist in enumerate(((0.0, 0.0), (0.7, -0.4))):
-        seen = replace(observe(tick, **sizes), twist=np.array(twist), time=0.1 * tick)
-        for o in (seen, replace(seen, goal=seen.robot_pose[0, :2].copy(), time=seen.time + 0.05)):
-            decision = controller.decide(o)
-            assert np.isfinite([decision.v, decision.omega]).all()
-            for field in ("v", "omega", "goal", "cone", "lane", "total"):
-                assert np.isfinite(getattr(decision.costs, field)).all()
-            controller.closest_cone(o, decision)

@@ -33,17 +33,6 @@ def centre_velocity(decision, heading, lead):
 # ------------------------------------------------------------------------------------- effective centre
 
 
-@given(st.floats(-3.1, 3.1), st.floats(-1.0, 1.0), st.floats(-8.0, 8.0))
-def test_the_effective_centre_moves_at_the_velocity_that_was_chosen(heading, v, omega):
-    """Simulated: the unicycle under (v, omega) against v e + D omega e'."""
-    lead, dt = 0.25, 1e-6
-    before, after = np.array([0.0, 0.0, heading]), integrate([0.0, 0.0, heading], v, omega, dt)
-    centres = [p[:2] + lead * np.array([np.cos(p[2]), np.sin(p[2])]) for p in (before, after)]
-    c, s = np.cos(heading), np.sin(heading)
-    expected = np.array([c, s]) * v + np.array([-s, c]) * lead * omega
-    assert (centres[1] - centres[0]) / dt == pytest.approx(expected, abs=1e-4)
-
-
 def test_a_free_robots_effective_centre_follows_any_holonomic_velocity(alone):
     """Where nothing bounds the control, the centre's path under a preferred velocity is the straight line."""
     controller = make_controller("orca", FREE, 0.001, preferred_speed=0.8)

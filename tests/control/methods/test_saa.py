@@ -6,9 +6,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from mjnav.control import Status, make_controller
+from mjnav.control import make_controller
 from mjnav.control.methods.saa import colliding_share
-from mjnav.messages import ObstacleSamples
 
 SMALL = {"num_v": 6, "num_omega": 7}
 CROWDED = {"spread": 0.2, "near": 0.05, "far": 2.5, "num_samples": 9}
@@ -41,17 +40,3 @@ def test_a_share_of_exactly_one_less_eta_is_allowed(limits, num, percent):
 def test_a_sample_of_zero_is_safe(samples):
     samples[0] = 0.0
     assert colliding_share(samples) * len(samples) == pytest.approx((samples > 0.0).sum(axis=0), abs=1e-12)
-
-
-def test_where_all_collide_only_the_goal_counts_and_the_status_says_so(alone, limits):
-    on_top = ObstacleSamples(np.array([[0.1, 0.0]]), np.zeros((1, 2)), 0.3)
-    decision = make_controller("saa", limits, 0.1).decide(alone(obstacles=(on_top,)))
-    assert decision.status == Status.INFEASIBLE
-    assert (decision.costs.cone == 1.0).all()
-    assert (decision.costs.total == decision.costs.goal).all()
-
-
-def test_at_level_zero_everything_is_allowed(observe, limits):
-    decision = make_controller("saa", limits, 0.1, eta=0.0).decide(observe(1, **CROWDED))
-    assert (decision.costs.total == decision.costs.goal).all()
-    assert decision.status != Status.INFEASIBLE
