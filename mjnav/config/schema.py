@@ -28,7 +28,8 @@ def json_schema(cls: Any) -> Schema:
 
 def table_schema(cls: Any, definitions: dict[str, Schema], defaults: Any = None) -> Schema:
     """The schema of a table that becomes a `cls`; `defaults` is an instance whose values stand for the class's own."""
-    schema: Schema = {"type": "object", "description": _first_line(cls), "properties": {}, "required": []}
+    first_line = (cls.__doc__ or "").strip().partition("\n")[0]
+    schema: Schema = {"type": "object", "description": first_line, "properties": {}, "required": []}
     beside = None
     for key, field in keys(cls).items():
         if field.beside:
@@ -176,16 +177,9 @@ def _with_keys_beside(schema: Schema, hint: Any, definitions: dict[str, Schema])
 
 def _variants_schema(schema: Schema, variants: Variants, definitions: dict[str, Schema]) -> Schema:
     kinds = {name: table_schema(kind, definitions) for name, kind in variants.kinds.items()}
-    name = {"type": "string", "enum": list(kinds), "description": _first_lines(kinds)}
+    descriptions = "\n".join(f"{name}: {kind['description']}" for name, kind in kinds.items())
+    name = {"type": "string", "enum": list(kinds), "description": descriptions}
     properties = {**schema.get("properties", {}), variants.key: name}
     required = [*schema.get("required", []), variants.key]
     closed = {**schema, "properties": properties, "required": required, "additionalProperties": False}
     return with_variants(closed, variants.key, kinds)
-
-
-def _first_line(cls: Any) -> str:
-    return (cls.__doc__ or "").strip().partition("\n")[0]
-
-
-def _first_lines(kinds: Mapping[str, Schema]) -> str:
-    return "\n".join(f"{name}: {kind['description']}" for name, kind in kinds.items())

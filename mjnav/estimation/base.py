@@ -7,7 +7,6 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from mjnav.errors import InvalidValue
 from mjnav.filters.resampling import shuffled
 from mjnav.messages import Array, Reading, RobotBelief, Track
 from mjnav.rng import stream
@@ -55,16 +54,6 @@ class FilterSettings:
     resample_below: float = 0.5
     roughening: float = 1.5
     patience: int = 3
-
-    def __post_init__(self):
-        if not 0.0 < self.epsilon < 1.0:
-            raise InvalidValue("epsilon", self.epsilon, "a number between 0 and 1")
-        if not 0.0 <= self.resample_below <= 1.0:
-            raise InvalidValue("resample_below", self.resample_below, "a number from 0 to 1")
-        if not 0.0 <= self.roughening < np.inf:
-            raise InvalidValue("roughening", self.roughening, "a finite number >= 0")
-        if self.patience < 1:
-            raise InvalidValue("patience", self.patience, "a whole number >= 1")
 
 
 class BeliefDraws:

@@ -53,21 +53,11 @@ class DirectTracker(PeopleTracker):
     after a whole window the prior weighs about 1 %.
     """
 
-    def __init__(
-        self,
-        noise: Mapping[str, Distribution],
-        num_particles: int,
-        radii: Sequence[float],
-        seed: int,
-        *,
-        window: float = VELOCITY_WINDOW,
-        motion: PersonMotion | None = None,
-    ):
+    def __init__(self, noise: Mapping[str, Distribution], num_particles: int, radii: Sequence[float], seed: int):
         super().__init__(radii, seed)
         self._noise = [noise[channel] for channel in DETECTION_CHANNELS]
-        self._window = window
         self._weights = np.full(num_particles, 1.0 / num_particles)
-        walking_speed = (motion or PersonMotion()).walking_speed
+        walking_speed = PersonMotion().walking_speed
         std = [max(channel.std, LEAST_STD[name]) for channel, name in zip(self._noise, DETECTION_CHANNELS, strict=True)]
         self._ridge = np.square(np.asarray(std) / walking_speed)  # (2,) r [s^2]
         self._streams = [stream(seed, "estimation.direct", name) for name in self._names]
@@ -89,7 +79,7 @@ class DirectTracker(PeopleTracker):
             ]
         )
         self._history.append((reading.time, position))
-        while self._history[0][0] < reading.time - self._window - 1e-9:
+        while self._history[0][0] < reading.time - VELOCITY_WINDOW - 1e-9:
             self._history.popleft()
         particles = np.concatenate([position, self._velocity()], axis=-1)
         weights = np.tile(self._weights, (len(particles), 1))

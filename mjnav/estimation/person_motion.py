@@ -6,7 +6,6 @@ from math import sqrt
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mjnav.errors import InvalidValue
 from mjnav.geometry.compiled import kernel
 from mjnav.geometry.kernel_types import Cube, Matrix
 from mjnav.messages import Array
@@ -35,15 +34,6 @@ class PersonMotion:
     sway: float = 0.2
     turn_rate: float = 0.5
     stop_share: float = 0.5
-
-    def __post_init__(self):
-        for name in ("walking_speed", "sway"):
-            if not 0.0 < getattr(self, name) < np.inf:
-                raise InvalidValue(name, getattr(self, name), "a finite number > 0")
-        if not 0.0 <= self.turn_rate < np.inf:
-            raise InvalidValue("turn_rate", self.turn_rate, "a finite number >= 0")
-        if not 0.0 <= self.stop_share <= 1.0:
-            raise InvalidValue("stop_share", self.stop_share, "a number from 0 to 1")
 
     def turn_probability(self, interval: float) -> float:
         """q: that the velocity is another one after `interval` [s]."""

@@ -42,6 +42,18 @@ def _log_ratio(c: float, z: Array) -> Array:
 
 
 @dataclass(frozen=True, slots=True)
+class _FromEdge:
+    """What begins where 1 + c z is 0 and has no other end."""
+
+    c: float
+
+    @property
+    def support(self) -> tuple[float, float]:
+        """From -1/c on."""
+        return -1.0 / self.c, inf
+
+
+@dataclass(frozen=True, slots=True)
 class GaussianLaw:
     """Type 0: p(z) = exp(-z^2/2) / sqrt(2 pi)."""
 
@@ -92,26 +104,20 @@ class BetaLaw:
 
 
 @dataclass(frozen=True, slots=True)
-class GammaLaw:
+class GammaLaw(_FromEdge):
     """Type III: x = k (1 + c z) is Gamma(k), c = 1/sqrt(k) = skew/2.
 
     p(z) = exp(constant) (1 + c z)^(k - 1) exp(-k c z)
     """
 
     k: float
-    c: float
     constant: float
 
     @classmethod
     def of(cls, skew: float) -> "GammaLaw":
         """The law of skew > 0; its kurtosis is 3 + 1.5 skew^2."""
         k = 4.0 / skew**2
-        return cls(k, 0.5 * skew, -_HALF_LOG_2PI - R(k))
-
-    @property
-    def support(self) -> tuple[float, float]:
-        """From where x is 0."""
-        return -1.0 / self.c, inf
+        return cls(0.5 * skew, k, -_HALF_LOG_2PI - R(k))
 
     def sample(self, rng: np.random.Generator, size: Size) -> Array:
         """Independent draws."""
@@ -123,14 +129,13 @@ class GammaLaw:
 
 
 @dataclass(frozen=True, slots=True)
-class InverseGammaLaw:
+class InverseGammaLaw(_FromEdge):
     """Type V: (a - 1)/(1 + c z) is Gamma(a), c = 1/sqrt(a - 2).
 
     p(z) = exp(constant) (1 + c z)^(-a - 1) exp((a - 1) c z / (1 + c z))
     """
 
     a: float
-    c: float
     constant: float
 
     @classmethod
@@ -139,12 +144,7 @@ class InverseGammaLaw:
         root = (2.0 + sqrt(4.0 + skew**2)) / skew
         a = root**2 + 2.0
         constant = 0.5 * log(a) + a * log1p(-1.0 / a) + 1.0 - _HALF_LOG_2PI - R(a) - log(root)
-        return cls(a, 1.0 / root, constant)
-
-    @property
-    def support(self) -> tuple[float, float]:
-        """From where 1 + c z is 0."""
-        return -1.0 / self.c, inf
+        return cls(1.0 / root, a, constant)
 
     def sample(self, rng: np.random.Generator, size: Size) -> Array:
         """Independent draws."""
@@ -157,7 +157,7 @@ class InverseGammaLaw:
 
 
 @dataclass(frozen=True, slots=True)
-class BetaPrimeLaw:
+class BetaPrimeLaw(_FromEdge):
     """Type VI: x = a/(b - 1) (1 + c z) is Beta'(a, b), c^2 = (a + b - 1)/(a (b - 2)), 1 + x = (1 + mean)(1 + e z).
 
     p(z) = exp(constant) (1 + c z)^(a - 1) (1 + e z)^(-a - b)
@@ -165,7 +165,6 @@ class BetaPrimeLaw:
 
     a: float
     b: float
-    c: float
     e: float
     constant: float
 
@@ -176,12 +175,7 @@ class BetaPrimeLaw:
         c = sqrt((n - 1.0) / (a * (b - 2.0)))
         powers = b * log1p(-1.0 / b) - n * log1p(-1.0 / n)
         constant = powers + 0.5 * log(a * b / n) - _HALF_LOG_2PI - R(a) - R(b) + R(n) + log(c)
-        return cls(a, b, c, c * a / (n - 1.0), constant)
-
-    @property
-    def support(self) -> tuple[float, float]:
-        """From where x is 0."""
-        return -1.0 / self.c, inf
+        return cls(c, a, b, c * a / (n - 1.0), constant)
 
     def sample(self, rng: np.random.Generator, size: Size) -> Array:
         """Independent draws."""

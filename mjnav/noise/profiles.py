@@ -120,31 +120,21 @@ def measured() -> dict[str, Distribution]:
     | gyro | skew, kurtosis of bearing; std of `pearson`, mean 0 | not measured; an angle |
     """
 
-    def negated(moments: tuple[float, float, float, float]) -> Pearson:
-        mean, std, skew, kurtosis = moments
-        return _pearson(std, -skew, kurtosis, mean=0.0 - mean)
-
-    def as_found(moments: tuple[float, float, float, float]) -> Pearson:
-        mean, *others = moments
-        return _pearson(*others, mean=mean)
-
-    def shape_of(moments: tuple[float, float, float, float], std: float) -> Pearson:
-        return _pearson(std, *moments[2:])
-
-    return {
-        "odometry.v": as_found(_ODOMETRY_V),
-        "odometry.omega": as_found(_ODOMETRY_OMEGA),
-        "actuation.v": negated(_ODOMETRY_V),
-        "actuation.omega": negated(_ODOMETRY_OMEGA),
-        "pose.x": shape_of(_RANGE, _PEARSON["pose.x"][0]),
-        "pose.y": shape_of(_RANGE, _PEARSON["pose.y"][0]),
-        "pose.theta": as_found(_BEARING),
-        "detection.x": shape_of(_RANGE, _RANGE[1]),
-        "detection.y": shape_of(_RANGE, _RANGE[1]),
-        "lidar.range": as_found(_RANGE),
-        "gyro": shape_of(_BEARING, _PEARSON["gyro"][0]),
-        "lane.offset": shape_of(_RANGE, _PEARSON["lane.offset"][0]),
+    channels: dict[str, tuple[float, float, float, float]] = {
+        "odometry.v": _ODOMETRY_V,
+        "odometry.omega": _ODOMETRY_OMEGA,
+        "pose.theta": _BEARING,
+        "detection.x": (0.0, *_RANGE[1:]),
+        "detection.y": (0.0, *_RANGE[1:]),
+        "lidar.range": _RANGE,
+        "gyro": (0.0, _PEARSON["gyro"][0], *_BEARING[2:]),
     }
+    for axis in ("v", "omega"):
+        mean, std, skew, kurtosis = channels[f"odometry.{axis}"]
+        channels[f"actuation.{axis}"] = (0.0 - mean, std, -skew, kurtosis)
+    for channel in ("pose.x", "pose.y", "lane.offset"):
+        channels[channel] = (0.0, _PEARSON[channel][0], *_RANGE[2:])
+    return {channel: _pearson(*channels[channel][1:], mean=channels[channel][0]) for channel in CHANNELS}
 
 
 def pearson_mirrored() -> dict[str, Distribution]:

@@ -93,12 +93,9 @@ def _drop_excluded(document: dict[str, Any], parts: list[str]) -> None:
         case ["robot", "waypoints"]:
             document["robot"].pop("goal", None)
         case ["people", index, "behaviour"] if isinstance(document["people"], list):
-            _drop_other_behaviours(document["people"][int(index)])
-
-
-def _drop_other_behaviours(person: dict[str, Any]) -> None:
-    keys = {name: set(config.keys(behaviour)) for name, behaviour in BEHAVIOURS.items()}
-    name = person["behaviour"]
-    if isinstance(name, str) and name in keys:
-        for key in set().union(*keys.values()) - keys[name]:
-            person.pop(key, None)
+            person = document["people"][int(index)]
+            keys = {name: set(config.keys(behaviour)) for name, behaviour in BEHAVIOURS.items()}
+            name = person["behaviour"]
+            if isinstance(name, str) and name in keys:
+                for key in set().union(*keys.values()) - keys[name]:
+                    person.pop(key, None)

@@ -1,7 +1,6 @@
 import numpy as np
 import pytest
 
-from mjnav.estimation.base import FilterSettings
 from mjnav.estimation.localizer import ParticleLocalizer
 from mjnav.filters.weights import ess, weighted_moments
 from mjnav.geometry.angles import wrap
@@ -147,11 +146,3 @@ def test_drawing_does_not_disturb_the_filter(drive, pearson):
         expected, belief = quiet.update(reading), asked.update(reading)
         asked.draw(25)
         assert np.array_equal(expected.particles, belief.particles)
-
-
-@pytest.mark.parametrize(
-    ("key", "value"), [("epsilon", 0.0), ("resample_below", 1.5), ("roughening", -1.0), ("patience", 0)]
-)
-def test_impossible_settings_are_refused(key, value):
-    with pytest.raises(ValueError, match=key):
-        FilterSettings(**{key: value})

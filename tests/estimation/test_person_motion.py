@@ -40,11 +40,3 @@ def test_the_gaussian_model_has_the_variance_of_the_mixture():
 def test_changes_of_velocity_are_heavy_tailed():
     change = step(PersonMotion(), np.tile([0.0, 0.0, 1.0, 0.0], (NUM, 1)), 0.1)[:, 2] - 1.0
     assert np.mean((change - change.mean()) ** 4) / change.var() ** 2 > 6.0
-
-
-@pytest.mark.parametrize(
-    ("key", "value"), [("sway", 0.0), ("walking_speed", np.nan), ("turn_rate", -1.0), ("stop_share", 1.5)]
-)
-def test_impossible_parameters_are_refused(key, value):
-    with pytest.raises(ValueError, match=key):
-        PersonMotion(**{key: value})

@@ -97,9 +97,8 @@ def _value_at_risk(column, keep, low, high, scratch):
     for i in range(column.size):
         scratch[count] = column[i]
         count += (column[i] > low) & (column[i] <= high)
-    rest = keep - num_high
-    _largest_first(scratch, count, rest)
-    return scratch[rest - 1]
+    scratch[:count].sort()
+    return scratch[count - (keep - num_high)]
 
 
 @kernel
@@ -108,27 +107,3 @@ def _count_above(values, threshold):
     for i in range(values.size):
         count += values[i] > threshold
     return count
-
-
-@kernel
-def _largest_first(values, count, keep):
-    """Reorders the first `count` values: the `keep` largest come first, the least of these last (Hoare's find)."""
-    low, high = 0, count - 1
-    while low < high:
-        pivot = values[(low + high) // 2]
-        i, j = low, high
-        while i <= j:
-            while values[i] > pivot:
-                i += 1
-            while values[j] < pivot:
-                j -= 1
-            if i <= j:
-                values[i], values[j] = values[j], values[i]
-                i += 1
-                j -= 1
-        if keep - 1 <= j:
-            high = j
-        elif keep - 1 >= i:
-            low = i
-        else:
-            break

@@ -143,7 +143,7 @@ def _robot_variance(motion, k, ax, ay, t):
 
 
 @kernel
-def _probability(excess, variance):
+def probability(excess, variance):
     """That a Gaussian of mean `excess` is above 0."""
     if variance > 0.0:
         return 0.5 * erfc(-excess / sqrt(2.0 * variance))
@@ -181,7 +181,7 @@ def _discs(out: Matrix, motion: Motion, r: Matrix, velocity: Matrix, theirs: Cub
             ax, ay, distance = _direction(x + t * qx, y + t * qy, -qy, qx, ex, ey)
             variance = _robot_variance(motion, k, ax, ay, t)
             variance += _variance(theirs[j], ax, ay, t * ax, t * ay)
-            out[j, k] = _probability(radius[j] - distance, variance)
+            out[j, k] = probability(radius[j] - distance, variance)
 
 
 @kernel
@@ -215,7 +215,7 @@ def _walls(out: Matrix, motion: Motion, walls: Cube, radius: float, horizon: flo
                 share = min(max((dx * wx + dy * wy) / max(wx * wx + wy * wy, COINCIDENT**2), 0.0), 1.0)
                 ax, ay, distance = _direction(dx - share * wx, dy - share * wy, -wy, wx, ex, ey)
                 variance = _robot_variance(motion, k, ax, ay, t)
-                out[j, k] = max(out[j, k], _probability(radius - distance, variance))
+                out[j, k] = max(out[j, k], probability(radius - distance, variance))
 
 
 @kernel
@@ -223,4 +223,4 @@ def _beyond(out: Vector, motion: Motion, excess: Vector, normal: Vector, varianc
     """Of a lane boundary, (K,), which the mean exceeds by `excess` (K,) after t; `variance` is the boundary's own."""
     for k in range(out.size):
         robot = _robot_variance(motion, k, normal[0], normal[1], t)
-        out[k] = _probability(excess[k], robot + variance)
+        out[k] = probability(excess[k], robot + variance)

@@ -20,7 +20,7 @@ spread of what is far off, and would weigh more than a wall close by.
 """
 
 from dataclasses import dataclass
-from math import erfc, sqrt
+from math import sqrt
 from statistics import NormalDist
 from typing import Annotated
 
@@ -28,6 +28,7 @@ import numpy as np
 
 from mjnav.config import Choice, Range
 from mjnav.control.base import ConstrainedController
+from mjnav.control.methods.gaussian_linearised import probability
 from mjnav.control.parameters import Parameters
 from mjnav.control.problem.lane_samples import lane_samples
 from mjnav.control.problem.obstacles import Discs, blocks
@@ -150,8 +151,5 @@ def _probability(samples: Matrix):
             square[k] += (samples[i, k] - mean[k]) ** 2
     out = np.empty(mean.size)
     for k in range(mean.size):
-        if square[k] > 0.0:
-            out[k] = 0.5 * erfc(-mean[k] / sqrt(2.0 * square[k] / samples.shape[0]))
-        else:
-            out[k] = 1.0 if mean[k] > 0.0 else 0.0
+        out[k] = probability(mean[k], square[k] / samples.shape[0])
     return out

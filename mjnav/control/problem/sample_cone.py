@@ -49,24 +49,21 @@ class SampleCone:
     def raw_moments(self, v: Array, omega: Array, degree: int, hinge: NDArray[np.bool_]) -> Array:
         """The raw moments of F_j(u), means of f^p for p = 1 ... degree: (K, B, degree); of max(0, f) where hinge[b]."""
         out = np.empty((len(self.blocks.column), degree, v.size))
-        controls = self._controls(v, omega)
-        circles = velocity_circles(controls, self.robot)
+        controls, circles = self._controls(v, omega)
         cone_moments(out, hinge, circles, controls, self.robot, self.blocks, self.rule)
         return out.transpose(2, 0, 1)
 
     def violation(self, v: Array, omega: Array, shifts: Array) -> Array:
         """sum_b max(0, f_b), (P, K), with the robot moved by each of `shifts` (P, 2); for one sample of everything."""
         out = np.empty((len(shifts), v.size))
-        controls = self._controls(v, omega)
-        circles = velocity_circles(controls, self.robot)
+        controls, circles = self._controls(v, omega)
         mean_violation(out, shifts, circles, controls, self.robot, self.blocks, self.rule)
         return out
 
     def samples(self, block: int, v: Array, omega: Array) -> Array:
         """f of one block, (n, K)."""
         out = np.empty((int(self.sizes[block]), v.size))
-        controls = self._controls(v, omega)
-        circles = velocity_circles(controls, self.robot)
+        controls, circles = self._controls(v, omega)
         cone_samples(out, block, circles, controls, self.robot, self.blocks, self.rule)
         return out
 
@@ -78,8 +75,7 @@ class SampleCone:
         sizes = self.sizes
         samples = np.empty((int(sizes.max(initial=0)), v.size))
         rule = self.rule._replace(floor=max(self.rule.floor, 0.0)) if hinge else self.rule
-        controls = self._controls(v, omega)
-        circles = velocity_circles(controls, self.robot)
+        controls, circles = self._controls(v, omega)
         for block, size in enumerate(sizes.tolist()):
             num_far = cone_samples(samples[:size], block, circles, controls, self.robot, self.blocks, rule)
             # Where all samples are alike, one candidate stands for all.
@@ -96,13 +92,15 @@ class SampleCone:
         self, sums: Array, counts: NDArray[np.int64], wanted: NDArray[np.bool_], v: Array, omega: Array
     ) -> None:
         """Adds up the safe samples of the `wanted` blocks (B,): f^p to `sums` (B, degree), their number to `counts`."""
-        add_safe(sums, counts, wanted, self._controls(v, omega), self.robot, self.blocks, self.rule)
+        add_safe(sums, counts, wanted, self._controls(v, omega)[0], self.robot, self.blocks, self.rule)
 
     @property
     def sizes(self) -> NDArray[np.int64]:
         """How many pairs each block has, (B,)."""
         return np.diff(self.blocks.start) * len(self.robot.speed_noise)
 
-    def _controls(self, v: Array, omega: Array) -> Controls:
+    def _controls(self, v: Array, omega: Array) -> tuple[Controls, Array]:
+        """The controls, and circles around the velocities of each robot sample at all of them."""
         turn = omega * self.preview
-        return Controls(v, np.cos(turn), np.sin(turn))
+        controls = Controls(v, np.cos(turn), np.sin(turn))
+        return controls, velocity_circles(controls, self.robot)
