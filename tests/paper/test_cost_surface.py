@@ -120,14 +120,6 @@ def test_the_gradient_method_stays_in_its_basin_and_more_starts_find_others():
     assert best.cost <= fine_grid(two_holes, LOW, HIGH, 41)
 
 
-def test_starts_lie_in_the_window_each_once():
-    for num in gradient_search.STARTS:
-        found = starts(num)
-        assert found.shape == (num, 2)
-        assert len(set(map(tuple, found.tolist()))) == num
-        assert ((found >= 0.0) & (found <= 1.0)).all()
-
-
 def test_a_slope_s_jump_falls_with_the_step_unless_there_is_a_kink():
     def kink(v, omega):
         return np.abs(omega - 0.1234) + omega**2
@@ -185,21 +177,6 @@ def test_nothing_is_below_the_reference_and_more_starts_cost_more_points(data):
     assert (tuned[..., 1] <= 1.01 * tuned[..., 0]).all()
 
 
-def test_rows_hold_every_decision_variant_and_window(data):
-    rows = data.rows()
-    assert len(rows) == data.grid.size
-    assert len({(r["seed"], r["tick"], r["variant"], r["window"]) for r in rows}) == len(rows)
-    assert rows[0]["grid_cost"] == data.grid[0, 0, 0]
-
-
-def test_the_same_seed_gives_the_same_costs(scenario, records, data):
-    first = records[0].truth.time
-    again = measure(replace(scenario, time_limit=first + 0.05))
-    assert again.tick.tolist() == [records[0].tick]
-    for key in ("reference", "grid", "found", "points", "jumps"):
-        assert np.array_equal(getattr(again, key), getattr(data, key)[:1])
-
-
 def many_runs(data, **changes):
     """The data as if its decisions were from eight runs."""
     times = 8 * 6 // len(data.tick) + 1
@@ -224,12 +201,6 @@ def test_jumps_that_stay_are_kinks_and_those_that_fall_are_not(data, ratio, expe
     assert [f.verdict for f in kinks] == [expected] * 2
 
 
-def test_few_runs_decide_nothing_but_say_their_number(data):
-    found = judge(claims(data))
-    assert all(f.verdict == Verdict.OPEN for f in found)
-    assert all(str(len(data.tick)) in f.evidence for f in found)
-
-
 def test_a_method_without_candidates_and_runs_without_obstacles_are_refused(scenario):
     with pytest.raises(InvalidValue, match="control"):
         measure(replace(scenario, control=replace(scenario.control, method="orca", parameters={})))
@@ -245,18 +216,3 @@ def test_every_variant_has_a_panel_in_which_its_least_cost_is_marked(data):
         least, ends = axes.get_lines()
         assert least.get_xydata().tolist() == [[view.surface.v[i], view.surface.omega[j]]]
         assert np.array_equal(ends.get_xydata(), view.ends)
-
-
-def test_jumps_and_shares_are_the_data_s(data):
-    panels = {axes.get_title(loc="left"): axes for axes in picture(data).axes}
-    jumps = panels["largest jump of the slope within a step"].get_lines()
-    assert [line.get_label() for line in jumps] == [*VARIANTS, "d = 3, not clipped"]
-    for line, view in zip(jumps, data.views, strict=True):
-        assert np.array_equal(line.get_ydata(), view.jumps)
-    bars = panels["between the limits"].patches
-    assert len(bars) == 3 * len(VARIANTS) * len(gradient_search.STARTS)
-    worse = [bar.get_height() for bar in bars[::3]]
-    expected = (data.against_grid[:, :, 1] > 0).mean(axis=0)
-    assert worse == pytest.approx(expected.ravel().tolist())
-    tops = [bar.get_y() + bar.get_height() for bar in bars[2::3]]
-    assert tops == pytest.approx([1.0] * len(tops))

@@ -55,24 +55,11 @@ def test_every_degree_is_timed_on_every_size(data):
     assert data.period == 0.1
 
 
-def test_times_are_picked_by_size_and_form_in_order(data):
-    assert [t.samples for t in data.of(degree=1, obstacles=OBSTACLES)] == [10, 25, 50]
-    assert [t.obstacles for t in data.of(degree=3, samples=SAMPLES)] == [1, 5, 10]
-    assert [t.samples for t in data.of(degree=2, gram=True)] == [10, 25]
-
-
 def test_gram_matrices_take_longer_and_grow_faster(data):
     few, many = (min(t.cpu) for t in data.of(degree=3, gram=True))
     (moments,) = data.of(degree=3, samples=SAMPLES, obstacles=OBSTACLES)
     assert many > 5.0 * few  # pairs squared: 39 times as much
     assert many > 10.0 * min(moments.cpu)
-
-
-def test_rows_are_the_decisions(data):
-    rows = data.rows()
-    assert len(rows) == sum(t.seconds.size for t in data.times)
-    some = [r["s"] for r in rows if (r["form"], r["degree"], r["samples"], r["obstacles"]) == ("moments", 2, 25, 10)]
-    assert some == data.of(degree=2, samples=25, obstacles=10)[0].seconds.tolist()
 
 
 def test_quantiles_and_rates_have_intervals_around_them():
@@ -115,18 +102,6 @@ def test_another_method_is_refused(scenario):
     saa = replace(scenario, control=replace(scenario.control, method="saa", parameters={}))
     with pytest.raises(InvalidValue, match="rkhs"):
         measure(saa)
-
-
-def test_medians_stand_at_their_sizes_and_the_period_is_drawn(data):
-    _, samples, obstacles = picture(data).axes
-    lines = samples.get_lines()
-    assert len(lines) == 2 * len(DEGREES) + 1
-    middle = data.of(degree=2, obstacles=5)
-    (line,) = (line for line in lines if line.get_color() == style.DEGREES[2] and line.get_linestyle() == "-")
-    assert line.get_xdata() == pytest.approx([10.0, 25.0, 50.0])
-    assert line.get_ydata() == pytest.approx([1e3 * np.median(t.seconds) for t in middle])
-    assert lines[-1].get_ydata() == pytest.approx([100.0, 100.0])
-    assert [tick.get_text() for tick in obstacles.get_xticklabels()] == ["1", "5", "10"]
 
 
 def test_a_figure_is_saved_with_text_as_text_and_leaves_no_style(data):

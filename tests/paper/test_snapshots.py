@@ -81,19 +81,6 @@ def test_drawn_are_the_hardest_decisions_that_matter_apart_and_in_order(data):
     assert data.share[drawn, GOAL].min() == data.share[rivals, GOAL].min()
 
 
-def test_shares_are_those_of_the_drawn_samples_and_rows_repeat_them(data):
-    rows = data.rows()
-    assert len(rows) == len(data.time) == len(data.share)
-    for snapshot in data.snapshots:
-        i = int(np.flatnonzero((data.time == snapshot.time) & (data.run == 0))[0])
-        assert data.share[i] == pytest.approx([(f <= 0.0).mean() for f in snapshot.f])
-        assert rows[i]["safe_goal_alone"] == data.share[i, GOAL]
-        assert rows[i]["safe_matched"] == data.share[i, MATCHED]
-        assert rows[i]["closest"] == f"person{snapshot.closest}"
-    unmoved = ~data.matters
-    assert np.array_equal(data.share[unmoved, GOAL], data.share[unmoved, MATCHED])
-
-
 def as_many_runs(data, share):
     run = np.arange(len(data.run)) % 8
     return replace(data, run=run, share=share, outcome=("goal",) * 8, matters=np.ones(len(run), bool))
@@ -150,9 +137,3 @@ def test_every_snapshot_has_a_column_and_all_samples_in_its_histograms(data):
         shares = [bar.get_width() for bar in axes.patches[1::2]]
         assert shares[0] == pytest.approx((snapshot.f[MATCHED] <= 0.0).mean())
         assert shares[2] == pytest.approx((snapshot.f[GOAL] <= 0.0).mean())
-
-
-def test_few_snapshots_and_samples_that_are_not_clipped_are_drawn_too(data):
-    one = replace(data.snapshots[0], f=tuple(10.0 * f for f in data.snapshots[0].f))
-    figure = picture(replace(data, snapshots=(one,), clip=np.inf))
-    assert titles(figure) == [f"{one.time:.1f} s"]

@@ -9,7 +9,6 @@ import sys
 import threading
 import time
 from collections import defaultdict
-from dataclasses import replace
 from pathlib import Path
 from typing import BinaryIO
 
@@ -19,10 +18,8 @@ from mcap.records import Channel, Message, Schema
 from mjnav import load_scenario, run
 from mjnav.errors import InputError
 from mjnav.recording import Recorder, open_log
-from mjnav.recording.encode.topics import topics
 from mjnav.recording.live import LiveServer
 from mjnav.recording.read.records import read_records
-from mjnav.recording.write import writer as writer_module
 
 pytest.importorskip("foxglove", reason="foxglove-sdk is not installed")
 websocket = pytest.importorskip("tornado.websocket", reason="no WebSocket client: tornado is not installed")
@@ -182,21 +179,6 @@ def test_without_a_file_a_client_gets_the_same(scenario, made_up, tmp_path):
         client = Client(live.url).subscribed()
         write(recorder, type(made_up)())  # the same numbers once more
     assert shared(client) == logged(tmp_path / "a.mcap")[0]
-
-
-def test_what_goes_to_file_and_clients_is_encoded_once(scenario, made_up, tmp_path, live, monkeypatch):
-    encoded = []
-
-    def counted(encode):
-        return encode and (lambda record: encoded.append(record.tick) or encode(record))
-
-    table = tuple(replace(topic, encode=counted(topic.encode)) for topic in topics(scenario))
-    monkeypatch.setattr(writer_module, "topics", lambda scenario: table)
-    recorder = Recorder(tmp_path / "a.mcap", scenario, {}, "<mujoco/>", live=live)
-    Client(live.url).subscribed()
-    write(recorder, made_up, 3)
-    encoders = sum(topic.encode is not None for topic in table)
-    assert sorted(encoded) == [tick for tick in range(3) for _ in range(encoders)]
 
 
 def test_a_client_that_takes_nothing_holds_up_neither_run_nor_end(scenario, made_up, tmp_path):

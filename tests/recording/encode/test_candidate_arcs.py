@@ -47,12 +47,6 @@ def test_cheap_candidates_are_green_and_dear_ones_red(made_up):
     assert greenness[0] > 0 > greenness[-1]
 
 
-def test_lines_have_a_pose_and_a_type_that_foxglove_draws(made_up):
-    entity = drawn(made_up.record(2))
-    assert (entity.frame_id, entity.id, entity.timestamp.nanos) == ("map", "candidates", 200_000_000)
-    assert all(line.type == line.LINE_LIST and line.pose.orientation.w == 1.0 for line in entity.lines)
-
-
 def test_candidates_of_infinite_cost_are_drawn(made_up):
     record = made_up.record(0)
     costs = record.decision.costs

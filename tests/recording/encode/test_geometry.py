@@ -4,7 +4,6 @@ from math import atan2, pi
 import numpy as np
 from foxglove_schemas_protobuf.FrameTransforms_pb2 import FrameTransforms
 from foxglove_schemas_protobuf.LaserScan_pb2 import LaserScan
-from foxglove_schemas_protobuf.PoseInFrame_pb2 import PoseInFrame
 
 from mjnav.recording.encode import geometry
 
@@ -22,14 +21,6 @@ def test_transforms_name_the_truth_and_the_estimate(made_up):
         assert (transform.translation.x, transform.translation.y) == (pose[0], pose[1])
         np.testing.assert_allclose(heading(transform.rotation), pose[2], atol=1e-12)
     assert (message.transforms[0].timestamp.seconds, message.transforms[0].timestamp.nanos) == (0, 300_000_000)
-
-
-def test_a_pose_keeps_its_place_and_heading(made_up):
-    pose = made_up.record(0).truth.robot_pose
-    message = PoseInFrame.FromString(geometry.encode_pose(12.5, pose))
-    assert (message.frame_id, message.timestamp.seconds, message.timestamp.nanos) == ("map", 12, 500_000_000)
-    assert (message.pose.position.x, message.pose.position.y) == (pose[0], pose[1])
-    np.testing.assert_allclose(heading(message.pose.orientation), pose[2], atol=1e-12)
 
 
 def test_beam_i_points_to_two_pi_i_over_the_number_less_pi(made_up):

@@ -2,7 +2,6 @@ import json
 from dataclasses import replace
 
 import numpy as np
-import pytest
 
 from mjnav.messages import Decision, Status
 from mjnav.recording.encode import json_messages
@@ -78,14 +77,3 @@ def test_a_decision_shows_its_nominal_control_and_what_the_chosen_one_cost(made_
 def test_a_decision_that_is_no_candidate_has_no_cost(made_up):
     decision = replace(made_up.record(0).decision, v=0.123456)
     assert json.loads(json_messages.encode_decision(0, decision))["cost"] is None
-
-
-@pytest.mark.parametrize("status", list(Status))
-def test_a_status_comes_with_its_advice(status):
-    document = json.loads(json_messages.encode_decision(0, Decision(0.1, 0.2, status)))
-    assert (document["status"], document["advice"]) == (status.value, status.advice)
-
-
-def test_a_timing_reads_back(made_up):
-    timing = made_up.timing(3)
-    assert documents.decode_timing(json.loads(json_messages.encode_timing(timing))) == timing

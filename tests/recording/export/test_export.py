@@ -5,9 +5,9 @@ import os
 import pytest
 from mcap.writer import Writer
 
-from mjnav.errors import DamagedLogError, InputError, InvalidValue, MjnavError
+from mjnav.errors import DamagedLogError, InputError, MjnavError
 from mjnav.recording import open_log
-from mjnav.recording.export.export import FORMATS, check_format, export, new_folder
+from mjnav.recording.export.export import FORMATS, export, new_folder
 
 
 @pytest.mark.parametrize("form", FORMATS)
@@ -19,16 +19,6 @@ def test_an_export_that_is_interrupted_leaves_nothing(recorded, tmp_path, form, 
 
     with pytest.raises(error):
         export(open_log(recorded), form, tmp_path / "out", progress=interrupted)
-    assert list(tmp_path.iterdir()) == []
-
-
-def test_a_full_disk_is_an_error_of_one_line_and_leaves_nothing(recorded, tmp_path, monkeypatch):
-    def full(*_):
-        raise OSError(28, "No space left on device")
-
-    monkeypatch.setattr("mjnav.recording.export.tum._poses", full)
-    with pytest.raises(MjnavError, match=r"out: writing failed: No space left on device$"):
-        export(open_log(recorded), "tum", tmp_path / "out")
     assert list(tmp_path.iterdir()) == []
 
 
@@ -46,20 +36,6 @@ def test_a_foreign_message_is_an_error_of_one_line_and_leaves_nothing(recorded, 
     with pytest.raises(DamagedLogError, match=r"holds a message that is not one of mjnav's \(KeyError\('\w+'\)\)$"):
         export(open_log(path), form, tmp_path / "out")
     assert list(tmp_path.iterdir()) == [path]
-
-
-def test_a_topic_asked_for_twice_is_written_once(recorded, tmp_path):
-    counts = export(open_log(recorded), "csv", tmp_path / "out", topics=["/tick", "/tick"])
-    assert counts == {"tick.csv": 6}
-
-
-def test_an_error_for_an_unknown_format_or_topic_names_the_nearest():
-    with pytest.raises(InvalidValue) as error:
-        check_format("rosbag")
-    assert error.value.nearest == "rosbag2"
-    with pytest.raises(InvalidValue) as error:
-        check_format("csv", ["/people/estimat"])
-    assert error.value.nearest == "/people/estimate"
 
 
 def test_an_empty_folder_is_filled(tmp_path):

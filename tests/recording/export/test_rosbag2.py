@@ -6,7 +6,6 @@ from math import cos, isinf, pi, sin
 
 import numpy as np
 import pytest
-from mcap.reader import make_reader
 from rosbags.interfaces import QosDurability, QosReliability
 from rosbags.rosbag2 import Reader
 from rosbags.typesys import Stores, get_typestore
@@ -99,16 +98,6 @@ def test_the_bags_description_is_what_is_in_it(log, folder, bag):
     assert sorted(path.name for path in folder.iterdir()) == ["bag.mcap", "metadata.yaml"]
 
 
-def test_another_mcap_reader_finds_the_same_messages(folder, bag):
-    with open(folder / "bag.mcap", "rb") as file:
-        reader = make_reader(file, validate_crcs=True)
-        found = Counter(channel.topic for _, channel, _ in reader.iter_messages())
-        schemas = {schema.encoding for schema in reader.get_summary().schemas.values()}
-        assert reader.get_header().profile == "ros2"
-    assert found == {topic: len(messages) for topic, messages in bag.items()}
-    assert schemas == {"ros2msg"}
-
-
 def test_its_types_are_the_same_in_every_distribution_since_humble(scenario):
     humble = get_typestore(Stores.ROS2_HUMBLE)
     types = {topic.type for group in ros_topics(scenario.sensors).values() for topic in group}
@@ -176,10 +165,7 @@ def test_transforms_are_as_logged(log, bag):
             assert same(theirs.transform.rotation) == same(ours.rotation)
 
 
-def test_odometry_becomes_a_twist_a_turn_rate_and_a_measured_pose(log, bag):
-    for time, value, message in pairs(log, "/odometry", bag, "/odometry"):
-        assert_header(message.header, time, "base_link")
-        assert (message.twist.linear.x, message.twist.angular.z) == (value["v"], value["omega"])
+def test_odometry_becomes_a_turn_rate_and_a_measured_pose_too(log, bag):
     for time, value, message in pairs(log, "/odometry", bag, "/imu"):
         assert_header(message.header, time, "base_link")
         assert same(message.angular_velocity) == (0.0, 0.0, value["gyro"])
@@ -203,8 +189,9 @@ def test_a_scan_keeps_its_beams_and_their_infinities(log, bag):
     assert missed > 0
 
 
-def test_commands_are_stamped_twists(log, bag):
-    for time, value, message in pairs(log, "/command", bag, "/cmd_vel"):
+@pytest.mark.parametrize(("topic", "ros_topic"), [("/command", "/cmd_vel"), ("/odometry", "/odometry")])
+def test_commands_and_odometry_are_stamped_twists(log, bag, topic, ros_topic):
+    for time, value, message in pairs(log, topic, bag, ros_topic):
         assert_header(message.header, time, "base_link")
         assert same(message.twist.linear) == (value["v"], 0.0, 0.0)
         assert same(message.twist.angular) == (0.0, 0.0, value["omega"])
@@ -256,17 +243,8 @@ def test_particles_keep_every_column(log, bag):
 def test_the_scene_is_drawn_with_markers(log, bag):
     box, cylinder, arrow, lines = 1, 3, 0, 5
     for time, value, message in pairs(log, "/scene", bag, "/scene"):
-        kinds = Counter((marker.ns, marker.type) for marker in message.markers)
-        assert kinds == {
-            ("walls", box): 2,
-            **{(f"table{i}", kind): n for i in (0, 1) for kind, n in ((box, 1), (cylinder, 4))},
-            ("pillars", cylinder): 2,
-            ("lanes", lines): 2,
-            ("goal", cylinder): 1,
-            ("robot", cylinder): 1,
-            ("robot", arrow): 1,
-            ("people", cylinder): 3,
-        }
+        kinds = Counter(marker.type for marker in message.markers)
+        assert kinds == {box: 4, cylinder: 15, arrow: 1, lines: 2}
         assert len({(marker.ns, marker.id) for marker in message.markers}) == len(message.markers)
         for marker in message.markers:
             assert_header(marker.header, time, "base_link" if marker.ns == "robot" else "map")

@@ -239,14 +239,6 @@ def test_a_record_with_missing_bytes_does_not_swallow_the_next(tmp_path):
             assert kinds_of(items)[Attachment] == (piece.opcode != Opcode.ATTACHMENT)
 
 
-def test_a_file_that_begins_within_a_chunk_gives_only_whole_chunks(tmp_path):
-    content = written(tmp_path / "a.mcap", compression=CompressionType.NONE)
-    pieces = pieces_of(content)
-    first, second = of_kind(pieces, Opcode.CHUNK)
-    for start in range(first.start + 1, first.end):
-        assert messages_of(intact_in(tmp_path, content[start : second.end])) == list(second.messages)
-
-
 def test_messages_outside_of_chunks_with_checksums_are_unchecked(tmp_path):
     content = written(tmp_path / "flat.mcap", use_chunking=False)
     (tmp_path / "flat.mcap").write_bytes(content[:-100])
@@ -282,10 +274,3 @@ def test_a_hole_of_64_MB_is_read_in_pieces(tmp_path):
         assert tracemalloc.get_traced_memory()[1] < 2**24
     finally:
         tracemalloc.stop()
-
-
-def test_a_file_that_is_no_log_is_one_range_of_lost_bytes(tmp_path):
-    for content in (bytes(3000), b"no log at all", np.random.default_rng(0).bytes(100_000)):
-        (lost,) = intact_in(tmp_path, content)
-        assert (lost.start, lost.end, lost.messages) == (0, len(content), {})
-    assert intact_in(tmp_path, b"") == []

@@ -6,16 +6,14 @@ import numpy as np
 import pytest
 
 from mjnav.messages import Trajectory
-from mjnav.recording import TrajectoryBuilder
 from mjnav.recording.encode import json_messages
 from mjnav.recording.read.ticks import TICK, TIMING, TRUTH, BadDocument, TickAssembler
 from tests.recording.conftest import MadeUpRun
-from tests.recording.read.test_log import assert_same
 
 
 def documents_of(run, tick):
-    """A made-up tick's documents by topic, and the tick."""
-    record, timing = run.record(tick), run.timing(tick)
+    """A made-up tick's documents by topic."""
+    record = run.record(tick)
     encoded = {
         "/robot/state": json_messages.encode_robot(tick, record.truth, record.belief),
         "/people/truth": json_messages.encode_people_truth(tick, record.truth),
@@ -23,9 +21,9 @@ def documents_of(run, tick):
         "/people/estimate": json_messages.encode_people_estimate(record),
         "/decision": json_messages.encode_decision(tick, record.decision),
         "/command": json_messages.encode_command(tick, record.command),
-        TIMING: json_messages.encode_timing(timing),
+        TIMING: json_messages.encode_timing(run.timing(tick)),
     }
-    return {topic: json.loads(data) for topic, data in encoded.items()}, record, timing
+    return {topic: json.loads(data) for topic, data in encoded.items()}
 
 
 def assembled(ticks, *, across_gaps):
@@ -39,30 +37,7 @@ def assembled(ticks, *, across_gaps):
 @pytest.fixture
 def ticks():
     run = MadeUpRun(num_people=2, num_candidates=5)
-    return [(tick, documents_of(run, tick)[0]) for tick in range(10)]
-
-
-def test_assembled_ticks_give_the_trajectory_of_the_run():
-    run = MadeUpRun(num_people=1, num_candidates=2)
-    whole, assembler = TrajectoryBuilder(), TickAssembler()
-    for tick in range(20):
-        found, record, timing = documents_of(run, tick)
-        whole.add(record)
-        whole.add_timing(timing)
-        for topic, document in found.items():
-            assembler.add(topic, tick, document)
-    final = run.truth(20)
-    state = {
-        "/robot/state": json_messages.encode_robot(len(whole), final, None),
-        "/people/truth": json_messages.encode_people_truth(len(whole), final),
-        "/contacts": json_messages.encode_contacts(len(whole), final),
-    }
-    for topic, data in state.items():
-        assembler.add(topic, len(whole), json.loads(data))
-    found, expected = assembler.finish(), whole.finish(final)
-    assert_same(found.trajectory, expected)
-    np.testing.assert_array_equal(found.timing, expected.timing)
-    assert found.deadline_misses == expected.deadline_misses
+    return [(tick, documents_of(run, tick)) for tick in range(10)]
 
 
 def test_a_run_ends_before_the_first_tick_that_is_not_whole(ticks):

@@ -24,12 +24,6 @@ def test_what_was_written_is_there_before_any_flush(file, content):
     assert (content(), file.tell(), file.whole, file.exists) == (b"first", 5, True, True)
 
 
-def test_a_file_that_is_there_is_left_alone(tmp_path, file, content):
-    with pytest.raises(FileExistsError):
-        LogFile(tmp_path / "a.mcap")
-    assert content() == b"first"
-
-
 def test_bytes_go_in_whole_or_not_at_all(file, content):
     limits = resource.getrlimit(resource.RLIMIT_FSIZE)
     resource.setrlimit(resource.RLIMIT_FSIZE, (1000, limits[1]))

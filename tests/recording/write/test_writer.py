@@ -91,12 +91,10 @@ def test_the_run_comes_first_and_the_result_last(log_path):
     assert all(isinstance(record, records.Chunk) for record in found[4:-1])
 
 
-def test_the_attachments_are_the_run_file_the_model_and_a_layout(log_path, scenario):
+def test_the_attachments_are_the_run_file_and_the_model(log_path, scenario):
     log = open_log(log_path)
     assert loads(log.attachments["scenario.toml"].decode()) == scenario
     assert gzip.decompress(log.attachments["model.xml.gz"]) == b"<mujoco/>"
-    layout = json.loads(log.attachments["foxglove-layout.json"])
-    assert set(layout) == {"configById", "globalVariables", "playbackConfig", "userNodes", "layout"}
 
 
 def test_the_file_appears_with_the_first_tick(tmp_path, scenario, made_up):
@@ -120,14 +118,6 @@ def test_a_recorder_that_wrote_nothing_leaves_nothing(tmp_path, scenario):
     assert not list(tmp_path.iterdir())
 
 
-def test_an_existing_file_is_refused_and_left_alone(tmp_path, scenario):
-    path = tmp_path / "run.mcap"
-    path.write_text("mine")
-    with pytest.raises(InputError, match="exists already"):
-        Recorder(path, scenario, {}, "<mujoco/>")
-    assert path.read_text() == "mine"
-
-
 def test_a_file_that_came_in_between_is_not_overwritten(tmp_path, scenario, made_up):
     path = tmp_path / "run.mcap"
     with Recorder(path, scenario, {}, "<mujoco/>") as recorder:
@@ -140,27 +130,18 @@ def test_a_file_that_came_in_between_is_not_overwritten(tmp_path, scenario, made
 def test_paths_that_cannot_be_written_are_refused_and_nothing_is_made(tmp_path):
     (tmp_path / "file").write_text("")
     (tmp_path / "dangling").symlink_to(tmp_path / "nowhere")
-    for path in (tmp_path, tmp_path / "file" / "x.mcap", tmp_path / "dangling", tmp_path / "new" / "x.mcap"):
+    for path in (
+        tmp_path,
+        tmp_path / "file",
+        tmp_path / "file" / "x.mcap",
+        tmp_path / "dangling",
+        tmp_path / "new" / "x.mcap",
+    ):
         with pytest.raises(InputError) as error:
             check_path(path)
         assert error.value.exit_code == 2
     assert check_path(tmp_path / "x.mcap") == tmp_path / "x.mcap"
     assert not (tmp_path / "new").exists()
-
-
-@pytest.mark.parametrize("error", [RuntimeError, KeyboardInterrupt])
-def test_a_run_that_breaks_off_leaves_a_whole_file_without_a_result(tmp_path, scenario, made_up, error):
-    path = tmp_path / "run.mcap"
-
-    def broken_run():
-        with Recorder(path, scenario, {}, "<mujoco/>") as recorder:
-            recorder.write(made_up.record(0))
-            raise error
-
-    with pytest.raises(error):
-        broken_run()
-    log = open_log(path)
-    assert (log.complete, log.truncated, log.topics["/command"].messages) == (False, False, 1)
 
 
 def test_nothing_can_be_written_after_the_end(tmp_path, scenario, made_up):
@@ -296,17 +277,6 @@ def test_a_log_that_cannot_keep_up_counts_what_it_drops_and_readers_see_the_gap(
     assert (len(trajectory.command), len(trajectory.time), len(trajectory.timing)) == (whole, whole + 1, whole)
 
 
-def test_a_log_on_the_callers_thread_drops_nothing(tmp_path, scenario, made_up):
-    record = made_up.record(0)
-    with Recorder(tmp_path / "a.mcap", scenario, {}, "<mujoco/>") as recorder:
-        for tick in range(QUEUE_SIZE):
-            recorder.write(made_up.at(record, tick))
-            recorder.write_timing(made_up.timing(tick))
-        recorder.finish(made_up.truth(QUEUE_SIZE), {})
-        assert recorder.dropped == 0
-    assert sequences(open_log(tmp_path / "a.mcap"), "/tick") == [*range(QUEUE_SIZE)]
-
-
 @pytest.mark.parametrize("sink", ["direct", "thread"])
 @pytest.mark.parametrize(("pause", "lifetime"), [(0.0, 0.6), (0.003, 0.93), (0.05, 0.71)])
 def test_a_killed_writer_loses_at_most_the_last_moments(tmp_path, pause, lifetime, sink):
@@ -316,7 +286,8 @@ def test_a_killed_writer_loses_at_most_the_last_moments(tmp_path, pause, lifetim
         first = process.stdout.readline()
         time.sleep(lifetime)
         process.kill()
-        handed_over = [line.split() for line in (first + process.stdout.read()).splitlines() if line.count(" ") == 1]
+        lines = (first + process.stdout.read()).split("\n")[:-1]  # the last may be cut off
+        handed_over = [line.split() for line in lines]
     log = open_log(path)
     assert (log.complete, log.truncated, log.run["scene"]) == (False, True, "made-up")
     kept = sequences(log, "/command")  # of ticks; where the disk cannot keep up, a thread's log drops some between them
