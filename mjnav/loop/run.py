@@ -54,7 +54,10 @@ def run(
     if not isinstance(scenario, Scenario):
         scenario = load_scenario(scenario, controller=controller, seed=seed)
     else:
-        scenario = _changed(scenario, seed, controller)
+        if seed is not None:
+            scenario = replace(scenario, seed=index(seed))
+        if controller is not None:
+            scenario = replace(scenario, control=replace(scenario.control, method=controller, parameters={}))
     build_controller(scenario)
     if not real_time and overruns != "skip":
         raise InvalidValue("overruns", overruns, "skip, unless the run is in real time")
@@ -104,11 +107,3 @@ def file_stem(scenario: Scenario, time: str) -> str:
         mark = f"-{hashlib.sha256(name.encode()).hexdigest()[:8]}"
         name = name.encode()[: MAX_STEM - len(mark) - len(rest)].decode(errors="ignore") + mark
     return "".join(c if c.isalnum() or c in "-_." else "_" for c in name + rest)
-
-
-def _changed(scenario: Scenario, seed: int | None, controller: str | None) -> Scenario:
-    if seed is not None:
-        scenario = replace(scenario, seed=index(seed))
-    if controller is None:
-        return scenario
-    return replace(scenario, control=replace(scenario.control, method=controller, parameters={}))

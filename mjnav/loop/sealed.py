@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 from mjnav.messages import CandidateCosts
 
 A = TypeVar("A", bound=np.generic)
-T = TypeVar("T")
 
 
 def sealed(array: NDArray[A]) -> NDArray[A]:
@@ -31,16 +30,12 @@ def sealed_costs(costs: CandidateCosts) -> CandidateCosts:
     return CandidateCosts(v, omega, goal, cone, lane, total, int(costs.nominal))
 
 
-def sealed_message(message: T) -> T:
-    """A message of `mjnav.messages` with every array in it sealed."""
-    return _sealed(message)
-
-
-def _sealed(value: Any) -> Any:
-    if isinstance(value, np.ndarray):
-        return sealed(value)
-    if isinstance(value, tuple):
-        return tuple(map(_sealed, value))
-    if is_dataclass(value):
-        return type(value)(**{field.name: _sealed(getattr(value, field.name)) for field in fields(value)})
-    return value
+def sealed_message(message: Any) -> Any:
+    """A message of `mjnav.messages`, or a part of one, with every array in it sealed."""
+    if isinstance(message, np.ndarray):
+        return sealed(message)
+    if isinstance(message, tuple):
+        return tuple(map(sealed_message, message))
+    if is_dataclass(message):
+        return type(message)(**{field.name: sealed_message(getattr(message, field.name)) for field in fields(message)})
+    return message

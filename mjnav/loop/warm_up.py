@@ -1,6 +1,5 @@
 """What is loaded before a run, so that no tick of it has to wait."""
 
-from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import replace
 from itertools import count
@@ -25,12 +24,7 @@ def warm_up(scenario: Scenario) -> None:
     if ":" in scenario.control.method:
         scenario = replace(scenario, control=replace(scenario.control, method=METHOD, parameters={}))
     with suppress(RunFault):  # the run itself will report, and log, what is wrong
-        episode = Episode(scenario, stop=stop_after(WARM_UP_TICKS), cones=True)
+        asked = count()
+        episode = Episode(scenario, stop=lambda: next(asked) >= WARM_UP_TICKS, cones=True)
         load_kernels()
         episode.run()
-
-
-def stop_after(ticks: int) -> Callable[[], bool]:
-    """For `Episode`: asks for the end after so many ticks."""
-    asked = count()
-    return lambda: next(asked) >= ticks

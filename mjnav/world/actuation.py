@@ -21,16 +21,10 @@ class Actuation:
         limits, timestep = scenario.robot.limits, scenario.physics.timestep
         self._low, self._high = command_bounds(limits)
         self._change = np.array([limits.max_acceleration * timestep, limits.max_turn_acceleration * timestep])
-        self._set_point = np.zeros(2)
+        self._set_point = np.zeros(2)  # v [m/s], omega [rad/s], without the noise
         channels = ("actuation.v", "actuation.omega")
         self._draws = Draws(scenario.noise.distributions(), [(channel, "robot") for channel in channels], seed)
         self._noise = np.zeros(2)
-
-    @property
-    def set_point(self) -> tuple[float, float]:
-        """v [m/s] and omega [rad/s] without the noise."""
-        v, omega = self._set_point.tolist()
-        return v, omega
 
     def open_window(self) -> None:
         """Draws the noise for the window that begins now."""

@@ -44,11 +44,6 @@ class Simulator:
         self._pass_moment()
 
     @property
-    def timestep(self) -> float:
-        """[s]"""
-        return self._timestep
-
-    @property
     def time(self) -> float:
         """[s] since the start."""
         return self._step * self._timestep

@@ -89,14 +89,3 @@ def test_the_kernel_runs_near_the_machines_arithmetic(
     moments, samples = evaluate(), cone.samples(0, c.v, c.omega)
     assert moments[:, 0, 0] == pytest.approx(samples.mean(axis=0), rel=1e-12, abs=1e-12)
     assert moments[:, 0, -1] == pytest.approx((samples**degree).mean(axis=0), rel=1e-12, abs=1e-12)
-
-
-def test_the_loops_compute_what_is_counted():
-    x, out, constants = np.array([0.5, 0.7]), np.empty(2), np.array([0.1, 0.2, 0.3, 0.4])
-    multiply_adds(out, x, constants)
-    y = x + REPEATS - 1
-    for constant in np.tile(constants, MULTIPLY_ADDS // 4):
-        y = y * x + constant
-    assert out == pytest.approx(y, rel=1e-12)
-    divisions(out, x, constants)
-    assert out == pytest.approx(constants[0] / (x + REPEATS - 1))

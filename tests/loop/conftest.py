@@ -49,33 +49,20 @@ class FakeClock:
 
     now: int = 5_000_000_000
     oversleep: int = 0
+    look: int = LOOK
 
     def __call__(self) -> int:
-        self.now += LOOK
+        self.now += self.look
         return self.now
 
     def sleep(self, seconds: float) -> None:
         self.now += round(seconds * 1e9) + self.oversleep
 
 
-class SlowClock:
-    """Every look takes 30 ms, so that ticks come late, are caught up with and are skipped."""
-
-    def __init__(self):
-        self.now = 0
-
-    def __call__(self) -> int:
-        self.now += 30_000_000
-        return self.now
-
-    def sleep(self, seconds: float) -> None:
-        self.now += round(seconds * 1e9)
-
-
 @pytest.fixture
-def slow_clock() -> SlowClock:
+def slow_clock() -> FakeClock:
     """A clock by which every tick takes too long."""
-    return SlowClock()
+    return FakeClock(look=30_000_000)
 
 
 @pytest.fixture

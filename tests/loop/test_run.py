@@ -6,6 +6,7 @@ from pathlib import Path
 import pytest
 
 import mjnav
+from mjnav import scenarios
 from mjnav.errors import InputError, InvalidValue
 from mjnav.loop.prepare import load_scenario
 from mjnav.loop.run import default_log_path
@@ -17,15 +18,9 @@ SHORT = ("time_limit=0.4",)
 def test_a_scenario_a_name_and_a_path_give_the_same_run(tmp_path):
     scenario = load_scenario("crossing1", SHORT)
     path = tmp_path / "mine.toml"
-    path.write_text(mjnav_toml(scenario))
+    path.write_text(scenarios.dumps(scenario))
     hashes = {mjnav.run(which).summary["state_hash"] for which in (scenario, path, str(path))}
     assert len(hashes) == 1
-
-
-def mjnav_toml(scenario) -> str:
-    from mjnav.scenarios import dumps
-
-    return dumps(scenario)
 
 
 def test_seed_and_controller_take_the_place_of_the_scenarios_own():
@@ -89,6 +84,6 @@ def test_errors_in_a_methods_parameters_name_where_they_came_from(tmp_path):
     with pytest.raises(InvalidValue, match=r"^--controller: control\.method: "):
         load_scenario("crossing1", controller="rkh")
     path = tmp_path / "mine.toml"
-    path.write_text(mjnav_toml(load_scenario("crossing1")).replace("[control]", "[control]\ndegre = 2"))
+    path.write_text(scenarios.dumps(load_scenario("crossing1")).replace("[control]", "[control]\ndegre = 2"))
     with pytest.raises(InvalidValue, match=rf"^{re.escape(str(path))}: control\.degre: "):
         load_scenario(path)

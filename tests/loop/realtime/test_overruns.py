@@ -1,6 +1,7 @@
 """Stalls against a clock that only moves when it is told to: who is blamed, and that no state ever changes."""
 
 import threading
+from concurrent.futures import ThreadPoolExecutor
 from typing import Any
 
 import pytest
@@ -123,15 +124,6 @@ def test_with_abort_the_first_missed_deadline_ends_the_run_and_the_log_says_why(
 # --------------------------------------------------------------------------- the states stay the same
 
 
-def in_a_thread(call):
-    """What the call returns from a thread of its own."""
-    found = []
-    thread = threading.Thread(target=lambda: found.append(call()))
-    thread.start()
-    thread.join()
-    return found[0]
-
-
 @pytest.mark.parametrize("engine", ["mujoco", "kinematic"])
 def test_every_policy_pace_log_and_thread_layout_ends_in_the_same_state(room, clock, slow_clock, tmp_path, engine):
     scenario = shuttling(room(f"physics.engine={engine}"), 20.0, 0.5)
@@ -154,7 +146,9 @@ def test_every_policy_pace_log_and_thread_layout_ends_in_the_same_state(room, cl
         assert open_log(tmp_path / f"{pace}.mcap").result["state_hash"] == result.summary["state_hash"]
     late = Episode(scenario, pacer=paces["late"]()).run()
     assert late.summary["deadline_misses"] == 10
-    hashes["in a thread"] = in_a_thread(lambda: Episode(scenario, log=tmp_path / "t.mcap").run().summary["state_hash"])
+    with ThreadPoolExecutor(1) as pool:
+        threaded = pool.submit(Episode(scenario, log=tmp_path / "t.mcap").run).result()
+    hashes["in a thread"] = threaded.summary["state_hash"]
     assert len(set(hashes.values())) == 1, hashes
 
 
