@@ -52,15 +52,8 @@ class ParticleTracker(PeopleTracker):
             predicted = self._predict(self._filter.particles, reading.interval)
             errors = np.subtract(reading.detections.T[:, :, None], predicted.transpose(2, 0, 1)[:2], order="C")
             posterior = self._filter.correct(predicted, errors, lambda p: self._spawn(p, reading))
-        return self._conclude(
-            reading.time,
-            posterior.particles,
-            posterior.weights,
-            posterior.mean,
-            posterior.covariance,
-            posterior.ess,
-            posterior.recovered,
-        )
+        p = posterior
+        return self._conclude(reading.time, p.particles, p.weights, p.mean, p.covariance, p.ess, p.recovered)
 
     def _predict(self, particles: Array, interval: float) -> Array:
         """Particles (P, n, 4) after `interval` [s]."""

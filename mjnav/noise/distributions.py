@@ -1,7 +1,7 @@
 """The distributions with a density of a line or two; the Pearson family is in `pearson`."""
 
 from dataclasses import dataclass, field
-from math import inf, log, pi, sqrt
+from math import inf, log, sqrt
 from typing import Annotated
 
 import numpy as np
@@ -11,9 +11,8 @@ from mjnav.config import Length, Range, settle
 from mjnav.errors import InvalidValue
 from mjnav.messages import Array
 from mjnav.noise.base import Mean, OnRealLine, Size, Spread
-from mjnav.noise.pearson_laws import StudentLaw
+from mjnav.noise.pearson_laws import HALF_LOG_2PI, StudentLaw
 
-_HALF_LOG_2PI = 0.5 * log(2.0 * pi)
 _WEIGHT_SUM_TOLERANCE = 1e-6  # weights are written with a few digits: 0.333, 0.333, 0.334
 MAX_SAMPLES = 10_000  # a likelihood costs each of them at each of its thousands of cells
 _Share = Annotated[float, Range(0.0, 1.0, open_low=True)]
@@ -21,7 +20,7 @@ _Share = Annotated[float, Range(0.0, 1.0, open_low=True)]
 
 def _gaussian_logpdf(x: ArrayLike, mean: float | Array, std: float) -> Array:
     with np.errstate(over="ignore"):  # infinite squares give the density 0 that they should
-        return -0.5 * np.square((np.asarray(x, float) - mean) / std) - (_HALF_LOG_2PI + log(std))
+        return -0.5 * np.square((np.asarray(x, float) - mean) / std) - (HALF_LOG_2PI + log(std))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -15,7 +15,7 @@ from mjnav.messages import Array
 from mjnav.noise.base import Size
 from mjnav.noise.stirling import stirling_remainder as R
 
-_HALF_LOG_2PI = 0.5 * log(2.0 * pi)
+HALF_LOG_2PI = 0.5 * log(2.0 * pi)
 _EDGE = -1.0 + 2.0**-53  # nearest to -1: at an edge a density that is infinite or zero takes its value one ulp inside
 
 
@@ -65,7 +65,7 @@ class GaussianLaw:
 
     def logpdf(self, z: Array) -> Array:
         """Log-density."""
-        return -0.5 * z * z - _HALF_LOG_2PI
+        return -0.5 * z * z - HALF_LOG_2PI
 
 
 @dataclass(frozen=True, slots=True)
@@ -85,7 +85,7 @@ class BetaLaw:
         """The law of shapes a <= b."""
         n = a + b
         c = sqrt(b / (a * (n + 1.0)))
-        constant = 0.5 * log(n / (a * b)) - R(a) - R(b) + R(n) - _HALF_LOG_2PI + log(a * c)
+        constant = 0.5 * log(n / (a * b)) - R(a) - R(b) + R(n) - HALF_LOG_2PI + log(a * c)
         return cls(a, b, c, constant)
 
     @property
@@ -117,7 +117,7 @@ class GammaLaw(_FromEdge):
     def of(cls, skew: float) -> "GammaLaw":
         """The law of skew > 0; its kurtosis is 3 + 1.5 skew^2."""
         k = 4.0 / skew**2
-        return cls(0.5 * skew, k, -_HALF_LOG_2PI - R(k))
+        return cls(0.5 * skew, k, -HALF_LOG_2PI - R(k))
 
     def sample(self, rng: np.random.Generator, size: Size) -> Array:
         """Independent draws."""
@@ -143,7 +143,7 @@ class InverseGammaLaw(_FromEdge):
         """The law of skew = 4 sqrt(a - 2)/(a - 3) > 0, which gives a."""
         root = (2.0 + sqrt(4.0 + skew**2)) / skew
         a = root**2 + 2.0
-        constant = 0.5 * log(a) + a * log1p(-1.0 / a) + 1.0 - _HALF_LOG_2PI - R(a) - log(root)
+        constant = 0.5 * log(a) + a * log1p(-1.0 / a) + 1.0 - HALF_LOG_2PI - R(a) - log(root)
         return cls(1.0 / root, a, constant)
 
     def sample(self, rng: np.random.Generator, size: Size) -> Array:
@@ -174,7 +174,7 @@ class BetaPrimeLaw(_FromEdge):
         n = a + b
         c = sqrt((n - 1.0) / (a * (b - 2.0)))
         powers = b * log1p(-1.0 / b) - n * log1p(-1.0 / n)
-        constant = powers + 0.5 * log(a * b / n) - _HALF_LOG_2PI - R(a) - R(b) + R(n) + log(c)
+        constant = powers + 0.5 * log(a * b / n) - HALF_LOG_2PI - R(a) - R(b) + R(n) + log(c)
         return cls(c, a, b, c * a / (n - 1.0), constant)
 
     def sample(self, rng: np.random.Generator, size: Size) -> Array:

@@ -76,14 +76,6 @@ def test_beyond_reach_every_control_is_matched_with_what_the_decision_desired(ob
     assert not s.cone[:, :, rest].any()
 
 
-def test_a_wider_set_of_candidates_would_have_another_nominal_control(observe, limits):
-    """Else the test above could not tell the decision's desired sets from those of the whole range."""
-    near, wide = (
-        make_controller("rkhs", limits, PERIOD, **SMALL, window=w).problem(observe(0)) for w in ("reachable", "bounds")
-    )
-    assert near.candidates.omega[near.nominal] != wide.candidates.omega[wide.nominal]
-
-
 @pytest.mark.parametrize("name", kinds(WeightedController))
 @pytest.mark.parametrize("seed", range(4))
 def test_weighted_terms_add_up_to_the_total(observe, limits, name, seed):
@@ -119,14 +111,6 @@ def test_the_bounds_are_the_limits_and_the_window_is_what_one_period_allows(obse
     assert np.array([[near.v[0], near.omega[0]], [near.v[-1], near.omega[-1]]]) == pytest.approx(s.reachable)
     for axis in (s.v, s.omega, near.v, near.omega):
         assert np.diff(axis) == pytest.approx(np.full(6, (axis[-1] - axis[0]) / 6))
-
-
-def test_without_obstacles_and_lanes_only_the_goal_costs(controller, alone):
-    s = surface_of(controller, alone(), num=4)
-    assert s.cone.shape == (4, 4, 0)
-    assert not s.cone_term.any()
-    assert not s.lane_term.any()
-    assert s.total[np.isfinite(s.total)] == pytest.approx(s.goal[np.isfinite(s.total)])
 
 
 def test_a_robot_that_touches_an_obstacle_and_one_at_its_goal_have_surfaces(controller, observe, alone):

@@ -1,13 +1,11 @@
 from math import inf, nan
 
-import numpy as np
 import pytest
 
 from mjnav.control import describe, make_controller, names
 from mjnav.control.parameters import Parameters
 from mjnav.control.registry import METHODS, registry
 from mjnav.errors import InvalidValue
-from mjnav.messages import RobotLimits
 
 
 def test_the_names_are_sorted_and_each_makes_a_controller(limits):
@@ -63,24 +61,15 @@ def test_the_shared_parameters_are_the_same_in_every_tuned_method(limits):
         ("rkhs", {"weight": "heavy"}, "weight: found 'heavy'; allowed: a number"),
         ("rkhs", {"weight": True}, "weight: found True; allowed: a number"),
         ("rkhs", {"degree": 2.0}, "degree: found 2.0; allowed: a whole number"),
-        ("rkhs", {"num_v": True}, "num_v: found True; allowed: a whole number"),
         ("rkhs", {"normalise": 1}, "normalise: found 1; allowed: true or false"),
         ("rkhs", {"form": 3}, "form: found 3; allowed: line, ray, segment"),
         ("rkhs", {"lane_weights": 3.0}, "lane_weights: found 3.0; allowed: an array of 2 numbers"),
-        ("rkhs", {"lane_weights": [1.0]}, "lane_weights: found [1.0]; allowed: an array of 2 numbers"),
         ("rkhs", {"form": "lime"}, "form: found 'lime'; allowed: line, ray, segment; did you mean 'line'?"),
-        ("mean", {"window": "bound"}, "window: found 'bound'; allowed: bounds, reachable; did you mean 'bounds'?"),
         ("rkhs", {"degree": 0}, "degree: found 0; allowed: a whole number from 1 to 10"),
-        ("rkhs", {"degree": 11}, "degree: found 11; allowed: a whole number from 1 to 10"),
         ("rkhs", {"weight": -1.0}, "weight: found -1.0; allowed: a number from 0 to"),
-        ("rkhs", {"weight": nan}, "weight: found nan; allowed: a number from 0 to"),
-        ("rkhs", {"weight": inf}, "weight: found inf; allowed: a number from"),
         ("rkhs", {"lane_weights": [1.0, -2.0]}, "lane_weights.1: found -2.0; allowed: a number from 0 to"),
-        ("rkhs", {"lane_weights": [1.0, inf]}, "lane_weights.1: found inf; allowed: a number from 0 to"),
         ("mean", {"preview": 0.0}, "preview: found 0.0; allowed: a number from 1e-09 to"),
-        ("mean", {"preview": inf}, "preview: found inf; allowed: a number from"),
         ("gaussian-moments", {"tail": "quantil"}, "allowed: cantelli, quantile; did you mean 'quantile'?"),
-        ("mppi", {"temprature": 1.0}, "did you mean 'temperature'?"),
     ],
 )
 def test_what_cannot_be_is_refused_with_what_is_allowed(limits, name, parameters, message):
@@ -118,25 +107,10 @@ def test_every_methods_own_parameters_are_checked(limits, name):
                 make_controller(name, limits, 0.1, **{key: value})
 
 
-@pytest.mark.parametrize("key", ["horizon", "sensing_range", "clip"])
-def test_a_bound_is_switched_off_by_infinity(observe, limits, key):
-    decision = make_controller("rkhs", limits, 0.1, **{key: inf}).decide(observe(3))
-    assert np.isfinite(decision.costs.total).all()
-
-
 @pytest.mark.parametrize("period", [0.0, -0.1, nan, inf])
 def test_a_period_that_is_none_is_refused(limits, period):
     with pytest.raises(InvalidValue, match="period: found"):
         make_controller("rkhs", limits, period)
-
-
-@pytest.mark.parametrize(
-    ("field", "value"),
-    [("max_speed", 0.0), ("max_turn_rate", nan), ("max_acceleration", inf), ("radius", -1.0), ("min_speed", 1.0)],
-)
-def test_limits_that_are_none_are_refused(field, value):
-    with pytest.raises(InvalidValue, match=f"{field}: found"):
-        RobotLimits(**{field: value})
 
 
 @pytest.mark.parametrize("name", sorted({*names()} - {"orca"}))

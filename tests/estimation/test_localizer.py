@@ -2,7 +2,6 @@ import numpy as np
 import pytest
 
 from mjnav.estimation.localizer import ParticleLocalizer
-from mjnav.filters.weights import ess, weighted_moments
 from mjnav.geometry.angles import wrap
 from mjnav.noise import make_distribution, profile
 
@@ -84,15 +83,6 @@ def test_one_outlier_neither_moves_the_belief_nor_spreads_it_again(drive, pearso
     beliefs, errors = track(ParticleLocalizer(pearson, 500, 4), readings, truth)
     assert not any(belief.recovered for belief in beliefs)
     assert np.abs(errors[50:, :2]).max() < 0.08
-
-
-def test_moments_and_size_are_those_of_the_weighted_particles(drive, pearson):
-    for belief in track(ParticleLocalizer(pearson, 200, 5), *drive(pearson, 5, ticks=30))[0]:
-        (mean,), (covariance,) = weighted_moments(belief.particles[None], belief.weights[None], 2)
-        assert belief.weights.sum() == pytest.approx(1.0, abs=1e-12)
-        assert belief.mean == pytest.approx(mean, abs=1e-12)
-        assert belief.covariance == pytest.approx(covariance, abs=1e-12)
-        assert belief.ess == pytest.approx(ess(belief.weights[None])[0])
 
 
 def test_a_belief_stays_as_it_was_handed_over(drive, pearson):

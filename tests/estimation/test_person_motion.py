@@ -35,8 +35,3 @@ def test_the_gaussian_model_has_the_variance_of_the_mixture():
     transition, covariance = motion.gaussian(0.1)
     change = step(motion, state, 0.1) - state @ transition.T
     assert np.cov(change.T) == pytest.approx(covariance, abs=0.03 * covariance.max())
-
-
-def test_changes_of_velocity_are_heavy_tailed():
-    change = step(PersonMotion(), np.tile([0.0, 0.0, 1.0, 0.0], (NUM, 1)), 0.1)[:, 2] - 1.0
-    assert np.mean((change - change.mean()) ** 4) / change.var() ** 2 > 6.0

@@ -3,7 +3,6 @@
 import os
 import resource
 import time
-from multiprocessing import get_context
 from pathlib import Path
 
 import pytest
@@ -43,17 +42,6 @@ def test_folders_and_files_are_for_their_user_alone(tmp_path, path):
     made = (tmp_path / "cache", path.parent, path)
     assert [folder.stat().st_mode & 0o777 for folder in made] == [0o700] * 3
     assert (path / "a.kernel").stat().st_mode & 0o777 == 0o600
-
-
-@pytest.mark.parametrize("length", [0, 1, 31, 32, 33, 500, len(DATA) + 31])
-def test_a_file_cut_short_is_dropped_and_said_once(path, folder, capsys, length):
-    for name in "ab":
-        folder.write(name, DATA)
-        os.truncate(path / f"{name}.kernel", length)
-        assert folder.read(name) is None
-    assert os.listdir(path) == []
-    (line,) = capsys.readouterr().err.splitlines()
-    assert line == f"mjnav: a damaged file was dropped and its kernel compiled anew: {path / 'a.kernel'}"
 
 
 @given(st.integers(0, 8 * (len(DATA) + 32) - 1))
@@ -118,19 +106,6 @@ def test_neither_a_link_nor_a_pipe_nor_what_others_can_write_is_read(tmp_path, p
     assert [folder.read(name) for name in "abc"] == [None, None, None]
 
 
-@pytest.mark.parametrize("place", ["/dev/null/kernels", "/proc/kernels", "kernels", "~/.cache/kernels"])
-def test_without_a_folder_nothing_is_kept_and_one_line_says_so(place, tmp_path, monkeypatch, capsys):
-    monkeypatch.chdir(tmp_path)
-    folder = CacheFolder(cache_folder.Path(place))
-    with folder.making("a"):
-        folder.write("a", DATA)
-    folder.write("b", DATA)
-    assert folder.read("a") is None
-    assert os.listdir(tmp_path) == []
-    (line,) = capsys.readouterr().err.splitlines()
-    assert line.startswith(f"mjnav: kernels are compiled anew at every start: {place}: ")
-
-
 def test_a_full_disk_leaves_no_half_file(path, folder, capsys):
     before = resource.getrlimit(resource.RLIMIT_FSIZE)
     resource.setrlimit(resource.RLIMIT_FSIZE, (len(DATA) // 2, before[1]))
@@ -165,28 +140,6 @@ def test_the_least_recently_used_go_where_there_are_too_many(path, folder, monke
     monkeypatch.setattr(cache_folder, "MAX_BYTES", 3 * (len(DATA) + 32))
     CacheFolder(path).write("new", DATA)
     assert sorted(os.listdir(path)) == ["0.kernel", "1.kernel", "new.kernel"]
-
-
-def _make(path, name, made):
-    folder = CacheFolder(path)
-    with folder.making(name):
-        if folder.read(name) is None:
-            time.sleep(0.05)
-            folder.write(name, DATA)
-            made.put(os.getpid())
-
-
-def test_of_many_processes_one_makes_a_file_and_the_others_read_it(path):
-    context = get_context("fork")
-    made = context.Queue()
-    processes = [context.Process(target=_make, args=(path, "a", made)) for _ in range(8)]
-    for process in processes:
-        process.start()
-    for process in processes:
-        process.join()
-    assert [process.exitcode for process in processes] == [0] * 8
-    made.get(timeout=5.0)
-    assert made.empty()
 
 
 def test_a_killed_process_holds_nobody_up(path):

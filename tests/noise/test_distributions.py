@@ -1,5 +1,3 @@
-import pickle
-
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -51,13 +49,6 @@ def test_log_density_is_never_nan_and_never_plus_infinity(noise, x):
     values = noise.logpdf(x)
     assert not np.isnan(values).any()
     assert (values < np.inf).all()
-
-
-@pytest.mark.parametrize("noise", [*EVERY.values(), Zero()], ids=[*EVERY.keys(), "zero"])
-def test_a_copy_through_pickle_is_equal_and_draws_the_same(noise):
-    copy = pickle.loads(pickle.dumps(noise))
-    assert copy == noise
-    np.testing.assert_array_equal(*(d.sample(np.random.default_rng(2), 9) for d in (noise, copy)))
 
 
 def test_zero_is_exactly_zero_takes_no_randomness_and_has_a_finite_log_density():

@@ -5,6 +5,7 @@ Each part is computed when it is first asked for.
 
 from dataclasses import dataclass
 from functools import cached_property
+from math import inf
 
 import numpy as np
 
@@ -14,7 +15,7 @@ from mjnav.control.parameters import Parameters
 from mjnav.control.problem.candidates import Candidates, candidate_grid
 from mjnav.control.problem.goal_cost import GoalCost
 from mjnav.control.problem.lane_samples import lane_samples
-from mjnav.control.problem.nominal import cheapest
+from mjnav.control.problem.nominal import least_violating
 from mjnav.control.problem.obstacles import Discs, Reach, blocks, in_reach
 from mjnav.control.problem.sample_cone import SampleCone
 from mjnav.geometry.angles import circular_mean
@@ -127,8 +128,11 @@ class Problem:
         return self.cheapest(self._goal_at(position, self.observation.goal), self._violation_at(shifts))
 
     def cheapest(self, cost: Array, violation: Array) -> list[int]:
-        """Which candidates are nominal, (P,), where the candidates have these goal costs and violations (P, K)."""
-        return cheapest(cost, violation)
+        """The nominal candidates, (P,), for goal costs and violations (P, K).
+
+        The cheapest of those that violate nothing; where all violate, of those that violate least.
+        """
+        return np.argmin(np.where(least_violating(violation), cost, inf), axis=-1).tolist()
 
     def _violation_at(self, shifts: Array) -> Array:
         """(P, K), with the robot's mean position `shifts` (P, 2) away."""

@@ -156,15 +156,6 @@ def test_the_divergence_of_equal_mixtures_is_zero(num_components):
         assert kl_divergence(m, turned)[0] == pytest.approx(0.0, abs=1e-14)
 
 
-def test_a_component_split_in_two_is_the_same_mixture():
-    whole = gaussian(-1.0, 0.3)
-    split = Mixtures(np.array([[0.3], [0.7]]), np.full((2, 1), -1.0), np.full((2, 1), 0.09))
-    far = random_mixtures(0)
-    assert kl_divergence(split, whole)[0] == pytest.approx(0.0, abs=1e-14)
-    assert kl_divergence(split, far) == pytest.approx(kl_divergence(whole, far))
-    assert kl_divergence(far, split) == pytest.approx(kl_divergence(far, whole))
-
-
 def test_what_is_far_apart_diverges_by_a_number():
     atom, far = gaussian(-2.0, 1e-3), gaussian(1e6, 1e-3)
     dying = Mixtures(np.array([[1.0], [1e-18]]), np.array([[-2.0], [1e6]]), np.full((2, 1), 1e-6))

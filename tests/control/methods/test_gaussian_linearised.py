@@ -1,7 +1,7 @@
 """The linearised chance constraints against the equation written down a second time, and what must be true of them."""
 
 from dataclasses import replace
-from math import atan2, cos, hypot, inf, pi, sin, sqrt
+from math import atan2, cos, hypot, inf, sin, sqrt
 
 import numpy as np
 import pytest
@@ -215,14 +215,3 @@ def test_a_path_along_a_wall_is_as_uncertain_as_its_end(alone):
     costs = make_controller(NAME, LIMITS, 0.2, wall_horizon=2.0).decide(o).costs
     keep = int(np.flatnonzero((costs.v == 0.5) & (costs.omega == 0.0))[0])
     assert costs.cone[keep, 0] == pytest.approx(norm.cdf((0.27 - 0.4) / 0.1))
-
-
-def test_the_heading_may_lie_on_either_side_of_pi(alone):
-    disc = ObstacleSamples(np.array([[-2.0, 0.3]]), np.zeros((1, 2)), 0.3)
-    o = alone(heading=pi, goal=(-5.0, 0.0), num_samples=4, obstacles=(disc,))
-    spread = np.array([0.1, -0.1, 0.05, -0.05])
-    apart, wrapped = o.robot_pose.copy(), o.robot_pose.copy()
-    apart[:, 2] = pi + spread
-    wrapped[:, 2] = np.where(spread > 0.0, spread - pi, pi + spread)
-    a, b = (make_controller(NAME, LIMITS, 0.2).decide(replace(o, robot_pose=pose)).costs for pose in (apart, wrapped))
-    assert a.cone == pytest.approx(b.cone, abs=1e-12)
