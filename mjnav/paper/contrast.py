@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
+from mjnav.messages import Array
 from mjnav.metrics.intervals import SharedBootstrap, paired_bootstrap
 from mjnav.paper.item import LEAST_PAIRS, Cells, Claim, Measured
 from mjnav.rng import stream
@@ -78,6 +79,15 @@ def shown(e: Estimate, unit: str = "", *, signed: bool = False, digits: int = 3)
     if e.interval is not None:
         text += f" [{e.interval[0]:{sign}.{digits}g}, {e.interval[1]:{sign}.{digits}g}]"
     return f"{text} (n = {e.num})"
+
+
+def bootstrap_p(resampled: Array, boundary: float = 0.0) -> float:
+    """Of the figure being the boundary: how often its resamples (n,) lie on the rarer side of it, twice.
+
+    An interval of level 1 - p just reaches the boundary.
+    """
+    opposite = min((resampled <= boundary).sum(), (resampled >= boundary).sum())
+    return min(1.0, 2.0 * float(1 + opposite) / (1 + resampled.size))
 
 
 def mean_by_run(run: ArrayLike, values: ArrayLike, seed: int, use: str, *, boundary: float = 0.0) -> Difference:

@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 
 from mjnav.messages import Array
 from mjnav.paper.bars import AXES, with_result
-from mjnav.paper.contrast import Contrast, claim, short, undefined
+from mjnav.paper.contrast import Contrast, bootstrap_p, claim, short, undefined
 from mjnav.paper.episodes import DIRECT, study
 from mjnav.paper.item import Cells, Claim, StudyItem
 from mjnav.paper.style import TWO_COLUMNS, color, legend, new_figure, style
@@ -88,12 +88,9 @@ def _at_equal_clearance(cells: Cells, setting: str, method: str, rival: str, fig
     change = np.array([_read_off(x, at) - _read_off(y, at) for x, y in zip(a, b, strict=True)])
     resampled = change[1:][np.isfinite(change[1:])]
     least, most = np.quantile(resampled, [0.025, 0.975]).tolist()
-    # How often resamples lie on the rarer side of 0: an interval of level 1 - p just reaches it.
-    opposite = min((resampled <= 0.0).sum(), (resampled >= 0.0).sum())
-    p = min(1.0, 2.0 * float(1 + opposite) / (1 + resampled.size))
     counted = [int(np.isfinite(cell.values(figure)[np.isin(cell.seeds, seeds)]).sum()) for cell in (*ours, *theirs)]
     found = Estimate(float(change[0]), (least, most), min(filter(None, counted)))
-    return Contrast(f"{where}, at {at:.2f} m", Difference(found, p))
+    return Contrast(f"{where}, at {at:.2f} m", Difference(found, bootstrap_p(resampled)))
 
 
 def _points(cells: Sequence[CellRows], seeds: list[int], figure: str, counts: Array) -> Array:

@@ -27,6 +27,7 @@ from mjnav.loop.realtime.crowd import crowd
 from mjnav.messages import Array, Observation
 from mjnav.metrics.intervals import paired_bootstrap
 from mjnav.paper import style
+from mjnav.paper.contrast import bootstrap_p
 from mjnav.paper.decisions import spread, variant
 from mjnav.paper.episodes import DIRECT, options
 from mjnav.paper.item import Claim, Measured, MeasuredItem, Progress
@@ -61,10 +62,8 @@ class Times:
         return float(np.quantile(self.seconds, share)), low, high
 
     def p_value(self, share: float, boundary: float) -> float:
-        """Of that quantile being the boundary [s]: how often resamples lie on the rarer side of it, twice."""
-        resampled = self._resampled(share)
-        opposite = min((resampled <= boundary).sum(), (resampled >= boundary).sum())
-        return min(1.0, 2.0 * float(1 + opposite) / (1 + resampled.size))
+        """Of that quantile being the boundary [s]."""
+        return bootstrap_p(self._resampled(share), boundary)
 
     def _resampled(self, share: float) -> Array:
         """The quantile of RESAMPLES resamples."""

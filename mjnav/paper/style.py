@@ -50,7 +50,7 @@ _RC: Mapping[Any, Any] = MappingProxyType(
 
 INK, GREY, PALE = "#222222", "#8c8c8c", "#d9d9d9"
 BLUE, SKY, GREEN, ORANGE, VERMILION, PURPLE = "#0072b2", "#56b4e9", "#009e73", "#e69f00", "#d55e00", "#cc79a7"
-SAFE, UNSAFE = BLUE, VERMILION
+UNSAFE = VERMILION
 SEQUENTIAL = "cividis"  # of surfaces
 # The degree of the kernel: one hue, darker as it grows; another where the mean's term weighs as much as of degree 1.
 DEGREES: Mapping[int, str] = MappingProxyType({1: "#7fbfe6", 2: "#2b8cc4", 3: "#08416b"})

@@ -38,12 +38,16 @@ def check_path(path: str | os.PathLike) -> Path:
         raise InputError(f"{path}: a folder; a log needs the name of a file")
     if os.path.lexists(path):
         raise InputError(f"{path}: exists already, and a log never replaces a file; choose another name")
-    folder = path.absolute().parent
+    check_folder(path, path.absolute().parent)
+    return path
+
+
+def check_folder(path: str | os.PathLike, folder: Path) -> None:
+    """Raises InputError where the folder in which `path` is to be made is missing or not writable."""
     if not folder.is_dir():
         raise InputError(f"{path}: there is no folder {folder}")
     if not os.access(folder, os.W_OK | os.X_OK):
         raise InputError(f"{path}: the folder {folder} is not writable")
-    return path
 
 
 def check_version(path: Path, run: Mapping[str, str]) -> None:

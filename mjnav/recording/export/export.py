@@ -14,6 +14,7 @@ from tempfile import TemporaryDirectory
 from types import MappingProxyType, ModuleType
 
 from mjnav.errors import DamagedLogError, InputError, MjnavError, missing_extra, unknown_name
+from mjnav.recording.log_format import check_folder
 from mjnav.recording.read.log import Log, LogMessage
 from mjnav.recording.read.ticks import NOT_OURS
 
@@ -98,10 +99,7 @@ def check_new_folder(path: str | os.PathLike[str]) -> Path:
     given, path = path, Path(os.path.abspath(path))
     if path.is_symlink() or (path.exists() and not (path.is_dir() and not any(path.iterdir()))):
         raise InputError(f"{given}: exists already, and an export never replaces anything; choose another name")
-    if not path.parent.is_dir():
-        raise InputError(f"{given}: there is no folder {path.parent}")
-    if not os.access(path.parent, os.W_OK | os.X_OK):
-        raise InputError(f"{given}: the folder {path.parent} is not writable")
+    check_folder(given, path.parent)
     return path
 
 

@@ -10,7 +10,7 @@ import threading
 import time
 from collections.abc import Callable, Iterable
 from contextlib import suppress
-from typing import NamedTuple, Protocol
+from typing import NamedTuple
 
 from mjnav.recording.live import Writer
 
@@ -30,49 +30,18 @@ class Message(NamedTuple):
     data: bytes
 
 
-class Sink(Protocol):
-    """Takes batches of messages and flushes at least every FLUSH_INTERVAL.
+class DirectSink:
+    """Writes batches of messages at once, on the calling thread, and flushes at least every FLUSH_INTERVAL.
 
     A batch may be a generator. Its messages are then encoded by the sink, all of them before the first is written, so
     that a batch that cannot be encoded is not logged in part. The clock read here decides only when bytes reach the
     disk: a killed process loses what came after the last flush.
     """
 
-    @property
-    def dropped(self) -> int:
-        """The number of batches that were dropped."""
-        ...
-
-    @property
-    def flushed_ns(self) -> int | None:
-        """Simulated time of the latest message that a killed process would leave behind."""
-        ...
-
-    def attach(self, writer: Writer) -> None:
-        """Sets the writer of all later batches."""
-        ...
-
-    def put(self, batch: Iterable[Message], *, may_drop: bool = False) -> None:
-        """Takes messages.
-
-        Raises OSError where writing failed, now or before; nothing more is written then. Any other error, now or in an
-        earlier batch, is raised once. A batch that `may_drop` is dropped, and counted in `dropped`, where the caller
-        would have to wait.
-        """
-        ...
-
-    def close(self) -> None:
-        """Writes all batches taken; after that the caller may use the writer. Raises as `put`."""
-        ...
-
-
-class DirectSink:
-    """Writes at once, on the calling thread."""
-
-    dropped = 0
+    dropped = 0  # batches
 
     def __init__(self):
-        self.flushed_ns: int | None = None
+        self.flushed_ns: int | None = None  # simulated time of the latest message that a killed process leaves behind
         self.error: OSError | None = None  # the writer cannot be used any more
         self._writer: Writer | None = None
         self._due: float | None = None  # when to flush; None while nothing was written since
@@ -84,11 +53,14 @@ class DirectSink:
         return None if self._due is None else max(0.0, self._due - time.monotonic())
 
     def attach(self, writer: Writer) -> None:
-        """See `Sink`."""
+        """Sets the writer of all later batches."""
         self._writer = writer
 
     def put(self, batch: Iterable[Message], *, may_drop: bool = False) -> None:
-        """See `Sink`; nothing is dropped, and an empty batch only flushes, if that is due."""
+        """Writes messages; nothing is dropped, and an empty batch only flushes, if that is due.
+
+        Raises OSError where writing failed, now or before: nothing more is written then.
+        """
         if self.error is not None:
             raise self.error
         messages = list(batch)
@@ -113,16 +85,17 @@ class DirectSink:
             self._due = None
 
     def close(self) -> None:
-        """See `Sink`."""
+        """Ends the writing; after that the caller may use the writer. Raises as `put`."""
         if self.error is not None:
             raise self.error
 
 
 class ThreadSink:
-    """Writes on a separate thread, which starts here: before real-time scheduling, which it would inherit.
+    """A DirectSink on a separate thread, which starts here: before real-time scheduling, which it would inherit.
 
-    The thread hands its errors to the caller through a queue: each is raised once, in order. An error that ends the
-    writing is raised at every call after those.
+    A batch that `may_drop` is dropped, and counted in `dropped`, where the caller would have to wait. The thread hands
+    its errors to the caller through a queue: each is raised once, in order. An error that ends the writing is raised at
+    every call after those.
     """
 
     def __init__(self):
@@ -136,15 +109,15 @@ class ThreadSink:
 
     @property
     def flushed_ns(self) -> int | None:
-        """See `Sink`."""
+        """See `DirectSink`."""
         return self._sink.flushed_ns
 
     def attach(self, writer: Writer) -> None:
-        """See `Sink`."""
+        """See `DirectSink`."""
         self._sink.attach(writer)
 
     def put(self, batch: Iterable[Message], *, may_drop: bool = False) -> None:
-        """See `Sink`; where the disk cannot keep up, drops or waits, for at most STALL without progress."""
+        """Takes messages; where the disk cannot keep up, drops or waits, for at most STALL without progress."""
         if self._sink.error is not None:
             self._raise()
         if may_drop and self._queue.qsize() >= QUEUE_SIZE:
@@ -155,7 +128,10 @@ class ThreadSink:
         self._raise()  # after the batch was taken: an earlier error must not lose it
 
     def close(self) -> None:
-        """See `Sink`; ends the thread. Raises TimeoutError where it hangs; the writer is then still in its use."""
+        """Writes all batches taken and ends the thread.
+
+        Raises as `put`, and TimeoutError where the thread hangs; the writer is then still in its use.
+        """
         if self._thread.is_alive():
             self._queue.put(None)
             self._wait(lambda: not self._thread.is_alive())

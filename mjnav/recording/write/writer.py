@@ -30,7 +30,7 @@ from mjnav.recording.log_format import (
     mcap_writer,
 )
 from mjnav.recording.write.log_file import LogFile
-from mjnav.recording.write.sink import DirectSink, Message, Sink, ThreadSink
+from mjnav.recording.write.sink import DirectSink, Message, ThreadSink
 from mjnav.scenarios import Scenario, dumps
 
 
@@ -84,7 +84,7 @@ class Recorder:
         self._channels: dict[str, int] = {}
         self._file: LogFile | None = None
         self._writer: Writer | None = None
-        self._sink: Sink = ThreadSink() if threaded else DirectSink()
+        self._sink = ThreadSink() if threaded else DirectSink()
         self._last: tuple[int, int] = (-1, 0)  # number and time [ns] of the last tick
         self._closed = False
         self._live = live
