@@ -156,16 +156,6 @@ def test_another_programs_log_can_be_read_but_has_no_run(tmp_path):
         log.trajectory()
 
 
-def test_another_programs_empty_log_is_no_error(tmp_path):
-    path = tmp_path / "empty.mcap"
-    with open(path, "wb") as file:
-        writer = Writer(file)
-        writer.start()
-        writer.finish()
-    log = open_log(path)
-    assert (log.duration, log.topics, log.truncated) == (None, {}, False)
-
-
 def test_a_document_that_is_no_json_and_a_broken_schema_are_damage(tmp_path):
     path = tmp_path / "odd.mcap"
     with open(path, "wb") as file:
