@@ -112,7 +112,7 @@ def _ignores_limits(libc: ctypes.CDLL) -> bool:
 def _take_cpu(cpus: set[int]) -> str:
     """One of the CPUs that the process may use, so that caches stay warm.
 
-    Under SCHED_FIFO only: without it the loop would wait behind whoever uses that CPU (270 and 310 ms were seen on a
+    Under SCHED_FIFO only: without it the loop would wait for what else runs on that CPU (270 and 310 ms were seen on a
     machine at a load of 5, where a loop that may move was at most 60 ms late).
     """
     cpu = max(cpus)

@@ -45,7 +45,7 @@ class InspectedTicks:
 
 
 @dataclass(frozen=True, slots=True)
-class LostBytes:
+class LostPart:
     """Bytes `start` to `end` of the file, which cannot be read."""
 
     start: int
@@ -59,7 +59,7 @@ class Damage:
 
     error: str
     lost_bytes: int
-    lost: list[LostBytes]
+    lost: list[LostPart]
 
 
 @dataclass(frozen=True, slots=True)
@@ -193,7 +193,7 @@ def _ticks(run: LoggedRun, expected: int | None) -> InspectedTicks:
 def _damage(log: Log) -> Damage | None:
     if log.error is None:
         return None
-    lost = [LostBytes(part.start, part.end, part.why) for part in log.lost]
+    lost = [LostPart(part.start, part.end, part.why) for part in log.lost]
     return Damage(str(log.error), sum(part.end - part.start for part in lost), lost[:NUM_RANGES])
 
 

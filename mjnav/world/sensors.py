@@ -13,7 +13,7 @@ from mjnav.world.engine import Engine
 _ROBOT_CHANNELS = ("odometry.v", "odometry.omega", "gyro", "pose.x", "pose.y", "pose.theta")
 
 
-class Sensors:
+class NoisySensors:
     """All sensors, read together. Each reading draws equally often from every stream, whatever there is to see."""
 
     def __init__(self, scenario: Scenario, seed: int):

@@ -16,7 +16,7 @@ from mjnav.world import pedestrians
 from mjnav.world.actuation import Actuation
 from mjnav.world.engine import Engine
 from mjnav.world.grid import Grid, whole_steps
-from mjnav.world.sensors import Sensors
+from mjnav.world.sensors import NoisySensors
 
 
 class Simulator:
@@ -36,7 +36,7 @@ class Simulator:
         # People are already walking when the run begins.
         self._engine = _make_engine(scenario, self._pedestrians.velocities(before))
         self._actuation = Actuation(scenario, seed)
-        self._sensors = Sensors(scenario, seed)
+        self._sensors = NoisySensors(scenario, seed)
         self._readings: list[Reading] = []
         self._noise_windows = Grid(NOISE_WINDOW, self._timestep)
         self._decisions = Grid(pedestrians.PERIOD, self._timestep)

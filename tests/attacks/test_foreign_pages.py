@@ -172,7 +172,7 @@ def test_the_server_behind_the_door_is_at_an_address_that_nobody_can_guess(live)
     assert listening.startswith(bytes(reversed(socket.inet_aton(behind[0]))).hex().upper())
 
 
-def test_whoever_says_nothing_or_never_ends_holds_up_neither_others_nor_the_end():
+def test_a_silent_or_endless_client_delays_neither_others_nor_the_end():
     with LiveServer(make_scenario(1), port=0) as server:
         address = ("127.0.0.1", int(server.url.rpartition(":")[2]))
         silent = socket.create_connection(address)

@@ -2,8 +2,8 @@
 
     uv run python tests/benchmarks/real_time_factor.py hall
 
-Each point runs the same seed for --duration simulated seconds, to and fro between start and goal whatever it hits, and
-the best of --repeat runs counts: what else the machine does only ever slows a run down.
+Each point runs the same seed for --duration simulated seconds, back and forth between start and goal,
+whatever it hits, and the best of --repeat runs counts: what else the machine does only ever slows a run down.
 """
 
 import argparse

@@ -38,7 +38,7 @@ def scene() -> Callable[..., Scenario]:
 
 @pytest.fixture
 def clutter(scene: Callable[..., Scenario]) -> Callable[..., Scenario]:
-    """A room of one thing of each kind and two people who walk to and fro."""
+    """A room of one thing of each kind and two people who walk back and forth."""
 
     def make(**fields) -> Scenario:
         return scene(

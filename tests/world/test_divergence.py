@@ -22,7 +22,7 @@ def test_a_state_that_diverges_is_told_once_and_not_put_back(clutter, speed, tmp
     assert list(tmp_path.iterdir()) == []  # MuJoCo's own MUJOCO_LOG.TXT
 
 
-def test_whoever_listens_to_mujocos_warnings_still_does(clutter):
+def test_a_handler_of_mujocos_warnings_is_kept(clutter):
     heard = []
     before = mujoco.get_mju_user_warning()
     mujoco.set_mju_user_warning(heard.append)

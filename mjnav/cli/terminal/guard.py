@@ -123,7 +123,7 @@ class _Child:
         if self._cause is not None:
             tell(f"{self._cause}; what was logged before can be read")
             return 1
-        if -code in PASSED_ON:  # on request: as whoever started us expects it
+        if -code in PASSED_ON:  # on request: as the parent process expects it
             signal.signal(-code, signal.SIG_DFL)
             signal.pthread_sigmask(signal.SIG_SETMASK, before)
             signal.raise_signal(-code)

@@ -11,7 +11,7 @@ plan is the mean of their controls,
 
     u = sum_k w_k u_k,   w_k = exp(-(S_k - min S) / temperature) / sum,
 
-and its first control is the decision. All are brought within the limits beforehand, and the limits are convex: the mean
+and its first control is the decision. All are first brought within the limits, and the limits are convex: the mean
 keeps them. (Williams et al. 2017, "Information Theoretic MPC for Model-Based Reinforcement Learning", without its
 importance weights: a change of control has a cost of its own. Collision probabilities from samples: DRA-MPPI 2025,
 arXiv 2506.21205. Rollouts of other controllers among the perturbed: Trevisan & Alonso-Mora 2024, "Biased-MPPI".)

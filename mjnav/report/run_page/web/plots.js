@@ -16,7 +16,7 @@ function niceTicks(low, high, count) {
   return ticks;
 }
 
-/** A round number without the dust of binary fractions. */
+/** A round number without the digits that binary fractions add. */
 function tickText(value) {
   const text = Number(value.toPrecision(3));
   return Math.abs(text) >= 1e4 ? text.toExponential(0).replace('e+', 'e') : String(text).replace('-', '\u2212');
