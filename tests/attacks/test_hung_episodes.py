@@ -45,7 +45,7 @@ def sweep(folder, *words) -> subprocess.Popen:
     return subprocess.Popen(command, cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
 
 
-def test_an_episode_that_hangs_or_ends_its_process_is_a_failed_row_and_the_others_go_on(study, tmp_path):
+def test_an_episode_that_hangs_or_exits_is_a_failed_row_among_the_others(study, tmp_path):
     study("Native", "Exiting")
     with sweep(tmp_path, "--workers", "1", "--max-seconds", "1", "--json") as process:
         out, err = process.communicate()
@@ -61,7 +61,7 @@ def test_an_episode_that_hangs_or_ends_its_process_is_a_failed_row_and_the_other
     assert {row["outcome"] for row in rows if row["error"] is not None} == {None}
 
 
-def test_an_interrupt_keeps_what_one_worker_has_finished_also_where_an_episode_hangs(study, tmp_path):
+def test_an_interrupt_keeps_what_is_finished_also_where_an_episode_hangs(study, tmp_path):
     study("Hung")
     with sweep(tmp_path, "--workers", "1") as process:
         rows = Store(tmp_path / "out")

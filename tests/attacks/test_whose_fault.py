@@ -79,7 +79,7 @@ def misses(report: dict, cause: str) -> dict[int, tuple[str, float]]:
     return {miss["tick"]: (miss["phase"], miss["milliseconds"]) for miss in found}
 
 
-def test_a_slow_tick_is_the_loops_and_what_is_compiled_or_imported_is_first_time_work(start, tmp_path):
+def test_a_slow_tick_is_the_loops_and_compiling_is_first_time_work(start, tmp_path):
     (tmp_path / "stalling.py").write_text(STALLING)
     (tmp_path / "slowly_imported.py").write_text(IMPORTED)
     process = start("--controller", "stalling:Stalling", "--duration", "2.5")
@@ -98,7 +98,7 @@ def test_a_slow_tick_is_the_loops_and_what_is_compiled_or_imported_is_first_time
 
 
 @pytest.mark.skipif(len(os.sched_getaffinity(0)) < 2, reason="one CPU only: the probe watches before the test")
-def test_what_stops_everybody_at_once_is_the_machines_and_what_stops_the_loop_alone_is_not(start, tmp_path):
+def test_a_stop_of_all_is_the_machines_and_of_the_loop_alone_is_not(start, tmp_path):
     log = tmp_path / "a.mcap"
     process = start("--log", str(log), "--duration", "600", "--set", "physics.engine=kinematic")
     ends = time.monotonic() + PATIENCE
@@ -144,7 +144,7 @@ def test_a_busy_process_on_the_probes_cpu_makes_no_gaps():
     )  # and took none of that for the machine's
 
 
-def test_where_there_is_one_cpu_it_is_watched_before_the_test_and_no_miss_is_laid_on_it():
+def test_with_one_cpu_the_machine_is_watched_before_and_blamed_for_nothing():
     with gap_probe({min(os.sched_getaffinity(0))}) as gaps:
         assert gaps.seen.endswith("in 2 s before the test, for want of another CPU")
     assert gaps.everywhere.size == 0

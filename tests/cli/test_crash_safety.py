@@ -233,7 +233,7 @@ def test_a_controller_that_raises_aborts_the_run_with_its_own_line_and_a_whole_l
         assert f'mine.py", line {number}, in decide' in events(log)["traceback"]
 
 
-def test_a_run_that_takes_too_long_is_ended_in_order_where_its_tick_can_be_and_names_the_line_it_hangs_in(start):
+def test_a_run_that_takes_too_long_is_ended_in_order_with_the_line_it_hangs_in(start):
     runs = {name: start("--controller", f"mine:{name}", "--max-seconds", "1") for name in ("Slow", "Hung", "Native")}
     expected = {  # what is told, and whether the log has its end
         "Slow": ("still running after 1 s on the wall", True),

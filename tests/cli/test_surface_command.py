@@ -20,7 +20,7 @@ def files(folder: Path) -> list[str]:
     return sorted(str(path.relative_to(folder)) for path in folder.rglob("*") if path.is_file())
 
 
-def test_picture_and_arrays_go_below_the_working_directory_and_are_named_after_the_moment(mjnav, tmp_path):
+def test_picture_and_arrays_go_below_the_working_folder_named_by_the_moment(mjnav, tmp_path):
     said = mjnav("surface", "crossing1", "--controller", "mean", "--seed", "2", "--at", "0.25", *QUICK)
     assert said.code == 0
     stem = "runs/out/crossing1-mean-2-0.25s-surface"

@@ -29,9 +29,7 @@ def written(tmp_path, scenario, made_up, monkeypatch):
 
 
 @pytest.mark.parametrize("command", [["inspect"], ["report"], ["export", "--format", "csv"]])
-def test_the_candidates_of_format_1_are_said_not_to_be_read_and_by_which_version_they_are(
-    written, tmp_path, capsys, command
-):
+def test_candidates_of_format_1_are_told_with_the_version_that_reads_them(written, tmp_path, capsys, command):
     path, name = written(None), command[0]
     output = {"export": [str(tmp_path / "out")], "report": ["-o", str(tmp_path / "out.html")]}.get(name, [])
     assert main([*command, str(path), *output]) == 0

@@ -72,7 +72,7 @@ def test_the_chosen_control_is_where_its_speed_and_turn_rate_are(chosen):
         assert colour_at(picture, axes, 0.5, 0.75) != pytest.approx(to_rgb(CHOSEN["markerfacecolor"]), abs=0.1)
 
 
-def test_the_nominal_control_is_marked_around_the_chosen_one_where_they_are_the_same():
+def test_the_nominal_control_is_marked_around_the_chosen_one_where_equal():
     figure = decision_surface_figure(surface(chosen=NOMINAL), "")
     without = decision_surface_figure(surface(chosen=NOMINAL, nominal=(0.1, -1.2)), "")
     picture, other = pixels(figure), pixels(without)

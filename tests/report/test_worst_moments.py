@@ -45,7 +45,7 @@ def test_the_closest_approach_names_the_body_and_the_step():
     assert moment.text.endswith("from pillar1")
 
 
-def test_the_longest_stretch_without_a_feasible_control_ends_where_ticks_are_missing():
+def test_the_longest_infeasible_stretch_ends_where_ticks_are_missing():
     status = ["ok"] * TICKS
     for row in (3, 4, 5, 10, 11, 12, 13, 30):
         status[row] = "infeasible" if row % 2 else "infeasible_nominal"

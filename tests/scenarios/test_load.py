@@ -220,7 +220,7 @@ def test_a_strange_name_is_no_shipped_scene(name):
         load(name)
 
 
-def test_a_missing_path_is_answered_with_the_nearest_file_beside_it_or_shipped_scene(tmp_path):
+def test_a_missing_path_is_answered_with_the_nearest_file_or_scene(tmp_path):
     (tmp_path / "corridor.toml").write_text(GOOD)
     with pytest.raises(InvalidValue) as error:
         load(tmp_path / "coridor.toml")

@@ -92,7 +92,7 @@ class Cost(Struct):
     total: float
 
 
-class Choice(Struct):
+class DecisionMessage(Struct):
     """/decision: `nominal` and `cost` are null for a method without candidates."""
 
     tick: Tick
@@ -105,7 +105,7 @@ class Choice(Struct):
     wish: Twist | UnsetType = UNSET  # the control chosen, where it was beyond the robot's limits
 
 
-class Person(Struct):
+class PersonState(Struct):
     """A true or a believed person; the truth has no more than a name, a position and a velocity."""
 
     name: str
@@ -121,7 +121,7 @@ class People(Struct):
     """/people/truth and /people/estimate; only the latter has detections, where there was a reading."""
 
     tick: Tick
-    people: list[Person]
+    people: list[PersonState]
     detections: Matrix | UnsetType = UNSET  # (n, 2) measured positions [m]
 
 
@@ -155,7 +155,7 @@ MESSAGES: Mapping[str, type[Struct]] = MappingProxyType(
         "mjnav.RobotState": RobotState,
         "mjnav.Odometry": Odometry,
         "mjnav.Command": Command,
-        "mjnav.Decision": Choice,
+        "mjnav.Decision": DecisionMessage,
         "mjnav.People": People,
         "mjnav.Contacts": Contacts,
         "mjnav.TickTiming": Timing,
@@ -201,18 +201,18 @@ def encode_decision(tick: int, decision: Decision) -> bytes:
             cost = Cost(costs.goal[i], costs.cone[i], costs.lane[i], costs.total[i])
     wish = UNSET if decision.wish is None else Twist(*decision.wish)
     status = decision.status
-    return _encode(Choice(tick, decision.v, decision.omega, str(status), status.advice, nominal, cost, wish))
+    return _encode(DecisionMessage(tick, decision.v, decision.omega, str(status), status.advice, nominal, cost, wish))
 
 
 def encode_people_truth(tick: int, truth: WorldState) -> bytes:
     """mjnav.People: where they are."""
     states = zip(truth.people_position.tolist(), truth.people_velocity.tolist(), strict=True)
-    return _encode(People(tick, [Person(f"person{i}", *state) for i, state in enumerate(states)]))
+    return _encode(People(tick, [PersonState(f"person{i}", *state) for i, state in enumerate(states)]))
 
 
-def _believed(track: Track) -> Person:
+def _believed(track: Track) -> PersonState:
     position, velocity = track.mean[:2], track.mean[2:]
-    return Person(track.name, position, velocity, track.covariance, track.radius, track.ess, track.recovered)
+    return PersonState(track.name, position, velocity, track.covariance, track.radius, track.ess, track.recovered)
 
 
 def encode_people_estimate(record: TickRecord) -> bytes:

@@ -33,7 +33,7 @@ def test_compiling_is_told_once_and_only_where_something_is_compiled(capsys):
     assert capsys.readouterr().err == ""
 
 
-def test_on_a_terminal_it_says_what_is_done_without_making_the_caller_wait_for_the_drawing(monkeypatch):
+def test_a_terminal_shows_progress_without_delaying_the_caller(monkeypatch):
     terminal = Terminal()
     monkeypatch.setattr(sys, "stderr", terminal)
     monkeypatch.setenv("TERM", "xterm")

@@ -58,7 +58,7 @@ def test_a_file_that_was_cut_short_takes_no_more(tmp_path, file, content):
 
 
 @pytest.mark.parametrize("reused", [False, True])
-def test_a_file_that_somebody_closed_takes_no_more_and_nor_does_another_of_its_number(tmp_path, file, content, reused):
+def test_a_closed_file_takes_no_more_nor_does_another_of_its_number(tmp_path, file, content, reused):
     number = file._file.fileno()
     os.close(number)
     other = tmp_path / "other"

@@ -66,7 +66,7 @@ def full():
     sink.close()
 
 
-def test_a_full_queue_drops_and_counts_what_may_be_dropped_and_keeps_the_rest_in_order(full):
+def test_a_full_queue_drops_and_counts_what_may_go_and_keeps_the_rest(full):
     sink, writer = full
     encoded = []
     for _ in range(5):
@@ -119,7 +119,7 @@ def raising(error: BaseException):
 
 
 @pytest.mark.parametrize("kind", [DirectSink, ThreadSink])
-def test_what_cannot_be_encoded_is_told_once_leaves_no_half_and_what_follows_is_written(kind):
+def test_what_cannot_be_encoded_is_told_once_and_the_rest_is_written(kind):
     writer, sink = attached(kind(), CountingWriter())
 
     def put_and_wait():
@@ -150,7 +150,7 @@ def told(call) -> list[str]:
             return found
 
 
-def test_every_fault_is_told_once_and_in_order_however_many_there_are_before_the_caller_asks():
+def test_every_fault_is_told_once_and_in_order():
     writer, thread = attached(ThreadSink(), BlockedWriter())
     thread.put(batch(0))
     for number in range(5):
@@ -230,7 +230,7 @@ def test_a_disk_that_hangs_is_told_in_time_and_one_that_is_slow_is_waited_for(fu
     assert writer.added == list(range(40))
 
 
-def test_a_direct_sink_writes_at_once_and_flushes_the_first_batch_and_then_when_that_is_due():
+def test_a_direct_sink_writes_at_once_and_flushes_when_due():
     writer, sink = attached(DirectSink(), CountingWriter())
     assert (sink.due_in, sink.flushed_ns) == (None, None)
     sink.put(batch(7))
