@@ -26,10 +26,7 @@ GAP = 500_000  # [ns] that the machine stood still, at least
 
 def main() -> None:
     """Spins."""
-    for number in (
-        signal.SIGINT,
-        signal.SIGHUP,
-    ):  # a terminal sends them to the whole group; the parent ends this process
+    for number in (signal.SIGINT, signal.SIGHUP):  # a terminal sends them to the group; the parent ends this process
         signal.signal(number, signal.SIG_IGN)
     asked: list[int] = []
     signal.signal(signal.SIGTERM, lambda number, frame: asked.append(number))
@@ -52,7 +49,9 @@ def main() -> None:
         print(flush=True)
         earlier = last = first = read()
         began = before = time.monotonic_ns()
-        while not asked and before < ends and os.getppid() == parent:
+        finished = False
+        while not finished:  # a last look after SIGTERM: what it waited until then counts
+            finished = bool(asked) or before >= ends or os.getppid() != parent
             now = time.monotonic_ns()
             usage = read()
             # What was read before `before` and after `now`: nothing that lies between them is left out.
