@@ -113,22 +113,10 @@ def test_a_sweep_may_go_over_people_and_samples_too(mjnav):
     assert lines[-1] == "with 2 people and 16 samples: no rate passes"
 
 
-@pytest.mark.parametrize("words", [("--sweep", "20"), ("--sweep", "10,20"), ("--rate", "20", "--people", "0,1")])
-def test_a_sweep_has_the_same_form_however_many_tests_it_has(mjnav, words):
-    printed = json.loads(mjnav("rate-test", "crossing1", *words, "--duration", "0.1", "--json", *TINY).out)
-    assert list(printed) == ["schema", "tests", "highest_passing_hz"]
-
-
 def test_one_number_of_people_is_one_test(mjnav):
     words = ("--rate", "20", "--people", "3", "--duration", "0.1", "--log", "a.mcap")
     assert json.loads(mjnav("rate-test", "crossing1", *words, "--json", *TINY).out)["ticks"] == 2
     assert len(open_log("a.mcap").scenario().people) == 3
-
-
-@pytest.mark.usefixtures("own_machine")
-def test_a_sweep_fails_where_every_test_does(mjnav):
-    fails = ("--sweep", "1000", "--duration", "0.3", "--samples", "150")
-    assert mjnav("rate-test", "crossing1", *fails).code == 1
 
 
 # ----------------------------------------------------------------------------------- log and interrupt
@@ -162,29 +150,19 @@ def test_an_interrupted_test_reports_what_was_done_and_keeps_its_log(mjnav, star
     ("words", "fragment"),
     [
         (["--rate", "0"], "rate: found 0.0; allowed: a number from 0.1 to 1000 Hz"),
-        (["--rate", "-5"], "rate: found -5.0"),
-        (["--rate", "nan"], "rate: found nan"),
-        (["--rate", "inf"], "rate: found inf"),
-        (["--rate", "2000"], "rate: found 2000.0"),
         (["--rate", "fast"], "--rate: invalid float value: 'fast'"),
         (["--rate", "33.3333"], "a rate with a time step in common with sensors.rate (10 Hz)"),
         (["--duration", "0"], "duration: found 0.0; allowed: a number > 0"),
-        (["--duration", "nan"], "duration: found nan"),
-        (["--duration", "1m"], "--duration: invalid float value: '1m'"),
         (["--sweep", ""], "--sweep: found ''; allowed: numbers with commas between them"),
         (["--sweep", "10,x"], "--sweep: found '10,x'"),
-        (["--sweep", "10;20"], "--sweep: found '10;20'"),
         (["--sweep", "10,-20"], "rate: found -20.0"),
         (["--rate", "10", "--sweep", "10"], "not allowed with argument"),
         (["--people", "1.5"], "--people: found '1.5'; allowed: whole numbers with commas between them"),
         (["--people", "-1"], "people: found -1; allowed: a number >= 0"),
-        (["--people", "5,many"], "--people: found '5,many'"),
         (["--samples", "0"], "control.samples: found 0"),
-        (["--samples", "25,2e2"], "--samples: found '25,2e2'"),
         (["--log", "a.mcap", "--sweep", "10,20"], "--log needs a single test"),
         (["--log", "/dev/null"], "/dev/null: exists already"),
         (["--set", "robot.goal_tolerance=9.0"], "robot.goal: found (10.0, 0.0); allowed: a way to drive"),
-        (["--controller", "meen"], "did you mean 'mean'?"),
     ],
 )
 def test_what_cannot_be_used_is_refused_before_anything_starts(mjnav, tmp_path, monkeypatch, words, fragment):

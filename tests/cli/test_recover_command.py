@@ -131,16 +131,6 @@ def test_the_log_of_a_killed_writer_gets_an_end(mjnav, log, content, tmp_path):
     assert len(recovered.trajectory().status) > 0
 
 
-def test_the_beginning_may_be_missing(mjnav, log, content, tmp_path):
-    (_, first_end), *_ = chunks(content)
-    log.write_bytes(content[first_end - 1000 :])
-    assert mjnav("recover", log, "out.mcap").code == 0
-    log.write_bytes(content)
-    kept, original = messages_in(tmp_path / "out.mcap"), messages_in(log)
-    assert kept == original[-len(kept) :]
-    assert len(kept) > 0.5 * len(original)
-
-
 def test_messages_of_topics_that_nothing_tells_are_kept_under_their_numbers(mjnav, log, content, tmp_path):
     (_, first_end), *_, (last_start, _) = chunks(content)
     log.write_bytes(content[first_end - 1000 : last_start])

@@ -97,7 +97,6 @@ def test_another_programs_log_is_refused(mjnav, tmp_path):
         (("-o", "a.gif"), "--output: found 'a.gif'; allowed: a file name that ends in .png or .mp4"),
         (("-o", "no/a.mp4"), "there is no folder"),
         (("-o", "a.mp4", "--size", "161x90"), "--size: found '161x90'; allowed: WIDTHxHEIGHT, even numbers from 64"),
-        (("-o", "a.png", "--size", "9x9"), "--size: found '9x9'"),
         (("-o", "a.png", "--size", "big"), "--size: found 'big'"),
         (("-o", "a.mp4", "--at", "0.5"), "--at needs a picture: -o OUT.png"),
         (("-o", "a.png", "--fps", "5"), "--fps needs a film: -o OUT.mp4"),
@@ -108,7 +107,6 @@ def test_another_programs_log_is_refused(mjnav, tmp_path):
             ("-o", "a.mp4", "--from", "0.5", "--to", "0.5"),
             "--from: found 0.5; allowed: a time from 0 to before the end",
         ),
-        (("-o", "a.mp4", "--fps", "0"), "--fps: found 0; allowed: a whole number from 1 to 120"),
         (("-o", "a.mp4", "--speed", "-1"), "--speed: found -1.0; allowed: a number from 0.01 to 100"),
     ],
 )

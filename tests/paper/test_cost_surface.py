@@ -9,9 +9,8 @@ from mjnav.constraints import collision_cone
 from mjnav.control.decision_surface import decision_surface
 from mjnav.errors import InvalidValue
 from mjnav.loop.prepare import load_scenario
-from mjnav.messages import Lanes
 from mjnav.paper import gradient_search
-from mjnav.paper.cost_surface import PUBLISHED, claims, picture
+from mjnav.paper.cost_surface import claims
 from mjnav.paper.decision_cost import VARIANTS, ContinuousCost, clip_places, slope_jump, variant_costs
 from mjnav.paper.decisions import decisions_that_matter, goal_cost_excess, spread, variant
 from mjnav.paper.gradient_search import by_gradient, fine_grid, on_grid, starts, window_of
@@ -63,18 +62,6 @@ def test_on_its_candidates_and_beyond_it_equals_the_decision_s_cost(scenario, re
         assert [end.tolist() for end in window_of(cost, "bounds")] == [LOW.tolist(), HIGH.tolist()]
 
 
-def test_the_published_variant_takes_none_of_the_tuned_ones_parameters(scenario):
-    changed = replace(scenario, control=replace(scenario.control, parameters={"weight": 3.0}))
-    assert variant(changed, "rkhs", degree=2).parameters.weight == 3.0
-    assert variant(changed, "rkhs-paper").parameters.weight == 1.0
-
-
-def test_lanes_are_refused(scenario, records):
-    lanes = Lanes((0.0, 1.0, -2.0), (0.0, 1.0, 2.0), np.zeros(25), np.zeros(25))
-    with pytest.raises(InvalidValue, match="lanes"):
-        ContinuousCost.of(variant(scenario, "rkhs"), replace(records[0].observation, lanes=lanes))
-
-
 def test_only_decisions_that_leave_the_cheapest_way_matter(records):
     assert records
     for record in records:
@@ -82,13 +69,6 @@ def test_only_decisions_that_leave_the_cheapest_way_matter(records):
         chosen = (costs.v == record.decision.v) & (costs.omega == record.decision.omega)
         assert goal_cost_excess(record) == pytest.approx(costs.goal[chosen].min() - costs.goal.min())
         assert goal_cost_excess(record) > 0.0
-
-
-@pytest.mark.parametrize(
-    ("items", "num", "expected"), [([], 3, []), ([7], 3, [7]), ([1, 2], 5, [1, 2]), ([*range(9)], 3, [0, 4, 8])]
-)
-def test_items_are_spread_over_the_whole(items, num, expected):
-    assert list(spread(items, num)) == expected
 
 
 @pytest.mark.parametrize(
@@ -163,20 +143,6 @@ def test_the_clip_makes_kinks_and_nothing_else_does(data):
     assert free[-5] / free[-1] == pytest.approx(10.0, rel=0.1)  # in proportion to the step, four of them a decade
 
 
-def test_nothing_is_below_the_reference_and_more_starts_cost_more_points(data):
-    num = len(data.tick)
-    assert data.reference.shape == (num, len(VARIANTS), len(gradient_search.WINDOWS))
-    assert (data.grid >= data.reference).all()
-    assert (data.found >= data.reference[..., None]).all()
-    assert (np.diff(data.points, axis=-1) > 0).all()
-    assert ((data.near >= 0.0) & (data.near <= 1.0)).all()
-    for times in (data.grid_seconds, data.seconds):
-        assert (times > 0.0).all()
-    # A wider window has no higher minimum, but for what neither search finds.
-    tuned = data.reference[:, :PUBLISHED]
-    assert (tuned[..., 1] <= 1.01 * tuned[..., 0]).all()
-
-
 def many_runs(data, **changes):
     """The data as if its decisions were from eight runs."""
     times = 8 * 6 // len(data.tick) + 1
@@ -206,13 +172,3 @@ def test_a_method_without_candidates_and_runs_without_obstacles_are_refused(scen
         measure(replace(scenario, control=replace(scenario.control, method="orca", parameters={})))
     with pytest.raises(InvalidValue, match="obstacle"):
         measure(replace(scenario, people=(), time_limit=0.5))
-
-
-def test_every_variant_has_a_panel_in_which_its_least_cost_is_marked(data):
-    figure = picture(data)
-    assert [axes.get_title(loc="left") for axes in figure.axes[:4]] == list(VARIANTS)
-    for axes, view in zip(figure.axes[:4], data.views[:4], strict=True):
-        i, j = view.surface.minimum
-        least, ends = axes.get_lines()
-        assert least.get_xydata().tolist() == [[view.surface.v[i], view.surface.omega[j]]]
-        assert np.array_equal(ends.get_xydata(), view.ends)

@@ -16,7 +16,7 @@ from rich.console import Console
 
 from mjnav.report.comparison.html import html
 from mjnav.report.comparison.latex import escaped, latex
-from mjnav.report.comparison.shown import Shown, shown_table
+from mjnav.report.comparison.shown import shown_table
 from mjnav.report.comparison.text import write
 from mjnav.report.comparison.tidy import csv_text, document
 from mjnav.study.compare.compare import RATES
@@ -343,29 +343,6 @@ def test_latex_tables_have_one_cell_a_column_and_balanced_braces(results, hostil
             assert not re.search(r"(\\\\|rule)\s*[\[*]", tabular)
 
 
-def test_latex_has_every_figure_rounded(results):
-    tabulars = re.findall(r"\\midrule(.*?)\\bottomrule", latex(results), re.S)
-    for table, tabular in zip(results.tables, tabulars, strict=True):
-        rows = iter(latex_rows(tabular))
-        for method in table.rows:
-            own, below = next(rows), next(rows) if method.differences else None
-            assert own[0].strip() == f"{{{method.method}}}"
-            places = [*RATES, None, None, *FIGURES]
-            for i, figure in enumerate(places, start=2):
-                if figure is None:
-                    continue
-                scale = 100.0 if figure in RATES else 1.0
-                check_printed(plain(own[i]), method.figures[figure], None, method.num, scale)
-                if below is not None:
-                    d = method.differences[figure]
-                    check_printed(plain(below[i]), d.estimate, d.p, method.num, scale)
-
-
-def plain(cell):
-    """A LaTeX cell as the text of the same figure."""
-    return cell.strip()[1:-1].removeprefix(r"\footnotesize ").replace("$-$", "-").replace("$^*$", " *")
-
-
 def test_latex_escapes_what_it_would_read():
     assert escaped(r"a_b & 50% \x {~^} #1 $2") == (
         r"a\_b \& 50\% \textbackslash{}x \{\textasciitilde{}\textasciicircum{}\} \#1 \$2"
@@ -381,7 +358,3 @@ def test_latex_compiles_and_is_no_wider_than_the_line(hostile, tmp_path):
     done = subprocess.run(command, cwd=tmp_path, check=True, capture_output=True, timeout=60)
     assert b"Output written on a.pdf" in done.stdout
     assert b"Overfull" not in done.stdout
-
-
-def test_a_dash_stands_for_what_is_undefined():
-    assert str(Shown("-", count="(0)")) == "- (0)"

@@ -238,21 +238,11 @@ def test_a_path_that_cannot_be_read_is_refused(path):
         load(path)
 
 
-def test_a_folder_is_no_run_file(tmp_path):
-    with pytest.raises(InvalidValue, match=r"\(Is a directory\)"):
-        load(tmp_path)
-
-
 def test_a_pipe_that_nobody_writes_to_is_no_run_file_and_no_trace(tmp_path):
     os.mkfifo(pipe := tmp_path / "pipe.toml")
     for path, overrides in ((pipe, []), ("crossing1", ["control.latency.trace=" + str(pipe)])):
         with pytest.raises(InvalidValue, match=r"can be read \(not a regular file\)"):
             load(path, ["control.latency.model=sampled", *overrides])
-
-
-def test_an_endless_device_is_no_run_file():
-    with pytest.raises(InvalidValue, match=r"/dev/zero: .* can be read \(not a regular file\)"):
-        load("/dev/zero")
 
 
 def test_text_in_another_encoding_is_refused_with_its_line(tmp_path):

@@ -147,21 +147,6 @@ def test_samples_and_desired_samples_of_the_cone_are_labelled(log, folder):
             np.testing.assert_array_equal(found, np.array(getattr(value, kind), np.float32))
 
 
-def test_poses_and_transforms_are_those_of_the_state(folder):
-    state, transforms = read(folder, "robot_state"), read(folder, "tf")
-    assert transforms["child"].tolist() == ["base_link", "base_link_estimated"] * 6 + ["base_link"]
-    of_truth = transforms[transforms["child"] == "base_link"].drop(columns=["parent", "child"])
-    for table, prefix in [
-        (of_truth, ""),
-        (read(folder, "robot_truth"), ""),
-        (read(folder, "robot_estimate"), "estimate_"),
-    ]:
-        expected = state[[f"{prefix}{name}" for name in ("x", "y", "theta")]].dropna()
-        assert table[["x", "y"]].to_numpy().tolist() == expected.iloc[:, :2].to_numpy().tolist()
-        half = 0.5 * expected.iloc[:, 2].to_numpy()
-        np.testing.assert_allclose(table[["qz", "qw"]], np.stack([np.sin(half), np.cos(half)], -1), atol=1e-15)
-
-
 def test_the_scene_has_a_row_a_solid_and_a_segment(log, folder):
     scenario, solids = log.scenario(), read(folder, "scene")
     assert sorted(set(solids["tick"])) == list(range(7))
@@ -198,12 +183,6 @@ def test_every_candidate_has_a_row_with_its_costs_and_what_it_was(log, folder):
         assert np.float32(chosen["total"]) == np.float32(decision["cost"]["total"])
         terms = cone[(cone["tick"] == tick) & (cone["candidate"] == chosen["candidate"])]
         assert np.float32(terms["cost"]).tolist() == np.float32(decision["cost"]["cone"]).tolist()
-
-
-def test_events_with_commas_are_quoted(folder):
-    table = read(folder, "events")
-    assert table["text"].tolist() == [f"the robot, again: {tick}" for tick in (0, 1, 3, 4, 5)]
-    assert set(table["level"]) == {"WARNING"}
 
 
 def test_columns_csv_names_every_column_of_every_table_in_order(folder):

@@ -124,12 +124,6 @@ def test_evos_error_of_the_bag_is_the_results(driven, tmp_path, tmp_path_factory
 # ---------------------------------------------------------------------------------------- the robot
 
 
-def test_the_clock_has_one_message_a_time(bag):
-    assert [time for time, _ in bag["/clock"]] == [tick * 100_000_000 for tick in range(7)]
-    for time, message in bag["/clock"]:
-        assert message.clock.sec * 10**9 + message.clock.nanosec == time
-
-
 def test_the_truth_is_an_odometry_without_covariance(log, bag):
     for time, value, message in pairs(log, "/robot/state", bag, "/robot/truth"):
         assert_header(message.header, time)
@@ -152,17 +146,6 @@ def test_the_estimates_covariance_is_that_of_x_y_and_yaw(log, bag):
         for i, row in zip((0, 1, 5), estimate["covariance"], strict=True):
             assert [covariance[i, 0], covariance[i, 1], covariance[i, 5]] == row
         assert np.count_nonzero(covariance) == np.count_nonzero(estimate["covariance"])
-
-
-def test_transforms_are_as_logged(log, bag):
-    for time, value, message in pairs(log, "/tf", bag, "/tf"):
-        assert len(message.transforms) == len(value.transforms) >= 1
-        for ours, theirs in zip(value.transforms, message.transforms, strict=True):
-            assert_header(theirs.header, time, ours.parent_frame_id)
-            assert theirs.child_frame_id == ours.child_frame_id
-            assert same(theirs.transform.translation) == same(ours.translation)
-            assert theirs.transform.rotation.w == ours.rotation.w
-            assert same(theirs.transform.rotation) == same(ours.rotation)
 
 
 def test_odometry_becomes_a_turn_rate_and_a_measured_pose_too(log, bag):

@@ -81,12 +81,6 @@ def test_rows_of_another_study_are_left_out_and_told(store, study):
         read(store)
 
 
-def test_rows_of_another_study_alone_are_refused(store, study):
-    store.append(cell("other", [1], study="another"))
-    with pytest.raises(InputError, match="rows of study 'another', none of 'made up'"):
-        read(store, study)
-
-
 def test_a_seed_under_two_scenarios_is_refused(store):
     store.append(
         [*cell("mean", [1, 2, 3]), row("mean", 2, 9.0, scene="crossing1", setting="noise.profile=pearson", id="x")]
@@ -108,13 +102,6 @@ def test_figures_are_each_compared_once_and_rates_always(store):
     found = read(store, figures=("time_s", "success", "time_s", "collision"))
     assert found.figures == ("time_s",)
     assert list(found.tables[0].rows[0].figures) == ["success", "collision", "time_s"]
-
-
-def test_progress_is_told_table_by_table(store):
-    store.append([*cell("mean", [1]), *cell("mean", [1], scene="hall")])
-    told = []
-    read(store, progress=lambda done, total: told.append((done, total)))
-    assert told == [(1, 2), (2, 2)]
 
 
 @pytest.mark.parametrize(
