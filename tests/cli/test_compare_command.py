@@ -122,7 +122,6 @@ def test_a_sweep_can_be_compared(mjnav, tmp_path):
     [
         (["crosings"], "mjnav: study: found 'crosings'"),
         (["crosings"], "did you mean 'crossings'?"),
-        (["two method"], "did you mean 'two methods'?"),
         (["crossings"], "mjnav: runs/out/crossings: no results of a sweep; mjnav sweep crossings makes them"),
         (["no/such"], "mjnav: no/such: no such folder"),
         (["no/such.toml"], "mjnav: no/such.toml: "),

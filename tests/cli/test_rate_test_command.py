@@ -82,11 +82,6 @@ def test_a_rate_that_cannot_be_kept_fails_with_exit_1(mjnav):
     assert printed["achieved_hz"] < 1000.0
 
 
-def test_under_load_it_says_what_the_load_is(mjnav):
-    said = mjnav("rate-test", "crossing1", "--rate", "10", "--duration", "0.2", "--stress", "--json", *TINY)
-    assert "writes and syncs" in json.loads(said.out)["load"]
-
-
 # --------------------------------------------------------------------------------------------- sweeps
 
 

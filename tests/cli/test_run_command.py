@@ -122,7 +122,6 @@ def test_a_path_and_several_overrides_are_taken(mjnav, tmp_path):
         (["hal"], ["scene: found 'hal'", "did you mean 'hall'?"]),
         (["./hall.toml"], ["./hall.toml", "No such file", "did you mean 'hall'?"]),
         (["hall", "--controller", "rkh"], ["--controller: control.method: found 'rkh'", "did you mean 'rkhs'?"]),
-        (["hall", "--seed", "-1"], ["--seed: seed: found -1"]),
         (["hall", "--set", "control.degre=3"], ["--set: control.degre", "did you mean 'degree'?"]),
         (["hall", "--set", "time_limit"], ["--set: found 'time_limit'; allowed: KEY=VALUE"]),
         (["hall", "--set", "control.rate=30"], ["control.rate: found 30", "physics.timestep"]),

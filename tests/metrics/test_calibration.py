@@ -147,3 +147,10 @@ def test_bad_input_is_refused_by_its_name(arguments, message):
     with pytest.raises(InvalidValue) as error:
         calibration(rng=np.random.default_rng(0), **arguments)
     assert message in str(error.value)
+
+
+def test_all_forecasts_above_0_may_be_in_one_bin():
+    c = of([0.1, 0.8], [0.5, 0.6], edges=(0.0, 1.0))
+    assert [b.count for b in c.bins] == [0, 2]
+    assert c.bias is not None
+    assert c.ece == pytest.approx(abs(c.bias))
