@@ -120,7 +120,6 @@ def test_a_sweep_can_be_compared(mjnav, tmp_path):
 @pytest.mark.parametrize(
     ("words", "line"),
     [
-        (["crosings"], "mjnav: study: found 'crosings'"),
         (["crosings"], "did you mean 'crossings'?"),
         (["crossings"], "mjnav: runs/out/crossings: no results of a sweep; mjnav sweep crossings makes them"),
         (["no/such"], "mjnav: no/such: no such folder"),

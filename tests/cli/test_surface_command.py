@@ -114,7 +114,6 @@ class Timid(Mean):
         (["hall", "--at", "1", "--grid", "1"], ["--grid: found 1; allowed: a whole number from 2 to 200"]),
         (["hall", "--at", "1", "-o", "a.jpg"], ["--output: found 'a.jpg'; allowed: a file name that ends in .png"]),
         (["hall", "--at", "1", "--data", "a.csv"], ["--data: found 'a.csv'; allowed: a file name that ends in .npz"]),
-        (["hall", "--at", "1", "-o", "none/a.png"], ["none/a.png: there is no folder "]),
         (["hall", "--at", "0", "-o", "/proc/a.png"], ["/proc/a.png"]),
     ],
 )

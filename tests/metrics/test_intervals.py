@@ -154,3 +154,7 @@ def test_holms_correction_has_the_answers_of_its_definition():
     assert holm([0.5]) == [0.5]
     assert holm([0.6, 0.9]) == [1.0, 1.0]
     assert holm([]) == []
+
+
+def test_the_interval_of_nothing_but_zeros_is_zero():
+    assert SharedBootstrap(9, np.random.default_rng(1), resamples=100).interval(np.zeros(9)) == (0.0, 0.0)
