@@ -101,6 +101,14 @@ def test_wall_distance_is_that_of_many_points_on_the_way(route, x, y, length, an
     assert exact <= sampled + 1e-9 or sampled <= step
 
 
+@pytest.mark.parametrize("corner", [(2.0, 0.5), (-2.0, 0.5), (-2.0, -0.5), (2.0, -0.5)])
+def test_past_a_corner_of_a_wall_the_distance_is_to_the_corner(corner):
+    x, y = corner
+    route = np.array([[x + 3 * np.sign(x), y - np.sign(y)], [x - np.sign(x), y + 3 * np.sign(y)]])
+    wall = Wall((-2.0, 0.0), (2.0, 0.0), thickness=1.0)
+    assert safety.wall_distance(route, wall).tolist() == pytest.approx([np.sqrt(2.0)])
+
+
 def test_inside_a_wall_the_distance_is_minus_the_depth():
     wall = Wall((0.0, 0.0), (4.0, 0.0), thickness=1.0)
     assert safety.wall_distance(np.array([[2.0, 0.2]]), wall).tolist() == pytest.approx([-0.3])

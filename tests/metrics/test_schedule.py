@@ -1,5 +1,7 @@
 """What a schedule is worth: small ones, with exact answers. Periods of 10 ms."""
 
+import re
+
 import numpy as np
 import pytest
 
@@ -9,6 +11,7 @@ from mjnav.metrics.schedule import (
     FAIL,
     INCONCLUSIVE,
     PASS,
+    RULES,
     Schedule,
     histogram,
     longest_overrun,
@@ -181,3 +184,8 @@ def test_what_lies_beyond_the_edges_is_counted_and_nothing_is_no_row():
     inf = float("inf")
     assert histogram(np.array([-1.0, 0.5, 1.5, 1e9]), (1, 2)) == [(-inf, 1, 2), (1, 2, 1), (2, inf, 1)]
     assert histogram(np.zeros(0), (1, 2)) == []
+
+
+def test_the_printed_rules_name_the_shares_that_decide():
+    shares = {name: re.findall(r"[\d.]+(?= %)", rule) for name, rule in RULES[1:]}
+    assert shares == {PASS: ["99.9"], INCONCLUSIVE: ["1"], DEGRADED: ["1", "99.9"], FAIL: []}
