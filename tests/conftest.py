@@ -4,6 +4,7 @@ import os
 
 import pytest
 from hypothesis import settings
+from xdist.scheduler import LoadScopeScheduling
 
 settings.register_profile("mjnav", deadline=None, derandomize=True)
 settings.load_profile("mjnav")
@@ -18,16 +19,22 @@ def pytest_xdist_auto_num_workers(config):
     return min(len(os.sched_getaffinity(0)), MAX_WORKERS) if whole else 0
 
 
-@pytest.hookimpl(tryfirst=True)
-def pytest_collection_modifyitems(items):
+class ByFile(LoadScopeScheduling):
     """Keeps the tests of a file in one process, so that module fixtures are made once.
 
     Files with `pytestmark = pytest.mark.xdist_group("real time")` share one process, so that they run one after the
-    other: their loops run under SCHED_FIFO on the same CPU, or they measure a busy CPU.
+    other: their loops run under SCHED_FIFO on the same CPU, or they measure a busy CPU. pytest-xdist's own `loadgroup`
+    ignores every mark under pytest 9.2, which no longer lets it rename tests.
     """
-    for item in items:
-        if item.get_closest_marker("xdist_group") is None:
-            item.add_marker(pytest.mark.xdist_group(item.path.as_posix()))
+
+    def _split_scope(self, nodeid):
+        file = nodeid.partition("::")[0]
+        text = (self.config.rootpath / file).read_text(encoding="utf-8")
+        return "real time" if 'pytestmark = pytest.mark.xdist_group("real time")' in text else file
+
+
+def pytest_xdist_make_scheduler(config, log):
+    return ByFile(config, log)
 
 
 def pytest_addoption(parser):
