@@ -7,6 +7,7 @@ Format 2: /candidates holds arrays; the lines are /candidates/arcs, in a log tha
 import os
 from collections.abc import Mapping
 from pathlib import Path
+from types import MappingProxyType
 from typing import IO
 
 from mcap.writer import CompressionType, Writer
@@ -19,6 +20,31 @@ SCENARIO, REPLAY, MODEL, LAYOUT = "scenario.toml", "replay.toml", "model.xml.gz"
 
 FORMAT = 2
 FORMAT_KEY = "log_format"  # of the metadata mjnav/run; format 1 does not have it
+
+# Every topic of a log in the order in which a tick writes them, in a sentence.
+TOPICS: Mapping[str, str] = MappingProxyType(
+    {
+        "/tf": "The frames of the robot and of its lidar in the map, believed and true.",
+        "/robot/truth": "The robot's true pose.",
+        "/robot/estimate": "The mean of the belief about the robot's pose.",
+        "/robot/state": "The robot's true pose and twist; mean, covariance and sample size of the belief about its pose.",
+        "/people/truth": "Every person's true position and velocity.",
+        "/people/estimate": "Every person's believed position and velocity with covariance, and the detections.",
+        "/contacts": "What the robot touched since the tick before, and with which force.",
+        "/scene": "Walls, tables, pillars, lanes, goal, robot and people as shapes that viewers draw.",
+        "/scan": "The ranges of the lidar.",
+        "/odometry": "Wheel odometry, gyro and pose sensor.",
+        "/belief/robot": "The particles of the belief about the robot's pose.",
+        "/belief/obstacles": "The particles of the beliefs about the people.",
+        "/decision": "The control that the method chose, its status, and the terms of its cost.",
+        "/command": "The command that is in force from the tick on.",
+        "/cone": "Samples of the constraint of the closest obstacle at the chosen control, beside the desired ones.",
+        "/candidates": "Every candidate control with the terms of its cost.",
+        "/candidates/arcs": "The candidates as coloured arcs: in a live view, and in a log with log.drawings = true.",
+        "/events": "Contacts, infeasible decisions, filters that were reset, faults, in words.",
+        "/tick": "How long each phase of the tick took, and how late it began.",
+    }
+)
 
 CHUNK_SIZE = 192 * 1024  # [bytes] before compression; LZ4 takes 40 % less time a tick than Zstandard and 20 % more room
 
