@@ -89,11 +89,11 @@ def test_a_slow_tick_is_the_loops_and_compiling_is_first_time_work(start, tmp_pa
     phase, milliseconds = misses(report, "loop")[10]
     assert (phase, milliseconds > 70.0) == ("control", True)
     by_first_time = misses(report, "first-time work")
-    assert by_first_time[30][0] == "control"
+    assert by_first_time[20][0] == by_first_time[30][0] == "control", report["missed"]
     assert by_first_time[30][1] > 70.0
     counts = report["misses_by_cause"]
     assert counts["loop"] >= 1
-    assert counts["first-time work"] >= 1  # the import; compiling may end within the period
+    assert counts["first-time work"] >= 2
     assert sum(counts.values()) == report["deadline_misses"]
 
 

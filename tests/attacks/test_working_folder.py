@@ -9,6 +9,8 @@ from pathlib import Path
 
 import pytest
 
+pytestmark = pytest.mark.xdist_group("real time")
+
 SCRIPTS = Path(sysconfig.get_path("scripts"))
 IMPORTS = re.compile(
     rb"^[ \t]*(?:import|from)[ \t]+(\w+)|import_module\(\s*[\"'](\w+)|^[ \t]*import .*, *(\w+)", re.MULTILINE

@@ -16,6 +16,8 @@ import pytest
 from mjnav.recording import open_log
 from tests.hanging_controllers import HANGING
 
+pytestmark = pytest.mark.xdist_group("real time")
+
 PATIENCE = 60.0  # [s] for a process to do on a busy machine what it does at once on an idle one
 SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 NEVER = ("--set", "time_limit=1e6", "--set", "robot.goal=[9000.0, 0.0]", "--set", "stop_on_collision=false")  # to end

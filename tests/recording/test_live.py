@@ -21,6 +21,8 @@ from mjnav.recording import Recorder, open_log
 from mjnav.recording.live import LiveServer
 from mjnav.recording.read.records import read_records
 
+pytestmark = pytest.mark.xdist_group("real time")
+
 pytest.importorskip("foxglove", reason="foxglove-sdk is not installed")
 websocket = pytest.importorskip("tornado.websocket", reason="no WebSocket client: tornado is not installed")
 

@@ -13,6 +13,8 @@ from mjnav.errors import InputError
 from mjnav.world.simulator import Simulator
 from mjnav.world.viewer import Viewer
 
+pytestmark = pytest.mark.xdist_group("real time")
+
 
 @pytest.fixture(scope="module")
 def display():

@@ -6,6 +6,8 @@ import socket
 
 import pytest
 
+pytestmark = pytest.mark.xdist_group("real time")
+
 SHORT = ("--set", "time_limit=0.3", "--no-log")
 
 
