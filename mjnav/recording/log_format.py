@@ -27,7 +27,7 @@ TOPICS: Mapping[str, str] = MappingProxyType(
         "/tf": "The frames of the robot and of its lidar in the map, believed and true.",
         "/robot/truth": "The robot's true pose.",
         "/robot/estimate": "The mean of the belief about the robot's pose.",
-        "/robot/state": "The robot's true pose and twist; mean, covariance and sample size of the belief about its pose.",
+        "/robot/state": "The robot's true pose and twist, and mean and covariance of the belief about its pose.",
         "/people/truth": "Every person's true position and velocity.",
         "/people/estimate": "Every person's believed position and velocity with covariance, and the detections.",
         "/contacts": "What the robot touched since the tick before, and with which force.",
