@@ -84,6 +84,7 @@ ORIGIN = _columns(
     wall_s=(NUMBER, "wall time of the episode"),
     machine=(STRING, "host name"),
     revision=(STRING, "mjnav's version and git revision"),
+    log=(STRING, "the episode's log as a path from the results' folder, logs/NAME.mcap; null where none was kept"),
 )
 # What decides an episode's bits beside its labels: column -> the fact of `loop.provenance` that it holds.
 MADE_WITH: Mapping[str, str] = MappingProxyType({fact.replace(".", "_"): fact for fact in FACTS})
@@ -120,6 +121,7 @@ class Row:
     made_with: Mapping[str, str]  # by fact of `loop.provenance`
     figures: Mapping[str, Value]  # by column of `FIGURES`; empty where there is an error
     error: str | None = None
+    log: str | None = None
 
     def values(self) -> dict[str, Value]:
         """The value of each of `COLUMNS`."""
