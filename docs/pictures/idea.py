@@ -39,11 +39,9 @@ def cone() -> Figure:
         axes.plot(*(r + np.array([0.0, HORIZON])[:, None] * q).T, color=BLUE, linewidth=1.6)
         axes.annotate("", r + q, r, arrowprops={"arrowstyle": "-|>", "color": BLUE, "linewidth": 2.0})
         axes.plot(*r, "o", color=BLUE)
-        axes.text(*(r + (-0.1, 0.2)), "r", color=BLUE, ha="right")
-        axes.text(*(r + q + (0.05, 0.12)), "q", color=BLUE)
-        values = [
-            f"{form:>8} {float(collision_cone(r, q, RADIUS, form=form, horizon=HORIZON)):+.2f}" for form in FORMS
-        ]
+        axes.text(r[0] - 0.1, r[1] + 0.2, "r", color=BLUE, ha="right")
+        axes.text(*(r + q + np.array([0.05, 0.12])), "q", color=BLUE)
+        values = [f"{form:>8} {float(collision_cone(r, q, RADIUS, form=form, horizon=HORIZON)):+.2f}" for form in FORMS]
         axes.set_title(name, fontsize=9)
         text = "\n".join(["f [m²]", *values])
         axes.text(0.98, 0.03, text, transform=axes.transAxes, ha="right", fontsize=7.5, family="monospace")
