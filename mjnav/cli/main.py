@@ -22,6 +22,8 @@ COMMANDS: Mapping[str, tuple[str, str]] = MappingProxyType(
         "run": ("mjnav.cli.run", "run one episode of a scene"),
         "rate-test": ("mjnav.cli.rate_test", "test whether the loop keeps its rate on this machine"),
         "list": ("mjnav.cli.list", "list scenes, studies, controllers, noise profiles and behaviours"),
+        "show": ("mjnav.cli.show", "print a shipped run file or study file"),
+        "keys": ("mjnav.cli.keys", "list keys of run files and study files: type, range, default, meaning"),
         "schema": ("mjnav.cli.schema", "print the JSON Schema of run files or study files, for editors"),
         "surface": ("mjnav.cli.surface", "draw the cost of one decision over all speeds and turn rates"),
         "calibrate": ("mjnav.cli.calibrate", "compare predicted risks with how often they come true"),

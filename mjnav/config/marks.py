@@ -95,9 +95,10 @@ class Variants:
 
 @dataclass(frozen=True, slots=True)
 class Named:
-    """A mapping from some of these names; a dot in a name leads into a table."""
+    """A mapping from some of these names; a dot in a name leads into a table. `word` stands for them in a reference."""
 
     names: Collection[str]
+    word: str = "NAME"
 
 
 @dataclass(frozen=True, slots=True)

@@ -23,7 +23,7 @@ LEAST, MOST = 1e-9, 1e6
 
 Count = Annotated[int, Range(1, int(MOST))]
 Weight = Annotated[float, Range(0.0, MOST)]
-LaneWeights = Annotated[tuple[Weight, Weight], "of the lane boundaries: left, right"]
+LaneWeights = Annotated[tuple[Weight, Weight], "of the risk of the lane boundaries: left, right"]
 Seconds = Annotated[float, Range(LEAST, MOST, "s")]
 Share = Annotated[float, Range(0.0, 1.0)]
 Positive = Annotated[float, Range(LEAST, MOST)]
@@ -54,8 +54,10 @@ def finite(parameters: Any, *keys: str) -> None:
 class LoopParameters:
     """What every method has: the loop draws its samples and gives it the robot's preferred speed."""
 
-    preferred_speed: Annotated[float, Range(LEAST, MOST, "m/s"), "the run file gives it under [robot]"] = 0.8
-    samples: Annotated[Count, "N = M drawn from each belief"] = 25
+    preferred_speed: Annotated[
+        float, Range(LEAST, MOST, "m/s"), "speed on a free way; a run file gives it under [robot]"
+    ] = 0.8
+    samples: Annotated[Count, "N = M, number of samples drawn from each belief"] = 25
 
     def __post_init__(self):
         settle(self)
@@ -66,8 +68,12 @@ class SightParameters(LoopParameters):
     """What a method that sees a `Problem` has: which obstacles count, and how the goal is approached."""
 
     approach_time: Annotated[Seconds, "the goal is approached at distance / approach_time at most"] = 1.0
-    sensing_range: Annotated[float, Range(LEAST, MOST, "m", or_inf=True), "beyond which no obstacle counts"] = 7.0
-    max_obstacles: Annotated[Count, "discs, nearest first; walls in range all count"] = 16  # two tables are eight
+    sensing_range: Annotated[
+        float, Range(LEAST, MOST, "m", or_inf=True), "distance beyond which no obstacle counts"
+    ] = 7.0
+    max_obstacles: Annotated[Count, "number of discs that count, nearest first; walls in range all count"] = (
+        16  # two tables are eight
+    )
     safety_margin: Annotated[float, Range(0.0, MOST, "m"), "added to the combined radius R"] = 0.05
 
 
@@ -76,22 +82,28 @@ class GoalParameters(SightParameters):
     """The goal cost."""
 
     preview: Annotated[Seconds, "tau: a candidate drives straight on at the heading that it has after this time"] = 0.4
-    heading_weight: Annotated[Weight, "w_h"] = 0.6
-    speed_change_weight: Annotated[Weight, "w_v; the default follows the period"] = CHANGE_WEIGHT
-    turn_change_weight: Annotated[Weight, "w_omega; the default follows the period"] = CHANGE_WEIGHT
+    heading_weight: Annotated[Weight, "w_h, of the heading error in the goal cost"] = 0.6
+    speed_change_weight: Annotated[Weight, "w_v, of a change of speed; the default follows the period"] = CHANGE_WEIGHT
+    turn_change_weight: Annotated[Weight, "w_omega, of a change of turn rate; the default follows the period"] = (
+        CHANGE_WEIGHT
+    )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class GridParameters(GoalParameters):
     """What every method that chooses from the candidate grid has: the grid, and the constraints at the mean."""
 
-    num_v: Count = 20
-    num_omega: Count = 20
-    window: Annotated[str, Choice(WINDOWS), "of the grid: what one period reaches, or the robot's limits"] = "reachable"
-    form: Annotated[str, Choice(FORMS), "of the collision cone"] = "segment"
-    horizon: Annotated[float, Range(LEAST, MOST, "s", or_inf=True), "of the segment form"] = 5.0
-    wall_horizon: Annotated[Seconds, "of path that walls are checked against"] = 2.0
-    lane_horizon: Annotated[Seconds, "after which the lanes are checked"] = 1.0
+    num_v: Annotated[Count, "number of speeds in the grid of candidates"] = 20
+    num_omega: Annotated[Count, "number of turn rates in the grid of candidates"] = 20
+    window: Annotated[
+        str, Choice(WINDOWS), "extent of the grid: what one period reaches, or all between the limits"
+    ] = "reachable"
+    form: Annotated[str, Choice(FORMS), "of the collision cone f"] = "segment"
+    horizon: Annotated[
+        float, Range(LEAST, MOST, "s", or_inf=True), "time ahead that the segment form of the cone covers"
+    ] = 5.0
+    wall_horizon: Annotated[Seconds, "time ahead in which walls are checked"] = 2.0
+    lane_horizon: Annotated[Seconds, "time ahead at which the lanes are checked"] = 1.0
     normalise: Annotated[bool, "divide f by R², lane distances by the robot's radius"] = True
 
 
@@ -109,7 +121,7 @@ class Parameters(GridParameters):
 class WeightedParameters(Parameters):
     """Of a method whose risk is added to the goal cost: the weights of that risk."""
 
-    weight: Annotated[Weight, "lambda, of each disc and wall"] = 10.0
+    weight: Annotated[Weight, "lambda, of the risk of each disc and wall"] = 10.0
     lane_weights: LaneWeights = (10.0, 10.0)
 
 

@@ -10,8 +10,8 @@ from mjnav.config import Range
 from mjnav.messages import Array
 
 MOST = 1e4  # of an argument in the channel's unit: as far as coordinates go
-Mean = Annotated[float, Range(-MOST, MOST), "in the channel's unit"]
-Spread = Annotated[float, Range(0.0, MOST, open_low=True), "in the channel's unit"]
+Mean = Annotated[float, Range(-MOST, MOST), "expectation, in the channel's unit"]
+Spread = Annotated[float, Range(0.0, MOST, open_low=True), "standard deviation, in the channel's unit"]
 Size = int | tuple[int, ...]
 
 

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 from mjnav.config import Length, Range, settle
 from mjnav.errors import InvalidValue
 from mjnav.messages import Array
-from mjnav.noise.base import Mean, OnRealLine, Size, Spread
+from mjnav.noise.base import MOST, Mean, OnRealLine, Size, Spread
 from mjnav.noise.pearson_laws import HALF_LOG_2PI, StudentLaw
 
 _WEIGHT_SUM_TOLERANCE = 1e-6  # weights are written with a few digits: 0.333, 0.333, 0.334
@@ -76,7 +76,7 @@ class Uniform:
     """Constant density on [mean - half_width, mean + half_width]; std = half_width / sqrt(3)."""
 
     mean: Mean = 0.0
-    half_width: Spread
+    half_width: Annotated[float, Range(0.0, MOST, open_low=True), "of the interval, in the channel's unit"]
 
     def __post_init__(self):
         settle(self)
@@ -132,9 +132,9 @@ class StudentT(OnRealLine):
 class Mixture(OnRealLine):
     """sum_k weights_k N(means_k, stds_k^2); weights are positive and sum to 1."""
 
-    weights: Annotated[tuple[_Share, ...], Length(1, MAX_SAMPLES), "sum to 1"]
-    means: Annotated[tuple[Mean, ...], Length(1, MAX_SAMPLES), "as many as weights"]
-    stds: Annotated[tuple[Spread, ...], Length(1, MAX_SAMPLES), "as many as weights"]
+    weights: Annotated[tuple[_Share, ...], Length(1, MAX_SAMPLES), "of the components; they sum to 1"]
+    means: Annotated[tuple[Mean, ...], Length(1, MAX_SAMPLES), "of the components, as many as weights"]
+    stds: Annotated[tuple[Spread, ...], Length(1, MAX_SAMPLES), "of the components, as many as weights"]
     _shares: tuple[float, ...] = field(init=False, repr=False, compare=False)  # the weights, their sum exactly 1
     _cumulative: Array = field(init=False, repr=False, compare=False)
 
@@ -185,7 +185,7 @@ class Empirical(OnRealLine):
     the samples and whose variance is s^2 + h^2. `logpdf` of m points costs m n exponentials.
     """
 
-    samples: Annotated[tuple[Mean, ...], Length(2, MAX_SAMPLES), "recorded errors"]
+    samples: Annotated[tuple[Mean, ...], Length(2, MAX_SAMPLES), "recorded errors, in the channel's unit"]
     bandwidth: float = field(init=False)
     mean: float = field(init=False)
     std: float = field(init=False)

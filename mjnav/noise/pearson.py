@@ -86,7 +86,7 @@ class Pearson:
 
     mean: Mean = 0.0
     std: Spread
-    skew: Annotated[float, Range(-_MAX_SKEW, _MAX_SKEW)]
+    skew: Annotated[float, Range(-_MAX_SKEW, _MAX_SKEW), "third standardised moment; 0 is symmetric"]
     kurtosis: Annotated[float, Range(1.0, _MAX_KURTOSIS, open_low=True), "above skew² + 1; 3 for a Gaussian"]
     _law: Law = field(init=False, repr=False, compare=False)
     _sign: float = field(init=False, repr=False, compare=False)

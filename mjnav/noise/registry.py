@@ -21,7 +21,7 @@ DISTRIBUTIONS: Mapping[str, type[Any]] = MappingProxyType(
     }
 )
 # As a table: the name under `distribution`, its arguments beside it.
-NamedDistribution = Annotated[Distribution, Variants("distribution", DISTRIBUTIONS)]
+NamedDistribution = Annotated[Distribution, Variants("distribution", DISTRIBUTIONS), "law of the noise"]
 
 
 def names() -> tuple[str, ...]:

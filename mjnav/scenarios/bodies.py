@@ -16,10 +16,10 @@ from mjnav.scenarios.ranges import MAX_LENGTH, MIN_SIZE, Angle, Line, Point, Siz
 class Wall:
     """A straight wall between two points."""
 
-    start: Annotated[Point, Key("from")]
-    end: Annotated[Point, Key("to")]
-    thickness: Size = 0.1
-    height: Size = 1.0
+    start: Annotated[Point, Key("from"), "one end"]
+    end: Annotated[Point, Key("to"), "the other end"]
+    thickness: Annotated[Size, "half of it on each side of the line"] = 0.1
+    height: Annotated[Size, "above the floor"] = 1.0
 
     def __post_init__(self):
         settle(self)
@@ -32,10 +32,10 @@ class Table:
     """A table on four legs; `size` is measured between the legs' centres."""
 
     position: Annotated[Point, "of its centre"]
-    yaw: Angle = 0.0
+    yaw: Annotated[Angle, "of its long side, counter-clockwise from x"] = 0.0
     size: Annotated[tuple[Size, Size], "between the centres of the legs"] = (1.6, 0.8)
-    leg_radius: Size = 0.03
-    height: Annotated[float, Range(0.5, MAX_LENGTH, "m")] = 0.74
+    leg_radius: Annotated[Size, "of each leg"] = 0.03
+    height: Annotated[float, Range(0.5, MAX_LENGTH, "m"), "of its top above the floor"] = 0.74
 
     def __post_init__(self):
         settle(self)
@@ -55,8 +55,8 @@ class Pillar:
     """A round pillar."""
 
     position: Annotated[Point, "of its centre"]
-    radius: Size = 0.2
-    height: Size = 1.0
+    radius: Annotated[Size, "of the pillar"] = 0.2
+    height: Annotated[Size, "above the floor"] = 1.0
 
     def __post_init__(self):
         settle(self)
@@ -66,8 +66,8 @@ class Pillar:
 class LaneSpec:
     """Two lines a x + b y + c = 0; the left one keeps d <= 0, the right one d >= 0."""
 
-    left: Annotated[Line, "a, b, c"]
-    right: Annotated[Line, "a, b, c"]
+    left: Annotated[Line, "a, b, c of the left boundary"]
+    right: Annotated[Line, "a, b, c of the right boundary"]
 
     def __post_init__(self):
         settle(self)

@@ -21,7 +21,9 @@ class Latency:
     does repeat it.
     """
 
-    model: Annotated[str, Choice(("sampled", "measured"))] = "sampled"
+    model: Annotated[str, Choice(("sampled", "measured")), "sampled: from the trace; measured: this machine's"] = (
+        "sampled"
+    )
     trace: Annotated[tuple[Delay, ...], "compute times, or in a file the path of a text file of them"] = ()
     order: Annotated[str, Choice(("drawn", "recorded")), "in which a trace's times are taken"] = "drawn"
     planned: Annotated[Delay | None, "what the prediction counts on: else the trace's median, or half a period"] = None

@@ -27,7 +27,7 @@ def _check_speed(velocity: Velocity) -> None:
 class ConstantVelocity:
     """Walks straight on, until something is in the way."""
 
-    velocity: Velocity
+    velocity: Annotated[Velocity, "along x and y"]
 
     def __post_init__(self):
         settle(self)
@@ -38,9 +38,9 @@ class ConstantVelocity:
 class StopAndGo:
     """Walks for `go_time`, stands for `stop_time`, and so on, until something is in the way."""
 
-    velocity: Velocity
-    go_time: Annotated[float, Range(1e-3, MAX_TIME, "s")] = 2.0
-    stop_time: Annotated[float, Range(0.0, MAX_TIME, "s")] = 1.0
+    velocity: Annotated[Velocity, "along x and y, while walking"]
+    go_time: Annotated[float, Range(1e-3, MAX_TIME, "s"), "walked before each stop"] = 2.0
+    stop_time: Annotated[float, Range(0.0, MAX_TIME, "s"), "of each stop"] = 1.0
 
     def __post_init__(self):
         settle(self)
@@ -51,9 +51,9 @@ class StopAndGo:
 class Waypoints:
     """Walks from point to point; with `loop` from the last back to the first, else stands there."""
 
-    waypoints: Annotated[tuple[Point, ...], Length(1, MAX_POINTS)]
-    speed: Annotated[float, Range(0.0, MAX_WALKING_SPEED, "m/s")] = 1.0
-    loop: bool = True
+    waypoints: Annotated[tuple[Point, ...], Length(1, MAX_POINTS), "points to walk through, in order"]
+    speed: Annotated[float, Range(0.0, MAX_WALKING_SPEED, "m/s"), "between the points"] = 1.0
+    loop: Annotated[bool, "walk on from the last point to the first"] = True
 
     def __post_init__(self):
         settle(self)
@@ -75,9 +75,9 @@ BEHAVIOURS: Mapping[str, type[Behaviour]] = MappingProxyType(
 class Person:
     """A walking person; the file has the behaviour's name in `behaviour` and its keys beside it."""
 
-    start: Point
-    behaviour: Annotated[Behaviour, Variants("behaviour", BEHAVIOURS), Beside()]
-    radius: Annotated[float, Range(0.1, 1.0, "m")] = 0.3
+    start: Annotated[Point, "where the person stands at first"]
+    behaviour: Annotated[Behaviour, Variants("behaviour", BEHAVIOURS), Beside(), "how the person walks"]
+    radius: Annotated[float, Range(0.1, 1.0, "m"), "of the round body"] = 0.3
 
     def __post_init__(self):
         settle(self)

@@ -40,17 +40,21 @@ Name = Annotated[
 class Robot:
     """Where the robot starts, where it goes and what it can do."""
 
-    start: Annotated[tuple[Coordinate, Coordinate, Angle], "x, y, heading"]
-    goal: Annotated[Point | None, "or waypoints"] = None
-    waypoints: Annotated[tuple[Point, ...], Length(0, MAX_POINTS), "to drive through, the last of them the goal"] = ()
-    goal_tolerance: Annotated[Size, "the goal is reached within this distance"] = 0.3
-    preferred_speed: Annotated[float, Range(0.01, 10.0, "m/s"), "at most max_speed"] = _PREFERRED_SPEED
-    max_speed: Annotated[float, Range(0.01, 10.0, "m/s")] = 1.0
-    min_speed: Annotated[float, Range(-10.0, 10.0, "m/s"), "below 0 the robot may reverse"] = 0.0
-    max_turn_rate: Annotated[float, Range(0.01, 100.0, "rad/s")] = 1.5
-    max_acceleration: Annotated[float, Range(0.01, 100.0, "m/s²")] = 1.0
-    max_turn_acceleration: Annotated[float, Range(0.01, 1000.0, "rad/s²")] = 3.0
-    radius: Annotated[float, Range(0.2, 0.5, "m")] = 0.22
+    start: Annotated[tuple[Coordinate, Coordinate, Angle], "x, y and heading of the first moment"]
+    goal: Annotated[Point | None, "where the run ends; or give waypoints"] = None
+    waypoints: Annotated[
+        tuple[Point, ...], Length(0, MAX_POINTS), "points to drive through, the last of them the goal"
+    ] = ()
+    goal_tolerance: Annotated[Size, "distance within which the goal is reached"] = 0.3
+    preferred_speed: Annotated[float, Range(0.01, 10.0, "m/s"), "speed on a free way, at most max_speed"] = (
+        _PREFERRED_SPEED
+    )
+    max_speed: Annotated[float, Range(0.01, 10.0, "m/s"), "highest speed forwards"] = 1.0
+    min_speed: Annotated[float, Range(-10.0, 10.0, "m/s"), "lowest speed; below 0 the robot may reverse"] = 0.0
+    max_turn_rate: Annotated[float, Range(0.01, 100.0, "rad/s"), "in both directions"] = 1.5
+    max_acceleration: Annotated[float, Range(0.01, 100.0, "m/s²"), "of commands, also to brake"] = 1.0
+    max_turn_acceleration: Annotated[float, Range(0.01, 1000.0, "rad/s²"), "of commands"] = 3.0
+    radius: Annotated[float, Range(0.2, 0.5, "m"), "of the round body"] = 0.22
 
     def __post_init__(self):
         settle(self)
@@ -88,8 +92,13 @@ class Robot:
 class Noise:
     """A profile for all channels, and distributions of single channels in place of the profile's."""
 
-    profile: Annotated[str, Choice(profile_names())] = "pearson"
-    channels: Annotated[Mapping[str, NamedDistribution], Named(CHANNELS), Beside()] = field(default_factory=dict)
+    profile: Annotated[str, Choice(profile_names()), "noise of all channels"] = "pearson"
+    channels: Annotated[
+        Mapping[str, NamedDistribution],
+        Named(CHANNELS, "CHANNEL"),
+        Beside(),
+        "noise of one channel in place of the profile's",
+    ] = field(default_factory=dict)
 
     def __post_init__(self):
         settle(self)
@@ -103,9 +112,9 @@ class Noise:
 class Sensors:
     """Rates and ranges of the sensors; they do not follow the control rate."""
 
-    rate: Annotated[Rate, "of all sensors"] = 10.0
-    lidar_beams: Annotated[int, Range(1, 10_000), "in a turn"] = 360
-    lidar_range: Annotated[float, Range(0.1, 1000.0, "m")] = 10.0
+    rate: Annotated[Rate, "readings a second, of all sensors"] = 10.0
+    lidar_beams: Annotated[int, Range(1, 10_000), "beams in a whole turn"] = 360
+    lidar_range: Annotated[float, Range(0.1, 1000.0, "m"), "beyond which a beam meets nothing"] = 10.0
 
     def __post_init__(self):
         settle(self)
@@ -115,9 +124,11 @@ class Sensors:
 class RobotEstimation:
     """How the robot's pose is estimated."""
 
-    source: Annotated[str, Choice(("pose", "direct")), "direct: a reading minus draws of its noise"] = "pose"
-    filter: Annotated[str, Choice(("particle", "ekf", "ukf"))] = "particle"
-    particles: Annotated[int, _PARTICLES] = 500
+    source: Annotated[
+        str, Choice(("pose", "direct")), "pose: filtered readings; direct: one reading minus draws of its noise"
+    ] = "pose"
+    filter: Annotated[str, Choice(("particle", "ekf", "ukf")), "of the pose; none where source is direct"] = "particle"
+    particles: Annotated[int, _PARTICLES, "number of particles or draws"] = 500
 
     def __post_init__(self):
         settle(self)
@@ -127,11 +138,11 @@ class RobotEstimation:
 class ObstacleEstimation:
     """How each person's position and velocity are estimated."""
 
-    source: Annotated[str, Choice(("detections", "direct")), "direct: a reading minus draws of its noise"] = (
-        "detections"
-    )
-    filter: Annotated[str, Choice(("particle", "kalman"))] = "particle"
-    particles: Annotated[int, _PARTICLES, "of each person"] = 200
+    source: Annotated[
+        str, Choice(("detections", "direct")), "detections: filtered; direct: one detection minus draws of its noise"
+    ] = "detections"
+    filter: Annotated[str, Choice(("particle", "kalman")), "of each person; none where source is direct"] = "particle"
+    particles: Annotated[int, _PARTICLES, "number of particles or draws of each person"] = 200
 
     def __post_init__(self):
         settle(self)
@@ -143,7 +154,9 @@ class Estimation:
 
     robot: RobotEstimation = RobotEstimation()
     obstacles: ObstacleEstimation = ObstacleEstimation()
-    assumed_profile: Annotated[str, Choice(profile_names())] | None = None
+    assumed_profile: Annotated[
+        Annotated[str, Choice(profile_names())] | None, "noise that the estimators believe in; the world's by default"
+    ] = None
 
     def __post_init__(self):
         settle(self)
@@ -154,9 +167,9 @@ class Control:
     """The controller by name, its own parameters, and when its decisions take effect."""
 
     method: Annotated[str, "a name that `mjnav list` prints, or package.module:Class"] = "rkhs"
-    rate: Rate = 10.0
-    delay: Annotated[int, Range(0, 100, "periods"), "after which a decision takes effect"] = 1
-    latency: Annotated[Latency | None, "in place of `delay`"] = None
+    rate: Annotated[Rate, "decisions a second"] = 10.0
+    delay: Annotated[int, Range(0, 100, "periods"), "number of periods after which a decision takes effect"] = 1
+    latency: Annotated[Latency | None, "when a decision takes effect, in place of delay"] = None
     prediction: Annotated[bool, "carry beliefs to the moment at which the decision takes effect"] = True
     parameters: Annotated[Mapping[str, object], Beside()] = field(default_factory=dict)
 
@@ -176,8 +189,10 @@ class Control:
 class Physics:
     """The engine and its step."""
 
-    engine: Annotated[str, Choice(("mujoco", "kinematic"))] = "mujoco"
-    timestep: Annotated[float, Range(1e-5, 0.02, "s")] = 0.002
+    engine: Annotated[
+        str, Choice(("mujoco", "kinematic")), "mujoco: wheels and contacts; kinematic: a unicycle and discs, quicker"
+    ] = "mujoco"
+    timestep: Annotated[float, Range(1e-5, 0.02, "s"), "of the physics"] = 0.002
 
     def __post_init__(self):
         settle(self)
@@ -187,7 +202,9 @@ class Physics:
 class LogContent:
     """What a log holds beside the data. It changes nothing in the run."""
 
-    drawings: Annotated[bool, "of the data, for programs that draw only what a log holds as shapes"] = False
+    drawings: Annotated[
+        bool, "also shapes of the candidates, for programs that draw only what a log holds as shapes"
+    ] = False
 
     def __post_init__(self):
         settle(self)
@@ -197,13 +214,15 @@ class LogContent:
 class Scenario:
     """One run: everything but the code that decides what happens."""
 
-    name: Name
+    name: Annotated[Name, "of the scene, in results and in the names of logs"]
     robot: Robot
     schema: Annotated[int, Range(1, 1), "version of this format"] = 1
-    description: str = ""
-    seed: Seed = 0
-    time_limit: Annotated[float, Range(0.0, MAX_TIME, "s", open_low=True)] = 60.0
-    stop_on_collision: bool = True
+    description: Annotated[str, "one line that `mjnav list` prints"] = ""
+    seed: Annotated[Seed, "of all random streams of the run"] = 0
+    time_limit: Annotated[float, Range(0.0, MAX_TIME, "s", open_low=True), "simulated time at which the run ends"] = (
+        60.0
+    )
+    stop_on_collision: Annotated[bool, "end the run at the first contact"] = True
     walls: Annotated[tuple[Wall, ...], Length(0, MAX_BODIES)] = ()
     tables: Annotated[tuple[Table, ...], Length(0, MAX_BODIES)] = ()
     pillars: Annotated[tuple[Pillar, ...], Length(0, MAX_BODIES)] = ()

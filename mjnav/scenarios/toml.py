@@ -63,7 +63,7 @@ def toml_text(table: dict[str, Any]) -> str:
 def _table(table: dict[str, Any], path: str) -> Iterator[str]:
     """The lines of a table: first its own values, then the tables in it."""
     inner = {key: value for key, value in table.items() if isinstance(value, dict) or _is_array_of_tables(value)}
-    yield from (f"{_key(key)} = {_value(value)}" for key, value in table.items() if key not in inner)
+    yield from (f"{_key(key)} = {value_text(value)}" for key, value in table.items() if key not in inner)
     for key, value in inner.items():
         name = f"{path}.{_key(key)}" if path else _key(key)
         for header, item in [(f"[{name}]", value)] if isinstance(value, dict) else [(f"[[{name}]]", i) for i in value]:
@@ -74,7 +74,8 @@ def _is_array_of_tables(value: object) -> bool:
     return isinstance(value, list) and bool(value) and all(isinstance(item, dict) for item in value)
 
 
-def _value(value: object) -> str:
+def value_text(value: object) -> str:
+    """The TOML text of a value; TypeError for one that TOML does not have."""
     match value:
         case str():
             return _string(value)
@@ -87,9 +88,9 @@ def _value(value: object) -> str:
         case date() | time():  # a datetime is a date
             return value.isoformat()
         case list():
-            return f"[{', '.join(map(_value, value))}]"
+            return f"[{', '.join(map(value_text, value))}]"
         case dict():
-            return "{" + ", ".join(f"{_key(key)} = {_value(item)}" for key, item in value.items()) + "}"
+            return "{" + ", ".join(f"{_key(key)} = {value_text(item)}" for key, item in value.items()) + "}"
     raise TypeError(f"TOML has no {type(value).__name__}")
 
 

@@ -1,5 +1,7 @@
 """The JSON Schemas of run files and study files, with the parameters of every method."""
 
+from collections.abc import Iterator
+
 from mjnav import control
 from mjnav.config.schema import Schema, json_schema, partial, table_schema, with_variants
 from mjnav.control import make_controller
@@ -43,9 +45,27 @@ def study_schema() -> Schema:
         ):
             if name in place:
                 place[name] = {"description": place[name]["description"], "$ref": f"#/$defs/{table}"}
+    tables |= _missing(schema, run["$defs"])
     controller = tables["MethodEntry"]["properties"]["controller"]
     tables["MethodEntry"]["properties"]["controller"] = _method(controller)
     return schema
+
+
+def _missing(schema: Schema, definitions: Schema) -> Schema:
+    """Of `definitions`, those that a schema refers to and lacks: tables of an array that is given as a whole."""
+    found: Schema = {}
+    while missing := [name for name in _references([schema, found]) if name not in {**schema["$defs"], **found}]:
+        found |= {name: definitions[name] for name in missing}
+    return found
+
+
+def _references(part: object) -> Iterator[str]:
+    """The names of the definitions that a part of a schema refers to."""
+    for key, value in part.items() if isinstance(part, dict) else enumerate(part if isinstance(part, list) else ()):
+        if key == "$ref":
+            yield str(value).removeprefix("#/$defs/")
+        else:
+            yield from _references(value)
 
 
 def _method(schema: Schema) -> Schema:

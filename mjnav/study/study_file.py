@@ -48,8 +48,8 @@ Overrides = Mapping[str, object]  # as tables in one another, or by dotted keys
 class SeedRange:
     """`count` seeds from `first` on."""
 
-    count: Annotated[int, Range(1, MAX_SEEDS)]
-    first: Seed = 0
+    count: Annotated[int, Range(1, MAX_SEEDS), "number of seeds"]
+    first: Annotated[Seed, "the others follow it"] = 0
 
     def __post_init__(self):
         settle(self)
@@ -61,7 +61,7 @@ class MethodEntry:
     """A controller with parameters of its own, under a name of its own."""
 
     controller: Annotated[str, "a name that `mjnav list` prints, or package.module:Class"]
-    name: Annotated[str, "the controller's by default"] = ""
+    name: Annotated[str, "in tables; the controller's by default"] = ""
     set: Annotated[Overrides, "a key without a dot is the controller's, others are a run file's"] = field(
         default_factory=dict
     )
@@ -80,7 +80,7 @@ class MethodEntry:
 class SettingEntry:
     """A variant of the world."""
 
-    name: str
+    name: Annotated[str, "in tables"]
     set: Annotated[Overrides, "keys of a run file"] = field(default_factory=dict)
 
     def __post_init__(self):
@@ -101,6 +101,7 @@ class StudyFile:
             100,
             'up to 100 printable characters without "/", no dot in front: a folder is named after it',
         ),
+        "of the study, and of the folder of its results",
     ]
     scenes: Annotated[tuple[str, ...], Length(1, MAX_CELLS), "shipped names, or paths from this file's folder"]
     methods: Annotated[tuple[MethodEntry, ...], Length(1, MAX_CELLS)]

@@ -112,6 +112,12 @@ def test_a_mistake_in_a_study_file_is_refused_by_both(key, value, tmp_path):
         resolve(load_study(tmp_path / "study.toml"))
 
 
+def test_a_study_sets_an_array_of_a_run_file_as_a_whole():
+    wall = {"from": [0.0, 3.0], "to": [9.0, 3.0]}
+    assert VALIDATORS["study"].is_valid({**STUDY, "set": {"walls": [wall]}})
+    assert not VALIDATORS["study"].is_valid({**STUDY, "set": {"walls": [{**wall, "thick": 1.0}]}})
+
+
 @unhurried
 @given(st.data())
 def test_the_schema_accepts_of_one_key_what_the_reader_takes(data):

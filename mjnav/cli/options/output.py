@@ -27,6 +27,14 @@ def output_path(option: str, given: str | os.PathLike[str], *suffixes: str) -> P
     return path
 
 
+def new_path(option: str, given: str | os.PathLike[str], *suffixes: str) -> Path:
+    """As `output_path`, of a file that does not exist yet."""
+    path = output_path(option, given, *suffixes)
+    if os.path.lexists(path):
+        raise InputError(f"{path}: exists already; choose another name")
+    return path
+
+
 @contextmanager
 def written(path: Path) -> Iterator[IO[bytes]]:
     """The open file. Raises InputError with the path where the disk refuses."""

@@ -32,7 +32,7 @@ HALVINGS, FEW = 12, 8  # see _value_at_risk; they decide its speed, not its resu
 class CvarParameters(Parameters):
     """The shared parameters and the level of the conditional value at risk."""
 
-    eta: Annotated[Share, "the mean of the worst 1 - eta is bounded"] = 0.9
+    eta: Annotated[Share, "the mean of the worst share 1 - eta of samples must be safe"] = 0.9
 
 
 class Cvar(ConstrainedController[CvarParameters]):

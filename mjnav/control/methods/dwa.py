@@ -38,8 +38,8 @@ from mjnav.messages import Array, CandidateCosts, Status
 class DwaParameters(GridParameters):
     """The risk: its weight, and how far ahead it looks."""
 
-    weight: Weight = 1.0
-    clearance: Annotated[float, Range(LEAST, MOST, "m"), "of way beyond which more of it counts for nothing"] = 2.0
+    weight: Annotated[Weight, "of the clearance against the goal cost"] = 1.0
+    clearance: Annotated[float, Range(LEAST, MOST, "m"), "free way beyond which more of it counts for nothing"] = 2.0
 
 
 class Dwa(GridController[DwaParameters]):

@@ -55,7 +55,9 @@ class GaussianMomentsParameters(Parameters):
     """The confidence that is asked for, and what it takes f for."""
 
     eta: Annotated[float, Range(0.0, 1.0, open_low=True, open_high=True), "probability that one constraint holds"] = 0.9
-    tail: Annotated[str, Choice(TAILS), "of f: cantelli takes any distribution, quantile a Gaussian"] = "cantelli"
+    tail: Annotated[str, Choice(TAILS), "bound on f: cantelli holds for any distribution, quantile for a Gaussian"] = (
+        "cantelli"
+    )
 
 
 class GaussianMoments(ConstrainedController[GaussianMomentsParameters]):

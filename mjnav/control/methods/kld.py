@@ -26,9 +26,11 @@ from mjnav.messages import Array
 class KldParameters(MatchingParameters):
     """How the mixtures are fitted."""
 
-    num_components: Count = 2
-    num_iterations: Annotated[Count, "of EM"] = 10
-    std_floor: Annotated[Positive, "of every component, in f's unit"] = 1.0  # tuned: so wide, mostly means are compared
+    num_components: Annotated[Count, "of each fitted mixture"] = 2
+    num_iterations: Annotated[Count, "of the EM fit"] = 10
+    std_floor: Annotated[Positive, "least standard deviation of a component, in f's unit"] = (
+        1.0  # tuned: so wide, mostly means are compared
+    )
 
 
 class Kld(MatchingController[KldParameters]):

@@ -42,9 +42,9 @@ TOLERANCE = 1e-10  # of the terms left out, as a share of k(x, x) = 1
 class MmdDiracParameters(GridParameters):
     """The candidates' parameters, the risk's weights, and the kernel."""
 
-    weight: Annotated[Weight, "lambda, of each disc and wall"] = 100.0
+    weight: Annotated[Weight, "lambda, of the risk of each disc and wall"] = 100.0
     lane_weights: LaneWeights = (10.0, 10.0)
-    bandwidth: Annotated[Positive, "sigma, in the unit of f: R² where normalised"] = 1.0
+    bandwidth: Annotated[Positive, "sigma of the Gaussian kernel, in the unit of f: R² where normalised"] = 1.0
 
 
 class MmdDirac(WeightedController[MmdDiracParameters]):

@@ -45,16 +45,18 @@ SEED = 0  # of the perturbations
 class MppiParameters(GoalParameters):
     """The rollouts and how they are weighed."""
 
-    rollouts: Annotated[Count, "perturbed ones, in pairs of opposite perturbations"] = 400
-    steps: Annotated[Count, "T"] = 20
-    step: Annotated[Seconds, "dt"] = 0.2
-    temperature: Positive = 0.06
+    rollouts: Annotated[Count, "number of perturbed plans, in pairs of opposite perturbations"] = 400
+    steps: Annotated[Count, "T, number of steps of a plan"] = 20
+    step: Annotated[Seconds, "dt, of each step of a plan"] = 0.2
+    temperature: Annotated[Positive, "of the weights exp(-cost / temperature)"] = 0.06
     weight: Annotated[Weight, "lambda, per second of expected collision with each disc and wall"] = 25.0
     lane_weights: LaneWeights = (10.0, 10.0)  # [1/s] of the expected time beyond each
     speed_noise: Annotated[float, Range(0.0, MOST, "m/s"), "standard deviation of the perturbations of v"] = 0.4
     turn_noise: Annotated[float, Range(0.0, MOST, "rad/s"), "standard deviation of the perturbations of omega"] = 0.8
-    knots: Annotated[Count, "of the perturbations, which are linear between them"] = 5
-    risk_bound: Annotated[Share, "of colliding samples, at each step and constraint"] = 0.5
+    knots: Annotated[Count, "number of points between which a perturbation is linear"] = 5
+    risk_bound: Annotated[
+        Share, "share of colliding samples above which a plan is infeasible, at each step and constraint"
+    ] = 0.5
 
 
 @dataclass(frozen=True, slots=True)

@@ -46,11 +46,13 @@ from mjnav.motion.diff_drive import reachable
 class OrcaParameters(SightParameters):
     """The half-planes."""
 
-    time_horizon: Annotated[Seconds, "tau"] = 5.0
-    effective_centre: Annotated[float, Range(LEAST, MOST, "m"), "D, ahead of the axle"] = 0.25
-    responsibility: Annotated[Positive, "alpha"] = 1.0
-    wall_horizon: Annotated[Seconds, "T"] = 2.0
-    lane_horizon: Annotated[Seconds, "within which no lane boundary is crossed"] = 1.0
+    time_horizon: Annotated[Seconds, "tau, time ahead free of collisions with discs"] = 5.0
+    effective_centre: Annotated[
+        float, Range(LEAST, MOST, "m"), "D, distance of the controlled point ahead of the axle"
+    ] = 0.25
+    responsibility: Annotated[Positive, "alpha, share of the avoidance that the robot takes on"] = 1.0
+    wall_horizon: Annotated[Seconds, "T, time ahead free of collisions with walls"] = 2.0
+    lane_horizon: Annotated[Seconds, "time ahead in which no lane boundary is crossed"] = 1.0
 
 
 class Orca(ProblemController[OrcaParameters]):

@@ -33,9 +33,9 @@ from mjnav.rkhs.mmd import PolynomialKernel, moment_distance, raw_moments
 class RkhsParameters(MatchingParameters):
     """The kernel (scale x y + offset)^degree."""
 
-    degree: Annotated[int, Range(1, 10)] = 1
-    scale: Positive = 1.0
-    offset: Positive = 1.0
+    degree: Annotated[int, Range(1, 10), "d of the kernel (scale x y + offset)^d"] = 1
+    scale: Annotated[Positive, "of the kernel"] = 1.0
+    offset: Annotated[Positive, "of the kernel"] = 1.0
 
     @property
     def kernel(self) -> PolynomialKernel:

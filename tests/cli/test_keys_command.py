@@ -1,0 +1,30 @@
+"""`mjnav keys`."""
+
+import json
+
+from mjnav.study.key_reference import run_keys, study_keys
+
+
+def test_a_key_is_one_line_in_a_pipe(mjnav):
+    said = mjnav("keys")
+    assert (said.code, said.err) == (0, "")
+    lines = said.out.splitlines()
+    assert [line.split()[0] for line in lines[1:]] == [row.key for row in run_keys()]
+    (line,) = (line for line in lines if line.startswith("robot.max_speed "))
+    assert line.split(maxsplit=6)[1:6] == ["number", "m/s", "from", "0.01", "to"]
+
+
+def test_json_has_every_row(mjnav):
+    rows = json.loads(mjnav("keys", "control.sensing_range", "--json").out)["keys"]
+    assert {row["default"] for row in rows} == {7.0, "inf"}
+    study = json.loads(mjnav("keys", "--study", "--json").out)["keys"]
+    assert [row["key"] for row in study] == [row.key for row in study_keys()]
+
+
+def test_what_does_not_exist_is_refused(mjnav):
+    said = mjnav("keys", "robot.raduis")
+    assert (said.code, said.out) == (2, "")
+    assert said.err.startswith("mjnav: PREFIX: found 'robot.raduis'; allowed: a key or its beginning: ")
+    assert said.err.endswith("; did you mean 'robot.radius'?\n")
+    assert mjnav("keys", "--controller", "rkhz").err.endswith("did you mean 'rkhs'?\n")
+    assert mjnav("keys", "--study", "--controller", "rkhs").code == 2

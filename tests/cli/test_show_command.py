@@ -1,0 +1,20 @@
+"""`mjnav show`."""
+
+from mjnav.scenarios import data_folder, load
+
+
+def test_a_shipped_file_is_printed_as_it_is(mjnav, tmp_path):
+    text = (data_folder("runs") / "hall.toml").read_text(encoding="utf-8")
+    said = mjnav("show", "hall")
+    assert (said.code, said.out, said.err) == (0, text, "")
+    assert mjnav("show", "hall", "-o", "mine.toml").out == ""
+    assert load("./mine.toml") == load("hall")
+    assert 'controller = "' in mjnav("show", "methods").out
+
+
+def test_it_replaces_no_file(mjnav, tmp_path):
+    (tmp_path / "mine.toml").write_text("mine")
+    said = mjnav("show", "hall", "-o", "mine.toml")
+    assert (said.code, said.err) == (2, "mjnav: mine.toml: exists already; choose another name\n")
+    assert (tmp_path / "mine.toml").read_text() == "mine"
+    assert mjnav("show", "hal").err.endswith("did you mean 'hall'?\n")
