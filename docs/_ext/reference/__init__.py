@@ -1,0 +1,1 @@
+"""One file a reference page: `markdown()` gives its text."""
