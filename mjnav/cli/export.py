@@ -1,4 +1,4 @@
-"""`mjnav export LOG --format tum|csv|rosbag2 OUT`: a log as a folder that other programs read."""
+"""`mjnav export LOG --format FORMAT OUT`: a log as a folder that other programs read."""
 
 import argparse
 import json
@@ -10,6 +10,8 @@ from mjnav.errors import DamagedLogError
 from mjnav.recording import Log, open_log
 from mjnav.recording.export.export import FORMATS, check_format, check_new_folder, export
 
+BY_TOPIC = tuple(name for name, form in FORMATS.items() if form.by_topic)
+
 
 def configure(parser: argparse.ArgumentParser) -> None:
     """The command's options."""
@@ -19,9 +21,11 @@ def configure(parser: argparse.ArgumentParser) -> None:
         "--format",
         metavar="|".join(FORMATS),
         required=True,
-        help="trajectories for evo; a table a topic for pandas; a ROS 2 bag",
+        help="trajectories for evo; a table a topic for pandas, or typed for DuckDB; a ROS 2 bag",
     )
-    parser.add_argument("--topic", action="append", metavar="NAME", help="csv: this topic only; may be repeated")
+    parser.add_argument(
+        "--topic", action="append", metavar="NAME", help="csv, parquet: this topic only; may be repeated"
+    )
     parser.add_argument("--json", action="store_true", help="one JSON object in place of text")
 
 
@@ -29,7 +33,7 @@ def execute(arguments: argparse.Namespace) -> int:
     """Writes the folder and prints what is in it."""
     form, topics = arguments.format, arguments.topic or ()
     check_format(form)
-    check_needs("--topic", "--format csv", given=bool(topics), met=form == "csv")
+    check_needs("--topic", f"--format {' or '.join(BY_TOPIC)}", given=bool(topics), met=form in BY_TOPIC)
     check_format(form, topics)
     check_new_folder(arguments.output)
     log = _opened(arguments.log)
@@ -75,4 +79,4 @@ def _print(log: Log, form: str, output: str, written: dict[str, int]) -> None:
         print(f"  without {topic}: {why}")
     width = max(map(len, written), default=0)
     for name, count in written.items():
-        print(f"  {name:{width}}  {count:8d} {FORMATS[form][1]}")
+        print(f"  {name:{width}}  {count:8d} {FORMATS[form].counts}")

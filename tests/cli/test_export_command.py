@@ -26,7 +26,12 @@ def whole(tmp_path_factory):
 
 @pytest.mark.parametrize(
     ("form", "name", "count", "unit"),
-    [("tum", "robot_truth.tum", 16, "poses"), ("csv", "command.csv", 15, "rows"), ("rosbag2", "/scan", 15, "messages")],
+    [
+        ("tum", "robot_truth.tum", 16, "poses"),
+        ("csv", "command.csv", 15, "rows"),
+        ("parquet", "command.parquet", 15, "rows"),
+        ("rosbag2", "/scan", 15, "messages"),
+    ],
 )
 def test_it_says_what_it_wrote(mjnav, whole, tmp_path, form, name, count, unit):
     said = mjnav("export", whole, "out", "--format", form)
@@ -61,9 +66,12 @@ def test_several_topics_are_asked_for_one_by_one(mjnav, whole, tmp_path):
 @pytest.mark.parametrize(
     ("words", "line"),
     [
-        (("--format", "rosbag"), "--format: found 'rosbag'; allowed: csv, rosbag2, tum; did you mean 'rosbag2'?"),
+        (
+            ("--format", "rosbag"),
+            "--format: found 'rosbag'; allowed: csv, parquet, rosbag2, tum; did you mean 'rosbag2'?",
+        ),
         (("--format", "csv", "--topic", "/scann"), "did you mean '/scan'?"),
-        (("--format", "tum", "--topic", "/scan"), "--topic needs --format csv"),
+        (("--format", "tum", "--topic", "/scan"), "--topic needs --format csv or parquet"),
         (("--format", "csv", "--topic", ""), "--topic: found ''; allowed: /belief/obstacles, "),
         ((), "the following arguments are required: --format"),
     ],
@@ -75,7 +83,7 @@ def test_words_that_make_no_sense_are_refused_before_anything_is_read(mjnav, tmp
     assert list(tmp_path.iterdir()) == []
 
 
-@pytest.mark.parametrize("form", ["tum", "csv", "rosbag2"])
+@pytest.mark.parametrize("form", ["tum", "csv", "parquet", "rosbag2"])
 def test_a_log_that_was_cut_off_gives_what_is_there_and_says_so(mjnav, whole, tmp_path, form):
     content = whole.read_bytes()
     (tmp_path / "cut.mcap").write_bytes(content[: int(0.6 * len(content))])

@@ -8,32 +8,17 @@ spreadsheet would take for a formula has an apostrophe before it.
 """
 
 import csv
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import ExitStack
 from pathlib import Path
-from typing import IO, Any
+from typing import Any
 
-from mjnav.errors import DamagedLogError
+import numpy as np
+
 from mjnav.recording.export.csv_cells import neutral
-from mjnav.recording.export.tables import TABLES as TOPICS
-from mjnav.recording.read.budget import EXPORT, FREE_EXPORT, Budget
 from mjnav.recording.read.log import Log, LogMessage
-
-_FIRST = {"tick": "", "time": "s"}
-
-
-class _Metered:
-    """A text file that takes no more than the budget allows. Raises DamagedLogError."""
-
-    def __init__(self, file: IO[str], budget: Budget, log: Path):
-        self._file, self._budget, self._log = file, budget, log
-
-    def write(self, text: str) -> int:
-        """Writes the text."""
-        if not self._budget.allows_export(len(text)):
-            what = f"{FREE_EXPORT} bytes and {EXPORT} for each of the log's"
-            raise DamagedLogError(f"{self._log}: damaged: its tables would take more than {what}")
-        return self._file.write(text)
+from mjnav.recording.read.table_blocks import Block, blocks
+from mjnav.recording.read.tables import TABLES as TOPICS
 
 
 def write(log: Log, topics: Sequence[str], messages: Iterator[LogMessage], folder: Path) -> dict[str, int]:
@@ -41,23 +26,28 @@ def write(log: Log, topics: Sequence[str], messages: Iterator[LogMessage], folde
     folder.mkdir()
     tables = [table for topic in topics for table in TOPICS[topic]]
     counts = {f"{table.name}.csv": 0 for table in tables}
-    budget = Budget(log.path.stat().st_size)
     with ExitStack() as files:
 
         def begin(name: str, *columns: str) -> Any:
             file = files.enter_context(open(folder / f"{name}.csv", "x", encoding="utf-8", newline=""))
-            writer = csv.writer(_Metered(file, budget, log.path), lineterminator="\n")
+            writer = csv.writer(file, lineterminator="\n")
             writer.writerow(columns)
             return writer
 
         units = begin("columns", "table", "column", "unit")
         for table in tables:
-            units.writerows((table.name, *column) for column in (*_FIRST.items(), *table.columns.items()))
-        writers = {table.name: begin(table.name, *_FIRST, *table.columns) for table in tables}
-        for message in messages:
-            first = (message.sequence, message.time_ns / 1e9)
-            for table in TOPICS[message.topic]:
-                for row in table.rows(message.value):
-                    writers[table.name].writerow((*first, *map(neutral, row)))
-                    counts[f"{table.name}.csv"] += 1
+            units.writerows((table.name, name, column.unit) for name, column in table.columns.items())
+        writers = {table.name: begin(table.name, *table.columns) for table in tables}
+        for block in blocks(log.path, tables, messages):
+            writers[block.table.name].writerows(zip(*_cells(block), strict=True))
+            counts[f"{block.table.name}.csv"] += len(block.columns[0])
     return counts
+
+
+def _cells(block: Block) -> Iterator[Iterable[Any]]:
+    """The columns as they are written; a number in single precision as the shortest text that reads back as it."""
+    for column, values in zip(block.table.columns.values(), block.columns, strict=True):
+        if column.type == "float32":
+            yield np.array(values, "<f4").astype("U").tolist()
+        else:
+            yield map(neutral, values)

@@ -5,28 +5,39 @@ messages and gives the number of poses, rows or messages in each file or topic.
 """
 
 import os
-import struct
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
+from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from types import MappingProxyType, ModuleType
 
-from mjnav.errors import DamagedLogError, InputError, MjnavError, missing_extra, unknown_name
+from mjnav.errors import InputError, MjnavError, missing_extra, unknown_name
 from mjnav.recording.log_format import check_folder
 from mjnav.recording.read.log import Log, LogMessage
-from mjnav.recording.read.ticks import NOT_OURS
+from mjnav.recording.read.table_blocks import not_ours
 
-# format -> (module, what it counts)
-FORMATS: Mapping[str, tuple[str, str]] = MappingProxyType(
+
+@dataclass(frozen=True, slots=True)
+class Format:
+    """The module that writes a format, what it counts, and whether it takes --topic."""
+
+    module: str
+    counts: str
+    by_topic: bool = False
+
+
+FORMATS: Mapping[str, Format] = MappingProxyType(
     {
-        "tum": ("mjnav.recording.export.tum", "poses"),
-        "csv": ("mjnav.recording.export.csv_tables", "rows"),
-        "rosbag2": ("mjnav.recording.export.rosbag2", "messages"),
+        "tum": Format("mjnav.recording.export.tum", "poses"),
+        "csv": Format("mjnav.recording.export.csv_tables", "rows", by_topic=True),
+        "parquet": Format("mjnav.recording.export.parquet", "rows", by_topic=True),
+        "rosbag2": Format("mjnav.recording.export.rosbag2", "messages"),
     }
 )
-_NOT_OURS = (*NOT_OURS, struct.error)  # what a message that mjnav did not write raises
+# package that a format imports -> what it is called in registries, and the extra that brings it
+_OPTIONAL = MappingProxyType({"rosbags": ("rosbags", "ros2"), "pyarrow": ("pyarrow", "pandas")})
 
 
 def check_format(name: str, topics: Iterable[str] = ()) -> None:
@@ -54,8 +65,7 @@ def export(
     """
     chosen = tuple(dict.fromkeys(topics))
     check_format(form, chosen)
-    if log.run is None:
-        raise InputError(f"{log.path}: not a run of mjnav, and no other log can be exported")
+    log.check_ours()
     if log.duration is None:
         raise InputError(f"{log.path}: holds no messages to export")
     for topic, why in log.unreadable.items():
@@ -63,24 +73,20 @@ def export(
             raise InputError(f"{log.path}: {topic}: {why}")
     module = _load(form)
     chosen = tuple(topic for topic in chosen or module.TOPICS if topic not in log.unreadable)
-    try:
-        with new_folder(path) as folder:
-            return module.write(log, chosen, _reported(log.messages(*chosen), progress), folder)
-    except MjnavError:
-        raise
-    except _NOT_OURS as error:
-        raise DamagedLogError(f"{log.path}: holds a message that is not one of mjnav's ({error!r})") from error
+    with new_folder(path) as folder, not_ours(log.path):
+        return module.write(log, chosen, _reported(log.messages(*chosen), progress), folder)
 
 
 def _load(name: str) -> ModuleType:
     if name not in FORMATS:
         raise unknown_name("--format", name, FORMATS)
     try:
-        return import_module(FORMATS[name][0])
+        return import_module(FORMATS[name].module)
     except ModuleNotFoundError as error:
-        if error.name is None or error.name.partition(".")[0] != "rosbags":
+        package = (error.name or "").partition(".")[0]
+        if package not in _OPTIONAL:
             raise
-        raise missing_extra("rosbags", "ros2") from None
+        raise missing_extra(*_OPTIONAL[package]) from None
 
 
 def _reported(messages: Iterator[LogMessage], progress: Callable[[float], None]) -> Iterator[LogMessage]:

@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 from mcap import records
 from mcap_protobuf.decoder import DecoderFactory
@@ -16,58 +16,19 @@ from mjnav.errors import DamagedLogError, InputError
 from mjnav.messages import Trajectory
 from mjnav.recording.encode.schemas import Schema
 from mjnav.recording.log_format import RECOVERED, RESULT, RUN, SCENARIO, check_version, unreadable_topics
+from mjnav.recording.read.data_frame import data_frame
 from mjnav.recording.read.intact_records import intact_records
+from mjnav.recording.read.log_topic import LogMessage as LogMessage
+from mjnav.recording.read.log_topic import TopicSummary as TopicSummary
 from mjnav.recording.read.records import LostBytes, read_records
+from mjnav.recording.read.table_blocks import find_table
 from mjnav.recording.read.ticks import TICK, TIMING, BadDocument, LoggedRun, TickAssembler
 from mjnav.scenarios import Scenario, loads
 
+if TYPE_CHECKING:
+    from pandas import DataFrame
+
 MAX_NESTING = 500  # brackets in a value of metadata
-
-
-class LogMessage(NamedTuple):
-    """One decoded message: JSON as a dict, protobuf as its message object, anything else as bytes."""
-
-    topic: str
-    time_ns: int
-    sequence: int  # the tick
-    value: Any
-
-
-@dataclass(slots=True)
-class TopicSummary:
-    """What one topic holds. Times are simulated nanoseconds; sequence numbers are ticks where mjnav wrote the log."""
-
-    schema: str
-    messages: int = 0
-    first_ns: int | None = None
-    last_ns: int | None = None
-    max_gap_ns: int | None = None  # the longest time between two successive messages
-    max_gap_at_ns: int | None = None  # when it began
-    first_sequence: int | None = None
-    last_sequence: int | None = None
-    skipped: int = 0  # sequence numbers between those of successive messages
-    bytes: int = 0  # of the messages, before compression
-
-    @property
-    def hz(self) -> float | None:
-        """Messages a second over the topic's own span; None where they span no time."""
-        if self.first_ns is None or self.last_ns is None or self.last_ns <= self.first_ns:
-            return None
-        return (self.messages - 1) / (1e-9 * (self.last_ns - self.first_ns))
-
-    def add(self, time_ns: int, sequence: int, size: int) -> None:
-        """Counts one more message."""
-        self.messages += 1
-        self.bytes += size
-        if self.last_ns is None or self.last_sequence is None:
-            self.first_ns, self.first_sequence = time_ns, sequence
-        else:
-            gap = time_ns - self.last_ns
-            if self.max_gap_ns is None or gap > self.max_gap_ns:
-                self.max_gap_ns, self.max_gap_at_ns = max(0, gap), self.last_ns
-            if sequence > self.last_sequence + 1:
-                self.skipped += sequence - self.last_sequence - 1
-        self.last_ns, self.last_sequence = time_ns, sequence
 
 
 @dataclass(frozen=True, slots=True)
@@ -140,6 +101,27 @@ class Log:
                 what = f"{channel.topic} holds what its schema does not say ({error})"
                 raise DamagedLogError(f"{self.path}: damaged: {what}") from error
             yield LogMessage(channel.topic, message.log_time, message.sequence, value)
+
+    def table(self, name: str) -> "DataFrame":
+        """A topic's table, with the columns and values of `mjnav export --format csv`.
+
+        A row has the number of its tick and its simulated time [s] in the columns `tick` and `time`, and a topic has
+        none, one or many rows a tick. `name` is a topic's, which gives the first of its tables, or that of a CSV file
+        without suffix ("decision_cone"). `attrs["units"]` has the unit of each column.
+
+        Raises InputError for an unknown name, a topic in `unreadable`, another program's log or where pandas is not
+        installed, DamagedLogError where a message is not one of mjnav's.
+        """
+        topic, table = find_table(name)
+        self.check_ours()
+        if topic in self.unreadable:
+            raise InputError(f"{self.path}: {topic}: {self.unreadable[topic]}")
+        return data_frame(self.path, table, self.messages(topic))
+
+    def check_ours(self) -> None:
+        """Raises InputError where another program wrote the log."""
+        if self.run is None:
+            raise InputError(f"{self.path}: not a run of mjnav, and no other log can be exported")
 
     def trajectory(self) -> Trajectory:
         """The run as arrays: the same as the loop's own, to the last bit.

@@ -1,7 +1,7 @@
-"""The CSV tables of each topic: their columns with units, and the rows that one message gives."""
+"""The tables of each topic: their columns with types and units, and the rows that one message gives."""
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import chain, pairwise
 from types import MappingProxyType
 from typing import Any
@@ -17,32 +17,63 @@ Rows = Iterable[Sequence[Any]]
 
 
 @dataclass(frozen=True, slots=True)
-class CsvTable:
-    """A file's name without suffix, its columns with their units, and the rows of one message without tick and time."""
+class Column:
+    """The type of a column's values (float64, float32, int64, bool or string), and their unit."""
+
+    type: str
+    unit: str = ""
+
+
+Columns = Mapping[str, Column]
+
+
+@dataclass(frozen=True, slots=True)
+class Table:
+    """A table's name, the columns that follow those of FIRST, and the rows of one message in these columns."""
 
     name: str
-    columns: Mapping[str, str]
+    own_columns: Columns
     rows: Callable[[Any], Rows]
+
+    @property
+    def columns(self) -> Columns:
+        """All columns; every table begins with those by which tables are joined."""
+        return {**FIRST, **self.own_columns}
 
 
 # --------------------------------------------------------------------------------------------- columns
 
-_TWIST = {"v": "m/s", "omega": "rad/s"}
-_PLANAR = {"x": "m", "y": "m", "theta": "rad"}
-_POINT = {"x": "m", "y": "m", "z": "m"}
-_POSE = {**_POINT, "qx": "", "qy": "", "qz": "", "qw": ""}
-_COLOR = {"red": "", "green": "", "blue": "", "alpha": ""}
-_STATE = {"x": "m", "y": "m", "vx": "m/s", "vy": "m/s"}
-_BELIEF = {"ess": "", "recovered": ""}
+_TEXT, _FLAG, _NUMBER, _PURE = Column("string"), Column("bool"), Column("int64"), Column("float64")
+FIRST: Columns = MappingProxyType({"tick": _NUMBER, "time": Column("float64", "s")})
 
 
-def _prefixed(prefix: str, columns: Mapping[str, str]) -> dict[str, str]:
-    return {f"{prefix}_{name}": unit for name, unit in columns.items()}
+def _in(unit: str, *names: str) -> dict[str, Column]:
+    """Columns of numbers in this unit."""
+    return dict.fromkeys(names, Column("float64", unit))
 
 
-def _covariance(columns: Mapping[str, str]) -> dict[str, str]:
+def _single(columns: Columns) -> dict[str, Column]:
+    """The same columns in single precision, as the log has them."""
+    return {name: replace(column, type="float32") for name, column in columns.items()}
+
+
+_TWIST = {**_in("m/s", "v"), **_in("rad/s", "omega")}
+_PLANAR = {**_in("m", "x", "y"), **_in("rad", "theta")}
+_POINT = _in("m", "x", "y", "z")
+_POSE = {**_POINT, **_in("", "qx", "qy", "qz", "qw")}
+_COLOR = _in("", "red", "green", "blue", "alpha")
+_STATE = {**_in("m", "x", "y"), **_in("m/s", "vx", "vy")}
+_BELIEF = {"ess": _PURE, "recovered": _FLAG}
+
+
+def _prefixed(prefix: str, columns: Columns) -> dict[str, Column]:
+    return {f"{prefix}_{name}": column for name, column in columns.items()}
+
+
+def _covariance(columns: Columns) -> dict[str, Column]:
     """Every entry of the matrix, row by row."""
-    return {f"covariance_{a}_{b}": f"{columns[a]}*{columns[b]}" for a in columns for b in columns}
+    units = {name: column.unit for name, column in columns.items()}
+    return {f"covariance_{a}_{b}": Column("float64", f"{units[a]}*{units[b]}") for a in units for b in units}
 
 
 _ESTIMATE = _prefixed("estimate", {**_PLANAR, **_covariance(_PLANAR), **_BELIEF})
@@ -101,13 +132,13 @@ def _decision_cone(document: Mapping) -> Rows:
 
 def _cone(cone: Any) -> Rows:
     for kind in ("samples", "desired"):
-        for text in _float32(getattr(cone, kind)):
-            yield cone.obstacle, cone.safe_share, kind, text
+        for value in _float32(getattr(cone, kind)):
+            yield cone.obstacle, cone.safe_share, kind, value
 
 
-def _float32(values: Any) -> list[str]:
-    """As text, the shortest that reads back as the same float32."""
-    return np.array(values, "<f4").astype("U").tolist()
+def _float32(values: Any) -> list[float]:
+    """As they are in single precision."""
+    return np.array(values, "<f4").tolist()
 
 
 def _candidates(message: Any) -> Rows:
@@ -125,10 +156,10 @@ def _candidates_cone(message: Any) -> Rows:
 
 
 def _particles(cloud: Any) -> Rows:
-    """As text, which is that of float32; the track's number is a whole one."""
+    """The track's number is a whole one."""
     columns = decode_particles(cloud)
-    texts = [values.astype(int).tolist() if name == "track" else _float32(values) for name, values in columns.items()]
-    return zip(*texts, strict=True)
+    numbers = [values.astype(int).tolist() if name == "track" else _float32(values) for name, values in columns.items()]
+    return zip(*numbers, strict=True)
 
 
 def _scan(scan: Any) -> Rows:
@@ -192,50 +223,70 @@ def _event(event: Any) -> Rows:
 
 # -------------------------------------------------------------------------------------------- the tables
 
-_SOLID = {"entity": "", "shape": "", "number": "", "frame": "", **_POSE, **_prefixed("size", _POINT), **_COLOR}
-_LINE = {"entity": "", "line": "", **_prefixed("from", _POINT), **_prefixed("to", _POINT), **_COLOR}
-_COSTS = _prefixed("cost", {"goal": "", "lane_left": "", "lane_right": "", "total": ""})
-_CHOICES = {**_TWIST, "status": "", "advice": "", **_prefixed("nominal", _TWIST), **_COSTS, **_prefixed("wish", _TWIST)}
-
-_ODOMETRY = {"measured": "s", "interval": "s", **_TWIST, "gyro": "rad/s", **_PLANAR}
-_TRACK = {"name": "", **_STATE, **_covariance(_STATE), "radius": "m", **_BELIEF}
+_SOLID = {
+    "entity": _TEXT,
+    "shape": _TEXT,
+    "number": _NUMBER,
+    "frame": _TEXT,
+    **_POSE,
+    **_prefixed("size", _POINT),
+    **_COLOR,
+}
+_LINE = {"entity": _TEXT, "line": _NUMBER, **_prefixed("from", _POINT), **_prefixed("to", _POINT), **_COLOR}
+_TERMS = _in("", "goal", "lane_left", "lane_right", "total")
+_CHOICES = {
+    **_TWIST,
+    "status": _TEXT,
+    "advice": _TEXT,
+    **_prefixed("nominal", _TWIST),
+    **_prefixed("cost", _TERMS),
+    **_prefixed("wish", _TWIST),
+}
+_ODOMETRY = {**_in("s", "measured", "interval"), **_TWIST, **_in("rad/s", "gyro"), **_PLANAR}
+_TRACK = {"name": _TEXT, **_STATE, **_covariance(_STATE), **_in("m", "radius"), **_BELIEF}
 _TRACK_KEYS = ("name", "position", "velocity", "covariance", "radius", "ess", "recovered")
-_CONTACT = {"kind": "", "name": "", "force": "N", "seen": "s"}
-_CANDIDATE = {"candidate": "", **_TWIST, "goal": "", "lane_left": "", "lane_right": "", "total": "", "role": ""}
-_TIMING = {**{f"{phase}_ns": "ns" for phase in (*PHASES, "lateness")}, "deadline_missed": ""}
+_CONTACT = {"kind": _TEXT, "name": _TEXT, **_in("N", "force"), **_in("s", "seen")}
+_CANDIDATE = {"candidate": _NUMBER, **_TWIST, **_single(_TERMS), "role": _TEXT}
+_CONE = {"obstacle": _TEXT, "safe_share": _PURE, "kind": _TEXT, "f": Column("float32")}
+_CONE_COSTS = {"candidate": _NUMBER, "constraint": _NUMBER, "cost": Column("float32")}
+_PARTICLES = _single({**_STATE, "weight": _PURE})
+_POSES = {"frame": _TEXT, **_POSE}
+_FRAMES = {"parent": _TEXT, "child": _TEXT, **_POSE}
+_BEAMS = {"beam": _NUMBER, **_in("rad", "angle"), **_in("m", "range")}
+_TIMING = {**{f"{phase}_ns": Column("int64", "ns") for phase in (*PHASES, "lateness")}, "deadline_missed": _FLAG}
 
 # topic -> its tables
-TABLES: Mapping[str, tuple[CsvTable, ...]] = MappingProxyType(
+TABLES: Mapping[str, tuple[Table, ...]] = MappingProxyType(
     {
-        "/robot/state": (CsvTable("robot_state", {**_PLANAR, **_TWIST, **_ESTIMATE}, _state),),
-        "/robot/truth": (CsvTable("robot_truth", {"frame": "", **_POSE}, _placed),),
-        "/robot/estimate": (CsvTable("robot_estimate", {"frame": "", **_POSE}, _placed),),
-        "/tf": (CsvTable("tf", {"parent": "", "child": "", **_POSE}, _transforms),),
+        "/robot/state": (Table("robot_state", {**_PLANAR, **_TWIST, **_ESTIMATE}, _state),),
+        "/robot/truth": (Table("robot_truth", _POSES, _placed),),
+        "/robot/estimate": (Table("robot_estimate", _POSES, _placed),),
+        "/tf": (Table("tf", _FRAMES, _transforms),),
         "/people/truth": (
-            CsvTable("people_truth", {"name": "", **_STATE}, _each("people", "name", "position", "velocity")),
+            Table("people_truth", {"name": _TEXT, **_STATE}, _each("people", "name", "position", "velocity")),
         ),
         "/people/estimate": (
-            CsvTable("people_estimate", _TRACK, _each("people", *_TRACK_KEYS)),
-            CsvTable("people_detections", {"detection": "", "x": "m", "y": "m"}, _detections),
+            Table("people_estimate", _TRACK, _each("people", *_TRACK_KEYS)),
+            Table("people_detections", {"detection": _NUMBER, **_in("m", "x", "y")}, _detections),
         ),
-        "/contacts": (CsvTable("contacts", _CONTACT, _each("contacts", "kind", "name", "force", "time")),),
-        "/odometry": (CsvTable("odometry", _ODOMETRY, _row("time", "interval", "v", "omega", "gyro", "pose")),),
-        "/scan": (CsvTable("scan", {"beam": "", "angle": "rad", "range": "m"}, _scan),),
-        "/belief/robot": (CsvTable("belief_robot", {**_PLANAR, "weight": ""}, _particles),),
-        "/belief/obstacles": (CsvTable("belief_obstacles", {**_STATE, "weight": "", "track": ""}, _particles),),
+        "/contacts": (Table("contacts", _CONTACT, _each("contacts", "kind", "name", "force", "time")),),
+        "/odometry": (Table("odometry", _ODOMETRY, _row("time", "interval", "v", "omega", "gyro", "pose")),),
+        "/scan": (Table("scan", _BEAMS, _scan),),
+        "/belief/robot": (Table("belief_robot", _single({**_PLANAR, "weight": _PURE}), _particles),),
+        "/belief/obstacles": (Table("belief_obstacles", {**_PARTICLES, "track": _NUMBER}, _particles),),
         "/decision": (
-            CsvTable("decision", _CHOICES, _decision),
-            CsvTable("decision_cone", {"constraint": "", "cost": ""}, _decision_cone),
+            Table("decision", _CHOICES, _decision),
+            Table("decision_cone", {"constraint": _NUMBER, "cost": _PURE}, _decision_cone),
         ),
-        "/command": (CsvTable("command", _TWIST, _row("v", "omega")),),
-        "/cone": (CsvTable("cone", {"obstacle": "", "safe_share": "", "kind": "", "f": ""}, _cone),),
+        "/command": (Table("command", _TWIST, _row("v", "omega")),),
+        "/cone": (Table("cone", _CONE, _cone),),
         "/candidates": (
-            CsvTable("candidates", _CANDIDATE, _candidates),
-            CsvTable("candidates_cone", {"candidate": "", "constraint": "", "cost": ""}, _candidates_cone),
+            Table("candidates", _CANDIDATE, _candidates),
+            Table("candidates_cone", _CONE_COSTS, _candidates_cone),
         ),
-        "/candidates/arcs": (CsvTable("candidates_arcs", _LINE, _lines),),
-        "/scene": (CsvTable("scene", _SOLID, _solids), CsvTable("scene_lines", _LINE, _lines)),
-        "/events": (CsvTable("events", {"level": "", "name": "", "text": ""}, _event),),
-        "/tick": (CsvTable("tick", _TIMING, _row(*_TIMING)),),
+        "/candidates/arcs": (Table("candidates_arcs", _LINE, _lines),),
+        "/scene": (Table("scene", _SOLID, _solids), Table("scene_lines", _LINE, _lines)),
+        "/events": (Table("events", dict.fromkeys(("level", "name", "text"), _TEXT), _event),),
+        "/tick": (Table("tick", _TIMING, _row(*_TIMING)),),
     }
 )
