@@ -27,10 +27,10 @@ M = TypeVar("M", bound=MatchingParameters)
 class Controller(Protocol):
     """Turns an observation into a decision.
 
-    A user's own class with these members and a `parameters_type` (a frozen dataclass below `LoopParameters`) is called
-    as Class(robot_limits, period, parameters), and is used by the name "package.module:Class". Its decisions depend on
-    the observations since it was made alone: no clock, no random numbers but from its own seeded generator. In the
-    loop it does not raise: a failure is a status.
+    A user's own class is called as Class(robot_limits, period, parameters); it has `decide`, and, where it wants them,
+    the other members and a `parameters_type` (a frozen dataclass below `LoopParameters`). Its decisions depend on the
+    observations since it was made alone: no clock, no random numbers but from its own seeded generator. In the loop it
+    does not raise: a failure is a status. `docs/how-to/plugins.md` says how it is named.
     """
 
     parameters: LoopParameters

@@ -5,16 +5,14 @@ method's own starts from the last of them that it reads the whole of. A field sa
 parameters of your own may do so too, or call `at_least` in their `__post_init__`.
 """
 
-from collections.abc import Mapping
 from dataclasses import dataclass, fields
 from math import inf
-from typing import Annotated, Any, TypeVar
+from typing import Annotated, Any
 
-from mjnav.config import Choice, Range, below, keys, settle, settled
+from mjnav.config import Choice, Range, settle
 from mjnav.constraints.collision_cone import FORMS
-from mjnav.errors import InvalidValue, unknown_name
+from mjnav.errors import InvalidValue
 
-P = TypeVar("P")
 RATED_PERIOD = 0.1  # [s] at which w_v and w_omega are
 CHANGE_WEIGHT = 0.01
 WINDOWS = ("reachable", "bounds")  # of the candidate grid
@@ -140,17 +138,3 @@ def completed(parameters: LoopParameters) -> Parameters:
     return Parameters(
         **{f.name: getattr(parameters, f.name) for f in fields(Parameters) if hasattr(parameters, f.name)}
     )
-
-
-def make_parameters(method: str, kind: type[P], values: Mapping[str, Any], preset: Mapping[str, Any]) -> P:
-    """A method's parameters from a run file's values over a preset's, of which it takes those that it has.
-
-    Raises InvalidValue for names that it does not have and for wrong types.
-    """
-    known, own = keys(kind), {}
-    for key, value in values.items():
-        if key not in known:
-            raise unknown_name(key, key, known, what=f"parameters of {method}")
-        with below(key):
-            own[key] = settled(known[key].hint, value)
-    return kind(**{**{key: value for key, value in preset.items() if key in known}, **own})

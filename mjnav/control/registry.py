@@ -6,16 +6,18 @@ A new method is a file in `methods/` and an entry in METHODS: `mjnav list`, run 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from importlib import import_module
+from inspect import isclass
 from math import inf
 from types import MappingProxyType
 from typing import Any
 
 from mjnav.control.base import Controller
-from mjnav.control.custom import custom_class, make_custom
-from mjnav.control.parameters import CHANGE_WEIGHT, RATED_PERIOD, make_parameters
+from mjnav.control.own import completed_controller
+from mjnav.control.parameters import CHANGE_WEIGHT, RATED_PERIOD, LoopParameters
 from mjnav.control.problem.memory import check_memory
-from mjnav.errors import InvalidValue, unknown_name
+from mjnav.errors import InvalidValue
 from mjnav.messages import RobotLimits
+from mjnav.plugins import CONTROLLER, construct, find, name_of, own_parameters, parameters_type, refuse_clash
 
 
 def as_published(period: float) -> dict[str, Any]:
@@ -119,25 +121,38 @@ def describe() -> dict[str, str]:
     return {name: f"{METHODS[name].idea} ({METHODS[name].source})" for name in names()}
 
 
-def make_controller(name: str, robot_limits: RobotLimits, period: float, **parameters: Any) -> Controller:
+def make_controller(name: Any, robot_limits: RobotLimits, period: float, **parameters: Any) -> Controller:
     """The controller `name` for a robot and a control period [s], with its own parameters.
 
-    `name` is one of `names()`, or "package.module:Class" for a user's own controller. The defaults of
-    speed_change_weight and turn_change_weight, where the method has them, follow the period: 0.01 at 0.1 s. Raises
-    InvalidValue for a name that does not exist, a parameter that the method does not have, and a value that is not
-    allowed.
+    `name` is one of `names()`; for a controller of one's own "package.module:Class", "file.py:Class", the name that a
+    package registers, the class itself or an object, which is used as it is. The defaults of speed_change_weight and
+    turn_change_weight, where the method has them, follow the period: 0.01 at 0.1 s. Raises InvalidValue for a name that
+    does not exist, a parameter that the method does not have, and a value that is not allowed.
     """
-    method = METHODS.get(name)
-    if method is None and ":" not in name:
-        raise unknown_name("method", name, METHODS)
+    name = name_of(name)
     if not 0.0 < period < inf:
         raise InvalidValue("period", period, "a finite number > 0")
-    kind = method.controller_class if method else custom_class(name)
+    method = METHODS.get(name)
+    refuse_clash(CONTROLLER, name, METHODS)
+    kind: Any = method.controller_class if method else find(CONTROLLER, name, METHODS)
+    if not isclass(kind):
+        return _object(name, kind, parameters)
     # The gain of a change of control within one period is proportional to the period, so its cost has to be as well:
     # with constant weights a robot at 50 Hz would accelerate a fifth as readily as at 10 Hz.
     change_weight = CHANGE_WEIGHT * (period / RATED_PERIOD)
     preset = {"speed_change_weight": change_weight, "turn_change_weight": change_weight}
     preset |= method.preset(period) if method else {}
-    own = make_parameters(name, kind.parameters_type, parameters, preset)
+    kind_of_parameters = parameters_type(CONTROLLER, name, kind, LoopParameters)
+    own = own_parameters(name, kind_of_parameters, parameters, preset)
     check_memory(own)
-    return kind(robot_limits, period, own) if method else make_custom(name, kind, robot_limits, period, own)
+    if method is not None:
+        return method.controller_class(robot_limits, period, own)
+    return completed_controller(name, construct(CONTROLLER, name, kind, robot_limits, period, own), own)
+
+
+def _object(name: str, controller: Any, parameters: dict[str, Any]) -> Controller:
+    """A controller that was made elsewhere: the robot's preferred speed is its own affair, and so is all else."""
+    for key, value in parameters.items():
+        if key != "preferred_speed":
+            raise InvalidValue(key, value, f"no parameters beside {name}, an object that has its own")
+    return completed_controller(name, controller)

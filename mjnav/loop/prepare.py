@@ -12,6 +12,7 @@ import numpy as np
 from mjnav import scenarios
 from mjnav.control import Controller, make_controller
 from mjnav.errors import InvalidValue
+from mjnav.plugins import name_of
 from mjnav.scenarios.idle import refuse_idle
 from mjnav.scenarios.load import origin
 from mjnav.scenarios.overrides import Overrides, overrides_of
@@ -22,16 +23,17 @@ def load_scenario(
     name_or_path: str | os.PathLike[str],
     overrides: Overrides = (),
     *,
-    controller: str | None = None,
+    controller: Any = None,
     seed: int | None = None,
 ) -> Scenario:
     """A shipped scene by name, or a run file by path, checked to the last key. Raises InvalidValue.
 
-    `overrides` are values by dotted key, {"people.0.radius": 0.4}, or "KEY=VALUE" each; `controller` and `seed` take
-    the place of the file's.
+    `overrides` are values by dotted key, {"people.0.radius": 0.4}, or "KEY=VALUE" each; `controller` (a name, a class
+    or an object) and `seed` take the place of the file's.
     """
     given = tuple(overrides_of(overrides))
-    scenario = scenarios.load(name_or_path, given, controller=controller, seed=seed)
+    method = None if controller is None else name_of(controller)
+    scenario = scenarios.load(name_or_path, given, controller=method, seed=seed)
     changed = {"control.method": "--controller"} if controller is not None else {}
     changed |= {override.key: override.option for override in given}
     try:

@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
+from mjnav.control import names
 from mjnav.errors import InputError
 from mjnav.loop.episode import Episode
 from mjnav.loop.faults.fault import RunFault
@@ -23,6 +24,7 @@ from mjnav.loop.provenance.run_info import run_info
 from mjnav.loop.referee import ABORTED
 from mjnav.loop.result import Result
 from mjnav.messages import PHASES, TickRecord, WorldState
+from mjnav.plugins import name_of
 from mjnav.recording.encode.topics import TIMING
 from mjnav.recording.log_format import REPLAY
 from mjnav.recording.read.log import Log, open_log
@@ -60,16 +62,16 @@ def replay(
     log: Log | str | os.PathLike[str],
     *,
     trust: bool = False,
-    controller: str | None = None,
+    controller: Any = None,
     stop: Callable[[], bool] = lambda: False,
     progress: Callable[[float], None] = lambda time: None,
 ) -> Replay:
     """Runs the scenario of a log, open or by its path, again and compares every tick, up to the first that differs.
 
     The log is read as the run goes on, and a log that does not reach to the end of its run is compared as far as it
-    goes. A controller that the log names as "package.module:Class" is code, which is imported and run only with
-    `trust`; `controller` runs with the log's parameters in its place. `stop` and `progress` as in `run`. Raises
-    InputError where the log is missing, not mjnav's, or its scenario cannot be run here, DamagedLogError where a
+    goes. A controller that is none of mjnav's own is code, which is imported and run only with `trust`; `controller`
+    (a name, a class or an object) runs with the log's parameters in its place. `stop` and `progress` are as in `run`.
+    Raises InputError where the log is missing, not mjnav's, or its scenario cannot be run here, DamagedLogError where a
     checksum fails.
     """
     log = log if isinstance(log, Log) else open_log(log)
@@ -77,8 +79,8 @@ def replay(
         raise InputError(f"{log.path}: not a log of mjnav's")
     scenario, known = _scenario(log)
     if controller is not None:
-        scenario = replace(scenario, control=replace(scenario.control, method=controller))
-    elif ":" in scenario.control.method and not trust:
+        scenario = replace(scenario, control=replace(scenario.control, method=name_of(controller)))
+    elif scenario.control.method not in names() and not trust:
         method = scenario.control.method
         raise InputError(
             f"{log.path}: its controller is {method!r}, code that a replay imports and runs: "

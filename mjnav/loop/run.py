@@ -7,6 +7,7 @@ from dataclasses import replace
 from datetime import datetime
 from operator import index
 from pathlib import Path
+from typing import Any
 
 from mjnav.errors import InputError, InvalidValue
 from mjnav.loop.episode import Episode
@@ -17,6 +18,7 @@ from mjnav.loop.scheduling import realtime_scheduling
 from mjnav.loop.sealed import sealed_message
 from mjnav.loop.warm_up import warm_up
 from mjnav.messages import Event, TickRecord
+from mjnav.plugins import name_of
 from mjnav.recording.live import LiveServer
 from mjnav.recording.log_format import check_path
 from mjnav.scenarios.spec import Scenario
@@ -29,7 +31,7 @@ def run(
     scenario: Scenario | str | os.PathLike[str],
     *,
     seed: int | None = None,
-    controller: str | None = None,
+    controller: Any = None,
     real_time: bool = False,
     overruns: str = "skip",
     log: bool | str | os.PathLike[str] | None = None,
@@ -43,13 +45,14 @@ def run(
     """Runs one episode and returns how it went.
 
     `scenario` may be a name or a path; `seed` and `controller` take the place of its own (another controller starts
-    with its own default parameters); `real_time` paces the loop to the wall clock, and `overruns` says what a missed
-    deadline does to it ("skip" catches up, or else skips periods, and "abort" ends the run); `log` is None for no log,
-    True for the default path below the working directory, or a path; `stop` is asked before every tick whether to
-    abort, and `progress` is told the simulated time [s]; `watch` sees every tick, in arrays that it cannot write to;
-    the clients of `live` get what a log gets; `profile` adds to the summary, as "profile", where each tick's time went;
-    `warmed_up` says that `warm_up` has been called with this scenario. Raises InputError before anything starts where
-    something cannot be used.
+    with its own default parameters, and is a name, a class, or an object, which is used as it is); `real_time`
+    paces the loop to the wall clock, and `overruns` says what a missed deadline does to it ("skip" catches up, or
+    else skips periods, and "abort" ends the run); `log` is None for no log, True for the default path below the
+    working directory, or a path; `stop` is asked before every tick whether to abort, and `progress` is told the
+    simulated time [s]; `watch` sees every tick, in arrays that it cannot write to; the clients of `live` get what a
+    log gets; `profile` adds to the summary, as "profile", where each tick's time went; `warmed_up` says that
+    `warm_up` has been called with this scenario. Raises InputError before anything starts where something cannot be
+    used.
     """
     if not isinstance(scenario, Scenario):
         scenario = load_scenario(scenario, controller=controller, seed=seed)
@@ -57,7 +60,7 @@ def run(
         if seed is not None:
             scenario = replace(scenario, seed=index(seed))
         if controller is not None:
-            scenario = replace(scenario, control=replace(scenario.control, method=controller, parameters={}))
+            scenario = replace(scenario, control=replace(scenario.control, method=name_of(controller), parameters={}))
     build_controller(scenario)
     if not real_time and overruns != "skip":
         raise InvalidValue("overruns", overruns, "skip, unless the run is in real time")

@@ -4,6 +4,7 @@ from contextlib import suppress
 from dataclasses import replace
 from itertools import count
 
+from mjnav.control import names
 from mjnav.geometry.compiled import load_kernels
 from mjnav.loop.episode import Episode
 from mjnav.loop.faults.fault import RunFault
@@ -21,7 +22,7 @@ def warm_up(scenario: Scenario) -> None:
     """
     sensors = replace(scenario.sensors, rate=scenario.control.rate)
     scenario = replace(scenario, sensors=sensors)
-    if ":" in scenario.control.method:
+    if scenario.control.method not in names():
         scenario = replace(scenario, control=replace(scenario.control, method=METHOD, parameters={}))
     with suppress(RunFault):  # the run itself will report, and log, what is wrong
         asked = count()

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from mjnav.errors import InvalidValue
+from mjnav.plugins.importing import is_file
 
 _MAX_BYTES = 10_000_000
 TRACE = "control.latency.trace"
@@ -23,6 +24,23 @@ def read_regular(path: str | os.PathLike[str], limit: int) -> bytes:
     if len(content) > limit:
         raise OSError(errno.EFBIG, f"more than {limit} bytes")
     return content
+
+
+def place_plugins(document: dict[str, Any], folder: Path) -> None:
+    """Makes the paths in a run file's plug-ins, "file.py:Class", those from the working folder, in place.
+
+    As for a trace, they count from `folder`, or else from the working folder.
+    """
+    control = document.get("control")
+    if isinstance(control, dict) and isinstance(control.get("method"), str):
+        control["method"] = _placed(control["method"], folder)
+
+
+def _placed(name: str, folder: Path) -> str:
+    file, colon, own = name.rpartition(":")
+    if not (colon and is_file(file)) or os.path.isabs(file) or not os.path.isfile(folder / file):
+        return name
+    return f"{folder / file}:{own}"
 
 
 def inline(document: dict[str, Any], folder: Path | None) -> None:

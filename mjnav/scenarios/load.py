@@ -52,6 +52,8 @@ def loads(
     Paths in it count from `folder`; without one they are refused, so that the text of a log opens no local file.
     """
     document = parse(text, file)
+    if folder is not None:
+        files.place_plugins(document, folder)
     changed: dict[str, str] = {}  # key -> the option that set it
     if controller is not None:
         control = document.get("control")

@@ -61,7 +61,7 @@ class Reversing(Chosen):
 
 
 def run(monkeypatch, kind, **options):
-    monkeypatch.setattr("mjnav.control.registry.custom_class", lambda path: kind)
+    monkeypatch.setattr("mjnav.control.registry.find", lambda *_: kind)
     return mjnav.run(scenarios.loads(SCENE.format(method=f"own:{kind.__name__}")), **options)
 
 

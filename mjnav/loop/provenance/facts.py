@@ -19,7 +19,8 @@ import numpy as np
 
 from mjnav.geometry.compiled import FAST, processor
 from mjnav.geometry.kernel_code import SETTINGS
-from mjnav.loop.provenance.sources import controller_sources, mjnav_sources
+from mjnav.loop.provenance.sources import mjnav_sources, plugin_sources
+from mjnav.plugins import CONTROLLER
 
 PACKAGES = ("mjnav", "numpy", "numba", "llvmlite", "scipy", "filterpy", "mujoco")
 COMPILER_SWITCHES = (*SETTINGS, "DISABLE_JIT", "USING_SVML")  # numba's
@@ -49,7 +50,7 @@ NOT_RECORDED = "written by an earlier version of mjnav, which did not record"
 
 def provenance(method: str) -> Mapping[str, str]:
     """Every fact of this process and of the controller `method`, which has been made before."""
-    own = controller_sources(method)
+    own = plugin_sources(CONTROLLER, method)
     return MappingProxyType({**_facts(), OWN_SOURCES: json.dumps(dict(own)) if own else ""})
 
 

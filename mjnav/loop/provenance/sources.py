@@ -1,4 +1,4 @@
-"""Digests of the source files that an episode runs: mjnav's own, and those of a user's controller."""
+"""Digests of the source files that an episode runs: mjnav's own, and those of plug-ins."""
 
 import ast
 import hashlib
@@ -10,6 +10,7 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import NamedTuple
 
+from mjnav.plugins import Given, Kind, module_of
 from mjnav.scenarios.library import data_folder
 
 DIGITS = 16  # of a digest that is shown and stored: 64 bits
@@ -32,22 +33,30 @@ def mjnav_sources() -> str:
     return digest.hexdigest()[:DIGITS]
 
 
-def controller_sources(method: str) -> Mapping[str, str]:
-    """The digest of every file behind a controller "package.module:Class", by the file's path from its import folder.
+def _digest(content: bytes) -> str:
+    return hashlib.sha256(content).hexdigest()[:DIGITS]
+
+
+def plugin_sources(kind: Kind, name: str) -> Mapping[str, str]:
+    """The digest of every file behind a plug-in, by the file's path from its import folder.
 
     These are its module and, over any number of steps, what that imports: at the top of a file, in a function, or by
     `import_module` with the name written out. Packages that are installed, Python's own and mjnav are left out. Nothing
-    is imported to find them. Empty for mjnav's own controllers, and where the module is not loaded.
+    is imported to find them. Empty for what mjnav has under that name, and where the module is not loaded. Of a class
+    of a notebook, the digest of its text.
     """
-    name, colon, _ = method.partition(":")
-    module = sys.modules.get(name) if colon else None
+    module = module_of(kind, name)
     origin = getattr(module, "__file__", None)
-    return _files(name, str(Path(origin).resolve())) if origin else NONE
+    if module is not None and origin is not None:
+        return _files(module.__name__, str(Path(origin).resolve()))
+    if not isinstance(name, Given):
+        return NONE
+    return MappingProxyType({f"{name} as it was given": _digest(name.text().encode())})
 
 
 @cache
 def _files(name: str, origin: str) -> Mapping[str, str]:
-    """`controller_sources` of the module `name`, whose file is `origin`."""
+    """`plugin_sources` of the module `name`, whose file is `origin`."""
     path = Path(origin)
     depth = name.count(".") + (path.name == "__init__.py")
     root = path.parents[depth]
@@ -67,7 +76,7 @@ def _files(name: str, origin: str) -> Mapping[str, str]:
         file = Path(found.origin).resolve()
         content = _content(file)
         shown = file.relative_to(root).as_posix() if file.is_relative_to(root) else file.name
-        digests[shown] = hashlib.sha256(content).hexdigest()[:DIGITS]
+        digests[shown] = _digest(content)
         if file.suffix == ".py":
             package = wanted if found.is_package else wanted.rpartition(".")[0]
             waiting += (each for imported in _imports(content, package) for each in _and_parents(imported))

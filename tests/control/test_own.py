@@ -1,4 +1,4 @@
-"""Users' own controllers, by "package.module:Class"."""
+"""Users' own controllers: by module, by file, and as a class or an object."""
 
 import sys
 
@@ -34,10 +34,12 @@ class Slow:
         return None
 
 
-class Half:
-    parameters_type = Parameters
+class Bare:
+    def __init__(self, robot_limits, period, parameters):
+        self.speed = parameters.preferred_speed
 
-    def decide(self, observation): ...
+    def decide(self, observation):
+        return Decision(self.speed, 0.0, Status.OK)
 
 
 class Lone(Slow):
@@ -85,15 +87,17 @@ def test_a_shipped_class_by_its_place_decides_what_it_does_by_its_name(limits, o
         ("own_pakage:Slow", "found 'own_pakage:Slow'; allowed: a module that can be imported (ModuleNotFoundError"),
         ("own_broken:Slow", "allowed: a module that can be imported (ZeroDivisionError: division by zero)"),
         ("own_package.own:Slaw", "did you mean 'own_package.own:Slow'?"),
-        ("own_package.own:function", "which has closest_cone and decide"),
-        ("own_package.own:Half", "a controller, which has closest_cone"),
+        ("own_package.own:function", "file.py:Class, a controller, which has decide"),
         ("own_package.own:Unfinished", "a controller, which has evaluate"),
         ("own_package.own:Untyped", "whose parameters_type is a dataclass below LoopParameters"),
         ("own_package.own:Lone", "made as Class(robot_limits, period, parameters) (TypeError: "),
-        ("own_package.own:", "found 'own_package.own:'; allowed: package.module:Class, a controller"),
-        (":Slow", "allowed: package.module:Class, a controller"),
-        ("../own:Slow", "allowed: package.module:Class, a controller"),
-        ("a:b:c", "allowed: package.module:Class, a controller"),
+        ("own_package.own:", "found 'own_package.own:'; allowed: package.module:Class or file.py:Class, a controller"),
+        (":Slow", "allowed: package.module:Class or file.py:Class, a controller"),
+        ("../own:Slow", "allowed: package.module:Class or file.py:Class, a controller"),
+        ("__main__:Slow", "the controller itself, handed over in Python"),
+        ("own_package.own:Slow()", "the controller itself, handed over in Python"),
+        ("own_nowhere.py:Slow", "found 'own_nowhere.py:Slow'; allowed: a Python file that exists"),
+        ("a:b:c", "allowed: package.module:Class or file.py:Class, a controller"),
     ],
 )
 def test_what_is_no_controller_is_refused_with_what_it_lacks(limits, name, message):
@@ -109,6 +113,41 @@ def test_its_parameters_are_checked_like_all_others(limits):
         make_controller("own_package.own:Slow", limits, 0.1, sped=1.0)
     with pytest.raises(InvalidValue, match="speed: found 'fast'; allowed: a number"):
         make_controller("own_package.own:Slow", limits, 0.1, speed="fast")
+
+
+@pytest.mark.usefixtures("own")
+def test_a_class_that_decides_and_nothing_else_is_a_controller(limits, observe):
+    controller = make_controller("own_package.own:Bare", limits, 0.1, preferred_speed=0.3, samples=9)
+    decision = controller.decide(observe(1))
+    assert (decision.v, controller.parameters.samples) == (0.3, 9)
+    assert controller.closest_cone(observe(1), decision) is None
+    with pytest.raises(InvalidValue, match=r"parameters of own_package\.own:Bare: preferred_speed, samples"):
+        make_controller("own_package.own:Bare", limits, 0.1, sample=9)
+
+
+class Still:
+    """Stands, and counts how often it was asked."""
+
+    asked = 0
+
+    def __init__(self, *arguments):
+        self.arguments = arguments
+
+    def decide(self, observation):
+        self.asked += 1
+        return Decision(0.0, 0.0, Status.STOPPED)
+
+
+def test_a_class_is_made_and_an_object_is_used_as_it_is(limits, observe):
+    make_controller(Still, limits, 0.1).decide(observe(0))
+    assert Still.asked == 0
+    mine = Still()
+    make_controller(mine, limits, 0.1, preferred_speed=0.5).decide(observe(0))
+    assert (mine.asked, mine.arguments) == (1, ())
+    with pytest.raises(InvalidValue, match=r"degree: found 3; allowed: no parameters beside .*:Still\(\), an object"):
+        make_controller(mine, limits, 0.1, degree=3)
+    with pytest.raises(InvalidValue, match="a controller, which has decide"):
+        make_controller(3, limits, 0.1)
 
 
 @pytest.fixture
@@ -156,3 +195,48 @@ def test_a_working_folder_that_is_gone_is_no_fault(limits, working_folder, monke
     (working_folder / "gone").rmdir()
     make_controller("mjnav.control.methods.mean:Mean", limits, 0.1)
     monkeypatch.chdir(working_folder)
+
+
+FILE = """
+from dataclasses import dataclass
+from beside_it import SPEED
+from mjnav.control import Decision, Status
+from mjnav.control.parameters import LoopParameters
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PolicyParameters(LoopParameters):
+    speed: float = SPEED
+
+
+class Policy:
+    parameters_type = PolicyParameters
+
+    def __init__(self, robot_limits, period, parameters):
+        self.parameters = parameters
+
+    def decide(self, observation):
+        return Decision(self.parameters.speed, 0.0, Status.OK)
+"""
+
+
+def test_a_class_of_a_file_finds_its_neighbours_wherever_it_lies(limits, working_folder, monkeypatch):
+    for folder, speed in (("one", 0.1), ("two.two", 0.2)):
+        (working_folder / folder).mkdir()
+        (working_folder / folder / "policy.py").write_text(f"from __future__ import annotations\n{FILE}")
+        (working_folder / folder / "beside_it.py").write_text(f"SPEED = {speed}")
+    before = list(sys.path)
+    first = make_controller("one/policy.py:Policy", limits, 0.1)
+    monkeypatch.delitem(sys.modules, "beside_it")
+    second = make_controller(f"{working_folder}/two.two/policy.py:Policy", limits, 0.1)
+    monkeypatch.delitem(sys.modules, "beside_it")
+    assert (first.decide(None).v, second.decide(None).v) == (0.1, 0.2)  # two files of one name are two modules
+    assert sys.path == before
+    monkeypatch.chdir(working_folder / "one")
+    assert type(make_controller("policy.py:Policy", limits, 0.1)._controller) is type(first._controller)
+    with pytest.raises(InvalidValue, match=r"did you mean 'policy.py:Policy'\?"):
+        make_controller("polcy.py:Policy", limits, 0.1)
+    with pytest.raises(InvalidValue, match="speed: found 'fast'; allowed: a number"):
+        make_controller("policy.py:Policy", limits, 0.1, speed="fast")
+    with pytest.raises(InvalidValue, match=r"did you mean 'policy.py:Policy'\?"):
+        make_controller("policy.py:Polcy", limits, 0.1)
