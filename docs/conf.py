@@ -10,8 +10,8 @@ project = "mjnav"
 author = copyright = "mjnav contributors"
 version = release = installed_version("mjnav")
 
-extensions = ["myst_parser", "sphinx_copybutton", "formulas", "generated", "links", "made_by"]
-exclude_patterns = ["_build"]
+extensions = ["myst_parser", "sphinx_copybutton", "drawn", "formulas", "generated", "links", "made_by"]
+exclude_patterns = ["_build", "_pictures"]
 nitpicky = True
 
 myst_enable_extensions = ["amsmath", "attrs_inline", "colon_fence", "deflist", "dollarmath"]

@@ -6,6 +6,8 @@ from importlib import import_module
 
 from mjnav.cli.main import COMMANDS
 
+from .markdown import escape
+
 
 def markdown() -> str:
     """A section a command."""
@@ -49,10 +51,3 @@ def _value(action: argparse.Action) -> str:
 def _sentence(action: argparse.Action) -> str:
     text = (action.help or "") % {**vars(action), "prog": "mjnav"}
     return escape(text) or "(no description)"
-
-
-def escape(text: str) -> str:
-    """Text in which Markdown finds no marks of its own."""
-    for mark in "\\`*_[]<>|$":
-        text = text.replace(mark, f"\\{mark}")
-    return text

@@ -4,7 +4,7 @@ from dataclasses import fields
 
 from mjnav.control.registry import METHODS
 
-from .commands import escape
+from .markdown import escape
 
 
 def markdown() -> str:
