@@ -15,13 +15,13 @@ from mjnav.loop.pacer import FreePacer, RealTimePacer
 from mjnav.loop.prepare import build_controller, load_scenario
 from mjnav.loop.result import Result
 from mjnav.loop.scheduling import realtime_scheduling
-from mjnav.loop.sealed import sealed_message
 from mjnav.loop.warm_up import warm_up
 from mjnav.messages import Event, TickRecord
 from mjnav.plugins import name_of
 from mjnav.recording.live import LiveServer
 from mjnav.recording.log_format import check_path
 from mjnav.scenarios.spec import Scenario
+from mjnav.sealed import sealed_message
 
 OUT_FOLDER = Path("runs/out")
 MAX_STEM = 200  # [bytes]: file systems take names of 255, and others are made of this one by adding to it

@@ -9,7 +9,6 @@ from mjnav.loop.events import Events
 from mjnav.loop.onboard.navigator import Beliefs, Navigator
 from mjnav.loop.pacer import Start, Stopwatch
 from mjnav.loop.result import RunSummary
-from mjnav.loop.sealed import sealed
 from mjnav.messages import (
     Array,
     ConeDistribution,
@@ -25,6 +24,7 @@ from mjnav.messages import (
 from mjnav.recording.read.trajectory import TrajectoryBuilder
 from mjnav.recording.write.writer import Recorder
 from mjnav.scenarios.spec import Scenario
+from mjnav.sealed import sealed
 
 
 class RunRecord:

@@ -4,9 +4,9 @@ from itertools import repeat
 
 import numpy as np
 
-from mjnav.loop.sealed import sealed
 from mjnav.messages import Array, ObstacleSamples
 from mjnav.scenarios.spec import Scenario
+from mjnav.sealed import sealed
 
 
 class FloorMap:

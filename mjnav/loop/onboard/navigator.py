@@ -12,11 +12,11 @@ from mjnav.loop.onboard.commands import CommandHistory
 from mjnav.loop.onboard.floor_map import FloorMap
 from mjnav.loop.onboard.latency import make_latency
 from mjnav.loop.onboard.prediction import Predictor, carry_people
-from mjnav.loop.sealed import sealed, sealed_costs
 from mjnav.messages import Array, Decision, Lanes, Observation, ObstacleSamples, Reading, RobotBelief, Track
 from mjnav.motion.diff_drive import command_bounds
 from mjnav.rng import stream
 from mjnav.scenarios.spec import Scenario
+from mjnav.sealed import sealed, sealed_costs
 
 
 @dataclass(frozen=True, slots=True)
