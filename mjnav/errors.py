@@ -81,5 +81,7 @@ def unknown_name(key: str, found: str, names: Iterable[str], *, what: str = "") 
 
 
 def missing_extra(package: str, extra: str) -> InputError:
-    """The error for an optional package that is not installed, and the extra that brings it."""
-    return InputError(f"{package} is not installed: pip install 'mjnav[{extra}]'")
+    """The error for an optional package that is not installed, with the command that installs what the extra brings."""
+    from mjnav.installation import command_for
+
+    return InputError(f"{package} is not installed: {command_for(package, extra)}")

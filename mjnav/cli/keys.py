@@ -49,7 +49,7 @@ def execute(arguments: argparse.Namespace) -> int:
 
 def _print(rows: Sequence[KeyReference]) -> None:
     heads = ("key", "type", "unit", "allowed", "default", "meaning")
-    print_table(heads, [(r.key, r.type, r.unit, r.allowed, _default(r), _meaning(r)) for r in rows], whole=("key",))
+    print_table([(r.key, r.type, r.unit, r.allowed, _default(r), _meaning(r)) for r in rows], heads)
 
 
 def _default(row: KeyReference) -> str:

@@ -1,37 +1,33 @@
-"""`mjnav list`: the names that run files and options may use."""
+"""`mjnav list [KIND]`: the names that run files and options may use."""
 
 import argparse
 import json
 
-from mjnav import control, noise, scenarios
-from mjnav.scenarios.spec import BEHAVIOURS
-from mjnav.study.study_file import studies
+from mjnav.cli.terminal.tables import print_table
+from mjnav.errors import InvalidValue
+from mjnav.study.catalogue import catalogue, names
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
     """The command's options."""
+    parser.add_argument("kind", metavar="KIND", nargs="?", help="only these: scenes, controllers, topics, ...")
     parser.add_argument("--json", action="store_true", help="one JSON object in place of text")
 
 
 def execute(arguments: argparse.Namespace) -> int:
-    """Prints scenes, studies, controllers, noise profiles and behaviours."""
-    listed = {
-        "scenes": dict(scenarios.describe()),
-        "studies": studies(),
-        "controllers": control.describe(),
-        "noise profiles": dict.fromkeys(noise.profile_names(), ""),
-        "behaviours": {name: _first_line(kind) for name, kind in sorted(BEHAVIOURS.items())},
-    }
+    """Prints the names, each with a sentence."""
+    if arguments.kind is None:
+        listed = catalogue()
+    else:
+        try:
+            listed = {arguments.kind.replace("-", " ").replace("_", " "): names(arguments.kind)}
+        except InvalidValue as error:
+            raise InvalidValue("KIND", error.found, error.allowed, nearest=error.nearest) from None
     if arguments.json:
-        print(json.dumps({"schema": 1, **{kind.replace(" ", "_"): names for kind, names in listed.items()}}))
+        document = {kind.replace(" ", "_"): dict(found) for kind, found in listed.items()}
+        print(json.dumps({"schema": 1, **document}, ensure_ascii=False))
         return 0
-    for kind, names in listed.items():
+    for kind, found in listed.items():
         print(kind)
-        width = max(map(len, names))
-        for name, text in names.items():
-            print(f"  {name:{width}}  {text}".rstrip())
+        print_table([(f"  {name}", text) for name, text in found.items()])
     return 0
-
-
-def _first_line(kind: type) -> str:
-    return (kind.__doc__ or "").strip().splitlines()[0]

@@ -21,7 +21,7 @@ COMMANDS: Mapping[str, tuple[str, str]] = MappingProxyType(
     {
         "run": ("mjnav.cli.run", "run one episode of a scene"),
         "rate-test": ("mjnav.cli.rate_test", "test whether the loop keeps its rate on this machine"),
-        "list": ("mjnav.cli.list", "list scenes, studies, controllers, noise profiles and behaviours"),
+        "list": ("mjnav.cli.list", "list what run files and options may name: scenes, controllers, ..."),
         "show": ("mjnav.cli.show", "print a shipped run file or study file"),
         "keys": ("mjnav.cli.keys", "list keys of run files and study files: type, range, default, meaning"),
         "schema": ("mjnav.cli.schema", "print the JSON Schema of run files or study files, for editors"),

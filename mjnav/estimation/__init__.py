@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 from importlib import import_module
 from types import MappingProxyType
+from typing import Any
 
 from mjnav.estimation.base import Localizer, Tracker
 from mjnav.noise import Distribution, profile
@@ -47,6 +48,11 @@ def assumed_noise(scenario: Scenario) -> Mapping[str, Distribution]:
     return scenario.noise.distributions() if assumed is None else profile(assumed)
 
 
-def _load(registry: Mapping[str, str], source: str, kind: str):
-    module, _, name = registry[source if source in registry else f"{source}.{kind}"].partition(":")
+def estimator_class(place: str) -> Any:
+    """The class at "module:Class"."""
+    module, _, name = place.partition(":")
     return getattr(import_module(module), name)
+
+
+def _load(registry: Mapping[str, str], source: str, kind: str) -> Any:
+    return estimator_class(registry[source if source in registry else f"{source}.{kind}"])

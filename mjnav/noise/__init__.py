@@ -6,11 +6,12 @@ Arrays in, arrays out: `sample(rng, size)` takes the generator, `logpdf(x)` is t
 from mjnav.noise.base import Distribution
 from mjnav.noise.distributions import Empirical, Gaussian, Mixture, StudentT, Uniform, Zero
 from mjnav.noise.pearson import Pearson, pearson_type
-from mjnav.noise.profiles import CHANNELS, NOISE_WINDOW, profile, profile_names
+from mjnav.noise.profiles import CHANNEL_MEANINGS, CHANNELS, NOISE_WINDOW, describe_profiles, profile, profile_names
 from mjnav.noise.registry import NamedDistribution, make_distribution, names
 
 __all__ = [
     "CHANNELS",
+    "CHANNEL_MEANINGS",
     "NOISE_WINDOW",
     "Distribution",
     "Empirical",
@@ -21,6 +22,7 @@ __all__ = [
     "StudentT",
     "Uniform",
     "Zero",
+    "describe_profiles",
     "make_distribution",
     "names",
     "pearson_type",

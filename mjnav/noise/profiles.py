@@ -14,20 +14,23 @@ from mjnav.noise.base import Distribution
 from mjnav.noise.distributions import Gaussian, Mixture, Zero
 from mjnav.noise.pearson import Pearson
 
-CHANNELS = (
-    "odometry.v",  # [m/s]
-    "odometry.omega",  # [rad/s]
-    "actuation.v",  # [m/s]
-    "actuation.omega",  # [rad/s]
-    "pose.x",  # [m]
-    "pose.y",  # [m]
-    "pose.theta",  # [rad]
-    "detection.x",  # [m]
-    "detection.y",  # [m]
-    "lidar.range",  # [m]
-    "gyro",  # [rad/s]
-    "lane.offset",  # [m]
+CHANNEL_MEANINGS: Mapping[str, str] = MappingProxyType(
+    {
+        "odometry.v": "speed from the wheel encoders [m/s]",
+        "odometry.omega": "turn rate from the wheel encoders [rad/s]",
+        "actuation.v": "actual speed minus the command's [m/s]",
+        "actuation.omega": "actual turn rate minus the command's [rad/s]",
+        "pose.x": "x from the pose sensor [m]",
+        "pose.y": "y from the pose sensor [m]",
+        "pose.theta": "heading from the pose sensor [rad]",
+        "detection.x": "x of a detected person [m]",
+        "detection.y": "y of a detected person [m]",
+        "lidar.range": "range of a beam [m]",
+        "gyro": "turn rate from the gyro [rad/s]",
+        "lane.offset": "distance from a lane boundary [m]",
+    }
 )
+CHANNELS = tuple(CHANNEL_MEANINGS)
 NOISE_WINDOW = 0.1  # [s] for which a draw of the actuation noise holds, whatever the control rate
 
 # std, skew, kurtosis of the default profile, mean 0. They fix how hard the problem is.
@@ -170,6 +173,11 @@ _PROFILES: Mapping[str, Callable[[], Mapping[str, Distribution]]] = MappingProxy
 def profile_names() -> tuple[str, ...]:
     """The profiles that exist."""
     return tuple(_PROFILES)
+
+
+def describe_profiles() -> dict[str, str]:
+    """What each profile is, in a line."""
+    return {name: (make.__doc__ or "").strip().partition("\n")[0].replace("`", "") for name, make in _PROFILES.items()}
 
 
 def profile(name: str) -> Mapping[str, Distribution]:

@@ -5,6 +5,7 @@ Field names are the run file's keys, but `start` and `end` of a wall, which the 
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from types import MappingProxyType
 from typing import Annotated, Any
 
 from mjnav.config import Beside, Choice, Length, Named, Range, Text, below, settle
@@ -25,6 +26,12 @@ from mjnav.scenarios.people import Waypoints as Waypoints
 from mjnav.scenarios.ranges import MAX_BODIES, MAX_POINTS, MAX_TIME, Angle, Coordinate, Point, Rate, Seed, Size
 
 _PREFERRED_SPEED = 0.8  # [m/s]
+ENGINES: Mapping[str, str] = MappingProxyType(
+    {
+        "mujoco": "MuJoCo physics: wheels that slip, forces of contact, people who can be pushed.",
+        "kinematic": "A unicycle and discs that stop at what they touch: several times as fast.",
+    }
+)
 _PARTICLES = Range(2, 1_000_000)
 Name = Annotated[
     str,
@@ -189,9 +196,9 @@ class Control:
 class Physics:
     """The engine and its step."""
 
-    engine: Annotated[
-        str, Choice(("mujoco", "kinematic")), "mujoco: wheels and contacts; kinematic: a unicycle and discs, quicker"
-    ] = "mujoco"
+    engine: Annotated[str, Choice(ENGINES), "mujoco: wheels and contacts; kinematic: a unicycle and discs, quicker"] = (
+        "mujoco"
+    )
     timestep: Annotated[float, Range(1e-5, 0.02, "s"), "of the physics"] = 0.002
 
     def __post_init__(self):

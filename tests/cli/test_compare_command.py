@@ -6,6 +6,7 @@ import sys
 
 import pytest
 
+from mjnav.errors import missing_extra
 from mjnav.study.store.store import Store
 from tests.study.made_up import row
 
@@ -161,7 +162,7 @@ def test_a_damaged_shard_is_told_in_a_line(mjnav, study, tmp_path):
 def test_without_the_extra_it_says_what_to_install(mjnav, study, monkeypatch):
     monkeypatch.setitem(sys.modules, "pyarrow.parquet", None)
     said = mjnav("compare", "two.toml")
-    assert (said.code, said.err) == (2, "mjnav: pyarrow is not installed: pip install 'mjnav[sweep]'\n")
+    assert (said.code, said.err) == (2, f"mjnav: {missing_extra('pyarrow', 'sweep')}\n")
 
 
 def test_a_query_of_the_shards_finds_the_same(mjnav, study):

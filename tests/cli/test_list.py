@@ -3,7 +3,9 @@
 import json
 
 from mjnav import control, noise, scenarios
-from mjnav.scenarios.spec import BEHAVIOURS
+from mjnav.recording.log_format import TOPICS
+from mjnav.scenarios.spec import BEHAVIOURS, ENGINES
+from mjnav.study.catalogue import kinds
 from mjnav.study.study_file import studies
 
 
@@ -13,18 +15,28 @@ def test_it_names_everything_that_a_run_file_may_name(mjnav):
     words = said.out.split()
     for name in (*scenarios.names(), *studies(), *control.names(), *noise.profile_names(), *BEHAVIOURS):
         assert name in words
+    for name in (*noise.CHANNELS, *noise.names(), *ENGINES, *TOPICS):
+        assert name in words
     for _, text in scenarios.describe():
         assert text
         assert text in said.out
-    assert max(map(len, said.out.splitlines())) <= 120
 
 
 def test_json_is_one_object(mjnav):
     said = mjnav("list", "--json")
     listed = json.loads(said.out)
-    assert list(listed) == ["schema", "scenes", "studies", "controllers", "noise_profiles", "behaviours"]
+    assert list(listed) == ["schema", *(kind.replace(" ", "_") for kind in kinds())]
     assert tuple(listed["scenes"]) == scenarios.names()
     assert listed["studies"] == studies()
     assert tuple(listed["controllers"]) == control.names()
     assert tuple(listed["noise_profiles"]) == noise.profile_names()
     assert set(listed["behaviours"]) == set(BEHAVIOURS)
+    assert all(text.strip() for kind in kinds() for text in listed[kind.replace(" ", "_")].values())
+
+
+def test_one_kind_alone(mjnav):
+    assert list(json.loads(mjnav("list", "noise-profiles", "--json").out)) == ["schema", "noise_profiles"]
+    said = mjnav("list", "filters")
+    assert said.out.startswith("filters\n  robot.pose.particle ")
+    said = mjnav("list", "chanels")
+    assert (said.code, said.err.endswith("did you mean 'channels'?\n")) == (2, True)

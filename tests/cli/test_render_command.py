@@ -13,7 +13,7 @@ from mcap.writer import Writer
 from PIL import Image
 
 from mjnav import load_scenario, run
-from mjnav.errors import InputError
+from mjnav.errors import InputError, missing_extra
 from mjnav.world.offscreen import open_context
 
 SMALL = ("--size", "160x90")
@@ -121,7 +121,7 @@ def test_what_cannot_be_drawn_is_refused_and_leaves_nothing(mjnav, log, tmp_path
 def test_without_av_the_error_names_the_extra_and_pictures_go_on(mjnav, log, monkeypatch):
     monkeypatch.setitem(sys.modules, "av", None)
     said = mjnav("render", log, "-o", "a.mp4")
-    assert (said.code, said.err) == (2, "mjnav: av is not installed: pip install 'mjnav[video]'\n")
+    assert (said.code, said.err) == (2, f"mjnav: {missing_extra('av', 'video')}\n")
     assert mjnav("render", log, "-o", "a.png", *SMALL).code == 0
 
 

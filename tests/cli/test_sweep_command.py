@@ -5,6 +5,7 @@ import signal
 
 import pytest
 
+from mjnav.errors import missing_extra
 from mjnav.study.store.store import Store
 
 STUDY = """
@@ -154,4 +155,4 @@ def test_without_the_extra_it_says_what_to_install(sweep, monkeypatch):
 
     monkeypatch.setitem(sys.modules, "pyarrow.parquet", None)
     said = sweep()
-    assert (said.code, said.err) == (2, "mjnav: pyarrow is not installed: pip install 'mjnav[sweep]'\n")
+    assert (said.code, said.err) == (2, f"mjnav: {missing_extra('pyarrow', 'sweep')}\n")

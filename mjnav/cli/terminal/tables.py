@@ -1,6 +1,6 @@
 """Tables on standard output: as wide as the terminal, and in a pipe one line a row."""
 
-from collections.abc import Collection, Iterable, Sequence
+from collections.abc import Collection, Sequence
 
 from mjnav.cli.terminal import streams
 
@@ -8,14 +8,15 @@ PIPE_WIDTH = 10_000  # [characters] where there is no terminal: no line is broke
 MIN_COLUMN = 8  # [characters] that a column keeps in a narrow terminal
 
 
-def print_table(heads: Sequence[str], rows: Iterable[Sequence[str]], *, whole: Collection[str] = ()) -> None:
-    """Prints a table. Columns in `whole` are never broken; the others wrap where the terminal is narrow."""
+def print_table(rows: Sequence[Sequence[str]], heads: Sequence[str] = (), *, whole: Collection[int] = (0,)) -> None:
+    """Prints a table. The columns in `whole` are never broken; the others wrap where the terminal is narrow."""
     from rich.table import Table
 
-    table = Table(box=None, pad_edge=False, show_edge=False, header_style="bold")
-    for head in heads:
-        is_whole = head in whole
-        table.add_column(head, overflow="fold", no_wrap=is_whole, min_width=None if is_whole else MIN_COLUMN)
+    table = Table(box=None, pad_edge=False, show_edge=False, show_header=bool(heads), header_style="bold")
+    for column in range(len(rows[0]) if rows else 0):
+        least = None if column in whole else MIN_COLUMN
+        head = heads[column] if heads else ""
+        table.add_column(head, overflow="fold", no_wrap=column in whole, min_width=least)
     for row in rows:
         table.add_row(*row)
     print_renderable(table)

@@ -1,0 +1,69 @@
+"""Everything that run files, study files and options may name, with a sentence each: what `mjnav list` prints."""
+
+from collections.abc import Callable, Mapping
+from types import MappingProxyType
+
+from mjnav import control, noise, scenarios
+from mjnav.config.reference import first_line
+from mjnav.errors import unknown_name
+from mjnav.estimation import LOCALIZERS, TRACKERS, estimator_class
+from mjnav.noise.registry import DISTRIBUTIONS
+from mjnav.recording.log_format import TOPICS
+from mjnav.scenarios.spec import BEHAVIOURS, ENGINES
+from mjnav.study.study_file import studies
+
+
+def _filters() -> dict[str, str]:
+    """The values of estimation.robot and estimation.obstacles: source, and filter where it takes one."""
+    places = {"robot": LOCALIZERS, "obstacles": TRACKERS}
+    return {
+        f"{place}.{name}": first_line(estimator_class(path))
+        for place, registry in places.items()
+        for name, path in registry.items()
+    }
+
+
+def _topics() -> dict[str, str]:
+    """The topics of a log, with the schema of their messages."""
+    from mjnav.recording.encode.topics import topics
+
+    schemas = {topic.name: topic.schema.name for topic in topics(scenarios.load("crossing1"))}
+    return {name: f"{text} ({schemas[name]})" for name, text in TOPICS.items()}
+
+
+# kind -> what finds its names, each with a sentence
+_KINDS: Mapping[str, Callable[[], Mapping[str, str]]] = MappingProxyType(
+    {
+        "scenes": lambda: dict(scenarios.describe()),
+        "studies": studies,
+        "controllers": control.describe,
+        "noise profiles": noise.describe_profiles,
+        "behaviours": lambda: {name: first_line(kind) for name, kind in sorted(BEHAVIOURS.items())},
+        "channels": lambda: noise.CHANNEL_MEANINGS,
+        "distributions": lambda: {name: first_line(kind) for name, kind in DISTRIBUTIONS.items()},
+        "filters": _filters,
+        "engines": lambda: ENGINES,
+        "topics": _topics,
+    }
+)
+
+
+def kinds() -> tuple[str, ...]:
+    """What there are names of."""
+    return tuple(_KINDS)
+
+
+def catalogue() -> dict[str, Mapping[str, str]]:
+    """Every kind, with its names and a sentence about each."""
+    return {kind: find() for kind, find in _KINDS.items()}
+
+
+def names(kind: str) -> Mapping[str, str]:
+    """The names of one kind, such as "scenes" or "noise profiles", with a sentence about each.
+
+    Raises InvalidValue where there is no such kind.
+    """
+    wanted = kind.replace("-", " ").replace("_", " ")
+    if wanted not in _KINDS:
+        raise unknown_name("kind", kind, [name.replace(" ", "-") for name in _KINDS])
+    return _KINDS[wanted]()
