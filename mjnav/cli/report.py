@@ -73,4 +73,4 @@ def _is_page(path: Path) -> bool:
     from mjnav.report.run_page.page import GENERATOR
 
     with open(path, "rb") as file:
-        return GENERATOR.encode() in file.read(8192)
+        return f'content="{GENERATOR}"'.encode() in file.read(8192)

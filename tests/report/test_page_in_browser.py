@@ -1,5 +1,6 @@
 """`mjnav report`'s page in a browser: it plays back, it listens to the keyboard, and it stays by itself."""
 
+import itertools
 import json
 import os
 import shutil
@@ -28,7 +29,7 @@ OPTIONS = (
     "--disable-sync",
 )
 HOSTILE = '"></script><script>window.hacked=1</script><img src=x onerror="window.hacked=2">'
-DESK, PHONE = {"width": 1400, "height": 900}, {"width": 360, "height": 740}
+DESK, PHONE = {"width": 1400, "height": 900}, {"width": 375, "height": 740}
 
 pytestmark = pytest.mark.skipif(CHROMIUM is None, reason="there is no chromium")
 
@@ -43,7 +44,7 @@ def browser():
 
 @pytest.fixture(scope="module")
 def pages(tmp_path_factory):
-    """The folder with logs and their pages: hall, mppi, both, hostile."""
+    """The folder with logs and their pages: hall, mppi, both, hostile, crash."""
     folder = tmp_path_factory.mktemp("pages")
     for name, controller, limit in (("hall", None, 4), ("mppi", "mppi", 3)):
         overrides = (f"time_limit={limit}", "physics.engine=kinematic")
@@ -54,7 +55,9 @@ def pages(tmp_path_factory):
         for tick in range(2):
             recorder.write(made_up.record(tick))
         recorder.finish(made_up.truth(2), {"outcome": HOSTILE})
-    for names in (("hall",), ("hostile",), ("hall", "mppi")):
+    crash = load_scenario("crossing3", ("physics.engine=kinematic",), controller="mean", seed=0)
+    assert mjnav.run(crash, log=folder / "crash.mcap").summary["outcome"] == "collision"
+    for names in (("hall",), ("hostile",), ("crash",), ("hall", "mppi")):
         logs = [str(folder / f"{name}.mcap") for name in names]
         assert main(["report", *logs, "-o", str(folder / f"{'-'.join(names)}.html")]) == 0
     return folder
@@ -65,7 +68,7 @@ def opened(browser, pages):
     """Opens a page in a window of its own; whatever it says or asks for beside itself fails the test."""
     contexts, said = [], []
 
-    def open_page(name, viewport=DESK, **options):
+    def open_page(name, viewport=DESK, at="#t=0", **options):
         context = browser.new_context(viewport=viewport, **options)
         contexts.append(context)
         view = context.new_page()
@@ -74,7 +77,7 @@ def opened(browser, pages):
         view.on("request", lambda request: said.append(request.url) if request.url != url else None)
         view.on("dialog", lambda dialog: said.append(dialog.message))
         url = (pages / f"{name}.html").as_uri()
-        view.goto(url)
+        view.goto(url + at)
         view.wait_for_selector("html[data-ready]")
         return view
 
@@ -111,11 +114,130 @@ def until(view, script):
     pytest.fail(f"never: {script}")
 
 
-def test_it_opens_without_a_word_and_asks_for_nothing(opened):
-    view = opened("hall")
-    assert clock(view) == "0.00 s"
+def test_it_opens_without_a_word_at_the_worst_moment_and_asks_for_nothing(opened, pages):
+    view = opened("hall", at="")
+    worst = inspect(pages / "hall.mcap").moments[0]
+    assert clock(view) == f"{worst.time_s:.2f} s"
+    assert view.inner_text("#seen") == f"Worst moment 1: {worst.text}"
+    assert view.get_attribute("[data-moment='1']", "aria-current") == "true"
     assert view.inner_text("h1") == "hall"
     assert view.evaluate("performance.getEntriesByType('resource').length") == 0
+
+
+def test_a_collision_opens_at_the_contact_with_the_beliefs_of_the_last_tick(opened, pages):
+    view = opened("crash", at="")
+    assert view.inner_text("[data-outcome]") == "✕ collision"
+    assert "the robot touches" in view.inner_text("#seen")
+    contact = inspect(pages / "crash.mcap").moments[0]
+    assert contact.kind == "contact"
+    assert float(clock(view).split()[0]) == pytest.approx(contact.time_s, abs=0.051)
+    view.keyboard.press("End")
+    assert view.is_visible("[data-now=belief]")
+    assert view.inner_text(".cone-obstacle").startswith("person")
+    seen = {pixels(view)}
+    for layer in ("particles", "estimates"):
+        view.locator(f"[data-layer={layer}]").click()
+        seen.add(pixels(view))
+    assert len(seen) == 3
+    view.keyboard.press("Home")
+    assert view.is_hidden("[data-now=belief]")
+
+
+@pytest.mark.parametrize(
+    ("at", "shown"), [("#t=1.5", "1.50 s"), ("#t=1.5s", "1.50 s"), ("#t=999", "4.00 s"), ("#t=-3", "0.00 s")]
+)
+def test_a_link_leads_to_a_moment(opened, at, shown):
+    assert clock(opened("hall", at=at)) == shown
+
+
+def test_the_address_follows_the_user_and_back_and_forward_follow_the_address(opened, pages):
+    view = opened("hall")
+    picked = [f"{moment.time_s:.2f} s" for moment in inspect(pages / "hall.mcap").moments[:2]]
+    for i in (1, 2):
+        view.click(f"[data-moment='{i}']")
+        assert view.url.endswith(f"#t={float(picked[i - 1][:-2]):g}")
+    view.go_back()
+    assert clock(view) == picked[0]
+    view.go_forward()
+    assert clock(view) == picked[1]
+    view.fill("#time", "7")
+    until(view, "location.hash === '#t=0.7'")
+    view.evaluate("location.hash = '#t=2'")
+    until(view, "document.getElementById('time').value === '20'")
+    view.evaluate("location.hash = '#nonsense'")
+    until(view, "document.querySelector('[data-moment]').ariaCurrent === 'true'")
+
+
+def test_a_page_within_a_page_plays_and_leaves_the_address_alone(browser, pages):
+    """As a notebook shows it: in a frame without an address of its own."""
+    view, said = browser.new_page(), []
+    view.on("console", lambda message: said.append(message.text))
+    view.on("pageerror", lambda error: said.append(str(error)))
+    view.goto("about:blank")
+    view.evaluate(
+        """text => { document.body.append(Object.assign(document.createElement('iframe'),
+            {srcdoc: text, width: 900, height: 700})); }""",
+        (pages / "hall.html").read_text(),
+    )
+    frame = view.frame_locator("iframe")
+    frame.locator("html[data-ready]").wait_for(state="attached")
+    frame.locator("[data-moment='2']").click()
+    frame.locator("#play").click()
+    frame.locator("#play").click()
+    assert frame.locator("#seen").count() == 1
+    assert view.url == "about:blank"
+    assert said == []
+    view.close()
+
+
+def test_a_definition_shows_by_pointer_keyboard_and_touch(opened):
+    view = opened("hall")
+    term, box = view.locator(".card .term", has_text="Control cost"), view.locator("#definition")
+    assert box.is_hidden()
+    term.hover()
+    assert "track_width" in box.inner_text()
+    view.mouse.move(1, 1)
+    assert box.is_hidden()
+    term.focus()
+    assert "track_width" in box.inner_text()
+    assert "track_width" in term.get_attribute("aria-description")
+    view.keyboard.press("Escape")
+    assert box.is_hidden()
+    phone = opened("hall", PHONE, has_touch=True)
+    phone.locator(".card .term", has_text="Deviation").tap()
+    assert "lateral distance" in phone.inner_text("#definition")
+    assert phone.evaluate("document.documentElement.scrollWidth") == PHONE["width"]
+
+
+@pytest.mark.parametrize("viewport", [DESK, PHONE], ids=["wide", "phone"])
+def test_no_mark_stands_on_another(opened, viewport):
+    view = opened("hall-mppi", viewport)
+    boxes = view.evaluate("""[...document.querySelectorAll('#strip span')].map((mark) => {
+        const {left, right} = mark.getBoundingClientRect();
+        return [left, right];
+    }).sort((a, b) => a[0] - b[0])""")
+    assert len(boxes) > 5
+    assert all(before[1] <= after[0] for before, after in itertools.pairwise(boxes))
+    labels = view.evaluate("""async () => {
+        const run = await Run.load(JSON.parse(document.getElementById('runs').textContent)[0], 0);
+        const map = new RunMap(document.querySelector('canvas'), run, {});
+        map.resize();
+        return Array.from({length: run.last + 1}, (_, frame) => { map.draw(frame); return map.placed; });
+    }""")
+    for placed in labels:
+        assert len(placed) == 7
+        for (x, y, w, h), (x2, y2, w2, h2) in itertools.combinations(placed, 2):
+            assert abs(x - x2) >= w + w2 - 1e-6 or abs(y - y2) >= h + h2 - 1e-6
+
+
+def test_three_maps_stand_in_a_row_on_a_wide_screen(pages, opened):
+    logs = [str(pages / f"{name}.mcap") for name in ("hall", "mppi", "crash")]
+    assert main(["report", *logs, "-o", str(pages / "three.html")]) == 0
+    tops = opened("three").evaluate(
+        "[...document.querySelectorAll('.run')].map((run) => run.getBoundingClientRect().top)"
+    )
+    assert len(tops) == 3
+    assert len(set(tops)) == 1
 
 
 def test_what_is_drawn_is_what_happened(opened, pages):
@@ -276,7 +398,7 @@ def test_the_distribution_is_the_tick_s(opened, pages):
 def test_all_can_be_done_by_keyboard_alone_and_the_focus_is_seen(opened):
     view = opened("hall")
     reached = []
-    for _ in range(60):
+    for _ in range(90):
         view.keyboard.press("Tab")
         name, outline = view.evaluate("""() => {
             const at = document.activeElement, name = at.id || at.dataset.layer || at.dataset.moment || at.tagName;
@@ -288,6 +410,7 @@ def test_all_can_be_done_by_keyboard_alone_and_the_focus_is_seen(opened):
             break
     wanted = [
         "theme",
+        "first",
         "back",
         "play",
         "forward",

@@ -5,62 +5,49 @@ hashes. Figures come from what `mjnav inspect --json` prints, and from nothing e
 """
 
 import json
-from base64 import b64encode
 from collections.abc import Sequence
 from dataclasses import asdict
-from hashlib import sha256
 from html import escape
-from importlib.resources import files
 from string import Template
 from typing import Any
 
 from mjnav.report.inspection import Inspection
+from mjnav.report.look.document import asset, frame
 from mjnav.report.run_page import page_figures, page_parts
 from mjnav.report.run_page.playback import Playback
+from mjnav.report.run_page.run_parameters import parameters
 from mjnav.report.run_page.shown_run import ShownRun, shown_run
 
 LETTERS = "ABCD"
 MAX_RUNS = len(LETTERS)
-GENERATOR = '<meta name="generator" content="mjnav report">'  # by which a page is known
-_SCRIPTS = ("unpack", "drawing", "map", "distribution", "plots", "quantities", "playback", "page")
+GENERATOR = "mjnav report"  # by which a page is known
+_PACKAGE = "mjnav.report.run_page"
+_SCRIPTS = ("unpack", "drawing", "map", "distribution", "plots", "quantities", "playback", "time_line", "page")
 
 
 def page(found: Sequence[tuple[Inspection, Playback]]) -> str:
     """The page of one to MAX_RUNS runs: what `inspect` and `playback` say of each."""
     several = len(found) > 1
     runs = [shown_run(i, LETTERS[i] if several else "", *one) for i, one in enumerate(found)]
-    scripts = [_asset(f"{name}.js") for name in _SCRIPTS]
-    style = _asset("page.css")
+    own = frame(GENERATOR, _PACKAGE, "web/page.css", [f"web/{name}.js" for name in _SCRIPTS])
     fields = {
-        "generator": GENERATOR,
-        "policy": _policy(scripts, style),
-        "style": style,
-        "title": escape(" | ".join(f"{run.scene}, {run.driver}" for run in runs)),
+        "head": own.head(" | ".join(f"{run.scene}, {run.driver}" for run in runs)),
         "headline": _headline(runs),
         "notices": page_parts.notices(runs),
         "cards": "" if several else page_figures.cards(runs[0].figures),
         "comparison": page_figures.comparison([(run.heading, run.figures) for run in runs]) if several else "",
         "layout": "several" if several else "single",
+        "parameters": parameters(runs),
+        "differ": ", above them what differs between the runs" if several else "",
         "runs": "".join(_run_block(run) for run in runs),
         "moments": page_parts.moments(runs),
         "events": page_parts.events(runs),
         "log": "".join(_log_section(run) for run in runs),
         "inspections": _script_json([run.document for run in runs]),
         "data": _script_json([{**asdict(run.playback), "letter": LETTERS[run.number]} for run in runs]),
-        "scripts": "\n".join(f"<script>{script}</script>" for script in scripts),
+        "scripts": own.script_elements,
     }
-    return Template(_asset("page.html")).substitute(fields)
-
-
-def _asset(name: str) -> str:
-    return (files("mjnav.report.run_page") / "web" / name).read_text(encoding="utf-8")
-
-
-def _policy(scripts: Sequence[str], style: str) -> str:
-    """The page's content security policy: nothing but what is in it."""
-    hashes = [f"'sha256-{b64encode(sha256(text.encode()).digest()).decode()}'" for text in (*scripts, style)]
-    parts = ("default-src 'none'", f"script-src {' '.join(hashes[:-1])}", f"style-src {hashes[-1]}", "img-src data:")
-    return "; ".join((*parts, "base-uri 'none'", "form-action 'none'"))
+    return Template(asset(_PACKAGE, "web/page.html")).substitute(fields)
 
 
 def _script_json(document: Any) -> str:
@@ -84,7 +71,7 @@ def _headline(runs: Sequence[ShownRun]) -> str:
 def _run_block(run: ShownRun) -> str:
     """The map of one run, what it does at the moment, and the distribution of its closest obstacle."""
     name = f"<h2>{run.heading}</h2>{run.badge}" if run.letter else ""
-    return Template(_asset("run.html")).substitute(name=name)
+    return Template(asset(_PACKAGE, "web/run.html")).substitute(name=name)
 
 
 def _log_section(run: ShownRun) -> str:

@@ -6,6 +6,9 @@ from dataclasses import dataclass
 from html import escape
 from typing import Any
 
+from mjnav.report.figure_names import definition
+from mjnav.report.look.document import term
+
 DASH = "–"
 
 
@@ -111,10 +114,21 @@ def _card(card: Card, flat: Mapping[str, Any]) -> str:
     first, *rest = card.figures
     equal = card.label == "Collisions"
     shown_too = card.figures if equal else [figure for figure in rest if flat.get(figure.key) is not None]
-    rows = [_labelled(figure, flat) for figure in shown_too]
-    head = "" if equal else f'<p class="figure">{_labelled(first, flat, strong=True)}</p>'
-    tail = f"<p>{' '.join(f'<span>{row}</span>' for row in rows)}</p>" if rows else ""
-    return f'<div class="card{" equal" if equal else ""}"><h2>{escape(card.label)}</h2>{head}{tail}</div>'
+    rows = [f"<span{_title(figure)}>{_labelled(figure, flat)}</span>" for figure in shown_too]
+    head = "" if equal else f'<p class="figure"{_title(first)}>{_labelled(first, flat, strong=True)}</p>'
+    tail = f"<p>{' '.join(rows)}</p>" if rows else ""
+    heading = term(card.label, _definitions(card, [first, *shown_too]))
+    return f'<div class="card{" equal" if equal else ""}"><h2>{heading}</h2>{head}{tail}</div>'
+
+
+def _title(figure: Figure) -> str:
+    return f' title="{escape(definition(figure.key))}"'
+
+
+def _definitions(card: Card, figures: Sequence[Figure]) -> str:
+    """What the figures of a card are, a line each."""
+    lines = dict.fromkeys(f"{figure.label or card.label}: {definition(figure.key)}" for figure in figures)
+    return "\n".join(lines) if len(lines) > 1 else definition(figures[0].key)
 
 
 def _labelled(figure: Figure, flat: Mapping[str, Any], *, strong: bool = False) -> str:
@@ -138,7 +152,7 @@ def comparison(runs: Sequence[tuple[str, Mapping[str, Any]]]) -> str:
             f"<td>{element(i, figure.key, value)}{_difference(value, values[0]) if i else ''}</td>"
             for i, value in enumerate(values)
         )
-        body.append(f'<tr><th scope="row">{escape(name)}{unit}</th>{cells}</tr>')
+        body.append(f'<tr><th scope="row">{term(name, definition(figure.key))}{unit}</th>{cells}</tr>')
     table = f'<table class="comparison"><thead><tr><td></td>{head}</tr></thead><tbody>{"".join(body)}</tbody></table>'
     return f'<section class="figures"><h2>Figures</h2>{table}</section>'
 
@@ -151,9 +165,13 @@ def _difference(value: Any, first: Any) -> str:
     return f' <span class="difference">{text}</span>'
 
 
+def _named(key: str) -> str:
+    return term(key, definition(key) if key.startswith("figures.") else "", reach=False)
+
+
 def figure_table(run: int, flat: Mapping[str, Any]) -> str:
     """All leaves of `flat` in two columns."""
     rows = "".join(
-        f'<tr><th scope="row">{escape(key)}</th><td>{element(run, key, value)}</td></tr>' for key, value in flat.items()
+        f'<tr><th scope="row">{_named(key)}</th><td>{element(run, key, value)}</td></tr>' for key, value in flat.items()
     )
     return f'<table class="all"><tbody>{rows}</tbody></table>'

@@ -45,7 +45,8 @@ def moments(runs: Sequence[ShownRun]) -> str:
                 "" if moment["value"] is None else element(run.number, f"{key}.value", moment["value"], moment["unit"])
             )
             rows.append(
-                f'<li><button type="button" data-seek="{float(moment["time_s"])!r}" data-moment="{number}">'
+                f'<li><button type="button" data-seek="{float(moment["time_s"])!r}" data-moment="{number}" '
+                f'data-kind="{escape(moment["kind"])}">'
                 f'<b class="number">{number}</b>{run.mark}'
                 f'<span class="when">{element(run.number, f"{key}.time_s", moment["time_s"], "s")}</span>'
                 f'<span class="what">{escape(moment["text"])}</span><span>{value}</span></button></li>'
@@ -87,7 +88,7 @@ def topics(run: ShownRun) -> str:
 
 
 def details(run: ShownRun) -> str:
-    """Everything else of the document; how the run was made is open for a single run."""
+    """Everything else of the document."""
     parts = (
         ("All figures", ("figures", "timing", "ticks", "duration_s", "bytes")),
         ("Result in the log", ("result",)),
@@ -97,7 +98,6 @@ def details(run: ShownRun) -> str:
         title: figure_table(run.number, flatten({key: run.document[key] for key in keys})) for title, keys in parts
     }
     return "".join(
-        f"<details{' open' if title == 'Run' and not run.letter else ''}><summary>{title}</summary>"
-        f'<div class="wide">{table}</div></details>'
+        f'<details><summary>{title}</summary><div class="wide">{table}</div></details>'
         for title, table in tables.items()
     )

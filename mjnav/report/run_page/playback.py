@@ -16,6 +16,7 @@ from mjnav.report.run_page.candidate_ranks import NONE
 from mjnav.report.run_page.cone_bins import cone_bins
 from mjnav.report.run_page.packed import Packer
 from mjnav.report.run_page.run_frames import TRACK_PARTICLES, PageEvent, RunFrames
+from mjnav.report.run_page.set_parameters import set_parameters
 from mjnav.report.scene_outline import scene_outline
 
 MAX_FRAMES = 1200  # two minutes at 10 Hz
@@ -44,6 +45,8 @@ class Playback:
     stride: int  # ticks from frame to frame
     events: list[PageEvent]  # the first MAX_EVENTS
     num_events: int
+    parameters: dict[str, str]  # keys of the run file that are not the defaults
+    noise: str  # the profile
     fields: dict[str, dict[str, Any]]  # kind, shape and place of each array
     gzip: str  # the arrays
 
@@ -62,7 +65,8 @@ def playback(log: Log, *, keep: Iterable[int] = (), max_frames: int = MAX_FRAMES
         raise InputError(f"{log.path}: holds no whole tick of a run")
     stride = max(1, -(-len(run.ticks) // max_frames))
     wanted = np.flatnonzero(np.isin(run.ticks, list(keep))).tolist()
-    kept = np.unique([*range(0, len(run.ticks), stride), *wanted, len(run.ticks) - 1])
+    last = len(run.ticks) - 1  # of a run that ended its final state, which shows the beliefs of the tick before
+    kept = np.unique([*range(0, last, stride), *wanted, max(last - 1, 0), last])
     frames = RunFrames(log, run.ticks[kept].tolist())
     people, tracks = frames.names("person"), frames.names("track")
     packer = Packer()
@@ -90,6 +94,8 @@ def playback(log: Log, *, keep: Iterable[int] = (), max_frames: int = MAX_FRAMES
         stride=stride,
         events=frames.events,
         num_events=frames.num_events,
+        parameters=set_parameters(scenario),
+        noise=scenario.noise.profile,
         **packer.packed(),
     )
 

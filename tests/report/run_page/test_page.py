@@ -16,7 +16,9 @@ from mjnav.cli.main import main
 from mjnav.loop.prepare import load_scenario
 from mjnav.messages import Event
 from mjnav.recording import Recorder, open_log
+from mjnav.report.figure_names import definition
 from mjnav.report.inspection import inspect
+from mjnav.report.run_page import page_figures
 from mjnav.report.run_page.page import page
 from mjnav.report.run_page.page_figures import flatten, shown
 from mjnav.report.run_page.playback import playback
@@ -194,6 +196,30 @@ def test_hostile_names_are_text(report, tmp_path):
     assert found.json("runs")[0]["events"][0]["text"] == HOSTILE
 
 
+def test_every_key_figure_has_a_definition():
+    for card in page_figures.CARDS:
+        for figure in card.figures:
+            assert definition(figure.key), figure.key
+
+
+def test_the_page_says_how_the_run_was_made(logs, report, tmp_path):
+    overrides = (KINEMATIC, "time_limit=1", "control.weight=7.5", "noise.profile=bimodal")
+    mjnav.run(load_scenario("crossing1", overrides, seed=4), log=tmp_path / "set.mcap")
+    assert report(tmp_path / "set.mcap", logs / "orca.mcap", "-o", tmp_path / "x.html")[0] == 0
+    rows = re.findall(
+        r'<tr( class="differs")?><th scope="row">([^<]*)</th><td>([^<]*)</td><td>([^<]*)</td>',
+        (tmp_path / "x.html").read_text().partition('class="parameters"')[2].partition("</table>")[0],
+    )
+    found = {name: (first, second) for _, name, first, second in rows}
+    assert found["controller"] == ("rkhs", "orca")
+    assert found["seed"] == ("4", "3")
+    assert found["noise"] == ("bimodal", "pearson")
+    assert found["control.weight"] == ("7.5", "")
+    assert found["mjnav"][0] == found["mjnav"][1] != ""
+    differs = [bool(mark) for mark, *_ in rows]
+    assert differs == sorted(differs, reverse=True)
+
+
 def test_without_candidates_people_or_walls_there_is_a_page(made):
     (orca,) = made("orca").json("runs")
     assert orca["candidates"] is None
@@ -214,8 +240,8 @@ def test_a_long_run_is_thinned_and_says_so(logs):
     log = open_log(logs / "hall.mcap")
     data = playback(log, max_frames=11)
     assert (data.stride, data.ticks) == (3, 30)
-    assert data.fields["time"]["shape"] == [11]
-    assert playback(log, keep=(3, 4, 29), max_frames=11).fields["time"]["shape"] == [13]
+    assert data.fields["time"]["shape"] == [12]  # the last tick, whose beliefs the end shows, is one of them
+    assert playback(log, keep=(3, 4, 28), max_frames=11).fields["time"]["shape"] == [14]
     assert "one tick in 3 of 30" in page([(inspect(log), data)])
 
 

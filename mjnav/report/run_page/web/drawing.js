@@ -9,10 +9,13 @@ function colour(name) {
   return getComputedStyle(probe).color;
 }
 
+const AROUND = [0, 1, -1, 2, -2, 3, -3, 4]; // eighths of a turn from where a label would be best
+const FOOT = 14; // [pixels] below, for the scale
+
 class Drawing {
   /** @param {HTMLCanvasElement} canvas */
   constructor(canvas) {
-    Object.assign(this, { canvas, context: canvas.getContext('2d'), ink: {} });
+    Object.assign(this, { canvas, context: canvas.getContext('2d'), ink: {}, noted: [], marks: [], placed: [] });
   }
 
   /** Makes the canvas as wide as what it stands in, and as high as asked, in the screen's own pixels. */
@@ -26,9 +29,10 @@ class Drawing {
 
   /** Shows the rectangle [low x, low y, high x, high y], in the middle and as large as it fits. */
   show([x0, y0, x1, y1]) {
-    this.scale = Math.min(this.width / (x1 - x0), this.height / (y1 - y0));
+    const height = this.height - FOOT;
+    this.scale = Math.min(this.width / (x1 - x0), height / (y1 - y0));
     this.left = 0.5 * (this.width - this.scale * (x0 + x1));
-    this.top = 0.5 * (this.height + this.scale * (y0 + y1));
+    this.top = 0.5 * (height + this.scale * (y0 + y1));
   }
 
   clear() {
@@ -38,6 +42,8 @@ class Drawing {
     context.fillRect(0, 0, canvas.width, canvas.height);
     context.setTransform(this.ratio, 0, 0, this.ratio, 0, 0);
     context.lineJoin = context.lineCap = 'round';
+    this.noted = [];
+    this.marks = [];
   }
 
   /** World [m] to pixels. */
@@ -78,16 +84,45 @@ class Drawing {
     this.stroke(style, 1.5);
   }
 
-  label(text, point, below, style) {
-    const [x, y] = this.at(point), { context } = this;
+  /** Notes a label beside what lies within `radius` [pixels] of a point; `labels` draws all that were noted. */
+  label(text, point, radius, style, toward = 2) {
+    const [x, y] = this.at(point);
+    this.noted.push({ text, x, y, radius, style, toward });
+    this.mark(point, radius);
+  }
+
+  /** Notes what labels keep off: what lies within `radius` [pixels] of a point. */
+  mark(point, radius) {
+    const [x, y] = this.at(point);
+    this.marks.push({ x, y, radius });
+  }
+
+  /** Draws the labels, each at the first of eight places around its point that is free of the others' marks and words. */
+  labels() {
+    const { context, noted } = this, taken = [];
     context.font = '11px system-ui, sans-serif';
     context.textAlign = 'center';
-    context.textBaseline = 'top';
+    context.textBaseline = 'middle';
     context.lineWidth = 3;
     context.strokeStyle = this.ink.floor;
-    context.strokeText(text, x, y + below);
-    context.fillStyle = style;
-    context.fillText(text, x, y + below);
+    for (const label of noted) {
+      const half = [0.5 * context.measureText(label.text).width + 1, 6];
+      const places = AROUND.map((_, i) => {
+        const angle = (Math.PI / 4) * (label.toward + AROUND[i]), cosine = Math.cos(angle), sine = Math.sin(angle);
+        return [label.x + cosine * (label.radius + 3 + half[0]), label.y + sine * (label.radius + 3 + half[1])];
+      });
+      const free = ([x, y]) => x - half[0] > 0 && x + half[0] < this.width && y - half[1] > 0
+        && y + half[1] < this.height
+        && taken.every((box) => Math.abs(box[0] - x) > box[2] + half[0] || Math.abs(box[1] - y) > box[3] + half[1])
+        && this.marks.every((other) => Math.abs(other.x - x) > other.radius + half[0]
+          || Math.abs(other.y - y) > other.radius + half[1]);
+      const [x, y] = places.find(free) ?? places[0];
+      taken.push([x, y, ...half]);
+      context.strokeText(label.text, x, y);
+      context.fillStyle = label.style;
+      context.fillText(label.text, x, y);
+    }
+    this.placed = taken; // [x, y, half width, half height] in pixels
   }
 
   /** A metre, for measure. */

@@ -60,7 +60,7 @@ class RunMap extends Drawing {
     const [x0, y0, x1, y1] = this.box;
     const width = this.canvas.parentElement.clientWidth;
     const tallest = Math.max(260, 0.62 * window.innerHeight);
-    const height = Math.min(Math.max((width * (y1 - y0)) / (x1 - x0), 200), tallest);
+    const height = Math.min(Math.max((width * (y1 - y0)) / (x1 - x0) + FOOT, 200), tallest);
     this.fit(width, height);
     const room = this.canvas.parentElement.clientHeight; // what stands beside the map may be higher
     if (room > height) this.fit(width, room);
@@ -75,6 +75,7 @@ class RunMap extends Drawing {
     if (layers.candidates) this.candidates(frame);
     this.people(frame);
     this.robot(frame);
+    this.labels();
     this.scaleBar();
     this.canvas.setAttribute('aria-label', this.description(frame));
   }
@@ -98,7 +99,7 @@ class RunMap extends Drawing {
       this.stroke(ink.goal, 1.5);
       this.cross(point, 5, ink.goal);
       const name = i < scene.route.length - 1 ? String(i + 1) : 'goal';
-      this.label(name, point, scene.goal_tolerance * this.scale + 4, ink.goal);
+      this.label(name, point, scene.goal_tolerance * this.scale, ink.goal);
     });
     for (const table of scene.tables) {
       this.path(table.corners, true);
@@ -119,7 +120,7 @@ class RunMap extends Drawing {
     context.lineCap = 'round';
     this.disc(scene.start, scene.radius);
     this.stroke(ink.muted, 1, [3, 4]);
-    this.label('start', scene.start, scene.radius * this.scale + 4, ink.muted);
+    this.label('start', scene.start, scene.radius * this.scale, ink.muted);
   }
 
   trail(frame) {
@@ -193,12 +194,13 @@ class RunMap extends Drawing {
           this.stroke(ink.people, 1.4);
         }
       }
-      this.label(name.replace('person', ''), [x + 0.8 * radius, y + 0.8 * radius], -11, ink.muted);
+      this.label(name.replace('person', ''), [x, y], radius * this.scale, ink.muted, -1);
     });
-    const tracks = run.row('tracks', frame), particles = run.row('track_particles', frame);
+    const tick = run.tickOf(frame), tracks = run.row('tracks', tick), particles = run.row('track_particles', tick);
     run.tracks.forEach((name, i) => {
       const track = tracks.subarray(5 * i, 5 * i + 5), number = particles.length / run.tracks.length;
       if (!Number.isFinite(track[0])) return;
+      this.mark(track, track[2] * this.scale);
       if (layers.particles) {
         this.particles(particles.subarray(i * number, (i + 1) * number), track[0], track[1], ink.people);
       }
@@ -211,8 +213,10 @@ class RunMap extends Drawing {
 
   robot(frame) {
     const { run, ink, layers } = this;
-    const pose = run.row('pose', frame), radius = run.scene.radius, estimate = run.row('estimate', frame);
+    const pose = run.row('pose', frame), radius = run.scene.radius;
+    const tick = run.tickOf(frame), estimate = run.row('estimate', tick);
     this.disc(pose, radius, ink.robot, 0.92);
+    this.mark(pose, radius * this.scale);
     const nose = [-2.5, 0, 2.5].map((turn) => [
       pose[0] + 0.78 * radius * Math.cos(pose[2] + turn), pose[1] + 0.78 * radius * Math.sin(pose[2] + turn)]);
     const notch = [pose[0] - 0.3 * radius * Math.cos(pose[2]), pose[1] - 0.3 * radius * Math.sin(pose[2])];
@@ -220,8 +224,8 @@ class RunMap extends Drawing {
     this.context.fillStyle = ink.surface;
     this.context.fill();
     if (!Number.isFinite(estimate[0])) return;
-    if (layers.particles) this.particles(run.row('robot_particles', frame), estimate[0], estimate[1], ink.ink);
-    if (layers.estimates) this.ellipse(run.row('ellipse', frame), estimate[0], estimate[1], 0, ink.ink);
+    if (layers.particles) this.particles(run.row('robot_particles', tick), estimate[0], estimate[1], ink.ink);
+    if (layers.estimates) this.ellipse(run.row('ellipse', tick), estimate[0], estimate[1], 0, ink.ink);
   }
 
   /** The frame in words. */

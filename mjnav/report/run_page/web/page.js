@@ -30,32 +30,9 @@ function readouts(block, run) {
     places.nearest.textContent = run.bodies[run.at('nearest', frame)] ?? '';
     places.cost.textContent = compact(run.at('cost', frame, 3));
     places.status.textContent = status ? status.replace('_', ' ') : ended ? 'the run ended' : '\u2013';
+    places.belief.hidden = run.tickOf(frame) === frame;
     places.status.classList.toggle('warned', status !== null && status.startsWith('infeasible'));
   };
-}
-
-/** Where the time line is shaded: ticks at which nothing was allowed, and moments worth a look. */
-function timeStrip(runs, start, duration) {
-  const strip = document.getElementById('strip');
-  for (const run of runs) {
-    const status = run.tables.status.column(0);
-    const step = run.period * run.stride;
-    status.forEach((code, frame) => {
-      if (!(run.statuses[code] ?? '').startsWith('infeasible')) return;
-      const mark = strip.appendChild(document.createElement('i'));
-      mark.style.left = `${(100 * (run.time[frame] - start)) / duration}%`;
-      mark.style.width = `${(100 * step) / duration}%`;
-    });
-  }
-  let free = -Infinity; // [pixels] so that no number stands on another
-  const buttons = [...document.querySelectorAll('button[data-moment]')];
-  for (const button of buttons.sort((a, b) => a.dataset.seek - b.dataset.seek)) {
-    const place = Math.max(((Number(button.dataset.seek) - start) / duration) * strip.clientWidth, free);
-    const mark = strip.appendChild(document.createElement('span'));
-    mark.textContent = button.dataset.moment;
-    mark.style.left = `${(100 * place) / strip.clientWidth}%`;
-    free = place + 9;
-  }
 }
 
 /** The time of every frame of every run, once and in order. */
@@ -102,17 +79,25 @@ async function start() {
     for (const { run, map, cone, read } of views) {
       const frame = run.frameAt(time);
       map.draw(frame);
-      cone.draw(frame);
+      cone.draw(run.tickOf(frame));
       read(frame);
     }
     plots.forEach((plot) => plot.cursor(time - times[0]));
+    showMoment(moments, (moment) => playback && playback.nearest(moment.time) === playback.index);
   };
-  const moments = [...document.querySelectorAll('[data-moment]')].map((place) => Number(place.dataset.seek));
-  playback = new Playback(times, moments.sort((a, b) => a - b), show);
-  timeStrip(runs, times[0], duration);
+  const moments = [...document.querySelectorAll('[data-moment]')].map((button) => ({
+    button, time: Number(button.dataset.seek), number: button.dataset.moment,
+    text: ['.letter', '.what'].map((part) => button.querySelector(part)?.textContent).filter(Boolean).join(', '),
+  }));
+  const worst = document.querySelector('[data-moment][data-kind=contact]') ?? moments[0]?.button;
+  const opening = worst ? Number(worst.dataset.seek) : times[0];
+  playback = new Playback(times, moments.map(({ time }) => time).sort((a, b) => a - b), show, setAddress);
+  const strip = () => timeStrip(runs, moments, times[0], duration);
+  strip();
   for (const button of document.querySelectorAll('button[data-seek]')) {
-    button.addEventListener('click', () => playback.seek(Number(button.dataset.seek)));
+    button.addEventListener('click', () => playback.pick(Number(button.dataset.seek)));
   }
+  addEventListener('popstate', () => playback.seek(addressed() ?? opening, true));
   themeSwitch(() => { views.forEach(({ map }) => map.recolour()); redraw(); });
   let width = innerWidth;
   addEventListener('resize', () => {
@@ -120,11 +105,12 @@ async function start() {
     width = innerWidth;
     views.forEach(({ map, cone }) => { cone.resize(); map.resize(); });
     plots.forEach((plot) => plot.resize());
+    strip();
     redraw();
   });
   views.forEach(({ map }) => map.resize()); // now that all have their place
   plots.forEach((plot) => plot.resize());
-  playback.go(0, true);
+  playback.seek(addressed() ?? opening, true);
   document.documentElement.dataset.ready = 'yes';
 }
 

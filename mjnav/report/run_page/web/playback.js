@@ -9,9 +9,10 @@ class Playback {
    * @param {number[]} times [s] of all frames of all runs, rising
    * @param {number[]} moments [s] worth a look, rising
    * @param {(time: number) => void} show
+   * @param {(time: number, picked: boolean) => void} settled where the user stopped, or what the user picked
    */
-  constructor(times, moments, show) {
-    Object.assign(this, { times, moments, show, index: 0, playing: false, speed: 1 });
+  constructor(times, moments, show, settled) {
+    Object.assign(this, { times, moments, show, settled, index: 0, playing: false, speed: 1 });
     this.slider = document.getElementById('time');
     this.button = document.getElementById('play');
     this.clock = document.getElementById('clock');
@@ -23,6 +24,7 @@ class Playback {
     document.getElementById('speed').addEventListener('change', ({ target }) => {
       this.speed = Number(target.value);
     });
+    document.getElementById('first').addEventListener('click', () => this.go(0));
     document.getElementById('back').addEventListener('click', () => this.go(this.index - 1));
     document.getElementById('forward').addEventListener('click', () => this.go(this.index + 1));
     document.addEventListener('keydown', (event) => this.key(event));
@@ -48,13 +50,34 @@ class Playback {
     this.slider.setAttribute('aria-valuetext', text);
     this.clock.textContent = text;
     this.show(this.time);
-    if (!quiet) this.say(text);
+    if (quiet) return;
+    this.say(text);
+    this.settle(false);
+  }
+
+  /** The frame nearest to `time`. */
+  nearest(time) {
+    const index = this.indexAt(time), next = this.times[index + 1] ?? Infinity;
+    return next - time < time - this.times[index] ? index + 1 : index;
   }
 
   /** Shows the frame nearest to `time`. */
-  seek(time) {
-    const index = this.indexAt(time), next = this.times[index + 1] ?? Infinity;
-    this.go(next - time < time - this.times[index] ? index + 1 : index);
+  seek(time, quiet = false) {
+    this.go(this.nearest(time), quiet);
+    this.moment = this.time;
+  }
+
+  /** Shows a moment that was picked from a list. */
+  pick(time) {
+    this.seek(time);
+    this.settle(true);
+  }
+
+  /** Tells where the user is: at once what was picked, else once the user rests. */
+  settle(picked) {
+    clearTimeout(this.settling);
+    if (picked) this.settled(this.time, true);
+    else this.settling = setTimeout(() => { if (!this.playing) this.settled(this.time, false); }, 300);
   }
 
   /** Tells a screen reader once the user rests. */
@@ -77,6 +100,7 @@ class Playback {
     this.playing = false;
     this.label();
     this.say(quantity(this.time, 2, 's'));
+    this.settle(true);
   }
 
   label() {
@@ -102,7 +126,8 @@ class Playback {
     const next = direction > 0
       ? moments.find((moment) => this.indexAt(moment) > this.index)
       : moments.findLast((moment) => this.indexAt(moment) < this.index);
-    this.seek(next ?? time);
+    if (next !== undefined && this.nearest(next) !== this.index) this.pick(next);
+    else this.seek(time);
   }
 
   key(event) {
@@ -118,7 +143,7 @@ class Playback {
       p: () => this.jump(-1),
     };
     const number = /^[1-9]$/.test(event.key) ? document.querySelector(`[data-moment="${event.key}"]`) : null;
-    const action = number ? () => this.seek(Number(number.dataset.seek)) : actions[event.key];
+    const action = number ? () => this.pick(Number(number.dataset.seek)) : actions[event.key];
     if (!action || (event.key === ' ' && pressed)) return;
     event.preventDefault();
     action();

@@ -36,7 +36,7 @@ function powerTicks(low, high, place) {
 
 class TimePlot {
   /**
-   * @param {{title: string, unit: string, digits: number, series: Array, asinh?: boolean, stacked?: boolean}} spec
+   * @param {{title: string, help: string, unit: string, digits: number, series: Array, asinh?: boolean, stacked?: boolean}} spec
    * a series is {label, run, values, style}, values one a frame
    * @param {number} duration [s] of the time axis  @param {(time: number) => void} seek
    */
@@ -48,7 +48,9 @@ class TimePlot {
     figure.className = 'plot';
     const caption = figure.appendChild(document.createElement('figcaption'));
     const title = caption.appendChild(document.createElement('h3'));
-    title.textContent = spec.title;
+    title.append(Object.assign(document.createElement('span'), {
+      className: 'term', tabIndex: 0, title: spec.help, textContent: spec.title,
+    }));
     title.append(Object.assign(document.createElement('span'), { className: 'unit', textContent: spec.unit }));
     this.keys = caption.appendChild(document.createElement('ul'));
     this.figure = figure;

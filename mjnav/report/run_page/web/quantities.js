@@ -6,8 +6,8 @@
 function plotSpecs(runs) {
   const alone = runs.length === 1;
   const column = (run, name, i = 0) => (run.tables[name]?.width > i ? run.tables[name].column(i) : []);
-  const pick = (title, unit, digits, series, more = {}) => ({
-    title, unit, digits, ...more,
+  const plot = (title, unit, digits, help, series, more = {}) => ({
+    title, unit, digits, help, ...more,
     series: runs.flatMap((run) => (alone ? series : series.slice(0, 1)).map(([label, style, values]) => ({
       run, values: values(run),
       label: alone ? label : `${run.letter} ${label}`,
@@ -18,30 +18,33 @@ function plotSpecs(runs) {
   const phase = (i) => (run) => column(run, 'phases', i);
   const whole = (run) => column(run, 'phases').map((_, frame) => run.row('phases', frame).reduce((a, b) => a + b, 0));
   const phases = runs[0].phases.map((name, i) => [name, `phase-${i}`, phase(i)]);
+  const late = (run) => (column(run, 'lateness').some((value) => value > 0) ? column(run, 'lateness') : []);
+  const both = 'true, and as commanded to the motors';
   return [
-    pick('Clearance', 'm', 2, [['nearest surface', 'first', (run) => column(run, 'clearance')]]),
-    pick('Speed v', 'm/s', 2, [
+    plot('Clearance', 'm', 2, "distance of the robot's surface from the nearest one", [
+      ['nearest surface', 'first', (run) => column(run, 'clearance')],
+    ]),
+    plot('Speed v', 'm/s', 2, `along the robot's heading: ${both}`, [
       ['actual', 'first', (run) => column(run, 'twist', 0)],
       ['command', 'second', (run) => column(run, 'command', 0)],
     ]),
-    pick('Turn rate ω', 'rad/s', 2, [
+    plot('Turn rate ω', 'rad/s', 2, `counter-clockwise positive: ${both}`, [
       ['actual', 'first', (run) => column(run, 'twist', 1)],
       ['command', 'second', (run) => column(run, 'command', 1)],
     ]),
-    pick('Cost of the chosen control', '', 3, [
+    plot('Cost of the chosen control', '', 3, 'what the method minimises, in its own units; parts before their weights', [
       ['total', 'first', (run) => column(run, 'cost', 3)],
       ['goal', 'second', (run) => column(run, 'cost', 0)],
       ['obstacles, unweighted', 'third', (run) => column(run, 'cost', 1)],
       ['lanes, unweighted', 'fourth', (run) => (run.scene.lanes.length ? column(run, 'cost', 2) : [])],
     ], { asinh: true }),
-    pick('Effective sample size', '% of the particles', 0, [
+    plot('Effective sample size', '% of the particles', 0, '(Σ w)² / Σ w² over the weights w of the particles', [
       ['robot', 'first', share('robot_ess', 'robot')],
       ['people, the least', 'third', share('people_ess', 'tracks')],
     ]),
-    pick('Time of a tick', 'ms', 2, alone ? phases : [['', '', whole]], { stacked: alone }),
-    pick('Lateness of a tick', 'ms', 3, [['behind its deadline', 'first', (run) => {
-      const late = column(run, 'lateness');
-      return late.some((value) => value > 0) ? late : [];
-    }]]),
+    plot('Time of a tick', 'ms', 2, 'wall time of the phases of a tick',
+      alone ? phases : [['', '', whole]], { stacked: alone }),
+    plot('Lateness of a tick', 'ms', 3, 'wall time from the deadline of a paced tick to its begin',
+      [['behind its deadline', 'first', late]]),
   ];
 }

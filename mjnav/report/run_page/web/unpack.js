@@ -94,6 +94,11 @@ class Run {
     return this.row(name, frame)[column];
   }
 
+  /** The frame whose beliefs a frame shows: its own; of the state at the end, which no tick follows, those before. */
+  tickOf(frame) {
+    return frame === this.last && frame > 0 && !Number.isFinite(this.at('estimate', frame)) ? frame - 1 : frame;
+  }
+
   /** What the controller said of its decision. */
   status(frame) {
     return this.statuses[this.at('status', frame)] ?? null;
