@@ -16,14 +16,15 @@ _ADVICE = "on Debian install libegl1 and libgl1-mesa-dri, or libosmesa6"
 
 
 def open_context(width: int, height: int) -> Any:
-    """An OpenGL context of MuJoCo's, current on this thread, to be freed; `width` and `height` in pixels.
+    """An OpenGL context of MuJoCo's, to be used within its `as_current()` and freed; `width` and `height` in pixels.
 
     The variable MUJOCO_GL may name egl or osmesa; otherwise it is what works. Raises InputError where nothing does.
     """
     backend = _backend(os.environ.get("MUJOCO_GL", "").lower())
     try:
         context = import_module(f"mujoco.{backend}").GLContext(width, height)
-        context.make_current()
+        with context.as_current():  # shows that it works; left current, it would keep a window from opening
+            pass
     except Exception as error:  # which class depends on what is missing: library, driver or display
         raise InputError(f"cannot draw without a screen ({backend}): {error}; {_ADVICE}") from error
     return context

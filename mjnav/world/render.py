@@ -25,7 +25,7 @@ class Renderer:
 
     The camera looks down at an angle and is just far enough away that all that stands in the scene, and `floor`
     (n, 2) [m], is in the picture. `size` is (width, height) in pixels; azimuth and elevation [deg] say where the camera
-    looks; `quick` drawing has coarser edges. Raises InputError where OpenGL cannot draw without a screen.
+    looks; `quick` drawing has coarser edges. Several may be used in turn, and beside a window. Raises InputError where OpenGL cannot draw without a screen.
     """
 
     def __init__(
@@ -46,8 +46,9 @@ class Renderer:
         points = np.concatenate([scene_points(scenario), floor])
         self._camera = overview(points, width / height, azimuth=azimuth, elevation=elevation)
         self._scene = mujoco.MjvScene(model, maxgeom=_MAX_GEOMS)
-        self._drawing = mujoco.MjrContext(model, mujoco.mjtFontScale.mjFONTSCALE_100)
-        mujoco.mjr_setBuffer(mujoco.mjtFramebuffer.mjFB_OFFSCREEN, self._drawing)
+        with self._context.as_current():
+            self._drawing = mujoco.MjrContext(model, mujoco.mjtFontScale.mjFONTSCALE_100)
+            mujoco.mjr_setBuffer(mujoco.mjtFramebuffer.mjFB_OFFSCREEN, self._drawing)
         self._rectangle = mujoco.MjrRect(0, 0, width, height)
 
     def draw(
@@ -73,17 +74,19 @@ class Renderer:
             draw_trail(scene, trail)
         if tracks is not None:
             draw_tracks(scene, tracks)
-        mujoco.mjr_render(rectangle, scene, drawing)
-        if text is not None:
-            font, corner = mujoco.mjtFont.mjFONT_NORMAL, mujoco.mjtGridPos.mjGRID_TOPLEFT
-            mujoco.mjr_overlay(font, corner, rectangle, text, "", drawing)
         picture = np.empty((rectangle.height, rectangle.width, 3), np.uint8)
-        mujoco.mjr_readPixels(picture, None, rectangle, drawing)
+        with self._context.as_current():
+            mujoco.mjr_render(rectangle, scene, drawing)
+            if text is not None:
+                font, corner = mujoco.mjtFont.mjFONT_NORMAL, mujoco.mjtGridPos.mjGRID_TOPLEFT
+                mujoco.mjr_overlay(font, corner, rectangle, text, "", drawing)
+            mujoco.mjr_readPixels(picture, None, rectangle, drawing)
         return np.ascontiguousarray(picture[::-1])  # OpenGL's rows go upwards
 
     def close(self) -> None:
         """Frees what OpenGL holds."""
-        self._drawing.free()
+        with self._context.as_current():
+            self._drawing.free()
         self._context.free()
 
     def __enter__(self) -> Self:

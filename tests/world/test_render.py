@@ -69,3 +69,15 @@ def test_a_trail_is_as_good_with_every_tick_of_a_robot_that_stands(renderer, sta
     corners = np.array([[-0.8, -1.0], [0.0, -1.0], [0.0, 0.5]])
     standing = np.repeat(corners, 400, axis=0)
     assert (renderer.draw(state, trail=corners) == renderer.draw(state, trail=standing)).all()
+
+
+def test_several_renderers_in_turn_each_draw_their_own_scene(renderer, state):
+    alone = renderer.draw(state)
+    other = load_scenario("crossing1")
+    at = Simulator(other, 0).state()
+    with Renderer(other, at.robot_pose[None, :2], size=SIZE, quick=True) as second:
+        elsewhere = second.draw(at)
+        assert (renderer.draw(state) == alone).all()
+        assert (second.draw(at) == elsewhere).all()
+    assert (renderer.draw(state) == alone).all()
+    assert changed(alone, elsewhere) > 1000
