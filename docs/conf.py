@@ -22,4 +22,10 @@ html_theme = "furo"
 html_title = "mjnav"
 html_show_sphinx = False
 html_copy_source = False
+html_static_path = ["_static"]
+html_css_files = ["site.css"]
 copybutton_exclude = ".linenos, .gp, .go"  # the prompts and the output of a console
+
+# Types in signatures are text: NumPy's and Python's own pages are not of this site.
+nitpick_ignore_regex = [("py:.*", ".*")]
+python_maximum_signature_line_length = 100

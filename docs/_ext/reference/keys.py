@@ -1,4 +1,4 @@
-"""Keys of a file as tables in Markdown."""
+"""Keys of a file as lists in Markdown."""
 
 from collections.abc import Sequence
 
@@ -6,8 +6,6 @@ from mjnav.config.reference import KeyReference
 from mjnav.scenarios.toml import value_text
 
 from .markdown import escape
-
-HEAD = "| key | type | allowed | default | meaning |\n|---|---|---|---|---|\n"
 
 
 def by_table(rows: Sequence[KeyReference]) -> str:
@@ -22,17 +20,17 @@ def by_table(rows: Sequence[KeyReference]) -> str:
 
 def _section(name: str, rows: Sequence[KeyReference]) -> str:
     title = f"`[{name}]`" if name else "Top of the file"
-    return f"## {title}\n\n{HEAD}" + "\n".join(map(_row, rows)) + "\n"
+    return f"## {title}\n\n" + "\n".join(map(_entry, rows)) + "\n"
 
 
-def _row(row: KeyReference) -> str:
-    default = "required" if row.required else "" if row.default is None else _code(value_text(row.default))
-    allowed = f"{escape(row.allowed)} {row.unit}".strip()
+def _entry(row: KeyReference) -> str:
+    """The key with its type, range, unit and default; below it the meaning."""
+    facts = [f"{row.type} {escape(row.allowed)} {row.unit}".strip() if row.allowed or row.unit else row.type]
+    if row.required:
+        facts.append("required")
+    elif row.default is not None:
+        facts.append(f"default `{value_text(row.default)}`")
     meaning = escape(row.description)
     if row.where:
         meaning = f"{meaning} ({escape(row.where)})".strip()
-    return f"| `{row.key}` | {row.type} | {allowed} | {default} | {meaning} |"
-
-
-def _code(text: str) -> str:
-    return "`" + text.replace("|", "\\|") + "`" if text else ""
+    return f"`{row.key}` · {', '.join(facts)}\n: {meaning}\n"
