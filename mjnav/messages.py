@@ -15,9 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mjnav.errors import InvalidValue
+from mjnav.short_repr import ShortRepr
 
 Array = NDArray[np.float64]
-
 
 # ---------------------------------------------------------------------------------------------- world
 
@@ -32,8 +32,8 @@ class Contact:
     time: float  # [s], when it was first seen
 
 
-@dataclass(frozen=True, slots=True)
-class WorldState:
+@dataclass(frozen=True, slots=True, repr=False)
+class WorldState(ShortRepr):
     """The truth at one moment. Only the world, the log and the metrics see it."""
 
     time: float  # [s]
@@ -44,8 +44,8 @@ class WorldState:
     contacts: tuple[Contact, ...] = ()  # those seen since the state before
 
 
-@dataclass(frozen=True, slots=True)
-class Reading:
+@dataclass(frozen=True, slots=True, repr=False)
+class Reading(ShortRepr):
     """What all sensors measured at one moment; every value carries its channel's noise."""
 
     time: float  # [s]
@@ -60,8 +60,8 @@ class Reading:
 # ----------------------------------------------------------------------------------------- estimation
 
 
-@dataclass(frozen=True, slots=True)
-class RobotBelief:
+@dataclass(frozen=True, slots=True, repr=False)
+class RobotBelief(ShortRepr):
     """Weighted particles of the robot's pose after a reading."""
 
     time: float  # [s]
@@ -73,8 +73,8 @@ class RobotBelief:
     recovered: bool = False  # the likelihood had collapsed and the filter was spread again
 
 
-@dataclass(frozen=True, slots=True)
-class Track:
+@dataclass(frozen=True, slots=True, repr=False)
+class Track(ShortRepr):
     """Weighted particles of one person's position and velocity after a reading."""
 
     name: str  # "person3"
@@ -110,8 +110,8 @@ class RobotLimits:
             raise InvalidValue("min_speed", self.min_speed, f"a number below max_speed ({self.max_speed})")
 
 
-@dataclass(frozen=True, slots=True)
-class ObstacleSamples:
+@dataclass(frozen=True, slots=True, repr=False)
+class ObstacleSamples(ShortRepr):
     """Samples of one disc's state at the moment of the decision; M may differ between obstacles."""
 
     position: Array  # (M, 2) [m]
@@ -119,8 +119,8 @@ class ObstacleSamples:
     radius: float  # [m]
 
 
-@dataclass(frozen=True, slots=True)
-class Lanes:
+@dataclass(frozen=True, slots=True, repr=False)
+class Lanes(ShortRepr):
     """Two lines a x + b y + c = 0: the left one keeps d <= 0, the right one d >= 0."""
 
     left: tuple[float, float, float]
@@ -129,8 +129,8 @@ class Lanes:
     right_offset: Array  # (N,) [m]
 
 
-@dataclass(frozen=True, slots=True)
-class Observation:
+@dataclass(frozen=True, slots=True, repr=False)
+class Observation(ShortRepr):
     """All that a controller may know, carried forward to the moment at which its decision takes effect."""
 
     robot_pose: Array  # (N, 3)
@@ -143,8 +143,8 @@ class Observation:
     time: float = 0.0
 
 
-@dataclass(frozen=True, slots=True)
-class CandidateCosts:
+@dataclass(frozen=True, slots=True, repr=False)
+class CandidateCosts(ShortRepr):
     """The cost of each of K candidates, term by term; `cone` and `lane` are the method's unweighted risk.
 
     Column j of `cone` belongs to obstacle j, the walls follow; a column is zero where that obstacle is out of range.
@@ -183,8 +183,8 @@ _ADVICE = {
 }
 
 
-@dataclass(frozen=True, slots=True)
-class Decision:
+@dataclass(frozen=True, slots=True, repr=False)
+class Decision(ShortRepr):
     """The chosen control."""
 
     v: float
@@ -194,8 +194,8 @@ class Decision:
     wish: tuple[float, float] | None = None  # (v, omega) that the controller chose beyond the limits; set by the loop
 
 
-@dataclass(frozen=True, slots=True)
-class ConeDistribution:
+@dataclass(frozen=True, slots=True, repr=False)
+class ConeDistribution(ShortRepr):
     """The constraint's samples for the closest obstacle at the chosen control, beside those desired."""
 
     obstacle: str
@@ -216,8 +216,8 @@ class Event:
     text: str
 
 
-@dataclass(frozen=True, slots=True)
-class TickRecord:
+@dataclass(frozen=True, slots=True, repr=False)
+class TickRecord(ShortRepr):
     """Everything that one tick saw and did."""
 
     tick: int
@@ -246,8 +246,8 @@ class TickTiming:
     deadline_missed: bool
 
 
-@dataclass(frozen=True, slots=True)
-class Trajectory:
+@dataclass(frozen=True, slots=True, repr=False)
+class Trajectory(ShortRepr):
     """A whole run as arrays, the same from memory and from a log. T ticks, P people.
 
     The truth has one row more than there were ticks: the state in which the run ended.

@@ -5,6 +5,7 @@ from dataclasses import asdict, dataclass
 from typing import Any
 
 from mjnav.loop.profile import Profile
+from mjnav.loop.result_table import result_table
 from mjnav.loop.scheduling import Scheduling
 from mjnav.messages import Trajectory
 from mjnav.metrics.summary import Figures
@@ -55,3 +56,16 @@ class Result:
         """What `mjnav run --json` prints: `result.summary["outcome"]`."""
         document = self.run.document()
         return document if self.profile is None else {**document, "profile": self.profile.document()}
+
+    def __repr__(self) -> str:
+        s = self.run
+        clearance = s.figures.min_clearance_m
+        nearest = "" if clearance is None else f", least clearance {clearance:.2f} m"
+        return (
+            f"Result({s.scene!r}, {s.controller}, seed {s.seed}: {s.figures.outcome} after {s.figures.time_s:.1f} s"
+            f"{nearest}, {s.figures.ticks} ticks)"
+        )
+
+    def _repr_html_(self) -> str:
+        """The figures as a table, as notebooks show it."""
+        return result_table(self.summary)

@@ -5,6 +5,7 @@ Field names are the run file's keys, but `start` and `end` of a wall, which the 
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from html import escape
 from types import MappingProxyType
 from typing import Annotated, Any
 
@@ -24,6 +25,7 @@ from mjnav.scenarios.people import Person as Person
 from mjnav.scenarios.people import StopAndGo as StopAndGo
 from mjnav.scenarios.people import Waypoints as Waypoints
 from mjnav.scenarios.ranges import MAX_BODIES, MAX_POINTS, MAX_TIME, Angle, Coordinate, Point, Rate, Seed, Size
+from mjnav.scenarios.top_view import top_view
 
 _PREFERRED_SPEED = 0.8  # [m/s]
 ENGINES: Mapping[str, str] = MappingProxyType(
@@ -253,3 +255,20 @@ class Scenario:
                     rate,
                     f"a rate whose period is a whole number of steps of physics.timestep ({self.physics.timestep:g} s)",
                 )
+
+    def __repr__(self) -> str:
+        counts = ((len(getattr(self, f"{kind}s")), kind) for kind in ("wall", "table", "pillar"))
+        parts = [f"{n} {kind}{'s' * (n > 1)}" for n, kind in counts if n]
+        parts += ["lanes"] * (self.lanes is not None)
+        if self.people:
+            parts.append(f"{len(self.people)} {'people' if len(self.people) > 1 else 'person'}")
+        holds = ", ".join(parts) or "nothing but the robot"
+        return f"Scenario({self.name!r}, {self.control.method}, seed {self.seed}: {holds}; noise {self.noise.profile})"
+
+    def _repr_html_(self) -> str:
+        """The scene from above, as notebooks show it."""
+        robot = self.robot
+        bodies = (*self.walls, *self.tables, *self.pillars)
+        start = (robot.start, robot.radius)
+        picture = top_view(start, robot.route, robot.goal_tolerance, bodies, self.lanes, self.people)
+        return f"<div>{picture}<br/><code>{escape(repr(self))}</code></div>"

@@ -14,6 +14,7 @@ from mcap_protobuf.decoder import DecoderFactory
 
 from mjnav.errors import DamagedLogError, InputError
 from mjnav.messages import Trajectory
+from mjnav.printable import printable
 from mjnav.recording.encode.schemas import Schema
 from mjnav.recording.log_format import RECOVERED, RESULT, RUN, SCENARIO, check_version, unreadable_topics
 from mjnav.recording.read.data_frame import data_frame
@@ -47,6 +48,14 @@ class Log:
     lost: tuple[LostBytes, ...] = ()
     error: DamagedLogError | None = None  # None where nothing but the end is missing
     searched: bool = False  # its records were searched for, past damage or up to where the writer was killed
+
+    def __repr__(self) -> str:
+        run = self.run or {}
+        parts = [str(run[key]) for key in ("scene", "controller") if key in run]
+        parts += [f"seed {run['seed']}"] * ("seed" in run)
+        parts += [f"{self.duration or 0.0:.1f} s", f"{sum(t.messages for t in self.topics.values())} messages"]
+        state = "damaged" if self.damaged else "no end" if self.truncated else ""
+        return f"Log({str(self.path)!r}: {printable(', '.join([*parts, *([state] if state else [])]))})"
 
     @property
     def damaged(self) -> bool:

@@ -1,0 +1,55 @@
+"""Objects of the Python interface have reprs of one line and HTML for notebooks."""
+
+from xml.etree import ElementTree
+
+import pytest
+
+from mjnav import load_scenario, open_log, run
+from mjnav.scenarios import names
+
+SCENE = ("crossing1", {"physics.engine": "kinematic", "time_limit": 1.0})
+
+
+@pytest.fixture(scope="module")
+def ran(tmp_path_factory):
+    log = tmp_path_factory.mktemp("log") / "a.mcap"
+    records = []
+    result = run(load_scenario(*SCENE), seed=3, log=log, watch=records.append)
+    return result, records[-1], open_log(log)
+
+
+def test_what_holds_arrays_says_their_shapes_in_one_line(ran):
+    result, record, log = ran
+    shown = [record, record.truth, record.reading, record.belief, record.tracks[0], record.observation]
+    shown += [record.decision, record.decision.costs, result, result.trajectory, log, load_scenario("hall")]
+    for one in shown:
+        assert repr(one).startswith(f"{type(one).__name__}(")
+        assert "\n" not in repr(one)
+        assert len(repr(one)) < 400
+    assert "particles=<500 x 3>" in repr(record.belief)
+    assert repr(result).startswith("Result('crossing1', rkhs, seed 3: timeout after 1.0 s, least clearance ")
+    assert repr(load_scenario("hall")) == (
+        "Scenario('hall', rkhs, seed 0: 4 walls, 2 tables, 2 pillars, 5 people; noise pearson)"
+    )
+    assert f"{str(log.path)!r}: crossing1, rkhs, seed 3, 1.0 s" in repr(log)
+
+
+def test_a_result_is_a_table_in_a_notebook(ran):
+    table = ElementTree.fromstring(ran[0]._repr_html_())
+    rows = {row[0].text: row[1].text for row in table.iter("tr")}
+    assert table.find("caption").text == "crossing1, rkhs, seed 3: timeout"
+    assert rows["least clearance"] == f"{ran[0].summary['min_clearance_m']:.2f} m"
+    assert rows["collisions"] == "none"
+
+
+@pytest.mark.parametrize("name", names())
+def test_a_scenario_is_a_picture_in_a_notebook(name):
+    scenario = load_scenario(name)
+    svg = ElementTree.fromstring(scenario._repr_html_()).find("{http://www.w3.org/2000/svg}svg")
+    left, top, width, height = map(float, svg.get("viewBox").split())
+    circles = [tuple(float(one.get(key)) for key in ("cx", "cy")) for one in svg.iter() if one.tag.endswith("circle")]
+    points = [scenario.robot.start[:2], *scenario.robot.route, *(person.start for person in scenario.people)]
+    for x, y in points:
+        assert left < x < left + width
+        assert top < -y < top + height  # SVG's y goes down
+        assert any(abs(x - cx) < 1e-3 and abs(y - cy) < 1e-3 for cx, cy in circles)
