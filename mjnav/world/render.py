@@ -25,7 +25,8 @@ class Renderer:
 
     The camera looks down at an angle and is just far enough away that all that stands in the scene, and `floor`
     (n, 2) [m], is in the picture. `size` is (width, height) in pixels; azimuth and elevation [deg] say where the camera
-    looks; `quick` drawing has coarser edges. Several may be used in turn, and beside a window. Raises InputError where OpenGL cannot draw without a screen.
+    looks; `quick` drawing has coarser edges. Several may be used in turn, and beside a window. Raises InputError where
+    OpenGL cannot draw without a screen.
     """
 
     def __init__(
