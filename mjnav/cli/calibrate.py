@@ -10,13 +10,13 @@ from itertools import count
 
 from mjnav.cli.options import scene_options
 from mjnav.cli.options.checks import check_whole
-from mjnav.cli.options.output import output_path, written
 from mjnav.cli.terminal.progress import compile_notice, progress, tell
 from mjnav.errors import InvalidValue
 from mjnav.loop.faults.heartbeat import Heartbeat
 from mjnav.loop.prepare import episode_label, load_scenario
 from mjnav.loop.warm_up import WARM_UP_TICKS
 from mjnav.metrics.calibration import Bin, Calibration, Interval
+from mjnav.output_files import output_path, written
 from mjnav.scenarios.ranges import MAX_SEED
 from mjnav.scenarios.spec import Scenario
 from mjnav.study.calibration.calibrate import SETTINGS, CalibrationPlan, calibrate, forecasts, run_label

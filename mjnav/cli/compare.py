@@ -6,11 +6,11 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from mjnav.cli.options.output import output_path, replacement
 from mjnav.cli.sweep import OUT_FOLDER
 from mjnav.cli.terminal import streams
 from mjnav.cli.terminal.progress import progress, tell
 from mjnav.errors import InputError, InvalidValue, unknown_name
+from mjnav.output_files import output_path, replacement
 from mjnav.study.compare.compare import DEFAULT_FIGURES
 from mjnav.study.store.store import STUDY_FILE, Store
 from mjnav.study.study_file import StudyFile, load_study, studies

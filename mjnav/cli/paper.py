@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Any
 
 from mjnav.cli.main import INTERRUPTED
 from mjnav.cli.options import sweep_options
-from mjnav.cli.options.output import written
 from mjnav.cli.terminal.interrupt import interruptible
 from mjnav.cli.terminal.progress import pace, progress, tell
 from mjnav.errors import unknown_name
+from mjnav.output_files import written
 
 if TYPE_CHECKING:
     from mjnav.paper.episodes import PaperStudy

@@ -9,11 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mjnav.cli.options.checks import check_needs
-from mjnav.cli.options.output import output_path, replacement, written
 from mjnav.cli.terminal.interrupt import interruptible
 from mjnav.cli.terminal.progress import progress
 from mjnav.errors import DamagedLogError, InvalidValue
 from mjnav.messages import Trajectory
+from mjnav.output_files import output_path, replacement, written
 from mjnav.recording import Log, open_log
 from mjnav.report.film import FilmTiming, frame_at, require_codec, write_film
 

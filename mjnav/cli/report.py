@@ -5,8 +5,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from mjnav.cli.options.output import output_path, replacement
 from mjnav.errors import DamagedLogError, InputError, InvalidValue
+from mjnav.output_files import output_path, replacement
 
 if TYPE_CHECKING:
     from mjnav.report.inspection import Inspection

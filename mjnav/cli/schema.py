@@ -3,7 +3,7 @@
 import argparse
 import json
 
-from mjnav.cli.options.output import output_path, written
+from mjnav.output_files import output_path, written
 from mjnav.study.file_schema import run_schema, study_schema
 
 

@@ -2,8 +2,8 @@
 
 import argparse
 
-from mjnav.cli.options.output import new_path, written
 from mjnav.errors import unknown_name
+from mjnav.output_files import new_path, written
 from mjnav.scenarios import data_folder, names
 from mjnav.study.study_file import FOLDER, studies
 

@@ -9,7 +9,6 @@ import numpy as np
 
 from mjnav.cli.options import scene_options
 from mjnav.cli.options.checks import check_whole
-from mjnav.cli.options.output import output_path, written
 from mjnav.cli.terminal.progress import compile_notice, progress
 from mjnav.control.decision_surface import DecisionSurface, decision_surface, require_candidates
 from mjnav.control.parameters import WINDOWS
@@ -19,6 +18,7 @@ from mjnav.loop.record_at import column_names, record_at
 from mjnav.loop.run import OUT_FOLDER, file_stem, make_out_folder
 from mjnav.loop.warm_up import warm_up
 from mjnav.messages import Status
+from mjnav.output_files import output_path, written
 from mjnav.scenarios.spec import Scenario
 
 GRID = 61  # controls an axis; odd, so that driving straight on is one of them
