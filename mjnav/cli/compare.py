@@ -3,6 +3,7 @@
 import argparse
 import json
 from collections.abc import Callable, Mapping
+from datetime import date
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -46,10 +47,11 @@ def execute(arguments: argparse.Namespace) -> int:
         raise InputError(
             f"{folder}: no results of a sweep" + f"; mjnav sweep {arguments.study} makes them" * bool(study)
         )
-    results = _read(store, study or _kept(store), arguments)
+    study = study or _kept(store)
+    results = _read(store, study, arguments)
     for path in outputs:
         with replacement(path) as partial:
-            partial.write_text(forms[path.suffix.lower()](results), encoding="utf-8")
+            partial.write_text(forms[path.suffix.lower()](path, store, study, results), encoding="utf-8")
     if arguments.json:
         from mjnav.report.comparison.tidy import document
 
@@ -61,13 +63,26 @@ def execute(arguments: argparse.Namespace) -> int:
     return 0
 
 
-def _forms() -> Mapping[str, Callable[["StudyComparison"], str]]:
+def _forms() -> Mapping[str, Callable[[Path, Store, StudyFile | None, "StudyComparison"], str]]:
     """What a file of a name holds."""
-    from mjnav.report.comparison.html import html
     from mjnav.report.comparison.latex import latex
     from mjnav.report.comparison.tidy import csv_text
 
-    return {".csv": csv_text, ".tex": latex, ".html": html, ".htm": html}
+    return {
+        ".csv": lambda path, store, study, results: csv_text(results),
+        ".tex": lambda path, store, study, results: latex(results),
+        ".html": _page,
+        ".htm": _page,
+    }
+
+
+def _page(path: Path, store: Store, study: StudyFile | None, results: "StudyComparison") -> str:
+    from mjnav.loop.provenance.run_info import revision
+    from mjnav.report.comparison.background import background
+    from mjnav.report.comparison.html import html
+
+    made = f"on {date.today().isoformat()} by mjnav {revision()}"
+    return html(results, background(store, study, results, page=path, made=made))
 
 
 def _find(given: str) -> tuple[Path, StudyFile | None]:

@@ -35,7 +35,7 @@ class Variant:
     def overrides(self) -> dict[str, object]:
         """All values by full key, without those of the study's [set]."""
         setting = self.setting.set if self.setting else {}
-        return {**_flat(setting), **self.swept, **_controller_keys(self.method.set), **self.own}
+        return {**flat(setting), **self.swept, **_controller_keys(self.method.set), **self.own}
 
 
 @dataclass(frozen=True, slots=True)
@@ -100,7 +100,7 @@ def resolve(study: StudyFile, overrides: Sequence[str] = (), scenes: Sequence[st
 
 def _cell(study: StudyFile, variant: Variant, scene: str, overrides: Sequence[str]) -> Cell:
     setting, method = variant.labels
-    given = [*(Override(*item) for item in {**_flat(study.set), **variant.overrides}.items()), *overrides]
+    given = [*(Override(*item) for item in {**flat(study.set), **variant.overrides}.items()), *overrides]
     where = f"{study.source}: scene {scene}, setting {setting}"
     try:
         scenario = load_scenario(variant.scene, given, controller=variant.method.controller)
@@ -120,21 +120,21 @@ def _cell(study: StudyFile, variant: Variant, scene: str, overrides: Sequence[st
 
 def _controller_keys(table: Overrides) -> dict[str, object]:
     """Values by full key: a key without a dot is one of [control]."""
-    return {key if "." in key else f"control.{key}": value for key, value in _flat(table).items()}
+    return {key if "." in key else f"control.{key}": value for key, value in flat(table).items()}
 
 
-def _flat(table: Mapping[str, object], prefix: str = "") -> dict[str, object]:
+def flat(table: Mapping[str, object], prefix: str = "") -> dict[str, object]:
     """Values by dotted keys, from nested tables."""
     found: dict[str, object] = {}
     for key, value in table.items():
-        found |= _flat(value, f"{prefix}{key}.") if isinstance(value, dict) else {f"{prefix}{key}": value}
+        found |= flat(value, f"{prefix}{key}.") if isinstance(value, dict) else {f"{prefix}{key}": value}
     return found
 
 
 def _combinations(study: StudyFile, method: str, grid: Overrides) -> Iterator[dict[str, object]]:
     """Every value of every key with every other. Raises InvalidValue for what is no list of distinct values."""
     lists: dict[str, list] = {}
-    for key, values in _flat(grid).items():
+    for key, values in flat(grid).items():
         if not isinstance(values, list) or not values or any(value in values[:i] for i, value in enumerate(values)):
             where = f"{study.source}: method {method}" if method else study.source
             raise InvalidValue(f"grid.{key}", values, "an array of one or more values, every one once", file=where)

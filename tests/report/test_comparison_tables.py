@@ -14,6 +14,8 @@ import pytest
 from rich.cells import cell_len
 from rich.console import Console
 
+from mjnav.report.comparison.background import background
+from mjnav.report.comparison.forest import forest_svg, forests
 from mjnav.report.comparison.html import html
 from mjnav.report.comparison.latex import escaped, latex
 from mjnav.report.comparison.shown import shown_table
@@ -22,7 +24,7 @@ from mjnav.report.comparison.tidy import csv_text, document
 from mjnav.study.compare.compare import RATES
 from mjnav.study.compare.study_comparison import compare_study
 from mjnav.study.store.store import Store
-from mjnav.study.study_file import load_study
+from mjnav.study.study_file import load_study, study_text
 from tests.study.made_up import row
 
 pytest.importorskip("pyarrow", reason="the sweep extra is not installed")
@@ -285,20 +287,110 @@ def test_the_page_has_every_figure_printed_and_in_full_precision(results):
     assert next(cells, None) is None
 
 
-def test_the_page_asks_for_nothing_and_runs_nothing(results, hostile):
+def test_the_page_asks_for_nothing_and_runs_nothing_but_its_own(results, hostile):
     for each in (results, hostile):
         page = html(each)
+        scripts = re.findall("<script>(.*?)</script>", page, re.S)
+        assert not [script for script in scripts if "alert" in script]
         found = Page(page)
         assert found.open == []
-        assert {tag for tag, _ in found.tags}.isdisjoint({"script", "img", "iframe", "object", "form"})
+        assert {tag for tag, _ in found.tags}.isdisjoint({"img", "iframe", "object", "form"})
         asked = [value for _, a in found.tags for key, value in a.items() if key in ("href", "src", "action")]
         assert all(value.startswith(("#", "data:")) for value in asked)
         assert not [key for _, a in found.tags for key in a if key.startswith("on") or key == "style"]
         (policy,) = [a["content"] for tag, a in found.tags if a.get("http-equiv") == "Content-Security-Policy"]
-        assert policy.startswith("default-src 'none'; style-src 'sha256-")
+        assert policy.startswith("default-src 'none'; script-src 'sha256-")
+        assert policy.count("sha256-") == len(scripts) + 1
+        assert "unsafe" not in policy
         ids = [a["id"] for _, a in found.tags if "id" in a]
         assert len(ids) == len(set(ids))
         assert {value[1:] for value in asked if value.startswith("#")} <= set(ids)
+
+
+def test_headings_have_words_units_and_the_name_that_an_option_takes(results):
+    headings = [a for tag, a in Page(html(results)).tags if tag == "th" and a.get("scope") == "col"]
+    titles = [a["title"] for a in headings if "title" in a]
+    for figure in (*RATES, "infeasible_share", "decision_ms", *FIGURES):
+        assert [len(title) > len(figure) + 5 for title in titles if title.startswith(f"{figure}: ")] == [True] * 2, (
+            figure
+        )
+    assert "control cost <span>[m²/s³]</span>" in html(results)
+
+
+def test_a_chart_draws_the_intervals_of_the_table(results):
+    table = results.tables[0]
+    drawn = {forest.title: forest for forest in forests(table, results.figures)}
+    assert list(drawn) == [
+        "success [%]",
+        "collision [%]",
+        "time to the goal [s]",
+        "control cost [m²/s³]",
+        "least clearance [m]",
+    ]  # nothing is known of the greatest deviation
+    for one in drawn["control cost [m²/s³]"].rows:
+        (method,) = (method for method in table.rows if method.method == one.label)
+        difference = method.differences["control_cost"]
+        assert one.estimate == difference.estimate
+        assert one.marked == (difference.p is not None and difference.p < 0.05)
+    svg = forest_svg(drawn["success [%]"])
+    lines = re.findall(r'class="interval" x1="([\d.]+)" x2="([\d.]+)"', svg)
+    points = re.findall(r'<circle cx="([\d.]+)"', svg)
+    assert len(lines) == len(points) == 4
+    for (low, high), point, method in zip(lines, points, table.rows, strict=True):
+        assert float(low) <= float(point) <= float(high) <= 350.0
+        (a, b), value = method.figures["success"].interval, method.figures["success"].value
+        assert float(point) - float(low) == pytest.approx((float(high) - float(low)) * (value - a) / (b - a), abs=0.11)
+
+
+def test_the_page_says_how_it_was_made_and_leads_to_the_worst_seeds(tmp_path):
+    study = load_study("crossings")
+    text = "# mjnav sweep crossings --set robot.radius=0.3\n" + study_text(study)
+    store, log = Store(tmp_path / "results"), "logs/crossing1-pearson-saa-7-0123456789abcdef.mcap"
+    rows = [
+        row(
+            "saa",
+            seed,
+            1.0 + seed,
+            hit=seed in (3, 5),
+            scene="crossing1",
+            setting="pearson",
+            study=study.name,
+            control='{"weight": 2.0}',
+            id=f"{seed:064d}",
+            log=log if seed == 5 else None,
+            error="ZeroDivisionError: half way" if seed == 7 else None,
+        )
+        for seed in range(9)
+    ]
+    with store.writing(text):
+        store.append(rows)
+    results = compare_study(store, study, figures=FIGURES)
+
+    def shown():
+        found = background(store, study, results, page=tmp_path / "page.html", made="on 2026-01-02 by mjnav 1")
+        assert html(results, found) == html(results, found)
+        return html(results, found)
+
+    page = shown()
+    assert "Page made on 2026-01-02 by mjnav 1" in page
+    assert "weight = 2.0" in page
+    assert "robot.radius=0.3" in page.partition("Study file")[2]
+    worst = page.partition("Worst seeds")[2].partition("</table>")[0]
+    seeds = re.findall(r'<td data-value="(\d+)">\d+</td><td>([^<]*)</td><td>(.*?)</td>', worst)
+    assert [(seed, why) for seed, why, _ in seeds] == [
+        ("7", "failed: ZeroDivisionError: half way"),
+        ("3", "touched a person"),
+        ("5", "touched a person"),
+    ]
+    command = "mjnav run crossing1 --controller saa --set physics.engine=kinematic --set noise.profile=pearson"
+    command += " --set robot.radius=0.3 --seed 3 --log seed3.mcap"
+    assert seeds[1][2] == f"<code>{command}</code>"
+    kept = tmp_path / "results" / log
+    kept.parent.mkdir()
+    kept.write_bytes(b"")
+    assert f"<code>mjnav report {kept}</code>" in shown()
+    kept.with_suffix(".html").write_text("")
+    assert f'<a href="./results/{log.removesuffix(".mcap")}.html">report</a>' in shown()
 
 
 def test_hostile_labels_are_text_everywhere(hostile):

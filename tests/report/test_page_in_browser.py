@@ -2,8 +2,6 @@
 
 import itertools
 import json
-import os
-import shutil
 from pathlib import Path
 
 import numpy as np
@@ -16,30 +14,8 @@ from mjnav.report.inspection import inspect
 from mjnav.report.run_page.page_figures import flatten, shown
 from tests.recording.conftest import MadeUpRun, make_scenario
 
-playwright = pytest.importorskip("playwright.sync_api")
-
-CHROMIUM = os.environ.get("CHROMIUM") or shutil.which("chromium") or shutil.which("google-chrome")
-OPTIONS = (
-    "--no-sandbox",
-    "--disable-gpu",
-    "--disable-quic",
-    "--no-first-run",
-    "--disable-background-networking",
-    "--disable-component-update",
-    "--disable-sync",
-)
 HOSTILE = '"></script><script>window.hacked=1</script><img src=x onerror="window.hacked=2">'
 DESK, PHONE = {"width": 1400, "height": 900}, {"width": 375, "height": 740}
-
-pytestmark = pytest.mark.skipif(CHROMIUM is None, reason="there is no chromium")
-
-
-@pytest.fixture(scope="module")
-def browser():
-    with playwright.sync_playwright() as started:
-        chromium = started.chromium.launch(executable_path=CHROMIUM, args=OPTIONS)
-        yield chromium
-        chromium.close()
 
 
 @pytest.fixture(scope="module")

@@ -1,40 +1,45 @@
-"""Comparisons as one page: no script, nothing from the network, every figure with its value in full precision."""
+"""Comparisons as one page: charts, tables whose columns sort, every figure in full precision, nothing from outside."""
 
-from base64 import b64encode
+import re
 from collections.abc import Sequence
-from hashlib import sha256
 from html import escape
-from importlib.resources import files
 
 from mjnav.printable import printable
-from mjnav.report.comparison.html_cell import Axis, html_cell
+from mjnav.report.comparison.background import Background, parameters_html, worst_html
+from mjnav.report.comparison.forest import forest_svg, forests
+from mjnav.report.comparison.html_cell import html_cell
 from mjnav.report.comparison.notes import meaning, warnings
-from mjnav.report.comparison.shown import shown_table
+from mjnav.report.comparison.shown import ShownTable, shown_table
+from mjnav.report.figure_names import definition, figure_name
+from mjnav.report.look.document import frame
 from mjnav.study.compare.compare import Comparison
 from mjnav.study.compare.study_comparison import StudyComparison
 
+REVISION = re.compile(r"\b([0-9a-f]{10})[0-9a-f]{30}\b")  # of git, of which the first digits are enough
+CHARTS = (
+    "Charts: points are values, lines their 95 % intervals; filled points are differences that have a *. A heading of "
+    "a table sorts its rows."
+)
 
-def html(results: StudyComparison) -> str:
-    """The page."""
-    style = (files("mjnav.report.comparison") / "comparison.css").read_text(encoding="utf-8")
-    digest = b64encode(sha256(style.encode()).digest()).decode()
-    policy = f"default-src 'none'; style-src 'sha256-{digest}'; img-src data:; base-uri 'none'; form-action 'none'"
-    title = _text(f"{results.study}: comparison")
+
+def html(results: StudyComparison, found: Background | None = None) -> str:
+    """The page; with its background, also how it was made and where the worst episodes can be seen."""
+    own = frame("mjnav compare", "mjnav.report.comparison", "page.css", ["sort.js"])
     count = (
         f"{results.num_episodes} episodes, {len(results.tables)} {'table' if len(results.tables) == 1 else 'tables'}"
     )
+    made = f"Episodes run with mjnav {', '.join(results.revisions)}." + (f" Page made {found.made}." if found else "")
+    made = REVISION.sub(r"\1", made)
     parts = [
-        '<!doctype html>\n<html lang="en">\n<head>\n<meta charset="utf-8">',
-        f'<meta http-equiv="Content-Security-Policy" content="{policy}">',
-        '<meta name="generator" content="mjnav compare">',
-        '<meta name="viewport" content="width=device-width, initial-scale=1">',
-        f'<title>{title}</title>\n<link rel="icon" href="data:,">\n<style>{style}</style>\n</head>\n<body>',
-        f'<h1>{_text(results.study)}</h1>\n<p class="about">{count}</p>',
-        _sentences("warnings", warnings(results)),
+        '<!doctype html>\n<html lang="en">',
+        own.head(printable(f"{results.study}: comparison")),
+        f'<body>\n<h1>{_text(results.study)}</h1>\n<p class="about">{count}</p>\n<p class="about">{_text(made)}</p>',
+        sentences("notices", warnings(results)),
         _contents(results.tables),
-        *(_section(i, results, table) for i, table in enumerate(results.tables)),
-        f"<h2>How to read it</h2>{_sentences('meaning', meaning(results))}",
-        "<footer>Made by <code>mjnav compare</code>.</footer>\n</body>\n</html>\n",
+        *(_section(i, results, table, found) for i, table in enumerate(results.tables)),
+        f"<h2>How to read it</h2>{sentences('about', [*meaning(results), CHARTS])}",
+        f"<h2>Parameters</h2>{parameters_html(found)}" if found else "",
+        f"<footer>Made by <code>mjnav compare</code>.</footer>\n{own.script_elements}\n</body>\n</html>\n",
     ]
     return "\n".join(part for part in parts if part)
 
@@ -43,8 +48,9 @@ def _text(text: str) -> str:
     return escape(printable(text))
 
 
-def _sentences(kind: str, sentences: Sequence[str]) -> str:
-    items = "".join(f"<li><p>{_text(sentence)}</p></li>" for sentence in sentences)
+def sentences(kind: str, texts: Sequence[str]) -> str:
+    """A list of sentences, of a class of the page."""
+    items = "".join(f"<li><p>{_text(sentence)}</p></li>" for sentence in texts)
     return f'<ul class="{kind}">{items}</ul>' if items else ""
 
 
@@ -59,18 +65,30 @@ def _place(table: Comparison) -> str:
     return f"{table.scene}, {table.setting}"
 
 
-def _section(number: int, results: StudyComparison, table: Comparison) -> str:
+def _section(number: int, results: StudyComparison, table: Comparison, found: Background | None) -> str:
     shown = shown_table(results, table)
-    axes = [Axis([row.cells[i] for row in shown.rows]) for i in range(len(shown.titles))]
-    head = "".join(f'<th scope="col">{_text(title)}</th>' for title in ("method", "n", *shown.titles))
     reference = f"<small>differences from {_text(table.reference)}</small>" if table.reference else ""
     body = "\n".join(
-        f'<tr><th scope="row">{_text(row.method)}</th><td>{_text(row.episodes)}</td>'
-        f"{''.join(map(html_cell, row.cells, axes))}</tr>"
-        for row in shown.rows
+        f'<tr><th scope="row">{_text(row.method)}</th><td data-value="{table.rows[i].num}">{_text(row.episodes)}</td>'
+        f"{''.join(map(html_cell, row.cells))}</tr>"
+        for i, row in enumerate(shown.rows)
     )
+    charts = "".join(map(forest_svg, forests(table, results.figures)))
     return (
-        f'<section id="table{number}">\n<h2>{_text(_place(table))} {reference}</h2>\n<div class="wide" tabindex="0" '
-        f'role="region" aria-label="{_text(_place(table))}"><table>\n<thead><tr>{head}</tr></thead>\n<tbody>\n'
-        f"{body}\n</tbody></table></div>\n</section>"
+        f'<section id="table{number}">\n<h2>{_text(_place(table))} {reference}</h2>\n<div class="charts">{charts}</div>'
+        f'<div class="wide" tabindex="0" role="region" aria-label="{_text(_place(table))}"><table class="sorted">\n'
+        f"<thead><tr>{_head(shown)}</tr></thead>\n<tbody>\n{body}\n</tbody></table></div>\n"
+        f"{worst_html(found, table) if found else ''}</section>"
     )
+
+
+def _head(shown: ShownTable) -> str:
+    """The headings: words and units, with the definition and the name that `--figure` takes."""
+    fixed = (("method", "", ""), ("episodes", "", "rows, and of how many where some are missing or failed"))
+    named = [(*figure_name(figure), f"{figure}: {definition(figure)}") for figure in shown.figures]
+    return "".join(_heading(*one) for one in (*fixed, *named))
+
+
+def _heading(words: str, unit: str, text: str) -> str:
+    title = f' title="{_text(text)}"' if text else ""
+    return f'<th scope="col"{title}>{_text(words)}{f" <span>[{_text(unit)}]</span>" if unit else ""}</th>'

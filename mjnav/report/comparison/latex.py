@@ -5,6 +5,7 @@ from collections.abc import Iterable, Iterator
 from mjnav.printable import printable
 from mjnav.report.comparison.notes import meaning, warnings
 from mjnav.report.comparison.shown import ALPHA, Shown, shown_table
+from mjnav.report.figure_names import figure_name
 from mjnav.study.compare.compare import Comparison
 from mjnav.study.compare.study_comparison import StudyComparison
 
@@ -18,6 +19,8 @@ _ESCAPES = str.maketrans(
         "|": r"\textbar{}",
         '"': r"\textquotedbl{}",
         "×": r"$\times$",
+        "²": r"$^2$",
+        "³": r"$^3$",
         **{c: f"\\{c}" for c in "{}$&#_%"},
     }
 )
@@ -52,7 +55,7 @@ def _table(results: StudyComparison, table: Comparison) -> Iterator[str]:
     yield rf"\caption{{{escaped(f'{table.scene}, {table.setting}')}: rates and means with 95\,\% intervals{below}.}}"
     yield _SCALED_DOWN + rf"{{\begin{{tabular}}{{@{{}}lr{'r' * len(shown.titles)}@{{}}}}"
     yield r"\toprule"
-    yield _row(map(escaped, ("method", "n", *shown.titles)))
+    yield _row(map(escaped, ("method", "n", *map(str, map(figure_name, shown.figures)))))
     yield r"\midrule"
     for row in shown.rows:
         yield _row([escaped(row.method), escaped(row.episodes), *(_cell(cell.own) for cell in row.cells)])

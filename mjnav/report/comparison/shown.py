@@ -56,7 +56,8 @@ class ShownRow:
 class ShownTable:
     """One scene under one setting."""
 
-    titles: tuple[str, ...]  # of the cells
+    titles: tuple[str, ...]  # of the cells, as `--figure` takes them
+    figures: tuple[str, ...]  # the same without units
     rows: tuple[ShownRow, ...]
 
 
@@ -102,7 +103,8 @@ def shown_table(results: StudyComparison, table: Comparison) -> ShownTable:
         missing = results.missing[table.scene, table.setting, row.method]
         rows.append(ShownRow(row.method, _episodes(row, missing), cells))
     titles = (*(column.title for column in rates), *PLAIN, *(column.title for column in figures))
-    return ShownTable(titles, tuple(rows))
+    names = (*RATES, "infeasible_share", "decision_ms", *results.figures)
+    return ShownTable(titles, names, tuple(rows))
 
 
 def _plain(value: float, scale: float, decimals: int) -> Shown:
