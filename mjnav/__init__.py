@@ -13,13 +13,15 @@ if TYPE_CHECKING:
     from mjnav.loop.prepare import load_scenario
     from mjnav.loop.replay import replay
     from mjnav.loop.run import run
+    from mjnav.loop.simulation import Simulation
     from mjnav.recording.read.log import open_log
 
-__all__ = ["load_scenario", "open_log", "replay", "run"]
+__all__ = ["Simulation", "load_scenario", "open_log", "replay", "run"]
 
 # name -> where it is; imported when first asked for, so that `import mjnav` is cheap
 _API = MappingProxyType(
     {
+        "Simulation": "mjnav.loop.simulation",
         "load_scenario": "mjnav.loop.prepare",
         "open_log": "mjnav.recording.read.log",
         "replay": "mjnav.loop.replay",

@@ -54,7 +54,9 @@ class Reading(ShortRepr):
     gyro: float  # [rad/s]
     pose: Array  # (3,) from the pose sensor
     detections: Array  # (P, 2) [m] position of each person
-    scan: Array  # (B,) [m] ranges; inf where a beam met nothing. Beam i points to heading + 2 pi i / B - pi
+    scan: (
+        Array  # (B,) [m] ranges; inf where a beam met nothing. Beam i points to heading + 2 pi i / B - pi; (0,) without
+    )
 
 
 # ----------------------------------------------------------------------------------------- estimation
@@ -130,6 +132,26 @@ class Lanes(ShortRepr):
 
 
 @dataclass(frozen=True, slots=True, repr=False)
+class Scan(ShortRepr):
+    """What the lidar measured last, at a time of its own: a scan is not carried forward."""
+
+    time: float  # [s]
+    angles: Array  # (B,) [rad] of each beam against the heading at that time
+    ranges: Array  # (B,) [m]; inf where a beam met nothing
+
+
+@dataclass(frozen=True, slots=True, repr=False)
+class KnownMap(ShortRepr):
+    """What stands still and is known from the start."""
+
+    walls: Array  # (W, 2, 2) [m] start and end of each wall's middle line
+    wall_thickness: Array  # (W,) [m]
+    discs: Array  # (D, 3) x, y, radius [m] of legs of tables, then of pillars
+    left_lane: tuple[float, float, float] | None = None  # a x + b y + c = 0, as in `Lanes`
+    right_lane: tuple[float, float, float] | None = None
+
+
+@dataclass(frozen=True, slots=True, repr=False)
 class Observation(ShortRepr):
     """All that a controller may know, carried forward to the moment at which its decision takes effect."""
 
@@ -141,6 +163,8 @@ class Observation(ShortRepr):
     walls: Array = field(default_factory=lambda: np.zeros((0, 2, 2)))  # (W, 2, 2) start and end of each
     lanes: Lanes | None = None
     time: float = 0.0
+    scan: Scan | None = None  # None before the first reading, and without a lidar
+    map: KnownMap | None = None
 
 
 @dataclass(frozen=True, slots=True, repr=False)
@@ -223,14 +247,21 @@ class TickRecord(ShortRepr):
     tick: int
     truth: WorldState
     reading: Reading | None  # None where no sensor was due since the tick before
-    belief: RobotBelief
+    belief: RobotBelief | None  # None in a run that is stepped without estimators
     tracks: tuple[Track, ...]
-    observation: Observation
+    observation: Observation | None  # None without a belief
     decision: Decision
     command: Array  # (2,) what is in force from now on
     cone: ConeDistribution | None
     events: tuple[Event, ...] = ()
     readings_before: tuple[Reading, ...] = ()  # since the tick before, where sensors are quicker than the loop
+
+    @property
+    def seen(self) -> Observation:
+        """The observation. Raises ValueError in a tick that has none."""
+        if self.observation is None:
+            raise ValueError(f"tick {self.tick} has no observation: it was stepped without estimators")
+        return self.observation
 
 
 PHASES = ("sense", "estimate", "control", "record", "advance")

@@ -13,9 +13,9 @@ from mjnav.cli.terminal.progress import compile_notice, progress
 from mjnav.control.decision_surface import DecisionSurface, decision_surface, require_candidates
 from mjnav.control.parameters import WINDOWS
 from mjnav.errors import InvalidValue
+from mjnav.loop.log_path import OUT_FOLDER, file_stem, make_out_folder
 from mjnav.loop.prepare import build_controller, load_scenario
 from mjnav.loop.record_at import column_names, record_at
-from mjnav.loop.run import OUT_FOLDER, file_stem, make_out_folder
 from mjnav.loop.warm_up import warm_up
 from mjnav.messages import Status
 from mjnav.output_files import output_path, written
@@ -55,9 +55,7 @@ def execute(arguments: argparse.Namespace) -> int:
             record = record_at(scenario, arguments.at, progress=show)
         except InvalidValue as error:
             raise error.within(file="--at") from None
-    surface = decision_surface(
-        controller, record.observation, record.decision, window=arguments.window, num=arguments.grid
-    )
+    surface = decision_surface(controller, record.seen, record.decision, window=arguments.window, num=arguments.grid)
     about = {
         "scene": scenario.name,
         "controller": scenario.control.method,

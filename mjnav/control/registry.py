@@ -137,17 +137,34 @@ def make_controller(name: Any, robot_limits: RobotLimits, period: float, **param
     kind: Any = method.controller_class if method else find(CONTROLLER, name, METHODS)
     if not isclass(kind):
         return _object(name, kind, parameters)
-    # The gain of a change of control within one period is proportional to the period, so its cost has to be as well:
-    # with constant weights a robot at 50 Hz would accelerate a fifth as readily as at 10 Hz.
-    change_weight = CHANGE_WEIGHT * (period / RATED_PERIOD)
-    preset = {"speed_change_weight": change_weight, "turn_change_weight": change_weight}
-    preset |= method.preset(period) if method else {}
+    preset = _preset(method, period)
     kind_of_parameters = parameters_type(CONTROLLER, name, kind, LoopParameters)
     own = own_parameters(name, kind_of_parameters, parameters, preset)
     check_memory(own)
     if method is not None:
         return method.controller_class(robot_limits, period, own)
     return completed_controller(name, construct(CONTROLLER, name, kind, robot_limits, period, own), own)
+
+
+def shipped_parameters(name: str, period: float, **parameters: Any) -> LoopParameters | None:
+    """The parameters with which `make_controller` makes a method that is shipped; None for any other controller.
+
+    Raises InvalidValue as it does.
+    """
+    method = METHODS.get(name)
+    if method is None:
+        return None
+    kind = method.controller_class.parameters_type
+    return own_parameters(name, kind, parameters, _preset(method, period))
+
+
+def _preset(method: Method | None, period: float) -> dict[str, Any]:
+    """Defaults other than a class's own."""
+    # The gain of a change of control within one period is proportional to the period, so its cost has to be as well:
+    # with constant weights a robot at 50 Hz would accelerate a fifth as readily as at 10 Hz.
+    change_weight = CHANGE_WEIGHT * (period / RATED_PERIOD)
+    preset = {"speed_change_weight": change_weight, "turn_change_weight": change_weight}
+    return preset | (method.preset(period) if method else {})
 
 
 def _object(name: str, controller: Any, parameters: dict[str, Any]) -> Controller:

@@ -11,6 +11,7 @@ from mjnav.filters.resampling import shuffled
 from mjnav.messages import Array, Reading, RobotBelief, Track
 from mjnav.rng import stream
 
+DRAWS = "estimation.draw"  # channel of the draws from beliefs
 HEADING = 2  # column of the heading in a pose
 
 
@@ -60,7 +61,7 @@ class BeliefDraws:
     """Draws from beliefs, one stream a body."""
 
     def __init__(self, bodies: Sequence[str], seed: int):
-        self._streams = [stream(seed, "estimation.draw", body) for body in bodies]
+        self._streams = [stream(seed, DRAWS, body) for body in bodies]
 
     def __call__(self, body: int, belief: RobotBelief | Track | None, num: int) -> Array:
         """`num` of the belief's particles by weight, (num, d); an error before the first reading."""

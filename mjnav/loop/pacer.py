@@ -119,19 +119,28 @@ BETWEEN = "between"  # the end of a tick's last span and the start of the next t
 
 
 class Stopwatch:
-    """Times the spans of one tick after another; `spans` are those of the present tick [ns]."""
+    """Times the spans of one tick after another; `spans` are those of the present tick [ns].
 
-    def __init__(self, now: Clock):
+    What passes between two spans belongs to the second, unless `pauses`: then it belongs to none.
+    """
+
+    def __init__(self, now: Clock = time.perf_counter_ns, *, pauses: bool = False):
         self._now = now
+        self._pauses = pauses
         self.spans: dict[str, int] = {}
         self._since: int | None = None  # when the running span began
 
     def start(self) -> None:
         """A new tick begins; the time since the last span of the tick before is added to that tick's spans."""
         now = self._now()
-        if self._since is not None:
+        if self._since is not None and not self._pauses:
             self.spans[BETWEEN] = now - self._since
         self.spans, self._since = {}, now
+
+    def resume(self) -> None:
+        """The next span begins now, where there are pauses between spans."""
+        if self._pauses:
+            self._since = self._now()
 
     def lap(self, span: str) -> None:
         """The running span, which is called `span`, ends; the next begins."""

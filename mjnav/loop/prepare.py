@@ -4,13 +4,15 @@ import os
 import re
 from collections.abc import Mapping
 from copy import deepcopy
-from dataclasses import fields, is_dataclass
+from dataclasses import fields, is_dataclass, replace
+from operator import index
 from typing import Any
 
 import numpy as np
 
 from mjnav import scenarios
 from mjnav.control import Controller, make_controller
+from mjnav.control.registry import shipped_parameters
 from mjnav.errors import InvalidValue
 from mjnav.plugins import name_of
 from mjnav.scenarios.idle import refuse_idle
@@ -44,6 +46,22 @@ def load_scenario(
     return scenario
 
 
+def as_scenario(
+    scenario: Scenario | str | os.PathLike[str], *, controller: Any = None, seed: int | None = None
+) -> Scenario:
+    """A scenario as it is, or by name or path, with another seed or controller where one is given.
+
+    Another controller starts with its own default parameters. Raises InvalidValue.
+    """
+    if not isinstance(scenario, Scenario):
+        return load_scenario(scenario, controller=controller, seed=seed)
+    if seed is not None:
+        scenario = replace(scenario, seed=index(seed))
+    if controller is not None:
+        scenario = replace(scenario, control=replace(scenario.control, method=name_of(controller), parameters={}))
+    return scenario
+
+
 def episode_label(scenario: Scenario) -> str:
     """The scenario's episode in a line."""
     return f"{scenario.name}, {scenario.control.method}, seed {scenario.seed}"
@@ -60,6 +78,20 @@ def build_controller(scenario: Scenario) -> Controller:
         return make_controller(control.method, limits, control.period, **parameters)
     except InvalidValue as error:
         raise error.within("control", file=scenario.source or None) from None
+
+
+def num_samples(scenario: Scenario) -> int | None:
+    """How many samples of each belief the scenario's controller takes, said without making the controller.
+
+    None for one of a user's own, which may change its parameters when it is made.
+    """
+    control = scenario.control
+    parameters = {"preferred_speed": scenario.robot.preferred_speed, **control.parameters}
+    try:
+        known = shipped_parameters(control.method, control.period, **parameters)
+    except InvalidValue as error:
+        raise error.within("control", file=scenario.source or None) from None
+    return None if known is None else known.samples
 
 
 def resolved_parameters(scenario: Scenario) -> dict[str, Any]:

@@ -2,6 +2,8 @@
 
 import hashlib
 from collections.abc import Callable
+from copy import deepcopy
+from typing import Any
 
 import numpy as np
 
@@ -43,6 +45,13 @@ class RunRecord:
         self._events = Events()
         self._hash = hashlib.sha256()
 
+    def __deepcopy__(self, memo: dict[int, Any]) -> "RunRecord":
+        """The same record, which goes on without the log and without the watcher."""
+        twin = RunRecord(deepcopy(self._robot, memo), None, watch=lambda record: None, cones=False)
+        twin._trajectory, twin._events = deepcopy(self._trajectory, memo), deepcopy(self._events, memo)
+        twin._hash = self._hash.copy()
+        return twin
+
     def __len__(self) -> int:
         """The number of ticks."""
         return len(self._trajectory)
@@ -56,24 +65,27 @@ class RunRecord:
         k: int,
         truth: WorldState,
         readings: tuple[Reading, ...],
-        beliefs: Beliefs,
-        observation: Observation,
+        beliefs: Beliefs | None,
+        observation: Observation | None,
         decision: Decision,
         command: Array,
+        *,
+        asked: bool,
     ) -> None:
-        """Everything that tick `k` saw and did."""
-        self._hash.update(truth.robot_pose.tobytes() + beliefs.robot.mean.tobytes() + command.tobytes())
+        """Everything that tick `k` saw and did; `asked` says whether the decision is the controller's."""
+        believed = b"" if beliefs is None else beliefs.robot.mean.tobytes()
+        self._hash.update(truth.robot_pose.tobytes() + believed + command.tobytes())
         record = TickRecord(
             tick=k,
             truth=truth,
             reading=readings[-1] if readings else None,
             readings_before=readings[:-1],
-            belief=beliefs.robot,
-            tracks=beliefs.people,
+            belief=None if beliefs is None else beliefs.robot,
+            tracks=() if beliefs is None else beliefs.people,
             observation=observation,
             decision=decision,
             command=command,
-            cone=self._cone(observation, decision) if self._cones else None,
+            cone=self._cone(beliefs, observation, decision) if self._cones and asked else None,
             events=self._events.of_tick(truth, beliefs if readings else None, decision),
         )
         self._trajectory.add(record)
@@ -88,10 +100,15 @@ class RunRecord:
         if self._recorder is not None:
             self._recorder.write_timing(timing)
 
-    def finish(self, final: WorldState, state_hash: str) -> tuple[Trajectory, str]:
-        """The trajectory, and the hash of all states, of which `state_hash` is the world's last."""
-        self._hash.update(state_hash.encode())
-        return self._trajectory.finish(final), self._hash.hexdigest()
+    def finish(self, final: WorldState, state_hash: str, *, go_on: bool = False) -> tuple[Trajectory, str]:
+        """The trajectory, and the hash of all states, of which `state_hash` is the world's last.
+
+        No tick may follow, unless the record is to `go_on`.
+        """
+        digest = self._hash.copy()
+        digest.update(state_hash.encode())
+        trajectory = deepcopy(self._trajectory) if go_on else self._trajectory
+        return trajectory.finish(final), digest.hexdigest()
 
     @property
     def log_dropped(self) -> int:
@@ -101,13 +118,18 @@ class RunRecord:
     def end_log(self, final: WorldState, summary: RunSummary, replay: Scenario | None) -> None:
         """Writes the log's last state, its last events, the result and the scenario of a replay, if it has its own."""
         if self._recorder is not None:
-            events = self._events.at_end(final, summary.figures.outcome, self.log_dropped)
+            events = self._events.at_end(final, str(summary.figures.outcome), self.log_dropped)
             self._recorder.finish(final, summary.document(), events, replay)
 
-    def _cone(self, observation: Observation, decision: Decision) -> ConeDistribution | None:
+    def _cone(
+        self, beliefs: Beliefs | None, observation: Observation | None, decision: Decision
+    ) -> ConeDistribution | None:
+        if beliefs is None or observation is None:
+            return None
         found = self._robot.controller.closest_cone(observation, decision)
         if found is None:
             return None
         obstacle, samples, desired = found
         samples, desired = (sealed(np.asarray(values, float)) for values in (samples, desired))
-        return ConeDistribution(self._robot.names[obstacle], samples, desired, float((samples <= 0.0).mean()))
+        names = (*(track.name for track in beliefs.people), *self._robot.floor_map.names)
+        return ConeDistribution(names[obstacle], samples, desired, float((samples <= 0.0).mean()))

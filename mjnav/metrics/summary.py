@@ -15,7 +15,7 @@ INFEASIBLE = ("infeasible_nominal", "infeasible")
 class Figures:
     """What follows from a trajectory. A figure that is undefined, or not finite, is None."""
 
-    outcome: str  # goal, collision, timeout or aborted
+    outcome: str | None  # goal, collision, timeout or aborted; None while it goes on
     success: bool  # the goal reached without contact
     collisions: Mapping[str, int]  # by the kind of what was touched
     lane_violation_s: float | None
@@ -34,8 +34,8 @@ class Figures:
     tracking_rmse_m: float | None
 
 
-def summarise(trajectory: Trajectory, scenario: Scenario, *, outcome: str) -> Figures:
-    """The figures of a run that ended with `outcome`."""
+def summarise(trajectory: Trajectory, scenario: Scenario, *, outcome: str | None) -> Figures:
+    """The figures of a run that ended with `outcome`, or goes on."""
     collisions = safety.collisions(trajectory.contacts, scenario.control.period)
     mean_deviation, max_deviation = progress.deviation(trajectory, scenario)
     return Figures(

@@ -216,7 +216,7 @@ def measure(scenarios: Sequence[Scenario], quick: bool, progress: Progress) -> S
     if drawn is None:
         raise InvalidValue("scenarios", tuple(s.name for s in scenarios), "one in which an obstacle matters")
     scenario, record = drawn
-    costs = variant_costs(scenario, record.observation)
+    costs = variant_costs(scenario, record.seen)
     views = tuple(CostView.of(cost, record.decision.v, 61 if quick else 161) for cost in costs)
     progress(len(runs) + 1, len(runs) + 1)
     return Searches(
@@ -231,7 +231,7 @@ def _compare(scenario: Scenario, record: TickRecord, fine: int) -> dict[str, Arr
     one = {key: np.empty(shape) for key in ("reference", "grid", "grid_seconds", "near")}
     one |= {key: np.empty((*shape, len(STARTS))) for key in ("found", "points", "seconds")}
     jumps = np.empty((len(VARIANTS), len(JUMP_STEPS)))
-    for i, cost in enumerate(variant_costs(scenario, record.observation)[: len(VARIANTS)]):
+    for i, cost in enumerate(variant_costs(scenario, record.seen)[: len(VARIANTS)]):
         on_grid(cost, WINDOWS[0])  # so that no search's time includes what a decision computes once
         for j, window in enumerate(WINDOWS):
             low, high = window_of(cost, window)

@@ -140,7 +140,7 @@ def _observations(scenario: Scenario, num: int) -> list[Observation]:
     """What the first ticks of a run observe."""
     found: list[Observation] = []
     asked = count()
-    Episode(scenario, watch=lambda record: found.append(record.observation), stop=lambda: next(asked) >= num).run()
+    Episode(scenario, watch=lambda record: found.append(record.seen), stop=lambda: next(asked) >= num).run()
     return found
 
 

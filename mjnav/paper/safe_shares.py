@@ -112,7 +112,7 @@ def _watched(scenario: Scenario, controller: MatchingController[Any]) -> tuple[s
     found: list[Snapshot] = []
 
     def watch(record: TickRecord) -> None:
-        truth, observation, costs = record.truth, record.observation, record.decision.costs
+        truth, observation, costs = record.truth, record.seen, record.decision.costs
         trail.append(truth.robot_pose[:2])
         problem = controller.problem(observation)
         block = next((b for b, j in enumerate(problem.reach.discs) if j < len(scenario.people)), None)

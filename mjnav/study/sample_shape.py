@@ -27,7 +27,7 @@ class SampleShape:
 
     def __call__(self, record: TickRecord) -> None:
         """One more tick."""
-        observation = record.observation
+        observation = record.seen
         self._robot.append(observation.robot_pose[:, :2])
         self._people += [person.position for person in observation.obstacles[: len(record.tracks)]]
         if record.cone is not None:

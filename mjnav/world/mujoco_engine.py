@@ -9,7 +9,9 @@ current, where derived fields lag one step; so looking does not change the run.
 
 from collections.abc import Iterator
 from contextlib import contextmanager
+from copy import copy, deepcopy
 from math import atan2, cos, hypot, pi, sin, sqrt
+from typing import Any
 
 import mujoco
 import numpy as np
@@ -42,12 +44,10 @@ class MujocoEngine:
         self.model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_SENSOR
         # MuJoCo would put everything back to where the run began.
         self.model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET
-        self.data = mujoco.MjData(self.model)
         self.contacts = ContactLog()
-        model, data, num_people = self.model, self.data, len(scenario.people)
-        free = int(model.joint("robot/free").qposadr[0]), int(model.joint("robot/free").dofadr[0])
-        self._qpos, self._qvel, self._ctrl = data.qpos, data.qvel, data.ctrl
-        self._pose, self._velocity = self._qpos[free[0] : free[0] + 7], self._qvel[free[1] : free[1] + 6]
+        model, num_people = self.model, len(scenario.people)
+        self._free = int(model.joint("robot/free").qposadr[0]), int(model.joint("robot/free").dofadr[0])
+        self._bind(mujoco.MjData(self.model))
         self._wheels = [int(model.joint(f"robot/{side}_wheel").qposadr[0]) for side in ("left", "right")]
         self._drive = [model.actuator(f"robot/{side}_wheel").id for side in ("left", "right")]
         axes = [[f"person{i}/{axis}" for axis in "xy"] for i in range(num_people)]
@@ -65,7 +65,6 @@ class MujocoEngine:
         self._untouched = 0.0  # [s] of simulated time until which nothing can reach the robot
         self._owners, self._names = self._geom_owners()
         self._force = np.zeros(6)
-        self._warnings = data.warning.number  # how often MuJoCo complained, by kind
 
         self._beams = beam_angles(scenario.sensors.lidar_beams)
         self._range = scenario.sensors.lidar_range
@@ -75,6 +74,23 @@ class MujocoEngine:
         self._seen[SEEN_BY_LIDAR] = 1
         self._heading = self._yaw_angle()
         self._turns = 0
+
+    def _bind(self, data: "mujoco.MjData") -> None:
+        """Makes `data` the state, by views of it."""
+        self.data = data
+        self._qpos, self._qvel, self._ctrl = data.qpos, data.qvel, data.ctrl
+        pose, velocity = self._free
+        self._pose, self._velocity = self._qpos[pose : pose + 7], self._qvel[velocity : velocity + 6]
+        self._warnings = data.warning.number  # how often MuJoCo complained, by kind
+
+    def __deepcopy__(self, memo: dict[int, Any]) -> "MujocoEngine":
+        """The same state, to the last bit; the model is shared."""
+        twin = copy(self)
+        twin._bind(copy(self.data))
+        twin.contacts = deepcopy(self.contacts, memo)
+        for name in ("_force", "_rays", "_ranges", "_hits"):  # written to
+            setattr(twin, name, getattr(self, name).copy())
+        return twin
 
     def _geom_owners(self) -> tuple[Array, list[str]]:
         """For each geom the index into the bodies' names, or who else owns it."""

@@ -16,13 +16,14 @@ _ROBOT_CHANNELS = ("odometry.v", "odometry.omega", "gyro", "pose.x", "pose.y", "
 class NoisySensors:
     """All sensors, read together. Each reading draws equally often from every stream, whatever there is to see."""
 
-    def __init__(self, scenario: Scenario, seed: int):
+    def __init__(self, scenario: Scenario, seed: int, *, lidar: bool = True):
         distributions = scenario.noise.distributions()
         people = [f"person{i}" for i in range(len(scenario.people))]
         columns = [(channel, "robot") for channel in _ROBOT_CHANNELS]
         columns += [(f"detection.{axis}", person) for person in people for axis in "xy"]
         self._draws = Draws(distributions, columns, seed)
         self._range_noise, self._range_rng = distributions["lidar.range"], stream(seed, "lidar.range")
+        self._lidar = lidar
         self._max_range = scenario.sensors.lidar_range
         self._before: tuple[float, tuple[float, float], float] | None = None  # time, wheel angles, yaw
 
@@ -43,7 +44,7 @@ class NoisySensors:
         self._before = time, wheels, yaw
         pose += noise[3:6]
         pose[2] = wrap(pose[2])
-        ranges = engine.scan()
+        ranges = engine.scan() if self._lidar else np.zeros(0)
         range_noise = self._range_noise.sample(self._range_rng, len(ranges))
         return Reading(
             time=time,

@@ -26,7 +26,8 @@ class Simulator:
     however often the state is read.
     """
 
-    def __init__(self, scenario: Scenario, seed: int):
+    def __init__(self, scenario: Scenario, seed: int, *, lidar: bool = True):
+        """Without `lidar` no rays are cast, and the readings' scans have no beams."""
         self._scenario = scenario
         self._timestep = scenario.physics.timestep
         self._step = 0
@@ -36,7 +37,7 @@ class Simulator:
         # People are already walking when the run begins.
         self._engine = _make_engine(scenario, self._pedestrians.velocities(before))
         self._actuation = Actuation(scenario, seed)
-        self._sensors = NoisySensors(scenario, seed)
+        self._sensors = NoisySensors(scenario, seed, lidar=lidar)
         self._readings: list[Reading] = []
         self._noise_windows = Grid(NOISE_WINDOW, self._timestep)
         self._decisions = Grid(pedestrians.PERIOD, self._timestep)

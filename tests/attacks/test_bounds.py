@@ -11,7 +11,7 @@ from mjnav.config.marks import Range, mark
 from mjnav.errors import InvalidValue
 from mjnav.loop.episode import Episode
 from mjnav.loop.faults.fault import RunFault
-from mjnav.loop.run import MAX_STEM, file_stem
+from mjnav.loop.log_path import MAX_STEM, file_stem
 from mjnav.noise import CHANNELS
 from mjnav.study.study_file import load_study
 from mjnav.world.engine import DivergedError

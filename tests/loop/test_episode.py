@@ -13,10 +13,10 @@ import mjnav
 from mjnav import control, scenarios
 from mjnav.control.methods.mean import Mean
 from mjnav.errors import InputError
-from mjnav.loop import episode as episode_module
 from mjnav.loop import run as run_module
 from mjnav.loop.episode import Episode
 from mjnav.loop.faults.fault import RunFault
+from mjnav.loop.onboard import navigator as navigator_module
 from mjnav.loop.onboard.navigator import Navigator
 from mjnav.loop.pacer import RealTimePacer
 from mjnav.metrics import summarise
@@ -211,7 +211,7 @@ def test_a_run_is_aborted_when_it_is_asked_to(room, tmp_path):
 @pytest.fixture
 def broken_controller(monkeypatch):
     """Every controller breaks in its sixth decision."""
-    build = episode_module.build_controller
+    build = navigator_module.build_controller
 
     def breaking(scenario):
         controller = build(scenario)
@@ -225,7 +225,7 @@ def broken_controller(monkeypatch):
         controller.decide = decide_or_break
         return controller
 
-    monkeypatch.setattr(episode_module, "build_controller", breaking)
+    monkeypatch.setattr(navigator_module, "build_controller", breaking)
 
 
 @pytest.mark.usefixtures("broken_controller")
@@ -253,7 +253,7 @@ def test_a_fault_ends_the_log_in_order_and_is_told_in_one_line(room, tmp_path):
 def test_physics_that_diverge_abort_the_run_at_the_last_state_that_is_known(room, tmp_path):
     def upset(record):
         if record.tick == 5:
-            episode._world._engine.data.qvel[0] = 1e11
+            episode._simulation._world._engine.data.qvel[0] = 1e11
 
     episode = Episode(room(), log=tmp_path / "a.mcap", watch=upset)
     with pytest.raises(RunFault, match=r"^aborted after 0\.5 s, 6 ticks: MuJoCo lost the physics before 0\.5\d+ s: "):

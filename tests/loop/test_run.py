@@ -8,8 +8,8 @@ import pytest
 import mjnav
 from mjnav import scenarios
 from mjnav.errors import InputError, InvalidValue
+from mjnav.loop.log_path import default_log_path
 from mjnav.loop.prepare import load_scenario
-from mjnav.loop.run import default_log_path
 from mjnav.recording import open_log
 
 SHORT = ("time_limit=0.4",)

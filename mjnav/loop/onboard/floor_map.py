@@ -4,7 +4,7 @@ from itertools import repeat
 
 import numpy as np
 
-from mjnav.messages import Array, ObstacleSamples
+from mjnav.messages import Array, KnownMap, ObstacleSamples
 from mjnav.scenarios.spec import Scenario
 from mjnav.sealed import sealed
 
@@ -31,6 +31,15 @@ class FloorMap:
         ends = np.stack([start - half * along, end + half * along], axis=1)
         self._faces = np.stack([ends - self._across[:, None], ends + self._across[:, None]], axis=1)  # (W, 2, 2, 2)
         self._index = np.arange(len(ends))
+        self._walls, self._thickness = np.stack([start, end], axis=1), 2.0 * half[:, 0]
+        self._lanes = scenario.lanes
+
+    @property
+    def known(self) -> KnownMap:
+        """The map as an observation carries it, sealed."""
+        discs = np.column_stack([self._positions[:, 0], self._radii])
+        left, right = (None, None) if self._lanes is None else (self._lanes.left, self._lanes.right)
+        return KnownMap(sealed(self._walls), sealed(self._thickness), sealed(discs), left, right)
 
     @property
     def discs(self) -> tuple[ObstacleSamples, ...]:

@@ -4,9 +4,10 @@ A controller decides for the moment at which its decision is expected to take ef
 does: at a step of the physics, anywhere within a period or after it.
 """
 
-from collections.abc import Callable
 from math import ceil
 from typing import Protocol
+
+import numpy as np
 
 from mjnav.rng import stream
 from mjnav.scenarios.spec import Latency, Scenario
@@ -40,10 +41,20 @@ class WholePeriods:
 
 
 class Computed:
-    """Decision k takes effect at k T + tau_k, rounded up to a step; tau_k comes from `source`(tick, spent)."""
+    """Decision k takes effect at k T + tau_k, rounded up to a step.
 
-    def __init__(self, period: float, timestep: float, planned: float, source: Callable[[int, float], float]):
-        self._period, self._timestep, self._planned, self._source = period, timestep, planned, source
+    tau_k is the time spent on computing, or else one of `times`: drawn from them, or in their order without `rng`.
+    """
+
+    def __init__(
+        self,
+        period: float,
+        timestep: float,
+        planned: float,
+        times: tuple[float, ...] = (),
+        rng: np.random.Generator | None = None,
+    ):
+        self._period, self._timestep, self._planned, self._times, self._rng = period, timestep, planned, times, rng
         self.trace: list[float] = []  # tau_k [s]
 
     def expected(self, tick: int) -> float:
@@ -52,9 +63,14 @@ class Computed:
 
     def actual(self, tick: int, spent: float) -> float:
         """See `LatencyModel`."""
-        self.trace.append(self._source(tick, spent))
+        self.trace.append(self._taken(tick, spent))
         steps = ceil(self.trace[-1] / self._timestep - 1e-6)
         return tick * self._period + steps * self._timestep
+
+    def _taken(self, tick: int, spent: float) -> float:
+        if not self._times:
+            return spent
+        return self._times[tick % len(self._times) if self._rng is None else self._rng.integers(len(self._times))]
 
 
 def make_latency(scenario: Scenario, seed: int) -> WholePeriods | Computed:
@@ -65,12 +81,9 @@ def make_latency(scenario: Scenario, seed: int) -> WholePeriods | Computed:
         return WholePeriods(control.period, control.delay)
     planned = latency.expected(control.period)
     if latency.model == "measured":
-        return Computed(control.period, timestep, planned, lambda tick, spent: spent)
-    trace = latency.trace
-    if latency.order == "recorded":
-        return Computed(control.period, timestep, planned, lambda tick, spent: trace[tick % len(trace)])
-    rng = stream(seed, "latency")
-    return Computed(control.period, timestep, planned, lambda tick, spent: trace[rng.integers(len(trace))])
+        return Computed(control.period, timestep, planned)
+    rng = None if latency.order == "recorded" else stream(seed, "latency")
+    return Computed(control.period, timestep, planned, latency.trace, rng)
 
 
 def replayed(latency: Latency, period: float, trace: list[float]) -> Latency:

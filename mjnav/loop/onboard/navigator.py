@@ -1,22 +1,26 @@
 """What the robot carries: estimators, prediction, route, controller and the commands under way."""
 
 from dataclasses import dataclass
+from functools import cached_property
 from math import isfinite
 
 import numpy as np
 
 from mjnav.control import Controller
 from mjnav.estimation import Localizer, Tracker, assumed_noise, make_localizer, make_tracker
-from mjnav.estimation.base import person_names
+from mjnav.estimation.base import DRAWS
+from mjnav.filters.resampling import shuffled
 from mjnav.loop.onboard.commands import CommandHistory
 from mjnav.loop.onboard.floor_map import FloorMap
 from mjnav.loop.onboard.latency import make_latency
 from mjnav.loop.onboard.prediction import Predictor, carry_people
-from mjnav.messages import Array, Decision, Lanes, Observation, ObstacleSamples, Reading, RobotBelief, Track
+from mjnav.loop.prepare import build_controller, num_samples
+from mjnav.messages import Array, Decision, Lanes, Observation, ObstacleSamples, Reading, RobotBelief, Scan, Track
 from mjnav.motion.diff_drive import command_bounds
 from mjnav.rng import stream
 from mjnav.scenarios.spec import Scenario
 from mjnav.sealed import sealed, sealed_costs
+from mjnav.world.lidar import beam_angles
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,13 +37,19 @@ class Navigator:
     It knows the scenario's map and noise, and sees the world through readings alone.
     """
 
-    def __init__(self, scenario: Scenario, seed: int, controller: Controller):
-        self.controller = controller
-        self._num_samples = controller.parameters.samples
+    def __init__(self, scenario: Scenario, seed: int, controller: Controller | None = None, *, estimators: bool = True):
+        """The scenario's own controller is made when it is first asked for, unless another is given.
+
+        Without `estimators` the beliefs are those that somebody else hands over.
+        """
+        self._scenario = scenario
+        if controller is not None:
+            self.controller = controller
         self.floor_map = FloorMap(scenario)
-        self.names = (*person_names(len(scenario.people)), *self.floor_map.names)
-        self._localizer: Localizer = make_localizer(scenario, seed)
-        self._tracker: Tracker = make_tracker(scenario, seed)
+        self._localizer: Localizer | None = make_localizer(scenario, seed) if estimators else None
+        self._tracker: Tracker | None = make_tracker(scenario, seed) if estimators else None
+        self._seed = seed
+        self._draws: dict[str, np.random.Generator] = {}  # from beliefs that are handed over, by the body's name
         noise = assumed_noise(scenario)
         limits = scenario.robot.limits
         self._predictor = Predictor(noise, limits, seed)
@@ -54,6 +64,17 @@ class Navigator:
         self._route = [np.array(point) for point in scenario.robot.route]
         self._tolerance = scenario.robot.goal_tolerance
         self._decided = np.zeros(2)
+        self._latest: Reading | None = None
+
+    @cached_property
+    def controller(self) -> Controller:
+        """Decides."""
+        return build_controller(self._scenario)
+
+    @cached_property
+    def _num_samples(self) -> int:
+        known = None if "controller" in self.__dict__ else num_samples(self._scenario)
+        return self.controller.parameters.samples if known is None else known
 
     @property
     def goal(self) -> Array:
@@ -65,69 +86,110 @@ class Navigator:
         """Whether only the goal is left of the route."""
         return len(self._route) == 1
 
-    def estimate(self, readings: tuple[Reading, ...], beliefs: Beliefs | None) -> Beliefs:
-        """The beliefs after the readings; those before where there are none. The first tick always has one."""
+    def estimate(self, readings: tuple[Reading, ...], beliefs: Beliefs | None) -> Beliefs | None:
+        """The beliefs after the readings; those before where there are none. The first tick always has one.
+
+        Without estimators there are none.
+        """
+        self._latest = readings[-1] if readings else self._latest
+        if self._localizer is None or self._tracker is None:
+            return None
         for reading in readings:
             beliefs = Beliefs(self._localizer.update(reading), self._tracker.update(reading))
         if beliefs is None:
             raise RuntimeError("the first tick has no reading")
-        while not self.on_last_leg and np.hypot(*(beliefs.robot.mean[:2] - self.goal)) <= self._tolerance:
-            self._route.pop(0)
+        self.follow_route(beliefs.robot.mean)
         return beliefs
 
-    def predict(self, tick: int, beliefs: Beliefs) -> Observation:
+    def follow_route(self, pose: Array) -> None:
+        """Goes on to the next point of the route where this one is reached from a pose (3,)."""
+        while not self.on_last_leg and np.hypot(*(pose[:2] - self.goal)) <= self._tolerance:
+            self._route.pop(0)
+
+    def predict(self, tick: int, beliefs: Beliefs, *, own: bool = True) -> Observation:
         """Samples of all beliefs at the moment at which the decision of this tick takes effect.
 
-        Without prediction that is taken to be now: the robot's samples stay where they are, and people are carried no
-        further than to the time of the robot's belief. Its arrays are sealed, and all else in it is made anew.
+        The beliefs are those of `estimate`, or with `own` false somebody else's. Without prediction the moment is taken
+        to be now: the robot's samples stay where they are, and people are carried no further than to the time of the
+        robot's belief. Its arrays are sealed, and all else in it is made anew.
         """
         num = self._num_samples
         belief = beliefs.robot
         effect = self.latency.expected(tick) if self._predicts else belief.time
         self._history.forget(belief.time)
         stretches = self._history.stretches(belief.time, effect)
-        pose, noise = self._predictor.robot(self._localizer.draw(num), belief.time, effect, stretches)
-        samples = np.array(self._tracker.draw(num)).reshape(-1, num, 4)
+        robot, people = self._own_samples(num) if own else self._samples_of(beliefs, num)
+        pose, noise = self._predictor.robot(robot, belief.time, effect, stretches)
+        samples = np.array(people).reshape(-1, num, 4)
         elapsed = np.array([effect - track.time for track in beliefs.people]).reshape(-1, 1, 1)
         positions, velocities = map(sealed, carry_people(samples, elapsed))
         radii = [track.radius for track in beliefs.people]
-        people = [ObstacleSamples(*person) for person in zip(positions, velocities, radii, strict=True)]
+        walking = [ObstacleSamples(*person) for person in zip(positions, velocities, radii, strict=True)]
         return Observation(
             robot_pose=sealed(pose),
             control_noise=sealed(noise),
             twist=sealed(self._decided),
-            obstacles=(*people, *self.floor_map.discs),
+            obstacles=(*walking, *self.floor_map.discs),
             goal=sealed(self.goal),
             walls=sealed(self.floor_map.walls(pose[:, :2].mean(axis=0))),
             lanes=self._observe_lanes(num),
             time=effect,
+            scan=self._observe_scan(),
+            map=self.floor_map.known,
         )
 
     def decide(self, observation: Observation) -> Decision:
-        """The controller's decision, brought within the robot's limits; what it chose beyond them is its `wish`.
-
-        The acceleration limits are the base's, which ramps towards every command. The controller may go on to write to
-        what it returned: this is a copy.
-        """
+        """The controller's decision, brought within the robot's limits."""
         decision = self.controller.decide(observation)
         if not (isfinite(decision.v) and isfinite(decision.omega)):
             raise ValueError(f"the controller decided v = {decision.v}, omega = {decision.omega}")
+        return self.limited(decision)
+
+    def limited(self, decision: Decision) -> Decision:
+        """A decision of finite numbers within the robot's limits; what was chosen beyond them is its `wish`.
+
+        The acceleration limits are the base's, which ramps towards every command. A controller may go on to write to
+        what it returned: this is a copy.
+        """
         wish = np.array([decision.v, decision.omega], float)
-        self._decided = np.clip(wish, self._low, self._high)
+        within = np.clip(wish, self._low, self._high)
         costs = None if decision.costs is None else sealed_costs(decision.costs)
-        v, omega = self._decided.tolist()
-        if (self._decided == wish).all():
+        v, omega = within.tolist()
+        if (within == wish).all():
             return Decision(v, omega, decision.status, costs)
         return Decision(v, omega, decision.status, costs, wish=(float(decision.v), float(decision.omega)))
 
-    def actuate(self, tick: int, spent: float) -> tuple[Array, list[tuple[float, Array]]]:
-        """Puts the last decision under way, after `spent` [s] of computing.
+    def actuate(self, tick: int, decision: Decision, spent: float) -> tuple[Array, list[tuple[float, Array]]]:
+        """Puts a decision under way, after `spent` [s] of computing.
 
         Returns the command in force when the period begins, and those that take force within it, by their offset [s].
         """
         begin, end = tick * self.period, (tick + 1) * self.period
+        self._decided = np.array([decision.v, decision.omega])
         self._history.append(self.latency.actual(tick, spent), self._decided)
         return self._history.in_force(begin), self._history.switches(begin, end)
+
+    def _own_samples(self, num: int) -> tuple[Array, tuple[Array, ...]]:
+        """Of the estimators' latest beliefs: the robot's (num, 3), and (num, 4) of each person."""
+        assert self._localizer is not None, "own beliefs come from estimators"
+        assert self._tracker is not None
+        return self._localizer.draw(num), self._tracker.draw(num)
+
+    def _samples_of(self, beliefs: Beliefs, num: int) -> tuple[Array, tuple[Array, ...]]:
+        """The same of beliefs that were handed over."""
+        return self._draw("robot", beliefs.robot, num), tuple(self._draw(t.name, t, num) for t in beliefs.people)
+
+    def _draw(self, body: str, belief: RobotBelief | Track, num: int) -> Array:
+        """`num` particles by weight, from a stream that is named as the estimators': like beliefs, like samples."""
+        if body not in self._draws:
+            self._draws[body] = stream(self._seed, DRAWS, body)
+        return shuffled(belief.particles, belief.weights, num, self._draws[body])
+
+    def _observe_scan(self) -> Scan | None:
+        reading = self._latest
+        if reading is None or not reading.scan.size:
+            return None
+        return Scan(reading.time, beam_angles(reading.scan.size), sealed(reading.scan))
 
     def _observe_lanes(self, num: int) -> Lanes | None:
         if self._lanes is None:

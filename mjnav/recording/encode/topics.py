@@ -43,15 +43,15 @@ def encode_event(time: float, event: Event) -> bytes:
 
 
 def _candidates(record: TickRecord) -> bytes | None:
-    costs = record.decision.costs
-    return None if costs is None else encode_candidates(record.belief.mean, record.decision, costs)
+    costs, belief = record.decision.costs, record.belief
+    return None if costs is None or belief is None else encode_candidates(belief.mean, record.decision, costs)
 
 
 def _arcs(record: TickRecord) -> bytes | None:
-    decision = record.decision
-    if decision.costs is None:
+    decision, belief = record.decision, record.belief
+    if decision.costs is None or belief is None:
         return None
-    return encode_arcs(record.truth.time, record.belief.mean, (decision.v, decision.omega), decision.costs)
+    return encode_arcs(record.truth.time, belief.mean, (decision.v, decision.omega), decision.costs)
 
 
 def document_schema(name: str) -> Schema:
@@ -77,7 +77,7 @@ def topics(scenario: Scenario) -> tuple[Topic, ...]:
             lambda r: geometry.encode_pose(r.truth.time, r.truth.robot_pose),
             lambda tick, final: geometry.encode_pose(final.time, final.robot_pose),
         ),
-        Topic("/robot/estimate", pose, lambda r: geometry.encode_pose(r.truth.time, r.belief.mean)),
+        Topic("/robot/estimate", pose, lambda r: r.belief and geometry.encode_pose(r.truth.time, r.belief.mean)),
         Topic(
             "/robot/state",
             document_schema("mjnav.RobotState"),
@@ -110,7 +110,7 @@ def topics(scenario: Scenario) -> tuple[Topic, ...]:
             lambda r: r.reading and json_messages.encode_odometry(r.reading),
             encode_reading=json_messages.encode_odometry,
         ),
-        Topic("/belief/robot", cloud, lambda r: particles.encode_robot_particles(r.belief)),
+        Topic("/belief/robot", cloud, lambda r: r.belief and particles.encode_robot_particles(r.belief)),
         Topic("/belief/obstacles", cloud, lambda r: particles.encode_track_particles(r.truth.time, r.tracks)),
         Topic(
             "/decision", document_schema("mjnav.Decision"), lambda r: json_messages.encode_decision(r.tick, r.decision)

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from mjnav.messages import PHASES, Array, TickTiming, Trajectory, WorldState
 from mjnav.recording.read import documents
-from mjnav.recording.read.trajectory import TrajectoryBuilder
+from mjnav.recording.read.trajectory import NO_ESTIMATE, TrajectoryBuilder
 
 TRUTH = ("/robot/state", "/people/truth", "/contacts")
 TICK = (*TRUTH, "/people/estimate", "/decision", "/command")
@@ -164,7 +164,7 @@ def _parts(found: Mapping[str, Any], timing: TickTiming | None, num_people: int)
     ess = {track["name"]: documents.number(track["ess"]) for track in people["people"]}
     return _Parts(
         states={
-            "estimate": documents.decode_estimate(estimate),
+            "estimate": NO_ESTIMATE if estimate is None else documents.decode_estimate(estimate),
             "tracks": documents.decode_tracks(people),
             "command": documents.decode_twist(found["/command"]),
             "decision": documents.decode_twist(decision),
@@ -173,7 +173,7 @@ def _parts(found: Mapping[str, Any], timing: TickTiming | None, num_people: int)
             "clipped": decision.get("wish") is not None,
         },
         timing=timing,
-        robot_ess=documents.number(estimate["ess"]),
+        robot_ess=nan if estimate is None else documents.number(estimate["ess"]),
         people_ess=[ess.get(f"person{i}", nan) for i in range(num_people)],
-        recoveries=sum(bool(belief["recovered"]) for belief in (estimate, *people["people"])),
+        recoveries=sum(bool(belief["recovered"]) for belief in (estimate, *people["people"]) if belief is not None),
     )

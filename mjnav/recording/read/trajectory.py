@@ -22,6 +22,7 @@ from mjnav.messages import (
     triangle,
 )
 
+NO_ESTIMATE = (np.full(3, np.nan), np.full((3, 3), np.nan))  # mean, covariance where there is no belief
 TRUTH = ("time", "robot_pose", "robot_twist", "people_position", "people_velocity")  # one row more than ticks
 
 
@@ -56,6 +57,13 @@ class _Rows:
         self._memory.write(data)
         self._count += 1
 
+    def __deepcopy__(self, memo: dict[int, Any]) -> "_Rows":
+        twin = _Rows(self._shape, self._kind)
+        twin._memory.resize(len(self._memory))
+        twin._memory.write(self._memory[: self._memory.tell()])
+        twin._count = self._count
+        return twin
+
     def finish(self) -> NDArray[Any]:
         """All rows, not copied; no more can be added."""
         numbers = np.frombuffer(self._memory, self._kind, self._count * prod(self._shape))
@@ -79,10 +87,10 @@ class TrajectoryBuilder:
 
     def add(self, record: TickRecord) -> None:
         """One tick."""
-        decision = record.decision
+        decision, belief = record.decision, record.belief
         self.add_states(
             record.truth,
-            estimate=(record.belief.mean, record.belief.covariance),
+            estimate=NO_ESTIMATE if belief is None else (belief.mean, belief.covariance),
             tracks=track_states(record.tracks),
             command=record.command,
             decision=np.array([decision.v, decision.omega]),

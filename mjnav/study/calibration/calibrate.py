@@ -74,7 +74,7 @@ class ForecastRecorder:
     def _forecast(self, setting: str, decided: TickRecord, truth: WorldState) -> tuple[float, float]:
         """Predicted share and frequency; `truth` is the state when the decision takes effect."""
         limits, num_people = self._scenario.robot.limits, len(truth.people_position)
-        observation, control = decided.observation, _control(decided.decision)
+        observation, control = decided.seen, _control(decided.decision)
         if setting == "direct":
             errors = self._sample(self._controller.parameters.samples)
             observation = around_truth(observation, truth, errors)

@@ -51,8 +51,8 @@ def test_an_observation_stands_at_the_moment_at_which_its_decision_takes_effect(
         observation = board.predict(tick, beliefs)
         assert observation.time == pytest.approx(0.1 * (tick + delay))
         assert observation.twist.tolist() == ([0.05, 0.1] if tick else [0.0, 0.0])
-        board.decide(observation)
-        command, switches = board.actuate(tick, spent=0.05)
+        decision = board.decide(observation)
+        command, switches = board.actuate(tick, decision, spent=0.05)
         assert switches == []
         assert command.tolist() == ([0.05, 0.1] if tick >= delay else [0.0, 0.0])
 
@@ -68,8 +68,7 @@ def test_without_prediction_an_observation_stands_where_the_robot_was_believed(r
         observation = board.predict(tick, beliefs)
         assert observation.time == now.time
         np.testing.assert_allclose(observation.robot_pose.mean(0), beliefs.robot.particles.mean(0), atol=0.02)
-        board.decide(observation)
-        board.actuate(tick, spent=0.0)
+        board.actuate(tick, board.decide(observation), spent=0.0)
 
 
 def test_an_observation_has_people_then_the_map_and_the_wanted_number_of_samples(room):
@@ -79,8 +78,7 @@ def test_an_observation_has_people_then_the_map_and_the_wanted_number_of_samples
     assert observation.robot_pose.shape == (17, 3)
     assert observation.control_noise.shape == (17, 2)
     assert [len(o.position) for o in observation.obstacles] == [17] + [1] * 5
-    assert len(observation.obstacles) == len(board.names)
-    assert board.names[0] == "person0"
+    assert len(observation.obstacles) == len(scenario.people) + len(board.floor_map.names)
     assert observation.walls.shape == (1, 2, 2)
     assert observation.lanes is None
 

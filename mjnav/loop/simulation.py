@@ -1,0 +1,381 @@
+"""`mjnav.Simulation`: the closed loop of a scenario, one control period at a time."""
+
+import os
+from collections.abc import Callable
+from copy import deepcopy
+from dataclasses import dataclass, replace
+from math import isfinite, nan
+from types import TracebackType
+from typing import Any, Self
+
+from mjnav.errors import InputError, InvalidValue, MjnavError
+from mjnav.loop.faults.fault import fault_events
+from mjnav.loop.log_path import log_path
+from mjnav.loop.onboard.latency import Computed, replayed
+from mjnav.loop.onboard.navigator import Beliefs, Navigator
+from mjnav.loop.pacer import Start, Stopwatch
+from mjnav.loop.prepare import as_scenario
+from mjnav.loop.provenance.run_info import run_info
+from mjnav.loop.referee import ABORTED, Referee
+from mjnav.loop.result import Result, RunSummary
+from mjnav.loop.run_record import RunRecord
+from mjnav.loop.tick import Tick
+from mjnav.messages import Array, Decision, Event, Observation, Reading, Status, TickRecord, Trajectory, WorldState
+from mjnav.metrics.summary import summarise
+from mjnav.metrics.timing import compute_ms
+from mjnav.recording.live import LiveServer
+from mjnav.recording.write.writer import Recorder
+from mjnav.scenarios.spec import Scenario
+from mjnav.world.engine import DivergedError
+from mjnav.world.simulator import Simulator
+
+
+class SimulationOver(MjnavError, RuntimeError):
+    """A call that a simulation cannot answer any more: a step after its end, or anything after `close`."""
+
+
+@dataclass(frozen=True, slots=True)
+class Attached:
+    """What a whole run attaches to its simulation.
+
+    `watch` sees every tick before the world moves on, and the clients of `live` get what a log gets. `cones` also
+    computes the samples that are logged when no log is written; a log that is `threaded` is written on a thread.
+    """
+
+    watch: Callable[[TickRecord], None] = lambda record: None
+    live: LiveServer | None = None
+    cones: bool = False
+    threaded: bool = False
+    stopwatch: Stopwatch | None = None
+
+
+class Simulation:
+    """A scenario under a seed, from tick to tick: observe, decide, step.
+
+    with mjnav.Simulation("hall", seed=3) as simulation:
+        while not simulation.done:
+            simulation.step(simulation.decide())
+    print(simulation.summary["outcome"])
+
+    Looking changes nothing: the same steps end in the same state, whatever was read between them. `mjnav run` is this
+    loop, and ends in the same state hash. It does not wait for the wall clock. What passes between calls is not timed:
+    `compute_ms`, the real-time factor and the latency model "measured" count the time within calls alone.
+    """
+
+    def __init__(
+        self,
+        scenario: Scenario | str | os.PathLike[str],
+        *,
+        seed: int | None = None,
+        controller: Any = None,
+        log: bool | str | os.PathLike[str] | None = None,
+        estimators: bool = True,
+        scan: bool | None = None,
+        attached: Attached | None = None,
+    ):
+        """`scenario`, `seed`, `controller` and `log` are as in `mjnav.run`; the log begins with the first step.
+
+        Without `estimators` no filter runs, and the only beliefs are those that `observe` is given. `scan` says whether
+        lidar rays are cast; by default they are with estimators or a log. Raises InputError for what cannot be used.
+        """
+        self.scenario = scenario = as_scenario(scenario, controller=controller, seed=seed)
+        attached = attached or Attached()
+        path = log_path(log, scenario)
+        recorded = path is not None or attached.live is not None
+        self._log, self._estimators = path, estimators
+        self._scan = estimators or recorded if scan is None else scan
+        self._watch = attached.stopwatch or Stopwatch(pauses=True)
+        self._world = Simulator(scenario, scenario.seed, lidar=self._scan)
+        self._robot = Navigator(scenario, scenario.seed, estimators=estimators)
+        self._referee = Referee(scenario)
+        self._recorder: Recorder | None = None
+        if recorded:
+            info = run_info(scenario, scenario.seed, self._world.parts_hash())
+            xml = self._world.model_xml()
+            self._recorder = Recorder(path, scenario, info, xml, threaded=attached.threaded, live=attached.live)
+        self._record = RunRecord(
+            self._robot, self._recorder, watch=attached.watch, cones=attached.cones or self._recorder is not None
+        )
+        self._tick: Tick | None = None  # the present one; None until it is asked for
+        self._ticks = 0  # that are over
+        self._estimated: Beliefs | None = None  # after the last of them
+        self._outcome: str | None = None
+        self._final: WorldState | None = None  # in which the simulation ended
+        self._start = Start(0, False)
+        self._closed = False
+        self.result: Result | None = None  # once closed
+
+    # ------------------------------------------------------------------------------------ how it stands
+
+    @property
+    def tick(self) -> int:
+        """The number of the present tick: how many steps were made."""
+        return self._ticks
+
+    @property
+    def time(self) -> float:
+        """[s] since the start."""
+        return self._world.time
+
+    @property
+    def outcome(self) -> str | None:
+        """None while it goes on, then "goal", "collision", "timeout" or "aborted"."""
+        if self._outcome is None:
+            truth = self._present().truth
+            self._outcome = self._referee.outcome(truth, on_last_leg=self._robot.on_last_leg)
+            self._final = None if self._outcome is None else truth
+        return self._outcome
+
+    @property
+    def done(self) -> bool:
+        """Whether it has ended."""
+        return self.outcome is not None
+
+    @property
+    def truth(self) -> WorldState:
+        """The true state of robot and people: for rewards and learners, never for a controller."""
+        return self._present().truth if self._final is None else self._final
+
+    @property
+    def goal(self) -> Array:
+        """The point of the route that the robot is on its way to, (2,) [m]."""
+        return self._robot.goal.copy()
+
+    @property
+    def readings(self) -> tuple[Reading, ...]:
+        """What the sensors measured since the tick before, oldest first; empty where none was due."""
+        return self._usable("readings").readings
+
+    @property
+    def beliefs(self) -> Beliefs | None:
+        """What is believed after the readings; None without estimators, unless `observe` was given beliefs."""
+        return self._usable("beliefs").beliefs
+
+    @property
+    def summary(self) -> dict[str, Any]:
+        """The figures that `mjnav run --json` prints: so far, and final once done."""
+        return self._so_far().summary
+
+    @property
+    def trajectory(self) -> Trajectory:
+        """All ticks as arrays: so far, and final once done."""
+        return self._so_far().trajectory
+
+    # -------------------------------------------------------------------------------------- what it does
+
+    def observe(self, beliefs: Beliefs | None = None) -> Observation:
+        """What a controller may know in the present tick; until the next step the same object.
+
+        Own `beliefs` take the place of the estimators' in this tick, in the log and the trajectory, too. Raises
+        InvalidValue where there are neither.
+        """
+        tick = self._usable("observe()")
+        if beliefs is not None:
+            tick.believe(beliefs)
+        observation = tick.observation
+        if observation is None:
+            allowed = "observe(beliefs), or a Simulation with estimators=True"
+            raise InvalidValue("beliefs", None, allowed)
+        return observation
+
+    def decide(self) -> Decision:
+        """The decision of the scenario's own controller on `observe()`; until the next step the same object.
+
+        It lies within the robot's limits; what the controller chose beyond them is its `wish`. Raises what the
+        controller raises, and ValueError for a decision that is not finite.
+        """
+        self.observe()
+        return self._usable("decide()").decision
+
+    def step(self, v: float | Decision, omega: float | None = None) -> None:
+        """Acts for one control period: on a decision, or on the command v [m/s], omega [rad/s].
+
+        It is the controller's decision of this tick: clipped to the robot's limits, with the same latency, and the base
+        ramps towards it. Raises InvalidValue for a command that is not finite, which changes nothing, and
+        SimulationOver after the end. Where the step itself fails, the simulation has ended as aborted.
+        """
+        tick = self._usable("step()")
+        if self.done:
+            raise SimulationOver(f"step(): the simulation has ended: {self._outcome} after {self.time:g} s")
+        decision = self._decision(tick, v, omega)
+        try:
+            tick.act(decision, self._record)
+            self._record.add_timing(tick.k, self._watch, self._start)
+        except BaseException as error:
+            self.abort(error)
+            raise
+        self._ticks, self._estimated, self._tick = self._ticks + 1, tick.estimated, None
+
+    def close(self) -> None:
+        """Ends the log in order; a simulation that has not ended is aborted. Does nothing when called again."""
+        if not self._closed:
+            self.conclude()
+
+    def __enter__(self) -> Self:
+        if self._recorder is not None:
+            try:
+                self._recorder.open()
+            except BaseException:
+                self._recorder.abort()
+                raise
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, traceback: TracebackType | None
+    ) -> None:
+        if error is not None and not self._closed:
+            self.abort(error)
+        self.close()
+
+    def __repr__(self) -> str:
+        state = "closed" if self._closed else self.outcome or "running"
+        return f"Simulation({self.scenario.name!r}, seed={self.scenario.seed}, t={self.time:.6g} s, {state})"
+
+    # -------------------------------------------------------------------------------------- branches
+
+    def copy(self) -> "Simulation":
+        """A second simulation in the same state, which goes on by itself and never logs.
+
+        With the same steps both end in the same state, bit for bit. All of the state is copied, the controller's and
+        the random streams' with it; the scenario and the physics' model, which do not change, are shared. Raises
+        InputError where an object of the user's own cannot be copied by `copy.deepcopy`.
+        """
+        self._usable("copy()")
+        twin = object.__new__(type(self))
+        vars(twin).update(vars(self))
+        twin._log = twin._recorder = None
+        twin._take(self)
+        return twin
+
+    def restore(self, other: "Simulation") -> None:
+        """Goes to the state of `other`, which may have been copied from this simulation earlier, and stays as it is.
+
+        Raises InvalidValue where `other` simulates something else or this simulation writes a log, which only goes
+        forward, and InputError as `copy` does.
+        """
+        self._usable("restore()")
+        other._usable("restore()")
+        if self._recorder is not None:
+            raise InvalidValue("restore()", self, "a simulation without a log: branch by copy() instead")
+        if (other.scenario, other._estimators, other._scan) != (self.scenario, self._estimators, self._scan):
+            raise InvalidValue("restore()", other, "a simulation of the same scenario, estimators and scan")
+        self._take(other)
+
+    def _take(self, other: "Simulation") -> None:
+        """Takes over a deep copy of another simulation's state."""
+        state = {name: getattr(other, name) for name in _STATE}
+        try:
+            vars(self).update(deepcopy(state, {id(self.scenario): self.scenario}))
+        except MjnavError:
+            raise
+        except Exception as error:
+            raise InputError(
+                f"copy(): {type(error).__name__}: {error}; objects of your own in a simulation need to be ones that "
+                "copy.deepcopy can copy, or have a method __deepcopy__"
+            ) from error
+
+    # --------------------------------------------------------------------- what `loop.episode` does besides
+
+    def prepare(self) -> None:
+        """Makes the controller, which is otherwise made when it is first asked. Raises InputError where it cannot."""
+        _ = self._robot.controller
+
+    def note(self, *events: Event) -> None:
+        """Events for the log, with the present tick."""
+        self._record.note(*events)
+
+    def begin(self, start: Start) -> None:
+        """How the present tick began on the wall clock."""
+        self._start = start
+
+    def abort(self, error: BaseException | None = None) -> None:
+        """Ends the simulation where it stands, unless it has ended; what broke it goes to the log's events."""
+        if self._outcome is not None:
+            return
+        if error is not None:
+            self._record.note(*fault_events(error))
+        if isinstance(error, DivergedError):  # then the last state that is known counts
+            self._final = replace(self._present().truth, contacts=())
+        else:
+            self._final = self._world.state()
+        self._outcome = ABORTED
+
+    def conclude(self, seconds: float | None = None, *, deadline_misses: int = 0) -> Result:
+        """Ends the simulation, and its log, after `seconds` on the wall; returns how it went."""
+        if not self.done:
+            self.abort()
+        self._closed = True
+        try:
+            result = self.result = self._make_result(seconds, deadline_misses=deadline_misses)
+            self._record.end_log(self.truth, result.run, None if result.replay is self.scenario else result.replay)
+        finally:
+            if self._recorder is not None:
+                self._recorder.abort()
+        return result
+
+    def _present(self) -> Tick:
+        if self._tick is None:
+            self._tick = Tick(self._ticks, self._estimated, world=self._world, robot=self._robot, watch=self._watch)
+        return self._tick
+
+    def _usable(self, what: str) -> Tick:
+        if self._closed:
+            raise SimulationOver(f"{what}: the simulation is closed")
+        return self._present()
+
+    def _decision(self, tick: Tick, v: float | Decision, omega: float | None) -> Decision:
+        """What `step` was given, within the robot's limits."""
+        if isinstance(v, Decision):
+            if omega is not None:
+                raise InvalidValue("omega", omega, "nothing beside a decision")
+            if v is vars(tick).get("decision"):
+                return v
+            decision = v
+        else:
+            decision = Decision(_number("v", v, "m/s"), _number("omega", omega, "rad/s"), Status.OK)
+        for name, unit in (("v", "m/s"), ("omega", "rad/s")):
+            _number(name, getattr(decision, name), unit)
+        return self._robot.limited(decision)
+
+    def _so_far(self) -> Result:
+        return self._make_result(None, go_on=True) if self.result is None else self.result
+
+    def _make_result(self, seconds: float | None, *, deadline_misses: int = 0, go_on: bool = False) -> Result:
+        final, outcome = self.truth, self.outcome
+        trajectory, state_hash = self._record.finish(final, self._world.state_hash(), go_on=go_on)
+        seconds = 1e-9 * float(trajectory.timing[:, 1:-1].sum()) if seconds is None else seconds
+        summary = RunSummary(
+            scene=self.scenario.name,
+            controller=self.scenario.control.method,
+            seed=self.scenario.seed,
+            figures=summarise(trajectory, self.scenario, outcome=outcome),
+            compute_ms=compute_ms(trajectory.timing),
+            real_time_factor=final.time / seconds if seconds > 0.0 else None,
+            deadline_misses=deadline_misses,
+            state_hash=state_hash,
+            log=str(self._log) if self._log else None,
+        )
+        return Result(summary, trajectory, self._replay(), log_dropped=self._record.log_dropped)
+
+    def _replay(self) -> Scenario:
+        """The scenario with measured latencies written down."""
+        control, model = self.scenario.control, self._robot.latency
+        if control.latency is None or control.latency.model != "measured" or not isinstance(model, Computed):
+            return self.scenario
+        latency = replayed(control.latency, control.period, model.trace)
+        return replace(self.scenario, control=replace(control, latency=latency))
+
+
+# What a branch has of its own.
+_STATE = ("_watch", "_world", "_robot", "_record", "_tick", "_ticks", "_estimated", "_outcome", "_final")
+
+
+def _number(name: str, value: Any, unit: str) -> float:
+    """A finite number; raises InvalidValue."""
+    try:
+        number = float(value)
+    except (TypeError, ValueError):
+        number = nan
+    if not isfinite(number):
+        raise InvalidValue(name, value, f"a finite number [{unit}]")
+    return number

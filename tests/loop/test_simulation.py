@@ -1,0 +1,152 @@
+"""A scenario stepped by hand is the run of `mjnav run`, and whatever a caller does ends in order."""
+
+import numpy as np
+import pytest
+
+import mjnav
+from mjnav.errors import InvalidValue
+from mjnav.loop.episode import Episode
+from mjnav.loop.simulation import Simulation, SimulationOver
+from mjnav.messages import Decision, Status
+
+ENGINES = ("mujoco", "kinematic")
+
+
+def finished(simulation: Simulation) -> str:
+    """The state hash after the scenario's own controller has driven to the end."""
+    while not simulation.done:
+        simulation.step(simulation.decide())
+    return simulation.summary["state_hash"]
+
+
+# ---------------------------------------------------------------------------------- one code path
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+def test_stepped_by_hand_a_seed_ends_in_the_state_and_the_figures_of_the_run(room, engine):
+    scenario = room(f"physics.engine={engine}")
+    run = Episode(scenario).run().summary
+    simulation = Simulation(scenario)
+    finished(simulation)
+    clock = ("compute_ms", "real_time_factor")
+    assert {k: v for k, v in simulation.summary.items() if k not in clock} == {
+        k: v for k, v in run.items() if k not in clock
+    }
+
+
+def test_looking_changes_nothing(room):
+    scenario = room()
+    quiet, looked_at = Simulation(scenario), Simulation(scenario)
+    for simulation, looks in ((quiet, False), (looked_at, True)):
+        while not simulation.done:
+            if looks:
+                assert simulation.observe() is simulation.observe()
+                assert simulation.readings[-1].time == simulation.truth.time == pytest.approx(simulation.time)
+                assert repr(simulation).endswith("running)")
+                assert simulation.summary["ticks"] == len(simulation.trajectory.command) == simulation.tick
+                assert simulation.beliefs is simulation.beliefs
+            simulation.step(0.4, 0.1)
+    assert looked_at.summary["state_hash"] == quiet.summary["state_hash"]
+
+
+def test_its_log_is_that_of_the_run(room, tmp_path):
+    scenario = room("time_limit=0.5")
+    Episode(scenario, log=tmp_path / "run.mcap").run()
+    with Simulation(scenario, log=tmp_path / "step.mcap") as simulation:
+        finished(simulation)
+    run, stepped = (
+        [
+            (m.topic, m.sequence, str(m.value))
+            for m in mjnav.open_log(tmp_path / f"{name}.mcap").messages()
+            if m.topic != "/tick"
+        ]
+        for name in ("run", "step")
+    )
+    assert len(run) > 50
+    assert run == stepped
+
+
+# ----------------------------------------------------------------------------------------- commands
+
+
+def test_a_command_beyond_the_limits_is_clipped_and_its_wish_logged(room, tmp_path):
+    with Simulation(room(), log=tmp_path / "a.mcap") as simulation:
+        simulation.step(7.0, -9.0)
+        simulation.step(Decision(0.2, 0.0, Status.OK))
+    assert simulation.trajectory.decision.tolist() == [[1.0, -1.5], [0.2, 0.0]]
+    assert simulation.summary["clipped_ticks"] == 1
+    first = next(mjnav.open_log(tmp_path / "a.mcap").messages("/decision")).value
+    assert first["wish"] == {"v": 7.0, "omega": -9.0}
+
+
+@pytest.mark.parametrize(
+    ("command", "key"),
+    [((np.nan, 0.0), "v"), ((0.0, np.inf), "omega"), ((0.1,), "omega"), (("fast", 0.0), "v"),
+     ((Decision(np.nan, 0.0, Status.OK),), "v"), ((Decision(0.0, 0.0, Status.OK), 1.0), "omega")],
+)  # fmt: skip
+def test_a_command_that_is_none_is_refused_and_changes_nothing(room, command, key):
+    simulation, other = Simulation(room("time_limit=0.2")), Simulation(room("time_limit=0.2"))
+    with pytest.raises(InvalidValue, match=f"^{key}: found "):
+        simulation.step(*command)
+    assert finished(simulation) == finished(other)
+
+
+# -------------------------------------------------------------------------------------------- ends
+
+
+def test_after_its_end_it_can_be_looked_at_and_after_closing_no_more(room):
+    simulation = Simulation(room("time_limit=0.2"))
+    finished(simulation)
+    assert (simulation.done, simulation.outcome, simulation.tick) == (True, "timeout", 2)
+    assert simulation.observe().time > 0.2
+    with pytest.raises(SimulationOver, match=r"^step\(\): the simulation has ended: timeout after 0.2 s$"):
+        simulation.step(0.0, 0.0)
+    simulation.close()
+    simulation.close()
+    for call in (simulation.observe, simulation.decide, simulation.copy, lambda: simulation.step(0.0, 0.0)):
+        with pytest.raises(SimulationOver, match="the simulation is closed"):
+            call()
+    assert simulation.summary["outcome"] == "timeout"
+    assert repr(simulation) == "Simulation('room', seed=0, t=0.2 s, closed)"
+
+
+def test_an_exception_within_it_closes_the_log_in_order(room, tmp_path):
+    def breaking(simulation: Simulation) -> None:
+        with simulation:
+            simulation.step(0.3, 0.0)
+            assert simulation.summary["outcome"] is None
+            raise ZeroDivisionError("mine")
+
+    with pytest.raises(ZeroDivisionError):
+        breaking(Simulation(room(), log=tmp_path / "a.mcap"))
+    log = mjnav.open_log(tmp_path / "a.mcap")
+    assert (log.complete, log.result["outcome"], log.result["ticks"]) == (True, "aborted", 1)
+    faults = [m.value.message for m in log.messages("/events") if m.value.name == "fault"]
+    assert [text.partition(" (")[0] for text in faults] == ["ZeroDivisionError: mine"]
+
+
+# -------------------------------------------------------------------------------------- estimators
+
+
+def test_without_estimators_there_are_no_beliefs_and_what_they_would_say_is_null(room, tmp_path):
+    with Simulation(room(), log=tmp_path / "a.mcap", estimators=False) as simulation:
+        for _ in range(3):
+            assert simulation.beliefs is None
+            simulation.step(0.5, 0.0)
+        with pytest.raises(InvalidValue, match=r"beliefs: found nothing; allowed: observe\(beliefs\)"):
+            simulation.observe()
+    assert simulation.summary["localization_rmse_m"] is simulation.summary["tracking_rmse_m"] is None
+    log = mjnav.open_log(tmp_path / "a.mcap")
+    assert (log.result["ticks"], log.result["localization_rmse_m"]) == (3, None)
+    for trajectory in (simulation.trajectory, log.trajectory()):
+        assert np.isnan(trajectory.estimate).all()
+        assert np.isnan(trajectory.tracks).all()
+        assert trajectory.command[-1].tolist() == [0.5, 0.0]
+
+
+def test_it_makes_no_controller_that_is_not_asked(room, monkeypatch):
+    monkeypatch.setattr("mjnav.loop.onboard.navigator.build_controller", lambda scenario: 1 // 0)
+    simulation = Simulation(room("time_limit=0.2"))
+    while not simulation.done:
+        assert simulation.observe().robot_pose.shape == (25, 3)
+        simulation.step(0.1, 0.0)
