@@ -6,7 +6,7 @@ import mjnav
 
 
 def test_it_offers_what_it_lists():
-    assert mjnav.__all__ == ["load_scenario", "open_log", "replay", "run"]
+    assert mjnav.__all__ == ["Simulation", "load_scenario", "open_log", "replay", "run"]
     assert set(mjnav.__all__) <= set(dir(mjnav))
     assert all(callable(getattr(mjnav, name)) for name in mjnav.__all__)
 

@@ -189,7 +189,7 @@ class Navigator:
         reading = self._latest
         if reading is None or not reading.scan.size:
             return None
-        return Scan(reading.time, beam_angles(reading.scan.size), sealed(reading.scan))
+        return Scan(reading.time, sealed(beam_angles(reading.scan.size)), sealed(reading.scan))
 
     def _observe_lanes(self, num: int) -> Lanes | None:
         if self._lanes is None:
