@@ -1,22 +1,25 @@
-"""`mjnav compare STUDY`: a sweep's methods in tables, with intervals and differences from a reference."""
+"""`mjnav compare STUDY [AFTER]`: a sweep's methods in tables, or two sweeps and what changed between them."""
 
 import argparse
 import json
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from datetime import date
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from mjnav.cli.sweep import OUT_FOLDER
 from mjnav.cli.terminal import streams
 from mjnav.cli.terminal.progress import progress, tell
-from mjnav.errors import InputError, InvalidValue, unknown_name
+from mjnav.errors import InputError, InvalidValue
 from mjnav.output_files import output_path, replacement
 from mjnav.study.compare.compare import DEFAULT_FIGURES
-from mjnav.study.store.store import STUDY_FILE, Store
-from mjnav.study.study_file import StudyFile, load_study, studies
+from mjnav.study.results import find_results, kept_study
+from mjnav.study.store.store import Store
+from mjnav.study.study_file import StudyFile
 
 if TYPE_CHECKING:
+    from rich.console import Console
+
     from mjnav.study.compare.study_comparison import StudyComparison
 
 PIPE_WIDTH = 10_000  # [characters] where there is no terminal: no line is broken
@@ -25,6 +28,9 @@ PIPE_WIDTH = 10_000  # [characters] where there is no terminal: no line is broke
 def configure(parser: argparse.ArgumentParser) -> None:
     """The command's options."""
     parser.add_argument("study", metavar="STUDY", help="a study's name or file, or a folder with a sweep's results")
+    parser.add_argument(
+        "after", metavar="AFTER", nargs="?", help="a second one: what changed from STUDY to AFTER, by seed"
+    )
     parser.add_argument("--reference", metavar="METHOD", help="what the others are compared with; the first by default")
     parser.add_argument(
         "--figure",
@@ -39,14 +45,11 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 def execute(arguments: argparse.Namespace) -> int:
     """Prints the tables, and writes them to files."""
+    if arguments.after is not None:
+        return _before_after(arguments)
     forms = _forms()
     outputs = [output_path("--output", given, *forms) for given in arguments.output or ()]
-    folder, study = _find(arguments.study)
-    store = Store(folder)
-    if not store.has_rows():
-        raise InputError(
-            f"{folder}: no results of a sweep" + f"; mjnav sweep {arguments.study} makes them" * bool(study)
-        )
+    store, study = find_results(arguments.study)
     study = study or _kept(store)
     results = _read(store, study, arguments)
     for path in outputs:
@@ -57,7 +60,9 @@ def execute(arguments: argparse.Namespace) -> int:
 
         print(json.dumps(document(results)))
         return 0
-    _print(results)
+    from mjnav.report.comparison.text import write
+
+    _print(lambda console: write(results, console))
     for path in outputs:
         print(f"{path}: {path.stat().st_size / 1000:.0f} kB")
     return 0
@@ -85,26 +90,10 @@ def _page(path: Path, store: Store, study: StudyFile | None, results: "StudyComp
     return html(results, background(store, study, results, page=path, made=made))
 
 
-def _find(given: str) -> tuple[Path, StudyFile | None]:
-    """The folder of the results, and the study file where one was named."""
-    if given.endswith(".toml") or given in studies():
-        study = load_study(given)
-        return OUT_FOLDER / study.name, study
-    for folder in (Path(given), OUT_FOLDER / given):
-        if folder.is_dir():
-            return folder, None
-    if "/" in given:
-        raise InputError(f"{given}: no such folder")
-    there = [folder.name for folder in OUT_FOLDER.glob("*") if folder.is_dir()]
-    raise unknown_name("study", given, {*studies(), *there})
-
-
 def _kept(store: Store) -> StudyFile | None:
     """The study file that the sweep left beside its results."""
-    if not store.study():
-        return None
     try:
-        return load_study(store.folder / STUDY_FILE)
+        return kept_study(store)
     except InputError as error:
         tell(f"{error}; what is missing is not known")
         return None
@@ -113,24 +102,55 @@ def _kept(store: Store) -> StudyFile | None:
 def _read(store: Store, study: StudyFile | None, arguments: argparse.Namespace) -> "StudyComparison":
     from mjnav.study.compare.study_comparison import compare_study
 
-    figures = DEFAULT_FIGURES if arguments.figure is None else arguments.figure
-    with progress("compare", 100.0, "%") as show:
-        try:
-            return compare_study(
-                store,
-                study,
-                reference=arguments.reference,
-                figures=figures,
-                progress=lambda done, total: show(100.0 * done / total),
-            )
-        except InvalidValue as error:
-            raise InvalidValue(f"--{error.key}", error.found, error.allowed, nearest=error.nearest) from None
+    with progress("compare", 100.0, "%") as show, _figure_option():
+        return compare_study(
+            store,
+            study,
+            reference=arguments.reference,
+            figures=_figures(arguments),
+            progress=lambda done, total: show(100.0 * done / total),
+        )
 
 
-def _print(results: "StudyComparison") -> None:
-    from mjnav.report.comparison.text import write
+def _before_after(arguments: argparse.Namespace) -> int:
+    from mjnav.report.comparison import before_after_text, before_after_tidy
+    from mjnav.study.compare.before_after import before_after
 
+    if arguments.reference is not None:
+        raise InputError("--reference is for the methods of one study; with AFTER each method is compared with itself")
+    outputs = [output_path("--output", given, ".csv") for given in arguments.output or ()]
+    stores = [find_results(given)[0] for given in (arguments.study, arguments.after)]
+    with _figure_option():
+        found = before_after(*stores, figures=_figures(arguments))
+    for path in outputs:
+        with replacement(path) as partial:
+            partial.write_text(before_after_tidy.csv_text(found), encoding="utf-8")
+    if arguments.json:
+        print(json.dumps(before_after_tidy.document(found)))
+        return 0
+    _print(lambda console: before_after_text.write(found, console))
+    for path in outputs:
+        print(f"{path}: {path.stat().st_size / 1000:.0f} kB")
+    return 0
+
+
+@contextmanager
+def _figure_option() -> Iterator[None]:
+    """An unknown figure or reference is named by its option."""
+    try:
+        yield
+    except InvalidValue as error:
+        if error.key not in ("figure", "reference"):
+            raise
+        raise InvalidValue(f"--{error.key}", error.found, error.allowed, nearest=error.nearest) from None
+
+
+def _figures(arguments: argparse.Namespace) -> Sequence[str]:
+    return DEFAULT_FIGURES if arguments.figure is None else arguments.figure
+
+
+def _print(write: Callable[["Console"], None]) -> None:
     console = streams.console(width=PIPE_WIDTH)
     with console.capture() as captured:  # rich itself would end the process where the reader has gone
-        write(results, console)
+        write(console)
     streams.show("".join(f"{line.rstrip()}\n" for line in captured.get().splitlines()))

@@ -11,11 +11,12 @@ from mjnav.cli.main import INTERRUPTED
 from mjnav.cli.options import scene_options, sweep_options
 from mjnav.cli.terminal.interrupt import interruptible
 from mjnav.cli.terminal.progress import pace, progress, tell
-from mjnav.errors import InputError, MjnavError
+from mjnav.errors import InputError, MjnavError, unknown_name
+from mjnav.study.keep import KINDS
+from mjnav.study.results import OUT_FOLDER
 from mjnav.study.store.row import Row
 from mjnav.study.study_file import load_study, study_text
 
-OUT_FOLDER = Path("runs/out")
 TOLD_AFTER = (10, 100, 1000)  # episodes after which the remaining time is printed; the first ones load and compile
 MAX_CAUSES = 5  # of failures that are printed
 
@@ -29,6 +30,12 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--seeds", type=int, metavar="N", help="number of seeds, from the study's first on")
     scene_options.overrides(parser)
     sweep_options.configure(parser)
+    parser.add_argument(
+        "--keep-logs",
+        default="none",
+        metavar="none|failures|all",
+        help="keep the logs of all episodes or of those that do not succeed, in the results' logs/; none by default",
+    )
     parser.add_argument("-o", "--output", metavar="FOLDER", help="where results go; runs/out/<study> by default")
     parser.add_argument("--resume", action="store_true", help="run the episodes that the folder lacks")
     parser.add_argument("--retry-failed", action="store_true", help="like --resume, and run failed episodes again")
@@ -39,6 +46,8 @@ def configure(parser: argparse.ArgumentParser) -> None:
 def execute(arguments: argparse.Namespace) -> int:
     """Runs the missing episodes and prints where the rows are; 1 where episodes failed."""
     workers = sweep_options.checked_workers(arguments)
+    if arguments.keep_logs not in KINDS:
+        raise unknown_name("--keep-logs", arguments.keep_logs, KINDS)
     study = load_study(arguments.study)
     if arguments.seeds is not None:
         study = study.with_seeds(arguments.seeds)
@@ -76,6 +85,7 @@ def execute(arguments: argparse.Namespace) -> int:
                 resume=arguments.resume,
                 retry_failed=arguments.retry_failed,
                 accept_changed=arguments.accept_changed,
+                keep_logs=arguments.keep_logs,
                 stop=interrupted.is_set,
                 begin=begin,
                 progress=watch.progress,
@@ -96,6 +106,8 @@ def execute(arguments: argparse.Namespace) -> int:
             print(f"  {count} failed: {cause}")
         if report.failed:
             print("  --retry-failed runs them again")
+        if report.unlogged:
+            print(f"  {report.unlogged} have no log: their process died or was ended, or a second run ended otherwise")
     if report.interrupted:
         tell(f"interrupted: {report.episodes - report.kept - report.run} episodes are missing, --resume runs them")
         return INTERRUPTED

@@ -71,7 +71,7 @@ def variants(study: StudyFile, scenes: Sequence[str]) -> Iterator[Variant]:
             yield Variant(scene, setting, swept, method, own)
 
 
-def resolve(study: StudyFile, overrides: Sequence[str] = (), scenes: Sequence[str] = ()) -> tuple[Cell, ...]:
+def resolve(study: StudyFile, overrides: Sequence[str | Override] = (), scenes: Sequence[str] = ()) -> tuple[Cell, ...]:
     """Every cell of the study, its scenario built and its controller made once.
 
     `overrides` are the command line's KEY=VALUE, applied last; `scenes` replace the study's. Raises InvalidValue that
@@ -98,7 +98,7 @@ def resolve(study: StudyFile, overrides: Sequence[str] = (), scenes: Sequence[st
     return tuple(cells.values())
 
 
-def _cell(study: StudyFile, variant: Variant, scene: str, overrides: Sequence[str]) -> Cell:
+def _cell(study: StudyFile, variant: Variant, scene: str, overrides: Sequence[str | Override]) -> Cell:
     setting, method = variant.labels
     given = [*(Override(*item) for item in {**flat(study.set), **variant.overrides}.items()), *overrides]
     where = f"{study.source}: scene {scene}, setting {setting}"

@@ -29,12 +29,12 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Annotated
 
-from mjnav.config import Length, Range, Text, read_document, settle
+from mjnav.config import Length, Range, Text, read_document, settle, tables
 from mjnav.errors import InvalidValue, unknown_name
 from mjnav.scenarios.library import data_folder, describe
 from mjnav.scenarios.load import read_text
 from mjnav.scenarios.ranges import MAX_SEED, Seed
-from mjnav.scenarios.toml import parse
+from mjnav.scenarios.toml import parse, toml_text
 
 FOLDER = "studies"  # below runs/
 MAX_SEEDS = 10_000_000
@@ -157,8 +157,8 @@ def load_study(name_or_path: str | os.PathLike[str]) -> StudyFile:
 
 
 def study_text(study: StudyFile) -> str:
-    """The text of the file that a study came from."""
-    return read_text(study.source)
+    """The text of the file that a study came from; of a study that was made in Python, all of its values."""
+    return read_text(study.source) if study.source else toml_text(tables(study))
 
 
 def studies() -> dict[str, str]:

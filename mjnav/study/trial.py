@@ -20,6 +20,7 @@ from mjnav.metrics.effort import time_to_avoid
 from mjnav.metrics.safety import lane_clearance
 from mjnav.scenarios.spec import Scenario
 from mjnav.study.cells import DEFAULT_SETTING, Cell
+from mjnav.study.keep import Keep, raise_log_fault
 from mjnav.study.sample_shape import SampleShape
 from mjnav.study.store.row import FIGURES, Row, Value
 
@@ -34,6 +35,7 @@ class Trial:
     study: str
     cell: Cell
     seed: int
+    keep: Keep | None = None  # which log is kept, and where; no part of what the episode is
 
     @property
     def place(self) -> tuple[str, str, str, str, int]:
@@ -71,21 +73,26 @@ def run_trial(trial: Trial, beat: Callable[[float], None] = lambda time: None) -
     """
     began = time.perf_counter()
     try:
-        scenario = replace(_prepared(trial.cell.document), seed=trial.seed)
+        scenario = prepared(trial)
         began = time.perf_counter()
         shape = SampleShape()
-        result = Episode(scenario, watch=shape, progress=beat, cones=True).run()
+        log = trial.keep.first_log() if trial.keep is not None else None
+        result = Episode(scenario, log=log, watch=shape, progress=beat, cones=True).run()
         figures = {**_figures(result, scenario), **shape.figures()}
         return _row(trial, time.perf_counter() - began, figures)
     except Exception as error:  # whatever a controller raises, the other episodes continue
-        # Without the time at which it broke, which differs between episodes: equal causes are counted together.
-        cause = error.__cause__ if isinstance(error, RunFault) and error.__cause__ is not None else error
-        return failed_row(trial, describe_fault(cause), time.perf_counter() - began)
+        raise_log_fault(error, trial.keep)
+        return failed_row(trial, cause_of(error), time.perf_counter() - began)
 
 
 def failed_row(trial: Trial, cause: str, seconds: float | None = None) -> Row:
     """The row of an episode without a result."""
     return _row(trial, seconds, {}, cause)
+
+
+def cause_of(error: Exception) -> str:
+    """Why an episode broke, without the time at which it did: equal causes of different episodes are the same text."""
+    return describe_fault(error.__cause__ if isinstance(error, RunFault) and error.__cause__ is not None else error)
 
 
 def _row(trial: Trial, seconds: float | None, figures: Mapping[str, Value], error: str | None = None) -> Row:
@@ -107,6 +114,7 @@ def _row(trial: Trial, seconds: float | None, figures: Mapping[str, Value], erro
         made_with=dict(provenance(cell.controller)),  # a mapping proxy cannot be sent to another process
         figures={column: value for column, value in figures.items() if column in FIGURES},
         error=error,
+        log=trial.keep.kept if trial.keep is not None else None,
     )
 
 
@@ -130,6 +138,11 @@ def flatten(summary: Mapping[str, Any], prefix: str = "") -> dict[str, Value]:
     for key, value in summary.items():
         found |= flatten(value, f"{prefix}{key}_") if isinstance(value, Mapping) else {f"{prefix}{key}": value}
     return found
+
+
+def prepared(trial: Trial) -> Scenario:
+    """The trial's scenario. Raises InputError."""
+    return replace(_prepared(trial.cell.document), seed=trial.seed)
 
 
 @lru_cache(KEPT_SCENARIOS)

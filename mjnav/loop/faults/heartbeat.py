@@ -56,6 +56,12 @@ class Heartbeat:
             self._sent = now
             self._send()
 
+    def begin_again(self) -> None:
+        """The episode is run once more, with all of its time."""
+        self._latest = time.monotonic()
+        self._due = self._latest + START + self._limit
+        self._sent = None
+
     @property
     def quiet(self) -> float:
         """[s] since the last tick."""

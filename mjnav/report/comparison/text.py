@@ -37,14 +37,19 @@ def write(results: StudyComparison, console: Console) -> None:
         console.print(
             Text(f"{printable(table.scene)}, {printable(table.setting)}", "bold").append(reference, "not bold")
         )
-        label, *others = _columns(results, table)
-        for band in _bands(label, others, console.width):
-            console.print(_table(label, band, console.width))
+        write_table(results, table, console)
         console.print()
     for sentence in meaning(results):
         console.print(sentence, style="dim")
     for sentence in warnings(results):
         console.print(sentence, style="bold")
+
+
+def write_table(results: StudyComparison, table: Comparison, console: Console) -> None:
+    """One table."""
+    label, *others = _columns(results, table)
+    for band in _bands(label, others, console.width):
+        console.print(_table(label, band, console.width))
 
 
 def _columns(results: StudyComparison, table: Comparison) -> Iterator[_Printed]:

@@ -33,15 +33,15 @@ def _lines(results: StudyComparison, table: Comparison, row: MethodRow) -> Itera
     place |= {"episodes": row.num, "failed": row.num_failed, "missing": _missing(results, table, row)}
     for figure, e in row.figures.items():
         low, high = e.interval or (None, None)
-        line = {**place, "figure": figure, "value": _known(e.value), "low": low, "high": high, "n": e.num}
+        line = {**place, "figure": figure, "value": known(e.value), "low": low, "high": high, "n": e.num}
         if figure in row.differences:
             found = row.differences[figure]
             low, high = found.estimate.interval or (None, None)
-            line |= {"reference": table.reference, "difference": _known(found.estimate.value)}
+            line |= {"reference": table.reference, "difference": known(found.estimate.value)}
             line |= {"diff_low": low, "diff_high": high, "pairs": found.estimate.num, "p_holm": found.p}
         yield line
-    yield {**place, "figure": "infeasible_share", "value": _known(row.infeasible_share)}
-    yield {**place, "figure": "decision_ms", "value": _known(row.decision_ms)}
+    yield {**place, "figure": "infeasible_share", "value": known(row.infeasible_share)}
+    yield {**place, "figure": "decision_ms", "value": known(row.decision_ms)}
 
 
 def document(results: StudyComparison) -> dict[str, Any]:
@@ -87,14 +87,19 @@ def _method(results: StudyComparison, table: Comparison, row: MethodRow) -> dict
         "failed": row.num_failed,
         "missing": _missing(results, table, row),
         "figures": figures,
-        "infeasible_share": _known(row.infeasible_share),
-        "decision_ms": _known(row.decision_ms),
+        "infeasible_share": known(row.infeasible_share),
+        "decision_ms": known(row.decision_ms),
     }
 
 
 def _estimate(e: Estimate) -> dict[str, Any]:
+    return {"value": known(e.value), **low_high(e)}
+
+
+def low_high(e: Estimate) -> dict[str, float | None]:
+    """The ends of an estimate's interval."""
     low, high = e.interval or (None, None)
-    return {"value": _known(e.value), "low": low, "high": high}
+    return {"low": low, "high": high}
 
 
 def _missing(results: StudyComparison, table: Comparison, row: MethodRow) -> int | None:
@@ -102,5 +107,6 @@ def _missing(results: StudyComparison, table: Comparison, row: MethodRow) -> int
     return results.missing[table.scene, table.setting, row.method] if results.num_seeds is not None else None
 
 
-def _known(value: float) -> float | None:
+def known(value: float) -> float | None:
+    """A figure, None where it is undefined."""
     return value if isfinite(value) else None

@@ -3,6 +3,7 @@
     study.toml                       the study file
     part-000003-<digest>.parquet     rows with a result, `row.COLUMNS`, zstd
     failed-000004-<digest>.parquet   rows with an error; a retry removes them first
+    logs/                            logs of episodes, where the sweep was to keep any
     lock                             empty; locked by the sweep that writes
 
 A shard appears whole or not at all: it is written under another name, flushed to the disk and renamed. Each id is in at
@@ -27,6 +28,7 @@ from typing import TYPE_CHECKING
 
 from mjnav.errors import InputError, MjnavError
 from mjnav.scenarios.files import read_regular
+from mjnav.study.store.logs import remove_logs
 from mjnav.study.store.row import COLUMNS, PLACE_IN_STUDY, Row
 from mjnav.study.store.shard import DONE, FAILED, SHARD, digest, parquet, read_shard, schema
 
@@ -116,9 +118,11 @@ class Store:
         self._write_shard(FAILED, [row for row in rows if row.error is not None])
 
     def forget_failures(self) -> int:
-        """Removes the rows with an error, so that their episodes are run again; returns their number."""
+        """Removes the rows with an error and their logs, so that their episodes are run again; returns their number."""
         count = self.num_failed()
         for shard in self._shards(FAILED):
+            table = read_shard(shard, ["log"])
+            remove_logs(self.folder, _completed(table, ["log"])["log"].to_pylist())
             shard.unlink()
         return count
 

@@ -49,7 +49,7 @@ def changes_since(wanted: Sequence[Trial], store: Store, *, failed: bool = True)
     """
     cells = {trial.cell_place: trial.cell for trial in wanted}
     found: Counter[str] = Counter()
-    for origin in _origins(store, failed=failed):
+    for origin in origins(store, failed=failed):
         cell = cells.get(origin.cell)
         if cell is not None:
             texts = [*_scenario_changes(origin, cell), *changes(origin.made_with, provenance(cell.controller))]
@@ -61,10 +61,10 @@ def _scenario_changes(origin: RowOrigin, cell: Cell) -> Iterator[str]:
     control = None if origin.control is None else cell.control
     if (origin.scenario, origin.control) == (cell.document, control):
         return
-    before, now = _content(origin.scenario, origin.control), _content(cell.document, control)
+    before, now = content(origin.scenario, origin.control), content(cell.document, control)
     for key in dict.fromkeys((*before, *now)):
         if before.get(key) != now.get(key):
-            yield f"{key} was {_value_text(before, key)}, is {_value_text(now, key)}"
+            yield f"{key} was {value_text(before, key)}, is {value_text(now, key)}"
 
 
 def changes_line(found: Mapping[str, int]) -> str:
@@ -79,13 +79,13 @@ def inconsistencies(store: Store, study: str) -> tuple[Inconsistency, ...]:
 
     Raises MjnavError where a shard is damaged.
     """
-    origins = [origin for origin in _origins(store) if origin.cell[0] == study]
-    return (*_of_facts(origins), *_of_scenarios(origins))
+    found = [origin for origin in origins(store) if origin.cell[0] == study]
+    return (*_of_facts(found), *_of_scenarios(found))
 
 
-def _of_facts(origins: Sequence[RowOrigin]) -> Iterator[Inconsistency]:
-    known = [origin for origin in origins if any(origin.made_with.values())]
-    unknown = sum(origin.count for origin in origins) - sum(origin.count for origin in known)
+def _of_facts(among: Sequence[RowOrigin]) -> Iterator[Inconsistency]:
+    known = [origin for origin in among if any(origin.made_with.values())]
+    unknown = sum(origin.count for origin in among) - sum(origin.count for origin in known)
     if unknown:
         yield Inconsistency("what rows were made with", {f"{NOT_RECORDED} it": unknown})
     for fact, (name, _) in FACTS.items():
@@ -101,26 +101,27 @@ def _of_facts(origins: Sequence[RowOrigin]) -> Iterator[Inconsistency]:
                 yield Inconsistency(f"{name} {controller}".strip(), rows)
 
 
-def _of_scenarios(origins: Iterable[RowOrigin]) -> Iterator[Inconsistency]:
+def _of_scenarios(rows: Iterable[RowOrigin]) -> Iterator[Inconsistency]:
     cells: dict[tuple[str, str, str, str], Counter[tuple[str | None, str | None]]] = {}
-    for origin in origins:
+    for origin in rows:
         cells.setdefault(origin.cell, Counter())[origin.scenario, origin.control] += origin.count
     found: dict[str, Counter[str]] = {}
-    for content in cells.values():
-        if len(content) < 2:
+    for versions in cells.values():
+        if len(versions) < 2:
             continue
-        complete = all(control is not None for _, control in content)
-        tables = [(_content(document, control if complete else None), n) for (document, control), n in content.items()]
+        complete = all(control is not None for _, control in versions)
+        tables = [(content(document, control if complete else None), n) for (document, control), n in versions.items()]
         for key in dict.fromkeys(key for table, _ in tables for key in table):
             if any(table.get(key) != tables[0][0].get(key) for table, _ in tables):
                 values = found.setdefault(key, Counter())
                 for table, count in tables:
-                    values[_value_text(table, key)] += count
+                    values[value_text(table, key)] += count
     for key, values in found.items():
         yield Inconsistency(f"{key} within a cell", values)
 
 
-def _origins(store: Store, *, failed: bool = True) -> Iterator[RowOrigin]:
+def origins(store: Store, *, failed: bool = True) -> Iterator[RowOrigin]:
+    """What the rows of a store were made with. Raises MjnavError where a shard is damaged."""
     columns = (*CELL, "controller", "scenario", "control", *MADE_WITH)
     for values, count in store.count_by(columns, failed=failed).items():
         value: dict[str, Any] = dict(zip(columns, values, strict=True))
@@ -134,7 +135,7 @@ def _origins(store: Store, *, failed: bool = True) -> Iterator[RowOrigin]:
         )
 
 
-def _content(document: str | None, control: str | None) -> dict[str, object]:
+def content(document: str | None, control: str | None) -> dict[str, object]:
     """Every value of a run file by its dotted key; the controller's from `control` where that is known."""
     try:
         table = parse(document or "", "scenario")
@@ -152,7 +153,8 @@ def _leaves(value: Mapping[str, Any] | Sequence[Any], path: str = "") -> Iterato
             yield f"{path}{key}", item
 
 
-def _value_text(table: Mapping[str, object], key: str) -> str:
+def value_text(table: Mapping[str, object], key: str) -> str:
+    """The value of a dotted key, shortened for a message."""
     if key not in table:
         return "absent"
     text = json.dumps(table[key], default=str, ensure_ascii=False)

@@ -11,8 +11,11 @@ import logging
 import os
 import sys
 import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
 
 from mjnav.loop.faults.heartbeat import END_TIMEOUT, STALL, Heartbeat, TimeUp
+from mjnav.study.second_run import wants_log, with_log
 from mjnav.study.store.row import Row
 from mjnav.study.trial import Trial, failed_row, run_trial
 
@@ -21,14 +24,26 @@ _POLL = 0.5  # [s]
 
 def run_in_thread(trial: Trial, max_seconds: float) -> Row:
     """The trial's row, run on this thread; a failed row where it took longer than `max_seconds` of wall time."""
+    with _watched(trial, max_seconds) as heart:
+        row = run_trial(trial, beat=heart)
+    if heart.over is not None:
+        return failed_row(trial, heart.over, row.wall_s)
+    if not wants_log(trial, row):
+        return row
+    with _watched(trial, max_seconds) as heart:
+        return with_log(trial, row, heart)
+
+
+@contextmanager
+def _watched(trial: Trial, max_seconds: float) -> Iterator[Heartbeat]:
+    """A heartbeat for a run of the trial on this thread; a second thread watches it meanwhile."""
     heart, done = Heartbeat(max_seconds), threading.Event()
     watch = threading.Thread(target=_watch, args=(trial.label, heart, threading.get_ident(), done), daemon=True)
     watch.start()
     try:
-        row = run_trial(trial, beat=heart)
+        yield heart
     finally:
         done.set()
-    return row if heart.over is None else failed_row(trial, heart.over, row.wall_s)
 
 
 def _watch(name: str, heart: Heartbeat, thread: int, done: threading.Event) -> None:

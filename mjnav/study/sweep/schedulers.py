@@ -17,6 +17,8 @@ from typing import Any
 from mjnav.errors import InvalidValue, MjnavError, missing_extra
 from mjnav.loop.faults.fault import describe_fault
 from mjnav.loop.faults.heartbeat import MAX_SECONDS, Heartbeat
+from mjnav.study.keep import LogFault
+from mjnav.study.second_run import wants_log, with_log
 from mjnav.study.store.row import Row
 from mjnav.study.sweep.in_thread import run_in_thread
 from mjnav.study.sweep.workers import POLL, TimeLimit, as_done
@@ -45,7 +47,11 @@ def local(workers: int, max_seconds: float = MAX_SECONDS, tell: Callable[[str], 
 
 
 def _run(trial: Trial, heart: Heartbeat) -> Row:
-    return run_trial(trial, beat=heart)
+    row = run_trial(trial, beat=heart)
+    if heart.over is None and wants_log(trial, row):
+        heart.begin_again()
+        return with_log(trial, row, heart)
+    return row
 
 
 def dask(address: str, max_seconds: float = MAX_SECONDS, *, patience: float = PATIENCE) -> Scheduler:
@@ -143,6 +149,8 @@ def _row(future: Any, answer: Any, trial: Trial, address: str) -> Row:
     if future.status != "error":  # neither a row nor an error arrived
         raise _lost(address)
     error = future.exception()
+    if isinstance(error, LogFault):
+        raise error
     return failed_row(trial, DIED if isinstance(error, KilledWorker) else describe_fault(error))
 
 

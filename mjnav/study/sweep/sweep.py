@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from mjnav.errors import InputError, MjnavError
 from mjnav.loop.provenance.facts import OWN_SOURCES, changes, provenance
 from mjnav.study.cells import Cell
+from mjnav.study.keep import NONE, check_kind, keeping
 from mjnav.study.store.row import Row
 from mjnav.study.store.store import Store
 from mjnav.study.study_file import StudyFile
@@ -33,6 +34,7 @@ class SweepSummary:
     seconds: float
     episode_seconds: float
     interrupted: bool
+    unlogged: int  # episodes that did not succeed and have no log, where failures were to keep theirs
 
 
 def trials(study: StudyFile, cells: Sequence[Cell]) -> list[Trial]:
@@ -67,6 +69,7 @@ def sweep(
     resume: bool = False,
     retry_failed: bool = False,
     accept_changed: bool = False,
+    keep_logs: str = NONE,
     stop: Callable[[], bool] = lambda: False,
     begin: Callable[[int], None] = lambda kept: None,
     progress: Callable[[int, Row], None] = lambda done, row: None,
@@ -74,14 +77,17 @@ def sweep(
     """Runs the trials that have no row in the store; with `retry_failed`, also those that failed.
 
     With `accept_changed`, rows that were made before a change count as done, and rows of workers that differ from this
-    process are added: there is never more than one row of an episode. `text` is written beside the rows. `begin` gets
+    process are added: there is never more than one row of an episode. `keep_logs` is one of `keep.KINDS`: which of the
+    episodes that are run keep their log. `text` is written beside the rows. `begin` gets
     the number of rows that are there, `progress` the number of episodes that were run and the latest row. The sweep
     ends when `stop` returns true; what is done is kept.
 
     Raises InputError as `check` does, before anything is written, and MjnavError where the disk refuses, and where a
-    worker differs from this process or cannot import the controller: the row of that episode is not kept.
+    worker differs from this process, cannot import the controller or cannot write a log: the row of that episode is
+    not kept.
     """
     began = time.monotonic()
+    check_kind(keep_logs)
     resume = resume or retry_failed
 
     def checked() -> None:
@@ -93,15 +99,16 @@ def sweep(
         if retry_failed:
             store.forget_failures()
         done = store.done()
-        missing = [trial for trial in wanted if trial.place not in done]
+        missing = list(keeping((trial for trial in wanted if trial.place not in done), store.folder, keep_logs))
         begin(len(wanted) - len(missing))
-        buffer = _Buffer(store)
+        buffer, unlogged = _Buffer(store), 0
         try:
             with closing(scheduler(missing)) as rows:
                 for row in rows:
                     if row is not None:
                         check_worker(row, accept_changed=accept_changed)
                         buffer.add(row)
+                        unlogged += keep_logs != NONE and row.log is None and not row.figures.get("success")
                         progress(buffer.count, row)
                     buffer.flush_if_due()
                     if stop():
@@ -116,6 +123,7 @@ def sweep(
             seconds=time.monotonic() - began,
             episode_seconds=buffer.seconds,
             interrupted=buffer.count < len(missing),
+            unlogged=unlogged,
         )
 
 

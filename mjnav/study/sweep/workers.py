@@ -9,6 +9,7 @@ import multiprocessing
 import os
 import pickle
 import signal
+import sys
 import threading
 from collections import Counter
 from collections.abc import Callable, Generator, Iterable, Iterator, Mapping, Sequence
@@ -16,7 +17,7 @@ from contextlib import closing, contextmanager, suppress
 from dataclasses import dataclass
 from itertools import islice
 from multiprocessing.connection import Connection, wait
-from types import MappingProxyType
+from types import MappingProxyType, ModuleType
 from typing import Any, TypeVar
 
 from mjnav.errors import MjnavError
@@ -245,12 +246,19 @@ def _refuse(task: object, cause: str) -> Any:
 
 @contextmanager
 def _environment() -> Iterator[None]:
-    """Sets ENVIRONMENT for processes that start meanwhile; libraries and the interpreter read it at their start."""
+    """Sets ENVIRONMENT for processes that start meanwhile; libraries and the interpreter read it at their start.
+
+    The program that called is not imported again in them, as multiprocessing would: a script that calls `mjnav.sweep`
+    needs no `if __name__ == "__main__"`.
+    """
     before = {name: os.environ.get(name) for name in ENVIRONMENT}
     os.environ.update(ENVIRONMENT)
+    program = sys.modules["__main__"]
+    sys.modules["__main__"] = ModuleType("__main__")
     try:
         yield
     finally:
+        sys.modules["__main__"] = program
         for name, value in before.items():
             if value is None:
                 del os.environ[name]

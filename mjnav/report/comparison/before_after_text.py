@@ -1,0 +1,141 @@
+"""Two folders of results for a terminal: what changed, each cell's figures, and the seeds that ended otherwise."""
+
+import shlex
+from collections import Counter
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+
+from rich.console import Console
+from rich.text import Text
+
+from mjnav.printable import printable
+from mjnav.report.comparison.shown import ALPHA
+from mjnav.report.comparison.text import write_table
+from mjnav.study.compare.before_after import AFTER, BEFORE, BETTER, OTHER, WORSE, BeforeAfter, CellChange, SeedChange
+from mjnav.study.compare.compare import RESAMPLES, Comparison
+from mjnav.study.compare.study_comparison import StudyComparison
+from mjnav.study.compare.what_changed import KeyChange
+from mjnav.study.store.logs import kept_log
+
+MAX_KEYS = 20  # that are printed
+MAX_SEEDS = 20  # of a cell and a kind
+MAX_NAMED = 5  # cells in one folder only
+MEANING = (
+    "All is over the seeds that both folders have: success % is the goal reached without contact, in time; "
+    "collision % any contact; with Wilson 95 % intervals.",
+    f"Other figures are means over the seeds that succeeded, with 95 % bootstrap intervals ({RESAMPLES} resamples); in "
+    "parentheses from how many seeds, where not from all n.",
+    "Signed figures are after - before, over the seeds that succeeded in both (rates, clearances: over all), with "
+    "paired bootstrap intervals.",
+    "* p < 0.05 by a sign-flip test on the pairs (rates: McNemar's exact test), with Holm's correction over the cells, "
+    "each figure by itself.",
+)
+
+
+def write(found: BeforeAfter, console: Console) -> None:
+    """What changed, the cells, a summary."""
+    console.print(f"before  {printable(found.before)}\nafter   {printable(found.after)}", style="bold")
+    console.print()
+    console.print(
+        "what the rows were made with" if found.changed else "The rows were made with the same.", style="bold"
+    )
+    for change in found.changed[:MAX_KEYS]:
+        console.print(f"  {_change(change, len(found.cells))}")
+    if len(found.changed) > MAX_KEYS:
+        console.print(f"  and {len(found.changed) - MAX_KEYS} more: --json has all")
+    console.print()
+    for cell in found.cells:
+        _write_cell(found, cell, console)
+    for sentence in MEANING:
+        console.print(sentence, style="dim")
+    for sentence in (*summary(found), *_alone(found)):
+        console.print(sentence, style="bold")
+
+
+def summary(found: BeforeAfter) -> Iterator[str]:
+    """How much got better and worse, in sentences."""
+    marked: Counter[str] = Counter()
+    for cell in found.cells:
+        difference = cell.after.differences["success"]
+        if difference.p is not None and difference.p < ALPHA:
+            marked[BETTER if difference.estimate.value > 0.0 else WORSE] += 1
+    seeds = Counter(seed.kind for cell in found.cells for seed in cell.seeds)
+    pairs = sum(cell.pairs for cell in found.cells)
+    yield (
+        f"Of {pairs} pairs {seeds[BETTER]} are better, {seeds[WORSE]} worse, {seeds[OTHER]} failed otherwise, "
+        f"{sum(cell.identical for cell in found.cells)} are identical to the last bit."
+    )
+    yield (
+        f"Success is higher in {marked[BETTER]} and lower in {marked[WORSE]} of {len(found.cells)} cells "
+        f"with p < {ALPHA:g}."
+    )
+
+
+def _write_cell(found: BeforeAfter, cell: CellChange, console: Console) -> None:
+    identical = f", {cell.identical} of them identical" if cell.identical else ""
+    heading = Text(f"{printable(', '.join((cell.scene, cell.setting, cell.method)))}", "bold")
+    console.print(heading.append(f": {cell.pairs} pairs{identical}", "not bold"))
+    if cell.identical < cell.pairs:
+        write_table(*as_table(found, cell), console)
+    for kind in (BETTER, WORSE, OTHER):
+        for line in _seeds(found, cell.named(kind), kind):
+            console.print(line)
+    console.print()
+
+
+def _seeds(found: BeforeAfter, seeds: Sequence[SeedChange], kind: str) -> Iterator[str]:
+    """The seeds of a cell that changed in one way, by what became of what; then the command that shows the first."""
+    if not seeds:
+        return
+    ways: dict[tuple[str, str], list[int]] = {}
+    for seed in seeds:
+        ways.setdefault((seed.before, seed.after), []).append(seed.seed)
+    for (before, after), numbers in ways.items():
+        word = "seed" if len(numbers) == 1 else "seeds"
+        more = f" and {len(numbers) - MAX_SEEDS} more" if len(numbers) > MAX_SEEDS else ""
+        yield f"  {kind:7} {word} {', '.join(map(str, numbers[:MAX_SEEDS]))}{more}: {before} -> {after}"
+    for seed in seeds:
+        side = (found.before, seed.before_log) if kind == BETTER else (found.after, seed.after_log)
+        log = kept_log(Path(side[0]), side[1])
+        if log is not None:
+            yield f"          {shlex.join(['mjnav', 'report', str(log)])}"
+            return
+
+
+def as_table(found: BeforeAfter, cell: CellChange) -> tuple[StudyComparison, Comparison]:
+    """A cell as a table with a row before and a row after, which is compared with the first."""
+    table = Comparison(cell.scene, f"{cell.setting}, {cell.method}", BEFORE, (cell.before, cell.after))
+    missing = {(table.scene, table.setting, row.method): 0 for row in table.rows}
+    return StudyComparison(
+        folder=found.after,
+        study="",
+        figures=found.figures,
+        tables=(table,),
+        num_seeds=None,
+        missing=missing,
+        absent=(),
+        causes=Counter(),
+        revisions=(),
+        others=(),
+        inconsistencies=(),
+    ), table
+
+
+def _change(change: KeyChange, cells: int) -> str:
+    where = "" if change.cells == cells else f"  (in {change.cells} of {cells} cells)"
+    return printable(f"{change.what}: {change.before} -> {change.after}{where}")
+
+
+def _alone(found: BeforeAfter) -> Iterator[str]:
+    """The cells that have no partner."""
+    for which, places in ((BEFORE, found.only_before), (AFTER, found.only_after)):
+        if places:
+            named = "; ".join(", ".join(place) for place in places[:MAX_NAMED])
+            more = f"; {len(places) - MAX_NAMED} more" if len(places) > MAX_NAMED else ""
+            yield printable(f"Only {which}: {named}{more}.")
+    for cell in found.cells:
+        if cell.pairs < max(cell.num_before, cell.num_after):
+            yield printable(
+                f"{cell.scene}, {cell.setting}, {cell.method}: {cell.num_before} seeds before, {cell.num_after} after, "
+                f"{cell.pairs} in both."
+            )

@@ -1,0 +1,40 @@
+"""`mjnav.compare`: the results of a study as tables, or two folders of results as what changed between them."""
+
+import os
+from collections.abc import Sequence
+from typing import overload
+
+from mjnav.study.compare.before_after import BeforeAfter, before_after
+from mjnav.study.compare.compare import DEFAULT_FIGURES
+from mjnav.study.compare.study_comparison import StudyComparison, compare_study
+from mjnav.study.results import find_results, kept_study
+
+PathText = str | os.PathLike[str]
+
+
+@overload
+def compare(
+    results: PathText, after: None = None, *, reference: str | None = None, figures: Sequence[str] = DEFAULT_FIGURES
+) -> StudyComparison: ...
+@overload
+def compare(results: PathText, after: PathText, *, figures: Sequence[str] = DEFAULT_FIGURES) -> BeforeAfter: ...
+def compare(
+    results: PathText,
+    after: PathText | None = None,
+    *,
+    reference: str | None = None,
+    figures: Sequence[str] = DEFAULT_FIGURES,
+) -> StudyComparison | BeforeAfter:
+    """Compares the methods of one study's results, or two folders of results seed by seed.
+
+    `results` and `after` are a study's name or file, whose results are below runs/out, or a folder. `figures` are
+    names of columns of numbers, beside the rates of success and of collision. `reference` is the label of the method
+    that the others of a table are compared with, by default the first.
+
+    Raises InputError where there are no results, or none in common; InvalidValue for an unknown figure or reference;
+    MjnavError for a damaged file.
+    """
+    store, study = find_results(results)
+    if after is not None:
+        return before_after(store, find_results(after)[0], figures=figures)
+    return compare_study(store, study or kept_study(store), reference=reference, figures=figures)

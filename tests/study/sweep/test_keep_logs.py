@@ -1,0 +1,148 @@
+"""A kept log is that of its row's episode, whatever is killed and however full the disk is; the rows are the same."""
+
+import subprocess
+from dataclasses import replace
+from itertools import count
+
+import pytest
+
+import mjnav
+from mjnav.cli.main import main
+from mjnav.control.methods.rkhs import Rkhs
+from mjnav.errors import InputError, InvalidValue
+from mjnav.study.keep import keeping
+from mjnav.study.second_run import wants_log, with_log
+from mjnav.study.store.logs import kept_log
+from mjnav.study.store.store import Store
+from mjnav.study.sweep.schedulers import local
+from mjnav.study.sweep.sweep import sweep
+from mjnav.study.trial import run_trial
+
+DISK = 2**21  # [bytes]: fewer than the logs of the small study take
+
+
+def in_process(trials):
+    """A scheduler without worker processes."""
+    for trial in trials:
+        row = run_trial(trial)
+        yield with_log(trial, row) if wants_log(trial, row) else row
+
+
+def logs(store: Store) -> dict[str, str | None]:
+    return {row["id"]: row["log"] for row in store.rows(["id", "log"]).to_pylist()}
+
+
+def test_the_rows_are_the_same_and_each_log_is_that_of_its_row(tmp_path, small_trials, serial_hashes):
+    for kind in ("failures", "all"):  # nobody reaches the goal within the second that the study has
+        store = Store(tmp_path / kind)
+        report = sweep(small_trials[:4], store, local(1) if kind == "failures" else in_process, keep_logs=kind)
+        assert report.unlogged == 0
+        for row in store.rows(["id", "state_hash", "log", "seed", "method"]).to_pylist():
+            assert row["state_hash"] == serial_hashes[row["id"]]
+            log = kept_log(store.folder, row["log"])
+            assert log is not None
+            result = mjnav.open_log(log).result
+            assert (result["state_hash"], int(result["seed"]), result["controller"]) == (
+                row["state_hash"], row["seed"], row["method"].split()[0]
+            )  # fmt: skip
+        assert len(list((store.folder / "logs").iterdir())) == 4
+
+
+def test_a_success_keeps_no_log_and_none_are_kept_unasked(tmp_path, small_trials):
+    (kept,) = keeping(small_trials[:1], tmp_path, "failures")
+    row = run_trial(kept)
+    assert (wants_log(kept, row), wants_log(small_trials[0], row)) == (True, False)
+    assert not wants_log(kept, replace(row, figures={**row.figures, "success": True}))
+    (tmp_path / "logs").rmdir()
+    store = Store(tmp_path)
+    sweep(small_trials[:1], store, in_process)
+    assert list(logs(store).values()) == [None]
+    assert not (tmp_path / "logs").exists()
+    with pytest.raises(InvalidValue, match=r"keep_logs: found 'failure'; .* did you mean 'failures'"):
+        sweep(small_trials[:1], Store(tmp_path / "other"), in_process, keep_logs="failure")
+
+
+def test_what_a_killed_sweep_left_is_replaced_or_removed(tmp_path, small_trials):
+    store = Store(tmp_path / "out")
+    sweep(small_trials[:2], store, in_process, keep_logs="failures")
+    kept = [tmp_path / "out" / str(name) for name in logs(store).values()]
+    for shard in store.folder.glob("*.parquet"):
+        shard.unlink()  # killed after the logs, before the rows
+    kept[0].write_bytes(b"half a log")
+    stranger = kept[0].with_name("mine.mcap")
+    stranger.write_bytes(b"")
+    sweep(small_trials[:2], store, in_process, keep_logs="failures", resume=True)
+    assert sorted(store.folder / str(name) for name in logs(store).values()) == sorted(kept)
+    assert mjnav.open_log(kept[0]).result["outcome"] == "timeout"
+    for shard in store.folder.glob("*.parquet"):
+        shard.unlink()
+    sweep(small_trials[:2], store, in_process, resume=True)
+    assert list((store.folder / "logs").iterdir()) == [stranger]
+
+
+class Fickle(Rkhs):
+    """Decides otherwise in every run."""
+
+    runs = count()
+
+    def __init__(self, *given, **options):
+        super().__init__(*given, **options)
+        self._run = next(self.runs)
+
+    def decide(self, observation):
+        decision = super().decide(observation)
+        return replace(decision, v=0.1 + 1e-3 * self._run)
+
+
+def test_a_second_run_that_ends_otherwise_leaves_no_log(tmp_path, small_trials):
+    trial = small_trials[0]
+    document = trial.cell.document.replace('method = "rkhs"', f'method = "{__name__}:Fickle"')
+    assert document != trial.cell.document
+    fickle = replace(trial, cell=replace(trial.cell, document=document))
+    store = Store(tmp_path)
+    report = sweep([fickle], store, in_process, keep_logs="failures")
+    assert (report.run, report.unlogged) == (1, 1)
+    assert list(logs(store).values()) == [None]
+    assert list((tmp_path / "logs").iterdir()) == []
+
+
+def test_a_retry_forgets_the_logs_of_failed_episodes(tmp_path, small_trials):
+    cell = small_trials[0].cell
+    broken = replace(
+        small_trials[0], cell=replace(cell, document=cell.document.replace("time_limit = 1.0", "time_limit = 0.0"))
+    )
+    store = Store(tmp_path)
+    sweep([broken], store, in_process, keep_logs="all")
+    assert store.num_failed() == 1
+    sweep(small_trials[:1], store, in_process, keep_logs="failures", retry_failed=True)
+    assert [kept_log(tmp_path, name) is not None for name in logs(store).values()] == [True]
+
+
+def test_the_folder_of_logs_is_no_link(tmp_path, small_trials):
+    (tmp_path / "elsewhere").mkdir()
+    (tmp_path / "out").mkdir()
+    (tmp_path / "out" / "logs").symlink_to(tmp_path / "elsewhere")
+    with pytest.raises(InputError, match="logs: found a link; allowed: a folder"):
+        sweep(small_trials[:1], Store(tmp_path / "out"), in_process, keep_logs="all")
+
+
+def test_a_full_disk_is_a_line_and_the_sweep_goes_on_with_room(small_study, serial_hashes, tmp_path, capsys):
+    disk = tmp_path / "disk"
+    disk.mkdir()
+    mount = ["mount", "-t", "tmpfs", "-o", f"size={DISK}", "tmpfs", str(disk)]
+    if subprocess.run(mount, capture_output=True, check=False).returncode != 0:
+        pytest.skip("no right to mount a small disk")
+    try:
+        words = ["sweep", str(small_study), "-o", str(disk / "out"), "--workers", "1"]
+        assert main([*words, "--keep-logs", "all"]) == 1
+        told = capsys.readouterr().err
+        assert "No space left on device" in told
+        assert told.endswith("finished episodes are kept: --resume continues\n")
+        done = logs(Store(disk / "out"))
+        assert 0 < len(done) < 16
+        assert all(kept_log(disk / "out", name) for name in done.values())
+        assert main([*words, "--resume"]) == 0  # room for rows, not for more logs
+        rows = Store(disk / "out").rows(["id", "state_hash"]).to_pylist()
+        assert {row["id"]: row["state_hash"] for row in rows} == serial_hashes
+    finally:
+        subprocess.run(["umount", str(disk)], check=True)
