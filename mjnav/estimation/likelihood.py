@@ -4,6 +4,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from mjnav.constant import Constant
 from mjnav.geometry.compiled import kernel
 from mjnav.geometry.kernel_types import Vector
 from mjnav.messages import Array
@@ -45,7 +46,7 @@ NEGLIGIBLE = 1e-4  # of the floor: what the density may still be where the table
 
 
 @dataclass(frozen=True, slots=True)
-class Likelihood:
+class Likelihood(Constant):
     """p(z | x) = (1 - epsilon) p(z - x) + epsilon / width, p the density of the noise with its mean.
 
     A reading is truth plus noise, so the noise that a particle implies is z - x. The floor is constant everywhere,

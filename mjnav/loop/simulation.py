@@ -264,8 +264,9 @@ class Simulation:
     def _take(self, other: "Simulation") -> None:
         """Takes over a deep copy of another simulation's state."""
         state = {name: getattr(other, name) for name in _STATE}
+        messages = () if other._tick is None else other._tick.messages
         try:
-            vars(self).update(deepcopy(state, {id(self.scenario): self.scenario}))
+            vars(self).update(deepcopy(state, {id(message): message for message in messages}))
         except MjnavError:
             raise
         except Exception as error:

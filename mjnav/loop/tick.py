@@ -34,6 +34,15 @@ class Tick:
         self.truth: WorldState = world.state()
         watch.lap("truth")
 
+    @property
+    def messages(self) -> tuple[object, ...]:
+        """What is known so far and never changes: two ticks may share it."""
+        known = vars(self)
+        found = [known.get(name) for name in ("truth", "observation", "decision")]
+        for beliefs in (known.get("estimated"), self._given, self._before):
+            found += [] if beliefs is None else [beliefs, beliefs.robot, *beliefs.people]
+        return (*found, *known.get("readings", ()))
+
     @cached_property
     def readings(self) -> tuple[Reading, ...]:
         """What the sensors measured since the tick before."""

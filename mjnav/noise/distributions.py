@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mjnav.config import Length, Range, settle
+from mjnav.constant import Constant
 from mjnav.errors import InvalidValue
 from mjnav.messages import Array
 from mjnav.noise.base import MOST, Mean, OnRealLine, Size, Spread
@@ -24,7 +25,7 @@ def _gaussian_logpdf(x: ArrayLike, mean: float | Array, std: float) -> Array:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Zero(OnRealLine):
+class Zero(Constant, OnRealLine):
     """No noise: every draw is exactly 0, and `mean` and `std` are 0.
 
     A point mass has no density. `logpdf` is that of a Gaussian of std NARROW, so that a likelihood built from it
@@ -53,7 +54,7 @@ class Zero(OnRealLine):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Gaussian(OnRealLine):
+class Gaussian(Constant, OnRealLine):
     """N(mean, std^2)."""
 
     mean: Mean = 0.0
@@ -72,7 +73,7 @@ class Gaussian(OnRealLine):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Uniform:
+class Uniform(Constant):
     """Constant density on [mean - half_width, mean + half_width]; std = half_width / sqrt(3)."""
 
     mean: Mean = 0.0
@@ -103,7 +104,7 @@ class Uniform:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class StudentT(OnRealLine):
+class StudentT(Constant, OnRealLine):
     """Student's t with `df` > 2 degrees of freedom, scaled so that `std` is its standard deviation.
 
     Kurtosis is 3 + 6/(df - 4) for df > 4 and infinite below: heavy tails at a known variance.
@@ -129,7 +130,7 @@ class StudentT(OnRealLine):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Mixture(OnRealLine):
+class Mixture(Constant, OnRealLine):
     """sum_k weights_k N(means_k, stds_k^2); weights are positive and sum to 1."""
 
     weights: Annotated[tuple[_Share, ...], Length(1, MAX_SAMPLES), "of the components; they sum to 1"]
@@ -177,7 +178,7 @@ class Mixture(OnRealLine):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Empirical(OnRealLine):
+class Empirical(Constant, OnRealLine):
     """Recorded errors, smoothed: a Gaussian of std `bandwidth` around each sample.
 
     bandwidth h = 0.9 min(s, IQR/1.34) n^(-1/5), with the samples' standard deviation s and interquartile range IQR

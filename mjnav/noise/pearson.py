@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mjnav.config import Range, settle
+from mjnav.constant import Constant
 from mjnav.errors import InvalidValue
 from mjnav.messages import Array
 from mjnav.noise.base import Mean, Size, Spread
@@ -77,7 +78,7 @@ def _law(skew: float, kurtosis: float) -> Law:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Pearson:
+class Pearson(Constant):
     """The member of the Pearson family with these four moments; kurtosis > skew^2 + 1.
 
     Draws are exact: numpy's beta, gamma and Student generators, rejection for type IV. At kurtosis = skew^2 + 1 only

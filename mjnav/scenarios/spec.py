@@ -10,6 +10,7 @@ from types import MappingProxyType
 from typing import Annotated, Any
 
 from mjnav.config import Beside, Choice, Length, Named, Range, Text, below, settle
+from mjnav.constant import Constant
 from mjnav.errors import InvalidValue
 from mjnav.messages import RobotLimits
 from mjnav.noise import CHANNELS, Distribution, NamedDistribution, profile, profile_names
@@ -220,7 +221,7 @@ class LogContent:
 
 
 @dataclass(frozen=True, slots=True)
-class Scenario:
+class Scenario(Constant):
     """One run: everything but the code that decides what happens."""
 
     name: Annotated[Name, "of the scene, in results and in the names of logs"]

@@ -5,6 +5,7 @@ from math import hypot
 
 import numpy as np
 
+from mjnav.constant import Constant
 from mjnav.geometry.compiled import exact
 from mjnav.geometry.kernel_types import Matrix
 from mjnav.messages import Array
@@ -12,7 +13,7 @@ from mjnav.scenarios.spec import Scenario
 
 
 @dataclass(frozen=True, slots=True)
-class FloorPlan:
+class FloorPlan(Constant):
     """Fixed things, discs first; `names` holds the body ("table0") of each disc, then of each box."""
 
     discs: Array  # (n, 3) x, y, radius [m]

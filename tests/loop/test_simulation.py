@@ -1,11 +1,15 @@
 """A scenario stepped by hand is the run of `mjnav run`, and whatever a caller does ends in order."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 import mjnav
 from mjnav.errors import InvalidValue
+from mjnav.estimation import make_localizer, make_tracker
 from mjnav.loop.episode import Episode
+from mjnav.loop.onboard.navigator import Beliefs
 from mjnav.loop.simulation import Simulation, SimulationOver
 from mjnav.messages import Decision, Status
 
@@ -150,3 +154,74 @@ def test_it_makes_no_controller_that_is_not_asked(room, monkeypatch):
     while not simulation.done:
         assert simulation.observe().robot_pose.shape == (25, 3)
         simulation.step(0.1, 0.0)
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+def test_beliefs_of_ones_own_from_the_readings_stand_in_for_the_estimators(room, engine):
+    scenario = room(f"physics.engine={engine}", "sensors.rate=5")
+    localizer, tracker = make_localizer(scenario, scenario.seed), make_tracker(scenario, scenario.seed)
+    simulation, beliefs = Simulation(scenario, estimators=False), None
+    while not simulation.done:
+        for reading in simulation.readings:
+            beliefs = Beliefs(localizer.update(reading), tracker.update(reading))
+        observation = simulation.observe(beliefs)
+        assert simulation.observe() is observation
+        assert simulation.beliefs is beliefs
+        simulation.step(simulation.decide())
+    expected = Episode(scenario).run().summary
+    for figure in ("state_hash", "localization_rmse_m", "tracking_rmse_m"):
+        assert simulation.summary[figure] == expected[figure]
+
+
+def test_handed_over_beliefs_hold_for_their_tick_and_the_estimators_go_on(room):
+    plain, told = Simulation(room()), Simulation(room())
+    told.step(0.1, 0.0)
+    plain.step(0.1, 0.0)
+    robot = told.beliefs.robot
+    moved = replace(robot, particles=robot.particles + 1.0, mean=robot.mean + 1.0)
+    assert np.allclose(told.observe(Beliefs(moved, ())).robot_pose.mean(0), robot.mean + 1.0, atol=0.2)
+    told.step(0.1, 0.0)
+    plain.step(0.1, 0.0)
+    assert told.beliefs.robot.mean.tolist() == plain.beliefs.robot.mean.tolist()
+    assert (told.trajectory.estimate[1] - plain.trajectory.estimate[1]).tolist() == pytest.approx([1.0] * 3)
+    assert np.isnan(told.trajectory.tracks[1]).all()
+
+
+@pytest.mark.parametrize("estimators", [True, False])
+def test_a_route_is_followed_with_and_without_estimators(empty, estimators):
+    scenario = empty("robot.waypoints=[[0.5, 0.0], [1.2, 0.0]]", "noise.profile=none", "time_limit=4")
+    simulation = Simulation(scenario, estimators=estimators)
+    assert simulation.goal.tolist() == [0.5, 0.0]
+    while not simulation.done:
+        simulation.step(0.8, 0.0)
+    assert simulation.outcome == "goal"
+    assert simulation.goal.tolist() == [1.2, 0.0]
+
+
+# ----------------------------------------------------------------------------------- scan and map
+
+
+def test_an_observation_carries_the_last_scan_and_the_map(room):
+    scenario = room("sensors.rate=5", "sensors.lidar_beams=8")
+    simulation = Simulation(scenario)
+    simulation.step(0.3, 0.0)
+    observation = simulation.observe()
+    assert simulation.readings == ()
+    assert observation.scan.time == 0.0
+    assert observation.scan.angles.tolist() == pytest.approx([-np.pi + k * np.pi / 4 for k in range(8)])
+    known = observation.map
+    assert known.walls.tolist() == [[[-1.0, -2.0], [8.0, -2.0]]]
+    assert known.wall_thickness.tolist() == [scenario.walls[0].thickness]
+    assert known.discs[-1].tolist() == [3.0, -1.0, scenario.pillars[0].radius]
+    assert len(known.discs) == 5
+    assert (known.left_lane, known.right_lane) == (None, None)
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+def test_casting_no_rays_changes_nothing_but_the_scan(room, engine):
+    scenario = room(f"physics.engine={engine}")
+    cast, blind = Simulation(scenario), Simulation(scenario, scan=False)
+    assert blind.observe().scan is None
+    assert blind.readings[0].scan.size == 0
+    assert cast.observe().scan.ranges.size == 360
+    assert finished(cast) == finished(blind)

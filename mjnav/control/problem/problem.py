@@ -9,6 +9,7 @@ from math import inf
 
 import numpy as np
 
+from mjnav.constant import Constant
 from mjnav.constraints.collision_cone import FORMS
 from mjnav.control.kernels.cone_blocks import ConeRule
 from mjnav.control.parameters import Parameters
@@ -23,7 +24,7 @@ from mjnav.messages import Array, Observation, RobotLimits
 
 
 @dataclass(frozen=True)
-class Problem:
+class Problem(Constant):
     """All that a method needs to choose among the candidates of one observation."""
 
     observation: Observation
