@@ -15,7 +15,7 @@ class Stream(np.random.Generator):
 
     def __deepcopy__(self, memo: dict[int, Any]) -> "Stream":
         bits = np.random.PCG64(0)
-        bits.state = self.bit_generator.state
+        bits.state = self.bit_generator.state  # type: ignore[assignment] - the dictionary that it takes
         return Stream(bits)
 
 
