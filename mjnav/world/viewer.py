@@ -63,6 +63,10 @@ class Viewer:
             draw_trail(scene, self._trail)
         self._window.sync()
 
+    def forget_trail(self) -> None:
+        """The next state shown begins another run."""
+        self._trail.clear()
+
     def close(self) -> None:
         """Closes the window and waits for its thread, which must not outlive the libraries that it uses."""
         self._window.close()

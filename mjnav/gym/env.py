@@ -1,0 +1,201 @@
+"""A run as a Gymnasium environment: one episode is one run, one step one control period."""
+
+import os
+from collections.abc import Mapping, Sequence
+from math import hypot
+from typing import Any
+
+import gymnasium
+import numpy as np
+from gymnasium import spaces
+from gymnasium.error import ResetNeeded
+from numpy.typing import ArrayLike, NDArray
+
+from mjnav.control.policy import Actions, Encoder, Features
+from mjnav.errors import InvalidValue, unknown_name
+from mjnav.gym.picture import Drawing, Window
+from mjnav.gym.reward import PUBLISHED, Reward, Transition
+from mjnav.loop.prepare import load_scenario
+from mjnav.loop.referee import COLLISION, GOAL
+from mjnav.loop.simulation import Simulation
+from mjnav.messages import WorldState
+from mjnav.scenarios.overrides import Overrides
+from mjnav.scenarios.spec import Scenario
+from mjnav.world.engine import DivergedError
+
+MAX_DRAWN_SEED = 2**31  # of an episode whose reset names none
+
+Blocks = dict[str, NDArray[np.float32]]
+
+
+class SceneEnv(gymnasium.Env[Blocks, NDArray[Any]]):
+    """A scene, step by step.
+
+    `scene` is a shipped name, a run file or a Scenario, and `overrides` are values by dotted key for the first two, as
+    in `mjnav.load_scenario`. `features` are the blocks that are observed, by name or as `Features`;
+    `mjnav.control.policy.blocks` says what stands in them, and the truth is never among them. `actions` is
+    "normalised", from -1 to 1 over the robot's limits, or "si", (v [m/s], omega [rad/s]). `reward` has the weights of
+    the terms of `mjnav.gym.reward`. `size` is a picture's (width, height) in pixels.
+
+    The seed of `reset` is the run's: the same commands give the run of `mjnav run --seed`, state hash and all. Without
+    one an episode draws its seed from the environment's own generator; `info["seed"]` has it.
+    `options={"scene": ...}` runs another scene from this reset on, of a robot with the same limits.
+
+    An episode is terminated by the goal and by a collision, truncated by the time limit and by whatever aborts a run.
+    """
+
+    metadata: dict[str, Any] = {"render_modes": ["human", "rgb_array"], "render_fps": 10}  # noqa: RUF012 - as in Env
+
+    def __init__(
+        self,
+        scene: str | os.PathLike[str] | Scenario,
+        *,
+        overrides: Overrides = (),
+        features: Features | Sequence[str] = ("robot", "people"),
+        actions: str = "normalised",
+        reward: Mapping[str, float] = PUBLISHED,
+        render_mode: str | None = None,
+        size: tuple[int, int] = (640, 360),
+    ):
+        """Raises InvalidValue for anything that cannot be used."""
+        self._overrides = overrides
+        self._scenario = self._load(scene)
+        self._features = features if isinstance(features, Features) else Features(blocks=tuple(features))
+        limits = self._scenario.robot.limits
+        self._encoder, self._actions, self._reward = Encoder(self._features, limits), Actions(limits), Reward(reward)
+        if actions not in ("normalised", "si"):
+            raise unknown_name("actions", actions, ("normalised", "si"))
+        self._normalised = actions == "normalised"
+        self._check_scan(self._scenario)
+
+        self.observation_space: spaces.Space[Any] = spaces.Dict(
+            {name: spaces.Box(low, high, dtype=np.float32) for name, (low, high) in self._encoder.bounds.items()}
+        )
+        if self._normalised:
+            self.action_space = spaces.Box(-1.0, 1.0, (2,), np.float32)
+        else:  # in double precision, as commands are
+            self.action_space = spaces.Box(self._actions.low, self._actions.high, dtype=np.float64)
+        modes = self.metadata["render_modes"]
+        if render_mode is not None and render_mode not in modes:
+            raise unknown_name("render_mode", render_mode, modes)
+        self.render_mode = render_mode
+        self.metadata = {**self.metadata, "render_fps": round(self._scenario.control.rate)}
+        self._size = size
+        self._drawing: Drawing | None = None
+        self._window: Window | None = None
+        self._simulation: Simulation | None = None
+
+    @property
+    def simulation(self) -> Simulation:
+        """The run of the present episode, with the truth. Raises ResetNeeded before the first `reset`."""
+        if self._simulation is None:
+            raise ResetNeeded("reset() comes before the first step")
+        return self._simulation
+
+    def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Blocks, dict[str, Any]]:
+        """A new episode; see the class for `seed` and `options`. Raises InvalidValue for what it cannot use."""
+        super().reset(seed=seed)
+        for name, value in (options or {}).items():
+            if name != "scene":
+                raise unknown_name("options", name, ("scene",))
+            self._change_scene(value)
+        if seed is None:
+            seed = int(self.np_random.integers(MAX_DRAWN_SEED))
+        self._simulation = Simulation(self._scenario, seed=seed, scan="scan" in self._features.blocks)
+        self._command = np.zeros(2)
+        self._trail = [self._simulation.truth.robot_pose[:2]]
+        self._show()
+        info = {"seed": seed, "time_s": 0.0, "distance_to_goal_m": self._distance(self._simulation.truth)}
+        return self._observe(), info
+
+    def step(self, action: ArrayLike) -> tuple[Blocks, float, bool, bool, dict[str, Any]]:
+        """One control period under `action`.
+
+        `info` has the time, the distance to the goal and the least clearance from people in this step, all of the
+        truth, each reward term times its weight, and after the last step, as "summary", what `mjnav run --json` prints.
+        Where the physics diverge the episode is truncated, and "fault" says so.
+        Raises InvalidValue for an action that is not finite, and ResetNeeded after the last step.
+        """
+        simulation = self.simulation
+        if simulation.done:
+            raise ResetNeeded("the episode has ended: reset() begins another")
+        command = self._actions.command(action) if self._normalised else np.array(action, float)
+        if command.shape != (2,) or not np.isfinite(command).all():
+            raise InvalidValue("action", np.asarray(action).tolist(), "two finite numbers")
+        before, target = simulation.truth, simulation.goal
+        fault = None
+        try:
+            simulation.step(*command.tolist())
+        except DivergedError as error:  # the simulation has ended as aborted
+            fault = str(error)
+        after, outcome = simulation.truth, simulation.outcome
+        step = Transition(self._scenario, before, after, target, self._command, command, outcome)
+        terms = self._reward.terms(step)
+        self._command = command
+        self._trail.append(after.robot_pose[:2])
+        self._show()
+        info: dict[str, Any] = {
+            "time_s": after.time,
+            "distance_to_goal_m": self._distance(after),
+            "clearance_m": step.clearance(),
+            "reward_terms": terms,
+        }
+        if simulation.done:
+            info["summary"] = simulation.summary
+        if fault is not None:
+            info["fault"] = fault
+        terminated = outcome in (GOAL, COLLISION)
+        return self._observe(), sum(terms.values()), terminated, simulation.done and not terminated, info
+
+    def render(self) -> NDArray[np.uint8] | None:
+        """With `render_mode` rgb_array the scene as it is, (height, width, 3); the window of "human" follows by itself.
+
+        Raises InputError where nothing can be drawn without a screen.
+        """
+        if self.render_mode != "rgb_array":
+            return None
+        if self._drawing is None:
+            self._drawing = Drawing(self._scenario, self._size)
+        return self._drawing.draw(self.simulation.truth, self._trail)
+
+    def close(self) -> None:
+        """Frees the picture's memory, or closes the window."""
+        self._end_pictures()
+
+    def _observe(self) -> Blocks:
+        return self._encoder.encode(self.simulation.observe())
+
+    def _distance(self, truth: WorldState) -> float:
+        return hypot(*(truth.robot_pose[:2] - self._scenario.robot.route[-1]).tolist())
+
+    def _show(self) -> None:
+        if self.render_mode != "human":
+            return
+        if self._window is None:
+            self._window = Window(self._scenario)
+        if len(self._trail) == 1:
+            self._window.begin()
+        self._window.show(self.simulation.truth)
+
+    def _load(self, scene: str | os.PathLike[str] | Scenario) -> Scenario:
+        return scene if isinstance(scene, Scenario) else load_scenario(scene, self._overrides)
+
+    def _change_scene(self, scene: str | os.PathLike[str] | Scenario) -> None:
+        scenario = self._load(scene)
+        limits, present = scenario.robot.limits, self._scenario.robot.limits
+        if limits != present:
+            raise InvalidValue("options.scene.robot", limits, f"a robot with the environment's limits: {present}")
+        self._check_scan(scenario)
+        self._end_pictures()
+        self._scenario = scenario
+
+    def _check_scan(self, scenario: Scenario) -> None:
+        beams = scenario.sensors.lidar_beams
+        if "scan" in self._features.blocks and self._features.beams > beams:
+            raise InvalidValue("features.beams", self._features.beams, f"at most sensors.lidar_beams ({beams})")
+
+    def _end_pictures(self) -> None:
+        for picture in (self._drawing, self._window):
+            if picture is not None:
+                picture.close()
+        self._drawing = self._window = None

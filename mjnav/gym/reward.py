@@ -1,0 +1,120 @@
+"""The reward of a step: a weighted sum of named terms, each with its source.
+
+    reward = Σ weight × term
+
+Rewards see the truth, which no policy does.
+"""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from math import hypot, isfinite
+from types import MappingProxyType
+
+import numpy as np
+
+from mjnav.errors import InvalidValue, unknown_name
+from mjnav.geometry.clearance import segment_distance
+from mjnav.loop.referee import GOAL
+from mjnav.messages import Array, WorldState
+from mjnav.metrics.effort import control_cost
+from mjnav.scenarios.spec import Scenario
+
+COMFORT = 0.2  # [m] between surfaces, below which people feel uneasy; Chen et al. 2019
+
+
+@dataclass(frozen=True, slots=True)
+class Transition:
+    """One step of the world."""
+
+    scenario: Scenario
+    before: WorldState
+    after: WorldState
+    target: Array  # (2,) the point of the route that the robot was on its way to
+    command_before: Array  # (2,) v, omega decided in the step before, 0 in the first
+    command: Array  # (2,) v, omega decided in this step
+    outcome: str | None  # how the run ended, if it did
+
+    def clearance(self) -> float:
+        """Least distance between the robot's surface and anyone's within the step [m]; inf without people.
+
+        Both are taken to move straight.
+        """
+        if not self.scenario.people:
+            return np.inf
+        start, end = (state.people_position - state.robot_pose[:2] for state in (self.before, self.after))
+        radii = np.array([person.radius for person in self.scenario.people]) + self.scenario.robot.radius
+        return float((segment_distance(np.zeros(2), start, end) - radii).min())
+
+    def progress(self) -> float:
+        """How much nearer the robot came to `target` [m]."""
+        before, after = (hypot(*(state.robot_pose[:2] - self.target).tolist()) for state in (self.before, self.after))
+        return before - after
+
+
+@dataclass(frozen=True, slots=True)
+class Term:
+    """One term: its value in words, where it comes from, and its function."""
+
+    formula: str
+    source: str
+    value: Callable[[Transition], float]
+
+
+def _discomfort(step: Transition) -> float:
+    clearance = step.clearance()
+    return -0.1 + 0.5 * clearance if 0.0 <= clearance < COMFORT and not step.after.contacts else 0.0
+
+
+def _control(step: Transition) -> float:
+    commands = np.array([step.command_before, step.command])
+    return -control_cost(commands - step.command_before, step.scenario.control.period)
+
+
+TERMS: Mapping[str, Term] = MappingProxyType(
+    {
+        "goal": Term(
+            "1 in the step that reaches the goal", "Chen et al. 2017, 2019",
+            lambda step: float(step.outcome == GOAL),
+        ),
+        "collision": Term(
+            "-0.25 in a step with a contact, with whatever it is", "Chen et al. 2017, 2019",
+            lambda step: -0.25 if step.after.contacts else 0.0,
+        ),
+        "discomfort": Term(
+            "-0.1 + d/2 where the least distance d from a person within the step is below 0.2 m; 0 in a contact",
+            "Chen et al. 2019", _discomfort,
+        ),
+        "progress": Term(
+            "metres by which the robot came nearer to the next point of its route",
+            "potential-based shaping, Ng, Harada & Russell 1999, with the distance as potential and no discount",
+            Transition.progress,
+        ),
+        "time": Term(
+            "minus the control period [s]", "a constant cost of time", lambda step: -step.scenario.control.period
+        ),
+        "control": Term(
+            "-(Δv² + (b/2)² Δω²) / Δt over decisions, b the track width [m²/s³]",
+            "the control cost of `mjnav run`", _control,
+        ),
+    }
+)  # fmt: skip
+
+# The reward of Chen et al. 2019 (SARL), which goes back to Chen et al. 2017 (CADRL). They decide every 0.25 s and give
+# one term a step; here the goal's and the discomfort's may come together.
+PUBLISHED: Mapping[str, float] = MappingProxyType({"goal": 1.0, "collision": 1.0, "discomfort": 1.0})
+
+
+class Reward:
+    """The weighted sum. Raises InvalidValue for a term that does not exist and a weight that is no finite number."""
+
+    def __init__(self, weights: Mapping[str, float]):
+        for name, weight in weights.items():
+            if name not in TERMS:
+                raise unknown_name("reward", name, TERMS, what="terms")
+            if isinstance(weight, bool) or not isinstance(weight, int | float) or not isfinite(weight):
+                raise InvalidValue(f"reward.{name}", weight, "a finite number, the term's weight")
+        self._weights = dict(weights)
+
+    def terms(self, step: Transition) -> dict[str, float]:
+        """Each term times its weight, by name; the reward is their sum."""
+        return {name: weight * TERMS[name].value(step) for name, weight in self._weights.items()}

@@ -1,0 +1,222 @@
+"""The environments: runs, step by step, under Gymnasium's rules."""
+
+import shutil
+import subprocess
+import sys
+from importlib.metadata import entry_points
+
+import gymnasium
+import numpy as np
+import pytest
+from gymnasium.utils.env_checker import check_env
+
+import mjnav
+from mjnav.control.policy import Features, PolicyController, flatten
+from mjnav.errors import InvalidValue
+from mjnav.gym import register
+
+QUICK = ("physics.engine=kinematic", "time_limit=2")
+HALL_SEED_3 = "c70901a89ecaefa2734c834f37bad793227f13f6214400a072dbbf253614a55a"
+
+
+def scene(name: str = "crossing1", *overrides: str, **options) -> gymnasium.Env:
+    return gymnasium.make("mjnav/Scene-v0", scene=name, overrides=(*QUICK, *overrides), **options)
+
+
+def driven(env: gymnasium.Env, action, **reset) -> list[tuple]:
+    """What every step of an episode returned, under one action."""
+    env.reset(**reset)
+    steps = []
+    while not steps or not (steps[-1][2] or steps[-1][3]):
+        steps.append(env.step(np.array(action, np.float32)))
+    return steps
+
+
+def test_the_scenes_own_controller_through_the_environment_gives_the_run_of_the_command_line():
+    with gymnasium.make("mjnav/Hall-v0", actions="si") as env:
+        env.reset(seed=3)
+        simulation, done = env.unwrapped.simulation, False
+        while not done:
+            decision = simulation.decide()
+            *_, terminated, truncated, info = env.step(np.array([decision.v, decision.omega]))
+            done = terminated or truncated
+    assert info["summary"]["state_hash"] == HALL_SEED_3
+
+
+def test_it_keeps_gymnasiums_rules_and_warns_of_nothing():
+    for features in (("robot", "people"), ("grid", "scan")):
+        with scene(features=features) as env:
+            check_env(env.unwrapped, skip_render_check=True)
+
+
+def test_its_pictures_and_its_window_keep_them_too():
+    if shutil.which("xvfb-run") is None:
+        pytest.skip("xvfb-run is not installed")
+    code = (
+        "import gymnasium, mjnav.gym\n"
+        "from gymnasium.utils.env_checker import check_env\n"
+        f"options = dict(scene='crossing1', overrides={QUICK!r}, size=(96, 54))\n"
+        "check_env(gymnasium.make('mjnav/Scene-v0', render_mode='rgb_array', **options).unwrapped)\n"
+    )
+    command = ["xvfb-run", "-a", sys.executable, "-W", "error", "-c", code]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    assert done.stderr == ""
+
+
+def test_a_picture_shows_that_the_robot_has_moved():
+    with scene(render_mode="rgb_array", size=(160, 90)) as env:
+        env.reset(seed=0)
+        before = np.asarray(env.render())
+        for _ in range(10):
+            env.step(np.ones(2, np.float32))
+        after = np.asarray(env.render())
+    assert before.shape == (90, 160, 3)
+    assert before.dtype == np.uint8
+    assert np.abs(after.astype(int) - before).max() > 16
+
+
+def test_the_goal_and_a_collision_terminate_and_the_time_limit_truncates():
+    ends = {}
+    for name, overrides in {
+        "goal": ("robot.goal=[0.6, 0]",),
+        "collision": ("pillars=[{position = [0.7, 0.0]}]",),
+        "timeout": ("time_limit=0.5",),
+    }.items():
+        with scene("crossing1", *overrides) as env:
+            *_, (_, reward, terminated, truncated, info) = driven(env, [1.0, 0.0], seed=0)
+        assert info["summary"]["outcome"] == name
+        ends[name] = (terminated, truncated, reward)
+    assert ends == {"goal": (True, False, 1.0), "collision": (True, False, -0.25), "timeout": (False, True, 0.0)}
+
+
+def test_physics_that_diverge_truncate_the_episode():
+    with gymnasium.make("mjnav/Scene-v0", scene="crossing1") as env:
+        env.reset(seed=0)
+        env.unwrapped.simulation._world._engine.data.qvel[0] = 1e11
+        blocks, _, terminated, truncated, info = env.step(np.zeros(2, np.float32))
+    assert (terminated, truncated, info["summary"]["outcome"]) == (False, True, "aborted")
+    assert info["fault"].startswith("MuJoCo lost the physics")
+    assert np.isfinite(flatten(blocks)).all()
+
+
+def test_a_step_after_the_end_is_refused():
+    with scene("crossing1", "time_limit=0.1") as env:
+        driven(env, [0.0, 0.0], seed=0)
+        with pytest.raises(gymnasium.error.ResetNeeded):
+            env.step(np.zeros(2, np.float32))
+
+
+def test_a_seed_gives_the_same_episode_and_without_one_info_says_which_was_drawn():
+    with scene() as env:
+        first, info = env.reset(seed=5)
+        assert info["seed"] == 5
+        _, drawn = env.reset()
+        again, _ = env.reset(seed=5)
+        np.testing.assert_array_equal(flatten(first), flatten(again))
+        assert env.reset()[1]["seed"] == drawn["seed"] != 5
+        other, _ = env.reset()
+        assert (flatten(other) != flatten(first)).any()
+
+
+class Recording(PolicyController):
+    """Drives in a curve and keeps what it saw."""
+
+    features = Features(blocks=("robot", "people", "scan", "grid"), cells=8)
+    seen: list = []  # noqa: RUF012
+
+    def act(self, blocks):
+        self.seen.append(blocks)
+        return self.actions.command(np.array([0.5, 0.1], np.float32))
+
+
+def test_a_policy_as_a_controller_sees_what_the_environment_showed_bit_for_bit():
+    Recording.seen.clear()
+    overrides = ("physics.engine=kinematic", "time_limit=1")
+    result = mjnav.run(mjnav.load_scenario("hall", overrides), controller=Recording, seed=4)
+    with gymnasium.make("mjnav/Hall-v0", overrides=overrides, features=Recording.features) as env:
+        first, _ = env.reset(seed=4)
+        steps = driven(env, [0.5, 0.1], seed=4)
+    blocks = [first, *(step[0] for step in steps)]
+    assert len(Recording.seen) == len(steps) == 10
+    for shown, seen in zip(blocks, Recording.seen, strict=False):
+        for name in seen:
+            np.testing.assert_array_equal(shown[name], seen[name], err_msg=name)
+    assert steps[-1][4]["summary"]["state_hash"] == result.summary["state_hash"]
+
+
+def test_flattened_it_is_as_gymnasium_flattens_it():
+    with scene(features=("scan", "robot", "people")) as env:
+        blocks, _ = env.reset(seed=1)
+        np.testing.assert_array_equal(flatten(blocks), gymnasium.wrappers.FlattenObservation(env).observation(blocks))
+
+
+@pytest.mark.parametrize("mode", ["sync", "async"])
+def test_eight_in_a_vector_are_eight_single_ones(mode):
+    options = {"scene": "crossing1", "overrides": (*QUICK, "time_limit=0.3")}
+    envs = gymnasium.make_vec("mjnav/Scene-v0", num_envs=8, vectorization_mode=mode, **options)
+    try:
+        blocks, info = envs.reset(seed=10)
+        assert info["seed"].tolist() == list(range(10, 18))
+        with gymnasium.make("mjnav/Scene-v0", **options) as env:
+            np.testing.assert_array_equal(env.reset(seed=13)[0]["people"], blocks["people"][3])
+        for _ in range(3):
+            *_, truncated, info = envs.step(np.zeros((8, 2), np.float32))
+        assert truncated.all()
+        assert info["summary"]["ticks"].tolist() == [3] * 8
+        envs.step(np.zeros((8, 2), np.float32))  # begins the next episodes
+    finally:
+        envs.close()
+
+
+def test_options_run_another_scene_of_the_same_robot():
+    with scene() as env:
+        blocks, _ = env.reset(seed=0, options={"scene": "five"})
+        assert blocks["people"][:, 0].sum() == 4  # the fifth is further than 10 m away
+        with pytest.raises(InvalidValue, match=r"options\.scene\.robot"):
+            env.reset(options={"scene": "table"})
+        with pytest.raises(InvalidValue, match=r"options: found 'scen'; .*did you mean 'scene'"):
+            env.reset(options={"scen": "five"})
+
+
+@pytest.mark.parametrize(
+    ("wrong", "message"),
+    [
+        ({"scene": "hal"}, "did you mean 'hall'"),
+        ({"features": ("robots",)}, "did you mean 'robot'"),
+        ({"features": Features(blocks=("scan",), beams=720)}, r"beams: found 720; allowed: at most .* \(360\)"),
+        ({"actions": "normalized"}, "did you mean 'normalised'"),
+        ({"reward": {"discomfrt": 1.0}}, "did you mean 'discomfort'"),
+        ({"reward": {"goal": "much"}}, r"reward\.goal: found 'much'"),
+    ],
+)
+def test_what_cannot_be_used_is_said_before_anything_starts(wrong, message):
+    with pytest.raises(InvalidValue, match=message):
+        gymnasium.make("mjnav/Scene-v0", **{"scene": "crossing1", **wrong})
+
+
+def test_an_action_that_is_no_number_is_refused():
+    with scene() as env:
+        env.reset(seed=0)
+        with pytest.raises(InvalidValue, match="action: found"):
+            env.step(np.array([np.nan, 0.0], np.float32))
+
+
+def test_the_entry_point_registers_the_environments_once():
+    (entry,) = entry_points(group="gymnasium.envs", name="mjnav")
+    assert entry.load() is register
+    register()
+    assert {"mjnav/Hall-v0", "mjnav/Scene-v0"} <= set(gymnasium.registry)
+
+
+def test_without_gymnasium_policies_run_and_the_error_names_the_extra():
+    code = (
+        "import sys; sys.modules['gymnasium'] = None\n"
+        "import mjnav.control.policy\n"
+        "from mjnav.errors import InputError\n"
+        "try: import mjnav.gym\n"
+        "except InputError as error: print(error)\n"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert "gymnasium is not installed" in done.stdout
+    assert "gym" in done.stdout.partition(": ")[2]  # the command that brings it
