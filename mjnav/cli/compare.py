@@ -8,11 +8,14 @@ from datetime import date
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from mjnav.cli.options import require
 from mjnav.cli.terminal import streams
 from mjnav.cli.terminal.progress import progress, tell
 from mjnav.errors import InputError, InvalidValue
 from mjnav.output_files import output_path, replacement
+from mjnav.study.compare import cell_figures
 from mjnav.study.compare.compare import DEFAULT_FIGURES
+from mjnav.study.requirements import of_cells
 from mjnav.study.results import find_results, kept_study
 from mjnav.study.store.store import Store
 from mjnav.study.study_file import StudyFile
@@ -40,6 +43,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
         help=f"by default {' '.join(DEFAULT_FIGURES)}; rates always",
     )
     parser.add_argument("-o", "--output", action="append", metavar="FILE", help="also to a .csv, .tex or .html file")
+    require.configure(parser, "hall/rkhs: success>=0.95")
     parser.add_argument("--json", action="store_true", help="one JSON object in place of text")
 
 
@@ -51,21 +55,28 @@ def execute(arguments: argparse.Namespace) -> int:
     outputs = [output_path("--output", given, *forms) for given in arguments.output or ()]
     store, study = find_results(arguments.study)
     study = study or _kept(store)
-    results = _read(store, study, arguments)
+    required = require.parsed(arguments)
+    results = _read(store, study, arguments, cell_figures.figures_for(required))
+    answers = of_cells(required, cell_figures.of_study(results))
     for path in outputs:
         with replacement(path) as partial:
             partial.write_text(forms[path.suffix.lower()](path, store, study, results), encoding="utf-8")
     if arguments.json:
         from mjnav.report.comparison.tidy import document
 
-        print(json.dumps(document(results)))
-        return 0
-    from mjnav.report.comparison.text import write
+        print(json.dumps({**document(results), **require.documents(answers)}))
+        return require.exit_code(answers)
+    from mjnav.report.comparison import text, worst_text
+    from mjnav.study.compare.run_commands import run_commands
+    from mjnav.study.compare.worst_seeds import worst_seeds
 
-    _print(lambda console: write(results, console))
+    commands = run_commands(study, store.study()) if study is not None else {}
+    worst = worst_seeds(store, results.study)
+    _print(lambda console: text.write(results, console))
+    _print(lambda console: worst_text.write(results, worst, commands, console))
     for path in outputs:
         print(f"{path}: {path.stat().st_size / 1000:.0f} kB")
-    return 0
+    return require.exit_code(answers)
 
 
 def _forms() -> Mapping[str, Callable[[Path, Store, StudyFile | None, "StudyComparison"], str]]:
@@ -99,7 +110,9 @@ def _kept(store: Store) -> StudyFile | None:
         return None
 
 
-def _read(store: Store, study: StudyFile | None, arguments: argparse.Namespace) -> "StudyComparison":
+def _read(
+    store: Store, study: StudyFile | None, arguments: argparse.Namespace, required: Sequence[str]
+) -> "StudyComparison":
     from mjnav.study.compare.study_comparison import compare_study
 
     with progress("compare", 100.0, "%") as show, _figure_option():
@@ -107,7 +120,7 @@ def _read(store: Store, study: StudyFile | None, arguments: argparse.Namespace) 
             store,
             study,
             reference=arguments.reference,
-            figures=_figures(arguments),
+            figures=[*_figures(arguments), *required],
             progress=lambda done, total: show(100.0 * done / total),
         )
 
@@ -120,18 +133,20 @@ def _before_after(arguments: argparse.Namespace) -> int:
         raise InputError("--reference is for the methods of one study; with AFTER each method is compared with itself")
     outputs = [output_path("--output", given, ".csv") for given in arguments.output or ()]
     stores = [find_results(given)[0] for given in (arguments.study, arguments.after)]
+    required = require.parsed(arguments)
     with _figure_option():
-        found = before_after(*stores, figures=_figures(arguments))
+        found = before_after(*stores, figures=[*_figures(arguments), *cell_figures.figures_for(required, after=True)])
+    answers = of_cells(required, cell_figures.of_before_after(found))
     for path in outputs:
         with replacement(path) as partial:
             partial.write_text(before_after_tidy.csv_text(found), encoding="utf-8")
     if arguments.json:
-        print(json.dumps(before_after_tidy.document(found)))
-        return 0
+        print(json.dumps({**before_after_tidy.document(found), **require.documents(answers)}))
+        return require.exit_code(answers)
     _print(lambda console: before_after_text.write(found, console))
     for path in outputs:
         print(f"{path}: {path.stat().st_size / 1000:.0f} kB")
-    return 0
+    return require.exit_code(answers)
 
 
 @contextmanager

@@ -6,7 +6,7 @@ from contextlib import ExitStack
 from typing import Any
 
 from mjnav.cli.main import INTERRUPTED
-from mjnav.cli.options import scene_options, views
+from mjnav.cli.options import require, scene_options, views
 from mjnav.cli.options.checks import check_needs
 from mjnav.cli.terminal.interrupt import interruptible
 from mjnav.cli.terminal.progress import compile_notice, progress, tell
@@ -34,6 +34,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     log.add_argument("--log", metavar="PATH", help="where the log goes; runs/out/ by default")
     log.add_argument("--no-log", action="store_true", help="write no log")
     scene_options.max_seconds(parser)
+    require.configure(parser, "success==1")
     parser.add_argument("--profile", action="store_true", help="print how long the parts of a tick take")
     parser.add_argument("--json", action="store_true", help="one JSON object in place of text")
 
@@ -48,6 +49,7 @@ def execute(arguments: argparse.Namespace) -> int:
     if arguments.log is not None:
         check_path(arguments.log)
     scenario = load_scenario(arguments.scene, arguments.overrides, controller=arguments.controller, seed=arguments.seed)
+    required = require.of_run(arguments)
     max_seconds = scene_options.checked_max_seconds(arguments, scenario.time_limit if real_time else 0.0)
     from mjnav.loop.faults.fault import RunFault
     from mjnav.loop.run import run
@@ -83,8 +85,9 @@ def execute(arguments: argparse.Namespace) -> int:
             if error.result is None:
                 raise
             result, fault = error.result, error
+    answers = require.answers_of_run(required, result.summary)
     if arguments.json:
-        print(json.dumps(result.summary))
+        print(json.dumps({**result.summary, **require.documents(answers)}))
     else:
         print(describe(result.summary, result.real_time, result.log_dropped))
         if result.profile is not None:
@@ -97,7 +100,7 @@ def execute(arguments: argparse.Namespace) -> int:
     if overruns == "abort" and result.summary["deadline_misses"]:
         tell(f"a deadline was missed: {_ending(result.summary)}")
         return 1
-    return 0
+    return require.exit_code(answers)
 
 
 def _ending(summary: dict[str, Any]) -> str:

@@ -177,3 +177,45 @@ def test_a_query_of_the_shards_finds_the_same(mjnav, study):
         assert (scene, setting, method, n) == ("crossing1", "default", listed["method"], listed["episodes"])
         assert success == pytest.approx(listed["figures"]["success"]["value"])
         assert cost == pytest.approx(listed["figures"]["control_cost"]["value"])
+
+
+def test_two_folders_are_compared_seed_by_seed_in_text_json_and_csv(mjnav, study, tmp_path):
+    after = fill(tmp_path / "after", num=20)
+    after.append([row("kld", 0, 1.0, scene="crossing1", study="two methods")])
+    said = mjnav("compare", "two methods", after.folder, "-o", "changes.csv")
+    assert (said.code, said.err) == (0, "")
+    assert "Of 40 pairs 0 are better, 0 worse, 0 failed otherwise" in said.out
+    assert "Only after: crossing1, default, kld." in said.out
+    assert "crossing1, default, mean: 25 seeds before, 20 after, 20 in both." in said.out
+    with open(tmp_path / "changes.csv") as file:
+        lines = list(csv.DictReader(file))
+    assert {line["method"] for line in lines} == {"rkhs", "mean"}
+    assert {line["pairs"] for line in lines} == {"20"}
+    printed = json.loads(mjnav("compare", "two methods", after.folder, "--json").out)
+    assert {cell["method"] for cell in printed["cells"]} == {"rkhs", "mean"}
+    assert printed["only_after"] == [{"scene": "crossing1", "setting": "default", "method": "kld"}]
+    refused = mjnav("compare", "two methods", after.folder, "--reference", "rkhs")
+    assert (refused.code, refused.err.count("\n")) == (2, 1)
+
+
+def test_a_requirement_that_is_not_met_is_a_line_and_exit_1(mjnav, study):
+    met = mjnav("compare", "two.toml", "--require", "rkhs: success>=1", "--require", "mean: collision<0.21")
+    assert (met.code, met.err) == (0, "")
+    said = mjnav("compare", "two.toml", "--json", "--require", "success>=0.9", "--require", "rkhs: ticks<=5")
+    assert said.code == 1
+    assert said.err.splitlines() == [
+        "mjnav: required crossing1, default, mean: success >= 0.9; found 0.8",
+        "mjnav: required crossing1, default, rkhs: ticks <= 5; found 10",
+    ]
+    found = json.loads(said.out)["requirements"]
+    assert [(one["method"], one["found"], one["met"]) for one in found] == [
+        ("rkhs", 1.0, True),
+        ("mean", 0.8, False),
+        ("rkhs", 10.0, False),
+    ]
+
+
+def test_failures_are_named_with_the_command_that_shows_one(mjnav, study):
+    out = mjnav("compare", "two.toml").out
+    assert "\nworst seeds\n  crossing1, default, mean: seed 0 touched a person; seed 1" in out
+    assert "\n    mjnav run crossing1 --controller mean --seed 0 --log seed0.mcap; mjnav report seed0.mcap\n" in out

@@ -177,3 +177,14 @@ def test_a_profile_is_a_table_for_people_and_a_key_of_the_json(mjnav):
     profile = json.loads(mjnav("run", "crossing1", "--no-log", "--profile", "--json", *SHORT).out)["profile"]
     assert profile["ticks"] == 3
     assert set(profile["phases"]["control"]["parts"]) == {"predict", "decide"}
+
+
+def test_a_requirement_on_the_run_is_checked_after_it_and_its_name_before(mjnav):
+    words = ("run", "crossing1", "--no-log", "--set", "physics.engine=kinematic", "--set", "time_limit=0.5")
+    assert mjnav(*words, "--require", "outcome==timeout", "--require", "collisions_person==0").code == 0
+    said = mjnav(*words, "--json", "--require", "success==true", "--require", "ticks>=5")
+    assert (said.code, said.err) == (1, "mjnav: required success == 1; found 0\n")
+    assert [one["met"] for one in json.loads(said.out)["requirements"]] == [False, True]
+    refused = mjnav(*words, "--require", "time>=5")
+    assert (refused.code, refused.out) == (2, "")
+    assert "did you mean 'time_s'?" in refused.err

@@ -23,6 +23,7 @@ class WorstSeed:
     seed: int
     why: str  # in a few words
     log: str | None  # as its row names it: a path below the folder of the results
+    succeeded: bool
 
 
 def worst_seeds(store: Store, study: str, *, per_cell: int = PER_CELL) -> Mapping[CellPlace, tuple[WorstSeed, ...]]:
@@ -63,4 +64,4 @@ def _worst_seed(row: Mapping[str, Any]) -> WorstSeed:
         why = "success"
     else:
         why = f"success, least clearance {row['min_clearance_m']:.2f} m"
-    return WorstSeed(row["seed"], why, row["log"])
+    return WorstSeed(row["seed"], why, row["log"], bool(row["success"]))

@@ -1,6 +1,8 @@
 """`mjnav.sweep`: a study in, a folder of results out."""
 
+import json
 import os
+import shlex
 from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -89,7 +91,9 @@ def sweep(
     study = study if isinstance(study, StudyFile) else load_study(study)
     if seeds is not None:
         study = study.with_seeds(seeds)
-    wanted = trials(study, resolve(study, tuple(overrides_of(overrides)), scenes))
+    given = tuple(overrides_of(overrides))
+    words = [f"--set={one.key}={one.value if isinstance(one.value, str) else json.dumps(one.value)}" for one in given]
+    wanted = trials(study, resolve(study, given, scenes))
     store = Store(OUT_FOLDER / study.name if folder is None else folder)
     num = len(os.sched_getaffinity(0)) if workers is None else workers
     if num < 1:
@@ -98,7 +102,7 @@ def sweep(
         wanted,
         store,
         local(num, max_seconds, tell) if scheduler is None else dask(scheduler, max_seconds),
-        text=f"# mjnav sweep of {study.name}, called from Python\n{study_text(study)}",
+        text=f"# {shlex.join(['mjnav', 'sweep', study.name, *words])}\n{study_text(study)}",
         resume=resume,
         retry_failed=retry_failed,
         accept_changed=accept_changed,

@@ -1,0 +1,60 @@
+"""The figures that requirements may be about: of each cell of a table, or of a cell before and after."""
+
+from collections.abc import Iterable, Mapping
+
+from mjnav.errors import unknown_name
+from mjnav.study.compare.before_after import BETTER, OTHER, WORSE, BeforeAfter
+from mjnav.study.compare.compare import RATES, MethodRow
+from mjnav.study.compare.study_comparison import CellPlace, StudyComparison
+from mjnav.study.requirements import OPTION, Requirement
+from mjnav.study.store.row import COLUMNS, STRING
+
+COUNTS = ("episodes", "failed", "missing")
+PLAIN = ("infeasible_share", "decision_ms")
+PAIRS = ("pairs", "identical", BETTER, WORSE, OTHER)
+CHANGE = "_change"  # end of the name of a paired difference: success_change
+
+Cells = Mapping[CellPlace, Mapping[str, object]]
+
+
+def figures_for(required: Iterable[Requirement], *, after: bool = False) -> list[str]:
+    """The columns that a table needs for these requirements; with `after`, a table of before and after.
+
+    Raises InvalidValue for a figure that such a table cannot have.
+    """
+    numbers = list(dict.fromkeys((*RATES, *(name for name, column in COLUMNS.items() if column.type != STRING))))
+    others = [*PLAIN, *(PAIRS if after else COUNTS)]
+    found = []
+    for requirement in required:
+        name = requirement.figure.removesuffix(CHANGE) if after else requirement.figure
+        if name not in numbers and requirement.figure not in others:
+            raise unknown_name(OPTION, requirement.figure, (*numbers, *others))
+        if name in numbers:
+            found.append(name)
+    return found
+
+
+def of_study(results: StudyComparison) -> Cells:
+    """The point estimates of every cell, and how many episodes it has."""
+    return {
+        place: _figures(row) | {"episodes": row.num, "failed": row.num_failed, "missing": results.missing.get(place, 0)}
+        for table in results.tables
+        for row in table.rows
+        for place in [(table.scene, table.setting, row.method)]
+    }
+
+
+def of_before_after(found: BeforeAfter) -> Cells:
+    """The point estimates after, the paired differences, and how many pairs changed in which way."""
+    return {
+        (cell.scene, cell.setting, cell.method): _figures(cell.after)
+        | {f"{name}{CHANGE}": change.estimate.value for name, change in cell.after.differences.items()}
+        | {"pairs": cell.pairs, "identical": cell.identical}
+        | {kind: len(cell.named(kind)) for kind in (BETTER, WORSE, OTHER)}
+        for cell in found.cells
+    }
+
+
+def _figures(row: MethodRow) -> dict[str, object]:
+    own: dict[str, object] = {name: estimate.value for name, estimate in row.figures.items()}
+    return own | {"infeasible_share": row.infeasible_share, "decision_ms": row.decision_ms}

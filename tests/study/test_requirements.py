@@ -1,0 +1,88 @@
+"""A requirement is met by the figure itself, or not; what it cannot be about is refused."""
+
+import pytest
+
+from mjnav.errors import InputError, InvalidValue
+from mjnav.study.requirements import Requirement, of_cells, of_run, run_figures
+
+CELLS = {
+    ("hall", "default", "rkhs"): {"success": 0.95, "time_s": float("nan"), "worse": 0},
+    ("hall", "default", "mean"): {"success": 0.5, "time_s": 20.0, "worse": 2},
+    ("lane", "fast", "./own.py:Policy"): {"success": 1.0, "time_s": 10.0, "worse": 0},
+}
+
+
+@pytest.mark.parametrize(
+    ("text", "found", "met"),
+    [
+        ("success>=0.95", 0.95, True),
+        ("success > 0.95", 0.95, False),
+        ("time_s<20", 19.9, True),
+        ("time_s<=20", 20.0, True),
+        ("success==true", True, True),
+        ("success == 1", False, False),
+        ("outcome==goal", "goal", True),
+        ("outcome==goal", "collision", False),
+        ("time_s<1e9", None, False),
+        ("time_s<1e9", float("nan"), False),
+    ],
+)
+def test_it_is_met_by_the_value_and_never_by_an_undefined_one(text, found, met):
+    requirement = Requirement.parse(text)
+    (answer,) = of_run([requirement], {requirement.figure: found})
+    assert answer.met is met
+    assert answer.document()["met"] is met
+
+
+@pytest.mark.parametrize(
+    ("where", "methods"),
+    [
+        ("", 3),
+        ("hall: ", 2),
+        ("rkhs:", 1),
+        ("hall/rkhs: ", 1),
+        ("hall/default/mean: ", 1),
+        ("default/mean: ", 1),
+        ("lane/./own.py:Policy: ", 1),
+        ("h*: ", 2),
+    ],
+)
+def test_it_is_about_the_cells_that_it_names(where, methods):
+    assert len(of_cells([Requirement.parse(f"{where}success>=0")], CELLS)) == methods
+
+
+def test_the_answer_says_where_and_what_was_found():
+    answers = of_cells([Requirement.parse("hall: success>=0.95"), Requirement.parse("time_s<=20")], CELLS)
+    assert [str(answer) for answer in answers if not answer.met] == [
+        "required hall, default, mean: success >= 0.95; found 0.5",
+        "required hall, default, rkhs: time_s <= 20; found null",
+    ]
+
+
+@pytest.mark.parametrize(
+    "text", ["success", "success=1", "success>=", ">=1", "success>=0.9 0.8", "success>=nan", "a b>=1"]
+)
+def test_what_is_no_requirement_is_refused(text):
+    with pytest.raises(InvalidValue, match="--require: "):
+        Requirement.parse(text)
+
+
+def test_text_has_no_order():
+    with pytest.raises(InvalidValue, match="outcome: found 'goal'; allowed: a number behind >="):
+        Requirement.parse("outcome>=goal")
+
+
+def test_an_unknown_figure_or_cell_is_named_with_what_there_is():
+    with pytest.raises(InvalidValue, match=r"--require: found 'sucess'; .* did you mean 'success'"):
+        of_cells([Requirement.parse("sucess>=1")], CELLS)
+    with pytest.raises(InputError, match=r"no cell is 'hal/rkhs'; there are hall/default/rkhs; hall"):
+        of_cells([Requirement.parse("hal/rkhs: success>=1")], CELLS)
+
+
+def test_the_figures_of_a_run_are_those_of_its_summary():
+    import mjnav
+    from mjnav.study.trial import flatten
+
+    summary = mjnav.run(mjnav.load_scenario("crossing1", ["physics.engine=kinematic", "time_limit=0.3"])).summary
+    assert set(run_figures()) <= flatten(summary).keys()
+    assert {"success", "outcome", "collisions_person", "compute_ms_tick_p99", "min_clearance_m"} <= set(run_figures())
