@@ -1,24 +1,14 @@
-"""Which episodes of a sweep keep their logs, and the log of one episode from its first byte to its place in a row.
+"""The log that one episode of a sweep is to keep: its path, whether it is there, and what a fault of it is."""
 
-Writing every log costs 1.4 to 1.9 times the time of an episode without one. So where only failures keep theirs, an
-episode that failed is run a second time, with a log: it ends in the same state hash, or the log is not kept.
-"""
-
-import os
 import platform
-from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from mjnav.errors import InputError, MjnavError, unknown_name
 from mjnav.loop.faults.fault import RunFault
 from mjnav.recording.log_format import check_path
 from mjnav.recording.write.writer import LogError
-from mjnav.study.store.logs import LOGS, kept_log, log_name, make_logs_folder, remove_logs
-
-if TYPE_CHECKING:
-    from mjnav.study.trial import Trial
+from mjnav.study.store.logs import kept_log, remove_logs
 
 NONE, FAILURES, ALL = KINDS = ("none", "failures", "all")
 
@@ -56,24 +46,6 @@ class Keep:
     def remove(self) -> None:
         """Removes the file, if there is one."""
         remove_logs(Path(self.folder), [self.name])
-
-
-def keeping(trials: Iterable["Trial"], folder: Path, kind: str) -> Iterator["Trial"]:
-    """The trials, their logs kept in a folder of results as `kind`, one of KINDS, says.
-
-    Makes the folder of logs, and removes what is left of these trials there. Raises InputError.
-    """
-    check_kind(kind)
-    if kind == NONE and not (folder / LOGS).exists():
-        yield from trials
-        return
-    place = os.path.abspath(folder)
-    if kind != NONE:
-        make_logs_folder(folder)
-    for trial in trials:
-        keep = Keep(place, log_name(trial.cell_place[1:], trial.seed, trial.id), kind == ALL)
-        keep.remove()
-        yield trial if kind == NONE else replace(trial, keep=keep)
 
 
 def check_kind(kind: str) -> None:

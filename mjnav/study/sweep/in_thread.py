@@ -15,7 +15,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 
 from mjnav.loop.faults.heartbeat import END_TIMEOUT, STALL, Heartbeat, TimeUp
-from mjnav.study.second_run import wants_log, with_log
+from mjnav.study.kept_logs import wants_log, with_log
 from mjnav.study.store.row import Row
 from mjnav.study.trial import Trial, failed_row, run_trial
 

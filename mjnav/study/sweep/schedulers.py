@@ -18,7 +18,7 @@ from mjnav.errors import InvalidValue, MjnavError, missing_extra
 from mjnav.loop.faults.fault import describe_fault
 from mjnav.loop.faults.heartbeat import MAX_SECONDS, Heartbeat
 from mjnav.study.keep import LogFault
-from mjnav.study.second_run import wants_log, with_log
+from mjnav.study.kept_logs import wants_log, with_log
 from mjnav.study.store.row import Row
 from mjnav.study.sweep.in_thread import run_in_thread
 from mjnav.study.sweep.workers import POLL, TimeLimit, as_done

@@ -8,7 +8,8 @@ from dataclasses import dataclass
 from mjnav.errors import InputError, MjnavError
 from mjnav.loop.provenance.facts import OWN_SOURCES, changes, provenance
 from mjnav.study.cells import Cell
-from mjnav.study.keep import NONE, check_kind, keeping
+from mjnav.study.keep import NONE, check_kind
+from mjnav.study.kept_logs import keeping
 from mjnav.study.store.row import Row
 from mjnav.study.store.store import Store
 from mjnav.study.study_file import StudyFile

@@ -7,10 +7,11 @@ from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from mjnav.errors import InvalidValue
 from mjnav.loop.faults.heartbeat import MAX_SECONDS
+from mjnav.recording.read.data_frame import check_pandas
 from mjnav.scenarios.overrides import Overrides, overrides_of
 from mjnav.study.cells import resolve
 from mjnav.study.compare.compare import DEFAULT_FIGURES
@@ -25,7 +26,6 @@ from mjnav.study.sweep.sweep import SweepSummary, trials
 from mjnav.study.sweep.sweep import sweep as sweep_trials
 
 if TYPE_CHECKING:
-    import pandas
     import pyarrow
 
 
@@ -46,8 +46,9 @@ class SweepResult:
         """These columns of all rows, `mjnav.study.store.row.COLUMNS` by default, in no particular order."""
         return Store(self.folder).rows(columns)
 
-    def table(self, columns: Sequence[str] | None = None) -> "pandas.DataFrame":
-        """The same as a DataFrame; needs pandas."""
+    def table(self, columns: Sequence[str] | None = None) -> Any:
+        """The same as a DataFrame of pandas. Raises InputError where pandas is missing."""
+        check_pandas()
         return self.rows(columns).to_pandas()
 
     def compare(self, *, reference: str | None = None, figures: Sequence[str] = DEFAULT_FIGURES) -> StudyComparison:
