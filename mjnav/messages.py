@@ -57,6 +57,7 @@ class Reading(ShortRepr):
     scan: (
         Array  # (B,) [m] ranges; inf where a beam met nothing. Beam i points to heading + 2 pi i / B - pi; (0,) without
     )
+    odometry_pose: Array = field(default_factory=lambda: np.zeros(3))  # (3,) where odometry since the start leads
 
 
 # ----------------------------------------------------------------------------------------- estimation

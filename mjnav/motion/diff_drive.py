@@ -1,4 +1,4 @@
-"""Differential drive: wheel speeds from (v, omega) and back, and the limits a command passes through."""
+"""Differential drive: the base's dimensions, wheel speeds from (v, omega) and back, and the limits of a command."""
 
 from math import copysign
 from typing import TypeVar
@@ -10,6 +10,7 @@ from mjnav.messages import Array, RobotLimits
 
 WHEEL_RADIUS = 0.05  # [m]
 TRACK_WIDTH = 0.34  # [m] between the wheels' contact points
+LIDAR_HEIGHT = 0.33  # [m] of the scan above the floor: over the robot's back, under every table's top
 
 Speed = TypeVar("Speed", float, Array)
 

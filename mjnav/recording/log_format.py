@@ -20,6 +20,8 @@ SCENARIO, REPLAY, MODEL, LAYOUT = "scenario.toml", "replay.toml", "model.xml.gz"
 
 FORMAT = 2
 FORMAT_KEY = "log_format"  # of the metadata mjnav/run; format 1 does not have it
+EPOCH_KEY = "epoch_ns"  # how much later than simulated time the stamps are [ns]; only in a log in wall time
+FRAMES_KEY, FRAMES = "frames", "map, odom, base_link, lidar; base_link_truth"  # earlier logs call the truth base_link
 
 # Every topic of a log in the order in which a tick writes them, in a sentence.
 TOPICS: Mapping[str, str] = MappingProxyType(
@@ -90,3 +92,9 @@ def unreadable_topics(run: Mapping[str, str] | None) -> Mapping[str, str]:
     writer = "".join(filter(str.isprintable, writer[:80]))  # another program may have written the log
     why = f"drawn lines in a log of format 1, which mjnav {writer} reads; this version reads format {FORMAT}"
     return {"/candidates": why}
+
+
+def epoch_ns(run: Mapping[str, str] | None) -> int:
+    """How much later than simulated time a log's stamps are [ns], from the metadata mjnav/run."""
+    found = (run or {}).get(EPOCH_KEY, "")
+    return int(found) if found.isascii() and found.isdigit() and len(found) < 20 else 0

@@ -6,11 +6,11 @@ from mjnav.geometry.angles import wrap
 from mjnav.geometry.compiled import exact
 from mjnav.geometry.kernel_types import Indices, Matrix, Vector
 from mjnav.messages import Array
-from mjnav.motion.diff_drive import wheel_speeds
+from mjnav.motion.diff_drive import LIDAR_HEIGHT, wheel_speeds
 from mjnav.scenarios.spec import Scenario
 from mjnav.world.engine import ContactLog
 from mjnav.world.floor_plan import FloorPlan, box_distance
-from mjnav.world.lidar import LIDAR_HEIGHT, beam_angles, cast
+from mjnav.world.lidar import beam_angles, cast
 
 
 class KinematicEngine:

@@ -6,8 +6,6 @@ from mjnav.geometry.compiled import exact
 from mjnav.geometry.kernel_types import Matrix, Vector
 from mjnav.messages import Array
 
-LIDAR_HEIGHT = 0.33  # [m] above the floor: over the robot's back, under every table's top
-
 
 def beam_angles(num_beams: int) -> Array:
     """Of each beam against the heading, (B,) [rad]: 2 pi i / B - pi."""

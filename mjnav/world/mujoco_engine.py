@@ -19,11 +19,11 @@ import numpy as np
 from mjnav.geometry.compiled import exact
 from mjnav.geometry.kernel_types import Matrix, Vector
 from mjnav.messages import Array
-from mjnav.motion.diff_drive import wheel_speeds
+from mjnav.motion.diff_drive import LIDAR_HEIGHT, wheel_speeds
 from mjnav.scenarios.spec import Scenario
 from mjnav.world.engine import ContactLog, DivergedError
 from mjnav.world.floor_plan import FloorPlan
-from mjnav.world.lidar import LIDAR_HEIGHT, beam_angles
+from mjnav.world.lidar import beam_angles
 from mjnav.world.scene import DECORATION, SEEN_BY_LIDAR, compose
 
 ROBOT_ACCELERATION = 15.0  # [m/s^2] more than tyres of friction 0.9 can give, 8.8

@@ -5,6 +5,7 @@ import numpy as np
 from mjnav.geometry.angles import wrap
 from mjnav.messages import Reading
 from mjnav.motion.diff_drive import twist_of_wheels
+from mjnav.motion.unicycle import integrate
 from mjnav.rng import stream
 from mjnav.scenarios.spec import Scenario
 from mjnav.world.draws import Draws
@@ -25,13 +26,15 @@ class NoisySensors:
         self._range_noise, self._range_rng = distributions["lidar.range"], stream(seed, "lidar.range")
         self._lidar = lidar
         self._max_range = scenario.sensors.lidar_range
+        self._odometry_pose = np.zeros(3)
         self._before: tuple[float, tuple[float, float], float] | None = None  # time, wheel angles, yaw
 
     def read(self, engine: Engine, time: float) -> Reading:
         """A reading of the present moment.
 
         Odometry is the mean twist since the reading before by the encoders, the gyro's value the mean yaw rate: its
-        exact integral, as a rate-integrating gyro gives it. In the first reading both are noise alone.
+        exact integral, as a rate-integrating gyro gives it. In the first reading both are noise alone. The odometry's
+        pose is integrated from what odometry says, from (0, 0, 0) on.
         """
         noise = self._draws.row()
         wheels, yaw, pose = engine.wheel_angles(), engine.yaw(), engine.robot_pose()
@@ -42,6 +45,8 @@ class NoisySensors:
             odometry[:] = twist_of_wheels((wheels[0] - left) / interval, (wheels[1] - right) / interval)
             turn_rate = (yaw - yaw_before) / interval
         self._before = time, wheels, yaw
+        odometry += noise[:2]
+        self._odometry_pose = integrate(self._odometry_pose, odometry[0], odometry[1], interval)
         pose += noise[3:6]
         pose[2] = wrap(pose[2])
         ranges = engine.scan() if self._lidar else np.zeros(0)
@@ -49,9 +54,10 @@ class NoisySensors:
         return Reading(
             time=time,
             interval=interval,
-            odometry=odometry + noise[:2],
+            odometry=odometry,
             gyro=float(turn_rate + noise[2]),
             pose=pose,
             detections=engine.people_position() + noise[6:].reshape(-1, 2),
             scan=np.where(np.isfinite(ranges), np.clip(ranges + range_noise, 0.0, self._max_range), np.inf),
+            odometry_pose=self._odometry_pose,
         )

@@ -2,8 +2,8 @@ import mujoco
 import numpy as np
 import pytest
 
+from mjnav.motion.diff_drive import LIDAR_HEIGHT
 from mjnav.scenarios.spec import ConstantVelocity, Person, Pillar, Table
-from mjnav.world.lidar import LIDAR_HEIGHT
 from mjnav.world.scene import DECORATION, UNSEEN, compose
 from mjnav.world.simulator import Simulator
 

@@ -64,7 +64,7 @@ def _line(header: bytes, start: Array, v: Array, omega: Array) -> bytes:
     return wire.delimited(11, header + table.tobytes() + wire.delimited(8, _segments(len(v))))
 
 
-def encode_arcs(time: float, estimate: Array, control: ArrayLike, costs: CandidateCosts) -> bytes:
+def encode_arcs(time: float, estimate: Array, control: ArrayLike, costs: CandidateCosts, epoch: int = 0) -> bytes:
     """One foxglove.SceneUpdate: each candidate's arc coloured by its rank in total cost, the decided control's bold.
 
     The arcs start at the estimate (3,); control is (v, omega). Cost ranks, not costs: one infeasible candidate
@@ -78,4 +78,4 @@ def encode_arcs(time: float, estimate: Array, control: ArrayLike, costs: Candida
     lines = [_line(header, estimate, costs.v[group], costs.omega[group]) for header, group in groups]
     v, omega = np.asarray(control, float)
     lines.append(_line(_DECIDED, estimate, np.array([v]), np.array([omega])))
-    return wire.delimited(2, wire.timestamp(1, time_ns(time)) + _ENTITY + b"".join(lines))
+    return wire.delimited(2, wire.timestamp(1, time_ns(time, epoch)) + _ENTITY + b"".join(lines))

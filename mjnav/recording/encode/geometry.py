@@ -1,9 +1,18 @@
-"""/tf, /robot/truth, /robot/estimate and /scan: transforms, poses and ranges as Foxglove's messages."""
+"""/tf, /robot/truth, /robot/estimate and /scan: transforms, poses and ranges as Foxglove's messages.
 
-from collections.abc import Sequence
+Frames are those of REP 105: map -> odom -> base_link -> lidar, and beside them map -> base_link_truth. The robot's
+odometry leads from odom to base_link, without jumps but with drift. From map to odom is the correction that brings
+base_link to the mean of the belief. What is stamped is simulated time, or wall time where `epoch` [ns] is added to it.
+
+Source: https://ros.org/reps/rep-0105.html
+"""
+
+from collections.abc import Mapping, Sequence
 from functools import lru_cache
 from math import cos, pi, sin
+from types import MappingProxyType
 
+import numpy as np
 from foxglove_schemas_protobuf.FrameTransform_pb2 import FrameTransform
 from foxglove_schemas_protobuf.Pose_pb2 import Pose
 from foxglove_schemas_protobuf.PoseInFrame_pb2 import PoseInFrame
@@ -11,22 +20,28 @@ from foxglove_schemas_protobuf.Quaternion_pb2 import Quaternion
 from foxglove_schemas_protobuf.Vector3_pb2 import Vector3
 from google.protobuf.timestamp_pb2 import Timestamp
 
-from mjnav.messages import Array, Reading, RobotBelief, WorldState
+from mjnav.geometry.angles import wrap
+from mjnav.messages import Array, Reading, TickRecord, WorldState
+from mjnav.motion.diff_drive import LIDAR_HEIGHT
 from mjnav.recording.encode import wire
 
 WORLD_FRAME = "map"
-TRUE_FRAME = "base_link"
-ESTIMATED_FRAME = "base_link_estimated"
+ODOMETRY_FRAME = "odom"
+ROBOT_FRAME = "base_link"  # where the robot believes to be
+LIDAR_FRAME = "lidar"
+TRUE_FRAME = "base_link_truth"
+# What logs called them before they had all of these frames.
+OLD_FRAMES: Mapping[str, str] = MappingProxyType({"base_link": TRUE_FRAME, "base_link_estimated": ROBOT_FRAME})
 
 
-def time_ns(time: float) -> int:
-    """Simulated time [s] as the whole nanoseconds that stamp a message."""
-    return round(time * 1e9)
+def time_ns(time: float, epoch: int = 0) -> int:
+    """Simulated time [s] as the whole nanoseconds that stamp a message, counted from an epoch [ns]."""
+    return round(time * 1e9) + epoch
 
 
-def stamp(time: float) -> Timestamp:
+def stamp(time: float, epoch: int = 0) -> Timestamp:
     """Simulated time [s] as protobuf has it."""
-    seconds, nanos = divmod(time_ns(time), 1_000_000_000)
+    seconds, nanos = divmod(time_ns(time, epoch), 1_000_000_000)
     return Timestamp(seconds=seconds, nanos=nanos)
 
 
@@ -40,14 +55,14 @@ def pose(x: float, y: float, z: float = 0.0, heading: float = 0.0) -> Pose:
     return Pose(position=Vector3(x=x, y=y, z=z), orientation=rotation(heading))
 
 
-def _transform(name: str) -> wire.Template:
-    """foxglove.FrameTransform from the map, but for its time; x, y and the rotation's z, w are open."""
+def _transform(parent: str, child: str) -> wire.Template:
+    """foxglove.FrameTransform, but for its time; x, y and the rotation's z, w are open."""
 
     def encode(values: Sequence[float]) -> bytes:
         x, y, z, w = values
         return FrameTransform(
-            parent_frame_id=WORLD_FRAME,
-            child_frame_id=name,
+            parent_frame_id=parent,
+            child_frame_id=child,
             translation=Vector3(x=x, y=y),
             rotation=Quaternion(z=z, w=w),
         ).SerializeToString()
@@ -62,7 +77,12 @@ def _placed(values: Sequence[float]) -> bytes:
     return PoseInFrame(frame_id=WORLD_FRAME, pose=placed).SerializeToString()
 
 
-_TRUE_TRANSFORM, _ESTIMATED_TRANSFORM = _transform(TRUE_FRAME), _transform(ESTIMATED_FRAME)
+_TRUTH = _transform(WORLD_FRAME, TRUE_FRAME)
+_CORRECTION = _transform(WORLD_FRAME, ODOMETRY_FRAME)
+_ODOMETRY = _transform(ODOMETRY_FRAME, ROBOT_FRAME)
+_MOUNT = FrameTransform(
+    parent_frame_id=ROBOT_FRAME, child_frame_id=LIDAR_FRAME, translation=Vector3(z=LIDAR_HEIGHT), rotation=rotation(0.0)
+).SerializeToString()
 _PLACED = wire.Template(_placed, 4)
 
 
@@ -72,31 +92,51 @@ def _planar(robot_pose: Array) -> tuple[float, float, float, float]:
     return x, y, sin(0.5 * heading), cos(0.5 * heading)
 
 
-def encode_transforms(truth: WorldState, belief: RobotBelief | None) -> bytes:
-    """map -> base_link (truth) and, where there is a belief, map -> base_link_estimated (its mean)."""
-    time = wire.timestamp(1, time_ns(truth.time))
-    data = wire.delimited(1, time + _TRUE_TRANSFORM.fill(_planar(truth.robot_pose)))
-    if belief is not None:
-        data += wire.delimited(1, time + _ESTIMATED_TRANSFORM.fill(_planar(belief.mean)))
+def correction(believed: Array, odometry: Array) -> Array:
+    """The pose (3,) of odom in the map, with base_link at `odometry` in odom and at `believed` in the map.
+
+    From T_map,odom T_odom,base = T_map,base: theta = theta_b - theta_o, and p = p_b - R(theta) p_o.
+    """
+    (x, y, heading), (along, across, turned) = believed.tolist(), odometry.tolist()
+    turn = wrap(heading - turned)
+    c, s = cos(turn), sin(turn)
+    return np.array([x - c * along + s * across, y - s * along - c * across, turn])
+
+
+def encode_transforms(record: TickRecord, epoch: int = 0) -> bytes:
+    """foxglove.FrameTransforms: the truth, and after a reading where the robot is by its odometry and by its belief."""
+    data = encode_true_transform(record.truth, epoch)
+    if (reading := record.reading) is not None:
+        time = wire.timestamp(1, time_ns(reading.time, epoch))
+        if record.belief is not None:
+            corrected = correction(record.belief.mean, reading.odometry_pose)
+            data += wire.delimited(1, time + _CORRECTION.fill(_planar(corrected)))
+        data += wire.delimited(1, time + _ODOMETRY.fill(_planar(reading.odometry_pose)))
+        data += wire.delimited(1, time + _MOUNT)
     return data
 
 
-def encode_pose(time: float, robot_pose: Array) -> bytes:
+def encode_true_transform(truth: WorldState, epoch: int = 0) -> bytes:
+    """foxglove.FrameTransforms with map -> base_link_truth alone."""
+    return wire.delimited(1, wire.timestamp(1, time_ns(truth.time, epoch)) + _TRUTH.fill(_planar(truth.robot_pose)))
+
+
+def encode_pose(time: float, robot_pose: Array, epoch: int = 0) -> bytes:
     """foxglove.PoseInFrame: a pose (3,) in the world's frame."""
-    return wire.timestamp(1, time_ns(time)) + _PLACED.fill(_planar(robot_pose))
+    return wire.timestamp(1, time_ns(time, epoch)) + _PLACED.fill(_planar(robot_pose))
 
 
 _SCAN_POSE = wire.delimited(3, pose(0.0, 0.0).SerializeToString())
 
 
-def encode_scan(reading: Reading) -> bytes:
-    """The lidar's ranges in the true robot's frame; beam i of B points to 2 pi i / B - pi."""
-    time = wire.timestamp(1, time_ns(reading.time))
+def encode_scan(reading: Reading, epoch: int = 0) -> bytes:
+    """The lidar's ranges in its own frame; beam i of B points to 2 pi i / B - pi."""
+    time = wire.timestamp(1, time_ns(reading.time, epoch))
     return time + _scan_header(reading.scan.size) + wire.packed_doubles(6, reading.scan)
 
 
 @lru_cache(maxsize=8)
 def _scan_header(beams: int) -> bytes:
     """foxglove.LaserScan, but for its time and ranges."""
-    frame = wire.delimited(2, TRUE_FRAME.encode())
+    frame = wire.delimited(2, LIDAR_FRAME.encode())
     return frame + _SCAN_POSE + wire.double(4, -pi) + wire.double(5, pi - 2.0 * pi / max(beams, 1))

@@ -72,7 +72,8 @@ class Odometry(Struct):
     v: Speed
     omega: TurnRate
     gyro: TurnRate
-    pose: Pose
+    pose: Annotated[Array, Meta(description="by the pose sensor: x, y [m], heading [rad] in the map")]
+    odometry_pose: Annotated[Array, Meta(description="where v and omega lead: x, y [m], heading [rad] in odom")]
 
 
 class Command(Struct):
@@ -184,7 +185,9 @@ def encode_robot(tick: int, truth: WorldState, belief: RobotBelief | None) -> by
 def encode_odometry(reading: Reading) -> bytes:
     """mjnav.Odometry."""
     v, omega = reading.odometry.tolist()
-    return _encode(Odometry(reading.time, reading.interval, v, omega, reading.gyro, reading.pose))
+    return _encode(
+        Odometry(reading.time, reading.interval, v, omega, reading.gyro, reading.pose, reading.odometry_pose)
+    )
 
 
 def encode_command(tick: int, command: Array) -> bytes:

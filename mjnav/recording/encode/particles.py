@@ -54,16 +54,16 @@ def _shares(weights: Array) -> Array:
     return np.fmax(np.rint(weights * (LARGEST_WEIGHT / np.fmax.reduce(weights, initial=TINY))), 0.0)
 
 
-def encode_robot_particles(belief: RobotBelief) -> bytes:
+def encode_robot_particles(belief: RobotBelief, epoch: int = 0) -> bytes:
     """foxglove.PointCloud of x, y, theta and weight."""
     table = np.empty(belief.weights.size, _ROBOT)
     table["position"] = belief.particles[:, :2]
     table["theta"] = _integers(wrap(belief.particles[:, 2]), STEPS["theta"])
     table["weight"] = _shares(belief.weights)
-    return wire.timestamp(1, time_ns(belief.time)) + _ROBOT_CLOUD + wire.delimited(6, table.tobytes())
+    return wire.timestamp(1, time_ns(belief.time, epoch)) + _ROBOT_CLOUD + wire.delimited(6, table.tobytes())
 
 
-def encode_track_particles(time: float, tracks: tuple[Track, ...]) -> bytes:
+def encode_track_particles(time: float, tracks: tuple[Track, ...], epoch: int = 0) -> bytes:
     """foxglove.PointCloud of all tracks' x, y, vx, vy, weight, and the track's place in the tuple."""
     particles = np.concatenate([np.empty((0, 4)), *(track.particles for track in tracks)])
     table = np.empty(len(particles), _TRACKS)
@@ -71,7 +71,7 @@ def encode_track_particles(time: float, tracks: tuple[Track, ...]) -> bytes:
     table["velocity"] = _integers(particles[:, 2:], STEPS["vx"])
     table["weight"] = np.concatenate([np.empty(0), *(_shares(track.weights) for track in tracks)])
     table["track"] = np.repeat(np.arange(len(tracks)), [track.weights.size for track in tracks])
-    return wire.timestamp(1, time_ns(time)) + _TRACKS_CLOUD + wire.delimited(6, table.tobytes())
+    return wire.timestamp(1, time_ns(time, epoch)) + _TRACKS_CLOUD + wire.delimited(6, table.tobytes())
 
 
 def decode_particles(cloud: Any) -> dict[str, Array]:

@@ -1,7 +1,11 @@
-"""/scene: what stands in the room, the robot and the people, as Foxglove entities."""
+"""/scene: what stands in the room, the robot, and the people as they are and as they are believed to be.
+
+Each is a Foxglove entity with a name: `robot`, `person0`, and `person0_estimate` beside it.
+"""
 
 from collections.abc import Sequence
-from math import atan2, hypot
+from functools import lru_cache
+from math import atan2, cos, hypot, sin
 
 from foxglove_schemas_protobuf.ArrowPrimitive_pb2 import ArrowPrimitive
 from foxglove_schemas_protobuf.Color_pb2 import Color
@@ -11,9 +15,11 @@ from foxglove_schemas_protobuf.LinePrimitive_pb2 import LinePrimitive
 from foxglove_schemas_protobuf.Point3_pb2 import Point3
 from foxglove_schemas_protobuf.SceneEntity_pb2 import SceneEntity
 from foxglove_schemas_protobuf.SceneUpdate_pb2 import SceneUpdate
+from foxglove_schemas_protobuf.TextPrimitive_pb2 import TextPrimitive
 from foxglove_schemas_protobuf.Vector3_pb2 import Vector3
+from google.protobuf.duration_pb2 import Duration
 
-from mjnav.messages import WorldState
+from mjnav.messages import Track, WorldState
 from mjnav.recording.encode import wire
 from mjnav.recording.encode.geometry import TRUE_FRAME, WORLD_FRAME, pose, time_ns
 from mjnav.scenarios.spec import Scenario, Table
@@ -21,6 +27,9 @@ from mjnav.scenarios.spec import Scenario, Table
 ROBOT_HEIGHT = 0.35  # [m]
 PERSON_HEIGHT = 1.7  # [m]
 TABLE_TOP = 0.03  # [m] thickness
+ESTIMATE_HEIGHT = 0.05  # [m]
+LETTERS = 0.3  # [m] high
+AHEAD = 1.0  # [s] that a believed velocity is drawn for
 
 _GREY = Color(r=0.55, g=0.57, b=0.6, a=1.0)
 _WOOD = Color(r=0.65, g=0.45, b=0.25, a=1.0)
@@ -29,6 +38,8 @@ _YELLOW = Color(r=0.95, g=0.8, b=0.1, a=1.0)
 _GREEN = Color(r=0.15, g=0.75, b=0.3, a=0.6)
 _BLUE = Color(r=0.15, g=0.4, b=0.9, a=0.9)
 _RED = Color(r=0.9, g=0.35, b=0.25, a=0.8)
+_ORANGE = Color(r=1.0, g=0.6, b=0.1, a=0.7)
+_BLACK = Color(r=0.1, g=0.1, b=0.1, a=1.0)
 
 
 def _cylinder(x: float, y: float, radius: float, height: float, color: Color, *, bottom: float = 0.0):
@@ -129,24 +140,61 @@ class SceneEncoder:
     What stands still is encoded once: joined messages are one message with the entities of both.
     """
 
-    def __init__(self, scenario: Scenario):
+    def __init__(self, scenario: Scenario, epoch: int = 0):
+        self._epoch = epoch
         self._still = _still(scenario)
-        self._people = _people(tuple(person.radius for person in scenario.people))
+        self._people = [_person(f"person{i}", person.radius) for i, person in enumerate(scenario.people)]
+        # A person who is no longer tracked disappears.
+        lifetime = Duration()
+        lifetime.FromNanoseconds(time_ns(2.0 * scenario.control.period))
+        self._lifetime = wire.delimited(4, lifetime.SerializeToString())
 
-    def encode(self, truth: WorldState) -> bytes:
-        """The scene at one moment."""
-        people = self._people.fill(truth.people_position.ravel().tolist())
-        return self._still + wire.delimited(2, wire.timestamp(1, time_ns(truth.time)) + people)
+    def encode(self, truth: WorldState, tracks: tuple[Track, ...] = ()) -> bytes:
+        """The scene at one moment, and where people are believed to be."""
+        time = wire.timestamp(1, time_ns(truth.time, self._epoch))
+        parts = [self._still]
+        for person, (x, y) in zip(self._people, truth.people_position.tolist(), strict=True):
+            parts.append(wire.delimited(2, time + person.fill((x, y, x, y))))
+        for track in tracks:
+            x, y, vx, vy = track.mean.tolist()
+            half, length = 0.5 * atan2(vy, vx), AHEAD * hypot(vx, vy)
+            believed = _estimate(track.name, track.radius).fill((x, y, sin(half), cos(half), length, x, y))
+            parts.append(wire.delimited(2, time + self._lifetime + believed))
+        return b"".join(parts)
 
 
-def _people(radii: tuple[float, ...]) -> wire.Template:
-    """The people's entity, but for its time; x and y of each are open."""
+def _person(name: str, radius: float) -> wire.Template:
+    """A person's entity, but for its time; x and y of the body and of the name above it are open."""
 
-    def encode(places: Sequence[float]) -> bytes:
-        cylinders = [
-            _cylinder(x, y, radius, PERSON_HEIGHT, _RED)
-            for x, y, radius in zip(places[0::2], places[1::2], radii, strict=True)
-        ]
-        return SceneEntity(frame_id=WORLD_FRAME, id="people", cylinders=cylinders).SerializeToString()
+    def encode(holes: Sequence[float]) -> bytes:
+        x, y, text_x, text_y = holes
+        text = TextPrimitive(
+            pose=pose(text_x, text_y, PERSON_HEIGHT + LETTERS),
+            billboard=True,
+            font_size=LETTERS,
+            color=_BLACK,
+            text=name,
+        )
+        return _entity(name, cylinders=[_cylinder(x, y, radius, PERSON_HEIGHT, _RED)], texts=[text]).SerializeToString()
 
-    return wire.Template(encode, 2 * len(radii))
+    return wire.Template(encode, 4)
+
+
+@lru_cache(maxsize=1024)  # two for each person of a run
+def _estimate(name: str, radius: float) -> wire.Template:
+    """A believed person's entity, but for its time and lifetime.
+
+    Open are x, y, the rotation's z, w and the length of the arrow along the velocity, and x and y of the disc.
+    """
+
+    def encode(holes: Sequence[float]) -> bytes:
+        arrow_x, arrow_y, z, w, length, x, y = holes
+        place = pose(arrow_x, arrow_y, ESTIMATE_HEIGHT)
+        place.orientation.z, place.orientation.w = z, w
+        arrow = ArrowPrimitive(
+            pose=place, shaft_length=length, shaft_diameter=0.05, head_length=0.1, head_diameter=0.12, color=_ORANGE
+        )
+        disc = _cylinder(x, y, radius, ESTIMATE_HEIGHT, _ORANGE)
+        return _entity(f"{name}_estimate", cylinders=[disc], arrows=[arrow]).SerializeToString()
+
+    return wire.Template(encode, 7)

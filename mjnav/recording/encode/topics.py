@@ -35,10 +35,10 @@ class Topic:
     drawing: bool = False  # shows what another topic says: for the live view, and in a log on request
 
 
-def encode_event(time: float, event: Event) -> bytes:
+def encode_event(time: float, event: Event, epoch: int = 0) -> bytes:
     """foxglove.Log."""
     level = {"info": Log.INFO, "warning": Log.WARNING, "error": Log.ERROR}.get(event.level, Log.UNKNOWN)
-    message = Log(timestamp=geometry.stamp(time), level=level, name=event.name, message=event.text)
+    message = Log(timestamp=geometry.stamp(time, epoch), level=level, name=event.name, message=event.text)
     return message.SerializeToString()
 
 
@@ -47,11 +47,11 @@ def _candidates(record: TickRecord) -> bytes | None:
     return None if costs is None or belief is None else encode_candidates(belief.mean, record.decision, costs)
 
 
-def _arcs(record: TickRecord) -> bytes | None:
+def _arcs(record: TickRecord, epoch: int) -> bytes | None:
     decision, belief = record.decision, record.belief
     if decision.costs is None or belief is None:
         return None
-    return encode_arcs(record.truth.time, belief.mean, (decision.v, decision.omega), decision.costs)
+    return encode_arcs(record.truth.time, belief.mean, (decision.v, decision.omega), decision.costs, epoch)
 
 
 def document_schema(name: str) -> Schema:
@@ -59,25 +59,28 @@ def document_schema(name: str) -> Schema:
     return json_schema(name, json_messages.MESSAGES[name])
 
 
-def topics(scenario: Scenario) -> tuple[Topic, ...]:
-    """Every topic of a run, in the order in which a tick writes them. /events and /tick have writers of their own."""
-    scene = SceneEncoder(scenario)
+def topics(scenario: Scenario, epoch: int = 0) -> tuple[Topic, ...]:
+    """Every topic of a run, in the order in which a tick writes them. /events and /tick have writers of their own.
+
+    `epoch` [ns] is added to simulated time in the stamps of protobuf messages.
+    """
+    scene = SceneEncoder(scenario, epoch)
     pose, cloud = foxglove_schema(PoseInFrame), foxglove_schema(PointCloud)
     scene_update, people = foxglove_schema(SceneUpdate), document_schema("mjnav.People")
     return (
         Topic(
             "/tf",
             foxglove_schema(FrameTransforms),
-            lambda r: geometry.encode_transforms(r.truth, r.belief),
-            lambda tick, final: geometry.encode_transforms(final, None),
+            lambda r: geometry.encode_transforms(r, epoch),
+            lambda tick, final: geometry.encode_true_transform(final, epoch),
         ),
         Topic(
             "/robot/truth",
             pose,
-            lambda r: geometry.encode_pose(r.truth.time, r.truth.robot_pose),
-            lambda tick, final: geometry.encode_pose(final.time, final.robot_pose),
+            lambda r: geometry.encode_pose(r.truth.time, r.truth.robot_pose, epoch),
+            lambda tick, final: geometry.encode_pose(final.time, final.robot_pose, epoch),
         ),
-        Topic("/robot/estimate", pose, lambda r: r.belief and geometry.encode_pose(r.truth.time, r.belief.mean)),
+        Topic("/robot/estimate", pose, lambda r: r.belief and geometry.encode_pose(r.truth.time, r.belief.mean, epoch)),
         Topic(
             "/robot/state",
             document_schema("mjnav.RobotState"),
@@ -97,12 +100,14 @@ def topics(scenario: Scenario) -> tuple[Topic, ...]:
             lambda r: json_messages.encode_contacts(r.tick, r.truth),
             json_messages.encode_contacts,
         ),
-        Topic("/scene", scene_update, lambda r: scene.encode(r.truth), lambda tick, final: scene.encode(final)),
+        Topic(
+            "/scene", scene_update, lambda r: scene.encode(r.truth, r.tracks), lambda tick, final: scene.encode(final)
+        ),
         Topic(
             "/scan",
             foxglove_schema(LaserScan),
-            lambda r: r.reading and geometry.encode_scan(r.reading),
-            encode_reading=geometry.encode_scan,
+            lambda r: r.reading and geometry.encode_scan(r.reading, epoch),
+            encode_reading=lambda reading: geometry.encode_scan(reading, epoch),
         ),
         Topic(
             "/odometry",
@@ -110,15 +115,15 @@ def topics(scenario: Scenario) -> tuple[Topic, ...]:
             lambda r: r.reading and json_messages.encode_odometry(r.reading),
             encode_reading=json_messages.encode_odometry,
         ),
-        Topic("/belief/robot", cloud, lambda r: r.belief and particles.encode_robot_particles(r.belief)),
-        Topic("/belief/obstacles", cloud, lambda r: particles.encode_track_particles(r.truth.time, r.tracks)),
+        Topic("/belief/robot", cloud, lambda r: r.belief and particles.encode_robot_particles(r.belief, epoch)),
+        Topic("/belief/obstacles", cloud, lambda r: particles.encode_track_particles(r.truth.time, r.tracks, epoch)),
         Topic(
             "/decision", document_schema("mjnav.Decision"), lambda r: json_messages.encode_decision(r.tick, r.decision)
         ),
         Topic("/command", document_schema("mjnav.Command"), lambda r: json_messages.encode_command(r.tick, r.command)),
         Topic("/cone", cone_schema(), lambda r: r.cone and encode_cone(r.cone)),
         Topic("/candidates", candidates_schema(), _candidates),
-        Topic("/candidates/arcs", scene_update, _arcs, drawing=True),
+        Topic("/candidates/arcs", scene_update, lambda r: _arcs(r, epoch), drawing=True),
         Topic(EVENTS, foxglove_schema(Log)),
         Topic(TIMING, document_schema("mjnav.TickTiming")),
     )

@@ -10,7 +10,7 @@ from rosbags.typesys.stores import ros2_humble as ros
 from mjnav.recording.encode.candidate_arcs import encode_arcs
 from mjnav.recording.encode.candidates import decode_candidates
 from mjnav.recording.export.ros_messages import header, same_point, same_turn, same_vector, vector
-from mjnav.recording.read.tables import segments
+from mjnav.recording.read.scene_rows import segments
 
 
 def markers(update: Any, now: int) -> ros.visualization_msgs__msg__MarkerArray:
@@ -39,6 +39,8 @@ def _shapes(entity: Any) -> Iterator[tuple[int, Any, ros.geometry_msgs__msg__Vec
     for arrow in entity.arrows:
         size = vector(arrow.shaft_length + arrow.head_length, arrow.head_diameter, arrow.head_diameter)
         yield kind.ARROW, arrow, size, []
+    for text in entity.texts:
+        yield kind.TEXT_VIEW_FACING, text, vector(z=text.font_size), []
     for line in entity.lines:
         corners = [same_point(end) for ends in segments(line) for end in ends]
         yield kind.LINE_LIST, line, vector(x=line.thickness), corners
@@ -56,14 +58,14 @@ def _marker(entity: Any, number: int, shape: tuple, now: int) -> ros.visualizati
         pose=ros.geometry_msgs__msg__Pose(same_point(place.position), same_turn(place.orientation)),
         scale=scale,
         color=ros.std_msgs__msg__ColorRGBA(color.r, color.g, color.b, color.a),
-        lifetime=ros.builtin_interfaces__msg__Duration(0, 0),
+        lifetime=ros.builtin_interfaces__msg__Duration(*divmod(entity.lifetime.ToNanoseconds(), 10**9)),
         frame_locked=entity.frame_locked,
         points=points,
         colors=[],
         texture_resource="",
         texture=ros.sensor_msgs__msg__CompressedImage(header(0, ""), "", np.zeros(0, np.uint8)),
         uv_coordinates=[],
-        text="",
+        text=getattr(primitive, "text", ""),
         mesh_resource="",
         mesh_file=ros.visualization_msgs__msg__MeshFile("", np.zeros(0, np.uint8)),
         mesh_use_embedded_materials=False,

@@ -11,7 +11,9 @@ import numpy as np
 from foxglove_schemas_protobuf.Log_pb2 import Log as Event
 from rosbags.typesys.stores import ros2_humble as ros
 
-from mjnav.recording.encode.geometry import TRUE_FRAME, WORLD_FRAME, time_ns
+from mjnav.messages import Array
+from mjnav.motion.diff_drive import LIDAR_HEIGHT
+from mjnav.recording.encode.geometry import LIDAR_FRAME, ROBOT_FRAME, TRUE_FRAME, WORLD_FRAME, rotation, time_ns
 from mjnav.recording.encode.particles import decode_particles
 
 _PLANAR = [0, 1, 5]  # x, y and the turn about z among the six coordinates of a pose
@@ -52,7 +54,8 @@ def same_point(point: Any) -> ros.geometry_msgs__msg__Point:
     return ros.geometry_msgs__msg__Point(point.x, point.y, point.z)
 
 
-def _pose(x: float, y: float, heading: float) -> ros.geometry_msgs__msg__Pose:
+def planar_pose(x: float, y: float, heading: float) -> ros.geometry_msgs__msg__Pose:
+    """On the floor."""
     turn = ros.geometry_msgs__msg__Quaternion(0.0, 0.0, sin(0.5 * heading), cos(0.5 * heading))
     return ros.geometry_msgs__msg__Pose(ros.geometry_msgs__msg__Point(x, y, 0.0), turn)
 
@@ -61,9 +64,16 @@ def _twist(v: float, omega: float) -> ros.geometry_msgs__msg__Twist:
     return ros.geometry_msgs__msg__Twist(vector(x=v), vector(z=omega))
 
 
-def _floats(values: Sequence[float | None]) -> list[float]:
+def floats(values: Sequence[float | None]) -> list[float]:
     """With NaN for JSON's null."""
     return np.array(values, float).tolist()
+
+
+def planar_covariance(matrix: Array) -> Array:
+    """The six by six entries of ROS, row by row, from those of x, y and the turn about z, (3, 3)."""
+    covariance = np.zeros((6, 6))
+    covariance[np.ix_(_PLANAR, _PLANAR)] = matrix
+    return covariance.ravel()
 
 
 # --------------------------------------------------------------------------------------------- robot
@@ -75,17 +85,25 @@ def clock(nanoseconds: int) -> ros.rosgraph_msgs__msg__Clock:
 
 
 def transforms(message: Any, _: int) -> ros.tf2_msgs__msg__TFMessage:
-    """foxglove.FrameTransforms."""
+    """foxglove.FrameTransforms, but for what never changes: that is /tf_static."""
     return ros.tf2_msgs__msg__TFMessage(
         [
-            ros.geometry_msgs__msg__TransformStamped(
-                header(_measured(moved), moved.parent_frame_id),
-                moved.child_frame_id,
-                ros.geometry_msgs__msg__Transform(same_vector(moved.translation), same_turn(moved.rotation)),
-            )
+            _transform(_measured(moved), moved.parent_frame_id, moved.child_frame_id, moved.translation, moved.rotation)
             for moved in message.transforms
+            if moved.child_frame_id != LIDAR_FRAME
         ]
     )
+
+
+def mount() -> ros.tf2_msgs__msg__TFMessage:
+    """Where the lidar is on the robot."""
+    height = vector(z=LIDAR_HEIGHT)
+    return ros.tf2_msgs__msg__TFMessage([_transform(0, ROBOT_FRAME, LIDAR_FRAME, height, rotation(0.0))])
+
+
+def _transform(now: int, parent: str, child: str, shift: Any, turn: Any) -> ros.geometry_msgs__msg__TransformStamped:
+    moved = ros.geometry_msgs__msg__Transform(same_vector(shift), same_turn(turn))
+    return ros.geometry_msgs__msg__TransformStamped(header(now, parent), child, moved)
 
 
 def truth(document: Mapping, now: int) -> ros.nav_msgs__msg__Odometry:
@@ -93,8 +111,8 @@ def truth(document: Mapping, now: int) -> ros.nav_msgs__msg__Odometry:
     return ros.nav_msgs__msg__Odometry(
         header(now),
         TRUE_FRAME,
-        ros.geometry_msgs__msg__PoseWithCovariance(_pose(*_floats(document["pose"])), np.zeros(36)),
-        ros.geometry_msgs__msg__TwistWithCovariance(_twist(*_floats(document["twist"])), np.zeros(36)),
+        ros.geometry_msgs__msg__PoseWithCovariance(planar_pose(*floats(document["pose"])), np.zeros(36)),
+        ros.geometry_msgs__msg__TwistWithCovariance(_twist(*floats(document["twist"])), np.zeros(36)),
     )
 
 
@@ -103,30 +121,31 @@ def estimate(document: Mapping, now: int) -> ros.geometry_msgs__msg__PoseWithCov
     believed = document["estimate"]
     if believed is None:
         return None
-    covariance = np.zeros((6, 6))
-    covariance[np.ix_(_PLANAR, _PLANAR)] = np.array(believed["covariance"], float)
-    pose = ros.geometry_msgs__msg__PoseWithCovariance(_pose(*_floats(believed["mean"])), covariance.ravel())
+    covariance = planar_covariance(np.array(believed["covariance"], float))
+    pose = ros.geometry_msgs__msg__PoseWithCovariance(planar_pose(*floats(believed["mean"])), covariance)
     return ros.geometry_msgs__msg__PoseWithCovarianceStamped(header(now), pose)
 
 
 def odometry(document: Mapping, _: int) -> ros.geometry_msgs__msg__TwistStamped:
     """The wheels' mean twist since the reading before."""
-    twist = _twist(*_floats([document["v"], document["omega"]]))
-    return ros.geometry_msgs__msg__TwistStamped(header(time_ns(document["time"]), TRUE_FRAME), twist)
+    twist = _twist(*floats([document["v"], document["omega"]]))
+    return ros.geometry_msgs__msg__TwistStamped(header(time_ns(document["time"]), ROBOT_FRAME), twist)
 
 
 def measured_pose(document: Mapping, _: int) -> ros.geometry_msgs__msg__PoseStamped:
     """The pose sensor's of mjnav.Odometry."""
-    return ros.geometry_msgs__msg__PoseStamped(header(time_ns(document["time"])), _pose(*_floats(document["pose"])))
+    return ros.geometry_msgs__msg__PoseStamped(
+        header(time_ns(document["time"])), planar_pose(*floats(document["pose"]))
+    )
 
 
 def gyro(document: Mapping, _: int) -> ros.sensor_msgs__msg__Imu:
     """The yaw rate; -1 marks orientation and acceleration as missing (sensor_msgs/Imu)."""
-    (rate,) = _floats([document["gyro"]])
+    (rate,) = floats([document["gyro"]])
     missing = np.zeros(9)
     missing[0] = -1.0
     return ros.sensor_msgs__msg__Imu(
-        header=header(time_ns(document["time"]), TRUE_FRAME),
+        header=header(time_ns(document["time"]), ROBOT_FRAME),
         orientation=ros.geometry_msgs__msg__Quaternion(0.0, 0.0, 0.0, 1.0),
         orientation_covariance=missing,
         angular_velocity=vector(z=rate),
@@ -138,8 +157,8 @@ def gyro(document: Mapping, _: int) -> ros.sensor_msgs__msg__Imu:
 
 def command(document: Mapping, now: int) -> ros.geometry_msgs__msg__TwistStamped:
     """The command in force from now on."""
-    twist = _twist(*_floats([document["v"], document["omega"]]))
-    return ros.geometry_msgs__msg__TwistStamped(header(now, TRUE_FRAME), twist)
+    twist = _twist(*floats([document["v"], document["omega"]]))
+    return ros.geometry_msgs__msg__TwistStamped(header(now, ROBOT_FRAME), twist)
 
 
 def event(message: Any, _: int) -> ros.rcl_interfaces__msg__Log:
@@ -178,16 +197,16 @@ def scan(message: Any, _: int, *, period: float, max_range: float) -> ros.sensor
 
 def people(document: Mapping, now: int) -> ros.geometry_msgs__msg__PoseArray:
     """Each person's position, facing its velocity."""
-    states = [_floats([*person["position"], *person["velocity"]]) for person in document["people"]]
-    return ros.geometry_msgs__msg__PoseArray(header(now), [_pose(x, y, atan2(vy, vx)) for x, y, vx, vy in states])
+    states = [floats([*person["position"], *person["velocity"]]) for person in document["people"]]
+    return ros.geometry_msgs__msg__PoseArray(header(now), [planar_pose(x, y, atan2(vy, vx)) for x, y, vx, vy in states])
 
 
 def detections(document: Mapping, now: int) -> ros.geometry_msgs__msg__PoseArray | None:
     """The detected positions; None where the tick had no reading."""
     if "detections" not in document:
         return None
-    places = [_floats(place) for place in document["detections"]]
-    return ros.geometry_msgs__msg__PoseArray(header(now), [_pose(x, y, 0.0) for x, y in places])
+    places = [floats(place) for place in document["detections"]]
+    return ros.geometry_msgs__msg__PoseArray(header(now), [planar_pose(x, y, 0.0) for x, y in places])
 
 
 def _table(cloud: Any) -> np.ndarray:
@@ -197,7 +216,7 @@ def _table(cloud: Any) -> np.ndarray:
 
 def particle_poses(cloud: Any, _: int) -> ros.geometry_msgs__msg__PoseArray:
     """Particles whose first columns are x, y and heading, as arrows; without their weights."""
-    poses = [_pose(*row) for row in _table(cloud)[:, :3].tolist()]
+    poses = [planar_pose(*row) for row in _table(cloud)[:, :3].tolist()]
     return ros.geometry_msgs__msg__PoseArray(header(_measured(cloud), cloud.frame_id), poses)
 
 

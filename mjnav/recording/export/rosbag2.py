@@ -1,7 +1,8 @@
 """A ROS 2 bag: metadata.yaml and one MCAP file of CDR messages, for Humble and every later distribution.
 
-Topics keep the log's names where ROS has no convention. Stamps are simulated time, which /clock carries too. A topic
-without a ROS type is JSON in a std_msgs/String. The run's metadata are the bag's custom data.
+Topics keep the log's names where ROS has no convention: /map, /tf, /tf_static, /odom, /scan, /imu and /cmd_vel are
+called as nav2 calls them. Stamps are simulated time, which /clock carries too. Frames are those of REP 105, and
+base_link_truth. A topic without a ROS type is JSON in a std_msgs/String. The run's metadata are the bag's custom data.
 """
 
 import json
@@ -17,9 +18,9 @@ from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, W
 from rosbags.typesys import Stores, get_typestore
 from rosbags.typesys.stores.ros2_humble import std_msgs__msg__String as String
 
-from mjnav.recording.export import ros_markers, ros_messages
+from mjnav.recording.export import ros_map, ros_markers, ros_messages, ros_odometry
 from mjnav.recording.read.log import Log, LogMessage
-from mjnav.scenarios.spec import Sensors
+from mjnav.scenarios.spec import Robot, Scenario
 
 VERSION = 8  # of the metadata; Humble cannot read the quality of service as version 9 writes it
 _NO_LIMIT = QosTime(0, 0)
@@ -54,23 +55,33 @@ def _text(name: str) -> RosTopic:
     return RosTopic(name, "std_msgs/msg/String", _as_text)
 
 
-def ros_topics(sensors: Sensors) -> dict[str, tuple[RosTopic, ...]]:
+def ros_topics(scenario: Scenario) -> dict[str, tuple[RosTopic, ...]]:
     """The bag's topics by those of the log; the log's /robot/truth and /robot/estimate repeat /robot/state."""
     poses, cloud = "geometry_msgs/msg/PoseArray", "sensor_msgs/msg/PointCloud2"
     markers = "visualization_msgs/msg/MarkerArray"
+    sensors, odometry = scenario.sensors, "nav_msgs/msg/Odometry"
     scan = partial(ros_messages.scan, period=1.0 / sensors.rate, max_range=sensors.lidar_range)
+
+    def people(kind: str) -> list[RosTopic]:
+        """A topic for each person: ROS has no list of odometries."""
+        names = [f"person{i}" for i in range(len(scenario.people))]
+        encoders = [partial(ros_odometry.person, name=name) for name in names]
+        return [RosTopic(f"/people/{name}/{kind}", odometry, of) for name, of in zip(names, encoders, strict=True)]
+
     return {
         "/tf": (RosTopic("/tf", "tf2_msgs/msg/TFMessage", ros_messages.transforms),),
         "/robot/state": (
-            RosTopic("/robot/truth", "nav_msgs/msg/Odometry", ros_messages.truth),
+            RosTopic("/robot/truth", odometry, ros_messages.truth),
             RosTopic("/robot/estimate", "geometry_msgs/msg/PoseWithCovarianceStamped", ros_messages.estimate),
         ),
-        "/people/truth": (RosTopic("/people/truth", poses, ros_messages.people),),
+        "/people/truth": (RosTopic("/people/truth", poses, ros_messages.people), *people("truth")),
         "/people/estimate": (
             RosTopic("/people/estimate", poses, ros_messages.people),
             RosTopic("/people/detections", poses, ros_messages.detections),
+            *people("estimate"),
         ),
         "/odometry": (
+            RosTopic("/odom", odometry, ros_odometry.WheelOdometry(scenario)),
             RosTopic("/odometry", "geometry_msgs/msg/TwistStamped", ros_messages.odometry),
             RosTopic("/imu", "sensor_msgs/msg/Imu", ros_messages.gyro),
             RosTopic("/measured_pose", "geometry_msgs/msg/PoseStamped", ros_messages.measured_pose),
@@ -89,14 +100,22 @@ def ros_topics(sensors: Sensors) -> dict[str, tuple[RosTopic, ...]]:
     }
 
 
-TOPICS = tuple(ros_topics(Sensors()))
+TOPICS = tuple(ros_topics(Scenario("any", Robot(start=(0.0, 0.0, 0.0), goal=(1.0, 0.0)))))
 _CLOCK = RosTopic("/clock", "rosgraph_msgs/msg/Clock", lambda _, now: ros_messages.clock(now))
+
+
+def _latched(scenario: Scenario) -> tuple[RosTopic, ...]:
+    """What is said once, at the beginning."""
+    grid = RosTopic("/map", "nav_msgs/msg/OccupancyGrid", lambda _, now: ros_map.occupancy_grid(scenario), LATCHED)
+    mount = RosTopic("/tf_static", "tf2_msgs/msg/TFMessage", lambda _, now: ros_messages.mount(), LATCHED)
+    return (grid, mount)
 
 
 def write(log: Log, topics: Sequence[str], messages: Iterator[LogMessage], folder: Path) -> dict[str, int]:
     """The bag; gives the number of messages in each of its topics. Its chunks are compressed with Zstandard."""
     store = get_typestore(Stores.ROS2_HUMBLE)
-    table = ros_topics(log.scenario().sensors)
+    scenario = log.scenario()
+    table, latched = ros_topics(scenario), _latched(scenario)
     writer = Writer(folder, version=VERSION, storage_plugin=StoragePlugin.MCAP)
     writer.set_compression(CompressionMode.STORAGE, CompressionFormat.ZSTD)
     for key, value in (log.run or {}).items():
@@ -104,7 +123,7 @@ def write(log: Log, topics: Sequence[str], messages: Iterator[LogMessage], folde
     with writer:
         counts: dict[str, int] = {}
         connections = {}
-        for topic in (_CLOCK, *(topic for name in topics for topic in table[name])):
+        for topic in (_CLOCK, *latched, *(topic for name in topics for topic in table[name])):
             connections[topic.name] = writer.add_connection(
                 topic.name, topic.type, typestore=store, offered_qos_profiles=[topic.quality]
             )
@@ -112,8 +131,9 @@ def write(log: Log, topics: Sequence[str], messages: Iterator[LogMessage], folde
         now = -1
         for name, time_ns, _, value in messages:
             clock = (_CLOCK,) if time_ns > now else ()
+            first, latched = latched, ()
             now = max(now, time_ns)
-            for topic in (*clock, *table[name]):
+            for topic in (*clock, *first, *table[name]):
                 if (message := topic.encode(value, time_ns)) is not None:
                     data = store.serialize_cdr(message, topic.type)
                     writer.write(connections[topic.name], time_ns, data)

@@ -16,7 +16,8 @@ from mjnav.errors import DamagedLogError, InputError
 from mjnav.messages import Trajectory
 from mjnav.printable import printable
 from mjnav.recording.encode.schemas import Schema
-from mjnav.recording.log_format import RECOVERED, RESULT, RUN, SCENARIO, check_version, unreadable_topics
+from mjnav.recording.log_format import RECOVERED, RESULT, RUN, SCENARIO, check_version, epoch_ns, unreadable_topics
+from mjnav.recording.read.adapt import adapter
 from mjnav.recording.read.data_frame import data_frame
 from mjnav.recording.read.intact_records import intact_records
 from mjnav.recording.read.log_topic import LogMessage as LogMessage
@@ -99,6 +100,7 @@ class Log:
 
         Raises DamagedLogError where one cannot be decoded as its topic's schema says.
         """
+        epoch, adapt = epoch_ns(self.run), adapter(self.run)
         factory = DecoderFactory()  # it remembers schemas by their number in this file
         decoders: dict[int, Callable[[bytes], Any]] = {}
         for schema, channel, message in self._encoded(*(set(topics or self.topics) - set(self.unreadable))):
@@ -106,10 +108,12 @@ class Log:
                 if (decode := decoders.get(channel.id)) is None:
                     decode = decoders[channel.id] = _decoder(factory, schema, channel.message_encoding)
                 value = decode(message.data)
+                if adapt is not None:
+                    adapt(value)
             except Exception as error:  # protobuf's descriptor pool documents none of its exceptions
                 what = f"{channel.topic} holds what its schema does not say ({error})"
                 raise DamagedLogError(f"{self.path}: damaged: {what}") from error
-            yield LogMessage(channel.topic, message.log_time, message.sequence, value)
+            yield LogMessage(channel.topic, message.log_time - epoch, message.sequence, value)
 
     def table(self, name: str) -> "DataFrame":
         """A topic's table, with the columns and values of `mjnav export --format csv`.
@@ -245,6 +249,8 @@ def _log(path: Path, found: Iterator[records.McapRecord | LostBytes]) -> Log:
     run = metadata.get(RUN)
     if run is not None:
         check_version(path, run)
+    for topic in topics.values():
+        topic.shift(epoch_ns(run))
     return Log(
         path=path,
         size=path.stat().st_size,

@@ -48,3 +48,10 @@ class TopicSummary:
             if sequence > self.last_sequence + 1:
                 self.skipped += sequence - self.last_sequence - 1
         self.last_ns, self.last_sequence = time_ns, sequence
+
+    def shift(self, epoch: int) -> None:
+        """Counts times from `epoch` [ns] on."""
+        if self.first_ns is not None and self.last_ns is not None:
+            self.first_ns, self.last_ns = self.first_ns - epoch, self.last_ns - epoch
+        if self.max_gap_at_ns is not None:
+            self.max_gap_at_ns -= epoch

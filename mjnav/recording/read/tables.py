@@ -1,17 +1,16 @@
 """The tables of each topic: their columns with types and units, and the rows that one message gives."""
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from itertools import chain, pairwise
 from types import MappingProxyType
 from typing import Any
 
 import numpy as np
-from foxglove_schemas_protobuf.LinePrimitive_pb2 import LinePrimitive
 from foxglove_schemas_protobuf.Log_pb2 import Log as Event
 
 from mjnav.messages import PHASES
 from mjnav.recording.encode.particles import decode_particles
+from mjnav.recording.read.scene_rows import lines, pose_figures, solids
 
 Rows = Iterable[Sequence[Any]]
 
@@ -111,6 +110,11 @@ def _detections(document: Mapping) -> Rows:
         yield _flat(number, position)
 
 
+def _odometry(document: Mapping) -> Rows:
+    integrated = document.get("odometry_pose", [None] * len(_PLANAR))  # older logs do not have it
+    yield _flat(*(document[key] for key in ("time", "interval", "v", "omega", "gyro", "pose")), integrated)
+
+
 def _decision(document: Mapping) -> Rows:
     nominal, cost = document["nominal"] or {}, document["cost"] or {}
     wish = document.get("wish") or {}
@@ -168,53 +172,14 @@ def _scan(scan: Any) -> Rows:
         yield beam, scan.start_angle + beam * step, distance
 
 
-def _pose_figures(position: Any, turn: Any) -> list[float]:
-    return [position.x, position.y, position.z, turn.x, turn.y, turn.z, turn.w]
-
-
 def _placed(message: Any) -> Rows:
-    yield message.frame_id, *_pose_figures(message.pose.position, message.pose.orientation)
+    yield message.frame_id, *pose_figures(message.pose.position, message.pose.orientation)
 
 
 def _transforms(message: Any) -> Rows:
     for transform in message.transforms:
-        moved = _pose_figures(transform.translation, transform.rotation)
+        moved = pose_figures(transform.translation, transform.rotation)
         yield transform.parent_frame_id, transform.child_frame_id, *moved
-
-
-def _color(color: Any) -> list[float]:
-    return [color.r, color.g, color.b, color.a]
-
-
-def _solids(update: Any) -> Rows:
-    """Boxes, cylinders and arrows; an arrow's size is its length and its head's diameter, twice."""
-    for entity in update.entities:
-        for shape, solids in (("box", entity.cubes), ("cylinder", entity.cylinders), ("arrow", entity.arrows)):
-            for number, solid in enumerate(solids):
-                if shape == "arrow":
-                    size = [solid.shaft_length + solid.head_length, solid.head_diameter, solid.head_diameter]
-                else:
-                    size = [solid.size.x, solid.size.y, solid.size.z]
-                placed = _pose_figures(solid.pose.position, solid.pose.orientation)
-                yield entity.id, shape, number, entity.frame_id, *placed, *size, *_color(solid.color)
-
-
-def segments(line: Any) -> Iterator[tuple[Any, Any]]:
-    """The two ends of each segment of a foxglove.LinePrimitive, in its own pose, one by one: few bytes may be many."""
-    corners = (line.points[i] for i in line.indices) if line.indices else iter(line.points)
-    if line.type == LinePrimitive.LINE_LIST:
-        return zip(corners, corners, strict=True)
-    if line.type == LinePrimitive.LINE_LOOP and (first := next(corners, None)) is not None:
-        corners = chain((first,), corners, (first,))
-    return pairwise(corners)
-
-
-def _lines(update: Any) -> Rows:
-    for entity in update.entities:
-        for number, line in enumerate(entity.lines):
-            color, lift = _color(line.color), line.pose.position.z
-            for a, b in segments(line):
-                yield entity.id, number, a.x, a.y, a.z + lift, b.x, b.y, b.z + lift, *color
 
 
 def _event(event: Any) -> Rows:
@@ -242,7 +207,13 @@ _CHOICES = {
     **_prefixed("cost", _TERMS),
     **_prefixed("wish", _TWIST),
 }
-_ODOMETRY = {**_in("s", "measured", "interval"), **_TWIST, **_in("rad/s", "gyro"), **_PLANAR}
+_ODOMETRY = {
+    **_in("s", "measured", "interval"),
+    **_TWIST,
+    **_in("rad/s", "gyro"),
+    **_PLANAR,
+    **_prefixed("odometry", _PLANAR),
+}
 _TRACK = {"name": _TEXT, **_STATE, **_covariance(_STATE), **_in("m", "radius"), **_BELIEF}
 _TRACK_KEYS = ("name", "position", "velocity", "covariance", "radius", "ess", "recovered")
 _CONTACT = {"kind": _TEXT, "name": _TEXT, **_in("N", "force"), **_in("s", "seen")}
@@ -270,7 +241,7 @@ TABLES: Mapping[str, tuple[Table, ...]] = MappingProxyType(
             Table("people_detections", {"detection": _NUMBER, **_in("m", "x", "y")}, _detections),
         ),
         "/contacts": (Table("contacts", _CONTACT, _each("contacts", "kind", "name", "force", "time")),),
-        "/odometry": (Table("odometry", _ODOMETRY, _row("time", "interval", "v", "omega", "gyro", "pose")),),
+        "/odometry": (Table("odometry", _ODOMETRY, _odometry),),
         "/scan": (Table("scan", _BEAMS, _scan),),
         "/belief/robot": (Table("belief_robot", _single({**_PLANAR, "weight": _PURE}), _particles),),
         "/belief/obstacles": (Table("belief_obstacles", {**_PARTICLES, "track": _NUMBER}, _particles),),
@@ -284,8 +255,8 @@ TABLES: Mapping[str, tuple[Table, ...]] = MappingProxyType(
             Table("candidates", _CANDIDATE, _candidates),
             Table("candidates_cone", _CONE_COSTS, _candidates_cone),
         ),
-        "/candidates/arcs": (Table("candidates_arcs", _LINE, _lines),),
-        "/scene": (Table("scene", _SOLID, _solids), Table("scene_lines", _LINE, _lines)),
+        "/candidates/arcs": (Table("candidates_arcs", _LINE, lines),),
+        "/scene": (Table("scene", _SOLID, solids), Table("scene_lines", _LINE, lines)),
         "/events": (Table("events", dict.fromkeys(("level", "name", "text"), _TEXT), _event),),
         "/tick": (Table("tick", _TIMING, _row(*_TIMING)),),
     }

@@ -90,8 +90,8 @@ FLAT = [
     (
         "odometry",
         "/odometry",
-        "measured interval v omega gyro x y theta",
-        lambda v: [[v["time"], v["interval"], v["v"], v["omega"], v["gyro"], *v["pose"]]],
+        "measured interval v omega gyro x y theta odometry_x odometry_y odometry_theta",
+        lambda v: [[v["time"], v["interval"], v["v"], v["omega"], v["gyro"], *v["pose"], *v["odometry_pose"]]],
     ),
     ("command", "/command", "v omega", lambda v: [[v["v"], v["omega"]]]),
     ("tick", "/tick", f"{PHASES} lateness_ns deadline_missed", lambda v: [list(v.values())[1:]]),
@@ -158,13 +158,14 @@ def test_the_scene_has_a_row_a_solid_and_a_segment(log, folder):
         ("goal", "cylinder"): 1,
         ("robot", "cylinder"): 1,
         ("robot", "arrow"): 1,
-        ("people", "cylinder"): 3,
+        **{(f"person{i}", "cylinder"): 1 for i in range(3)},
+        **{(f"person{i}_estimate", shape): 1 for i in range(3) for shape in ("cylinder", "arrow")},
     }
-    people = solids[solids["entity"] == "people"]
+    people = solids[solids["entity"].str.fullmatch(r"person\d+")]
     assert people[["x", "y"]].to_numpy().tolist() == read(folder, "people_truth")[["x", "y"]].to_numpy().tolist()
     assert set(people["size_x"]) == {2 * scenario.people[0].radius}
     arrow = solids[solids["shape"] == "arrow"].iloc[0]
-    assert arrow["frame"] == "base_link"
+    assert arrow["frame"] == "base_link_truth"
     assert arrow["size_x"] == pytest.approx(scenario.robot.radius)
     lanes = read(folder, "scene_lines")
     one = lanes[lanes["tick"] == 3][["entity", "line", "from_x", "from_y", "to_x", "to_y"]].to_numpy().tolist()

@@ -1,7 +1,7 @@
 """A ROS 2 bag: read back field by field, and by programs other than the one that wrote it."""
 
 import json
-from collections import Counter, defaultdict
+from collections import Counter
 from math import cos, isinf, pi, sin
 
 import numpy as np
@@ -11,62 +11,13 @@ from rosbags.rosbag2 import Reader
 from rosbags.typesys import Stores, get_typestore
 from ruamel.yaml import YAML
 
-from mjnav.recording import open_log
 from mjnav.recording.encode.particles import decode_particles
 from mjnav.recording.encode.topics import topics
 from mjnav.recording.export.export import export
 from mjnav.recording.export.rosbag2 import TOPICS, ros_topics
+from tests.recording.export.bags import assert_header, assert_pose, logged, pairs, same
 
 LATER = (Stores.ROS2_IRON, Stores.ROS2_JAZZY, Stores.ROS2_KILTED, Stores.ROS2_LYRICAL)
-
-
-@pytest.fixture(scope="module")
-def log(recorded):
-    return open_log(recorded)
-
-
-@pytest.fixture(scope="module")
-def folder(log, tmp_path_factory):
-    path = tmp_path_factory.mktemp("rosbag2") / "bag"
-    export(log, "rosbag2", path)
-    return path
-
-
-@pytest.fixture(scope="module")
-def bag(folder):
-    """Time [ns] and message, read as a distribution of today reads them, by topic."""
-    store, found = get_typestore(Stores.ROS2_JAZZY), defaultdict(list)
-    with Reader(folder) as reader:
-        for connection, time_ns, data in reader.messages():
-            found[connection.topic].append((time_ns, store.deserialize_cdr(data, connection.msgtype)))
-    return found
-
-
-def logged(log, topic):
-    """Time [ns] and value of each of the log's messages."""
-    return [(message.time_ns, message.value) for message in log.messages(topic)]
-
-
-def pairs(log, topic, bag, ros_topic):
-    """The log's values with the bag's messages, which have the same times."""
-    ours, theirs = logged(log, topic), bag[ros_topic]
-    assert [time for time, _ in ours] == [time for time, _ in theirs]
-    assert ours
-    return [(time, value, message) for (time, value), (_, message) in zip(ours, theirs, strict=True)]
-
-
-def assert_header(header, time_ns: int, frame: str = "map") -> None:
-    assert (header.stamp.sec, header.stamp.nanosec, header.frame_id) == (*divmod(time_ns, 10**9), frame)
-
-
-def assert_pose(pose, x: float, y: float, heading: float) -> None:
-    p, q = pose.position, pose.orientation
-    assert (p.x, p.y, p.z) == (x, y, 0.0)
-    assert (q.x, q.y, q.z, q.w) == (0.0, 0.0, sin(heading / 2), cos(heading / 2))
-
-
-def same(vector) -> tuple[float, ...]:
-    return vector.x, vector.y, vector.z
 
 
 # ------------------------------------------------------------------------------------------- the bag
@@ -86,10 +37,10 @@ def test_the_bags_description_is_what_is_in_it(log, folder, bag):
         quality = {connection.topic: connection.ext.offered_qos_profiles for connection in reader.connections}
         assert {profile.reliability for (profile,) in quality.values()} == {QosReliability.RELIABLE}
         latched = [topic for topic, (profile,) in quality.items() if profile.durability != QosDurability.VOLATILE]
-        assert latched == ["/scene"]
-        assert quality["/scene"][0].durability == QosDurability.TRANSIENT_LOCAL
+        assert sorted(latched) == ["/map", "/scene", "/tf_static"]
+        assert {quality[topic][0].durability for topic in latched} == {QosDurability.TRANSIENT_LOCAL}
     said = YAML(typ="safe").load(folder / "metadata.yaml")["rosbag2_bagfile_information"]
-    assert said["custom_data"] == log.run == {"log_format": "2", "scene": "made-up", "seed": "3"}
+    assert said["custom_data"] == log.run
     assert (said["version"], said["storage_identifier"], said["relative_file_paths"]) == (8, "mcap", ["bag.mcap"])
     for part in (said, said["files"][0]):
         assert part["starting_time"] == {"nanoseconds_since_epoch": 0}
@@ -100,9 +51,9 @@ def test_the_bags_description_is_what_is_in_it(log, folder, bag):
 
 def test_its_types_are_the_same_in_every_distribution_since_humble(scenario):
     humble = get_typestore(Stores.ROS2_HUMBLE)
-    types = {topic.type for group in ros_topics(scenario.sensors).values() for topic in group}
+    types = {topic.type for group in ros_topics(scenario).values() for topic in group}
     assert len(types) >= 11
-    for name in types | {"rosgraph_msgs/msg/Clock"}:
+    for name in types | {"rosgraph_msgs/msg/Clock", "nav_msgs/msg/OccupancyGrid"}:
         for store in LATER:
             assert get_typestore(store).hash_rihs01(name) == humble.hash_rihs01(name)
 
@@ -127,7 +78,7 @@ def test_evos_error_of_the_bag_is_the_results(driven, tmp_path, tmp_path_factory
 def test_the_truth_is_an_odometry_without_covariance(log, bag):
     for time, value, message in pairs(log, "/robot/state", bag, "/robot/truth"):
         assert_header(message.header, time)
-        assert message.child_frame_id == "base_link"
+        assert message.child_frame_id == "base_link_truth"
         assert_pose(message.pose.pose, *value["pose"])
         assert same(message.twist.twist.linear) == (value["twist"][0], 0.0, 0.0)
         assert same(message.twist.twist.angular) == (0.0, 0.0, value["twist"][1])
@@ -161,7 +112,7 @@ def test_odometry_becomes_a_turn_rate_and_a_measured_pose_too(log, bag):
 def test_a_scan_keeps_its_beams_and_their_infinities(log, bag):
     missed = 0
     for time, value, message in pairs(log, "/scan", bag, "/scan"):
-        assert_header(message.header, time, "base_link")
+        assert_header(message.header, time, "lidar")
         np.testing.assert_array_equal(message.ranges, np.array(value.ranges, np.float32))
         assert message.angle_min == np.float32(-pi)
         assert message.angle_increment == pytest.approx(2 * pi / 360)
@@ -224,21 +175,25 @@ def test_particles_keep_every_column(log, bag):
 
 
 def test_the_scene_is_drawn_with_markers(log, bag):
-    box, cylinder, arrow, lines = 1, 3, 0, 5
+    box, cylinder, arrow, lines, text = 1, 3, 0, 5, 9
+    tracks = {time: len(value["people"]) for time, value in logged(log, "/people/estimate")}
     for time, value, message in pairs(log, "/scene", bag, "/scene"):
-        kinds = Counter(marker.type for marker in message.markers)
-        assert kinds == {box: 4, cylinder: 15, arrow: 1, lines: 2}
+        kinds, believed = Counter(marker.type for marker in message.markers), tracks.get(time, 0)
+        assert kinds == {box: 4, cylinder: 15 + believed, arrow: 1 + believed, lines: 2, text: 3}
         assert len({(marker.ns, marker.id) for marker in message.markers}) == len(message.markers)
         for marker in message.markers:
-            assert_header(marker.header, time, "base_link" if marker.ns == "robot" else "map")
-            assert (marker.action, marker.lifetime.sec, marker.lifetime.nanosec) == (0, 0, 0)
+            assert_header(marker.header, time, "base_link_truth" if marker.ns == "robot" else "map")
+            lifetime = 200_000_000 if marker.ns.endswith("_estimate") else 0
+            assert (marker.action, marker.lifetime.sec, marker.lifetime.nanosec) == (0, 0, lifetime)
             assert marker.color.a > 0
-        theirs = [marker for marker in message.markers if marker.ns == "people"]
-        ours = next(entity for entity in value.entities if entity.id == "people").cylinders
-        for cylinder_, marker in zip(ours, theirs, strict=True):
-            assert same(marker.pose.position) == same(cylinder_.pose.position)
-            assert same(marker.scale) == same(cylinder_.size)
-            assert (marker.color.r, marker.color.g) == (np.float32(cylinder_.color.r), np.float32(cylinder_.color.g))
+        entities = {entity.id: entity for entity in value.entities}
+        for name in ("person0", "person1", "person2"):
+            (marker, label) = [marker for marker in message.markers if marker.ns == name]
+            (body,) = entities[name].cylinders
+            assert same(marker.pose.position) == same(body.pose.position)
+            assert same(marker.scale) == same(body.size)
+            assert (marker.color.r, marker.color.g) == (np.float32(body.color.r), np.float32(body.color.g))
+            assert (label.text, label.scale.z) == (name, pytest.approx(0.3))
         (left, _) = [marker for marker in message.markers if marker.ns == "lanes"]
         assert [same(point) for point in left.points] == [(0.0, 2.5, 0.0), (10.0, 2.5, 0.0)]
         assert left.scale.x == 0.05

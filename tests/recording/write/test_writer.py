@@ -17,6 +17,7 @@ from mcap_protobuf.decoder import DecoderFactory
 
 from mjnav.errors import InputError
 from mjnav.recording import Recorder, check_path, open_log
+from mjnav.recording.log_format import FRAMES, FRAMES_KEY
 from mjnav.recording.write.sink import QUEUE_SIZE
 from mjnav.recording.write.writer import LogError
 from mjnav.scenarios import loads
@@ -85,7 +86,10 @@ def test_the_run_comes_first_and_the_result_last(log_path):
             for record in StreamReader(file, emit_chunks=True).records
             if isinstance(record, records.Metadata | records.Attachment | records.Chunk)
         ]
-    assert (found[0].name, found[0].metadata) == ("mjnav/run", {"log_format": "2", "seed": "3", "scene": "made-up"})
+    assert (found[0].name, found[0].metadata) == (
+        "mjnav/run",
+        {"log_format": "2", "seed": "3", "scene": "made-up", FRAMES_KEY: FRAMES},
+    )
     assert [record.name for record in found[1:4]] == ["scenario.toml", "model.xml.gz", "foxglove-layout.json"]
     assert found[-1].name == "mjnav/result"
     assert all(isinstance(record, records.Chunk) for record in found[4:-1])
