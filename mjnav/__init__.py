@@ -14,17 +14,23 @@ if TYPE_CHECKING:
     from mjnav.loop.replay import replay
     from mjnav.loop.run import run
     from mjnav.loop.simulation import Simulation
-    from mjnav.recording.read.log import open_log
+    from mjnav.notebook import open_log
+    from mjnav.report.log_pictures import render
+    from mjnav.report.run_page.of_logs import report
+    from mjnav.study.catalogue import names
 
-__all__ = ["Simulation", "load_scenario", "open_log", "replay", "run"]
+__all__ = ["Simulation", "load_scenario", "names", "open_log", "render", "replay", "report", "run"]
 
 # name -> where it is; imported when first asked for, so that `import mjnav` is cheap
 _API = MappingProxyType(
     {
         "Simulation": "mjnav.loop.simulation",
         "load_scenario": "mjnav.loop.prepare",
-        "open_log": "mjnav.recording.read.log",
+        "names": "mjnav.study.catalogue",
+        "open_log": "mjnav.notebook",
+        "render": "mjnav.report.log_pictures",
         "replay": "mjnav.loop.replay",
+        "report": "mjnav.report.run_page.of_logs",
         "run": "mjnav.loop.run",
     }
 )

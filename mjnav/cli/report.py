@@ -3,14 +3,9 @@
 import argparse
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from mjnav.errors import DamagedLogError, InputError, InvalidValue
 from mjnav.output_files import output_path, replacement
-
-if TYPE_CHECKING:
-    from mjnav.report.inspection import Inspection
-    from mjnav.report.run_page.playback import Playback
 
 MAX_STEM = 120  # characters of a page's name that is made of several logs' names
 
@@ -23,13 +18,15 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 def execute(arguments: argparse.Namespace) -> int:
     """Writes the page. Raises DamagedLogError after that where a log is damaged: the page has what is intact."""
+    from mjnav.recording.read.log import open_log
+    from mjnav.report.run_page.of_logs import shown
     from mjnav.report.run_page.page import MAX_RUNS, page
 
     logs = [Path(log) for log in arguments.logs]
     if len(logs) > MAX_RUNS:
         raise InvalidValue("LOG", len(logs), f"1 to {MAX_RUNS} logs on a page")
     output = _output(arguments.output, logs)
-    found = [_read(log) for log in logs]
+    found = [shown(open_log(log, allow_damage=True)) for log in logs]
     text = page(found)
     replaced = output.exists()
     with replacement(output) as partial:
@@ -39,19 +36,6 @@ def execute(arguments: argparse.Namespace) -> int:
         if inspection.damage is not None:
             raise DamagedLogError(f"{inspection.damage.error}; the page shows what is intact")
     return 0
-
-
-def _read(path: Path) -> tuple["Inspection", "Playback"]:
-    """What `mjnav inspect` finds in a log, and what the page plays back."""
-    from mjnav.recording.read.log import open_log
-    from mjnav.report.inspection import inspect
-    from mjnav.report.run_page.playback import playback
-
-    log = open_log(path, allow_damage=True)
-    if log.run is None:
-        raise log.error or InputError(f"{path}: not the log of a run of mjnav")
-    inspection = inspect(log)
-    return inspection, playback(log, keep=[moment.tick for moment in inspection.moments])
 
 
 def _output(given: str | None, logs: Sequence[Path]) -> Path:

@@ -52,8 +52,9 @@ class Log:
 
     def __repr__(self) -> str:
         run = self.run or {}
-        parts = [str(run[key]) for key in ("scene", "controller") if key in run]
-        parts += [f"seed {run['seed']}"] * ("seed" in run)
+        parts = [
+            f"{word}{run[key]}" for key, word in (("scene", ""), ("controller", ""), ("seed", "seed ")) if key in run
+        ]
         parts += [f"{self.duration or 0.0:.1f} s", f"{sum(t.messages for t in self.topics.values())} messages"]
         state = "damaged" if self.damaged else "no end" if self.truncated else ""
         return f"Log({str(self.path)!r}: {printable(', '.join([*parts, *([state] if state else [])]))})"
