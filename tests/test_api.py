@@ -2,6 +2,7 @@
 
 import subprocess
 import sys
+from importlib import import_module
 from pathlib import Path
 from typing import assert_type
 
@@ -27,7 +28,8 @@ def path(tmp_path_factory):
 
 def test_it_offers_what_it_lists():
     assert set(mjnav.__all__) <= set(dir(mjnav))
-    assert {"Simulation", "load_scenario", "names", "open_log", "render", "replay", "report", "run"} <= set(mjnav.__all__)
+    for name in ("Simulation", "load_scenario", "names", "open_log", "render", "replay", "report", "run"):
+        assert name in mjnav.__all__
     assert all(callable(getattr(mjnav, name)) for name in mjnav.__all__)
 
 
@@ -42,11 +44,12 @@ def test_importing_it_loads_nothing_heavy_and_prints_nothing():
     assert (done.stdout, done.stderr) == ("[]\n", "")
 
 
-def test_every_call_is_typed(path, tmp_path, capsys):
+def test_every_call_is_typed(path: Path, tmp_path: Path, capsys):
     """What pyright sees is what comes."""
     scenario = assert_type(mjnav.load_scenario(*SCENE), Scenario)
     log = assert_type(mjnav.open_log(path), Log)
-    written = assert_type(mjnav.report(log, tmp_path / "a.html"), Path)
+    written = mjnav.report(log, tmp_path / "a.html")
+    assert_type(written, Path)
     picture = assert_type(mjnav.render(log, at=0.5, size=(320, 160)), Image)
     saved = assert_type(mjnav.render(path, tmp_path / "a.png", at=0.5, size=(320, 160)), Path)
     result, replayed = assert_type(mjnav.run(scenario), Result), assert_type(mjnav.replay(path), Replay)
@@ -59,8 +62,7 @@ def test_every_call_is_typed(path, tmp_path, capsys):
 
 def test_the_folder_of_reports_is_also_the_call(path, tmp_path):
     """Importing mjnav.report makes the name a module."""
-    import mjnav.report.film
-
+    import_module("mjnav.report.film")
     assert mjnav.report([path, path], tmp_path / "two.html").read_text(encoding="utf-8").startswith("<!")
     with pytest.raises(InvalidValue, match=r"^output: found '.*'; allowed: a file name that ends in .html"):
         mjnav.report(path, tmp_path / "a.pdf")
