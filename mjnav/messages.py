@@ -91,6 +91,14 @@ class Track(ShortRepr):
     recovered: bool = False
 
 
+@dataclass(frozen=True, slots=True, repr=False)
+class Beliefs(ShortRepr):
+    """What is believed after the latest reading."""
+
+    robot: RobotBelief
+    people: tuple[Track, ...]
+
+
 # -------------------------------------------------------------------------------------------- control
 
 

@@ -1,8 +1,7 @@
 """What happens in a run that is worth a line in its log."""
 
-from mjnav.loop.onboard.navigator import Beliefs
 from mjnav.loop.referee import GOAL
-from mjnav.messages import Contact, Decision, Event, Status, WorldState
+from mjnav.messages import Beliefs, Contact, Decision, Event, Status, WorldState
 
 
 class Events:

@@ -8,11 +8,12 @@ from typing import Any
 import numpy as np
 
 from mjnav.loop.events import Events
-from mjnav.loop.onboard.navigator import Beliefs, Navigator
+from mjnav.loop.onboard.navigator import Navigator
 from mjnav.loop.pacer import Start, Stopwatch
 from mjnav.loop.result import RunSummary
 from mjnav.messages import (
     Array,
+    Beliefs,
     ConeDistribution,
     Decision,
     Event,

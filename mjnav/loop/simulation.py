@@ -12,7 +12,7 @@ from mjnav.errors import InputError, InvalidValue, MjnavError
 from mjnav.loop.faults.fault import fault_events
 from mjnav.loop.log_path import log_path
 from mjnav.loop.onboard.latency import Computed, replayed
-from mjnav.loop.onboard.navigator import Beliefs, Navigator
+from mjnav.loop.onboard.navigator import Navigator
 from mjnav.loop.pacer import Start, Stopwatch
 from mjnav.loop.prepare import as_scenario
 from mjnav.loop.provenance.run_info import run_info
@@ -20,7 +20,18 @@ from mjnav.loop.referee import ABORTED, Referee
 from mjnav.loop.result import Result, RunSummary
 from mjnav.loop.run_record import RunRecord
 from mjnav.loop.tick import Tick
-from mjnav.messages import Array, Decision, Event, Observation, Reading, Status, TickRecord, Trajectory, WorldState
+from mjnav.messages import (
+    Array,
+    Beliefs,
+    Decision,
+    Event,
+    Observation,
+    Reading,
+    Status,
+    TickRecord,
+    Trajectory,
+    WorldState,
+)
 from mjnav.metrics.summary import summarise
 from mjnav.metrics.timing import compute_ms
 from mjnav.recording.live import LiveServer

@@ -12,10 +12,10 @@ Then the world moves on by T under u(t). `simulation` composes what a tick needs
 
 from functools import cached_property
 
-from mjnav.loop.onboard.navigator import Beliefs, Navigator
+from mjnav.loop.onboard.navigator import Navigator
 from mjnav.loop.pacer import Stopwatch
 from mjnav.loop.run_record import RunRecord
-from mjnav.messages import Decision, Observation, Reading, WorldState
+from mjnav.messages import Beliefs, Decision, Observation, Reading, WorldState
 from mjnav.world.simulator import Simulator
 
 

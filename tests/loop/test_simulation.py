@@ -9,9 +9,8 @@ import mjnav
 from mjnav.errors import InvalidValue
 from mjnav.estimation import make_localizer, make_tracker
 from mjnav.loop.episode import Episode
-from mjnav.loop.onboard.navigator import Beliefs
 from mjnav.loop.simulation import Simulation, SimulationOver
-from mjnav.messages import Decision, Status
+from mjnav.messages import Beliefs, Decision, Status
 
 ENGINES = ("mujoco", "kinematic")
 

@@ -1,6 +1,5 @@
 """What the robot carries: estimators, prediction, route, controller and the commands under way."""
 
-from dataclasses import dataclass
 from functools import cached_property
 from math import isfinite
 
@@ -15,20 +14,23 @@ from mjnav.loop.onboard.floor_map import FloorMap
 from mjnav.loop.onboard.latency import make_latency
 from mjnav.loop.onboard.prediction import Predictor, carry_people
 from mjnav.loop.prepare import build_controller, num_samples
-from mjnav.messages import Array, Decision, Lanes, Observation, ObstacleSamples, Reading, RobotBelief, Scan, Track
+from mjnav.messages import (
+    Array,
+    Beliefs,
+    Decision,
+    Lanes,
+    Observation,
+    ObstacleSamples,
+    Reading,
+    RobotBelief,
+    Scan,
+    Track,
+)
 from mjnav.motion.diff_drive import command_bounds
 from mjnav.rng import stream
 from mjnav.scenarios.spec import Scenario
 from mjnav.sealed import sealed, sealed_costs
 from mjnav.world.lidar import beam_angles
-
-
-@dataclass(frozen=True, slots=True)
-class Beliefs:
-    """What is believed after the latest reading."""
-
-    robot: RobotBelief
-    people: tuple[Track, ...]
 
 
 class Navigator:
