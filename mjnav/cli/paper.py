@@ -116,7 +116,7 @@ def _publish(
     from mjnav.paper.episodes import rows
     from mjnav.paper.item import StudyItem, judge
     from mjnav.paper.items import ITEMS
-    from mjnav.paper.page import Basis, publish, read
+    from mjnav.paper.published import Basis, publish, read
 
     item, command = ITEMS[name], f"mjnav paper --only {name}{' --quick' * quick}"
     if isinstance(item, StudyItem):

@@ -1,5 +1,7 @@
 """The ablation of the kernel's degree (figure 5): does a higher one avoid more samples, and is that the degree's doing?
 
+Degree 1 is the squared difference of two means: of the samples' and of the desired ones', after both are clipped.
+
 The moment form says that degree d multiplies the weight of the mean's term by d (offset 1). So degrees are compared at
 one weight, as in the paper, and at weights that make the mean's term weigh alike.
 """
@@ -41,4 +43,8 @@ ITEM = StudyItem(
     studies=(study("degree", ["crossing1"], METHODS),),
     claims=claims,
     picture=lambda cells: bars(cells, tuple(VARIANTS), [figure for figure, *_ in CLAIMS]),
+    limits=(
+        "Degree 1 is the squared difference of the two means, after the samples are clipped: it sees no other moment "
+        "of the distributions."
+    ),
 )

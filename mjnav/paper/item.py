@@ -4,6 +4,7 @@ A claim is tested once in every setting. The tests of all claims of an item are 
 (Holm): where nothing differs, the chance that the item reports any difference is at most `LEVEL`.
 """
 
+from collections import Counter
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
@@ -18,6 +19,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 LEVEL = 0.05
+TOO_FEW = "too few to judge by"  # ends the line of a setting that decides nothing
 LEAST_PAIRS = 20  # seeds in a setting; with fewer, it decides nothing
 
 Cells = Sequence[CellRows]
@@ -82,6 +84,7 @@ class StudyItem:
     studies: tuple[StudyFile, ...]
     claims: Callable[[Cells], Iterable[Claim]]
     picture: Callable[[Cells], "Figure"]
+    limits: str = ""  # what the comparison cannot say, for the page
 
 
 @dataclass(frozen=True, slots=True)
@@ -94,6 +97,7 @@ class MeasuredItem(Generic[Data]):
     measure: Callable[[Sequence[Scenario], bool, Progress], Data]  # of scenarios; whether quick; progress
     claims: Callable[[Data], Iterable[Claim]]
     picture: Callable[[Data], "Figure"]
+    limits: str = ""  # what the measurement cannot say, for the page
 
 
 Item = StudyItem | MeasuredItem[Any]
@@ -108,7 +112,7 @@ def judge(claims: Iterable[Claim]) -> tuple[Finding, ...]:
         p_values = [None if test.p is None else next(adjusted) for test in claim.tests]
         verdicts = [_verdict(test, p) for test, p in zip(claim.tests, p_values, strict=True)]
         lines = [
-            f"{test.line}; {'too few to judge by' if p is None else f'p = {p:.2g}'}"
+            f"{test.line}; {TOO_FEW if p is None else f'p = {p:.2g}'}"
             for test, p in zip(claim.tests, p_values, strict=True)
             if test.line
         ]
@@ -136,5 +140,5 @@ def _verdict(test: Measured, p: float | None) -> Verdict:
 def _count(verdicts: Sequence[Verdict]) -> str:
     if not verdicts:
         return "no setting was run"
-    count = f"{verdicts.count(Verdict.HOLDS)} of {len(verdicts)} settings for it"
-    return f"{count}, {verdicts.count(Verdict.FAILS)} against"
+    count = Counter(verdicts)
+    return f"settings: {count[Verdict.HOLDS]} for it, {count[Verdict.FAILS]} against, {count[Verdict.OPEN]} open"

@@ -28,4 +28,5 @@ ITEM = StudyItem(
     picture=lambda cells: bars(
         cells, (OURS, THEIRS), ["control_cost", "mean_deviation_m", "time_to_avoid_s", "collision"]
     ),
+    limits=one.LIMITS,
 )

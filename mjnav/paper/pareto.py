@@ -151,4 +151,9 @@ ITEM = StudyItem(
     studies=(study("pareto", ["crossing3"], CURVES, settings=SETTINGS, grid=NOISES),),
     claims=claims,
     picture=picture,
+    limits=(
+        "rkhs and kld weigh their risk against the goal, saa and the Gaussian methods forbid what exceeds a bound. So "
+        "a difference between them at equal clearance is one of soft against hard constraints as much as of matching: "
+        "it does not say what matching itself saves."
+    ),
 )

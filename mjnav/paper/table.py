@@ -82,7 +82,8 @@ def picture(cells: Cells) -> Figure:
                 _bar(axes, x, of.get(place))
             axes.set_xticks(range(len(METHODS)), [name.replace(" ", "\n") for name in METHODS])
             here = [of[place] for of in found.values() if place in of]
-            axes.set_title("\n".join([*place.split(", ")[1:], with_result(here)]))
+            words = place.replace(" and ", "\nand ").split(", ")[1:]
+            axes.set_title("\n".join([*words, with_result(here)]))
         panels[0].set_ylabel("share of runs")
         handles = [Patch(facecolor=shade, label=label) for label, shade in SHADES]
         figure.legend(handles=handles, loc="outside lower center", ncols=3)

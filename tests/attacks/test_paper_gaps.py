@@ -105,7 +105,7 @@ def test_methods_are_paired_by_seed_and_never_by_their_place(drawn):
     _, _, findings, _ = drawn
     lane = findings["lane"][f"Degree 3 {FARTHER}, at one weight"]
     assert lane["verdict"] == Verdict.FAILS  # 20 later seeds by place: +20
-    assert lane["evidence"].startswith("0 of 8 settings for it, 8 against\nlane, ")
+    assert lane["evidence"].startswith("settings: 0 for it, 8 against, 0 open\nlane, ")
     assert all("m [-0.2" in line and "(n = 37)" in line for line in lane["evidence"].splitlines()[1:])
     (eta,) = (finding for claim, finding in findings["one"].items() if "the higher the eta" in claim)
     assert eta["verdict"] == Verdict.FAILS

@@ -35,7 +35,7 @@ def test_contrasts_are_paired_by_setting_and_say_so(made_up):
     assert found.difference.estimate.value == pytest.approx(2.0)
     (judged,) = judge([claim("a is more", "figure 1", [found], +1, "m")])
     assert judged.verdict == Verdict.HOLDS
-    assert judged.evidence.splitlines()[0] == "1 of 1 settings for it, 0 against"
+    assert judged.evidence.splitlines()[0] == "settings: 1 for it, 0 against, 0 open"
     assert "+2 m [+2, +2] (n = 40); p = 0.0002" in judged.evidence
     assert shown(Estimate(np.nan, None, 0)) == "undefined (n = 0)"
     assert short("direct, physics.engine=mujoco noise.profile=bimodal") == "direct, mujoco bimodal"

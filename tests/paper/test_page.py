@@ -10,7 +10,8 @@ from matplotlib.figure import Figure
 from mjnav.errors import InputError
 from mjnav.paper.item import Finding, Verdict
 from mjnav.paper.items import ITEMS
-from mjnav.paper.page import DATA, FINDINGS, PICTURE, PRINT, Basis, page, publish, read
+from mjnav.paper.page import page
+from mjnav.paper.published import DATA, FINDINGS, PICTURE, PRINT, Basis, publish, read
 
 HOSTILE = '</td><script>alert("1")</script>'
 FINDING = Finding("It is <so>", "figure 1", Verdict.HOLDS, "first: 1 < 2\nsecond: 2 > 1")
@@ -56,23 +57,26 @@ class _Tags(HTMLParser):
         super().__init__()
         self.names: list[str] = []
         self.links: list[str] = []
-        self.text = ""
+        self.text = self.code = ""
 
     def handle_starttag(self, tag, attrs):
         self.names.append(tag)
         self.links += [value for key, value in attrs if key in ("href", "src")]
 
     def handle_data(self, data):
-        self.text += data
+        if self.names[-1:] == ["script"]:
+            self.code += data
+        else:
+            self.text += data
 
 
 def test_the_page_shows_every_claim_and_escapes_what_it_is_told(folder):
     tags = _Tags()
     tags.feed(page(folder, HOSTILE))
-    assert "script" not in tags.names
+    assert "alert" not in tags.code
     assert tags.text.count(HOSTILE) == 2
-    assert tags.text.count("It is <so>") == 2  # among the claims and with its item
-    assert "1 holds" in tags.text
+    assert tags.text.count("It is <so>") == 1
+    assert "✓ holds It is <so>" in tags.text
     assert "first: 1 < 2" in tags.text
     assert "a = 1 < 2" in tags.text
     missing = ", ".join(name for name in ITEMS if name != "lane")
@@ -85,5 +89,32 @@ def test_every_link_of_the_page_leads_somewhere(folder):
     for link in tags.links:
         if link.startswith("#"):
             assert f'id="{link[1:]}"' in page(folder, "")
-        elif not link.startswith("https://arxiv.org/"):
+        elif not link.startswith(("https://arxiv.org/", "data:")):
             assert (folder / link).is_file()
+
+
+def test_what_too_few_runs_cannot_decide_is_said_once(tmp_path):
+    line = "here: 0.1 m [0, 0.2] (n = 1); too few to judge by"
+    few = [
+        Finding(f"claim {i}", "figure 1", Verdict.OPEN, f"settings: 0 for it, 0 against, 1 open\n{line}")
+        for i in range(5)
+    ]
+    for findings, said in (
+        (few, "None of the claims can be judged"),
+        ([*few, FINDING], "5 of 6 claims cannot be judged"),
+    ):
+        publish(tmp_path / "lane", Figure(), ROWS, findings, Basis("mjnav paper --quick --only lane"))
+        tags = _Tags()
+        tags.feed(page(tmp_path, ""))
+        assert tags.text.count(said) == 1
+        assert "too few to judge by" not in tags.text
+        assert tags.text.count("not decided") == 0
+        assert tags.text.count("here: 0.1 m [0, 0.2] (n = 1)") == 5
+
+
+def test_what_a_comparison_cannot_say_stands_with_its_figure(tmp_path):
+    publish(tmp_path / "pareto", Figure(), ROWS, [FINDING], Basis("mjnav paper --only pareto"))
+    assert ITEMS["pareto"].limits
+    tags = _Tags()
+    tags.feed(page(tmp_path, ""))
+    assert tags.text.count(ITEMS["pareto"].limits) == 1
