@@ -139,5 +139,5 @@ def test_failed_episodes_are_told_and_are_neither_successes_nor_misses(drawn):
 
 
 def test_the_page_states_its_rules(drawn):
-    assert "Fewer than 20 of them decide nothing" in drawn[3]
+    assert "Fewer than 20 pairs of a setting decide nothing" in drawn[3]
     assert "corrected together for their number (Holm)" in drawn[3]

@@ -76,7 +76,7 @@ CASES = [
     (
         "factors",
         cost_of_factors,
-        "Matching by a weight (rkhs) saves control, against a bound",
+        "Matching by a weight (rkhs) saves control, against constraints at the mean",
         HOLDS,
         "mujoco: -2 m²/s³",
     ),
