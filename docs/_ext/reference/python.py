@@ -16,6 +16,7 @@ MODULES: Mapping[str, str] = {
     "mjnav": "What most programs need.",
     "mjnav.loop.result": "What `mjnav.run` returns.",
     "mjnav.recording.read.log": "What `mjnav.open_log` returns.",
+    "mjnav.gym": "Gymnasium environments; extra: `gym`.",
     "mjnav.messages": "What the parts of the loop hand to one another.",
     "mjnav.control": "Controllers by name.",
     "mjnav.control.base": "What controllers of your own derive from.",
