@@ -5,8 +5,6 @@ import subprocess
 import sys
 from pathlib import Path
 
-import numpy as np
-
 import mjnav
 
 FOLDER = Path(__file__).parents[2] / "examples" / "policy"
@@ -20,14 +18,23 @@ def test_the_trained_policy_reaches_the_goal_past_who_crosses_its_way():
     assert summary["success"], summary
 
 
-def test_training_with_one_seed_ends_in_one_vector_of_weights(tmp_path):
-    for name in ("first.npz", "again.npz"):
-        options = f"--generations 1 --population 4 --episodes 1 --processes 1 --seed 3 --out {tmp_path / name}"
-        environment = {**os.environ, "PYTHONPATH": str(FOLDER.parents[1])}
-        command = [sys.executable, str(FOLDER / "train.py"), *options.split()]
-        done = subprocess.run(command, env=environment, capture_output=True, text=True, check=False)
-        assert done.returncode == 0, done.stderr
-        assert "generation   1  reward: mean" in done.stdout
-    first, again = (np.load(tmp_path / name)["weights"] for name in ("first.npz", "again.npz"))
-    np.testing.assert_array_equal(first, again)
-    assert first.shape == np.load(FOLDER / "weights.npz")["weights"].shape
+CODE = """
+import numpy as np
+import train
+from policy import untrained
+
+if __name__ == "__main__":
+    first, again = (train.total_reward(untrained(), range(3, 4)) for _ in range(2))
+    assert first == again, (first, again)
+    weights = train.train(generations=1, minutes=1.0, seed=3, episodes=1, population=4, processes=1, sigma=0.5)
+    assert weights.shape == untrained().shape == np.load("weights.npz")["weights"].shape
+    assert (weights != untrained()).any()
+"""
+
+
+def test_an_episode_of_the_training_repeats_itself_and_a_generation_changes_the_weights():
+    environment = {**os.environ, "PYTHONPATH": str(FOLDER)}
+    command = [sys.executable, "-c", CODE]
+    done = subprocess.run(command, cwd=FOLDER, env=environment, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    assert "generation   1  reward: mean" in done.stdout
