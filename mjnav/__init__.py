@@ -18,13 +18,16 @@ if TYPE_CHECKING:
     from mjnav.report.log_pictures import render
     from mjnav.report.run_page.of_logs import report
     from mjnav.study.catalogue import names
+    from mjnav.study.compare.compare_results import compare
+    from mjnav.study.sweep_study import sweep
 
-__all__ = ["Simulation", "load_scenario", "names", "open_log", "render", "replay", "report", "run"]
+__all__ = ["Simulation", "compare", "load_scenario", "names", "open_log", "render", "replay", "report", "run", "sweep"]
 
 # name -> where it is; imported when first asked for, so that `import mjnav` is cheap
 _API = MappingProxyType(
     {
         "Simulation": "mjnav.loop.simulation",
+        "compare": "mjnav.study.compare.compare_results",
         "load_scenario": "mjnav.loop.prepare",
         "names": "mjnav.study.catalogue",
         "open_log": "mjnav.notebook",
@@ -32,6 +35,7 @@ _API = MappingProxyType(
         "replay": "mjnav.loop.replay",
         "report": "mjnav.report.run_page.of_logs",
         "run": "mjnav.loop.run",
+        "sweep": "mjnav.study.sweep_study",
     }
 )
 
