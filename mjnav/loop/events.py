@@ -3,6 +3,8 @@
 from mjnav.loop.referee import GOAL
 from mjnav.messages import Beliefs, Contact, Decision, Event, Status, WorldState
 
+GIVEN = "given"  # the event of the first decision that is not the controller's
+
 
 class Events:
     """The events of one run, tick by tick. A status that lasts is told once, and so are commands beyond the limits."""
@@ -10,14 +12,16 @@ class Events:
     def __init__(self):
         self._waiting: tuple[Event, ...] = ()
         self._status = Status.OK
-        self._clipping_told = False
+        self._clipping_told = self._given_told = False
 
     def note(self, *events: Event) -> None:
         """Events that the next tick will carry."""
         self._waiting += events
 
-    def of_tick(self, truth: WorldState, beliefs: Beliefs | None, decision: Decision) -> tuple[Event, ...]:
-        """The events of one tick; `beliefs` are None where no sensor was due."""
+    def of_tick(
+        self, truth: WorldState, beliefs: Beliefs | None, decision: Decision, *, given: bool = False
+    ) -> tuple[Event, ...]:
+        """The events of one tick; `beliefs` are None where no sensor was due, a `given` decision is no controller's."""
         events = [*self._waiting, *map(_contact, truth.contacts)]
         self._waiting = ()
         for belief in () if beliefs is None else (beliefs.robot, *beliefs.people):
@@ -32,6 +36,11 @@ class Events:
         if decision.wish is not None and not self._clipping_told:
             events.append(Event("warning", "clipped", _clipping(decision, decision.wish)))
             self._clipping_told = True
+        if given and not self._given_told:
+            events.append(
+                Event("info", GIVEN, "the command was given to Simulation.step, not decided by the controller")
+            )
+            self._given_told = True
         return tuple(events)
 
     def at_end(self, final: WorldState, outcome: str, log_dropped: int) -> list[Event]:

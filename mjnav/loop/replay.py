@@ -9,6 +9,7 @@ from typing import Any
 from mjnav.control import names
 from mjnav.errors import InputError
 from mjnav.loop.episode import Episode
+from mjnav.loop.events import GIVEN
 from mjnav.loop.faults.fault import RunFault
 from mjnav.loop.log_comparison import (
     COMPARED,
@@ -25,7 +26,7 @@ from mjnav.loop.referee import ABORTED
 from mjnav.loop.result import Result
 from mjnav.messages import PHASES, TickRecord, WorldState
 from mjnav.plugins import name_of
-from mjnav.recording.encode.topics import TIMING
+from mjnav.recording.encode.topics import EVENTS, TIMING
 from mjnav.recording.log_format import REPLAY
 from mjnav.recording.read.log import Log, open_log
 from mjnav.scenarios.spec import Scenario
@@ -102,6 +103,8 @@ def replay(
         raise follower.error
     if not (follower.differences or stop()):
         follower.finish(result, fault)
+    if follower.differences and any(message.value.name == GIVEN for message in log.messages(EVENTS)):
+        warnings = ("its commands were given to Simulation.step; a replay asks the controller", *warnings)
     return Replay(
         path=log.path,
         ticks=follower.compared,

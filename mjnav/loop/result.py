@@ -1,14 +1,17 @@
 """How a run went."""
 
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
+from pathlib import Path
 from typing import Any
 
+from mjnav.loop.onboard.latency import Computed, LatencyModel, replayed
 from mjnav.loop.profile import Profile
 from mjnav.loop.result_table import result_table
 from mjnav.loop.scheduling import Scheduling
-from mjnav.messages import Trajectory
-from mjnav.metrics.summary import Figures
+from mjnav.messages import PHASES, Trajectory
+from mjnav.metrics.summary import Figures, summarise
+from mjnav.metrics.timing import compute_ms
 from mjnav.scenarios.spec import Scenario
 
 SCHEMA = 1  # of the summary
@@ -69,3 +72,40 @@ class Result:
     def _repr_html_(self) -> str:
         """The figures as a table, as notebooks show it."""
         return result_table(self.summary)
+
+
+def result_of(
+    scenario: Scenario,
+    trajectory: Trajectory,
+    *,
+    outcome: str | None,
+    state_hash: str,
+    latency: LatencyModel,
+    seconds: float | None = None,
+    deadline_misses: int = 0,
+    log: Path | None = None,
+    log_dropped: int = 0,
+) -> Result:
+    """How a run of `scenario` went, which took `seconds` on the wall; without them what its ticks took counts."""
+    if seconds is None:
+        seconds = 1e-9 * float(trajectory.timing[:, 1 : 1 + len(PHASES)].sum())
+    summary = RunSummary(
+        scene=scenario.name,
+        controller=scenario.control.method,
+        seed=scenario.seed,
+        figures=summarise(trajectory, scenario, outcome=outcome),
+        compute_ms=compute_ms(trajectory.timing),
+        real_time_factor=float(trajectory.time[-1]) / seconds if seconds > 0.0 else None,
+        deadline_misses=deadline_misses,
+        state_hash=state_hash,
+        log=str(log) if log else None,
+    )
+    return Result(summary, trajectory, _replay(scenario, latency), log_dropped=log_dropped)
+
+
+def _replay(scenario: Scenario, latency: LatencyModel) -> Scenario:
+    """The scenario with measured latencies written down."""
+    control = scenario.control
+    if control.latency is None or control.latency.model != "measured" or not isinstance(latency, Computed):
+        return scenario
+    return replace(scenario, control=replace(control, latency=replayed(control.latency, control.period, latency.trace)))

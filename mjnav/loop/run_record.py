@@ -87,7 +87,7 @@ class RunRecord:
             decision=decision,
             command=command,
             cone=self._cone(beliefs, observation, decision) if self._cones and asked else None,
-            events=self._events.of_tick(truth, beliefs if readings else None, decision),
+            events=self._events.of_tick(truth, beliefs if readings else None, decision, given=not asked),
         )
         self._trajectory.add(record)
         if self._recorder is not None:

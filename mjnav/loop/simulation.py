@@ -1,23 +1,22 @@
 """`mjnav.Simulation`: the closed loop of a scenario, one control period at a time."""
 
 import os
-from collections.abc import Callable
-from copy import deepcopy
-from dataclasses import dataclass, replace
-from math import isfinite, nan
+from dataclasses import replace
 from types import TracebackType
 from typing import Any, Self
 
-from mjnav.errors import InputError, InvalidValue, MjnavError
+from mjnav.errors import InvalidValue, MjnavError
+from mjnav.loop.attached import Attached
+from mjnav.loop.branch import branched
 from mjnav.loop.faults.fault import fault_events
+from mjnav.loop.given_decision import given_decision
 from mjnav.loop.log_path import log_path
-from mjnav.loop.onboard.latency import Computed, replayed
 from mjnav.loop.onboard.navigator import Navigator
 from mjnav.loop.pacer import Start, Stopwatch
 from mjnav.loop.prepare import as_scenario
 from mjnav.loop.provenance.run_info import run_info
 from mjnav.loop.referee import ABORTED, Referee
-from mjnav.loop.result import Result, RunSummary
+from mjnav.loop.result import Result, result_of
 from mjnav.loop.run_record import RunRecord
 from mjnav.loop.tick import Tick
 from mjnav.messages import (
@@ -27,14 +26,9 @@ from mjnav.messages import (
     Event,
     Observation,
     Reading,
-    Status,
-    TickRecord,
     Trajectory,
     WorldState,
 )
-from mjnav.metrics.summary import summarise
-from mjnav.metrics.timing import compute_ms
-from mjnav.recording.live import LiveServer
 from mjnav.recording.write.writer import Recorder
 from mjnav.scenarios.spec import Scenario
 from mjnav.world.engine import DivergedError
@@ -43,21 +37,6 @@ from mjnav.world.simulator import Simulator
 
 class SimulationOver(MjnavError, RuntimeError):
     """A call that a simulation cannot answer any more: a step after its end, or anything after `close`."""
-
-
-@dataclass(frozen=True, slots=True)
-class Attached:
-    """What a whole run attaches to its simulation.
-
-    `watch` sees every tick before the world moves on, and the clients of `live` get what a log gets. `cones` also
-    computes the samples that are logged when no log is written; a log that is `threaded` is written on a thread.
-    """
-
-    watch: Callable[[TickRecord], None] = lambda record: None
-    live: LiveServer | None = None
-    cones: bool = False
-    threaded: bool = False
-    stopwatch: Stopwatch | None = None
 
 
 class Simulation:
@@ -208,7 +187,9 @@ class Simulation:
         tick = self._usable("step()")
         if self.done:
             raise SimulationOver(f"step(): the simulation has ended: {self._outcome} after {self.time:g} s")
-        decision = self._decision(tick, v, omega)
+        decision = given_decision(v, omega)
+        if decision is not vars(tick).get("decision"):
+            decision = self._robot.limited(decision)
         try:
             tick.act(decision, self._record)
             self._record.add_timing(tick.k, self._watch, self._start)
@@ -276,15 +257,7 @@ class Simulation:
         """Takes over a deep copy of another simulation's state."""
         state = {name: getattr(other, name) for name in _STATE}
         messages = () if other._tick is None else other._tick.messages
-        try:
-            vars(self).update(deepcopy(state, {id(message): message for message in messages}))
-        except MjnavError:
-            raise
-        except Exception as error:
-            raise InputError(
-                f"copy(): {type(error).__name__}: {error}; objects of your own in a simulation need to be ones that "
-                "copy.deepcopy can copy, or have a method __deepcopy__"
-            ) from error
+        vars(self).update(branched(state, messages))
 
     # --------------------------------------------------------------------- what `loop.episode` does besides
 
@@ -335,59 +308,23 @@ class Simulation:
             raise SimulationOver(f"{what}: the simulation is closed")
         return self._present()
 
-    def _decision(self, tick: Tick, v: float | Decision, omega: float | None) -> Decision:
-        """What `step` was given, within the robot's limits."""
-        if isinstance(v, Decision):
-            if omega is not None:
-                raise InvalidValue("omega", omega, "nothing beside a decision")
-            if v is vars(tick).get("decision"):
-                return v
-            decision = v
-        else:
-            decision = Decision(_number("v", v, "m/s"), _number("omega", omega, "rad/s"), Status.OK)
-        for name, unit in (("v", "m/s"), ("omega", "rad/s")):
-            _number(name, getattr(decision, name), unit)
-        return self._robot.limited(decision)
-
     def _so_far(self) -> Result:
         return self._make_result(None, go_on=True) if self.result is None else self.result
 
     def _make_result(self, seconds: float | None, *, deadline_misses: int = 0, go_on: bool = False) -> Result:
-        final, outcome = self.truth, self.outcome
-        trajectory, state_hash = self._record.finish(final, self._world.state_hash(), go_on=go_on)
-        seconds = 1e-9 * float(trajectory.timing[:, 1:-1].sum()) if seconds is None else seconds
-        summary = RunSummary(
-            scene=self.scenario.name,
-            controller=self.scenario.control.method,
-            seed=self.scenario.seed,
-            figures=summarise(trajectory, self.scenario, outcome=outcome),
-            compute_ms=compute_ms(trajectory.timing),
-            real_time_factor=final.time / seconds if seconds > 0.0 else None,
+        trajectory, state_hash = self._record.finish(self.truth, self._world.state_hash(), go_on=go_on)
+        return result_of(
+            self.scenario,
+            trajectory,
+            outcome=self.outcome,
+            seconds=seconds,
             deadline_misses=deadline_misses,
             state_hash=state_hash,
-            log=str(self._log) if self._log else None,
+            log=self._log,
+            log_dropped=self._record.log_dropped,
+            latency=self._robot.latency,
         )
-        return Result(summary, trajectory, self._replay(), log_dropped=self._record.log_dropped)
-
-    def _replay(self) -> Scenario:
-        """The scenario with measured latencies written down."""
-        control, model = self.scenario.control, self._robot.latency
-        if control.latency is None or control.latency.model != "measured" or not isinstance(model, Computed):
-            return self.scenario
-        latency = replayed(control.latency, control.period, model.trace)
-        return replace(self.scenario, control=replace(control, latency=latency))
 
 
 # What a branch has of its own.
 _STATE = ("_watch", "_world", "_robot", "_record", "_tick", "_ticks", "_estimated", "_outcome", "_final")
-
-
-def _number(name: str, value: Any, unit: str) -> float:
-    """A finite number; raises InvalidValue."""
-    try:
-        number = float(value)
-    except (TypeError, ValueError):
-        number = nan
-    if not isfinite(number):
-        raise InvalidValue(name, value, f"a finite number [{unit}]")
-    return number

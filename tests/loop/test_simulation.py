@@ -80,6 +80,9 @@ def test_a_command_beyond_the_limits_is_clipped_and_its_wish_logged(room, tmp_pa
     assert simulation.summary["clipped_ticks"] == 1
     first = next(mjnav.open_log(tmp_path / "a.mcap").messages("/decision")).value
     assert first["wish"] == {"v": 7.0, "omega": -9.0}
+    names = [message.value.name for message in mjnav.open_log(tmp_path / "a.mcap").messages("/events")]
+    assert names == ["clipped", "given", "end"]
+    assert mjnav.replay(tmp_path / "a.mcap").warnings[0].startswith("its commands were given to Simulation.step")
 
 
 @pytest.mark.parametrize(
