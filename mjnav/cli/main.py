@@ -5,12 +5,14 @@ import os
 import shlex
 import sys
 from collections.abc import Mapping, Sequence
+from contextlib import nullcontext
 from importlib import import_module
 from types import MappingProxyType
 
+from mjnav.cli.options import common
 from mjnav.cli.terminal.guard import Guard, guarded
 from mjnav.cli.terminal.progress import tell
-from mjnav.cli.terminal.streams import plain_output
+from mjnav.cli.terminal.streams import plain_output, quiet_output
 from mjnav.errors import InputError, MjnavError, unknown_name
 
 INTERRUPTED = 130
@@ -73,6 +75,10 @@ def _exit_code(argv: list[str], guard: Guard) -> int:
         _drop_output()
         return 0
     except MjnavError as error:
+        if common.wants_traceback(argv):
+            import traceback
+
+            traceback.print_exc()
         tell(str(error))
         return error.exit_code
     except OSError as error:  # run files and logs raise errors of their own: what is left is standard output's
@@ -106,6 +112,7 @@ def _execute(argv: list[str], guard: Guard) -> int:
         sub = commands.add_parser(command, help=text, description=f"{text[0].upper()}{text[1:]}.")
         if command == name:
             import_module(path).configure(sub)
+            common.configure(sub, command)
     given = argparse.Namespace(guard=guard, command_line=shlex.join(["mjnav", *argv]))
     arguments, unknown = parser.parse_known_args(argv, given)
     if unknown:
@@ -118,7 +125,8 @@ def _execute(argv: list[str], guard: Guard) -> int:
     if arguments.command is None:
         parser.print_help()
         return 0
-    return import_module(COMMANDS[arguments.command][0]).execute(arguments)
+    with quiet_output() if getattr(arguments, "quiet", False) else nullcontext():
+        return import_module(COMMANDS[arguments.command][0]).execute(arguments)
 
 
 if __name__ == "__main__":

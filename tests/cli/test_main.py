@@ -48,7 +48,7 @@ def test_words_that_make_no_sense_are_bad_input(mjnav, words, line):
     said = mjnav(*words)
     assert (said.code, said.out) == (2, "")
     assert said.err.startswith(line)
-    assert len(said.err.splitlines()) <= 7  # the message, and the usage of a command with many options
+    assert len(said.err.splitlines()) <= 9  # the message, and the usage of a command with many options
     assert "Traceback" not in said.err
 
 
@@ -85,3 +85,22 @@ def test_the_installed_program_is_this_one(tmp_path):
     program = Path(sysconfig.get_path("scripts")) / "mjnav"
     done = subprocess.run([program, "--version"], capture_output=True, text=True, cwd=tmp_path, check=False)
     assert (done.returncode, done.stdout, done.stderr) == (0, f"{version('mjnav')}\n", "")
+
+
+QUICK = ("--set", "physics.engine=kinematic", "--set", "time_limit=0.5", "--no-log")
+
+
+def test_quiet_leaves_errors_and_the_exit_code(mjnav):
+    assert mjnav("run", "crossing1", "-q", *QUICK) == (said := mjnav("run", "crossing1", "--quiet", *QUICK))
+    assert (said.code, said.out, said.err) == (0, "", "")
+    said = mjnav("run", "crossing1", "-q", "--set", "robot.radius=9")
+    assert (said.code, said.out) == (2, "")
+    assert said.err == "mjnav: --set: robot.radius: found 9.0; allowed: a number from 0.2 to 0.5 m\n"
+
+
+def test_a_traceback_comes_on_request_alone(mjnav):
+    words = ("run", "crossing1", "--set", "robot.radius=9")
+    assert "Traceback" not in mjnav(*words).err
+    said = mjnav(*words, "--traceback")
+    assert (said.code, said.err.splitlines()[0]) == (2, "Traceback (most recent call last):")
+    assert said.err.endswith("allowed: a number from 0.2 to 0.5 m\n")

@@ -1,5 +1,6 @@
 """Standard output and standard error, to which every command writes printable text only."""
 
+import os
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -35,6 +36,32 @@ def plain_output() -> Iterator[None]:
         yield
     finally:
         sys.stdout, sys.stderr = before
+
+
+class _QuietStream:
+    """A stream that takes messages, and shows no progress because it is no terminal."""
+
+    def __init__(self, stream: TextIO):
+        self.below = stream
+
+    def isatty(self) -> bool:
+        """Never."""
+        return False
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self.below, name)
+
+
+@contextmanager
+def quiet_output() -> Iterator[None]:
+    """Drops standard output and shows no progress; messages on standard error stay."""
+    before = sys.stdout, sys.stderr
+    with open(os.devnull, "w", encoding="utf-8") as nowhere:
+        sys.stdout, sys.stderr = nowhere, before[1] and cast(TextIO, _QuietStream(before[1]))
+        try:
+            yield
+        finally:
+            sys.stdout, sys.stderr = before
 
 
 def console(*, stderr: bool = False, width: int | None = None) -> "Console":
