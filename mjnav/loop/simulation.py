@@ -80,6 +80,7 @@ class Simulation:
         self._referee = Referee(scenario)
         self._recorder: Recorder | None = None
         if recorded:
+            self.prepare()  # the log names the controller's source files, which importing it finds
             info = run_info(scenario, scenario.seed, self._world.parts_hash())
             xml = self._world.model_xml()
             self._recorder = Recorder(path, scenario, info, xml, threaded=attached.threaded, live=attached.live)
