@@ -13,7 +13,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from types import MappingProxyType, ModuleType
 
-from mjnav.errors import InputError, MjnavError, missing_extra, unknown_name
+from mjnav.errors import InputError, InvalidValue, MjnavError, missing_extra, unknown_name
 from mjnav.recording.log_format import check_folder
 from mjnav.recording.read.log import Log, LogMessage
 from mjnav.recording.read.table_blocks import not_ours
@@ -26,6 +26,7 @@ class Format:
     module: str
     counts: str
     by_topic: bool = False
+    suffix: str = ""  # of the one file that it writes in place of a folder
 
 
 FORMATS: Mapping[str, Format] = MappingProxyType(
@@ -34,10 +35,13 @@ FORMATS: Mapping[str, Format] = MappingProxyType(
         "csv": Format("mjnav.recording.export.csv_tables", "rows", by_topic=True),
         "parquet": Format("mjnav.recording.export.parquet", "rows", by_topic=True),
         "rosbag2": Format("mjnav.recording.export.rosbag2", "messages"),
+        "rrd": Format("mjnav.recording.export.rerun_file", "rows", suffix=".rrd"),
     }
 )
 # package that a format imports -> what it is called in registries, and the extra that brings it
-_OPTIONAL = MappingProxyType({"rosbags": ("rosbags", "ros2"), "pyarrow": ("pyarrow", "pandas")})
+_OPTIONAL = MappingProxyType(
+    {"rosbags": ("rosbags", "ros2"), "pyarrow": ("pyarrow", "pandas"), "rerun": ("rerun-sdk", "rerun")}
+)
 
 
 def check_format(name: str, topics: Iterable[str] = ()) -> None:
@@ -65,6 +69,7 @@ def export(
     """
     chosen = tuple(dict.fromkeys(topics))
     check_format(form, chosen)
+    check_output(form, path)
     log.check_ours()
     if log.duration is None:
         raise InputError(f"{log.path}: holds no messages to export")
@@ -95,6 +100,14 @@ def _reported(messages: Iterator[LogMessage], progress: Callable[[float], None])
         first = message.time_ns if first is None else first
         progress(1e-9 * (message.time_ns - first))
         yield message
+
+
+def check_output(form: str, path: str | os.PathLike[str]) -> Path:
+    """The path of what a format can write there. Raises InputError as `check_new_folder`, and for another suffix."""
+    suffix = FORMATS[form].suffix
+    if not os.fspath(path).endswith(suffix):
+        raise InvalidValue("OUT", os.fspath(path), f"a file name that ends in {suffix}")
+    return check_new_folder(path)
 
 
 def check_new_folder(path: str | os.PathLike[str]) -> Path:

@@ -18,7 +18,7 @@ def test_an_export_that_is_interrupted_leaves_nothing(recorded, tmp_path, form, 
             raise error
 
     with pytest.raises(error):
-        export(open_log(recorded), form, tmp_path / "out", progress=interrupted)
+        export(open_log(recorded), form, tmp_path / f"out{FORMATS[form].suffix}", progress=interrupted)
     assert list(tmp_path.iterdir()) == []
 
 
@@ -34,7 +34,7 @@ def test_a_foreign_message_is_an_error_of_one_line_and_leaves_nothing(recorded, 
         writer.add_message(channel, 0, b'{"tick": 0, "place": [1, 2, 3]}', 0)
         writer.finish()
     with pytest.raises(DamagedLogError, match=r"holds a message that is not one of mjnav's \(KeyError\('\w+'\)\)$"):
-        export(open_log(path), form, tmp_path / "out")
+        export(open_log(path), form, tmp_path / f"out{FORMATS[form].suffix}")
     assert list(tmp_path.iterdir()) == [path]
 
 

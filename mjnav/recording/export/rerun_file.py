@@ -1,0 +1,194 @@
+"""A recording for the rerun viewer: one .rrd file with the timeline `sim_time` [s].
+
+`world` holds the scene, the robot and the people as they are and as they are believed to be, all particles, the scan at
+the believed pose, and the chosen arc; `plots` holds scalars; `log` the status of the decisions and the events. Points
+are single precision.
+"""
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from pathlib import Path
+from types import MappingProxyType
+from typing import Any
+
+import numpy as np
+import rerun as rr
+from foxglove_schemas_protobuf.Log_pb2 import Log as Event
+from numpy.typing import NDArray
+
+from mjnav.messages import Array
+from mjnav.motion.diff_drive import LIDAR_HEIGHT
+from mjnav.motion.unicycle import integrate
+from mjnav.recording.encode.particles import decode_particles
+from mjnav.recording.export.rerun_scene import about_z, clearance, log_bodies, log_scene
+from mjnav.recording.read.log import Log, LogMessage
+
+TOPICS = (
+    "/robot/state",
+    "/people/truth",
+    "/people/estimate",
+    "/scan",
+    "/belief/robot",
+    "/belief/obstacles",
+    "/decision",
+    "/command",
+    "/cone",
+    "/events",
+)
+TIMELINE = "sim_time"
+AHEAD = 1.0  # [s] that the chosen arc is drawn for
+_SHARES = np.linspace(0.0, 1.0, 11)
+_LEVELS = MappingProxyType({Event.INFO: "INFO", Event.WARNING: "WARN", Event.ERROR: "ERROR"})
+
+
+class _Series:
+    """What is logged at one entity path: times, and a value or a list of points a time."""
+
+    def __init__(self):
+        self.times: list[int] = []
+        self.values: list[Any] = []
+
+    def add(self, time_ns: int, value: Any) -> None:
+        self.times.append(time_ns)
+        self.values.append(value)
+
+
+class _Collector:
+    """The messages of a log, by entity path and kind."""
+
+    def __init__(self):
+        self.series: dict[tuple[str, str], _Series] = {}
+        self._believed: list[float] | None = None
+        self._status = ""
+
+    def put(self, kind: str, path: str, time_ns: int, value: Any) -> None:
+        self.series.setdefault((kind, path), _Series()).add(time_ns, value)
+
+    def take(self, message: LogMessage) -> None:
+        now, value = message.time_ns, message.value
+        if message.topic == "/robot/state":
+            self._state(now, value)
+        elif message.topic == "/people/truth":
+            for person in value["people"]:
+                self.put("pose", f"world/people/{person['name']}", now, [*person["position"], 0.0])
+        elif message.topic == "/people/estimate":
+            for track in value["people"]:
+                state = np.array([*track["position"], *track["velocity"]], float)
+                self.put("arrow", f"world/tracks/{track['name']}", now, state)
+        elif message.topic == "/belief/robot":
+            self.put("points", "world/robot/particles", now, _places(value))
+        elif message.topic == "/belief/obstacles":
+            self.put("points", "world/tracks/particles", now, _places(value))
+        elif message.topic == "/scan" and self._believed is not None:
+            self.put("points", "world/scan", now, _hits(value, self._believed))
+        elif message.topic == "/decision":
+            self._decision(now, value)
+        elif message.topic == "/command":
+            self.put("scalar", "plots/command/v", now, value["v"])
+            self.put("scalar", "plots/command/omega", now, value["omega"])
+        elif message.topic == "/cone":
+            self.put("scalar", "plots/safe_share", now, value.safe_share)
+        elif message.topic == "/events":
+            self.put("text", "log/events", now, (f"{value.name}: {value.message}", _LEVELS.get(value.level, "DEBUG")))
+
+    def _state(self, now: int, value: Mapping[str, Any]) -> None:
+        self.put("pose", "world/robot/truth", now, value["pose"])
+        self.put("scalar", "plots/robot/v", now, value["twist"][0])
+        self.put("scalar", "plots/robot/omega", now, value["twist"][1])
+        if value["estimate"] is not None:
+            self._believed = value["estimate"]["mean"]
+            self.put("pose", "world/robot/estimate", now, self._believed)
+
+    def _decision(self, now: int, value: Mapping[str, Any]) -> None:
+        if self._believed is not None:
+            start = np.array(self._believed, float)
+            arc = np.stack([integrate(start, value["v"], value["omega"], AHEAD * share) for share in _SHARES])
+            self.put("strip", "world/chosen_arc", now, _lifted(arc[:, :2], 0.03))
+        if value["status"] != self._status:
+            self._status = value["status"]
+            self.put("text", "log/status", now, (f"{value['status']} {value['advice']}".strip(), "INFO"))
+
+
+def _lifted(points: Array, height: float) -> NDArray[np.float32]:
+    """Points (n, 2) at a height, (n, 3), single precision."""
+    return np.insert(points, 2, height, axis=1).astype(np.float32)
+
+
+def _places(cloud: Any) -> NDArray[np.float32]:
+    columns = decode_particles(cloud)
+    return _lifted(np.stack([columns["x"], columns["y"]], axis=-1), 0.02)
+
+
+def _hits(scan: Any, believed: Sequence[float]) -> NDArray[np.float32]:
+    """Where the beams that met something end, seen from the believed pose."""
+    ranges = np.array(scan.ranges, float)
+    angles = believed[2] + np.linspace(scan.start_angle, scan.end_angle, len(ranges))
+    ends = np.stack([believed[0] + ranges * np.cos(angles), believed[1] + ranges * np.sin(angles)], axis=-1)
+    return _lifted(ends[np.isfinite(ranges)], LIDAR_HEIGHT)
+
+
+def _rows(values: Sequence[Any]) -> Array:
+    """Values as rows of numbers, NaN for null."""
+    return np.array(values, float)
+
+
+# ------------------------------------------------------------------------------------- kinds of columns
+
+
+def _pose(values: Sequence[Any]) -> Any:
+    poses = _rows(values)
+    places = _lifted(poses[:, :2], 0.0)
+    return rr.Transform3D.columns(translation=places, quaternion=[about_z(heading) for heading in poses[:, 2]])
+
+
+def _arrow(values: Sequence[Any]) -> Any:
+    states = _rows(values)
+    return rr.Arrows3D.columns(origins=_lifted(states[:, :2], 0.05), vectors=_lifted(states[:, 2:], 0.0))
+
+
+def _points(values: Sequence[Any]) -> Any:
+    points = np.concatenate(values)
+    return rr.Points3D.columns(positions=points).partition([len(rows) for rows in values])
+
+
+def _strip(values: Sequence[Any]) -> Any:
+    return rr.LineStrips3D.columns(strips=values)
+
+
+def _scalar(values: Sequence[Any]) -> Any:
+    return rr.Scalars.columns(scalars=_rows(values))
+
+
+def _text(values: Sequence[Any]) -> Any:
+    return rr.TextLog.columns(text=[text for text, _ in values], level=[level for _, level in values])
+
+
+_COLUMNS: Mapping[str, Callable[[Sequence[Any]], Any]] = MappingProxyType(
+    {"pose": _pose, "arrow": _arrow, "points": _points, "strip": _strip, "scalar": _scalar, "text": _text}
+)
+
+
+def write(log: Log, topics: Sequence[str], messages: Iterator[LogMessage], path: Path) -> dict[str, int]:
+    """Writes the file; gives the number of rows at each entity path that changes over time."""
+    scenario = log.scenario()
+    collector = _Collector()
+    for message in messages:
+        collector.take(message)
+    truth = collector.series.get(("pose", "world/robot/truth"))
+    if truth is not None:
+        found = [collector.series.get(("pose", f"world/people/person{i}")) for i in range(len(scenario.people))]
+        people = [_rows(one.values) for one in found if one is not None and one.times == truth.times]
+        if len(people) == len(found):  # a damaged log may lack some
+            for now, value in zip(truth.times, clearance(scenario, _rows(truth.values), people).tolist(), strict=True):
+                collector.put("scalar", "plots/clearance", now, value)
+    run = log.run or {}
+    name = f"{run.get('scene', '')} {run.get('controller', '')} {run.get('seed', '')} {log.path.stem}"
+    with rr.RecordingStream("mjnav", recording_id=name, send_properties=False) as stream:
+        stream.save(path)
+        log_scene(stream, scenario)
+        log_bodies(stream, scenario)
+        for (kind, entity), series in collector.series.items():
+            times = rr.TimeColumn(TIMELINE, duration=np.array(series.times, "timedelta64[ns]"))
+            stream.send_columns(entity, indexes=[times], columns=_COLUMNS[kind](series.values))
+        stream.flush()
+    stream.disconnect()
+    return {entity: len(series.times) for (_, entity), series in collector.series.items()}
