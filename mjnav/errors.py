@@ -1,8 +1,10 @@
 """What mjnav raises, and the exit code that the command line gives for it."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 from difflib import get_close_matches
 from functools import partial
+from traceback import extract_tb
 
 _MAX_SHOWN = 120  # characters of a key and of a found value in a message
 
@@ -23,6 +25,32 @@ class DamagedLogError(MjnavError):
     """A log fails its checksum or holds nothing readable."""
 
     exit_code = 3
+
+
+class UntrustedCode(InputError):
+    """A log names code that is not mjnav's own; `what` it is, how to trust it, and what runs another in its place."""
+
+    def __init__(self, what: str, *, trust: str = "trust=True", other: str | None = "controller=NAME"):
+        self.what, self.other = what, other
+        instead = f", {other} runs another in its place" if other else ""
+        super().__init__(f"{what}, code that a replay imports and runs: {trust} allows it{instead}")
+
+
+class PluginFault(MjnavError):
+    """What a plug-in returned in a run cannot be used, or what it raised; it ends the run."""
+
+    @classmethod
+    @contextmanager
+    def told(cls, name: str, call: str) -> Iterator[None]:
+        """What `call` of the plug-in `name` raises becomes this, with its place: also before the first tick."""
+        try:
+            yield
+        except MjnavError:
+            raise
+        except Exception as error:
+            frame = extract_tb(error.__traceback__)[-1]
+            text = f"{name}: {call} raised {type(error).__name__}: {error} ({frame.filename}:{frame.lineno})"
+            raise cls(text) from error
 
 
 class InvalidValue(InputError, ValueError):

@@ -10,6 +10,7 @@ from importlib import import_module
 from types import MappingProxyType
 
 from mjnav.cli.options import common
+from mjnav.cli.options.words import in_options
 from mjnav.cli.terminal.guard import Guard, guarded
 from mjnav.cli.terminal.progress import tell
 from mjnav.cli.terminal.streams import plain_output, quiet_output
@@ -79,7 +80,7 @@ def _exit_code(argv: list[str], guard: Guard) -> int:
             import traceback
 
             traceback.print_exc()
-        tell(str(error))
+        tell(str(in_options(error)))
         return error.exit_code
     except OSError as error:  # run files and logs raise errors of their own: what is left is standard output's
         _drop_output()

@@ -9,7 +9,7 @@ from dataclasses import MISSING, dataclass, fields
 from functools import cache
 from math import inf
 from types import MappingProxyType, NoneType, UnionType
-from typing import Annotated, Any, TypeVar, Union, get_args, get_origin, get_type_hints
+from typing import Annotated, Any, Protocol, TypeVar, Union, get_args, get_origin, get_type_hints
 
 from mjnav.errors import InvalidValue
 
@@ -85,12 +85,42 @@ class Key:
     name: str
 
 
+class Other(Protocol):
+    """What a variant becomes whose name is none of those that are known."""
+
+    @property
+    def name(self) -> str:
+        """Its name."""
+        ...
+
+    @property
+    def parameters(self) -> Mapping[str, object]:
+        """The keys beside the name."""
+        ...
+
+    def __init__(self, name: str, parameters: Mapping[str, object]): ...
+
+    @classmethod
+    def serves(cls, value: Any) -> bool:
+        """Whether a value may stand for one."""
+        ...
+
+    @classmethod
+    def of(cls, value: Any) -> Any:
+        """The one that a value stands for."""
+        ...
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Variants:
-    """One of several dataclasses: its name stands under `key`, its own keys beside that."""
+    """One of several dataclasses: its name stands under `key`, its own keys beside that.
+
+    A name that `other` serves becomes other(name, the keys beside it), which is checked when it is used.
+    """
 
     key: str
     kinds: Mapping[str, type]
+    other: "type[Other] | None" = None
 
 
 @dataclass(frozen=True, slots=True)

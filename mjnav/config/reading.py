@@ -68,6 +68,9 @@ def settled(hint: Any, value: Any) -> Any:
     Of types that no file has, values stay as they are. Raises InvalidValue; its key is the place inside the value.
     """
     kind = bare(hint)
+    variants = mark(hint, Variants)
+    if variants is not None:
+        return _variant(variants, hint, value)
     if alternatives := options(hint):
         return _one_of(alternatives, value, optional=len(alternatives) < len(get_args(kind)))
     if kind in (float, int):
@@ -84,14 +87,21 @@ def settled(hint: Any, value: Any) -> Any:
         return string
     if get_origin(kind) is tuple:
         return _array(hint, value)
-    variants = mark(hint, Variants)
-    if variants is not None or mark(hint, Named) is not None or get_origin(kind) is Mapping:
-        if variants is not None and isinstance(value, tuple(variants.kinds.values())):
-            return value
+    if mark(hint, Named) is not None or get_origin(kind) is Mapping:
         return _read_tables(hint, _of_type(Mapping, hint, value))
     if is_dataclass(kind):
         return read(kind, value) if isinstance(value, Mapping) else _of_type(kind, hint, value)  # type: ignore[arg-type]
     return value
+
+
+def _variant(variants: Variants, hint: Any, value: Any) -> Any:
+    """One of the variants, as it is or from its table."""
+    other = variants.other
+    if isinstance(value, (*variants.kinds.values(), *([other] if other else []))):
+        return value
+    if other is not None and not isinstance(value, Mapping) and other.serves(value):
+        return other.of(value)
+    return _read_tables(hint, _of_type(Mapping, hint, value))
 
 
 def _one_of(alternatives: tuple[Any, ...], value: Any, *, optional: bool) -> Any:
@@ -160,6 +170,8 @@ def _read_variant(variants: Variants, table: Mapping[str, Any], others: Iterable
         _check_known(table, {*others, variants.key, *(key for kind in kinds.values() for key in keys(kind))})
         raise InvalidValue(variants.key, None, f"{', '.join(sorted(kinds))}; this key is required")
     if not isinstance(name, str) or name not in kinds:
+        if variants.other is not None and variants.other.serves(name):
+            return variants.other(name, {key: value for key, value in table.items() if key != variants.key})
         raise unknown_name(variants.key, name, kinds)
     _check_known(table, {*others, variants.key, *keys(kinds[name])})
     return read(kinds[name], {key: value for key, value in table.items() if key != variants.key})

@@ -179,7 +179,11 @@ def _variants_schema(schema: Schema, variants: Variants, definitions: dict[str, 
     kinds = {name: table_schema(kind, definitions) for name, kind in variants.kinds.items()}
     descriptions = "\n".join(f"{name}: {kind['description']}" for name, kind in kinds.items())
     name = {"type": "string", "enum": list(kinds), "description": descriptions}
+    if variants.other is not None:
+        name = {"type": "string", "anyOf": [{"enum": list(kinds)}, {"pattern": ":"}], "description": descriptions}
     properties = {**schema.get("properties", {}), variants.key: name}
     required = [*schema.get("required", []), variants.key]
-    closed = {**schema, "properties": properties, "required": required, "additionalProperties": False}
+    closed = {**schema, "properties": properties, "required": required}
+    if variants.other is None:
+        closed["additionalProperties"] = False
     return with_variants(closed, variants.key, kinds)

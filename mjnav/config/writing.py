@@ -10,6 +10,8 @@ from mjnav.config.marks import Named, Variants, bare, keys, mark
 def tables(value: Any, hint: Any = None) -> Any:
     """The table of a dataclass, every default explicit; `hint` is the type of the field that holds it."""
     variants, named = mark(hint, Variants), mark(hint, Named)
+    if variants is not None and variants.other is not None and isinstance(value, variants.other):
+        return {variants.key: value.name, **tables(value.parameters)}
     if variants is not None:
         name = next(name for name, kind in variants.kinds.items() if type(value) is kind)
         return {variants.key: name, **tables(value)}

@@ -6,7 +6,9 @@ from types import MappingProxyType
 from typing import Any
 
 from mjnav.estimation.base import Localizer, Tracker
+from mjnav.estimation.own import OwnLocalizer, OwnTracker
 from mjnav.noise import Distribution, profile
+from mjnav.plugins import LocalizerPlugin, TrackerPlugin
 from mjnav.scenarios.spec import Scenario
 
 __all__ = ["LOCALIZERS", "TRACKERS", "Localizer", "Tracker", "make_localizer", "make_tracker"]
@@ -32,6 +34,8 @@ TRACKERS: Mapping[str, str] = MappingProxyType(
 def make_localizer(scenario: Scenario, seed: int) -> Localizer:
     """The robot's estimator that the scenario names, under the run's seed."""
     choice = scenario.estimation.robot
+    if isinstance(choice.localizer, LocalizerPlugin):
+        return OwnLocalizer(choice.localizer.name, choice.localizer.make(scenario, seed), seed)
     return _load(LOCALIZERS, choice.source, choice.filter)(assumed_noise(scenario), choice.particles, seed)
 
 
@@ -39,6 +43,8 @@ def make_tracker(scenario: Scenario, seed: int) -> Tracker:
     """The people's estimator that the scenario names, under the run's seed."""
     choice = scenario.estimation.obstacles
     radii = tuple(person.radius for person in scenario.people)
+    if isinstance(choice.tracker, TrackerPlugin):
+        return OwnTracker(choice.tracker.name, choice.tracker.make(scenario, seed), radii, seed)
     return _load(TRACKERS, choice.source, choice.filter)(assumed_noise(scenario), choice.particles, radii, seed)
 
 

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mjnav.filters.resampling import shuffled
+from mjnav.filters.weights import ess, weighted_moments
 from mjnav.messages import Array, Reading, RobotBelief, Track
 from mjnav.rng import stream
 
@@ -80,6 +81,23 @@ class PoseEstimator:
     def draw(self, num: int) -> Array:
         """Samples of the latest belief, (num, 3), in random order."""
         return self._draws(0, self._belief, num)
+
+
+def robot_belief(time: float, particles: Array, weights: Array | None = None) -> RobotBelief:
+    """A belief of the robot's pose at `time` [s] from particles (n, 3) and weights (n,), equal ones by default."""
+    return RobotBelief(time, *_moments(particles, weights, HEADING))
+
+
+def person_track(name: str, time: float, radius: float, particles: Array, weights: Array | None = None) -> Track:
+    """A belief of a person's state at `time` [s] from particles (n, 4) and weights (n,), equal ones by default."""
+    return Track(name, time, *_moments(particles, weights, -1), radius)
+
+
+def _moments(particles: Array, weights: Array | None, heading: int) -> tuple[Array, Array, Array, Array, float]:
+    particles = np.ascontiguousarray(particles, float)
+    weights = np.full(len(particles), 1.0 / len(particles)) if weights is None else np.ascontiguousarray(weights, float)
+    (mean,), (covariance,) = weighted_moments(particles[None], weights[None], heading)
+    return particles, weights, mean, covariance, float(ess(weights[None])[0])
 
 
 def person_names(num_people: int) -> tuple[str, ...]:

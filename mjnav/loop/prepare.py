@@ -6,19 +6,32 @@ from collections.abc import Mapping
 from copy import deepcopy
 from dataclasses import fields, is_dataclass, replace
 from operator import index
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
 
 from mjnav import scenarios
+from mjnav.config import below
 from mjnav.control import Controller, make_controller
 from mjnav.control.registry import shipped_parameters
 from mjnav.errors import InvalidValue
-from mjnav.plugins import name_of
+from mjnav.noise import made
+from mjnav.plugins import (
+    BehaviourPlugin,
+    DistributionPlugin,
+    MetricPlugin,
+    name_of,
+)
+from mjnav.rng import stream
 from mjnav.scenarios.idle import refuse_idle
 from mjnav.scenarios.load import origin
 from mjnav.scenarios.overrides import Overrides, overrides_of
+from mjnav.scenarios.plugged import plugins_of
 from mjnav.scenarios.spec import Scenario
+
+# key of a run file -> the argument that takes its place
+ESTIMATORS = MappingProxyType({"estimation.robot.localizer": "localizer", "estimation.obstacles.tracker": "tracker"})
 
 
 def load_scenario(
@@ -26,40 +39,82 @@ def load_scenario(
     overrides: Overrides = (),
     *,
     controller: Any = None,
+    localizer: Any = None,
+    tracker: Any = None,
     seed: int | None = None,
 ) -> Scenario:
     """A shipped scene by name, or a run file by path, checked to the last key. Raises InvalidValue.
 
-    `overrides` are values by dotted key, {"people.0.radius": 0.4}, or "KEY=VALUE" each; `controller` (a name, a class
-    or an object) and `seed` take the place of the file's.
+    `overrides` are values by dotted key, {"people.0.radius": 0.4}, or "KEY=VALUE" each; `controller`, `localizer`
+    and `tracker` (each a name, a class or an object) and `seed` take the place of the file's.
     """
     given = tuple(overrides_of(overrides))
     method = None if controller is None else name_of(controller)
     scenario = scenarios.load(name_or_path, given, controller=method, seed=seed)
-    changed = {"control.method": "--controller"} if controller is not None else {}
+    changed = {"control.method": "controller"} if controller is not None else {}
     changed |= {override.key: override.option for override in given}
+    changed |= {key: name for key, name in ESTIMATORS.items() if {"localizer": localizer, "tracker": tracker}[name]}
     try:
+        scenario = with_estimators(scenario, localizer, tracker)
         refuse_idle(scenario)
         build_controller(scenario)
+        check_plugins(scenario)
     except InvalidValue as error:
         raise error.within(file=origin(error.key, scenario.source, changed)) from None
     return scenario
 
 
+def with_estimators(scenario: Scenario, localizer: Any, tracker: Any) -> Scenario:
+    """The scenario with estimators of a user's own, each a name, a class or an object; None keeps its own."""
+    estimation = scenario.estimation
+    if localizer is not None:
+        with below("estimation"), below("robot"):
+            estimation = replace(estimation, robot=replace(estimation.robot, localizer=localizer))
+    if tracker is not None:
+        with below("estimation"), below("obstacles"):
+            estimation = replace(estimation, obstacles=replace(estimation.obstacles, tracker=tracker))
+    return replace(scenario, estimation=estimation)
+
+
 def as_scenario(
-    scenario: Scenario | str | os.PathLike[str], *, controller: Any = None, seed: int | None = None
+    scenario: Scenario | str | os.PathLike[str],
+    *,
+    controller: Any = None,
+    localizer: Any = None,
+    tracker: Any = None,
+    seed: int | None = None,
 ) -> Scenario:
-    """A scenario as it is, or by name or path, with another seed or controller where one is given.
+    """A scenario as it is, or by name or path, with what is given in place of its own, a name, a class or an object.
 
     Another controller starts with its own default parameters. Raises InvalidValue.
     """
     if not isinstance(scenario, Scenario):
-        return load_scenario(scenario, controller=controller, seed=seed)
+        return load_scenario(scenario, controller=controller, localizer=localizer, tracker=tracker, seed=seed)
     if seed is not None:
         scenario = replace(scenario, seed=index(seed))
     if controller is not None:
         scenario = replace(scenario, control=replace(scenario.control, method=name_of(controller), parameters={}))
+    scenario = with_estimators(scenario, localizer, tracker)
+    build_controller(scenario)
+    check_plugins(scenario)
     return scenario
+
+
+def check_plugins(scenario: Scenario) -> None:
+    """Makes every plug-in of the scenario but the controller once. Raises InvalidValue with the run file's key."""
+    for key, plugin in plugins_of(scenario).items():
+        try:
+            match plugin:
+                case DistributionPlugin():
+                    made(plugin)
+                case BehaviourPlugin():
+                    plugin.make(scenario, int(key.rpartition(".")[2]), stream(scenario.seed, "behaviour", "unused"))
+                case MetricPlugin():
+                    plugin.make()
+                case _:
+                    plugin.make(scenario, scenario.seed)
+        except InvalidValue as error:
+            raise error.within(key, file=scenario.source or None) from None
 
 
 def episode_label(scenario: Scenario) -> str:

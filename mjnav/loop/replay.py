@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from mjnav.control import names
-from mjnav.errors import InputError
+from mjnav.errors import InputError, UntrustedCode
 from mjnav.loop.episode import Episode
 from mjnav.loop.events import GIVEN
 from mjnav.loop.faults.fault import RunFault
@@ -20,15 +20,17 @@ from mjnav.loop.log_comparison import (
     logged_ticks,
 )
 from mjnav.loop.onboard.latency import replayed
+from mjnav.loop.prepare import with_estimators
 from mjnav.loop.provenance.facts import FACTS, changes
 from mjnav.loop.provenance.run_info import run_info
 from mjnav.loop.referee import ABORTED
 from mjnav.loop.result import Result
 from mjnav.messages import PHASES, TickRecord, WorldState
-from mjnav.plugins import name_of
+from mjnav.plugins import Given, name_of
 from mjnav.recording.encode.topics import EVENTS, TIMING
 from mjnav.recording.log_format import REPLAY
 from mjnav.recording.read.log import Log, open_log
+from mjnav.scenarios.plugged import plugins_of
 from mjnav.scenarios.spec import Scenario
 from mjnav.world.scene import parts_hash
 
@@ -64,14 +66,17 @@ def replay(
     *,
     trust: bool = False,
     controller: Any = None,
+    localizer: Any = None,
+    tracker: Any = None,
     stop: Callable[[], bool] = lambda: False,
     progress: Callable[[float], None] = lambda time: None,
 ) -> Replay:
     """Runs the scenario of a log, open or by its path, again and compares every tick, up to the first that differs.
 
     The log is read as the run goes on, and a log that does not reach to the end of its run is compared as far as it
-    goes. A controller that is none of mjnav's own is code, which is imported and run only with `trust`; `controller`
-    (a name, a class or an object) runs with the log's parameters in its place. `stop` and `progress` are as in `run`.
+    goes. A controller that is none of mjnav's own, and any other plug-in, is code, which is imported and run only with
+    `trust`; `controller`, `localizer` and `tracker` (each a name, a class or an object) run in place of the log's, the
+    controller with the log's parameters. `stop` and `progress` are as in `run`.
     Raises InputError where the log is missing, not mjnav's, or its scenario cannot be run here, DamagedLogError where a
     checksum fails.
     """
@@ -79,14 +84,12 @@ def replay(
     if log.run is None:
         raise InputError(f"{log.path}: not a log of mjnav's")
     scenario, known = _scenario(log)
+    logged = scenario
+    scenario = with_estimators(scenario, localizer, tracker)
     if controller is not None:
         scenario = replace(scenario, control=replace(scenario.control, method=name_of(controller)))
-    elif scenario.control.method not in names() and not trust:
-        method = scenario.control.method
-        raise InputError(
-            f"{log.path}: its controller is {method!r}, code that a replay imports and runs: "
-            "--trust (trust=True) allows it, --controller NAME (controller=NAME) runs another in its place"
-        )
+    if not trust:
+        _refuse_code(log.path, logged, scenario)
     follower = _Follower(log, scenario, known, renamed=controller is not None)
     if follower.empty and not log.complete:
         raise InputError(f"{log.path}: holds no tick that could be compared")
@@ -117,6 +120,18 @@ def replay(
         time=follower.time if follower.differences else None,
         warnings=warnings,
     )
+
+
+def _refuse_code(path: Path, logged: Scenario, scenario: Scenario) -> None:
+    """Raises UntrustedCode where the scenario still has code that the log names and that is not mjnav's own."""
+    method = logged.control.method
+    if scenario.control.method is method and method not in names():
+        raise UntrustedCode(f"{path}: its controller is {method!r}")
+    given = {plugin.name for plugin in plugins_of(scenario).values() if isinstance(plugin.name, Given)}
+    for key, plugin in plugins_of(scenario).items():
+        if plugin.name not in given and plugins_of(logged).get(key) == plugin:
+            other = {"localizer": "localizer=CLASS", "tracker": "tracker=CLASS"}.get(plugin.kind.name)
+            raise UntrustedCode(f"{path}: its {plugin.kind.name} ({key}) is {plugin.name!r}", other=other)
 
 
 class _Follower:

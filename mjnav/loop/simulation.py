@@ -58,17 +58,20 @@ class Simulation:
         *,
         seed: int | None = None,
         controller: Any = None,
+        localizer: Any = None,
+        tracker: Any = None,
         log: bool | str | os.PathLike[str] | None = None,
         estimators: bool = True,
         scan: bool | None = None,
         attached: Attached | None = None,
     ):
-        """`scenario`, `seed`, `controller` and `log` are as in `mjnav.run`; the log begins with the first step.
+        """`scenario` to `log` are as in `mjnav.run`; the log begins with the first step.
 
         Without `estimators` no filter runs, and the only beliefs are those that `observe` is given. `scan` says whether
         lidar rays are cast; by default they are with estimators or a log. Raises InputError for what cannot be used.
         """
-        self.scenario = scenario = as_scenario(scenario, controller=controller, seed=seed)
+        own = {"controller": controller, "localizer": localizer, "tracker": tracker}
+        self.scenario = scenario = as_scenario(scenario, **own, seed=seed)
         attached = attached or Attached()
         path = log_path(log, scenario)
         recorded = path is not None or attached.live is not None

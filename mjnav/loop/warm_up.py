@@ -8,10 +8,11 @@ from mjnav.control import names
 from mjnav.geometry.compiled import load_kernels
 from mjnav.loop.episode import Episode
 from mjnav.loop.faults.fault import RunFault
+from mjnav.scenarios.plugged import without_plugins
 from mjnav.scenarios.spec import Scenario
 
 WARM_UP_TICKS = 3
-METHOD = "rkhs"  # takes the place of a user's own controller, which must not see ticks of no run
+METHOD = "rkhs"  # takes the place of a user's own controller: no object of a user's sees ticks of no run
 
 
 def warm_up(scenario: Scenario) -> None:
@@ -21,7 +22,7 @@ def warm_up(scenario: Scenario) -> None:
     of the ticks has a reading, so that nothing that a tick can do is left for the second reading of the run.
     """
     sensors = replace(scenario.sensors, rate=scenario.control.rate)
-    scenario = replace(scenario, sensors=sensors)
+    scenario = without_plugins(replace(scenario, sensors=sensors))
     if scenario.control.method not in names():
         scenario = replace(scenario, control=replace(scenario.control, method=METHOD, parameters={}))
     with suppress(RunFault):  # the run itself will report, and log, what is wrong

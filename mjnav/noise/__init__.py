@@ -5,6 +5,7 @@ Arrays in, arrays out: `sample(rng, size)` takes the generator, `logpdf(x)` is t
 
 from mjnav.noise.base import Distribution
 from mjnav.noise.distributions import Empirical, Gaussian, Mixture, StudentT, Uniform, Zero
+from mjnav.noise.own import made
 from mjnav.noise.pearson import Pearson, pearson_type
 from mjnav.noise.profiles import CHANNEL_MEANINGS, CHANNELS, NOISE_WINDOW, describe_profiles, profile, profile_names
 from mjnav.noise.registry import NamedDistribution, make_distribution, names
@@ -23,6 +24,7 @@ __all__ = [
     "Uniform",
     "Zero",
     "describe_profiles",
+    "made",
     "make_distribution",
     "names",
     "pearson_type",

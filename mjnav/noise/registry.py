@@ -8,6 +8,7 @@ from mjnav.config import Variants, settled
 from mjnav.noise.base import Distribution
 from mjnav.noise.distributions import Empirical, Gaussian, Mixture, StudentT, Uniform, Zero
 from mjnav.noise.pearson import Pearson
+from mjnav.plugins import DistributionPlugin
 
 DISTRIBUTIONS: Mapping[str, type[Any]] = MappingProxyType(
     {
@@ -21,7 +22,9 @@ DISTRIBUTIONS: Mapping[str, type[Any]] = MappingProxyType(
     }
 )
 # As a table: the name under `distribution`, its arguments beside it.
-NamedDistribution = Annotated[Distribution, Variants("distribution", DISTRIBUTIONS), "law of the noise"]
+NamedDistribution = Annotated[
+    Distribution, Variants("distribution", DISTRIBUTIONS, DistributionPlugin), "law of the noise"
+]
 
 
 def names() -> tuple[str, ...]:

@@ -5,6 +5,14 @@ registers it; Python code may hand over the class or an object itself. A run fil
 one imports nothing. What is imported is what is about to run.
 """
 
+from mjnav.plugins.entry import (
+    BehaviourPlugin,
+    DistributionPlugin,
+    LocalizerPlugin,
+    MetricPlugin,
+    Plugin,
+    TrackerPlugin,
+)
 from mjnav.plugins.find import construct, find, module_of, own_parameters, parameters_type
 from mjnav.plugins.given import Given, name_of
 from mjnav.plugins.kinds import CONTROLLER, KINDS, Kind
@@ -13,9 +21,15 @@ from mjnav.plugins.registered import Registered, refuse_clash, registered
 __all__ = [
     "CONTROLLER",
     "KINDS",
+    "BehaviourPlugin",
+    "DistributionPlugin",
     "Given",
     "Kind",
+    "LocalizerPlugin",
+    "MetricPlugin",
+    "Plugin",
     "Registered",
+    "TrackerPlugin",
     "construct",
     "find",
     "module_of",

@@ -25,7 +25,7 @@ def find(kind: Kind, name: str, shipped: Mapping[str, Any]) -> Any:
     """
     if isinstance(name, Given):
         return _checked(kind, name, name.thing)
-    if ":" in name:
+    if ":" in name:  # else a name that is registered
         return _checked(kind, name, _at(kind, name, name))
     refuse_clash(kind, name, shipped)
     entries = registered(kind)
@@ -60,6 +60,8 @@ def parameters_type(kind: Kind, name: str, found: Any, base: type[P]) -> type[P]
     Raises InvalidValue for anything else.
     """
     own = getattr(found, "parameters_type", base)
+    if own is base is object:
+        return own
     if not (inspect.isclass(own) and is_dataclass(own) and issubclass(own, base)):
         below_base = "" if base is object else f" below {base.__name__}"
         raise InvalidValue(kind.key, name, f"{kind.allowed}, whose parameters_type is a dataclass{below_base}")
@@ -114,11 +116,7 @@ def _checked(kind: Kind, name: str, thing: Any) -> Any:
 def _offered(kind: Kind, module: ModuleType) -> list[str]:
     """The classes of a kind that a module defines."""
     found = inspect.getmembers(module, inspect.isclass)
-    return [
-        name
-        for name, one in found
-        if one.__module__ == module.__name__ and all(hasattr(one, member) for member in kind.members)
-    ]
+    return [name for name, one in found if one.__module__ == module.__name__ and kind.is_one(one)]
 
 
 def _nearest(file: str, own: str) -> str | None:
@@ -127,7 +125,7 @@ def _nearest(file: str, own: str) -> str | None:
         siblings = [str(other) for other in Path(file).parent.glob("*.py")]
     except (OSError, ValueError):
         return None
-    close = get_close_matches(str(Path(file)), siblings, n=1)
+    close = get_close_matches(str(Path(file)), siblings, n=1, cutoff=0.75)
     return f"{close[0]}:{own}" if close else None
 
 

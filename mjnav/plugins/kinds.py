@@ -1,6 +1,8 @@
 """The kinds of plug-ins: what each has to offer, how it is made, and where packages register it."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
 
 @dataclass(frozen=True, slots=True)
@@ -14,6 +16,12 @@ class Kind:
     made: str  # how a class of it is called
     function: bool = False  # a function serves too
 
+    def is_one(self, thing: Any) -> bool:
+        """Whether a class or an object has the members of this kind."""
+        return not isinstance(thing, Mapping | set) and all(
+            callable(getattr(thing, member, None)) for member in self.members
+        )
+
     @property
     def allowed(self) -> str:
         """What may be named, as messages say it."""
@@ -21,4 +29,11 @@ class Kind:
 
 
 CONTROLLER = Kind("controller", "method", "mjnav.controllers", ("decide",), "Class(robot_limits, period, parameters)")
-KINDS = (CONTROLLER,)
+LOCALIZER = Kind("localizer", "", "mjnav.localizers", ("update",), "Class(scenario, seed, parameters)")
+TRACKER = Kind("tracker", "", "mjnav.trackers", ("update",), "Class(scenario, seed, parameters)")
+BEHAVIOUR = Kind(
+    "behaviour", "behaviour", "mjnav.behaviours", ("velocity",), "Class(scenario, person, rng, parameters)"
+)
+DISTRIBUTION = Kind("distribution", "distribution", "mjnav.distributions", ("sample", "logpdf"), "Class(**parameters)")
+METRIC = Kind("metric", "", "mjnav.metrics", ("measure",), "Class(parameters)", function=True)
+KINDS = (CONTROLLER, LOCALIZER, TRACKER, BEHAVIOUR, DISTRIBUTION, METRIC)

@@ -4,6 +4,7 @@ import errno
 import os
 import re
 import stat
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -31,12 +32,37 @@ def place_plugins(document: dict[str, Any], folder: Path) -> None:
 
     As for a trace, they count from `folder`, or else from the working folder.
     """
-    control = document.get("control")
-    if isinstance(control, dict) and isinstance(control.get("method"), str):
-        control["method"] = _placed(control["method"], folder)
+    for table, key in _named(document):
+        if isinstance(table.get(key), str):
+            table[key] = placed(table[key], folder)
+        elif isinstance(table.get(key), dict) and isinstance(table[key].get("name"), str):
+            table[key]["name"] = placed(table[key]["name"], folder)
 
 
-def _placed(name: str, folder: Path) -> str:
+def _named(document: dict[str, Any]) -> Iterator[tuple[dict[str, Any], str]]:
+    """Every table that may name a plug-in, and the key under which it does."""
+    estimation = _table(document, "estimation")
+    yield _table(document, "control"), "method"
+    yield _table(estimation, "robot"), "localizer"
+    yield _table(estimation, "obstacles"), "tracker"
+    people = document.get("people")
+    for person in people if isinstance(people, list) else ():
+        if isinstance(person, dict):
+            yield person, "behaviour"
+    waiting = [_table(document, "noise")]
+    while waiting:
+        noise = waiting.pop()
+        yield noise, "distribution"
+        waiting += [inner for inner in noise.values() if isinstance(inner, dict)]
+
+
+def _table(document: dict[str, Any], key: str) -> dict[str, Any]:
+    found = document.get(key)
+    return found if isinstance(found, dict) else {}
+
+
+def placed(name: str, folder: Path) -> str:
+    """A name "file.py:Class" with the path from the working folder, where the file lies in `folder`; others as is."""
     file, colon, own = name.rpartition(":")
     if not (colon and is_file(file)) or os.path.isabs(file) or not os.path.isfile(folder / file):
         return name

@@ -54,15 +54,15 @@ def loads(
     document = parse(text, file)
     if folder is not None:
         files.place_plugins(document, folder)
-    changed: dict[str, str] = {}  # key -> the option that set it
+    changed: dict[str, str] = {}  # key -> the argument that set it
     if controller is not None:
         control = document.get("control")
         own = control if isinstance(control, dict) else {}
         document["control"] = {"method": controller, **{key: own[key] for key in _LOOP if key in own}}
-        changed["control.method"] = "--controller"
+        changed["control.method"] = "controller"
     if seed is not None:
         document["seed"] = index(seed)
-        changed["seed"] = "--seed"
+        changed["seed"] = "seed"
     for override in overrides_of(overrides):
         try:
             apply(document, override, _with_defaults(document))
@@ -140,7 +140,7 @@ def _with_defaults(document: dict[str, Any]) -> dict[str, Any]:
 
 
 def origin(key: str, file: str, changed: dict[str, str]) -> str:
-    """Where the value at `key` came from: the option that set it, a part of it or a table around it; else the file."""
+    """Where a value came from: the argument that set it, a part of it or a table around it; else the file."""
     for other, option in reversed(changed.items()):
         if f"{key}.".startswith(f"{other}.") or f"{other}.".startswith(f"{key}."):
             return option

@@ -4,10 +4,13 @@ import tomllib
 from collections.abc import Iterator, Mapping, Sequence
 from copy import deepcopy
 from dataclasses import dataclass
+from inspect import isclass, isroutine
 from typing import Any
 
 from mjnav import config
 from mjnav.errors import InvalidValue
+from mjnav.noise.registry import DISTRIBUTIONS
+from mjnav.plugins import KINDS, Given
 from mjnav.scenarios.people import BEHAVIOURS
 
 
@@ -36,10 +39,10 @@ def _parsed(text: str) -> Override:
     """The override that KEY=VALUE says: the value is TOML, or else a string."""
     key, equals, value = text.partition("=")
     if not equals or not all(key.strip().split(".")):
-        raise InvalidValue("", text, "KEY=VALUE, as in people.0.radius=0.4", file="--set")
+        raise InvalidValue("", text, "KEY=VALUE, as in people.0.radius=0.4", file="overrides")
     if text != text.encode("utf-8", "replace").decode("utf-8"):
-        raise InvalidValue("", text, "text in UTF-8", file="--set")
-    return Override(key.strip(), _value(value), "--set")
+        raise InvalidValue("", text, "text in UTF-8", file="overrides")
+    return Override(key.strip(), _value(value))
 
 
 def apply(document: dict[str, Any], override: Override, defaults: dict[str, Any]) -> None:
@@ -66,9 +69,18 @@ def apply(document: dict[str, Any], override: Override, defaults: dict[str, Any]
         else:
             raise InvalidValue(where, target, f"a table or an array in front of .{part}")
         if depth == len(parts) - 1:
-            target[step] = config.tables(override.value)
+            target[step] = _document(override.value)
         target = target[step]
     _drop_excluded(document, parts)
+
+
+def _document(value: object) -> Any:
+    """A value as the tables of a file have it; a class, a function or an object of a plug-in becomes its name."""
+    if isinstance(value, tuple(DISTRIBUTIONS.values())):
+        return value
+    if isclass(value) or isroutine(value) or any(kind.is_one(value) for kind in KINDS):
+        return Given(value)
+    return config.tables(value)
 
 
 def _index(where: str, part: str, array: list) -> int:
@@ -96,6 +108,6 @@ def _drop_excluded(document: dict[str, Any], parts: list[str]) -> None:
             person = document["people"][int(index)]
             keys = {name: set(config.keys(behaviour)) for name, behaviour in BEHAVIOURS.items()}
             name = person["behaviour"]
-            if isinstance(name, str) and name in keys:
-                for key in set().union(*keys.values()) - keys[name]:
+            if isinstance(name, str):  # a plug-in has none of them
+                for key in set().union(*keys.values()) - keys.get(name, set()):
                     person.pop(key, None)

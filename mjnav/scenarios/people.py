@@ -9,6 +9,7 @@ from typing import Annotated
 
 from mjnav.config import Beside, Length, Range, Variants, settle
 from mjnav.errors import InvalidValue
+from mjnav.plugins import BehaviourPlugin
 from mjnav.scenarios.ranges import MAX_POINTS, MAX_TIME, Point
 
 MAX_WALKING_SPEED = 5.0  # [m/s]
@@ -69,6 +70,7 @@ Behaviour = ConstantVelocity | StopAndGo | Waypoints
 BEHAVIOURS: Mapping[str, type[Behaviour]] = MappingProxyType(
     {"constant_velocity": ConstantVelocity, "stop_and_go": StopAndGo, "waypoints": Waypoints}
 )
+Walking = Annotated[Behaviour | BehaviourPlugin, Variants("behaviour", BEHAVIOURS, BehaviourPlugin)]
 
 
 @dataclass(frozen=True, slots=True)
@@ -76,7 +78,7 @@ class Person:
     """A walking person; the file has the behaviour's name in `behaviour` and its keys beside it."""
 
     start: Annotated[Point, "where the person stands at first"]
-    behaviour: Annotated[Behaviour, Variants("behaviour", BEHAVIOURS), Beside(), "how the person walks"]
+    behaviour: Annotated[Walking, Beside(), "how the person walks"]
     radius: Annotated[float, Range(0.1, 1.0, "m"), "of the round body"] = 0.3
 
     def __post_init__(self):

@@ -13,7 +13,8 @@ from mjnav.config import Beside, Choice, Length, Named, Range, Text, below, sett
 from mjnav.constant import Constant
 from mjnav.errors import InvalidValue
 from mjnav.messages import RobotLimits
-from mjnav.noise import CHANNELS, Distribution, NamedDistribution, profile, profile_names
+from mjnav.noise import CHANNELS, Distribution, NamedDistribution, made, profile, profile_names
+from mjnav.plugins import LocalizerPlugin, TrackerPlugin
 from mjnav.scenarios.bodies import LaneSpec as LaneSpec
 from mjnav.scenarios.bodies import Pillar as Pillar
 from mjnav.scenarios.bodies import Table as Table
@@ -114,8 +115,8 @@ class Noise:
         settle(self)
 
     def distributions(self) -> dict[str, Distribution]:
-        """The distribution of every channel."""
-        return {**profile(self.profile), **self.channels}
+        """The distribution of every channel. One of a user's own is imported here, and checked."""
+        return {**profile(self.profile), **{name: made(channel) for name, channel in self.channels.items()}}
 
 
 @dataclass(frozen=True, slots=True)
@@ -139,8 +140,11 @@ class RobotEstimation:
     ] = "pose"
     filter: Annotated[str, Choice(("particle", "ekf", "ukf")), "of the pose; none where source is direct"] = "particle"
     particles: Annotated[int, _PARTICLES, "number of particles or draws"] = 500
+    localizer: Annotated[str | LocalizerPlugin | None, "of one's own, in place of source and filter"] = None
 
     def __post_init__(self):
+        with below("localizer"):
+            object.__setattr__(self, "localizer", LocalizerPlugin.of(self.localizer))
         settle(self)
 
 
@@ -153,8 +157,11 @@ class ObstacleEstimation:
     ] = "detections"
     filter: Annotated[str, Choice(("particle", "kalman")), "of each person; none where source is direct"] = "particle"
     particles: Annotated[int, _PARTICLES, "number of particles or draws of each person"] = 200
+    tracker: Annotated[str | TrackerPlugin | None, "of one's own, in place of source and filter"] = None
 
     def __post_init__(self):
+        with below("tracker"):
+            object.__setattr__(self, "tracker", TrackerPlugin.of(self.tracker))
         settle(self)
 
 

@@ -4,10 +4,12 @@ import json
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import product
+from pathlib import Path
 
 from mjnav.errors import InvalidValue
 from mjnav.loop.prepare import load_scenario, resolved_parameters
 from mjnav.scenarios import dumps
+from mjnav.scenarios.files import placed
 from mjnav.scenarios.overrides import Override
 from mjnav.study.study_file import MethodEntry, Overrides, SettingEntry, StudyFile, scene_path
 
@@ -100,12 +102,14 @@ def resolve(study: StudyFile, overrides: Sequence[str | Override] = (), scenes: 
 
 def _cell(study: StudyFile, variant: Variant, scene: str, overrides: Sequence[str | Override]) -> Cell:
     setting, method = variant.labels
-    given = [*(Override(*item) for item in {**flat(study.set), **variant.overrides}.items()), *overrides]
     where = f"{study.source}: scene {scene}, setting {setting}"
+    own = {**flat(study.set), **variant.overrides}
+    given = [*(Override(*item, where) for item in own.items()), *overrides]
+    controller = placed(variant.method.controller, Path(study.source).parent)
     try:
-        scenario = load_scenario(variant.scene, given, controller=variant.method.controller)
+        scenario = load_scenario(variant.scene, given, controller=controller)
     except InvalidValue as error:
-        if error.file == "--set":
+        if error.file == "overrides":
             raise
         raise error.within(file=f"{where}, method {method}") from None
     latency = scenario.control.latency

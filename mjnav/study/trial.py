@@ -10,6 +10,7 @@ from functools import lru_cache
 from typing import Any
 
 from mjnav import scenarios
+from mjnav.errors import InvalidValue
 from mjnav.loop.episode import Episode
 from mjnav.loop.faults.fault import RunFault, describe_fault
 from mjnav.loop.provenance.facts import digest, provenance
@@ -18,6 +19,8 @@ from mjnav.loop.result import Result
 from mjnav.loop.warm_up import warm_up
 from mjnav.metrics.effort import time_to_avoid
 from mjnav.metrics.safety import lane_clearance
+from mjnav.plugins import Plugin
+from mjnav.scenarios.plugged import plugins_of
 from mjnav.scenarios.spec import Scenario
 from mjnav.study.cells import DEFAULT_SETTING, Cell
 from mjnav.study.keep import Keep, raise_log_fault
@@ -54,7 +57,8 @@ class Trial:
         With other programs or on another processor, the same trial has another id.
         """
         cell = self.cell
-        content = [*self.place, cell.parameters, cell.document, cell.control, digest(provenance(cell.controller))]
+        facts = digest(made_with(cell.controller, cell.document))
+        content = [*self.place, cell.parameters, cell.document, cell.control, facts]
         return hashlib.sha256(json.dumps(content).encode()).hexdigest()[:ID_DIGITS]
 
     @property
@@ -85,6 +89,20 @@ def run_trial(trial: Trial, beat: Callable[[float], None] = lambda time: None) -
         return failed_row(trial, cause_of(error), time.perf_counter() - began)
 
 
+def made_with(controller: str, document: str) -> Mapping[str, str]:
+    """What decides the bits of an episode beside its scenario, as far as this process knows: `provenance`."""
+    return provenance(controller, _plugins(document))
+
+
+@lru_cache(KEPT_SCENARIOS)
+def _plugins(document: str) -> tuple[Plugin, ...]:
+    """The plug-ins of a run file's text, of which nothing is imported; a text that is none names none."""
+    try:
+        return tuple(plugins_of(scenarios.loads(document)).values())
+    except InvalidValue:
+        return ()
+
+
 def failed_row(trial: Trial, cause: str, seconds: float | None = None) -> Row:
     """The row of an episode without a result."""
     return _row(trial, seconds, {}, cause)
@@ -111,7 +129,7 @@ def _row(trial: Trial, seconds: float | None, figures: Mapping[str, Value], erro
         machine=platform.node(),
         revision=revision(),
         wall_s=seconds,
-        made_with=dict(provenance(cell.controller)),  # a mapping proxy cannot be sent to another process
+        made_with=dict(made_with(cell.controller, cell.document)),  # a mapping proxy cannot be sent to another process
         figures={column: value for column, value in figures.items() if column in FIGURES},
         error=error,
         log=trial.keep.kept if trial.keep is not None else None,

@@ -13,8 +13,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mjnav.messages import Array, WorldState
+from mjnav.plugins import BehaviourPlugin
 from mjnav.scenarios.people import REACHED
-from mjnav.scenarios.spec import ConstantVelocity, Person, StopAndGo, Waypoints
+from mjnav.scenarios.spec import ConstantVelocity, Person, Scenario, StopAndGo, Waypoints
+from mjnav.world.own_walk import OwnWalk
 
 Index = NDArray[np.int64]  # positions in the list of all people
 
@@ -80,6 +82,7 @@ class Route:
         return np.array(desired)
 
 
+# Of mjnav's own behaviours, which draw nothing; a user's own are `OwnWalk`.
 WALKS: Mapping[type, Callable[[Sequence[Person], Index], Walk]] = MappingProxyType(
     {ConstantVelocity: Straight, StopAndGo: Straight, Waypoints: Route}
 )
@@ -88,7 +91,8 @@ WALKS: Mapping[type, Callable[[Sequence[Person], Index], Walk]] = MappingProxyTy
 class Pedestrians:
     """All people, each with their behaviour."""
 
-    def __init__(self, people: Sequence[Person]):
+    def __init__(self, scenario: Scenario, seed: int):
+        people = scenario.people
         self._num_people = len(people)
         self._groups: list[tuple[Index | slice, Walk]] = []
         for behaviour in dict.fromkeys(type(person.behaviour) for person in people):
@@ -96,7 +100,11 @@ class Pedestrians:
             first, last = int(index[0]), int(index[-1]) + 1
             together = last - first == len(index)  # a slice is written to in a third of the time
             place = slice(first, last) if together else index
-            self._groups.append((place, WALKS[behaviour]([people[i] for i in index], index)))
+            if behaviour is BehaviourPlugin:
+                walk: Walk = OwnWalk(scenario, index, seed)
+            else:
+                walk = WALKS[behaviour]([people[i] for i in index], index)
+            self._groups.append((place, walk))
 
     def velocities(self, world: WorldState) -> Array:
         """Desired velocities of all people, (P, 2) [m/s]."""

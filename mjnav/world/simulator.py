@@ -31,7 +31,7 @@ class Simulator:
         self._scenario = scenario
         self._timestep = scenario.physics.timestep
         self._step = 0
-        self._pedestrians = pedestrians.Pedestrians(scenario.people)
+        self._pedestrians = pedestrians.Pedestrians(scenario, seed)
         start = np.array([person.start for person in scenario.people], float).reshape(-1, 2)
         before = WorldState(0.0, np.array(scenario.robot.start), np.zeros(2), start, np.zeros_like(start))
         # People are already walking when the run begins.

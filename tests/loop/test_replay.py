@@ -153,7 +153,7 @@ def test_a_controller_of_ones_own_from_the_working_folder(room, path, tmp_path, 
     (tmp_path / "own_for_replay.py").write_text(OWN)
     monkeypatch.syspath_prepend(tmp_path)
     Episode(room(controller="own_for_replay:Timid"), log=path).run()
-    with pytest.raises(InputError, match=r"a\.mcap: its controller is 'own_for_replay:Timid', code .*--trust"):
+    with pytest.raises(InputError, match=r"a\.mcap: its controller is 'own_for_replay:Timid', code .*trust=True"):
         replay(path)
     assert replay(path, trust=True).identical
     (tmp_path / "moved_for_replay.py").write_text(OWN)
@@ -312,7 +312,7 @@ def test_a_replay_can_be_stopped(logged):
 def test_what_was_another_program_is_told(logged, monkeypatch):
     assert replay(logged).warnings == ()
     now = {**provenance("mean"), "version.numpy": "9.9", "sources.mjnav": "0"}
-    monkeypatch.setattr("mjnav.loop.provenance.run_info.provenance", lambda method: now)
+    monkeypatch.setattr("mjnav.loop.provenance.run_info.provenance", lambda method, plugins: now)
     monkeypatch.setattr("mjnav.loop.replay.parts_hash", lambda: "0" * 64)
     sources, numpy, parts = replay(logged).warnings
     assert (sources, numpy) == ("mjnav's sources changed", f"numpy was {np.__version__}, is 9.9")

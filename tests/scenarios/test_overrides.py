@@ -106,23 +106,23 @@ def test_overrides_come_after_the_controller_and_the_seed():
 
 
 REFUSED = {
-    "people.0.radius=9": "--set: people.0.radius: found 9.0; allowed: a number from 0.1 to 1 m",
-    "people.0.start.1=x": "--set: people.0.start.1: found 'x'; allowed: a number",
-    "people.0={start=[5]}": "--set: people.0.behaviour: found nothing; allowed: constant_velocity, ",
-    "people.1.radius=0.4": "--set: people.1: found '1'; allowed: an index from 0 to 0",
-    "people.-1.radius=0.4": "--set: people.-1: found '-1'; allowed: an index from 0 to 0",
-    "people.radius=0.4": "--set: people.radius: found 'radius'; allowed: an index from 0 to 0",
-    "walls.0.height=2": "--set: walls.0: found '0'; allowed: nothing below it: the array is empty",
-    "seed.low=2": "--set: seed.low: found 7; allowed: a table or an array in front of .low",
-    "robto.radius=0.3": "--set: robto: found 'robto'; allowed: ",
-    "robot.radios=0.3": "--set: robot.radios: found 'radios'; allowed: ",
-    "control.rate": "--set: found 'control.rate'; allowed: KEY=VALUE, as in people.0.radius=0.4",
-    "=3": "--set: found '=3'; allowed: KEY=VALUE",
-    "robot..radius=3": "--set: found 'robot..radius=3'; allowed: KEY=VALUE",
-    "": "--set: found ''; allowed: KEY=VALUE",
-    "description=\udc80": "--set: found 'description=\\udc80'; allowed: text in UTF-8",
-    "schema=2": "--set: schema: found 2; allowed: 1",
-    "robot.goal=[4.05,4.4]": "--set: robot.goal: found (4.05, 4.4); ",
+    "people.0.radius=9": "overrides: people.0.radius: found 9.0; allowed: a number from 0.1 to 1 m",
+    "people.0.start.1=x": "overrides: people.0.start.1: found 'x'; allowed: a number",
+    "people.0={start=[5]}": "overrides: people.0.behaviour: found nothing; allowed: constant_velocity, ",
+    "people.1.radius=0.4": "overrides: people.1: found '1'; allowed: an index from 0 to 0",
+    "people.-1.radius=0.4": "overrides: people.-1: found '-1'; allowed: an index from 0 to 0",
+    "people.radius=0.4": "overrides: people.radius: found 'radius'; allowed: an index from 0 to 0",
+    "walls.0.height=2": "overrides: walls.0: found '0'; allowed: nothing below it: the array is empty",
+    "seed.low=2": "overrides: seed.low: found 7; allowed: a table or an array in front of .low",
+    "robto.radius=0.3": "overrides: robto: found 'robto'; allowed: ",
+    "robot.radios=0.3": "overrides: robot.radios: found 'radios'; allowed: ",
+    "control.rate": "overrides: found 'control.rate'; allowed: KEY=VALUE, as in people.0.radius=0.4",
+    "=3": "overrides: found '=3'; allowed: KEY=VALUE",
+    "robot..radius=3": "overrides: found 'robot..radius=3'; allowed: KEY=VALUE",
+    "": "overrides: found ''; allowed: KEY=VALUE",
+    "description=\udc80": "overrides: found 'description=\\udc80'; allowed: text in UTF-8",
+    "schema=2": "overrides: schema: found 2; allowed: 1",
+    "robot.goal=[4.05,4.4]": "overrides: robot.goal: found (4.05, 4.4); ",
 }
 
 
@@ -135,12 +135,12 @@ def test_a_bad_override_is_refused_with_its_key(override):
 
 
 def test_an_override_that_makes_another_value_impossible_is_mentioned_with_the_file():
-    with pytest.raises(InvalidValue, match=r"^base.toml with --set: robot.preferred_speed: found 0.8; "):
+    with pytest.raises(InvalidValue, match=r"^base.toml with overrides: robot.preferred_speed: found 0.8; "):
         loads(TEXT.replace("goal =", "preferred_speed = 0.8\ngoal ="), ["robot.max_speed=0.5"], file="base.toml")
 
 
 def test_a_bad_seed_is_named_as_such():
-    with pytest.raises(InvalidValue, match=r"^--seed: seed: found -1; "):
+    with pytest.raises(InvalidValue, match=r"^seed: seed: found -1; "):
         loads(TEXT, seed=-1)
 
 

@@ -30,7 +30,7 @@ def test_an_id_changes_with_every_part_of_the_episode():
 def test_an_id_changes_with_every_fact_that_decides_bits(monkeypatch, fact):
     trial, facts = Trial("study", CELL, 3), provenance("rkhs")
     before = trial.id
-    monkeypatch.setattr("mjnav.study.trial.provenance", lambda method: {**facts, fact: "other"})
+    monkeypatch.setattr("mjnav.study.trial.provenance", lambda method, plugins: {**facts, fact: "other"})
     assert trial.id != before
 
 

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from mjnav.messages import WorldState
-from mjnav.scenarios.spec import ConstantVelocity, Person, Pillar, StopAndGo, Table, Wall, Waypoints
+from mjnav.scenarios.spec import ConstantVelocity, Person, Pillar, Robot, Scenario, StopAndGo, Table, Wall, Waypoints
 from mjnav.world.pedestrians import ARRIVAL_TIME, Pedestrians
 from mjnav.world.simulator import Simulator
 
@@ -64,12 +64,12 @@ def test_behaviours_are_mixed_without_mixing_up_people():
         Person((7.0, 0.0), StopAndGo((0.3, 0.0), 1.0, 1.0)),
     )
     positions = np.array([person.start for person in people])
-    pedestrians = Pedestrians(people)
+    pedestrians = Pedestrians(Scenario("mixed", Robot((0.0, 5.0, 0.0), (1.0, 5.0)), people=people), seed=0)
     for time, last in ((0.5, 0.3), (1.5, 0.0)):
         world = WorldState(time, np.zeros(3), np.zeros(2), positions, np.zeros((4, 2)))
         np.testing.assert_allclose(pedestrians.velocities(world), [[1, 0], [0, 0.5], [0, -2], [last, 0]])
     nobody = WorldState(0.0, np.zeros(3), np.zeros(2), np.zeros((0, 2)), np.zeros((0, 2)))
-    assert Pedestrians(()).velocities(nobody).shape == (0, 2)
+    assert Pedestrians(Scenario("empty", Robot((0.0, 0.0, 0.0), (1.0, 0.0))), seed=0).velocities(nobody).shape == (0, 2)
 
 
 @pytest.mark.parametrize(

@@ -20,7 +20,7 @@ import numpy as np
 from mjnav.geometry.compiled import FAST, processor
 from mjnav.geometry.kernel_code import SETTINGS
 from mjnav.loop.provenance.sources import mjnav_sources, plugin_sources
-from mjnav.plugins import CONTROLLER
+from mjnav.plugins import CONTROLLER, Plugin
 
 PACKAGES = ("mjnav", "numpy", "numba", "llvmlite", "scipy", "filterpy", "mujoco")
 COMPILER_SWITCHES = (*SETTINGS, "DISABLE_JIT", "USING_SVML")  # numba's
@@ -32,7 +32,10 @@ SOURCES, OWN_SOURCES = "sources.mjnav", "sources.controller"
 FACTS: Mapping[str, tuple[str, str]] = MappingProxyType(
     {
         SOURCES: ("the digest of mjnav's sources", "a digest of mjnav's Python files and models"),
-        OWN_SOURCES: ("the controller's sources", "of a user's own controller: its files' digests as JSON"),
+        OWN_SOURCES: (
+            "the sources of plug-ins",
+            "of a user's own controller, behaviour, ...: their files' digests as JSON",
+        ),
         **{f"version.{package}": (package, "its version") for package in PACKAGES},
         "python": ("Python", "its version"),
         "libc": ("the C library", "its version, and the processor features that its functions may use where limited"),
@@ -48,9 +51,12 @@ SETS = ("cpu.features", "cpu.numpy")  # facts that are lists of words
 NOT_RECORDED = "written by an earlier version of mjnav, which did not record"
 
 
-def provenance(method: str) -> Mapping[str, str]:
-    """Every fact of this process and of the controller `method`, which has been made before."""
-    own = plugin_sources(CONTROLLER, method)
+def provenance(method: str, plugins: Iterable[Plugin] = ()) -> Mapping[str, str]:
+    """Every fact of this process, of the controller `method` and of the other plug-ins, which have been made before."""
+    own = dict(plugin_sources(CONTROLLER, method))
+    for plugin in plugins:
+        own |= plugin_sources(plugin.kind, plugin.name)
+    own = dict(sorted(own.items()))
     return MappingProxyType({**_facts(), OWN_SOURCES: json.dumps(dict(own)) if own else ""})
 
 
@@ -104,12 +110,12 @@ def _parts(fact: str, value: str) -> list[str]:
 
 
 def _own_files(text: str) -> Mapping[str, Any]:
-    """The digests of a controller's files. A log may hold anything; what is no table of files counts as one."""
+    """The digests of plug-ins' files. A log may hold anything; what is no table of files counts as one."""
     try:
         found = json.loads(text) if text else {}
     except (ValueError, RecursionError):
         found = None
-    return found if isinstance(found, dict) else {"the record of the controller's sources": text}
+    return found if isinstance(found, dict) else {"the record of the plug-ins' sources": text}
 
 
 @cache

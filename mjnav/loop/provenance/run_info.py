@@ -10,6 +10,7 @@ from functools import cache
 from pathlib import Path
 
 from mjnav.loop.provenance.facts import package_version, provenance
+from mjnav.scenarios.plugged import plugins_of
 from mjnav.scenarios.spec import Scenario
 
 
@@ -26,7 +27,7 @@ def run_info(scenario: Scenario, seed: int, parts_hash: str) -> dict[str, str]:
         "machine": platform.machine(),
         "processor": _processor(),
         "version.mcap": package_version("mcap"),
-        **provenance(scenario.control.method),
+        **provenance(scenario.control.method, plugins_of(scenario).values()),
     }
 
 

@@ -7,12 +7,12 @@ from dataclasses import dataclass
 from typing import Any
 
 from mjnav.errors import InvalidValue
-from mjnav.loop.provenance.facts import FACTS, NOT_RECORDED, OWN_SOURCES, changes, provenance, shown
+from mjnav.loop.provenance.facts import FACTS, NOT_RECORDED, OWN_SOURCES, changes, shown
 from mjnav.scenarios.toml import parse
 from mjnav.study.cells import Cell
 from mjnav.study.store.row import CELL, MADE_WITH
 from mjnav.study.store.store import Store
-from mjnav.study.trial import Trial
+from mjnav.study.trial import Trial, made_with
 
 MAX_LISTED = 12  # changes in one message
 MAX_LENGTH = 60  # characters of a value
@@ -52,7 +52,8 @@ def changes_since(wanted: Sequence[Trial], store: Store, *, failed: bool = True)
     for origin in origins(store, failed=failed):
         cell = cells.get(origin.cell)
         if cell is not None:
-            texts = [*_scenario_changes(origin, cell), *changes(origin.made_with, provenance(cell.controller))]
+            here = made_with(cell.controller, cell.document)
+            texts = [*_scenario_changes(origin, cell), *changes(origin.made_with, here)]
             found.update(dict.fromkeys(texts, origin.count))
     return found
 

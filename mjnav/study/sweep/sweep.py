@@ -6,7 +6,7 @@ from contextlib import closing
 from dataclasses import dataclass
 
 from mjnav.errors import InputError, MjnavError
-from mjnav.loop.provenance.facts import OWN_SOURCES, changes, provenance
+from mjnav.loop.provenance.facts import OWN_SOURCES, changes
 from mjnav.study.cells import Cell
 from mjnav.study.keep import NONE, check_kind
 from mjnav.study.kept_logs import keeping
@@ -15,7 +15,7 @@ from mjnav.study.store.store import Store
 from mjnav.study.study_file import StudyFile
 from mjnav.study.sweep.changes import changes_line, changes_since
 from mjnav.study.sweep.schedulers import Scheduler
-from mjnav.study.trial import Trial
+from mjnav.study.trial import Trial, made_with
 
 # A shard holds the rows of a share of the sweep's time so far, within these limits: a killed sweep repeats little, and
 # a long one has few shards.
@@ -134,7 +134,7 @@ def check_worker(row: Row, *, accept_changed: bool) -> None:
     Without `accept_changed`, also where the row has a result and the worker differs from this process.
     """
     controller = row.controller
-    if row.error is not None and row.made_with[OWN_SOURCES] == "" != provenance(controller)[OWN_SOURCES]:
+    if row.error is not None and row.made_with[OWN_SOURCES] == "" != made_with(controller, row.scenario)[OWN_SOURCES]:
         raise MjnavError(
             f"the worker on {row.machine} cannot import {controller.partition(':')[0]}: start it in the folder that "
             f"has this module; its episode was left out ({row.error})"
@@ -148,7 +148,7 @@ def check_worker(row: Row, *, accept_changed: bool) -> None:
 
 def worker_changes(row: Row) -> tuple[str, ...]:
     """How the process that made a row differs from this one, in words: "numpy was 2.4.6, is 2.4.5" there."""
-    return changes(provenance(row.controller), row.made_with)
+    return changes(made_with(row.controller, row.scenario), row.made_with)
 
 
 class _Buffer:

@@ -1,0 +1,94 @@
+"""Estimators of a user's own: they get copies of the readings, and what they return is copied and checked.
+
+The samples that the controller gets are drawn from the checked beliefs, so that what is logged is what was acted on.
+"""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from mjnav.errors import PluginFault
+from mjnav.estimation.base import PeopleTracker, PoseEstimator
+from mjnav.messages import Array, Reading, RobotBelief, Track
+from mjnav.sealed import sealed, sealed_message
+
+WEIGHT_SUM_TOLERANCE = 1e-6
+
+
+class OwnLocalizer(PoseEstimator):
+    """The robot's pose by a user's localizer."""
+
+    def __init__(self, name: str, localizer: Any, seed: int):
+        super().__init__(seed)
+        self._name, self._own = name, localizer
+
+    def update(self, reading: Reading) -> RobotBelief:
+        """The localizer's belief. Raises PluginFault where it is none."""
+        found = self._own.update(sealed_message(reading))
+        if not isinstance(found, RobotBelief):
+            raise PluginFault(f"{self._name}: update() returned a {type(found).__name__} in place of a RobotBelief")
+        self._belief = RobotBelief(reading.time, *_checked(self._name, found, 3), bool(found.recovered))
+        return self._belief
+
+
+class OwnTracker(PeopleTracker):
+    """The people by a user's tracker."""
+
+    def __init__(self, name: str, tracker: Any, radii: tuple[float, ...], seed: int):
+        super().__init__(radii, seed)
+        self._name, self._own = name, tracker
+
+    def update(self, reading: Reading) -> tuple[Track, ...]:
+        """One track a person, in the order of the detections. Raises PluginFault for what is none."""
+        found = self._own.update(sealed_message(reading))
+        tracks = tuple(found) if isinstance(found, list | tuple) else (found,)
+        if len(tracks) != len(self._names) or not all(isinstance(track, Track) for track in tracks):
+            kinds = ", ".join(type(track).__name__ for track in tracks)
+            expected = f"{len(self._names)} of Track, one a person"
+            raise PluginFault(f"{self._name}: update() returned ({kinds}) in place of {expected}")
+        rows = [_checked(f"{self._name}, {name}", track, 4) for name, track in zip(self._names, tracks, strict=True)]
+        recovered = np.array([bool(track.recovered) for track in tracks])
+        return self._conclude(
+            reading.time,
+            [row.particles for row in rows],
+            [row.weights for row in rows],
+            [row.mean for row in rows],
+            [row.covariance for row in rows],
+            [row.ess for row in rows],
+            recovered,
+        )
+
+
+class _Checked(NamedTuple):
+    """Sealed copies of what a belief holds."""
+
+    particles: Array  # (n, d)
+    weights: Array  # (n,)
+    mean: Array  # (d,)
+    covariance: Array  # (d, d)
+    ess: float
+
+
+def _checked(name: str, belief: RobotBelief | Track, size: int) -> _Checked:
+    """A belief about `size` numbers, checked. Raises PluginFault."""
+    particles = np.array(belief.particles, float)
+    num = len(particles) if particles.ndim else 0
+    shapes = {
+        "particles": (particles, (max(num, 1), size)),
+        "weights": (np.array(belief.weights, float), (num,)),
+        "mean": (np.array(belief.mean, float), (size,)),
+        "covariance": (np.array(belief.covariance, float), (size, size)),
+    }
+    for part, (values, shape) in shapes.items():
+        if values.shape != shape:
+            raise PluginFault(f"{name}: {part} has shape {values.shape} in place of {shape}")
+        if not np.isfinite(values).all():
+            raise PluginFault(f"{name}: {part} holds a number that is not finite")
+    weights, ess = shapes["weights"][0], float(belief.ess)
+    if (weights < 0.0).any() or abs(weights.sum() - 1.0) > WEIGHT_SUM_TOLERANCE:
+        found = f"the least is {weights.min()}, the sum {weights.sum()}"
+        raise PluginFault(f"{name}: weights must be >= 0 and sum to 1: {found}")
+    if not 0.0 < ess < np.inf:
+        raise PluginFault(f"{name}: ess must be a finite number > 0, not {ess}")
+    particles, weights, mean, covariance = (sealed(values) for values, _ in shapes.values())
+    return _Checked(particles, weights, mean, covariance, ess)

@@ -1,0 +1,61 @@
+"""A distribution of a user's own, checked where it is made and wherever it is drawn from.
+
+The world and the estimators take what it gives without a further look, so what is no noise has to be told here.
+"""
+
+from math import isfinite
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from mjnav.errors import InvalidValue, PluginFault
+from mjnav.messages import Array
+from mjnav.noise.base import Distribution, Size
+from mjnav.plugins import DistributionPlugin
+
+
+class Checked:
+    """A user's distribution: its mean, std and support are those at the start, its draws finite numbers."""
+
+    def __init__(self, name: str, distribution: Any):
+        self._name, self._own = name, distribution
+        try:
+            self.mean, self.std = float(distribution.mean), float(distribution.std)
+            low, high = map(float, distribution.support)
+        except (AttributeError, TypeError, ValueError) as error:
+            allowed = f"a distribution whose mean, std and support (low, high) are numbers ({error})"
+            raise InvalidValue("distribution", name, allowed) from error
+        self.support = low, high
+        if not (isfinite(self.mean) and isfinite(self.std) and self.std >= 0.0 and low <= high):
+            found = f"{name}: mean {self.mean}, std {self.std}, support {self.support}"
+            raise InvalidValue("distribution", found, "a finite mean, a finite std >= 0, and support from low to high")
+
+    def sample(self, rng: np.random.Generator, size: Size) -> Array:
+        """See `Distribution`. Raises PluginFault for draws of another shape, and for those that are not finite."""
+        with PluginFault.told(self._name, "sample()"):
+            drawn = np.array(self._own.sample(rng, size), float)
+        shape = (size,) if isinstance(size, int) else tuple(size)
+        if drawn.shape != shape:
+            raise PluginFault(f"{self._name}: sample() gave draws of shape {drawn.shape} in place of {shape}")
+        if not np.isfinite(drawn).all():
+            raise PluginFault(f"{self._name}: sample() gave a draw that is not finite")
+        return drawn
+
+    def logpdf(self, x: ArrayLike) -> Array:
+        """See `Distribution`. Raises PluginFault for another shape, and for NaN."""
+        x = np.array(x, float)
+        with PluginFault.told(self._name, "logpdf()"):
+            found = np.array(self._own.logpdf(x.copy()), float)
+        if found.shape != x.shape:
+            raise PluginFault(f"{self._name}: logpdf() gave shape {found.shape} for x of shape {x.shape}")
+        if np.isnan(found).any():
+            raise PluginFault(f"{self._name}: logpdf() gave NaN")
+        return found
+
+
+def made(distribution: Distribution | DistributionPlugin) -> Distribution:
+    """The distribution of a channel; one of a user's own is imported, made and checked. Raises InvalidValue."""
+    if isinstance(distribution, DistributionPlugin):
+        return Checked(distribution.name, distribution.make())
+    return distribution

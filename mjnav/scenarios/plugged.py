@@ -1,0 +1,49 @@
+"""The plug-ins that a scenario names, beside its controller."""
+
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
+
+from mjnav.plugins import BehaviourPlugin, DistributionPlugin, LocalizerPlugin, Plugin, TrackerPlugin
+from mjnav.scenarios.people import ConstantVelocity
+from mjnav.scenarios.spec import Noise, Person, Scenario
+
+
+def plugins_of(scenario: Scenario) -> Mapping[str, Plugin]:
+    """The plug-ins by their key."""
+    return dict(_found(scenario))
+
+
+def without_plugins(scenario: Scenario) -> Scenario:
+    """The scenario with mjnav's own in place of every plug-in but the controller: for ticks that are thrown away."""
+    noise, estimation = scenario.noise, scenario.estimation
+    kept = {name: channel for name, channel in noise.channels.items() if not isinstance(channel, DistributionPlugin)}
+    return replace(
+        scenario,
+        people=tuple(_standing(person) for person in scenario.people),
+        noise=Noise(noise.profile, kept),
+        estimation=replace(
+            estimation,
+            robot=replace(estimation.robot, localizer=None),
+            obstacles=replace(estimation.obstacles, tracker=None),
+        ),
+    )
+
+
+def _found(scenario: Scenario) -> Iterator[tuple[str, Plugin]]:
+    robot, obstacles = scenario.estimation.robot.localizer, scenario.estimation.obstacles.tracker
+    if isinstance(robot, LocalizerPlugin):
+        yield "estimation.robot.localizer", robot
+    if isinstance(obstacles, TrackerPlugin):
+        yield "estimation.obstacles.tracker", obstacles
+    for i, person in enumerate(scenario.people):
+        if isinstance(person.behaviour, BehaviourPlugin):
+            yield f"people.{i}", person.behaviour
+    for channel, distribution in scenario.noise.channels.items():
+        if isinstance(distribution, DistributionPlugin):
+            yield f"noise.{channel}", distribution
+
+
+def _standing(person: Person) -> Person:
+    if isinstance(person.behaviour, BehaviourPlugin):
+        return replace(person, behaviour=ConstantVelocity((0.0, 0.0)))
+    return person

@@ -1,0 +1,63 @@
+"""People who walk by a behaviour of a user's own."""
+
+from collections.abc import Sequence
+from math import hypot, isfinite
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from mjnav.errors import PluginFault
+from mjnav.messages import Array, WorldState
+from mjnav.plugins import BehaviourPlugin
+from mjnav.rng import stream
+from mjnav.scenarios.people import MAX_WALKING_SPEED
+from mjnav.scenarios.spec import Scenario
+from mjnav.sealed import sealed_message
+
+
+class Behaviour(Protocol):
+    """How one person walks: made as Class(scenario, person, rng, parameters) for each person who has it.
+
+    `person` is the person's place in `scenario.people` and in the arrays of a WorldState, `rng` a generator of its own
+    that follows from the run's seed: who draws from no other walks the same way under the same seed.
+    """
+
+    def velocity(self, world: WorldState) -> ArrayLike:
+        """The desired velocity (vx, vy) [m/s], at most 5 m/s; asked every 0.02 s of simulated time.
+
+        `world` is the truth, whose arrays cannot be written to. Walls and bodies stop who walks into them.
+        """
+        ...
+
+
+class OwnWalk:
+    """The desired velocities of the people who have behaviours of a user's own."""
+
+    def __init__(self, scenario: Scenario, index: NDArray[np.int64], seed: int):
+        self._walks: list[tuple[str, Any]] = [_made(scenario, int(i), seed) for i in index]
+
+    def velocities(self, world: WorldState) -> Array:
+        """See `pedestrians.Walk`. Raises PluginFault for what is no velocity."""
+        world = sealed_message(world)
+        found = []
+        for name, walk in self._walks:
+            with PluginFault.told(name, "velocity()"):
+                found.append(_checked(name, walk.velocity(world)))
+        return np.array(found)
+
+
+def _made(scenario: Scenario, person: int, seed: int) -> tuple[str, Any]:
+    behaviour = scenario.people[person].behaviour
+    assert isinstance(behaviour, BehaviourPlugin)
+    return behaviour.name, behaviour.make(scenario, person, stream(seed, "behaviour", f"person{person}"))
+
+
+def _checked(name: str, velocity: Any) -> Sequence[float]:
+    found = np.array(velocity, float)
+    if found.shape != (2,):
+        raise PluginFault(f"{name}: velocity() returned shape {found.shape} in place of (vx, vy)")
+    vx, vy = found.tolist()
+    if not (isfinite(vx) and isfinite(vy) and hypot(vx, vy) <= MAX_WALKING_SPEED):
+        raise PluginFault(f"{name}: velocity() returned ({vx}, {vy}), not at most {MAX_WALKING_SPEED:g} m/s")
+    return vx, vy

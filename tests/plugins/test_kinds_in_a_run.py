@@ -1,0 +1,119 @@
+"""Estimators, behaviours and noise of a user's own in a run: their seeds, what they may touch, what they may return."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import mjnav
+from mjnav.errors import InvalidValue, MjnavError
+from mjnav.estimation.base import robot_belief
+from mjnav.noise import Gaussian
+from mjnav.scenarios import dumps
+from mjnav.scenarios.load import loads
+
+QUICK = {"physics.engine": "kinematic", "time_limit": 0.5}
+
+
+class Fixes:
+    """A localizer that believes every pose reading; `spoil` changes what it returns."""
+
+    asked = 0
+
+    def __init__(self, scenario, seed, parameters):
+        self.num = scenario.estimation.robot.particles
+
+    def spoil(self, belief):
+        return belief
+
+    def update(self, reading):
+        type(self).asked += 1
+        for array in (reading.pose, reading.detections, reading.odometry):
+            with pytest.raises(ValueError, match="read-only"):
+                array[...] = 7.0
+        return self.spoil(robot_belief(reading.time, np.tile(reading.pose, (self.num, 1))))
+
+
+class Drawn:
+    """A behaviour that walks where its generator says."""
+
+    def __init__(self, scenario, person, rng, parameters):
+        self.rng = rng
+
+    def velocity(self, world):
+        with pytest.raises(ValueError, match="read-only"):
+            world.robot_pose[0] = 100.0
+        return 0.1 * self.rng.standard_normal(2)
+
+
+def test_no_tick_of_a_warm_up_reaches_an_object_of_the_users(monkeypatch):
+    monkeypatch.setattr(Fixes, "asked", 0)
+    result = mjnav.run(mjnav.load_scenario("crossing1", QUICK, localizer=Fixes))
+    assert Fixes.asked == len(result.trajectory.status) == 5
+
+
+def test_a_behaviour_has_its_own_stream_a_person_that_follows_the_seed():
+    scene = mjnav.load_scenario("hall", {**QUICK, "people.0.behaviour": Drawn, "people.1.behaviour": Drawn})
+    first, again, other = (mjnav.run(scene, seed=seed) for seed in (1, 1, 2))
+    assert first.summary["state_hash"] == again.summary["state_hash"]
+    velocity = first.trajectory.people_velocity
+    assert not np.allclose(velocity[:, 0], velocity[:, 1])
+    assert not np.allclose(velocity[:, 0], other.trajectory.people_velocity[:, 0])
+
+
+@pytest.mark.parametrize(
+    ("spoil", "said"),
+    [
+        (lambda self, b: replace(b, weights=b.weights * 0.5), "weights must be >= 0 and sum to 1: the least is"),
+        (lambda self, b: replace(b, mean=b.mean * np.nan), "mean holds a number that is not finite"),
+        (lambda self, b: replace(b, particles=b.particles[:, :2]), "particles has shape (500, 2) in place of (500, 3)"),
+        (lambda self, b: b.mean, "update() returned a ndarray in place of a RobotBelief"),
+        (lambda self, b: 1 / 0, "ZeroDivisionError: division by zero"),
+    ],
+)
+def test_a_belief_that_is_none_ends_the_run_with_an_event(spoil, said, monkeypatch, tmp_path):
+    monkeypatch.setattr(Fixes, "spoil", spoil)
+    with pytest.raises(MjnavError) as raised:
+        mjnav.run(mjnav.load_scenario("crossing1", QUICK, localizer=Fixes), log=tmp_path / "a.mcap")
+    assert said in str(raised.value)
+    assert raised.value.result.summary["outcome"] == "aborted"
+    events = [message.value for message in mjnav.open_log(tmp_path / "a.mcap").messages("/events")]
+    assert any(said in str(event) for event in events)
+
+
+@pytest.mark.parametrize("velocity", [(np.inf, 0.0), (4.0, 4.0), (1.0,)])
+def test_a_velocity_that_is_none_is_told_also_at_the_start(velocity, monkeypatch):
+    monkeypatch.setattr(Drawn, "velocity", lambda self, world: velocity)
+    with pytest.raises(MjnavError, match=r"Drawn: velocity\(\) returned"):
+        mjnav.run(mjnav.load_scenario("crossing1", {**QUICK, "people.0.behaviour": Drawn}))
+
+
+class Narrow:
+    """Noise without a dataclass, given as an object."""
+
+    mean, std, support = 0.0, 0.01, (-0.02, 0.02)
+
+    def sample(self, rng, size):
+        return rng.uniform(-0.02, 0.02, size)
+
+    def logpdf(self, x):
+        return np.where(np.abs(x) <= 0.02, np.log(25.0), -np.inf)
+
+
+def test_a_distribution_may_be_an_object_and_a_scenario_with_it_is_written_by_name():
+    scene = mjnav.load_scenario("crossing1", {**QUICK, "noise.gyro": Narrow(), "noise.pose.x": Gaussian(std=0.1)})
+    text = dumps(scene)
+    assert f'distribution = "{__name__}:Narrow()"' in text
+    assert dumps(loads(text)) == text  # and read again: that imports nothing
+    assert mjnav.run(scene).summary["ticks"] == 5
+    with pytest.raises(InvalidValue, match="the distribution itself, handed over in Python"):
+        mjnav.run(loads(text))
+
+
+def test_errors_name_the_arguments_of_python():
+    for argument in ("controller", "localizer", "tracker"):
+        with pytest.raises(InvalidValue) as raised:
+            mjnav.load_scenario("crossing1", **{argument: "nonsense"})
+        assert str(raised.value).startswith(f"{argument}: ")
+    with pytest.raises(InvalidValue, match=r"^overrides: people\.0\.radius: found 9\.0"):
+        mjnav.load_scenario("crossing1", ["people.0.radius=9"])
