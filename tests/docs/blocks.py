@@ -8,12 +8,16 @@ from pathlib import Path
 from markdown_it import MarkdownIt
 
 CODE_BLOCK = re.compile(r"\{code-block\}\s*(\w*)")
+INCLUDED = re.compile(r"\{literalinclude\}\s*(\S+)")
 OPTION = re.compile(r":([\w-]+):\s*(.*)")
 
 
 @dataclass(frozen=True)
 class Block:
-    """One fenced block: with a caption it is a file of that name; else bash and python are run, but for long ones."""
+    """One fenced block: with a caption it is a file of that name; else bash and python are run, but for long ones.
+
+    A file of the repository that a page includes is a block with a caption.
+    """
 
     page: Path
     line: int  # of the page, where the code's first line stands; from 1
@@ -49,6 +53,10 @@ def _blocks(page: Path, text: str, before: int) -> Iterator[Block]:
             first += token.content[: len(token.content) - len(code)].count("\n")
             caption, classes = options.get("caption", ""), options.get("class", "")
             yield Block(page, first + 1, directive[1], code, caption, classes)
+        elif included := INCLUDED.match(words):
+            options, _ = _options(token.content)
+            code = (page.parent / included[1]).read_text(encoding="utf-8")
+            yield Block(page, first, options.get("language", "python"), code, options.get("caption", included[1]))
         elif words.startswith("{"):
             yield from _blocks(page, token.content, first)
         else:
