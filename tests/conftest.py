@@ -23,14 +23,19 @@ class ByFile(LoadScopeScheduling):
     """Keeps the tests of a file in one process, so that module fixtures are made once.
 
     Files with `pytestmark = pytest.mark.xdist_group("real time")` share one process, so that they run one after the
-    other: their loops run under SCHED_FIFO on the same CPU, or they measure a busy CPU. pytest-xdist's own `loadgroup`
-    ignores every mark under pytest 9.2, which no longer lets it rename tests.
+    other: their loops run under SCHED_FIFO on the same CPU, or they measure a busy CPU. The long tests of files with
+    the group "each alone" share nothing, and each runs where there is room. pytest-xdist's own `loadgroup` ignores
+    every mark under pytest 9.2, which no longer lets it rename tests.
     """
 
     def _split_scope(self, nodeid):
         file = nodeid.partition("::")[0]
         text = (self.config.rootpath / file).read_text(encoding="utf-8")
-        return "real time" if 'pytestmark = pytest.mark.xdist_group("real time")' in text else file
+        scopes = {"real time": "real time", "each alone": nodeid}
+        groups = (
+            scope for group, scope in scopes.items() if f'pytestmark = pytest.mark.xdist_group("{group}")' in text
+        )
+        return next(groups, file)
 
 
 def pytest_xdist_make_scheduler(config, log):

@@ -3,7 +3,11 @@
 import re
 from pathlib import Path
 
-README = (Path(__file__).parents[1] / "README.md").read_text()
+from tests.docs.blocks import blocks_of
+from tests.docs.notebook import Notebook
+
+ROOT = Path(__file__).parents[1]
+README = (ROOT / "README.md").read_text()
 
 
 def test_the_table_of_controllers_is_the_registrys():
@@ -15,7 +19,16 @@ def test_the_table_of_controllers_is_the_registrys():
     assert rows == [(method.name, method.idea, method.source, method.file) for method in METHODS.values()]
 
 
-def test_every_command_has_a_row():
-    from mjnav.cli.main import COMMANDS
+def test_every_link_leads_to_a_file():
+    links = re.findall(r"\]\(([^)]+)\)", README)
+    files = [link for link in links if not link.startswith("https://")]
+    assert len(files) > 20
+    assert [file for file in files if not (ROOT / file).is_file()] == []
 
-    assert set(re.findall(r"^\| `mjnav ([a-z-]+) ", README, flags=re.MULTILINE)) == set(COMMANDS)
+
+def test_its_python_works(tmp_path):
+    blocks = [block for block in blocks_of(ROOT / "README.md") if block.language == "python"]
+    with Notebook(tmp_path) as notebook:
+        for block in blocks:
+            notebook.play(block)
+    assert blocks

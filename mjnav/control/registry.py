@@ -76,7 +76,7 @@ METHODS = registry(
         "rkhs", "rkhs:Rkhs", "constraint distributions nearest to collision-free ones by MMD, tuned", "Nair et al. 2021"
     ),
     Method(
-        "rkhs-paper", "rkhs:Rkhs", "the same as published: line form, degree 3, not normalised, not clipped",
+        "rkhs-paper", "rkhs:Rkhs", "the paper's equations alone: line form, degree 3, no scaling, clip or margin",
         "Nair et al. 2021", as_published,
     ),
     Method("mean", "mean:Mean", "the constraints at the mean only", "velocity obstacles, Fiorini & Shiller 1998"),

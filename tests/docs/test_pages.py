@@ -7,6 +7,8 @@ import pytest
 from tests.docs.blocks import blocks_of
 from tests.docs.notebook import Notebook
 
+pytestmark = pytest.mark.xdist_group("each alone")
+
 ROOT = Path(__file__).parents[2]
 PAGES = [page for page in sorted((ROOT / "docs").rglob("*.md")) if "_build" not in page.parts]
 
