@@ -9,8 +9,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from mjnav.cli.options import require
-from mjnav.cli.terminal import streams
 from mjnav.cli.terminal.progress import progress, tell
+from mjnav.cli.terminal.tables import print_drawn
 from mjnav.errors import InputError, InvalidValue
 from mjnav.output_files import output_path, replacement
 from mjnav.study.compare import cell_figures
@@ -21,11 +21,7 @@ from mjnav.study.store.store import Store
 from mjnav.study.study_file import StudyFile
 
 if TYPE_CHECKING:
-    from rich.console import Console
-
     from mjnav.study.compare.study_comparison import StudyComparison
-
-PIPE_WIDTH = 10_000  # [characters] where there is no terminal: no line is broken
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
@@ -72,8 +68,8 @@ def execute(arguments: argparse.Namespace) -> int:
 
     commands = run_commands(study, store.study()) if study is not None else {}
     worst = worst_seeds(store, results.study)
-    _print(lambda console: text.write(results, console))
-    _print(lambda console: worst_text.write(results, worst, commands, console))
+    print_drawn(lambda console: text.write(results, console))
+    print_drawn(lambda console: worst_text.write(results, worst, commands, console))
     for path in outputs:
         print(f"{path}: {path.stat().st_size / 1000:.0f} kB")
     return require.exit_code(answers)
@@ -143,7 +139,7 @@ def _before_after(arguments: argparse.Namespace) -> int:
     if arguments.json:
         print(json.dumps({**before_after_tidy.document(found), **require.documents(answers)}))
         return require.exit_code(answers)
-    _print(lambda console: before_after_text.write(found, console))
+    print_drawn(lambda console: before_after_text.write(found, console))
     for path in outputs:
         print(f"{path}: {path.stat().st_size / 1000:.0f} kB")
     return require.exit_code(answers)
@@ -162,10 +158,3 @@ def _figure_option() -> Iterator[None]:
 
 def _figures(arguments: argparse.Namespace) -> Sequence[str]:
     return DEFAULT_FIGURES if arguments.figure is None else arguments.figure
-
-
-def _print(write: Callable[["Console"], None]) -> None:
-    console = streams.console(width=PIPE_WIDTH)
-    with console.capture() as captured:  # rich itself would end the process where the reader has gone
-        write(console)
-    streams.show("".join(f"{line.rstrip()}\n" for line in captured.get().splitlines()))

@@ -4,16 +4,16 @@ import argparse
 import sys
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import fields
+from functools import partial
 from itertools import islice
 from typing import TYPE_CHECKING, Any
 
-from mjnav.cli.terminal import streams
+from mjnav.cli.terminal.tables import print_drawn, print_lines, print_table, width
 from mjnav.errors import DamagedLogError
 from mjnav.printable import printable
 
 if TYPE_CHECKING:
     from rich.console import Console
-    from rich.table import Table
 
     from mjnav.report.inspection import InspectedTiming, InspectedTopic, Inspection
     from mjnav.report.worst_moments import WorstMoment
@@ -21,7 +21,6 @@ if TYPE_CHECKING:
 _RUN = ("scene", "controller", "seed", "engine")  # of the metadata, in one line
 _VERSION = "version."
 _WIDE = 110  # [characters] from which on the table of topics has room for schemas
-_PIPE_WIDTH = 200  # [characters] where no terminal says how wide it is
 _MAX_LINES = 500  # of a section, and topics
 _MAX_WIDTH = 60  # [characters] that a short name is padded to, because of a long one
 
@@ -49,34 +48,35 @@ def execute(arguments: argparse.Namespace) -> int:
 
 
 def _print(found: "Inspection") -> None:
-    console = streams.console(width=_PIPE_WIDTH)
-    with console.capture() as captured:  # rich itself would end the process where the reader has gone
-        console.print(_headline(found), style="bold", soft_wrap=True)
-        _show(console, list(_origin(found)))
-        for title, lines in (
-            ("missing", [f"  {printable(sentence)}" for sentence in found.missing]),
-            ("recovered from another log", list(_named(found.recovered or {}))),
-            ("worst moments", list(_moments(found.moments))),
-            ("figures", list(_named(found.figures or {}))),
-            ("timing", list(_timing(found.timing))),
-            ("result", list(_named(_not_yet_said(found)))),
-        ):
-            if lines:
-                console.print(f"\n{title}", style="bold")
-            _show(console, lines)
-        console.print()
-        console.print(_topics(found.topics, with_schema=console.width >= _WIDE))
-        if len(found.topics) > _MAX_LINES:
-            console.print(f"{len(found.topics) - _MAX_LINES} topics more, which --json has")
-    streams.show(captured.get())
+    print_drawn(lambda console: console.print(_headline(found), style="bold", soft_wrap=True))
+    _show(list(_origin(found)))
+    for title, lines in (
+        ("missing", [f"  {printable(sentence)}" for sentence in found.missing]),
+        ("recovered from another log", list(_named(found.recovered or {}))),
+        ("worst moments", list(_moments(found.moments))),
+        ("figures", list(_named(found.figures or {}))),
+        ("timing", list(_timing(found.timing))),
+        ("result", list(_named(_not_yet_said(found)))),
+    ):
+        if lines:
+            print()
+            print_drawn(partial(_title, title))
+        _show(lines)
+    print()
+    _print_topics(found.topics)
+    if len(found.topics) > _MAX_LINES:
+        print(f"{len(found.topics) - _MAX_LINES} topics more, which --json has")
 
 
-def _show(console: "Console", lines: Sequence[str]) -> None:
+def _title(text: str, console: "Console") -> None:
+    console.print(text, style="bold")
+
+
+def _show(lines: Sequence[str]) -> None:
     """As many as somebody reads; a stranger's log may name a hundred thousand things."""
-    for line in lines[:_MAX_LINES]:
-        console.print(line, soft_wrap=True)
+    print_lines(lines[:_MAX_LINES])
     if len(lines) > _MAX_LINES:
-        console.print(f"  {len(lines) - _MAX_LINES} lines more, which --json has")
+        print(f"  {len(lines) - _MAX_LINES} lines more, which --json has")
 
 
 def _headline(found: "Inspection") -> str:
@@ -124,19 +124,13 @@ def _not_yet_said(found: "Inspection") -> dict[str, Any]:
     return {key: value for key, value in (found.result or {}).items() if key not in said}
 
 
-def _topics(topics: "Mapping[str, InspectedTopic]", *, with_schema: bool) -> "Table":
-    from rich.table import Table
-
-    table = Table(box=None, padding=(0, 2, 0, 0), pad_edge=False)
-    table.add_column("topic", overflow="fold")
-    if with_schema:
-        table.add_column("schema", overflow="fold")
-    for column in ("messages", "missing", "Hz", "max gap [s]", "at [s]", "size", "share"):
-        table.add_column(column, justify="right", no_wrap=True)
-    for name, topic in islice(topics.items(), _MAX_LINES):
-        table.add_row(
-            printable(name),
-            *([printable(topic.schema)] if with_schema else []),
+def _print_topics(topics: "Mapping[str, InspectedTopic]") -> None:
+    """A row for each topic; its schema where there is room."""
+    names = ("messages", "missing", "Hz", "max gap [s]", "at [s]", "size", "share")
+    texts = ("topic", "schema") if width() >= _WIDE else ("topic",)
+    rows = [
+        (
+            *(printable(name), printable(topic.schema))[: len(texts)],
             str(topic.messages),
             _number(topic.missing, "d"),
             _number(topic.hz, ".2f"),
@@ -145,7 +139,9 @@ def _topics(topics: "Mapping[str, InspectedTopic]", *, with_schema: bool) -> "Ta
             _size(topic.bytes),
             _number(topic.share, ".1%"),
         )
-    return table
+        for name, topic in islice(topics.items(), _MAX_LINES)
+    ]
+    print_table(rows, (*texts, *names), numbers=range(len(texts), len(texts) + len(names)))
 
 
 def _named(values: Mapping[str, Any]) -> Iterator[str]:

@@ -11,6 +11,7 @@ from mjnav.cli.options import scene_options
 from mjnav.cli.options.checks import check_needs
 from mjnav.cli.terminal.interrupt import interruptible
 from mjnav.cli.terminal.progress import compile_notice, progress
+from mjnav.cli.terminal.tables import print_lines, width
 from mjnav.errors import InvalidValue
 from mjnav.loop.prepare import load_scenario
 from mjnav.loop.realtime.crowd import crowd
@@ -25,6 +26,7 @@ from mjnav.scenarios.spec import Scenario
 MAX_NAMED = 10  # misses that are named in text
 _BY = {LOOP: "the loop", MACHINE: "the machine", FIRST_TIME: "first-time work"}
 BAR = 40  # [characters] of the longest
+BEFORE_BARS = 31  # [characters] of a bar's name and count
 LATENESS_EDGES = (2, 5, 10, 20, 50, 100, 200, 500, 1000, 2000, 5000, 10_000, 20_000, 50_000, 100_000)  # [us]
 BUSY_EDGES = tuple(range(10, 160, 10))  # [% of the period]
 RATE = 50.0  # [Hz]
@@ -60,12 +62,16 @@ def execute(arguments: argparse.Namespace) -> int:
         for case in _prepared(arguments, cases):
             tests.append((*case[:2], _run(arguments, case, interrupted.is_set)))
             if not single and not arguments.json:
-                print(_line(*tests[-1]), flush=True)
+                print_lines([_line(*tests[-1])])
+                sys.stdout.flush()
             if interrupted.is_set():
                 break
     statuses = [test.status for *_, test in tests]
     if single:
-        print(json.dumps(tests[0][2].summary) if arguments.json else describe(tests[0][2]))
+        if arguments.json:
+            print(json.dumps(tests[0][2].summary))
+        else:
+            print_lines(describe(tests[0][2], width()).splitlines())
     elif arguments.json:
         print(json.dumps(_sweep_summary(tests)))
     else:
@@ -110,8 +116,8 @@ def _numbers(key: str, text: str, kind: type) -> list:
         raise InvalidValue(key, text, f"{whole} with commas between them") from None
 
 
-def describe(test: RateTest) -> str:
-    """One test's report, for people."""
+def describe(test: RateTest, width: int) -> str:
+    """One test's report, for people; its bars are at most `width` [characters] from the left."""
     s, m, got, schedule = test.summary, test.machine, test.machine.scheduling, test.schedule
     wake, overrun, faults, gaps = test.wakeup_us, test.overrun, test.page_faults, test.gaps.summary
     lines = [
@@ -139,9 +145,9 @@ def describe(test: RateTest) -> str:
     for phase, values in test.compute_ms.items():
         lines.append(f"    {phase:10}" + "".join(f"  {_text(values[key], '6.3f')}" for key in ("p50", "p99", "max")))
     lines += ["", "  start of ticks behind their deadline [µs]"]
-    lines += _bars(histogram(schedule.lateness * 1e-3, LATENESS_EDGES), "")
+    lines += _bars(histogram(schedule.lateness * 1e-3, LATENESS_EDGES), "", width)
     lines += ["", "  work of ticks [% of the period]"]
-    lines += _bars(histogram(schedule.busy * 1e-7 / schedule.period, BUSY_EDGES), " %")
+    lines += _bars(histogram(schedule.busy * 1e-7 / schedule.period, BUSY_EDGES), " %", width)
     lines += ["", f"  {test.status}, by the first of these that holds:"]
     lines += [f"    {name:12}  {rule}" for name, rule in RULES]
     lines += ["    what was missed or skipped through the machine does not count"]
@@ -164,7 +170,8 @@ def _named(misses: Sequence[Miss]) -> Iterator[str]:
         yield f"    the longest {MAX_NAMED}"
 
 
-def _bars(rows: list[tuple[float, float, int]], unit: str) -> Iterator[str]:
+def _bars(rows: list[tuple[float, float, int]], unit: str, width: int) -> Iterator[str]:
+    longest = max(1, min(BAR, width - BEFORE_BARS))
     most = max((count for *_, count in rows), default=1)
     for low, high, count in rows:
         name = (
@@ -174,8 +181,8 @@ def _bars(rows: list[tuple[float, float, int]], unit: str) -> Iterator[str]:
             if high == inf
             else f"{low:g} to {high:g}{unit}"
         )
-        bar = "█" * max(1, round(BAR * count / most)) if count else ""
-        yield f"    {name:>16}  {count:7d}  {bar}"
+        bar = "█" * max(1, round(longest * count / most)) if count else ""
+        yield f"    {name:>16}  {count:7d}  {bar}".rstrip()
 
 
 def _line(people: int | None, samples: int | None, test: RateTest) -> str:

@@ -40,7 +40,7 @@ def progress(name: str, total: float, unit: str = "s") -> Iterator[Callable[[flo
         def show(so_far: float) -> None:
             # Not bar.update: it waits for the thread that draws, and the caller may be in the middle of a tick.
             task.completed = so_far
-            if unit == "s":
+            if unit in ("s", "%"):
                 return
             first.extend([] if first else [so_far, time.monotonic()])
             if so_far > first[0]:

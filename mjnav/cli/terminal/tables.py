@@ -1,50 +1,88 @@
-"""Tables on standard output: as wide as the terminal, and in a pipe one line a row."""
+"""Text and tables on standard output: as wide as the terminal, and in a pipe one line a row."""
 
 import textwrap
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Collection, Iterator, Sequence
+from typing import TYPE_CHECKING
 
 from mjnav.cli.terminal import streams
+
+if TYPE_CHECKING:
+    from rich.console import Console
 
 PIPE_WIDTH = 10_000  # [characters] where there is no terminal: no line is broken
 LEAST = 14  # [characters] that a column beside the first wants; a terminal too narrow for that gets no columns
 GAP = 2
 
 
-def print_table(rows: Sequence[Sequence[str]], heads: Sequence[str] = ()) -> None:
-    """Prints a table whose first column is never broken; the others wrap where the terminal is narrow.
+def width() -> int:
+    """Of the terminal [characters], or PIPE_WIDTH."""
+    return streams.console(width=PIPE_WIDTH).width
 
-    Where it is too narrow for all columns, each row becomes a paragraph: its first cell, and a line for each other one.
+
+def print_table(rows: Sequence[Sequence[str]], heads: Sequence[str] = (), *, numbers: Collection[int] = ()) -> None:
+    """Prints a table; where the terminal is narrow, columns wrap, but not the first nor those of `numbers`.
+
+    Where it is too narrow for all columns, each row becomes a paragraph: its first cell, a line for each other one, and
+    one for all numbers.
     """
+    from rich.cells import cell_len
     from rich.table import Table
 
     if not rows:
         return
-    console = streams.console(width=PIPE_WIDTH)
-    columns = [[head, *(row[i] for row in rows)] for i, head in enumerate(heads or [""] * len(rows[0]))]
-    widths = [max(map(len, column)) for column in columns]
-    if widths[0] + sum(min(width, LEAST) + GAP for width in widths[1:]) > console.width:
+    heads = heads or [""] * len(rows[0])
+    widths = [max(map(cell_len, column)) for column in zip(heads, *rows, strict=True)]
+    least = [size if i == 0 or i in numbers else min(size, LEAST) for i, size in enumerate(widths)]
+    room = width()
+    if sum(least) + GAP * (len(least) - 1) > room:
         for row in rows:
-            print("\n".join(_paragraph(row, heads, console.width)))
+            print("\n".join(_paragraph(row, heads, numbers, room)))
         return
-    table = Table(box=None, pad_edge=False, show_edge=False, show_header=bool(heads), header_style="bold")
-    for i, head in enumerate(heads or [""] * len(widths)):
-        table.add_column(head, overflow="fold", no_wrap=i == 0, min_width=min(widths[i], LEAST))
+    table = Table(box=None, padding=(0, GAP, 0, 0), pad_edge=False, show_header=any(heads), header_style="bold")
+    for i, head in enumerate(heads):
+        whole = least[i] == widths[i]
+        table.add_column(
+            head,
+            justify="right" if i in numbers else "left",
+            overflow="fold",
+            no_wrap=whole and (i == 0 or i in numbers),
+            min_width=least[i],
+        )
     for row in rows:
         table.add_row(*row)
-    print_renderable(table)
+    print_drawn(lambda console: console.print(table))
 
 
-def _paragraph(row: Sequence[str], heads: Sequence[str], width: int) -> Iterator[str]:
+def _paragraph(row: Sequence[str], heads: Sequence[str], numbers: Collection[int], room: int) -> Iterator[str]:
     yield row[0]
-    for i, cell in enumerate(row[1:], start=1):
-        if cell:
-            text = f"{heads[i]}: {cell}" if heads else cell
-            yield from textwrap.wrap(text, width, initial_indent="    ", subsequent_indent="      ")
+    lines = [
+        f"{heads[i]}: {cell}" if heads[i] else cell for i, cell in enumerate(row) if cell and i not in {0, *numbers}
+    ]
+    lines.append(", ".join(f"{heads[i]} {row[i]}" for i in sorted(numbers)))
+    for line in lines:
+        yield from textwrap.wrap(line, room, initial_indent="    ", subsequent_indent="      ")
 
 
-def print_renderable(renderable: object) -> None:
-    """Prints what rich can draw, without blanks at the ends of lines."""
+def print_lines(lines: Sequence[str]) -> None:
+    """Prints lines; on a terminal, one that is too long goes on below its second column."""
+    room = width()
+    for line in lines:
+        print("\n".join(_wrapped(line, room)))
+
+
+def _wrapped(line: str, room: int) -> Sequence[str]:
+    if len(line) <= room:
+        return [line]
+    start = len(line) - len(line.lstrip())
+    _, _, second = line[start:].partition("  ")
+    second = second.lstrip()
+    indent = min(len(line) - len(second) if second else start + 2, room // 2)
+    return textwrap.wrap(line, room, subsequent_indent=" " * indent, break_long_words=False, break_on_hyphens=False)
+
+
+def print_drawn(draw: Callable[["Console"], None]) -> None:
+    """Prints what is drawn on a rich console, without blanks at the ends of lines."""
     console = streams.console(width=PIPE_WIDTH)
     with console.capture() as captured:  # rich itself would end the process where the reader has gone
-        console.print(renderable)
+        draw(console)
     streams.show("".join(f"{line.rstrip()}\n" for line in captured.get().splitlines()))

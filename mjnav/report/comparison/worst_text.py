@@ -35,7 +35,7 @@ def write(
         said = "; ".join(f"seed {seed.seed} {seed.why}" for seed in seeds)
         console.print(printable(f"  {', '.join(place)}: {said}"))
         for command in _ways(Path(results.folder), seeds, commands.get(place)):
-            console.print(printable(f"    {command}"), style="dim")
+            console.print(printable(f"    {command}"), style="dim", soft_wrap=True)  # to be copied: one line
     if len(failures) > MAX_CELLS:
         console.print(f"  and in {len(failures) - MAX_CELLS} more cells: -o FILE.html has all")
 
