@@ -4,7 +4,7 @@ import argparse
 import os
 import shlex
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from contextlib import nullcontext
 from importlib import import_module
 from types import MappingProxyType
@@ -28,6 +28,7 @@ COMMANDS: Mapping[str, tuple[str, str]] = MappingProxyType(
         "show": ("mjnav.cli.show", "print a shipped run file or study file"),
         "keys": ("mjnav.cli.keys", "list keys of run files and study files: type, range, default, meaning"),
         "schema": ("mjnav.cli.schema", "print the JSON Schema of run files or study files, for editors"),
+        "completion": ("mjnav.cli.completion", "print a script that completes command lines of mjnav in a shell"),
         "surface": ("mjnav.cli.surface", "draw the cost of one decision over all speeds and turn rates"),
         "calibrate": ("mjnav.cli.calibrate", "compare predicted risks with how often they come true"),
         "sweep": ("mjnav.cli.sweep", "run a study: scenes, methods and settings under many seeds"),
@@ -102,22 +103,30 @@ def _drop_output() -> None:
     os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
-def _execute(argv: list[str], guard: Guard) -> int:
+def command_parser(
+    configured: Collection[str],
+) -> tuple[argparse.ArgumentParser, Mapping[str, argparse.ArgumentParser]]:
+    """The parser of mjnav, and that of each command: only `configured` ones get their options, which takes imports."""
     parser = _Parser(prog="mjnav", description="Robot navigation under non-Gaussian uncertainty, in MuJoCo.")
     parser.add_argument("--version", action="store_true", help="print the version and end")
     commands = parser.add_subparsers(dest="command", metavar="COMMAND")
+    for command, (path, text) in COMMANDS.items():
+        sub = commands.add_parser(command, help=text, description=f"{text[0].upper()}{text[1:]}.")
+        if command in configured:
+            import_module(path).configure(sub)
+            common.configure(sub, command)
+    return parser, commands.choices
+
+
+def _execute(argv: list[str], guard: Guard) -> int:
     name = next((word for word in argv if not word.startswith("-")), None)
     if name is not None and name not in COMMANDS:
         raise unknown_name("command", name, COMMANDS)
-    for command, (path, text) in COMMANDS.items():
-        sub = commands.add_parser(command, help=text, description=f"{text[0].upper()}{text[1:]}.")
-        if command == name:
-            import_module(path).configure(sub)
-            common.configure(sub, command)
+    parser, commands = command_parser((name,) if name is not None else ())
     given = argparse.Namespace(guard=guard, command_line=shlex.join(["mjnav", *argv]))
     arguments, unknown = parser.parse_known_args(argv, given)
     if unknown:
-        commands.choices.get(name or "", parser).error(f"unrecognized arguments: {' '.join(unknown)}")
+        commands.get(name or "", parser).error(f"unrecognized arguments: {' '.join(unknown)}")
     if arguments.version:
         from importlib.metadata import version
 

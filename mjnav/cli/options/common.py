@@ -3,7 +3,7 @@
 import argparse
 from collections.abc import Sequence
 
-SAYING = ("list", "show", "keys", "schema")  # commands that only print: there is nothing to leave out
+SAYING = ("list", "show", "keys", "schema", "completion")  # commands that only print: there is nothing to leave out
 
 
 def configure(parser: argparse.ArgumentParser, command: str) -> None:
