@@ -99,6 +99,8 @@ def _page(path: Path, store: Store, study: StudyFile | None, results: "StudyComp
 
 def _kept(store: Store) -> StudyFile | None:
     """The study file that the sweep left beside its results."""
+    if not store.study():
+        return None
     try:
         return kept_study(store)
     except InputError as error:

@@ -73,7 +73,7 @@ def with_estimators(scenario: Scenario, localizer: Any, tracker: Any) -> Scenari
     if tracker is not None:
         with below("estimation"), below("obstacles"):
             estimation = replace(estimation, obstacles=replace(estimation.obstacles, tracker=tracker))
-    return replace(scenario, estimation=estimation)
+    return scenario if estimation is scenario.estimation else replace(scenario, estimation=estimation)
 
 
 def as_scenario(

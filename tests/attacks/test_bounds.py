@@ -128,7 +128,7 @@ def test_names_that_are_shortened_alike_get_different_files():
     "name", ["", ".", "..", "...", ". .", "a/b", "/", "a\\u0000b", "a\\nb", "\\u001b[2J", "x" * 101]
 )
 def test_a_name_that_no_file_could_have_is_refused(name):
-    with pytest.raises(InvalidValue, match=r"^--set: name: found "):
+    with pytest.raises(InvalidValue, match=r"^overrides: name: found "):
         scenarios.load("crossing1", [f'name="{name}"'])
 
 

@@ -171,7 +171,7 @@ def test_what_was_accepted_is_kept_and_every_table_says_so(copy):
     assert len({row["sources_controller"] for row in rows}) == 2
     compared = mjnav_process(copy, "compare", RESULTS, "--json")
     (mixture,) = json.loads(compared.out)["made_with"]
-    assert mixture["what"] == "the controller's sources own_controllers:Own"
+    assert mixture["what"] == "the sources of plug-ins own_controllers:Own"
     assert list(mixture["rows"].values()) == [1, 1]
     assert all(value.startswith("own_risk.py ") for value in mixture["rows"])
 

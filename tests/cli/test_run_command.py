@@ -160,7 +160,7 @@ def test_a_folder_that_may_not_be_written_to_is_refused(bound_by_permissions, tm
 
 
 def test_a_fault_in_the_run_is_one_line_and_exit_1(mjnav, monkeypatch):
-    monkeypatch.setattr(Navigator, "predict", lambda *_: 1 // 0)
+    monkeypatch.setattr(Navigator, "predict", lambda *_, **__: 1 // 0)
     said = mjnav("run", "crossing1", "--no-log", "--json", *SHORT)
     assert (said.code, json.loads(said.out)["outcome"]) == (1, "aborted")
     assert said.err.startswith("mjnav: aborted after 0.0 s, 0 ticks: ZeroDivisionError: integer division or modulo by")

@@ -30,7 +30,9 @@ class Notebook:
         self._output = folder.with_suffix(".output")
         self._python: subprocess.Popen | None = None
         programs = Path(sys.executable).parent  # where `mjnav` is
-        self._environment = {**os.environ, "PATH": f"{programs}:{os.environ['PATH']}", "COLUMNS": "110"}
+        # Without what `main`, called by tests of this process, sets for its children.
+        own = {name: value for name, value in os.environ.items() if name != "PYTHONSAFEPATH"}
+        self._environment = {**own, "PATH": f"{programs}:{os.environ['PATH']}", "COLUMNS": "110"}
 
     def __enter__(self) -> "Notebook":
         return self

@@ -79,9 +79,9 @@ def test_what_a_missed_deadline_does_is_asked_of_runs_in_real_time_only():
 
 
 def test_errors_in_a_methods_parameters_name_where_they_came_from(tmp_path):
-    with pytest.raises(InvalidValue, match=r"^--set: control\.degre: .*did you mean 'degree'"):
+    with pytest.raises(InvalidValue, match=r"^overrides: control\.degre: .*did you mean 'degree'"):
         load_scenario("crossing1", ("control.degre=2",))
-    with pytest.raises(InvalidValue, match=r"^--controller: control\.method: "):
+    with pytest.raises(InvalidValue, match=r"^controller: control\.method: "):
         load_scenario("crossing1", controller="rkh")
     path = tmp_path / "mine.toml"
     path.write_text(scenarios.dumps(load_scenario("crossing1")).replace("[control]", "[control]\ndegre = 2"))

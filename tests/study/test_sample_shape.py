@@ -14,7 +14,7 @@ def record(robot, *people, num_discs=0):
     """What of a tick the shape looks at; the discs come after the people."""
     discs = [*people, *[np.zeros((1, 2))] * num_discs]
     return SimpleNamespace(
-        observation=SimpleNamespace(
+        seen=SimpleNamespace(
             robot_pose=np.column_stack([robot, np.zeros(len(robot))]),
             obstacles=tuple(ObstacleSamples(disc, np.zeros_like(disc), 0.3) for disc in discs),
         ),
