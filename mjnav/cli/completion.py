@@ -61,9 +61,9 @@ def _studies() -> Iterable[str]:
 
 
 def _controllers() -> Iterable[str]:
-    from mjnav.control import names
+    from mjnav.study.catalogue import names
 
-    return names()
+    return names("controllers")
 
 
 def _kinds() -> Iterable[str]:

@@ -8,19 +8,32 @@ from mjnav.config.reference import first_line
 from mjnav.errors import unknown_name
 from mjnav.estimation import LOCALIZERS, TRACKERS, estimator_class
 from mjnav.noise.registry import DISTRIBUTIONS
+from mjnav.plugins import CONTROLLER, Kind, registered
+from mjnav.plugins.kinds import BEHAVIOUR, DISTRIBUTION, LOCALIZER, TRACKER
 from mjnav.recording.log_format import TOPICS
 from mjnav.scenarios.spec import BEHAVIOURS, ENGINES
 from mjnav.study.study_file import studies
 
 
+def _with_registered(kind: Kind, shipped: Mapping[str, str], prefix: str = "") -> dict[str, str]:
+    """mjnav's own, and what installed packages register, with the package's name: nothing of it is imported."""
+    found = dict(shipped)
+    for name, entries in sorted(registered(kind).items()):
+        owners = " and ".join(f"from {entry.owner} ({entry.place})" for entry in entries)
+        if prefix + name in shipped:
+            found[prefix + name] += f"; also {owners}, so that neither can be named"
+        else:
+            found[prefix + name] = owners + (", so that neither can be named" if len(entries) > 1 else "")
+    return found
+
+
 def _filters() -> dict[str, str]:
-    """The values of estimation.robot and estimation.obstacles: source, and filter where it takes one."""
-    places = {"robot": LOCALIZERS, "obstacles": TRACKERS}
-    return {
-        f"{place}.{name}": first_line(estimator_class(path))
-        for place, registry in places.items()
-        for name, path in registry.items()
-    }
+    """The values of estimation.robot and estimation.obstacles: source with filter, or localizer and tracker."""
+    found: dict[str, str] = {}
+    for place, registry, kind in (("robot", LOCALIZERS, LOCALIZER), ("obstacles", TRACKERS, TRACKER)):
+        shipped = {f"{place}.{name}": first_line(estimator_class(path)) for name, path in registry.items()}
+        found |= _with_registered(kind, shipped, f"{place}.{kind.name}.")
+    return found
 
 
 def _topics() -> dict[str, str]:
@@ -36,11 +49,15 @@ _KINDS: Mapping[str, Callable[[], Mapping[str, str]]] = MappingProxyType(
     {
         "scenes": lambda: dict(scenarios.describe()),
         "studies": studies,
-        "controllers": control.describe,
+        "controllers": lambda: _with_registered(CONTROLLER, control.describe()),
         "noise profiles": noise.describe_profiles,
-        "behaviours": lambda: {name: first_line(kind) for name, kind in sorted(BEHAVIOURS.items())},
+        "behaviours": lambda: _with_registered(
+            BEHAVIOUR, {name: first_line(kind) for name, kind in sorted(BEHAVIOURS.items())}
+        ),
         "channels": lambda: noise.CHANNEL_MEANINGS,
-        "distributions": lambda: {name: first_line(kind) for name, kind in DISTRIBUTIONS.items()},
+        "distributions": lambda: _with_registered(
+            DISTRIBUTION, {name: first_line(kind) for name, kind in DISTRIBUTIONS.items()}
+        ),
         "filters": _filters,
         "engines": lambda: ENGINES,
         "topics": _topics,

@@ -40,3 +40,28 @@ def test_one_kind_alone(mjnav):
     assert said.out.startswith("filters\n  robot.pose.particle ")
     said = mjnav("list", "chanels")
     assert (said.code, said.err.endswith("did you mean 'channels'?\n")) == (2, True)
+
+
+def test_what_packages_register_is_marked_with_the_package(mjnav, tmp_path, monkeypatch):
+    package = tmp_path / "arm_planner-1.2.dist-info"
+    package.mkdir()
+    (package / "METADATA").write_text("Metadata-Version: 2.1\nName: arm-planner\nVersion: 1.2\n")
+    groups = {
+        "controllers": "careful",
+        "localizers": "gps",
+        "trackers": "joint",
+        "behaviours": "jog",
+        "distributions": "t",
+    }
+    lines = [f"[mjnav.{group}]\n{name} = not_importable:Thing" for group, name in groups.items()]
+    (package / "entry_points.txt").write_text("\n".join(lines))
+    monkeypatch.syspath_prepend(tmp_path)
+    listed = json.loads(mjnav("list", "--json").out)
+    text = "from arm-planner 1.2 (not_importable:Thing)"
+    assert listed["controllers"]["careful"] == listed["behaviours"]["jog"] == listed["distributions"]["t"] == text
+    assert listed["filters"]["robot.localizer.gps"] == listed["filters"]["obstacles.tracker.joint"] == text
+
+    (package / "entry_points.txt").write_text("[mjnav.controllers]\nmppi = not_importable:Other\n")
+    monkeypatch.syspath_prepend(tmp_path / "again")  # metadata is read once for a search path
+    clash = json.loads(mjnav("list", "controllers", "--json").out)["controllers"]["mppi"]
+    assert clash.endswith("; also from arm-planner 1.2 (not_importable:Other), so that neither can be named")
