@@ -13,6 +13,7 @@ from mjnav.cli.terminal.progress import compile_notice, progress, tell
 from mjnav.errors import unknown_name
 from mjnav.loop.pacer import POLICIES
 from mjnav.loop.prepare import episode_label, load_scenario
+from mjnav.metrics.own import Measured
 from mjnav.recording.log_format import check_path
 
 
@@ -49,7 +50,7 @@ def execute(arguments: argparse.Namespace) -> int:
     if arguments.log is not None:
         check_path(arguments.log)
     scenario = load_scenario(arguments.scene, arguments.overrides, controller=arguments.controller, seed=arguments.seed)
-    required = require.of_run(arguments)
+    required = require.of_run(arguments, scenario)
     max_seconds = scene_options.checked_max_seconds(arguments, scenario.time_limit if real_time else 0.0)
     from mjnav.loop.faults.fault import RunFault
     from mjnav.loop.run import run
@@ -89,9 +90,11 @@ def execute(arguments: argparse.Namespace) -> int:
     if arguments.json:
         print(json.dumps({**result.summary, **require.documents(answers)}))
     else:
-        print(describe(result.summary, result.real_time, result.log_dropped))
+        print(describe(result.summary, result.real_time, result.log_dropped, result.metrics))
         if result.profile is not None:
             print(f"\n{result.profile.table()}")
+    for text in result.metrics.faults:
+        tell(text)
     if fault is not None:
         raise fault
     if interrupted.is_set():
@@ -109,8 +112,12 @@ def _ending(summary: dict[str, Any]) -> str:
     return f"{summary['outcome']} after {summary['time_s']:.1f} s, {summary['ticks']} ticks{place}"
 
 
-def describe(summary: dict[str, Any], real_time: object | None = None, log_dropped: int = 0) -> str:
-    """How a run went, for people; `real_time` is what a paced run got, `log_dropped` what its log lacks."""
+def describe(
+    summary: dict[str, Any], real_time: object | None = None, log_dropped: int = 0, metrics: Measured | None = None
+) -> str:
+    """How a run went, for people; `real_time` is what a paced run got, `log_dropped` what its log lacks, `metrics`
+    the figures of the user's own.
+    """
     s = summary
     collisions = ", ".join(f"{n} × {kind}" for kind, n in s["collisions"].items() if n) or "none"
     compute = s["compute_ms"]
@@ -131,6 +138,8 @@ def describe(summary: dict[str, Any], real_time: object | None = None, log_dropp
         f"tick {_number(compute['tick']['p50'], '.2f')} ms p50, {_number(compute['tick']['p99'], '.2f')} ms p99",
         f"                  ms p50 by phase: {phases or '-'}",
     ]  # fmt: skip
+    for name, figure in (metrics.figures if metrics else {}).items():
+        lines.append(f"  {name:<15} {_number(s['metrics'][name], '.4g')} {figure.unit}".rstrip())
     if real_time is not None:
         lines.append(f"  real time       {s['deadline_misses']} of {s['ticks']} deadlines missed; {real_time}")
     if s["clipped_ticks"]:

@@ -2,7 +2,7 @@
 
 import os
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from copy import deepcopy
 from dataclasses import fields, is_dataclass, replace
 from operator import index
@@ -16,6 +16,7 @@ from mjnav.config import below
 from mjnav.control import Controller, make_controller
 from mjnav.control.registry import shipped_parameters
 from mjnav.errors import InvalidValue
+from mjnav.metrics.own import OwnMetrics
 from mjnav.noise import made
 from mjnav.plugins import (
     BehaviourPlugin,
@@ -41,12 +42,13 @@ def load_scenario(
     controller: Any = None,
     localizer: Any = None,
     tracker: Any = None,
+    metrics: Sequence[Any] | None = None,
     seed: int | None = None,
 ) -> Scenario:
     """A shipped scene by name, or a run file by path, checked to the last key. Raises InvalidValue.
 
-    `overrides` are values by dotted key, {"people.0.radius": 0.4}, or "KEY=VALUE" each; `controller`, `localizer`
-    and `tracker` (each a name, a class or an object) and `seed` take the place of the file's.
+    `overrides` are values by dotted key, {"people.0.radius": 0.4}, or "KEY=VALUE" each; `controller`, `localizer`,
+    `tracker` and the list `metrics` (each a name, a class or an object) and `seed` take the place of the file's.
     """
     given = tuple(overrides_of(overrides))
     method = None if controller is None else name_of(controller)
@@ -54,8 +56,9 @@ def load_scenario(
     changed = {"control.method": "controller"} if controller is not None else {}
     changed |= {override.key: override.option for override in given}
     changed |= {key: name for key, name in ESTIMATORS.items() if {"localizer": localizer, "tracker": tracker}[name]}
+    changed |= {} if metrics is None else {"metrics": "metrics"}
     try:
-        scenario = with_estimators(scenario, localizer, tracker)
+        scenario = _with_metrics(with_estimators(scenario, localizer, tracker), metrics)
         refuse_idle(scenario)
         build_controller(scenario)
         check_plugins(scenario)
@@ -82,6 +85,7 @@ def as_scenario(
     controller: Any = None,
     localizer: Any = None,
     tracker: Any = None,
+    metrics: Sequence[Any] | None = None,
     seed: int | None = None,
 ) -> Scenario:
     """A scenario as it is, or by name or path, with what is given in place of its own, a name, a class or an object.
@@ -89,15 +93,20 @@ def as_scenario(
     Another controller starts with its own default parameters. Raises InvalidValue.
     """
     if not isinstance(scenario, Scenario):
-        return load_scenario(scenario, controller=controller, localizer=localizer, tracker=tracker, seed=seed)
+        own = {"controller": controller, "localizer": localizer, "tracker": tracker, "metrics": metrics}
+        return load_scenario(scenario, **own, seed=seed)
     if seed is not None:
         scenario = replace(scenario, seed=index(seed))
     if controller is not None:
         scenario = replace(scenario, control=replace(scenario.control, method=name_of(controller), parameters={}))
-    scenario = with_estimators(scenario, localizer, tracker)
+    scenario = _with_metrics(with_estimators(scenario, localizer, tracker), metrics)
     build_controller(scenario)
     check_plugins(scenario)
     return scenario
+
+
+def _with_metrics(scenario: Scenario, metrics: Sequence[Any] | None) -> Scenario:
+    return scenario if metrics is None else replace(scenario, metrics=metrics)
 
 
 def check_plugins(scenario: Scenario) -> None:
@@ -110,11 +119,12 @@ def check_plugins(scenario: Scenario) -> None:
                 case BehaviourPlugin():
                     plugin.make(scenario, int(key.rpartition(".")[2]), stream(scenario.seed, "behaviour", "unused"))
                 case MetricPlugin():
-                    plugin.make()
+                    continue  # all of them together, below
                 case _:
                     plugin.make(scenario, scenario.seed)
         except InvalidValue as error:
             raise error.within(key, file=scenario.source or None) from None
+    OwnMetrics(scenario)
 
 
 def episode_label(scenario: Scenario) -> str:

@@ -21,7 +21,7 @@ from mjnav.loop.log_comparison import (
 )
 from mjnav.loop.onboard.latency import replayed
 from mjnav.loop.prepare import with_estimators
-from mjnav.loop.provenance.facts import FACTS, changes
+from mjnav.loop.provenance.facts import FACTS, OWN_SOURCES, changes
 from mjnav.loop.provenance.run_info import run_info
 from mjnav.loop.referee import ABORTED
 from mjnav.loop.result import Result
@@ -75,8 +75,8 @@ def replay(
 
     The log is read as the run goes on, and a log that does not reach to the end of its run is compared as far as it
     goes. A controller that is none of mjnav's own, and any other plug-in, is code, which is imported and run only with
-    `trust`; `controller`, `localizer` and `tracker` (each a name, a class or an object) run in place of the log's, the
-    controller with the log's parameters. `stop` and `progress` are as in `run`.
+    `trust`; metrics are left out without it. `controller`, `localizer` and `tracker` (names, classes or objects)
+    run in place of the log's, the controller with the log's parameters. `stop` and `progress` are as in `run`.
     Raises InputError where the log is missing, not mjnav's, or its scenario cannot be run here, DamagedLogError where a
     checksum fails.
     """
@@ -84,6 +84,9 @@ def replay(
     if log.run is None:
         raise InputError(f"{log.path}: not a log of mjnav's")
     scenario, known = _scenario(log)
+    left_out = bool(scenario.metrics) and not trust
+    if left_out:
+        scenario = replace(scenario, metrics=None)
     logged = scenario
     scenario = with_estimators(scenario, localizer, tracker)
     if controller is not None:
@@ -94,7 +97,10 @@ def replay(
     if follower.empty and not log.complete:
         raise InputError(f"{log.path}: holds no tick that could be compared")
     episode = Episode(scenario, watch=follower.watch, stop=lambda: follower.done or stop(), progress=progress)
-    warnings = _warnings(log.run, run_info(scenario, scenario.seed, parts_hash()))
+    info = run_info(scenario, scenario.seed, parts_hash())
+    warnings = _warnings({**log.run, OWN_SOURCES: info[OWN_SOURCES]} if left_out else log.run, info)
+    if left_out:
+        warnings = (*warnings, "its own metrics, which are code, were left out")
     fault = None
     try:
         result = episode.run()
@@ -149,7 +155,11 @@ class _Follower:
         self._total = None if log.result is None else log.result.get("ticks")  # of the run
         self._aborted = log.result is None or log.result.get("outcome") == ABORTED
         self._known = known
-        self._ignored = (*_OF_THE_CLOCK, "controller") if renamed else _OF_THE_CLOCK
+        self._ignored = (
+            *_OF_THE_CLOCK,
+            *(["controller"] if renamed else []),
+            *([] if scenario.metrics else ["metrics"]),
+        )
         self._ticks = self._contacts = 0  # that were run
         self.compared = self.missing = 0
         self.complete = False

@@ -1,7 +1,7 @@
 """How a run went."""
 
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -10,6 +10,7 @@ from mjnav.loop.profile import Profile
 from mjnav.loop.result_table import result_table
 from mjnav.loop.scheduling import Scheduling
 from mjnav.messages import PHASES, Trajectory
+from mjnav.metrics.own import Measured
 from mjnav.metrics.summary import Figures, summarise
 from mjnav.metrics.timing import compute_ms
 from mjnav.scenarios.spec import Scenario
@@ -30,6 +31,7 @@ class RunSummary:
     deadline_misses: int
     state_hash: str
     log: str | None
+    metrics: Mapping[str, float | None]  # figures of the user's own metrics
 
     def document(self) -> dict[str, Any]:
         """What `mjnav run --json` prints and the log's metadata hold: one mapping, the figures among the rest."""
@@ -44,7 +46,8 @@ class Result:
 
     `replay` is the scenario that ends in the same state hash: the run's own, except where latency was measured.
     `real_time` says what a paced run got from the operating system, `log_dropped` how many parts of ticks its log
-    could not take in time, and `profile` where each tick's time went, if that was asked for.
+    could not take in time, and `profile` where each tick's time went, if that was asked for; `metrics` are
+    the figures of the user's own metrics with their units, and what was wrong with them.
     """
 
     run: RunSummary
@@ -53,6 +56,7 @@ class Result:
     real_time: Scheduling | None = None
     log_dropped: int = 0
     profile: Profile | None = None
+    metrics: Measured = field(default_factory=Measured)
 
     @property
     def summary(self) -> dict[str, Any]:
@@ -81,6 +85,7 @@ def result_of(
     outcome: str | None,
     state_hash: str,
     latency: LatencyModel,
+    metrics: Measured,
     seconds: float | None = None,
     deadline_misses: int = 0,
     log: Path | None = None,
@@ -99,8 +104,9 @@ def result_of(
         deadline_misses=deadline_misses,
         state_hash=state_hash,
         log=str(log) if log else None,
+        metrics=metrics.values,
     )
-    return Result(summary, trajectory, _replay(scenario, latency), log_dropped=log_dropped)
+    return Result(summary, trajectory, _replay(scenario, latency), log_dropped=log_dropped, metrics=metrics)
 
 
 def _replay(scenario: Scenario, latency: LatencyModel) -> Scenario:

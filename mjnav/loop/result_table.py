@@ -34,5 +34,8 @@ def _rows(summary: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
         if summary[key] is not None:
             yield name, form.format(summary[key])
     yield "infeasible", f"{summary['infeasible_ticks']} of {summary['ticks']} ticks"
+    for name, value in summary["metrics"].items():
+        if value is not None:
+            yield name, f"{value:.4g}"
     if summary["log"]:
         yield "log", str(summary["log"])

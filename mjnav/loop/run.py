@@ -1,7 +1,7 @@
 """`mjnav.run`: a scenario in, a result out."""
 
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -26,6 +26,7 @@ def run(
     controller: Any = None,
     localizer: Any = None,
     tracker: Any = None,
+    metrics: Sequence[Any] | None = None,
     real_time: bool = False,
     overruns: str = "skip",
     log: bool | str | os.PathLike[str] | None = None,
@@ -38,17 +39,18 @@ def run(
 ) -> Result:
     """Runs one episode and returns how it went.
 
-    `scenario` may be a name or a path; `seed`, `controller`, `localizer` and `tracker` take the place of its own
-    (each a name, a class, or an object, which is used as it is; another controller starts with its own default
-    parameters); `real_time` paces the loop to the wall clock, and `overruns` says what a missed deadline does to it
-    ("skip" catches up, or else skips periods, and "abort" ends the run); `log` is None for no log, True for the
+    `scenario` may be a name or a path; `seed`, `controller`, `localizer`, `tracker` and the list `metrics` take the
+    place of its own (each a name, a class, or an object, which is used as it is; another controller starts with its own
+    default parameters); `real_time` paces the loop to the wall clock, and `overruns` says what a missed deadline does
+    to it ("skip" catches up, or else skips periods, and "abort" ends the run); `log` is None for no log, True for the
     default path below the working directory, or a path; `stop` is asked before every tick whether to abort, and
     `progress` is told the simulated time [s]; `watch` sees every tick, in arrays that it cannot write to; the clients
     of `live` get what a log gets; `profile` adds to the summary, as "profile", where each tick's time went;
     `warmed_up` says that `warm_up` has been called with this scenario. Raises InputError before anything starts where
     something cannot be used.
     """
-    scenario = as_scenario(scenario, controller=controller, localizer=localizer, tracker=tracker, seed=seed)
+    own = {"controller": controller, "localizer": localizer, "tracker": tracker, "metrics": metrics}
+    scenario = as_scenario(scenario, **own, seed=seed)
     build_controller(scenario)
     if not real_time and overruns != "skip":
         raise InvalidValue("overruns", overruns, "skip, unless the run is in real time")

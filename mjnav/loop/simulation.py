@@ -1,6 +1,7 @@
 """`mjnav.Simulation`: the closed loop of a scenario, one control period at a time."""
 
 import os
+from collections.abc import Sequence
 from dataclasses import replace
 from types import TracebackType
 from typing import Any, Self
@@ -29,6 +30,7 @@ from mjnav.messages import (
     Trajectory,
     WorldState,
 )
+from mjnav.metrics.own import OwnMetrics
 from mjnav.recording.write.writer import Recorder
 from mjnav.scenarios.spec import Scenario
 from mjnav.world.engine import DivergedError
@@ -60,6 +62,7 @@ class Simulation:
         controller: Any = None,
         localizer: Any = None,
         tracker: Any = None,
+        metrics: Sequence[Any] | None = None,
         log: bool | str | os.PathLike[str] | None = None,
         estimators: bool = True,
         scan: bool | None = None,
@@ -70,7 +73,7 @@ class Simulation:
         Without `estimators` no filter runs, and the only beliefs are those that `observe` is given. `scan` says whether
         lidar rays are cast; by default they are with estimators or a log. Raises InputError for what cannot be used.
         """
-        own = {"controller": controller, "localizer": localizer, "tracker": tracker}
+        own = {"controller": controller, "localizer": localizer, "tracker": tracker, "metrics": metrics}
         self.scenario = scenario = as_scenario(scenario, **own, seed=seed)
         attached = attached or Attached()
         path = log_path(log, scenario)
@@ -81,6 +84,7 @@ class Simulation:
         self._world = Simulator(scenario, scenario.seed, lidar=self._scan)
         self._robot = Navigator(scenario, scenario.seed, estimators=estimators)
         self._referee = Referee(scenario)
+        self._metrics = OwnMetrics(scenario)
         self._recorder: Recorder | None = None
         if recorded:
             self.prepare()  # the log names the controller's source files, which importing it finds
@@ -153,7 +157,9 @@ class Simulation:
     @property
     def trajectory(self) -> Trajectory:
         """All ticks as arrays: so far, and final once done."""
-        return self._so_far().trajectory
+        if self.result is not None:
+            return self.result.trajectory
+        return self._record.finish(self.truth, self._world.state_hash(), go_on=True)[0]
 
     # -------------------------------------------------------------------------------------- what it does
 
@@ -296,6 +302,7 @@ class Simulation:
         self._closed = True
         try:
             result = self.result = self._make_result(seconds, deadline_misses=deadline_misses)
+            self._record.note(*(Event("error", "metric", fault) for fault in result.metrics.faults))
             self._record.end_log(self.truth, result.run, None if result.replay is self.scenario else result.replay)
         finally:
             if self._recorder is not None:
@@ -327,6 +334,7 @@ class Simulation:
             log=self._log,
             log_dropped=self._record.log_dropped,
             latency=self._robot.latency,
+            metrics=self._metrics.measured(trajectory),
         )
 
 

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from difflib import get_close_matches
 from functools import partial
-from inspect import isclass, isroutine
+from inspect import isclass
 from typing import Annotated, Any, ClassVar
 
 from mjnav.config import Beside, settle
@@ -40,7 +40,7 @@ class Plugin:
         """Whether a value is a class or an object that may be of this kind, or its name."""
         if isinstance(value, str):
             return ":" in value or value in registered(cls.kind)
-        return isclass(value) or (cls.kind.function and isroutine(value)) or cls.kind.is_one(value)
+        return isclass(value) or cls.kind.is_one(value)
 
     def make(self, *arguments: Any) -> Any:
         """The object: of a class an instance that is made with `arguments` and its parameters.
@@ -59,9 +59,13 @@ class Plugin:
         if kind is object:
             for key in self.parameters:
                 raise InvalidValue(key, key, f"no parameters beside {self.name}, which has none")
-            return construct(self.kind, self.name, found, *arguments, None)
+            return self._made_without(found, *arguments)
         own = construct(self.kind, self.name, partial(own_parameters, self.name, kind, self.parameters, {}))
         return construct(self.kind, self.name, found, *arguments, own)
+
+    def _made_without(self, found: Any, *arguments: Any) -> Any:
+        """An instance of a class that has no parameters."""
+        return construct(self.kind, self.name, found, *arguments, None)
 
     def _place(self, name: str) -> str:
         """A name with its place: where a package registers it, the package's; a log is then read without the package.
@@ -105,6 +109,9 @@ class MetricPlugin(Plugin):
 
     __slots__ = ()
     kind = METRIC
+
+    def _made_without(self, found: Any, *arguments: Any) -> Any:
+        return construct(self.kind, self.name, found)
 
 
 class DistributionPlugin(Plugin):

@@ -104,8 +104,6 @@ def _at(kind: Kind, name: str, place: str, owner: str = "") -> Any:
 
 def _checked(kind: Kind, name: str, thing: Any) -> Any:
     """`thing`, where it is of this kind."""
-    if kind.function and inspect.isroutine(thing):
-        return thing
     missing = [member for member in kind.members if not callable(getattr(thing, member, None))]
     if inspect.ismodule(thing) or inspect.isroutine(thing) or missing or inspect.isabstract(thing):
         lacks = sorted({*missing, *getattr(thing, "__abstractmethods__", ())})

@@ -14,7 +14,6 @@ class Kind:
     group: str  # of entry points
     members: tuple[str, ...]  # that a class or an object of this kind has
     made: str  # how a class of it is called
-    function: bool = False  # a function serves too
 
     def is_one(self, thing: Any) -> bool:
         """Whether a class or an object has the members of this kind."""
@@ -35,5 +34,5 @@ BEHAVIOUR = Kind(
     "behaviour", "behaviour", "mjnav.behaviours", ("velocity",), "Class(scenario, person, rng, parameters)"
 )
 DISTRIBUTION = Kind("distribution", "distribution", "mjnav.distributions", ("sample", "logpdf"), "Class(**parameters)")
-METRIC = Kind("metric", "", "mjnav.metrics", ("measure",), "Class(parameters)", function=True)
+METRIC = Kind("metric", "", "mjnav.metrics", ("measure",), "Class(), or Class(parameters) with a parameters_type")
 KINDS = (CONTROLLER, LOCALIZER, TRACKER, BEHAVIOUR, DISTRIBUTION, METRIC)

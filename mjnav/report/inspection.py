@@ -230,7 +230,19 @@ def _figures(log: Log, run: LoggedRun, scenario: Scenario) -> dict[str, Any]:
     if outcome is None:
         figures |= {"outcome": None, "success": None}
     ess = {"robot": _least(run.robot_ess), "people": _least(run.people_ess)}
-    return {**figures, "ess_min": ess, "recoveries": run.recoveries}
+    return {**figures, **_own_figures(log), "ess_min": ess, "recoveries": run.recoveries}
+
+
+def _own_figures(log: Log) -> dict[str, Any]:
+    """The figures of the user's own metrics as the run recorded them: to compute them would run the log's code."""
+    found = (log.result or {}).get("metrics")
+    if not isinstance(found, Mapping) or not found:
+        return {}
+    return {"metrics": {str(name): value if _is_number(value) else None for name, value in found.items()}}
+
+
+def _is_number(value: object) -> bool:
+    return isinstance(value, int | float) and np.isfinite(value)
 
 
 def _least(values: Array) -> float | None:

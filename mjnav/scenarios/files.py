@@ -32,6 +32,9 @@ def place_plugins(document: dict[str, Any], folder: Path) -> None:
 
     As for a trace, they count from `folder`, or else from the working folder.
     """
+    metrics = document.get("metrics")
+    if isinstance(metrics, list):
+        document["metrics"] = [placed(one, folder) if isinstance(one, str) else one for one in metrics]
     for table, key in _named(document):
         if isinstance(table.get(key), str):
             table[key] = placed(table[key], folder)
@@ -45,10 +48,9 @@ def _named(document: dict[str, Any]) -> Iterator[tuple[dict[str, Any], str]]:
     yield _table(document, "control"), "method"
     yield _table(estimation, "robot"), "localizer"
     yield _table(estimation, "obstacles"), "tracker"
-    people = document.get("people")
-    for person in people if isinstance(people, list) else ():
-        if isinstance(person, dict):
-            yield person, "behaviour"
+    for array, key in (("people", "behaviour"), ("metrics", "name")):
+        items = document.get(array)
+        yield from ((item, key) for item in (items if isinstance(items, list) else ()) if isinstance(item, dict))
     waiting = [_table(document, "noise")]
     while waiting:
         noise = waiting.pop()

@@ -78,6 +78,8 @@ def _document(value: object) -> Any:
     """A value as the tables of a file have it; a class, a function or an object of a plug-in becomes its name."""
     if isinstance(value, tuple(DISTRIBUTIONS.values())):
         return value
+    if isinstance(value, list | tuple):
+        return [_document(item) for item in value]
     if isclass(value) or isroutine(value) or any(kind.is_one(value) for kind in KINDS):
         return Given(value)
     return config.tables(value)

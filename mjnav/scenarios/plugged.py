@@ -3,7 +3,7 @@
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
 
-from mjnav.plugins import BehaviourPlugin, DistributionPlugin, LocalizerPlugin, Plugin, TrackerPlugin
+from mjnav.plugins import BehaviourPlugin, DistributionPlugin, LocalizerPlugin, MetricPlugin, Plugin, TrackerPlugin
 from mjnav.scenarios.people import ConstantVelocity
 from mjnav.scenarios.spec import Noise, Person, Scenario
 
@@ -19,6 +19,7 @@ def without_plugins(scenario: Scenario) -> Scenario:
     kept = {name: channel for name, channel in noise.channels.items() if not isinstance(channel, DistributionPlugin)}
     return replace(
         scenario,
+        metrics=None,
         people=tuple(_standing(person) for person in scenario.people),
         noise=Noise(noise.profile, kept),
         estimation=replace(
@@ -27,6 +28,11 @@ def without_plugins(scenario: Scenario) -> Scenario:
             obstacles=replace(estimation.obstacles, tracker=None),
         ),
     )
+
+
+def metrics_of(scenario: Scenario) -> tuple[MetricPlugin, ...]:
+    """The metrics, in the order of the scenario."""
+    return tuple(metric for metric in scenario.metrics or () if isinstance(metric, MetricPlugin))
 
 
 def _found(scenario: Scenario) -> Iterator[tuple[str, Plugin]]:
@@ -41,6 +47,7 @@ def _found(scenario: Scenario) -> Iterator[tuple[str, Plugin]]:
     for channel, distribution in scenario.noise.channels.items():
         if isinstance(distribution, DistributionPlugin):
             yield f"noise.{channel}", distribution
+    yield from ((f"metrics.{i}", metric) for i, metric in enumerate(metrics_of(scenario)))
 
 
 def _standing(person: Person) -> Person:

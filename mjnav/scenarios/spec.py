@@ -3,7 +3,7 @@
 Field names are the run file's keys, but `start` and `end` of a wall, which the file calls `from` and `to`.
 """
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from html import escape
 from types import MappingProxyType
@@ -14,7 +14,7 @@ from mjnav.constant import Constant
 from mjnav.errors import InvalidValue
 from mjnav.messages import RobotLimits
 from mjnav.noise import CHANNELS, Distribution, NamedDistribution, made, profile, profile_names
-from mjnav.plugins import LocalizerPlugin, TrackerPlugin
+from mjnav.plugins import LocalizerPlugin, MetricPlugin, TrackerPlugin
 from mjnav.scenarios.bodies import LaneSpec as LaneSpec
 from mjnav.scenarios.bodies import Pillar as Pillar
 from mjnav.scenarios.bodies import Table as Table
@@ -37,6 +37,7 @@ ENGINES: Mapping[str, str] = MappingProxyType(
     }
 )
 _PARTICLES = Range(2, 1_000_000)
+MAX_METRICS = 100
 Name = Annotated[
     str,
     Text(
@@ -251,10 +252,18 @@ class Scenario(Constant):
     estimation: Estimation = Estimation()
     control: Control = Control()
     physics: Physics = Physics()
-    log: LogContent | None = None  # not in a dump unless it was given: the names of a study's cells are made of those
+    # These two are not in a dump unless they were given: the names of a study's cells are made of those.
+    log: LogContent | None = None
+    metrics: Annotated[
+        tuple[str | MetricPlugin, ...] | None,
+        Length(0, MAX_METRICS),
+        "of one's own, each package.module:Class or file.py:Class",
+    ] = None
     source: str = field(default="", compare=False)  # the file it came from, for messages
 
     def __post_init__(self):
+        if isinstance(self.metrics, list | tuple):
+            object.__setattr__(self, "metrics", tuple(_metrics(self.metrics)))
         settle(self)
         for key, rate in (("control.rate", self.control.rate), ("sensors.rate", self.sensors.rate)):
             steps = 1.0 / (rate * self.physics.timestep)
@@ -281,3 +290,10 @@ class Scenario(Constant):
         start = (robot.start, robot.radius)
         picture = top_view(start, robot.route, robot.goal_tolerance, bodies, self.lanes, self.people)
         return f"<div>{picture}<br/><code>{escape(repr(self))}</code></div>"
+
+
+def _metrics(given: Iterable[Any]) -> Iterator[Any]:
+    """Each metric by its name, class or object as a plug-in."""
+    for i, metric in enumerate(given):
+        with below("metrics"), below(str(i)):
+            yield MetricPlugin.of(metric)

@@ -83,7 +83,8 @@ def run_trial(trial: Trial, beat: Callable[[float], None] = lambda time: None) -
         log = trial.keep.first_log() if trial.keep is not None else None
         result = Episode(scenario, log=log, watch=shape, progress=beat, cones=True).run()
         figures = {**_figures(result, scenario), **shape.figures()}
-        return _row(trial, time.perf_counter() - began, figures)
+        own = result.run.metrics
+        return _row(trial, time.perf_counter() - began, figures, metrics=json.dumps(own) if own else None)
     except Exception as error:  # whatever a controller raises, the other episodes continue
         raise_log_fault(error, trial.keep)
         return failed_row(trial, cause_of(error), time.perf_counter() - began)
@@ -113,7 +114,14 @@ def cause_of(error: Exception) -> str:
     return describe_fault(error.__cause__ if isinstance(error, RunFault) and error.__cause__ is not None else error)
 
 
-def _row(trial: Trial, seconds: float | None, figures: Mapping[str, Value], error: str | None = None) -> Row:
+def _row(
+    trial: Trial,
+    seconds: float | None,
+    figures: Mapping[str, Value],
+    error: str | None = None,
+    *,
+    metrics: str | None = None,
+) -> Row:
     cell = trial.cell
     return Row(
         id=trial.id,
@@ -133,6 +141,7 @@ def _row(trial: Trial, seconds: float | None, figures: Mapping[str, Value], erro
         figures={column: value for column, value in figures.items() if column in FIGURES},
         error=error,
         log=trial.keep.kept if trial.keep is not None else None,
+        metrics=metrics,
     )
 
 

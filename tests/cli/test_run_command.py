@@ -19,7 +19,7 @@ SHORT = ("--set", "time_limit=0.3")
 FIGURES = """
     schema scene controller seed outcome success collisions lane_violation_s time_s path_length_m straight_line_m
     path_ratio mean_deviation_m max_deviation_m control_cost min_clearance_m ticks infeasible_ticks clipped_ticks
-    compute_ms real_time_factor deadline_misses localization_rmse_m tracking_rmse_m state_hash log
+    compute_ms real_time_factor deadline_misses localization_rmse_m tracking_rmse_m state_hash log metrics
 """
 
 

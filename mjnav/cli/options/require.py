@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from mjnav.cli.terminal.progress import tell
 from mjnav.errors import InvalidValue
+from mjnav.scenarios.spec import Scenario
 
 if TYPE_CHECKING:
     from mjnav.study.requirements import Answer, Requirement
@@ -31,13 +32,15 @@ def parsed(arguments: argparse.Namespace) -> list["Requirement"]:
     return [Requirement.parse(text) for text in arguments.require]
 
 
-def of_run(arguments: argparse.Namespace) -> list["Requirement"]:
-    """The requirements on a run, before it starts. Raises InvalidValue, also for a figure that no run has."""
+def of_run(arguments: argparse.Namespace, scenario: Scenario) -> list["Requirement"]:
+    """The requirements on a run, before it starts. Raises InvalidValue, also for a figure that it does not have."""
     found = parsed(arguments)
     for requirement in found:
+        from mjnav.metrics.own import OwnMetrics
         from mjnav.study.requirements import ALLOWED, check_figure, run_figures
+        from mjnav.study.store.own_figures import figure_name
 
-        check_figure(requirement, run_figures())
+        check_figure(requirement, [*run_figures(), *map(figure_name, OwnMetrics(scenario).figures)])
         if requirement.where:
             raise InvalidValue("", requirement.text, ALLOWED, file="--require")
     return found

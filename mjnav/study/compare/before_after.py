@@ -25,6 +25,7 @@ from mjnav.study.compare.compare import (
 )
 from mjnav.study.compare.study_comparison import DECISION, NEEDED, check_distinct
 from mjnav.study.compare.what_changed import CellPlace, KeyChange, what_changed
+from mjnav.study.store.own_figures import check_own, columns_of
 from mjnav.study.store.row import PLACE_IN_STUDY
 from mjnav.study.store.store import Store
 
@@ -117,10 +118,11 @@ class _Side:
 
 def _read(store: Store, figures: Sequence[str]) -> _Side:
     labels = ("scene", "setting", "method", "seed")
-    numbers = [name for name in dict.fromkeys((*NEEDED, DECISION, *figures)) if name not in PLACE_IN_STUDY]
+    numbers = [name for name in dict.fromkeys((*NEEDED, DECISION, *columns_of(figures))) if name not in PLACE_IN_STUDY]
     table = store.rows([*labels, *numbers, *_TEXTS])
     rows = cell_rows(table.select([*labels, *numbers]))
     check_distinct(rows, store)
+    check_own(figures, rows[0].columns)
     columns = (table[name].to_pylist() for name in (*labels, *_TEXTS))
     texts = {
         ((scene, setting, method), seed): tuple(own)

@@ -7,6 +7,7 @@ from mjnav.study.compare.before_after import BETTER, OTHER, WORSE, BeforeAfter
 from mjnav.study.compare.compare import RATES, MethodRow
 from mjnav.study.compare.study_comparison import CellPlace, StudyComparison
 from mjnav.study.requirements import OPTION, Requirement
+from mjnav.study.store.own_figures import is_own
 from mjnav.study.store.row import COLUMNS, STRING
 
 COUNTS = ("episodes", "failed", "missing")
@@ -27,9 +28,9 @@ def figures_for(required: Iterable[Requirement], *, after: bool = False) -> list
     found = []
     for requirement in required:
         name = requirement.figure.removesuffix(CHANGE) if after else requirement.figure
-        if name not in numbers and requirement.figure not in others:
+        if name not in numbers and requirement.figure not in others and not is_own(name):
             raise unknown_name(OPTION, requirement.figure, (*numbers, *others))
-        if name in numbers:
+        if name in numbers or is_own(name):
             found.append(name)
     return found
 

@@ -19,6 +19,8 @@ from mjnav.errors import unknown_name
 from mjnav.messages import Array
 from mjnav.metrics.intervals import Interval, SharedBootstrap, holm, mcnemar, wilson
 from mjnav.rng import stream
+from mjnav.study.store.own_figures import COLUMN as OWN_COLUMN
+from mjnav.study.store.own_figures import is_own, own_columns
 from mjnav.study.store.row import COLUMNS, STRING
 
 if TYPE_CHECKING:
@@ -85,11 +87,13 @@ class CellRows:
 def cell_rows(table: "pyarrow.Table", methods: Sequence[str] = ()) -> list[CellRows]:
     """The rows of a table by cell: sorted by scene and setting, then in the order of `methods`, labels without a grid.
 
-    Text columns other than the labels are left out.
+    Text columns other than the labels are left out; the column of users' own metrics becomes one for each figure.
     """
     names = [name for name in table.column_names if COLUMNS[name].type != STRING]
     columns = {name: table[name].cast("double").to_numpy(zero_copy_only=False) for name in names}
     columns["seed"] = table["seed"].to_numpy()
+    if OWN_COLUMN in table.column_names:
+        columns |= own_columns(table[OWN_COLUMN].to_pylist())
     labels = list(zip(*(table[name].to_pylist() for name in ("scene", "setting", "method")), strict=True))
     places: dict[tuple[str, str, str], list[int]] = {}
     for place in np.argsort(columns["seed"], kind="stable").tolist():
@@ -157,10 +161,10 @@ def compare(
 
 
 def check_figures(figures: Iterable[str]) -> None:
-    """Raises InvalidValue for a name that is no column of numbers."""
+    """Raises InvalidValue for a name that is no column of numbers, and none that a user's own metric may have."""
     allowed = [name for name, column in COLUMNS.items() if column.type != STRING]
     for figure in figures:
-        if figure not in allowed:
+        if figure not in allowed and not is_own(figure):
             raise unknown_name("figure", figure, allowed)
 
 

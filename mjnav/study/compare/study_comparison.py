@@ -10,6 +10,7 @@ import numpy as np
 from mjnav.errors import InputError
 from mjnav.study.cells import variants
 from mjnav.study.compare.compare import COLLISIONS, RATES, CellRows, Comparison, cell_rows, check_figures, compare
+from mjnav.study.store.own_figures import check_own, columns_of
 from mjnav.study.store.store import Store
 from mjnav.study.study_file import StudyFile
 from mjnav.study.sweep.changes import Inconsistency, inconsistencies
@@ -67,10 +68,11 @@ def compare_study(
     check_figures(figures)
     if not store.has_rows():
         raise InputError(f"{store.folder}: no results of a sweep")
-    table = store.rows(list(dict.fromkeys((*NEEDED, DECISION, "error", "revision", *figures))))
+    table = store.rows(list(dict.fromkeys((*NEEDED, DECISION, "error", "revision", *columns_of(figures)))))
     table, name, others = _of_study(table, study, store)
     cells = cell_rows(table.drop_columns(["error"]), [method.label for method in study.methods] if study else ())
     check_distinct(cells, store)
+    check_own(figures, cells[0].columns)
     places = list(dict.fromkeys((cell.scene, cell.setting) for cell in cells))
     tables = []
     for comparison in compare(cells, reference=reference, figures=figures):

@@ -86,6 +86,9 @@ FIGURES = _columns(
     deadline_misses=(INTEGER, "ticks that ended after their deadline; 0 where the run was not paced"),
     state_hash=(STRING, "hash of all states and decisions: equal where two episodes were the same"),
 )
+OWN = _columns(
+    metrics=(STRING, "figures of the user's own metrics by name, as JSON; null where the scenario names none"),
+)
 ORIGIN = _columns(
     wall_s=(NUMBER, "wall time of the episode"),
     machine=(STRING, "host name"),
@@ -98,6 +101,7 @@ COLUMNS: Mapping[str, Column] = MappingProxyType(
     {
         **LABELS,
         **FIGURES,
+        **OWN,
         **ORIGIN,
         "row_schema": Column(INTEGER, "version of these columns"),
         **{column: Column(STRING, FACTS[fact][1]) for column, fact in MADE_WITH.items()},
@@ -128,9 +132,10 @@ class Row:
     figures: Mapping[str, Value]  # by column of `FIGURES`; empty where there is an error
     error: str | None = None
     log: str | None = None
+    metrics: str | None = None
 
     def values(self) -> dict[str, Value]:
         """The value of each of `COLUMNS`."""
-        fields = {name: getattr(self, name) for name in (*LABELS, *ORIGIN, "error")}
+        fields = {name: getattr(self, name) for name in (*LABELS, *OWN, *ORIGIN, "error")}
         facts = {column: self.made_with.get(fact) for column, fact in MADE_WITH.items()}
         return dict.fromkeys(COLUMNS) | dict(self.figures) | fields | facts | {"row_schema": ROW_SCHEMA}

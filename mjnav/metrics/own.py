@@ -1,0 +1,120 @@
+"""Metrics of a user's own: figures of a run beside mjnav's, from memory and from a log alike."""
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from math import isfinite
+from numbers import Real
+from traceback import extract_tb
+from types import MappingProxyType
+from typing import Any, Protocol
+
+from mjnav.errors import InputError, InvalidValue, MjnavError
+from mjnav.messages import Trajectory
+from mjnav.plugins import MetricPlugin
+from mjnav.scenarios.plugged import metrics_of
+from mjnav.scenarios.spec import Scenario
+from mjnav.sealed import sealed_message
+
+
+@dataclass(frozen=True, slots=True)
+class Figure:
+    """What a figure is: its unit, "" for a plain number, and a sentence."""
+
+    unit: str
+    text: str
+
+
+class Metric(Protocol):
+    """Figures of a run: made as Class(), or as Class(parameters) where it has a `parameters_type`.
+
+    A metric is pure: the same trajectory and scenario give the same figures, whether they come from memory or a log.
+    """
+
+    figures: Mapping[str, Figure]  # by name, each an identifier
+
+    def measure(self, trajectory: Trajectory, scenario: Scenario) -> Mapping[str, float | None]:
+        """A value for each of `figures`; None where it is undefined. The arrays cannot be written to."""
+        ...
+
+
+@dataclass(frozen=True, slots=True)
+class Measured:
+    """What a run's own metrics found: a value for each figure, None where it is undefined or a metric failed."""
+
+    figures: Mapping[str, Figure] = field(default_factory=lambda: MappingProxyType({}))
+    values: Mapping[str, float | None] = field(default_factory=dict)
+    faults: tuple[str, ...] = ()  # a line for each metric or value that could not be used
+
+
+class OwnMetrics:
+    """The metrics that a scenario names, each made once. Raises InvalidValue for what is none."""
+
+    def __init__(self, scenario: Scenario):
+        self._scenario = scenario
+        self._metrics: list[tuple[str, Any]] = []
+        self.figures: Mapping[str, Figure] = {}
+        for i, plugin in enumerate(metrics_of(scenario)):
+            try:
+                metric = plugin.make()
+                self.figures = MappingProxyType({**self.figures, **_figures(plugin, metric, self.figures)})
+            except InvalidValue as error:
+                raise error.within(f"metrics.{i}", file=scenario.source or None) from None
+            self._metrics.append((plugin.name, metric))
+
+    def measured(self, trajectory: Trajectory) -> Measured:
+        """The figures of a run, or of as much of it as there is."""
+        if not self._metrics:
+            return Measured()
+        trajectory = sealed_message(trajectory)
+        found: dict[str, object] = {}
+        faults: list[str] = []
+        for name, metric in self._metrics:
+            try:
+                values = dict(metric.measure(trajectory, self._scenario))
+            except (Exception, SystemExit) as error:
+                if isinstance(error, MjnavError) and not isinstance(error, InputError):
+                    raise  # the run is being ended
+                frame = extract_tb(error.__traceback__)[-1]
+                where = f"{frame.filename}:{frame.lineno}"
+                faults.append(f"{name}: measure() raised {type(error).__name__}: {error} ({where})")
+                continue
+            faults += _misfits(name, values, metric.figures)
+            found |= {figure: values.get(figure) for figure in metric.figures}
+        return Measured(self.figures, {name: _number(found.get(name)) for name in self.figures}, tuple(faults))
+
+
+def _figures(plugin: MetricPlugin, metric: Any, known: Mapping[str, Figure]) -> Mapping[str, Figure]:
+    """The figures of a metric. Raises InvalidValue for what are none, and for names that another metric has."""
+    figures = getattr(metric, "figures", None)
+    if not isinstance(figures, Mapping) or not all(
+        isinstance(name, str) and name.isidentifier() and isinstance(figure, Figure) for name, figure in figures.items()
+    ):
+        allowed = "a metric whose `figures` are a mapping from names to mjnav.metrics.Figure(unit, text)"
+        raise InvalidValue("", plugin.name, allowed)
+    for name in figures:
+        if name in known:
+            raise InvalidValue("", plugin.name, f"metrics whose figures have different names: two have {name!r}")
+    return figures
+
+
+def _misfits(name: str, values: Mapping[object, object], figures: Mapping[str, Figure]) -> Iterator[str]:
+    """What is wrong with the values of a metric, in words."""
+    for figure in figures:
+        if figure not in values:
+            yield f"{name}: measure() returned no {figure}"
+        elif values[figure] is not None and _number(values[figure]) is None:
+            yield f"{name}: measure() returned {figure} = {values[figure]!r:.60}, which is no finite number"
+    for other in values:
+        if other not in figures:
+            yield f"{name}: measure() returned {other!r:.60}, which is not among its figures"
+
+
+def _number(value: object) -> float | None:
+    """A value as a finite float, or None."""
+    if not isinstance(value, Real):
+        return None
+    try:
+        number = float(value)
+    except (OverflowError, ValueError, TypeError):
+        return None
+    return number if isfinite(number) else None
