@@ -82,7 +82,7 @@ def resolve(study: StudyFile, overrides: Sequence[str | Override] = (), scenes: 
     paths = [*scenes] or [scene_path(study, scene) for scene in study.scenes]
     names: dict[str, str] = {}
     for i, path in enumerate(paths):
-        where = "--scene" if scenes else f"{study.source}: scenes.{i}"
+        where = "scenes" if scenes else f"{study.source}: scenes.{i}"
         try:
             name = load_scenario(path).name
         except InvalidValue as error:

@@ -138,7 +138,7 @@ class StudyFile:
         try:
             return replace(self, seeds=SeedRange(count, self.all_seeds[0]))
         except InvalidValue as error:
-            raise InvalidValue("", error.found, error.allowed, file="--seeds") from None
+            raise InvalidValue("", error.found, error.allowed, file="seeds") from None
 
 
 def load_study(name_or_path: str | os.PathLike[str]) -> StudyFile:

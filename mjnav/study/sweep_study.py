@@ -15,6 +15,7 @@ from mjnav.recording.read.data_frame import check_pandas
 from mjnav.scenarios.overrides import Overrides, overrides_of
 from mjnav.study.cells import resolve
 from mjnav.study.compare.compare import DEFAULT_FIGURES
+from mjnav.study.compare.result_tables import html_table
 from mjnav.study.compare.study_comparison import StudyComparison, compare_study
 from mjnav.study.keep import NONE
 from mjnav.study.results import OUT_FOLDER, kept_study
@@ -24,6 +25,8 @@ from mjnav.study.study_file import StudyFile, load_study, study_text
 from mjnav.study.sweep.schedulers import dask, local
 from mjnav.study.sweep.sweep import SweepSummary, trials
 from mjnav.study.sweep.sweep import sweep as sweep_trials
+
+MAX_CAUSES = 5  # of failures that a notebook shows
 
 if TYPE_CHECKING:
     import pyarrow
@@ -50,6 +53,24 @@ class SweepResult:
         """The same as a DataFrame of pandas. Raises InputError where pandas is missing."""
         check_pandas()
         return self.rows(columns).to_pandas()
+
+    def __repr__(self) -> str:
+        s = self.summary
+        return (
+            f"SweepResult({self.study!r} in {str(self.folder)!r}: {s.kept + s.run} of {s.episodes} episodes, "
+            f"{s.failed} failed)"
+        )
+
+    def _repr_html_(self) -> str:
+        """What was run, as notebooks show it."""
+        s = self.summary
+        rows = [
+            ("episodes", f"{s.kept + s.run} of {s.episodes}"),
+            ("of this sweep", f"{s.run} in {s.seconds:.1f} s"),
+            ("failed", s.failed),
+            *((cause, count) for cause, count in self.causes.most_common(MAX_CAUSES)),
+        ]
+        return html_table(f"{self.study} in {self.folder}", ("", ""), rows)
 
     def compare(self, *, reference: str | None = None, figures: Sequence[str] = DEFAULT_FIGURES) -> StudyComparison:
         """The methods in tables, as `mjnav.compare` gives them."""

@@ -113,5 +113,5 @@ def test_what_is_wrong_is_told_with_its_cell(cells, old, new, message):
 def test_what_is_wrong_on_the_command_line_is_told_as_that(cells):
     with pytest.raises(InvalidValue, match=r"^overrides: time_limt: .*did you mean 'time_limit'?"):
         cells(STUDY, "time_limt=3")
-    with pytest.raises(InvalidValue, match=r"^--scene: scene: found 'hal'"):
+    with pytest.raises(InvalidValue, match=r"^scenes: scene: found 'hal'"):
         cells(STUDY, scenes=["hal"])

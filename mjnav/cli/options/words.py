@@ -5,7 +5,16 @@ from types import MappingProxyType
 
 from mjnav.errors import InvalidValue, MjnavError, UntrustedCode
 
-OPTIONS: Mapping[str, str] = MappingProxyType({"controller": "--controller", "overrides": "--set", "seed": "--seed"})
+OPTIONS: Mapping[str, str] = MappingProxyType(
+    {
+        "controller": "--controller",
+        "overrides": "--set",
+        "seed": "--seed",
+        "scenes": "--scene",
+        "seeds": "--seeds",
+        "scheduler": "--scheduler",
+    }
+)
 _WITH = " with "  # between a file and the arguments that changed it
 
 

@@ -5,6 +5,7 @@ bootstrap intervals and p-values (rates: McNemar's exact test), are those of `co
 cells, each figure by itself.
 """
 
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
@@ -23,6 +24,7 @@ from mjnav.study.compare.compare import (
     common,
     compare,
 )
+from mjnav.study.compare.result_tables import html_table, percent
 from mjnav.study.compare.study_comparison import DECISION, NEEDED, check_distinct
 from mjnav.study.compare.what_changed import CellPlace, KeyChange, what_changed
 from mjnav.study.store.own_figures import check_own, columns_of
@@ -79,6 +81,26 @@ class BeforeAfter:
     changed: tuple[KeyChange, ...]  # what the cells' rows were made with
     only_before: tuple[CellPlace, ...]
     only_after: tuple[CellPlace, ...]
+
+    def __repr__(self) -> str:
+        seeds = Counter(seed.kind for cell in self.cells for seed in cell.seeds)
+        return (
+            f"BeforeAfter({self.before!r}, {self.after!r}: {sum(cell.pairs for cell in self.cells)} pairs, "
+            f"{seeds[BETTER]} better, {seeds[WORSE]} worse)"
+        )
+
+    def _repr_html_(self) -> str:
+        """How many seeds of each cell changed, as notebooks show it."""
+        heads = ("scene", "setting", "method", "pairs", "identical", "better", "worse", "success %: after - before")
+        rows = [
+            (
+                *(cell.scene, cell.setting, cell.method, cell.pairs, cell.identical),
+                *(len(cell.named(kind)) for kind in (BETTER, WORSE)),
+                percent(cell.after.differences["success"].estimate, signed=True),
+            )
+            for cell in self.cells
+        ]
+        return html_table(f"{self.before} and {self.after}", heads, rows)
 
 
 def before_after(before: Store, after: Store, *, figures: Sequence[str] = DEFAULT_FIGURES) -> BeforeAfter:

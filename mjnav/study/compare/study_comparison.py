@@ -10,6 +10,7 @@ import numpy as np
 from mjnav.errors import InputError
 from mjnav.study.cells import variants
 from mjnav.study.compare.compare import COLLISIONS, RATES, CellRows, Comparison, cell_rows, check_figures, compare
+from mjnav.study.compare.result_tables import html_table, percent
 from mjnav.study.store.own_figures import check_own, columns_of
 from mjnav.study.store.store import Store
 from mjnav.study.study_file import StudyFile
@@ -49,6 +50,19 @@ class StudyComparison:
     def num_missing(self) -> int:
         """Episodes of the study file that have no row."""
         return sum(self.missing.values()) + len(self.absent) * (self.num_seeds or 0)
+
+    def __repr__(self) -> str:
+        return f"StudyComparison({self.folder!r}: {self.num_episodes} episodes, tables: {len(self.tables)})"
+
+    def _repr_html_(self) -> str:
+        """The rates of all methods, as notebooks show them; `mjnav compare -o FILE.html` has every figure."""
+        heads = ("scene", "setting", "method", "n", "success %", "collision %")
+        rows = [
+            (t.scene, t.setting, r.method, r.num, percent(r.figures["success"]), percent(r.figures["collision"]))
+            for t in self.tables
+            for r in t.rows
+        ]
+        return html_table(f"{self.study} in {self.folder}; Wilson 95 % intervals", heads, rows)
 
 
 def compare_study(

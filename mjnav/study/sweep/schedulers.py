@@ -169,7 +169,7 @@ def _check_address(address: str) -> None:
         raise
     except (OSError, ValueError) as error:
         allowed = f"the address of a Dask scheduler, as in tcp://host:8786 ({error})"
-        raise InvalidValue("--scheduler", address, allowed) from None
+        raise InvalidValue("", address, allowed, file="scheduler") from None
 
 
 def _check_tls(address: str) -> None:
@@ -180,7 +180,7 @@ def _check_tls(address: str) -> None:
     missing = [key for key in ("ca_file", "cert", "key") if not settings[key]]
     if missing:
         names = ("DASK_DISTRIBUTED__COMM__TLS__CA_FILE", "..._TLS__CLIENT__CERT", "..._TLS__CLIENT__KEY")
-        raise InvalidValue("--scheduler", address, f"tls:// with Dask's settings {', '.join(names)}")
+        raise InvalidValue("", address, f"tls:// with Dask's settings {', '.join(names)}", file="scheduler")
     Security().get_connection_args("client")
 
 

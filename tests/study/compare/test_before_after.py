@@ -127,3 +127,11 @@ def test_folders_that_cannot_be_compared_are_refused_with_the_reason(folders, tm
     shard.write_bytes(shard.read_bytes()[:-9])
     with pytest.raises(MjnavError, match=f"{shard}: damaged"):
         compare(before.folder, after.folder)
+
+
+def test_its_repr_is_one_line_and_a_notebook_shows_a_row_for_each_cell(folders):
+    found = before_after(*folders)
+    pairs = sum(cell.pairs for cell in found.cells)
+    assert repr(found).startswith(f"BeforeAfter({found.before!r}, {found.after!r}: {pairs} pairs, ")
+    assert "\n" not in repr(found)
+    assert found._repr_html_().count("<tr>") == 1 + len(found.cells)

@@ -122,3 +122,11 @@ def test_unknown_names_are_refused_with_the_nearest(store, options, key, nearest
 def test_an_empty_folder_is_refused(store):
     with pytest.raises(InputError, match="no results of a sweep"):
         read(store)
+
+
+def test_its_repr_is_one_line_and_a_notebook_shows_a_row_for_each_method(store):
+    store.append([*cell("a<b", range(4)), *cell("b", range(4))])
+    found = read(store)
+    assert repr(found) == f"StudyComparison({str(store.folder)!r}: 8 episodes, tables: 1)"
+    assert found._repr_html_().count("<tr>") == 3
+    assert "a&lt;b" in found._repr_html_()
