@@ -13,6 +13,7 @@ from mjnav.config.marks import Choice, FieldKey, Length, Named, Range, Text, Var
 from mjnav.config.writing import tables
 
 INDEX = "N"
+OWN = "package.module:Class or file.py:Class"  # of a plug-in, whose own keys stand beside it
 _TYPES = MappingProxyType({float: "number", int: "integer", bool: "boolean", str: "string"})
 
 
@@ -85,6 +86,8 @@ def _beside(prefix: str, field: FieldKey) -> Iterator[KeyReference]:
 
 def _variants(prefix: str, hint: Any, variants: Variants) -> Iterator[KeyReference]:
     names = ", ".join(variants.kinds)
+    if variants.other is not None:
+        names += f", {OWN}"
     yield KeyReference(f"{prefix}{variants.key}", "string", "", names, None, True, mark(hint, str) or "")
     for name, kind in variants.kinds.items():
         for row in key_references(kind, prefix):

@@ -141,7 +141,9 @@ class RobotEstimation:
     ] = "pose"
     filter: Annotated[str, Choice(("particle", "ekf", "ukf")), "of the pose; none where source is direct"] = "particle"
     particles: Annotated[int, _PARTICLES, "number of particles or draws"] = 500
-    localizer: Annotated[str | LocalizerPlugin | None, "of one's own, in place of source and filter"] = None
+    localizer: Annotated[
+        str | LocalizerPlugin | None, "package.module:Class or file.py:Class, in place of source and filter"
+    ] = None
 
     def __post_init__(self):
         with below("localizer"):
@@ -158,7 +160,9 @@ class ObstacleEstimation:
     ] = "detections"
     filter: Annotated[str, Choice(("particle", "kalman")), "of each person; none where source is direct"] = "particle"
     particles: Annotated[int, _PARTICLES, "number of particles or draws of each person"] = 200
-    tracker: Annotated[str | TrackerPlugin | None, "of one's own, in place of source and filter"] = None
+    tracker: Annotated[
+        str | TrackerPlugin | None, "package.module:Class or file.py:Class, in place of source and filter"
+    ] = None
 
     def __post_init__(self):
         with below("tracker"):
@@ -184,7 +188,7 @@ class Estimation:
 class Control:
     """The controller by name, its own parameters, and when its decisions take effect."""
 
-    method: Annotated[str, "a name that `mjnav list` prints, or package.module:Class"] = "rkhs"
+    method: Annotated[str, "a name that `mjnav list` prints, package.module:Class or file.py:Class"] = "rkhs"
     rate: Annotated[Rate, "decisions a second"] = 10.0
     delay: Annotated[int, Range(0, 100, "periods"), "number of periods after which a decision takes effect"] = 1
     latency: Annotated[Latency | None, "when a decision takes effect, in place of delay"] = None
