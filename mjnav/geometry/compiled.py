@@ -3,6 +3,11 @@
 Sums may be reordered so that loops vectorise; infinities and NaN keep their meaning. The machine code is kept in the
 user's cache folder, under a digest of all that was compiled into it (`kernel_cache`). A kernel whose arguments are
 annotated (`kernel_types`) is compiled or loaded for these types by `load_kernels`, before a run, and not at a tick.
+
+Kernels that a kernel calls are inlined into its machine code (`forceinline`), so that a process that compiles computes
+the same last bits as one that loads. Without this, the caller's machine code has a copy of each of them as a weak
+symbol, which is optimised otherwise than the original. The process that compiled the original calls it from there; a
+process that loads the caller alone calls the copy.
 """
 
 # pyright: reportAttributeAccessIssue=false
@@ -26,12 +31,12 @@ FAST = frozenset({"contract", "reassoc", "arcp", "nsz"})
 
 def kernel(function: Callable[..., Any]) -> Callable[..., Any]:
     """Compiles a loop over arrays."""
-    return _cached(njit(fastmath=set(FAST), error_model="numpy", nogil=True)(function))
+    return _cached(njit(fastmath=set(FAST), error_model="numpy", nogil=True, forceinline=True)(function))
 
 
 def exact(function: Callable[..., Any]) -> Callable[..., Any]:
     """Compiles a loop over arrays, every operation rounded as it is written: for indices and for draws that replay."""
-    return _cached(njit(error_model="numpy", nogil=True)(function))
+    return _cached(njit(error_model="numpy", nogil=True, forceinline=True)(function))
 
 
 def elementwise(function: Callable[..., Any]) -> Callable[..., Any]:
