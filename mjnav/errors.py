@@ -100,11 +100,15 @@ def _cut(text: str) -> str:
     return text if len(text) <= _MAX_SHOWN else f"{text[:_MAX_SHOWN]}..."
 
 
-def unknown_name(key: str, found: str, names: Iterable[str], *, what: str = "") -> InvalidValue:
-    """The error for a name that does not exist, with the names that do, `what` they are, and the nearest of them."""
+def unknown_name(key: str, found: str, names: Iterable[str], *, what: str = "", also: str = "") -> InvalidValue:
+    """The error for a name that does not exist, with the names that do, `what` they are, and the nearest of them.
+
+    `also` says what may stand in place of a name.
+    """
     names = sorted(names)
     nearest = get_close_matches(str(found), names, n=1, cutoff=0.5)
     allowed = f"{what}: {', '.join(names)}" if what else ", ".join(names)
+    allowed += f"; or {also}" if also else ""
     return InvalidValue(key, found, allowed, nearest=nearest[0] if nearest else None)
 
 

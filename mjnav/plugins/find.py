@@ -30,7 +30,7 @@ def find(kind: Kind, name: str, shipped: Mapping[str, Any]) -> Any:
     refuse_clash(kind, name, shipped)
     entries = registered(kind)
     if name not in entries:
-        raise unknown_name(kind.key, name, [*shipped, *entries])
+        raise unknown_name(kind.key, name, [*shipped, *entries], also="file.py:Class, package.module:Class")
     (entry,) = entries[name]
     return _checked(kind, name, _at(kind, name, entry.place, f"{entry.owner}, {entry.place}: "))
 

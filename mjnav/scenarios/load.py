@@ -98,7 +98,7 @@ def _read(name_or_path: str | os.PathLike[str]) -> tuple[str, str]:
     if isinstance(name_or_path, str) and "/" not in name and not name.endswith(".toml"):
         path = str(library.data_folder("runs") / f"{name}.toml")
         if not os.path.isfile(path):  # Path.is_file raises for a name that is too long
-            raise unknown_name("scene", name, library.names())
+            raise unknown_name("scene", name, library.names(), also="the path of a run file, .toml")
         name = path
     return name, read_text(name)
 

@@ -33,7 +33,7 @@ def _find(given: str | os.PathLike[str]) -> tuple[Path, StudyFile | None]:
     if "/" in name:
         raise InputError(f"{name}: no such folder")
     there = [folder.name for folder in OUT_FOLDER.glob("*") if folder.is_dir()]
-    raise unknown_name("study", name, {*studies(), *there})
+    raise unknown_name("study", name, {*studies(), *there}, also="a study file or a folder of results")
 
 
 def kept_study(store: Store) -> StudyFile | None:

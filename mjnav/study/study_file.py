@@ -60,7 +60,7 @@ class SeedRange:
 class MethodEntry:
     """A controller with parameters of its own, under a name of its own."""
 
-    controller: Annotated[str, "a name that `mjnav list` prints, or package.module:Class"]
+    controller: Annotated[str, "a name that `mjnav list` prints, package.module:Class or file.py:Class"]
     name: Annotated[str, "in tables; the controller's by default"] = ""
     set: Annotated[Overrides, "a key without a dot is the controller's, others are a run file's"] = field(
         default_factory=dict
@@ -147,7 +147,7 @@ def load_study(name_or_path: str | os.PathLike[str]) -> StudyFile:
     if isinstance(name_or_path, str) and "/" not in name and not name.endswith(".toml"):
         path = data_folder("runs") / FOLDER / f"{name}.toml"
         if not os.path.isfile(path):
-            raise unknown_name("study", name, studies())
+            raise unknown_name("study", name, studies(), also="the path of a study file, .toml")
         name = str(path)
     document = parse(read_text(name), name)
     try:
