@@ -10,7 +10,7 @@ import numpy as np
 from mjnav.errors import PluginFault
 from mjnav.estimation.base import PeopleTracker, PoseEstimator
 from mjnav.messages import Array, Reading, RobotBelief, Track
-from mjnav.sealed import sealed, sealed_message
+from mjnav.sealed import sealed_message
 
 WEIGHT_SUM_TOLERANCE = 1e-6
 
@@ -60,7 +60,7 @@ class OwnTracker(PeopleTracker):
 
 
 class _Checked(NamedTuple):
-    """Sealed copies of what a belief holds."""
+    """Copies of what a belief holds, as the kernels that draw from it take them."""
 
     particles: Array  # (n, d)
     weights: Array  # (n,)
@@ -71,7 +71,7 @@ class _Checked(NamedTuple):
 
 def _checked(name: str, belief: RobotBelief | Track, size: int) -> _Checked:
     """A belief about `size` numbers, checked. Raises PluginFault."""
-    particles = np.array(belief.particles, float)
+    particles = np.array(belief.particles, float, order="C")
     num = len(particles) if particles.ndim else 0
     shapes = {
         "particles": (particles, (max(num, 1), size)),
@@ -90,5 +90,4 @@ def _checked(name: str, belief: RobotBelief | Track, size: int) -> _Checked:
         raise PluginFault(f"{name}: weights must be >= 0 and sum to 1: {found}")
     if not 0.0 < ess < np.inf:
         raise PluginFault(f"{name}: ess must be a finite number > 0, not {ess}")
-    particles, weights, mean, covariance = (sealed(values) for values, _ in shapes.values())
-    return _Checked(particles, weights, mean, covariance, ess)
+    return _Checked(particles, weights, shapes["mean"][0], shapes["covariance"][0], ess)

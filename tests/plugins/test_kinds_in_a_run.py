@@ -8,6 +8,7 @@ import pytest
 import mjnav
 from mjnav.errors import InvalidValue, MjnavError
 from mjnav.estimation.base import robot_belief
+from mjnav.loop.realtime.first_time import first_time_work
 from mjnav.noise import Gaussian
 from mjnav.scenarios import dumps
 from mjnav.scenarios.load import loads
@@ -50,6 +51,14 @@ def test_no_tick_of_a_warm_up_reaches_an_object_of_the_users(monkeypatch):
     monkeypatch.setattr(Fixes, "asked", 0)
     result = mjnav.run(mjnav.load_scenario("crossing1", QUICK, localizer=Fixes))
     assert Fixes.asked == len(result.trajectory.status) == 5
+
+
+def test_beliefs_of_ones_own_are_drawn_from_by_kernels_that_a_run_has_loaded(monkeypatch):
+    with first_time_work() as work:
+        done = []  # how often kernels were loaded or compiled before each reading
+        monkeypatch.setattr(Fixes, "spoil", lambda self, belief: (done.append(len(work.intervals)), belief)[1])
+        mjnav.run(mjnav.load_scenario("crossing1", QUICK, localizer=Fixes))
+    assert len(set(done)) == 1
 
 
 def test_a_behaviour_has_its_own_stream_a_person_that_follows_the_seed():
