@@ -121,7 +121,7 @@ def _not_yet_said(found: "Inspection") -> dict[str, Any]:
     """What only the result says."""
     timing = () if found.timing is None else (field.name for field in fields(found.timing))
     said = {*(found.figures or {}), *timing, *(found.run or {}), "schema"}
-    return {key: value for key, value in (found.result or {}).items() if key not in said}
+    return {key: value for key, value in (found.result or {}).items() if key not in said and value != {}}
 
 
 def _print_topics(topics: "Mapping[str, InspectedTopic]") -> None:
