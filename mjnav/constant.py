@@ -4,7 +4,7 @@ from typing import Any, Self
 
 
 class Constant:
-    """A frozen dataclass below this class, of which nothing changes after it was made, is its own deep copy."""
+    """An object of a class below this one, of which nothing changes after it was made, is its own deep copy."""
 
     __slots__ = ()
 

@@ -9,7 +9,7 @@ from mjnav.errors import InvalidValue
 from mjnav.loop.episode import Episode
 from mjnav.loop.log_path import log_path
 from mjnav.loop.pacer import FreePacer, RealTimePacer
-from mjnav.loop.prepare import as_scenario, build_controller
+from mjnav.loop.prepare import as_scenario
 from mjnav.loop.result import Result
 from mjnav.loop.scheduling import realtime_scheduling
 from mjnav.loop.warm_up import warm_up
@@ -51,7 +51,6 @@ def run(
     """
     own = {"controller": controller, "localizer": localizer, "tracker": tracker, "metrics": metrics}
     scenario = as_scenario(scenario, **own, seed=seed)
-    build_controller(scenario)
     if not real_time and overruns != "skip":
         raise InvalidValue("overruns", overruns, "skip, unless the run is in real time")
     pacer = RealTimePacer(scenario.control.period, policy=overruns) if real_time else FreePacer()

@@ -4,12 +4,13 @@ from itertools import repeat
 
 import numpy as np
 
+from mjnav.constant import Constant
 from mjnav.messages import Array, KnownMap, ObstacleSamples
 from mjnav.scenarios.spec import Scenario
 from mjnav.sealed import sealed
 
 
-class FloorMap:
+class FloorMap(Constant):
     """Static obstacles of a scenario, with their names for the log."""
 
     def __init__(self, scenario: Scenario):
@@ -31,15 +32,15 @@ class FloorMap:
         ends = np.stack([start - half * along, end + half * along], axis=1)
         self._faces = np.stack([ends - self._across[:, None], ends + self._across[:, None]], axis=1)  # (W, 2, 2, 2)
         self._index = np.arange(len(ends))
-        self._walls, self._thickness = np.stack([start, end], axis=1), 2.0 * half[:, 0]
+        self._walls, self._thickness = sealed(np.stack([start, end], axis=1)), sealed(2.0 * half[:, 0])
+        self._discs = sealed(np.column_stack([self._positions[:, 0], self._radii]))
         self._lanes = scenario.lanes
 
     @property
     def known(self) -> KnownMap:
         """The map as an observation carries it, sealed."""
-        discs = np.column_stack([self._positions[:, 0], self._radii])
         left, right = (None, None) if self._lanes is None else (self._lanes.left, self._lanes.right)
-        return KnownMap(sealed(self._walls), sealed(self._thickness), sealed(discs), left, right)
+        return KnownMap(self._walls, self._thickness, self._discs, left, right)
 
     @property
     def discs(self) -> tuple[ObstacleSamples, ...]:
