@@ -7,16 +7,10 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from mjnav.recording import open_log
 from mjnav.recording.encode.particles import decode_particles
 from mjnav.recording.encode.topics import topics
 from mjnav.recording.export.csv_tables import TOPICS
 from mjnav.recording.export.export import export
-
-
-@pytest.fixture(scope="module")
-def log(recorded):
-    return open_log(recorded)
 
 
 @pytest.fixture(scope="module")
