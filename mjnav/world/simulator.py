@@ -12,10 +12,11 @@ from mjnav.errors import InvalidValue
 from mjnav.messages import Array, Reading, WorldState
 from mjnav.noise import NOISE_WINDOW
 from mjnav.scenarios.spec import Scenario
-from mjnav.world import pedestrians
 from mjnav.world.actuation import Actuation
 from mjnav.world.engine import Engine
 from mjnav.world.grid import Grid, whole_steps
+from mjnav.world.people.pedestrians import Pedestrians
+from mjnav.world.people.walk import PERIOD
 from mjnav.world.sensors import NoisySensors
 
 
@@ -31,7 +32,7 @@ class Simulator:
         self._scenario = scenario
         self._timestep = scenario.physics.timestep
         self._step = 0
-        self._pedestrians = pedestrians.Pedestrians(scenario, seed)
+        self._pedestrians = Pedestrians(scenario, seed)
         start = np.array([person.start for person in scenario.people], float).reshape(-1, 2)
         before = WorldState(0.0, np.array(scenario.robot.start), np.zeros(2), start, np.zeros_like(start))
         # People are already walking when the run begins.
@@ -40,7 +41,7 @@ class Simulator:
         self._sensors = NoisySensors(scenario, seed, lidar=lidar)
         self._readings: list[Reading] = []
         self._noise_windows = Grid(NOISE_WINDOW, self._timestep)
-        self._decisions = Grid(pedestrians.PERIOD, self._timestep)
+        self._decisions = Grid(PERIOD, self._timestep)
         self._sensing = Grid(1.0 / scenario.sensors.rate, self._timestep)
         self._pass_moment()
 

@@ -5,7 +5,7 @@ from math import hypot, isfinite
 from typing import Any, Protocol
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from mjnav.errors import PluginFault
 from mjnav.messages import Array, WorldState
@@ -14,6 +14,7 @@ from mjnav.rng import stream
 from mjnav.scenarios.people import MAX_WALKING_SPEED
 from mjnav.scenarios.spec import Scenario
 from mjnav.sealed import sealed_message
+from mjnav.world.people.walk import Index, Walk
 
 
 class Behaviour(Protocol):
@@ -26,19 +27,21 @@ class Behaviour(Protocol):
     def velocity(self, world: WorldState) -> ArrayLike:
         """The desired velocity (vx, vy) [m/s], at most 5 m/s; asked every 0.02 s of simulated time.
 
-        `world` is the truth, whose arrays cannot be written to. Walls and bodies stop who walks into them.
+        `world` is the truth, whose arrays cannot be written to; the robot's pose and twist are NaN for a person with
+        `sees_robot = false`. Walls and bodies stop who walks into them.
         """
         ...
 
 
-class OwnWalk:
+class OwnWalk(Walk):
     """The desired velocities of the people who have behaviours of a user's own."""
 
-    def __init__(self, scenario: Scenario, index: NDArray[np.int64], seed: int):
+    def __init__(self, scenario: Scenario, index: Index, seed: int):
+        super().__init__(scenario, index, seed)
         self._walks: list[tuple[str, Any]] = [_made(scenario, int(i), seed) for i in index]
 
     def velocities(self, world: WorldState) -> Array:
-        """See `pedestrians.Walk`. Raises PluginFault for what is no velocity."""
+        """See `Walk`. Raises PluginFault for what is no velocity."""
         world = sealed_message(world)
         found = []
         for name, walk in self._walks:

@@ -1,0 +1,10 @@
+"""The people of a scene and how they walk: one file for each family of behaviours."""
+
+from mjnav.scenarios.people.person import BEHAVIOURS as BEHAVIOURS
+from mjnav.scenarios.people.person import Behaviour as Behaviour
+from mjnav.scenarios.people.person import Person as Person
+from mjnav.scenarios.people.straight import MAX_WALKING_SPEED as MAX_WALKING_SPEED
+from mjnav.scenarios.people.straight import ConstantVelocity as ConstantVelocity
+from mjnav.scenarios.people.straight import StopAndGo as StopAndGo
+from mjnav.scenarios.people.walkers import REACHED as REACHED
+from mjnav.scenarios.people.walkers import Waypoints as Waypoints

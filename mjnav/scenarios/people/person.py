@@ -1,0 +1,45 @@
+"""A person of a scene: the keys that people of every behaviour have."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from types import MappingProxyType
+from typing import Annotated
+
+from mjnav.config import Beside, Range, Variants, settle
+from mjnav.plugins import BehaviourPlugin
+from mjnav.scenarios.people.straight import ConstantVelocity, StopAndGo
+from mjnav.scenarios.people.walkers import Waypoints
+from mjnav.scenarios.ranges import Point
+
+Behaviour = ConstantVelocity | StopAndGo | Waypoints
+BEHAVIOURS: Mapping[str, type[Behaviour]] = MappingProxyType(
+    {"constant_velocity": ConstantVelocity, "stop_and_go": StopAndGo, "waypoints": Waypoints}
+)
+# Behaviours that see the robot unless the file says otherwise.
+SEEING: tuple[type, ...] = (BehaviourPlugin,)
+Walking = Annotated[Behaviour | BehaviourPlugin, Variants("behaviour", BEHAVIOURS, BehaviourPlugin)]
+
+
+@dataclass(frozen=True, slots=True)
+class Person:
+    """A walking person; the file has the behaviour's name in `behaviour` and its keys beside it.
+
+    A key that may be None is not in a dump unless it was given: the cells of older studies keep their names.
+    """
+
+    start: Annotated[Point, "where the person stands at first"]
+    behaviour: Annotated[Walking, Beside(), "how the person walks"]
+    radius: Annotated[float, Range(0.1, 1.0, "m"), "of the round body"] = 0.3
+    sees_robot: Annotated[
+        bool | None,
+        "whether the robot exists for this person; true by default for behaviours of one's own, "
+        "false for all others, which walk as if it were not there",
+    ] = None
+
+    def __post_init__(self):
+        settle(self)
+
+    @property
+    def sees(self) -> bool:
+        """Whether the robot exists for this person: `sees_robot`, or the behaviour's default."""
+        return isinstance(self.behaviour, SEEING) if self.sees_robot is None else self.sees_robot

@@ -1,0 +1,1 @@
+"""How people walk: one file a behaviour, and `pedestrians`, which asks them all."""

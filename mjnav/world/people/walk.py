@@ -1,0 +1,32 @@
+"""What every behaviour of people has in common."""
+
+from abc import ABC, abstractmethod
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mjnav.messages import Array, WorldState
+from mjnav.scenarios.spec import Scenario
+
+Index = NDArray[np.int64]  # places in the list of all people
+
+PERIOD = 0.02  # [s] between decisions
+
+
+class Walk(ABC):
+    """The desired velocities of the n people who have one behaviour, and who all see the robot or all do not.
+
+    Made as Class(scenario, index, seed): `index` (n,) are their places in `scenario.people` and in the arrays of a
+    WorldState; random draws come from `mjnav.rng.stream(seed, "behaviour.NAME", "personI")` alone. It is asked every
+    PERIOD of simulated time, never at the control rate, and keeps its own state, such as the next waypoint.
+    """
+
+    def __init__(self, scenario: Scenario, index: Index, seed: int):
+        self.index = index
+
+    @abstractmethod
+    def velocities(self, world: WorldState) -> Array:
+        """(n, 2) [m/s], from the true state of the robot and of all P people.
+
+        For people who do not see the robot its pose and twist are NaN.
+        """
