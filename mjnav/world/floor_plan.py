@@ -1,14 +1,15 @@
 """The room from above: legs and pillars as discs, walls as rectangles."""
 
 from dataclasses import dataclass
-from math import hypot
 
 import numpy as np
 
 from mjnav.constant import Constant
 from mjnav.geometry.compiled import exact
+from mjnav.geometry.floor import box_distance
 from mjnav.geometry.kernel_types import Matrix
 from mjnav.messages import Array
+from mjnav.scenarios.floor import floor_of_robot
 from mjnav.scenarios.spec import Scenario
 
 
@@ -25,28 +26,20 @@ class FloorPlan(Constant):
     @classmethod
     def of(cls, scenario: Scenario) -> "FloorPlan":
         """The scenario's tables' legs, pillars and walls."""
-        discs, heights, names = [], [], []
+        floor = floor_of_robot(scenario.walls, scenario.tables, scenario.pillars)
+        heights, names = [], []
         for i, table in enumerate(scenario.tables):
-            discs += [(*leg, table.leg_radius) for leg in table.legs]
             heights += [table.height] * 4
             names += [f"table{i}"] * 4
         for i, pillar in enumerate(scenario.pillars):
-            discs.append((*pillar.position, pillar.radius))
             heights.append(pillar.height)
             names.append(f"pillar{i}")
-        boxes = []
-        for i, wall in enumerate(scenario.walls):
-            (x0, y0), (x1, y1) = wall.start, wall.end
-            length = hypot(x1 - x0, y1 - y0)
-            along = ((x1 - x0) / length, (y1 - y0) / length)
-            boxes.append((0.5 * (x0 + x1), 0.5 * (y0 + y1), *along, 0.5 * length, 0.5 * wall.thickness))
-            names.append(f"wall{i}")
         return cls(
-            discs=np.array(discs, float).reshape(-1, 3),
+            discs=floor.discs,
             disc_heights=np.array(heights, float),
-            boxes=np.array(boxes, float).reshape(-1, 6),
+            boxes=floor.boxes,
             box_heights=np.array([wall.height for wall in scenario.walls], float),
-            names=tuple(names),
+            names=(*names, *(f"wall{i}" for i in range(len(scenario.walls)))),
         )
 
     def distance(self, x: float, y: float) -> float:
@@ -62,12 +55,3 @@ def _distance(x: float, y: float, discs: Matrix, boxes: Matrix):
     for j in range(len(boxes)):
         nearest = min(nearest, box_distance(x, y, boxes[j]))
     return nearest
-
-
-@exact
-def box_distance(x, y, box):
-    """From a point to a box as in `FloorPlan.boxes` [m]; 0 inside it."""
-    dx, dy = x - box[0], y - box[1]
-    along = max(abs(dx * box[2] + dy * box[3]) - box[4], 0.0)
-    across = max(abs(dy * box[2] - dx * box[3]) - box[5], 0.0)
-    return np.sqrt(along * along + across * across)

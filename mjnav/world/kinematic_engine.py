@@ -4,12 +4,13 @@ import numpy as np
 
 from mjnav.geometry.angles import wrap
 from mjnav.geometry.compiled import exact
+from mjnav.geometry.floor import box_distance
 from mjnav.geometry.kernel_types import Indices, Matrix, Vector
 from mjnav.messages import Array
 from mjnav.motion.diff_drive import LIDAR_HEIGHT, wheel_speeds
 from mjnav.scenarios.spec import Scenario
 from mjnav.world.engine import ContactLog
-from mjnav.world.floor_plan import FloorPlan, box_distance
+from mjnav.world.floor_plan import FloorPlan
 from mjnav.world.lidar import beam_angles, cast
 
 
