@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike
 from mjnav.constant import Constant
 from mjnav.geometry.compiled import exact
 from mjnav.geometry.floor import TOUCH, Floor, is_open, surface
-from mjnav.geometry.kernel_types import Matrix, Vector
+from mjnav.geometry.kernel_types import Indices, Matrix, Vector
 from mjnav.messages import Array
 
 EXCESS = 0.02  # [m] of a corner beyond the round edge that it stands for
@@ -38,8 +38,15 @@ class WayMap(Constant):
         free = floor.clearance(corners) >= reach - TOUCH
         self.corners = np.ascontiguousarray(corners[free])  # (C, 2) [m]
         self._sides = np.ascontiguousarray(np.hstack([before[free], after[free]]))  # (C, 4): the neighbours' places
-        rows, columns, lengths = _tangents(self.corners, self._sides, reach, floor.discs, floor.boxes)
-        self._edges = rows, columns, lengths
+        one, other, lengths = _tangents(self.corners, self._sides, reach, floor.discs, floor.boxes)
+        rows, columns = np.concatenate([one, other]), np.concatenate([other, one])
+        order = np.argsort(rows, kind="stable")
+        first = np.searchsorted(rows[order], np.arange(len(self.corners) + 1))
+        self._edges = (
+            first,
+            columns[order],
+            np.concatenate([lengths, lengths])[order],
+        )  # corner i: first[i]:first[i + 1]
 
     def anchor(self, point: ArrayLike) -> Array | None:
         """A free place for the disc at or near a point (2,), out of the bodies it would overlap there; or None."""
@@ -48,19 +55,10 @@ class WayMap(Constant):
 
     def distances(self, goal: ArrayLike) -> Array:
         """(C,) [m] from each corner along the shortest way to a free place `goal` (2,); inf where there is none."""
-        from scipy.sparse import csr_array
-        from scipy.sparse.csgraph import dijkstra
-
-        num = len(self.corners)
-        goal = np.asarray(goal, float)
-        seen = _seen_from(goal, self.corners, self._sides, self.reach, self.floor.discs, self.floor.boxes)
-        last = np.flatnonzero(np.isfinite(seen))
-        rows, columns, lengths = self._edges
-        rows = np.concatenate([rows, np.full(len(last), num)])
-        graph = csr_array(
-            (np.concatenate([lengths, seen[last]]), (rows, np.concatenate([columns, last]))), shape=(num + 1, num + 1)
-        )
-        return dijkstra(graph, directed=False, indices=num)[:num]
+        goal = np.ascontiguousarray(goal, dtype=float)
+        left = _seen_from(goal, self.corners, self._sides, self.reach, self.floor.discs, self.floor.boxes)
+        _spread(left, *self._edges)
+        return left
 
     def next_point(self, position: ArrayLike, goal: ArrayLike, distances: Array) -> Array | None:
         """Where to walk straight to from a position (2,) on the shortest way to a goal whose `distances` are given.
@@ -86,7 +84,7 @@ class WayMap(Constant):
             if following is None:
                 return None
             points.append(following)
-            if following is goal or np.array_equal(following, goal):
+            if np.array_equal(following, goal):
                 return np.array(points)
             position = following
         return None
@@ -168,6 +166,22 @@ def _seen_from(point: Vector, corners: Matrix, sides: Matrix, reach: float, disc
         if _is_tangent(x, y, u, v, sides[j]) and is_open(x, y, u, v, reach, discs, boxes):
             found[j] = np.sqrt((u - x) ** 2 + (v - y) ** 2)
     return found
+
+
+@exact
+def _spread(left: Vector, first: Indices, columns: Indices, lengths: Vector):
+    """From the ways left of corners that see the goal to those of all corners, in place (Dijkstra 1959)."""
+    done = np.zeros(len(left), np.bool_)
+    for _ in range(len(left)):
+        nearest = -1
+        for i in range(len(left)):
+            if not done[i] and left[i] < np.inf and (nearest < 0 or left[i] < left[nearest]):
+                nearest = i
+        if nearest < 0:
+            return
+        done[nearest] = True
+        for k in range(first[nearest], first[nearest + 1]):
+            left[columns[k]] = min(left[columns[k]], left[nearest] + lengths[k])
 
 
 @exact

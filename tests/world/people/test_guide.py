@@ -1,0 +1,75 @@
+"""People who walk around walls, tables and pillars."""
+
+import numpy as np
+import pytest
+
+from mjnav.scenarios import loads
+from mjnav.scenarios.floor import floor_of_people
+from mjnav.scenarios.ways import Ways
+from mjnav.world.people.guide import LOOK, REPLAN, Guide
+from mjnav.world.simulator import Simulator
+
+SCENE = """schema = 1
+name = "around"
+[robot]
+start = [-6.0, 0.0, 0.0]
+goal = [9.0, 0.0]
+[physics]
+engine = "ENGINE"
+[[walls]]
+from = [0.0, -2.0]
+to = [0.0, 2.0]
+[[tables]]
+position = [0.2, 3.6]
+[[people]]
+start = [-2.0, 0.0]
+behaviour = "waypoints"
+waypoints = [[2.0, 0.5]]
+speed = 1.2
+loop = false
+"""
+
+
+def scene(engine="kinematic"):
+    return loads(SCENE.replace("ENGINE", engine))
+
+
+@pytest.mark.parametrize("engine", ["kinematic", "mujoco"])
+def test_a_person_walks_around_a_wall_to_the_waypoint_and_touches_nothing(engine):
+    scenario = scene(engine)
+    floor = floor_of_people(scenario.walls, scenario.tables, scenario.pillars)
+    simulator = Simulator(scenario, 0, lidar=False)
+    places = []
+    for _ in range(80):
+        simulator.advance(0.1, (0.0, 0.0))
+        places.append(simulator.state().people_position[0])
+    assert places[-1] == pytest.approx([2.0, 0.5], abs=0.01)
+    assert floor.clearance(places).min() >= scenario.people[0].radius
+    walked = np.linalg.norm(np.diff([scenario.people[0].start, *places], axis=0), axis=1).sum()
+    planned = Ways(scenario).plan((-2.0, 0.0), (2.0, 0.5), 0.3)
+    assert planned is not None
+    length = np.linalg.norm(np.diff([(-2.0, 0.0), *planned], axis=0), axis=1).sum()
+    assert walked == pytest.approx(length, rel=0.02)
+
+
+def test_who_is_pushed_off_the_way_walks_to_a_corner_in_sight():
+    scenario = scene()
+    floor = floor_of_people(scenario.walls, scenario.tables, scenario.pillars)
+    guide = Guide(scenario, np.array([0]))
+    goal = np.array([[2.0, 0.5]])
+    below, above = np.array([[-1.0, -2.0]]), np.array([[-1.0, 2.2]])
+    assert guide.towards(below, goal)[0, 1] < -2.0
+    for _ in range(LOOK):  # carried to the other end of the wall, from where the first corner is out of sight
+        found = guide.towards(above, goal)
+    assert found[0, 1] > 2.0
+    assert floor.blocking(above[0], found[0], 0.3) is None
+    beyond = np.array([[1.5, 2.2]])
+    for _ in range(REPLAN):
+        found = guide.towards(beyond, goal)
+    assert found == pytest.approx(goal)
+
+
+def test_the_goal_itself_is_the_next_point_where_nothing_stands_between():
+    guide = Guide(scene(), np.array([0]))
+    goals = np.array([[-2.0, 3.0]])
+    assert np.array_equal(guide.towards(np.array([[-2.0, 0.0]]), goals), goals)
