@@ -128,6 +128,8 @@ class ObstacleSamples(ShortRepr):
     position: Array  # (M, 2) [m]
     velocity: Array  # (M, 2) [m/s]
     radius: float  # [m]
+    future: Array | None = None  # (M, H, 2) [m] after `step`, 2 `step`, ... H `step`; None: straight on at `velocity`
+    step: float = 0.0  # [s] of `future`
 
 
 @dataclass(frozen=True, slots=True, repr=False)

@@ -11,6 +11,7 @@ from mjnav.plugins.entry import (
     LocalizerPlugin,
     MetricPlugin,
     Plugin,
+    PredictorPlugin,
     TrackerPlugin,
 )
 from mjnav.plugins.find import construct, find, module_of, own_parameters, parameters_type
@@ -28,6 +29,7 @@ __all__ = [
     "LocalizerPlugin",
     "MetricPlugin",
     "Plugin",
+    "PredictorPlugin",
     "Registered",
     "TrackerPlugin",
     "construct",

@@ -11,7 +11,7 @@ from mjnav.config import Beside, settle
 from mjnav.errors import InvalidValue
 from mjnav.plugins.find import construct, find, own_parameters, parameters_type
 from mjnav.plugins.given import Given, name_of
-from mjnav.plugins.kinds import BEHAVIOUR, DISTRIBUTION, LOCALIZER, METRIC, TRACKER, Kind
+from mjnav.plugins.kinds import BEHAVIOUR, DISTRIBUTION, LOCALIZER, METRIC, PREDICTOR, TRACKER, Kind
 from mjnav.plugins.registered import refuse_clash, registered
 
 
@@ -95,6 +95,13 @@ class TrackerPlugin(Plugin):
 
     __slots__ = ()
     kind = TRACKER
+
+
+class PredictorPlugin(Plugin):
+    """A predictor of one's own: its name under `model`, and its parameters beside it."""
+
+    __slots__ = ()
+    kind = PREDICTOR
 
 
 class BehaviourPlugin(Plugin):

@@ -34,5 +34,6 @@ BEHAVIOUR = Kind(
     "behaviour", "behaviour", "mjnav.behaviours", ("velocity",), "Class(scenario, person, rng, parameters)"
 )
 DISTRIBUTION = Kind("distribution", "distribution", "mjnav.distributions", ("sample", "logpdf"), "Class(**parameters)")
+PREDICTOR = Kind("predictor", "model", "mjnav.predictors", ("predict",), "Class(scenario, seed, parameters)")
 METRIC = Kind("metric", "", "mjnav.metrics", ("measure",), "Class(), or Class(parameters) with a parameters_type")
-KINDS = (CONTROLLER, LOCALIZER, TRACKER, BEHAVIOUR, DISTRIBUTION, METRIC)
+KINDS = (CONTROLLER, LOCALIZER, TRACKER, PREDICTOR, BEHAVIOUR, DISTRIBUTION, METRIC)

@@ -48,6 +48,7 @@ def _named(document: dict[str, Any]) -> Iterator[tuple[dict[str, Any], str]]:
     yield _table(document, "control"), "method"
     yield _table(estimation, "robot"), "localizer"
     yield _table(estimation, "obstacles"), "tracker"
+    yield _table(document, "prediction"), "model"
     for array, key in (("people", "behaviour"), ("metrics", "name")):
         items = document.get(array)
         yield from ((item, key) for item in (items if isinstance(items, list) else ()) if isinstance(item, dict))

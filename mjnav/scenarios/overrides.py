@@ -12,6 +12,7 @@ from mjnav.errors import InvalidValue
 from mjnav.noise.registry import DISTRIBUTIONS
 from mjnav.plugins import KINDS, Given
 from mjnav.scenarios.people import BEHAVIOURS
+from mjnav.scenarios.prediction import MODELS
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,7 +51,7 @@ def apply(document: dict[str, Any], override: Override, defaults: dict[str, Any]
 
     What its key leads through is made as needed: an array as `defaults`, the same tables with all defaults in them, has
     it, else a table. Setting one of robot.goal and robot.waypoints removes the other; another behaviour of a person
-    removes the keys that only other behaviours have. Raises InvalidValue.
+    or model of prediction removes the keys that only other behaviours or models have. Raises InvalidValue.
     """
     parts = override.key.split(".")
     if not all(parts):
@@ -107,9 +108,15 @@ def _drop_excluded(document: dict[str, Any], parts: list[str]) -> None:
         case ["robot", "waypoints"]:
             document["robot"].pop("goal", None)
         case ["people", index, "behaviour"] if isinstance(document["people"], list):
-            person = document["people"][int(index)]
-            keys = {name: set(config.keys(behaviour)) for name, behaviour in BEHAVIOURS.items()}
-            name = person["behaviour"]
-            if isinstance(name, str):  # a plug-in has none of them
-                for key in set().union(*keys.values()) - keys.get(name, set()):
-                    person.pop(key, None)
+            _drop_others(document["people"][int(index)], "behaviour", BEHAVIOURS)
+        case ["prediction", "model"]:
+            _drop_others(document["prediction"], "model", MODELS)
+
+
+def _drop_others(table: dict[str, Any], key: str, variants: Mapping[str, type]) -> None:
+    """Removes the keys that only other variants than the one under `key` have."""
+    keys = {name: set(config.keys(kind)) for name, kind in variants.items()}
+    name = table[key]
+    if isinstance(name, str):  # a plug-in has none of them
+        for other in set().union(*keys.values()) - keys.get(name, set()):
+            table.pop(other, None)

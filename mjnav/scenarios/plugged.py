@@ -3,7 +3,15 @@
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
 
-from mjnav.plugins import BehaviourPlugin, DistributionPlugin, LocalizerPlugin, MetricPlugin, Plugin, TrackerPlugin
+from mjnav.plugins import (
+    BehaviourPlugin,
+    DistributionPlugin,
+    LocalizerPlugin,
+    MetricPlugin,
+    Plugin,
+    PredictorPlugin,
+    TrackerPlugin,
+)
 from mjnav.scenarios.people import ConstantVelocity
 from mjnav.scenarios.spec import Noise, Person, Scenario
 
@@ -20,6 +28,7 @@ def without_plugins(scenario: Scenario) -> Scenario:
     return replace(
         scenario,
         metrics=None,
+        prediction=None if _predictor(scenario) else scenario.prediction,
         people=tuple(_standing(person) for person in scenario.people),
         noise=Noise(noise.profile, kept),
         estimation=replace(
@@ -41,6 +50,8 @@ def _found(scenario: Scenario) -> Iterator[tuple[str, Plugin]]:
         yield "estimation.robot.localizer", robot
     if isinstance(obstacles, TrackerPlugin):
         yield "estimation.obstacles.tracker", obstacles
+    if (predictor := _predictor(scenario)) is not None:
+        yield "prediction", predictor
     for i, person in enumerate(scenario.people):
         if isinstance(person.behaviour, BehaviourPlugin):
             yield f"people.{i}", person.behaviour
@@ -48,6 +59,11 @@ def _found(scenario: Scenario) -> Iterator[tuple[str, Plugin]]:
         if isinstance(distribution, DistributionPlugin):
             yield f"noise.{channel}", distribution
     yield from ((f"metrics.{i}", metric) for i, metric in enumerate(metrics_of(scenario)))
+
+
+def _predictor(scenario: Scenario) -> PredictorPlugin | None:
+    model = None if scenario.prediction is None else scenario.prediction.model
+    return model if isinstance(model, PredictorPlugin) else None
 
 
 def _standing(person: Person) -> Person:

@@ -26,6 +26,7 @@ from mjnav.scenarios.people import ConstantVelocity as ConstantVelocity
 from mjnav.scenarios.people import Person as Person
 from mjnav.scenarios.people import StopAndGo as StopAndGo
 from mjnav.scenarios.people import Waypoints as Waypoints
+from mjnav.scenarios.prediction import Prediction as Prediction
 from mjnav.scenarios.ranges import MAX_BODIES, MAX_POINTS, MAX_TIME, Angle, Coordinate, Point, Rate, Seed, Size
 from mjnav.scenarios.top_view import top_view
 
@@ -256,7 +257,8 @@ class Scenario(Constant):
     estimation: Estimation = Estimation()
     control: Control = Control()
     physics: Physics = Physics()
-    # These two are not in a dump unless they were given: the names of a study's cells are made of those.
+    # These three are not in a dump unless they were given: the names of a study's cells are made of those.
+    prediction: Prediction | None = None
     log: LogContent | None = None
     metrics: Annotated[
         tuple[str | MetricPlugin, ...] | None,

@@ -9,8 +9,9 @@ from mjnav.errors import unknown_name
 from mjnav.estimation import LOCALIZERS, TRACKERS, estimator_class
 from mjnav.noise.registry import DISTRIBUTIONS
 from mjnav.plugins import CONTROLLER, Kind, registered
-from mjnav.plugins.kinds import BEHAVIOUR, DISTRIBUTION, LOCALIZER, TRACKER
+from mjnav.plugins.kinds import BEHAVIOUR, DISTRIBUTION, LOCALIZER, PREDICTOR, TRACKER
 from mjnav.recording.log_format import TOPICS
+from mjnav.scenarios.prediction import MODELS
 from mjnav.scenarios.spec import BEHAVIOURS, ENGINES
 from mjnav.study.study_file import studies
 
@@ -59,6 +60,7 @@ _KINDS: Mapping[str, Callable[[], Mapping[str, str]]] = MappingProxyType(
             DISTRIBUTION, {name: first_line(kind) for name, kind in DISTRIBUTIONS.items()}
         ),
         "filters": _filters,
+        "predictors": lambda: _with_registered(PREDICTOR, {name: first_line(kind) for name, kind in MODELS.items()}),
         "engines": lambda: ENGINES,
         "topics": _topics,
     }

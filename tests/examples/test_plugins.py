@@ -14,6 +14,7 @@ RUNS = {
     "controller": ("crossing1", {"controller": f"{EXAMPLES}/controller/worst_case.py:WorstCase"}),
     "localizer": ("crossing1", {"localizer": f"{EXAMPLES}/localizer/dead_reckoning.py:DeadReckoning"}),
     "tracker": ("crossing1", {"tracker": f"{EXAMPLES}/tracker/alpha_beta.py:AlphaBeta"}),
+    "predictor": ("crossing1", {"overrides": {**QUICK, "prediction.model": f"{EXAMPLES}/predictor/arcs.py:Arcs"}}),
     "behaviour": (EXAMPLES / "behaviour" / "wander.toml", {}),
     "distribution": (EXAMPLES / "distribution" / "laplace.toml", {}),
 }
@@ -22,7 +23,7 @@ RUNS = {
 @pytest.mark.parametrize("kind", RUNS)
 def test_an_example_runs_and_its_log_is_replayed_where_it_is_trusted(kind, tmp_path):
     scene, own = RUNS[kind]
-    scenario = mjnav.load_scenario(scene, QUICK, **own)
+    scenario = mjnav.load_scenario(scene, **{"overrides": QUICK, **own})
     result = mjnav.run(scenario, seed=1, log=tmp_path / "a.mcap")
     plain = mjnav.run(mjnav.load_scenario("crossing1", QUICK), seed=1)
     assert result.summary["ticks"] == 20

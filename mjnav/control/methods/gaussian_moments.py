@@ -30,6 +30,7 @@ from mjnav.config import Choice, Range
 from mjnav.control.base import ConstrainedController
 from mjnav.control.methods.gaussian_linearised import probability
 from mjnav.control.parameters import Parameters
+from mjnav.control.problem.futures import straightened
 from mjnav.control.problem.lane_samples import lane_samples
 from mjnav.control.problem.obstacles import Discs, blocks
 from mjnav.control.problem.problem import Problem
@@ -103,6 +104,7 @@ class GaussianMoments(ConstrainedController[GaussianMomentsParameters]):
 
     def _disc(self, disc: ObstacleSamples, axes: Array) -> ObstacleSamples:
         """Samples of the Gaussian fitted to a disc; what is known exactly stays one sample."""
+        disc = straightened(disc, self.parameters.horizon)
         if len(disc.position) == 1:
             return disc
         mean = disc.position.mean(axis=0)

@@ -123,7 +123,7 @@ class Mppi(ProblemController[MppiParameters]):
         """
         p, problem = self.parameters, self.problem(observation)
         reach = in_reach(observation, problem.discs.means(), problem.mean_pose, self.limits, self._sight)
-        surroundings = Surroundings.of(problem, reach)
+        surroundings = Surroundings.of(problem, reach, p.steps, p.step)
         rows = self.costs(problem, surroundings, self._wanted(problem))
         new = self.costs(problem, surroundings, rows.controls @ softmin(rows.total, p.temperature)[:, None])
         feasible = rows.risk.worst <= p.risk_bound

@@ -89,7 +89,7 @@ class Orca(ProblemController[OrcaParameters]):
 
     def _discs(self, problem: Problem) -> tuple[Array, Array]:
         p, to_robot = self.parameters, problem.to_robot
-        discs = problem.discs.means().take(problem.reach.discs)
+        discs = problem.discs_until(p.time_horizon).means().take(problem.reach.discs)
         now = problem.observation.twist * np.array([1.0, p.effective_centre])
         position = (discs.position - problem.mean_pose[:2]) @ to_robot - np.array([p.effective_centre, 0.0])
         radius = discs.radius + self._radius + p.safety_margin

@@ -1,23 +1,26 @@
 """The collision probability of rollouts: at every step the share of samples that collide or are beyond a lane boundary.
 
-    P_jt(k) = share of pairs (i, m) with |p_t(k) + e_i - (o_m + (t + 1) dt o'_m)| < R_j,
+    P_jt(k) = share of pairs (i, m) with |p_t(k) + e_i - o_m((t + 1) dt)| < R_j,
 
 p_t(k) the mean robot's position at the end of step t of rollout k, e_i where sample i of the robot is beside the mean,
-and o_m, o'_m position and velocity of sample m of obstacle j. All N M pairs count. Relative to the mean robot they form
-one cloud of points, the same for every rollout, and most rollouts are entirely outside or inside its reach.
+and o_m(s) where sample m of obstacle j is predicted s seconds later: o_m + s o'_m without a prediction of its own. All
+N M pairs count. Relative to the mean robot they form one cloud of points, the same for every rollout, and most rollouts
+are entirely outside or inside its reach.
 """
 
-from dataclasses import dataclass, replace
+from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
 from mjnav.constraints.lane import lane_distance
 from mjnav.control.kernels.mppi_rollout import Rollouts
+from mjnav.control.problem.futures import positions_at
 from mjnav.control.problem.obstacles import Discs, Reach
 from mjnav.control.problem.problem import Problem
 from mjnav.geometry.compiled import kernel
 from mjnav.geometry.kernel_types import Indices, Matrix, Vector
-from mjnav.messages import Array
+from mjnav.messages import Array, ObstacleSamples
 
 SLACK = 1e-9  # relative, by which a cloud's reach is rounded up
 TINY = 1e-300
@@ -59,15 +62,16 @@ def _meet_discs(
     y: Matrix,
     ex: Vector,
     ey: Vector,
-    ox: Vector,
-    oy: Vector,
-    ovx: Vector,
-    ovy: Vector,
+    ox: Matrix,
+    oy: Matrix,
     start: Indices,
     radius: Vector,
     step: float,
 ):
-    """Adds the time in collision with every disc to `time` (B, K); the greatest share goes to `worst` (K,)."""
+    """Adds the time in collision with every disc to `time` (B, K); the greatest share goes to `worst` (K,).
+
+    ox, oy (T, S) are the discs' samples at the end of every step.
+    """
     mean_ex, mean_ey = ex.mean(), ey.mean()
     robot_spread = _spread(ex, ey, mean_ex, mean_ey)
     for b in range(radius.size):
@@ -75,8 +79,7 @@ def _meet_discs(
         n = ex.size * (start[b + 1] - start[b])
         cloud_x, cloud_y = np.empty(n), np.empty(n)
         for t in range(x.shape[0]):
-            ahead = (t + 1) * step
-            px, py = ox[m] + ahead * ovx[m], oy[m] + ahead * ovy[m]
+            px, py = ox[t, m], oy[t, m]
             mean_px, mean_py = px.mean(), py.mean()
             spread = robot_spread + _spread(px, py, mean_px, mean_py) + SLACK * radius[b]
             outside, inside = (radius[b] + spread) ** 2, max(radius[b] - spread, 0.0) ** 2
@@ -139,6 +142,30 @@ def _cross(time: Vector, worst: Vector, x: Matrix, y: Matrix, normal: Vector, ex
             worst[k] = max(worst[k], count / excess.size)
 
 
+@kernel
+def _straight(x: Matrix, y: Matrix, ox: Vector, oy: Vector, ovx: Vector, ovy: Vector, step: float):
+    """Where samples (S,) are that go straight on, at the end of every step, into `x` and `y` (T, S)."""
+    for t in range(x.shape[0]):
+        ahead = (t + 1) * step
+        for i in range(ox.size):
+            x[t, i] = ox[i] + ahead * ovx[i]
+            y[t, i] = oy[i] + ahead * ovy[i]
+
+
+def _paths(
+    obstacles: Sequence[ObstacleSamples], reach: Reach, discs: Discs, mean: Array, times: Array
+) -> tuple[Array, Array]:
+    """x and y (T, S) of the samples of the discs in reach at `times` (T,), relative to the robot's `mean` position."""
+    x, y = np.empty((2, len(times), len(discs.position)))
+    position = np.ascontiguousarray((discs.position - mean).T)
+    _straight(x, y, *position, *np.ascontiguousarray(discs.velocity.T), float(times[0]))
+    for b, j in enumerate(reach.discs):
+        if obstacles[j].future is not None:
+            rows = slice(discs.start[b], discs.start[b + 1])
+            x[:, rows], y[:, rows] = np.moveaxis(positions_at(obstacles[j], times) - mean, -1, 0)
+    return x, y
+
+
 @dataclass(frozen=True, slots=True)
 class Risk:
     """The risk of each of K rollouts."""
@@ -153,7 +180,9 @@ class Surroundings:
     """All samples of an observation, relative to the robot's mean position."""
 
     offsets: Array  # (2, N) [m] of the robot's samples
-    discs: Discs
+    start: Indices  # (B + 1,) the samples of disc b are those from start[b] to start[b + 1]
+    disc_radius: Array  # (B,) [m]
+    paths: tuple[Array, Array]  # x and y (T, S) [m] of the discs' samples at the end of every step
     walls: Array  # (W, 4) [m] ax, ay, bx, by
     columns: list[int]  # of the discs and walls, in Risk.cone
     num_columns: int
@@ -161,8 +190,8 @@ class Surroundings:
     lanes: tuple[tuple[Array, Array], ...]  # (2,) outward normal and (N,) samples of what the robot is beyond by [m]
 
     @classmethod
-    def of(cls, problem: Problem, reach: Reach) -> "Surroundings":
-        """The discs and walls in reach, by the problem's samples.
+    def of(cls, problem: Problem, reach: Reach, steps: int, step: float) -> "Surroundings":
+        """The discs and walls in reach, by the problem's samples, for `steps` steps of `step` [s].
 
         Each robot sample includes the drift of its actuation noise over one period; the next decision observes and
         corrects it.
@@ -171,6 +200,7 @@ class Surroundings:
         drift = problem.period * o.control_noise[:, 0]
         offsets = (o.robot_pose[:, :2] - mean).T + drift * np.stack([np.cos(heading), np.sin(heading)])
         discs = problem.discs.take(reach.discs)
+        paths = _paths(o.obstacles, reach, discs, mean, step * np.arange(1, steps + 1, dtype=float))
         num_discs, lanes = len(o.obstacles), []
         if o.lanes is not None:
             sides = ((o.lanes.left, o.lanes.left_offset, 1.0), (o.lanes.right, o.lanes.right_offset, -1.0))
@@ -180,7 +210,9 @@ class Surroundings:
                 lanes.append((normal, normal @ offsets + beyond))
         return cls(
             offsets=offsets,
-            discs=replace(discs, position=discs.position - mean),
+            start=discs.start,
+            disc_radius=discs.radius,
+            paths=paths,
             walls=(o.walls[list(reach.walls)] - mean).reshape(-1, 4),
             columns=[*reach.discs, *(num_discs + w for w in reach.walls)],
             num_columns=num_discs + len(o.walls),
@@ -190,12 +222,11 @@ class Surroundings:
 
     def risk(self, rollouts: Rollouts) -> Risk:
         """The risk of rollouts here."""
-        r, num_discs, num = rollouts, len(self.discs.radius), rollouts.v.shape[1]
+        r, num_discs, num = rollouts, len(self.disc_radius), rollouts.v.shape[1]
         time, lane, worst = np.zeros((len(self.columns), num)), np.zeros((2, num)), np.zeros(num)
-        ox, oy, ovx, ovy = np.ascontiguousarray(np.concatenate([self.discs.position, self.discs.velocity], axis=1).T)
         _meet_discs(
-            time[:num_discs], worst, r.x, r.y, *self.offsets, ox, oy, ovx, ovy, self.discs.start,
-            self.discs.radius + self.radius, r.step,
+            time[:num_discs], worst, r.x, r.y, *self.offsets, *self.paths, self.start,
+            self.disc_radius + self.radius, r.step,
         )  # fmt: skip
         _meet_walls(time[num_discs:], worst, r.x, r.y, *self.offsets, self.walls, self.radius, r.step)
         for side, (normal, excess) in enumerate(self.lanes):

@@ -14,6 +14,7 @@ from mjnav.constraints.collision_cone import FORMS
 from mjnav.control.kernels.cone_blocks import ConeRule
 from mjnav.control.parameters import Parameters
 from mjnav.control.problem.candidates import Candidates, candidate_grid
+from mjnav.control.problem.futures import straightened
 from mjnav.control.problem.goal_cost import GoalCost
 from mjnav.control.problem.lane_samples import lane_samples
 from mjnav.control.problem.nominal import least_violating
@@ -63,8 +64,15 @@ class Problem(Constant):
 
     @cached_property
     def discs(self) -> Discs:
-        """The samples of all obstacles."""
-        return Discs.of(self.observation.obstacles)
+        """The samples of all obstacles, each on the straight line to where it is after `horizon`."""
+        return Discs.of([straightened(obstacle, self.parameters.horizon) for obstacle in self.observation.obstacles])
+
+    def discs_until(self, horizon: float) -> Discs:
+        """The same with another horizon [s], which makes a difference where a future is predicted."""
+        obstacles = self.observation.obstacles
+        if all(obstacle.future is None for obstacle in obstacles):
+            return self.discs
+        return Discs.of([straightened(obstacle, horizon) for obstacle in obstacles])
 
     @cached_property
     def _means(self) -> Discs:

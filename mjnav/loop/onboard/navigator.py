@@ -9,10 +9,11 @@ from mjnav.control import Controller
 from mjnav.estimation import Localizer, Tracker, assumed_noise, make_localizer, make_tracker
 from mjnav.estimation.base import DRAWS
 from mjnav.filters.resampling import shuffled
+from mjnav.geometry.angles import circular_mean
 from mjnav.loop.onboard.commands import CommandHistory
 from mjnav.loop.onboard.floor_map import FloorMap
 from mjnav.loop.onboard.latency import make_latency
-from mjnav.loop.onboard.prediction import Predictor, carry_people
+from mjnav.loop.onboard.prediction import RobotPrediction
 from mjnav.loop.prepare import build_controller, num_samples
 from mjnav.messages import (
     Array,
@@ -27,6 +28,7 @@ from mjnav.messages import (
     Track,
 )
 from mjnav.motion.diff_drive import command_bounds
+from mjnav.prediction import Crowd, RobotNow, make_predictor
 from mjnav.rng import stream
 from mjnav.scenarios.spec import Scenario
 from mjnav.sealed import sealed, sealed_costs
@@ -54,7 +56,8 @@ class Navigator:
         self._draws: dict[str, np.random.Generator] = {}  # from beliefs that are handed over, by the body's name
         noise = assumed_noise(scenario)
         limits = scenario.robot.limits
-        self._predictor = Predictor(noise, limits, seed)
+        self._robot_prediction = RobotPrediction(noise, limits, seed)
+        self._predictor = make_predictor(scenario, seed)
         self._history = CommandHistory(limits)
         self._low, self._high = command_bounds(limits)
         self.latency = make_latency(scenario, seed)
@@ -121,17 +124,12 @@ class Navigator:
         self._history.forget(belief.time)
         stretches = self._history.stretches(belief.time, effect)
         robot, people = self._own_samples(num) if own else self._samples_of(beliefs, num)
-        pose, noise = self._predictor.robot(robot, belief.time, effect, stretches)
-        samples = np.array(people).reshape(-1, num, 4)
-        elapsed = np.array([effect - track.time for track in beliefs.people]).reshape(-1, 1, 1)
-        positions, velocities = map(sealed, carry_people(samples, elapsed))
-        radii = [track.radius for track in beliefs.people]
-        walking = [ObstacleSamples(*person) for person in zip(positions, velocities, radii, strict=True)]
+        pose, noise = self._robot_prediction.robot(robot, belief.time, effect, stretches)
         return Observation(
             robot_pose=sealed(pose),
             control_noise=sealed(noise),
             twist=sealed(self._decided),
-            obstacles=(*walking, *self.floor_map.discs),
+            obstacles=(*self._predict_people(beliefs.people, people, effect, pose), *self.floor_map.discs),
             goal=sealed(self.goal),
             walls=sealed(self.floor_map.walls(pose[:, :2].mean(axis=0))),
             lanes=self._observe_lanes(num),
@@ -139,6 +137,26 @@ class Navigator:
             scan=self._observe_scan(),
             map=self.floor_map.known,
         )
+
+    def _predict_people(
+        self, tracks: tuple[Track, ...], drawn: tuple[Array, ...], effect: float, pose: Array
+    ) -> list[ObstacleSamples]:
+        """Everybody from the moment of effect on, at which the robot's poses are (N, 3)."""
+        samples = np.array(drawn).reshape(-1, self._num_samples, 4)
+        robot = None if self._scenario.prediction is None else self._robot_now(pose)
+        people = self._predictor.predict(Crowd(tracks, samples, effect, self.floor_map.known, robot))
+        positions, velocities = sealed(people.position), sealed(people.velocity)
+        radii = [track.radius for track in tracks]
+        if people.ahead is None:
+            return [ObstacleSamples(*person) for person in zip(positions, velocities, radii, strict=True)]
+        rows = zip(positions, velocities, radii, sealed(people.ahead), strict=True)
+        return [ObstacleSamples(*person, people.step) for person in rows]
+
+    def _robot_now(self, pose: Array) -> RobotNow:
+        """The robot at its mean of poses (N, 3), moving as was decided last."""
+        heading = circular_mean(pose[:, 2])
+        velocity = self._decided[0] * np.array([np.cos(heading), np.sin(heading)])
+        return RobotNow(pose[:, :2].mean(axis=0), velocity, self._scenario.robot.radius)
 
     def decide(self, observation: Observation) -> Decision:
         """The controller's decision, brought within the robot's limits."""

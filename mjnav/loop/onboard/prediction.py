@@ -1,8 +1,8 @@
-"""Carries beliefs forward, through all commands still to take effect, to the moment at which a decision does.
+"""Carries the robot's belief through all commands still to take effect, to the moment at which a decision does.
 
 Between the reading that a belief stands for and that moment, the robot does what is already under way: commands in
 force and pending, each reached at the acceleration limits. Every robot sample goes its own way, with its own draws of
-the actuation noise, which hold for a window each as they do in the world. Obstacle samples walk on straight.
+the actuation noise, which hold for a window each as they do in the world. People are carried by `mjnav.prediction`.
 """
 
 from collections.abc import Mapping, Sequence
@@ -17,7 +17,7 @@ from mjnav.noise import NOISE_WINDOW, Distribution
 from mjnav.rng import stream
 
 
-class Predictor:
+class RobotPrediction:
     """Carries samples; its draws come from streams of its own."""
 
     def __init__(self, noise: Mapping[str, Distribution], limits: RobotLimits, seed: int):
@@ -45,8 +45,3 @@ class Predictor:
 def _window(time: float) -> int:
     """Index of the noise window that holds at `time` [s]."""
     return int(np.floor((time + ROUNDING) / NOISE_WINDOW))
-
-
-def carry_people(samples: Array, duration: Array | float) -> tuple[Array, Array]:
-    """Positions and velocities, (..., 2) each, after `duration` [s] from samples (..., 4) of x, y, vx, vy."""
-    return samples[..., :2] + duration * samples[..., 2:], samples[..., 2:]

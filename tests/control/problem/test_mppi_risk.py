@@ -129,7 +129,7 @@ def test_every_rollout_costs_what_is_written_down(observe, seed, sizes):
     everything = Reach(tuple(range(len(o.obstacles))), tuple(range(len(o.walls))))
     wanted = np.random.default_rng(seed).normal([[[0.4]], [[0.0]]], [[[0.6]], [[1.2]]], size=(2, 6, 9))
     wanted[1, :, 0] = 0.0
-    found = controller.costs(problem, Surroundings.of(problem, everything), wanted)
+    found = controller.costs(problem, Surroundings.of(problem, everything, 6, 0.3), wanted)
     for k in range(9):
         literal = Literal(o, controller.parameters, wanted[:, :, k].T.tolist())
         assert np.allclose(found.controls[:, :, k].T, literal.controls, rtol=0.0, atol=1e-12)

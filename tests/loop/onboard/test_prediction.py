@@ -6,8 +6,9 @@ from scipy import stats
 
 from mjnav.geometry.angles import wrap
 from mjnav.loop.onboard.commands import CommandHistory, Stretch
-from mjnav.loop.onboard.prediction import Predictor, carry_people
+from mjnav.loop.onboard.prediction import RobotPrediction
 from mjnav.noise import profile
+from mjnav.prediction.constant_velocity import carry_people
 from mjnav.world.simulator import Simulator
 
 DELAYS = (0, 1, 3)
@@ -25,7 +26,7 @@ def predictions(scenario, seed: int, duration: float, num: int = 1):
     limits = scenario.robot.limits
     simulator = Simulator(scenario, seed)
     history = CommandHistory(limits)
-    predictor = Predictor(scenario.noise.distributions(), limits, seed)
+    predictor = RobotPrediction(scenario.noise.distributions(), limits, seed)
     rng = np.random.default_rng(seed)
     pending = {}
     reading = None
@@ -101,8 +102,8 @@ def test_samples_with_the_noise_of_the_wrong_sign_would_be_found_out(empty):
 
 
 @pytest.fixture
-def predictor(limits) -> Predictor:
-    return Predictor(profile("pearson"), limits, 7)
+def predictor(limits) -> RobotPrediction:
+    return RobotPrediction(profile("pearson"), limits, 7)
 
 
 def steady(start: float, end: float) -> list[Stretch]:

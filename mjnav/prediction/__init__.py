@@ -1,0 +1,38 @@
+"""How people will go on: between the tracker, which says where they are, and the controller."""
+
+from collections.abc import Mapping
+from importlib import import_module
+from types import MappingProxyType
+from typing import Any
+
+from mjnav.plugins import PredictorPlugin
+from mjnav.prediction.base import Crowd, Futures, Predictor, RobotNow
+from mjnav.prediction.constant_velocity import ConstantVelocity
+from mjnav.prediction.own import OwnPredictor
+from mjnav.scenarios.prediction import MODELS
+from mjnav.scenarios.spec import Scenario
+
+__all__ = ["PREDICTORS", "Crowd", "Futures", "Predictor", "RobotNow", "make_predictor"]
+
+# model -> module:Class
+PREDICTORS: Mapping[str, str] = MappingProxyType(
+    {
+        "constant_velocity": "mjnav.prediction.constant_velocity:ConstantVelocity",
+        "mixture": "mjnav.prediction.mixture:Mixture",
+    }
+)
+
+
+def make_predictor(scenario: Scenario, seed: int) -> Predictor:
+    """The model that the scenario names, under the run's seed."""
+    choice = scenario.prediction
+    if choice is None:
+        return ConstantVelocity()
+    model: Any = choice.model
+    if isinstance(model, PredictorPlugin):
+        return OwnPredictor(model.name, model.make(scenario, seed))
+    (name,) = (name for name, kind in MODELS.items() if type(model) is kind)
+    if name == "constant_velocity":
+        return ConstantVelocity()
+    module, _, found = PREDICTORS[name].partition(":")
+    return getattr(import_module(module), found)(choice, model, seed)

@@ -1,0 +1,76 @@
+"""The interface between tracker and controller: how people will go on.
+
+    tracks at the time of the latest reading  ->  Predictor  ->  samples of every person from the moment of effect on
+
+A predictor carries M joint samples (x, y, vx, vy) of each of P people to the moment at which the decision takes effect,
+and on from there in H steps. All samples of a person count the same: a sample that is more likely is there more often.
+"""
+
+from dataclasses import dataclass, field
+from typing import Protocol, Self
+
+import numpy as np
+
+from mjnav.messages import Array, KnownMap, Track
+from mjnav.short_repr import ShortRepr
+
+
+@dataclass(frozen=True, slots=True, repr=False)
+class RobotNow(ShortRepr):
+    """The robot as a body among the people, at the moment of effect."""
+
+    position: Array  # (2,) [m]
+    velocity: Array  # (2,) [m/s]
+    radius: float  # [m]
+
+
+@dataclass(frozen=True, slots=True, repr=False)
+class Crowd(ShortRepr):
+    """What is known of P people and of what stands around them when they are predicted."""
+
+    tracks: tuple[Track, ...]  # (P,) the latest, each with its own time
+    samples: Array  # (P, M, 4) x, y, vx, vy [m, m/s] of each, at its track's time; in random order
+    effect: float  # [s] the moment at which the decision takes effect
+    map: KnownMap | None = None
+    robot: RobotNow | None = None
+
+    @property
+    def elapsed(self) -> Array:
+        """(P, 1, 1) [s] from each track's time to the moment of effect."""
+        return np.array([self.effect - track.time for track in self.tracks]).reshape(-1, 1, 1)
+
+
+@dataclass(frozen=True, slots=True, repr=False)
+class Futures(ShortRepr):
+    """M samples of each of P people at the moment of effect, and of how they go on."""
+
+    position: Array  # (P, M, 2) [m] at the moment of effect
+    velocity: Array  # (P, M, 2) [m/s]
+    ahead: Array | None = field(default=None)  # (P, M, H, 2) [m] after step, ... H step; None: straight on
+    step: float = 0.0  # [s]
+
+    @classmethod
+    def along(cls, paths: Array, step: float) -> Self:
+        """From paths (P, M, H + 1, 2) [m] of every sample: at the moment of effect, after `step`, ... H `step` [s].
+
+        The velocity is that of the first step.
+        """
+        return cls(paths[:, :, 0], (paths[:, :, 1] - paths[:, :, 0]) / step, paths[:, :, 1:], step)
+
+    def paths(self, step: float, num: int) -> Array:
+        """(P, M, num + 1, 2) [m]: from the moment of effect on in `num` steps; for a model without `ahead` straight on.
+
+        With `ahead`, `step` and `num` are its own.
+        """
+        if self.ahead is not None:
+            return np.concatenate([self.position[:, :, None], self.ahead], axis=2)
+        time = step * np.arange(num + 1)[:, None]
+        return self.position[:, :, None] + time * self.velocity[:, :, None]
+
+
+class Predictor(Protocol):
+    """A model of how people go on. One whose state is more than its streams' is told apart by people's names."""
+
+    def predict(self, crowd: Crowd) -> Futures:
+        """Called once a tick with the latest tracks; ticks between two readings bring the same tracks again."""
+        ...
