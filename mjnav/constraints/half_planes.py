@@ -2,13 +2,17 @@
 
     V* = argmin |V - V_pref|   subject to   n_i . V >= c_i,  i = 1 ... n,   low <= V <= high.            (1)
 
+In place of the box low <= V <= high, velocities may be bounded by a disc |V| <= r: of a robot the one, of a person the
+other.
+
 The half-planes are added one by one: where the best so far violates a new one, the new best lies on its line, which
 leaves a problem in one dimension. Where (1) has no solution, the largest violation is made as small as it can be,
 
     d* = min d   subject to   n_i . V + d >= c_i,   d >= 0,   low <= V <= high,                          (2)
 
 likewise one dimension higher: where the best so far violates constraint i by more than d, the new best lies on its
-plane d = c_i - n_i . V. Of all V that reach d* the nearest to V_pref is taken. Source: van den Berg, Guy, Lin & Manocha
+plane d = c_i - n_i . V. Of all V that reach d* the nearest to V_pref is taken. The first half-planes may be hard, those
+of walls: they hold in (2) as they are, without d. Source: van den Berg, Guy, Lin & Manocha
 (2011), "Reciprocal n-Body Collision Avoidance", section 5; the incremental programme: de Berg et al., "Computational
 Geometry", chapter 4. The random order there is for the expected time only; here the order is the one given.
 """
@@ -26,8 +30,8 @@ SLACK = 1e-9  # [m/s] on top of d*, so that (1) with d* has a solution in spite 
 
 
 @kernel
-def _on_line(planes, num, nx, ny, c, box, x, y, gx, gy):
-    """The best point of the line n . V = c within the first `num` planes and the box: (found, x, y).
+def _on_line(planes, num, nx, ny, c, box, reach, x, y, gx, gy):
+    """The best point of the line n . V = c within the first `num` planes, the box and the disc: (found, x, y).
 
     The nearest to (x, y) where the direction g is 0, else the farthest along g.
     """
@@ -35,6 +39,13 @@ def _on_line(planes, num, nx, ny, c, box, x, y, gx, gy):
     x, y = x + gap * nx, y + gap * ny
     tx, ty = -ny, nx
     low, high = -np.inf, np.inf
+    if reach < np.inf:
+        middle = -(x * tx + y * ty)
+        square = middle * middle + reach * reach - (x * x + y * y)
+        if square < -ROUNDING * reach:
+            return False, x, y
+        half = np.sqrt(max(square, 0.0))
+        low, high = middle - half, middle + half
     for j in range(num + 4):
         if j < num:
             along = planes[j, 0] * tx + planes[j, 1] * ty
@@ -58,29 +69,40 @@ def _on_line(planes, num, nx, ny, c, box, x, y, gx, gy):
 
 
 @kernel
-def _in_plane(planes, num, box, x, y, gx, gy):
+def _in_bounds(x, y, box, reach):
+    """The nearest to (x, y) in the box and the disc, of which one bounds."""
+    x, y = min(max(x, box[0]), box[2]), min(max(y, box[1]), box[3])
+    size = np.sqrt(x * x + y * y)
+    return (x * reach / size, y * reach / size) if size > reach else (x, y)
+
+
+@kernel
+def _in_plane(planes, num, box, reach, x, y, gx, gy):
     """(found, x, y) of problem (1) with the first `num` planes; farthest along g where that is not 0."""
     tx, ty = x, y
-    x, y = min(max(x, box[0]), box[2]), min(max(y, box[1]), box[3])
-    if gx != 0.0:
+    x, y = _in_bounds(x, y, box, reach)
+    if reach < np.inf:
+        size = np.sqrt(gx * gx + gy * gy)
+        if size > 0.0:
+            x, y = gx * reach / size, gy * reach / size
+    elif gx != 0.0:
         x = box[2] if gx > 0.0 else box[0]
-    if gy != 0.0:
+    if gy != 0.0 and reach == np.inf:
         y = box[3] if gy > 0.0 else box[1]
     for i in range(num):
         if planes[i, 0] * x + planes[i, 1] * y < planes[i, 2] - ROUNDING:
-            found, x, y = _on_line(planes, i, planes[i, 0], planes[i, 1], planes[i, 2], box, tx, ty, gx, gy)
+            found, x, y = _on_line(planes, i, planes[i, 0], planes[i, 1], planes[i, 2], box, reach, tx, ty, gx, gy)
             if not found:
                 return False, tx, ty
     return True, x, y
 
 
 @kernel
-def _least_violation(planes, num, box, x, y):
-    """(V, d*) of problem (2); d* is the largest violation at V."""
-    x, y = min(max(x, box[0]), box[2]), min(max(y, box[1]), box[3])
+def _least_violation(planes, num, hard, box, reach, x, y):
+    """(V, d*) of problem (2), searched for from (x, y), which obeys the hard planes; d* is the largest violation at V."""
     d = 0.0
     level = np.empty((num + 1, 3))
-    for i in range(num):
+    for i in range(hard, num):
         nx, ny, c = planes[i, 0], planes[i, 1], planes[i, 2]
         if c - (nx * x + ny * y) <= d + ROUNDING:
             continue
@@ -88,32 +110,48 @@ def _least_violation(planes, num, box, x, y):
         level[0, 0], level[0, 1], level[0, 2] = -nx, -ny, -c
         count = 1
         for j in range(i):
-            ax, ay = planes[j, 0] - nx, planes[j, 1] - ny
-            size = np.sqrt(ax * ax + ay * ay)
+            mx, my, e = planes[j, 0], planes[j, 1], planes[j, 2]
+            if j >= hard:
+                mx, my, e = mx - nx, my - ny, e - c
+            size = np.sqrt(mx * mx + my * my)
             if size > PARALLEL:
-                level[count, 0], level[count, 1], level[count, 2] = ax / size, ay / size, (planes[j, 2] - c) / size
+                level[count, 0], level[count, 1], level[count, 2] = mx / size, my / size, e / size
                 count += 1
-        found, px, py = _in_plane(level, count, box, x, y, nx, ny)
+        found, px, py = _in_plane(level, count, box, reach, x, y, nx, ny)
         if found:
             x, y = px, py
         d = c - (nx * x + ny * y)
-    for i in range(num):
+    for i in range(hard, num):
         d = max(d, planes[i, 2] - (planes[i, 0] * x + planes[i, 1] * y))
     return x, y, d
 
 
 @kernel
+def nearest_within(planes, num, hard, box, reach, tx, ty):
+    """(V*_x, V*_y, d*) for the first `num` of the planes (n, 3) n_x, n_y, c, and the target (tx, ty).
+
+    The first `hard` planes are; they have a velocity in common, as 0 is for walls. Velocities are bounded by the box
+    (4,) low, high or by the disc of radius `reach`: the other one is infinite. Where (1) has no solution, d* is taken
+    from the offsets of the other planes in place.
+    """
+    count, sx, sy, d = num, tx, ty, 0.0
+    for attempt in range(3):  # all planes; the hard ones alone, from where (2) is solved; all, relaxed by d*
+        found, x, y = _in_plane(planes, count, box, reach, tx, ty, 0.0, 0.0)
+        if attempt == 1:
+            sx, sy, d = _least_violation(planes, num, hard, box, reach, x, y)
+            count = num
+            for i in range(hard, num):
+                planes[i, 2] -= d + SLACK
+        elif found:
+            return x, y, d
+        else:
+            count = hard
+    return sx, sy, d
+
+
+@kernel
 def _nearest(planes: Matrix, box: Vector, target: Vector):
-    num = planes.shape[0]
-    found, x, y = _in_plane(planes, num, box, target[0], target[1], 0.0, 0.0)
-    if found:
-        return x, y, 0.0
-    sx, sy, d = _least_violation(planes, num, box, target[0], target[1])
-    relaxed = planes.copy()
-    for i in range(num):
-        relaxed[i, 2] -= d + SLACK
-    found, x, y = _in_plane(relaxed, num, box, target[0], target[1], 0.0, 0.0)
-    return (x, y, d) if found else (sx, sy, d)
+    return nearest_within(planes, planes.shape[0], 0, box, np.inf, target[0], target[1])
 
 
 def nearest_velocity(
