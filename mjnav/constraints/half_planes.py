@@ -99,7 +99,7 @@ def _in_plane(planes, num, box, reach, x, y, gx, gy):
 
 @kernel
 def _least_violation(planes, num, hard, box, reach, x, y):
-    """(V, d*) of problem (2), searched for from (x, y), which obeys the hard planes; d* is the largest violation at V."""
+    """(V, d*) of problem (2), searched for from (x, y), which obeys the hard planes; d* is the violation at V."""
     d = 0.0
     level = np.empty((num + 1, 3))
     for i in range(hard, num):

@@ -116,7 +116,5 @@ def velocities(
             share = settings.robot_share if j == robot else AMONG_PEOPLE
             planes[num, 0], planes[num, 1], planes[num, 2] = nx, ny, nx * vx + ny * vy + share * depth
             num += 1
-        out[i, 0], out[i, 1], _ = nearest_within(
-            planes, num, hard, no_box, max_speed[i], desired[i, 0], desired[i, 1]
-        )
+        out[i, 0], out[i, 1], _ = nearest_within(planes, num, hard, no_box, max_speed[i], desired[i, 0], desired[i, 1])
     return out

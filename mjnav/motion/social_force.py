@@ -151,7 +151,7 @@ def _lookahead(body, x, y, wx, wy, position, velocity, unseen):
     ex, ey = wx / size, wy / size
     for j in range(len(position)):
         dx, dy = position[j, 0] - x, position[j, 1] - y
-        if j == body or j == unseen or not dx * dx + dy * dy <= LOOKAHEAD_RANGE**2:
+        if j in (body, unseen) or not dx * dx + dy * dy <= LOOKAHEAD_RANGE**2:
             continue
         vx, vy = velocity[j, 0], velocity[j, 1]
         if vx * ex + vy * ey < AGAINST * np.sqrt(vx * vx + vy * vy):
