@@ -7,13 +7,14 @@ from typing import Annotated
 
 from mjnav.config import Beside, Range, Variants, settle
 from mjnav.plugins import BehaviourPlugin
+from mjnav.scenarios.people.replay import Replay
 from mjnav.scenarios.people.straight import ConstantVelocity, StopAndGo
 from mjnav.scenarios.people.walkers import Waypoints
 from mjnav.scenarios.ranges import Point
 
-Behaviour = ConstantVelocity | StopAndGo | Waypoints
+Behaviour = ConstantVelocity | StopAndGo | Waypoints | Replay
 BEHAVIOURS: Mapping[str, type[Behaviour]] = MappingProxyType(
-    {"constant_velocity": ConstantVelocity, "stop_and_go": StopAndGo, "waypoints": Waypoints}
+    {"constant_velocity": ConstantVelocity, "stop_and_go": StopAndGo, "waypoints": Waypoints, "replay": Replay}
 )
 # Behaviours that see the robot unless the file says otherwise.
 SEEING: tuple[type, ...] = (BehaviourPlugin,)

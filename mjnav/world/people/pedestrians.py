@@ -8,14 +8,16 @@ import numpy as np
 
 from mjnav.messages import Array, WorldState
 from mjnav.plugins import BehaviourPlugin
+from mjnav.scenarios.people import Replay
 from mjnav.scenarios.spec import ConstantVelocity, Scenario, StopAndGo, Waypoints
 from mjnav.world.people.own import OwnWalk
+from mjnav.world.people.replay import Replayed
 from mjnav.world.people.route import Route
 from mjnav.world.people.straight import Straight
 from mjnav.world.people.walk import Index, Walk
 
 WALKS: Mapping[type, type[Walk]] = MappingProxyType(
-    {ConstantVelocity: Straight, StopAndGo: Straight, Waypoints: Route, BehaviourPlugin: OwnWalk}
+    {ConstantVelocity: Straight, StopAndGo: Straight, Waypoints: Route, Replay: Replayed, BehaviourPlugin: OwnWalk}
 )
 
 

@@ -1,0 +1,188 @@
+"""Recordings of people's tracks as text: one row a person and frame.
+
+Rows may come in any order. Columns are separated by white space, commas or semicolons. Lines that begin with #, %, //
+or ;, and lines without any number before the first row, are comments or headers.
+"""
+
+import re
+from array import array
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mjnav.errors import InvalidValue
+from mjnav.messages import Array
+from mjnav.scenarios.crowd.columns import BY_NUMBER, FORMATS, check_columns, named_columns
+from mjnav.scenarios.files import read_regular
+
+MAX_BYTES = 100_000_000
+_LARGEST = 1e15  # of a number: beyond any clock and any map
+_COMMENT = re.compile(r"\s*(#|%|//|;)")
+_NUMBERED = ("frame", "x", "y", "vx", "vy")
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Recording:
+    """The R rows of a recording by person and frame; persons in the order in which they first appear in time."""
+
+    columns: tuple[str, ...]
+    labels: tuple[str, ...]  # id of each person, as the file has it
+    person: NDArray[np.int64]  # (R,) index into labels, ascending
+    frame: Array  # (R,) ascending for each person
+    position: Array  # (R, 2) in the file's unit
+    velocity: Array | None  # (R, 2) where the file has it
+    num_skipped: int  # lines of comments and headers
+    num_repeated: int  # rows whose person and frame another row had before them
+
+    def rows(self) -> Iterator[tuple[str, slice]]:
+        """Label and rows of each person."""
+        ends = np.searchsorted(self.person, np.arange(len(self.labels) + 1))
+        for label, first, last in zip(self.labels, ends[:-1], ends[1:], strict=True):
+            yield label, slice(int(first), int(last))
+
+
+def read_recording(path: Path | str, columns: Sequence[str] | None = None) -> Recording:
+    """The recording in a text file; `columns` says what its columns are (`crowd.columns`).
+
+    Of rows with the same person and frame the first counts. Raises InvalidValue with the file and the line.
+    """
+    if columns is not None:
+        check_columns("columns", columns)
+    try:
+        data = read_regular(path, MAX_BYTES)
+    except (OSError, ValueError) as error:  # ValueError: a null character in the name
+        reason = getattr(error, "strerror", None) or str(error)
+        raise InvalidValue("", None, f"a recording that can be read ({reason})", file=str(path)) from None
+    try:
+        return _parsed(_text(data), columns)
+    except InvalidValue as error:
+        raise error.within(file=str(path)) from None
+
+
+def _text(data: bytes) -> str:
+    try:
+        text = data.decode("utf-16" if data[:2] in (b"\xff\xfe", b"\xfe\xff") else "utf-8-sig")
+    except UnicodeDecodeError as error:
+        line = data.count(b"\n", 0, error.start) + 1
+        raise InvalidValue(f"line {line}", data[error.start : error.end], f"text: {FORMATS}") from None
+    if "\0" in text:
+        raise InvalidValue(f"line {text.count(chr(10), 0, text.index(chr(0))) + 1}", "\0", f"text: {FORMATS}")
+    return text
+
+
+def _parsed(text: str, columns: Sequence[str] | None) -> Recording:
+    """The recording in a text; the keys of errors are lines."""
+    header: list[str] = []
+    skipped, width = 0, 0
+    labels: dict[str, int] = {}
+    people, values = array("q"), array("d")  # a large file's rows take 8 bytes a number
+    numbered: list[tuple[int, str]] = []
+    place_of_id = 0
+    for number, line in enumerate(text.splitlines(), start=1):
+        words = _words(line)
+        if not words:
+            continue
+        if _COMMENT.match(line) or (not values and not any(map(_is_number, words))):
+            skipped += 1
+            header = header if values else _words(_COMMENT.sub("", line, count=1)) or header
+            continue
+        if not values:
+            columns = _columns(number, words, header, columns)
+            width, place_of_id = len(columns), columns.index("id")
+            numbered = [(columns.index(name), name) for name in _NUMBERED if name in columns]
+        if len(words) != width:
+            raise InvalidValue(f"line {number}", line.strip(), f"{width} columns, as in the rows before")
+        people.append(labels.setdefault(_label(words[place_of_id]), len(labels)))
+        values.extend(_number(words[place], number, name) for place, name in numbered)
+    if not values or columns is None:
+        raise InvalidValue("", "no rows", f"rows of {FORMATS}")
+    rows = np.array(values).reshape(-1, len(numbered))
+    return _sorted(tuple(columns), tuple(labels), np.array(people), rows, skipped)
+
+
+def _words(line: str) -> list[str]:
+    for separator in (",", ";"):
+        if separator in line:
+            words = [word.strip().strip("\"'") for word in line.split(separator)]
+            return words[:-1] if words[-1] == "" else words
+    return line.split()
+
+
+def _columns(number: int, words: Sequence[str], header: Sequence[str], given: Sequence[str] | None) -> Sequence[str]:
+    """What the columns of the first row are: as given, as its header names them, or by their number."""
+    named = named_columns(header) if len(header) == len(words) else None
+    columns = given or named or BY_NUMBER.get(len(words))
+    if columns is None or len(columns) != len(words):
+        found = f"{len(words)} columns: {' '.join(words)}"
+        allowed = (
+            f"{len(given)} columns: {' '.join(given)}"
+            if given
+            else (f"{FORMATS}, a header line that names frame, id, x and y, or columns that are said (columns)")
+        )
+        raise InvalidValue(f"line {number}", found, allowed)
+    return columns
+
+
+def _is_number(word: str) -> bool:
+    try:
+        float(word)
+    except ValueError:
+        return False
+    return True
+
+
+def _number(word: str, line: int, name: str) -> float:
+    try:
+        value = float(word)
+    except ValueError:
+        value = float("nan")
+    if not abs(value) < _LARGEST:
+        raise InvalidValue(f"line {line}", word, f"a finite number ({name})")
+    return value
+
+
+def _label(word: str) -> str:
+    """An id: 7, 7.0 and 7.0000000e+00 are the same; a word is as it is."""
+    if word.isdecimal():
+        return str(int(word)) if len(word) < 20 else word
+    try:
+        value = float(word)
+    except ValueError:
+        return word
+    return str(int(value)) if value.is_integer() and abs(value) < 2**53 else word
+
+
+def _sorted(
+    columns: tuple[str, ...], labels: tuple[str, ...], person: NDArray[np.int64], values: Array, skipped: int
+) -> Recording:
+    """The rows by person and frame, each pair once."""
+    frame = values[:, 0]
+    first_seen = np.full(len(labels), np.inf)
+    np.minimum.at(first_seen, person, frame)
+    order_of_people = np.array(sorted(range(len(labels)), key=lambda i: (first_seen[i], _natural(labels[i]))))
+    rank = np.empty(len(labels), np.int64)
+    rank[order_of_people] = np.arange(len(labels))
+    person = rank[person]
+    order = np.lexsort((frame, person))  # stable: of repeated rows the first stays first
+    person, values = person[order], values[order]
+    repeated = (np.diff(person, prepend=-1) == 0) & (np.diff(values[:, 0], prepend=np.nan) == 0.0)
+    person, values = person[~repeated], values[~repeated]
+    velocity = values[:, 3:5] if values.shape[1] == 5 else None
+    return Recording(
+        columns,
+        tuple(labels[i] for i in order_of_people),
+        person,
+        values[:, 0],
+        values[:, 1:3],
+        velocity,
+        skipped,
+        int(repeated.sum()),
+    )
+
+
+def _natural(label: str) -> tuple[float, str]:
+    """Numbers by their value, before words."""
+    return (float(label), "") if _is_number(label) else (float("inf"), label)
