@@ -12,9 +12,10 @@ from mjnav.cli.options import require
 from mjnav.cli.terminal.progress import progress, tell
 from mjnav.cli.terminal.tables import print_drawn
 from mjnav.errors import InputError, InvalidValue
+from mjnav.metrics.definitions import GROUPS
 from mjnav.output_files import output_path, replacement
 from mjnav.study.compare import cell_figures
-from mjnav.study.compare.compare import DEFAULT_FIGURES
+from mjnav.study.compare.chosen_figures import DEFAULT_FIGURES
 from mjnav.study.requirements import of_cells
 from mjnav.study.results import find_results, kept_study
 from mjnav.study.store.store import Store
@@ -36,7 +37,8 @@ def configure(parser: argparse.ArgumentParser) -> None:
         nargs="+",
         action="extend",
         metavar="NAME",
-        help=f"by default {' '.join(DEFAULT_FIGURES)}; rates always",
+        help=f"figures or groups of them ({' '.join(GROUPS)}), which `mjnav list metrics` defines; by default "
+        f"{' '.join(DEFAULT_FIGURES)}; rates always",
     )
     parser.add_argument("-o", "--output", action="append", metavar="FILE", help="also to a .csv, .tex or .html file")
     require.configure(parser, "hall/rkhs: success>=0.95")

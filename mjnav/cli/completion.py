@@ -85,9 +85,10 @@ def _topics() -> Iterable[str]:
 
 
 def _figures() -> Iterable[str]:
-    from mjnav.study.store.row import FIGURES
+    from mjnav.metrics.definitions import GROUPS
+    from mjnav.study.compare.chosen_figures import numbers
 
-    return FIGURES
+    return (*GROUPS, *numbers())
 
 
 def _paper_items() -> Iterable[str]:

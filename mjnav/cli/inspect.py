@@ -54,7 +54,7 @@ def _print(found: "Inspection") -> None:
         ("missing", [f"  {printable(sentence)}" for sentence in found.missing]),
         ("recovered from another log", list(_named(found.recovered or {}))),
         ("worst moments", list(_moments(found.moments))),
-        ("figures", list(_named(found.figures or {}))),
+        ("figures", list(_named(found.figures or {}, units=True))),
         ("timing", list(_timing(found.timing))),
         ("result", list(_named(_not_yet_said(found)))),
     ):
@@ -144,10 +144,14 @@ def _print_topics(topics: "Mapping[str, InspectedTopic]") -> None:
     print_table(rows, (*texts, *names), numbers=range(len(texts), len(texts) + len(names)))
 
 
-def _named(values: Mapping[str, Any]) -> Iterator[str]:
+def _named(values: Mapping[str, Any], *, units: bool = False) -> Iterator[str]:
+    """A line for each value; with `units`, those of the figures that have one."""
+    from mjnav.metrics.definitions import FIGURES
+
     width = min(max(map(len, values), default=0), _MAX_WIDTH)
     for key, value in values.items():
-        yield f"  {printable(key):{width}}  {_text(value)}"
+        unit = FIGURES[key].unit if units and key in FIGURES and value is not None else ""
+        yield f"  {printable(key):{width}}  {_text(value)} {unit}".rstrip()
 
 
 def _text(value: object) -> str:

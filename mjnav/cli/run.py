@@ -120,6 +120,8 @@ def describe(
     """
     s = summary
     collisions = ", ".join(f"{n} × {kind}" for kind, n in s["collisions"].items() if n) or "none"
+    if s["collisions"]["person"]:
+        collisions += f"; {s['robot_at_fault']} by the robot's fault, {s['collisions_at_rest']} while it stood"
     compute = s["compute_ms"]
     phases = ", ".join(
         f"{name} {compute[name]['p50']:.2f}" for name in compute if name != "tick" and compute[name]["p50"] is not None
@@ -138,6 +140,8 @@ def describe(
         f"tick {_number(compute['tick']['p50'], '.2f')} ms p50, {_number(compute['tick']['p99'], '.2f')} ms p99",
         f"                  ms p50 by phase: {phases or '-'}",
     ]  # fmt: skip
+    if s["people_see_robot"] is not None:
+        lines.insert(3, f"  people          {_people(s)}")
     for name, figure in (metrics.figures if metrics else {}).items():
         lines.append(f"  {name:<15} {_number(s['metrics'][name], '.4g')} {figure.unit}".rstrip())
     if real_time is not None:
@@ -152,6 +156,15 @@ def describe(
         lost = f" ({log_dropped} parts of ticks are missing: the disk could not keep up)" if log_dropped else ""
         lines.append(f"  log             {s['log']}{lost}")
     return "\n".join(lines)
+
+
+def _people(s: dict[str, Any]) -> str:
+    """How close the robot came to people, and whether they see it."""
+    share = None if s["personal_space_share"] is None else 100.0 * s["personal_space_share"]
+    return (
+        f"least distance {_number(s['min_human_distance_m'], '.2f')} m, {_number(share, '.0f')} % of the time "
+        f"below 1.2 m; {s['people_see_robot']} see the robot"
+    )
 
 
 def _number(value: float | None, form: str) -> str:

@@ -1,7 +1,11 @@
 """What happens in a run that is worth a line in its log."""
 
+from collections.abc import Sequence
+
 from mjnav.loop.referee import GOAL
 from mjnav.messages import Beliefs, Contact, Decision, Event, Status, WorldState
+from mjnav.metrics.fault import judged
+from mjnav.metrics.safety import PERSON
 
 GIVEN = "given"  # the event of the first decision that is not the controller's
 
@@ -9,7 +13,10 @@ GIVEN = "given"  # the event of the first decision that is not the controller's
 class Events:
     """The events of one run, tick by tick. A status that lasts is told once, and so are commands beyond the limits."""
 
-    def __init__(self):
+    def __init__(self, sees: Sequence[bool] = ()):
+        """`sees` says of each person whether they see the robot."""
+        self._sees = tuple(sees)
+        self._before: WorldState | None = None  # the truth of the tick before
         self._waiting: tuple[Event, ...] = ()
         self._status = Status.OK
         self._clipping_told = self._given_told = False
@@ -22,8 +29,8 @@ class Events:
         self, truth: WorldState, beliefs: Beliefs | None, decision: Decision, *, given: bool = False
     ) -> tuple[Event, ...]:
         """The events of one tick; `beliefs` are None where no sensor was due, a `given` decision is no controller's."""
-        events = [*self._waiting, *map(_contact, truth.contacts)]
-        self._waiting = ()
+        events = [*self._waiting, *map(self._contact, truth.contacts)]
+        self._waiting, self._before = (), truth
         for belief in () if beliefs is None else (beliefs.robot, *beliefs.people):
             if belief.recovered:
                 text = f"the filter of {getattr(belief, 'name', 'robot')} was spread again"
@@ -45,16 +52,19 @@ class Events:
 
     def at_end(self, final: WorldState, outcome: str, log_dropped: int) -> list[Event]:
         """The events that come with the state in which the run ended."""
-        events = [*self._waiting, *map(_contact, final.contacts)]
+        events = [*self._waiting, *map(self._contact, final.contacts)]
         if log_dropped:
             text = f"{log_dropped} parts of ticks are missing: the disk could not keep up"
             events.append(Event("warning", "log", text))
         return [*events, Event("info" if outcome == GOAL else "warning", "end", f"the run ended: {outcome}")]
 
-
-def _contact(contact: Contact) -> Event:
-    text = f"contact with {contact.kind} {contact.name} at {contact.time:.3f} s, {contact.force:.0f} N"
-    return Event("error", "contact", text)
+    def _contact(self, contact: Contact) -> Event:
+        text = f"contact with {contact.kind} {contact.name} at {contact.time:.3f} s, {contact.force:.0f} N"
+        before = self._before
+        if contact.kind == PERSON and before is not None:
+            people = (before.people_position, before.people_velocity)
+            text += f"; {judged(contact, before.robot_pose, before.robot_twist, *people, sees=self._sees)}"
+        return Event("error", "contact", text)
 
 
 def _clipping(decision: Decision, wish: tuple[float, float]) -> str:

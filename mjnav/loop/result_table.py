@@ -10,6 +10,7 @@ _ROWS: Mapping[str, tuple[str, str]] = MappingProxyType(
     {
         "time_s": ("time", "{:.1f} s"),
         "min_clearance_m": ("least clearance", "{:.2f} m"),
+        "min_human_distance_m": ("least distance from people", "{:.2f} m"),
         "path_length_m": ("path", "{:.2f} m"),
         "mean_deviation_m": ("mean deviation", "{:.2f} m"),
         "max_deviation_m": ("largest deviation", "{:.2f} m"),
@@ -33,6 +34,8 @@ def _rows(summary: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
     for key, (name, form) in _ROWS.items():
         if summary[key] is not None:
             yield name, form.format(summary[key])
+    if summary["people_see_robot"] is not None:
+        yield "people who see the robot", str(summary["people_see_robot"])
     yield "infeasible", f"{summary['infeasible_ticks']} of {summary['ticks']} ticks"
     for name, value in summary["metrics"].items():
         if value is not None:

@@ -1,7 +1,7 @@
 """What a run leaves behind: its trajectory, its events, a hash of its states, and the log where there is one."""
 
 import hashlib
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from copy import deepcopy
 from typing import Any
 
@@ -34,16 +34,22 @@ class RunRecord:
     """Collects what the ticks of one run saw and did.
 
     `recorder` writes the log, if any; `watch` is shown every tick; `cones` also computes the constraint's samples,
-    which only a log and some watchers need.
+    which only a log and some watchers need; `sees` says of each person whether they see the robot.
     """
 
     def __init__(
-        self, robot: Navigator, recorder: Recorder | None, *, watch: Callable[[TickRecord], None], cones: bool
+        self,
+        robot: Navigator,
+        recorder: Recorder | None,
+        *,
+        watch: Callable[[TickRecord], None],
+        cones: bool,
+        sees: Sequence[bool] = (),
     ):
         self._robot, self._recorder = robot, recorder
         self._watch, self._cones = watch, cones
         self._trajectory = TrajectoryBuilder()
-        self._events = Events()
+        self._events = Events(sees)
         self._hash = hashlib.sha256()
 
     def __deepcopy__(self, memo: dict[int, Any]) -> "RunRecord":

@@ -30,6 +30,7 @@ from mjnav.messages import (
     Trajectory,
     WorldState,
 )
+from mjnav.metrics.fault import sees_robot
 from mjnav.metrics.own import OwnMetrics
 from mjnav.recording.write.writer import Recorder
 from mjnav.scenarios.spec import Scenario
@@ -92,7 +93,11 @@ class Simulation:
             xml = self._world.model_xml()
             self._recorder = Recorder(path, scenario, info, xml, threaded=attached.threaded, live=attached.live)
         self._record = RunRecord(
-            self._robot, self._recorder, watch=attached.watch, cones=attached.cones or self._recorder is not None
+            self._robot,
+            self._recorder,
+            watch=attached.watch,
+            cones=attached.cones or self._recorder is not None,
+            sees=sees_robot(scenario),
         )
         self._tick: Tick | None = None  # the present one; None until it is asked for
         self._ticks = 0  # that are over

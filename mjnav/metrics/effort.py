@@ -1,11 +1,10 @@
 """What the commands cost, and how long the robot had to give way."""
 
-from math import hypot
-
 import numpy as np
 
 from mjnav.geometry.angles import wrap
 from mjnav.messages import Array, Trajectory
+from mjnav.metrics.progress import targets
 from mjnav.motion.diff_drive import TRACK_WIDTH
 from mjnav.motion.unicycle import integrate
 from mjnav.scenarios.spec import Scenario
@@ -35,22 +34,10 @@ def time_to_avoid(trajectory: Trajectory, scenario: Scenario) -> float | None:
         return None
     pose, (v, omega) = trajectory.estimate, trajectory.nominal.T
     ahead = integrate(pose, v, omega, PREVIEW)
-    target = _targets(trajectory, scenario) - pose[:, :2]
+    target = np.array(scenario.robot.route)[targets(trajectory, scenario)[:-1]] - pose[:, :2]
     standing = np.hypot(*(ahead - pose)[:, :2].T) < 1e-3  # a stopped robot leads where it looks
     step = np.where(standing[:, None], np.stack([np.cos(ahead[:, 2]), np.sin(ahead[:, 2])], -1), (ahead - pose)[:, :2])
     angle = np.abs(wrap(np.arctan2(step[:, 1], step[:, 0]) - np.arctan2(target[:, 1], target[:, 0])))
     keeps = given & (angle <= LEAVING_ANGLE)
     leaves = np.flatnonzero(given & ~keeps & (np.cumsum(keeps) > 0))
     return float((leaves[-1] - leaves[0] + 1) * scenario.control.period) if leaves.size else 0.0
-
-
-def _targets(trajectory: Trajectory, scenario: Scenario) -> Array:
-    """The waypoint that each tick makes for, (T, 2): the next once one was reached within the tolerance."""
-    route, reached = scenario.robot.route, 0
-    targets = []
-    for x, y in trajectory.robot_pose[:-1, :2].tolist():
-        goal_x, goal_y = route[reached]
-        if reached < len(route) - 1 and hypot(x - goal_x, y - goal_y) <= scenario.robot.goal_tolerance:
-            reached += 1
-        targets.append(route[reached])
-    return np.array(targets, float).reshape(-1, 2)

@@ -1,11 +1,19 @@
 """How far the robot went, and how far from the way."""
 
+from math import hypot
+
 import numpy as np
+from numpy.typing import NDArray
 
 from mjnav.geometry.clearance import segment_distance
 from mjnav.messages import Array, Trajectory
 from mjnav.metrics.blocks import by_blocks
 from mjnav.scenarios.spec import Scenario
+
+PROGRESS, PROGRESS_TIME = (
+    0.1,
+    5.0,
+)  # [m] that the robot is to come nearer to its goal in [s]; Francis et al. (2023) leave them open
 
 
 def way(scenario: Scenario) -> Array:
@@ -55,3 +63,47 @@ def deviation(trajectory: Trajectory, scenario: Scenario) -> tuple[float, float]
     duration = trajectory.time[-1] - trajectory.time[0]
     mean = np.trapezoid(distance, trajectory.time) / duration if duration > 0.0 else distance[0]
     return float(mean), float(distance.max())
+
+
+def targets(trajectory: Trajectory, scenario: Scenario) -> NDArray[np.int64]:
+    """Which point of the route each state makes for, (T + 1,): the next once one was reached within the tolerance."""
+    route, reached = scenario.robot.route, 0
+    found = []
+    for x, y in trajectory.robot_pose[:, :2].tolist():
+        goal_x, goal_y = route[reached]
+        if reached < len(route) - 1 and hypot(x - goal_x, y - goal_y) <= scenario.robot.goal_tolerance:
+            reached += 1
+        found.append(reached)
+    return np.array(found, np.int64)
+
+
+def failures_to_progress(trajectory: Trajectory, scenario: Scenario) -> int:
+    """How often the robot came no PROGRESS nearer to its goal, along the route, in PROGRESS_TIME.
+
+    The way that is left is the distance from the point of the route that the robot makes for and the route from there
+    on. A failure that lasts counts once; the next begins only after the robot has come PROGRESS nearer. Source: Francis
+    et al. (2023), table 1.
+    """
+    route, target = np.array(scenario.robot.route), targets(trajectory, scenario)
+    legs = np.hypot(*np.diff(route, axis=0).T)
+    rest = np.concatenate([np.cumsum(legs[::-1])[::-1], [0.0]])  # of the route behind each point
+    left = np.hypot(*(trajectory.robot_pose[:, :2] - route[target]).T) + rest[target]
+    count, since, nearest, failed = 0, float(trajectory.time[0]), float(left[0]), False
+    for time, distance in zip(trajectory.time.tolist(), left.tolist(), strict=True):
+        if distance <= nearest - PROGRESS:
+            since, nearest, failed = time, distance, False
+        elif not failed and time - since >= PROGRESS_TIME - 1e-9:
+            count, failed = count + 1, True
+    return count
+
+
+def spl(trajectory: Trajectory, scenario: Scenario, *, success: bool) -> float | None:
+    """Success weighted by path length, S l / max(l, L), with L the path and l the way's length; None where l is 0.
+
+    l is the polyline's length, not that of the shortest way around what stands in it. Source: Anderson et al., On
+    Evaluation of Embodied Navigation Agents (2018).
+    """
+    straight = length(way(scenario))
+    if straight == 0.0:
+        return None
+    return straight / max(straight, path_length(trajectory)) if success else 0.0

@@ -1,7 +1,7 @@
 """How close the robot came to things, what it touched, and how long it was over a lane's boundary."""
 
-from collections.abc import Iterable, Iterator
-from dataclasses import replace
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -10,13 +10,49 @@ from mjnav.messages import Array, Contact, Trajectory
 from mjnav.metrics.blocks import ROWS
 from mjnav.scenarios.spec import Scenario, Wall
 
-KINDS: tuple[str, ...] = ("person", "table", "wall", "pillar")
+PERSON = "person"
+KINDS: tuple[str, ...] = (PERSON, "table", "wall", "pillar")
+
+
+@dataclass(frozen=True, slots=True)
+class Clearances:
+    """Distances of the robot's surface from others [m], negative in contact; None where there are no such bodies."""
+
+    least: float | None
+    least_person: float | None
+    least_thing: float | None  # walls, legs of tables and pillars
+    mean_thing: float | None  # over the steps, of the least in each
+
+
+def clearances(trajectory: Trajectory, scenario: Scenario) -> Clearances:
+    """Over straight moves from tick to tick, as `clearance`."""
+    people: list[Array] = []
+    things: list[Array] = []
+    for part in _parts(trajectory):
+        found = clearance(part, scenario)
+        for steps, names in ((people, _is_person), (things, lambda name: not _is_person(name))):
+            columns = [distance for name, distance in found.items() if names(name)]
+            if columns:
+                steps.append(np.fmin.reduce(columns))
+    person, thing = _least(people), _least(things)
+    mean = float(np.mean(np.concatenate(things))) if things else None
+    known = [least for least in (person, thing) if least is not None]
+    return Clearances(min(known, default=None), person, thing, mean)
 
 
 def min_clearance(trajectory: Trajectory, scenario: Scenario) -> float | None:
     """Least distance between the robot's surface and any other [m]; None in an empty room, negative in contact."""
-    least = [distance.min() for part in _parts(trajectory) for distance in clearance(part, scenario).values()]
-    return float(min(least)) if least else None
+    return clearances(trajectory, scenario).least
+
+
+def _is_person(name: str) -> bool:
+    return name.startswith(PERSON)
+
+
+def _least(steps: Sequence[Array]) -> float | None:
+    """The least of all steps without those that are not known, at which nobody is there."""
+    finite = [step[np.isfinite(step)] for step in steps]
+    return min((float(step.min()) for step in finite if step.size), default=None)
 
 
 def _parts(trajectory: Trajectory) -> Iterator[Trajectory]:
@@ -31,7 +67,8 @@ def clearance(trajectory: Trajectory, scenario: Scenario) -> dict[str, Array]:
     """Least distance of the robot's surface from each body's in each step from tick to tick [m], (max(T, 1),) by name.
 
     Robot and people are taken to move straight from tick to tick, so nothing is missed between two. Table tops, above
-    the robot, do not count.
+    the robot, do not count. NaN for a person in steps in which they are not there; of a step in which they come or go,
+    the end at which they are there counts.
     """
     route = trajectory.robot_pose[:, :2]
     found: dict[str, Array] = {}
@@ -51,7 +88,11 @@ def _disc_distance(relative: Array) -> Array:
     """Least distance from the origin in each step through `relative` (n, 2), (max(n - 1, 1),)."""
     if len(relative) == 1:
         return np.hypot(*relative.T)
-    return segment_distance(np.zeros(2), relative[:-1], relative[1:])
+    distance = segment_distance(np.zeros(2), relative[:-1], relative[1:])
+    if np.isnan(distance).any():
+        at_ends = np.hypot(*relative.T)
+        distance = np.where(np.isnan(distance), np.fmin(at_ends[:-1], at_ends[1:]), distance)
+    return distance
 
 
 def wall_distance(route: Array, wall: Wall) -> Array:
@@ -76,18 +117,26 @@ def wall_distance(route: Array, wall: Wall) -> Array:
     return np.minimum(np.minimum(at_ends[:-1], at_ends[1:]), at_corners.min(0))
 
 
-def collisions(contacts: Iterable[Contact], period: float) -> dict[str, int]:
-    """How often the robot began to touch something, by kind.
+def beginnings(contacts: Iterable[Contact], period: float) -> list[Contact]:
+    """The contacts with which the robot began to touch something, in order of time.
 
     A contact is reported in every period in which it lasts; the same body seen again within two periods [s] is the same
     contact, so a bump that bounces counts once.
     """
-    count: dict[str, int] = dict.fromkeys(KINDS, 0)
+    begun: list[Contact] = []
     last: dict[str, float] = {}
     for contact in sorted(contacts, key=lambda contact: contact.time):
         if contact.time - last.get(contact.name, -np.inf) > 2.0 * period:
-            count[contact.kind] = count.get(contact.kind, 0) + 1
+            begun.append(contact)
         last[contact.name] = contact.time
+    return begun
+
+
+def collisions(contacts: Iterable[Contact], period: float) -> dict[str, int]:
+    """How often the robot began to touch something, by kind."""
+    count: dict[str, int] = dict.fromkeys(KINDS, 0)
+    for contact in beginnings(contacts, period):
+        count[contact.kind] = count.get(contact.kind, 0) + 1
     return count
 
 

@@ -1,11 +1,13 @@
 """One run's figures under the names that `mjnav run --json` gives them."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from math import isfinite
 
+import numpy as np
+
 from mjnav.messages import Trajectory
-from mjnav.metrics import consistency, effort, progress, safety
+from mjnav.metrics import arrival, consistency, effort, fault, kinematics, progress, proximity, safety
 from mjnav.scenarios.spec import Scenario
 
 INFEASIBLE = ("infeasible_nominal", "infeasible")
@@ -13,20 +15,49 @@ INFEASIBLE = ("infeasible_nominal", "infeasible")
 
 @dataclass(frozen=True, slots=True)
 class Figures:
-    """What follows from a trajectory. A figure that is undefined, or not finite, is None."""
+    """What follows from a trajectory: `metrics.definitions` says what each is. Undefined or not finite is None."""
 
-    outcome: str | None  # goal, collision, timeout or aborted; None while it goes on
-    success: bool  # the goal reached without contact
+    outcome: str | None
+    success: bool
+    timeout: bool
     collisions: Mapping[str, int]  # by the kind of what was touched
+    collisions_moving: int
+    collisions_at_rest: int
+    robot_at_fault: int
+    people_see_robot: str | None
     lane_violation_s: float | None
     time_s: float
+    aggregated_time_s: float | None
+    failures_to_progress: int
     path_length_m: float | None
     straight_line_m: float | None
     path_ratio: float | None
+    spl: float | None
     mean_deviation_m: float | None
     max_deviation_m: float | None
     control_cost: float | None
     min_clearance_m: float | None
+    min_obstacle_clearance_m: float | None
+    mean_obstacle_clearance_m: float | None
+    min_human_distance_m: float | None
+    mean_human_distance_m: float | None
+    space_compliance: float | None
+    intimate_space_share: float | None
+    personal_space_share: float | None
+    social_space_share: float | None
+    min_time_to_collision_s: float | None
+    min_speed_m_s: float | None
+    mean_speed_m_s: float | None
+    max_speed_m_s: float | None
+    min_acceleration_m_s2: float | None
+    mean_acceleration_m_s2: float | None
+    max_acceleration_m_s2: float | None
+    min_jerk_m_s3: float | None
+    mean_jerk_m_s3: float | None
+    max_jerk_m_s3: float | None
+    stalled_s: float | None
+    not_moving_s: float | None
+    heading_change_rad: float | None
     ticks: int
     infeasible_ticks: int
     clipped_ticks: int
@@ -37,26 +68,79 @@ class Figures:
 def summarise(trajectory: Trajectory, scenario: Scenario, *, outcome: str | None) -> Figures:
     """The figures of a run that ended with `outcome`, or goes on."""
     collisions = safety.collisions(trajectory.contacts, scenario.control.period)
-    mean_deviation, max_deviation = progress.deviation(trajectory, scenario)
+    success = outcome == "goal" and not any(collisions.values())
+    with np.errstate(invalid="ignore", over="ignore"):  # where the physics broke, figures are None
+        figures = {
+            **_path(trajectory, scenario, success=success),
+            **_near(trajectory, scenario),
+            **_motion(trajectory, scenario),
+            "aggregated_time_s": arrival.aggregated_time(trajectory, scenario, outcome=outcome),
+            "localization_rmse_m": consistency.localization_rmse(trajectory),
+            "tracking_rmse_m": consistency.tracking_rmse(trajectory),
+        }
+    touches = fault.touches(trajectory, scenario)
     return Figures(
         outcome=outcome,
-        success=outcome == "goal" and not any(collisions.values()),
+        success=success,
+        timeout=outcome == "timeout",
         collisions=collisions,
-        lane_violation_s=_finite(safety.lane_violation(trajectory, scenario)),
+        collisions_moving=sum(touch.moving for touch in touches),
+        collisions_at_rest=sum(not touch.moving for touch in touches),
+        robot_at_fault=sum(touch.at_fault for touch in touches),
+        people_see_robot=fault.people_see_robot(scenario),
         time_s=round(float(trajectory.time[-1] - trajectory.time[0]), 9),  # sums of periods have rounding errors
-        path_length_m=_finite(progress.path_length(trajectory)),
-        straight_line_m=_finite(progress.length(progress.way(scenario))),
-        path_ratio=_finite(progress.path_ratio(trajectory, scenario)),
-        mean_deviation_m=_finite(mean_deviation),
-        max_deviation_m=_finite(max_deviation),
-        control_cost=_finite(effort.control_cost(trajectory.command, scenario.control.period)),
-        min_clearance_m=_finite(safety.min_clearance(trajectory, scenario)),
+        failures_to_progress=progress.failures_to_progress(trajectory, scenario),
         ticks=len(trajectory.status),
         infeasible_ticks=sum(status in INFEASIBLE for status in trajectory.status),
         clipped_ticks=trajectory.clipped_ticks,
-        localization_rmse_m=_finite(consistency.localization_rmse(trajectory)),
-        tracking_rmse_m=_finite(consistency.tracking_rmse(trajectory)),
+        **{name: _finite(value) for name, value in figures.items()},
     )
+
+
+def _path(trajectory: Trajectory, scenario: Scenario, *, success: bool) -> dict[str, float | None]:
+    mean_deviation, max_deviation = progress.deviation(trajectory, scenario)
+    return {
+        "path_length_m": progress.path_length(trajectory),
+        "straight_line_m": progress.length(progress.way(scenario)),
+        "path_ratio": progress.path_ratio(trajectory, scenario),
+        "spl": progress.spl(trajectory, scenario, success=success),
+        "mean_deviation_m": mean_deviation,
+        "max_deviation_m": max_deviation,
+        "lane_violation_s": safety.lane_violation(trajectory, scenario),
+    }
+
+
+def _near(trajectory: Trajectory, scenario: Scenario) -> dict[str, float | None]:
+    clearances = safety.clearances(trajectory, scenario)
+    found = proximity.proximity(trajectory, scenario)
+    return {
+        "min_clearance_m": clearances.least,
+        "min_obstacle_clearance_m": clearances.least_thing,
+        "mean_obstacle_clearance_m": clearances.mean_thing,
+        "min_human_distance_m": clearances.least_person,
+        "mean_human_distance_m": found and found.mean_distance,
+        "space_compliance": found and found.compliance,
+        "intimate_space_share": found and found.intimate,
+        "personal_space_share": found and found.personal,
+        "social_space_share": found and found.social,
+        "min_time_to_collision_s": proximity.min_time_to_collision(trajectory, scenario),
+    }
+
+
+def _motion(trajectory: Trajectory, scenario: Scenario) -> dict[str, float | None]:
+    quantities = {
+        "speed_m_s": kinematics.velocity(trajectory),
+        "acceleration_m_s2": kinematics.acceleration(trajectory),
+        "jerk_m_s3": kinematics.jerk(trajectory),
+    }
+    found = {name: asdict(kinematics.extremes(vectors)) for name, vectors in quantities.items()}
+    return {
+        **{f"{part}_{name}": value for name, values in found.items() for part, value in values.items()},
+        "control_cost": effort.control_cost(trajectory.command, scenario.control.period),
+        "stalled_s": kinematics.stalled_time(trajectory),
+        "not_moving_s": kinematics.time_not_moving(trajectory),
+        "heading_change_rad": kinematics.heading_change(trajectory),
+    }
 
 
 def _finite(figure: float | None) -> float | None:

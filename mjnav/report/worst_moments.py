@@ -9,6 +9,7 @@ import numpy as np
 
 from mjnav.messages import PHASES, Array
 from mjnav.metrics import consistency, progress, safety
+from mjnav.metrics.fault import touches
 from mjnav.metrics.summary import INFEASIBLE
 from mjnav.recording.read.ticks import LoggedRun
 from mjnav.scenarios.spec import Scenario
@@ -66,7 +67,9 @@ def _contact(run: LoggedRun, scenario: Scenario) -> WorstMoment | None:
     hardest = max(contacts, key=lambda contact: contact.force)
     row = int(np.searchsorted(run.trajectory.time[1:], hardest.time))
     force = f" with {hardest.force:.0f} N" if hardest.force > 0.0 else ""
-    moment = _at(run, row, "contact", hardest.force, "N", f"the robot touches {hardest.name}{force}", inf)
+    hit = next((touch for touch in touches(run.trajectory, scenario) if touch.time == hardest.time), None)
+    whose = f"; {hit}" if hit is not None else ""
+    moment = _at(run, row, "contact", hardest.force, "N", f"the robot touches {hardest.name}{force}{whose}", inf)
     return replace(moment, time_s=hardest.time)
 
 

@@ -7,6 +7,7 @@ from mjnav import control, noise, scenarios
 from mjnav.config.reference import first_line
 from mjnav.errors import unknown_name
 from mjnav.estimation import LOCALIZERS, TRACKERS, estimator_class
+from mjnav.metrics.definitions import DERIVED, GROUPS
 from mjnav.noise.registry import DISTRIBUTIONS
 from mjnav.plugins import CONTROLLER, Kind, registered
 from mjnav.plugins.kinds import BEHAVIOUR, DISTRIBUTION, LOCALIZER, PREDICTOR, TRACKER
@@ -45,6 +46,12 @@ def _topics() -> dict[str, str]:
     return {name: f"{text} ({schemas[name]})" for name, text in TOPICS.items()}
 
 
+def _metrics() -> dict[str, str]:
+    """The figures of a run and of `mjnav compare`, each with unit, definition and source; not the user's own."""
+    found = {name: f"{group}: {one.line}" for group, figures in GROUPS.items() for name, one in figures.items()}
+    return found | {name: f"compare: {one.line}" for name, one in DERIVED.items()}
+
+
 # kind -> what finds its names, each with a sentence
 _KINDS: Mapping[str, Callable[[], Mapping[str, str]]] = MappingProxyType(
     {
@@ -63,6 +70,7 @@ _KINDS: Mapping[str, Callable[[], Mapping[str, str]]] = MappingProxyType(
         "predictors": lambda: _with_registered(PREDICTOR, {name: first_line(kind) for name, kind in MODELS.items()}),
         "engines": lambda: ENGINES,
         "topics": _topics,
+        "metrics": _metrics,
     }
 )
 

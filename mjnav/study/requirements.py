@@ -17,6 +17,7 @@ from types import MappingProxyType
 
 from mjnav.errors import InputError, InvalidValue, unknown_name
 from mjnav.loop.result import RunSummary
+from mjnav.metrics.safety import KINDS
 from mjnav.metrics.summary import Figures
 from mjnav.study.store.row import FIGURES
 
@@ -123,7 +124,8 @@ def of_cells(
 
 def run_figures() -> list[str]:
     """The figures of any run: its summary's keys, those of inner tables joined by "_" as in the rows of a sweep."""
-    inner = [name for name in FIGURES if name.startswith(("collisions_", "compute_ms_"))]
+    kinds = [f"collisions_{kind}" for kind in KINDS]
+    inner = [name for name in FIGURES if name in kinds or name.startswith("compute_ms_")]
     own = [field.name for field in (*fields(Figures), *fields(RunSummary)) if field.name in FIGURES]
     return [*own, *inner]
 

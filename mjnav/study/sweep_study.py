@@ -14,7 +14,7 @@ from mjnav.loop.faults.heartbeat import MAX_SECONDS
 from mjnav.recording.read.data_frame import check_pandas
 from mjnav.scenarios.overrides import Overrides, overrides_of
 from mjnav.study.cells import resolve
-from mjnav.study.compare.compare import DEFAULT_FIGURES
+from mjnav.study.compare.chosen_figures import DEFAULT_FIGURES
 from mjnav.study.compare.result_tables import html_table
 from mjnav.study.compare.study_comparison import StudyComparison, compare_study
 from mjnav.study.keep import NONE

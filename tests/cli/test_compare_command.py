@@ -89,7 +89,7 @@ def test_files_are_written_by_their_names(mjnav, study, tmp_path):
     assert [line.split(":")[0] for line in said.out.splitlines()[-3:]] == ["t.csv", "t.tex", "t.html"]
     with open("t.csv", newline="") as file:
         lines = list(csv.DictReader(file))
-    assert len(lines) == 2 * (2 + 5 + 2)
+    assert len(lines) == 2 * (2 + 3 + 2)  # of the default figures, the rows have three
     assert (tmp_path / "t.tex").read_text().count(r"\begin{tabular}") == 1
     assert (tmp_path / "t.html").read_text().startswith("<!doctype html>")
     quiet = mjnav("compare", "two.toml", "--json", "-o", "again.csv")

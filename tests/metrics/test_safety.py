@@ -36,6 +36,20 @@ def test_overlap_is_negative_clearance(trajectory_through, scenario_with):
     assert safety.min_clearance(trajectory, scenario_with(num_people=1)) == pytest.approx(-0.05)
 
 
+def test_people_and_things_are_told_apart_and_who_is_not_there_is_at_no_distance(trajectory_through, scenario_with):
+    scenario = scenario_with(num_people=2, pillars=(Pillar((2.0, 3.0), radius=0.4),))
+    nobody = [np.nan, np.nan]
+    people = [[nobody, nobody], [[1.0, 2.0], nobody], [nobody, nobody], [nobody, nobody]]
+    found = safety.clearances(trajectory_through([[0, 0], [1, 0], [2, 0], [2, 1]], people=people), scenario)
+    assert found.least_person == pytest.approx(2.0 - 0.3 - 0.25)  # at the one tick at which somebody is there
+    assert found.least_thing == found.least == pytest.approx(2.0 - 0.4 - 0.25)
+    assert found.mean_thing == pytest.approx((np.hypot(1.0, 3.0) + 3.0 + 2.0) / 3.0 - 0.4 - 0.25)
+    alone = safety.clearances(
+        trajectory_through([[0, 0], [1, 0]], people=[[nobody], [nobody]]), scenario_with(num_people=1)
+    )
+    assert alone == safety.Clearances(None, None, None, None)
+
+
 def test_an_empty_room_has_no_clearance(trajectory_through, scenario_with):
     assert safety.min_clearance(trajectory_through([[0, 0], [1, 0]]), scenario_with()) is None
 

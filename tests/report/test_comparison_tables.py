@@ -21,7 +21,7 @@ from mjnav.report.comparison.latex import escaped, latex
 from mjnav.report.comparison.shown import shown_table
 from mjnav.report.comparison.text import write
 from mjnav.report.comparison.tidy import csv_text, document
-from mjnav.study.compare.compare import RATES
+from mjnav.study.compare.chosen_figures import RATES
 from mjnav.study.compare.study_comparison import compare_study
 from mjnav.study.store.store import Store
 from mjnav.study.study_file import load_study, study_text

@@ -9,6 +9,7 @@ import pytest
 from mjnav import scenarios
 from mjnav.loop.episode import Episode
 from mjnav.loop.provenance.facts import FACTS, provenance
+from mjnav.metrics import definitions
 from mjnav.study.cells import Cell
 from mjnav.study.store.row import COLUMNS
 from mjnav.study.trial import Trial, failed_row, flatten, run_trial
@@ -52,6 +53,7 @@ def test_a_row_has_every_column_and_every_figure_of_the_summary(small_trials):
 
 def test_figures_beside_the_summarys_are_there(small_trials):
     row: dict[str, Any] = dict(run_trial(small_trials[0]).figures)
+    assert set(row) == set(definitions.FIGURES)
     assert row["infeasible_ticks"] == row["ticks_without_nominal"] + row["ticks_without_own"]
     for name in ("time_to_avoid_s", "robot_skew", "robot_kurtosis", "people_skew", "people_kurtosis"):
         assert isinstance(row[name], float)

@@ -10,6 +10,7 @@ from rich.text import Text
 
 from mjnav.printable import printable
 from mjnav.report.comparison.shown import ALPHA
+from mjnav.report.comparison.sight import sight
 from mjnav.report.comparison.text import write_table
 from mjnav.study.compare.before_after import AFTER, BEFORE, BETTER, OTHER, WORSE, BeforeAfter, CellChange, SeedChange
 from mjnav.study.compare.compare import RESAMPLES, Comparison
@@ -25,8 +26,8 @@ MEANING = (
     "collision % any contact; with Wilson 95 % intervals.",
     f"Other figures are means over the seeds that succeeded, with 95 % bootstrap intervals ({RESAMPLES} resamples); in "
     "parentheses from how many seeds, where not from all n.",
-    "Signed figures are after - before, over the seeds that succeeded in both (rates, clearances: over all), with "
-    "paired bootstrap intervals.",
+    "Signed figures are after - before, over the seeds that succeeded in both (rates, clearances, distances: "
+    "over all), with paired bootstrap intervals.",
     "* p < 0.05 by a sign-flip test on the pairs (rates: McNemar's exact test), with Holm's correction over the cells, "
     "each figure by itself.",
 )
@@ -73,6 +74,7 @@ def summary(found: BeforeAfter) -> Iterator[str]:
 
 def _write_cell(found: BeforeAfter, cell: CellChange, console: Console) -> None:
     identical = f", {cell.identical} of them identical" if cell.identical else ""
+    identical += f"; {sight(cell.people)}" if cell.people else ""
     heading = Text(f"{printable(', '.join((cell.scene, cell.setting, cell.method)))}", "bold")
     console.print(heading.append(f": {cell.pairs} pairs{identical}", "not bold"))
     if cell.identical < cell.pairs:

@@ -7,13 +7,14 @@ from dataclasses import asdict
 from typing import Any
 
 from mjnav.recording.export.csv_cells import neutral
+from mjnav.report.comparison.sight import of_table
 from mjnav.report.comparison.tidy import known, low_high
 from mjnav.study.compare.before_after import BETTER, OTHER, WORSE, BeforeAfter, CellChange
 
 HEADER = (
     *("scene", "setting", "method", "pairs", "identical", BETTER, WORSE, OTHER, "figure"),
     *("before", "before_low", "before_high", "before_n", "after", "after_low", "after_high", "after_n"),
-    *("difference", "diff_low", "diff_high", "diff_pairs", "p_holm"),
+    *("difference", "diff_low", "diff_high", "diff_pairs", "p_holm", "people_see_robot"),
 )
 
 
@@ -30,6 +31,7 @@ def csv_text(found: BeforeAfter) -> str:
 def _lines(cell: CellChange) -> Iterator[dict[str, Any]]:
     counts = {kind: len(cell.named(kind)) for kind in (BETTER, WORSE, OTHER)}
     place = {"scene": cell.scene, "setting": cell.setting, "method": cell.method}
+    seen = of_table(cell.people)
     for figure, values in _figures(cell).items():
         line: dict[str, Any] = {**place, "pairs": cell.pairs, "identical": cell.identical, **counts, "figure": figure}
         for side in ("before", "after"):
@@ -37,7 +39,7 @@ def _lines(cell: CellChange) -> Iterator[dict[str, Any]]:
             line |= {side: own["value"], **{f"{side}_{key}": own[key] for key in ("low", "high", "n")}}
         own = values["difference"]
         line |= {"difference": own["value"], "diff_low": own["low"], "diff_high": own["high"]}
-        yield line | {"diff_pairs": own["pairs"], "p_holm": own["p_holm"]}
+        yield line | {"diff_pairs": own["pairs"], "p_holm": own["p_holm"], "people_see_robot": seen}
 
 
 def document(found: BeforeAfter) -> dict[str, Any]:
@@ -55,6 +57,7 @@ def document(found: BeforeAfter) -> dict[str, Any]:
                 "episodes_after": cell.num_after,
                 "pairs": cell.pairs,
                 "identical": cell.identical,
+                "people_see_robot": of_table(cell.people),
                 "seeds": [asdict(seed) for seed in cell.seeds],
                 "figures": _figures(cell),
             }

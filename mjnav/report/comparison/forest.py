@@ -10,7 +10,8 @@ from math import ceil, floor, isfinite, log10
 
 from mjnav.printable import printable
 from mjnav.report.figure_names import figure_name
-from mjnav.study.compare.compare import RATES, Comparison, Estimate
+from mjnav.study.compare.chosen_figures import RATES, is_rate
+from mjnav.study.compare.compare import Comparison, Estimate
 
 WIDTH, LABELS, RIGHT = 360.0, 122.0, 10.0  # of the drawing, of the methods' names, of its margin
 ROW, TOP, FOOT = 19.0, 5.0, 20.0
@@ -42,7 +43,8 @@ class Forest:
 def forests(table: Comparison, figures: Sequence[str]) -> Iterator[Forest]:
     """The rates, then the figures asked for; what has no interval in any row is left out."""
     for figure in (*RATES, *figures):
-        rate, of_differences = figure in RATES, figure not in RATES and bool(table.reference)
+        rate = is_rate(figure)
+        of_differences = not rate and bool(table.reference)
         rows = []
         for row in table.rows:
             found = row.differences.get(figure)

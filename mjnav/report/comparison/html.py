@@ -10,6 +10,7 @@ from mjnav.report.comparison.forest import forest_svg, forests
 from mjnav.report.comparison.html_cell import html_cell
 from mjnav.report.comparison.notes import meaning, warnings
 from mjnav.report.comparison.shown import ShownTable, shown_table
+from mjnav.report.comparison.sight import sight
 from mjnav.report.figure_names import definition, figure_name
 from mjnav.report.look.document import frame
 from mjnav.study.compare.compare import Comparison
@@ -67,7 +68,8 @@ def _place(table: Comparison) -> str:
 
 def _section(number: int, results: StudyComparison, table: Comparison, found: Background | None) -> str:
     shown = shown_table(results, table)
-    reference = f"<small>differences from {_text(table.reference)}</small>" if table.reference else ""
+    about = [sight(table.people), f"differences from {table.reference}" if table.reference else ""]
+    reference = f"<small>{_text('; '.join(filter(None, about)))}</small>" if any(about) else ""
     body = "\n".join(
         f'<tr><th scope="row">{_text(row.method)}</th><td data-value="{table.rows[i].num}">{_text(row.episodes)}</td>'
         f"{''.join(map(html_cell, row.cells))}</tr>"

@@ -5,6 +5,7 @@ from collections.abc import Iterable, Iterator
 from mjnav.printable import printable
 from mjnav.report.comparison.notes import meaning, warnings
 from mjnav.report.comparison.shown import ALPHA, Shown, shown_table
+from mjnav.report.comparison.sight import sight
 from mjnav.report.figure_names import figure_name
 from mjnav.study.compare.compare import Comparison
 from mjnav.study.compare.study_comparison import StudyComparison
@@ -52,7 +53,8 @@ def _table(results: StudyComparison, table: Comparison) -> Iterator[str]:
         below = rf"; below, paired differences from {escaped(table.reference)}, $^*$ where $p < {ALPHA:g}$ (Holm)"
     yield r"\begin{table}"
     yield r"\centering"
-    yield rf"\caption{{{escaped(f'{table.scene}, {table.setting}')}: rates and means with 95\,\% intervals{below}.}}"
+    place = "; ".join(filter(None, (f"{table.scene}, {table.setting}", sight(table.people))))
+    yield rf"\caption{{{escaped(place)}: rates and means with 95\,\% intervals{below}.}}"
     yield _SCALED_DOWN + rf"{{\begin{{tabular}}{{@{{}}lr{'r' * len(shown.titles)}@{{}}}}"
     yield r"\toprule"
     yield _row(map(escaped, ("method", "n", *map(str, map(figure_name, shown.figures)))))

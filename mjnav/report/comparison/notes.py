@@ -3,7 +3,8 @@
 from collections.abc import Iterator
 
 from mjnav.printable import printable
-from mjnav.study.compare.compare import OVER_ALL, RESAMPLES
+from mjnav.study.compare.chosen_figures import FAULT, is_rate, over_all
+from mjnav.study.compare.compare import RESAMPLES
 from mjnav.study.compare.study_comparison import StudyComparison
 
 FEW_SEEDS = 20  # below it a percentile bootstrap's interval is too narrow
@@ -12,14 +13,16 @@ MAX_NAMED = 5
 
 def meaning(results: StudyComparison) -> list[str]:
     """What figures, intervals, differences and marks are."""
-    cleared = [figure for figure in results.figures if figure in OVER_ALL]
-    over_all = f" ({', '.join(cleared)}: over all)" * bool(cleared)
+    of_all = [figure for figure in results.figures if over_all(figure) and not is_rate(figure)]
+    of_all_text = f" ({', '.join(of_all)}: over all)" * bool(of_all)
+    fault = "; fault % a person touched by the robot's fault" * (FAULT in results.figures)
     return [
-        "success % is the goal reached without contact, in time; collision % any contact; with Wilson 95 % intervals.",
-        f"Other figures are means over the seeds that succeeded{over_all}, with 95 % bootstrap intervals "
+        f"success % is the goal reached without contact, in time; collision % any contact{fault}; with Wilson 95 % "
+        "intervals.",
+        f"Other figures are means over the seeds that succeeded{of_all_text}, with 95 % bootstrap intervals "
         f"({RESAMPLES} resamples); in parentheses from how many seeds, where not from all n.",
         "Signed figures are differences from the table's reference, over the seeds on which both succeeded "
-        "(rates, clearances: over all common seeds), with paired bootstrap intervals.",
+        "(rates, and what is over all: over all common seeds), with paired bootstrap intervals.",
         "* p < 0.05 by a sign-flip test on the pairs (rates: McNemar's), with Holm's correction over the methods of a "
         "table, each figure by itself.",
         "infeasible % is the share of all ticks at which nothing met the constraints; decision ms the median over "

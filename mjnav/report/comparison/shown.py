@@ -8,7 +8,8 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from math import floor, isfinite, log10
 
-from mjnav.study.compare.compare import RATES, Comparison, Difference, Estimate, MethodRow
+from mjnav.study.compare.chosen_figures import RATES, is_rate
+from mjnav.study.compare.compare import Comparison, Difference, Estimate, MethodRow
 from mjnav.study.compare.study_comparison import StudyComparison
 
 ALPHA = 0.05  # below it a difference is marked
@@ -114,20 +115,20 @@ def _plain(value: float, scale: float, decimals: int) -> Shown:
 def _columns(table: Comparison, figures: Iterable[str]) -> list[_Column]:
     found = []
     for figure in figures:
-        scale = 100.0 if figure in RATES else 1.0
-        title = f"{figure} %" if figure in RATES else figure
+        scale = 100.0 if is_rate(figure) else 1.0
+        title = f"{figure} %" if is_rate(figure) else figure
         found.append(_Column(figure, title, _decimals(table, figure, scale), scale))
     return found
 
 
 def _decimals(table: Comparison, figure: str, scale: float) -> int:
     estimates = [row.figures[figure] for row in table.rows]
-    if figure not in RATES:  # whose differences are no finer than they
+    if not is_rate(figure):  # whose differences are no finer than they
         estimates += [row.differences[figure].estimate for row in table.rows if figure in row.differences]
     halves = [0.5 * scale * (e.interval[1] - e.interval[0]) for e in estimates if e.interval is not None]
     least = min((half for half in halves if half > NEGLIGIBLE * max(halves)), default=0.0)
     if not least:  # values that are all the same
-        return 0 if figure in RATES else 3
+        return 0 if is_rate(figure) else 3
     return min(max(-floor(log10(least)), 0), MAX_DECIMALS)
 
 

@@ -11,6 +11,7 @@ from rich.text import Text
 from mjnav.printable import printable
 from mjnav.report.comparison.notes import meaning, warnings
 from mjnav.report.comparison.shown import ShownCell, shown_table
+from mjnav.report.comparison.sight import sight
 from mjnav.study.compare.compare import Comparison
 from mjnav.study.compare.study_comparison import StudyComparison
 
@@ -33,10 +34,11 @@ class _Printed:
 def write(results: StudyComparison, console: Console) -> None:
     """All tables, then what they mean and what is missing."""
     for table in results.tables:
-        reference = f"; reference {printable(table.reference)}" if table.reference else ""
-        console.print(
-            Text(f"{printable(table.scene)}, {printable(table.setting)}", "bold").append(reference, "not bold")
+        seen = sight(table.people)
+        about = f"; {printable(seen)}" * bool(seen) + f"; reference {printable(table.reference)}" * bool(
+            table.reference
         )
+        console.print(Text(f"{printable(table.scene)}, {printable(table.setting)}", "bold").append(about, "not bold"))
         write_table(results, table, console)
         console.print()
     for sentence in meaning(results):

@@ -7,13 +7,15 @@ from math import isfinite
 from typing import Any
 
 from mjnav.recording.export.csv_cells import neutral
+from mjnav.report.comparison.sight import of_table
+from mjnav.report.figure_names import unit
 from mjnav.study.compare.compare import Comparison, Estimate, MethodRow
 from mjnav.study.compare.study_comparison import StudyComparison
 
 HEADER = (
     *("scene", "setting", "method", "episodes", "failed", "missing"),
     *("figure", "value", "low", "high", "n"),
-    *("reference", "difference", "diff_low", "diff_high", "pairs", "p_holm"),
+    *("reference", "difference", "diff_low", "diff_high", "pairs", "p_holm", "people_see_robot", "unit"),
 )
 
 
@@ -31,17 +33,19 @@ def csv_text(results: StudyComparison) -> str:
 def _lines(results: StudyComparison, table: Comparison, row: MethodRow) -> Iterator[dict[str, Any]]:
     place: dict[str, Any] = {"scene": table.scene, "setting": table.setting, "method": row.method}
     place |= {"episodes": row.num, "failed": row.num_failed, "missing": _missing(results, table, row)}
+    place |= {"people_see_robot": of_table(table.people)}
     for figure, e in row.figures.items():
         low, high = e.interval or (None, None)
         line = {**place, "figure": figure, "value": known(e.value), "low": low, "high": high, "n": e.num}
+        line |= {"unit": unit(figure)}
         if figure in row.differences:
             found = row.differences[figure]
             low, high = found.estimate.interval or (None, None)
             line |= {"reference": table.reference, "difference": known(found.estimate.value)}
             line |= {"diff_low": low, "diff_high": high, "pairs": found.estimate.num, "p_holm": found.p}
         yield line
-    yield {**place, "figure": "infeasible_share", "value": known(row.infeasible_share)}
-    yield {**place, "figure": "decision_ms", "value": known(row.decision_ms)}
+    for figure, value in (("infeasible_share", row.infeasible_share), ("decision_ms", row.decision_ms)):
+        yield {**place, "figure": figure, "value": known(value), "unit": unit(figure)}
 
 
 def document(results: StudyComparison) -> dict[str, Any]:
@@ -63,6 +67,7 @@ def document(results: StudyComparison) -> dict[str, Any]:
                 "scene": table.scene,
                 "setting": table.setting,
                 "reference": table.reference or None,
+                "people_see_robot": of_table(table.people),
                 "methods": [_method(results, table, row) for row in table.rows],
             }
             for table in results.tables

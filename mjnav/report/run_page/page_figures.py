@@ -10,6 +10,7 @@ from mjnav.report.figure_names import definition
 from mjnav.report.look.document import term
 
 DASH = "–"
+WHO_HIT = "Who hit whom"  # a card of runs in which a person was touched
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,6 +43,23 @@ CARDS = (
         tuple(Figure(f"figures.collisions.{kind}", kind) for kind in ("person", "table", "wall", "pillar")),
     ),
     Card(
+        WHO_HIT,
+        (
+            Figure("figures.robot_at_fault", "the robot's fault"),
+            Figure("figures.collisions_moving", "while it moved"),
+            Figure("figures.collisions_at_rest", "while it stood"),
+        ),
+    ),
+    Card(
+        "Distance from people",
+        (
+            Figure("figures.min_human_distance_m", "least", "m"),
+            Figure("figures.personal_space_share", "of the time below 1.2 m"),
+            Figure("figures.min_time_to_collision_s", "least time to collision", "s"),
+        ),
+    ),
+    Card("People who see the robot", (Figure("figures.people_see_robot", ""),)),
+    Card(
         "Path",
         (
             Figure("figures.path_length_m", "", "m"),
@@ -54,6 +72,7 @@ CARDS = (
         (Figure("figures.mean_deviation_m", "mean", "m"), Figure("figures.max_deviation_m", "greatest", "m")),
     ),
     Card("Control cost", (Figure("figures.control_cost", "", "m²/s³"),)),
+    Card("Stalled", (Figure("figures.stalled_s", "", "s"),)),
     Card("Over a lane", (Figure("figures.lane_violation_s", "", "s"),)),
     Card("Infeasible ticks", (Figure("figures.infeasible_ticks", ""), Figure("figures.ticks", "ticks in all"))),
     Card(
@@ -105,7 +124,9 @@ def element(run: int, key: str, value: Any, unit: str = "", *, strong: bool = Fa
 
 def cards(flat: Mapping[str, Any]) -> str:
     """The key figures of one run; what a log does not have makes no card."""
+    hit = bool(flat.get("figures.collisions.person"))
     known = [card for card in CARDS if any(flat.get(figure.key) is not None for figure in card.figures)]
+    known = [card for card in known if hit or card.label != WHO_HIT]
     found = "\n".join(_card(card, flat) for card in known)
     return f'<section class="figures" aria-label="Key figures">{found}</section>'
 

@@ -14,20 +14,12 @@ from numpy.typing import NDArray
 
 from mjnav.errors import InputError
 from mjnav.metrics.intervals import holm
-from mjnav.study.compare.compare import (
-    DEFAULT_FIGURES,
-    RATES,
-    CellRows,
-    MethodRow,
-    cell_rows,
-    check_figures,
-    common,
-    compare,
-)
+from mjnav.study.compare.chosen_figures import DEFAULT_FIGURES, PEOPLE, RATES, check_figures, columns_for, expanded
+from mjnav.study.compare.compare import CellRows, MethodRow, cell_rows, common, compare
 from mjnav.study.compare.result_tables import html_table, percent
 from mjnav.study.compare.study_comparison import DECISION, NEEDED, check_distinct
 from mjnav.study.compare.what_changed import CellPlace, KeyChange, what_changed
-from mjnav.study.store.own_figures import check_own, columns_of
+from mjnav.study.store.own_figures import check_own
 from mjnav.study.store.row import PLACE_IN_STUDY
 from mjnav.study.store.store import Store
 
@@ -64,6 +56,7 @@ class CellChange:
     seeds: tuple[SeedChange, ...]  # ascending
     before: MethodRow  # the figures over the common seeds
     after: MethodRow  # and the differences after - before, with Holm's correction over all cells
+    people: tuple[str, ...]  # how many people see the robot: the values of both folders' rows, each once
 
     def named(self, kind: str) -> tuple[SeedChange, ...]:
         """The seeds that changed in this way."""
@@ -109,7 +102,7 @@ def before_after(before: Store, after: Store, *, figures: Sequence[str] = DEFAUL
     Raises InputError where they have no seed of a cell in common, InvalidValue for an unknown figure, MjnavError where
     a shard is damaged.
     """
-    figures = tuple(dict.fromkeys(figure for figure in figures if figure not in RATES))
+    figures = expanded(figures)
     check_figures(figures)
     if before.folder.resolve() == after.folder.resolve():
         raise InputError(f"{before.folder} and {after.folder} are the same folder")
@@ -140,7 +133,9 @@ class _Side:
 
 def _read(store: Store, figures: Sequence[str]) -> _Side:
     labels = ("scene", "setting", "method", "seed")
-    numbers = [name for name in dict.fromkeys((*NEEDED, DECISION, *columns_of(figures))) if name not in PLACE_IN_STUDY]
+    numbers = [
+        name for name in dict.fromkeys((*NEEDED, PEOPLE, DECISION, *columns_for(figures))) if name not in PLACE_IN_STUDY
+    ]
     table = store.rows([*labels, *numbers, *_TEXTS])
     rows = cell_rows(table.select([*labels, *numbers]))
     check_distinct(rows, store)
@@ -178,6 +173,7 @@ def _change(was: _Side, now: _Side, place: CellPlace, figures: Sequence[str]) ->
         seeds=tuple(changes),
         before=table.rows[0],
         after=table.rows[1],
+        people=table.people,
     )
 
 

@@ -4,11 +4,11 @@ from collections.abc import Iterable, Mapping
 
 from mjnav.errors import unknown_name
 from mjnav.study.compare.before_after import BETTER, OTHER, WORSE, BeforeAfter
-from mjnav.study.compare.compare import RATES, MethodRow
+from mjnav.study.compare.chosen_figures import numbers
+from mjnav.study.compare.compare import MethodRow
 from mjnav.study.compare.study_comparison import CellPlace, StudyComparison
 from mjnav.study.requirements import OPTION, Requirement
 from mjnav.study.store.own_figures import is_own
-from mjnav.study.store.row import COLUMNS, STRING
 
 COUNTS = ("episodes", "failed", "missing")
 PLAIN = ("infeasible_share", "decision_ms")
@@ -23,14 +23,14 @@ def figures_for(required: Iterable[Requirement], *, after: bool = False) -> list
 
     Raises InvalidValue for a figure that such a table cannot have.
     """
-    numbers = list(dict.fromkeys((*RATES, *(name for name, column in COLUMNS.items() if column.type != STRING))))
+    known = numbers()
     others = [*PLAIN, *(PAIRS if after else COUNTS)]
     found = []
     for requirement in required:
         name = requirement.figure.removesuffix(CHANGE) if after else requirement.figure
-        if name not in numbers and requirement.figure not in others and not is_own(name):
-            raise unknown_name(OPTION, requirement.figure, (*numbers, *others))
-        if name in numbers or is_own(name):
+        if name not in known and requirement.figure not in others and not is_own(name):
+            raise unknown_name(OPTION, requirement.figure, (*known, *others))
+        if name in known or is_own(name):
             found.append(name)
     return found
 

@@ -1,12 +1,13 @@
 """The methods of a sweep compared: figures with intervals, and differences from a reference method.
 
-Rates have Wilson intervals. Means are over the seeds that succeeded (clearances: over all), with bootstrap intervals.
-Differences are means over the seeds on which both methods succeeded, with paired bootstrap intervals. Their p-values
-come from sign-flip tests (rates: McNemar's) with Holm's correction over the methods compared with one reference.
+Rates have Wilson intervals. Means are over the seeds that succeeded, or over all where `metrics.definitions` says so,
+with bootstrap intervals. Differences are means over the seeds of both methods that count, with paired bootstrap
+intervals. Their p-values come from sign-flip tests (rates: McNemar's) with Holm's correction over the methods compared
+with one reference.
 """
 
 import re
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 from math import nan
@@ -19,17 +20,23 @@ from mjnav.errors import unknown_name
 from mjnav.messages import Array
 from mjnav.metrics.intervals import Interval, SharedBootstrap, holm, mcnemar, wilson
 from mjnav.rng import stream
+from mjnav.study.compare.chosen_figures import (
+    COLLISIONS,
+    DEFAULT_FIGURES,
+    FAULT,
+    PEOPLE,
+    RATES,
+    check_figures,
+    is_rate,
+    over_all,
+)
 from mjnav.study.store.own_figures import COLUMN as OWN_COLUMN
-from mjnav.study.store.own_figures import is_own, own_columns
+from mjnav.study.store.own_figures import own_columns
 from mjnav.study.store.row import COLUMNS, STRING
 
 if TYPE_CHECKING:
     import pyarrow
 
-COLLISIONS = tuple(name for name in COLUMNS if name.startswith("collisions_"))
-OVER_ALL = ("min_clearance_m", "min_lane_clearance_m", "mean_lane_clearance_m")  # also of runs that failed
-DEFAULT_FIGURES = ("time_s", "control_cost", "mean_deviation_m", "path_ratio", "min_clearance_m")
-RATES = ("success", "collision")
 RESAMPLES = 5_000
 
 
@@ -58,6 +65,7 @@ class CellRows:
     setting: str
     method: str
     columns: Mapping[str, Array]
+    people: tuple[str, ...] = ()  # the values of `PEOPLE`, each once; none where they are not known or nobody is there
 
     @property
     def seeds(self) -> Array:
@@ -78,8 +86,11 @@ class CellRows:
         """A figure by seed, (n,); NaN where the seed does not count."""
         if figure == "collision":
             return self.collided
+        if figure == FAULT:
+            hits = self.columns["robot_at_fault"]
+            return np.where(np.isnan(hits), np.nan, hits > 0)
         values = self.columns[figure]
-        if figure in OVER_ALL or figure == "success":
+        if over_all(figure):
             return values
         return np.where(self.columns["success"] == 1, values, np.nan)
 
@@ -104,8 +115,13 @@ def cell_rows(table: "pyarrow.Table", methods: Sequence[str] = ()) -> list[CellR
         known = [i for i, label in enumerate(methods) if method == label or method.startswith(f"{label} ")]
         return natural(scene), natural(setting), max(known, key=lambda i: len(methods[i]), default=0), natural(method)
 
+    seen = table[PEOPLE].to_pylist() if PEOPLE in table.column_names else [None] * len(labels)
     return [
-        CellRows(*label, {name: column[places[label]] for name, column in columns.items()})
+        CellRows(
+            *label,
+            {name: column[places[label]] for name, column in columns.items()},
+            tuple(sorted({value for place in places[label] if (value := seen[place]) is not None})),
+        )
         for label in sorted(places, key=order)
     ]
 
@@ -137,6 +153,7 @@ class Comparison:
     setting: str
     reference: str
     rows: tuple[MethodRow, ...]
+    people: tuple[str, ...] = ()  # how many people see the robot: the values of `PEOPLE`, each once
 
 
 def compare(
@@ -158,14 +175,6 @@ def compare(
         if base is None and reference is None:
             base = of_table[0]
         yield _comparison(scene, setting, of_table, base, (*RATES, *figures))
-
-
-def check_figures(figures: Iterable[str]) -> None:
-    """Raises InvalidValue for a name that is no column of numbers, and none that a user's own metric may have."""
-    allowed = [name for name, column in COLUMNS.items() if column.type != STRING]
-    for figure in figures:
-        if figure not in allowed and not is_own(figure):
-            raise unknown_name("figure", figure, allowed)
 
 
 @lru_cache(8)
@@ -202,7 +211,8 @@ def _comparison(
         )
         for cell, own in zip(cells, estimates(cells, figures), strict=True)
     ]
-    return Comparison(scene, setting, base.method if base is not None else "", tuple(rows))
+    people = tuple(sorted({value for cell in cells for value in cell.people}))
+    return Comparison(scene, setting, base.method if base is not None else "", tuple(rows), people)
 
 
 def estimate(cell: CellRows, figure: str) -> Estimate:
@@ -212,11 +222,11 @@ def estimate(cell: CellRows, figure: str) -> Estimate:
 
 def estimates(cells: Sequence[CellRows], figures: Sequence[str]) -> list[dict[str, Estimate]]:
     """Rates and means of every cell."""
-    means = [cell.values(figure) for cell in cells for figure in figures if figure not in RATES]
+    means = [cell.values(figure) for cell in cells for figure in figures if not is_rate(figure)]
     intervals = iter(_by_length(means, lambda num: bootstrap(num).intervals))
 
     def one(values: Array, figure: str) -> Estimate:
-        if figure not in RATES:
+        if not is_rate(figure):
             return _estimate(values, next(intervals))
         known = values[np.isfinite(values)]
         return _estimate(values, wilson(int(known.sum()), known.size))
@@ -255,7 +265,7 @@ def differences(cells: Sequence[CellRows], base: CellRows, figures: Sequence[str
 
     def one(change: Array, figure: str) -> Difference:
         p = next(flipped)
-        if figure in RATES and p is not None:
+        if is_rate(figure) and p is not None:
             p = mcnemar(int((change > 0).sum()), int((change < 0).sum()))
         return Difference(_estimate(change, next(intervals)), p)
 

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from typing import overload
 
 from mjnav.study.compare.before_after import BeforeAfter, before_after
-from mjnav.study.compare.compare import DEFAULT_FIGURES
+from mjnav.study.compare.chosen_figures import DEFAULT_FIGURES
 from mjnav.study.compare.study_comparison import StudyComparison, compare_study
 from mjnav.study.results import find_results, kept_study
 
@@ -28,8 +28,9 @@ def compare(
     """Compares the methods of one study's results, or two folders of results seed by seed.
 
     `results` and `after` are a study's name or file, whose results are below runs/out, or a folder. `figures` are
-    names of columns of numbers, beside the rates of success and of collision. `reference` is the label of the method
-    that the others of a table are compared with, by default the first.
+    names of columns of numbers, or of groups of them (`mjnav list metrics` has all), beside the rates of success and
+    collision. `reference` is the label of the method that the others of a table are compared with, by default the
+    first.
 
     Raises InputError where there are no results, or none in common; InvalidValue for an unknown figure or reference;
     MjnavError for a damaged file.

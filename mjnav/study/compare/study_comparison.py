@@ -9,9 +9,17 @@ import numpy as np
 
 from mjnav.errors import InputError
 from mjnav.study.cells import variants
-from mjnav.study.compare.compare import COLLISIONS, RATES, CellRows, Comparison, cell_rows, check_figures, compare
+from mjnav.study.compare.chosen_figures import (
+    COLLISIONS,
+    DEFAULT_FIGURES,
+    PEOPLE,
+    check_figures,
+    columns_for,
+    expanded,
+)
+from mjnav.study.compare.compare import CellRows, Comparison, cell_rows, compare
 from mjnav.study.compare.result_tables import html_table, percent
-from mjnav.study.store.own_figures import check_own, columns_of
+from mjnav.study.store.own_figures import check_own
 from mjnav.study.store.store import Store
 from mjnav.study.study_file import StudyFile
 from mjnav.study.sweep.changes import Inconsistency, inconsistencies
@@ -78,15 +86,16 @@ def compare_study(
     `progress` gets the number of tables that are done and of all. Raises InputError where there are no rows or rows of
     several studies, InvalidValue for an unknown figure or reference, MjnavError for a damaged store.
     """
-    figures = tuple(dict.fromkeys(figure for figure in figures if figure not in RATES))
-    check_figures(figures)
+    asked = expanded(figures)
+    check_figures(asked)
     if not store.has_rows():
         raise InputError(f"{store.folder}: no results of a sweep")
-    table = store.rows(list(dict.fromkeys((*NEEDED, DECISION, "error", "revision", *columns_of(figures)))))
+    table = store.rows(list(dict.fromkeys((*NEEDED, PEOPLE, DECISION, "error", "revision", *columns_for(asked)))))
     table, name, others = _of_study(table, study, store)
     cells = cell_rows(table.drop_columns(["error"]), [method.label for method in study.methods] if study else ())
     check_distinct(cells, store)
-    check_own(figures, cells[0].columns)
+    check_own(asked, cells[0].columns)
+    figures = _defined(asked, figures, cells)
     places = list(dict.fromkeys((cell.scene, cell.setting) for cell in cells))
     tables = []
     for comparison in compare(cells, reference=reference, figures=figures):
@@ -107,6 +116,22 @@ def compare_study(
         others=others,
         inconsistencies=inconsistencies(store, name),
     )
+
+
+def _defined(asked: Sequence[str], figures: Sequence[str], cells: Sequence[CellRows]) -> tuple[str, ...]:
+    """The figures without default ones that no row has: those of people in scenes without, and of older rows.
+
+    What is asked for by name beside the default ones stays.
+    """
+    num = len(DEFAULT_FIGURES)
+    if tuple(figures[:num]) != DEFAULT_FIGURES:
+        return tuple(asked)
+    by_name = expanded(figures[num:])
+
+    def known(figure: str) -> bool:
+        return any(np.isfinite(cell.columns[name]).any() for cell in cells for name in columns_for([figure]))
+
+    return tuple(figure for figure in asked if figure not in DEFAULT_FIGURES or figure in by_name or known(figure))
 
 
 def _of_study(

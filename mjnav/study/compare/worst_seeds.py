@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from mjnav.messages import Array
-from mjnav.study.compare.compare import COLLISIONS
+from mjnav.study.compare.chosen_figures import COLLISIONS
 from mjnav.study.compare.study_comparison import CellPlace
 from mjnav.study.store.store import Store
 

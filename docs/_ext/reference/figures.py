@@ -1,0 +1,34 @@
+"""Every figure with its unit, definition and source, from the one table of figures."""
+
+from mjnav.metrics.definitions import DERIVED, GROUPS, TRUTH, Definition
+
+from .markdown import escape
+
+_TITLES = {
+    "ending": "How it ended",
+    "path": "Which way it went, and how close to things",
+    "motion": "How it moved",
+    "social": "What it was to the people",
+    "decisions": "What the decisions were",
+    "knowledge": "What the robot knew",
+    "computing": "What it cost to compute",
+}
+_HEAD = ["| name | unit | definition | null | better | source |", "|---|---|---|---|---|---|"]
+
+
+def markdown() -> str:
+    """A section with a table for each group, and one for what `compare` adds."""
+    parts = []
+    for group, figures in GROUPS.items():
+        rows = [_row(name, one) for name, one in figures.items()]
+        parts += [f"## {_TITLES[group]}", f"Group `{group}` of `mjnav compare --figure`.", "\n".join([*_HEAD, *rows])]
+    rows = [_row(name, one) for name, one in DERIVED.items()]
+    parts += ["## What `compare` adds", "\n".join([*_HEAD, *rows])]
+    return "\n\n".join(parts)
+
+
+def _row(name: str, one: Definition) -> str:
+    equation = f"; ${one.equation}$" if one.equation else ""
+    unit = "yes or no" if one.type == TRUTH else one.unit
+    cells = (f"`{name}`", unit, f"{escape(one.text)}{equation}", escape(one.null), one.better, escape(one.source))
+    return f"| {' | '.join(cells)} |"

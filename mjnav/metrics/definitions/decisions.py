@@ -1,0 +1,99 @@
+"""What the decisions were, what the robot knew, and what it cost to compute."""
+
+from collections.abc import Mapping
+from types import MappingProxyType
+
+from mjnav.metrics.definitions.definition import HIGHER, INTEGER, LOWER, Definition
+
+_NEVER_MET = "never met an obstacle"
+_NO_SAMPLES = "no people; all samples equal; fewer than four"
+_JOANES = "Joanes and Gill (1998)"
+_SKEW = r"G_1 = \frac{\sqrt{n(n-1)}}{n-2}\, m_3/m_2^{3/2}"
+_KURTOSIS = r"G_2 + 3,\ G_2 = \frac{n-1}{(n-2)(n-3)}\left((n+1)\,g_2 + 6\right),\ g_2 = m_4/m_2^2 - 3"
+
+DECISIONS: Mapping[str, Definition] = MappingProxyType(
+    {
+        "infeasible_ticks": Definition(
+            text="ticks at which nothing met the constraints: the sum of the next two", type=INTEGER, better=LOWER
+        ),
+        "ticks_without_nominal": Definition(
+            text="status infeasible_nominal: nothing met the constraints at the mean of the samples",
+            type=INTEGER, better=LOWER,
+        ),
+        "ticks_without_own": Definition(
+            text="status infeasible: candidates met those, none the method's own constraint", type=INTEGER, better=LOWER
+        ),
+        "stopped_ticks": Definition(text="ticks of status stopped", type=INTEGER),
+        "clipped_ticks": Definition(
+            text="ticks whose decision was beyond the robot's limits; the command within them counts", type=INTEGER
+        ),
+        "min_safe_share": Definition(
+            text="share of the closest obstacle's samples that are safe at the chosen control, minimum over ticks",
+            better=HIGHER, words="least share of safe samples", null=_NEVER_MET, equation=r"f \le 0",
+        ),
+        "mean_safe_share": Definition(
+            text="the same, mean over ticks",
+            better=HIGHER, words="mean share of safe samples", null=_NEVER_MET,
+        ),
+    }
+)  # fmt: skip
+
+KNOWLEDGE: Mapping[str, Definition] = MappingProxyType(
+    {
+        "localization_rmse_m": Definition(
+            text="error of the robot's estimated position, root of the mean square",
+            unit="m", better=LOWER, words="error of the robot's belief", null="no ticks",
+            equation=r"\sqrt{\frac{1}{T}\sum_k \lvert\hat p_k - p_k\rvert^2}",
+        ),
+        "tracking_rmse_m": Definition(
+            text="error of people's estimated positions, root of the mean square over ticks and people with a track",
+            unit="m", better=LOWER, words="error of beliefs of people", null="nobody was tracked",
+        ),
+        "robot_skew": Definition(
+            text="of the robot samples' x and y that the controller got, mean over ticks and axes",
+            equation=_SKEW, null=_NO_SAMPLES, source=_JOANES,
+        ),
+        "robot_kurtosis": Definition(
+            text="of the same samples; 3 for a Gaussian", equation=_KURTOSIS, null=_NO_SAMPLES, source=_JOANES
+        ),
+        "people_skew": Definition(
+            text="the same of people's samples, mean over people too",
+            equation=_SKEW, null=_NO_SAMPLES, source=_JOANES,
+        ),
+        "people_kurtosis": Definition(
+            text="the same of people's samples; 3 for a Gaussian",
+            equation=_KURTOSIS, null=_NO_SAMPLES, source=_JOANES,
+        ),
+    }
+)  # fmt: skip
+
+_PHASES = MappingProxyType(
+    {
+        "sense": "the sensors' readings",
+        "estimate": "the filters and the prediction",
+        "control": "a decision of the controller",
+        "record": "the record of the tick, the log included",
+        "tick": "a whole tick, physics included",
+    }
+)
+_QUANTILES = MappingProxyType(
+    {"p50": "median over ticks", "p99": "99 % of ticks are below", "max": "the longest of all ticks"}
+)
+
+COMPUTING: Mapping[str, Definition] = MappingProxyType(
+    {
+        **{
+            f"compute_ms_{phase}_{level}": Definition(
+                text=f"wall time of {what}; {quantile}", unit="ms", better=LOWER, null="no ticks"
+            )
+            for phase, what in _PHASES.items()
+            for level, quantile in _QUANTILES.items()
+        },
+        "real_time_factor": Definition(
+            text="simulated time over wall time, from tick 0 on", better=HIGHER, null="no time passed"
+        ),
+        "deadline_misses": Definition(
+            text="ticks that ended after the next was due; 0 where the run was not paced", type=INTEGER, better=LOWER
+        ),
+    }
+)

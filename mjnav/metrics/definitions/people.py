@@ -1,0 +1,46 @@
+"""What a run was to the people in it."""
+
+from collections.abc import Mapping
+from types import MappingProxyType
+
+from mjnav.metrics.definitions.definition import HIGHER, LOWER, Definition
+from mjnav.metrics.definitions.outcome import NOBODY, TABLE_1
+
+HUNAVSIM = "Perez-Higueras et al. (2023)"
+HALL = f"Hall (1966); {HUNAVSIM}"
+
+
+def _space(name: str, distance: str) -> Definition:
+    return Definition(
+        text=f"share of the ticks at which somebody's surface is less than {distance} from the robot's",
+        better=LOWER, words=f"share of time in {name} space", null=NOBODY, source=HALL, over_all=True,
+    )  # fmt: skip
+
+
+PEOPLE: Mapping[str, Definition] = MappingProxyType(
+    {
+        "min_human_distance_m": Definition(
+            text="least distance of the robot's surface from a person's, over straight moves between ticks",
+            unit="m", better=HIGHER, words="least distance from people", null=NOBODY, source=TABLE_1, over_all=True,
+        ),
+        "mean_human_distance_m": Definition(
+            text="distance of the robot's surface from the nearest person's, mean over the ticks at which somebody is "
+            "there",
+            unit="m", words="mean distance from the nearest person", null=NOBODY, source=HUNAVSIM, over_all=True,
+        ),
+        "space_compliance": Definition(
+            text="share of the ticks at which every person's surface is at least 0.5 m from the robot's",
+            better=HIGHER, null=NOBODY, source=TABLE_1, over_all=True,
+        ),
+        "intimate_space_share": _space("intimate", "0.45 m"),
+        "personal_space_share": _space("personal", "1.2 m"),
+        "social_space_share": _space("social", "3.6 m"),
+        "min_time_to_collision_s": Definition(
+            text="time after which robot and a person would touch if both kept their velocities, minimum over ticks "
+            "and people",
+            unit="s", better=HIGHER, words="least time to collision", source=TABLE_1, over_all=True,
+            equation=r"\min_{k,i} \min\{\tau \ge 0 : \lvert r_{ki} + \tau q_{ki}\rvert \le \rho + \rho_i\}",
+            null="nobody was ever on a collision course",
+        ),
+    }
+)  # fmt: skip
