@@ -37,35 +37,34 @@ class Guide:
         self._decisions = 0
         self._goals = np.full((len(index), 2), nan)
         self._points = self._goals.copy()
-        self._around = np.zeros(len(index), bool)
+        self._around, self._asking = np.zeros((2, len(index)), bool)
         self._known: dict[tuple[WayMap, tuple[float, float]], tuple[Array, Array]] = {}
 
     def towards(self, positions: Array, goals: Array) -> Array:
         """(n, 2) [m] for people at `positions` (n, 2) with `goals` (n, 2): the goal, or a corner on the way to it.
 
-        Asked once each decision. Positions of people who are not there are NaN.
+        It is `goals` itself where everybody walks straight. Asked once each decision. Positions of people who are not
+        there are NaN.
         """
         if not self._blocks:
             return goals
-        positions, goals = np.ascontiguousarray(positions), np.ascontiguousarray(goals, dtype=float)
         decision = self._decisions
         self._decisions += 1
-        asking = np.zeros(len(goals), bool)
-        if _look(
+        asks, turns_aside = _look(
             positions,
             goals,
             self._goals,
             self._points,
             self._around,
-            asking,
+            self._asking,
             self._radius,
             decision,
             self._floor.discs,
             self._floor.boxes,
-        ):
-            for i in np.flatnonzero(asking):
-                self._points[i], self._around[i] = self._planned(positions[i], goals[i], float(self._radius[i]))
-        return self._points.copy()
+        )
+        for i in np.flatnonzero(self._asking) if asks else ():
+            self._points[i], self._around[i] = self._planned(positions[i], goals[i], float(self._radius[i]))
+        return self._points.copy() if asks or turns_aside else goals
 
     def _planned(self, position: Array, goal: Array, radius: float) -> tuple[Array, bool]:
         """The next point, and whether it is a corner; the goal where there is no way at all."""
@@ -105,8 +104,11 @@ def _look(
     discs: Matrix,
     boxes: Matrix,
 ):
-    """Sends everybody straight to new goals, and finds who has to ask for a corner; whether anybody has."""
-    anybody = False
+    """Sends everybody straight to new goals, and finds who is `asking` for a corner.
+
+    Returns whether anybody asks, and whether anybody is on the way to another point than the goal.
+    """
+    asks, turns_aside = False, False
     for i in range(len(goals)):
         x, y = positions[i, 0], positions[i, 1]
         fresh = known[i, 0] != goals[i, 0] or known[i, 1] != goals[i, 1]
@@ -114,6 +116,7 @@ def _look(
             known[i, 0], known[i, 1] = goals[i, 0], goals[i, 1]
             points[i, 0], points[i, 1] = goals[i, 0], goals[i, 1]
             around[i] = False
+        asking[i] = False
         dx, dy = points[i, 0] - x, points[i, 1] - y
         distance = np.sqrt(dx * dx + dy * dy)
         if around[i] and (distance < NEAR or (decision + i) % REPLAN == 0):
@@ -124,5 +127,6 @@ def _look(
             end_x, end_y = points[i, 0] - share * dx, points[i, 1] - share * dy
             if not is_open(x, y, end_x, end_y, radius[i], discs, boxes):
                 around[i] = asking[i] = True
-        anybody = anybody or asking[i]
-    return anybody
+        asks = asks or asking[i]
+        turns_aside = turns_aside or points[i, 0] != goals[i, 0] or points[i, 1] != goals[i, 1]
+    return asks, turns_aside

@@ -20,29 +20,38 @@ class Route(Walk):
         super().__init__(scenario, index, seed)
         found = [scenario.people[i].behaviour for i in index]
         routes = [behaviour for behaviour in found if isinstance(behaviour, Waypoints)]
-        self._routes = [(route.waypoints, route.speed, route.loop and len(route.waypoints) > 1) for route in routes]
+        self._waypoints = [route.waypoints for route in routes]
+        self._loops = [route.loop and len(route.waypoints) > 1 for route in routes]
+        self._speed = np.array([route.speed for route in routes], float)
         self._next = [0] * len(routes)
-        self._goals = np.array([waypoints[0] for waypoints, _, _ in self._routes], float)
+        self._goals = np.array([waypoints[0] for waypoints in self._waypoints], float)
+        self._ends = [self._is_end(i) for i in range(len(routes))]  # whose next waypoint is where they stay
         self._guide = Guide(scenario, index)
 
     def velocities(self, world: WorldState) -> Array:
         """See `Walk`."""
         positions = world.people_position[self.index]
-        for i, (x, y) in enumerate(positions.tolist()):
-            waypoints, _, loops = self._routes[i]
-            target = waypoints[self._next[i]]
-            if hypot(target[0] - x, target[1] - y) <= REACHED and (loops or self._next[i] + 1 < len(waypoints)):
-                self._next[i] = (self._next[i] + 1) % len(waypoints)
-                self._goals[i] = waypoints[self._next[i]]
-        points = self._guide.towards(positions, self._goals).tolist()
-        desired = []
-        for i, (x, y) in enumerate(positions.tolist()):
-            waypoints, speed, loops = self._routes[i]
-            dx, dy = points[i][0] - x, points[i][1] - y
-            distance = hypot(dx, dy)
-            ends = not loops and self._next[i] + 1 == len(waypoints)
-            if ends and hypot(points[i][0] - waypoints[-1][0], points[i][1] - waypoints[-1][1]) <= REACHED:
-                speed = min(speed, distance / ARRIVAL_TIME)
-            scale = speed / distance if distance > 0.0 else 0.0
-            desired.append((scale * dx, scale * dy))
-        return np.array(desired)
+        way = self._goals - positions
+        distance = _lengths(way)
+        reached = [i for i, left in enumerate(distance) if left <= REACHED and not self._ends[i]]
+        for i in reached:
+            self._next[i] = (self._next[i] + 1) % len(self._waypoints[i])
+            self._goals[i], self._ends[i] = self._waypoints[i][self._next[i]], self._is_end(i)
+        points = self._guide.towards(positions, self._goals)
+        if reached or points is not self._goals:
+            way = points - positions
+            distance = _lengths(way)
+        far = np.array(distance)
+        speed = self._speed
+        if any(self._ends):
+            arriving = np.array(self._ends) & (np.abs(points - self._goals).max(axis=1) <= REACHED)
+            speed = np.where(arriving, np.minimum(speed, far / ARRIVAL_TIME), speed)
+        return np.divide(speed, far, out=np.zeros_like(far), where=far > 0.0)[:, None] * way
+
+    def _is_end(self, i: int) -> bool:
+        return not self._loops[i] and self._next[i] + 1 == len(self._waypoints[i])
+
+
+def _lengths(vectors: Array) -> list[float]:
+    """Of each row (n, 2). Rounded as math.hypot does, and not as NumPy does: it is part of what a seed leads to."""
+    return list(map(hypot, *vectors.T.tolist()))
