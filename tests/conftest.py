@@ -1,6 +1,9 @@
 """What every test shares: hypothesis without a clock, `--no-skips`, the distribution over processes, default limits."""
 
 import os
+import subprocess
+import sys
+from pathlib import Path
 
 import pytest
 from hypothesis import settings
@@ -71,6 +74,24 @@ def _refused(report):
 def bound_by_permissions():
     """Words before a command under which files' permissions hold for it, whoever runs the tests."""
     return ["setpriv", "--bounding-set=-dac_override"] if os.geteuid() == 0 else []
+
+
+@pytest.fixture(scope="session")
+def fork_server(tmp_path_factory):
+    """The socket of a process that starts `mjnav` commands as processes of their own, at once (`tests/forking`)."""
+    address = tmp_path_factory.mktemp("server") / "socket"
+    program = [sys.executable, str(Path(__file__).parent / "forking" / "server.py"), str(address)]
+    with subprocess.Popen(
+        program,
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        text=True,
+        env={**os.environ, "OPENBLAS_NUM_THREADS": "1"},
+        start_new_session=True,
+    ) as process:
+        assert process.stdout.readline() == "ready\n"
+        yield str(address)
+        process.stdin.close()
 
 
 @pytest.fixture(scope="session")

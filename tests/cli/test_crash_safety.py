@@ -7,13 +7,13 @@ import shutil
 import signal
 import struct
 import subprocess
-import sys
 import time
 from pathlib import Path
 
 import pytest
 
 from mjnav.recording import open_log
+from tests.forking.command import Command
 from tests.hanging_controllers import HANGING
 
 pytestmark = pytest.mark.xdist_group("real time")
@@ -72,15 +72,21 @@ class Stuck(Noting):
 class Started:
     """A run as a process of its own."""
 
-    def __init__(self, ask, folder: Path, words: list[str], ignore: tuple[int, ...], pipe: bool):
-        self._ask, self.folder = ask, folder
+    def __init__(self, server: str, folder: Path, words: list[str], ignore: tuple[int, ...], pipe: bool):
+        self.folder = folder
         folder.mkdir(exist_ok=True)
         (folder / "mine.py").write_text(MINE)
         (folder / "noted").write_bytes(struct.pack("d", -1.0))
         self.log = folder / "logs" / "a.mcap"
         self.log.parent.mkdir(exist_ok=True)
         argv = ["run", "crossing1", "--log", "logs/a.mcap", *words]
-        self.number = ask({"argv": argv, "folder": str(folder), "ignore": ignore, "pipe": pipe})
+        reader, unread = os.pipe()
+        os.close(reader)
+        self._printed = [folder / f"{len(list(folder.iterdir()))}.{name}" for name in ("out", "err")]
+        with open(os.devnull) as nothing, self._printed[0].open("w") as out, self._printed[1].open("w") as err:
+            descriptors = [nothing.fileno(), unread if pipe else out.fileno(), err.fileno()]
+            self._command = Command(server, argv, str(folder), os.environ, descriptors, ignore)
+        os.close(unread)
         self.code: int | None = None
 
     @property
@@ -99,46 +105,28 @@ class Started:
         self.until(lambda: self.log.exists() and self.log.stat().st_size > size)
 
     def kill(self, number: int) -> None:
-        os.kill(self.number, number)
+        os.kill(self._command.number, number)
 
     def has_ended(self) -> bool:
-        if self.code is None:
-            self.code = self._ask({"wait": self.number})
+        if self.code is None and self._command.has_ended():
+            self.code = self._command.code()
         return self.code is not None
 
     def ended(self) -> tuple[int | None, str, str]:
         """Exit code, standard output, standard error."""
         self.until(self.has_ended)
-        out, err = ((self.folder / f"{self.number}.{name}").read_text() for name in ("out", "err"))
+        out, err = (file.read_text() for file in self._printed)
         return self.code, out, err
 
 
-@pytest.fixture(scope="module")
-def server():
-    command = [sys.executable, str(Path(__file__).parent / "fork_server.py")]
-    environment = {**os.environ, "OPENBLAS_NUM_THREADS": "1"}
-    with subprocess.Popen(
-        command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, env=environment, start_new_session=True
-    ) as process:
-        assert json.loads(process.stdout.readline()) == "ready"
-
-        def ask(request):
-            process.stdin.write(json.dumps(request) + "\n")
-            process.stdin.flush()
-            return json.loads(process.stdout.readline())
-
-        yield ask
-        process.stdin.close()
-
-
 @pytest.fixture
-def start(server, tmp_path):
+def start(fork_server, tmp_path):
     """Starts a run, in a folder of its own unless it is told which."""
     started = []
 
     def start(*words: str, ignore=(), pipe=False, folder=None) -> Started:
         folder = folder or tmp_path / str(len(started))
-        started.append(Started(server, folder, [*words], tuple(ignore), pipe))
+        started.append(Started(fork_server, folder, [*words], tuple(ignore), pipe))
         return started[-1]
 
     yield start

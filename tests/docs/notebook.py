@@ -1,8 +1,12 @@
-"""A page's blocks run in order in an empty folder: bash each by itself, python in one process for the whole page."""
+"""A page's blocks run in order in an empty folder: bash each by itself, python in one process for the whole page.
+
+`mjnav` in bash is the installed program, or, where a notebook is given a fork server, a process forked by that.
+"""
 
 import json
 import os
 import select
+import shlex
 import subprocess
 import sys
 from pathlib import Path
@@ -11,6 +15,7 @@ import pytest
 
 from tests.docs.blocks import Block
 
+COMMAND = Path(__file__).parents[1] / "forking" / "command.py"
 LONGEST = 120.0  # [s] that one block may take
 INTERPRETER = """
 import json as _json, os as _os, sys as _sys
@@ -22,14 +27,25 @@ for _line in _os.fdopen(int(_sys.argv[1])):
 """
 
 
-class Notebook:
-    """A context in which blocks run; `folder` is their working folder."""
+def _forked(server: str, programs: Path) -> Path:
+    """A folder of programs with an `mjnav` that the server forks."""
+    programs.mkdir()
+    words = shlex.join([sys.executable, "-IS", str(COMMAND), server])
+    (programs / "mjnav").write_text(f'#!/bin/sh\nexec {words} "$@"\n')
+    (programs / "mjnav").chmod(0o700)
+    return programs
 
-    def __init__(self, folder: Path) -> None:
+
+class Notebook:
+    """A context in which blocks run; `folder` is their working folder, `server` the socket of `tests/forking`."""
+
+    def __init__(self, folder: Path, server: str | None = None) -> None:
         self._folder = folder
         self._output = folder.with_suffix(".output")
         self._python: subprocess.Popen | None = None
-        programs = Path(sys.executable).parent  # where `mjnav` is
+        programs = str(Path(sys.executable).parent)  # where `mjnav` is
+        if server is not None:
+            programs = f"{_forked(server, folder.with_suffix('.programs'))}:{programs}"
         # Without what `main`, called by tests of this process, sets for its children.
         own = {name: value for name, value in os.environ.items() if name != "PYTHONSAFEPATH"}
         self._environment = {**own, "PATH": f"{programs}:{os.environ['PATH']}", "COLUMNS": "110"}
