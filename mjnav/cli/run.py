@@ -52,10 +52,13 @@ def execute(arguments: argparse.Namespace) -> int:
     scenario = load_scenario(arguments.scene, arguments.overrides, controller=arguments.controller, seed=arguments.seed)
     required = require.of_run(arguments, scenario)
     max_seconds = scene_options.checked_max_seconds(arguments, scenario.time_limit if real_time else 0.0)
+    from mjnav.loop.events import warnings_of
     from mjnav.loop.faults.fault import RunFault
     from mjnav.loop.run import run
     from mjnav.loop.warm_up import warm_up
 
+    for warning in warnings_of(scenario):
+        tell(warning.text)
     with ExitStack() as stack:
         seen = stack.enter_context(views.open_views(arguments, scenario))
         heart = stack.enter_context(arguments.guard.episode(episode_label(scenario), max_seconds))

@@ -6,8 +6,22 @@ from mjnav.loop.referee import GOAL
 from mjnav.messages import Beliefs, Contact, Decision, Event, Status, WorldState
 from mjnav.metrics.fault import judged
 from mjnav.metrics.safety import PERSON
+from mjnav.scenarios.check import overlapping_people
+from mjnav.scenarios.spec import Scenario
 
+MAX_NAMED = 3  # pairs of people in a warning
 GIVEN = "given"  # the event of the first decision that is not the controller's
+
+
+def warnings_of(scenario: Scenario) -> tuple[Event, ...]:
+    """What is worth a warning before the run: people who overlap one another at the start."""
+    pairs = overlapping_people(scenario)
+    if not pairs:
+        return ()
+    named = ", ".join(f"person{i} and person{j}" for i, j in pairs[:MAX_NAMED])
+    more = f", and {len(pairs) - MAX_NAMED} more" if len(pairs) > MAX_NAMED else ""
+    count = f"{len(pairs)} pairs of people overlap" if len(pairs) > 1 else "two people overlap"
+    return (Event("warning", "overlap", f"{count} at the start and step apart: {named}{more}"),)
 
 
 class Events:

@@ -9,6 +9,7 @@ from typing import Any, Self
 from mjnav.errors import InvalidValue, MjnavError
 from mjnav.loop.attached import Attached
 from mjnav.loop.branch import branched
+from mjnav.loop.events import warnings_of
 from mjnav.loop.faults.fault import fault_events
 from mjnav.loop.given_decision import given_decision
 from mjnav.loop.log_path import log_path
@@ -99,6 +100,7 @@ class Simulation:
             cones=attached.cones or self._recorder is not None,
             sees=sees_robot(scenario),
         )
+        self._record.note(*warnings_of(scenario))
         self._tick: Tick | None = None  # the present one; None until it is asked for
         self._ticks = 0  # that are over
         self._estimated: Beliefs | None = None  # after the last of them

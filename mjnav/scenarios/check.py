@@ -1,9 +1,12 @@
 """Checks between the parts of a scenario: bodies that overlap, goals that cannot be reached.
 
 A body is a disc or a rectangle seen from above. Walls may touch and cross (corners), a pillar may stand in a wall (half
-column), and bodies may touch; every other overlap is refused. The robot fits under tables and meets their legs only;
-people, and bodies as high as the table, meet its top.
+column), and bodies may touch; every other overlap is refused, but that of two people at the start: they step apart
+(`overlapping_people`). The robot fits under tables and meets their legs only; people, and bodies as high as the table,
+meet its top.
 """
+
+from itertools import combinations
 
 from mjnav.errors import InvalidValue
 from mjnav.scenarios.routes import check_routes
@@ -30,8 +33,8 @@ def check(scenario: Scenario) -> None:
     for i, pillar in enumerate(pillars):
         for other in (*pillars[:i], *(top for top in tops if pillar.height >= top.height), *legs):
             _keep_apart(pillar, other, f"{pillar.key}.position", pillar.centre)
-    for i, person in enumerate(people):
-        for other in (*walls, *tops, *pillars, *people[:i]):
+    for person in people:
+        for other in (*walls, *tops, *pillars):
             _keep_apart(person, other, f"{person.key}.start", person.centre)
     check_routes(scenario, (*walls, *tops, *pillars))
     body = Disc("robot", robot.start[:2], robot.radius)
@@ -44,6 +47,16 @@ def check(scenario: Scenario) -> None:
                 key = "robot.goal" if robot.goal is not None else f"robot.waypoints.{i}"
                 allowed = f"a point that the robot can reach to {robot.goal_tolerance:g} m, clear of {other.key}"
                 raise InvalidValue(key, point, allowed)
+
+
+def overlapping_people(scenario: Scenario) -> list[tuple[int, int]]:
+    """The pairs of people who overlap at the start, by their places in the scenario."""
+    discs = [Disc("", person.start, person.radius) for person in scenario.people]
+    return [
+        (i, j)
+        for i, j in combinations(range(len(discs)), 2)
+        if discs[i].radius - discs[j].distance(discs[i].centre) > TOUCH
+    ]
 
 
 def _keep_apart(disc: Disc, other: Disc | Box, key: str, found: object) -> None:

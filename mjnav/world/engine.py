@@ -2,6 +2,8 @@
 
 from typing import Protocol
 
+from numpy.typing import ArrayLike
+
 from mjnav.errors import MjnavError
 from mjnav.messages import Array, Contact
 
@@ -47,7 +49,15 @@ class Engine(Protocol):
         ...
 
     def walk(self, velocities: Array) -> None:
-        """From now on people want to walk with `velocities` (P, 2) [m/s]."""
+        """From now on people want to walk with `velocities` (P, 2) [m/s], zero for those who are not there."""
+        ...
+
+    def place(self, person: int, position: ArrayLike, velocity: ArrayLike) -> None:
+        """A person comes in at a place (2,) [m] free of everything else, with a velocity (2,) [m/s]."""
+        ...
+
+    def remove(self, person: int) -> None:
+        """A person goes: nothing can touch them, and the lidar does not see them."""
         ...
 
     def robot_pose(self) -> Array:
@@ -67,11 +77,11 @@ class Engine(Protocol):
         ...
 
     def people_position(self) -> Array:
-        """(P, 2) [m]."""
+        """(P, 2) [m], NaN for people who are not there."""
         ...
 
     def people_velocity(self) -> Array:
-        """(P, 2) [m/s]."""
+        """(P, 2) [m/s], NaN for people who are not there."""
         ...
 
     def scan(self) -> Array:

@@ -1,24 +1,24 @@
 """The world as plain kinematics: a unicycle and discs that never overlap. No forces; fast; the paper's own setting."""
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from mjnav.geometry.angles import wrap
 from mjnav.geometry.compiled import exact
-from mjnav.geometry.floor import box_distance
 from mjnav.geometry.kernel_types import Indices, Matrix, Vector
 from mjnav.messages import Array
 from mjnav.motion.diff_drive import LIDAR_HEIGHT, wheel_speeds
 from mjnav.scenarios.spec import Scenario
 from mjnav.world.engine import ContactLog
 from mjnav.world.floor_plan import FloorPlan
+from mjnav.world.kinematic_steps import step_people, step_robot
 from mjnav.world.lidar import beam_angles, cast
 
 
 class KinematicEngine:
-    """An `Engine` without forces.
+    """An `Engine` without forces; how robot and people move is in `kinematic_steps`.
 
-    In each step people move first, in their order, then the robot. Who would come closer to something than touching
-    stays for that step; the robot may still turn. That is a contact where the robot is one of the two.
+    Who is blocked by the robot, or blocks it, has touched it.
     """
 
     def __init__(self, scenario: Scenario, velocities: Array):
@@ -69,6 +69,14 @@ class KinematicEngine:
         """See `Engine`."""
         self._desired[:] = velocities
 
+    def place(self, person: int, position: ArrayLike, velocity: ArrayLike) -> None:
+        """See `Engine`."""
+        self._people[person, :2], self._people[person, 2:4] = position, velocity
+
+    def remove(self, person: int) -> None:
+        """See `Engine`."""
+        self._people[person, :4] = np.nan
+
     def robot_pose(self) -> Array:
         """See `Engine`."""
         return np.array([self._robot[0], self._robot[1], wrap(self._robot[2])])
@@ -105,26 +113,6 @@ class KinematicEngine:
 
 
 @exact
-def _blocked(x, y, new_x, new_y, radius, discs, boxes, touched, step):
-    """Whether moving a disc there would bring it closer to a fixed thing than touching; notes which and when."""
-    blocked = False
-    for j in range(len(discs)):
-        reach = radius + discs[j, 2]
-        distance = np.hypot(new_x - discs[j, 0], new_y - discs[j, 1])
-        if distance < reach and distance < np.hypot(x - discs[j, 0], y - discs[j, 1]):
-            blocked = True
-            if touched[j] < 0:
-                touched[j] = step
-    for j in range(len(boxes)):
-        distance = box_distance(new_x, new_y, boxes[j])
-        if distance < radius and distance < box_distance(x, y, boxes[j]):
-            blocked = True
-            if touched[len(discs) + j] < 0:
-                touched[len(discs) + j] = step
-    return blocked
-
-
-@exact
 def _advance(
     robot: Vector,
     radius: float,
@@ -141,41 +129,7 @@ def _advance(
 
     first_touch (P + n + m,) receives the first step in which the robot met each person, disc and box.
     """
-    num_people = len(people)
-    unnoted = np.zeros(len(discs) + len(boxes), np.int64)
     for step in range(len(twists)):
-        for i in range(num_people):
-            x, y, reach = people[i, 0], people[i, 1], radius + people[i, 4]
-            new_x, new_y = x + desired[i, 0] * timestep, y + desired[i, 1] * timestep
-            blocked = _blocked(x, y, new_x, new_y, people[i, 4], discs, boxes, unnoted, step)
-            distance = np.hypot(new_x - robot[0], new_y - robot[1])
-            if distance < reach and distance < np.hypot(x - robot[0], y - robot[1]):
-                blocked = True
-                if first_touch[i] < 0:
-                    first_touch[i] = step
-            if blocked:
-                people[i, 2], people[i, 3] = 0.0, 0.0
-            else:
-                people[i, 0], people[i, 1] = new_x, new_y
-                people[i, 2], people[i, 3] = desired[i, 0], desired[i, 1]
-
+        step_people(people, desired, robot, radius, discs, boxes, timestep, first_touch, step)
         v, omega = twists[step, 0], twists[step, 1]
-        x, y, half = robot[0], robot[1], 0.5 * omega * timestep
-        # The unicycle's exact arc, as in mjnav.motion.unicycle.
-        chord = v * timestep * (np.sin(half) / half if abs(half) > 1e-9 else 1.0)
-        new_x, new_y = x + chord * np.cos(robot[2] + half), y + chord * np.sin(robot[2] + half)
-        blocked = _blocked(x, y, new_x, new_y, radius, discs, boxes, first_touch[num_people:], step)
-        for i in range(num_people):
-            distance = np.hypot(new_x - people[i, 0], new_y - people[i, 1])
-            if distance < radius + people[i, 4] and distance < np.hypot(x - people[i, 0], y - people[i, 1]):
-                blocked = True
-                if first_touch[i] < 0:
-                    first_touch[i] = step
-        if blocked:
-            v = 0.0
-        else:
-            robot[0], robot[1] = new_x, new_y
-        robot[2] += omega * timestep
-        robot[3] += (v * wheel[0] - omega * wheel[1]) * timestep
-        robot[4] += (v * wheel[0] + omega * wheel[1]) * timestep
-        robot[5], robot[6] = v, omega
+        step_robot(robot, radius, people, discs, boxes, v, omega, timestep, wheel, first_touch, step)

@@ -15,19 +15,18 @@ from typing import Any
 
 import mujoco
 import numpy as np
+from numpy.typing import ArrayLike
 
-from mjnav.geometry.compiled import exact
-from mjnav.geometry.kernel_types import Matrix, Vector
 from mjnav.messages import Array
 from mjnav.motion.diff_drive import LIDAR_HEIGHT, wheel_speeds
 from mjnav.scenarios.spec import Scenario
 from mjnav.world.engine import ContactLog, DivergedError
 from mjnav.world.floor_plan import FloorPlan
 from mjnav.world.lidar import beam_angles
+from mjnav.world.mujoco_people import MujocoPeople
 from mjnav.world.scene import DECORATION, SEEN_BY_LIDAR, compose
 
 ROBOT_ACCELERATION = 15.0  # [m/s^2] more than tyres of friction 0.9 can give, 8.8
-PERSON_ACCELERATION = 6.0  # [m/s^2] more than 250 N on each of two axes give 70 kg, 5.05
 NEAR = 0.01  # [m] for the chassis' lean
 _NOBODY, _ROBOT = -2, -1  # geoms' owners; others are indices of bodies' names
 
@@ -45,21 +44,15 @@ class MujocoEngine:
         # MuJoCo would put everything back to where the run began.
         self.model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET
         self.contacts = ContactLog()
-        model, num_people = self.model, len(scenario.people)
+        model = self.model
         self._free = int(model.joint("robot/free").qposadr[0]), int(model.joint("robot/free").dofadr[0])
         self._bind(mujoco.MjData(self.model))
         self._wheels = [int(model.joint(f"robot/{side}_wheel").qposadr[0]) for side in ("left", "right")]
         self._drive = [model.actuator(f"robot/{side}_wheel").id for side in ("left", "right")]
-        axes = [[f"person{i}/{axis}" for axis in "xy"] for i in range(num_people)]
-        self._people_qpos = _index([[model.joint(name).qposadr[0] for name in row] for row in axes])
-        self._people_dof = _index([[model.joint(name).dofadr[0] for name in row] for row in axes])
-        self._people_ctrl = _index([[model.actuator(name).id for name in row] for row in axes])
-        self._people_start = np.array([person.start for person in scenario.people], float).reshape(-1, 2)
-        self._qvel[self._people_dof] = velocities
+        self._people = MujocoPeople(model, self.data, scenario, velocities)
 
         self._plan = FloorPlan.of(scenario)
         self._radius = scenario.robot.radius
-        self._people_reach = np.array([person.radius for person in scenario.people]) + self._radius
         self._steps = 0
         self._timestep: float = model.opt.timestep
         self._untouched = 0.0  # [s] of simulated time until which nothing can reach the robot
@@ -87,6 +80,7 @@ class MujocoEngine:
         """The same state, to the last bit; the model is shared."""
         twin = copy(self)
         twin._bind(copy(self.data))
+        twin._people = self._people.bound(twin.data)
         twin.contacts = deepcopy(self.contacts, memo)
         for name in ("_force", "_rays", "_ranges", "_hits"):  # written to
             setattr(twin, name, getattr(self, name).copy())
@@ -113,9 +107,9 @@ class MujocoEngine:
         model, data, ctrl = self.model, self.data, self._ctrl
         (left, right), timestep, num_steps = self._drive, self._timestep, len(twists)
         rows = twists.tolist()  # a few steps: numbers are quicker than arrays
-        near = not self._is_untouched(num_steps * timestep)
+        near, people = not self._is_untouched(num_steps * timestep), self._people
         with _silence():
-            if not near and rows.count(rows[0]) == num_steps:
+            if not near and not people.overlap and rows.count(rows[0]) == num_steps:
                 ctrl[left], ctrl[right] = wheel_speeds(*rows[0])
                 mujoco.mj_step(model, data, num_steps)
             else:
@@ -124,6 +118,8 @@ class MujocoEngine:
                     mujoco.mj_step(model, data)
                     if near:
                         self._record_contacts((self._steps + i) * timestep)
+                    if people.overlap:
+                        people.part(self._timestep)
         if self._warnings.any():
             raise DivergedError(self._complaint())
         self._steps += num_steps
@@ -139,7 +135,16 @@ class MujocoEngine:
 
     def walk(self, velocities: Array) -> None:
         """See `Engine`."""
-        self._ctrl[self._people_ctrl] = velocities
+        self._people.walk(velocities)
+
+    def place(self, person: int, position: ArrayLike, velocity: ArrayLike) -> None:
+        """See `Engine`."""
+        self._people.place(person, position, velocity)
+        self._untouched = 0.0
+
+    def remove(self, person: int) -> None:
+        """See `Engine`."""
+        self._people.remove(person)
 
     def _is_untouched(self, duration: float) -> bool:
         """Whether nothing can touch the robot for `duration` [s]: then steps need not be looked at one by one.
@@ -153,11 +158,9 @@ class MujocoEngine:
         vx, vy = self._velocity[:2].tolist()
         speed = hypot(vx, vy)
         earliest = _time_to_touch(self._plan.distance(x, y) - self._radius - NEAR, speed, ROBOT_ACCELERATION)
-        if len(self._people_reach):
-            clearance, walking = _nearest_person(
-                x, y, self.people_position(), self.people_velocity(), self._people_reach
-            )
-            acceleration = ROBOT_ACCELERATION + PERSON_ACCELERATION
+        if len(self._people):
+            clearance, walking, acceleration = self._people.nearest(x, y, self._radius)
+            acceleration += ROBOT_ACCELERATION
             earliest = min(earliest, _time_to_touch(clearance - NEAR, speed + walking, acceleration))
         self._untouched = now + earliest
         return duration <= earliest
@@ -196,11 +199,11 @@ class MujocoEngine:
 
     def people_position(self) -> Array:
         """See `Engine`."""
-        return self._people_start + self._qpos[self._people_qpos]
+        return self._people.position()
 
     def people_velocity(self) -> Array:
         """See `Engine`."""
-        return self._qvel[self._people_dof]
+        return self._people.velocity()
 
     def scan(self) -> Array:
         """See `Engine`."""
@@ -241,20 +244,6 @@ def _silence() -> Iterator[None]:
         yield
     finally:
         mujoco.set_mju_user_warning(before)
-
-
-def _index(rows: list) -> np.ndarray:
-    return np.array(rows, int).reshape(-1, 2)
-
-
-@exact
-def _nearest_person(x: float, y: float, positions: Matrix, velocities: Matrix, reach: Vector):
-    """Clearance [m] of the person nearest to touching, and the fastest one's speed [m/s]."""
-    clearance, fastest = np.inf, 0.0
-    for i in range(len(reach)):
-        clearance = min(clearance, np.hypot(positions[i, 0] - x, positions[i, 1] - y) - reach[i])
-        fastest = max(fastest, np.hypot(velocities[i, 0], velocities[i, 1]))
-    return clearance, fastest
 
 
 def _time_to_touch(clearance: float, speed: float, acceleration: float) -> float:

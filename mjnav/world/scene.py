@@ -20,6 +20,11 @@ from mjnav.scenarios.spec import Person, Pillar, Robot, Scenario, Table, Wall
 PARTS = ("scene", "robot", "pedestrian", "table", "pillar")
 SEEN_BY_LIDAR, UNSEEN, DECORATION = 0, 1, 2  # geom groups, as in models/
 FIXED = 6  # contype of what the robot (2) and people (4) run into
+SMOOTH = (
+    0.1,
+    0.005,
+    0.0001,
+)  # friction of walls, as of pillars and legs: people slide along them; the robot has its own
 
 _SHIRTS = ((0.25, 0.45, 0.70), (0.72, 0.34, 0.30), (0.33, 0.57, 0.42), (0.55, 0.40, 0.66), (0.85, 0.64, 0.25))
 _SHOULDER, _HEAD = 1.42, 1.54  # [m] heights
@@ -112,6 +117,7 @@ def _person(person: Person, shirt: tuple[float, float, float]) -> mujoco.MjSpec:
     half = 0.5 * max(_SHOULDER - person.radius, 0.6)
     body = part.geom("body")
     body.size, body.pos = [person.radius, half, 0.0], [0.0, 0.0, half]
+    part.geom("reach").size = [person.radius, 0.0, 0.0]
     part.geom("head").pos = [0.0, 0.0, 2.0 * half + person.radius + _HEAD - _SHOULDER]
     part.material("shirt").rgba = [*shirt, 1.0]
     return part
@@ -133,4 +139,5 @@ def _add_wall(scene: mujoco.MjSpec, wall: Wall, prefix: str) -> None:
         group=SEEN_BY_LIDAR,
         contype=FIXED,
         conaffinity=0,
+        friction=SMOOTH,
     )

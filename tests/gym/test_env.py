@@ -16,7 +16,7 @@ from mjnav.errors import InvalidValue
 from mjnav.gym import register
 
 QUICK = ("physics.engine=kinematic", "time_limit=2")
-HALL_SEED_3 = "c70901a89ecaefa2734c834f37bad793227f13f6214400a072dbbf253614a55a"
+HALL_SEED_3 = "c24a2ed58fad1ba6e5c72543fbc4d42ad4428bac686372cb57cd9545acd53705"
 
 
 def scene(name: str = "crossing1", *overrides: str, **options) -> gymnasium.Env:

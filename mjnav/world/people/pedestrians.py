@@ -13,6 +13,7 @@ from mjnav.scenarios.spec import ConstantVelocity, Scenario, StopAndGo, Waypoint
 from mjnav.world.people.own import OwnWalk
 from mjnav.world.people.replay import Replayed
 from mjnav.world.people.route import Route
+from mjnav.world.people.sidestep import sidestepped
 from mjnav.world.people.straight import Straight
 from mjnav.world.people.walk import Index, Walk
 
@@ -26,7 +27,7 @@ class Pedestrians:
 
     def __init__(self, scenario: Scenario, seed: int):
         people = scenario.people
-        self._num_people = len(people)
+        self._radii = np.array([person.radius for person in people], float)
         self._groups: list[tuple[Index | slice, bool, Walk]] = []
         kinds = [(type(person.behaviour), person.sees) for person in people]
         for kind in dict.fromkeys(kinds):
@@ -39,8 +40,8 @@ class Pedestrians:
 
     def velocities(self, world: WorldState) -> Array:
         """Desired velocities of all people, (P, 2) [m/s]."""
-        desired = np.zeros((self._num_people, 2))
+        desired = np.zeros((len(self._radii), 2))
         unseen = replace(world, robot_pose=np.full(3, np.nan), robot_twist=np.full(2, np.nan))
         for place, sees, walk in self._groups:
             desired[place] = walk.velocities(world if sees else unseen)
-        return desired
+        return sidestepped(desired, world.people_position, self._radii)

@@ -89,10 +89,3 @@ def test_a_blocked_person_stays_where_it_is(scene, engine, obstacle):
     assert position[:, 0, 0].max() < 1.76
     np.testing.assert_allclose(position[-1, 0], position[-50, 0], atol=0.005)
     assert np.hypot(*velocity[-1, 0]) < 0.01
-
-
-def test_people_pass_through_one_another(scene, engine):
-    people = (Person((0.0, 0.0), ConstantVelocity((1.0, 0.0))), Person((2.0, 0.0), ConstantVelocity((-1.0, 0.0))))
-    simulator = Simulator(scene(engine=engine, start=FAR, people=people), 0)
-    position, _ = walk(simulator, 2.0)
-    np.testing.assert_allclose(position[-1], [[2.0, 0.0], [0.0, 0.0]], atol=1e-6)
