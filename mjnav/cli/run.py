@@ -37,6 +37,9 @@ def configure(parser: argparse.ArgumentParser) -> None:
     scene_options.max_seconds(parser)
     require.configure(parser, "success==1")
     parser.add_argument("--profile", action="store_true", help="print how long the parts of a tick take")
+    parser.add_argument(
+        "--detour", action="store_true", help="also run the people without the robot: what it adds to their ways"
+    )
     parser.add_argument("--json", action="store_true", help="one JSON object in place of text")
 
 
@@ -83,6 +86,7 @@ def execute(arguments: argparse.Namespace) -> int:
                 watch=seen.watch,
                 live=seen.live,
                 profile=arguments.profile,
+                detour=arguments.detour,
                 warmed_up=True,
             )
         except RunFault as error:
@@ -145,6 +149,8 @@ def describe(
     ]  # fmt: skip
     if s["people_see_robot"] is not None:
         lines.insert(3, f"  people          {_people(s)}")
+    if s["detour"]["displacement_m"] is not None:
+        lines.insert(4, f"  detour          {_detour(s['detour'])}")
     for name, figure in (metrics.figures if metrics else {}).items():
         lines.append(f"  {name:<15} {_number(s['metrics'][name], '.4g')} {figure.unit}".rstrip())
     if real_time is not None:
@@ -168,6 +174,12 @@ def _people(s: dict[str, Any]) -> str:
         f"least distance {_number(s['min_human_distance_m'], '.2f')} m, {_number(share, '.0f')} % of the time "
         f"below 1.2 m; {s['people_see_robot']} see the robot"
     )
+
+
+def _detour(found: dict[str, float | None]) -> str:
+    """What the robot cost the people."""
+    path, delay, apart = (_number(found[key], ".2f") for key in ("path_m", "delay_s", "displacement_m"))
+    return f"people walk {path} m and {delay} s more than without the robot; {apart} m from where they would be"
 
 
 def _number(value: float | None, form: str) -> str:

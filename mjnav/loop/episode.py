@@ -31,13 +31,15 @@ class Episode:
         watch: Callable[[TickRecord], None] = lambda record: None,
         cones: bool = False,
         profile: bool = False,
+        detour: bool = False,
     ):
         """`stop` is asked before every tick whether to abort, and `progress` is told the simulated time [s].
 
-        `watch`, `live` and `cones` are as in `Attached`; `profile` keeps what every span of every tick took. Raises
+        `watch`, `live` and `cones` are as in `Attached`; `profile` keeps what every span of every tick took;
+        `detour` also runs the people without the robot, once the run has ended. Raises
         InputError for a controller that cannot be made and a log that cannot be written.
         """
-        self._log = log
+        self._log, self._detour = log, detour
         self._pacer = pacer or FreePacer()
         self._stop, self._progress = stop, progress
         self._misses = 0  # of deadlines; the end of the last tick may miss one that no tick's timing tells
@@ -71,7 +73,7 @@ class Episode:
             simulation.abort(error)
         try:
             seconds = (self._pacer.now() - began) * 1e-9
-            simulation.conclude(seconds, deadline_misses=self._misses)
+            simulation.conclude(seconds, deadline_misses=self._misses, detour=self._detour)
         except Exception as error:
             errors.append(error)
         result = simulation.result

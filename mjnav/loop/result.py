@@ -10,12 +10,14 @@ from mjnav.loop.profile import Profile
 from mjnav.loop.result_table import result_table
 from mjnav.loop.scheduling import Scheduling
 from mjnav.messages import PHASES, Trajectory
+from mjnav.metrics.detour import Detour
 from mjnav.metrics.own import Measured
 from mjnav.metrics.summary import Figures, summarise
 from mjnav.metrics.timing import compute_ms
 from mjnav.scenarios.spec import Scenario
 
 SCHEMA = 1  # of the summary
+NO_DETOUR = Detour()  # of a run for which nobody asked
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,6 +34,7 @@ class RunSummary:
     state_hash: str
     log: str | None
     metrics: Mapping[str, float | None]  # figures of the user's own metrics
+    detour: Detour = NO_DETOUR  # what the robot cost the people, if it was asked for
 
     def document(self) -> dict[str, Any]:
         """What `mjnav run --json` prints and the log's metadata hold: one mapping, the figures among the rest."""

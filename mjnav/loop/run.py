@@ -35,6 +35,7 @@ def run(
     watch: Callable[[TickRecord], None] | None = None,
     live: LiveServer | None = None,
     profile: bool = False,
+    detour: bool = False,
     warmed_up: bool = False,
 ) -> Result:
     """Runs one episode and returns how it went.
@@ -45,9 +46,9 @@ def run(
     to it ("skip" catches up, or else skips periods, and "abort" ends the run); `log` is None for no log, True for the
     default path below the working directory, or a path; `stop` is asked before every tick whether to abort, and
     `progress` is told the simulated time [s]; `watch` sees every tick, in arrays that it cannot write to; the clients
-    of `live` get what a log gets; `profile` adds to the summary, as "profile", where each tick's time went;
-    `warmed_up` says that `warm_up` has been called with this scenario. Raises InputError before anything starts where
-    something cannot be used.
+    of `live` get what a log gets; `profile` adds to the summary, as "profile", where each tick's time went; `detour`
+    also runs the people without the robot, and says in the summary what it cost them; `warmed_up` says that `warm_up`
+    has been called with this scenario. Raises InputError before anything starts where something cannot be used.
     """
     own = {"controller": controller, "localizer": localizer, "tracker": tracker, "metrics": metrics}
     scenario = as_scenario(scenario, **own, seed=seed)
@@ -63,7 +64,15 @@ def run(
             watch(sealed_message(record))
 
     episode = Episode(
-        scenario, log=path, live=live, pacer=pacer, stop=stop, progress=progress, profile=profile, watch=shown
+        scenario,
+        log=path,
+        live=live,
+        pacer=pacer,
+        stop=stop,
+        progress=progress,
+        profile=profile,
+        detour=detour,
+        watch=shown,
     )
     if not real_time:
         return episode.run()

@@ -21,6 +21,7 @@ from mjnav.loop.referee import ABORTED, Referee
 from mjnav.loop.result import Result, result_of
 from mjnav.loop.run_record import RunRecord
 from mjnav.loop.tick import Tick
+from mjnav.loop.without_robot import with_detour
 from mjnav.messages import (
     Array,
     Beliefs,
@@ -302,13 +303,17 @@ class Simulation:
             self._final = self._world.state()
         self._outcome = ABORTED
 
-    def conclude(self, seconds: float | None = None, *, deadline_misses: int = 0) -> Result:
-        """Ends the simulation, and its log, after `seconds` on the wall; returns how it went."""
+    def conclude(self, seconds: float | None = None, *, deadline_misses: int = 0, detour: bool = False) -> Result:
+        """Ends the simulation, and its log, after `seconds` on the wall; returns how it went.
+
+        `detour` also runs the people without the robot.
+        """
         if not self.done:
             self.abort()
         self._closed = True
         try:
-            result = self.result = self._make_result(seconds, deadline_misses=deadline_misses)
+            result = self._make_result(seconds, deadline_misses=deadline_misses)
+            result = self.result = with_detour(result, self.scenario) if detour else result
             self._record.note(*(Event("error", "metric", fault) for fault in result.metrics.faults))
             self._record.end_log(self.truth, result.run, None if result.replay is self.scenario else result.replay)
         finally:

@@ -230,15 +230,17 @@ def _figures(log: Log, run: LoggedRun, scenario: Scenario) -> dict[str, Any]:
     if outcome is None:
         figures |= {"outcome": None, "success": None}
     ess = {"robot": _least(run.robot_ess), "people": _least(run.people_ess)}
-    return {**figures, **_own_figures(log), "ess_min": ess, "recoveries": run.recoveries}
+    return {**figures, **_recorded(log), "ess_min": ess, "recoveries": run.recoveries}
 
 
-def _own_figures(log: Log) -> dict[str, Any]:
-    """The figures of the user's own metrics as the run recorded them: to compute them would run the log's code."""
-    found = (log.result or {}).get("metrics")
-    if not isinstance(found, Mapping) or not found:
-        return {}
-    return {"metrics": {str(name): value if _is_number(value) else None for name, value in found.items()}}
+def _recorded(log: Log) -> dict[str, Any]:
+    """Figures as the run recorded them: to compute them would run the log's code, or the people without the robot."""
+    found: dict[str, Any] = {}
+    for key in ("metrics", "detour"):
+        values = (log.result or {}).get(key)
+        if isinstance(values, Mapping) and any(map(_is_number, values.values())):
+            found[key] = {str(name): value if _is_number(value) else None for name, value in values.items()}
+    return found
 
 
 def _is_number(value: object) -> bool:

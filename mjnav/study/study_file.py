@@ -114,6 +114,7 @@ class StudyFile:
         default_factory=dict
     )
     settings: Annotated[tuple[SettingEntry, ...], Length(0, MAX_CELLS), "variants of the world"] = ()
+    detour: Annotated[bool, "also run the people of every episode without the robot: the figures detour_*"] = False
     source: str = field(default="", compare=False)  # the file it came from
 
     def __post_init__(self):

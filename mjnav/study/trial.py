@@ -39,6 +39,7 @@ class Trial:
     cell: Cell
     seed: int
     keep: Keep | None = None  # which log is kept, and where; no part of what the episode is
+    detour: bool = False  # whether its people are run without the robot, too; no part either
 
     @property
     def place(self) -> tuple[str, str, str, str, int]:
@@ -81,7 +82,7 @@ def run_trial(trial: Trial, beat: Callable[[float], None] = lambda time: None) -
         began = time.perf_counter()
         shape = SampleShape()
         log = trial.keep.first_log() if trial.keep is not None else None
-        result = Episode(scenario, log=log, watch=shape, progress=beat, cones=True).run()
+        result = Episode(scenario, log=log, watch=shape, progress=beat, cones=True, detour=trial.detour).run()
         figures = {**_figures(result, scenario), **shape.figures()}
         own = result.run.metrics
         return _row(trial, time.perf_counter() - began, figures, metrics=json.dumps(own) if own else None)

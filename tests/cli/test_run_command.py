@@ -25,6 +25,7 @@ FIGURES = """
     min_acceleration_m_s2 mean_acceleration_m_s2 max_acceleration_m_s2 min_jerk_m_s3 mean_jerk_m_s3 max_jerk_m_s3
     stalled_s not_moving_s heading_change_rad ticks infeasible_ticks clipped_ticks
     compute_ms real_time_factor deadline_misses localization_rmse_m tracking_rmse_m state_hash log metrics
+    detour
 """
 
 

@@ -60,6 +60,15 @@ def test_figures_beside_the_summarys_are_there(small_trials):
     assert row["min_lane_clearance_m"] is None
 
 
+def test_the_detour_of_people_is_in_the_row_where_the_study_asks_for_it(small_trials):
+    asked = replace(small_trials[0], detour=True)
+    assert asked.id == small_trials[0].id  # it is the same episode
+    without, found = (run_trial(trial).figures for trial in (small_trials[0], asked))
+    assert without["detour_displacement_m"] is None
+    assert found["detour_displacement_m"] == pytest.approx(0.0, abs=1e-9)  # nobody sees the robot, or meets it
+    assert found["state_hash"] == without["state_hash"]
+
+
 def test_values_fit_their_columns(small_trials):
     schema = pa.schema([(name, pa.type_for_alias(column.type)) for name, column in COLUMNS.items()])
     rows = [row.values() for row in (run_trial(small_trials[0]), failed_row(small_trials[1], "why"))]

@@ -7,6 +7,7 @@ from mjnav.metrics.definitions.definition import HIGHER, LOWER, Definition
 from mjnav.metrics.definitions.outcome import NOBODY, TABLE_1
 
 HUNAVSIM = "Perez-Higueras et al. (2023)"
+NOT_ASKED = "not asked for, or no such people"
 HALL = f"Hall (1966); {HUNAVSIM}"
 
 
@@ -41,6 +42,23 @@ PEOPLE: Mapping[str, Definition] = MappingProxyType(
             unit="s", better=HIGHER, words="least time to collision", source=TABLE_1, over_all=True,
             equation=r"\min_{k,i} \min\{\tau \ge 0 : \lvert r_{ki} + \tau q_{ki}\rvert \le \rho + \rho_i\}",
             null="nobody was ever on a collision course",
+        ),
+        "detour_path_m": Definition(
+            text="what the robot adds to people's paths to the last waypoint that they reach with and without it, mean "
+            "over the people who reach one; asked for by --detour",
+            unit="m", better=LOWER, words="detour of people", null=NOT_ASKED, over_all=True,
+            equation=r"\operatorname{mean}_i (L_i - L_i^0)",
+        ),
+        "detour_delay_s": Definition(
+            text="by how much later than without the robot people reach that waypoint, mean; asked for by --detour",
+            unit="s", better=LOWER, words="delay of people", null=NOT_ASKED, over_all=True,
+            equation=r"\operatorname{mean}_i (\tau_i - \tau_i^0)",
+        ),
+        "detour_displacement_m": Definition(
+            text="distance between where people are and where they are at the same time without the robot, mean over "
+            "ticks and people; asked for by --detour",
+            unit="m", better=LOWER, words="displacement of people", null=NOT_ASKED, over_all=True,
+            equation=r"\operatorname{mean}_{k,i} \lvert p_i(t_k) - p_i^0(t_k)\rvert",
         ),
     }
 )  # fmt: skip

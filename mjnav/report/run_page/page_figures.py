@@ -58,6 +58,14 @@ CARDS = (
             Figure("figures.min_time_to_collision_s", "least time to collision", "s"),
         ),
     ),
+    Card(
+        "Detour of people",
+        (
+            Figure("figures.detour.path_m", "", "m"),
+            Figure("figures.detour.delay_s", "later", "s"),
+            Figure("figures.detour.displacement_m", "from where they would be", "m"),
+        ),
+    ),
     Card("People who see the robot", (Figure("figures.people_see_robot", ""),)),
     Card(
         "Path",

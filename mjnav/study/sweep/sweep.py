@@ -40,7 +40,7 @@ class SweepSummary:
 
 def trials(study: StudyFile, cells: Sequence[Cell]) -> list[Trial]:
     """Every cell under every seed, seed by seed: an unfinished sweep has run all cells equally often."""
-    return [Trial(study.name, cell, seed) for seed in study.all_seeds for cell in cells]
+    return [Trial(study.name, cell, seed, detour=study.detour) for seed in study.all_seeds for cell in cells]
 
 
 def check(wanted: Sequence[Trial], store: Store, *, resume: bool, failed: bool = True, accept: bool = False) -> None:
