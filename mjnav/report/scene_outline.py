@@ -5,18 +5,21 @@ from typing import Any
 import numpy as np
 
 from mjnav.messages import Array
+from mjnav.scenarios.routes import planned_legs
 from mjnav.scenarios.spec import Scenario, Table
 
 
 def scene_outline(scenario: Scenario) -> dict[str, Any]:
-    """Walls as {from, to, thickness}, tables as {corners, legs, leg_radius}, pillars, lanes, the way and the radii."""
+    """Walls as {from, to, thickness}, tables as {corners, legs, leg_radius}, pillars, lanes, ways and radii."""
     robot = scenario.robot
+    legs = planned_legs(scenario.people, scenario.walls, scenario.tables, scenario.pillars)
     return {
         "start": list(robot.start),
         "route": [list(point) for point in robot.route],
         "goal_tolerance": robot.goal_tolerance,
         "radius": robot.radius,
         "people_radius": [person.radius for person in scenario.people],
+        "people_legs": [[leg.start, *leg.points] for leg in legs if leg.points],
         "walls": [{"from": w.start, "to": w.end, "thickness": w.thickness} for w in scenario.walls],
         "tables": [
             {"corners": _top(t).tolist(), "legs": t.legs.tolist(), "leg_radius": t.leg_radius} for t in scenario.tables

@@ -1,4 +1,4 @@
-"""Whether people can walk their routes.
+"""The routes that people walk, leg by leg.
 
 A person who walks from waypoint to waypoint walks straight where the straight leg stays clear of every wall, table and
 pillar by their radius. Otherwise the leg is planned around them (`mjnav.scenarios.ways`); a leg without any way is
@@ -6,37 +6,70 @@ refused. The last REACHED before a waypoint does not count, because the person t
 velocity walks until something stops them.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from math import hypot
 
 from mjnav.errors import InvalidValue
-from mjnav.scenarios.people import REACHED
+from mjnav.scenarios.bodies import Pillar, Table, Wall
+from mjnav.scenarios.people import REACHED, Person, Waypoints
 from mjnav.scenarios.ranges import Point
-from mjnav.scenarios.shapes import Box, Disc, Strip
-from mjnav.scenarios.spec import Scenario, Waypoints
+from mjnav.scenarios.shapes import Box, Disc, Strip, pillar_disc, top_box, wall_box
 
 
-def check_routes(scenario: Scenario, bodies: Sequence[Disc | Box]) -> None:
-    """Raises InvalidValue for the first waypoint to which no way leads; people walk around all of `bodies`."""
+@dataclass(frozen=True, slots=True)
+class Leg:
+    """The way of a person to one waypoint."""
+
+    person: int
+    waypoint: int
+    start: Point
+    end: Point
+    in_the_way: str  # the key of the first body on the straight leg; empty where it is free
+    points: tuple[Point, ...] | None  # walked to one after another; None where there is no way
+
+
+def check_routes(
+    people: Sequence[Person], walls: Sequence[Wall], tables: Sequence[Table], pillars: Sequence[Pillar]
+) -> None:
+    """Raises InvalidValue for the first waypoint to which no way leads."""
+    for leg in planned_legs(people, walls, tables, pillars):
+        if leg.points is None:
+            radius = people[leg.person].radius
+            allowed = f"a point to which a way leads from {leg.start}, {radius:g} m clear of {leg.in_the_way}"
+            raise InvalidValue(f"people.{leg.person}.waypoints.{leg.waypoint}", leg.end, allowed)
+
+
+def planned_legs(
+    people: Sequence[Person], walls: Sequence[Wall], tables: Sequence[Table], pillars: Sequence[Pillar]
+) -> Iterator[Leg]:
+    """The legs of all who have waypoints and move, in order."""
+    bodies = [
+        *(wall_box(f"walls.{i}", wall) for i, wall in enumerate(walls)),
+        *(top_box(f"tables.{i}", table) for i, table in enumerate(tables)),
+        *(pillar_disc(f"pillars.{i}", pillar) for i, pillar in enumerate(pillars)),
+    ]
     ways = None
-    for i, person in enumerate(scenario.people):
+    for i, person in enumerate(people):
         walk = person.behaviour
         if not isinstance(walk, Waypoints) or walk.speed == 0.0:
             continue
         for index, start, end in walk.legs(person.start):
-            blocking = in_the_way(start, end, person.radius, bodies)
-            if blocking is None:
+            body = _first_in_the_way(start, end, person.radius, bodies)
+            if body is None:
+                yield Leg(i, index, start, end, "", (end,))
                 continue
             if ways is None:
-                from mjnav.scenarios.ways import Ways  # loads compiled code, which few scenes need here
+                from mjnav.scenarios.floor import floor_of_people  # loads compiled code, which few scenes need here
+                from mjnav.scenarios.ways import Ways
 
-                ways = Ways(scenario)
-            if ways.plan(start, end, person.radius) is None:
-                allowed = f"a point to which a way leads from {start}, {person.radius:g} m clear of {blocking.key}"
-                raise InvalidValue(f"people.{i}.waypoints.{index}", end, allowed)
+                ways = Ways(floor_of_people(walls, tables, pillars))
+            found = ways.plan(start, end, person.radius)
+            points = None if found is None else tuple((x, y) for x, y in found.tolist())
+            yield Leg(i, index, start, end, body.key, points)
 
 
-def in_the_way(start: Point, end: Point, radius: float, bodies: Sequence[Disc | Box]) -> Disc | Box | None:
+def _first_in_the_way(start: Point, end: Point, radius: float, bodies: Sequence[Disc | Box]) -> Disc | Box | None:
     """What a disc meets on the straight leg, the body nearest to its start; None where the leg is free."""
     length = hypot(end[0] - start[0], end[1] - start[1])
     share = min(REACHED / length, 0.5) if length > 0.0 else 0.0

@@ -4,8 +4,9 @@ from collections.abc import Iterable, Iterator, Sequence
 from math import cos, degrees, hypot, sin
 
 from mjnav.scenarios.bodies import LaneSpec, Pillar, Table, Wall
-from mjnav.scenarios.people import Person, Waypoints
+from mjnav.scenarios.people import Person
 from mjnav.scenarios.ranges import Point
+from mjnav.scenarios.routes import planned_legs
 
 WIDTH, MAX_HEIGHT = 640, 480  # [pixels]
 MARGIN = 0.5  # [m] around all that is shown
@@ -21,8 +22,9 @@ def top_view(
     people: Sequence[Person],
 ) -> str:
     """The SVG element. `robot` is its start (x, y, heading) and radius; lanes are drawn across the picture."""
+    ways = _ways(people, bodies)
     (x, y, heading), radius = robot
-    points = [(x, y), *route, *(p for person in people for p in _way(person)), *_corners(bodies)]
+    points = [(x, y), *route, *(p for way in ways for p in way), *_corners(bodies)]
     points += [_foot(side, (x, y)) for side in ((lanes.left, lanes.right) if lanes is not None else ())]
     left, right = min(p[0] for p in points) - MARGIN, max(p[0] for p in points) + MARGIN
     low, high = min(p[1] for p in points) - MARGIN, max(p[1] for p in points) + MARGIN
@@ -34,7 +36,8 @@ def top_view(
         *(shape for body in bodies for shape in _body(body)),
         _polyline([(x, y), *route], GREEN, line, dashed=True),
         _circle(route[-1], goal_tolerance, "none", GREEN, line),
-        *(shape for person in people for shape in _person(person, line)),
+        *(_polyline(way, ORANGE, line, dashed=True) for way in ways),
+        *(_circle(person.start, person.radius, ORANGE) for person in people),
         _circle((x, y), radius, BLUE),
         _polyline([(x, y), (x + 2 * radius * cos(heading), y + 2 * radius * sin(heading))], BLUE, 2 * line),
     ]
@@ -45,9 +48,14 @@ def top_view(
     )
 
 
-def _way(person: Person) -> tuple[Point, ...]:
-    walk = person.behaviour
-    return (person.start, *walk.waypoints) if isinstance(walk, Waypoints) else (person.start,)
+def _ways(people: Sequence[Person], bodies: Sequence[Wall | Table | Pillar]) -> list[list[Point]]:
+    """Each leg to a waypoint as it is planned; of people without waypoints, two seconds of their first velocity."""
+    walls, tables, pillars = ([body for body in bodies if isinstance(body, kind)] for kind in (Wall, Table, Pillar))
+    ways = [[leg.start, *(leg.points or (leg.end,))] for leg in planned_legs(people, walls, tables, pillars)]
+    for (x, y), walk in ((person.start, person.behaviour) for person in people):
+        vx, vy = getattr(walk, "velocity", (0.0, 0.0))
+        ways.append([(x, y), (x + 2.0 * vx, y + 2.0 * vy)])
+    return ways
 
 
 def _corners(bodies: Iterable[Wall | Table | Pillar]) -> Iterator[Point]:
@@ -73,15 +81,6 @@ def _body(body: Wall | Table | Pillar) -> Iterator[str]:
             f'fill-opacity="0.25" transform="translate({px:.3f},{py:.3f}) rotate({degrees(body.yaw):.2f})"/>'
         )
         yield from (_circle((float(lx), float(ly)), body.leg_radius, GREY) for lx, ly in body.legs)
-
-
-def _person(person: Person, line: float) -> Iterator[str]:
-    way = _way(person)
-    if len(way) == 1:  # the way of two seconds
-        vx, vy = getattr(person.behaviour, "velocity", (0.0, 0.0))
-        way = (person.start, (person.start[0] + 2.0 * vx, person.start[1] + 2.0 * vy))
-    yield _polyline(way, ORANGE, line, dashed=True)
-    yield _circle(person.start, person.radius, ORANGE)
 
 
 def _lines(lanes: LaneSpec, length: float, line: float) -> Iterator[str]:

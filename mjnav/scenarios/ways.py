@@ -8,10 +8,8 @@ import numpy as np
 from mjnav.geometry.floor import Floor
 from mjnav.geometry.shortest_way import EXCESS, WayMap
 from mjnav.messages import Array
-from mjnav.scenarios.floor import floor_of_people
 from mjnav.scenarios.people import REACHED
 from mjnav.scenarios.ranges import Point
-from mjnav.scenarios.spec import Scenario
 
 MARGIN, STEP = 0.02, 0.05  # [m] least distance from bodies on the way, which is rounded up so that people share maps
 NARROW_MARGIN = 0.005  # [m] where there is no way with more
@@ -21,8 +19,9 @@ _MOVED = REACHED - 0.01  # [m] that a person may end beside a waypoint that is t
 class Ways:
     """The ways of all people of a scene; what one of them needed serves the next."""
 
-    def __init__(self, scenario: Scenario):
-        self.floor: Floor = floor_of_people(scenario.walls, scenario.tables, scenario.pillars)
+    def __init__(self, floor: Floor):
+        """`floor` has what people walk around: `mjnav.scenarios.floor.floor_of_people`."""
+        self.floor = floor
         self._maps: dict[float, WayMap] = {}
 
     def maps(self, radius: float) -> Iterator[WayMap]:

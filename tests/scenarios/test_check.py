@@ -85,6 +85,11 @@ def test_a_refused_route_says_from_where_and_what_is_in_the_way():
     assert str(error.value) == f"scenario.toml: people.0.waypoints.0: found (4.0, -4.0); allowed: {allowed}"
 
 
+def test_what_was_recorded_before_routes_were_planned_still_loads():
+    text = HEAD + table(4, 2) + walker((4, 0), (4, 2))
+    assert loads(text, recorded=True).people[0].behaviour.waypoints == ((4.0, 2.0),)
+
+
 def test_a_goal_too_close_to_a_wall_for_its_tolerance_is_refused():
     close = wall(9.1, -1, 9.1, 1)
     assert loads(HEAD + close)

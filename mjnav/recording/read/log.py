@@ -94,7 +94,7 @@ class Log:
             text = self.attachments[attachment].decode()
         except UnicodeDecodeError as error:
             raise InputError(f"{file}: not text in UTF-8") from error
-        return loads(text, file=file)
+        return loads(text, file=file, recorded=True)
 
     def messages(self, *topics: str) -> Iterator[LogMessage]:
         """The messages of these topics, or of all, in the order in which they were written; none of `unreadable`.

@@ -9,6 +9,7 @@ from mjnav.geometry.floor import is_open
 from mjnav.geometry.kernel_types import Flags, Matrix, Vector
 from mjnav.geometry.shortest_way import WayMap
 from mjnav.messages import Array
+from mjnav.scenarios.floor import floor_of_people
 from mjnav.scenarios.people import REACHED
 from mjnav.scenarios.spec import Scenario
 from mjnav.scenarios.ways import Ways, end_of
@@ -30,8 +31,8 @@ class Guide:
 
     def __init__(self, scenario: Scenario, index: Index):
         """For the people with these places in `scenario.people`."""
-        self._ways = Ways(scenario)
-        self._floor = self._ways.floor
+        self._floor = floor_of_people(scenario.walls, scenario.tables, scenario.pillars)
+        self._ways = Ways(self._floor)
         self._blocks = len(self._floor.discs) + len(self._floor.boxes) > 0
         self._radius = np.array([scenario.people[i].radius for i in index], float)
         self._decisions = 0

@@ -94,6 +94,12 @@ class RunMap extends Drawing {
       this.path([-200, 200].map((far) => [foot[0] - (b / size) * far, foot[1] + (a / size) * far]));
       this.stroke(ink.lane, 2.5, [14, 9]);
     }
+    context.globalAlpha = 0.5;
+    for (const leg of scene.people_legs) {
+      this.path(leg);
+      this.stroke(ink.people, 1, [2, 5]);
+    }
+    context.globalAlpha = 1;
     scene.route.forEach((point, i) => {
       this.disc(point, scene.goal_tolerance, ink.goal, 0.18);
       this.stroke(ink.goal, 1.5);
