@@ -50,7 +50,9 @@ def top_view(
 
 def _ways(people: Sequence[Person], bodies: Sequence[Wall | Table | Pillar]) -> list[list[Point]]:
     """Each leg to a waypoint as it is planned; of people without waypoints, two seconds of their first velocity."""
-    walls, tables, pillars = ([body for body in bodies if isinstance(body, kind)] for kind in (Wall, Table, Pillar))
+    walls = [body for body in bodies if isinstance(body, Wall)]
+    tables = [body for body in bodies if isinstance(body, Table)]
+    pillars = [body for body in bodies if isinstance(body, Pillar)]
     ways = [[leg.start, *(leg.points or (leg.end,))] for leg in planned_legs(people, walls, tables, pillars)]
     for (x, y), walk in ((person.start, person.behaviour) for person in people):
         vx, vy = getattr(walk, "velocity", (0.0, 0.0))
