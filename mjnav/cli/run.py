@@ -178,8 +178,10 @@ def _people(s: dict[str, Any]) -> str:
 
 def _detour(found: dict[str, float | None]) -> str:
     """What the robot cost the people."""
-    path, delay, apart = (_number(found[key], ".2f") for key in ("path_m", "delay_s", "displacement_m"))
-    return f"people walk {path} m and {delay} s more than without the robot; {apart} m from where they would be"
+    apart = f"people are {_number(found['displacement_m'], '.2f')} m from where they would be without the robot"
+    if found["path_m"] is None:
+        return apart
+    return f"{apart}; {found['path_m']:.2f} m and {_number(found['delay_s'], '.2f')} s more to their waypoints"
 
 
 def _number(value: float | None, form: str) -> str:

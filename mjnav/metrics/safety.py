@@ -101,20 +101,41 @@ def wall_distance(route: Array, wall: Wall) -> Array:
     Outside of the wall it is exact: a straight line and a rectangle are closest at an end of the line or at a corner.
     Inside it is minus the depth below the nearest face, at the route's corners.
     """
-    start, end = np.array(wall.start), np.array(wall.end)
-    length = np.hypot(*(end - start))
-    along = (end - start) / length
-    across = np.array([-along[1], along[0]])
-    half = 0.5 * np.array([length, wall.thickness])
-    relative = route - 0.5 * (start + end)
-    local = np.stack([relative @ along, relative @ across], axis=-1)
-    excess = np.abs(local) - half
-    at_ends = np.hypot(*np.maximum(excess, 0.0).T) + np.minimum(excess.max(-1), 0.0)
+    local, half = _in_wall(route, wall)
+    at_ends = _box_distance(local, half)
     if len(local) == 1:
         return at_ends
     corners = np.array([[1, 1], [-1, 1], [-1, -1], [1, -1]]) * half
     at_corners = segment_distance(corners[:, None], local[:-1], local[1:])
     return np.minimum(np.minimum(at_ends[:-1], at_ends[1:]), at_corners.min(0))
+
+
+def thing_distance(points: Array, scenario: Scenario) -> Array:
+    """Distance of points (n, 2) from the nearest wall, leg of a table or pillar [m], (n,); infinite without."""
+    discs = [(leg, table.leg_radius) for table in scenario.tables for leg in table.legs]
+    discs += [(pillar.position, pillar.radius) for pillar in scenario.pillars]
+    nearest = np.full(len(points), np.inf)
+    for centre, radius in discs:
+        nearest = np.minimum(nearest, np.hypot(*(points - centre).T) - radius)
+    for wall in scenario.walls:
+        nearest = np.minimum(nearest, _box_distance(*_in_wall(points, wall)))
+    return nearest
+
+
+def _in_wall(points: Array, wall: Wall) -> tuple[Array, Array]:
+    """Points (n, 2) along and across a wall from its middle, (n, 2), and half of its sides, (2,) [m]."""
+    start, end = np.array(wall.start), np.array(wall.end)
+    length = np.hypot(*(end - start))
+    along = (end - start) / length
+    across = np.array([-along[1], along[0]])
+    relative = points - 0.5 * (start + end)
+    return np.stack([relative @ along, relative @ across], axis=-1), 0.5 * np.array([length, wall.thickness])
+
+
+def _box_distance(local: Array, half: Array) -> Array:
+    """Of points (n, 2) from the box with these half sides around the origin, (n,); inside minus the depth."""
+    excess = np.abs(local) - half
+    return np.hypot(*np.maximum(excess, 0.0).T) + np.minimum(excess.max(-1), 0.0)
 
 
 def beginnings(contacts: Iterable[Contact], period: float) -> list[Contact]:

@@ -7,7 +7,7 @@ from math import isfinite
 import numpy as np
 
 from mjnav.messages import Trajectory
-from mjnav.metrics import arrival, consistency, effort, fault, kinematics, progress, proximity, safety
+from mjnav.metrics import arrival, consistency, effort, fault, kinematics, progress, proximity, safety, social
 from mjnav.scenarios.spec import Scenario
 
 INFEASIBLE = ("infeasible_nominal", "infeasible")
@@ -46,6 +46,9 @@ class Figures:
     personal_space_share: float | None
     social_space_share: float | None
     min_time_to_collision_s: float | None
+    social_force_on_people_m_s: float | None
+    social_force_on_robot_m_s: float | None
+    social_work_m_s: float | None
     min_speed_m_s: float | None
     mean_speed_m_s: float | None
     max_speed_m_s: float | None
@@ -113,6 +116,7 @@ def _path(trajectory: Trajectory, scenario: Scenario, *, success: bool) -> dict[
 def _near(trajectory: Trajectory, scenario: Scenario) -> dict[str, float | None]:
     clearances = safety.clearances(trajectory, scenario)
     found = proximity.proximity(trajectory, scenario)
+    forces = social.social_forces(trajectory, scenario)
     return {
         "min_clearance_m": clearances.least,
         "min_obstacle_clearance_m": clearances.least_thing,
@@ -124,6 +128,9 @@ def _near(trajectory: Trajectory, scenario: Scenario) -> dict[str, float | None]
         "personal_space_share": found and found.personal,
         "social_space_share": found and found.social,
         "min_time_to_collision_s": proximity.min_time_to_collision(trajectory, scenario),
+        "social_force_on_people_m_s": forces and forces.on_people,
+        "social_force_on_robot_m_s": forces and forces.on_robot,
+        "social_work_m_s": forces and forces.work,
     }
 
 

@@ -43,6 +43,22 @@ PEOPLE: Mapping[str, Definition] = MappingProxyType(
             equation=r"\min_{k,i} \min\{\tau \ge 0 : \lvert r_{ki} + \tau q_{ki}\rvert \le \rho + \rho_i\}",
             null="nobody was ever on a collision course",
         ),
+        "social_force_on_people_m_s": Definition(
+            text="sizes of the social forces of the robot on people, each as if they saw it, summed over people and "
+            "integrated over time, per unit of mass; law and constants are HuNavSim's",
+            unit="m/s", better=LOWER, words="social force on people", null=NOBODY, source=HUNAVSIM,
+            equation=r"\sum_k \Delta t \sum_i \lvert f_{ir}\rvert",
+        ),
+        "social_force_on_robot_m_s": Definition(
+            text="size of the sum of the social forces of people on the robot, integrated over time",
+            unit="m/s", better=LOWER, words="social force on the robot", null=NOBODY, source=HUNAVSIM,
+            equation=r"\sum_k \Delta t\, \lvert\textstyle\sum_i f_{ri}\rvert",
+        ),
+        "social_work_m_s": Definition(
+            text="social_force_on_people_m_s + social_force_on_robot_m_s + that of the nearest wall, leg or pillar on "
+            "the robot",
+            unit="m/s", better=LOWER, words="social work", null=NOBODY, source=HUNAVSIM,
+        ),
         "detour_path_m": Definition(
             text="what the robot adds to people's paths to the last waypoint that they reach with and without it, mean "
             "over the people who reach one; asked for by --detour",
