@@ -49,33 +49,45 @@ def box_distance(x, y, box):
 
 
 @exact
+def disc_surface(x, y, disc):
+    """From a point to a disc's surface [m], negative inside, and the unit vector away from its centre."""
+    dx, dy = x - disc[0], y - disc[1]
+    length = np.sqrt(dx * dx + dy * dy)
+    return (length - disc[2], dx / length, dy / length) if length > 0.0 else (-disc[2], 1.0, 0.0)
+
+
+@exact
+def box_surface(x, y, box):
+    """From a point to a box's surface [m], negative inside, and the unit vector out of it by the shortest way."""
+    dx, dy = x - box[0], y - box[1]
+    ux, uy = box[2], box[3]
+    u, v = dx * ux + dy * uy, dy * ux - dx * uy
+    along, across = abs(u) - box[4], abs(v) - box[5]
+    out_u, out_v = max(along, 0.0), max(across, 0.0)
+    outside = np.sqrt(out_u * out_u + out_v * out_v)
+    distance = outside + min(max(along, across), 0.0)
+    if outside > 0.0:
+        out_u, out_v = out_u / outside, out_v / outside
+    elif along > across:
+        out_u, out_v = 1.0, 0.0
+    else:
+        out_u, out_v = 0.0, 1.0
+    out_u, out_v = out_u if u >= 0.0 else -out_u, out_v if v >= 0.0 else -out_v
+    return distance, out_u * ux - out_v * uy, out_u * uy + out_v * ux
+
+
+@exact
 def surface(x, y, discs, boxes):
     """From a point to the nearest surface [m], negative inside, and the unit vector away from that body."""
     nearest, away_x, away_y = np.inf, 0.0, 0.0
     for j in range(len(discs)):
-        dx, dy = x - discs[j, 0], y - discs[j, 1]
-        length = np.sqrt(dx * dx + dy * dy)
-        if length - discs[j, 2] < nearest:
-            nearest = length - discs[j, 2]
-            away_x, away_y = (dx / length, dy / length) if length > 0.0 else (1.0, 0.0)
-    for j in range(len(boxes)):
-        dx, dy = x - boxes[j, 0], y - boxes[j, 1]
-        ux, uy = boxes[j, 2], boxes[j, 3]
-        u, v = dx * ux + dy * uy, dy * ux - dx * uy
-        along, across = abs(u) - boxes[j, 4], abs(v) - boxes[j, 5]
-        out_u, out_v = max(along, 0.0), max(across, 0.0)
-        outside = np.sqrt(out_u * out_u + out_v * out_v)
-        distance = outside + min(max(along, across), 0.0)
+        distance, nx, ny = disc_surface(x, y, discs[j])
         if distance < nearest:
-            nearest = distance
-            if outside > 0.0:
-                out_u, out_v = out_u / outside, out_v / outside
-            elif along > across:
-                out_u, out_v = 1.0, 0.0
-            else:
-                out_u, out_v = 0.0, 1.0
-            out_u, out_v = out_u if u >= 0.0 else -out_u, out_v if v >= 0.0 else -out_v
-            away_x, away_y = out_u * ux - out_v * uy, out_u * uy + out_v * ux
+            nearest, away_x, away_y = distance, nx, ny
+    for j in range(len(boxes)):
+        distance, nx, ny = box_surface(x, y, boxes[j])
+        if distance < nearest:
+            nearest, away_x, away_y = distance, nx, ny
     return nearest, away_x, away_y
 
 

@@ -19,9 +19,9 @@ import numpy as np
 from mjnav.constraints.half_planes import nearest_within
 from mjnav.constraints.velocity_obstacle import leave_velocity_obstacle
 from mjnav.geometry.compiled import exact
+from mjnav.geometry.floor import box_surface
 from mjnav.geometry.kernel_types import Flags, Indices, Matrix, Vector
 from mjnav.motion.neighbours import near, sort_into_cells
-from mjnav.motion.obstacles import from_box
 
 AMONG_PEOPLE = 0.5  # alpha between people (van den Berg et al. 2011)
 
@@ -75,7 +75,7 @@ def velocities(
     position, velocity (m, 2), radius (m,): bodies at NaN are not there. `walkers` (n,): their places among the bodies;
     `desired` (n, 2): V_pref, `max_speed` (n,): V_max. `robot` is the robot's place among the bodies, or -1; it is no
     body for walkers who do not see it (`sees_robot` (n,)). `discs` (k, 3) x, y, radius; `boxes` (l, 6) as in
-    `obstacles.from_box`.
+    `geometry.floor.Floor`.
     """
     num_bodies = len(position)
     cells = sort_into_cells(position, settings.neighbour_distance)
@@ -90,7 +90,7 @@ def velocities(
             continue
         num = 0
         for k in range(len(boxes)):
-            distance, nx, ny = from_box(x, y, boxes[k])
+            distance, nx, ny = box_surface(x, y, boxes[k])
             room = max(distance - r, 0.0) / settings.wall_horizon
             if room < max_speed[i]:
                 planes[num, 0], planes[num, 1], planes[num, 2] = nx, ny, -room

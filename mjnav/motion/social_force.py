@@ -36,9 +36,9 @@ from typing import NamedTuple
 import numpy as np
 
 from mjnav.geometry.compiled import exact
+from mjnav.geometry.floor import box_surface, disc_surface
 from mjnav.geometry.kernel_types import Flags, Indices, Matrix, Vector
 from mjnav.motion.neighbours import near, sort_into_cells
-from mjnav.motion.obstacles import from_box, from_disc
 
 LOOKAHEAD_RANGE = 20.0  # [m] (libpedsim)
 AGAINST = cos(2.5)  # cosine of the angle to w above which another walks against it (libpedsim)
@@ -127,9 +127,9 @@ def _obstacles(x, y, radius, discs, boxes, law):
     skin = radius if law.from_surface else 0.0
     for k in range(len(discs) + len(boxes)):
         if k < len(discs):
-            distance, nx, ny = from_disc(x, y, discs[k])
+            distance, nx, ny = disc_surface(x, y, discs[k])
         else:
-            distance, nx, ny = from_box(x, y, boxes[k - len(discs)])
+            distance, nx, ny = box_surface(x, y, boxes[k - len(discs)])
         if law.nearest_only and distance >= nearest:
             continue
         nearest = min(nearest, distance)
@@ -181,7 +181,7 @@ def accelerations(
     position, velocity (m, 2), radius (m,): bodies at NaN are not there. `walkers` (n,): their places among the bodies;
     `desired` (n, 2): w; `own` (n, 2): v, for a walker's body may lag behind its will. `robot` is the robot's place
     among the bodies, or -1; it is no body for walkers who do not see it (`sees_robot` (n,)). `discs` (k, 3) x, y,
-    radius; `boxes` (l, 6) as in `obstacles.from_box`. Sums run in the order of the bodies.
+    radius; `boxes` (l, 6) as in `geometry.floor.Floor`. Sums run in the order of the bodies.
     """
     cells = sort_into_cells(position, law.cut)
     found, out = np.empty(len(position), np.int64), np.zeros((len(walkers), 2))

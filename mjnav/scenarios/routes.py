@@ -12,7 +12,7 @@ from math import hypot
 
 from mjnav.errors import InvalidValue
 from mjnav.scenarios.bodies import Pillar, Table, Wall
-from mjnav.scenarios.people import REACHED, Person, Waypoints
+from mjnav.scenarios.people import REACHED, Person, Walker
 from mjnav.scenarios.ranges import Point
 from mjnav.scenarios.shapes import Box, Disc, Strip, pillar_disc, top_box, wall_box
 
@@ -52,7 +52,7 @@ def planned_legs(
     ways = None
     for i, person in enumerate(people):
         walk = person.behaviour
-        if not isinstance(walk, Waypoints) or walk.speed == 0.0:
+        if not isinstance(walk, Walker) or walk.speed == 0.0:
             continue
         for index, start, end in walk.legs(person.start):
             body = _first_in_the_way(start, end, person.radius, bodies)

@@ -23,7 +23,9 @@ from mjnav.scenarios.latency import Latency as Latency
 from mjnav.scenarios.people import BEHAVIOURS as BEHAVIOURS
 from mjnav.scenarios.people import Behaviour as Behaviour
 from mjnav.scenarios.people import ConstantVelocity as ConstantVelocity
+from mjnav.scenarios.people import Orca as Orca
 from mjnav.scenarios.people import Person as Person
+from mjnav.scenarios.people import SocialForce as SocialForce
 from mjnav.scenarios.people import StopAndGo as StopAndGo
 from mjnav.scenarios.people import Waypoints as Waypoints
 from mjnav.scenarios.prediction import Prediction as Prediction

@@ -5,19 +5,28 @@ from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Annotated
 
-from mjnav.config import Beside, Range, Variants, settle
+from mjnav.config import Beside, Choice, Range, Variants, settle
 from mjnav.plugins import BehaviourPlugin
+from mjnav.scenarios.people.avoiding import Orca, SocialForce
 from mjnav.scenarios.people.replay import Replay
 from mjnav.scenarios.people.straight import ConstantVelocity, StopAndGo
+from mjnav.scenarios.people.temperament import IMPASSIVE, REGULAR, TEMPERAMENTS
 from mjnav.scenarios.people.walkers import Waypoints
 from mjnav.scenarios.ranges import Point
 
-Behaviour = ConstantVelocity | StopAndGo | Waypoints | Replay
+Behaviour = ConstantVelocity | StopAndGo | Waypoints | SocialForce | Orca | Replay
 BEHAVIOURS: Mapping[str, type[Behaviour]] = MappingProxyType(
-    {"constant_velocity": ConstantVelocity, "stop_and_go": StopAndGo, "waypoints": Waypoints, "replay": Replay}
+    {
+        "constant_velocity": ConstantVelocity,
+        "stop_and_go": StopAndGo,
+        "waypoints": Waypoints,
+        "social_force": SocialForce,
+        "orca": Orca,
+        "replay": Replay,
+    }
 )
 # Behaviours that see the robot unless the file says otherwise.
-SEEING: tuple[type, ...] = (BehaviourPlugin,)
+SEEING: tuple[type, ...] = (BehaviourPlugin, SocialForce, Orca)
 Walking = Annotated[Behaviour | BehaviourPlugin, Variants("behaviour", BEHAVIOURS, BehaviourPlugin)]
 
 
@@ -33,8 +42,12 @@ class Person:
     radius: Annotated[float, Range(0.1, 1.0, "m"), "of the round body"] = 0.3
     sees_robot: Annotated[
         bool | None,
-        "whether the robot exists for this person; true by default for behaviours of one's own, "
-        "false for all others, which walk as if it were not there",
+        "whether the robot exists for this person; true by default for social_force, orca, behaviours of one's own and "
+        "temperaments but regular and impassive, false for all others, which walk as if it were not there",
+    ] = None
+    temperament: Annotated[
+        Annotated[str, Choice(tuple(TEMPERAMENTS))] | None,
+        "how the person takes a robot that they see: regular by default",
     ] = None
 
     def __post_init__(self):
@@ -42,5 +55,9 @@ class Person:
 
     @property
     def sees(self) -> bool:
-        """Whether the robot exists for this person: `sees_robot`, or the behaviour's default."""
-        return isinstance(self.behaviour, SEEING) if self.sees_robot is None else self.sees_robot
+        """Whether the robot exists for this person: `sees_robot`, or the default of behaviour and temperament."""
+        if self.temperament == IMPASSIVE:
+            return False
+        if self.sees_robot is not None:
+            return self.sees_robot
+        return isinstance(self.behaviour, SEEING) or self.temperament not in (None, REGULAR)

@@ -12,8 +12,8 @@ REACHED = 0.2  # [m] from a waypoint on the way at which the next one counts
 
 
 @dataclass(frozen=True, slots=True)
-class Waypoints:
-    """Walks from point to point; with `loop` from the last back to the first, else stands there."""
+class Walker:
+    """Whoever walks from point to point; with `loop` from the last back to the first."""
 
     waypoints: Annotated[tuple[Point, ...], Length(1, MAX_POINTS), "points to walk through, in order"]
     speed: Annotated[float, Range(0.0, MAX_WALKING_SPEED, "m/s"), "between the points"] = 1.0
@@ -27,3 +27,11 @@ class Waypoints:
         back = self.waypoints[:1] if self.loop and len(self.waypoints) > 1 else ()
         points = (start, *self.waypoints, *back)
         return [(i % len(self.waypoints), *leg) for i, leg in enumerate(pairwise(points))]
+
+
+@dataclass(frozen=True, slots=True)
+class Waypoints(Walker):
+    """Walks from point to point; with `loop` from the last back to the first, else stands there."""
+
+    def __post_init__(self):
+        settle(self)

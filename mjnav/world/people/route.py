@@ -5,12 +5,10 @@ from math import hypot
 import numpy as np
 
 from mjnav.messages import Array, WorldState
-from mjnav.scenarios.people import REACHED
-from mjnav.scenarios.spec import Scenario, Waypoints
+from mjnav.scenarios.people import REACHED, Walker
+from mjnav.scenarios.spec import Scenario
 from mjnav.world.people.guide import Guide
-from mjnav.world.people.walk import Index, Walk
-
-ARRIVAL_TIME = 0.8  # [s] in which the distance to the last waypoint falls to 1/e
+from mjnav.world.people.walk import ARRIVAL_TIME, Index, Walk
 
 
 class Route(Walk):
@@ -19,7 +17,7 @@ class Route(Walk):
     def __init__(self, scenario: Scenario, index: Index, seed: int):
         super().__init__(scenario, index, seed)
         found = [scenario.people[i].behaviour for i in index]
-        routes = [behaviour for behaviour in found if isinstance(behaviour, Waypoints)]
+        routes = [behaviour for behaviour in found if isinstance(behaviour, Walker)]
         self._waypoints = [route.waypoints for route in routes]
         self._loops = [route.loop and len(route.waypoints) > 1 for route in routes]
         self._speed = np.array([route.speed for route in routes], float)

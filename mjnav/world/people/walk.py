@@ -1,6 +1,7 @@
 """What every behaviour of people has in common."""
 
 from abc import ABC, abstractmethod
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,6 +12,7 @@ from mjnav.scenarios.spec import Scenario
 Index = NDArray[np.int64]  # places in the list of all people
 
 PERIOD = 0.02  # [s] between decisions
+ARRIVAL_TIME = 0.8  # [s] in which the distance to the last waypoint falls to 1/e
 
 
 class Walk(ABC):
@@ -20,6 +22,8 @@ class Walk(ABC):
     WorldState; random draws come from `mjnav.rng.stream(seed, "behaviour.NAME", "personI")` alone. It is asked every
     PERIOD of simulated time, never at the control rate, and keeps its own state, such as the next waypoint.
     """
+
+    tempers: ClassVar[bool] = False  # whether the walk asks the people's temperaments itself
 
     def __init__(self, scenario: Scenario, index: Index, seed: int):
         self.index = index

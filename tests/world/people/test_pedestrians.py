@@ -4,7 +4,7 @@ import pytest
 from mjnav.messages import WorldState
 from mjnav.scenarios.spec import ConstantVelocity, Person, Pillar, Robot, Scenario, StopAndGo, Table, Wall, Waypoints
 from mjnav.world.people.pedestrians import Pedestrians
-from mjnav.world.people.route import ARRIVAL_TIME
+from mjnav.world.people.walk import ARRIVAL_TIME
 from mjnav.world.simulator import Simulator
 
 FAR = (0.0, -8.0, 0.0)
