@@ -86,12 +86,12 @@ BAD = {
     ),
     "an unknown behaviour": (
         of_person("velocity = [0, 0]").replace("constant_velocity", "constant_velocty"),
-        "people.0.behaviour: found 'constant_velocty'; allowed: constant_velocity, replay, stop_and_go, waypoints; "
+        "people.0.behaviour: found 'constant_velocty'; allowed: constant_velocity, orca, replay, social_force, stop_and_go, waypoints; "
         "did you mean 'constant_velocity'?",
     ),
     "no behaviour": (
         GOOD + "[[people]]\nstart = [4, 2]",
-        "people.0.behaviour: found nothing; allowed: constant_velocity, replay, stop_and_go, waypoints",
+        "people.0.behaviour: found nothing; allowed: constant_velocity, orca, replay, social_force, stop_and_go, waypoints",
     ),
     "a misspelt behaviour key": (
         GOOD + '[[people]]\nstart = [4, 2]\nbehavior = "waypoints"',

@@ -16,8 +16,8 @@ from mjnav.world.people.temperament import Temperaments
 from mjnav.world.people.walk import Index, Walk
 
 HALF_RIGHT = sqrt(0.5)  # cosine and sine of 45 degrees
-# [rad] by which people want to walk to the right of their way, so that two who meet exactly head-on, whom the laws leave
-# standing before one another, pass. The authors' own examples of ORCA break such symmetries by noise.
+# [rad] to the right of the way, where people want to walk, so that two who meet exactly head-on pass: the laws leave
+# them standing before one another. Noise breaks such symmetries in the examples of ORCA's authors.
 TO_THE_RIGHT = 0.02
 
 

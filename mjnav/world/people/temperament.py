@@ -20,7 +20,6 @@ from math import cos, hypot, inf, pi
 
 import numpy as np
 
-from mjnav.geometry.floor import Floor
 from mjnav.messages import Array, WorldState
 from mjnav.scenarios.floor import floor_of_people
 from mjnav.scenarios.people.temperament import CURIOUS, IMPASSIVE, REGULAR, SCARED, THREATENING, YIELDS
@@ -36,6 +35,7 @@ SCARED_SPEED = 0.6  # [m/s]
 SCARE, SCARE_RANGE, TAU = 20.0, 0.2, 0.5  # [m/s^2], [m], [s]
 LEAST_GAP = 0.1  # [m] between a scared person and the robot, for the push to stay finite
 BLOCK_AHEAD, BLOCK_SPEED = 1.1, 2.0  # [m], [m/s]
+GLANCE = 0.01  # [m] from a wall at which people still see past it
 WALKING = 0.05  # [m/s] above which a person looks where they walk
 
 
@@ -86,11 +86,7 @@ class Temperaments:
         """Whether the robot is near enough, within the field of view, and not behind a wall."""
         if distance > sight or self._looks[i] @ way < cos(FIELD_OF_VIEW) * distance:
             return False
-        return _open(self._walls, position, position + way)
-
-
-def _open(walls: Floor, start: Array, end: Array) -> bool:
-    return not len(walls.boxes) or walls.blocking(start, end, 0.0) is None
+        return not len(self._walls.boxes) or self._walls.blocking(position, position + way, GLANCE) is None
 
 
 def _wanted(name: str, robot: Array, position: Array, ahead: Array, distance: float, radius: float, w: Array) -> Array:

@@ -1,0 +1,98 @@
+"""What people who see the robot make of it."""
+
+from math import cos, pi, sin, sqrt
+
+import numpy as np
+import pytest
+
+from mjnav.messages import WorldState
+from mjnav.scenarios.people import TEMPERAMENTS
+from mjnav.scenarios.spec import ConstantVelocity, Orca, Person, SocialForce, Wall, Waypoints
+from mjnav.world.people.pedestrians import Pedestrians
+from mjnav.world.people.temperament import FIELD_OF_VIEW, PERIOD
+from mjnav.world.simulator import Simulator
+
+WALK = (1.0, 0.0)  # of everybody, from the origin
+
+
+@pytest.fixture
+def taken(scene):
+    """The velocity of one person who wants WALK, for a robot at a pose; asked `times` in a row."""
+
+    def make(temperament, robot, *, times=1, **rest):
+        walls = rest.pop("walls", ())
+        person = Person((0.0, 0.0), ConstantVelocity(WALK), temperament=temperament, **rest)
+        walk = Pedestrians(scene(people=(person,), start=(0.0, 30.0, 0.0), walls=walls), 0)
+        pose = np.array([*robot, 0.0][:3], float)
+        world = WorldState(0.0, pose, np.zeros(2), np.zeros((1, 2)), np.array([WALK]))
+        for _ in range(times):
+            found = walk.velocities(world)[0]
+        return found.tolist()
+
+    return make
+
+
+def test_each_temperament_does_what_its_rule_says(taken):
+    assert taken("regular", (2.0, 0.0)) == [1.0, 0.0]
+    assert taken("impassive", (2.0, 0.0)) == [1.0, 0.0]
+    assert taken("yields", (3.9, 0.0)) == [0.0, 0.0]
+    assert taken("curious", (0.0, 5.0)) == pytest.approx([0.0, 0.9])
+    assert taken("curious", (1.4, 0.0)) == [0.0, 0.0]
+    assert taken("scared", (0.0, 2.3)) == pytest.approx([0.6 * v / sqrt(1.2**2 + 2.0**2) for v in (1.2, -2.0)])
+    # 1.1 m ahead of a robot that looks along +y from (2, 0)
+    size = sqrt(2.0**2 + 1.1**2)
+    assert taken("threatening", (2.0, 0.0, pi / 2)) == pytest.approx([2.0 * v / size for v in (2.0, 1.1)])
+    assert taken("threatening", (0.4, -1.1, pi / 2)) == pytest.approx([0.5, 0.0], abs=1e-9)  # 0.4 m in 0.8 s
+
+
+@pytest.mark.parametrize(
+    ("temperament", "sight"), [("yields", 4.0), ("curious", 10.0), ("scared", 3.0), ("threatening", 4.0)]
+)
+def test_the_robot_counts_while_it_is_seen(taken, temperament, sight):
+    def same(*robot, **rest):
+        return taken(temperament, robot, **rest) == [1.0, 0.0]
+
+    assert not same(sight - 0.01, 0.0)
+    assert same(sight + 0.01, 0.0)
+    for angle, seen in ((FIELD_OF_VIEW - 0.01, True), (FIELD_OF_VIEW + 0.01, False), (-FIELD_OF_VIEW + 0.01, True)):
+        assert same(2.0 * cos(angle), 2.0 * sin(angle)) != seen
+    assert same(2.0, 0.0, walls=(Wall((1.5, -1.0), (1.5, 1.0)),))
+    assert same(2.0, 0.0, sees_robot=False)
+
+
+@pytest.mark.parametrize(("temperament", "patience"), [("yields", 30.0), ("curious", 30.0), ("threatening", 40.0)])
+def test_patience_ends(taken, temperament, patience):
+    decisions = round(patience / PERIOD)
+    assert taken(temperament, (2.0, 1.0), times=decisions - 1) != [1.0, 0.0]
+    assert taken(temperament, (2.0, 1.0), times=decisions + 2) == [1.0, 0.0]
+
+
+def test_a_temperament_opens_a_persons_eyes_and_the_impassive_see_no_robot():
+    blind, seeing = Waypoints(((1.0, 0.0),)), Orca(waypoints=((1.0, 0.0),))
+    for name in TEMPERAMENTS:
+        assert Person((0.0, 0.0), blind, temperament=name).sees == (name not in ("regular", "impassive"))
+        assert Person((0.0, 0.0), seeing, temperament=name).sees == (name != "impassive")
+        assert not Person((0.0, 0.0), seeing, temperament=name, sees_robot=False).sees
+    assert not Person((0.0, 0.0), blind).sees
+
+
+@pytest.mark.parametrize("behaviour", [SocialForce, Orca])
+def test_under_a_law_of_avoidance_the_curious_come_near_and_the_scared_keep_away(scene, behaviour):
+    def least_distance(temperament):
+        walk = behaviour(waypoints=((6.0, 0.3),), speed=1.2, loop=False)
+        person = Person((-4.0, 0.3), walk, temperament=temperament)
+        simulator = Simulator(scene(engine="kinematic", people=(person,)), 0, lidar=False)
+        found = []
+        for _ in range(120):
+            simulator.advance(0.1, (0.0, 0.0))
+            found.append(simulator.state().people_position[0])
+        return np.hypot(*np.array(found).T).min(), found[-1][0]
+
+    nearest, end = least_distance("regular")
+    assert 0.5 < nearest < 1.2
+    assert end > 5.0
+    nearest, end = least_distance("curious")
+    assert nearest == pytest.approx(1.5, abs=0.2)
+    assert end < 0.0
+    assert least_distance("scared")[0] > 2.0
+    assert least_distance("impassive")[0] < 0.55
