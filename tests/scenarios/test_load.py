@@ -86,12 +86,26 @@ BAD = {
     ),
     "an unknown behaviour": (
         of_person("velocity = [0, 0]").replace("constant_velocity", "constant_velocty"),
-        "people.0.behaviour: found 'constant_velocty'; allowed: constant_velocity, orca, replay, social_force, stop_and_go, waypoints; "
-        "did you mean 'constant_velocity'?",
+        "people.0.behaviour: found 'constant_velocty'; allowed: constant_velocity, orca, replay, "
+        "social_force, stop_and_go, waypoints; did you mean 'constant_velocity'?",
     ),
     "no behaviour": (
         GOOD + "[[people]]\nstart = [4, 2]",
-        "people.0.behaviour: found nothing; allowed: constant_velocity, orca, replay, social_force, stop_and_go, waypoints",
+        "people.0.behaviour: found nothing; allowed: constant_velocity, orca, replay, social_force, stop_and_go, "
+        "waypoints",
+    ),
+    "a constant of another form of the social force": (
+        GOOD + '[[people]]\nstart = [4, 2]\nbehaviour = "social_force"\nwaypoints = [[4, 3]]\nstep_time = 2.0',
+        'people.0.step_time: found 2.0; allowed: no value with form = "moussaid_2009", which has no such key',
+    ),
+    "two ways to want a velocity": (
+        GOOD + '[[people]]\nstart = [4, 2]\nbehaviour = "social_force"\nwaypoints = [[4, 3]]\n'
+        "relaxation_time = 1.0\ndrive = 1.0",
+        "people.0.drive: found 1.0; allowed: no value beside relaxation_time",
+    ),
+    "an unknown temperament": (
+        GOOD + PERSON + 'velocity = [1, 0]\ntemperament = "curios"',
+        "did you mean 'curious'?",
     ),
     "a misspelt behaviour key": (
         GOOD + '[[people]]\nstart = [4, 2]\nbehavior = "waypoints"',
