@@ -31,6 +31,7 @@ COMMANDS: Mapping[str, tuple[str, str]] = MappingProxyType(
         "completion": ("mjnav.cli.completion", "print a script that completes command lines of mjnav in a shell"),
         "surface": ("mjnav.cli.surface", "draw the cost of one decision over all speeds and turn rates"),
         "calibrate": ("mjnav.cli.calibrate", "compare predicted risks with how often they come true"),
+        "predict": ("mjnav.cli.predict", "compare predictions of people with where they went"),
         "sweep": ("mjnav.cli.sweep", "run a study: scenes, methods and settings under many seeds"),
         "compare": ("mjnav.cli.compare", "compare a study's methods: tables with intervals and differences"),
         "paper": ("mjnav.cli.paper", "reproduce the figures of Nair et al. and judge its claims"),

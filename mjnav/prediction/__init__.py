@@ -19,6 +19,7 @@ PREDICTORS: Mapping[str, str] = MappingProxyType(
     {
         "constant_velocity": "mjnav.prediction.constant_velocity:ConstantVelocity",
         "mixture": "mjnav.prediction.mixture:Mixture",
+        "social_force": "mjnav.prediction.social_force:SocialForces",
     }
 )
 

@@ -6,7 +6,7 @@ from math import ceil, pi
 from types import MappingProxyType
 from typing import Annotated
 
-from mjnav.config import Beside, Range, Variants, settle
+from mjnav.config import Beside, Choice, Range, Variants, settle
 from mjnav.errors import InvalidValue
 from mjnav.plugins import PredictorPlugin
 
@@ -29,6 +29,7 @@ class MixtureModel:
     turn_rate: Annotated[HazardRate, "how often somebody who walks turns, left and right together"] = 0.1
     go_rate: Annotated[HazardRate, "how often somebody who stands after a stop walks on"] = 0.3
     turn_angle: Annotated[float, Range(0.0, pi, "rad"), "largest angle of a turn"] = 0.5 * pi
+    sway: Annotated[float, Range(0.0, 5.0, "m/s/√s"), "of a walk: std of a velocity component after one second"] = 0.1
     relaxation_time: Annotated[Duration, "in which a velocity comes within 1/e of a new one"] = 0.5
     velocity_noise: Annotated[
         float, Range(0.001, 5.0, "m/s"), "std of a velocity component of the tracks of somebody who walks straight"
@@ -38,9 +39,28 @@ class MixtureModel:
         settle(self)
 
 
-PredictionModel = ConstantVelocityModel | MixtureModel
+@dataclass(frozen=True, slots=True)
+class SocialForceModel:
+    """Everybody keeps their velocity as far as social forces of the others, of walls and of furniture let them."""
+
+    form: Annotated[str, Choice(("moussaid_2009", "helbing")), "of the forces, with its published constants"] = (
+        "moussaid_2009"
+    )
+    neighbour_range: Annotated[float, Range(0.5, 20.0, "m"), "distance beyond which nobody counts"] = 3.0
+    crowds: Annotated[
+        int,
+        Range(1, 10_000),
+        "number of samples that are rolled out; others depart from their straight line as these do",
+    ] = 25
+    sees_robot: Annotated[bool, "the robot counts as a body that keeps its velocity"] = False
+
+    def __post_init__(self):
+        settle(self)
+
+
+PredictionModel = ConstantVelocityModel | MixtureModel | SocialForceModel
 MODELS: Mapping[str, type[PredictionModel]] = MappingProxyType(
-    {"constant_velocity": ConstantVelocityModel, "mixture": MixtureModel}
+    {"constant_velocity": ConstantVelocityModel, "mixture": MixtureModel, "social_force": SocialForceModel}
 )
 
 

@@ -1,0 +1,125 @@
+"""`mjnav predict SOURCE`: how well each model of prediction foretells where people go."""
+
+import argparse
+import json
+from typing import TYPE_CHECKING
+
+from mjnav.cli.options import scene_options
+from mjnav.cli.options.checks import check_whole
+from mjnav.cli.terminal.progress import compile_notice
+from mjnav.cli.terminal.tables import print_table
+from mjnav.errors import InvalidValue
+
+if TYPE_CHECKING:
+    from mjnav.metrics.intervals import Interval
+    from mjnav.study.prediction.measure import Measured
+
+MODELS = ("constant_velocity", "mixture", "social_force")
+HEADS = {
+    "ade_m": "ADE [m]",
+    "fde_m": "FDE [m]",
+    "min_ade_m": "min ADE [m]",
+    "error_m": "error [m]",
+    "energy_m": "energy [m]",
+    "inside_50": "in 50 %",
+    "inside_90": "in 90 %",
+    "inside_95": "in 95 %",
+}
+
+
+def configure(parser: argparse.ArgumentParser) -> None:
+    """The command's options."""
+    parser.add_argument(
+        "source",
+        metavar="SOURCE",
+        help="a log, a scene's name or run file (the robot stands at its start), or a text file of recorded people",
+    )
+    parser.add_argument(
+        "--model",
+        nargs="+",
+        action="extend",
+        metavar="NAME",
+        help="one or more, each with its default parameters; by default all of mjnav's own",
+    )
+    parser.add_argument(
+        "--exact", action="store_true", help="predict from the truth in place of beliefs; recordings are always exact"
+    )
+    parser.add_argument("--samples", type=int, default=25, metavar="N", help="samples of each person; 25 by default")
+    parser.add_argument(
+        "--every", type=float, default=0.4, metavar="S", help="seconds between predictions that count; 0.4 by default"
+    )
+    parser.add_argument("--seed", type=int, metavar="N", help="seed, in place of the run file's")
+    scene_options.overrides(parser)
+    parser.add_argument("--json", action="store_true", help="one JSON object in place of text")
+
+
+def execute(arguments: argparse.Namespace) -> int:
+    """Measures and prints the tables."""
+    check_whole("--samples", arguments.samples, 1)
+    if not 0.0 < arguments.every < 1e6:
+        raise InvalidValue("--every", arguments.every, "a number of seconds > 0")
+    from mjnav.study.prediction.measure import Plan, measure
+
+    models = tuple(dict.fromkeys(arguments.model or MODELS))
+    plan = Plan(models, arguments.exact, arguments.samples, arguments.every, arguments.seed, tuple(arguments.overrides))
+    with compile_notice():
+        found = measure(arguments.source, plan)
+    if arguments.json:
+        print(json.dumps({"schema": 1, **_document(found), "samples": arguments.samples}))
+    else:
+        _print(found)
+    return 0
+
+
+def _print(found: "Measured") -> None:
+    first = next(iter(found.models.values()))
+    known = "exact positions" if found.exact else "beliefs of the tracker"
+    print(found.what)
+    print(
+        f"{first.predictions} predictions of {first.people} people, {found.steps} steps of {found.step:g} s, "
+        f"from {known}; means over people, [95 %]"
+    )
+    if not first.predictions:
+        print("nobody was there long enough")
+        return
+    print()
+    rows = [(name, *(_text(*of.figures[key]) for key in of.figures)) for name, of in found.models.items()]
+    print_table(rows, ("model", *(HEADS[key] for key in first.figures)), numbers=range(1, len(first.figures) + 1))
+    said = [
+        f"{name} {ade:.2f} / {fde:.2f}" for name, (ade, fde) in ((n, of.by_window) for n, of in found.models.items())
+    ]
+    print(f"\nmeans over predictions, ADE / FDE [m]: {', '.join(said)}")
+    for name, of in found.models.items():
+        print()
+        rows = [
+            (f"{(h + 1) * found.step:.1f} s", *(_text(*of.by_horizon[key][h]) for key in of.by_horizon))
+            for h in range(found.steps)
+        ]
+        print_table(rows, (name, *(HEADS[key] for key in of.by_horizon)), numbers=range(1, len(of.by_horizon) + 1))
+
+
+def _text(value: float | None, interval: "Interval") -> str:
+    if value is None:
+        return "-"
+    low, high = (0.0, 0.0) if interval is None else (round(end, 2) + 0.0 for end in interval)  # no -0.00
+    return f"{value:.2f}" + ("" if interval is None else f" [{low:.2f}, {high:.2f}]")
+
+
+def _document(found: "Measured") -> dict[str, object]:
+    def one(value: float | None, interval: "Interval") -> dict[str, object]:
+        return {"value": value, "interval": interval}
+
+    models = {
+        name: {
+            "people": of.people,
+            "predictions": of.predictions,
+            "by_window": {"ade_m": of.by_window[0], "fde_m": of.by_window[1]},
+            "figures": {key: one(*figure) for key, figure in of.figures.items()},
+            "by_horizon": [
+                {"time_s": (h + 1) * found.step, **{key: one(*of.by_horizon[key][h]) for key in of.by_horizon}}
+                for h in range(found.steps if of.predictions else 0)
+            ],
+        }
+        for name, of in found.models.items()
+    }
+    return {"source": found.what, "step_s": found.step, "steps": found.steps, "exact": found.exact, "models": models}

@@ -1,0 +1,69 @@
+"""Predictions measured over recordings, scenes and logs."""
+
+import numpy as np
+import pytest
+
+import mjnav
+from mjnav.errors import InvalidValue
+from mjnav.scenarios.crowd.reader import read_recording
+from mjnav.study.prediction.measure import Plan, measure
+from mjnav.study.prediction.of_recording import Frames
+
+QUICK = ("physics.engine=kinematic", "time_limit=3", "prediction.horizon=0.8")
+MODELS = ("constant_velocity", "mixture", "social_force")
+
+
+@pytest.fixture
+def recording(tmp_path):
+    """One walks straight on at 1 m/s, one turns by a right angle at frame 12, one is there for six frames."""
+    rows = [(10 * k, 1, 0.4 * k, 0.0) for k in range(24)]
+    rows += [(10 * k, 2, 0.4 * min(k, 12), 50.0 + 0.4 * max(k - 12, 0)) for k in range(24)]
+    rows += [(10 * k, 3, 0.4 * k, 90.0) for k in range(6)]
+    file = tmp_path / "people.txt"
+    file.write_text("\n".join("\t".join(map(str, row)) for row in sorted(rows)))
+    return file
+
+
+def test_constant_velocity_over_a_recording_by_hand(recording):
+    found = measure(str(recording), Plan(("constant_velocity",), samples=3))
+    figures = found.models["constant_velocity"]
+    # Rows 7 to 11 are seen with 8 frames before and 12 after: five windows of each of two people.
+    assert (figures.people, figures.predictions, found.step, found.steps) == (2, 10, 0.4, 12)
+    # From row k, h steps ahead, the one who turns is |(0.4 n, -0.4 n)| off, n = k + h - 12 > 0.
+    errors = np.array([[0.4 * np.sqrt(2.0) * max(k + h - 12, 0) for h in range(1, 13)] for k in range(7, 12)])
+    assert figures.by_window == pytest.approx((0.5 * errors.mean(), 0.5 * errors[:, -1].mean()))
+    value, interval = figures.figures["ade_m"]
+    assert value == pytest.approx(0.5 * errors.mean())
+    assert interval == pytest.approx((0.0, errors.mean()), abs=1e-6)
+    assert figures.figures["energy_m"][0] == pytest.approx(figures.figures["ade_m"][0])  # samples that are all alike
+
+
+def test_where_people_were_between_steps_and_beyond_their_rows(recording):
+    frames = Frames.of(read_recording(recording), 25.0)
+    found = frames.whereabouts("3", np.array([0.4, 1.0, 2.0, 2.2]))
+    assert found[:3] == pytest.approx(np.array([[0.4, 90.0], [1.0, 90.0], [2.0, 90.0]]))
+    assert np.isnan(found[3]).all()
+
+
+def test_a_log_is_measured_again_with_the_same_figures_and_who_is_alone_goes_straight_on(tmp_path):
+    scene = mjnav.load_scenario("crossing1", {"physics.engine": "kinematic", "time_limit": 3.0})
+    mjnav.run(scene, seed=4, log=tmp_path / "a.mcap")
+    first, again = (
+        measure(str(tmp_path / "a.mcap"), Plan(MODELS, overrides=("prediction.horizon=0.8",))) for _ in range(2)
+    )
+    assert first == again
+    assert first.models["mixture"].predictions == 6
+    straight = first.models["constant_velocity"].figures
+    forces = first.models["social_force"].figures  # one person, far from walls
+    assert [straight[key][0] for key in straight] == pytest.approx([forces[key][0] for key in straight])
+
+
+def test_whoever_walks_straight_is_foretold_exactly_where_the_truth_is_known():
+    found = measure("crossing1", Plan(MODELS, exact=True, overrides=QUICK)).models
+    assert found["constant_velocity"].figures["fde_m"][0] == pytest.approx(0.0, abs=1e-6)
+    assert found["mixture"].figures["fde_m"][0] > 0.0
+
+
+def test_a_model_that_is_none_is_told_by_its_option():
+    with pytest.raises(InvalidValue, match=r"^--model: prediction\.model: found 'mixtur'.*did you mean 'mixture'"):
+        measure("crossing1", Plan(("mixtur",), overrides=QUICK))
