@@ -1,6 +1,7 @@
 """A scenario with another number of people, to see what they cost."""
 
 from dataclasses import replace
+from math import hypot
 
 import numpy as np
 
@@ -28,12 +29,14 @@ def crowd(scenario: Scenario, num_people: int) -> Scenario:
         for _ in range(MAX_TRIES):
             start, turn = rng.uniform(low, high, (2, 2)).round(3).tolist()
             walk = Waypoints((tuple(turn), tuple(start)), speed=float(rng.uniform(0.3, 0.8)))
-            more = replace(scenario, people=(*people, Person(tuple(start), walk)))
+            person = Person(tuple(start), walk)
+            if any(hypot(start[0] - p.start[0], start[1] - p.start[1]) < p.radius + person.radius for p in people):
+                continue
             try:
-                check(more)
+                check(replace(scenario, people=(person,)))
             except InvalidValue:
                 continue
-            people = more.people
+            people = (*people, person)
             break
         else:
             raise InvalidValue("people", num_people, f"at most {len(people)}: there is no room for more")
