@@ -4,7 +4,7 @@ Field names are the run file's keys, but `start` and `end` of a wall, which the 
 """
 
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from html import escape
 from types import MappingProxyType
 from typing import Annotated, Any
@@ -259,7 +259,10 @@ class Scenario(Constant):
     estimation: Estimation = Estimation()
     control: Control = Control()
     physics: Physics = Physics()
-    # These three are not in a dump unless they were given: the names of a study's cells are made of those.
+    # These four are not in a dump unless they were given: the names of a study's cells are made of those.
+    people_see_robot: Annotated[bool | None, "in place of sees_robot of every person, for the whole scene at once"] = (
+        None
+    )
     prediction: Prediction | None = None
     log: LogContent | None = None
     metrics: Annotated[
@@ -273,6 +276,9 @@ class Scenario(Constant):
         if isinstance(self.metrics, list | tuple):
             object.__setattr__(self, "metrics", tuple(_metrics(self.metrics)))
         settle(self)
+        if self.people_see_robot is not None:
+            people = tuple(replace(person, sees_robot=self.people_see_robot) for person in self.people)
+            object.__setattr__(self, "people", people)
         for key, rate in (("control.rate", self.control.rate), ("sensors.rate", self.sensors.rate)):
             steps = 1.0 / (rate * self.physics.timestep)
             if round(steps) < 1 or abs(steps - round(steps)) > 1e-6 * steps:

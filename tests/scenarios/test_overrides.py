@@ -3,7 +3,7 @@
 import pytest
 
 from mjnav.errors import InvalidValue
-from mjnav.scenarios import load, loads
+from mjnav.scenarios import dumps, load, loads
 from mjnav.scenarios.spec import LaneSpec, StopAndGo, Waypoints
 
 TEXT = """
@@ -33,6 +33,17 @@ def test_a_value_is_toml():
     assert scenario.stop_on_collision is False
     assert scenario.control.delay == 0
     assert scenario.control.parameters == {"degree": 3, "clip": -3}
+
+
+def test_one_key_says_for_all_people_whether_they_see_the_robot():
+    with_own = TEXT.replace("velocity = [0, 0.5]", "velocity = [0, 0.5]\nsees_robot = true")
+    for text, seen in (TEXT, False), (with_own, True):
+        assert [person.sees for person in loads(text).people] == [seen]
+        for sees in (True, False):
+            scenario = loads(text, {"people_see_robot": sees})
+            assert [person.sees for person in scenario.people] == [sees]
+            assert loads(dumps(scenario)).people == scenario.people
+    assert "people_see_robot" not in dumps(loads(TEXT))
 
 
 def test_values_of_python_are_given_by_dotted_key():
