@@ -6,7 +6,7 @@ robot's velocity, w the person's. The robot approaches with u.n, the person with
 * At rest the robot is not at fault: it did what passive motion safety asks, which is to be at rest when a collision
   takes place (Macek, Vasquez Govea, Fraichard & Siegwart, Towards Safe Vehicle Navigation in Dynamic Urban Scenarios,
   2009; Bouraine, Fraichard & Salhi 2012).
-* It moves, and the person does not see it: its fault, whatever the person did. Who cannot see it cannot give way.
+* It moves, and the person does not see it, or never takes account of anybody: its fault, whatever the person did.
 * It moves, and the person sees it: its fault if it approaches at least as fast as the person, u.n >= -w.n. Both can
   give way, and each owes half of it (reciprocal avoidance, van den Berg, Guy, Lin & Manocha 2011).
 """
@@ -18,6 +18,8 @@ import numpy as np
 
 from mjnav.messages import Array, Contact, Trajectory
 from mjnav.metrics.safety import PERSON, beginnings
+from mjnav.scenarios.people.person import SEEING
+from mjnav.scenarios.people.temperament import REGULAR
 from mjnav.scenarios.spec import Scenario
 
 MOVING = 0.1  # [m/s] above which the robot moves; below, it may be the default actuation noise of one that stands
@@ -72,8 +74,15 @@ def judged(
 
 
 def sees_robot(scenario: Scenario) -> tuple[bool, ...]:
-    """Whether each person sees the robot, and so may give way to it, (P,)."""
-    return tuple(person.sees for person in scenario.people)
+    """Whether each person sees the robot and takes account of it, (P,).
+
+    A person of a behaviour that walks on whatever happens does not, unless a temperament makes them: for them
+    `sees_robot = true` alone changes nothing.
+    """
+    return tuple(
+        person.sees and (isinstance(person.behaviour, SEEING) or person.temperament not in (None, REGULAR))
+        for person in scenario.people
+    )
 
 
 def people_see_robot(scenario: Scenario) -> str | None:

@@ -29,6 +29,19 @@ def test_a_status_is_told_when_it_changes_and_a_clipped_command_once():
     ]
 
 
+def test_a_contact_with_a_person_says_whose_fault_it_was():
+    def at(v, contacts=()):
+        person = np.array([[1.0, 0.0]])
+        return WorldState(0.0, np.zeros(3), np.array([v, 0.0]), person, np.zeros((1, 2)), contacts)
+
+    touched = at(0.0, (Contact("person", "person0", 0.0, 0.05),))
+    for v, text in ((0.6, "; the robot moved at 0.60 m/s: its own fault"), (0.0, "; the robot stood")):
+        events = Events(sees=(False,))
+        events.of_tick(at(v), None, decided())
+        (event,) = events.of_tick(touched, None, decided())
+        assert event.text.endswith(text)
+
+
 def test_what_no_tick_carries_comes_with_the_end():
     events = Events()
     events.note(Event("error", "fault", "x"))

@@ -5,7 +5,13 @@ import pytest
 
 from mjnav.messages import Contact
 from mjnav.metrics import fault
+from mjnav.scenarios.people.avoiding import SocialForce
+from mjnav.scenarios.spec import ConstantVelocity, Person
 from tests.metrics.conftest import make_scenario, make_trajectory
+
+
+def walker(sees):
+    return Person((5.0, 5.0), SocialForce(((0.0, 0.0),)), sees_robot=sees)
 
 
 def hit(v, walking, *, sees, times=(0.12,), at=(1.0, 0.0)):
@@ -18,8 +24,7 @@ def hit(v, walking, *, sees, times=(0.12,), at=(1.0, 0.0)):
         people_velocity=np.tile(walking, (rows, 1, 1)),
         contacts=tuple(Contact("person", "person0", 0.0, time) for time in times),
     )
-    scenario = make_scenario(num_people=1)
-    return trajectory, replace(scenario, people=(replace(scenario.people[0], sees_robot=sees),))
+    return trajectory, replace(make_scenario(), people=(walker(sees),))
 
 
 @pytest.mark.parametrize(
@@ -56,8 +61,9 @@ def test_a_contact_that_lasts_is_judged_once_and_other_bodies_not_at_all():
 
 
 def test_how_many_people_see_the_robot():
-    scenario = make_scenario(num_people=3)
-    blind, seeing = scenario.people[0], replace(scenario.people[0], sees_robot=True)
+    scenario, blind, seeing = make_scenario(), walker(False), walker(True)
+    deaf = Person((5.0, 5.0), ConstantVelocity((1.0, 0.0)), sees_robot=True)  # walks on whatever it sees
+    assert fault.sees_robot(replace(scenario, people=(deaf, replace(deaf, temperament="scared")))) == (False, True)
     for people, expected in (
         ((), None),
         ((blind,) * 3, "none"),

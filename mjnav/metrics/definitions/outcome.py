@@ -45,7 +45,8 @@ OUTCOME: Mapping[str, Definition] = MappingProxyType(
             source="at rest: passive motion safety, Macek et al. (2009); halves: van den Berg et al. (2011)",
         ),
         "people_see_robot": Definition(
-            text='how many people see the robot, and may give way to it: "all", "none", or "3 of 5"',
+            text='how many people see the robot and take account of it: "all", "none", or "3 of 5". Who walks on '
+            "whatever happens takes none, whatever sees_robot says",
             type=STRING, null=NOBODY,
         ),
         "time_s": Definition(

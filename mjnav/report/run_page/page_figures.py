@@ -61,9 +61,9 @@ CARDS = (
     Card(
         "Detour of people",
         (
-            Figure("figures.detour.path_m", "", "m"),
-            Figure("figures.detour.delay_s", "later", "s"),
             Figure("figures.detour.displacement_m", "from where they would be", "m"),
+            Figure("figures.detour.path_m", "farther", "m"),
+            Figure("figures.detour.delay_s", "later", "s"),
         ),
     ),
     Card("People who see the robot", (Figure("figures.people_see_robot", ""),)),
