@@ -1,7 +1,8 @@
 """What people who avoid others have in common: where they want to go, and all bodies that a law looks at."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
-from math import cos, hypot, sin, sqrt
+from math import cos, sin, sqrt
 
 import numpy as np
 
@@ -11,6 +12,7 @@ from mjnav.scenarios.floor import floor_of_people
 from mjnav.scenarios.people.avoiding import Avoiding
 from mjnav.scenarios.people.straight import MAX_WALKING_SPEED
 from mjnav.scenarios.spec import Scenario
+from mjnav.world.draws import Normal, Uniform
 from mjnav.world.people.route import Route
 from mjnav.world.people.temperament import Temperaments
 from mjnav.world.people.walk import Index, Walk
@@ -46,23 +48,21 @@ class AvoidingWalk(Walk):
         self._floor = floor_of_people(scenario.walls, scenario.tables, scenario.pillars)
         self._decisions = 0
         self._diagonal = [
-            (i, behaviour.diagonal, stream(seed, "behaviour.diagonal", f"person{index[i]}"))
-            for i, behaviour in enumerate(behaviours)
-            if behaviour.diagonal is not None
+            _Turns(behaviours, every, index, seed)
+            for every in sorted({one.diagonal.every for one in behaviours if one.diagonal is not None})
         ]
         self._turned = np.zeros(len(index), bool)
-        self._unsteady = [
-            (i, behaviour.unsteadiness, stream(seed, "behaviour.unsteadiness", f"person{index[i]}"))
-            for i, behaviour in enumerate(behaviours)
-            if behaviour.unsteadiness > 0.0
-        ]
+        self._std = np.array([behaviour.unsteadiness for behaviour in behaviours], float)
+        self._unsteady = np.flatnonzero(self._std > 0.0)
+        streams = [stream(seed, "behaviour.unsteadiness", f"person{index[i]}") for i in self._unsteady]
+        self._noise = Normal(streams)
 
     def wanted(self, world: WorldState) -> Array:
         """(n, 2) [m/s] along the routes, changes of mind and temperaments included."""
         desired = self._route.velocities(world)
-        for i, diagonal, rng in self._diagonal:
-            if self._decisions % diagonal.every == 0 and rng.random() < diagonal.probability:
-                self._turned[i] = True
+        for turns in self._diagonal:
+            if self._decisions % turns.every == 0:
+                self._turned[turns.drawn()] = True
         self._decisions += 1
         if self._turned.any():
             x, y = desired[self._turned].T
@@ -83,10 +83,26 @@ class AvoidingWalk(Walk):
 
     def unsteady(self, velocities: Array) -> Array:
         """The velocities with the noise of those who walk unsteadily, at most MAX_WALKING_SPEED; drawn each time."""
-        if not self._unsteady:
+        if not self._unsteady.size:
             return velocities
+        moved = velocities[self._unsteady] + self._std[self._unsteady, None] * self._noise.row()
+        fastest = np.maximum(np.hypot(*moved.T), MAX_WALKING_SPEED)
         velocities = np.array(velocities)
-        for i, std, rng in self._unsteady:
-            velocities[i] += std * rng.standard_normal(2)
-            velocities[i] *= min(1.0, MAX_WALKING_SPEED / max(hypot(*velocities[i]), 1e-9))
+        velocities[self._unsteady] = moved * (MAX_WALKING_SPEED / fastest)[:, None]
         return velocities
+
+
+class _Turns:
+    """The changes of mind of all who draw them equally often."""
+
+    def __init__(self, behaviours: Sequence[Avoiding], every: int, index: Index, seed: int):
+        self.every = every
+        given = [one.diagonal for one in behaviours]
+        self._who = np.array([i for i, one in enumerate(given) if one is not None and one.every == every])
+        self._probability = np.array([one.probability for one in given if one is not None and one.every == every])
+        streams = [stream(seed, "behaviour.diagonal", f"person{index[i]}") for i in self._who]
+        self._draws = Uniform(streams)
+
+    def drawn(self) -> Index:
+        """Who turns now."""
+        return self._who[self._draws.row() < self._probability]
