@@ -19,6 +19,7 @@ from mjnav.loop.prepare import load_scenario
 from mjnav.loop.referee import COLLISION, GOAL
 from mjnav.loop.simulation import Simulation
 from mjnav.messages import WorldState
+from mjnav.scenarios.load import with_seed
 from mjnav.scenarios.overrides import Overrides
 from mjnav.scenarios.spec import Scenario
 from mjnav.world.engine import DivergedError
@@ -101,7 +102,10 @@ class SceneEnv(gymnasium.Env[Blocks, NDArray[Any]]):
             self._change_scene(value)
         if seed is None:
             seed = int(self.np_random.integers(MAX_DRAWN_SEED))
-        self._simulation = Simulation(self._scenario, seed=seed, scan="scan" in self._features.blocks)
+        if self._scenario.draft is not None:  # another layout: other walls, people and goal
+            self._end_pictures()
+        self._scenario = with_seed(self._scenario, seed)
+        self._simulation = Simulation(self._scenario, scan="scan" in self._features.blocks)
         self._command = np.zeros(2)
         self._trail = [self._simulation.truth.robot_pose[:2]]
         self._show()

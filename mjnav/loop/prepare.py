@@ -5,7 +5,6 @@ import re
 from collections.abc import Mapping, Sequence
 from copy import deepcopy
 from dataclasses import fields, is_dataclass, replace
-from operator import index
 from types import MappingProxyType
 from typing import Any
 
@@ -26,7 +25,7 @@ from mjnav.plugins import (
 )
 from mjnav.rng import stream
 from mjnav.scenarios.idle import refuse_idle
-from mjnav.scenarios.load import origin
+from mjnav.scenarios.load import origin, with_seed
 from mjnav.scenarios.overrides import Overrides, overrides_of
 from mjnav.scenarios.plugged import plugins_of
 from mjnav.scenarios.spec import Scenario
@@ -96,7 +95,7 @@ def as_scenario(
         own = {"controller": controller, "localizer": localizer, "tracker": tracker, "metrics": metrics}
         return load_scenario(scenario, **own, seed=seed)
     if seed is not None:
-        scenario = replace(scenario, seed=index(seed))
+        scenario = with_seed(scenario, seed)
     if controller is not None:
         scenario = replace(scenario, control=replace(scenario.control, method=name_of(controller), parameters={}))
     scenario = _with_metrics(with_estimators(scenario, localizer, tracker), metrics)

@@ -6,7 +6,7 @@ counts.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from time import perf_counter
 from typing import Any
 
@@ -21,6 +21,7 @@ from mjnav.messages import Array, TickRecord
 from mjnav.paper.decision_cost import VARIANTS, ContinuousCost, Cost, clip_places, slope_jump, slopes, variant_costs
 from mjnav.paper.decisions import decisions_that_matter, goal_cost_excess, spread
 from mjnav.paper.item import Progress
+from mjnav.scenarios.load import with_seed
 from mjnav.scenarios.spec import Scenario
 
 WINDOWS = ("reachable", "bounds")  # what one period reaches; all between the limits
@@ -202,7 +203,7 @@ def measure(scenarios: Sequence[Scenario], quick: bool, progress: Progress) -> S
     num_seeds, num_decisions, fine = (1, 2, 61) if quick else (8, 6, 201)
     for scenario in scenarios:
         require_candidates(build_controller(scenario), scenario.control.method)
-    runs = [replace(scenario, seed=scenario.seed + k) for scenario in scenarios for k in range(num_seeds)]
+    runs = [with_seed(scenario, scenario.seed + k) for scenario in scenarios for k in range(num_seeds)]
     rows: list[dict[str, Any]] = []
     drawn: tuple[Scenario, TickRecord] | None = None
     for index, scenario in enumerate(runs):

@@ -18,6 +18,7 @@ from mjnav.paper.degree import VARIANTS
 from mjnav.paper.episodes import DIRECT, options
 from mjnav.paper.item import MeasuredItem, Progress
 from mjnav.paper.style import BLUE, GREY, INK, ORANGE, PALE, TWO_COLUMNS, UNSAFE, color, new_figure, style
+from mjnav.scenarios.load import with_seed
 from mjnav.scenarios.spec import Scenario
 
 BINS = 30
@@ -68,7 +69,7 @@ def measure(scenarios: Sequence[Scenario], quick: bool, progress: Progress) -> W
         parameters = {**scenario.control.parameters, "degree": degree, "weight": weight}
         of_variant = replace(scenario, control=replace(scenario.control, method="rkhs", parameters=parameters))
         for seed in range(scenario.seed, scenario.seed + num_seeds):
-            ways.append(_way(variant, replace(of_variant, seed=seed)))
+            ways.append(_way(variant, with_seed(of_variant, seed)))
             progress(len(ways), num_seeds * len(VARIANTS))
     return Ways(scenario.name, tuple(ways))
 

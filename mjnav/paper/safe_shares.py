@@ -1,7 +1,7 @@
 """What a matching controller does to the closest person's samples, decision by decision, over runs."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -13,6 +13,7 @@ from mjnav.loop.episode import Episode
 from mjnav.loop.prepare import build_controller
 from mjnav.messages import Array, ObstacleSamples, TickRecord
 from mjnav.paper.item import Progress
+from mjnav.scenarios.load import with_seed
 from mjnav.scenarios.spec import Scenario
 
 CONTROLS = ("goal alone", "nominal", "matched")
@@ -76,7 +77,7 @@ def measure(scenarios: Sequence[Scenario], quick: bool, progress: Progress) -> D
     Raises InvalidValue for a method that does not match distributions, and where nobody comes into reach.
     """
     num_seeds = 2 if quick else 30
-    runs = [replace(scenario, seed=scenario.seed + k) for scenario in scenarios for k in range(num_seeds)]
+    runs = [with_seed(scenario, scenario.seed + k) for scenario in scenarios for k in range(num_seeds)]
     controllers = [_controller(scenario) for scenario in runs]
     first, drawn = runs[0], ()
     outcomes: list[str] = []

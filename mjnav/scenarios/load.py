@@ -12,9 +12,10 @@ from mjnav.errors import InvalidValue, unknown_name
 from mjnav.scenarios import files, library
 from mjnav.scenarios.check import check
 from mjnav.scenarios.files import read_regular
+from mjnav.scenarios.layout.draft import draft_of
 from mjnav.scenarios.memory import check_memory
 from mjnav.scenarios.overrides import Overrides, apply, overrides_of
-from mjnav.scenarios.spec import Scenario
+from mjnav.scenarios.spec import Draft, Scenario
 from mjnav.scenarios.toml import parse, toml_text
 
 _LOOP = ("rate", "delay", "latency")  # keys of [control] that belong to the loop, not to the method
@@ -74,17 +75,59 @@ def loads(
         changed[override.key] = override.option
     try:
         files.inline(document, folder)
-        scenario = config.read_document(Scenario, document)
-        check_memory(scenario)
-        check(scenario, routes=not recorded)
+        scenario = _scenario(document, recorded=recorded)
     except InvalidValue as error:
         raise error.within(file=origin(error.key, file, changed)) from None
     return replace(scenario, source=file)
 
 
-def dumps(scenario: Scenario) -> str:
-    """The scenario as TOML, every default explicit; `loads` makes an equal scenario of it."""
-    return toml_text({"schema": scenario.schema, **tables(scenario)})  # a reader wants the version first
+def _scenario(document: dict[str, Any], *, recorded: bool = False) -> Scenario:
+    """The checked scenario of a file's tables; of a random scene, the layout of its seed. A log draws nothing."""
+    draft = None if recorded else draft_of(document)
+    if draft is not None:
+        return _resolved(document, draft)
+    scenario = config.read_document(Scenario, document)
+    check_memory(scenario)
+    check(scenario, routes=not recorded)
+    return scenario
+
+
+def _resolved(document: dict[str, Any], draft: Draft) -> Scenario:
+    from mjnav.scenarios.layout.resolve import resolved  # loads compiled code, which only random scenes need here
+
+    return resolved(document, draft)
+
+
+def with_seed(scenario: Scenario, seed: int) -> Scenario:
+    """The scenario under another seed; of a random scene with the layout of that seed, unless its file fixes one.
+
+    Raises InvalidValue where no such layout can be drawn.
+    """
+    scenario = replace(scenario, seed=index(seed))
+    draft = scenario.draft
+    if draft is None:
+        return scenario
+    try:
+        drawn = _resolved(_draft_tables(scenario, draft), draft)
+    except InvalidValue as error:
+        raise error.within(file=scenario.source or None) from None
+    return replace(scenario, **{key: getattr(drawn, key) for key in ("layout", *draft.tables)})
+
+
+def dumps(scenario: Scenario, *, draft: bool = False) -> str:
+    """The scenario as TOML, every default explicit; `loads` makes an equal scenario of it.
+
+    With `draft`, a random scene has its draws in place of what was drawn: under the same seed `loads` draws it again.
+    """
+    given = scenario.draft if draft else None
+    found = tables(scenario) if given is None else _draft_tables(scenario, given)
+    return toml_text({"schema": scenario.schema, **found})  # a reader wants the version first
+
+
+def _draft_tables(scenario: Scenario, draft: Draft) -> dict[str, Any]:
+    """The tables of a scenario, with the draft's in place of what was drawn."""
+    found = {key: value for key, value in tables(scenario).items() if key != "layout"}
+    return {**found, **draft.tables}
 
 
 def tables(scenario: Scenario) -> dict[str, Any]:

@@ -29,6 +29,8 @@ from mjnav.scenarios.people import SocialForce as SocialForce
 from mjnav.scenarios.people import StopAndGo as StopAndGo
 from mjnav.scenarios.people import Waypoints as Waypoints
 from mjnav.scenarios.prediction import Prediction as Prediction
+from mjnav.scenarios.random_scene import Draft as Draft
+from mjnav.scenarios.random_scene import Layout as Layout
 from mjnav.scenarios.ranges import MAX_BODIES, MAX_POINTS, MAX_TIME, Angle, Coordinate, Point, Rate, Seed, Size
 from mjnav.scenarios.top_view import top_view
 
@@ -259,10 +261,11 @@ class Scenario(Constant):
     estimation: Estimation = Estimation()
     control: Control = Control()
     physics: Physics = Physics()
-    # These four are not in a dump unless they were given: the names of a study's cells are made of those.
+    # These five are not in a dump unless they were given: the names of a study's cells are made of those.
     people_see_robot: Annotated[bool | None, "in place of sees_robot of every person, for the whole scene at once"] = (
         None
     )
+    layout: Layout | None = None
     prediction: Prediction | None = None
     log: LogContent | None = None
     metrics: Annotated[
@@ -271,6 +274,7 @@ class Scenario(Constant):
         "of one's own, each package.module:Class or file.py:Class",
     ] = None
     source: str = field(default="", compare=False)  # the file it came from, for messages
+    draft: Draft | None = field(default=None, compare=False, repr=False)  # of a random scene, what it was drawn from
 
     def __post_init__(self):
         if isinstance(self.metrics, list | tuple):

@@ -117,7 +117,7 @@ def _cell(study: StudyFile, variant: Variant, scene: str, overrides: Sequence[st
         allowed = "a latency that another machine repeats: delay, or a trace"
         raise InvalidValue("control.latency.model", latency.model, allowed, file=where)
     parameters = json.dumps({**variant.swept, **variant.own}, sort_keys=True, default=str)
-    document = dumps(replace(scenario, seed=0, description=""))
+    document = dumps(replace(scenario, seed=0, description=""), draft=True)
     control = json.dumps(resolved_parameters(scenario), sort_keys=True)
     return Cell(scene, setting, method, scenario.control.method, parameters, document, control)
 

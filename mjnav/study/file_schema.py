@@ -6,6 +6,7 @@ from mjnav import control
 from mjnav.config.schema import Schema, json_schema, partial, table_schema, with_variants
 from mjnav.control import make_controller
 from mjnav.messages import RobotLimits
+from mjnav.scenarios.layout.schema import with_draws
 from mjnav.scenarios.spec import Control, Scenario
 from mjnav.study.study_file import StudyFile
 
@@ -14,7 +15,7 @@ _PERIOD = 1.0 / Control().rate  # [s] for which defaults are shown
 
 def run_schema() -> Schema:
     """Of a run file. [control] takes the parameters of its method, and any of a user's own."""
-    schema = {"title": "mjnav run file", **json_schema(Scenario)}
+    schema = {"title": "mjnav run file", **with_draws(json_schema(Scenario))}
     tables = schema["$defs"]
     tables["Control"]["properties"]["method"] = _method(tables["Control"]["properties"]["method"])
     defaults = {name: make_controller(name, RobotLimits(), _PERIOD).parameters for name in control.names()}

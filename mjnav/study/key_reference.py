@@ -13,6 +13,7 @@ from mjnav.control import make_controller
 from mjnav.errors import InvalidValue
 from mjnav.messages import RobotLimits
 from mjnav.noise import CHANNELS
+from mjnav.scenarios.layout.schema import draft_keys
 from mjnav.scenarios.spec import Control, Scenario
 from mjnav.study.study_file import StudyFile
 
@@ -31,7 +32,7 @@ def run_keys(controller: str | None = None) -> tuple[KeyReference, ...]:
     Defaults are those for a period of 0.1 s. Raises InvalidValue where there is no such method.
     """
     parameters = [replace(row, where="") for row in _parameters(controller)] if controller else _all_parameters()
-    rows = [_required_schema(row) for row in key_references(Scenario)]
+    rows = list(draft_keys([_required_schema(row) for row in key_references(Scenario)]))
     last = max(i for i, row in enumerate(rows) if row.key.startswith("control."))
     return (*rows[: last + 1], *parameters, *rows[last + 1 :])
 

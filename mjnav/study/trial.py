@@ -5,7 +5,7 @@ import json
 import platform
 import time
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
 
@@ -20,6 +20,7 @@ from mjnav.loop.warm_up import warm_up
 from mjnav.metrics.effort import time_to_avoid
 from mjnav.metrics.safety import lane_clearance
 from mjnav.plugins import Plugin
+from mjnav.scenarios.load import with_seed
 from mjnav.scenarios.plugged import plugins_of
 from mjnav.scenarios.spec import Scenario
 from mjnav.study.cells import DEFAULT_SETTING, Cell
@@ -170,7 +171,7 @@ def flatten(summary: Mapping[str, Any], prefix: str = "") -> dict[str, Value]:
 
 def prepared(trial: Trial) -> Scenario:
     """The trial's scenario. Raises InputError."""
-    return replace(_prepared(trial.cell.document), seed=trial.seed)
+    return with_seed(_prepared(trial.cell.document), trial.seed)
 
 
 @lru_cache(KEPT_SCENARIOS)

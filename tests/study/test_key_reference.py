@@ -10,6 +10,8 @@ from mjnav.noise import CHANNELS
 from mjnav.study.file_schema import run_schema, study_schema
 from mjnav.study.key_reference import keys_below, run_keys, study_keys
 
+# Tables that may stand in place of a value: any of a random scene, a metric's name.
+IN_PLACE = ("Draw", "DrawOrShares", "MetricPlugin")
 RUN, STUDY = run_keys(), study_keys()
 
 
@@ -19,11 +21,11 @@ def schema_keys(schema: dict, table: dict, prefix: str = "") -> set[str]:
     for key, value in table.get("properties", {}).items():
         found.add(f"{prefix}{key}")
         for one in value.get("anyOf", [value]):
-            inner, below = one.get("items", one), f"{prefix}{key}.{'N.' * ('items' in one)}"
-            if isinstance(inner, dict) and "$ref" in inner:
-                inner = schema["$defs"][inner["$ref"].rpartition("/")[2]]
-            if isinstance(inner, dict):
-                found |= schema_keys(schema, inner, below)
+            items, below = one.get("items", one), f"{prefix}{key}.{'N.' * ('items' in one)}"
+            for inner in items.get("anyOf", [items]) if isinstance(items, dict) else ():
+                name = inner.get("$ref", "").rpartition("/")[2]
+                if name not in IN_PLACE:
+                    found |= schema_keys(schema, schema["$defs"].get(name, inner), below)
     return found
 
 

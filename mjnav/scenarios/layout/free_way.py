@@ -1,7 +1,7 @@
-"""Whether the robot can reach its goal, and people their waypoints, in what stands in a scene."""
+"""Whether the robot can reach its goal between what stands in a scene."""
 
 from mjnav.geometry.free_space import FreeSpace
-from mjnav.scenarios.floor import floor_of_people, floor_of_robot
+from mjnav.scenarios.floor import floor_of_robot
 from mjnav.scenarios.spec import Scenario
 
 
@@ -14,14 +14,3 @@ def robot_has_a_way(scenario: Scenario, room: float = 0.0) -> bool:
     points = [robot.start[:2], *robot.route]
     space = FreeSpace.of(floor_of_robot(scenario.walls, scenario.tables, scenario.pillars), points)
     return space.connects(points, robot.radius + room, tolerance=robot.goal_tolerance)
-
-
-def people_without_a_way(scenario: Scenario) -> tuple[int, ...]:
-    """The people who cannot reach all of their waypoints, by their index."""
-    ways = {i: way for i, person in enumerate(scenario.people) if (way := getattr(person.behaviour, "waypoints", ()))}
-    if not ways:
-        return ()
-    points = {i: [scenario.people[i].start, *way] for i, way in ways.items()}
-    floor = floor_of_people(scenario.walls, scenario.tables, scenario.pillars)
-    space = FreeSpace.of(floor, [point for way in points.values() for point in way])
-    return tuple(i for i, way in points.items() if not space.connects(way, scenario.people[i].radius))

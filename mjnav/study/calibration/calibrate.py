@@ -15,7 +15,7 @@ The fresh draws are made once a run and shared by its decisions. A decision that
 
 from collections import deque
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -26,6 +26,7 @@ from mjnav.loop.prepare import build_controller, episode_label
 from mjnav.messages import Array, Decision, TickRecord, WorldState
 from mjnav.metrics.calibration import Calibration, calibration
 from mjnav.rng import stream
+from mjnav.scenarios.load import with_seed
 from mjnav.scenarios.spec import Scenario
 from mjnav.study.calibration.collision_event import share_of_draws, share_of_pairs
 from mjnav.study.calibration.rollout import NUM_WINDOWS, share_of_rollouts
@@ -130,7 +131,7 @@ def calibrate(
     With a `limit`, whose labels are `run_label`, every run is in a worker process. `progress` gets the number of runs
     that are done. Raises InputError before anything starts, and MjnavError where a run breaks or takes too long.
     """
-    tasks = [(replace(scenario, seed=seed), plan) for scenario in scenarios for seed in seeds]
+    tasks = [(with_seed(scenario, seed), plan) for scenario in scenarios for seed in seeds]
     runs: list[dict[str, Array]] = []
     for run in in_order(_forecasts_of, tasks, workers, limit=limit):
         runs.append(run)

@@ -1,0 +1,161 @@
+"""A random scene and the seed of a layout in, a scenario out: every draw becomes a plain value.
+
+Each value comes from a stream of its own, named after its place in the file ("people.2.0.speed" is the first person of
+the third entry), so that another entry, or another key, moves no draw. A body that has no room is drawn again by
+itself; walls come first, then tables, pillars, the robot and people. A layout as a whole is drawn again, from other
+streams, where the scene's checks refuse it, where the robot has no way to its goal, and where no control avoids the
+people at the start.
+"""
+
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from mjnav import config
+from mjnav.config import below
+from mjnav.errors import InvalidValue
+from mjnav.rng import stream
+from mjnav.scenarios.check import check
+from mjnav.scenarios.layout.draft import entries_of
+from mjnav.scenarios.layout.entries import KINDS
+from mjnav.scenarios.layout.entry import Entry
+from mjnav.scenarios.layout.free_way import robot_has_a_way
+from mjnav.scenarios.layout.oracle import is_avoidable
+from mjnav.scenarios.layout.robot import DrawnPlaces
+from mjnav.scenarios.layout.room import ROBOT_ROOM, Room
+from mjnav.scenarios.memory import check_memory
+from mjnav.scenarios.random_scene import Draft, Layout
+from mjnav.scenarios.ranges import Seed
+from mjnav.scenarios.spec import Person, Robot, Scenario, Wall
+
+MAX_PLACES = 200  # in which a body is tried before the layout is drawn anew
+_GAP = 0.4  # [m] beside the robot's diameter
+
+
+class _Refused(Exception):
+    """This layout cannot be used; the reason, below the draft's keys."""
+
+
+def resolved(document: Mapping[str, Any], draft: Draft) -> Scenario:
+    """The scenario of a random scene's tables, checked; `draft` is `draft_of` them.
+
+    The seed of the layout is that of [layout], or else the run's. Raises InvalidValue, whose key is the draft's, also
+    where none of `layout.tries` layouts can be used.
+    """
+    with below("seed"):
+        seed = config.settled(Seed, document.get("seed", 0))
+    with below("layout"):
+        layout = config.settled(Layout, document.get("layout", {}))
+    layout = layout if layout.seed is not None else replace(layout, seed=seed)
+    for entry in entries_of(draft.tables):
+        if entry.is_drawn:
+            try:
+                entry.check()
+            except InvalidValue as error:
+                raise error.within(entry.key) from None
+    DrawnPlaces(document.get("robot", {})).check()
+    reason = None
+    for attempt in range(layout.tries):
+        try:
+            return replace(_Drawing(document, layout, attempt).scenario(), draft=draft)
+        except _Refused as refused:
+            reason = refused
+    allowed = f"a scene of which one layout in so many can be used; of the last one, {reason}"
+    raise InvalidValue("layout.tries", layout.tries, allowed)
+
+
+class _Drawing:
+    """One attempt at one layout."""
+
+    def __init__(self, document: Mapping[str, Any], layout: Layout, attempt: int):
+        self._document, self._layout, self._attempt = document, layout, attempt
+        self._open: dict[str, np.random.Generator] = {}
+
+    def scenario(self) -> Scenario:
+        """The scenario. Raises _Refused where this attempt comes to nothing."""
+        document, robot = self._document, DrawnPlaces(self._document.get("robot", {}))
+        tables: dict[str, Any] = {kind: [] for kind in KINDS}
+        with below("robot"):
+            first = next(robot.tables(self._stream))
+            body = config.read(Robot, first)
+        gap = self._layout.gap
+        room = Room(2.0 * body.radius + _GAP if gap is None else gap, robot=None if robot.is_placed else body)
+        for entry in entries_of(document):
+            if not entry.is_drawn:
+                with below(entry.key.partition(".")[0]), below(entry.key.partition(".")[2]):
+                    getattr(room, _kind(entry)).append(config.read(entry.kind.plain, entry.table))
+        for kind in ("walls", "tables", "pillars"):
+            self._place(kind, tables, room)
+        tables["robot"] = self._place_robot(robot, room) if robot.is_placed else first
+        self._place("people", tables, room)
+        tables["layout"] = config.tables(self._layout)
+        given = {key: value for key, value in tables.items() if value or key in document}
+        scenario = config.read_document(Scenario, {**document, **given})
+        check_memory(scenario)
+        if not robot_has_a_way(scenario, ROBOT_ROOM):
+            raise _Refused("the robot has no way to its goal")
+        try:
+            check(scenario)
+        except InvalidValue as error:
+            raise _Refused(f"{error.key}: found {error.found!r}; allowed: {error.allowed}") from None
+        if not is_avoidable(scenario):
+            raise _Refused("no control of the robot avoids the people of the first seconds")
+        return scenario
+
+    def _place(self, kind: str, tables: dict[str, Any], room: Room) -> None:
+        """Puts the bodies of one kind into the room and, as plain entries in the order of the file, into `tables`."""
+        for entry in entries_of({kind: self._document.get(kind)}):
+            if not entry.is_drawn:
+                tables[kind].append(dict(entry.table))
+                continue
+            for number in range(entry.num(self._stream)):
+                table, body = self._first_with_room(entry, number, room)
+                tables[kind].append(table)
+                getattr(room, kind).append(body)
+
+    def _first_with_room(self, entry: Entry, number: int, room: Room) -> tuple[dict[str, Any], Any]:
+        places = entry.bodies(number, self._stream)
+        for _ in range(MAX_PLACES):
+            try:
+                table = next(places)
+                body = config.read(entry.kind.plain, table)
+            except InvalidValue as error:
+                raise error.within(entry.key) from None
+            if _has_room(room, body, entry.table.get("clear_of_robot")):
+                return table, body
+        raise _Refused(
+            f"{entry.key}: none of {MAX_PLACES} places for number {number} is clear of all that stands there"
+        )
+
+    def _place_robot(self, robot: DrawnPlaces, room: Room) -> dict[str, Any]:
+        places = robot.tables(self._stream)
+        for _ in range(MAX_PLACES):
+            with below("robot"):
+                table = next(places)
+                body = config.read(Robot, table)
+            if robot.is_long(body) and room.for_robot(body):
+                room.robot = body
+                return table
+        raise _Refused(f"robot: none of {MAX_PLACES} starts and goals is clear of all else, and far apart")
+
+    def _stream(self, key: str) -> np.random.Generator:
+        """The stream of one value; in one attempt it goes on where it was."""
+        if key not in self._open:
+            again = f" of attempt {self._attempt}" if self._attempt else ""
+            self._open[key] = stream(self._layout.root(), f"layout.{self._layout.purpose}", f"{key}{again}")
+        return self._open[key]
+
+
+def _kind(entry: Entry) -> str:
+    return entry.key.partition(".")[0]
+
+
+def _has_room(room: Room, body: Any, clear_of_robot: float | None) -> bool:
+    match body:
+        case Wall():
+            return room.for_wall(body)
+        case Person():
+            return room.for_person(body, clear_of_robot)
+    return room.for_furniture(body)
