@@ -41,9 +41,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
         metavar="NAME",
         help="one or more, each with its default parameters; by default all of mjnav's own",
     )
-    parser.add_argument(
-        "--exact", action="store_true", help="predict from the truth in place of beliefs; recordings are always exact"
-    )
+    parser.add_argument("--exact", action="store_true", help="predict from the truth in place of a tracker's beliefs")
     parser.add_argument("--samples", type=int, default=25, metavar="N", help="samples of each person; 25 by default")
     parser.add_argument(
         "--every", type=float, default=0.4, metavar="S", help="seconds between predictions that count; 0.4 by default"
@@ -75,10 +73,9 @@ def _print(found: "Measured") -> None:
     first = next(iter(found.models.values()))
     known = "exact positions" if found.exact else "beliefs of the tracker"
     print(found.what)
-    print(
-        f"{first.predictions} predictions of {first.people} people, {found.steps} steps of {found.step:g} s, "
-        f"from {known}; means over people, [95 %]"
-    )
+    people = f"{first.people} {'person' if first.people == 1 else 'people'}"
+    ahead = f"{found.steps} steps of {found.step:g} s"
+    print(f"{first.predictions} predictions of {people}, {ahead}, from {known}; means over people, [95 %]")
     if not first.predictions:
         print("nobody was there long enough")
         return

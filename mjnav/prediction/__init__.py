@@ -9,7 +9,6 @@ from mjnav.plugins import PredictorPlugin
 from mjnav.prediction.base import Crowd, Futures, Predictor, RobotNow
 from mjnav.prediction.constant_velocity import ConstantVelocity
 from mjnav.prediction.own import OwnPredictor
-from mjnav.scenarios.prediction import MODELS
 from mjnav.scenarios.spec import Scenario
 
 __all__ = ["PREDICTORS", "Crowd", "Futures", "Predictor", "RobotNow", "make_predictor"]
@@ -32,8 +31,7 @@ def make_predictor(scenario: Scenario, seed: int) -> Predictor:
     model: Any = choice.model
     if isinstance(model, PredictorPlugin):
         return OwnPredictor(model.name, model.make(scenario, seed))
-    (name,) = (name for name, kind in MODELS.items() if type(model) is kind)
-    if name == "constant_velocity":
+    if choice.name == "constant_velocity":
         return ConstantVelocity()
-    module, _, found = PREDICTORS[name].partition(":")
+    module, _, found = PREDICTORS[choice.name].partition(":")
     return getattr(import_module(module), found)(choice, model, seed)

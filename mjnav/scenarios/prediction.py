@@ -86,6 +86,13 @@ class Prediction:
             raise InvalidValue("horizon", self.horizon, allowed)
 
     @property
+    def name(self) -> str:
+        """Of the model, as a run file has it."""
+        if isinstance(self.model, PredictorPlugin):
+            return self.model.name
+        return next(name for name, kind in MODELS.items() if type(self.model) is kind)
+
+    @property
     def num_steps(self) -> int:
         """H, the number of predicted positions: as many steps as the horizon takes, the last one whole."""
         return ceil(self.horizon / self.step - 1e-9)

@@ -26,6 +26,22 @@ def test_no_model_changes_what_else_is_drawn(model):
 
 
 @pytest.mark.parametrize("model", ["mixture", "social_force"])
+def test_a_log_says_the_model_and_is_repeated_with_it(model, tmp_path):
+    mjnav.run(mjnav.load_scenario("crossing1", {**QUICK, "prediction.model": model}), log=tmp_path / "a.mcap")
+    log = mjnav.open_log(tmp_path / "a.mcap")
+    assert log.run["prediction"] == model
+    fans = [
+        entity
+        for message in log.messages("/scene")
+        for entity in message.value.entities
+        if entity.id == "person0_future"
+    ]
+    assert len(fans) == 20  # one a tick
+    assert {(len(fan.lines), len(fan.lines[0].points)) for fan in fans} == {(8, 13)}
+    assert mjnav.replay(log).identical
+
+
+@pytest.mark.parametrize("model", ["mixture", "social_force"])
 def test_a_branch_goes_on_as_its_origin(model):
     with mjnav.Simulation(mjnav.load_scenario("crossing1", {**QUICK, "prediction.model": model})) as simulation:
         for _ in range(5):

@@ -21,6 +21,7 @@ def run_info(scenario: Scenario, seed: int, parts_hash: str) -> dict[str, str]:
         "controller": scenario.control.method,
         "seed": str(seed),
         "engine": scenario.physics.engine,
+        **({} if scenario.prediction is None else {"prediction": scenario.prediction.name}),
         "parts_hash": parts_hash,
         "git_revision": _git_revision(),
         "argv": shlex.join(sys.argv),

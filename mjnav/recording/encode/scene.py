@@ -1,6 +1,7 @@
 """/scene: what stands in the room, the robot, and the people as they are and as they are believed to be.
 
-Each is a Foxglove entity with a name: `robot`, `person0`, and `person0_estimate` beside it.
+Each is a Foxglove entity with a name: `robot`, `person0`, `person0_estimate` beside it, and
+`person0_future` where a model of prediction says more than straight on.
 """
 
 from collections.abc import Sequence
@@ -19,8 +20,9 @@ from foxglove_schemas_protobuf.TextPrimitive_pb2 import TextPrimitive
 from foxglove_schemas_protobuf.Vector3_pb2 import Vector3
 from google.protobuf.duration_pb2 import Duration
 
-from mjnav.messages import Track, WorldState
+from mjnav.messages import Observation, Track, WorldState
 from mjnav.recording.encode import wire
+from mjnav.recording.encode.futures import future_entities
 from mjnav.recording.encode.geometry import TRUE_FRAME, WORLD_FRAME, pose, time_ns
 from mjnav.scenarios.spec import Scenario, Table
 
@@ -149,8 +151,10 @@ class SceneEncoder:
         lifetime.FromNanoseconds(time_ns(2.0 * scenario.control.period))
         self._lifetime = wire.delimited(4, lifetime.SerializeToString())
 
-    def encode(self, truth: WorldState, tracks: tuple[Track, ...] = ()) -> bytes:
-        """The scene at one moment, and where people are believed to be."""
+    def encode(
+        self, truth: WorldState, tracks: tuple[Track, ...] = (), observation: Observation | None = None
+    ) -> bytes:
+        """The scene at one moment, where people are believed to be, and how they are predicted to go on."""
         time = wire.timestamp(1, time_ns(truth.time, self._epoch))
         parts = [self._still]
         for person, (x, y) in zip(self._people, truth.people_position.tolist(), strict=True):
@@ -160,6 +164,7 @@ class SceneEncoder:
             half, length = 0.5 * atan2(vy, vx), AHEAD * hypot(vx, vy)
             believed = _estimate(track.name, track.radius).fill((x, y, sin(half), cos(half), length, x, y))
             parts.append(wire.delimited(2, time + self._lifetime + believed))
+        parts += [wire.delimited(2, time + self._lifetime + future) for future in future_entities(observation, tracks)]
         return b"".join(parts)
 
 

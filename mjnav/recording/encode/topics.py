@@ -101,7 +101,10 @@ def topics(scenario: Scenario, epoch: int = 0) -> tuple[Topic, ...]:
             json_messages.encode_contacts,
         ),
         Topic(
-            "/scene", scene_update, lambda r: scene.encode(r.truth, r.tracks), lambda tick, final: scene.encode(final)
+            "/scene",
+            scene_update,
+            lambda r: scene.encode(r.truth, r.tracks, r.observation),
+            lambda tick, final: scene.encode(final),
         ),
         Topic(
             "/scan",

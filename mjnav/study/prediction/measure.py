@@ -82,9 +82,9 @@ def _recording(source: str, plan: Plan) -> Measured:
     frames = Frames.of(recording, 25.0 if guess is None else guess.frame_rate)
     of_models = [scenarios.loads(_NOWHERE, _with_model(plan, model)) for model in plan.models]
     seed, what = plan.seed or 0, f"{source}, every window of 8 frames seen, {frames.step:g} s apart"
-    return _measured(
-        what, plan, of_models, partial(frames.moments, plan.samples), frames.whereabouts, None, seed, exact=True
-    )
+    believed = partial(frames.believed, plan.samples, of_models[0], seed)
+    moments = partial(frames.moments, plan.samples) if plan.exact else believed
+    return _measured(what, plan, of_models, moments, frames.whereabouts, None, seed)
 
 
 def _measured(
@@ -95,8 +95,6 @@ def _measured(
     whereabouts: Callable[[str, Array], Array],
     floor: KnownMap | None,
     seed: int,
-    *,
-    exact: bool = False,
 ) -> Measured:
     found: dict[str, list[Forecast]] = {}
     step, steps = 0.0, 0
@@ -105,7 +103,7 @@ def _measured(
         step, steps = scenario.prediction.step, scenario.prediction.num_steps
         predictor = make_predictor(scenario, seed)
         found[model] = list(forecasts(moments(), predictor, whereabouts, step, steps, floor))
-    return Measured(what, step, steps, exact or plan.exact, model_figures(found))
+    return Measured(what, step, steps, plan.exact, model_figures(found))
 
 
 def _with_model(plan: Plan, model: str) -> tuple[str | Override, ...]:

@@ -25,7 +25,7 @@ def recording(tmp_path):
 
 
 def test_constant_velocity_over_a_recording_by_hand(recording):
-    found = measure(str(recording), Plan(("constant_velocity",), samples=3))
+    found = measure(str(recording), Plan(("constant_velocity",), samples=3, exact=True))
     figures = found.models["constant_velocity"]
     # Rows 7 to 11 are seen with 8 frames before and 12 after: five windows of each of two people.
     assert (figures.people, figures.predictions, found.step, found.steps) == (2, 10, 0.4, 12)
@@ -36,6 +36,17 @@ def test_constant_velocity_over_a_recording_by_hand(recording):
     assert value == pytest.approx(0.5 * errors.mean())
     assert interval == pytest.approx((0.0, errors.mean()), abs=1e-6)
     assert figures.figures["energy_m"][0] == pytest.approx(figures.figures["ade_m"][0])  # samples that are all alike
+
+
+def test_a_tracker_sees_a_recording_through_noise_and_without_noise_nearly_as_it_is(recording):
+    quiet, noisy = (
+        measure(str(recording), Plan(("constant_velocity",), overrides=(f"noise.profile={name}",)))
+        for name in ("none", "pearson")
+    )
+    for found in (quiet, noisy):
+        assert found.models["constant_velocity"].predictions == 10
+    first = np.array([found.models["constant_velocity"].by_horizon["error_m"][0][0] for found in (quiet, noisy)], float)
+    assert first[0] < min(0.1, first[1])
 
 
 def test_where_people_were_between_steps_and_beyond_their_rows(recording):
