@@ -52,7 +52,7 @@ PEOPLE: Mapping[str, Definition] = MappingProxyType(
         "social_force_on_robot_m_s": Definition(
             text="size of the sum of the social forces of people on the robot, integrated over time",
             unit="m/s", better=LOWER, words="social force on the robot", null=NOBODY, source=HUNAVSIM,
-            equation=r"\sum_k \Delta t\, \lvert\textstyle\sum_i f_{ri}\rvert",
+            equation=r"\sum_k \Delta t\, \lvert\sum_i f_{ri}\rvert",
         ),
         "social_work_m_s": Definition(
             text="social_force_on_people_m_s + social_force_on_robot_m_s + that of the nearest wall, leg or pillar on "
