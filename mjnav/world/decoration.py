@@ -3,6 +3,7 @@
 # pyright: reportAttributeAccessIssue=false
 # mujoco's compiled modules carry no types.
 
+from collections.abc import Iterable, Sequence
 from itertools import pairwise
 from math import hypot
 
@@ -11,18 +12,20 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mjnav.messages import Array
+from mjnav.scenarios.ranges import Point
 from mjnav.scenarios.spec import Scenario
 from mjnav.world.scene import scene_points
 
 TRAIL_STEP = 0.04  # [m] below which two points of a trail are one
 PREVIEW = 1.0  # [s] that a believed velocity is drawn ahead
 
-_ORANGE, _GREEN, _RED, _BLUE, _VIOLET = (
+_ORANGE, _GREEN, _RED, _BLUE, _VIOLET, _PALE = (
     (0.95, 0.42, 0.08, 1.0),
     (0.16, 0.65, 0.35, 0.9),
     (0.85, 0.2, 0.2, 0.8),
     (0.2, 0.4, 0.85, 0.8),
     (0.45, 0.15, 0.6, 1.0),
+    (0.97, 0.9, 0.6, 0.8),
 )
 
 
@@ -50,6 +53,13 @@ def draw_trail(scene: mujoco.MjvScene, trail: ArrayLike) -> None:
             kept.append(point)
     for start, end in pairwise(kept):
         _draw_band(scene, start, end, 0.03, _ORANGE)
+
+
+def draw_ways(scene: mujoco.MjvScene, ways: Iterable[Sequence[Point]]) -> None:
+    """Ways of people that bend around something, as thin lines."""
+    for way in ways:
+        for start, end in pairwise(np.array(way)):
+            _draw_band(scene, start, end, 0.012, _PALE)
 
 
 def draw_tracks(scene: mujoco.MjvScene, tracks: ArrayLike) -> None:
