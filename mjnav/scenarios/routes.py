@@ -25,7 +25,7 @@ class Leg:
     waypoint: int
     start: Point
     end: Point
-    in_the_way: str  # the key of the first body on the straight leg; empty where it is free
+    in_the_way: str  # the key of the first body on the straight leg, or of the one over its end; empty where it is free
     points: tuple[Point, ...] | None  # walked to one after another; None where there is no way
 
 
@@ -65,8 +65,12 @@ def planned_legs(
 
                 ways = Ways(floor_of_people(walls, tables, pillars))
             found = ways.plan(start, end, person.radius)
-            points = None if found is None else tuple((x, y) for x, y in found.tolist())
-            yield Leg(i, index, start, end, body.key, points)
+            if found is None:
+                nearest = min(bodies, key=lambda body: body.distance(end))
+                body = nearest if nearest.distance(end) < person.radius - REACHED else body
+                yield Leg(i, index, start, end, body.key, None)
+            else:
+                yield Leg(i, index, start, end, body.key, tuple((x, y) for x, y in found.tolist()))
 
 
 def _first_in_the_way(start: Point, end: Point, radius: float, bodies: Sequence[Disc | Box]) -> Disc | Box | None:

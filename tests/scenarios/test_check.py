@@ -59,6 +59,12 @@ REFUSED = [
         "people.0.waypoints.0",
         "pillars.0",
     ),
+    (
+        "a waypoint under a table behind a wall",
+        wall(3, -1, 3, 1) + table(5, 0) + walker((2, 0), (5, 0)),
+        "people.0.waypoints.0",
+        "tables.0",
+    ),
     ("a waypoint under a table", table(4, 2) + walker((4, 0), (4, 2)), "people.0.waypoints.0", "tables.0"),
     ("a waypoint inside a wall", ROOM + walker((4, 0), (4, -2)), "people.0.waypoints.0", "walls.0"),
     (
