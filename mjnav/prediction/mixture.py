@@ -25,8 +25,9 @@ of the velocity in each mode, with every new track's mean velocity z as its meas
 
 so that an outlier among the tracks moves no weight far. `velocity_noise` is what the default tracker does at 10 Hz to
 somebody who walks straight on in `crossing1`. The rates are round assumptions, not fitted to anything: somebody who
-walks for 10 s turns once and stops every other time, stands for about 3 s, and sways half as much as the tracker's
-particles, which have to follow what none of them did.
+walks for 10 s turns once and stops every other time, and stands for about 3 s. `sway` is no such assumption: the term
+and its value were chosen after the errors of constant velocity on two recordings (ETH hotel, UCY zara01) had been seen,
+so the spread that it gives is not tested by figures on those.
 """
 
 from dataclasses import dataclass
