@@ -14,6 +14,7 @@ from mjnav.geometry.kernel_types import Indices, Matrix
 from mjnav.messages import Array
 
 MAX_CELLS_A_POINT = 4  # more would be empty
+FEW = 128  # points that are searched pair by pair, in one cell, in less time than cells take to be sorted
 
 
 class Cells(NamedTuple):
@@ -40,7 +41,7 @@ def sort_into_cells(position: Matrix, radius: float):
             num += 1
     if num == 0:
         left, below, right, above = 0.0, 0.0, 0.0, 0.0
-    side = radius
+    side = radius if num > FEW else max(radius, 2.0 * (right - left), 2.0 * (above - below))
     while (np.floor((right - left) / side) + 1.0) * (np.floor((above - below) / side) + 1.0) > (
         MAX_CELLS_A_POINT * num + 1
     ):

@@ -70,16 +70,17 @@ class SocialForce(NamedTuple):
     excess: float  # greatest speed over the desired one
 
 
-# Moussaid et al. (2009) have A = 4.5 m/s^2, tau = 0.54 s and walls of 3 exp(-d / 0.1): that is `moussaid_2009`.
-# `moussaid` are the weights, the wall and the push of libpedsim as pedestrian_simulator (TU Delft) runs it in the
-# corridor in which T-MPC, safe-horizon MPC and DRA-MPPI were measured.
+# `moussaid_2009`: A = 4.5 m/s^2, tau = 0.54 s and walls of 3 exp(-d / 0.1), as Moussaid et al. (2009) fitted them.
+# `moussaid`: the weights, walls and push of libpedsim as pedestrian_simulator (TU Delft) runs it in the corridor in
+# which T-MPC, safe-horizon MPC and DRA-MPPI were measured; nobody beyond 2 m counts there. The papers' forms have no
+# cut: the 5 m, at which two who meet at 1.3 m/s each push by 0.4 m/s^2, are mjnav's, as is the 1.3 of `moussaid_2009`.
 FORMS = MappingProxyType(
     {
         "moussaid": SocialForce(
             0.0, 1.0, False, 2.1, 2.0, 0.35, 2.0, 3.0, 0.0, -1.0, 1.0, 2.0, 3.0, 0.8, True, True, 1.0, 1.0
         ),
         "moussaid_2009": SocialForce(
-            0.54, 0.0, False, 4.5, 2.0, 0.35, 2.0, 3.0, 0.0, -1.0, 1.0, 8.0, 3.0, 0.1, True, False, 0.0, 1.3
+            0.54, 0.0, False, 4.5, 2.0, 0.35, 2.0, 3.0, 0.0, -1.0, 1.0, 5.0, 3.0, 0.1, True, False, 0.0, 1.3
         ),
         "helbing": SocialForce(
             0.5, 0.0, True, 2.1, 0.0, 0.3, 0.0, 0.0, 2.0, cos(radians(100.0)), 0.5, 5.0, 50.0, 0.2, False, False, 0.0,
@@ -87,6 +88,12 @@ FORMS = MappingProxyType(
         ),
     }
 )  # fmt: skip
+
+
+@exact
+def _falling(x):
+    """exp(-x), 0 where it is below 1e-17: most pairs of a crowd cost no exponential."""
+    return np.exp(-x) if x < 40.0 else 0.0
 
 
 @exact
@@ -100,8 +107,8 @@ def _moussaid(dx, dy, d, ux, uy, law):
     tx, ty = x / size, y / size
     theta = np.arctan2(tx * ey - ty * ex, tx * ex + ty * ey)
     reach = law.interaction_range * size
-    slow = np.exp(-d / reach - (law.slow_sharpness * reach * theta) ** 2)
-    turn = np.exp(-d / reach - (law.turn_sharpness * reach * theta) ** 2)
+    slow = _falling(d / reach + (law.slow_sharpness * reach * theta) ** 2)
+    turn = _falling(d / reach + (law.turn_sharpness * reach * theta) ** 2)
     turn = turn if theta >= 0.0 else -turn
     return -law.strength * (slow * tx - turn * ty), -law.strength * (slow * ty + turn * tx)
 
