@@ -13,6 +13,8 @@ from mjnav.world.people.walk import PERIOD, Index
 class OrcaWalk(AvoidingWalk):
     """Velocities of `motion.orca`, nearest to those along the routes; never faster than these."""
 
+    sidesteps = False  # the law says how to pass, also when people touch
+
     def __init__(self, scenario: Scenario, index: Index, seed: int):
         super().__init__(scenario, index, seed)
         found = [scenario.people[i].behaviour for i in index]

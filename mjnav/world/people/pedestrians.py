@@ -51,6 +51,7 @@ class Pedestrians:
         people = scenario.people
         self._radii = np.array([person.radius for person in people], float)
         self._groups: list[tuple[Index | slice, bool, Walk, Temperaments | None]] = []
+        self._straight = np.zeros(len(people), bool)  # who do not go round whom they touch
         kinds = [(type(person.behaviour), person.sees) for person in people]
         for kind in dict.fromkeys(kinds):
             index = np.array([i for i, other in enumerate(kinds) if other == kind])
@@ -60,6 +61,7 @@ class Pedestrians:
             behaviour, sees = kind
             walk = WALKS[behaviour](scenario, index, seed)
             temperaments = None if walk.tempers or not sees else Temperaments(scenario, index)
+            self._straight[place] = not walk.sidesteps
             self._groups.append((place, sees, walk, temperaments))
 
     def velocities(self, world: WorldState) -> Array:
@@ -69,4 +71,6 @@ class Pedestrians:
         for place, sees, walk, temperaments in self._groups:
             wanted = walk.velocities(world if sees else unseen)
             desired[place] = wanted if temperaments is None else temperaments.applied(world, wanted)
-        return sidestepped(desired, world.people_position, self._radii)
+        turned = sidestepped(desired, world.people_position, self._radii)
+        turned[self._straight] = desired[self._straight]
+        return turned

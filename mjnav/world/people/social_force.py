@@ -27,6 +27,8 @@ class SocialForceWalk(AvoidingWalk):
         laws = [law_of(behaviour) for behaviour in found if isinstance(behaviour, SocialForceKeys)]
         # One call of the law for all who have the same constants.
         self._groups = [(np.array([i for i, law in enumerate(laws) if law == one]), one) for one in dict.fromkeys(laws)]
+        # In MuJoCo bodies that touch slide past one another; in the kinematic world they stand.
+        self.sidesteps = scenario.physics.engine == "kinematic"
         self._will = np.full((len(index), 2), np.nan)
 
     def velocities(self, world: WorldState) -> Array:

@@ -24,6 +24,7 @@ class Walk(ABC):
     """
 
     tempers: ClassVar[bool] = False  # whether the walk asks the people's temperaments itself
+    sidesteps = True  # whether its people go round whom they touch (`sidestep`)
 
     def __init__(self, scenario: Scenario, index: Index, seed: int):
         self.index = index
