@@ -13,7 +13,7 @@ _TITLES = {
     "knowledge": "What the robot knew",
     "computing": "What it cost to compute",
 }
-_HEAD = ["| name | unit | definition | null | better | source |", "|---|---|---|---|---|---|"]
+_HEAD = ["| name | unit | definition | better |", "|---|---|---|---|"]
 
 
 def markdown() -> str:
@@ -28,7 +28,7 @@ def markdown() -> str:
 
 
 def _row(name: str, one: Definition) -> str:
-    equation = f"; ${one.equation}$" if one.equation else ""
-    unit = "yes or no" if one.type == TRUTH else one.unit
-    cells = (f"`{name}`", unit, f"{escape(one.text)}{equation}", escape(one.null), one.better, escape(one.source))
-    return f"| {' | '.join(cells)} |"
+    text = escape(one.text) + (f": ${one.equation}$" if one.equation else "")
+    text += f". Null: {escape(one.null)}" * bool(one.null) + f". *{escape(one.source)}*" * bool(one.source)
+    unit = "yes, no" if one.type == TRUTH else one.unit
+    return f"| `{name}` | {unit} | {text} | {one.better} |"

@@ -40,8 +40,6 @@ OUTCOME: Mapping[str, Definition] = MappingProxyType(
             text="contacts with people that are the robot's fault: it moved, and the person does not see it or "
             "approached no faster than it did",
             type=INTEGER, better=LOWER, over_all=True, words="contacts that are the robot's fault",
-            equation=r"\lvert v\rvert > 0.1\ \text{m/s} \;\wedge\; "
-            r"(\text{the person does not see it} \;\vee\; u \cdot n \ge -w \cdot n)",
             source="at rest: passive motion safety, Macek et al. (2009); halves: van den Berg et al. (2011)",
         ),
         "people_see_robot": Definition(
