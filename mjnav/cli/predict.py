@@ -70,22 +70,23 @@ def execute(arguments: argparse.Namespace) -> int:
 
 
 def _print(found: "Measured") -> None:
-    first = next(iter(found.models.values()))
+    one = next(iter(found.models.values()))
     known = "exact positions" if found.exact else "beliefs of the tracker"
     print(found.what)
-    people = f"{first.people} {'person' if first.people == 1 else 'people'}"
+    people = f"{one.people} {'person' if one.people == 1 else 'people'}"
     ahead = f"{found.steps} steps of {found.step:g} s"
-    print(f"{first.predictions} predictions of {people}, {ahead}, from {known}; means over people, [95 %]")
-    if not first.predictions:
+    print(f"{one.predictions} predictions of {people}, {ahead}, from {known}; means over people, [95 %]")
+    if not one.predictions:
         print("nobody was there long enough")
         return
     print()
     rows = [(name, *(_text(*of.figures[key]) for key in of.figures)) for name, of in found.models.items()]
-    print_table(rows, ("model", *(HEADS[key] for key in first.figures)), numbers=range(1, len(first.figures) + 1))
-    said = [
-        f"{name} {ade:.2f} / {fde:.2f}" for name, (ade, fde) in ((n, of.by_window) for n, of in found.models.items())
-    ]
+    print_table(rows, ("model", *(HEADS[key] for key in one.figures)), numbers=range(1, len(one.figures) + 1))
+    said = [f"{name} {of.by_window[0]:.2f} / {of.by_window[1]:.2f}" for name, of in found.models.items()]
     print(f"\nmeans over predictions, ADE / FDE [m]: {', '.join(said)}")
+    first, *others = found.models
+    for name in others:
+        print(f"energy [m], {name} less {first}: {_text(*found.models[name].beyond_first)}")
     for name, of in found.models.items():
         print()
         rows = [
@@ -111,6 +112,7 @@ def _document(found: "Measured") -> dict[str, object]:
             "people": of.people,
             "predictions": of.predictions,
             "by_window": {"ade_m": of.by_window[0], "fde_m": of.by_window[1]},
+            "energy_beyond_first": one(*of.beyond_first),
             "figures": {key: one(*figure) for key, figure in of.figures.items()},
             "by_horizon": [
                 {"time_s": (h + 1) * found.step, **{key: one(*of.by_horizon[key][h]) for key in of.by_horizon}}

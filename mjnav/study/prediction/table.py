@@ -26,6 +26,7 @@ class ModelFigures:
     people: int
     predictions: int
     figures: Mapping[str, tuple[float | None, Interval]]  # of FIGURES; means over the predicted times, but fde_m
+    beyond_first: tuple[float | None, Interval]  # energy_m less that of the first model, person by person
     by_window: tuple[float | None, float | None]  # ADE and FDE [m] as means over predictions, as others publish them
     by_horizon: Mapping[str, tuple[tuple[float | None, Interval], ...]]  # of BY_HORIZON, at each predicted time
 
@@ -34,12 +35,15 @@ def model_figures(found: Mapping[str, Sequence[Forecast]]) -> dict[str, ModelFig
     """The figures of each model, by name. Every model has predicted the same people at the same moments."""
     people = sorted({forecast.person for forecasts in found.values() for forecast in forecasts})
     if not people:
-        return {name: ModelFigures(0, 0, {}, (None, None), {}) for name in found}
+        return {name: ModelFigures(0, 0, {}, (None, None), (None, None), {}) for name in found}
     bootstrap = SharedBootstrap(len(people), stream(0, "prediction.bootstrap"), resamples=2000)
-    return {name: _figures(forecasts, people, bootstrap) for name, forecasts in found.items()}
+    first = next(iter(found.values()))
+    return {name: _figures(forecasts, first, people, bootstrap) for name, forecasts in found.items()}
 
 
-def _figures(forecasts: Sequence[Forecast], people: Sequence[str], bootstrap: SharedBootstrap) -> ModelFigures:
+def _figures(
+    forecasts: Sequence[Forecast], first: Sequence[Forecast], people: Sequence[str], bootstrap: SharedBootstrap
+) -> ModelFigures:
     place = {person: i for i, person in enumerate(people)}
     unit = np.array([place[forecast.person] for forecast in forecasts])
     scores = [forecast.scores for forecast in forecasts]
@@ -65,11 +69,14 @@ def _figures(forecasts: Sequence[Forecast], people: Sequence[str], bootstrap: Sh
             for average, interval in zip(averages, bootstrap.intervals(by_person), strict=True)
         ]
 
+    energy_of_first = np.array([forecast.scores.energy.mean() for forecast in first])
+    (beyond_first,) = means((whole["energy_m"] - energy_of_first)[:, None])
     figures = dict(zip(FIGURES, means(np.column_stack([whole[name] for name in FIGURES])), strict=True))
     return ModelFigures(
         people=len(people),
         predictions=len(forecasts),
         figures=figures,
+        beyond_first=beyond_first,
         by_window=(float(whole["ade_m"].mean()), float(whole["fde_m"].mean())),
         by_horizon={name: tuple(means(series[name])) for name in BY_HORIZON},
     )

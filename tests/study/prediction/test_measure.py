@@ -73,6 +73,8 @@ def test_whoever_walks_straight_is_foretold_exactly_where_the_truth_is_known():
     found = measure("crossing1", Plan(MODELS, exact=True, overrides=QUICK)).models
     assert found["constant_velocity"].figures["fde_m"][0] == pytest.approx(0.0, abs=1e-6)
     assert found["mixture"].figures["fde_m"][0] > 0.0
+    assert found["constant_velocity"].beyond_first[0] == 0.0
+    assert found["mixture"].beyond_first[0] == pytest.approx(found["mixture"].figures["energy_m"][0], abs=1e-6)
 
 
 def test_a_model_that_is_none_is_told_by_its_option():
