@@ -21,7 +21,7 @@ LAWS = {
     "orca": lambda goal: Orca(waypoints=(goal,), speed=1.2, loop=False),
 }
 CIRCLE = tuple(((4.0 * cos(a), 4.0 * sin(a)), (-4.0 * cos(a), -4.0 * sin(a))) for a in np.arange(8) * pi / 4)
-DOOR = tuple(((-3.0, y), (3.5, y)) for y in (-1.0, 0.0, 1.0)) + (((3.0, 0.4), (-3.5, 0.4)),)
+DOOR = (*(((-3.0, y), (3.5, y)) for y in (-1.0, 0.0, 1.0)), ((3.0, 0.4), (-3.5, 0.4)))
 WALLS = (Wall((0.0, -2.6), (0.0, -0.6)), Wall((0.0, 0.6), (0.0, 2.6)))
 
 
@@ -63,4 +63,6 @@ def ways() -> Figure:
 
 
 if __name__ == "__main__":
-    ways().savefig(Path(sys.argv[1]) / "people-ways.png")
+    folder = Path(sys.argv[1])
+    folder.mkdir(parents=True, exist_ok=True)
+    ways().savefig(folder / "people-ways.png")

@@ -3,7 +3,8 @@
     mjnav run wander.toml
 
 The desired heading does a random walk; within `shyness` metres of the robot the person walks straight away from it.
-People are part of the world, so a behaviour sees its true state, the robot's true place among it.
+People are part of the world, so a behaviour sees its true state, the robot's true place among it. For a person with
+`sees_robot = false` the robot's pose is NaN, which is near nobody: such a person does not step aside.
 """
 
 from dataclasses import dataclass
