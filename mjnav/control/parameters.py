@@ -15,6 +15,8 @@ from mjnav.errors import InvalidValue
 
 RATED_PERIOD = 0.1  # [s] at which w_v and w_omega are
 CHANGE_WEIGHT = 0.01
+LOOK_AHEAD = 5.0  # [s], the horizon of the collision cone
+NEAR = 2.0  # [m]
 WINDOWS = ("reachable", "bounds")  # of the candidate grid
 # Of any parameter. Their squares, quotients and products with lengths of 1e4 m stay far from what a float cannot hold.
 LEAST, MOST = 1e-9, 1e6
@@ -67,12 +69,20 @@ class SightParameters(LoopParameters):
 
     approach_time: Annotated[Seconds, "the goal is approached at distance / approach_time at most"] = 1.0
     sensing_range: Annotated[
-        float, Range(LEAST, MOST, "m", or_inf=True), "distance beyond which no obstacle counts"
-    ] = 7.0
-    max_obstacles: Annotated[Count, "number of discs that count, nearest first; walls in range all count"] = (
-        16  # two tables are eight
-    )
+        Annotated[float, Range(LEAST, MOST, "m", or_inf=True)] | None,
+        "distance beyond which no obstacle counts; by default 7 m, and 5 m more for each m/s of top speed beyond 1 m/s",
+    ] = None
+    max_obstacles: Annotated[
+        Count | None, "number of discs that count, nearest first, by default all in range; walls in range all count"
+    ] = None
     safety_margin: Annotated[float, Range(0.0, MOST, "m"), "added to the combined radius R"] = 0.05
+
+    def reach(self, max_speed: float) -> float:
+        """Distance [m] beyond which no obstacle counts for a robot of this top speed [m/s].
+
+        By default what the robot drives in LOOK_AHEAD at top speed and NEAR more, never less than at 1 m/s.
+        """
+        return NEAR + LOOK_AHEAD * max(max_speed, 1.0) if self.sensing_range is None else self.sensing_range
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

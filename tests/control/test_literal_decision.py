@@ -106,7 +106,7 @@ class Literal:
         for j, disc in enumerate(self.o.obstacles):
             x, y = disc.position.mean(axis=0)
             gap = hypot(x - self.mean[0], y - self.mean[1]) - disc.radius
-            if gap <= self.p.sensing_range:
+            if gap <= (7.0 if self.p.sensing_range is None else self.p.sensing_range):
                 gaps.append((gap, j))
         return [j for _, j in sorted(gaps)[: self.p.max_obstacles]]
 

@@ -6,6 +6,7 @@ from mjnav.control import describe, make_controller, names
 from mjnav.control.parameters import Parameters
 from mjnav.control.registry import METHODS, registry
 from mjnav.errors import InvalidValue
+from mjnav.messages import RobotLimits
 
 
 def test_the_names_are_sorted_and_each_makes_a_controller(limits):
@@ -44,7 +45,13 @@ def test_the_shared_parameters_are_the_same_in_every_tuned_method(limits):
         both = set(Parameters.__dataclass_fields__) & set(type(other).__dataclass_fields__)
         assert {"samples", "preferred_speed", "approach_time", "sensing_range"} < both
         assert all(getattr(rkhs, key) == getattr(other, key) for key in both), name
-    assert (rkhs.num_v, rkhs.num_omega, rkhs.samples, rkhs.max_obstacles, rkhs.safety_margin) == (20, 20, 25, 16, 0.05)
+    assert (rkhs.num_v, rkhs.num_omega, rkhs.samples, rkhs.max_obstacles, rkhs.safety_margin) == (
+        20,
+        20,
+        25,
+        None,
+        0.05,
+    )
 
 
 @pytest.mark.parametrize(
@@ -120,3 +127,11 @@ def test_the_weights_of_a_change_follow_the_period_unless_they_are_given(name, l
     assert at_50.speed_change_weight == at_50.turn_change_weight == pytest.approx(0.002)
     given = make_controller(name, limits, 0.02, speed_change_weight=0.5).parameters
     assert (given.speed_change_weight, given.turn_change_weight) == (0.5, pytest.approx(0.002))
+
+
+@pytest.mark.parametrize(("max_speed", "reach"), [(0.2, 7.0), (1.0, 7.0), (2.0, 12.0), (3.0, 17.0)])
+def test_by_default_every_disc_counts_that_a_robot_of_that_speed_may_meet(max_speed, reach):
+    p = make_controller("rkhs", RobotLimits(max_speed=max_speed), 0.1, preferred_speed=0.2).parameters
+    assert p.reach(max_speed) == reach
+    assert p.max_obstacles is None
+    assert make_controller("rkhs", RobotLimits(), 0.1, sensing_range=3.0).parameters.reach(max_speed) == 3.0

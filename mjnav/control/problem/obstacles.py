@@ -77,14 +77,15 @@ def in_reach(
     p = parameters
     gaps = np.hypot(*(means.position - mean_pose[:2]).T) - means.radius
     order = np.argsort(gaps, kind="stable")
-    discs = order[gaps[order] <= p.sensing_range][: p.max_obstacles].tolist()
+    sensing_range = p.reach(limits.max_speed)
+    discs = order[gaps[order] <= sensing_range][: p.max_obstacles].tolist()
     walls: list[int] = []
     if len(observation.walls):
         distance = _wall_distance(observation.robot_pose, observation.walls)
         radius = limits.radius + p.safety_margin
         cut = radius * np.sqrt(1.0 + p.clip) if p.normalise else np.sqrt(radius**2 + p.clip)
         fastest = max(limits.max_speed, -limits.min_speed) + np.abs(observation.control_noise[:, 0]).max()
-        reach = min(p.sensing_range, fastest * p.wall_horizon + cut)
+        reach = min(sensing_range, fastest * p.wall_horizon + cut)
         walls = np.flatnonzero(distance <= reach).tolist()
     return Reach(tuple(discs), tuple(walls))
 
