@@ -10,9 +10,11 @@ from mjnav import scenarios
 from mjnav.loop.episode import Episode
 from mjnav.loop.provenance.facts import FACTS, provenance
 from mjnav.metrics import definitions
-from mjnav.study.cells import Cell
+from mjnav.scenarios.spec import Control, Layout
+from mjnav.study.cells import Cell, resolve
 from mjnav.study.store.row import COLUMNS
-from mjnav.study.trial import Trial, failed_row, flatten, run_trial
+from mjnav.study.study_file import MethodEntry, StudyFile
+from mjnav.study.trial import Trial, failed_row, flatten, prepared, run_trial
 
 CELL = Cell("scene", "setting", "method", "rkhs", "{}", "document")
 NOT_IN_A_ROW = {"schema"}  # of a run's summary
@@ -98,3 +100,15 @@ def test_a_broken_controller_is_told_by_its_cause_wherever_in_the_run_it_breaks(
     run_trial(small_trials[0])  # warm
     monkeypatch.setattr("mjnav.control.base.GridController.decide", decide)
     assert run_trial(small_trials[0]).error.startswith(f"ZeroDivisionError: by zero ({__file__}:")
+
+
+def test_every_method_meets_the_same_layout_under_a_seed_and_the_row_repeats_it():
+    study = StudyFile(1, "layouts", ("rooms",), (MethodEntry("rkhs"), MethodEntry("mean")))
+    cells = resolve(study, ["layout.purpose=training", "time_limit=1"])
+    layouts = [
+        [replace(prepared(Trial("layouts", cell, seed)), control=Control()) for cell in cells] for seed in (3, 4)
+    ]
+    assert all(one == other for one, other in layouts)
+    assert layouts[0][0].people != layouts[1][0].people
+    again = scenarios.loads(cells[0].document, seed=3)
+    assert (again.layout, again.people) == (Layout(3, "training"), layouts[0][0].people)
