@@ -34,7 +34,10 @@ class Contact:
 
 @dataclass(frozen=True, slots=True, repr=False)
 class WorldState(ShortRepr):
-    """The truth at one moment. Only the world, the log and the metrics see it."""
+    """The truth at one moment. Only the world, the log and the metrics see it.
+
+    People who are not there, not yet or no more, have NaN.
+    """
 
     time: float  # [s]
     robot_pose: Array  # (3,) x, y [m], heading [rad]
@@ -53,7 +56,7 @@ class Reading(ShortRepr):
     odometry: Array  # (2,) v [m/s], omega [rad/s], from the wheel encoders
     gyro: float  # [rad/s]
     pose: Array  # (3,) from the pose sensor
-    detections: Array  # (P, 2) [m] position of each person
+    detections: Array  # (P, 2) [m] position of each person; NaN for who is not there
     scan: (
         Array  # (B,) [m] ranges; inf where a beam met nothing. Beam i points to heading + 2 pi i / B - pi; (0,) without
     )
@@ -298,7 +301,7 @@ class Trajectory(ShortRepr):
     time: Array  # (T + 1,)
     robot_pose: Array  # (T + 1, 3) truth
     robot_twist: Array  # (T + 1, 2) truth
-    people_position: Array  # (T + 1, P, 2) truth
+    people_position: Array  # (T + 1, P, 2) truth; NaN where a person is not there
     people_velocity: Array  # (T + 1, P, 2) truth
     estimate: Array  # (T, 3) the robot's believed mean
     estimate_triangle: Array  # (T, 6) `triangle` of its covariance

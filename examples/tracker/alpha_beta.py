@@ -50,15 +50,18 @@ class AlphaBeta:
         self._states: np.ndarray | None = None  # (P, 4) x, y, vx, vy
 
     def update(self, reading: Reading) -> tuple[Track, ...]:
-        """One track a person, in the order of reading.detections (P, 2)."""
+        """One track for each person who is there, in the order of reading.detections (P, 2), NaN for who is not."""
+        there = ~np.isnan(reading.detections[:, 0])
         if self._states is None:
-            self._states = np.hstack([reading.detections, np.zeros_like(reading.detections)])
-        else:
+            self._states = np.full((len(there), 4), np.nan)
+        new = np.isnan(self._states[:, 0])
+        self._states[new, :2], self._states[new, 2:] = reading.detections[new], 0.0
+        if reading.interval > 0.0:
             predicted = self._states[:, :2] + reading.interval * self._states[:, 2:]
             residual = reading.detections - predicted
             self._states[:, :2] = predicted + self._parameters.alpha * residual
             self._states[:, 2:] += self._parameters.beta / reading.interval * residual
         return tuple(
-            person_track(name, reading.time, radius, state + offsets)
-            for name, radius, state, offsets in zip(self._names, self._radii, self._states, self._offsets, strict=True)
+            person_track(self._names[i], reading.time, self._radii[i], self._states[i] + self._offsets[i])
+            for i in np.flatnonzero(there).tolist()
         )

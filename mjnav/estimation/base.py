@@ -32,7 +32,10 @@ class Tracker(Protocol):
     """Estimates position and velocity of every person."""
 
     def update(self, reading: Reading) -> tuple[Track, ...]:
-        """One track a person after one more reading, "person0" first; the first reading starts them."""
+        """One track for each person who is detected, after one more reading, in the order of the detections.
+
+        The first detection starts a track; one that is NaN, of somebody who is not there, ends it.
+        """
         ...
 
     def draw(self, num: int) -> tuple[Array, ...]:
@@ -113,11 +116,19 @@ class PeopleTracker:
         self._names = person_names(len(self._radii))
         self._draws = BeliefDraws(self._names, seed)
         self._tracks: tuple[Track, ...] | None = None
+        self._tracked = range(len(self._names))  # whose they are
+        self._everybody = self._tracked
+
+    def _detected(self, reading: Reading) -> Sequence[int]:
+        """Who is there, by place."""
+        absent = np.isnan(reading.detections[:, 0])
+        return np.flatnonzero(~absent).tolist() if absent.any() else self._everybody
 
     def draw(self, num: int) -> tuple[Array, ...]:
         """Samples of the latest tracks, (num, 4) each, in random order."""
-        tracks = (None,) * len(self._names) if self._tracks is None else self._tracks
-        return tuple(self._draws(p, track, num) for p, track in enumerate(tracks))
+        if self._tracks is None:
+            return tuple(self._draws(p, None, num) for p in range(len(self._names)))
+        return tuple(self._draws(p, track, num) for p, track in zip(self._tracked, self._tracks, strict=True))
 
     def _conclude(
         self,
@@ -128,11 +139,15 @@ class PeopleTracker:
         covariance: Sequence[Array] | Array,
         ess: Sequence[float] | Array,
         recovered: NDArray[np.bool_] | None = None,
+        tracked: Sequence[int] | None = None,
     ) -> tuple[Track, ...]:
-        """The latest tracks from a row a person of everything."""
+        """The latest tracks, of all people or of those who are `tracked`, from a row a person of everything."""
         again = (False,) * len(self._names) if recovered is None else recovered.tolist()
         rows = zip(
             particles, weights, mean, covariance, np.asarray(ess, float).tolist(), self._radii, again, strict=True
         )
         self._tracks = tuple(Track(name, time, *row) for name, row in zip(self._names, rows, strict=True))
+        self._tracked = self._everybody if tracked is None else tracked
+        if len(self._tracked) < len(self._names):
+            self._tracks = tuple(self._tracks[p] for p in self._tracked)
         return self._tracks

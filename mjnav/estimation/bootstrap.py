@@ -60,11 +60,13 @@ class Bootstrap:
         self._weights = np.full(particles.shape[:2], 1.0 / particles.shape[1])
         return self._conclude(particles, np.zeros(len(particles), bool))
 
-    def correct(self, predicted: Array, errors: Array, respawn: Callable[[int], Array]) -> Posterior:
+    def correct(
+        self, predicted: Array, errors: Array, respawn: Callable[[int], Array], new: Sequence[int] = ()
+    ) -> Posterior:
         """Weighs predicted particles (B, n, d) by errors z - x of C channels, (C, B, n).
 
         A reading is unexplained where the mean of p(z - x) under the belief falls below the floor in any channel.
-        After `patience` of them in a row body b starts again from respawn(b), (n, d).
+        After `patience` of them in a row body b starts again from respawn(b), (n, d). So do those that are `new`.
         """
         densities = np.empty(errors.shape)
         for density, error, model in zip(densities, errors, self._likelihoods, strict=True):
@@ -72,10 +74,12 @@ class Bootstrap:
         self._weights, expected = reweigh(self._weights, densities)
         self._unexplained = (self._unexplained + 1) * (expected < self._least).any(axis=0)
         recovered = self._unexplained >= self._settings.patience
-        if recovered.any():
+        recovered[list(new)] = False
+        started = [*np.flatnonzero(recovered).tolist(), *new]
+        if started:
             predicted = predicted.copy()
-            for body in np.flatnonzero(recovered):
-                predicted[body] = respawn(int(body))
+            for body in started:
+                predicted[body] = respawn(body)
                 self._weights[body] = 1.0 / predicted.shape[1]
                 self._unexplained[body] = 0
         return self._conclude(predicted, recovered)

@@ -68,10 +68,11 @@ class DirectTracker(PeopleTracker):
         self._history: deque[tuple[float, Array]] = deque()  # time, positions (P, n, 2)
 
     def update(self, reading: Reading) -> tuple[Track, ...]:
-        """One track a person from the readings of the window."""
+        """One track for each person who is there, from the readings of the window since they came."""
         if not self._names:
             self._tracks = ()
             return ()
+        tracked = self._detected(reading)
         position = np.stack(
             [
                 detection_samples(detection, self._noise, self._weights.size, rng)
@@ -81,15 +82,31 @@ class DirectTracker(PeopleTracker):
         self._history.append((reading.time, position))
         while self._history[0][0] < reading.time - VELOCITY_WINDOW - 1e-9:
             self._history.popleft()
-        particles = np.concatenate([position, self._velocity()], axis=-1)
+        particles = np.nan_to_num(np.concatenate([position, self._velocity()], axis=-1))
         weights = np.tile(self._weights, (len(particles), 1))
         mean, covariance = weighted_moments(particles, weights, -1)
         ess = np.full(len(particles), self._weights.size)
-        return self._conclude(reading.time, particles, weights, mean, covariance, ess)
+        return self._conclude(reading.time, particles, weights, mean, covariance, ess, tracked=tracked)
 
     def _velocity(self) -> Array:
-        """Slopes of the window's positions, (P, n, 2)."""
+        """Slopes of the window's positions, (P, n, 2); NaN for who is not there."""
         times = np.array([time for time, _ in self._history])
-        times -= times.mean()
-        moment = sum(t * position for t, (_, position) in zip(times, self._history, strict=True))
-        return (moment + self._ridge * self._prior_velocity) / (times @ times + self._ridge)
+        positions = [position for _, position in self._history]
+        if not any(np.isnan(position).any() for position in positions):
+            return self._slope(times, positions, slice(None))
+        found = np.empty(self._prior_velocity.shape)
+        for p in range(len(found)):
+            absent = np.flatnonzero([np.isnan(position[p, 0, 0]) for position in positions])
+            since = absent[-1] + 1 if len(absent) else 0
+            there = slice(p, p + 1)
+            if since == len(times):
+                found[p] = np.nan
+            else:
+                found[p] = self._slope(times[since:], [position[there] for position in positions[since:]], there)[0]
+        return found
+
+    def _slope(self, times: Array, positions: Sequence[Array], people: slice) -> Array:
+        """Of positions (q, n, 2) of some `people` at `times`, (q, n, 2)."""
+        times = times - times.mean()
+        moment = sum(t * position for t, position in zip(times, positions, strict=True))
+        return (moment + self._ridge * self._prior_velocity[people]) / (times @ times + self._ridge)

@@ -200,15 +200,17 @@ class KalmanTracker(PeopleTracker):
         self._weights = np.full(num_particles, 1.0 / num_particles)
 
     def update(self, reading: Reading) -> tuple[Track, ...]:
-        """One track a person after one more reading."""
+        """One track for each person who is there, after one more reading."""
+        tracked = self._detected(reading)
         transition, process = self._motion.gaussian(reading.interval)
         particles, means, covariances = [], [], []
         for p, kalman in enumerate(self._filters):
-            measured = reading.detections[p] - self._noise_mean
-            if self._started:
+            measured = np.nan_to_num(reading.detections[p]) - self._noise_mean
+            there, before = p in tracked, self._started and p in self._tracked
+            if there and before:
                 kalman.predict(F=transition, Q=process)
                 kalman.update(measured)
-            else:
+            else:  # a new track; of who is not there, the row is not looked at
                 variance = np.append(np.diagonal(self._noise_covariance), 2 * [self._motion.walking_speed**2])
                 kalman.x, kalman.P = np.append(measured, [0.0, 0.0]), np.diag(variance)
             covariances.append(0.5 * (kalman.P + kalman.P.T))
@@ -216,4 +218,5 @@ class KalmanTracker(PeopleTracker):
             particles.append(_samples(kalman.x, covariances[p], self._num, self._streams[p]))
         self._started = True
         num = len(self._names)
-        return self._conclude(reading.time, particles, [self._weights] * num, means, covariances, [self._num] * num)
+        weights, ess = [self._weights] * num, [self._num] * num
+        return self._conclude(reading.time, particles, weights, means, covariances, ess, tracked=tracked)

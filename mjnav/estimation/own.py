@@ -39,24 +39,27 @@ class OwnTracker(PeopleTracker):
         self._name, self._own = name, tracker
 
     def update(self, reading: Reading) -> tuple[Track, ...]:
-        """One track a person, in the order of the detections. Raises PluginFault for what is none."""
+        """One track for each person who is there, in the order of the detections. Raises PluginFault for what is none.
+
+        The tracker returns these alone, or one a person, of which those of people who are not there are dropped.
+        """
         found = self._own.update(sealed_message(reading))
         tracks = tuple(found) if isinstance(found, list | tuple) else (found,)
-        if len(tracks) != len(self._names) or not all(isinstance(track, Track) for track in tracks):
+        there = self._detected(reading)
+        if len(tracks) == len(self._names):
+            tracks = tuple(tracks[p] for p in there)
+        if len(tracks) != len(there) or not all(isinstance(track, Track) for track in tracks):
             kinds = ", ".join(type(track).__name__ for track in tracks)
-            expected = f"{len(self._names)} of Track, one a person"
+            expected = f"{len(there)} of Track, one for each person who is there"
             raise PluginFault(f"{self._name}: update() returned ({kinds}) in place of {expected}")
-        rows = [_checked(f"{self._name}, {name}", track, 4) for name, track in zip(self._names, tracks, strict=True)]
-        recovered = np.array([bool(track.recovered) for track in tracks])
-        return self._conclude(
-            reading.time,
-            [row.particles for row in rows],
-            [row.weights for row in rows],
-            [row.mean for row in rows],
-            [row.covariance for row in rows],
-            [row.ess for row in rows],
-            recovered,
+        names = [self._names[p] for p in there]
+        rows = [_checked(f"{self._name}, {name}", track, 4) for name, track in zip(names, tracks, strict=True)]
+        self._tracked = there
+        self._tracks = tuple(
+            Track(self._names[p], reading.time, *row, self._radii[p], bool(track.recovered))
+            for p, row, track in zip(there, rows, tracks, strict=True)
         )
+        return self._tracks
 
 
 class _Checked(NamedTuple):

@@ -19,8 +19,9 @@ class ParticleTracker(PeopleTracker):
     """Tracks people whose detections come with their identity.
 
     Predict: `PersonMotion`. Correct: w_i <- w_i prod_c [(1 - epsilon) p_c(z_c - x_i,c) + floor] over x and y.
-    Start: position = detection - noise draws, velocity ~ N(0, walking_speed^2). All people are computed at once, each
-    from streams of its own, so that one person's track does not depend on how many others there are.
+    Start, again for who was away: position = detection - noise draws, velocity ~ N(0, walking_speed^2). All people are
+    computed at once, each from streams of its own, so that one person's track does not depend on how many others there
+    are.
     """
 
     def __init__(
@@ -42,18 +43,24 @@ class ParticleTracker(PeopleTracker):
         self._filter = Bootstrap(self._names, self._likelihoods, seed, settings)
 
     def update(self, reading: Reading) -> tuple[Track, ...]:
-        """One track a person after one more reading; their moments come from the weights before resampling."""
+        """One track for each person who is there, after one more reading; their moments come from the weights before
+        resampling.
+        """
         if not self._names:
             self._tracks = ()
             return ()
+        tracked = self._detected(reading)
+        # The filters of people who are not there go on, with a detection where they believe to be: nobody asks them.
+        new = [p for p in tracked if p not in self._tracked]
         if self._filter.particles is None:
             posterior = self._filter.start(np.stack([self._spawn(p, reading) for p in range(len(self._names))]))
         else:
             predicted = self._predict(self._filter.particles, reading.interval)
             errors = np.subtract(reading.detections.T[:, :, None], predicted.transpose(2, 0, 1)[:2], order="C")
-            posterior = self._filter.correct(predicted, errors, lambda p: self._spawn(p, reading))
+            errors[np.isnan(errors)] = 0.0
+            posterior = self._filter.correct(predicted, errors, lambda p: self._spawn(p, reading), new)
         p = posterior
-        return self._conclude(reading.time, p.particles, p.weights, p.mean, p.covariance, p.ess, p.recovered)
+        return self._conclude(reading.time, p.particles, p.weights, p.mean, p.covariance, p.ess, p.recovered, tracked)
 
     def _predict(self, particles: Array, interval: float) -> Array:
         """Particles (P, n, 4) after `interval` [s]."""
@@ -67,7 +74,7 @@ class ParticleTracker(PeopleTracker):
         """States that one detection alone allows, (n, 4)."""
         rng = self._start_streams[person]
         position = detection_samples(
-            reading.detections[person], [model.noise for model in self._likelihoods], self._num, rng
+            np.nan_to_num(reading.detections[person]), [model.noise for model in self._likelihoods], self._num, rng
         )
         return np.hstack([position, self._motion.walking_speed * rng.standard_normal((self._num, 2))])
 

@@ -35,7 +35,7 @@ class Transition:
     outcome: str | None  # how the run ended, if it did
 
     def clearance(self) -> float:
-        """Least distance between the robot's surface and anyone's within the step [m]; inf without people.
+        """Least distance between the robot's surface and anyone's within the step [m]; inf where nobody is there.
 
         Both are taken to move straight.
         """
@@ -43,7 +43,9 @@ class Transition:
             return np.inf
         start, end = (state.people_position - state.robot_pose[:2] for state in (self.before, self.after))
         radii = np.array([person.radius for person in self.scenario.people]) + self.scenario.robot.radius
-        return float((segment_distance(np.zeros(2), start, end) - radii).min())
+        straight = segment_distance(np.zeros(2), start, end)  # NaN for who comes, goes or is not there
+        distance = np.where(np.isnan(straight), np.fmin(np.hypot(*start.T), np.hypot(*end.T)), straight) - radii
+        return float(distance[~np.isnan(distance)].min(initial=np.inf))
 
     def progress(self) -> float:
         """How much nearer the robot came to `target` [m]."""

@@ -1,6 +1,8 @@
 """What happens in a run that is worth a line in its log."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+
+import numpy as np
 
 from mjnav.loop.referee import GOAL
 from mjnav.messages import Beliefs, Contact, Decision, Event, Status, WorldState
@@ -43,7 +45,7 @@ class Events:
         self, truth: WorldState, beliefs: Beliefs | None, decision: Decision, *, given: bool = False
     ) -> tuple[Event, ...]:
         """The events of one tick; `beliefs` are None where no sensor was due, a `given` decision is no controller's."""
-        events = [*self._waiting, *map(self._contact, truth.contacts)]
+        events = [*self._waiting, *self._comings(truth), *map(self._contact, truth.contacts)]
         self._waiting, self._before = (), truth
         for belief in () if beliefs is None else (beliefs.robot, *beliefs.people):
             if belief.recovered:
@@ -63,6 +65,14 @@ class Events:
             )
             self._given_told = True
         return tuple(events)
+
+    def _comings(self, truth: WorldState) -> Iterator[Event]:
+        """Who has entered and who has left since the tick before."""
+        there = ~np.isnan(truth.people_position[:, 0])
+        if self._before is not None:
+            before = ~np.isnan(self._before.people_position[:, 0])
+            for i in np.flatnonzero(there != before).tolist():
+                yield Event("info", "people", f"person{i} {'enters' if there[i] else 'leaves'}")
 
     def at_end(self, final: WorldState, outcome: str, log_dropped: int) -> list[Event]:
         """The events that come with the state in which the run ended."""

@@ -9,7 +9,7 @@ meet its top.
 from itertools import combinations
 
 from mjnav.errors import InvalidValue
-from mjnav.scenarios.routes import check_routes
+from mjnav.scenarios.routes import check_routes, check_trips
 from mjnav.scenarios.shapes import TOUCH, Box, Disc, leg_discs, pillar_disc, top_box, wall_box
 from mjnav.scenarios.spec import Scenario
 
@@ -41,8 +41,10 @@ def check(scenario: Scenario, *, routes: bool = True) -> None:
             _keep_apart(person, other, f"{person.key}.start", person.centre)
     if routes:
         check_routes(scenario.people, scenario.walls, scenario.tables, scenario.pillars)
+    check_trips(scenario.people, scenario.walls, scenario.tables, scenario.pillars)
     body = Disc("robot", robot.start[:2], robot.radius)
-    for other in (*walls, *legs, *pillars, *people):
+    there = [disc for disc, person in zip(people, scenario.people, strict=True) if person.from_the_start]
+    for other in (*walls, *legs, *pillars, *there):
         _keep_apart(body, other, "robot.start", robot.start)
     for i, point in enumerate(robot.route):
         for other in (*walls, *legs, *pillars):
@@ -56,11 +58,8 @@ def check(scenario: Scenario, *, routes: bool = True) -> None:
 def overlapping_people(scenario: Scenario) -> list[tuple[int, int]]:
     """The pairs of people who overlap at the start, by their places in the scenario."""
     discs = [Disc("", person.start, person.radius) for person in scenario.people]
-    return [
-        (i, j)
-        for i, j in combinations(range(len(discs)), 2)
-        if discs[i].radius - discs[j].distance(discs[i].centre) > TOUCH
-    ]
+    there = [i for i, person in enumerate(scenario.people) if person.from_the_start]
+    return [(i, j) for i, j in combinations(there, 2) if discs[i].radius - discs[j].distance(discs[i].centre) > TOUCH]
 
 
 def _keep_apart(disc: Disc, other: Disc | Box, key: str, found: object) -> None:

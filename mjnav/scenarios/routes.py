@@ -16,6 +16,8 @@ from mjnav.scenarios.people import REACHED, Person, Walker
 from mjnav.scenarios.ranges import Point
 from mjnav.scenarios.shapes import Box, Disc, Strip, pillar_disc, top_box, wall_box
 
+_SHARES = tuple(0.125 * k for k in range(9))  # of an area's sides, at which room is looked for
+
 
 @dataclass(frozen=True, slots=True)
 class Leg:
@@ -40,15 +42,26 @@ def check_routes(
             raise InvalidValue(f"people.{leg.person}.waypoints.{leg.waypoint}", leg.end, allowed)
 
 
+def check_trips(
+    people: Sequence[Person], walls: Sequence[Wall], tables: Sequence[Table], pillars: Sequence[Pillar]
+) -> None:
+    """Raises InvalidValue for the first area of a trip in which walls and furniture leave no place for the person."""
+    bodies = _bodies(walls, tables, pillars)
+    for i, person in enumerate(people):
+        trips = person.behaviour.trips if isinstance(person.behaviour, Walker) else None
+        for k, trip in enumerate(trips or ()):
+            for key, ((x0, y0), (x1, y1)) in (("from", trip.start), ("to", trip.goal)):
+                points = [(x0 + u * (x1 - x0), y0 + v * (y1 - y0)) for u in _SHARES for v in _SHARES]
+                if not any(all(body.distance(point) >= person.radius for body in bodies) for point in points):
+                    allowed = f"an area with room for the person, {person.radius:g} m clear of walls and furniture"
+                    raise InvalidValue(f"people.{i}.trips.{k}.{key}", ((x0, y0), (x1, y1)), allowed)
+
+
 def planned_legs(
     people: Sequence[Person], walls: Sequence[Wall], tables: Sequence[Table], pillars: Sequence[Pillar]
 ) -> Iterator[Leg]:
     """The legs of all who have waypoints and move, in order."""
-    bodies = [
-        *(wall_box(f"walls.{i}", wall) for i, wall in enumerate(walls)),
-        *(top_box(f"tables.{i}", table) for i, table in enumerate(tables)),
-        *(pillar_disc(f"pillars.{i}", pillar) for i, pillar in enumerate(pillars)),
-    ]
+    bodies = _bodies(walls, tables, pillars)
     ways = None
     for i, person in enumerate(people):
         walk = person.behaviour
@@ -71,6 +84,14 @@ def planned_legs(
                 yield Leg(i, index, start, end, body.key, None)
             else:
                 yield Leg(i, index, start, end, body.key, tuple((x, y) for x, y in found.tolist()))
+
+
+def _bodies(walls: Sequence[Wall], tables: Sequence[Table], pillars: Sequence[Pillar]) -> list[Box | Disc]:
+    return [
+        *(wall_box(f"walls.{i}", wall) for i, wall in enumerate(walls)),
+        *(top_box(f"tables.{i}", table) for i, table in enumerate(tables)),
+        *(pillar_disc(f"pillars.{i}", pillar) for i, pillar in enumerate(pillars)),
+    ]
 
 
 def _first_in_the_way(start: Point, end: Point, radius: float, bodies: Sequence[Disc | Box]) -> Disc | Box | None:

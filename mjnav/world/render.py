@@ -111,6 +111,7 @@ def render(
     trail: ArrayLike | None = None,
 ) -> NDArray[np.uint8]:
     """One picture, with the robot and all people in it; see `Renderer`."""
-    floor = np.concatenate([state.robot_pose[None, :2], state.people_position])
+    there = ~np.isnan(state.people_position[:, 0])
+    floor = np.concatenate([state.robot_pose[None, :2], state.people_position[there]])
     with Renderer(scenario, floor, size=size, azimuth=azimuth, elevation=elevation) as renderer:
         return renderer.draw(state, trail=trail)

@@ -35,8 +35,11 @@ class Simulator:
         self._pedestrians = Pedestrians(scenario, seed)
         start = np.array([person.start for person in scenario.people], float).reshape(-1, 2)
         before = WorldState(0.0, np.array(scenario.robot.start), np.zeros(2), start, np.zeros_like(start))
+        before, velocities = self._pedestrians.at_start(before)
         # People are already walking when the run begins.
-        self._engine = _make_engine(scenario, self._pedestrians.velocities(before))
+        self._engine = _make_engine(scenario, velocities)
+        for person in np.flatnonzero(np.isnan(before.people_position[:, 0])).tolist():
+            self._engine.remove(person)
         self._actuation = Actuation(scenario, seed)
         self._sensors = NoisySensors(scenario, seed, lidar=lidar)
         self._readings: list[Reading] = []
@@ -75,7 +78,7 @@ class Simulator:
         if self._sensing.due(step):
             self._readings.append(self._sensors.read(engine, self.time))
         if self._decisions.due(step):
-            engine.walk(self._pedestrians.velocities(self.state()))
+            self._pedestrians.decide(self.state(), engine)
         if self._noise_windows.due(step):
             self._actuation.open_window()
 

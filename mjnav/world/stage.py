@@ -8,6 +8,7 @@ import numpy as np
 
 from mjnav.messages import WorldState
 from mjnav.scenarios.spec import Scenario
+from mjnav.world.mujoco_people import AWAY
 from mjnav.world.scene import compose
 
 FIELD_OF_VIEW = 0.6  # [rad] vertical
@@ -40,7 +41,8 @@ class Stage:
         half = 0.5 * heading
         data.time = state.time
         data.joint("robot/free").qpos = [x, y, 0.0, np.cos(half), 0.0, 0.0, np.sin(half)]
-        for i, (person, position) in enumerate(zip(self._scenario.people, state.people_position, strict=True)):
+        positions = np.nan_to_num(state.people_position, nan=AWAY)  # out of the picture
+        for i, (person, position) in enumerate(zip(self._scenario.people, positions, strict=True)):
             for axis, now, start in zip("xy", position, person.start, strict=True):
                 data.joint(f"person{i}/{axis}").qpos = now - start
         mujoco.mj_forward(self.model, data)

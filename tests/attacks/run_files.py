@@ -15,6 +15,8 @@ from hypothesis import strategies as st
 from mjnav.config import Beside, Choice, Named, Range, Variants, keys
 from mjnav.config.marks import bare, mark, options
 from mjnav.control.registry import METHODS
+from mjnav.scenarios.people import Trip
+from mjnav.scenarios.prediction import Prediction
 from mjnav.scenarios.spec import Control, LaneSpec, Latency, Scenario
 
 Table = dict[str, Any]
@@ -142,13 +144,22 @@ def _leaves_of(hint: Any, path: Path, default: object, owner: Table, around: tup
             table = owner | _required(one, **{variants.key: name})
             yield from _leaves(one, path, ((path, table),))
     elif is_dataclass(kind):
-        own = {Latency: {"trace": [0.01]}, LaneSpec: _required(LaneSpec)}.get(kind, {})
+        own = {
+            Latency: {"trace": [0.01]},
+            LaneSpec: _required(LaneSpec),
+            Prediction: {"model": "constant_velocity"},
+        }.get(kind, {})
         yield from _leaves(kind, path, (*around, (path, own)) if own else around)
     elif get_origin(kind) is tuple and is_dataclass(get_args(kind)[0]):
         kind, first = get_args(kind)[0], (*path, 0)
         walking = any(mark(field.hint, Beside) for field in keys(kind).values())
         own = {"behaviour": "constant_velocity", "velocity": [0.3, 0.2]} if walking else {}
-        yield from _leaves(kind, first, ((first, _required(kind) | own),))
+        if kind is Trip:
+            area = [[2.0, -1.5], [3.0, -1.0]]
+            own, around = {"from": area, "to": area}, (*around, (path[:-1], {"at_end": "again", "loop": False}))
+        else:
+            around = ()
+        yield from _leaves(kind, first, (*around, (first, _required(kind) | own)))
     else:
         yield Leaf(path, hint, default, around)
 

@@ -13,6 +13,7 @@ ROBOT = "start = [0.0, 0.0, 0.0]\ngoal = [9.0, 0.0]\n"
 HEAD = 'schema = 1\nname = "bad"\n'
 GOOD = HEAD + "[robot]\n" + ROBOT
 PERSON = '[[people]]\nstart = [4.0, 2.0]\nbehaviour = "constant_velocity"\n'
+WALKER = '[[people]]\nstart = [4.0, 2.0]\nbehaviour = "waypoints"\nwaypoints = [[6.0, 2.0]]\n'
 
 
 def of_robot(line):
@@ -106,6 +107,29 @@ BAD = {
     "an unknown temperament": (
         GOOD + PERSON + 'velocity = [1, 0]\ntemperament = "curios"',
         "did you mean 'curious'?",
+    ),
+    "who leaves before they come": (
+        of_person("velocity = [0, 0]", "enters = 5\nleaves = 2"),
+        "people.0.leaves: found 2.0; allowed: a time after enters (5 s)",
+    ),
+    "an end of what loops": (
+        GOOD + WALKER + 'loop = true\nat_end = "leave"',
+        "people.0.at_end: found 'leave'; allowed: nothing beside loop = true: who loops has no end",
+    ),
+    "coming again without trips": (
+        GOOD + WALKER + 'at_end = "again"',
+        "people.0.trips: found nothing; allowed: an array of tables with from and to; ",
+    ),
+    "trips of who stays away": (
+        GOOD + WALKER.replace('waypoints"', 'orca"') + 'at_end = "leave"\nclear_of_robot = 1',
+        'people.0.clear_of_robot: found 1.0; allowed: nothing without at_end = "again"',
+    ),
+    "a trip from within a wall": (
+        GOOD
+        + "[[walls]]\nfrom = [1, 5]\nto = [9, 5]\n"
+        + WALKER
+        + 'at_end = "again"\ntrips = [{ from = [[2, 5], [8, 5]], to = [[2, 2], [8, 2]] }]',
+        "people.0.trips.0.from: found ((2.0, 5.0), (8.0, 5.0)); allowed: an area with room for the person, 0.3 m clear",
     ),
     "a misspelt behaviour key": (
         GOOD + '[[people]]\nstart = [4, 2]\nbehavior = "waypoints"',

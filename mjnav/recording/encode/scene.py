@@ -6,7 +6,7 @@ Each is a Foxglove entity with a name: `robot`, `person0`, `person0_estimate` be
 
 from collections.abc import Sequence
 from functools import lru_cache
-from math import atan2, cos, hypot, sin
+from math import atan2, cos, hypot, isnan, sin
 
 from foxglove_schemas_protobuf.ArrowPrimitive_pb2 import ArrowPrimitive
 from foxglove_schemas_protobuf.Color_pb2 import Color
@@ -157,8 +157,11 @@ class SceneEncoder:
         """The scene at one moment, where people are believed to be, and how they are predicted to go on."""
         time = wire.timestamp(1, time_ns(truth.time, self._epoch))
         parts = [self._still]
-        for person, (x, y) in zip(self._people, truth.people_position.tolist(), strict=True):
-            parts.append(wire.delimited(2, time + person.fill((x, y, x, y))))
+        for i, (person, (x, y)) in enumerate(zip(self._people, truth.people_position.tolist(), strict=True)):
+            if isnan(x):  # not there: viewers keep an entity until it is deleted
+                parts.append(wire.delimited(1, time + wire.delimited(3, f"person{i}".encode())))
+            else:
+                parts.append(wire.delimited(2, time + person.fill((x, y, x, y))))
         for track in tracks:
             x, y, vx, vy = track.mean.tolist()
             half, length = 0.5 * atan2(vy, vx), AHEAD * hypot(vx, vy)

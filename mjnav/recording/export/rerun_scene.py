@@ -88,7 +88,7 @@ def clearance(scenario: Scenario, robot: Array, people: Sequence[Array]) -> Arra
     places = robot[:, :2]
     nearest = np.full(len(places), np.inf)
     for person, found in zip(scenario.people, people, strict=True):
-        nearest = np.minimum(nearest, np.hypot(*(places - found[:, :2]).T) - person.radius)
+        nearest = np.fmin(nearest, np.hypot(*(places - found[:, :2]).T) - person.radius)  # NaN: not there
     discs = [(leg, table.leg_radius) for table in scenario.tables for leg in table.legs]
     discs += [(np.array(pillar.position), pillar.radius) for pillar in scenario.pillars]
     for centre, radius in discs:

@@ -4,7 +4,7 @@ The definitions of these types are the same in every distribution from Humble to
 """
 
 from collections.abc import Mapping, Sequence
-from math import atan2, cos, sin
+from math import atan2, cos, isnan, sin
 from typing import Any
 
 import numpy as np
@@ -196,8 +196,9 @@ def scan(message: Any, _: int, *, period: float, max_range: float) -> ros.sensor
 
 
 def people(document: Mapping, now: int) -> ros.geometry_msgs__msg__PoseArray:
-    """Each person's position, facing its velocity."""
+    """The position of each person who is there, facing its velocity."""
     states = [floats([*person["position"], *person["velocity"]]) for person in document["people"]]
+    states = [state for state in states if not isnan(state[0])]
     return ros.geometry_msgs__msg__PoseArray(header(now), [planar_pose(x, y, atan2(vy, vx)) for x, y, vx, vy in states])
 
 
@@ -205,7 +206,7 @@ def detections(document: Mapping, now: int) -> ros.geometry_msgs__msg__PoseArray
     """The detected positions; None where the tick had no reading."""
     if "detections" not in document:
         return None
-    places = [floats(place) for place in document["detections"]]
+    places = [place for place in map(floats, document["detections"]) if not isnan(place[0])]
     return ros.geometry_msgs__msg__PoseArray(header(now), [planar_pose(x, y, 0.0) for x, y in places])
 
 

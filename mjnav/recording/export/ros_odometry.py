@@ -62,9 +62,9 @@ def moved_covariance(before: Array, noise: Array, heading: float, v: float, omeg
 
 
 def person(document: Mapping, now: int, *, name: str) -> ros.nav_msgs__msg__Odometry | None:
-    """One person of mjnav.People, whose heading is that of the velocity; None where it is not among them."""
+    """One person of mjnav.People, whose heading is that of the velocity; None where it is not there."""
     found = next((one for one in document["people"] if one["name"] == name), None)
-    if found is None:
+    if found is None or found["position"][0] is None:
         return None
     (x, y), (vx, vy) = floats(found["position"]), floats(found["velocity"])
     heading = atan2(vy, vx)

@@ -139,9 +139,11 @@ def _pack_clearance(packer: Packer, distances: Mapping[str, Array], kept: NDArra
     least, nearest = np.full(len(kept), np.nan), np.full(len(kept), NONE, np.uint8)
     if names:
         steps = np.stack(list(distances.values()))  # (bodies, T)
+        steps = np.where(np.isnan(steps), np.inf, steps)  # of who is not there
         by_frame = np.minimum.reduceat(steps, np.minimum(kept, steps.shape[1] - 1), axis=1)
         least = by_frame.min(axis=0)
-        nearest = np.minimum(by_frame.argmin(axis=0), NONE).astype(np.uint8)
+        nearest = np.where(np.isfinite(least), np.minimum(by_frame.argmin(axis=0), NONE), NONE).astype(np.uint8)
+        least[~np.isfinite(least)] = np.nan
     packer.measured("clearance", least, STEP)
     packer.numbers("nearest", nearest)
     return names

@@ -12,6 +12,7 @@ from mjnav.scenarios.layout.draws import Streams, draw_count, draw_point
 from mjnav.scenarios.layout.entries import Kind
 from mjnav.scenarios.layout.values import ANY, check_value, draw_value, is_drawn
 from mjnav.scenarios.people import BEHAVIOURS, ConstantVelocity, Person, StopAndGo
+from mjnav.scenarios.people.trips import AGAIN
 
 _STRAIGHT = (ConstantVelocity, StopAndGo)  # whose velocity a speed and a heading stand for
 
@@ -81,9 +82,10 @@ class Entry:
 
     def _person(self, values: dict[str, Any], streams: Streams) -> dict[str, Any]:
         behaviour = BEHAVIOURS.get(str(values.get("behaviour")))
-        values.pop("clear_of_robot", None)
+        if values.get("at_end") != AGAIN:  # who comes again draws further trips, in the run
+            values.pop("clear_of_robot", None)
         if self._has_trip:
-            trips = values.pop("trips")
+            trips = values["trips"] if values.get("at_end") == AGAIN else values.pop("trips")
             trip = trips[int(streams("trips").integers(len(trips)))]
             values["start"] = draw_point(trip["from"], streams("trips.from"))
             values.setdefault("waypoints", [draw_point(trip["to"], streams("trips.to"))])

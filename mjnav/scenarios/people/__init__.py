@@ -10,6 +10,7 @@ from mjnav.scenarios.people.straight import MAX_WALKING_SPEED as MAX_WALKING_SPE
 from mjnav.scenarios.people.straight import ConstantVelocity as ConstantVelocity
 from mjnav.scenarios.people.straight import StopAndGo as StopAndGo
 from mjnav.scenarios.people.temperament import TEMPERAMENTS as TEMPERAMENTS
+from mjnav.scenarios.people.trips import Trip as Trip
 from mjnav.scenarios.people.walkers import REACHED as REACHED
 from mjnav.scenarios.people.walkers import Walker as Walker
 from mjnav.scenarios.people.walkers import Waypoints as Waypoints

@@ -70,7 +70,7 @@ class SocialForce(Avoiding):
     lookahead: Annotated[Weight | None, "of the push aside from those who come towards the person"] = None
 
     def __post_init__(self):
-        settle(self)
+        Walker.__post_init__(self)
         foreign = _HELBING if self.form != "helbing" else _MOUSSAID
         for key in foreign:
             if getattr(self, key) is not None:
@@ -105,4 +105,4 @@ class Orca(Avoiding):
     ] = 0.5
 
     def __post_init__(self):
-        settle(self)
+        Walker.__post_init__(self)

@@ -6,13 +6,14 @@ from types import MappingProxyType
 from typing import Annotated
 
 from mjnav.config import Beside, Choice, Range, Variants, settle
+from mjnav.errors import InvalidValue
 from mjnav.plugins import BehaviourPlugin
 from mjnav.scenarios.people.avoiding import Orca, SocialForce
 from mjnav.scenarios.people.replay import Replay
 from mjnav.scenarios.people.straight import ConstantVelocity, StopAndGo
 from mjnav.scenarios.people.temperament import IMPASSIVE, REGULAR, TEMPERAMENTS
 from mjnav.scenarios.people.walkers import Waypoints
-from mjnav.scenarios.ranges import Point
+from mjnav.scenarios.ranges import MAX_TIME, Point
 
 Behaviour = ConstantVelocity | StopAndGo | Waypoints | SocialForce | Orca | Replay
 BEHAVIOURS: Mapping[str, type[Behaviour]] = MappingProxyType(
@@ -28,6 +29,8 @@ BEHAVIOURS: Mapping[str, type[Behaviour]] = MappingProxyType(
 # Behaviours that see the robot unless the file says otherwise.
 SEEING: tuple[type, ...] = (BehaviourPlugin, SocialForce, Orca)
 Walking = Annotated[Behaviour | BehaviourPlugin, Variants("behaviour", BEHAVIOURS, BehaviourPlugin)]
+
+Moment = Annotated[float, Range(0.0, MAX_TIME, "s")]
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,9 +52,20 @@ class Person:
         Annotated[str, Choice(tuple(TEMPERAMENTS))] | None,
         "how the person takes a robot that they see: regular by default",
     ] = None
+    enters: Annotated[
+        Moment | None, "when the person comes in, or as soon as the place is free; from the beginning by default"
+    ] = None
+    leaves: Annotated[Moment | None, "when the person goes; never by default"] = None
 
     def __post_init__(self):
         settle(self)
+        if self.leaves is not None and self.leaves <= (self.enters or 0.0):
+            raise InvalidValue("leaves", self.leaves, f"a time after enters ({self.enters or 0.0:g} s)")
+
+    @property
+    def from_the_start(self) -> bool:
+        """Whether the person is there when the run begins."""
+        return not self.enters
 
     @property
     def sees(self) -> bool:

@@ -73,14 +73,19 @@ def _columns(channels: Sequence[tuple[Distribution, np.random.Generator]], *size
 
 def around_truth(observation: Observation, truth: WorldState, errors: Errors) -> Observation:
     """The observation with robot and people at their true states minus the errors; the rest stays."""
-    num_people = len(truth.people_position)
+    there = ~np.isnan(truth.people_position[:, 0])
+    num_people = int(there.sum())
     num = len(errors.control)
     pose = np.broadcast_to(truth.robot_pose - errors.pose, (num, 3)).copy()
     pose[:, 2] = wrap(pose[:, 2])
     people = [
         ObstacleSamples(position - error[:, :2], velocity - error[:, 2:], person.radius)
         for position, velocity, error, person in zip(
-            truth.people_position, truth.people_velocity, errors.people, observation.obstacles, strict=False
+            truth.people_position[there],
+            truth.people_velocity[there],
+            [error for error, present in zip(errors.people, there, strict=True) if present],
+            observation.obstacles,
+            strict=False,
         )
     ]
     return replace(

@@ -11,11 +11,12 @@ from mjnav.rng import stream
 from mjnav.scenarios.floor import floor_of_people
 from mjnav.scenarios.people.avoiding import Avoiding
 from mjnav.scenarios.people.straight import MAX_WALKING_SPEED
+from mjnav.scenarios.ranges import Point
 from mjnav.scenarios.spec import Scenario
 from mjnav.world.draws import Normal, Uniform
 from mjnav.world.people.route import Route
 from mjnav.world.people.temperament import Temperaments
-from mjnav.world.people.walk import Index, Walk
+from mjnav.world.people.walk import Flags, Index, Walk
 
 HALF_RIGHT = sqrt(0.5)  # cosine and sine of 45 degrees
 # [rad] to the right of the way, where people want to walk, so that two who meet exactly head-on pass: the laws leave
@@ -70,6 +71,15 @@ class AvoidingWalk(Walk):
         x, y = desired.T
         desired = np.stack([x + TO_THE_RIGHT * y, y - TO_THE_RIGHT * x], axis=-1)
         return self._temperaments.applied(world, desired)
+
+    def arrived(self, world: WorldState) -> Flags:
+        """See `Walk`."""
+        return self._route.arrived(world)
+
+    def begin(self, place: int, start: Point, goal: Point) -> None:
+        """See `Walk`; whoever changed their mind walks straight again."""
+        self._route.begin(place, start, goal)
+        self._turned[place] = False
 
     def bodies(self, world: WorldState) -> Bodies:
         """Everybody, and the robot as one more: at NaN where these people do not see it."""

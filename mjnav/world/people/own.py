@@ -27,8 +27,9 @@ class Behaviour(Protocol):
     def velocity(self, world: WorldState) -> ArrayLike:
         """The desired velocity (vx, vy) [m/s], at most 5 m/s; asked every 0.02 s of simulated time.
 
-        `world` is the truth, whose arrays cannot be written to; the robot's pose and twist are NaN for a person with
-        `sees_robot = false`. Walls and bodies stop who walks into them.
+        `world` is the truth, whose arrays cannot be written to. The robot's pose and twist are NaN for a person with
+        `sees_robot = false`, and people who are not there have NaN; they are not asked. Walls and bodies stop who walks
+        into them.
         """
         ...
 
@@ -43,11 +44,12 @@ class OwnWalk(Walk):
     def velocities(self, world: WorldState) -> Array:
         """See `Walk`. Raises PluginFault for what is no velocity."""
         world = sealed_message(world)
-        found = []
-        for name, walk in self._walks:
-            with PluginFault.told(name, "velocity()"):
-                found.append(_checked(name, walk.velocity(world)))
-        return np.array(found)
+        found = np.zeros((len(self._walks), 2))
+        for i, (name, walk) in enumerate(self._walks):
+            if not np.isnan(world.people_position[self.index[i], 0]):
+                with PluginFault.told(name, "velocity()"):
+                    found[i] = _checked(name, walk.velocity(world))
+        return found
 
 
 def _made(scenario: Scenario, person: int, seed: int) -> tuple[str, Any]:

@@ -9,8 +9,11 @@ import numpy as np
 from mjnav.messages import Array, WorldState
 from mjnav.plugins import BehaviourPlugin
 from mjnav.scenarios.people import Replay
+from mjnav.scenarios.ranges import Point
 from mjnav.scenarios.spec import ConstantVelocity, Orca, Scenario, SocialForce, StopAndGo, Waypoints
+from mjnav.world.engine import Engine
 from mjnav.world.people.own import OwnWalk
+from mjnav.world.people.presence import Presence, comes_or_goes
 from mjnav.world.people.replay import Replayed
 from mjnav.world.people.route import Route
 from mjnav.world.people.sidestep import sidestepped
@@ -63,14 +66,64 @@ class Pedestrians:
             temperaments = None if walk.tempers or not sees else Temperaments(scenario, index)
             self._straight[place] = not walk.sidesteps
             self._groups.append((place, sees, walk, temperaments))
+        self._presence = Presence(scenario, seed) if comes_or_goes(scenario) else None
+
+    def at_start(self, world: WorldState) -> tuple[WorldState, Array]:
+        """The world without those who are not there from the beginning, and everybody's desired velocity, (P, 2)."""
+        if self._presence is not None:
+            world = _placed(world, dict.fromkeys(np.flatnonzero(~self._presence.present).tolist(), (np.nan, np.nan)))
+        return world, self.velocities(world)
+
+    def decide(self, world: WorldState, engine: Engine) -> None:
+        """Lets people come and go, and tells the engine how all of them want to walk."""
+        if self._presence is None:
+            engine.walk(self.velocities(world))
+            return
+        arrived = np.zeros(len(self._radii), bool)
+        for place, _, walk, _ in self._groups:
+            arrived[place] = walk.arrived(world)
+        leaving = self._presence.leaving(world, arrived)
+        for person in leaving:
+            engine.remove(person)
+        world = _placed(world, dict.fromkeys(leaving, (np.nan, np.nan)))
+        coming = self._presence.coming(world)
+        for newcomer in coming:
+            if newcomer.goal is not None:
+                walk, place = self._walk_of(newcomer.person)
+                walk.begin(place, newcomer.start, newcomer.goal)
+        world = _placed(world, {newcomer.person: newcomer.start for newcomer in coming})
+        desired = self.velocities(world)
+        for newcomer in coming:
+            engine.place(newcomer.person, newcomer.start, desired[newcomer.person])
+        engine.walk(desired)
+
+    def _walk_of(self, person: int) -> tuple[Walk, int]:
+        """A person's walk, and the place in it."""
+        for _, _, walk, _ in self._groups:
+            if (found := np.flatnonzero(walk.index == person)).size:
+                return walk, int(found[0])
+        raise LookupError(f"person{person} has no walk")
 
     def velocities(self, world: WorldState) -> Array:
-        """Desired velocities of all people, (P, 2) [m/s]."""
+        """Desired velocities of all people, (P, 2) [m/s]; zero for those who are not there."""
         desired = np.zeros((len(self._radii), 2))
         unseen = replace(world, robot_pose=np.full(3, np.nan), robot_twist=np.full(2, np.nan))
         for place, sees, walk, temperaments in self._groups:
             wanted = walk.velocities(world if sees else unseen)
             desired[place] = wanted if temperaments is None else temperaments.applied(world, wanted)
+        if self._presence is not None:
+            desired[~self._presence.present] = 0.0
         turned = sidestepped(desired, world.people_position, self._radii)
         turned[self._straight] = desired[self._straight]
         return turned
+
+
+def _placed(world: WorldState, places: Mapping[int, Point]) -> WorldState:
+    """The world with some people at other places, at rest; NaN for who is not there."""
+    if not places:
+        return world
+    position, velocity = world.people_position.copy(), world.people_velocity.copy()
+    for person, place in places.items():
+        position[person] = place
+        velocity[person] = 0.0 * position[person]
+    return replace(world, people_position=position, people_velocity=velocity)

@@ -6,9 +6,10 @@ import numpy as np
 
 from mjnav.messages import Array, WorldState
 from mjnav.scenarios.people import REACHED, Walker
+from mjnav.scenarios.ranges import Point
 from mjnav.scenarios.spec import Scenario
 from mjnav.world.people.guide import Guide
-from mjnav.world.people.walk import ARRIVAL_TIME, Index, Walk
+from mjnav.world.people.walk import ARRIVAL_TIME, Flags, Index, Walk
 
 
 class Route(Walk):
@@ -18,6 +19,8 @@ class Route(Walk):
         super().__init__(scenario, index, seed)
         found = [scenario.people[i].behaviour for i in index]
         routes = [behaviour for behaviour in found if isinstance(behaviour, Walker)]
+        within = [-1.0 if route.leaves_within is None else route.leaves_within for route in routes]
+        self._leaves_within = np.array(within, float)  # of the last waypoint [m]; negative for who stays
         self._waypoints = [route.waypoints for route in routes]
         self._loops = [route.loop and len(route.waypoints) > 1 for route in routes]
         self._speed = np.array([route.speed for route in routes], float)
@@ -45,6 +48,18 @@ class Route(Walk):
             arriving = np.array(self._ends) & (np.abs(points - self._goals).max(axis=1) <= REACHED)
             speed = np.where(arriving, np.minimum(speed, far / ARRIVAL_TIME), speed)
         return np.divide(speed, far, out=np.zeros_like(far), where=far > 0.0)[:, None] * way
+
+    def arrived(self, world: WorldState) -> Flags:
+        """See `Walk`: who is near the last waypoint, and leaves there."""
+        if self._leaves_within.max() < 0.0:
+            return super().arrived(world)
+        distance = np.hypot(*(self._goals - world.people_position[self.index]).T)
+        return np.array(self._ends) & (distance <= self._leaves_within)
+
+    def begin(self, place: int, start: Point, goal: Point) -> None:
+        """See `Walk`."""
+        self._waypoints[place], self._next[place] = (goal,), 0
+        self._goals[place], self._ends[place] = goal, True
 
     def _is_end(self, i: int) -> bool:
         return not self._loops[i] and self._next[i] + 1 == len(self._waypoints[i])

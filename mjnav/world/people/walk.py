@@ -7,16 +7,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mjnav.messages import Array, WorldState
+from mjnav.scenarios.ranges import Point
 from mjnav.scenarios.spec import Scenario
 
 Index = NDArray[np.int64]  # places in the list of all people
+Flags = NDArray[np.bool_]
 
 PERIOD = 0.02  # [s] between decisions
 ARRIVAL_TIME = 0.8  # [s] in which the distance to the last waypoint falls to 1/e
 
 
 class Walk(ABC):
-    """The desired velocities of the n people who have one behaviour, and who all see the robot or all do not.
+    """How the n people walk who have one behaviour, and who all see the robot or all do not.
 
     Made as Class(scenario, index, seed): `index` (n,) are their places in `scenario.people` and in the arrays of a
     WorldState; random draws come from `mjnav.rng.stream(seed, "behaviour.NAME", "personI")` alone. It is asked every
@@ -33,5 +35,14 @@ class Walk(ABC):
     def velocities(self, world: WorldState) -> Array:
         """(n, 2) [m/s], from the true state of the robot and of all P people.
 
-        For people who do not see the robot its pose and twist are NaN.
+        For people who do not see the robot its pose and twist are NaN. Positions of people who are not there are NaN,
+        and what is returned for them is not used.
         """
+
+    def arrived(self, world: WorldState) -> Flags:
+        """(n,) whose way is over, so that they leave the scene; nobody's unless the behaviour says so."""
+        return np.zeros(len(self.index), bool)
+
+    def begin(self, place: int, start: Point, goal: Point) -> None:
+        """The person at `place` of `index` comes again at `start` and walks to `goal`; for who has trips."""
+        raise NotImplementedError(f"{type(self).__name__} has no trips")
