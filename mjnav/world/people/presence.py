@@ -16,6 +16,7 @@ from mjnav.scenarios.people import Walker
 from mjnav.scenarios.people.trips import AGAIN, CLEAR_OF_ROBOT, Area
 from mjnav.scenarios.ranges import Point
 from mjnav.scenarios.spec import Scenario
+from mjnav.scenarios.ways import Ways
 from mjnav.world.people.walk import Flags
 
 ROOM = 0.1  # [m] between a newcomer and other people, surface to surface
@@ -53,6 +54,7 @@ class Presence:
         self._radii = np.array([person.radius for person in scenario.people])
         self._robot_radius = scenario.robot.radius
         self._floor = floor_of_people(scenario.walls, scenario.tables, scenario.pillars)
+        self._ways = Ways(self._floor)
         self._rngs = [stream(seed, "people.again", f"person{i}") for i in range(len(scenario.people))]
         self._pause = max(1.0 / scenario.sensors.rate, scenario.control.period)  # [s]
         # Who will come, with their ways, (start, goal) each, and when they may [s].
@@ -84,7 +86,14 @@ class Presence:
             walk = self._people[i].behaviour
             if isinstance(walk, Walker) and ways and ways[0][1] is not None:
                 room = max(room, CLEAR_OF_ROBOT if walk.clear_of_robot is None else walk.clear_of_robot)
-            free = next((way for way in ways if self._is_free(i, way[0], room, positions, world.robot_pose)), None)
+            free = next(
+                (
+                    way
+                    for way in ways
+                    if self._is_free(i, way[0], room, positions, world.robot_pose) and self._leads(i, *way)
+                ),
+                None,
+            )
             if free is not None:
                 del self._waiting[i]
                 self.present[i] = True
@@ -98,6 +107,13 @@ class Presence:
             return False
         gaps = np.hypot(*(positions - start).T) - self._radii - self._radii[person]
         return not (gaps < ROOM).any()  # NaN for who is not there
+
+    def _leads(self, person: int, start: Point, goal: Point | None) -> bool:
+        """Whether the person can walk from the start to the goal, if there is one."""
+        radius = float(self._radii[person])
+        if goal is None or self._floor.blocking(start, goal, radius) is None:
+            return True
+        return self._ways.plan(start, goal, radius) is not None
 
     def _drawn(self, person: int, walk: Walker) -> list[tuple[Point, Point | None]]:
         """TRIES ways, without those that begin or end in walls or furniture."""
