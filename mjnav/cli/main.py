@@ -29,6 +29,7 @@ COMMANDS: Mapping[str, tuple[str, str]] = MappingProxyType(
         "keys": ("mjnav.cli.keys", "list keys of run files and study files: type, range, default, meaning"),
         "schema": ("mjnav.cli.schema", "print the JSON Schema of run files or study files, for editors"),
         "completion": ("mjnav.cli.completion", "print a script that completes command lines of mjnav in a shell"),
+        "import": ("mjnav.cli.import_crowd", "say what a recording of people holds, and make a scene of a part of it"),
         "surface": ("mjnav.cli.surface", "draw the cost of one decision over all speeds and turn rates"),
         "calibrate": ("mjnav.cli.calibrate", "compare predicted risks with how often they come true"),
         "predict": ("mjnav.cli.predict", "compare predictions of people with where they went"),

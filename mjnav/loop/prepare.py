@@ -94,6 +94,8 @@ def as_scenario(
     if not isinstance(scenario, Scenario):
         own = {"controller": controller, "localizer": localizer, "tracker": tracker, "metrics": metrics}
         return load_scenario(scenario, **own, seed=seed)
+    if scenario.crowd is not None:
+        raise InvalidValue("crowd", scenario.crowd.file, "people; a recording is read where a run file is loaded")
     if seed is not None:
         scenario = with_seed(scenario, seed)
     if controller is not None:

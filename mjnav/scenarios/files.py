@@ -86,9 +86,14 @@ def inline(document: dict[str, Any], folder: Path | None) -> None:
         latency["trace"] = _numbers(latency["trace"], folder)
 
 
-def _numbers(name: str, folder: Path) -> list[float]:
+def found(name: str, folder: Path) -> Path:
+    """The path of a file that a run file in `folder` names: from there, or else from the working folder."""
     beside = folder / name
-    path = beside if beside.exists() else Path(name)
+    return beside if os.path.exists(beside) else Path(name)  # Path.exists raises for a name that is too long
+
+
+def _numbers(name: str, folder: Path) -> list[float]:
+    path = found(name, folder)
     try:
         text = read_regular(path, _MAX_BYTES).decode()
     except (OSError, ValueError) as error:

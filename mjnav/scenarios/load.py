@@ -11,6 +11,7 @@ from mjnav import config
 from mjnav.errors import InvalidValue, unknown_name
 from mjnav.scenarios import files, library
 from mjnav.scenarios.check import check
+from mjnav.scenarios.crowd.people import put_crowd
 from mjnav.scenarios.files import read_regular
 from mjnav.scenarios.layout.draft import draft_of
 from mjnav.scenarios.memory import check_memory
@@ -75,6 +76,7 @@ def loads(
         changed[override.key] = override.option
     try:
         files.inline(document, folder)
+        put_crowd(document, folder)
         scenario = _scenario(document, recorded=recorded)
     except InvalidValue as error:
         raise error.within(file=origin(error.key, file, changed)) from None

@@ -19,6 +19,7 @@ from mjnav.scenarios.bodies import LaneSpec as LaneSpec
 from mjnav.scenarios.bodies import Pillar as Pillar
 from mjnav.scenarios.bodies import Table as Table
 from mjnav.scenarios.bodies import Wall as Wall
+from mjnav.scenarios.crowd.spec import Crowd as Crowd
 from mjnav.scenarios.latency import Latency as Latency
 from mjnav.scenarios.people import BEHAVIOURS as BEHAVIOURS
 from mjnav.scenarios.people import Behaviour as Behaviour
@@ -256,6 +257,7 @@ class Scenario(Constant):
     pillars: Annotated[tuple[Pillar, ...], Length(0, MAX_BODIES)] = ()
     lanes: LaneSpec | None = None
     people: Annotated[tuple[Person, ...], Length(0, MAX_BODIES)] = ()
+    crowd: Annotated[Crowd | None, "people from a recording; loading the file puts them behind `people`"] = None
     noise: Noise = Noise()
     sensors: Sensors = Sensors()
     estimation: Estimation = Estimation()

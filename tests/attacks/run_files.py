@@ -17,7 +17,7 @@ from mjnav.config.marks import bare, mark, options
 from mjnav.control.registry import METHODS
 from mjnav.scenarios.people import Trip
 from mjnav.scenarios.prediction import Prediction
-from mjnav.scenarios.spec import Control, LaneSpec, Latency, Scenario
+from mjnav.scenarios.spec import Control, Crowd, LaneSpec, Latency, Scenario
 
 Table = dict[str, Any]
 Path = tuple[str | int, ...]
@@ -28,6 +28,8 @@ EXAMPLES: Table = {
     "start": [2.0, -1.5],
     "velocity": [0.3, 0.2],
     "waypoints": [[3.0, -1.5], [2.0, -1.5]],
+    "file": "recording.txt",
+    "frame_rate": 25.0,
     "track": [[0.0, 2.0, -1.5], [0.5, 2.5, -1.5], [2.0, 3.0, -1.0]],
     "from": [-1.0, -3.0],
     "to": [8.0, -3.0],
@@ -44,6 +46,8 @@ EXAMPLES: Table = {
     "stds": [0.1, 0.2],
     "samples": [-0.1, 0.0, 0.2],
 }
+# What the file of that name holds.
+RECORDING = "\n".join(f"{10 * i} {person} {2.0 + 0.5 * i} {person}" for person in (1, 2, 3) for i in range(8))
 BASE: Table = {
     "schema": 1,
     "name": "fuzz",
@@ -147,6 +151,7 @@ def _leaves_of(hint: Any, path: Path, default: object, owner: Table, around: tup
         own = {
             Latency: {"trace": [0.01]},
             LaneSpec: _required(LaneSpec),
+            Crowd: _required(Crowd),
             Prediction: {"model": "constant_velocity"},
         }.get(kind, {})
         yield from _leaves(kind, path, (*around, (path, own)) if own else around)

@@ -28,7 +28,7 @@ from mjnav.scenarios.toml import toml_text
 from mjnav.study.cells import resolve
 from mjnav.study.study_file import load_study
 from mjnav.world.engine import DivergedError
-from tests.attacks.run_files import ANY_LEAF, NAMES, ODD, modest, run_files
+from tests.attacks.run_files import ANY_LEAF, NAMES, ODD, RECORDING, modest, run_files
 
 TICKS = 5
 MOST_WORK = 1e9  # see `work`
@@ -111,6 +111,7 @@ def survive(document: dict, log: bool) -> str:
     """What became of a run file: refused, ran, or too large to run here; whatever else happens is raised."""
     with TemporaryDirectory() as folder, no_hang():
         path = Path(folder) / "fuzz.toml"
+        (path.parent / "recording.txt").write_text(RECORDING)
         path.write_text(toml_text(document), encoding="utf-8", errors="surrogatepass")
         try:
             scenario = load_scenario(str(path))

@@ -11,6 +11,7 @@ from mjnav.estimation import make_localizer, make_tracker
 from mjnav.loop.episode import Episode
 from mjnav.loop.simulation import Simulation, SimulationOver
 from mjnav.messages import Beliefs, Decision, Status
+from mjnav.scenarios.crowd.spec import Crowd
 
 ENGINES = ("mujoco", "kinematic")
 
@@ -35,6 +36,11 @@ def test_stepped_by_hand_a_seed_ends_in_the_state_and_the_figures_of_the_run(roo
     assert {k: v for k, v in simulation.summary.items() if k not in clock} == {
         k: v for k, v in run.items() if k not in clock
     }
+
+
+def test_a_recording_that_no_run_file_has_read_is_refused_not_ignored(room):
+    with pytest.raises(InvalidValue, match=r"crowd: found 'a\.txt'; allowed: people; a recording is read"):
+        Simulation(replace(room(), crowd=Crowd("a.txt", 25.0)))
 
 
 def test_looking_changes_nothing(room):

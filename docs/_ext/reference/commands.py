@@ -41,7 +41,9 @@ def _term(action: argparse.Action) -> str:
 def _value(action: argparse.Action) -> str:
     if action.nargs == 0:
         return ""
-    name = action.metavar if isinstance(action.metavar, str) else None
+    if isinstance(action.metavar, tuple):
+        return " ".join(action.metavar)
+    name = action.metavar
     if name is None:
         name = "|".join(map(str, action.choices)) if action.choices else action.dest
         name = name if not action.option_strings or action.choices else name.upper()

@@ -1,8 +1,9 @@
 """Who is in the scene: people enter, leave, and come again elsewhere.
 
 A newcomer waits until the place is free: of walls and furniture, ROOM from everybody, and from the robot as far as the
-file says. Who has left stays away for a reading of the sensors and a tick of the loop, so that trackers drop the track
-and nobody jumps from one tick to the next.
+file says. Who is replayed waits on their track: they come in where it has led meanwhile, as near to others as touching.
+Who has left stays away for a reading of the sensors and a tick of the loop, so that trackers drop the track and nobody
+jumps from one tick to the next.
 """
 
 from dataclasses import dataclass
@@ -11,15 +12,16 @@ import numpy as np
 
 from mjnav.messages import Array, WorldState
 from mjnav.rng import stream
+from mjnav.scenarios.crowd.spline import TrackSplines
 from mjnav.scenarios.floor import floor_of_people
-from mjnav.scenarios.people import Walker
+from mjnav.scenarios.people import Replay, Walker
 from mjnav.scenarios.people.trips import AGAIN, CLEAR_OF_ROBOT, Area
 from mjnav.scenarios.ranges import Point
 from mjnav.scenarios.spec import Scenario
 from mjnav.scenarios.ways import Ways
 from mjnav.world.people.walk import Flags
 
-ROOM = 0.1  # [m] between a newcomer and other people, surface to surface
+ROOM = 0.1  # [m] between a newcomer and other people, surface to surface; none for people of a recording
 ROOM_OF_ROBOT = 0.5  # [m] between a newcomer and the robot, surface to surface
 TRIES = 32  # ways drawn for each trip, of which the first that is free is taken: equally many whatever is free
 
@@ -57,6 +59,9 @@ class Presence:
         self._ways = Ways(self._floor)
         self._rngs = [stream(seed, "people.again", f"person{i}") for i in range(len(scenario.people))]
         self._pause = max(1.0 / scenario.sensors.rate, scenario.control.period)  # [s]
+        tracks = {i: one.behaviour.track for i, one in enumerate(self._people) if isinstance(one.behaviour, Replay)}
+        self._replayed = {person: row for row, person in enumerate(tracks)}
+        self._splines = TrackSplines([np.array(track) for track in tracks.values()]) if tracks else None
         # Who will come, with their ways, (start, goal) each, and when they may [s].
         self._waiting: dict[int, tuple[list[tuple[Point, Point | None]], float]] = {
             i: ([(scenario.people[i].start, None)], float(self._enters[i]))
@@ -86,6 +91,9 @@ class Presence:
             walk = self._people[i].behaviour
             if isinstance(walk, Walker) and ways and ways[0][1] is not None:
                 room = max(room, CLEAR_OF_ROBOT if walk.clear_of_robot is None else walk.clear_of_robot)
+            if self._splines is not None and i in self._replayed:
+                x, y = self._splines.positions(world.time)[self._replayed[i]].tolist()
+                ways = [((x, y), None)] if self._floor.clearance(np.array([[x, y]]))[0] >= self._radii[i] else []
             free = next(
                 (
                     way
@@ -106,7 +114,7 @@ class Presence:
         if np.hypot(*(robot_pose[:2] - start)) < room:
             return False
         gaps = np.hypot(*(positions - start).T) - self._radii - self._radii[person]
-        return not (gaps < ROOM).any()  # NaN for who is not there
+        return not (gaps < (0.0 if person in self._replayed else ROOM)).any()  # NaN for who is not there
 
     def _leads(self, person: int, start: Point, goal: Point | None) -> bool:
         """Whether the person can walk from the start to the goal, if there is one."""

@@ -1,0 +1,83 @@
+"""`mjnav import crowd`."""
+
+import json
+from pathlib import Path
+
+import pytest
+
+from mjnav.scenarios import load
+from mjnav.scenarios.people import Replay
+from tests.scenarios.crowd.conftest import made_up
+
+
+@pytest.fixture
+def recording(tmp_path):
+    (tmp_path / "data").mkdir()
+    (tmp_path / "data" / "walkers.txt").write_text(made_up())
+    return Path("data/walkers.txt")
+
+
+def test_it_says_what_a_recording_holds(mjnav, recording):
+    said = mjnav("import", "crowd", recording)
+    assert (said.code, said.err) == (0, "")
+    lines = [line.split(maxsplit=1) for line in said.out.splitlines() if line]
+    assert ["columns", "frame id x y; 0 lines of comments or headers"] in lines
+    assert "  frame rate   25 Hz (probably, steps of 10 frames as 0.4 s: people walk at 1.2" in said.out
+    assert said.out.splitlines()[-1].split() == ["0", "to", "29.6", "s", "8", "6", "6.36", "m"]
+    found = json.loads(mjnav("import", "crowd", recording, "--json", "--duration", 10).out)
+    assert (found["people"], found["tracks"], found["frame_rate_hz"], found["jumps"]) == (8, 8, 25.0, 0)
+    assert [window["people"] for window in found["windows"]] == [5, 8, 2]
+    assert found["wrote"] is None
+
+
+def test_it_writes_a_run_file_that_runs_and_whose_log_needs_no_recording(mjnav, recording, tmp_path):
+    said = mjnav("import", "crowd", recording, "-o", "scene.toml", "--duration", 8, "--people", 4)
+    assert (said.code, said.err) == (0, "")
+    scenario = load(tmp_path / "scene.toml")
+    assert len(scenario.people) == 4
+    assert scenario.time_limit == 8.0
+    assert all(isinstance(person.behaviour, Replay) for person in scenario.people)
+    quick = ("--set", "physics.engine=kinematic", "--set", "time_limit=2", "--json")
+    ran = mjnav("run", "scene.toml", "--log", "a.mcap", *quick)
+    assert ran.code == 0
+    (tmp_path / recording).unlink()
+    (tmp_path / "scene.toml").unlink()
+    assert json.loads(mjnav("replay", "a.mcap", "--json").out)["identical"]
+
+
+def test_a_run_file_has_what_the_options_say_and_replaces_nothing(mjnav, recording, tmp_path):
+    words = ("import", "crowd", recording, "-o", "scene.toml", "--window", 3, 9, "--crop", 2, -1, 10, 9, "--react")
+    said = mjnav(*words, "--set", "crowd.radius=0.2", "--set", "robot.max_speed=1.75", "--json")
+    wrote = json.loads(said.out)["wrote"]
+    assert (wrote["window_s"], wrote["behaviour"]) == ([3.0, 9.0], "react")
+    scenario = load(tmp_path / "scene.toml")
+    assert scenario.robot.max_speed == 1.75
+    assert {person.radius for person in scenario.people} == {0.2}
+    assert all(2.0 <= person.start[0] <= 10.0 for person in scenario.people)
+    assert mjnav(*words).err == "mjnav: scene.toml: exists already; choose another name\n"
+
+
+@pytest.mark.parametrize(
+    ("words", "line"),
+    [
+        (("nowhere.txt",), "nowhere.txt: found nothing; allowed: a recording that can be read (No such file"),
+        (("data",), "data: found nothing; allowed: a recording that can be read (Is a directory)"),
+        (("data/walkers.txt", "--people", 3), "--people needs -o FILE.toml"),
+        (("data/walkers.txt", "--duration", 0), "--duration: found 0.0; allowed: a number from 1 to 1e+06 s"),
+        (("data/walkers.txt", "--frame-rate", 0), "--frame-rate: found 0.0; allowed: a number > 0 and <= 1000000 Hz"),
+        (("data/walkers.txt", "--crop", 0, 0, 0, 1), "--crop: found (0.0, 1.0); allowed: the corner opposite to"),
+        (("data/walkers.txt", "--set", "crowd.scal=2"), "--set: crowd.scal: found 'scal'; allowed: columns, "),
+        (
+            ("data/walkers.txt", "-o", "a.toml", "--window", 90, 99),
+            "--window: found (90.0, 99.0); allowed: a window in",
+        ),
+        (("data/walkers.txt", "-o", "a.toml", "--set", "robot.radus=1"), "a.toml: robot.radus: found 'radus'; allowed"),
+        (("data/walkers.txt", "-o", "a.toml", "--set", "crowd.scale=0.01"), "--frame-rate: found nothing; allowed: a"),
+    ],
+)
+def test_what_makes_no_sense_is_refused_in_one_line(mjnav, recording, tmp_path, words, line):
+    said = mjnav("import", "crowd", *words)
+    assert said.code == 2
+    assert said.err.startswith(f"mjnav: {line}")
+    assert said.err.count("\n") == 1
+    assert not (tmp_path / "a.toml").exists()
