@@ -48,10 +48,11 @@ def test_a_scenario_is_a_picture_in_a_notebook(name):
     svg = ElementTree.fromstring(scenario._repr_html_()).find("{http://www.w3.org/2000/svg}svg")
     left, top, width, height = map(float, svg.get("viewBox").split())
     circles = [tuple(float(one.get(key)) for key in ("cx", "cy")) for one in svg.iter() if one.tag.endswith("circle")]
-    points = [scenario.robot.start[:2], *scenario.robot.route, *(person.start for person in scenario.people)]
-    for x, y in points:
+    bodies = [scenario.robot.start[:2], scenario.robot.route[-1], *(person.start for person in scenario.people)]
+    for x, y in (*scenario.robot.route, *bodies):
         assert left < x < left + width
         assert top < -y < top + height  # SVG's y goes down
+    for x, y in bodies:
         assert any(abs(x - cx) < 1e-3 and abs(y - cy) < 1e-3 for cx, cy in circles)
 
 

@@ -13,8 +13,13 @@ def summary(*overrides: str, scene: str = "hall", controller: str | None = None)
     return Episode(load_scenario(scene, overrides, controller=controller)).run().summary
 
 
-@pytest.mark.parametrize("controller", control.names())
-@pytest.mark.parametrize("scene", scenarios.names())
+BASIC = ("crossing1", "crossing2", "crossing3", "five", "hall", "lane", "table")
+WITH_CROWDS = tuple(name for name in scenarios.names() if name not in BASIC)
+METHODS = tuple(control.names())
+
+
+@pytest.mark.parametrize("controller", METHODS)
+@pytest.mark.parametrize("scene", BASIC)
 def test_a_second_is_finite_and_deterministic(scene, controller):
     first, again = (summary("time_limit=1", scene=scene, controller=controller) for _ in range(2))
     json.dumps(first, allow_nan=False)  # an undefined figure is None
@@ -23,6 +28,33 @@ def test_a_second_is_finite_and_deterministic(scene, controller):
     assert first["ticks"] == 10
     assert first["collisions"] == {"person": 0, "table": 0, "wall": 0, "pillar": 0}
     assert first["path_length_m"] > 0.02
+
+
+@pytest.mark.parametrize(("number", "scene"), tuple(enumerate(WITH_CROWDS)))
+def test_scenes_with_people_who_react_run_with_both_kinds_of_people(number, scene):
+    controller, hashes, seen = METHODS[number % len(METHODS)], set(), {}
+    for sees in ("true", "true", "false"):
+        figures = summary(
+            "time_limit=2",
+            "physics.engine=kinematic",
+            "stop_on_collision=false",
+            f"people_see_robot={sees}",
+            scene=scene,
+            controller=controller,
+        )
+        json.dumps(figures, allow_nan=False)
+        assert (figures["scene"], figures["outcome"], figures["ticks"]) == (scene, "timeout", 20)
+        seen[sees] = figures["people_see_robot"]
+        hashes.add(figures["state_hash"])
+    assert len(hashes) <= 2  # the same for the same seed
+    assert seen["true"] != seen["false"] == "none"
+
+
+@pytest.mark.parametrize("scene", WITH_CROWDS)
+def test_every_seed_of_a_scene_is_another_layout(scene):
+    first, again, other = (load_scenario(scene, seed=seed) for seed in (1, 1, 2))
+    assert first == again
+    assert [person.start for person in first.people] != [person.start for person in other.people]
 
 
 @pytest.mark.parametrize("profile", noise.profile_names())

@@ -43,7 +43,7 @@ def folder(tmp_path_factory):
         ("mjnav sweep ", {*studies(), "mine.toml"}),
         ("mjnav report hall.mcap ", {"hall.mcap"}),
         ("mjnav schema ", {"run", "study"}),
-        ("mjnav keys robot.goal", {"robot.goal", "robot.goal_tolerance"}),
+        ("mjnav keys robot.goal", {"robot.goal", "robot.goal_area", "robot.goal_tolerance"}),
         ("mjnav replay x.mcap --tr", {"--trust", "--traceback"}),
     ],
 )

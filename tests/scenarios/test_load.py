@@ -247,8 +247,7 @@ def test_a_missing_shipped_scene_is_answered_with_the_nearest_one():
     with pytest.raises(InvalidValue) as error:
         load("hal")
     assert str(error.value) == (
-        "scene: found 'hal'; allowed: crossing1, crossing2, crossing3, five, hall, lane, table; "
-        "or the path of a run file, .toml; did you mean 'hall'?"
+        f"scene: found 'hal'; allowed: {', '.join(names())}; or the path of a run file, .toml; did you mean 'hall'?"
     )
 
 

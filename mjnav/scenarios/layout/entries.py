@@ -73,7 +73,8 @@ class DrawnPeople(Drawn):
     )
     heading: Annotated[Angle | None, "of their velocity; drawn from all directions where only speed is given"] = None
     clear_of_robot: Annotated[
-        Annotated[float, Range(0.0, MAX_LENGTH, "m")] | None, "least distance of `start` from the robot's, by surfaces"
+        Annotated[float, Range(0.0, MAX_LENGTH, "m")] | None,
+        "least distance of `start` from the robot's, between the centres",
     ] = None
 
 

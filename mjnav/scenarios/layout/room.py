@@ -52,7 +52,7 @@ class Room:
     def for_person(self, person: Person, clear_of_robot: float | None) -> bool:
         """Whether a person's start keeps clear of all, and their waypoints of walls, furniture and the robot's goals.
 
-        `clear_of_robot` [m] is the least distance of the two surfaces, ROBOT_TO_PERSON by default.
+        `clear_of_robot` [m] is the least distance of the centres; by default the surfaces are ROBOT_TO_PERSON apart.
         """
         floor = floor_of_people(self.walls, self.tables, self.pillars)
         waypoints: Sequence[Point] = getattr(person.behaviour, "waypoints", ())
@@ -62,9 +62,10 @@ class Room:
             return False
         if self.robot is None:
             return True
-        both, least = person.radius + self.robot.radius, ROBOT_TO_PERSON if clear_of_robot is None else clear_of_robot
+        both = person.radius + self.robot.radius
+        least = both + ROBOT_TO_PERSON if clear_of_robot is None else max(both, clear_of_robot)
         ends = (person.start, *waypoints[-1:])  # where a person may stand
-        return _apart(person.start, self.robot.start) >= both + least and all(
+        return _apart(person.start, self.robot.start) >= least and all(
             _apart(end, goal) >= both for end in ends for goal in self.robot.route
         )
 
