@@ -19,7 +19,7 @@ def data_folder(name: str) -> Path:
 def describe(folder: str = "") -> tuple[tuple[str, str], ...]:
     """Name and one-line description of every shipped scene, by name; or of the studies, where `folder` has them."""
     found = []
-    for path in sorted((data_folder("runs") / folder).glob("*.toml")):
+    for path in sorted((data_folder("runs") / folder).glob("*.toml"), key=lambda path: path.stem):
         try:
             document = tomllib.loads(path.read_text(encoding="utf-8"))
         except (OSError, ValueError):

@@ -28,7 +28,8 @@ class RobotWay:
 def robot_way(tracks: Sequence[Track], first: float, last: float) -> RobotWay:
     """A straight way across the area of the people of a window [s] whose start is clear.
 
-    The longest whose start and goal are clear by CLEAR, or else the clearest. The goal is looked at towards the end.
+    The one with the largest product of its length and of how clear its ends are, up to CLEAR. The goal is looked at
+    towards the end.
     """
     rows = np.concatenate([_there(track, first, last) for track in tracks])
     low, high = rows.min(axis=0), rows.max(axis=0)
@@ -36,10 +37,9 @@ def robot_way(tracks: Sequence[Track], first: float, last: float) -> RobotWay:
     soon = _positions(tracks, first, min(first + CLEAR_TIME, last))
     late = _positions(tracks, max(last - CLEAR_TIME, first), last)
 
-    def value(way: tuple[Array, Array]) -> tuple[float, float]:
+    def value(way: tuple[Array, Array]) -> float:
         start, goal = way
-        clear = min(_distance(soon, start), _distance(late, goal), CLEAR)
-        return clear, float(hypot(*(goal - start)))
+        return hypot(*(goal - start)) * min(_distance(soon, start), _distance(late, goal), CLEAR)
 
     start, goal = max(_ways(low + inset, high - inset), key=value)
     heading = atan2(goal[1] - start[1], goal[0] - start[0])
