@@ -9,6 +9,7 @@ from mjnav.messages import Beliefs, Contact, Decision, Event, Status, WorldState
 from mjnav.metrics.fault import judged
 from mjnav.metrics.safety import PERSON
 from mjnav.scenarios.check import overlapping_people
+from mjnav.scenarios.layout.oracle import HORIZON, is_avoidable
 from mjnav.scenarios.spec import Scenario
 
 MAX_NAMED = 3  # pairs of people in a warning
@@ -16,7 +17,18 @@ GIVEN = "given"  # the event of the first decision that is not the controller's
 
 
 def warnings_of(scenario: Scenario) -> tuple[Event, ...]:
-    """What is worth a warning before the run: people who overlap one another at the start."""
+    """What is worth a warning before the run: people who overlap at the start, and contact that nobody can avoid."""
+    return (*_overlaps(scenario), *_unavoidable(scenario))
+
+
+def _unavoidable(scenario: Scenario) -> tuple[Event, ...]:
+    if is_avoidable(scenario):
+        return ()
+    text = f"no control of the robot avoids contact in the first {HORIZON:g} s: the run is no test of a method"
+    return (Event("warning", "start", text),)
+
+
+def _overlaps(scenario: Scenario) -> tuple[Event, ...]:
     pairs = overlapping_people(scenario)
     if not pairs:
         return ()

@@ -8,6 +8,7 @@ import numpy as np
 
 from mjnav.messages import Trajectory
 from mjnav.metrics import arrival, consistency, effort, fault, kinematics, progress, proximity, safety, social
+from mjnav.scenarios.layout.oracle import is_avoidable
 from mjnav.scenarios.spec import Scenario
 
 INFEASIBLE = ("infeasible_nominal", "infeasible")
@@ -25,6 +26,8 @@ class Figures:
     collisions_at_rest: int
     robot_at_fault: int
     people_see_robot: str | None
+    layout: str | None
+    avoidable_start: bool
     lane_violation_s: float | None
     time_s: float
     aggregated_time_s: float | None
@@ -91,6 +94,8 @@ def summarise(trajectory: Trajectory, scenario: Scenario, *, outcome: str | None
         collisions_at_rest=sum(not touch.moving for touch in touches),
         robot_at_fault=sum(touch.at_fault for touch in touches),
         people_see_robot=fault.people_see_robot(scenario),
+        layout=None if scenario.layout is None else scenario.layout.label,
+        avoidable_start=is_avoidable(scenario),
         time_s=round(float(trajectory.time[-1] - trajectory.time[0]), 9),  # sums of periods have rounding errors
         failures_to_progress=progress.failures_to_progress(trajectory, scenario),
         ticks=len(trajectory.status),

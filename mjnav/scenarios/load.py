@@ -1,8 +1,10 @@
 """Run files: from a shipped name, a path or a text to a checked scenario, and back to text."""
 
+import json
 import os
 from dataclasses import replace
 from difflib import get_close_matches
+from functools import lru_cache
 from operator import index
 from pathlib import Path
 from typing import Any
@@ -20,6 +22,7 @@ from mjnav.scenarios.spec import Draft, Scenario
 from mjnav.scenarios.toml import parse, toml_text
 
 _LOOP = ("rate", "delay", "latency")  # keys of [control] that belong to the loop, not to the method
+_KEPT_LAYOUTS = 64  # of random scenes, in a process: all methods of a study meet one before the next
 _MAX_BYTES = 10_000_000  # of a run file; a device such as /dev/zero never ends
 
 
@@ -110,10 +113,18 @@ def with_seed(scenario: Scenario, seed: int) -> Scenario:
     if draft is None:
         return scenario
     try:
-        drawn = _resolved(_draft_tables(scenario, draft), draft)
+        document = {key: value for key, value in _draft_tables(scenario, draft).items() if key != "control"}
+        document["seed"] = draft.tables.get("layout", {}).get("seed", scenario.seed)
+        drawn = _drawn(json.dumps(document))
     except InvalidValue as error:
         raise error.within(file=scenario.source or None) from None
     return replace(scenario, **{key: getattr(drawn, key) for key in ("layout", *draft.tables)})
+
+
+@lru_cache(_KEPT_LAYOUTS)
+def _drawn(tables: str) -> Scenario:
+    """The layout of a random scene's tables, as JSON. The methods of a study meet it one after the other."""
+    return _scenario(json.loads(tables))
 
 
 def dumps(scenario: Scenario, *, draft: bool = False) -> str:

@@ -35,6 +35,11 @@ class Layout:
         """The whole number from which all streams of this layout start."""
         return (self.seed or 0) * len(PURPOSES) + PURPOSES[self.purpose]
 
+    @property
+    def label(self) -> str | None:
+        """Purpose and seed, "reporting 7"; None where no seed is known, as nothing was drawn."""
+        return None if self.seed is None else f"{self.purpose} {self.seed}"
+
 
 @dataclass(frozen=True, slots=True)
 class Draft:

@@ -54,7 +54,7 @@ def test_a_study_is_found_by_its_file_its_name_and_its_folder(mjnav, study):
     said = mjnav("compare", "two.toml")
     assert (said.code, said.err) == (0, "")
     title, header, rkhs, mean, difference = said.out.splitlines()[:5]
-    assert title == "crossing1, default; reference rkhs"
+    assert title == "crossing1, default; one layout; reference rkhs"
     assert header.split()[:6] == ["method", "n", "success", "%", "collision", "%"]
     assert rkhs.split()[:5] == ["rkhs", "25", "100", "[87,", "100]"]
     assert mean.split()[:5] == ["mean", "25", "80", "[61,", "91]"]

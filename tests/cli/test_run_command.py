@@ -18,7 +18,7 @@ pytestmark = pytest.mark.xdist_group("real time")
 SHORT = ("--set", "time_limit=0.3")
 FIGURES = """
     schema scene controller seed outcome success timeout collisions collisions_moving collisions_at_rest robot_at_fault
-    people_see_robot lane_violation_s time_s aggregated_time_s failures_to_progress path_length_m straight_line_m
+    people_see_robot layout avoidable_start lane_violation_s time_s aggregated_time_s failures_to_progress path_length_m straight_line_m
     path_ratio spl mean_deviation_m max_deviation_m control_cost min_clearance_m min_obstacle_clearance_m
     mean_obstacle_clearance_m min_human_distance_m mean_human_distance_m space_compliance intimate_space_share
     personal_space_share social_space_share min_time_to_collision_s social_force_on_people_m_s

@@ -123,7 +123,7 @@ def test_the_text_has_every_figure_of_every_method_rounded(results):
     titles = ["method", "n", "success %", "collision %", "infeasible %", "decision ms", *FIGURES]
     for table, block in zip(results.tables, blocks, strict=True):
         title, *lines = block.splitlines()
-        assert title.rstrip() == f"{table.scene}, {table.setting}; reference {table.reference}"
+        assert title.rstrip() == f"{table.scene}, {table.setting}; one layout; reference {table.reference}"
         lines = iter(printed_rows(lines, titles))
         for method in table.rows:
             own = next(lines)

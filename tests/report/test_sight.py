@@ -1,4 +1,4 @@
-"""Every table that compares methods says whether its people see the robot."""
+"""Every table that compares methods says whether its people see the robot, and how many layouts it has."""
 
 import csv
 import io
@@ -21,12 +21,13 @@ pytest.importorskip("pyarrow", reason="the sweep extra is not installed")
 
 
 def made(folder, cost=1.0):
-    """One scene in which nobody sees the robot, one in which all do, one without people."""
+    """One scene in which nobody sees the robot, one in which all do, one without people; the first draws 2 layouts."""
     store = Store(folder)
     sights = {"blind": "none", "seeing": "all", "empty": None}
     with store.writing(""):
         store.append(
-            [row("rkhs", seed, cost + seed, scene=scene, people_see_robot=see)
+            [row("rkhs", seed, cost + seed, scene=scene, people_see_robot=see,
+                 layout=f"reporting {seed // 2}" if scene == "blind" else None)
              for scene, see in sights.items() for seed in range(4)]
         )  # fmt: skip
     return store
@@ -42,19 +43,21 @@ def test_in_text_page_latex_csv_and_json(tmp_path):
     results = compare_study(made(tmp_path), None, figures=["time_s"])
     lines = printed(write, results).splitlines()
     for heading in (
-        "blind, default; people do not see the robot; reference rkhs",
-        "seeing, default; people see the robot; reference rkhs",
-        "empty, default; reference rkhs",
+        "blind, default; 2 layouts; people do not see the robot; reference rkhs",
+        "seeing, default; one layout; people see the robot; reference rkhs",
+        "empty, default; one layout; reference rkhs",
     ):
         assert heading in lines
-    assert "<small>people do not see the robot; differences from rkhs</small>" in html(results)
-    assert r"\caption{seeing, default; people see the robot: rates" in latex(results)
+    assert "<small>2 layouts; people do not see the robot; differences from rkhs</small>" in html(results)
+    assert r"\caption{seeing, default; one layout; people see the robot: rates" in latex(results)
     rows = list(csv.DictReader(io.StringIO(csv_text(results))))
     assert {(one["scene"], one["people_see_robot"]) for one in rows} == {
         ("blind", "none"), ("seeing", "all"), ("empty", "")
     }  # fmt: skip
+    assert {(one["scene"], one["layouts"]) for one in rows} == {("blind", "2"), ("seeing", "1"), ("empty", "1")}
     assert {one["unit"] for one in rows if one["figure"] == "time_s"} == {"s"}
     assert [table["people_see_robot"] for table in document(results)["tables"]] == ["none", None, "all"]
+    assert [table["layouts"] for table in document(results)["tables"]] == [2, 1, 1]
 
 
 def test_before_and_after(tmp_path):

@@ -47,6 +47,15 @@ OUTCOME: Mapping[str, Definition] = MappingProxyType(
             "whatever happens takes none, whatever sees_robot says",
             type=STRING, null=NOBODY,
         ),
+        "layout": Definition(
+            text='purpose and seed of the layout that was drawn, such as "reporting 7"',
+            type=STRING, null="a scene that draws nothing",
+        ),
+        "avoidable_start": Definition(
+            text="whether a robot that knows how all people will walk can avoid contact in the first 3 s, by a sampled "
+            "control. Where it is false, the run is no test of a method",
+            type=TRUTH, over_all=True, words="starts that can be avoided",
+        ),
         "time_s": Definition(
             text="simulated time from the start to the end of the run",
             unit="s", better=LOWER, words="time to the goal", equation="t_T - t_0", source=TABLE_1,

@@ -8,6 +8,7 @@ from mjnav.printable import printable
 from mjnav.report.comparison.background import Background, parameters_html, worst_html
 from mjnav.report.comparison.forest import forest_svg, forests
 from mjnav.report.comparison.html_cell import html_cell
+from mjnav.report.comparison.layouts import layouts
 from mjnav.report.comparison.notes import meaning, warnings
 from mjnav.report.comparison.shown import ShownTable, shown_table
 from mjnav.report.comparison.sight import sight
@@ -68,8 +69,8 @@ def _place(table: Comparison) -> str:
 
 def _section(number: int, results: StudyComparison, table: Comparison, found: Background | None) -> str:
     shown = shown_table(results, table)
-    about = [sight(table.people), f"differences from {table.reference}" if table.reference else ""]
-    reference = f"<small>{_text('; '.join(filter(None, about)))}</small>" if any(about) else ""
+    reference = f"differences from {table.reference}" if table.reference else ""
+    about = "; ".join(filter(None, (layouts(table.num_layouts), sight(table.people), reference)))
     body = "\n".join(
         f'<tr><th scope="row">{_text(row.method)}</th><td data-value="{table.rows[i].num}">{_text(row.episodes)}</td>'
         f"{''.join(map(html_cell, row.cells))}</tr>"
@@ -77,7 +78,8 @@ def _section(number: int, results: StudyComparison, table: Comparison, found: Ba
     )
     charts = "".join(map(forest_svg, forests(table, results.figures)))
     return (
-        f'<section id="table{number}">\n<h2>{_text(_place(table))} {reference}</h2>\n<div class="charts">{charts}</div>'
+        f'<section id="table{number}">\n<h2>{_text(_place(table))} <small>{_text(about)}</small></h2>\n'
+        f'<div class="charts">{charts}</div>'
         f'<div class="wide" tabindex="0" role="region" aria-label="{_text(_place(table))}"><table class="sorted">\n'
         f"<thead><tr>{_head(shown)}</tr></thead>\n<tbody>\n{body}\n</tbody></table></div>\n"
         f"{worst_html(found, table) if found else ''}</section>"

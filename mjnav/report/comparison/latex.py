@@ -3,6 +3,7 @@
 from collections.abc import Iterable, Iterator
 
 from mjnav.printable import printable
+from mjnav.report.comparison.layouts import layouts
 from mjnav.report.comparison.notes import meaning, warnings
 from mjnav.report.comparison.shown import ALPHA, Shown, shown_table
 from mjnav.report.comparison.sight import sight
@@ -53,7 +54,9 @@ def _table(results: StudyComparison, table: Comparison) -> Iterator[str]:
         below = rf"; below, paired differences from {escaped(table.reference)}, $^*$ where $p < {ALPHA:g}$ (Holm)"
     yield r"\begin{table}"
     yield r"\centering"
-    place = "; ".join(filter(None, (f"{table.scene}, {table.setting}", sight(table.people))))
+    place = "; ".join(
+        filter(None, (f"{table.scene}, {table.setting}", layouts(table.num_layouts), sight(table.people)))
+    )
     yield rf"\caption{{{escaped(place)}: rates and means with 95\,\% intervals{below}.}}"
     yield _SCALED_DOWN + rf"{{\begin{{tabular}}{{@{{}}lr{'r' * len(shown.titles)}@{{}}}}"
     yield r"\toprule"

@@ -9,6 +9,7 @@ from rich.table import Table
 from rich.text import Text
 
 from mjnav.printable import printable
+from mjnav.report.comparison.layouts import layouts
 from mjnav.report.comparison.notes import meaning, warnings
 from mjnav.report.comparison.shown import ShownCell, shown_table
 from mjnav.report.comparison.sight import sight
@@ -34,10 +35,9 @@ class _Printed:
 def write(results: StudyComparison, console: Console) -> None:
     """All tables, then what they mean and what is missing."""
     for table in results.tables:
-        seen = sight(table.people)
-        about = f"; {printable(seen)}" * bool(seen) + f"; reference {printable(table.reference)}" * bool(
-            table.reference
-        )
+        reference = f"reference {table.reference}" if table.reference else ""
+        known = filter(None, (layouts(table.num_layouts), sight(table.people), reference))
+        about = "".join(f"; {printable(part)}" for part in known)
         console.print(Text(f"{printable(table.scene)}, {printable(table.setting)}", "bold").append(about, "not bold"))
         write_table(results, table, console)
         console.print()

@@ -15,7 +15,7 @@ from mjnav.study.compare.study_comparison import StudyComparison
 HEADER = (
     *("scene", "setting", "method", "episodes", "failed", "missing"),
     *("figure", "value", "low", "high", "n"),
-    *("reference", "difference", "diff_low", "diff_high", "pairs", "p_holm", "people_see_robot", "unit"),
+    *("reference", "difference", "diff_low", "diff_high", "pairs", "p_holm", "people_see_robot", "layouts", "unit"),
 )
 
 
@@ -33,7 +33,7 @@ def csv_text(results: StudyComparison) -> str:
 def _lines(results: StudyComparison, table: Comparison, row: MethodRow) -> Iterator[dict[str, Any]]:
     place: dict[str, Any] = {"scene": table.scene, "setting": table.setting, "method": row.method}
     place |= {"episodes": row.num, "failed": row.num_failed, "missing": _missing(results, table, row)}
-    place |= {"people_see_robot": of_table(table.people)}
+    place |= {"people_see_robot": of_table(table.people), "layouts": row.num_layouts}
     for figure, e in row.figures.items():
         low, high = e.interval or (None, None)
         line = {**place, "figure": figure, "value": known(e.value), "low": low, "high": high, "n": e.num}
@@ -68,6 +68,7 @@ def document(results: StudyComparison) -> dict[str, Any]:
                 "setting": table.setting,
                 "reference": table.reference or None,
                 "people_see_robot": of_table(table.people),
+                "layouts": table.num_layouts,
                 "methods": [_method(results, table, row) for row in table.rows],
             }
             for table in results.tables
@@ -90,6 +91,7 @@ def _method(results: StudyComparison, table: Comparison, row: MethodRow) -> dict
         "method": row.method,
         "episodes": row.num,
         "failed": row.num_failed,
+        "layouts": row.num_layouts,
         "missing": _missing(results, table, row),
         "figures": figures,
         "infeasible_share": known(row.infeasible_share),

@@ -3,16 +3,18 @@
 People who start close ahead of a fast robot, or walk at one that stands, cannot be avoided by anybody: such a start
 tests no method. The oracle knows all. It rolls out a robot that is at rest at the start, as in every run, under
 controls that hold one speed and turn rate, then another, within the robot's limits of speed and acceleration; people
-walk on as they would unseen, at the velocity with which they start; walls, pillars and tables' legs stand. A start is
-avoidable where one of the controls touches nothing.
+walk on as they would unseen (`foreseen`); walls, pillars and tables' legs stand. A start is avoidable where one of the
+controls touches nothing.
 """
 
 from itertools import product
 
 import numpy as np
+from numpy.typing import NDArray
 
 from mjnav.messages import Array
 from mjnav.scenarios.floor import floor_of_robot
+from mjnav.scenarios.layout.foreseen import foreseen
 from mjnav.scenarios.people import Person
 from mjnav.scenarios.spec import Robot, Scenario
 
@@ -25,44 +27,31 @@ TURNS = (-1.0, -0.4, 0.0, 0.4, 1.0)  # shares of the highest turn rate
 
 def is_avoidable(scenario: Scenario) -> bool:
     """Whether one of the sampled controls touches nothing within HORIZON."""
-    people = [person for person in scenario.people if _counts(person, scenario.robot)]
-    if not people:
+    robot, times = scenario.robot, STEP * np.arange(1, round(HORIZON / STEP) + 1, dtype=float)
+    fastest = max(robot.max_speed, -robot.min_speed)
+    near: list[tuple[Person, Array]] = []  # who can meet the robot, and where they are at `times`, (T, 2)
+    standing = True  # whether a robot that stands touches nobody
+    for person in scenario.people:
+        walked = foreseen(person, times)
+        gaps = np.hypot(walked[:, 0] - robot.start[0], walked[:, 1] - robot.start[1]) - person.radius - robot.radius
+        if (gaps <= fastest * times).any():  # NaN for who is not there
+            near.append((person, walked))
+            standing &= not _touches(gaps[None], person).any()
+    if standing:
         return True
-    times = STEP * np.arange(1, round(HORIZON / STEP) + 1)
-    start = np.array([person.start for person in people])
-    velocity = np.array([start_velocity(person) for person in people])
-    radius = np.array([person.radius for person in people]) + scenario.robot.radius
-    walked = start + times[:, None, None] * velocity  # (T, P, 2)
-    still = np.hypot(*np.moveaxis(walked - scenario.robot.start[:2], -1, 0))
-    if (still >= radius).all():
-        return True
-    driven = _rollouts(scenario.robot, len(times))  # (K, T, 2)
-    apart = np.hypot(*np.moveaxis(driven[:, :, None] - walked, -1, 0))
-    clear = driven[(apart >= radius).all(axis=(1, 2))]
+    clear = _rollouts(robot, len(times))  # (K, T, 2) of which those stay that touch nothing
+    for person, walked in near:
+        gaps = np.hypot(*np.moveaxis(clear - walked, -1, 0)) - person.radius - robot.radius
+        clear = clear[~_touches(gaps, person).any(axis=1)]
     floor = floor_of_robot(scenario.walls, scenario.tables, scenario.pillars)
-    return bool((floor.clearance(clear) >= scenario.robot.radius).all(axis=1).any()) if len(clear) else False
+    return bool((floor.clearance(clear) >= robot.radius).all(axis=1).any()) if len(clear) else False
 
 
-def start_velocity(person: Person) -> tuple[float, float]:
-    """With which a person starts who sees nobody, [m/s]: that of their behaviour, or towards their first waypoint."""
-    walk = person.behaviour
-    velocity, waypoints = getattr(walk, "velocity", None), getattr(walk, "waypoints", ())
-    if velocity is not None and not callable(velocity):
-        return float(velocity[0]), float(velocity[1])
-    for x, y in waypoints:
-        dx, dy = x - person.start[0], y - person.start[1]
-        length = float(np.hypot(dx, dy))
-        if length > 0.0:
-            speed = float(getattr(walk, "speed", 0.0))
-            return speed * dx / length, speed * dy / length
-    return 0.0, 0.0
-
-
-def _counts(person: Person, robot: Robot) -> bool:
-    """Whether the person can come near to the robot within HORIZON."""
-    reach = HORIZON * (np.hypot(*start_velocity(person)) + max(robot.max_speed, -robot.min_speed))
-    apart = np.hypot(person.start[0] - robot.start[0], person.start[1] - robot.start[1])
-    return bool(apart <= reach + person.radius + robot.radius)
+def _touches(gaps: Array, person: Person) -> NDArray[np.bool_]:
+    """(K, T) where surfaces (K, T) [m] apart touch. A newcomer waits until the robot has left the place."""
+    if person.from_the_start:
+        return gaps < 0.0
+    return (gaps < 0.0) & np.logical_or.accumulate(gaps >= 0.0, axis=1)
 
 
 def _rollouts(robot: Robot, num: int) -> Array:

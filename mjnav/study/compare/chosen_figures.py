@@ -16,7 +16,7 @@ DEFAULT_FIGURES = (
     *(FAULT, "time_s", "control_cost", "mean_deviation_m", "path_ratio", "min_clearance_m"),
     *("stalled_s", "min_human_distance_m", "personal_space_share"),
 )
-PEOPLE = "people_see_robot"  # a column of text, which describes a table
+PEOPLE, LAYOUT = "people_see_robot", "layout"  # columns of text, which describe a table
 _KNOWN: Mapping[str, Definition] = MappingProxyType({**FIGURES, **DERIVED})
 _DERIVED_RATES = tuple(name for name, definition in DERIVED.items() if definition.type == TRUTH)
 

@@ -24,6 +24,7 @@ from mjnav.study.compare.chosen_figures import (
     COLLISIONS,
     DEFAULT_FIGURES,
     FAULT,
+    LAYOUT,
     PEOPLE,
     RATES,
     check_figures,
@@ -66,6 +67,7 @@ class CellRows:
     method: str
     columns: Mapping[str, Array]
     people: tuple[str, ...] = ()  # the values of `PEOPLE`, each once; none where they are not known or nobody is there
+    layouts: tuple[str, ...] = ()  # the values of `LAYOUT`, each once; none of a scene that draws nothing
 
     @property
     def seeds(self) -> Array:
@@ -115,12 +117,16 @@ def cell_rows(table: "pyarrow.Table", methods: Sequence[str] = ()) -> list[CellR
         known = [i for i, label in enumerate(methods) if method == label or method.startswith(f"{label} ")]
         return natural(scene), natural(setting), max(known, key=lambda i: len(methods[i]), default=0), natural(method)
 
-    seen = table[PEOPLE].to_pylist() if PEOPLE in table.column_names else [None] * len(labels)
+    def texts(column: str, places: Sequence[int]) -> tuple[str, ...]:
+        values = table[column].take(places).to_pylist() if column in table.column_names else ()
+        return tuple(sorted({value for value in values if value is not None}))
+
     return [
         CellRows(
             *label,
             {name: column[places[label]] for name, column in columns.items()},
-            tuple(sorted({value for place in places[label] if (value := seen[place]) is not None})),
+            texts(PEOPLE, places[label]),
+            texts(LAYOUT, places[label]),
         )
         for label in sorted(places, key=order)
     ]
@@ -139,6 +145,7 @@ class MethodRow:
     method: str
     num: int  # episodes
     num_failed: int  # of them, those without a result
+    num_layouts: int  # of those with a result: one of a scene that draws nothing
     figures: Mapping[str, Estimate]  # RATES and those asked for
     differences: Mapping[str, Difference]  # the same; empty for the reference itself
     infeasible_share: float  # of all ticks
@@ -154,6 +161,7 @@ class Comparison:
     reference: str
     rows: tuple[MethodRow, ...]
     people: tuple[str, ...] = ()  # how many people see the robot: the values of `PEOPLE`, each once
+    num_layouts: int = 1  # that its episodes have, all methods together: one of a scene that draws nothing
 
 
 def compare(
@@ -204,6 +212,7 @@ def _comparison(
             method=cell.method,
             num=len(cell.seeds),
             num_failed=int(cell.failed.sum()),
+            num_layouts=max(len(cell.layouts), 1),
             figures=own,
             differences=by_method.get(cell.method, {}),
             infeasible_share=_ratio(cell.columns["infeasible_ticks"], cell.columns["ticks"]),
@@ -212,7 +221,8 @@ def _comparison(
         for cell, own in zip(cells, estimates(cells, figures), strict=True)
     ]
     people = tuple(sorted({value for cell in cells for value in cell.people}))
-    return Comparison(scene, setting, base.method if base is not None else "", tuple(rows), people)
+    num_layouts = max(len({value for cell in cells for value in cell.layouts}), 1)
+    return Comparison(scene, setting, base.method if base is not None else "", tuple(rows), people, num_layouts)
 
 
 def estimate(cell: CellRows, figure: str) -> Estimate:

@@ -12,6 +12,7 @@ from mjnav.study.cells import variants
 from mjnav.study.compare.chosen_figures import (
     COLLISIONS,
     DEFAULT_FIGURES,
+    LAYOUT,
     PEOPLE,
     check_figures,
     columns_for,
@@ -90,7 +91,9 @@ def compare_study(
     check_figures(asked)
     if not store.has_rows():
         raise InputError(f"{store.folder}: no results of a sweep")
-    table = store.rows(list(dict.fromkeys((*NEEDED, PEOPLE, DECISION, "error", "revision", *columns_for(asked)))))
+    table = store.rows(
+        list(dict.fromkeys((*NEEDED, PEOPLE, LAYOUT, DECISION, "error", "revision", *columns_for(asked))))
+    )
     table, name, others = _of_study(table, study, store)
     cells = cell_rows(table.drop_columns(["error"]), [method.label for method in study.methods] if study else ())
     check_distinct(cells, store)
