@@ -3,9 +3,12 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 from math import cos, sin, sqrt
+from typing import TypeVar
 
 import numpy as np
 
+from mjnav.geometry.compiled import exact
+from mjnav.geometry.kernel_types import Flags, Matrix
 from mjnav.messages import Array, WorldState
 from mjnav.rng import stream
 from mjnav.scenarios.floor import floor_of_people
@@ -16,12 +19,15 @@ from mjnav.scenarios.spec import Scenario
 from mjnav.world.draws import Normal, Uniform
 from mjnav.world.people.route import Route
 from mjnav.world.people.temperament import Temperaments
-from mjnav.world.people.walk import Flags, Index, Walk
+from mjnav.world.people.walk import Index, Walk
 
 HALF_RIGHT = sqrt(0.5)  # cosine and sine of 45 degrees
 # [rad] to the right of the way, where people want to walk, so that two who meet exactly head-on pass: the laws leave
 # them standing before one another. Noise breaks such symmetries in the examples of ORCA's authors.
 TO_THE_RIGHT = 0.02
+
+
+Law = TypeVar("Law")
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,11 +71,7 @@ class AvoidingWalk(Walk):
             if self._decisions % turns.every == 0:
                 self._turned[turns.drawn()] = True
         self._decisions += 1
-        if self._turned.any():
-            x, y = desired[self._turned].T
-            desired[self._turned] = HALF_RIGHT * np.stack([x - y, x + y], axis=-1)
-        x, y = desired.T
-        desired = np.stack([x + TO_THE_RIGHT * y, y - TO_THE_RIGHT * x], axis=-1)
+        _turn(desired, self._turned)
         return self._temperaments.applied(world, desired)
 
     def arrived(self, world: WorldState) -> Flags:
@@ -83,13 +85,12 @@ class AvoidingWalk(Walk):
 
     def bodies(self, world: WorldState) -> Bodies:
         """Everybody, and the robot as one more: at NaN where these people do not see it."""
-        pose, speed = world.robot_pose.tolist(), float(world.robot_twist[0])
-        robot = [speed * cos(pose[2]), speed * sin(pose[2])]
-        return Bodies(
-            np.concatenate([world.people_position, [pose[:2]]]),
-            np.concatenate([world.people_velocity, [robot]]),
-            len(world.people_position),
-        )
+        (x, y, heading), speed = world.robot_pose.tolist(), float(world.robot_twist[0])
+        robot = len(world.people_position)
+        position, velocity = np.empty((2, robot + 1, 2))
+        position[:robot], position[robot] = world.people_position, (x, y)
+        velocity[:robot], velocity[robot] = world.people_velocity, (speed * cos(heading), speed * sin(heading))
+        return Bodies(position, velocity, robot)
 
     def unsteady(self, velocities: Array) -> Array:
         """The velocities with the noise of those who walk unsteadily, at most MAX_WALKING_SPEED; drawn each time."""
@@ -100,6 +101,24 @@ class AvoidingWalk(Walk):
         velocities = np.array(velocities)
         velocities[self._unsteady] = moved * (MAX_WALKING_SPEED / fastest)[:, None]
         return velocities
+
+
+def groups(laws: Sequence[Law]) -> list[tuple[Index | slice, Law]]:
+    """Who has the same law, and the law: one call of it moves them all."""
+    kinds = list(dict.fromkeys(laws))
+    if len(kinds) == 1:
+        return [(slice(None), kinds[0])]  # views, without copies
+    return [(np.array([i for i, other in enumerate(laws) if other == one]), one) for one in kinds]
+
+
+@exact
+def _turn(desired: Matrix, diagonal: Flags):
+    """Turns the velocities (n, 2) in place TO_THE_RIGHT, and those of who walks `diagonal` (n,) 45 degrees first."""
+    for i in range(len(desired)):
+        x, y = desired[i, 0], desired[i, 1]
+        if diagonal[i]:
+            x, y = HALF_RIGHT * (x - y), HALF_RIGHT * (x + y)
+        desired[i, 0], desired[i, 1] = x + TO_THE_RIGHT * y, y - TO_THE_RIGHT * x
 
 
 class _Turns:

@@ -6,7 +6,7 @@ from mjnav.messages import Array, WorldState
 from mjnav.motion import orca
 from mjnav.scenarios.people.avoiding import Orca
 from mjnav.scenarios.spec import Scenario
-from mjnav.world.people.avoiding import AvoidingWalk
+from mjnav.world.people.avoiding import AvoidingWalk, groups
 from mjnav.world.people.walk import PERIOD, Index
 
 
@@ -19,13 +19,12 @@ class OrcaWalk(AvoidingWalk):
         super().__init__(scenario, index, seed)
         found = [scenario.people[i].behaviour for i in index]
         settings = [settings_of(behaviour) for behaviour in found if isinstance(behaviour, Orca)]
-        self._groups = [
-            (np.array([i for i, other in enumerate(settings) if other == one]), one) for one in dict.fromkeys(settings)
-        ]
+        self._groups = groups(settings)
 
     def velocities(self, world: WorldState) -> Array:
         """See `Walk`."""
         wanted, bodies = self.wanted(world), self.bodies(world)
+        max_speed = np.maximum(self._speed, np.hypot(wanted[:, 0], wanted[:, 1]))
         found = np.empty_like(wanted)
         for group, settings in self._groups:
             found[group] = orca.velocities(
@@ -34,7 +33,7 @@ class OrcaWalk(AvoidingWalk):
                 self._radius,
                 self.index[group],
                 wanted[group],
-                np.maximum(self._speed[group], np.hypot(*wanted[group].T)),
+                max_speed[group],
                 self._temperaments.avoids[group],
                 bodies.robot,
                 self._floor.discs,

@@ -107,15 +107,15 @@ class Pedestrians:
     def velocities(self, world: WorldState) -> Array:
         """Desired velocities of all people, (P, 2) [m/s]; zero for those who are not there."""
         desired = np.zeros((len(self._radii), 2))
-        unseen = replace(world, robot_pose=np.full(3, np.nan), robot_twist=np.full(2, np.nan))
+        unseen = world
+        if not all(sees for _, sees, _, _ in self._groups):
+            unseen = replace(world, robot_pose=np.full(3, np.nan), robot_twist=np.full(2, np.nan))
         for place, sees, walk, temperaments in self._groups:
             wanted = walk.velocities(world if sees else unseen)
             desired[place] = wanted if temperaments is None else temperaments.applied(world, wanted)
         if self._presence is not None:
             desired[~self._presence.present] = 0.0
-        turned = sidestepped(desired, world.people_position, self._radii)
-        turned[self._straight] = desired[self._straight]
-        return turned
+        return sidestepped(desired, world.people_position, self._radii, self._straight)
 
 
 def _placed(world: WorldState, places: Mapping[int, Point]) -> WorldState:

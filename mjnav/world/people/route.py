@@ -4,12 +4,14 @@ from math import hypot
 
 import numpy as np
 
+from mjnav.geometry.compiled import exact
+from mjnav.geometry.kernel_types import Flags, Matrix, Vector
 from mjnav.messages import Array, WorldState
 from mjnav.scenarios.people import REACHED, Walker
 from mjnav.scenarios.ranges import Point
 from mjnav.scenarios.spec import Scenario
 from mjnav.world.people.guide import Guide
-from mjnav.world.people.walk import ARRIVAL_TIME, Flags, Index, Walk
+from mjnav.world.people.walk import ARRIVAL_TIME, Index, Walk
 
 
 class Route(Walk):
@@ -26,7 +28,7 @@ class Route(Walk):
         self._speed = np.array([route.speed for route in routes], float)
         self._next = [0] * len(routes)
         self._goals = np.array([waypoints[0] for waypoints in self._waypoints], float)
-        self._ends = [self._is_end(i) for i in range(len(routes))]  # whose next waypoint is where they stay
+        self._ends = np.array([self._is_end(i) for i in range(len(routes))])  # whose next waypoint is where they stay
         self._guide = Guide(scenario, index)
 
     def velocities(self, world: WorldState) -> Array:
@@ -42,19 +44,14 @@ class Route(Walk):
         if reached or points is not self._goals:
             way = points - positions
             distance = _lengths(way)
-        far = np.array(distance)
-        speed = self._speed
-        if any(self._ends):
-            arriving = np.array(self._ends) & (np.abs(points - self._goals).max(axis=1) <= REACHED)
-            speed = np.where(arriving, np.minimum(speed, far / ARRIVAL_TIME), speed)
-        return np.divide(speed, far, out=np.zeros_like(far), where=far > 0.0)[:, None] * way
+        return _velocities(way, np.array(distance), points, self._goals, self._speed, self._ends)
 
     def arrived(self, world: WorldState) -> Flags:
         """See `Walk`: who is near the last waypoint, and leaves there."""
         if self._leaves_within.max() < 0.0:
             return super().arrived(world)
         distance = np.hypot(*(self._goals - world.people_position[self.index]).T)
-        return np.array(self._ends) & (distance <= self._leaves_within)
+        return self._ends & (distance <= self._leaves_within)
 
     def begin(self, place: int, start: Point, goal: Point) -> None:
         """See `Walk`."""
@@ -63,6 +60,20 @@ class Route(Walk):
 
     def _is_end(self, i: int) -> bool:
         return not self._loops[i] and self._next[i] + 1 == len(self._waypoints[i])
+
+
+@exact
+def _velocities(way: Matrix, distance: Vector, points: Matrix, goals: Matrix, speed: Vector, ends: Flags):
+    """Along `way` (n, 2), `distance` (n,) long, to `points`; slower by and by to a goal where the route `ends`."""
+    found = np.empty(way.shape)
+    for i in range(len(way)):
+        walks, share = speed[i], 0.0
+        if ends[i] and max(abs(points[i, 0] - goals[i, 0]), abs(points[i, 1] - goals[i, 1])) <= REACHED:
+            walks = min(walks, distance[i] / ARRIVAL_TIME)
+        if distance[i] > 0.0:
+            share = walks / distance[i]
+        found[i, 0], found[i, 1] = share * way[i, 0], share * way[i, 1]
+    return found
 
 
 def _lengths(vectors: Array) -> list[float]:

@@ -7,7 +7,7 @@ push against each other for the rest of the run.
 import numpy as np
 
 from mjnav.geometry.compiled import exact
-from mjnav.geometry.kernel_types import Matrix, Vector
+from mjnav.geometry.kernel_types import Flags, Matrix, Vector
 from mjnav.messages import Array
 
 TOUCHING = 0.05  # [m] between two people's surfaces below which they touch
@@ -15,22 +15,25 @@ AHEAD = 0.3  # cosine of the angle between the way and the other person, above w
 SIDEWAYS = 0.6  # share of the speed with which somebody steps to the side, at least
 
 
-def sidestepped(desired: Array, position: Array, radii: Array) -> Array:
+def sidestepped(desired: Array, position: Array, radii: Array, straight: Array) -> Array:
     """Desired velocities (P, 2) [m/s] of people at position (P, 2) [m] with radii (P,) who go round whom they touch.
 
     With n towards the nearest of those who are touched and in the way (d.n > AHEAD |d|), and t across it, the velocity
-    becomes s |d| max(|d.t| / |d|, SIDEWAYS) t, where s is the side of d.t; to the right where d.t = 0.
+    becomes s |d| max(|d.t| / |d|, SIDEWAYS) t, where s is the side of d.t; to the right where d.t = 0. Who walks
+    `straight` (P,) does not.
     """
     if len(desired) < 2:
         return desired
-    return _sidestepped(np.ascontiguousarray(desired), np.ascontiguousarray(position), radii)
+    return _sidestepped(np.ascontiguousarray(desired), np.ascontiguousarray(position), radii, straight)
 
 
 @exact
-def _sidestepped(desired: Matrix, position: Matrix, radii: Vector):
+def _sidestepped(desired: Matrix, position: Matrix, radii: Vector, straight: Flags):
     num_people = len(desired)
     turned = desired.copy()
     for i in range(num_people):
+        if straight[i]:
+            continue
         speed = np.hypot(desired[i, 0], desired[i, 1])
         nearest = TOUCHING
         for j in range(num_people):

@@ -4,11 +4,13 @@ from math import cos
 
 import numpy as np
 
+from mjnav.geometry.compiled import exact
+from mjnav.geometry.kernel_types import Indices, Matrix, Vector
 from mjnav.messages import Array, WorldState
 from mjnav.motion.social_force import FORMS, SocialForce, accelerations
 from mjnav.scenarios.people.avoiding import SocialForce as SocialForceKeys
 from mjnav.scenarios.spec import Scenario
-from mjnav.world.people.avoiding import AvoidingWalk
+from mjnav.world.people.avoiding import AvoidingWalk, Bodies, groups
 from mjnav.world.people.walk import PERIOD, Index
 
 STANDING_TIME = 0.5  # [s] in which who arrives comes to rest where a form has no tau (libpedsim)
@@ -25,8 +27,7 @@ class SocialForceWalk(AvoidingWalk):
         super().__init__(scenario, index, seed)
         found = [scenario.people[i].behaviour for i in index]
         laws = [law_of(behaviour) for behaviour in found if isinstance(behaviour, SocialForceKeys)]
-        # One call of the law for all who have the same constants.
-        self._groups = [(np.array([i for i, law in enumerate(laws) if law == one]), one) for one in dict.fromkeys(laws)]
+        self._groups = groups(laws)
         # In MuJoCo bodies that touch slide past one another; in the kinematic world they stand.
         self.sidesteps = scenario.physics.engine == "kinematic"
         self._will = np.full((len(index), 2), np.nan)
@@ -34,15 +35,13 @@ class SocialForceWalk(AvoidingWalk):
     def velocities(self, world: WorldState) -> Array:
         """See `Walk`."""
         wanted, bodies = self.wanted(world), self.bodies(world)
-        new = np.isnan(self._will[:, 0]) | np.isnan(bodies.position[self.index, 0])
-        self._will[new] = wanted[new]
-        bodies.velocity[self.index] = self._will  # the others' noise is not what people react to
+        _begin(self._will, wanted, bodies.position, bodies.velocity, self.index)
         for group, law in self._groups:
             self._will[group] = self._followed(group, law, wanted[group], bodies)
         return self.unsteady(self._will)
 
-    def _followed(self, group: Index, law: SocialForce, wanted: Array, bodies) -> Array:
-        own, speed = self._will[group], np.maximum(self._speed[group], np.hypot(*wanted.T))
+    def _followed(self, group: Index | slice, law: SocialForce, wanted: Array, bodies: Bodies) -> Array:
+        own = self._will[group]
         push = accelerations(
             bodies.position,
             bodies.velocity,
@@ -56,12 +55,42 @@ class SocialForceWalk(AvoidingWalk):
             self._floor.boxes,
             law,
         )
-        if law.relaxation_time == 0.0:
-            slower = np.hypot(*wanted.T) < (1.0 - 1e-9) * self._speed[group]
-            push[slower] += (wanted - own)[slower] / STANDING_TIME - law.drive * wanted[slower]
-        will = own + PERIOD * push
-        size = np.hypot(*will.T)
-        return will * np.minimum(1.0, law.excess * speed / np.maximum(size, 1e-9))[:, None]
+        return _stepped(own, push, wanted, self._speed[group], law.relaxation_time > 0.0, law.drive, law.excess)
+
+
+@exact
+def _begin(will: Matrix, wanted: Matrix, position: Matrix, velocity: Matrix, index: Indices):
+    """Gives a will (n, 2) to those who have none yet or are not there; it becomes everybody's velocity.
+
+    It is what the others react to: noise is not.
+    """
+    for i in range(len(will)):
+        body = index[i]
+        if np.isnan(will[i, 0]) or np.isnan(position[body, 0]):
+            will[i, 0], will[i, 1] = wanted[i, 0], wanted[i, 1]
+        velocity[body, 0], velocity[body, 1] = will[i, 0], will[i, 1]
+
+
+@exact
+def _stepped(own: Matrix, push: Matrix, wanted: Matrix, speed: Vector, relaxes: bool, drive: float, excess: float):
+    """The wills (n, 2) after PERIOD under accelerations `push` (n, 2), no faster than `excess` times what is wanted.
+
+    Who slows down to stand comes to rest in STANDING_TIME where the form has no relaxation time.
+    """
+    found = np.empty(own.shape)
+    for i in range(len(own)):
+        size = np.hypot(wanted[i, 0], wanted[i, 1])
+        stands = not relaxes and size < (1.0 - 1e-9) * speed[i]
+        for k in range(2):
+            a = push[i, k]
+            if stands:
+                a += (wanted[i, k] - own[i, k]) / STANDING_TIME - drive * wanted[i, k]
+            found[i, k] = own[i, k] + PERIOD * a
+        fastest = excess * max(speed[i], size)
+        share = min(1.0, fastest / max(np.hypot(found[i, 0], found[i, 1]), 1e-9))
+        found[i, 0] *= share
+        found[i, 1] *= share
+    return found
 
 
 def law_of(keys: SocialForceKeys) -> SocialForce:

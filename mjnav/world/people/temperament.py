@@ -16,16 +16,19 @@ walks up to it or blocks its way, looks at it. Differences from HuNavSim: there 
 take the robot as an obstacle at rest; and the robot is no source of social forces for yields and scared.
 """
 
-from math import cos, hypot, inf, pi
+from collections.abc import Sequence
+from math import cos, hypot, inf, isnan, pi
 
 import numpy as np
 
 from mjnav.messages import Array, WorldState
 from mjnav.scenarios.floor import floor_of_people
 from mjnav.scenarios.people.temperament import CURIOUS, IMPASSIVE, REGULAR, SCARED, THREATENING, YIELDS
+from mjnav.scenarios.ranges import Point
 from mjnav.scenarios.spec import Scenario
 from mjnav.world.people.walk import ARRIVAL_TIME, PERIOD, Index
 
+# Each person's numbers are floats: NumPy takes ten times as long for arrays of two.
 SIGHT = {YIELDS: 4.0, CURIOUS: 10.0, SCARED: 3.0, THREATENING: 4.0}  # [m]
 PATIENCE = {YIELDS: 30.0, CURIOUS: 30.0, SCARED: inf, THREATENING: 40.0}  # [s] of a run
 FIELD_OF_VIEW = pi / 2.0 + 0.17  # [rad] to either side
@@ -49,57 +52,72 @@ class Temperaments:
         self._acting = [(i, name) for i, name in enumerate(names) if name not in (REGULAR, IMPASSIVE)]
         self._radius = [person.radius for person in people]
         self._spent = [0.0] * len(names)  # [s] of patience
-        self._looks = np.zeros((len(names), 2))  # unit vectors
+        self._looks: list[Point] = [(0.0, 0.0)] * len(names)  # unit vectors
         self._walls = floor_of_people(scenario.walls, (), ())
         # For whom the robot is a body to keep clear of: not for those who come near on purpose.
         self.avoids = np.array([name not in (CURIOUS, THREATENING) for name in names], bool)
 
     def applied(self, world: WorldState, desired: Array) -> Array:
         """The wanted velocities (n, 2) [m/s], those of the behaviours where the robot is not seen."""
-        if not self._acting or np.isnan(world.robot_pose[0]):
+        robot = world.robot_pose.tolist()
+        if not self._acting or isnan(robot[0]):
             return desired
         desired = np.array(desired)
         for i, name in self._acting:
-            position = world.people_position[self._index[i]]
-            if np.isnan(position[0]):
+            x, y = position = world.people_position[self._index[i]].tolist()
+            if isnan(x):
                 continue
-            way = world.robot_pose[:2] - position
+            way = robot[0] - x, robot[1] - y
             distance = max(hypot(*way), 1e-9)
-            self._look(i, world.people_velocity[self._index[i]], desired[i])
+            w = desired[i].tolist()
+            self._look(i, world.people_velocity[self._index[i]].tolist(), w)
             if self._spent[i] < PATIENCE[name] and self._sees(i, position, way, distance, SIGHT[name]):
                 self._spent[i] += PERIOD
-                desired[i] = _wanted(
-                    name, world.robot_pose, position, way / distance, distance, self._radius[i], desired[i]
-                )
+                ahead = way[0] / distance, way[1] / distance
+                desired[i] = _wanted(name, robot, position, ahead, distance, self._radius[i], w)
                 if name != SCARED:
-                    self._looks[i] = way / distance
+                    self._looks[i] = ahead
         return desired
 
-    def _look(self, i: int, velocity: Array, desired: Array) -> None:
-        for v in (velocity, desired):
-            speed = hypot(*v)
+    def _look(self, i: int, *velocities: Sequence[float]) -> None:
+        for x, y in velocities:
+            speed = hypot(x, y)
             if speed > WALKING:
-                self._looks[i] = v / speed
+                self._looks[i] = x / speed, y / speed
                 return
 
-    def _sees(self, i: int, position: Array, way: Array, distance: float, sight: float) -> bool:
+    def _sees(self, i: int, position: Sequence[float], way: Point, distance: float, sight: float) -> bool:
         """Whether the robot is near enough, within the field of view, and not behind a wall."""
-        if distance > sight or self._looks[i] @ way < cos(FIELD_OF_VIEW) * distance:
+        (x, y), (dx, dy), (look_x, look_y) = position, way, self._looks[i]
+        if distance > sight or look_x * dx + look_y * dy < cos(FIELD_OF_VIEW) * distance:
             return False
-        return not len(self._walls.boxes) or self._walls.blocking(position, position + way, GLANCE) is None
+        return not len(self._walls.boxes) or self._walls.blocking(position, (x + dx, y + dy), GLANCE) is None
 
 
-def _wanted(name: str, robot: Array, position: Array, ahead: Array, distance: float, radius: float, w: Array) -> Array:
+def _wanted(
+    name: str,
+    robot: Sequence[float],
+    position: Sequence[float],
+    ahead: Point,
+    distance: float,
+    radius: float,
+    w: Sequence[float],
+) -> Point:
     """The velocity of an acting temperament; `ahead` is the unit vector towards the robot's pose `robot`."""
-    if name == YIELDS:
-        return np.zeros(2)
+    if name == YIELDS or (name == CURIOUS and distance <= CLOSE):
+        return 0.0, 0.0
     if name == CURIOUS:
-        return APPROACH * distance * ahead if distance > CLOSE else np.zeros(2)
+        speed = APPROACH * distance
+        return speed * ahead[0], speed * ahead[1]
     if name == SCARED:
-        speed = hypot(*w)
-        pull = SCARED_SPEED / TAU * w / speed if speed > 0.0 else np.zeros(2)
-        push = pull - SCARE * SCARE_RANGE / max(distance - radius, LEAST_GAP) * ahead
-        return SCARED_SPEED / max(hypot(*push), 1e-9) * push
-    target = robot[:2] + BLOCK_AHEAD * np.array([np.cos(robot[2]), np.sin(robot[2])]) - position
-    gap = max(hypot(*target), 1e-9)
-    return min(BLOCK_SPEED, gap / ARRIVAL_TIME) / gap * target
+        walking, pull = hypot(*w), SCARED_SPEED / TAU
+        push = SCARE * SCARE_RANGE / max(distance - radius, LEAST_GAP)
+        x, y = (pull * v / walking if walking > 0.0 else 0.0 for v in w)
+        x, y = x - push * ahead[0], y - push * ahead[1]
+        share = SCARED_SPEED / max(hypot(x, y), 1e-9)
+        return share * x, share * y
+    x = robot[0] + BLOCK_AHEAD * float(np.cos(robot[2])) - position[0]
+    y = robot[1] + BLOCK_AHEAD * float(np.sin(robot[2])) - position[1]
+    gap = max(hypot(x, y), 1e-9)
+    share = min(BLOCK_SPEED, gap / ARRIVAL_TIME) / gap
+    return share * x, share * y

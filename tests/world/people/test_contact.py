@@ -85,7 +85,7 @@ def test_people_who_overlap_at_the_start_step_apart_and_are_not_thrown(scene, en
 def test_who_is_not_in_the_way_turns_nobody_aside():
     desired = np.array([[1.0, 0.0], [0.0, 1.0], [-1.0, 0.0], [1.0, 0.0]])
     position = np.array([[0.0, 0.0], [0.0, -0.62], [-0.62, 0.0], [np.nan, np.nan]])
-    turned = sidestepped(desired, position, np.full(4, 0.3))
+    turned = sidestepped(desired, position, np.full(4, 0.3), np.zeros(4, bool))
     np.testing.assert_array_equal(
         turned[[0, 2, 3]], desired[[0, 2, 3]]
     )  # the one beside, the one ahead who goes, nobody
