@@ -11,7 +11,7 @@ from mjnav.motion.diff_drive import LIDAR_HEIGHT, wheel_speeds
 from mjnav.scenarios.spec import Scenario
 from mjnav.world.engine import ContactLog
 from mjnav.world.floor_plan import FloorPlan
-from mjnav.world.kinematic_steps import step_people, step_robot
+from mjnav.world.kinematic_steps import in_reach, step_people, step_robot
 from mjnav.world.lidar import beam_angles, cast
 
 
@@ -129,7 +129,10 @@ def _advance(
 
     first_touch (P + n + m,) receives the first step in which the robot met each person, disc and box.
     """
+    room = len(twists) * timestep * np.hypot(desired[:, 0], desired[:, 1])
+    nearby = in_reach(people, room, discs, boxes)
     for step in range(len(twists)):
-        step_people(people, desired, robot, radius, discs, boxes, timestep, first_touch, step)
+        if step_people(people, desired, robot, radius, discs, boxes, timestep, nearby, first_touch, step):
+            nearby = in_reach(people, room, discs, boxes)
         v, omega = twists[step, 0], twists[step, 1]
         step_robot(robot, radius, people, discs, boxes, v, omega, timestep, wheel, first_touch, step)
