@@ -17,16 +17,15 @@ pytestmark = pytest.mark.xdist_group("real time")
 
 SHORT = ("--set", "time_limit=0.3")
 FIGURES = """
-    schema scene controller seed outcome success timeout collisions collisions_moving collisions_at_rest robot_at_fault
-    people_see_robot layout avoidable_start lane_violation_s time_s aggregated_time_s failures_to_progress path_length_m straight_line_m
-    path_ratio spl mean_deviation_m max_deviation_m control_cost min_clearance_m min_obstacle_clearance_m
-    mean_obstacle_clearance_m min_human_distance_m mean_human_distance_m space_compliance intimate_space_share
-    personal_space_share social_space_share min_time_to_collision_s social_force_on_people_m_s
-    social_force_on_robot_m_s social_work_m_s min_speed_m_s mean_speed_m_s max_speed_m_s
+    schema scene controller seed outcome success timeout collisions collisions_moving collisions_at_rest
+    robot_at_fault people_see_robot layout avoidable_start lane_violation_s time_s aggregated_time_s
+    failures_to_progress path_length_m straight_line_m path_ratio spl mean_deviation_m max_deviation_m control_cost
+    min_clearance_m min_obstacle_clearance_m mean_obstacle_clearance_m min_human_distance_m mean_human_distance_m
+    space_compliance intimate_space_share personal_space_share social_space_share min_time_to_collision_s
+    social_force_on_people_m_s social_force_on_robot_m_s social_work_m_s min_speed_m_s mean_speed_m_s max_speed_m_s
     min_acceleration_m_s2 mean_acceleration_m_s2 max_acceleration_m_s2 min_jerk_m_s3 mean_jerk_m_s3 max_jerk_m_s3
-    stalled_s not_moving_s heading_change_rad ticks infeasible_ticks clipped_ticks
-    compute_ms real_time_factor deadline_misses localization_rmse_m tracking_rmse_m state_hash log metrics
-    detour
+    stalled_s not_moving_s heading_change_rad ticks infeasible_ticks clipped_ticks compute_ms real_time_factor
+    deadline_misses localization_rmse_m tracking_rmse_m state_hash log metrics detour
 """
 
 
