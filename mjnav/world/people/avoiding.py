@@ -8,7 +8,7 @@ from typing import TypeVar
 import numpy as np
 
 from mjnav.geometry.compiled import exact
-from mjnav.geometry.kernel_types import Flags, Matrix
+from mjnav.geometry.kernel_types import Flags, Indices, Matrix, Vector
 from mjnav.messages import Array, WorldState
 from mjnav.rng import stream
 from mjnav.scenarios.floor import floor_of_people
@@ -96,11 +96,7 @@ class AvoidingWalk(Walk):
         """The velocities with the noise of those who walk unsteadily, at most MAX_WALKING_SPEED; drawn each time."""
         if not self._unsteady.size:
             return velocities
-        moved = velocities[self._unsteady] + self._std[self._unsteady, None] * self._noise.row()
-        fastest = np.maximum(np.hypot(*moved.T), MAX_WALKING_SPEED)
-        velocities = np.array(velocities)
-        velocities[self._unsteady] = moved * (MAX_WALKING_SPEED / fastest)[:, None]
-        return velocities
+        return _shaken(velocities, self._unsteady, self._std, self._noise.row())
 
 
 def groups(laws: Sequence[Law]) -> list[tuple[Index | slice, Law]]:
@@ -119,6 +115,18 @@ def _turn(desired: Matrix, diagonal: Flags):
         if diagonal[i]:
             x, y = HALF_RIGHT * (x - y), HALF_RIGHT * (x + y)
         desired[i, 0], desired[i, 1] = x + TO_THE_RIGHT * y, y - TO_THE_RIGHT * x
+
+
+@exact
+def _shaken(velocities: Matrix, unsteady: Indices, std: Vector, noise: Matrix):
+    """The velocities (n, 2), those of who is `unsteady` (k,) with `std` (n,) times `noise` (k, 2)."""
+    shaken = velocities.copy()
+    for k in range(len(unsteady)):
+        i = unsteady[k]
+        x, y = velocities[i, 0] + std[i] * noise[k, 0], velocities[i, 1] + std[i] * noise[k, 1]
+        share = MAX_WALKING_SPEED / max(np.hypot(x, y), MAX_WALKING_SPEED)
+        shaken[i, 0], shaken[i, 1] = share * x, share * y
+    return shaken
 
 
 class _Turns:

@@ -23,6 +23,7 @@ class Route(Walk):
         routes = [behaviour for behaviour in found if isinstance(behaviour, Walker)]
         within = [-1.0 if route.leaves_within is None else route.leaves_within for route in routes]
         self._leaves_within = np.array(within, float)  # of the last waypoint [m]; negative for who stays
+        self._leaves = bool((self._leaves_within >= 0.0).any())
         self._waypoints = [route.waypoints for route in routes]
         self._loops = [route.loop and len(route.waypoints) > 1 for route in routes]
         self._speed = np.array([route.speed for route in routes], float)
@@ -48,10 +49,10 @@ class Route(Walk):
 
     def arrived(self, world: WorldState) -> Flags:
         """See `Walk`: who is near the last waypoint, and leaves there."""
-        if self._leaves_within.max() < 0.0:
+        if not self._leaves:
             return super().arrived(world)
-        distance = np.hypot(*(self._goals - world.people_position[self.index]).T)
-        return self._ends & (distance <= self._leaves_within)
+        way = self._goals - world.people_position[self.index]
+        return self._ends & (np.hypot(way[:, 0], way[:, 1]) <= self._leaves_within)
 
     def begin(self, place: int, start: Point, goal: Point) -> None:
         """See `Walk`."""

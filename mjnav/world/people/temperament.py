@@ -48,8 +48,9 @@ class Temperaments:
     def __init__(self, scenario: Scenario, index: Index):
         people = [scenario.people[i] for i in index]
         names = [person.temperament or REGULAR for person in people]
-        self._index = index
         self._acting = [(i, name) for i, name in enumerate(names) if name not in (REGULAR, IMPASSIVE)]
+        self._places = np.array([i for i, _ in self._acting], int)
+        self._bodies = index[self._places]
         self._radius = [person.radius for person in people]
         self._spent = [0.0] * len(names)  # [s] of patience
         self._looks: list[Point] = [(0.0, 0.0)] * len(names)  # unit vectors
@@ -63,14 +64,15 @@ class Temperaments:
         if not self._acting or isnan(robot[0]):
             return desired
         desired = np.array(desired)
-        for i, name in self._acting:
-            x, y = position = world.people_position[self._index[i]].tolist()
-            if isnan(x):
+        positions = world.people_position[self._bodies].tolist()
+        velocities = world.people_velocity[self._bodies].tolist()
+        wanted = desired[self._places].tolist()
+        for (i, name), position, velocity, w in zip(self._acting, positions, velocities, wanted, strict=True):
+            if isnan(position[0]):
                 continue
-            way = robot[0] - x, robot[1] - y
+            way = robot[0] - position[0], robot[1] - position[1]
             distance = max(hypot(*way), 1e-9)
-            w = desired[i].tolist()
-            self._look(i, world.people_velocity[self._index[i]].tolist(), w)
+            self._look(i, velocity, w)
             if self._spent[i] < PATIENCE[name] and self._sees(i, position, way, distance, SIGHT[name]):
                 self._spent[i] += PERIOD
                 ahead = way[0] / distance, way[1] / distance
