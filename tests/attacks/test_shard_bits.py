@@ -60,7 +60,8 @@ def test_pages_carry_checksums_for_other_readers(store):
     (shard,) = store.folder.glob("part-*.parquet")
     content = bytearray(shard.read_bytes())
     column = pq.read_metadata(shard).row_group(0).column(list(COLUMNS).index("control_cost"))
-    content[column.data_page_offset + column.total_compressed_size - 5] ^= 1
+    assert column.path_in_schema == "control_cost"
+    content[column.dictionary_page_offset + column.total_compressed_size - 5] ^= 1  # in its last page
     shard.write_bytes(content)
     with pytest.raises(OSError, match="CRC checksum"):
         pq.ParquetFile(shard, page_checksum_verification=True).read()
