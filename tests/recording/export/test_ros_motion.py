@@ -99,10 +99,9 @@ def test_each_person_has_an_odometry_with_its_speed_along_its_way(log, bag):
         for name in ("person0", "person1", "person2"):
             found = dict(bag[f"/people/{name}/{kind}"])
             states = [(t, one) for t, v in logged(log, f"/people/{kind}") for one in v["people"] if one["name"] == name]
+            states = [(time, one) for time, one in states if None not in one["position"]]
             assert list(found) == [time for time, _ in states]
             for time, one in states:
-                if None in one["velocity"]:
-                    continue
                 message, (vx, vy) = found[time], one["velocity"]
                 assert_header(message.header, time)
                 assert message.child_frame_id == name
@@ -114,4 +113,4 @@ def test_each_person_has_an_odometry_with_its_speed_along_its_way(log, bag):
                 turn = np.array([[cos(heading), -sin(heading)], [sin(heading), cos(heading)]])
                 expected = np.array(one["covariance"])[2:, 2:] if kind == "estimate" else np.zeros((2, 2))
                 np.testing.assert_allclose(turn @ twist @ turn.T, expected, atol=1e-12)
-    assert len(bag["/people/person0/estimate"]) == 5  # one tick is without this track
+    assert len(bag["/people/person0/estimate"]) == 4  # one of six ticks is without this track, in another it is nowhere
