@@ -24,7 +24,7 @@ from mjnav.world.engine import ContactLog, DivergedError
 from mjnav.world.floor_plan import FloorPlan
 from mjnav.world.lidar import beam_angles
 from mjnav.world.mujoco_people import MujocoPeople
-from mjnav.world.scene import DECORATION, SEEN_BY_LIDAR, compose
+from mjnav.world.scene import SEEN_BY_LIDAR, compose
 
 ROBOT_ACCELERATION = 15.0  # [m/s^2] more than tyres of friction 0.9 can give, 8.8
 NEAR = 0.01  # [m] for the chassis' lean
@@ -35,10 +35,7 @@ class MujocoEngine:
     """An `Engine` on MuJoCo."""
 
     def __init__(self, scenario: Scenario, velocities: Array):
-        spec = compose(scenario)
-        for geom in [geom for geom in spec.geoms if geom.group == DECORATION]:
-            spec.delete(geom)  # decoration costs a tenth of each step
-        self.model = spec.compile()
+        self.model = compose(scenario, decorated=False).compile()  # decoration costs a tenth of each step
         # MuJoCo would compute every sensor in every step, a step late; encoders and yaw are read from the state.
         self.model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_SENSOR
         # MuJoCo would put everything back to where the run began.

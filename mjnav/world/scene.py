@@ -53,8 +53,8 @@ def scene_points(scenario: Scenario) -> Array:
     return np.array(points, float)
 
 
-def compose(scenario: Scenario) -> mujoco.MjSpec:
-    """The scenario's model, not yet compiled, everything at its start."""
+def compose(scenario: Scenario, *, decorated: bool = True) -> mujoco.MjSpec:
+    """The scenario's model, not yet compiled, everything at its start; on request without what only pictures need."""
     scene = _part("scene")
     scene.modelname = scenario.name
     scene.option.timestep = scenario.physics.timestep
@@ -64,19 +64,26 @@ def compose(scenario: Scenario) -> mujoco.MjSpec:
     floor = scene.geom("floor")
     floor.pos = [*np.round(0.5 * (low + high)), 0.0]
     floor.size = [*np.ceil(0.5 * (high - low) + 20.0), 0.1]
-    _attach(scene, _robot(scenario.robot), "robot/", *scenario.robot.start)
+    _attach(scene, _robot(scenario.robot), "robot/", scenario.robot.start, decorated)
     for i, wall in enumerate(scenario.walls):
         _add_wall(scene, wall, f"wall{i}/")
     for i, table in enumerate(scenario.tables):
-        _attach(scene, _table(table), f"table{i}/", *table.position, table.yaw)
+        _attach(scene, _table(table), f"table{i}/", (*table.position, table.yaw), decorated)
     for i, pillar in enumerate(scenario.pillars):
-        _attach(scene, _pillar(pillar), f"pillar{i}/", *pillar.position)
+        _attach(scene, _pillar(pillar), f"pillar{i}/", (*pillar.position, 0.0), decorated)
     for i, person in enumerate(scenario.people):
-        _attach(scene, _person(person, _SHIRTS[i % len(_SHIRTS)]), f"person{i}/", *person.start)
+        shirt = _SHIRTS[i % len(_SHIRTS)]
+        _attach(scene, _person(person, shirt), f"person{i}/", (*person.start, 0.0), decorated)
     return scene
 
 
-def _attach(scene: mujoco.MjSpec, part: mujoco.MjSpec, prefix: str, x: float, y: float, yaw: float = 0.0) -> None:
+def _attach(
+    scene: mujoco.MjSpec, part: mujoco.MjSpec, prefix: str, pose: tuple[float, float, float], decorated: bool
+) -> None:
+    if not decorated:  # before it is attached: MuJoCo goes through the whole scene for each geom that is deleted
+        for geom in [geom for geom in part.geoms if geom.group == DECORATION]:
+            part.delete(geom)
+    x, y, yaw = pose
     frame = scene.worldbody.add_frame(pos=[x, y, 0.0], quat=[np.cos(0.5 * yaw), 0.0, 0.0, np.sin(0.5 * yaw)])
     scene.attach(part, prefix=prefix, frame=frame)
 
