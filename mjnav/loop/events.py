@@ -47,11 +47,18 @@ class Events:
         self._before: WorldState | None = None  # the truth of the tick before
         self._waiting: tuple[Event, ...] = ()
         self._status = Status.OK
+        self._stranded: tuple[int, ...] = ()
         self._clipping_told = self._given_told = False
 
     def note(self, *events: Event) -> None:
         """Events that the next tick will carry."""
         self._waiting += events
+
+    def strand(self, people: tuple[int, ...]) -> None:
+        """Who stay away for good until now, in the order in which they left; those told before are left out."""
+        for i in people[len(self._stranded) :]:
+            self.note(Event("warning", "people", f"person{i} stays away for good: no way leads along any trip drawn"))
+        self._stranded = people
 
     def of_tick(
         self, truth: WorldState, beliefs: Beliefs | None, decision: Decision, *, given: bool = False

@@ -67,6 +67,10 @@ class RunRecord:
         """Events that belong to the next tick, or to the end of the run where no tick follows."""
         self._events.note(*events)
 
+    def strand(self, people: tuple[int, ...]) -> None:
+        """Who stay away for good, of those who were to come again; each is an event once."""
+        self._events.strand(people)
+
     def add(
         self,
         k: int,

@@ -103,6 +103,7 @@ class Tick:
         watch.resume()
         command, switches = robot.actuate(self.k, decision, watch.elapsed)
         watch.lap("actuate")
+        record.strand(self._world.stranded)
         asked = decision is self.__dict__.get("decision")
         record.add(self.k, self.truth, self.readings, beliefs, observation, decision, command, asked=asked)
         watch.lap("write")

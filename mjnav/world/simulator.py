@@ -53,6 +53,11 @@ class Simulator:
         """[s] since the start."""
         return self._step * self._timestep
 
+    @property
+    def stranded(self) -> tuple[int, ...]:
+        """Who were to come again and stay away for good, as none of the ways drawn for them can be walked."""
+        return self._pedestrians.stranded
+
     def advance(self, duration: float, command: ArrayLike, switches: Iterable[tuple[float, ArrayLike]] = ()) -> None:
         """Moves on by `duration` [s], a whole number of steps, with `command` (v, omega) in force.
 

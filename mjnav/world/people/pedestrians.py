@@ -68,6 +68,11 @@ class Pedestrians:
             self._groups.append((place, sees, walk, temperaments))
         self._presence = Presence(scenario, seed) if comes_or_goes(scenario) else None
 
+    @property
+    def stranded(self) -> tuple[int, ...]:
+        """Who were to come again and stay away for good, as none of the ways drawn for them can be walked."""
+        return () if self._presence is None else self._presence.stranded
+
     def at_start(self, world: WorldState) -> tuple[WorldState, Array]:
         """The world without those who are not there from the beginning, and everybody's desired velocity, (P, 2)."""
         if self._presence is not None:

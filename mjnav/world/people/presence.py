@@ -62,6 +62,7 @@ class Presence:
         tracks = {i: one.behaviour.track for i, one in enumerate(self._people) if isinstance(one.behaviour, Replay)}
         self._replayed = {person: row for row, person in enumerate(tracks)}
         self._splines = TrackSplines([np.array(track) for track in tracks.values()]) if tracks else None
+        self.stranded: tuple[int, ...] = ()  # who stay away for good: none of the ways drawn for them can be walked
         # Who will come, with their ways, (start, goal) each, and when they may [s].
         self._waiting: dict[int, tuple[list[tuple[Point, Point | None]], float]] = {
             i: ([(scenario.people[i].start, None)], float(self._enters[i]))
@@ -75,7 +76,11 @@ class Presence:
             self.present[i] = False
             walk = self._people[i].behaviour
             if isinstance(walk, Walker) and walk.at_end == AGAIN and world.time < self._leaves[i] - 1e-9:
-                self._waiting[i] = self._drawn(i, walk), world.time + self._pause
+                ways = self._drawn(i, walk)
+                if any(self._leads(i, *way) for way in ways):
+                    self._waiting[i] = ways, world.time + self._pause
+                else:
+                    self.stranded += (i,)
         return going
 
     def coming(self, world: WorldState) -> list[Newcomer]:

@@ -6,7 +6,7 @@ import pytest
 import mjnav
 from mjnav.loop.simulation import Simulation
 from mjnav.scenarios.people import Trip
-from mjnav.scenarios.spec import ConstantVelocity, Person, Pillar, SocialForce, Waypoints
+from mjnav.scenarios.spec import ConstantVelocity, Person, Pillar, SocialForce, Wall, Waypoints
 from mjnav.world.simulator import Simulator
 
 FAR = (0.0, -8.0, 0.0)
@@ -164,3 +164,19 @@ def test_tracks_follow_who_comes_and_goes_in_copies_logs_and_replays_too(estimat
             simulation = simulation.copy()
         simulation.step(simulation.decide())
     assert simulation.summary["state_hash"] == result.summary["state_hash"]
+
+
+def test_who_is_to_come_again_where_no_way_leads_is_told_as_away_for_good_once(scene, tmp_path):
+    closed = ((-1.0, 2.0), (4.0, 2.0), (4.0, 5.0), (-1.0, 5.0))  # walls around TO
+    walls = tuple(Wall(a, b) for a, b in zip(closed, (*closed[1:], closed[0]), strict=True))
+    people = (
+        Person((0.0, 0.0), Waypoints(((1.0, 0.0),), **AGAIN)),
+        Person((3.0, 1.0), Waypoints(((3.0, 0.0),), **{**AGAIN, "trips": (Trip(FROM, FROM),)})),
+    )
+    told = []
+    for number in range(2):
+        log = tmp_path / f"{number}.mcap"
+        mjnav.run(scene(engine="kinematic", start=FAR, walls=walls, people=people[number:], time_limit=2.0), log=log)
+        events = [message.value.message for message in mjnav.open_log(log).messages("/events")]
+        told.append([event for event in events if "for good" in event])
+    assert told == [["person0 stays away for good: no way leads along any trip drawn"], []]
