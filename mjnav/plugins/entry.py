@@ -1,7 +1,7 @@
 """A plug-in as a scenario holds it: a name and the values of its parameters, of which nothing is imported yet."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields, is_dataclass
 from difflib import get_close_matches
 from functools import partial
 from inspect import isclass
@@ -13,6 +13,8 @@ from mjnav.plugins.find import construct, find, own_parameters, parameters_type
 from mjnav.plugins.given import Given, name_of
 from mjnav.plugins.kinds import BEHAVIOUR, DISTRIBUTION, LOCALIZER, METRIC, PREDICTOR, TRACKER, Kind
 from mjnav.plugins.registered import refuse_clash, registered
+
+NUMBER = "count"  # key of a person in a run file that says how many are drawn
 
 
 @dataclass(frozen=True, slots=True)
@@ -105,10 +107,20 @@ class PredictorPlugin(Plugin):
 
 
 class BehaviourPlugin(Plugin):
-    """A behaviour of one's own: its name under `behaviour`, and its parameters beside it."""
+    """A behaviour of one's own: its name under `behaviour`, and its parameters beside it.
+
+    None of them may be called `count`, which says in a run file how many people an entry draws.
+    """
 
     __slots__ = ()
     kind = BEHAVIOUR
+
+    def _made(self, found: Any, *arguments: Any) -> Any:
+        parameters = parameters_type(self.kind, self.name, found, object)
+        if is_dataclass(parameters) and NUMBER in (field.name for field in fields(parameters)):
+            allowed = f"parameters that are not called {NUMBER}, which says how many people are drawn"
+            raise InvalidValue("behaviour", self.name, allowed)
+        return super()._made(found, *arguments)
 
 
 class MetricPlugin(Plugin):
