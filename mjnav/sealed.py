@@ -39,3 +39,14 @@ def sealed_message(message: Any) -> Any:
     if is_dataclass(message):
         return type(message)(**{field.name: sealed_message(getattr(message, field.name)) for field in fields(message)})
     return message
+
+
+def twin(message: Any) -> Any:
+    """A sealed message in objects of its own on the same memory, so that their fields and shapes are its own, too."""
+    if isinstance(message, np.ndarray):
+        return message.view()
+    if isinstance(message, tuple):
+        return tuple(map(twin, message))
+    if is_dataclass(message):
+        return type(message)(*(twin(getattr(message, field.name)) for field in fields(message)))
+    return message

@@ -81,9 +81,9 @@ class RunRecord:
         decision: Decision,
         command: Array,
         *,
-        asked: bool,
+        asked: Observation | None,
     ) -> None:
-        """Everything that tick `k` saw and did; `asked` says whether the decision is the controller's."""
+        """Everything that tick `k` saw and did; `asked` is what the controller saw, if the decision is its own."""
         believed = b"" if beliefs is None else beliefs.robot.mean.tobytes()
         self._hash.update(truth.robot_pose.tobytes() + believed + command.tobytes())
         record = TickRecord(
@@ -96,8 +96,8 @@ class RunRecord:
             observation=observation,
             decision=decision,
             command=command,
-            cone=self._cone(beliefs, observation, decision) if self._cones and asked else None,
-            events=self._events.of_tick(truth, beliefs if readings else None, decision, given=not asked),
+            cone=self._cone(beliefs, asked, decision) if self._cones else None,
+            events=self._events.of_tick(truth, beliefs if readings else None, decision, given=asked is None),
         )
         self._trajectory.add(record)
         if self._recorder is not None:

@@ -16,6 +16,7 @@ from mjnav.loop.onboard.navigator import Navigator
 from mjnav.loop.pacer import Stopwatch
 from mjnav.loop.run_record import RunRecord
 from mjnav.messages import Beliefs, Decision, Observation, Reading, WorldState
+from mjnav.sealed import twin
 from mjnav.world.simulator import Simulator
 
 
@@ -29,6 +30,7 @@ class Tick:
         """
         self.k, self._before = k, before
         self._given: Beliefs | None = None
+        self._recorded: Observation | None = None  # a twin: the controller may change the one it was shown
         self._world, self._robot, self._watch = world, robot, watch
         watch.start()
         self.truth: WorldState = world.state()
@@ -38,7 +40,7 @@ class Tick:
     def messages(self) -> tuple[object, ...]:
         """What is known so far and never changes: two ticks may share it."""
         known = vars(self)
-        found = [known.get(name) for name in ("truth", "observation", "decision")]
+        found = [known.get(name) for name in ("truth", "observation", "_recorded", "decision")]
         for beliefs in (known.get("estimated"), self._given, self._before):
             found += [] if beliefs is None else [beliefs, beliefs.robot, *beliefs.people]
         return (*found, *known.get("readings", ()))
@@ -73,6 +75,7 @@ class Tick:
             return None
         self._watch.resume()
         observation = self._robot.predict(self.k, beliefs, own=self._given is None)
+        self._recorded = twin(observation)
         self._watch.lap("predict")
         return observation
 
@@ -104,8 +107,8 @@ class Tick:
         command, switches = robot.actuate(self.k, decision, watch.elapsed)
         watch.lap("actuate")
         record.strand(self._world.stranded)
-        asked = decision is self.__dict__.get("decision")
-        record.add(self.k, self.truth, self.readings, beliefs, observation, decision, command, asked=asked)
+        asked = observation if decision is self.__dict__.get("decision") else None
+        record.add(self.k, self.truth, self.readings, beliefs, self._recorded, decision, command, asked=asked)
         watch.lap("write")
         self._world.advance(robot.period, command, switches)
         watch.lap("advance")
