@@ -105,11 +105,16 @@ def _variant(variants: Variants, hint: Any, value: Any) -> Any:
 
 
 def _one_of(alternatives: tuple[Any, ...], value: Any, *, optional: bool) -> Any:
-    """Dataclasses are for tables, the other types of a union for all else; refused is what the last of them refuses."""
+    """Dataclasses are for tables, tuples for arrays, the other types of a union for all else.
+
+    Refused is what the last of them refuses.
+    """
     if value is None and optional:
         return None
     is_table = isinstance(value, dict) or is_dataclass(value)
-    *first, last = [o for o in alternatives if is_dataclass(bare(o)) == is_table] or alternatives
+    fitting = [o for o in alternatives if is_dataclass(bare(o)) == is_table] or alternatives
+    is_array = isinstance(value, list | tuple)
+    *first, last = [o for o in fitting if (get_origin(bare(o)) is tuple) == is_array] or fitting
     for option in first:
         with suppress(InvalidValue):
             return settled(option, value)

@@ -66,6 +66,8 @@ def people_of(crowd: Crowd, path: Path | str) -> list[dict[str, Any]]:
         allowed = (
             f"what gives people two rows or more within crop, and hardly any faster than {MAX_WALKING_SPEED:g} m/s"
         )
+        if crowd.crop and not cut.num_jumps and not cut.num_gaps:
+            raise InvalidValue("crop", crowd.crop, "two corners with people between them, in the scene's coordinates")
         raise InvalidValue("scale" if cut.num_jumps > cut.num_gaps else "frame_rate", found, allowed)
     if not tracks:
         allowed = f"a window in which somebody walks; the recording ends at {end:g} s"

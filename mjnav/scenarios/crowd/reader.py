@@ -67,9 +67,13 @@ def _text(data: bytes) -> str:
         text = data.decode("utf-16" if data[:2] in (b"\xff\xfe", b"\xfe\xff") else "utf-8-sig")
     except UnicodeDecodeError as error:
         line = data.count(b"\n", 0, error.start) + 1
-        raise InvalidValue(f"line {line}", data[error.start : error.end], f"text: {FORMATS}") from None
+        raise InvalidValue(
+            f"line {line}", data[error.start : error.end], f"text in UTF-8 or UTF-16: {FORMATS}"
+        ) from None
     if "\0" in text:
-        raise InvalidValue(f"line {text.count(chr(10), 0, text.index(chr(0))) + 1}", "\0", f"text: {FORMATS}")
+        raise InvalidValue(
+            f"line {text.count(chr(10), 0, text.index(chr(0))) + 1}", "\0", f"text in UTF-8 or UTF-16: {FORMATS}"
+        )
     return text
 
 

@@ -49,7 +49,8 @@ class Walker:
             raise InvalidValue("trips", None, 'an array of tables with from and to; at_end = "again" requires it')
         for key in ("trips", "again_within", "clear_of_robot"):
             if self.at_end != AGAIN and getattr(self, key) is not None:
-                raise InvalidValue(key, getattr(self, key), 'nothing without at_end = "again"')
+                found = f"{len(self.trips)} of them" if key == "trips" and self.trips else getattr(self, key)
+                raise InvalidValue(key, found, 'nothing without at_end = "again"')
 
     @staticmethod
     def dependent_defaults(arguments: Mapping[str, Any]) -> dict[str, Any]:

@@ -111,6 +111,7 @@ BAD = {
     ),
     "a window of no length": ("window=[5,5]", "crowd.window: found (5.0, 5.0); allowed: [from, to] with from < to"),
     "a flat crop": ("crop=[[0,0],[0,5]]", "crowd.crop.1: found (0.0, 5.0); allowed: the corner opposite to (0.0, 0.0)"),
+    "a crop beside everybody": ("crop=[[900,900],[901,901]]", "crowd.crop: found ((900.0, 900.0), "),
     "units of a picture": ("scale=100.0", "crowd.scale: found '1 tracks, "),
     "another unit of time": ("frame_rate=0.1", "crowd.frame_rate: found '0 tracks, "),
     "a misspelt key": ("windw=[0,5]", "crowd.windw: found 'windw'; allowed: columns, crop, file, frame_rate, max_gap,"),

@@ -104,8 +104,8 @@ BAD = {
     "an empty cell": ("1,1,,2.0", "line 1: found ''; allowed: a finite number (x)"),
     "a short row": (f"{PLAIN}\n50 3 1.0", "line 11: found '50 3 1.0'; allowed: 4 columns, as in the rows before"),
     "another number of columns": ("1 2 3 4 5 6\n", "line 1: found '6 columns: 1 2 3 4 5 6'; allowed: frame id x y (4"),
-    "binary": (b"\x89PNG\r\n\x1a\n\0\0", "line 1: found b'\\x89'; allowed: text: frame id x y"),
-    "zeros": (b"1 2 3 4\n\0\0\0", "line 2: found '\\x00'; allowed: text: frame id x y"),
+    "binary": (b"\x89PNG\r\n\x1a\n\0\0", "line 1: found b'\\x89'; allowed: text in UTF-8 or UTF-16: frame id x y"),
+    "zeros": (b"1 2 3 4\n\0\0\0", "line 2: found '\\x00'; allowed: text in UTF-8 or UTF-16: frame id x y"),
     "a text": ("once upon a time\nthere were people", "found 'no rows'; allowed: rows of frame id x y"),
 }
 

@@ -128,6 +128,7 @@ def test_no_layout_for_training_is_one_for_reporting():
         ("people.0.sped={low=1, high=2}", "people.0.sped: .*did you mean 'speed'"),
         ("people.0.count=[3, 2]", "people.0.count.1: found 2; allowed: a whole number from 3 on"),
         ("people.0.count=many", "people.0.count: found 'many'; allowed: a whole number from 0 to 500"),
+        ("people.0.count=[1, 2, 3]", r"people.0.count: found \[1, 2, 3\]; allowed: an array of 2 whole numbers"),
         ("people.0.behaviour={waypoint = 1}", "people.0.behaviour: .*did you mean 'waypoints'"),
         ("people.0.behaviour.shares=[0, 0]", "people.0.behaviour.shares: .*at least one is more than 0"),
         ("people.0.speed={mean=-9, std=0.1}", "people.0.speed.mean: found -9"),
