@@ -54,7 +54,7 @@ def _print(found: "Inspection") -> None:
         ("missing", [f"  {printable(sentence)}" for sentence in found.missing]),
         ("recovered from another log", list(_named(found.recovered or {}))),
         ("worst moments", list(_moments(found.moments))),
-        ("figures", list(_named(found.figures or {}, units=True))),
+        ("figures", list(_figures(found.figures or {}))),
         ("timing", list(_timing(found.timing))),
         ("result", list(_named(_not_yet_said(found)))),
     ):
@@ -99,6 +99,10 @@ def _origin(found: "Inspection") -> Iterator[str]:
             yield f"  {', '.join(versions)}"
         for key, value in run.items():
             yield f"  {printable(key)} {value}".rstrip()
+    if found.people:
+        from mjnav.report.shown_people import people_lines
+
+        yield from (f"  people {printable(line)}" for line in people_lines(found.people))
 
 
 def _moments(moments: Sequence["WorstMoment"]) -> Iterator[str]:
@@ -144,14 +148,25 @@ def _print_topics(topics: "Mapping[str, InspectedTopic]") -> None:
     print_table(rows, (*texts, *names), numbers=range(len(texts), len(texts) + len(names)))
 
 
-def _named(values: Mapping[str, Any], *, units: bool = False) -> Iterator[str]:
-    """A line for each value; with `units`, those of the figures that have one."""
+def _figures(figures: Mapping[str, Any]) -> Iterator[str]:
+    """A line for each figure with its unit, group by group."""
     from mjnav.metrics.definitions import FIGURES
+    from mjnav.report.figure_names import by_group
 
+    width = min(max(map(len, figures), default=0), _MAX_WIDTH)
+    for group, names in by_group(figures).items():
+        yield f"  {group}"
+        for name in names:
+            value = figures[name]
+            unit = FIGURES[name].unit if name in FIGURES and value is not None else ""
+            yield f"    {printable(name):{width}}  {_text(value)} {unit}".rstrip()
+
+
+def _named(values: Mapping[str, Any]) -> Iterator[str]:
+    """A line for each value."""
     width = min(max(map(len, values), default=0), _MAX_WIDTH)
     for key, value in values.items():
-        unit = FIGURES[key].unit if units and key in FIGURES and value is not None else ""
-        yield f"  {printable(key):{width}}  {_text(value)} {unit}".rstrip()
+        yield f"  {printable(key):{width}}  {_text(value)}".rstrip()
 
 
 def _text(value: object) -> str:

@@ -1,12 +1,15 @@
 """What figures are called in tables and charts, their units, and what they are, from `metrics.definitions`."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from types import MappingProxyType
 from typing import NamedTuple
 
-from mjnav.metrics.definitions import DERIVED, FIGURES, TRUTH, Definition
+from mjnav.metrics.definitions import DERIVED, FIGURES, GROUPS, TRUTH, Definition
 
 _KNOWN: Mapping[str, Definition] = MappingProxyType({**FIGURES, **DERIVED})
+
+
+OTHERS = "others"  # figures of no group
 
 
 class FigureName(NamedTuple):
@@ -43,3 +46,19 @@ def definition(key: str) -> str:
     """What a figure is, by its column or its key in `mjnav inspect --json`; "" where nothing is known of it."""
     column = key.removeprefix("figures.").removeprefix("timing.").removeprefix("result.").replace(".", "_")
     return _KNOWN[column].about if column in _KNOWN else ""
+
+
+def by_group(keys: Iterable[str]) -> dict[str, list[str]]:
+    """Figures of a run, by their keys in `mjnav inspect --json`, under the name of their group; others come last."""
+    found: dict[str, list[str]] = {name: [] for name in (*GROUPS, OTHERS)}
+    for key in keys:
+        found[_group(key.removeprefix("figures.").replace(".", "_"))].append(key)
+    return {name: own for name, own in found.items() if own}
+
+
+def _group(column: str) -> str:
+    """The group of a figure, or of a table of figures, whose columns begin with its name."""
+    for name, figures in GROUPS.items():
+        if column in figures or any(figure.startswith(f"{column}_") for figure in figures):
+            return name
+    return OTHERS

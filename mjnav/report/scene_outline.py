@@ -5,6 +5,7 @@ from typing import Any
 import numpy as np
 
 from mjnav.messages import Array
+from mjnav.report.shown_people import shown_people
 from mjnav.scenarios.routes import planned_legs
 from mjnav.scenarios.spec import Scenario, Table
 
@@ -19,7 +20,8 @@ def scene_outline(scenario: Scenario) -> dict[str, Any]:
         "goal_tolerance": robot.goal_tolerance,
         "radius": robot.radius,
         "people_radius": [person.radius for person in scenario.people],
-        "people_legs": [[leg.start, *leg.points] for leg in legs if leg.points],
+        "people_legs": [{"person": leg.person, "points": [leg.start, *leg.points]} for leg in legs if leg.points],
+        "people_words": [person.words for person in shown_people(scenario)],
         "walls": [{"from": w.start, "to": w.end, "thickness": w.thickness} for w in scenario.walls],
         "tables": [
             {"corners": _top(t).tolist(), "legs": t.legs.tolist(), "leg_radius": t.leg_radius} for t in scenario.tables

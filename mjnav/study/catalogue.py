@@ -12,6 +12,8 @@ from mjnav.noise.registry import DISTRIBUTIONS
 from mjnav.plugins import CONTROLLER, Kind, registered
 from mjnav.plugins.kinds import BEHAVIOUR, DISTRIBUTION, LOCALIZER, PREDICTOR, TRACKER
 from mjnav.recording.log_format import TOPICS
+from mjnav.scenarios.library import is_random
+from mjnav.scenarios.people.temperament import TEMPERAMENTS
 from mjnav.scenarios.prediction import MODELS
 from mjnav.scenarios.spec import BEHAVIOURS, ENGINES
 from mjnav.study.study_file import studies
@@ -52,16 +54,22 @@ def _metrics() -> dict[str, str]:
     return found | {name: f"compare: {one.line}" for name, one in DERIVED.items()}
 
 
+def _scenes() -> dict[str, str]:
+    """The shipped scenes; those that every seed draws anew say so."""
+    return {name: text + " (drawn by seed)" * is_random(name) for name, text in scenarios.describe()}
+
+
 # kind -> what finds its names, each with a sentence
 _KINDS: Mapping[str, Callable[[], Mapping[str, str]]] = MappingProxyType(
     {
-        "scenes": lambda: dict(scenarios.describe()),
+        "scenes": _scenes,
         "studies": studies,
         "controllers": lambda: _with_registered(CONTROLLER, control.describe()),
         "noise profiles": noise.describe_profiles,
         "behaviours": lambda: _with_registered(
             BEHAVIOUR, {name: first_line(kind) for name, kind in sorted(BEHAVIOURS.items())}
         ),
+        "temperaments": lambda: TEMPERAMENTS,
         "channels": lambda: noise.CHANNEL_MEANINGS,
         "distributions": lambda: _with_registered(
             DISTRIBUTION, {name: first_line(kind) for name, kind in DISTRIBUTIONS.items()}

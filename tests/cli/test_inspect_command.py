@@ -25,6 +25,11 @@ def test_it_says_how_the_run_went(mjnav, log):
     headings = [line for line in lines if line and not line.startswith((" ", "/"))]
     assert headings[1:] == ["worst moments", "figures", "timing", "result", headings[-1]]
     assert any(line.split() == ["success", "no"] for line in lines)
+    assert "  people 0: constant_velocity, takes no account of the robot" in lines
+    figures = lines[lines.index("figures") : lines.index("timing")]
+    assert [line for line in figures if line.startswith("  ") and line[2] != " "] == [
+        f"  {group}" for group in ("ending", "path", "motion", "social", "decisions", "knowledge", "others")
+    ]
     (scan,) = (line.split() for line in lines if line.startswith("/scan"))
     assert scan[1:7] == ["foxglove.LaserScan", "3", "-", "10.00", "0.100", "0.00"]
     assert "\x1b" not in said.out

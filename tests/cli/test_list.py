@@ -4,6 +4,7 @@ import json
 
 from mjnav import control, noise, scenarios
 from mjnav.recording.log_format import TOPICS
+from mjnav.scenarios.people.temperament import TEMPERAMENTS
 from mjnav.scenarios.spec import BEHAVIOURS, ENGINES
 from mjnav.study.catalogue import kinds
 from mjnav.study.study_file import studies
@@ -30,6 +31,10 @@ def test_json_is_one_object(mjnav):
     assert listed["studies"] == studies()
     assert tuple(listed["controllers"]) == control.names()
     assert tuple(listed["noise_profiles"]) == noise.profile_names()
+    drawn = {name for name, text in listed["scenes"].items() if text.endswith("(drawn by seed)")}
+    assert {"rooms", "crowds"} < drawn
+    assert not drawn & {"hall", "crossing1"}
+    assert listed["temperaments"] == dict(TEMPERAMENTS)
     assert set(listed["behaviours"]) == set(BEHAVIOURS)
     assert all(text.strip() for kind in kinds() for text in listed[kind.replace(" ", "_")].values())
 

@@ -30,6 +30,7 @@ KEYS = [
     "damage",
     "missing",
     "ticks",
+    "people",
     "figures",
     "timing",
     "moments",

@@ -352,10 +352,11 @@ def test_layers_can_be_hidden(opened):
     view.keyboard.press("End")
     view.keyboard.press("Shift+ArrowLeft")
     seen = {pixels(view)}
-    for layer in ("candidates", "particles", "estimates", "follow"):
+    for layer in ("candidates", "particles", "estimates", "ways", "follow"):
         view.locator(f"[data-layer={layer}]").click()
         seen.add(pixels(view))
-    assert len(seen) == 5
+    assert len(seen) == 6
+    assert not view.is_visible("[data-layer=predictions]")  # the run has none
     view.keyboard.press("Home")  # a box that has the focus leaves time its keys
     assert clock(view) == "0.00 s"
 

@@ -14,6 +14,7 @@ from mjnav.recording.encode.geometry import WORLD_FRAME
 MOST_PEOPLE = 3  # nearest first
 MOST_SAMPLES = 8
 HEIGHT = 0.04  # [m]
+SUFFIX = "_future"  # of an entity's name, after the track's
 
 _ORANGE = Color(r=1.0, g=0.6, b=0.1, a=0.5)
 
@@ -43,5 +44,5 @@ def _entity(name: str, paths: Array) -> bytes:
         )
         for path in paths.tolist()
     ]
-    entity = SceneEntity(frame_id=WORLD_FRAME, id=f"{name}_future", frame_locked=True, lines=lines)
+    entity = SceneEntity(frame_id=WORLD_FRAME, id=f"{name}{SUFFIX}", frame_locked=True, lines=lines)
     return entity.SerializeToString()

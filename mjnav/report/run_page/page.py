@@ -20,6 +20,7 @@ from mjnav.report.run_page.shown_run import ShownRun, shown_run
 
 LETTERS = "ABCD"
 MAX_RUNS = len(LETTERS)
+FEW_LEGS = 8  # of people's planned ways, with which a map stays readable
 GENERATOR = "mjnav report"  # by which a page is known
 _PACKAGE = "mjnav.report.run_page"
 _SCRIPTS = ("unpack", "drawing", "map", "distribution", "plots", "quantities", "playback", "time_line", "page")
@@ -38,6 +39,8 @@ def page(found: Sequence[tuple[Inspection, Playback]]) -> str:
         "comparison": page_figures.comparison([(run.heading, run.figures) for run in runs]) if several else "",
         "layout": "several" if several else "single",
         "parameters": parameters(runs),
+        "predictions": "" if any("ways" in run.playback.fields for run in runs) else "hidden",
+        "ways": "checked" if all(len(run.playback.scene["people_legs"]) <= FEW_LEGS for run in runs) else "",
         "differ": ", above them what differs between the runs" if several else "",
         "runs": "".join(_run_block(run) for run in runs),
         "moments": page_parts.moments(runs),

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from html import escape
 from typing import Any
 
-from mjnav.report.figure_names import definition
+from mjnav.report.figure_names import by_group, definition, unit
 from mjnav.report.look.document import term
 
 DASH = "–"
@@ -199,8 +199,21 @@ def _named(key: str) -> str:
 
 
 def figure_table(run: int, flat: Mapping[str, Any]) -> str:
-    """All leaves of `flat` in two columns."""
-    rows = "".join(
-        f'<tr><th scope="row">{_named(key)}</th><td>{element(run, key, value)}</td></tr>' for key, value in flat.items()
+    """All leaves of `flat` in two columns; figures of the run come first, each with its unit, under their groups."""
+    groups = by_group(key for key in flat if key.startswith("figures."))
+    parts = [(name, {key: flat[key] for key in keys}) for name, keys in groups.items()]
+    parts.append(("", {key: value for key, value in flat.items() if not key.startswith("figures.")}))
+    bodies = "".join(
+        f'<tbody>{f"""<tr><th scope="rowgroup" colspan="2">{escape(name)}</th></tr>""" if name else ""}'
+        + "".join(
+            f'<tr><th scope="row">{_named(key)}</th><td>{_valued(run, key, one)}</td></tr>' for key, one in own.items()
+        )
+        + "</tbody>"
+        for name, own in parts
+        if own
     )
-    return f'<table class="all"><tbody>{rows}</tbody></table>'
+    return f'<table class="all">{bodies}</table>'
+
+
+def _valued(run: int, key: str, value: Any) -> str:
+    return element(run, key, value, unit(key.removeprefix("figures.").replace(".", "_")))

@@ -5,6 +5,7 @@ from html import escape
 
 from mjnav.report.run_page.page_figures import element, figure_table, flatten, shown
 from mjnav.report.run_page.shown_run import ShownRun
+from mjnav.report.shown_people import ShownPerson
 
 _TOPIC_COLUMNS = (
     ("messages", "messages", ""),
@@ -87,6 +88,31 @@ def topics(run: ShownRun) -> str:
     )
 
 
+def _people(people: Sequence[ShownPerson]) -> str:
+    """A row for each person of the scene."""
+    head = "".join(
+        f'<th scope="col">{label}</th>'
+        for label in (
+            "person",
+            "behaviour",
+            "temperament",
+            "sees the robot",
+            _in_seconds("enters"),
+            _in_seconds("leaves"),
+        )
+    )
+    rows = "".join(
+        f'<tr><th scope="row">{i}</th><td>{escape(person.behaviour)}</td><td>{escape(person.temperament)}</td>'
+        f"<td>{shown(person.sees_robot)}</td><td>{shown(person.enters_s)}</td><td>{shown(person.leaves_s)}</td></tr>"
+        for i, person in enumerate(people)
+    )
+    return f'<table class="people"><thead><tr>{head}</tr></thead><tbody>{rows}</tbody></table>'
+
+
+def _in_seconds(label: str) -> str:
+    return f'{label} <span class="unit">s</span>'
+
+
 def details(run: ShownRun) -> str:
     """Everything else of the document."""
     parts = (
@@ -97,6 +123,8 @@ def details(run: ShownRun) -> str:
     tables = {
         title: figure_table(run.number, flatten({key: run.document[key] for key in keys})) for title, keys in parts
     }
+    if run.inspection.people:
+        tables = {"People": _people(run.inspection.people), **tables}
     return "".join(
         f'<details><summary>{title}</summary><div class="wide">{table}</div></details>'
         for title, table in tables.items()

@@ -15,6 +15,7 @@ from mjnav.recording.read.log import Log
 from mjnav.report.run_page.candidate_ranks import NONE
 from mjnav.report.run_page.cone_bins import cone_bins
 from mjnav.report.run_page.packed import Packer
+from mjnav.report.run_page.predicted_ways import pack_ways
 from mjnav.report.run_page.run_frames import TRACK_PARTICLES, PageEvent, RunFrames
 from mjnav.report.run_page.set_parameters import set_parameters
 from mjnav.report.scene_outline import scene_outline
@@ -119,7 +120,9 @@ def _pack_states(packer: Packer, frames: RunFrames, people: list[str], tracks: l
     packer.measured("phases", frames.array("phases", len(PHASES)), STEP)
     packer.measured("lateness", frames.array("lateness"), STEP)
     packer.measured("people", _stacked([frames.array(f"person {name}", 2) for name in people], size, 2), STEP)
-    packer.measured("tracks", _stacked([frames.array(f"track {name}", 5) for name in tracks], size, 5), STEP)
+    believed = _stacked([frames.array(f"track {name}", 5) for name in tracks], size, 5)
+    packer.measured("tracks", believed, STEP)
+    pack_ways(packer, frames.ways, tracks, believed[..., :2])
     packer.offsets("robot_particles", frames.array("robot particles", 0, 2), PARTICLE)
     particles = [frames.array(f"particles {name}", TRACK_PARTICLES, 2) for name in tracks]
     packer.offsets("track_particles", _stacked(particles, size, TRACK_PARTICLES, 2), PARTICLE)

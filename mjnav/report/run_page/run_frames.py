@@ -14,6 +14,7 @@ from mjnav.recording.read.budget import EXPORT, FREE_EXPORT, Budget
 from mjnav.recording.read.log import Log
 from mjnav.recording.read.ticks import NOT_OURS
 from mjnav.report.run_page.candidate_ranks import CandidateRanks, candidate_ranks
+from mjnav.report.run_page.predicted_ways import Ways, predicted_ways
 
 ROBOT_PARTICLES = 40  # kept of a belief
 TRACK_PARTICLES = 16
@@ -48,11 +49,13 @@ class RunFrames:
         self.cones: dict[int, tuple[Array, Array]] = {}
         self.cone_obstacles: dict[int, str] = {}
         self.candidates: dict[int, CandidateRanks] = {}
+        self.ways: dict[int, Ways] = {}
         self.events: list[PageEvent] = []
         self.num_events = 0
         self._path, self._budget = log.path, Budget(log.path.stat().st_size)
-        self._grid = _grid(log.scenario().control.parameters)
-        self._read(log)
+        scenario = log.scenario()
+        self._grid = _grid(scenario.control.parameters)
+        self._read(log, predicts=scenario.prediction is not None)
 
     def __len__(self) -> int:
         """The number of frames."""
@@ -73,7 +76,7 @@ class RunFrames:
         """The shape of the candidates' grid, where they are one: (num_v, num_omega)."""
         return self._grid
 
-    def _read(self, log: Log) -> None:
+    def _read(self, log: Log, *, predicts: bool) -> None:
         handlers: Mapping[str, Callable[[int, Any], None]] = {
             "/robot/state": self._robot,
             "/people/truth": self._people,
@@ -85,6 +88,7 @@ class RunFrames:
             "/cone": self._cone,
             "/candidates": self._candidates,
             "/tick": self._timing,
+            **({"/scene": self._scene} if predicts else {}),  # much to read for nothing else
         }
         for message in log.messages(*handlers, "/events"):
             frame = self._frame.get(message.sequence)
@@ -165,6 +169,10 @@ class RunFrames:
         ranks = candidate_ranks(np.array(value.v), np.array(value.omega), np.array(value.total), self._grid)
         if ranks is not None:
             self.candidates[frame] = ranks
+
+    def _scene(self, frame: int, value: Any) -> None:
+        if ways := predicted_ways(value):
+            self.ways[frame] = ways
 
     def _timing(self, frame: int, value: Mapping[str, Any]) -> None:
         self._put("phases", frame, [1e-6 * value[f"{phase}_ns"] for phase in PHASES])

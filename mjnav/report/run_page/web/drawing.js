@@ -116,7 +116,8 @@ class Drawing {
         && taken.every((box) => Math.abs(box[0] - x) > box[2] + half[0] || Math.abs(box[1] - y) > box[3] + half[1])
         && this.marks.every((other) => Math.abs(other.x - x) > other.radius + half[0]
           || Math.abs(other.y - y) > other.radius + half[1]);
-      const [x, y] = places.find(free) ?? places[0];
+      const [aside, y] = places.find(free) ?? places[0];
+      const x = Math.max(half[0], Math.min(aside, this.width - half[0]));
       taken.push([x, y, ...half]);
       context.strokeText(label.text, x, y);
       context.fillStyle = label.style;

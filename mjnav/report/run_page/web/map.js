@@ -71,8 +71,10 @@ class RunMap extends Drawing {
     this.place(frame);
     this.clear();
     this.room();
+    if (layers.ways) this.plannedWays(frame);
     this.trail(frame);
     if (layers.candidates) this.candidates(frame);
+    if (layers.predictions) this.predictedWays(frame);
     this.people(frame);
     this.robot(frame);
     this.labels();
@@ -94,12 +96,6 @@ class RunMap extends Drawing {
       this.path([-200, 200].map((far) => [foot[0] - (b / size) * far, foot[1] + (a / size) * far]));
       this.stroke(ink.lane, 2.5, [14, 9]);
     }
-    context.globalAlpha = 0.5;
-    for (const leg of scene.people_legs) {
-      this.path(leg);
-      this.stroke(ink.people, 1, [2, 5]);
-    }
-    context.globalAlpha = 1;
     scene.route.forEach((point, i) => {
       this.disc(point, scene.goal_tolerance, ink.goal, 0.18);
       this.stroke(ink.goal, 1.5);
@@ -127,6 +123,35 @@ class RunMap extends Drawing {
     this.disc(scene.start, scene.radius);
     this.stroke(ink.muted, 1, [3, 4]);
     this.label('start', scene.start, scene.radius * this.scale, ink.muted);
+  }
+
+  /** The ways to their waypoints of those who are there. */
+  plannedWays(frame) {
+    const people = this.run.row('people', frame);
+    this.context.globalAlpha = 0.5;
+    for (const { person, points } of this.run.scene.people_legs) {
+      if (!Number.isFinite(people[2 * person])) continue;
+      this.path(points);
+      this.stroke(this.ink.people, 1, [2, 5]);
+    }
+    this.context.globalAlpha = 1;
+  }
+
+  /** How the people closest to the robot are predicted to go on, a line a sample. */
+  predictedWays(frame) {
+    const { run } = this, tick = run.tickOf(frame);
+    const owners = run.row('way_of', tick), ways = run.row('ways', tick), tracks = run.row('tracks', tick);
+    const [, people, samples, points] = run.fields.ways?.shape ?? [];
+    this.context.globalAlpha = 0.5;
+    for (let i = 0; i < people * samples; i++) {
+      const owner = owners[Math.floor(i / samples)], way = [];
+      if (owner >= run.tracks.length || !Number.isFinite(ways[2 * i * points])) continue;
+      let [x, y] = [tracks[5 * owner], tracks[5 * owner + 1]];
+      for (let j = i * points; j < (i + 1) * points; j++) way.push([x += ways[2 * j], y += ways[2 * j + 1]]);
+      this.path(way);
+      this.stroke(this.ink.people, 1);
+    }
+    this.context.globalAlpha = 1;
   }
 
   trail(frame) {
@@ -200,7 +225,8 @@ class RunMap extends Drawing {
           this.stroke(ink.people, 1.4);
         }
       }
-      this.label(name.replace('person', ''), [x, y], radius * this.scale, ink.muted, -1);
+      const number = name.replace('person', ''), words = i === this.pointed && run.scene.people_words[i];
+      this.label(words ? `${number}: ${words}` : number, [x, y], radius * this.scale, words ? ink.ink : ink.muted, -1);
     });
     const tick = run.tickOf(frame), tracks = run.row('tracks', tick), particles = run.row('track_particles', tick);
     run.tracks.forEach((name, i) => {
@@ -234,6 +260,17 @@ class RunMap extends Drawing {
     if (layers.estimates) this.ellipse(run.row('ellipse', tick), estimate[0], estimate[1], 0, ink.ink);
   }
 
+  /** The person at a place of the screen, or null. */
+  personAt(clientX, clientY, frame) {
+    const box = this.canvas.getBoundingClientRect(), people = this.run.row('people', frame);
+    const found = this.run.people.findIndex((_, i) => {
+      const [x, y] = this.at([people[2 * i], people[2 * i + 1]]);
+      const reach = Math.max((this.run.scene.people_radius[i] ?? 0.3) * this.scale, 12);
+      return Math.hypot(box.left + x - clientX, box.top + y - clientY) < reach;
+    });
+    return found < 0 ? null : found;
+  }
+
   /** The frame in words. */
   description(frame) {
     const { run } = this, [x, y, heading] = run.row('pose', frame);
@@ -245,7 +282,8 @@ class RunMap extends Drawing {
     ];
     if (Number.isFinite(near)) parts.push(`${quantity(near, 2, 'm')} from the nearest surface`);
     if (run.status(frame)) parts.push(`decision ${run.status(frame).replace('_', ' ')}`);
-    if (run.people.length) parts.push(`${run.people.length} people`);
+    const there = run.people.filter((_, i) => Number.isFinite(run.at('people', frame, 2 * i))).length;
+    if (run.people.length) parts.push(`${there} of ${run.people.length} people there`);
     return `${parts.join(', ')}.`;
   }
 }

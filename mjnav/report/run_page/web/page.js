@@ -73,6 +73,15 @@ async function start() {
     read: readouts(blocks[i], run),
   }));
   const seek = (time) => playback.seek(times[0] + time);
+  for (const { run, map } of views) {
+    const point = ({ type, clientX, clientY }) => {
+      const found = type === 'pointerleave' ? null : map.personAt(clientX, clientY, run.frameAt(playback.time));
+      if (found === map.pointed) return;
+      map.pointed = found;
+      redraw();
+    };
+    for (const type of ['pointermove', 'pointerdown', 'pointerleave']) map.canvas.addEventListener(type, point);
+  }
   const plots = plotSpecs(runs).filter((spec) => spec.series.some((series) => series.values.some(Number.isFinite)))
     .map((spec) => new TimePlot(document.getElementById('plots'), spec, duration, seek));
   const show = (time) => {
