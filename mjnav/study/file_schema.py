@@ -38,7 +38,8 @@ def study_schema() -> Schema:
         own = tables[f"Control {name}"]["properties"]
         groups = {key: one for key, one in some["properties"].items() if "$ref" in one or "anyOf" in one}
         tables[name] = some
-        tables[f"method's {name}"] = {"type": "object", "properties": {**groups, **own}}
+        both = {key: {"anyOf": [groups[key], own[key]]} for key in groups.keys() & own.keys()}  # prediction
+        tables[f"method's {name}"] = {"type": "object", "properties": {**groups, **own, **both}}
         for place, table in (
             (schema["properties"], name),
             (tables["SettingEntry"]["properties"], name),
