@@ -14,6 +14,7 @@ from typing import Any, ClassVar, Generic, Protocol, TypeVar, get_args
 
 import numpy as np
 
+from mjnav.control.kernels.cone_blocks import Samples
 from mjnav.control.parameters import LoopParameters, MatchingParameters, Parameters, WeightedParameters, completed
 from mjnav.control.problem.desired import Desired
 from mjnav.control.problem.nominal import least_violating
@@ -211,10 +212,14 @@ def sample_risk(problem: Problem, reduction: Callable[[Array], Array], *, hinge:
 
     With `hinge` it takes those of max(0, f), which are fewer to evaluate.
     """
+    return stored_risk(problem, lambda samples: reduction(samples.whole()), hinge=hinge)
+
+
+def stored_risk(problem: Problem, reduction: Callable[[Samples], Array], *, hinge: bool = False) -> tuple[Array, Array]:
+    """The same for a `reduction` that leaves out what is at the floor at all controls: in a crowd that is most."""
     c = problem.candidates
     cone = problem.cone.reduce(c.v, c.omega, reduction, hinge=hinge)
     lane = np.zeros((len(c.v), 2))
     for side, samples in enumerate(problem.lanes):
-        samples = np.ascontiguousarray(samples.T)
-        lane[:, side] = reduction(np.maximum(samples, 0.0) if hinge else samples)
+        lane[:, side] = reduction(Samples.of(np.maximum(samples.T, 0.0) if hinge else samples.T))
     return cone, lane

@@ -18,7 +18,7 @@ from mjnav.scenarios.files import read_regular
 from mjnav.scenarios.layout.draft import draft_of
 from mjnav.scenarios.memory import check_memory
 from mjnav.scenarios.overrides import Overrides, apply, overrides_of
-from mjnav.scenarios.spec import Draft, Scenario
+from mjnav.scenarios.spec import Control, Draft, Scenario
 from mjnav.scenarios.toml import parse, toml_text
 
 _LOOP = ("rate", "delay", "latency")  # keys of [control] that belong to the loop, not to the method
@@ -90,11 +90,25 @@ def _scenario(document: dict[str, Any], *, recorded: bool = False) -> Scenario:
     """The checked scenario of a file's tables; of a random scene, the layout of its seed. A log draws nothing."""
     draft = None if recorded else draft_of(document)
     if draft is not None:
-        return _resolved(document, draft)
+        return _layout_of(document, draft)
     scenario = config.read_document(Scenario, document)
     check_memory(scenario)
     check(scenario, routes=not recorded)
     return scenario
+
+
+def _layout_of(document: dict[str, Any], draft: Draft) -> Scenario:
+    """The layout of a random scene's tables, drawn once for all controllers: only the loop's keys have a part in it."""
+    control = document.get("control")
+    if not isinstance(control, dict):
+        return _resolved(document, draft)
+    try:
+        tables = json.dumps({**document, "control": {key: control[key] for key in _LOOP if key in control}})
+    except (TypeError, ValueError):  # what JSON cannot hold, such as a date
+        return _resolved(document, draft)
+    drawn = _drawn(tables)
+    with config.below("control"):
+        return replace(drawn, control=config.read(Control, control))
 
 
 def _resolved(document: dict[str, Any], draft: Draft) -> Scenario:
@@ -124,7 +138,10 @@ def with_seed(scenario: Scenario, seed: int) -> Scenario:
 @lru_cache(_KEPT_LAYOUTS)
 def _drawn(tables: str) -> Scenario:
     """The layout of a random scene's tables, as JSON. The methods of a study meet it one after the other."""
-    return _scenario(json.loads(tables))
+    document = json.loads(tables)
+    draft = draft_of(document)
+    assert draft is not None  # asked for random scenes alone
+    return _resolved(document, draft)
 
 
 def dumps(scenario: Scenario, *, draft: bool = False) -> str:

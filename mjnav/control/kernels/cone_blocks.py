@@ -2,7 +2,10 @@
 
 from typing import NamedTuple
 
+import numpy as np
+
 from mjnav.geometry.kernel_types import Indices, Matrix, Vector
+from mjnav.messages import Array
 
 
 class ConeBlocks(NamedTuple):
@@ -46,3 +49,27 @@ class Controls(NamedTuple):
     v: Vector  # (K,) [m/s]
     cos_turn: Vector  # (K,) of omega tau
     sin_turn: Vector
+
+
+class Samples(NamedTuple):
+    """The samples of one constraint, (n, K) in whole: only rows that are not at the floor at all controls are stored.
+
+    In a crowd these are few: most pairs of samples cannot meet whatever the control. Where none is stored, K may be 1:
+    one control stands for all.
+    """
+
+    f: Matrix  # (s, K) the rows that are stored, in their order
+    row: Indices  # (s,) their numbers, from 0 to n - 1
+    num: int  # n
+    floor: float
+
+    @classmethod
+    def of(cls, samples: Array) -> "Samples":
+        """All of the samples (n, K)."""
+        return cls(np.ascontiguousarray(samples), np.arange(len(samples)), len(samples), 0.0)
+
+    def whole(self) -> Array:
+        """All samples, (n, K)."""
+        whole = np.full((self.num, self.f.shape[1]), self.floor)
+        whole[self.row] = self.f
+        return whole

@@ -154,39 +154,51 @@ def mean_violation(
 
 @kernel
 def cone_samples(
-    out: Matrix, b: int, circles: Matrix, controls: Controls, robot: RobotSamples, blocks: ConeBlocks, rule: ConeRule
+    out: Matrix,
+    row: Indices,
+    b: int,
+    circles: Matrix,
+    controls: Controls,
+    robot: RobotSamples,
+    blocks: ConeBlocks,
+    rule: ConeRule,
 ):
-    """f of block b at all controls into `out` (n, K), the robot's samples running fastest.
+    """f of block b at all controls into the first rows of `out` (n, K), the robot's samples running fastest.
 
-    Returns how many of its pairs are at the floor whatever the control.
+    Pairs that are at the floor whatever the control are left out. Returns how many are left; `row` has their numbers.
     """
     num_samples = robot.speed_noise.size
     length, speed = units(b, blocks, rule)
     first, last = blocks.start[b], blocks.start[b + 1]
-    near = np.ones(last - first, np.bool_)
-    bounded = b < blocks.num_discs and rule.form == SEGMENT
-    reach = reach_of(blocks.unit[b] * blocks.radius_squared[b], rule.floor)
+    near = np.ones((num_samples, last - first), np.bool_)
+    num_near = np.full(num_samples, last - first)
+    if b < blocks.num_discs and rule.form == SEGMENT:
+        reach = reach_of(blocks.unit[b] * blocks.radius_squared[b], rule.floor)
+        for i in range(num_samples):
+            num_near[i] = mark_near(
+                near[i], circles[i], robot.position[i, 0], robot.position[i, 1],
+                blocks.position[first:last], blocks.velocity[first:last], length, speed, reach,
+            )  # fmt: skip
+    place, count = np.empty((num_samples, last - first), np.int64), 0
+    for m in range(last - first):
+        for i in range(num_samples):
+            if near[i, m]:
+                place[i, m], row[count] = count, m * num_samples + i
+                count += 1
     scratch = np.zeros((3, controls.v.size))
     vx, vy, total = scratch[0], scratch[1], scratch[2]
-    num_far = 0
     for i in range(num_samples):
+        if num_near[i] == 0:
+            continue
         x, y = robot.position[i, 0], robot.position[i, 1]
-        if bounded:
-            num_near = mark_near(
-                near, circles[i], x, y, blocks.position[first:last], blocks.velocity[first:last], length, speed, reach,
-            )  # fmt: skip
-            num_far += near.size - num_near
         velocity_row(
             vx, vy, controls.v, controls.cos_turn, controls.sin_turn,
             robot.speed_noise[i], speed * robot.cos_heading[i], speed * robot.sin_heading[i],
         )  # fmt: skip
         for m in range(first, last):
-            f = out[(m - first) * num_samples + i]
-            if near[m - first]:
-                fill_row(f, total, vx, vy, x, y, m, b, length, speed, blocks, rule, rule.floor)
-            else:
-                f[:] = rule.floor
-    return num_far
+            if near[i, m - first]:
+                fill_row(out[place[i, m - first]], total, vx, vy, x, y, m, b, length, speed, blocks, rule, rule.floor)
+    return count
 
 
 @kernel

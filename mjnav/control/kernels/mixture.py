@@ -18,6 +18,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from mjnav.control.kernels.cone_blocks import Samples
 from mjnav.geometry.compiled import kernel, scalar
 from mjnav.geometry.kernel_types import Matrix
 from mjnav.messages import Array
@@ -64,11 +65,19 @@ def _gather(count, first, second, x, cell, low, high):
     for i in range(x.size):
         cell[i] = min(int((x[i] - low) * per_width), num_cells - 1)
     count[:], first[:], second[:] = 0.0, 0.0, 0.0
+    # Most samples are in the lowest cell, at the clip: its sums stay in registers.
+    lowest_count, lowest_first, lowest_second = 0.0, 0.0, 0.0
     for i in range(x.size):
         c = cell[i]
-        count[c] += 1.0
-        first[c] += x[i]
-        second[c] += x[i] * x[i]
+        if c == 0:
+            lowest_count += 1.0
+            lowest_first += x[i]
+            lowest_second += x[i] * x[i]
+        else:
+            count[c] += 1.0
+            first[c] += x[i]
+            second[c] += x[i] * x[i]
+    count[0], first[0], second[0] = lowest_count, lowest_first, lowest_second
     size = 0
     for c in range(num_cells):
         if count[c] > 0.0:
@@ -115,23 +124,26 @@ def _fit(
     weight: Matrix,
     mean: Matrix,
     variance: Matrix,
-    samples: Matrix,
+    samples: Samples,
     num_iterations: int,
     std_floor: float,
     num_cells: int,
 ):
-    num_samples, num_components, floor = samples.shape[0], weight.shape[0], std_floor * std_floor
+    num_samples, num_components, floor = samples.num, weight.shape[0], std_floor * std_floor
+    num_stored = samples.row.size
     x, cell = np.empty(num_samples), np.empty(num_samples, np.int64)
     count, first, second = np.empty(num_cells), np.empty(num_cells), np.empty(num_cells)
     density, largest, share = np.empty((num_components, num_cells)), np.empty(num_cells), np.empty(num_cells)
-    for k in range(samples.shape[1]):
-        low, high = np.inf, -np.inf
-        for i in range(num_samples):
-            x[i] = samples[i, k]
-            low, high = min(low, x[i]), max(high, x[i])
+    for k in range(samples.f.shape[1]):
+        low, high = (samples.floor, samples.floor) if num_stored < num_samples else (np.inf, -np.inf)
+        for i in range(num_stored):
+            low, high = min(low, samples.f[i, k]), max(high, samples.f[i, k])
         if high - low <= ATOM * std_floor:
             weight[:, k], mean[:, k], variance[:, k] = 1.0 / num_components, low, floor
             continue
+        x[:] = samples.floor
+        for i in range(num_stored):
+            x[samples.row[i]] = samples.f[i, k]
         # About the mean: what is far from 0 loses no digits in the squares.
         centre = x.mean()
         for i in range(num_samples):
@@ -151,16 +163,17 @@ def _fit(
 
 
 def fit_mixtures(
-    samples: Array, num_components: int, num_iterations: int, std_floor: float, *, num_cells: int = NUM_CELLS
+    samples: Array | Samples, num_components: int, num_iterations: int, std_floor: float, *, num_cells: int = NUM_CELLS
 ) -> Mixtures:
-    """A mixture for each column of `samples` (n, K), n >= 1; std_floor > 0 has the samples' unit.
+    """A mixture for each column of samples (n, K), n >= 1; std_floor > 0 has the samples' unit.
 
     The order of the samples changes nothing but rounding. More than `num_cells` samples are gathered in cells.
     """
-    shape = (num_components, samples.shape[1])
+    samples = samples if isinstance(samples, Samples) else Samples.of(samples)
+    shape = (num_components, samples.f.shape[1])
     mixtures = Mixtures(np.empty(shape), np.empty(shape), np.empty(shape))
     _fit(
-        mixtures.weight, mixtures.mean, mixtures.variance, np.ascontiguousarray(samples),
+        mixtures.weight, mixtures.mean, mixtures.variance, samples,
         num_iterations, std_floor, num_cells,
     )  # fmt: skip
     return mixtures

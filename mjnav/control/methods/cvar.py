@@ -18,11 +18,12 @@ from typing import Annotated
 
 import numpy as np
 
-from mjnav.control.base import ConstrainedController, sample_risk
+from mjnav.control.base import ConstrainedController, stored_risk
+from mjnav.control.kernels.cone_blocks import Samples
 from mjnav.control.parameters import Parameters, Share
 from mjnav.control.problem.problem import Problem
 from mjnav.geometry.compiled import kernel
-from mjnav.geometry.kernel_types import Matrix, Vector
+from mjnav.geometry.kernel_types import Vector
 from mjnav.messages import Array
 
 HALVINGS, FEW = 12, 8  # see _value_at_risk; they decide its speed, not its result
@@ -40,32 +41,40 @@ class Cvar(ConstrainedController[CvarParameters]):
 
     def risk(self, problem: Problem) -> tuple[Array, Array]:
         """CVaR_eta of every constraint."""
-        return sample_risk(problem, lambda samples: conditional_value_at_risk(samples, self.parameters.eta))
+        return stored_risk(problem, lambda samples: _conditional_values(samples, self.parameters.eta))
 
 
 def conditional_value_at_risk(samples: Array, eta: float) -> Array:
     """CVaR_eta of samples (n, K), each counting the same: (K,)."""
-    out = np.empty(samples.shape[1])
+    return _conditional_values(Samples.of(samples), eta)
+
+
+def _conditional_values(samples: Samples, eta: float) -> Array:
+    out = np.empty(samples.f.shape[1])
     # Of less than one sample the mean is that sample.
-    tail = max(1.0, (1.0 - eta) * len(samples))
-    keep = min(ceil(tail), len(samples))
-    _conditional_value_at_risk(out, samples, tail, keep, np.empty(len(samples)), np.empty(len(samples)))
+    tail = max(1.0, (1.0 - eta) * samples.num)
+    keep = min(ceil(tail), samples.num)
+    _conditional_value_at_risk(out, samples, tail, keep)
     return out
 
 
 @kernel
-def _conditional_value_at_risk(out: Vector, samples: Matrix, tail: float, keep: int, column: Vector, scratch: Vector):
+def _conditional_value_at_risk(out: Vector, samples: Samples, tail: float, keep: int):
     """t + sum_i max(0, f_i - t) / tail of samples (n, K) into `out` (K,), where t is the `keep`-th largest.
 
     That t is where the minimum over t is.
     """
-    num = samples.shape[0]
+    num, stored = samples.num, samples.row.size
+    column, scratch = np.full(num, samples.floor), np.empty(num)
     for k in range(out.size):
-        low, high = inf, -inf
-        for i in range(num):
-            f = samples[i, k]
-            column[i] = f
+        low, high = (samples.floor, samples.floor) if stored < num else (inf, -inf)
+        for i in range(stored):
+            f = samples.f[i, k]
+            column[samples.row[i]] = f
             low, high = min(low, f), max(high, f)
+        if low == high:
+            out[k] = low
+            continue
         t = _value_at_risk(column, keep, low, high, scratch)
         excess = 0.0
         for i in range(num):

@@ -28,6 +28,7 @@ import numpy as np
 
 from mjnav.config import Choice, Range
 from mjnav.control.base import ConstrainedController
+from mjnav.control.kernels.cone_blocks import Samples
 from mjnav.control.methods.gaussian_linearised import probability
 from mjnav.control.parameters import Parameters
 from mjnav.control.problem.futures import straightened
@@ -37,7 +38,6 @@ from mjnav.control.problem.problem import Problem
 from mjnav.control.problem.sample_cone import SampleCone
 from mjnav.geometry.angles import wrap
 from mjnav.geometry.compiled import kernel
-from mjnav.geometry.kernel_types import Matrix
 from mjnav.messages import Array, ObstacleSamples, RobotLimits
 from mjnav.rng import stream
 
@@ -90,7 +90,7 @@ class GaussianMoments(ConstrainedController[GaussianMomentsParameters]):
         if o.lanes is not None:
             margin = self.limits.radius
             for side, samples in enumerate(lane_samples(o.lanes, pose, noise, offsets, c.v, c.omega, margin, p)):
-                lane[:, side] = _probability(np.ascontiguousarray(samples.T))
+                lane[:, side] = _probability(Samples.of(samples.T))
         return cone, lane
 
     def _robot(self, problem: Problem, axes: Array) -> tuple[Array, Array, tuple[Array, Array]]:
@@ -140,20 +140,24 @@ def white(draws: Array) -> Array:
 
 
 @kernel
-def _probability(samples: Matrix):
-    """Phi(mean / std) of samples (n, K), (K,); 0 or 1 where there is no spread.
+def _probability(samples: Samples):
+    """Phi(mean / std) of the samples, (K,); 0 or 1 where there is no spread.
 
     The mean is taken first: squares of what hardly differs would cancel.
     """
-    mean, square = np.zeros(samples.shape[1]), np.zeros(samples.shape[1])
-    for i in range(samples.shape[0]):
+    mean, square = np.zeros(samples.f.shape[1]), np.zeros(samples.f.shape[1])
+    stored, floor = np.full(samples.num, -1), np.full(mean.size, samples.floor)
+    stored[samples.row] = np.arange(samples.row.size)  # -1 where a row is at the floor
+    for i in stored:
+        f = samples.f[i] if i >= 0 else floor
         for k in range(mean.size):
-            mean[k] += samples[i, k]
-    mean /= samples.shape[0]
-    for i in range(samples.shape[0]):
+            mean[k] += f[k]
+    mean /= samples.num
+    for i in stored:
+        f = samples.f[i] if i >= 0 else floor
         for k in range(mean.size):
-            square[k] += (samples[i, k] - mean[k]) ** 2
+            square[k] += (f[k] - mean[k]) ** 2
     out = np.empty(mean.size)
     for k in range(mean.size):
-        out[k] = probability(mean[k], square[k] / samples.shape[0])
+        out[k] = probability(mean[k], square[k] / samples.num)
     return out

@@ -16,6 +16,7 @@ from typing import Annotated
 import numpy as np
 
 from mjnav.control.base import MatchingController
+from mjnav.control.kernels.cone_blocks import Samples
 from mjnav.control.kernels.mixture import Mixtures, fit_mixtures, kl_divergence
 from mjnav.control.parameters import Count, MatchingParameters, Positive
 from mjnav.control.problem.problem import Problem
@@ -40,19 +41,19 @@ class Kld(MatchingController[KldParameters]):
         """KL of every constraint."""
         c, wanted = problem.candidates, self.desired(problem)
         cone = np.zeros((len(c.v), len(problem.cone.blocks.column)))
-        for block, samples in enumerate(problem.cone.by_block(c.v, c.omega)):
+        for block, samples in enumerate(problem.cone.stored_by_block(c.v, c.omega)):
             cone[:, block] = self._divergence(samples, wanted.samples(block))
         lane = np.zeros((len(c.v), 2))
         for side, samples in enumerate(problem.lanes):
-            lane[:, side] = self._divergence(samples.T, wanted.lane(side))
+            lane[:, side] = self._divergence(Samples.of(samples.T), wanted.lane(side))
         return cone, lane
 
-    def _divergence(self, samples: Array, desired: Array) -> Array:
-        """KL of each column of samples (n, K) from the desired ones (m,), where there are any."""
+    def _divergence(self, samples: Samples, desired: Array) -> Array:
+        """KL of the samples at each control from the desired ones (m,), where there are any."""
         if not len(desired):
-            samples, desired = np.maximum(samples, 0.0), np.zeros(1)
-        return kl_divergence(self._fit(samples), self._fit(desired[:, None]))
+            samples, desired = samples._replace(f=np.maximum(samples.f, 0.0), floor=0.0), np.zeros(1)
+        return kl_divergence(self._fit(samples), self._fit(Samples.of(desired[:, None])))
 
-    def _fit(self, samples: Array) -> Mixtures:
+    def _fit(self, samples: Samples) -> Mixtures:
         p = self.parameters
         return fit_mixtures(samples, p.num_components, p.num_iterations, p.std_floor)

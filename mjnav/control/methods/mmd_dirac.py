@@ -27,7 +27,8 @@ from typing import Annotated
 
 import numpy as np
 
-from mjnav.control.base import WeightedController, sample_risk
+from mjnav.control.base import WeightedController, stored_risk
+from mjnav.control.kernels.cone_blocks import Samples
 from mjnav.control.parameters import GridParameters, LaneWeights, Positive, Weight
 from mjnav.control.problem.problem import Problem
 from mjnav.geometry.compiled import kernel
@@ -52,22 +53,25 @@ class MmdDirac(WeightedController[MmdDiracParameters]):
 
     def risk(self, problem: Problem) -> tuple[Array, Array]:
         """MMD^2 of max(0, f) to a point mass at 0, for every constraint."""
-        return sample_risk(problem, lambda f: distance_from_zero(f, self.parameters.bandwidth), hinge=True)
+        return stored_risk(problem, lambda f: _distances(f, self.parameters.bandwidth), hinge=True)
 
 
 def distance_from_zero(samples: Array, bandwidth: float) -> Array:
     """MMD^2 of max(0, f) to a point mass at 0 for samples f (n, K), Gaussian kernel: (K,)."""
-    out = np.empty(samples.shape[1])
-    _distance_from_zero(out, samples, 1.0 / bandwidth, np.empty(len(samples)), np.empty(len(samples)))
+    return _distances(Samples.of(samples), bandwidth)
+
+
+def _distances(samples: Samples, bandwidth: float) -> Array:
+    out, (u, feature) = np.empty(samples.f.shape[1]), np.empty((2, len(samples.f)))
+    _distance_from_zero(out, samples.f, samples.num, 1.0 / bandwidth, u, feature)
     return out
 
 
 @kernel
-def _distance_from_zero(out: Vector, samples: Matrix, per_unit: float, u: Vector, feature: Vector):
-    num = samples.shape[0]
+def _distance_from_zero(out: Vector, samples: Matrix, num: int, per_unit: float, u: Vector, feature: Vector):
     for k in range(out.size):
         count = 0  # of unsafe samples, whose x / sigma stand first in u
-        for i in range(num):
+        for i in range(samples.shape[0]):
             u[count] = samples[i, k] * per_unit
             count += samples[i, k] > 0.0
         largest, lost = 0.0, 0.0  # lost: what the unsafe samples lack in m_0

@@ -17,7 +17,8 @@ from typing import Annotated
 
 import numpy as np
 
-from mjnav.control.base import ConstrainedController, sample_risk
+from mjnav.control.base import ConstrainedController, stored_risk
+from mjnav.control.kernels.cone_blocks import Samples
 from mjnav.control.parameters import GridParameters, Share
 from mjnav.control.problem.problem import Problem
 from mjnav.geometry.compiled import kernel
@@ -42,14 +43,18 @@ class Saa(ConstrainedController[SaaParameters]):
 
     def risk(self, problem: Problem) -> tuple[Array, Array]:
         """The share of colliding samples of every constraint."""
-        return sample_risk(problem, colliding_share, hinge=True)
+        return stored_risk(problem, _share, hinge=True)
 
 
 def colliding_share(samples: Array) -> Array:
     """The share of samples (n, K) above 0, (K,)."""
-    count = np.zeros(samples.shape[1])
-    _count_colliding(count, samples)
-    return count / len(samples)
+    return _share(Samples.of(samples))
+
+
+def _share(samples: Samples) -> Array:
+    count = np.zeros(samples.f.shape[1])
+    _count_colliding(count, samples.f)
+    return count / samples.num
 
 
 @kernel

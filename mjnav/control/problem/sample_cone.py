@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mjnav.constraints.collision_cone import RAY, SEGMENT
-from mjnav.control.kernels.cone_blocks import ConeBlocks, ConeRule, Controls, RobotSamples
+from mjnav.control.kernels.cone_blocks import ConeBlocks, ConeRule, Controls, RobotSamples, Samples
 from mjnav.control.kernels.cone_kernel import add_safe, cone_moments, cone_samples, mean_violation
 from mjnav.control.kernels.cone_rows import velocity_circles
 from mjnav.messages import Array
@@ -62,29 +62,30 @@ class SampleCone:
 
     def samples(self, block: int, v: Array, omega: Array) -> Array:
         """f of one block, (n, K)."""
-        out = np.empty((int(self.sizes[block]), v.size))
         controls, circles = self._controls(v, omega)
-        cone_samples(out, block, circles, controls, self.robot, self.blocks, self.rule)
-        return out
+        out, row = self._memory(int(self.sizes[block]), v.size)
+        return self._stored(out, row, block, circles, controls, self.rule).whole()
 
-    def by_block(self, v: Array, omega: Array, *, hinge: bool = False) -> Iterator[Array]:
-        """f of one block after another, (n, K), in memory that the next overwrites; (n, 1) for one out of reach.
+    def stored_by_block(self, v: Array, omega: Array, *, hinge: bool = False) -> Iterator[Samples]:
+        """f of one block after another, in memory that the next overwrites; K is 1 for one out of reach.
 
         With `hinge` max(0, f), which is less to evaluate.
         """
-        sizes = self.sizes
-        samples = np.empty((int(sizes.max(initial=0)), v.size))
+        out, row = self._memory(int(self.sizes.max(initial=0)), v.size)
         rule = self.rule._replace(floor=max(self.rule.floor, 0.0)) if hinge else self.rule
         controls, circles = self._controls(v, omega)
-        for block, size in enumerate(sizes.tolist()):
-            num_far = cone_samples(samples[:size], block, circles, controls, self.robot, self.blocks, rule)
-            # Where all samples are alike, one candidate stands for all.
-            yield samples[:size] if num_far < size else samples[:size, :1].copy()
+        for block in range(len(self.blocks.column)):
+            samples = self._stored(out, row, block, circles, controls, rule)
+            yield samples if len(samples.row) else samples._replace(f=samples.f[:, :1].copy())
 
-    def reduce(self, v: Array, omega: Array, reduction: Callable[[Array], Array], *, hinge: bool = False) -> Array:
-        """(K, B): `reduction` of each block's samples (n, K), as `by_block` gives them."""
+    def by_block(self, v: Array, omega: Array, *, hinge: bool = False) -> Iterator[Array]:
+        """The same, each in whole: (n, K), or (n, 1) for a block out of reach."""
+        return (samples.whole() for samples in self.stored_by_block(v, omega, hinge=hinge))
+
+    def reduce(self, v: Array, omega: Array, reduction: Callable[[Samples], Array], *, hinge: bool = False) -> Array:
+        """(K, B): `reduction` of each block's samples, as `stored_by_block` gives them."""
         out = np.empty((v.size, len(self.blocks.column)))
-        for block, samples in enumerate(self.by_block(v, omega, hinge=hinge)):
+        for block, samples in enumerate(self.stored_by_block(v, omega, hinge=hinge)):
             out[:, block] = reduction(samples)
         return out
 
@@ -98,6 +99,17 @@ class SampleCone:
     def sizes(self) -> NDArray[np.int64]:
         """How many pairs each block has, (B,)."""
         return np.diff(self.blocks.start) * len(self.robot.speed_noise)
+
+    def _memory(self, num: int, num_controls: int) -> tuple[Array, NDArray[np.int64]]:
+        """Room for the samples (n, K) of a block, and for the numbers of their rows."""
+        return np.empty((num, num_controls)), np.empty(num, np.int64)
+
+    def _stored(
+        self, out: Array, row: NDArray[np.int64], block: int, circles: Array, controls: Controls, rule: ConeRule
+    ) -> Samples:
+        """The samples of one block, in the memory given."""
+        count = cone_samples(out, row, block, circles, controls, self.robot, self.blocks, rule)
+        return Samples(out[:count], row[:count], int(self.sizes[block]), rule.floor)
 
     def _controls(self, v: Array, omega: Array) -> tuple[Controls, Array]:
         """The controls, and circles around the velocities of each robot sample at all of them."""
