@@ -65,17 +65,17 @@ def _conditional_value_at_risk(out: Vector, samples: Samples, tail: float, keep:
     That t is where the minimum over t is.
     """
     num, stored = samples.num, samples.row.size
-    column, scratch = np.full(num, samples.floor), np.empty(num)
+    column, values, scratch = np.full(num, samples.floor), np.empty(stored), np.empty(stored)
     for k in range(out.size):
         low, high = (samples.floor, samples.floor) if stored < num else (inf, -inf)
         for i in range(stored):
             f = samples.f[i, k]
-            column[samples.row[i]] = f
+            column[samples.row[i]] = values[i] = f
             low, high = min(low, f), max(high, f)
         if low == high:
             out[k] = low
             continue
-        t = _value_at_risk(column, keep, low, high, scratch)
+        t = _value_at_risk(values, keep, low, high, scratch)
         excess = 0.0
         for i in range(num):
             excess += max(0.0, column[i] - t)
@@ -84,7 +84,9 @@ def _conditional_value_at_risk(out: Vector, samples: Samples, tail: float, keep:
 
 @kernel
 def _value_at_risk(column, keep, low, high, scratch):
-    """The `keep`-th largest of values from `low` to `high`; `scratch` has room for them all.
+    """The `keep`-th largest of values from `low` to `high`, of which any number at `low` may be left out.
+
+    `scratch` has room for them all.
 
     The range that holds the wanted value is halved until few values are left in it, and only those are ordered. For
     402 columns of 625 values 0.47 ms; np.partition takes 3.3 ms compiled by numba and 2.6 to 8 ms in NumPy.
