@@ -31,6 +31,7 @@ from mjnav.scenarios.ranges import Seed
 from mjnav.scenarios.spec import Person, Robot, Scenario, Wall
 
 MAX_PLACES = 200  # in which a body is tried before the layout is drawn anew
+MAX_MISSES = 20 * MAX_PLACES  # places without room, in all layouts, after which the scene is refused: about a second
 _GAP = 0.4  # [m] beside the robot's diameter
 
 
@@ -56,12 +57,16 @@ def resolved(document: Mapping[str, Any], draft: Draft) -> Scenario:
             except InvalidValue as error:
                 raise error.within(entry.key) from None
     DrawnPlaces(document.get("robot", {})).check()
-    reason = None
+    reason, misses = None, 0
     for attempt in range(layout.tries):
+        drawing = _Drawing(document, layout, attempt)
         try:
-            return replace(_Drawing(document, layout, attempt).scenario(), draft=draft)
+            return replace(drawing.scenario(), draft=draft)
         except _Refused as refused:
             reason = refused
+        misses += drawing.misses
+        if misses >= MAX_MISSES:
+            raise InvalidValue("layout", None, f"a scene that has room for all that it draws; {reason}")
     allowed = f"a scene of which one layout in so many can be used; of the last one, {reason}"
     raise InvalidValue("layout.tries", layout.tries, allowed)
 
@@ -72,6 +77,7 @@ class _Drawing:
     def __init__(self, document: Mapping[str, Any], layout: Layout, attempt: int):
         self._document, self._layout, self._attempt = document, layout, attempt
         self._open: dict[str, np.random.Generator] = {}
+        self.misses = 0  # places that had no room
 
     def scenario(self) -> Scenario:
         """The scenario. Raises _Refused where this attempt comes to nothing."""
@@ -125,6 +131,7 @@ class _Drawing:
                 raise error.within(entry.key) from None
             if _has_room(room, body, entry.table.get("clear_of_robot")):
                 return table, body
+            self.misses += 1
         raise _Refused(
             f"{entry.key}: none of {MAX_PLACES} places for number {number} is clear of all that stands there"
         )
@@ -138,6 +145,7 @@ class _Drawing:
             if robot.is_long(body) and room.for_robot(body):
                 room.robot = body
                 return table
+            self.misses += 1
         raise _Refused(f"robot: none of {MAX_PLACES} starts and goals is clear of all else, and far apart")
 
     def _stream(self, key: str) -> np.random.Generator:
