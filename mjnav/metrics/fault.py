@@ -17,12 +17,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from mjnav.messages import Array, Contact, Trajectory
+from mjnav.metrics.kinematics import STALLED_SPEED
 from mjnav.metrics.safety import PERSON, beginnings
 from mjnav.scenarios.people.person import SEEING
 from mjnav.scenarios.people.temperament import REGULAR
 from mjnav.scenarios.spec import Scenario
-
-MOVING = 0.1  # [m/s] above which the robot moves; below, it may be the default actuation noise of one that stands
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,7 +68,7 @@ def judged(
     towards = people[person] - pose[:2]
     speed = abs(float(twist[0]))
     faster = float((own + walking[person]) @ towards) >= 0.0  # u.n >= -w.n
-    moving = speed > MOVING
+    moving = speed > STALLED_SPEED
     return Touch(person, contact.time, speed, moving, moving and (faster or not sees[person]))
 
 

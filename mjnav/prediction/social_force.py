@@ -70,7 +70,7 @@ class SocialForces:
 
 
 def _obstacles(floor: KnownMap | None) -> tuple[Array, Array]:
-    """Discs (k, 3) and walls as boxes (l, 6), as `motion.obstacles` takes them."""
+    """Discs (k, 3) and walls as boxes (l, 6), as in `geometry.floor.Floor`."""
     if floor is None:
         return np.zeros((0, 3)), np.zeros((0, 6))
     start, end = np.array(floor.walls[:, 0]), np.array(floor.walls[:, 1])

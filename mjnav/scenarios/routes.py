@@ -73,10 +73,9 @@ def planned_legs(
                 yield Leg(i, index, start, end, "", (end,))
                 continue
             if ways is None:
-                from mjnav.scenarios.floor import floor_of_people  # loads compiled code, which few scenes need here
-                from mjnav.scenarios.ways import Ways
+                from mjnav.scenarios.ways import ways_of  # loads compiled code, which few scenes need here
 
-                ways = Ways(floor_of_people(walls, tables, pillars))
+                ways = ways_of(tuple(walls), tuple(tables), tuple(pillars))
             found = ways.plan(start, end, person.radius)
             if found is None:
                 nearest = min(bodies, key=lambda body: body.distance(end))

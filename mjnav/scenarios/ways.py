@@ -1,13 +1,17 @@
 """People's ways around walls and furniture, as the check of a run file and the people in a run both plan them."""
 
 from collections.abc import Iterator
+from functools import lru_cache
 from math import ceil, hypot
 
 import numpy as np
 
+from mjnav.constant import Constant
 from mjnav.geometry.floor import Floor
 from mjnav.geometry.shortest_way import EXCESS, WayMap
 from mjnav.messages import Array
+from mjnav.scenarios.bodies import Pillar, Table, Wall
+from mjnav.scenarios.floor import floor_of_people
 from mjnav.scenarios.people import REACHED
 from mjnav.scenarios.ranges import Point
 
@@ -16,8 +20,8 @@ NARROW_MARGIN = 0.005  # [m] where there is no way with more
 _MOVED = REACHED - 0.01  # [m] that a person may end beside a waypoint that is too near to a body
 
 
-class Ways:
-    """The ways of all people of a scene; what one of them needed serves the next."""
+class Ways(Constant):
+    """The ways of all people of a scene; what one of them needed serves the next, and copies of a simulation."""
 
     def __init__(self, floor: Floor):
         """`floor` has what people walk around: `mjnav.scenarios.floor.floor_of_people`."""
@@ -43,6 +47,12 @@ class Ways:
                 if found is not None:
                     return found
         return None
+
+
+@lru_cache(maxsize=16)
+def ways_of(walls: tuple[Wall, ...], tables: tuple[Table, ...], pillars: tuple[Pillar, ...]) -> Ways:
+    """The ways of a scene: a run file's check, every behaviour and the episodes of a sweep share their maps."""
+    return Ways(floor_of_people(walls, tables, pillars))
 
 
 def end_of(ways: WayMap, goal: Point) -> Array | None:

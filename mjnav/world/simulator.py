@@ -11,12 +11,12 @@ from numpy.typing import ArrayLike
 from mjnav.errors import InvalidValue
 from mjnav.messages import Array, Reading, WorldState
 from mjnav.noise import NOISE_WINDOW
+from mjnav.scenarios.people import PERIOD
 from mjnav.scenarios.spec import Scenario
 from mjnav.world.actuation import Actuation
 from mjnav.world.engine import Engine
 from mjnav.world.grid import Grid, whole_steps
 from mjnav.world.people.pedestrians import Pedestrians
-from mjnav.world.people.walk import PERIOD
 from mjnav.world.sensors import NoisySensors
 
 

@@ -12,13 +12,13 @@ import numpy as np
 import pytest
 
 from mjnav.messages import WorldState
+from mjnav.scenarios.people import PERIOD
 from mjnav.scenarios.people.avoiding import Diagonal
 from mjnav.scenarios.people.temperament import TEMPERAMENTS
 from mjnav.scenarios.people.trips import Trip
 from mjnav.scenarios.spec import Orca, Person, Physics, Pillar, Robot, Scenario, SocialForce, Wall, Waypoints
 from mjnav.world.kinematic_engine import KinematicEngine
 from mjnav.world.people.pedestrians import Pedestrians
-from mjnav.world.people.walk import PERIOD
 
 NUM, BUDGET = 100, 3e-4  # [s]
 NUMPY = "forces between all pairs, NumPy"
@@ -30,7 +30,7 @@ LAWS = {
     "social_force, helbing": lambda goal: SocialForce(waypoints=(goal,), loop=False, form="helbing"),
     "orca": lambda goal: Orca(waypoints=(goal,), loop=False),
 }
-MIXED = "all behaviours and temperaments"
+MIXED = "a mixed crowd that comes and goes"
 AGAIN = {"loop": False, "at_end": "again", "trips": (Trip(((-9.0, -7.0), (19.0, 18.0)), ((-9.0, -7.0), (19.0, 18.0))),)}
 
 

@@ -14,14 +14,13 @@ from mjnav.scenarios.crowd.reader import read_recording
 from mjnav.scenarios.crowd.spec import Crowd
 from mjnav.scenarios.crowd.spline import TrackSplines
 from mjnav.scenarios.crowd.tracks import Placement, Track, tracks_of
-from mjnav.scenarios.people import MAX_WALKING_SPEED
+from mjnav.scenarios.people import MAX_WALKING_SPEED, PERIOD
 from mjnav.scenarios.ranges import MAX_BODIES
 
 MARGIN = (
     5  # rows of a track before and after the window that its spline keeps: each next one bends it 0.27 times as much
 )
 DIGITS = 6  # of seconds and metres in a resolved scene
-PERIOD = 0.02  # [s] between decisions of people, at which they come in
 LEAST_STAY = 0.1  # [s]
 MAX_ROWS = 200_000  # of all tracks: a run file may have 10 MB
 MAX_JUMPS = 0.1  # of the rows: more, and the file is not read as it was meant

@@ -59,16 +59,16 @@ class Entry:
         def own(part: str) -> Any:
             return streams(f"{self.key}.{number}.{part}")
 
-        fixed = {key: self._value(key, own) for key in self.table if key not in self.kind.redrawn}
-        while True:
-            values = {**fixed, **{key: self._value(key, own) for key in self.kind.redrawn if key in self.table}}
-            yield self._plain(values, own)
-
-    def _value(self, key: str, streams: Streams) -> Any:
         hints = {**self.kind.drawn_keys(), **self._plain_keys()}
-        if key in ("count", "area", "trips"):
-            return self.table[key]
-        return draw_value(hints.get(key, ANY), self.table[key], key, streams)
+
+        def value(key: str) -> Any:
+            if key in ("count", "area", "trips"):
+                return self.table[key]
+            return draw_value(hints.get(key, ANY), self.table[key], key, own)
+
+        fixed = {key: value(key) for key in self.table if key not in self.kind.redrawn}
+        while True:
+            yield self._plain({**fixed, **{key: value(key) for key in self.kind.redrawn if key in self.table}}, own)
 
     def _plain(self, values: dict[str, Any], streams: Streams) -> dict[str, Any]:
         """The plain table for drawn values."""

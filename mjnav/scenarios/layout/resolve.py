@@ -66,7 +66,8 @@ def resolved(document: Mapping[str, Any], draft: Draft) -> Scenario:
             reason = refused
         misses += drawing.misses
         if misses >= MAX_MISSES:
-            raise InvalidValue("layout", None, f"a scene that has room for all that it draws; {reason}")
+            found = f"{attempt + 1} layouts without room"
+            raise InvalidValue("layout", found, f"a scene that has room for all that it draws; {reason}")
     allowed = f"a scene of which one layout in so many can be used; of the last one, {reason}"
     raise InvalidValue("layout.tries", layout.tries, allowed)
 

@@ -7,6 +7,7 @@ from mjnav.scenarios.people.person import Behaviour as Behaviour
 from mjnav.scenarios.people.person import Person as Person
 from mjnav.scenarios.people.replay import Replay as Replay
 from mjnav.scenarios.people.straight import MAX_WALKING_SPEED as MAX_WALKING_SPEED
+from mjnav.scenarios.people.straight import PERIOD as PERIOD
 from mjnav.scenarios.people.straight import ConstantVelocity as ConstantVelocity
 from mjnav.scenarios.people.straight import StopAndGo as StopAndGo
 from mjnav.scenarios.people.temperament import TEMPERAMENTS as TEMPERAMENTS

@@ -8,6 +8,7 @@ from mjnav.config import Range, settle
 from mjnav.errors import InvalidValue
 from mjnav.scenarios.ranges import MAX_TIME
 
+PERIOD = 0.02  # [s] between people's decisions
 MAX_WALKING_SPEED = 5.0  # [m/s]
 
 Component = Annotated[float, Range(-MAX_WALKING_SPEED, MAX_WALKING_SPEED, "m/s")]

@@ -19,7 +19,7 @@ from mjnav.scenarios.spec import Scenario
 from mjnav.world.draws import Normal, Uniform
 from mjnav.world.people.route import Route
 from mjnav.world.people.temperament import Temperaments
-from mjnav.world.people.walk import Index, Walk
+from mjnav.world.people.walk import Walk
 
 HALF_RIGHT = sqrt(0.5)  # cosine and sine of 45 degrees
 # [rad] to the right of the way, where people want to walk, so that two who meet exactly head-on pass: the laws leave
@@ -44,7 +44,7 @@ class AvoidingWalk(Walk):
 
     tempers = True
 
-    def __init__(self, scenario: Scenario, index: Index, seed: int):
+    def __init__(self, scenario: Scenario, index: Indices, seed: int):
         super().__init__(scenario, index, seed)
         found = [scenario.people[i].behaviour for i in index]
         behaviours = [behaviour for behaviour in found if isinstance(behaviour, Avoiding)]
@@ -99,7 +99,7 @@ class AvoidingWalk(Walk):
         return _shaken(velocities, self._unsteady, self._std, self._noise.row())
 
 
-def groups(laws: Sequence[Law]) -> list[tuple[Index | slice, Law]]:
+def groups(laws: Sequence[Law]) -> list[tuple[Indices | slice, Law]]:
     """Who has the same law, and the law: one call of it moves them all."""
     kinds = list(dict.fromkeys(laws))
     if len(kinds) == 1:
@@ -132,7 +132,7 @@ def _shaken(velocities: Matrix, unsteady: Indices, std: Vector, noise: Matrix):
 class _Turns:
     """The changes of mind of all who draw them equally often."""
 
-    def __init__(self, behaviours: Sequence[Avoiding], every: int, index: Index, seed: int):
+    def __init__(self, behaviours: Sequence[Avoiding], every: int, index: Indices, seed: int):
         self.every = every
         given = [one.diagonal for one in behaviours]
         self._who = np.array([i for i, one in enumerate(given) if one is not None and one.every == every])
@@ -140,6 +140,6 @@ class _Turns:
         streams = [stream(seed, "behaviour.diagonal", f"person{index[i]}") for i in self._who]
         self._draws = Uniform(streams)
 
-    def drawn(self) -> Index:
+    def drawn(self) -> Indices:
         """Who turns now."""
         return self._who[self._draws.row() < self._probability]

@@ -6,14 +6,12 @@ import numpy as np
 
 from mjnav.geometry.compiled import exact
 from mjnav.geometry.floor import is_open
-from mjnav.geometry.kernel_types import Flags, Matrix, Vector
+from mjnav.geometry.kernel_types import Flags, Indices, Matrix, Vector
 from mjnav.geometry.shortest_way import WayMap
 from mjnav.messages import Array
-from mjnav.scenarios.floor import floor_of_people
 from mjnav.scenarios.people import REACHED
 from mjnav.scenarios.spec import Scenario
-from mjnav.scenarios.ways import Ways, end_of
-from mjnav.world.people.walk import Index
+from mjnav.scenarios.ways import end_of, ways_of
 
 NEAR = 0.3  # [m] before a corner from which the person looks past it at every decision
 LOOK = 5  # decisions, 0.1 s, after which people look whether something stands in their way
@@ -29,10 +27,10 @@ class Guide:
     the person from the way before.
     """
 
-    def __init__(self, scenario: Scenario, index: Index):
+    def __init__(self, scenario: Scenario, index: Indices):
         """For the people with these places in `scenario.people`."""
-        self._floor = floor_of_people(scenario.walls, scenario.tables, scenario.pillars)
-        self._ways = Ways(self._floor)
+        self._ways = ways_of(scenario.walls, scenario.tables, scenario.pillars)
+        self._floor = self._ways.floor
         self._blocks = len(self._floor.discs) + len(self._floor.boxes) > 0
         self._radius = np.array([scenario.people[i].radius for i in index], float)
         self._decisions = 0

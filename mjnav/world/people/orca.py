@@ -2,12 +2,13 @@
 
 import numpy as np
 
+from mjnav.geometry.kernel_types import Indices
 from mjnav.messages import Array, WorldState
 from mjnav.motion import orca
+from mjnav.scenarios.people import PERIOD
 from mjnav.scenarios.people.avoiding import Orca
 from mjnav.scenarios.spec import Scenario
 from mjnav.world.people.avoiding import AvoidingWalk, groups
-from mjnav.world.people.walk import PERIOD, Index
 
 
 class OrcaWalk(AvoidingWalk):
@@ -15,7 +16,7 @@ class OrcaWalk(AvoidingWalk):
 
     sidesteps = False  # the law says how to pass, also when people touch
 
-    def __init__(self, scenario: Scenario, index: Index, seed: int):
+    def __init__(self, scenario: Scenario, index: Indices, seed: int):
         super().__init__(scenario, index, seed)
         found = [scenario.people[i].behaviour for i in index]
         settings = [settings_of(behaviour) for behaviour in found if isinstance(behaviour, Orca)]

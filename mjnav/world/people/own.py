@@ -8,13 +8,14 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mjnav.errors import PluginFault
+from mjnav.geometry.kernel_types import Indices
 from mjnav.messages import Array, WorldState
 from mjnav.plugins import BehaviourPlugin
 from mjnav.rng import stream
 from mjnav.scenarios.people import MAX_WALKING_SPEED
 from mjnav.scenarios.spec import Scenario
 from mjnav.sealed import sealed_message
-from mjnav.world.people.walk import Index, Walk
+from mjnav.world.people.walk import Walk
 
 
 class Behaviour(Protocol):
@@ -37,7 +38,7 @@ class Behaviour(Protocol):
 class OwnWalk(Walk):
     """The desired velocities of the people who have behaviours of a user's own."""
 
-    def __init__(self, scenario: Scenario, index: Index, seed: int):
+    def __init__(self, scenario: Scenario, index: Indices, seed: int):
         super().__init__(scenario, index, seed)
         self._walks: list[tuple[str, Any]] = [_made(scenario, int(i), seed) for i in index]
 

@@ -6,6 +6,7 @@ from types import MappingProxyType
 
 import numpy as np
 
+from mjnav.geometry.kernel_types import Indices
 from mjnav.messages import Array, WorldState
 from mjnav.plugins import BehaviourPlugin
 from mjnav.scenarios.people import Replay
@@ -19,22 +20,22 @@ from mjnav.world.people.route import Route
 from mjnav.world.people.sidestep import sidestepped
 from mjnav.world.people.straight import Straight
 from mjnav.world.people.temperament import Temperaments
-from mjnav.world.people.walk import Index, Walk
+from mjnav.world.people.walk import Walk
 
 
-def _social_force(scenario: Scenario, index: Index, seed: int) -> Walk:
+def _social_force(scenario: Scenario, index: Indices, seed: int) -> Walk:
     from mjnav.world.people.social_force import SocialForceWalk  # its kernels are loaded where such people are
 
     return SocialForceWalk(scenario, index, seed)
 
 
-def _orca(scenario: Scenario, index: Index, seed: int) -> Walk:
+def _orca(scenario: Scenario, index: Indices, seed: int) -> Walk:
     from mjnav.world.people.orca import OrcaWalk  # its kernels are loaded where such people are
 
     return OrcaWalk(scenario, index, seed)
 
 
-WALKS: Mapping[type, Callable[[Scenario, Index, int], Walk]] = MappingProxyType(
+WALKS: Mapping[type, Callable[[Scenario, Indices, int], Walk]] = MappingProxyType(
     {
         ConstantVelocity: Straight,
         StopAndGo: Straight,
@@ -53,7 +54,7 @@ class Pedestrians:
     def __init__(self, scenario: Scenario, seed: int):
         people = scenario.people
         self._radii = np.array([person.radius for person in people], float)
-        self._groups: list[tuple[Index | slice, bool, Walk, Temperaments | None]] = []
+        self._groups: list[tuple[Indices | slice, bool, Walk, Temperaments | None]] = []
         self._straight = np.zeros(len(people), bool)  # who do not go round whom they touch
         kinds = [(type(person.behaviour), person.sees) for person in people]
         for kind in dict.fromkeys(kinds):

@@ -10,16 +10,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from mjnav.geometry.kernel_types import Flags
 from mjnav.messages import Array, WorldState
 from mjnav.rng import stream
 from mjnav.scenarios.crowd.spline import TrackSplines
-from mjnav.scenarios.floor import floor_of_people
 from mjnav.scenarios.people import Replay, Walker
 from mjnav.scenarios.people.trips import AGAIN, CLEAR_OF_ROBOT, Area
 from mjnav.scenarios.ranges import Point
 from mjnav.scenarios.spec import Scenario
-from mjnav.scenarios.ways import Ways
-from mjnav.world.people.walk import Flags
+from mjnav.scenarios.ways import ways_of
 
 ROOM = 0.1  # [m] between a newcomer and other people, surface to surface; none for people of a recording
 ROOM_OF_ROBOT = 0.5  # [m] between a newcomer and the robot, surface to surface
@@ -55,8 +54,8 @@ class Presence:
         self.present: Flags = np.array([person.from_the_start for person in scenario.people])  # (P,)
         self._radii = np.array([person.radius for person in scenario.people])
         self._robot_radius = scenario.robot.radius
-        self._floor = floor_of_people(scenario.walls, scenario.tables, scenario.pillars)
-        self._ways = Ways(self._floor)
+        self._ways = ways_of(scenario.walls, scenario.tables, scenario.pillars)
+        self._floor = self._ways.floor
         self._rngs = [stream(seed, "people.again", f"person{i}") for i in range(len(scenario.people))]
         self._pause = max(1.0 / scenario.sensors.rate, scenario.control.period)  # [s]
         tracks = {i: one.behaviour.track for i, one in enumerate(self._people) if isinstance(one.behaviour, Replay)}

@@ -5,12 +5,13 @@ from types import MappingProxyType
 
 import numpy as np
 
+from mjnav.geometry.kernel_types import Indices
 from mjnav.messages import Array, WorldState
 from mjnav.scenarios.crowd.spline import TrackSplines
-from mjnav.scenarios.people import MAX_WALKING_SPEED
+from mjnav.scenarios.people import MAX_WALKING_SPEED, PERIOD
 from mjnav.scenarios.people.replay import Replay
 from mjnav.scenarios.spec import Scenario
-from mjnav.world.people.walk import PERIOD, Index, Walk
+from mjnav.world.people.walk import Walk
 
 # [s] in which people take the velocity that they want: 70 kg pushed with 400 N s/m in MuJoCo (models/pedestrian.xml).
 LAG: Mapping[str, float] = MappingProxyType({"mujoco": 0.175, "kinematic": 0.0})
@@ -24,7 +25,7 @@ class Replayed(Walk):
     p is the spline. Where velocities are obeyed at once, who is on the track stays on it exactly.
     """
 
-    def __init__(self, scenario: Scenario, index: Index, seed: int):
+    def __init__(self, scenario: Scenario, index: Indices, seed: int):
         super().__init__(scenario, index, seed)
         found = [scenario.people[i].behaviour for i in index]
         self._splines = TrackSplines([np.array(one.track) for one in found if isinstance(one, Replay)])

@@ -5,19 +5,19 @@ from math import hypot
 import numpy as np
 
 from mjnav.geometry.compiled import exact
-from mjnav.geometry.kernel_types import Flags, Matrix, Vector
+from mjnav.geometry.kernel_types import Flags, Indices, Matrix, Vector
 from mjnav.messages import Array, WorldState
 from mjnav.scenarios.people import REACHED, Walker
 from mjnav.scenarios.ranges import Point
 from mjnav.scenarios.spec import Scenario
 from mjnav.world.people.guide import Guide
-from mjnav.world.people.walk import ARRIVAL_TIME, Index, Walk
+from mjnav.world.people.walk import ARRIVAL_TIME, Walk
 
 
 class Route(Walk):
     """From waypoint to waypoint at constant speed; the last one, unless the route loops, is approached and kept."""
 
-    def __init__(self, scenario: Scenario, index: Index, seed: int):
+    def __init__(self, scenario: Scenario, index: Indices, seed: int):
         super().__init__(scenario, index, seed)
         found = [scenario.people[i].behaviour for i in index]
         routes = [behaviour for behaviour in found if isinstance(behaviour, Walker)]

@@ -8,10 +8,10 @@ from mjnav.geometry.compiled import exact
 from mjnav.geometry.kernel_types import Indices, Matrix, Vector
 from mjnav.messages import Array, WorldState
 from mjnav.motion.social_force import FORMS, SocialForce, accelerations
+from mjnav.scenarios.people import PERIOD
 from mjnav.scenarios.people.avoiding import SocialForce as SocialForceKeys
 from mjnav.scenarios.spec import Scenario
 from mjnav.world.people.avoiding import AvoidingWalk, Bodies, groups
-from mjnav.world.people.walk import PERIOD, Index
 
 STANDING_TIME = 0.5  # [s] in which who arrives comes to rest where a form has no tau (libpedsim)
 
@@ -23,7 +23,7 @@ class SocialForceWalk(AvoidingWalk):
     It is at most the wanted speed, times a factor of the form.
     """
 
-    def __init__(self, scenario: Scenario, index: Index, seed: int):
+    def __init__(self, scenario: Scenario, index: Indices, seed: int):
         super().__init__(scenario, index, seed)
         found = [scenario.people[i].behaviour for i in index]
         laws = [law_of(behaviour) for behaviour in found if isinstance(behaviour, SocialForceKeys)]
@@ -40,7 +40,7 @@ class SocialForceWalk(AvoidingWalk):
             self._will[group] = self._followed(group, law, wanted[group], bodies)
         return self.unsteady(self._will)
 
-    def _followed(self, group: Index | slice, law: SocialForce, wanted: Array, bodies: Bodies) -> Array:
+    def _followed(self, group: Indices | slice, law: SocialForce, wanted: Array, bodies: Bodies) -> Array:
         own = self._will[group]
         push = accelerations(
             bodies.position,

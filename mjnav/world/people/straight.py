@@ -2,15 +2,16 @@
 
 import numpy as np
 
+from mjnav.geometry.kernel_types import Indices
 from mjnav.messages import Array, WorldState
 from mjnav.scenarios.spec import ConstantVelocity, Scenario, StopAndGo
-from mjnav.world.people.walk import Index, Walk
+from mjnav.world.people.walk import Walk
 
 
 class Straight(Walk):
     """Constant velocity, in turns with standing still: moving while time mod (go + stop) < go."""
 
-    def __init__(self, scenario: Scenario, index: Index, seed: int):
+    def __init__(self, scenario: Scenario, index: Indices, seed: int):
         super().__init__(scenario, index, seed)
         found = [scenario.people[i].behaviour for i in index]
         behaviours = [behaviour for behaviour in found if isinstance(behaviour, ConstantVelocity | StopAndGo)]

@@ -18,19 +18,22 @@ take the robot as an obstacle at rest; and the robot is no source of social forc
 
 from collections.abc import Sequence
 from math import cos, hypot, inf, isnan, pi
+from types import MappingProxyType
 
 import numpy as np
 
+from mjnav.geometry.kernel_types import Indices
 from mjnav.messages import Array, WorldState
 from mjnav.scenarios.floor import floor_of_people
+from mjnav.scenarios.people import PERIOD
 from mjnav.scenarios.people.temperament import CURIOUS, IMPASSIVE, REGULAR, SCARED, THREATENING, YIELDS
 from mjnav.scenarios.ranges import Point
 from mjnav.scenarios.spec import Scenario
-from mjnav.world.people.walk import ARRIVAL_TIME, PERIOD, Index
+from mjnav.world.people.walk import ARRIVAL_TIME
 
 # Each person's numbers are floats: NumPy takes ten times as long for arrays of two.
-SIGHT = {YIELDS: 4.0, CURIOUS: 10.0, SCARED: 3.0, THREATENING: 4.0}  # [m]
-PATIENCE = {YIELDS: 30.0, CURIOUS: 30.0, SCARED: inf, THREATENING: 40.0}  # [s] of a run
+SIGHT = MappingProxyType({YIELDS: 4.0, CURIOUS: 10.0, SCARED: 3.0, THREATENING: 4.0})  # [m]
+PATIENCE = MappingProxyType({YIELDS: 30.0, CURIOUS: 30.0, SCARED: inf, THREATENING: 40.0})  # [s] of a run
 FIELD_OF_VIEW = pi / 2.0 + 0.17  # [rad] to either side
 APPROACH = 0.18  # [1/s] 1.8 m/s at 10 m
 CLOSE = 1.5  # [m] at which the curious stop
@@ -45,7 +48,7 @@ WALKING = 0.05  # [m/s] above which a person looks where they walk
 class Temperaments:
     """The temperaments of n people, with what each remembers of the robot."""
 
-    def __init__(self, scenario: Scenario, index: Index):
+    def __init__(self, scenario: Scenario, index: Indices):
         people = [scenario.people[i] for i in index]
         names = [person.temperament or REGULAR for person in people]
         self._acting = [(i, name) for i, name in enumerate(names) if name not in (REGULAR, IMPASSIVE)]

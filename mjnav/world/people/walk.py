@@ -4,16 +4,12 @@ from abc import ABC, abstractmethod
 from typing import ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 
+from mjnav.geometry.kernel_types import Flags, Indices
 from mjnav.messages import Array, WorldState
 from mjnav.scenarios.ranges import Point
 from mjnav.scenarios.spec import Scenario
 
-Index = NDArray[np.int64]  # places in the list of all people
-Flags = NDArray[np.bool_]
-
-PERIOD = 0.02  # [s] between decisions
 ARRIVAL_TIME = 0.8  # [s] in which the distance to the last waypoint falls to 1/e
 
 
@@ -28,7 +24,7 @@ class Walk(ABC):
     tempers: ClassVar[bool] = False  # whether the walk asks the people's temperaments itself
     sidesteps = True  # whether its people go round whom they touch (`sidestep`)
 
-    def __init__(self, scenario: Scenario, index: Index, seed: int):
+    def __init__(self, scenario: Scenario, index: Indices, seed: int):
         self.index = index
 
     @abstractmethod

@@ -147,3 +147,9 @@ def test_what_cannot_be_drawn_is_told_by_its_place_in_the_file(override, message
     text = f"{SCENE}[[walls]]\nfrom = [-1, 3]\nto = [-1, 2]\n[layout]\ntries = 3\n"
     with pytest.raises(InvalidValue, match=message):
         loads(text, [override])
+
+
+def test_a_scene_without_room_is_refused_long_before_all_its_layouts_are_tried():
+    crowded = ROOM + "[[people]]\ncount = 4\nstart = [2.0, -1.5]\nbehaviour = 'waypoints'\nwaypoints = [[3.0, -1.5]]\n"
+    with pytest.raises(InvalidValue, match=r"layout: found '20 layouts without room'; .*people\.0: none of 200 places"):
+        loads(f"{crowded}[layout]\ntries = 10000\n")
