@@ -9,8 +9,7 @@ from mjnav.scenarios.crowd.people import people_of
 from mjnav.scenarios.crowd.reader import read_recording
 from mjnav.scenarios.crowd.spec import Crowd
 from mjnav.scenarios.crowd.spline import TrackSplines
-from mjnav.scenarios.people import Replay
-from mjnav.world.people.walk import PERIOD
+from mjnav.scenarios.people import PERIOD, Replay
 
 SCENE = """
 schema = 1
