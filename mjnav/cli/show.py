@@ -1,7 +1,8 @@
-"""`mjnav show SCENE`: a shipped run file or study file as it is, or a scene as one seed draws it."""
+"""`mjnav show SCENE`: a shipped run file or study file as it is, or a scene as a run has it."""
 
 import argparse
 
+from mjnav.cli.options.scene_options import overrides
 from mjnav.errors import unknown_name
 from mjnav.output_files import new_path, written
 from mjnav.scenarios import data_folder, dumps, load, names
@@ -11,22 +12,23 @@ from mjnav.study.study_file import FOLDER, studies
 def configure(parser: argparse.ArgumentParser) -> None:
     """The command's options."""
     parser.add_argument(
-        "name", metavar="SCENE", help="the name of a shipped scene or study; with --seed also the path of a run file"
+        "name", metavar="SCENE", help="the name of a shipped scene or study; with --seed or --set also a run file"
     )
     parser.add_argument(
         "--seed",
         type=int,
         metavar="N",
-        help="the scene as a run with this seed has it, with all defaults and draws made",
+        help="the scene as a run with this seed has it, or with values of --set: with all defaults and draws made",
     )
+    overrides(parser)
     parser.add_argument("-o", "--output", metavar="FILE.toml", help="write it to a new file; default: standard output")
 
 
 def execute(arguments: argparse.Namespace) -> int:
     """Prints the file, or copies it."""
     runs = data_folder("runs")
-    if arguments.seed is not None:
-        return _write(dumps(load(arguments.name, seed=arguments.seed)), arguments.output)
+    if arguments.seed is not None or arguments.overrides:
+        return _write(dumps(load(arguments.name, arguments.overrides, seed=arguments.seed)), arguments.output)
     if arguments.name in names():
         path = runs / f"{arguments.name}.toml"
     elif arguments.name in studies():

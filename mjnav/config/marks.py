@@ -186,6 +186,7 @@ _NAMES = MappingProxyType(  # of a type's values, one and many
         int: ("a whole number", "whole numbers"),
         bool: ("true or false", "true or false"),
         str: ("a string", "strings"),
+        Any: ("a value", "values"),
     }
 )
 

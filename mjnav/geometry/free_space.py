@@ -57,12 +57,30 @@ class FreeSpace:
         A point belongs to the nearest free cell that is at most `tolerance` [m] away, or a cell's diagonal.
         """
         parts = self.parts(radius)
-        return np.array([_nearest(parts, place, reach) for place, reach in self._cells(points, tolerance)], np.int32)
+        return np.array([_near(parts, place, reach)[1] for place, reach in self._cells(points, tolerance)], np.int32)
 
     def connects(self, points: ArrayLike, radius: float, tolerance: float = 0.0) -> bool:
         """Whether a disc can go from each of the points (k, 2) to every other; `tolerance` as in `part_of`."""
         found = self.part_of(points, radius, tolerance)
         return bool(len(found) == 0 or (found[0] > 0 and (found == found[0]).all()))
+
+    def first_cut_off(self, points: ArrayLike, radius: float, tolerance: float = 0.0) -> int | None:
+        """The first of the points (k, 2) that a disc from the first one surely cannot come to within `tolerance` [m].
+
+        None where there is none. Errs the other way than `connects`: a cell counts as free where the disc may have its
+        centre anywhere in it, so that no way is missed and a gap up to two cells too narrow is let pass.
+        """
+        spare = radius - sqrt(2.0) * self.cell
+        if spare + 0.5 * sqrt(2.0) * self.cell <= 0.0:
+            return None  # such cells would lie inside bodies
+        parts = self.parts(spare)
+        common: set[int] | None = None
+        for i, (place, reach) in enumerate(self._cells(points, tolerance)):
+            found, _ = _near(parts, place, reach if i else sqrt(2.0))
+            common = found if common is None else common & found
+            if not common:
+                return i
+        return None
 
     def _cells(self, points: ArrayLike, tolerance: float) -> list[tuple[Array, float]]:
         """Each point as row and column, which may lie between cells, and the tolerance in cells."""
@@ -70,12 +88,13 @@ class FreeSpace:
         return [(place[::-1], max(tolerance / self.cell, sqrt(2.0))) for place in places]
 
 
-def _nearest(parts: NDArray[np.int32], place: Array, reach: float) -> int:
-    """The part of the cell nearest to a place that has one, 0 where none is in reach; all in cells."""
+def _near(parts: NDArray[np.int32], place: Array, reach: float) -> tuple[set[int], int]:
+    """The parts of the cells within reach of a place, and that of the nearest one, 0 where there is none; in cells."""
     first = np.maximum(np.ceil(place - reach), 0).astype(int)
     last = np.maximum(np.floor(place + reach) + 1, 0).astype(int)
     found = np.argwhere(parts[first[0] : last[0], first[1] : last[1]]) + first
     distance = np.hypot(*(found - place).T)
     if not len(found) or distance.min() > reach:
-        return 0
-    return int(parts[tuple(found[distance.argmin()])])
+        return set(), 0
+    numbers = parts[tuple(found.T)]
+    return set(numbers[distance <= reach].tolist()), int(numbers[distance.argmin()])

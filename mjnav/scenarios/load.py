@@ -15,6 +15,7 @@ from mjnav.scenarios import files, library
 from mjnav.scenarios.check import check
 from mjnav.scenarios.crowd.people import put_crowd
 from mjnav.scenarios.files import read_regular
+from mjnav.scenarios.free_way import check_robot_way
 from mjnav.scenarios.layout.draft import draft_of
 from mjnav.scenarios.memory import check_memory
 from mjnav.scenarios.overrides import Overrides, apply, overrides_of
@@ -94,6 +95,8 @@ def _scenario(document: dict[str, Any], *, recorded: bool = False) -> Scenario:
     scenario = config.read_document(Scenario, document)
     check_memory(scenario)
     check(scenario, routes=not recorded)
+    if not recorded:
+        check_robot_way(scenario)
     return scenario
 
 

@@ -23,3 +23,11 @@ def test_it_replaces_no_file(mjnav, tmp_path):
 def test_with_a_seed_a_scene_is_printed_as_that_run_has_it(mjnav, tmp_path):
     (tmp_path / "drawn.toml").write_text(mjnav("show", "rooms", "--seed", "5").out)
     assert load("./drawn.toml") == load("rooms", seed=5)
+
+
+def test_values_that_replace_the_files_show_the_layout_that_they_draw(mjnav, tmp_path):
+    (tmp_path / "held.toml").write_text(mjnav("show", "rooms", "--set", "layout.purpose=training").out)
+    held, drawn = load("./held.toml"), load("rooms", ["layout.purpose=training"])
+    assert held == drawn
+    assert held.people != load("rooms").people
+    assert "did you mean 'layout'?" in mjnav("show", "rooms", "--set", "layuot.seed=7").err

@@ -22,6 +22,16 @@ def test_a_disc_passes_a_doorway_that_is_two_cells_wider_than_itself_and_none_na
     space = FreeSpace.of(room([(0.0, s * (0.5 * gap + half), 0, 1, half, 0.05) for s in (-1, 1)], []), [[0, 0]])
     assert space.connects([[-2, 1], [2, 1]], RADIUS) is passes
     assert space.part_of([[-2, 1], [9, 9]], RADIUS)[1] == 0
+    assert not passes or space.first_cut_off([[-2, 1], [2, 1]], RADIUS) is None
+
+
+@pytest.mark.parametrize(("gap", "cut_off"), [(2 * RADIUS, None), (2 * RADIUS - 3 * CELL, 1)])
+def test_a_place_is_cut_off_only_where_the_disc_surely_does_not_pass(gap, cut_off):
+    half = 0.5 * (3 - 0.5 * gap)
+    space = FreeSpace.of(room([(0.0, s * (0.5 * gap + half), 0, 1, half, 0.05) for s in (-1, 1)], []), [[0, 0]])
+    assert space.first_cut_off([[-2, 1], [2, 1]], RADIUS) == cut_off
+    assert space.first_cut_off([[-2, 1], [0.3, 1]], RADIUS, tolerance=0.2) == cut_off
+    assert space.first_cut_off([[-2, 1], [0.3, 1]], RADIUS, tolerance=0.9) is None  # as near from this side
 
 
 def test_a_point_beside_a_wall_counts_where_the_disc_can_come_as_near_as_the_tolerance():
@@ -39,6 +49,7 @@ def test_where_the_grid_sees_a_way_there_is_one_and_where_a_wider_disc_has_one_i
     ends = np.array([[-3.5, -2.5], [3.5, 2.5]])
     if (floor.clearance(ends) < RADIUS + 2 * CELL).any():
         ends = ends * [1, -1]
-    sees = FreeSpace.of(floor, ends).connects(ends, RADIUS)
+    space = FreeSpace.of(floor, ends)
+    sees = space.connects(ends, RADIUS)
     exact, wider = (WayMap(floor, reach).way(*ends) is not None for reach in (RADIUS, RADIUS + 2 * CELL))
-    assert wider <= sees <= exact
+    assert wider <= sees <= exact <= (space.first_cut_off(ends, RADIUS) is None)

@@ -6,6 +6,7 @@ from mjnav.errors import InvalidValue
 from mjnav.scenarios import loads
 
 HEAD = 'schema = 1\nname = "bodies"\n[robot]\nstart = [0, 0, 0]\ngoal = [9, 0]\n'
+RING = [(0.7, 0), (0.4, 0.5), (-0.2, 0.6), (-0.6, 0.2), (-0.6, -0.3), (-0.2, -0.6), (0.4, -0.5)]
 LONG, ONCE = "size = [4, 0.5]", "loop = false"
 ROOM = "[[walls]]\nfrom = [-1, -2]\nto = [12, -2]\n[[walls]]\nfrom = [-1, -2]\nto = [-1, 2]\n"
 CLOSED = ROOM + "[[walls]]\nfrom = [12, -2]\nto = [12, 2]\n[[walls]]\nfrom = [-1, 2]\nto = [12, 2]\n"
@@ -51,6 +52,13 @@ REFUSED = [
     ("a goal in a wall", wall(9, -1, 9, 1), "robot.goal", "walls.0"),
     ("a goal in a pillar", pillar(9.1, 0), "robot.goal", "pillars.0"),
     ("a goal in a leg", table(9.8, 0.4), "robot.goal", "tables.0"),
+    ("a goal behind a wall", CLOSED + wall(5, -2, 5, 2), "robot.goal", "walls"),
+    (
+        "a goal in a ring of pillars",
+        "".join(pillar(9 + x, y) for x, y in RING),
+        "robot.goal",
+        "walls, legs and pillars",
+    ),
     ("the first leg out of the room", CLOSED + walker((4, 0), (4, -4)), "people.0.waypoints.0", "walls.0"),
     ("a later leg", CLOSED + walker((4, 0), (4, -1), (-3, 0), more=ONCE), "people.0.waypoints.1", "walls.1"),
     (
@@ -94,6 +102,7 @@ def test_a_refused_route_says_from_where_and_what_is_in_the_way():
 def test_what_was_recorded_before_routes_were_planned_still_loads():
     text = HEAD + table(4, 2) + walker((4, 0), (4, 2))
     assert loads(text, recorded=True).people[0].behaviour.waypoints == ((4.0, 2.0),)
+    assert loads(HEAD + CLOSED + wall(5, -2, 5, 2), recorded=True).robot.goal == (9.0, 0.0)
 
 
 def test_a_goal_too_close_to_a_wall_for_its_tolerance_is_refused():

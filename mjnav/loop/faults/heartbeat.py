@@ -118,14 +118,19 @@ class Watchdog:
         quiet = now - self._latest
         if quiet >= STALL and not self._told:
             self._told = True
-            left = max(0.0, self._due - now)
-            self._tell(f"{self.name} has made no progress for {quiet:.0f} s; it is ended in {left:.0f} s")
+            self._tell(f"{self.name} has {self._stalled(now, quiet)}")
         if now <= self._due or quiet <= GRACE:
             return False
         if self._asked is None:
             self._asked = now
             os.kill(process, ASK)
         return now - self._asked > END_TIMEOUT
+
+    def _stalled(self, now: float, quiet: float) -> str:
+        if not self._begun:
+            allowed = f"it has {self._limit:g} s, and {START:g} s to begin"
+            return f"not begun after {quiet:.0f} s (it may be compiling); {allowed}"
+        return f"made no progress for {quiet:.0f} s; it is ended in {max(0.0, self._due - now):.0f} s"
 
     def cause(self, frames: list[FrameSummary]) -> str:
         """Why the episode, which hung in these frames, was ended."""

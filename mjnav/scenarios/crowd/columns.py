@@ -2,6 +2,7 @@
 
 import re
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from types import MappingProxyType
 
 from mjnav.errors import InvalidValue
@@ -34,6 +35,29 @@ def check_columns(key: str, columns: Sequence[str]) -> None:
     if not known or any(counts[name] != 1 for name in REQUIRED) or (counts["vx"], counts["vy"]) not in ((0, 0), (1, 1)):
         allowed = f"each of {', '.join(REQUIRED)} once, vx and vy if they are there, {IGNORED!r} for every other column"
         raise InvalidValue(key, " ".join(columns), allowed)
+
+
+@dataclass(frozen=True, slots=True)
+class Header:
+    """The last line before the rows that has words, under its number; `marked` as a comment or not."""
+
+    line: int
+    words: tuple[str, ...]
+    marked: bool
+
+    def columns(self, width: int) -> tuple[str, ...] | None:
+        """What the line names of rows of `width` columns; None where it is no header of theirs.
+
+        Raises InvalidValue for a header that does not name the columns that are needed.
+        """
+        if len(self.words) != width:
+            return None
+        named = named_columns(self.words)
+        is_header = not self.marked or sum(_name(word) != IGNORED for word in self.words) > 1
+        if named is None and is_header:
+            allowed = f"a header that names each of {', '.join(REQUIRED)} once, or columns that are said (columns)"
+            raise InvalidValue(f"line {self.line}", " ".join(self.words), allowed)
+        return named
 
 
 def named_columns(header: Sequence[str]) -> tuple[str, ...] | None:

@@ -55,7 +55,7 @@ def people_of(crowd: Crowd, path: Path | str) -> list[dict[str, Any]]:
     try:
         recording = read_recording(path, crowd.columns or None)
     except InvalidValue as error:
-        raise InvalidValue("file", crowd.file, f"a recording that can be read ({error})") from None
+        raise _told_of_the_file(crowd.file, error) from None
     cut = tracks_of(recording, crowd.frame_rate, placement_of(crowd), crowd.max_gap)
     end = max((track.rows[-1, 0] for track in cut.tracks), default=0.0)
     first, last = crowd.window or (0.0, float(end))
@@ -79,6 +79,14 @@ def people_of(crowd: Crowd, path: Path | str) -> list[dict[str, Any]]:
     common = {"radius": crowd.radius, "sees_robot": crowd.sees_robot, "temperament": crowd.temperament}
     given = {key: value for key, value in common.items() if value is not None}
     return [{**table, **given} for table in make(tracks, first, last)]
+
+
+def _told_of_the_file(name: str, error: InvalidValue) -> InvalidValue:
+    """What is wrong with a recording, or with one of its lines, as an error of the key `file`."""
+    if not error.key:
+        return InvalidValue("file", name, error.allowed)
+    inner = InvalidValue(error.key, error.found, error.allowed)
+    return InvalidValue("file", name, f"a recording that can be read ({inner})")
 
 
 def in_window(tracks: Sequence[Track], first: float, last: float) -> list[Track]:

@@ -1,7 +1,8 @@
 """Recordings of people's tracks as text: one row a person and frame.
 
 Rows may come in any order. Columns are separated by white space, commas or semicolons. Lines that begin with #, %, //
-or ;, and lines without any number before the first row, are comments or headers.
+or ;, and lines without any number before the first row, are comments or headers. A line that is not marked as a comment
+and has as many words as the rows have columns is a header: where it does not name the columns, they have to be said.
 """
 
 import re
@@ -15,7 +16,7 @@ from numpy.typing import NDArray
 
 from mjnav.errors import InvalidValue
 from mjnav.messages import Array
-from mjnav.scenarios.crowd.columns import BY_NUMBER, FORMATS, check_columns, named_columns
+from mjnav.scenarios.crowd.columns import BY_NUMBER, FORMATS, Header, check_columns
 from mjnav.scenarios.files import read_regular
 
 MAX_BYTES = 100_000_000
@@ -79,7 +80,7 @@ def _text(data: bytes) -> str:
 
 def _parsed(text: str, columns: Sequence[str] | None) -> Recording:
     """The recording in a text; the keys of errors are lines."""
-    header: list[str] = []
+    header = Header(0, (), marked=True)
     skipped, width = 0, 0
     labels: dict[str, int] = {}
     people, values = array("q"), array("d")  # a large file's rows take 8 bytes a number
@@ -91,7 +92,8 @@ def _parsed(text: str, columns: Sequence[str] | None) -> Recording:
             continue
         if _COMMENT.match(line) or (not values and not any(map(_is_number, words))):
             skipped += 1
-            header = header if values else _words(_COMMENT.sub("", line, count=1)) or header
+            found = () if values else _words(_COMMENT.sub("", line, count=1))
+            header = Header(number, tuple(found), marked=_COMMENT.match(line) is not None) if found else header
             continue
         if not values:
             columns = _columns(number, words, header, columns)
@@ -115,10 +117,9 @@ def _words(line: str) -> list[str]:
     return line.split()
 
 
-def _columns(number: int, words: Sequence[str], header: Sequence[str], given: Sequence[str] | None) -> Sequence[str]:
+def _columns(number: int, words: Sequence[str], header: Header, given: Sequence[str] | None) -> Sequence[str]:
     """What the columns of the first row are: as given, as its header names them, or by their number."""
-    named = named_columns(header) if len(header) == len(words) else None
-    columns = given or named or BY_NUMBER.get(len(words))
+    columns = given or header.columns(len(words)) or BY_NUMBER.get(len(words))
     if columns is None or len(columns) != len(words):
         found = f"{len(words)} columns: {' '.join(words)}"
         allowed = (

@@ -3,7 +3,7 @@
     speed = { low = 0.3, high = 1.2 }                                  # uniform; of whole numbers, both ends too
     speed = { mean = 1.29, std = 0.19, low = 0.5 }                     # normal, drawn again until it is in the range
     behaviour = { one_of = ["waypoints", "stop_and_go"] }              # equal shares, or with shares = [3, 1]
-    temperament = { regular = 0.7, scared = 0.3 }                      # of names, with shares
+    temperament = { regular = 0.7, scared = 0.3 }                      # of names, with shares (of their sum)
     goal = { area = [[8.0, -2.0], [10.0, 2.0]] }                       # a point, uniform in a rectangle or in several
     waypoints = { area = [[0.0, -2.0], [9.0, 2.0]], count = [2, 4] }   # points
 
@@ -67,7 +67,7 @@ class OneOf:
     """One of several values, which may be drawn themselves."""
 
     one_of: Annotated[tuple[Any, ...], Length(1, 1000), "the values"]
-    shares: Annotated[tuple[Share, ...] | None, "of each, in any unit; equal by default"] = None
+    shares: Annotated[tuple[Share, ...] | None, "of each, counted against their sum; equal by default"] = None
 
     def __post_init__(self):
         settle(self)

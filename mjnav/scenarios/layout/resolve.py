@@ -18,10 +18,10 @@ from mjnav.config import below
 from mjnav.errors import InvalidValue
 from mjnav.rng import stream
 from mjnav.scenarios.check import check
+from mjnav.scenarios.free_way import robot_has_a_way
 from mjnav.scenarios.layout.draft import entries_of
 from mjnav.scenarios.layout.entries import KINDS
 from mjnav.scenarios.layout.entry import Entry
-from mjnav.scenarios.layout.free_way import robot_has_a_way
 from mjnav.scenarios.layout.oracle import is_avoidable
 from mjnav.scenarios.layout.robot import DrawnPlaces
 from mjnav.scenarios.layout.room import ROBOT_ROOM, Room

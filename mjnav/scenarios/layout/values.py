@@ -27,17 +27,14 @@ ANY = Any  # the hint of a key of which nothing is known
 
 def check_value(hint: Any, value: Any) -> None:
     """Raises InvalidValue where a value, or anything that may be drawn for it, is not what its key allows."""
+    kind = _kind(hint, value)
+    if kind in (Uniform, Normal):
+        _check_ends(hint, value, required=kind is Uniform)
     draw = _draw(hint, value)
     if isinstance(draw, OneOf):
         for i, item in enumerate(draw.one_of):
             with below("one_of"), below(str(i)):
                 check_value(hint, item)
-    elif isinstance(draw, Uniform | Normal):
-        number = _number_hint(hint, value)
-        for end in ("low", "high"):
-            if number is not None and value.get(end) is not None:
-                with below(end):
-                    config.settled(number, value[end])
     elif isinstance(draw, InArea):
         _check_points(hint, draw, value)
     elif _is_shares(hint, value):
@@ -50,7 +47,7 @@ def check_value(hint: Any, value: Any) -> None:
         for i, (item_hint, item) in enumerate(_items(hint, value)):
             with below(str(i)):
                 check_value(item_hint, item)
-    elif hint is not ANY:
+    elif draw is None and hint is not ANY:
         config.settled(hint, value)
 
 
@@ -87,8 +84,26 @@ def is_drawn(hint: Any, value: Any) -> bool:
 
 def _draw(hint: Any, value: Any) -> Any:
     """The draw that a table stands for, checked; None where it is none."""
+    kind = _kind(hint, value)
+    return None if kind is None else config.read(kind, value)
+
+
+def _kind(hint: Any, value: Any) -> type | None:
     kind = kind_of(value) if isinstance(value, Mapping) else None
-    return None if kind is None or _is_shares(hint, value) else config.read(kind, value)
+    return None if kind is None or _is_shares(hint, value) else kind
+
+
+def _check_ends(hint: Any, value: Mapping[str, Any], *, required: bool) -> None:
+    """The ends of a range are numbers that the key allows. Raises InvalidValue."""
+    number = _number_hint(hint, value)
+    for end in ("low", "high"):
+        if number is None:
+            continue
+        if end in value:
+            with below(end):
+                config.settled(number, value[end])
+        elif required and {"low", "high"} >= {*value}:  # another key is told first
+            raise InvalidValue(end, None, f"{describe(number)}; this key is required")
 
 
 def _number_hint(hint: Any, value: Any) -> Any:

@@ -44,6 +44,15 @@ def test_an_episode_without_progress_is_named_once_until_it_goes_on(seen):
     assert len(told) == 2
 
 
+def test_an_episode_that_has_not_begun_is_said_to_be_compiling(seen):
+    watch, clock, told = seen
+    clock.now = STALL
+    watch.must_end(os.getpid())
+    assert told == [
+        "crossing1, my:Hung, seed 4 has not begun after 60 s (it may be compiling); it has 100 s, and 120 s to begin"
+    ]
+
+
 def test_what_hangs_beyond_its_time_is_asked_to_end_once_and_then_ended(seen, asked):
     watch, clock, _ = seen
     watch.beat()

@@ -102,7 +102,7 @@ def test_recorded_people_stand_behind_those_of_the_file(recording, tmp_path):
 BAD = {
     "a missing file": (
         'file="x.txt"',
-        "crowd.file: found 'x.txt'; allowed: a recording that can be read (x.txt: found",
+        "crowd.file: found 'x.txt'; allowed: a recording that can be read (No such file",
     ),
     "a window after the end": (
         "window=[40,50]",

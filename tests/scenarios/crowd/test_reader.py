@@ -54,6 +54,7 @@ def test_neither_order_nor_separators_nor_the_way_of_writing_numbers_matter(
     "head",
     [
         "# frame id x y\n% recorded by hand\n\n",
+        "# taken in one hall\n",
         "frame,ped_id,x,y\n",
         '"Frame"\t"PersID"\t"X[m]"\t"Y[m]"\n',
         "\ufeff",
@@ -73,7 +74,7 @@ def test_a_header_names_the_columns_in_any_order_and_says_which_have_no_use(read
 
 def test_columns_that_are_said_come_before_all_else(read):
     swapped = "\n".join(f"{person} {frame} {y} {x}" for frame, person, x, y in ROWS)
-    assert rows_of(read(swapped, ("id", "frame", "y", "x"))) == EXPECTED
+    assert rows_of(read(f"who,when,lat,lon\n{swapped}", ("id", "frame", "y", "x"))) == EXPECTED
 
 
 def test_obsmat_has_velocities_and_its_height_is_left_out(read):
@@ -106,6 +107,11 @@ BAD = {
     "another number of columns": ("1 2 3 4 5 6\n", "line 1: found '6 columns: 1 2 3 4 5 6'; allowed: frame id x y (4"),
     "binary": (b"\x89PNG\r\n\x1a\n\0\0", "line 1: found b'\\x89'; allowed: text in UTF-8 or UTF-16: frame id x y"),
     "zeros": (b"1 2 3 4\n\0\0\0", "line 2: found '\\x00'; allowed: text in UTF-8 or UTF-16: frame id x y"),
+    "a header of other names": (
+        f"time,who,lat,lon\n{PLAIN}",
+        "line 1: found 'time who lat lon'; allowed: a header that names each of frame, id, x, y once, or columns that",
+    ),
+    "a marked header of other names": (f"# frame id lat lon\n{PLAIN}", "line 1: found 'frame id lat lon'; allowed:"),
     "a text": ("once upon a time\nthere were people", "found 'no rows'; allowed: rows of frame id x y"),
 }
 

@@ -124,6 +124,11 @@ def test_no_layout_for_training_is_one_for_reporting():
     [
         ("people.0.speed={low=-1, high=1}", "people.0.speed.low: found -1.0; allowed: a number from 0 to 5 m/s"),
         ("people.0.speed={low=1, high=0.5}", "people.0.speed.high: found 0.5; allowed: a number from the least"),
+        (
+            "people.0.speed={low=1}",
+            "people.0.speed.high: found nothing; allowed: a number from 0 to 5 m/s; this key is",
+        ),
+        ("people.0.temperament={one_of='scared'}", "one_of: found 'scared'; allowed: an array of values"),
         ("people.0.speed={low=1, hihg=2}", "people.0.speed.hihg: .*did you mean 'high'"),
         ("people.0.sped={low=1, high=2}", "people.0.sped: .*did you mean 'speed'"),
         ("people.0.count=[3, 2]", "people.0.count.1: found 2; allowed: a whole number from 3 on"),
