@@ -9,6 +9,7 @@ import re
 from array import array
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from pathlib import Path
 
 import numpy as np
@@ -27,7 +28,10 @@ _NUMBERED = ("frame", "x", "y", "vx", "vy")
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Recording:
-    """The R rows of a recording by person and frame; persons in the order in which they first appear in time."""
+    """The R rows of a recording by person and frame; persons in the order in which they first appear in time.
+
+    Its arrays cannot be written to: who reads the same file again gets the same recording.
+    """
 
     columns: tuple[str, ...]
     labels: tuple[str, ...]  # id of each person, as the file has it
@@ -58,9 +62,15 @@ def read_recording(path: Path | str, columns: Sequence[str] | None = None) -> Re
         reason = getattr(error, "strerror", None) or str(error)
         raise InvalidValue("", None, f"a recording that can be read ({reason})", file=str(path)) from None
     try:
-        return _parsed(_text(data), columns)
+        return _recording(data, None if columns is None else tuple(columns))
     except InvalidValue as error:
         raise error.within(file=str(path)) from None
+
+
+@lru_cache(2)
+def _recording(data: bytes, columns: tuple[str, ...] | None) -> Recording:
+    """The recording in a file's bytes. All cells of a study read the same file, one after the other."""
+    return _parsed(_text(data), columns)
 
 
 def _text(data: bytes) -> str:
@@ -175,6 +185,8 @@ def _sorted(
     person, values = person[order], values[order]
     repeated = (np.diff(person, prepend=-1) == 0) & (np.diff(values[:, 0], prepend=np.nan) == 0.0)
     person, values = person[~repeated], values[~repeated]
+    for rows in (person, values):
+        rows.flags.writeable = False
     velocity = values[:, 3:5] if values.shape[1] == 5 else None
     return Recording(
         columns,
