@@ -40,6 +40,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
         help=f"figures or groups of them ({' '.join(GROUPS)}), which `mjnav list metrics` defines; by default "
         f"{' '.join(DEFAULT_FIGURES)}; rates always",
     )
+    parser.add_argument("--pool", action="store_true", help="all scenes in one table for each setting")
     parser.add_argument("-o", "--output", action="append", metavar="FILE", help="also to a .csv, .tex or .html file")
     require.configure(parser, "hall/rkhs: success>=0.95")
     parser.add_argument("--json", action="store_true", help="one JSON object in place of text")
@@ -121,6 +122,7 @@ def _read(
             study,
             reference=arguments.reference,
             figures=[*_figures(arguments), *required],
+            pool=arguments.pool,
             progress=lambda done, total: show(100.0 * done / total),
         )
 
@@ -131,6 +133,8 @@ def _before_after(arguments: argparse.Namespace) -> int:
 
     if arguments.reference is not None:
         raise InputError("--reference is for the methods of one study; with AFTER each method is compared with itself")
+    if arguments.pool:
+        raise InputError("--pool is for the scenes of one study; with AFTER each cell is compared with itself")
     outputs = [output_path("--output", given, ".csv") for given in arguments.output or ()]
     stores = [find_results(given)[0] for given in (arguments.study, arguments.after)]
     required = require.parsed(arguments)

@@ -15,6 +15,7 @@ def meaning(results: StudyComparison) -> list[str]:
     """What figures, intervals, differences and marks are."""
     of_all = [figure for figure in results.figures if over_all(figure) and not is_rate(figure)]
     of_all_text = f" ({', '.join(of_all)}: over all)" * bool(of_all)
+    pairs = [f"{results.scenes_per_table} scenes in one table: a pair is one scene and seed."]
     fault = "; fault % a person touched by the robot's fault" * (FAULT in results.figures)
     return [
         f"success % is the goal reached without contact, in time; collision % any contact{fault}; with Wilson 95 % "
@@ -27,6 +28,7 @@ def meaning(results: StudyComparison) -> list[str]:
         "table, each figure by itself.",
         "infeasible % is the share of all ticks at which nothing met the constraints; decision ms the median over "
         "episodes of their median time of a decision.",
+        *(pairs if results.scenes_per_table > 1 else ()),
     ]
 
 
@@ -46,7 +48,8 @@ def _missing(results: StudyComparison) -> Iterator[str]:
         if lacking:
             least, most = min(lacking), max(lacking)
             span = f"{least}" if least == most else f"{least} to {most}"
-            text += f", {span} of {results.num_seeds} seeds in {cells} of {len(results.missing)} cells"
+            seeds = (results.num_seeds or 0) * results.scenes_per_table
+            text += f", {span} of {seeds} seeds in {cells} of {len(results.missing)} cells"
         yield f"{text}. `mjnav sweep --resume` adds them."
     if results.absent:
         named = [f"scene {scene}, setting {setting}, method {method}" for scene, setting, method in results.absent]

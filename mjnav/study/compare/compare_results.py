@@ -14,7 +14,12 @@ PathText = str | os.PathLike[str]
 
 @overload
 def compare(
-    results: PathText, after: None = None, *, reference: str | None = None, figures: Sequence[str] = DEFAULT_FIGURES
+    results: PathText,
+    after: None = None,
+    *,
+    reference: str | None = None,
+    figures: Sequence[str] = DEFAULT_FIGURES,
+    pool: bool = False,
 ) -> StudyComparison: ...
 @overload
 def compare(results: PathText, after: PathText, *, figures: Sequence[str] = DEFAULT_FIGURES) -> BeforeAfter: ...
@@ -24,13 +29,14 @@ def compare(
     *,
     reference: str | None = None,
     figures: Sequence[str] = DEFAULT_FIGURES,
+    pool: bool = False,
 ) -> StudyComparison | BeforeAfter:
     """Compares the methods of one study's results, or two folders of results seed by seed.
 
     `results` and `after` are a study's name or file, whose results are below runs/out, or a folder. `figures` are
     names of columns of numbers, or of groups of them (`mjnav list metrics` has all), beside the rates of success and
     collision. `reference` is the label of the method that the others of a table are compared with, by default the
-    first.
+    first. `pool` makes one table for each setting, of the episodes of all scenes.
 
     Raises InputError where there are no results, or none in common; InvalidValue for an unknown figure or reference;
     MjnavError for a damaged file.
@@ -38,4 +44,4 @@ def compare(
     store, study = find_results(results)
     if after is not None:
         return before_after(store, find_results(after)[0], figures=figures)
-    return compare_study(store, study or kept_study(store), reference=reference, figures=figures)
+    return compare_study(store, study or kept_study(store), reference=reference, figures=figures, pool=pool)

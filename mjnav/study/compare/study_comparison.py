@@ -19,6 +19,7 @@ from mjnav.study.compare.chosen_figures import (
     expanded,
 )
 from mjnav.study.compare.compare import CellRows, Comparison, cell_rows, compare
+from mjnav.study.compare.pooled import pooled
 from mjnav.study.compare.result_tables import html_table, percent
 from mjnav.study.store.own_figures import check_own
 from mjnav.study.store.store import Store
@@ -49,6 +50,7 @@ class StudyComparison:
     revisions: tuple[str, ...]  # of mjnav, with which the rows were made
     others: tuple[str, ...]  # studies whose rows are left out
     inconsistencies: tuple[Inconsistency, ...]  # differences in programs, processors and a cell's scenario
+    scenes_per_table: int = 1  # all of the study's, where they are pooled
 
     @property
     def num_episodes(self) -> int:
@@ -80,9 +82,12 @@ def compare_study(
     *,
     reference: str | None = None,
     figures: Sequence[str],
+    pool: bool = False,
     progress: Callable[[int, int], None] = lambda done, total: None,
 ) -> StudyComparison:
     """The study's rows in a store as tables; the rates are always among the figures.
+
+    With `pool`, one table for each setting has the episodes of all scenes.
 
     `progress` gets the number of tables that are done and of all. Raises InputError where there are no rows or rows of
     several studies, InvalidValue for an unknown figure or reference, MjnavError for a damaged store.
@@ -99,25 +104,33 @@ def compare_study(
     check_distinct(cells, store)
     check_own(asked, cells[0].columns)
     figures = _defined(asked, figures, cells)
+    wanted = np.array(study.all_seeds if study else [])
+    missing = Counter({(c.scene, c.setting, c.method): len(np.setdiff1d(wanted, c.seeds)) for c in cells})
+    absent = tuple(place for place in _cells_of(study, cells) if place not in missing)
+    num_scenes = len({cell.scene for cell in cells}) if pool else 1
+    if pool:
+        cells = pooled(cells)
+        missing, of_scenes = Counter(), missing
+        for (_, setting, method), lack in of_scenes.items():
+            missing[cells[0].scene, setting, method] += lack
     places = list(dict.fromkeys((cell.scene, cell.setting) for cell in cells))
     tables = []
     for comparison in compare(cells, reference=reference, figures=figures):
         tables.append(comparison)
         progress(len(tables), len(places))
-    wanted = np.array(study.all_seeds if study else [])
-    there = {(cell.scene, cell.setting, cell.method): cell for cell in cells}
     return StudyComparison(
         folder=str(store.folder),
         study=name,
         figures=figures,
         tables=tuple(tables),
         num_seeds=len(wanted) if study else None,
-        missing={place: len(np.setdiff1d(wanted, cell.seeds)) for place, cell in there.items()},
-        absent=tuple(place for place in _cells_of(study, cells) if place not in there),
+        missing=missing,
+        absent=absent,
         causes=Counter(error for error in table["error"].to_pylist() if error is not None),
         revisions=tuple(sorted(table["revision"].unique().to_pylist())),
         others=others,
         inconsistencies=inconsistencies(store, name),
+        scenes_per_table=num_scenes,
     )
 
 

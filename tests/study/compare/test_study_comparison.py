@@ -130,3 +130,27 @@ def test_its_repr_is_one_line_and_a_notebook_shows_a_row_for_each_method(store):
     assert repr(found) == f"StudyComparison({str(store.folder)!r}: 8 episodes, tables: 1)"
     assert found._repr_html_().count("<tr>") == 3
     assert "a&lt;b" in found._repr_html_()
+
+
+def test_pooled_scenes_pair_within_a_scene_and_count_every_layout(store, study):
+    def episodes(scene, method, costs):
+        return [row(method, seed, cost, scene=scene, setting="noise.profile=pearson") for seed, cost in costs.items()]
+
+    store.append(
+        [
+            *episodes("crossing1", "mean", {1: 1.0, 3: 2.0, 7: 4.0}),
+            *episodes("corner", "mean", {1: 10.0, 3: 20.0, 7: 40.0}),
+            *episodes("crossing1", "rkhs weight=1", {1: 1.5, 3: 2.5}),
+            *episodes("corner", "rkhs weight=1", {3: 23.0, 7: 44.0}),
+        ]
+    )
+    found = read(store, study, pool=True)
+    (table,) = found.tables
+    assert (table.scene, table.num_layouts) == ("2 scenes", 2)
+    mean, rkhs = table.rows
+    assert (mean.num, mean.figures["control_cost"].value) == (6, pytest.approx(77.0 / 6.0))
+    of_pairs = rkhs.differences["control_cost"].estimate
+    assert (of_pairs.value, of_pairs.num) == (pytest.approx((0.5 + 0.5 + 3.0 + 4.0) / 4.0), 4)
+    place = ("2 scenes", "noise.profile=pearson")
+    assert {key: num for key, num in found.missing.items() if num} == {(*place, "rkhs weight=1"): 2}
+    assert found.num_missing == read(store, study).num_missing
