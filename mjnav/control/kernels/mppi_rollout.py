@@ -85,62 +85,65 @@ def _approach(
 
 
 @dataclass(frozen=True, slots=True)
+class ControlLimits:
+    """Limits of the controls (v, omega) of a plan."""
+
+    first: Array  # (2, 2) lowest and highest of the first
+    all: Array  # (2, 2) of all others
+    change: Array  # (2,) the most from one to the next
+
+    @classmethod
+    def of(cls, twist: Array, limits: RobotLimits, period: float, step: float) -> "ControlLimits":
+        """The first control is reached from `twist` (2,) in one `period`, each later one in one `step`."""
+        change = np.array([limits.max_acceleration, limits.max_turn_acceleration]) * step
+        return cls(np.stack(reachable(twist, limits, period)), np.stack(control_bounds(limits)), change)
+
+
+@dataclass(frozen=True, slots=True)
 class Rollouts:
     """K control sequences and the path of each from the mean state."""
 
-    v: Array  # (T, K) [m/s]
-    omega: Array  # (T, K) [rad/s]
+    controls: Array  # (2, T, K) v [m/s], omega [rad/s]
     x: Array  # (T, K) [m], at the end of each step
     y: Array  # (T, K)
     heading: Array  # (T, K) [rad]
     step: float  # [s]
 
     @classmethod
-    def of(
-        cls, wanted: Array, heading: float, twist: Array, limits: RobotLimits, period: float, step: float
-    ) -> "Rollouts":
-        """From wanted controls (2, T, K), brought within the limits.
-
-        The first is reached from `twist` (2,) in one `period`, each of the others from the one before in one `step`.
-        """
+    def of(cls, wanted: Array, heading: float, limits: ControlLimits, step: float) -> "Rollouts":
+        """From wanted controls (2, T, K), brought within the limits."""
         controls = np.array(wanted, order="C")
-        first, bounds, change = (
-            np.stack(reachable(twist, limits, period)),
-            np.stack(control_bounds(limits)),
-            _change(limits, step),
-        )
+        _, num_steps, num = controls.shape
+        first, bounds = limits.first, limits.all
         for c in range(2):
-            _limit(controls[c], first[0, c], first[1, c], bounds[0, c], bounds[1, c], change[c])
-        x, y, headings = np.zeros((3, wanted.shape[1] + 1, wanted.shape[2]))
+            _limit(controls[c], first[0, c], first[1, c], bounds[0, c], bounds[1, c], limits.change[c])
+        x, y, headings = np.zeros((3, num_steps + 1, num))
         headings[0] = heading
         _drive(headings, x, y, controls[0], controls[1], step)
-        return cls(controls[0], controls[1], x[1:], y[1:], headings[1:], step)
+        return cls(controls, x[1:], y[1:], headings[1:], step)
+
+    @property
+    def v(self) -> Array:
+        """(T, K) [m/s]."""
+        return self.controls[0]
+
+    @property
+    def omega(self) -> Array:
+        """(T, K) [rad/s]."""
+        return self.controls[1]
 
 
 def approach(
-    goal: Array,
-    heading: float,
-    twist: Array,
-    limits: RobotLimits,
-    period: float,
-    step: float,
-    num: int,
-    parameters: GoalParameters,
+    goal: Array, heading: float, limits: ControlLimits, speed: float, step: float, num: int, parameters: GoalParameters
 ) -> Array:
     """`num` controls (2, T) within the limits, straight to `goal` (2,), which is relative to the robot.
 
-    The robot turns to the goal within the preview, and drives as fast as the goal cost wants it to, slower while it
-    faces another way.
+    The robot turns to the goal within the preview, and drives as fast as the goal cost wants it to, `speed` [m/s] far
+    from the goal, slower while it faces another way.
     """
-    p = parameters
     out = np.empty((2, num))
     _approach(
-        out, heading, goal[0], goal[1], np.stack(reachable(twist, limits, period)), np.stack(control_bounds(limits)),
-        _change(limits, step), min(p.preferred_speed, limits.max_speed), p.approach_time, p.preview, step,
+        out, heading, goal[0], goal[1], limits.first, limits.all, limits.change, speed, parameters.approach_time,
+        parameters.preview, step,
     )  # fmt: skip
     return out
-
-
-def _change(limits: RobotLimits, duration: float) -> Array:
-    """The most that (v, omega) change in `duration` [s], (2,)."""
-    return np.array([limits.max_acceleration, limits.max_turn_acceleration]) * duration

@@ -28,9 +28,9 @@ import numpy as np
 
 from mjnav.config import Range
 from mjnav.control.base import ProblemController, status_of
-from mjnav.control.kernels.mppi_rollout import Rollouts, approach
+from mjnav.control.kernels.mppi_rollout import ControlLimits, Rollouts, approach
 from mjnav.control.parameters import MOST, Count, GoalParameters, LaneWeights, Positive, Seconds, Share, Weight
-from mjnav.control.problem.goal_cost import GoalCost
+from mjnav.control.problem.goal_cost import mean_goal_cost
 from mjnav.control.problem.mppi_risk import Risk, Surroundings
 from mjnav.control.problem.obstacles import in_reach
 from mjnav.control.problem.problem import Problem
@@ -124,8 +124,9 @@ class Mppi(ProblemController[MppiParameters]):
         p, problem = self.parameters, self.problem(observation)
         reach = in_reach(observation, problem.discs.means(), problem.mean_pose, self.limits, self._sight)
         surroundings = Surroundings.of(problem, reach, p.steps, p.step)
-        rows = self.costs(problem, surroundings, self._wanted(problem))
-        new = self.costs(problem, surroundings, rows.controls @ softmin(rows.total, p.temperature)[:, None])
+        limits = ControlLimits.of(observation.twist, self.limits, self.period, p.step)
+        rows = self.costs(problem, surroundings, limits, self._wanted(problem, limits))
+        new = self.costs(problem, surroundings, limits, rows.controls @ softmin(rows.total, p.temperature)[:, None])
         feasible = rows.risk.worst <= p.risk_bound
         cheapest = int(np.argmin(np.where(feasible | ~feasible.any(), rows.total, np.inf)))
         if new.risk.worst[0] > p.risk_bound or cheapest == BRAKE:  # a mean of rollouts never stops completely
@@ -135,41 +136,25 @@ class Mppi(ProblemController[MppiParameters]):
         infeasible = Status.INFEASIBLE if new.risk.worst[0] > p.risk_bound else None
         return Decision(v, omega, status_of(observation, v, omega, infeasible), rows.candidates(new))
 
-    def costs(self, problem: Problem, surroundings: Surroundings, wanted: Array) -> RolloutCosts:
+    def costs(self, problem: Problem, surroundings: Surroundings, limits: ControlLimits, wanted: Array) -> RolloutCosts:
         """The rollouts of wanted controls (2, T, K), brought within the limits, and their costs."""
         p, o, pose = self.parameters, problem.observation, problem.mean_pose
-        rollouts = Rollouts.of(wanted, pose[2], o.twist, self.limits, self.period, p.step)
-        goal = self._goal_cost(rollouts, o.twist)(np.stack([rollouts.x, rollouts.y]), o.goal - pose[:2]).mean(axis=0)
+        rollouts = Rollouts.of(wanted, pose[2], limits, p.step)
+        goal = mean_goal_cost(rollouts, o.goal - pose[:2], o.twist, self.limits, self.period, p)
         risk = surroundings.risk(rollouts)
         total = goal + p.weight * risk.cone.sum(axis=1) + risk.lane @ np.array(p.lane_weights)
-        return RolloutCosts(np.stack([rollouts.v, rollouts.omega]), goal, risk, total)
+        return RolloutCosts(rollouts.controls, goal, risk, total)
 
-    def _wanted(self, problem: Problem) -> Array:
+    def _wanted(self, problem: Problem, limits: ControlLimits) -> Array:
         """The controls that the rollouts start from, (2, T, K)."""
         p, o, pose = self.parameters, problem.observation, problem.mean_pose
-        straight = approach(o.goal - pose[:2], pose[2], o.twist, self.limits, self.period, p.step, p.steps, p)
+        speed = min(p.preferred_speed, self.limits.max_speed)
+        straight = approach(o.goal - pose[:2], pose[2], limits, speed, p.step, p.steps, p)
         plan = straight
         if self._plan is not None and 0.0 < o.time - self._plan.time <= 0.5 * p.steps * p.step:
             plan = self._plan.after(o.time - self._plan.time, p.step)
         unperturbed = np.stack([np.zeros_like(plan), plan, straight], axis=2)
         return np.concatenate([unperturbed, plan[:, :, None] + self._perturbations], axis=2)
-
-    def _goal_cost(self, rollouts: Rollouts, twist: Array) -> GoalCost:
-        """J of the state at the end of every step of every rollout, (T, K)."""
-        p, limits, r = self.parameters, self.limits, rollouts
-        duration = np.full((p.steps, 1), p.step)
-        duration[0] = self.period  # in which the first control is reached
-        dv = np.diff(r.v, axis=0, prepend=twist[0]) / (limits.max_acceleration * duration)
-        domega = np.diff(r.omega, axis=0, prepend=twist[1]) / (limits.max_turn_acceleration * duration)
-        return GoalCost(
-            heading=r.heading,
-            vx=r.v * np.cos(r.heading),
-            vy=r.v * np.sin(r.heading),
-            change=p.speed_change_weight * dv * dv + p.turn_change_weight * domega * domega,
-            speed=min(p.preferred_speed, limits.max_speed),
-            approach_time=p.approach_time,
-            heading_weight=p.heading_weight,
-        )
 
 
 def softmin(cost: Array, temperature: float) -> Array:

@@ -13,9 +13,11 @@ from math import floor, pi
 
 import numpy as np
 
+from mjnav.control.kernels.mppi_rollout import Rollouts
 from mjnav.control.parameters import GoalParameters
 from mjnav.control.problem.candidates import Candidates
-from mjnav.geometry.compiled import elementwise
+from mjnav.geometry.compiled import elementwise, exact
+from mjnav.geometry.kernel_types import Matrix
 from mjnav.messages import Array, RobotLimits
 
 TINY = 1e-300  # [m], so that the way to a goal that is reached has a length
@@ -26,8 +28,7 @@ def _change(v: float, omega: float, v_before: float, omega_before: float, v_weig
     return v_weight * (v - v_before) ** 2 + omega_weight * (omega - omega_before) ** 2
 
 
-@elementwise
-def _cost(
+def _cost_of(
     vx: float,
     vy: float,
     heading: float,
@@ -41,6 +42,72 @@ def _cost(
     turns = (heading - bearing) / (2.0 * pi)
     half_turns = 2.0 * (turns - floor(turns + 0.5))  # of the wrapped difference
     return ex * ex + ey * ey + heading_weight * half_turns * half_turns + change
+
+
+_cost = elementwise(_cost_of)
+_cost_at = exact(_cost_of)
+
+
+@exact
+def _costs_along(
+    v: Matrix,
+    omega: Matrix,
+    heading: Matrix,
+    dx: Matrix,
+    dy: Matrix,
+    bearing: Matrix,
+    before: tuple[float, float],
+    first: tuple[float, float],
+    change: tuple[float, float],
+    change_weight: tuple[float, float],
+    speed: float,
+    approach_time: float,
+    heading_weight: float,
+):
+    """J at every step of K paths; every array is (T, K), the goal is (dx, dy) from each state.
+
+    `before` is the control before the first step; `first` and `change` are the most that the first and each later
+    control may change.
+    """
+    num_steps, num = v.shape
+    cost = np.empty(v.shape)
+    vx, vy, distance = np.empty(num), np.empty(num), np.empty(num)
+    for t in range(num_steps):
+        for k in range(num):  # apart from what follows, which vectorises
+            vx[k], vy[k] = v[t, k] * np.cos(heading[t, k]), v[t, k] * np.sin(heading[t, k])
+            distance[k] = np.hypot(dx[t, k], dy[t, k])
+        most_v, most_omega = first if t == 0 else change
+        for k in range(num):
+            dv = (v[t, k] - (before[0] if t == 0 else v[t - 1, k])) / most_v
+            domega = (omega[t, k] - (before[1] if t == 0 else omega[t - 1, k])) / most_omega
+            changed = change_weight[0] * dv * dv + change_weight[1] * domega * domega
+            per_metre = min(speed, distance[k] / approach_time) / max(distance[k], TINY)
+            wanted_x, wanted_y = per_metre * dx[t, k], per_metre * dy[t, k]
+            cost[t, k] = _cost_at(
+                vx[k], vy[k], heading[t, k], changed, wanted_x, wanted_y, bearing[t, k], heading_weight
+            )
+    return cost
+
+
+def mean_goal_cost(
+    rollouts: Rollouts, goal: Array, twist: Array, limits: RobotLimits, period: float, parameters: GoalParameters
+) -> Array:
+    """J of the states at the ends of all steps, on average, for each of K rollouts, (K,).
+
+    `goal` (2,) is relative to where the rollouts begin, and `twist` (2,) is the command decided last. The first control
+    is reached in one `period`, each of the others in one step.
+    """
+    p, r = parameters, rollouts
+    dx, dy = goal[0] - r.x, goal[1] - r.y
+    v, omega = twist.tolist()
+    cost = _costs_along(
+        r.v, r.omega, r.heading, dx, dy, np.arctan2(dy, dx), (v, omega),
+        (limits.max_acceleration * period, limits.max_turn_acceleration * period),
+        (limits.max_acceleration * r.step, limits.max_turn_acceleration * r.step),
+        (p.speed_change_weight, p.turn_change_weight),
+        min(p.preferred_speed, limits.max_speed), p.approach_time, p.heading_weight,
+    )  # fmt: skip
+    return cost.mean(axis=0)
 
 
 @dataclass(frozen=True, slots=True)

@@ -55,6 +55,29 @@ def _share_within(x, y, cloud_x, cloud_y, radius):
 
 
 @kernel
+def _num_near(x, y, cx, cy, square):
+    """How many of the points (K,) are nearer to (cx, cy) than the root of `square`."""
+    count = 0.0
+    for k in range(x.size):
+        count += 1.0 if (x[k] - cx) ** 2 + (y[k] - cy) ** 2 < square else 0.0
+    return count
+
+
+@kernel
+def _count_within(inner, outer, x, y, px, py, radius, spread):
+    """How many points p (M,) are within `radius` - `spread`, and `radius` + `spread`, of each point (x, y) (K,)."""
+    inner_squared, outer_squared = max(radius - spread, 0.0) ** 2, (radius + spread) ** 2
+    inner[:] = 0.0
+    outer[:] = 0.0
+    for m in range(px.size):
+        for k in range(x.size):
+            dx, dy = x[k] - px[m], y[k] - py[m]
+            distance = dx * dx + dy * dy
+            inner[k] += 1.0 if distance < inner_squared else 0.0
+            outer[k] += 1.0 if distance < outer_squared else 0.0
+
+
+@kernel
 def _meet_discs(
     time: Matrix,
     worst: Vector,
@@ -71,30 +94,51 @@ def _meet_discs(
     """Adds the time in collision with every disc to `time` (B, K); the greatest share goes to `worst` (K,).
 
     ox, oy (T, S) are the discs' samples at the end of every step.
+
+    With the robot's samples at most r from their mean, all of them collide with a disc's sample that is nearer to that
+    mean than R - r, and none with one that is R + r away. Only where a sample of the disc is in between are all pairs
+    counted.
     """
+    num, num_robot = x.shape[1], ex.size
     mean_ex, mean_ey = ex.mean(), ey.mean()
     robot_spread = _spread(ex, ey, mean_ex, mean_ey)
+    near = np.empty(num, np.int64)  # rollouts that come near the disc at this step, and there the robot's mean
+    near_x, near_y = np.empty(num), np.empty(num)  # each in memory of its own, or the loops over them do not vectorise
+    inner, outer = np.empty(num), np.empty(num)
     for b in range(radius.size):
         m = slice(start[b], start[b + 1])
-        n = ex.size * (start[b + 1] - start[b])
+        n = num_robot * (start[b + 1] - start[b])
         cloud_x, cloud_y = np.empty(n), np.empty(n)
+        spread = robot_spread + SLACK * radius[b]
         for t in range(x.shape[0]):
             px, py = ox[t, m], oy[t, m]
             mean_px, mean_py = px.mean(), py.mean()
-            spread = robot_spread + _spread(px, py, mean_px, mean_py) + SLACK * radius[b]
-            outside, inside = (radius[b] + spread) ** 2, max(radius[b] - spread, 0.0) ** 2
+            cx, cy = mean_px - mean_ex, mean_py - mean_ey
+            both = spread + _spread(px, py, mean_px, mean_py)
+            outside, inside = (radius[b] + both) ** 2, max(radius[b] - both, 0.0) ** 2
+            if _num_near(x[t], y[t], cx, cy, outside) == 0.0:
+                continue
+            num_near = 0
+            for k in range(num):
+                if (x[t, k] - cx) ** 2 + (y[t, k] - cy) ** 2 < outside:
+                    near[num_near], near_x[num_near], near_y[num_near] = k, x[t, k] + mean_ex, y[t, k] + mean_ey
+                    num_near += 1
+            _count_within(
+                inner[:num_near], outer[:num_near], near_x[:num_near], near_y[:num_near], px, py, radius[b], spread
+            )
             known = False
-            for k in range(x.shape[1]):
-                distance = (x[t, k] + mean_ex - mean_px) ** 2 + (y[t, k] + mean_ey - mean_py) ** 2
-                if distance >= outside:
+            for i in range(num_near):
+                if outer[i] == 0.0:
                     continue
-                share = 1.0
-                if distance >= inside:
+                k, share = near[i], 1.0
+                if inner[i] < outer[i]:
                     if not known:
                         _differences(cloud_x, ex, px)
                         _differences(cloud_y, ey, py)
                         known = True
                     share = _share_within(x[t, k], y[t, k], cloud_x, cloud_y, radius[b])
+                elif (x[t, k] - cx) ** 2 + (y[t, k] - cy) ** 2 >= inside:
+                    share = inner[i] * num_robot / n
                 time[b, k] += step * share
                 worst[k] = max(worst[k], share)
 

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from mjnav.control import Status, make_controller
-from mjnav.control.kernels.mppi_rollout import approach
+from mjnav.control.kernels.mppi_rollout import ControlLimits, approach
 from mjnav.control.methods.mppi import MppiParameters, Plan, perturbations, softmin
 from mjnav.control.parameters import Parameters
 from mjnav.messages import RobotLimits
@@ -128,7 +128,8 @@ def test_a_decided_control_is_within_reach_and_so_is_the_whole_plan(observe, fir
 
 
 def test_the_straight_way_turns_to_the_goal_and_slows_down_there():
-    v, omega = approach(np.array([0.0, 1.5]), 0.0, np.zeros(2), LIMITS, 0.1, 0.1, 80, Parameters())
+    limits, p = ControlLimits.of(np.zeros(2), LIMITS, 0.1, 0.1), Parameters()
+    v, omega = approach(np.array([0.0, 1.5]), 0.0, limits, p.preferred_speed, 0.1, 80, p)
     assert omega[0] == pytest.approx(0.4)  # all that one period allows
     assert v[0] == pytest.approx(0.0, abs=1e-12)
     pose = np.zeros(3)

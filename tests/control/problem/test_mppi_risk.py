@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from mjnav.control import make_controller
+from mjnav.control.kernels.mppi_rollout import ControlLimits
 from mjnav.control.problem.mppi_risk import Surroundings
 from mjnav.control.problem.obstacles import Reach
 from mjnav.messages import RobotLimits
@@ -129,7 +130,8 @@ def test_every_rollout_costs_what_is_written_down(observe, seed, sizes):
     everything = Reach(tuple(range(len(o.obstacles))), tuple(range(len(o.walls))))
     wanted = np.random.default_rng(seed).normal([[[0.4]], [[0.0]]], [[[0.6]], [[1.2]]], size=(2, 6, 9))
     wanted[1, :, 0] = 0.0
-    found = controller.costs(problem, Surroundings.of(problem, everything, 6, 0.3), wanted)
+    limits = ControlLimits.of(o.twist, LIMITS, PERIOD, 0.3)
+    found = controller.costs(problem, Surroundings.of(problem, everything, 6, 0.3), limits, wanted)
     for k in range(9):
         literal = Literal(o, controller.parameters, wanted[:, :, k].T.tolist())
         assert np.allclose(found.controls[:, :, k].T, literal.controls, rtol=0.0, atol=1e-12)
