@@ -75,7 +75,8 @@ def _print(found: "Measured") -> None:
     print(found.what)
     people = f"{one.people} {'person' if one.people == 1 else 'people'}"
     ahead = f"{found.steps} steps of {found.step:g} s"
-    print(f"{one.predictions} predictions of {people}, {ahead}, from {known}; means over people, [95 %]")
+    means = "; means over people, [95 %]" if one.people > 1 else ""
+    print(f"{one.predictions} predictions of {people}, {ahead}, from {known}{means}")
     if not one.predictions:
         print("nobody was there long enough")
         return
@@ -88,12 +89,12 @@ def _print(found: "Measured") -> None:
     for name in others:
         print(f"energy [m], {name} less {first}: {_text(*found.models[name].beyond_first)}")
     for name, of in found.models.items():
-        print()
+        print(f"\n{name}")
         rows = [
             (f"{(h + 1) * found.step:.1f} s", *(_text(*of.by_horizon[key][h]) for key in of.by_horizon))
             for h in range(found.steps)
         ]
-        print_table(rows, (name, *(HEADS[key] for key in of.by_horizon)), numbers=range(1, len(of.by_horizon) + 1))
+        print_table(rows, ("ahead", *(HEADS[key] for key in of.by_horizon)), numbers=range(1, len(of.by_horizon) + 1))
 
 
 def _text(value: float | None, interval: "Interval") -> str:

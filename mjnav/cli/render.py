@@ -88,7 +88,7 @@ def _film(arguments: argparse.Namespace, output: Path, log: Log, size: tuple[int
             show(number)
 
         film.write(output, timing, progress=step)
-    print(f"{output}: {count} frames, {count / timing.fps:.1f} s, {1e-6 * output.stat().st_size:.1f} MB")
+    print(f"{output}: {count} frames, {count / timing.fps:.1f} s, {1e-3 * output.stat().st_size:.0f} kB")
 
 
 def _of_option(error: InvalidValue) -> InvalidValue:

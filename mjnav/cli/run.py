@@ -10,6 +10,7 @@ from mjnav.cli.options import require, scene_options, views
 from mjnav.cli.options.checks import check_needs
 from mjnav.cli.terminal.interrupt import interruptible
 from mjnav.cli.terminal.progress import compile_notice, progress, tell
+from mjnav.cli.terminal.tables import print_lines
 from mjnav.errors import unknown_name
 from mjnav.loop.pacer import POLICIES
 from mjnav.loop.prepare import episode_label, load_scenario
@@ -97,7 +98,7 @@ def execute(arguments: argparse.Namespace) -> int:
     if arguments.json:
         print(json.dumps({**result.summary, **require.documents(answers)}))
     else:
-        print(describe(result.summary, result.real_time, result.log_dropped, result.metrics))
+        print_lines(describe(result.summary, result.real_time, result.log_dropped, result.metrics).splitlines())
         if result.profile is not None:
             print(f"\n{result.profile.table()}")
     for text in result.metrics.faults:

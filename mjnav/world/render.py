@@ -25,9 +25,11 @@ class Renderer:
     """Draws one picture after another from one place; a context manager.
 
     The camera looks down at an angle and is just far enough away that all that stands in the scene, and `floor`
-    (n, 2) [m], is in the picture. People's ways around walls and furniture are lines on the floor. `size` is (width,
-    height) in pixels; azimuth and elevation [deg] say where the camera looks; `quick` drawing has coarser edges.
-    Several may be used in turn, and beside a window. Raises InputError where OpenGL cannot draw without a screen.
+    (n, 2) [m], is in the picture. Ways around things, of people who are there, are lines on the floor. `size` is
+    (width, height) in pixels; azimuth and elevation [deg] say where the camera looks; `quick` drawing has coarser
+    edges. Several may be used in turn, and beside a window.
+
+    Raises InputError where OpenGL cannot draw without a screen.
     """
 
     def __init__(
@@ -44,7 +46,7 @@ class Renderer:
         self._context = open_context(width, height)
         self._scenario = scenario
         legs = planned_legs(scenario.people, scenario.walls, scenario.tables, scenario.pillars)
-        self._ways = [(leg.start, *leg.points) for leg in legs if leg.in_the_way and leg.points]
+        self._ways = [(leg.person, (leg.start, *leg.points)) for leg in legs if leg.in_the_way and leg.points]
         self._stage = Stage(scenario, size=size, quick=quick)
         model = self._stage.model
         points = np.concatenate([scene_points(scenario), floor])
@@ -74,7 +76,8 @@ class Renderer:
         model, data = self._stage.model, self._stage.data
         mujoco.mjv_updateScene(model, data, mujoco.MjvOption(), None, self._camera, everything, scene)
         draw_route(scene, self._scenario)
-        draw_ways(scene, self._ways)
+        there = ~np.isnan(state.people_position[:, 0])
+        draw_ways(scene, (way for person, way in self._ways if there[person]))
         if trail is not None:
             draw_trail(scene, trail)
         if tracks is not None:

@@ -7,6 +7,8 @@ import pytest
 
 from mjnav import load_scenario
 from mjnav.errors import InputError
+from mjnav.scenarios import loads
+from mjnav.scenarios.people import ConstantVelocity
 from mjnav.world.render import Renderer
 from mjnav.world.simulator import Simulator
 
@@ -69,6 +71,26 @@ def test_a_trail_is_as_good_with_every_tick_of_a_robot_that_stands(renderer, sta
     corners = np.array([[-0.8, -1.0], [0.0, -1.0], [0.0, 0.5]])
     standing = np.repeat(corners, 400, axis=0)
     assert (renderer.draw(state, trail=corners) == renderer.draw(state, trail=standing)).all()
+
+
+def test_only_who_is_there_has_a_way_on_the_floor(renderer):
+    text = """
+        schema = 1
+        name = "around"
+        robot = { start = [-4, -2, 0], goal = [4, -2] }
+        walls = [{ from = [0, -1], to = [0, 1] }]
+        people = [{ start = [-2, 0], behaviour = "waypoints", waypoints = [[2, 0]] }]
+    """
+    scenario = loads(text)
+    there = Simulator(scenario, 0).state()
+    away = replace(there, people_position=np.full((1, 2), np.nan))
+    straight = replace(scenario, people=(replace(scenario.people[0], behaviour=ConstantVelocity((1.0, 0.0))),))
+    with (
+        Renderer(scenario, there.robot_pose[None, :2], size=SIZE, quick=True) as walker,
+        Renderer(straight, there.robot_pose[None, :2], size=SIZE, quick=True) as other,
+    ):
+        assert changed(walker.draw(there), other.draw(there)) > 50
+        assert np.array_equal(walker.draw(away), other.draw(away))
 
 
 def test_several_renderers_in_turn_each_draw_their_own_scene(renderer, state):

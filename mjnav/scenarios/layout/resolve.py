@@ -19,6 +19,7 @@ from mjnav.errors import InvalidValue
 from mjnav.rng import stream
 from mjnav.scenarios.check import check
 from mjnav.scenarios.free_way import robot_has_a_way
+from mjnav.scenarios.layout.areas import check_areas
 from mjnav.scenarios.layout.draft import entries_of
 from mjnav.scenarios.layout.entries import KINDS
 from mjnav.scenarios.layout.entry import Entry
@@ -57,6 +58,7 @@ def resolved(document: Mapping[str, Any], draft: Draft) -> Scenario:
             except InvalidValue as error:
                 raise error.within(entry.key) from None
     DrawnPlaces(document.get("robot", {})).check()
+    check_areas(document)
     reason, misses = None, 0
     for attempt in range(layout.tries):
         drawing = _Drawing(document, layout, attempt)

@@ -21,7 +21,7 @@ BY_HORIZON = ("error_m", "energy_m", *(f"inside_{100 * level:g}" for level in LE
 
 @dataclass(frozen=True, slots=True)
 class ModelFigures:
-    """The figures of one model: a mean over people, and its interval at 95 %."""
+    """The figures of one model: a mean over people, and its interval at 95 %; one person's figures have none."""
 
     people: int
     predictions: int
@@ -64,9 +64,10 @@ def _figures(
         np.add.at(sums, unit, values)
         by_person = (sums / count[:, None]).T
         averages = by_person.mean(axis=1)
+        intervals = bootstrap.intervals(by_person) if len(people) > 1 else [None] * len(averages)
         return [
             (float(average) if np.isfinite(average) else None, interval)
-            for average, interval in zip(averages, bootstrap.intervals(by_person), strict=True)
+            for average, interval in zip(averages, intervals, strict=True)
         ]
 
     energy_of_first = np.array([forecast.scores.energy.mean() for forecast in first])

@@ -144,6 +144,11 @@ def test_no_layout_for_training_is_one_for_reporting():
         ("robot.goal_aera=[[1, 1], [2, 2]]", "robot.goal_aera: .*did you mean 'goal_area'"),
         ("layout.purpose=trainin", "layout.purpose: .*did you mean 'training'"),
         ("walls.1.from=[{low=1, high=2}, 0]", "walls.1.count: found nothing; allowed: count = 1 or more"),
+        (
+            "people.0.area=[[3, -3.2], [5, -2.9]]",
+            "people.0.area: .*an area with room for a person, 0.2 m clear of walls",
+        ),
+        ("robot.goal_area=[[3, -3], [5, -3]]", "robot.goal_area: .*an area with room for the robot, 0.22 m clear of"),
         ("tables.0.count=60", "layout.tries: found 3; .*tables.0: none of 200 places for number"),
         ("walls.4={from=[5, -3], to=[5, 3]}", "layout.tries: found 3; .*the robot has no way to its goal"),
     ],

@@ -64,6 +64,7 @@ def test_a_log_is_measured_again_with_the_same_figures_and_who_is_alone_goes_str
     )
     assert first == again
     assert first.models["mixture"].predictions == 6
+    assert first.models["mixture"].figures["ade_m"][1] is None  # no interval of one person
     straight = first.models["constant_velocity"].figures
     forces = first.models["social_force"].figures  # one person, far from walls
     assert [straight[key][0] for key in straight] == pytest.approx([forces[key][0] for key in straight])
