@@ -231,7 +231,7 @@ def _figures(log: Log, run: LoggedRun, scenario: Scenario) -> dict[str, Any]:
     outcome = _outcome(log)
     figures = asdict(summarise(run.trajectory, scenario, outcome=outcome or ""))
     if outcome is None:
-        figures |= {"outcome": None, "success": None}
+        figures |= {"outcome": None, "success": None, "spl": None}
     ess = {"robot": _least(run.robot_ess), "people": _least(run.people_ess)}
     return {**figures, **_recorded(log), "ess_min": ess, "recoveries": run.recoveries}
 
