@@ -4,6 +4,7 @@ An array that owns its memory can always be made writable again; an array on imm
 """
 
 from dataclasses import fields, is_dataclass
+from functools import lru_cache
 from typing import Any, TypeVar
 
 import numpy as np
@@ -46,7 +47,12 @@ def twin(message: Any) -> Any:
     if isinstance(message, np.ndarray):
         return message.view()
     if isinstance(message, tuple):
-        return tuple(map(twin, message))
-    if is_dataclass(message):
-        return type(message)(*(twin(getattr(message, field.name)) for field in fields(message)))
-    return message
+        return tuple([twin(part) for part in message])
+    names = _field_names(type(message))
+    return type(message)(*[twin(getattr(message, name)) for name in names]) if names else message
+
+
+@lru_cache
+def _field_names(kind: type) -> tuple[str, ...]:
+    """The names of a dataclass's fields, in order; none for any other type."""
+    return tuple(field.name for field in fields(kind)) if is_dataclass(kind) else ()

@@ -84,10 +84,10 @@ class ProblemController(ABC, Generic[P]):
     def closest_cone(self, observation: Observation, decision: Decision) -> tuple[int, Array, Array] | None:
         """The closest obstacle's samples at the chosen control, and the method's desired samples."""
         problem = self.problem(observation)
-        if not problem.reach.discs:
+        if not problem.near_discs:
             return None
-        samples = problem.cone.samples(0, np.array([decision.v]), np.array([decision.omega]))[:, 0]
-        return problem.reach.discs[0], samples, self.desired_cone(problem, 0)
+        samples = problem.nearest_cone.samples(0, np.array([decision.v]), np.array([decision.omega]))[:, 0]
+        return problem.near_discs[0], samples, self.desired_cone(problem, 0)
 
     def desired_cone(self, problem: Problem, block: int) -> Array:
         """The desired samples of one disc or wall; empty for a method without."""

@@ -32,7 +32,7 @@ from mjnav.control.kernels.mppi_rollout import ControlLimits, Rollouts, approach
 from mjnav.control.parameters import MOST, Count, GoalParameters, LaneWeights, Positive, Seconds, Share, Weight
 from mjnav.control.problem.goal_cost import mean_goal_cost
 from mjnav.control.problem.mppi_risk import Risk, Surroundings
-from mjnav.control.problem.obstacles import in_reach
+from mjnav.control.problem.obstacles import Reach, walls_in_reach
 from mjnav.control.problem.problem import Problem
 from mjnav.messages import Array, CandidateCosts, Decision, Observation, RobotLimits, Status
 from mjnav.rng import stream
@@ -122,7 +122,7 @@ class Mppi(ProblemController[MppiParameters]):
         the way to the goal, the perturbed plans, and last the new plan. `cone` and `lane` are expected times [s].
         """
         p, problem = self.parameters, self.problem(observation)
-        reach = in_reach(observation, problem.discs.means(), problem.mean_pose, self.limits, self._sight)
+        reach = Reach(problem.near_discs, walls_in_reach(observation, self.limits, self._sight))
         surroundings = Surroundings.of(problem, reach, p.steps, p.step)
         limits = ControlLimits.of(observation.twist, self.limits, self.period, p.step)
         rows = self.costs(problem, surroundings, limits, self._wanted(problem, limits))

@@ -66,28 +66,28 @@ class Reach:
     walls: tuple[int, ...]
 
 
-def in_reach(
-    observation: Observation, means: Discs, mean_pose: Array, limits: RobotLimits, parameters: Parameters
-) -> Reach:
-    """Discs within sensing_range of the mean pose, at most max_obstacles, and walls that could matter.
+def discs_in_reach(means: Discs, mean_pose: Array, limits: RobotLimits, parameters: Parameters) -> tuple[int, ...]:
+    """The discs within sensing_range of the mean pose, at most max_obstacles, nearest first."""
+    gaps = np.hypot(*(means.position - mean_pose[:2]).T) - means.radius
+    order = np.argsort(gaps, kind="stable")
+    return tuple(order[gaps[order] <= parameters.reach(limits.max_speed)][: parameters.max_obstacles].tolist())
+
+
+def walls_in_reach(observation: Observation, limits: RobotLimits, parameters: Parameters) -> tuple[int, ...]:
+    """The walls that could matter.
 
     A wall farther off than the path of wall_horizon at top speed, plus the distance at which the clip cuts f off, gives
     the same samples for every candidate: it is left out.
     """
     p = parameters
-    gaps = np.hypot(*(means.position - mean_pose[:2]).T) - means.radius
-    order = np.argsort(gaps, kind="stable")
-    sensing_range = p.reach(limits.max_speed)
-    discs = order[gaps[order] <= sensing_range][: p.max_obstacles].tolist()
-    walls: list[int] = []
-    if len(observation.walls):
-        distance = _wall_distance(observation.robot_pose, observation.walls)
-        radius = limits.radius + p.safety_margin
-        cut = radius * np.sqrt(1.0 + p.clip) if p.normalise else np.sqrt(radius**2 + p.clip)
-        fastest = max(limits.max_speed, -limits.min_speed) + np.abs(observation.control_noise[:, 0]).max()
-        reach = min(sensing_range, fastest * p.wall_horizon + cut)
-        walls = np.flatnonzero(distance <= reach).tolist()
-    return Reach(tuple(discs), tuple(walls))
+    if not len(observation.walls):
+        return ()
+    distance = _wall_distance(observation.robot_pose, observation.walls)
+    radius = limits.radius + p.safety_margin
+    cut = radius * np.sqrt(1.0 + p.clip) if p.normalise else np.sqrt(radius**2 + p.clip)
+    fastest = max(limits.max_speed, -limits.min_speed) + np.abs(observation.control_noise[:, 0]).max()
+    reach = min(p.reach(limits.max_speed), fastest * p.wall_horizon + cut)
+    return tuple(np.flatnonzero(distance <= reach).tolist())
 
 
 @kernel

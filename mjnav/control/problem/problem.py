@@ -18,7 +18,7 @@ from mjnav.control.problem.futures import straightened
 from mjnav.control.problem.goal_cost import GoalCost
 from mjnav.control.problem.lane_samples import lane_samples
 from mjnav.control.problem.nominal import least_violating
-from mjnav.control.problem.obstacles import Discs, Reach, blocks, in_reach
+from mjnav.control.problem.obstacles import Discs, Reach, blocks, discs_in_reach, walls_in_reach
 from mjnav.control.problem.sample_cone import SampleCone
 from mjnav.geometry.angles import circular_mean
 from mjnav.messages import Array, Observation, RobotLimits
@@ -79,15 +79,28 @@ class Problem(Constant):
         return self.discs.means()
 
     @cached_property
+    def near_discs(self) -> tuple[int, ...]:
+        """The discs that count, nearest first."""
+        return discs_in_reach(self._means, self.mean_pose, self.limits, self.parameters)
+
+    @cached_property
     def reach(self) -> Reach:
         """The discs and walls that count."""
-        return in_reach(self.observation, self._means, self.mean_pose, self.limits, self.parameters)
+        return Reach(self.near_discs, walls_in_reach(self.observation, self.limits, self.parameters))
 
     @cached_property
     def cone(self) -> SampleCone:
         """The constraint samples of all discs and walls."""
-        o, discs = self.observation, self.discs.take(self.reach.discs)
-        surroundings = blocks(discs, self.reach, o, self.limits, self.parameters)
+        return self._cone_of(self.reach)
+
+    @property
+    def nearest_cone(self) -> SampleCone:
+        """A cone whose first block is the nearest disc: all of it where it is known, else of that disc alone."""
+        return self.cone if "cone" in vars(self) else self._cone_of(Reach(self.near_discs[:1], ()))
+
+    def _cone_of(self, reach: Reach) -> SampleCone:
+        o, discs = self.observation, self.discs.take(reach.discs)
+        surroundings = blocks(discs, reach, o, self.limits, self.parameters)
         return SampleCone.of(surroundings, self.rule, o.robot_pose, o.control_noise, self.parameters.preview)
 
     @cached_property

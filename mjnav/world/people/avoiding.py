@@ -99,12 +99,9 @@ class AvoidingWalk(Walk):
         return _shaken(velocities, self._unsteady, self._std, self._noise.row())
 
 
-def groups(laws: Sequence[Law]) -> list[tuple[Indices | slice, Law]]:
+def groups(laws: Sequence[Law]) -> list[tuple[Indices, Law]]:
     """Who has the same law, and the law: one call of it moves them all."""
-    kinds = list(dict.fromkeys(laws))
-    if len(kinds) == 1:
-        return [(slice(None), kinds[0])]  # views, without copies
-    return [(np.array([i for i, other in enumerate(laws) if other == one]), one) for one in kinds]
+    return [(np.flatnonzero([other == one for other in laws]), one) for one in dict.fromkeys(laws)]
 
 
 @exact

@@ -2,7 +2,8 @@
 
 import numpy as np
 
-from mjnav.geometry.kernel_types import Indices
+from mjnav.geometry.compiled import exact
+from mjnav.geometry.kernel_types import Flags, Indices, Matrix, Vector
 from mjnav.messages import Array, WorldState
 from mjnav.motion import orca
 from mjnav.scenarios.people import PERIOD
@@ -27,21 +28,39 @@ class OrcaWalk(AvoidingWalk):
         wanted, bodies = self.wanted(world), self.bodies(world)
         max_speed = np.maximum(self._speed, np.hypot(wanted[:, 0], wanted[:, 1]))
         found = np.empty_like(wanted)
+        avoids, discs, boxes = self._temperaments.avoids, self._floor.discs, self._floor.boxes
         for group, settings in self._groups:
-            found[group] = orca.velocities(
-                bodies.position,
-                bodies.velocity,
-                self._radius,
-                self.index[group],
-                wanted[group],
-                max_speed[group],
-                self._temperaments.avoids[group],
-                bodies.robot,
-                self._floor.discs,
-                self._floor.boxes,
-                settings,
-            )
+            _avoid(
+                found, group, wanted, max_speed, self.index, avoids,
+                bodies.position, bodies.velocity, self._radius, bodies.robot, discs, boxes, settings,
+            )  # fmt: skip
         return self.unsteady(found)
+
+
+@exact
+def _avoid(
+    found: Matrix,
+    group: Indices,
+    wanted: Matrix,
+    max_speed: Vector,
+    index: Indices,
+    avoids: Flags,
+    position: Matrix,
+    velocity: Matrix,
+    radius: Vector,
+    robot: int,
+    discs: Matrix,
+    boxes: Matrix,
+    settings: orca.OrcaSettings,
+):
+    """Writes the velocities of a `group` to theirs among `found` (n, 2).
+
+    `wanted`, `max_speed`, `index` and `avoids` are of all n people, `position`, `velocity` and `radius` of all bodies.
+    """
+    found[group] = orca.velocities(
+        position, velocity, radius, index[group], wanted[group], max_speed[group], avoids[group], robot, discs, boxes,
+        settings,
+    )  # fmt: skip
 
 
 def settings_of(keys: Orca) -> orca.OrcaSettings:

@@ -51,8 +51,8 @@ class Route(Walk):
         """See `Walk`: who is near the last waypoint, and leaves there."""
         if not self._leaves:
             return super().arrived(world)
-        way = self._goals - world.people_position[self.index]
-        return self._ends & (np.hypot(way[:, 0], way[:, 1]) <= self._leaves_within)
+        position = np.ascontiguousarray(world.people_position)
+        return _near_the_end(self._goals, position, self.index, self._ends, self._leaves_within)
 
     def begin(self, place: int, start: Point, goal: Point) -> None:
         """See `Walk`."""
@@ -75,6 +75,16 @@ def _velocities(way: Matrix, distance: Vector, points: Matrix, goals: Matrix, sp
             share = walks / distance[i]
         found[i, 0], found[i, 1] = share * way[i, 0], share * way[i, 1]
     return found
+
+
+@exact
+def _near_the_end(goals: Matrix, position: Matrix, index: Indices, ends: Flags, within: Vector):
+    """Who of n people, whose places in `position` are `index`, is `within` a distance [m] of where the route ends."""
+    near = np.zeros(len(goals), np.bool_)
+    for i in range(len(goals)):
+        x, y = goals[i, 0] - position[index[i], 0], goals[i, 1] - position[index[i], 1]
+        near[i] = ends[i] and np.hypot(x, y) <= within[i]
+    return near
 
 
 def _lengths(vectors: Array) -> list[float]:

@@ -5,13 +5,13 @@ from math import cos
 import numpy as np
 
 from mjnav.geometry.compiled import exact
-from mjnav.geometry.kernel_types import Indices, Matrix, Vector
+from mjnav.geometry.kernel_types import Flags, Indices, Matrix, Vector
 from mjnav.messages import Array, WorldState
 from mjnav.motion.social_force import FORMS, SocialForce, accelerations
 from mjnav.scenarios.people import PERIOD
 from mjnav.scenarios.people.avoiding import SocialForce as SocialForceKeys
 from mjnav.scenarios.spec import Scenario
-from mjnav.world.people.avoiding import AvoidingWalk, Bodies, groups
+from mjnav.world.people.avoiding import AvoidingWalk, groups
 
 STANDING_TIME = 0.5  # [s] in which who arrives comes to rest where a form has no tau (libpedsim)
 
@@ -36,26 +36,13 @@ class SocialForceWalk(AvoidingWalk):
         """See `Walk`."""
         wanted, bodies = self.wanted(world), self.bodies(world)
         _begin(self._will, wanted, bodies.position, bodies.velocity, self.index)
+        avoids, discs, boxes = self._temperaments.avoids, self._floor.discs, self._floor.boxes
         for group, law in self._groups:
-            self._will[group] = self._followed(group, law, wanted[group], bodies)
+            _follow(
+                self._will, group, wanted, self._speed, self.index, avoids,
+                bodies.position, bodies.velocity, self._radius, bodies.robot, discs, boxes, law,
+            )  # fmt: skip
         return self.unsteady(self._will)
-
-    def _followed(self, group: Indices | slice, law: SocialForce, wanted: Array, bodies: Bodies) -> Array:
-        own = self._will[group]
-        push = accelerations(
-            bodies.position,
-            bodies.velocity,
-            self._radius,
-            self.index[group],
-            wanted,
-            own,
-            self._temperaments.avoids[group],
-            bodies.robot,
-            self._floor.discs,
-            self._floor.boxes,
-            law,
-        )
-        return _stepped(own, push, wanted, self._speed[group], law.relaxation_time > 0.0, law.drive, law.excess)
 
 
 @exact
@@ -72,25 +59,42 @@ def _begin(will: Matrix, wanted: Matrix, position: Matrix, velocity: Matrix, ind
 
 
 @exact
-def _stepped(own: Matrix, push: Matrix, wanted: Matrix, speed: Vector, relaxes: bool, drive: float, excess: float):
-    """The wills (n, 2) after PERIOD under accelerations `push` (n, 2), no faster than `excess` times what is wanted.
+def _follow(
+    will: Matrix,
+    group: Indices,
+    wanted: Matrix,
+    speed: Vector,
+    index: Indices,
+    avoids: Flags,
+    position: Matrix,
+    velocity: Matrix,
+    radius: Vector,
+    robot: int,
+    discs: Matrix,
+    boxes: Matrix,
+    law: SocialForce,
+):
+    """Moves the wills (n, 2) of a `group` on by PERIOD under a law, no faster than its `excess` times what is wanted.
 
-    Who slows down to stand comes to rest in STANDING_TIME where the form has no relaxation time.
+    `wanted`, `speed`, `index` and `avoids` are of all n people, `position`, `velocity` and `radius` of all bodies. Who
+    slows down to stand comes to rest in STANDING_TIME where the form has no relaxation time.
     """
-    found = np.empty(own.shape)
-    for i in range(len(own)):
+    push = accelerations(
+        position, velocity, radius, index[group], wanted[group], will[group], avoids[group], robot, discs, boxes, law
+    )
+    for g in range(len(group)):
+        i = group[g]
         size = np.hypot(wanted[i, 0], wanted[i, 1])
-        stands = not relaxes and size < (1.0 - 1e-9) * speed[i]
+        stands = not law.relaxation_time > 0.0 and size < (1.0 - 1e-9) * speed[i]
         for k in range(2):
-            a = push[i, k]
+            a = push[g, k]
             if stands:
-                a += (wanted[i, k] - own[i, k]) / STANDING_TIME - drive * wanted[i, k]
-            found[i, k] = own[i, k] + PERIOD * a
-        fastest = excess * max(speed[i], size)
-        share = min(1.0, fastest / max(np.hypot(found[i, 0], found[i, 1]), 1e-9))
-        found[i, 0] *= share
-        found[i, 1] *= share
-    return found
+                a += (wanted[i, k] - will[i, k]) / STANDING_TIME - law.drive * wanted[i, k]
+            will[i, k] += PERIOD * a
+        fastest = law.excess * max(speed[i], size)
+        share = min(1.0, fastest / max(np.hypot(will[i, 0], will[i, 1]), 1e-9))
+        will[i, 0] *= share
+        will[i, 1] *= share
 
 
 def law_of(keys: SocialForceKeys) -> SocialForce:

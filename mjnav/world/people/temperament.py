@@ -22,7 +22,8 @@ from types import MappingProxyType
 
 import numpy as np
 
-from mjnav.geometry.kernel_types import Indices
+from mjnav.geometry.compiled import exact
+from mjnav.geometry.kernel_types import Flags, Indices, Matrix, Vector
 from mjnav.messages import Array, WorldState
 from mjnav.scenarios.floor import floor_of_people
 from mjnav.scenarios.people import PERIOD
@@ -43,6 +44,7 @@ LEAST_GAP = 0.1  # [m] between a scared person and the robot, for the push to st
 BLOCK_AHEAD, BLOCK_SPEED = 1.1, 2.0  # [m], [m/s]
 GLANCE = 0.01  # [m] from a wall at which people still see past it
 WALKING = 0.05  # [m/s] above which a person looks where they walk
+NEARLY = 1.0 + 1e-9  # of squares: who is left out by it is too far by any rounding
 
 
 class Temperaments:
@@ -54,9 +56,13 @@ class Temperaments:
         self._acting = [(i, name) for i, name in enumerate(names) if name not in (REGULAR, IMPASSIVE)]
         self._places = np.array([i for i, _ in self._acting], int)
         self._bodies = index[self._places]
-        self._radius = [person.radius for person in people]
-        self._spent = [0.0] * len(names)  # [s] of patience
-        self._looks: list[Point] = [(0.0, 0.0)] * len(names)  # unit vectors
+        # Of those who act, in their order:
+        self._radius = [people[i].radius for i, _ in self._acting]
+        self._sight = np.array([SIGHT[name] for _, name in self._acting], float)
+        self._spent = [0.0] * len(self._acting)  # [s] of patience
+        self._looks = np.zeros((len(self._acting), 2))  # where they look, vectors of any length
+        self._looks_at_robot = np.ones(len(self._acting), bool)  # and unit vectors where they look at it
+        self._near = np.zeros(len(self._acting), np.int64)
         self._walls = floor_of_people(scenario.walls, (), ())
         # For whom the robot is a body to keep clear of: not for those who come near on purpose.
         self.avoids = np.array([name not in (CURIOUS, THREATENING) for name in names], bool)
@@ -66,37 +72,75 @@ class Temperaments:
         robot = world.robot_pose.tolist()
         if not self._acting or isnan(robot[0]):
             return desired
-        desired = np.array(desired)
-        positions = world.people_position[self._bodies].tolist()
-        velocities = world.people_velocity[self._bodies].tolist()
-        wanted = desired[self._places].tolist()
-        for (i, name), position, velocity, w in zip(self._acting, positions, velocities, wanted, strict=True):
-            if isnan(position[0]):
-                continue
+        desired = np.ascontiguousarray(desired, float)
+        positions, velocities = np.ascontiguousarray(world.people_position), np.ascontiguousarray(world.people_velocity)
+        num_near = _look(
+            self._looks, self._looks_at_robot, self._near, positions, velocities, self._bodies, desired, self._places,
+            robot[0], robot[1], self._sight,
+        )  # fmt: skip
+        if not num_near:
+            return desired
+        desired = desired.copy()
+        for k in self._near[:num_near].tolist():
+            i, name = self._acting[k]
+            position, w = positions[self._bodies[k]].tolist(), desired[i].tolist()
             way = robot[0] - position[0], robot[1] - position[1]
             distance = max(hypot(*way), 1e-9)
-            self._look(i, velocity, w)
-            if self._spent[i] < PATIENCE[name] and self._sees(i, position, way, distance, SIGHT[name]):
-                self._spent[i] += PERIOD
+            if self._spent[k] < PATIENCE[name] and self._sees(k, position, way, distance, SIGHT[name]):
+                self._spent[k] += PERIOD
                 ahead = way[0] / distance, way[1] / distance
-                desired[i] = _wanted(name, robot, position, ahead, distance, self._radius[i], w)
+                desired[i] = _wanted(name, robot, position, ahead, distance, self._radius[k], w)
                 if name != SCARED:
-                    self._looks[i] = ahead
+                    self._looks[k], self._looks_at_robot[k] = ahead, True
         return desired
 
-    def _look(self, i: int, *velocities: Sequence[float]) -> None:
-        for x, y in velocities:
-            speed = hypot(x, y)
-            if speed > WALKING:
-                self._looks[i] = x / speed, y / speed
-                return
-
-    def _sees(self, i: int, position: Sequence[float], way: Point, distance: float, sight: float) -> bool:
+    def _sees(self, k: int, position: Sequence[float], way: Point, distance: float, sight: float) -> bool:
         """Whether the robot is near enough, within the field of view, and not behind a wall."""
-        (x, y), (dx, dy), (look_x, look_y) = position, way, self._looks[i]
-        if distance > sight or look_x * dx + look_y * dy < cos(FIELD_OF_VIEW) * distance:
+        (x, y), (dx, dy), (look_x, look_y) = position, way, self._looks[k].tolist()
+        if distance > sight:
+            return False
+        if not self._looks_at_robot[k]:
+            length = hypot(look_x, look_y)
+            look_x, look_y = look_x / length, look_y / length
+        if look_x * dx + look_y * dy < cos(FIELD_OF_VIEW) * distance:
             return False
         return not len(self._walls.boxes) or self._walls.blocking(position, (x + dx, y + dy), GLANCE) is None
+
+
+@exact
+def _look(
+    looks: Matrix,
+    at_robot: Flags,
+    near: Indices,
+    position: Matrix,
+    velocity: Matrix,
+    bodies: Indices,
+    desired: Matrix,
+    places: Indices,
+    x: float,
+    y: float,
+    sight: Vector,
+):
+    """Turns the `looks` (n, 2) of all who walk, or want to, to where they do; they look `at_robot` (n,) no more.
+
+    Their places are `bodies` (n,) among all people's positions and velocities, `places` (n,) among the desired ones.
+    Who is as near to the robot's place (x, y) as their `sight` (n,), those at the limit included, goes to `near`;
+    returns how many.
+    """
+    num_near = 0
+    for k in range(len(looks)):
+        body, place = bodies[k], places[k]
+        dx, dy = x - position[body, 0], y - position[body, 1]
+        if np.isnan(dx):  # who is not there
+            continue
+        if np.hypot(velocity[body, 0], velocity[body, 1]) > WALKING:
+            looks[k, 0], looks[k, 1], at_robot[k] = velocity[body, 0], velocity[body, 1], False
+        elif np.hypot(desired[place, 0], desired[place, 1]) > WALKING:
+            looks[k, 0], looks[k, 1], at_robot[k] = desired[place, 0], desired[place, 1], False
+        if dx * dx + dy * dy <= NEARLY * sight[k] * sight[k]:
+            near[num_near] = k
+            num_near += 1
+    return num_near
 
 
 def _wanted(
