@@ -10,20 +10,21 @@ from mjnav.errors import InvalidValue
 IGNORED = "-"
 COLUMNS = ("frame", "id", "x", "y", "vx", "vy", IGNORED)
 REQUIRED = ("frame", "id", "x", "y")
-# number of columns -> what they are, where nothing else says so: the plain format, and obsmat of ETH with z upwards
-BY_NUMBER: Mapping[int, tuple[str, ...]] = MappingProxyType(
-    {4: REQUIRED, 8: ("frame", "id", "x", IGNORED, "y", "vx", IGNORED, "vy")}
-)
+OBSMAT = ("frame", "id", "x", IGNORED, "y", "vx", IGNORED, "vy")  # of ETH, with z upwards
+HEIGHT = 3  # the place of z in it
+# number of columns -> what they are, where nothing else says so
+BY_NUMBER: Mapping[int, tuple[str, ...]] = MappingProxyType({4: REQUIRED, 8: OBSMAT})
 FORMATS = "frame id x y (4 columns) or frame id x z y vx vz vy (8 columns, obsmat)"
+SAID = "columns that are said (crowd.columns)"
 # Names in header lines, in small letters without units and marks.
 _NAMES: Mapping[str, str] = MappingProxyType(
     {
         "frame": "frame frames frameid framenumber frameno fr time t timestamp",
         "id": "id ids ped pedid pedestrian pedestrianid person personid persid track trackid agent agentid",
-        "x": "x posx xpos px positionx xposition",
-        "y": "y posy ypos py positiony yposition",
-        "vx": "vx velx velocityx",
-        "vy": "vy vely velocityy",
+        "x": "x posx xpos px positionx xposition xcenter",
+        "y": "y posy ypos py positiony yposition ycenter",
+        "vx": "vx velx velocityx xvelocity",
+        "vy": "vy vely velocityy yvelocity",
     }
 )
 
@@ -55,7 +56,7 @@ class Header:
         named = named_columns(self.words)
         is_header = not self.marked or sum(_name(word) != IGNORED for word in self.words) > 1
         if named is None and is_header:
-            allowed = f"a header that names each of {', '.join(REQUIRED)} once, or columns that are said (columns)"
+            allowed = f"a header that names each of {', '.join(REQUIRED)} once, or {SAID}"
             raise InvalidValue(f"line {self.line}", " ".join(self.words), allowed)
         return named
 

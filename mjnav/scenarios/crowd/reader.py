@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from mjnav.errors import InvalidValue
 from mjnav.messages import Array
-from mjnav.scenarios.crowd.columns import BY_NUMBER, FORMATS, Header, check_columns
+from mjnav.scenarios.crowd.columns import BY_NUMBER, FORMATS, HEIGHT, OBSMAT, SAID, Header, check_columns
 from mjnav.scenarios.files import read_regular
 
 MAX_BYTES = 100_000_000
@@ -96,6 +96,7 @@ def _parsed(text: str, columns: Sequence[str] | None) -> Recording:
     people, values = array("q"), array("d")  # a large file's rows take 8 bytes a number
     numbered: list[tuple[int, str]] = []
     place_of_id = 0
+    height: array[float] | None = None  # z of rows that are taken for obsmat by their number of columns alone
     for number, line in enumerate(text.splitlines(), start=1):
         words = _words(line)
         if not words:
@@ -106,17 +107,32 @@ def _parsed(text: str, columns: Sequence[str] | None) -> Recording:
             header = Header(number, tuple(found), marked=_COMMENT.match(line) is not None) if found else header
             continue
         if not values:
+            is_said = columns is not None or header.columns(len(words)) is not None
             columns = _columns(number, words, header, columns)
+            height = None if is_said or columns != OBSMAT else array("d")
             width, place_of_id = len(columns), columns.index("id")
             numbered = [(columns.index(name), name) for name in _NUMBERED if name in columns]
         if len(words) != width:
             raise InvalidValue(f"line {number}", line.strip(), f"{width} columns, as in the rows before")
         people.append(labels.setdefault(_label(words[place_of_id]), len(labels)))
         values.extend(_number(words[place], number, name) for place, name in numbered)
+        if height is not None:
+            height.append(float(words[HEIGHT]) if _is_number(words[HEIGHT]) else 0.0)
     if not values or columns is None:
         raise InvalidValue("", "no rows", f"rows of {FORMATS}")
     rows = np.array(values).reshape(-1, len(numbered))
+    if height is not None:
+        _check_height(np.array(height), rows[:, 2])
     return _sorted(tuple(columns), tuple(labels), np.array(people), rows, skipped)
+
+
+def _check_height(z: Array, y: Array) -> None:
+    """Raises InvalidValue where what would be the height of obsmat spans more than y does: people walk on a floor."""
+    up, across = np.ptp(z), np.ptp(y)
+    if up > across:
+        found = f"{len(OBSMAT)} columns, of which the fourth spans {up:.4g} and the fifth {across:.4g}"
+        allowed = f"{FORMATS} with z upwards, a header line that names frame, id, x and y, or {SAID}"
+        raise InvalidValue("", found, allowed)
 
 
 def _words(line: str) -> list[str]:
@@ -135,7 +151,7 @@ def _columns(number: int, words: Sequence[str], header: Header, given: Sequence[
         allowed = (
             f"{len(given)} columns: {' '.join(given)}"
             if given
-            else (f"{FORMATS}, a header line that names frame, id, x and y, or columns that are said (columns)")
+            else (f"{FORMATS}, a header line that names frame, id, x and y, or {SAID}")
         )
         raise InvalidValue(f"line {number}", found, allowed)
     return columns

@@ -56,6 +56,7 @@ def test_neither_order_nor_separators_nor_the_way_of_writing_numbers_matter(
         "# frame id x y\n% recorded by hand\n\n",
         "# taken in one hall\n",
         "frame,ped_id,x,y\n",
+        "frame,trackId,xCenter,yCenter\n",
         '"Frame"\t"PersID"\t"X[m]"\t"Y[m]"\n',
         "\ufeff",
     ],
@@ -112,6 +113,10 @@ BAD = {
         "line 1: found 'time who lat lon'; allowed: a header that names each of frame, id, x, y once, or columns that",
     ),
     "a marked header of other names": (f"# frame id lat lon\n{PLAIN}", "line 1: found 'frame id lat lon'; allowed:"),
+    "another format of 8 columns": (
+        "\n".join(f"{f},{p},{x},{y},1.7,1.3,0.1,0.2" for f, p, x, y in ROWS),
+        "found '8 columns, of which the fourth spans 2.5 and the fifth 0'; allowed: frame id x y (4 columns) or",
+    ),
     "a text": ("once upon a time\nthere were people", "found 'no rows'; allowed: rows of frame id x y"),
 }
 
