@@ -186,4 +186,7 @@ def _detour(found: dict[str, float | None]) -> str:
 
 
 def _number(value: float | None, form: str) -> str:
-    return "-" if value is None else format(value, form)
+    if value is None:
+        return "-"
+    text = format(value, form)
+    return text if float(text) else text.removeprefix("-")  # no -0.00

@@ -16,7 +16,7 @@ Row = tuple[Annotated[float, Range(-MAX_TIME, MAX_TIME, "s")], Coordinate, Coord
 
 @dataclass(frozen=True, slots=True)
 class Replay:
-    """Walks along a recorded track, on a cubic spline through its rows; pushed off it, walks back to it."""
+    """Walks along a recorded track, on a cubic spline through its rows; from beside it, walks to it."""
 
     track: Annotated[tuple[Row, ...], Length(2, MAX_ROWS), "[t, x, y] each: where the person is at which time"]
 
