@@ -117,6 +117,12 @@ def fork_server(tmp_path_factory):
 
 
 @pytest.fixture(scope="session")
+def forked(fork_server):
+    """The words of a program that is `mjnav`, whose commands the fork server starts as processes of their own."""
+    return [sys.executable, "-S", str(Path(__file__).parent / "forking" / "command.py"), fork_server]
+
+
+@pytest.fixture(scope="session")
 def limits():
     from mjnav.messages import RobotLimits
 

@@ -4,7 +4,6 @@ import json
 import os
 import signal
 import subprocess
-import sys
 import time
 
 import pytest
@@ -40,14 +39,20 @@ def study(tmp_path):
     return write
 
 
-def sweep(folder, *words) -> subprocess.Popen:
-    command = [sys.executable, "-m", "mjnav.cli.main", "sweep", "attack.toml", "-o", "out", *words]
-    return subprocess.Popen(command, cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+@pytest.fixture
+def sweep(forked, tmp_path):
+    """Starts a sweep of the study as a process of its own."""
+
+    def start(*words: str) -> subprocess.Popen:
+        command = [*forked, "sweep", "attack.toml", "-o", "out", "--workers", "1", *words]
+        return subprocess.Popen(command, cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+
+    return start
 
 
-def test_an_episode_that_hangs_or_exits_is_a_failed_row_among_the_others(study, tmp_path):
+def test_an_episode_that_hangs_or_exits_is_a_failed_row_among_the_others(study, sweep, tmp_path):
     study("Native", "Exiting")
-    with sweep(tmp_path, "--workers", "1", "--max-seconds", "1", "--json") as process:
+    with sweep("--max-seconds", "1", "--json") as process:
         out, err = process.communicate()
     printed = json.loads(out)
     place = f"{tmp_path}/attacking.py:"
@@ -61,9 +66,9 @@ def test_an_episode_that_hangs_or_exits_is_a_failed_row_among_the_others(study, 
     assert {row["outcome"] for row in rows if row["error"] is not None} == {None}
 
 
-def test_an_interrupt_keeps_what_is_finished_also_where_an_episode_hangs(study, tmp_path):
+def test_an_interrupt_keeps_what_is_finished_also_where_an_episode_hangs(study, sweep, tmp_path):
     study("Hung")
-    with sweep(tmp_path, "--workers", "1") as process:
+    with sweep() as process:
         rows = Store(tmp_path / "out")
         ends = time.monotonic() + PATIENCE
         while not rows.has_rows():
@@ -72,7 +77,7 @@ def test_an_interrupt_keeps_what_is_finished_also_where_an_episode_hangs(study, 
         process.send_signal(signal.SIGINT)
         _, err = process.communicate()
     assert (process.returncode, "1 episodes are missing, --resume runs them" in err) == (130, True)
-    with sweep(tmp_path, "--workers", "1", "--resume", "--max-seconds", "1", "--json") as process:
+    with sweep("--resume", "--max-seconds", "1", "--json") as process:
         printed = json.loads(process.communicate()[0])
     assert (process.returncode, printed["kept"], printed["run"], printed["failed"]) == (1, 1, 1, 1)
 

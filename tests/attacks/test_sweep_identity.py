@@ -1,6 +1,6 @@
 """A sweep never adds to rows that were made with something else unasked, and says in words what that is.
 
-Each attack is a process of its own on a copy of one folder of results, as a user would start it.
+Each attack is a process of its own on a copy of one folder of results.
 """
 
 import hashlib
@@ -9,6 +9,7 @@ import os
 import shutil
 import subprocess
 import sys
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -69,17 +70,19 @@ class Said:
     err: str
 
 
-def mjnav_process(folder: Path, *words: str, **environment: str) -> Said:
+STARTED = (sys.executable, "-m", "mjnav.cli.main")
+
+
+def mjnav_process(program: Sequence[str], folder: Path, *words: str, **environment: str) -> Said:
     """`mjnav` in a process of its own, begun in `folder`."""
-    command = [sys.executable, "-m", "mjnav.cli.main", *words]
     done = subprocess.run(
-        command, cwd=folder, env={**os.environ, **environment}, capture_output=True, text=True, timeout=120
+        [*program, *words], cwd=folder, env={**os.environ, **environment}, capture_output=True, text=True, timeout=120
     )
     return Said(done.returncode, done.stdout, done.stderr)
 
 
-def sweep(folder: Path, *words: str, **environment: str) -> Said:
-    return mjnav_process(folder, "sweep", "own.toml", "--workers", "1", *words, **environment)
+def sweep(program: Sequence[str], folder: Path, *words: str, **environment: str) -> Said:
+    return mjnav_process(program, folder, "sweep", "own.toml", "--workers", "1", *words, **environment)
 
 
 def state(folder: Path) -> dict[str, tuple[str, int]]:
@@ -92,12 +95,12 @@ def state(folder: Path) -> dict[str, tuple[str, int]]:
 
 
 @pytest.fixture(scope="module")
-def swept(tmp_path_factory) -> Path:
+def swept(forked, tmp_path_factory) -> Path:
     """A folder with the study, its controller and the results of one seed."""
     folder = tmp_path_factory.mktemp("swept")
     for name, text in FILES.items():
         (folder / name).write_text(text)
-    said = sweep(folder, "--seeds", "1")
+    said = sweep(forked, folder, "--seeds", "1")
     assert (said.code, said.err) == (0, ""), said
     return folder
 
@@ -115,10 +118,10 @@ def edit(folder: Path, name: str, old: str, new: str) -> None:
     (folder / name).write_text(text.replace(old, new))
 
 
-def assert_refused(folder: Path, *told: str, **environment: str) -> None:
+def assert_refused(program: Sequence[str], folder: Path, *told: str, **environment: str) -> None:
     """The sweep names each change in one line, and leaves every file as it was."""
     before = state(folder / "runs")
-    said = sweep(folder, "--resume", **environment)
+    said = sweep(program, folder, "--resume", **environment)
     assert (said.code, said.err.count("\n")) == (2, 1), said
     assert said.err.startswith(f"mjnav: {RESULTS}: not the same as when its rows were made: ")
     assert "--accept-changed" in said.err
@@ -126,11 +129,12 @@ def assert_refused(folder: Path, *told: str, **environment: str) -> None:
     assert state(folder / "runs") == before
 
 
-def test_an_edit_of_a_controller_of_what_it_imports_and_of_the_scene_is_told(copy):
+def test_an_edit_of_a_controller_of_what_it_imports_and_of_the_scene_is_told(forked, copy):
     edit(copy, "own_controllers.py", "    worst: float = 3.0", "    worst: float = 4.0\n    least: int = 7")
     edit(copy, "own_risk.py", "1.0", "2.0")
     edit(copy, "scene.toml", "time_limit = 0.3", "time_limit = 0.4")
     assert_refused(
+        forked,
         copy,
         "own_controllers.py changed (1 row)",
         "own_risk.py changed (1 row)",
@@ -153,6 +157,7 @@ def test_another_mjnav_and_another_code_path_on_the_same_machine_are_told(copy, 
     features = (np.show_config(mode="dicts") or {}).get("SIMD Extensions", {}).get("found", [])
     told += ["the processor features that NumPy uses: without "] * bool(features)
     assert_refused(
+        STARTED,
         copy,
         *told,
         PYTHONPATH=str(another),
@@ -161,35 +166,35 @@ def test_another_mjnav_and_another_code_path_on_the_same_machine_are_told(copy, 
     )
 
 
-def test_what_was_accepted_is_kept_and_every_table_says_so(copy):
+def test_what_was_accepted_is_kept_and_every_table_says_so(forked, copy):
     edit(copy, "own_risk.py", "1.0", "2.0")
-    said = sweep(copy, "--resume", "--accept-changed")
+    said = sweep(forked, copy, "--resume", "--accept-changed")
     assert said.code == 0, said
     assert said.err == "mjnav: rows are kept that were made before these changes: own_risk.py changed (1 row)\n"
     rows = Store(copy / RESULTS).rows(["seed", "sources_controller", "row_schema"]).to_pylist()
     assert sorted(row["seed"] for row in rows) == [0, 1]  # no seed twice
     assert len({row["sources_controller"] for row in rows}) == 2
-    compared = mjnav_process(copy, "compare", RESULTS, "--json")
+    compared = mjnav_process(forked, copy, "compare", RESULTS, "--json")
     (mixture,) = json.loads(compared.out)["made_with"]
     assert mixture["what"] == "the sources of plug-ins own_controllers:Own"
     assert list(mixture["rows"].values()) == [1, 1]
     assert all(value.startswith("own_risk.py ") for value in mixture["rows"])
 
 
-def test_a_folder_of_an_earlier_version_is_read_and_told(copy):
+def test_a_folder_of_an_earlier_version_is_read_and_told(forked, copy):
     (shard,) = (copy / RESULTS).glob("part-*.parquet")
     table = pq.read_table(shard)
     new = [name for name in table.column_names if name.startswith(("version_", "sources_", "cpu", "kernels", "blas"))]
     older = table.drop_columns([*new, "python", "libc", "row_schema", "control"])
     pq.write_table(older, shard.with_name("part-000000-1f6c0a12.parquet"))
     shard.unlink()
-    said = sweep(copy, "--resume")
+    said = sweep(forked, copy, "--resume")
     assert said.code == 2
     assert "written by an earlier version of mjnav, which did not record " in said.err
     (mixture,) = inconsistencies(Store(copy / RESULTS), "own")
     assert list(mixture.rows.values()) == [1]
 
 
-def test_an_unchanged_sweep_goes_on_without_a_word(copy):
-    said = sweep(copy, "--resume", "--dry-run")
+def test_an_unchanged_sweep_goes_on_without_a_word(forked, copy):
+    said = sweep(forked, copy, "--resume", "--dry-run")
     assert (said.code, said.err) == (0, ""), said

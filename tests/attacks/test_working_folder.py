@@ -17,7 +17,7 @@ IMPORTS = re.compile(
 )
 OWN = "from mjnav.control.methods.mean import Mean\n\nclass Own(Mean): ...\n"
 STUDY = 'schema = 1\nname = "tiny"\nscenes = ["crossing1"]\nseeds = [0, 1]\nmethods = [{ controller = "my_own:Own" }]\n'
-SHORT = "--set time_limit=0.3"
+SHORT = "--set time_limit=0.3 --set physics.engine=kinematic"
 COMMANDS = (
     "list",
     f"run crossing1 {SHORT} --log a.mcap --profile",

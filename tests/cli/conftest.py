@@ -1,7 +1,6 @@
 """The command line, in this process and in one of its own."""
 
 import subprocess
-import sys
 from dataclasses import dataclass
 
 import pytest
@@ -29,12 +28,12 @@ def mjnav(capsys, tmp_path, monkeypatch):
 
 
 @pytest.fixture
-def start(tmp_path):
+def start(forked, tmp_path):
     """Starts the command line as a process of its own, from an empty folder."""
     started = []
 
     def start(*words: object, **options) -> subprocess.Popen:
-        command = [sys.executable, "-m", "mjnav.cli.main", *map(str, words)]
+        command = [*forked, *map(str, words)]
         pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True, "cwd": tmp_path}
         started.append(subprocess.Popen(command, **{**pipes, **options}))
         return started[-1]

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from matplotlib.text import Text
 
-from mjnav.paper import factors
+from mjnav.paper import factors, pareto
 from mjnav.paper.item import StudyItem, Verdict, judge
 from mjnav.paper.items import ITEMS
 
@@ -89,6 +89,12 @@ CASES = [
         "no clearance",
     ),
 ]
+
+
+@pytest.fixture(autouse=True)
+def fewer_resamples(monkeypatch):
+    """As many as a p-value needs that survives the correction for the number of these claims."""
+    monkeypatch.setattr(pareto, "RESAMPLES", 2000)
 
 
 @pytest.mark.parametrize(("name", "change", "claim", "verdict", "evidence"), CASES)

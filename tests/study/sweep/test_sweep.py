@@ -88,7 +88,7 @@ class Killed(BaseException):
     pass
 
 
-@settings(max_examples=25)
+@settings(max_examples=10)
 @given(st.lists(st.tuples(st.integers(0, 6), st.booleans(), st.booleans()), min_size=1, max_size=4))
 def test_however_often_it_is_killed_each_episode_stands_there_once(tmp_path_factory, kills):
     wanted = [Trial("s", Cell(f"scene {i % 3}", "", "", "", "", ""), i // 3) for i in range(12)]
