@@ -45,10 +45,17 @@ def reachable(twist: ArrayLike, limits: RobotLimits, duration: float) -> tuple[A
 
     [max(lower, u - a T), min(upper, u + a T)] of either component, u first brought within its bounds.
     """
-    lower, upper = control_bounds(limits)
-    u = np.clip(np.asarray(twist, float), lower, upper)
-    change = np.array([limits.max_acceleration, limits.max_turn_acceleration]) * duration
-    return np.maximum(lower, u - change), np.minimum(upper, u + change)
+    v, omega = np.asarray(twist, float).tolist()
+    v_low, v_high = _reachable(v, limits.min_speed, limits.max_speed, limits.max_acceleration * duration)
+    turn = limits.max_turn_rate
+    omega_low, omega_high = _reachable(omega, -turn, turn, limits.max_turn_acceleration * duration)
+    return np.array([v_low, omega_low]), np.array([v_high, omega_high])
+
+
+def _reachable(u: float, lower: float, upper: float, change: float) -> tuple[float, float]:
+    """`reachable` of one component; NaN stays NaN."""
+    u = min(max(u, lower), upper)
+    return max(u - change, lower), min(u + change, upper)
 
 
 def ramp_mean(before: ArrayLike, command: ArrayLike, limits: RobotLimits, duration: float) -> tuple[Array, Array]:

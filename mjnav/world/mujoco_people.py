@@ -3,6 +3,7 @@
 # pyright: reportAttributeAccessIssue=false
 # mujoco's compiled modules carry no types.
 
+from collections.abc import Sequence
 from copy import copy
 from math import sqrt
 
@@ -27,15 +28,15 @@ class MujocoPeople:
     """Where people are and how they walk, by views of MuJoCo's state."""
 
     def __init__(self, model: "mujoco.MjModel", data: "mujoco.MjData", scenario: Scenario, velocities: Array):
-        axes = [[f"person{i}/{axis}" for axis in "xy"] for i in range(len(scenario.people))]
-        self._joints = _index([[model.joint(name).qposadr[0] for name in row] for row in axes])
-        self._dofs = _index([[model.joint(name).dofadr[0] for name in row] for row in axes])
-        self._servos = _index([[model.actuator(name).id for name in row] for row in axes])
+        axes = [f"person{i}/{axis}" for i in range(len(scenario.people)) for axis in "xy"]
+        self._joints = _stretch([model.joint(name).qposadr[0] for name in axes])
+        self._dofs = _stretch([model.joint(name).dofadr[0] for name in axes])
+        self._servos = _stretch([model.actuator(name).id for name in axes])
         self._start = np.array([person.start for person in scenario.people], float).reshape(-1, 2)
         self._radii = np.array([person.radius for person in scenario.people], float)
-        self._present = np.ones(len(axes), bool)
+        self._present, self._all_present = np.ones(len(scenario.people), bool), True
         self._bind(data)
-        self._qvel[self._dofs] = velocities
+        self._velocities[:] = velocities
         # Some may overlap at the start, and never again: newcomers wait for a free place.
         self.overlap = bool(_overlapping(self._start, self._radii).any())
 
@@ -47,37 +48,40 @@ class MujocoPeople:
         return twin
 
     def _bind(self, data: "mujoco.MjData") -> None:
-        self._qpos, self._qvel, self._ctrl = data.qpos, data.qvel, data.ctrl
+        self._moves = data.qpos[self._joints].reshape(-1, 2)  # [m] since the start
+        self._velocities = data.qvel[self._dofs].reshape(-1, 2)  # [m/s]
+        self._desired = data.ctrl[self._servos].reshape(-1, 2)  # [m/s]
 
     def __len__(self) -> int:
         return len(self._radii)
 
     def walk(self, velocities: Array) -> None:
         """See `Engine`."""
-        self._ctrl[self._servos] = velocities
+        self._desired[:] = velocities
 
     def place(self, person: int, position: ArrayLike, velocity: ArrayLike) -> None:
         """See `Engine`."""
-        self._qpos[self._joints[person]] = np.asarray(position, float) - self._start[person]
-        self._qvel[self._dofs[person]] = velocity
+        self._moves[person] = np.asarray(position, float) - self._start[person]
+        self._velocities[person] = velocity
         self._present[person] = True
+        self._all_present = bool(self._present.all())
 
     def remove(self, person: int) -> None:
         """See `Engine`."""
         self.place(person, (AWAY, AWAY + AWAY_STEP * person), (0.0, 0.0))
-        self._ctrl[self._servos[person]] = 0.0
-        self._present[person] = False
+        self._desired[person] = 0.0
+        self._present[person] = self._all_present = False
 
     def position(self) -> Array:
         """See `Engine`."""
-        return self._of_present(self._start + self._qpos[self._joints])
+        return self._of_present(self._start + self._moves)
 
     def velocity(self) -> Array:
         """See `Engine`."""
-        return self._of_present(self._qvel[self._dofs])
+        return self._of_present(self._velocities.copy())
 
     def _of_present(self, values: Array) -> Array:
-        if not self._present.all():
+        if not self._all_present:
             values[~self._present] = np.nan
         return values
 
@@ -87,25 +91,26 @@ class MujocoPeople:
         Of P people who push one another, one may take over the kinetic energy of all and be pushed by the forces of
         all: sqrt(P) times the fastest one's speed and P times the acceleration.
         """
-        clearance, fastest = _nearest(
-            x, y, self._start + self._qpos[self._joints], self._qvel[self._dofs], self._radii + radius
-        )
+        clearance, fastest = _nearest(x, y, self._start + self._moves, self._velocities, self._radii + radius)
         return clearance, fastest * sqrt(len(self)), ACCELERATION * len(self)
 
     def part(self, timestep: float) -> None:
         """Slows those who overlap, in the step that was made last; once nobody does, `overlap` is over for good."""
-        overlapping = _overlapping(self._start + self._qpos[self._joints], self._radii)
+        overlapping = _overlapping(self._start + self._moves, self._radii)
         self.overlap = bool(overlapping.any())
-        rows = (index[overlapping] for index in (self._joints, self._dofs, self._servos))
-        for joints, dofs, servos in zip(*rows, strict=True):
-            speed, limit = np.hypot(*self._qvel[dofs]), np.hypot(*self._ctrl[servos]) + APART_SPEED
+        for i in np.flatnonzero(overlapping).tolist():
+            speed, limit = np.hypot(*self._velocities[i]), np.hypot(*self._desired[i]) + APART_SPEED
             if speed > limit:
-                self._qpos[joints] -= (1.0 - limit / speed) * timestep * self._qvel[dofs]
-                self._qvel[dofs] *= limit / speed
+                self._moves[i] -= (1.0 - limit / speed) * timestep * self._velocities[i]
+                self._velocities[i] *= limit / speed
 
 
-def _index(rows: list) -> np.ndarray:
-    return np.array(rows, int).reshape(-1, 2)
+def _stretch(places: Sequence[int]) -> slice:
+    """The slice of these places, which follow one another as people do in the model: a slice is a view."""
+    if not len(places):
+        return slice(0, 0)
+    assert np.all(np.diff(places) == 1), "people's joints and servos follow one another"
+    return slice(int(places[0]), int(places[-1]) + 1)
 
 
 @exact

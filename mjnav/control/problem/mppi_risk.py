@@ -144,6 +144,17 @@ def _meet_discs(
 
 
 @kernel
+def _num_near_segment(x, y, ax, ay, dx, dy, per_length, square):
+    """How many of the points (K,) are nearer to the segment from a along d than the root of `square`."""
+    count = 0.0
+    for k in range(x.size):
+        px, py = x[k] - ax, y[k] - ay
+        s = min(max((px * dx + py * dy) * per_length, 0.0), 1.0)
+        count += 1.0 if (px - s * dx) ** 2 + (py - s * dy) ** 2 < square else 0.0
+    return count
+
+
+@kernel
 def _meet_walls(
     time: Matrix, worst: Vector, x: Matrix, y: Matrix, ex: Vector, ey: Vector, wall: Matrix, radius: float, step: float
 ):
@@ -155,6 +166,8 @@ def _meet_walls(
         dx, dy = wall[b, 2] - ax, wall[b, 3] - ay
         per_length = 1.0 / max(dx * dx + dy * dy, TINY)
         for t in range(x.shape[0]):
+            if _num_near_segment(x[t], y[t], ax, ay, dx, dy, per_length, outside) == 0.0:
+                continue
             for k in range(x.shape[1]):
                 px, py = x[t, k] - ax, y[t, k] - ay
                 s = min(max((px * dx + py * dy) * per_length, 0.0), 1.0)

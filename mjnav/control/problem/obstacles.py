@@ -8,8 +8,8 @@ import numpy as np
 from mjnav.constraints.wall import point_to_segment
 from mjnav.control.kernels.cone_blocks import ConeBlocks
 from mjnav.control.parameters import Parameters
-from mjnav.geometry.compiled import kernel
-from mjnav.geometry.kernel_types import ReadOnlyCube, ReadOnlyMatrix
+from mjnav.geometry.compiled import exact, kernel
+from mjnav.geometry.kernel_types import Indices, ReadOnlyCube, ReadOnlyMatrix
 from mjnav.messages import Array, Observation, ObstacleSamples, RobotLimits
 
 
@@ -36,13 +36,9 @@ class Discs:
 
     def take(self, indices: Sequence[int]) -> "Discs":
         """The discs of these indices, in their order."""
-        rows = [slice(self.start[j], self.start[j + 1]) for j in indices]
-        return Discs(
-            np.concatenate([self.position[r] for r in rows]) if rows else np.zeros((0, 2)),
-            np.concatenate([self.velocity[r] for r in rows]) if rows else np.zeros((0, 2)),
-            np.cumsum([0, *(r.stop - r.start for r in rows)]),
-            self.radius[list(indices)],
-        )
+        chosen = np.array(indices, np.int64)
+        rows, start = _rows_of(self.start, chosen)
+        return Discs(self.position[rows], self.velocity[rows], start, self.radius[chosen])
 
     def means(self) -> "Discs":
         """The same discs with one sample each: the mean."""
@@ -56,6 +52,19 @@ class Discs:
             np.arange(len(self.radius) + 1),
             self.radius,
         )
+
+
+@exact
+def _rows_of(start: Indices, chosen: Indices):
+    """The rows of the chosen blocks, one block after another, and where each begins among them, (B + 1,)."""
+    begin = np.zeros(len(chosen) + 1, np.int64)
+    for b in range(len(chosen)):
+        begin[b + 1] = begin[b] + start[chosen[b] + 1] - start[chosen[b]]
+    rows = np.empty(begin[-1], np.int64)
+    for b in range(len(chosen)):
+        for i in range(begin[b + 1] - begin[b]):
+            rows[begin[b] + i] = start[chosen[b]] + i
+    return rows, begin
 
 
 @dataclass(frozen=True, slots=True)

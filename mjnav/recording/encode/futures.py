@@ -21,7 +21,7 @@ _ORANGE = Color(r=1.0, g=0.6, b=0.1, a=0.5)
 
 def future_entities(observation: Observation | None, tracks: Sequence[Track]) -> list[bytes]:
     """An entity `person0_future` each, but for time and lifetime; none where everybody is taken to walk straight on."""
-    if observation is None:
+    if observation is None or all(disc.future is None for disc in observation.obstacles):
         return []
     people = list(zip(tracks, observation.obstacles, strict=False))  # furniture follows the people
     robot = observation.robot_pose[:, :2].mean(axis=0)
