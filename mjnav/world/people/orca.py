@@ -5,7 +5,7 @@ import numpy as np
 from mjnav.geometry.compiled import exact
 from mjnav.geometry.kernel_types import Flags, Indices, Matrix, Vector
 from mjnav.messages import Array, WorldState
-from mjnav.motion import orca
+from mjnav.motion.orca import OrcaSettings, velocities
 from mjnav.scenarios.people import PERIOD
 from mjnav.scenarios.people.avoiding import Orca
 from mjnav.scenarios.spec import Scenario
@@ -51,20 +51,20 @@ def _avoid(
     robot: int,
     discs: Matrix,
     boxes: Matrix,
-    settings: orca.OrcaSettings,
+    settings: OrcaSettings,
 ):
     """Writes the velocities of a `group` to theirs among `found` (n, 2).
 
     `wanted`, `max_speed`, `index` and `avoids` are of all n people, `position`, `velocity` and `radius` of all bodies.
     """
-    found[group] = orca.velocities(
+    found[group] = velocities(
         position, velocity, radius, index[group], wanted[group], max_speed[group], avoids[group], robot, discs, boxes,
         settings,
     )  # fmt: skip
 
 
-def settings_of(keys: Orca) -> orca.OrcaSettings:
+def settings_of(keys: Orca) -> OrcaSettings:
     """What the run file says."""
-    return orca.OrcaSettings(
+    return OrcaSettings(
         keys.time_horizon, keys.wall_horizon, keys.neighbour_distance, keys.max_neighbours, keys.robot_share, PERIOD
     )
