@@ -13,7 +13,7 @@ pytest.importorskip("pyarrow", reason="the sweep extra is not installed")
 
 def test_an_item_is_run_drawn_and_judged_and_nothing_is_run_twice(mjnav, tmp_path, monkeypatch):
     (study,) = items.ITEMS["table"].studies
-    short = replace(study, set={**study.set, "time_limit": 2.0})
+    short = replace(study, set={**study.set, "time_limit": 0.5})
     monkeypatch.setattr(items, "ITEMS", {**items.ITEMS, "table": replace(items.ITEMS["table"], studies=(short,))})
     said = mjnav("paper", "--only", "table", "--seeds", 1, "-o", "out", "--workers", 1)
     assert (said.code, said.err) == (0, "")
