@@ -11,7 +11,7 @@ from mjnav.scenarios.people import REACHED, Walker
 from mjnav.scenarios.ranges import Point
 from mjnav.scenarios.spec import Scenario
 from mjnav.world.people.guide import Guide
-from mjnav.world.people.walk import ARRIVAL_TIME, Walk
+from mjnav.world.people.walk import ARRIVAL_TIME, NEARLY, Walk
 
 
 class Route(Walk):
@@ -35,17 +35,13 @@ class Route(Walk):
     def velocities(self, world: WorldState) -> Array:
         """See `Walk`."""
         positions = world.people_position[self.index]
-        way = self._goals - positions
-        distance = _lengths(way)
-        reached = [i for i, left in enumerate(distance) if left <= REACHED and not self._ends[i]]
-        for i in reached:
-            self._next[i] = (self._next[i] + 1) % len(self._waypoints[i])
-            self._goals[i], self._ends[i] = self._waypoints[i][self._next[i]], self._is_end(i)
+        for i in _perhaps_reached(self._goals, positions, self._ends).tolist():
+            if hypot(*(self._goals[i] - positions[i]).tolist()) <= REACHED:
+                self._next[i] = (self._next[i] + 1) % len(self._waypoints[i])
+                self._goals[i], self._ends[i] = self._waypoints[i][self._next[i]], self._is_end(i)
         points = self._guide.towards(positions, self._goals)
-        if reached or points is not self._goals:
-            way = points - positions
-            distance = _lengths(way)
-        return _velocities(way, np.array(distance), points, self._goals, self._speed, self._ends)
+        way = points - positions
+        return _velocities(way, np.array(_lengths(way)), points, self._goals, self._speed, self._ends)
 
     def arrived(self, world: WorldState) -> Flags:
         """See `Walk`: who is near the last waypoint, and leaves there."""
@@ -61,6 +57,18 @@ class Route(Walk):
 
     def _is_end(self, i: int) -> bool:
         return not self._loops[i] and self._next[i] + 1 == len(self._waypoints[i])
+
+
+@exact
+def _perhaps_reached(goals: Matrix, position: Matrix, ends: Flags):
+    """Who is within REACHED of a goal where the route goes on, or so little beyond that rounding decides."""
+    found, num = np.empty(len(goals), np.int64), 0
+    for i in range(len(goals)):
+        dx, dy = goals[i, 0] - position[i, 0], goals[i, 1] - position[i, 1]
+        if not ends[i] and dx * dx + dy * dy <= NEARLY * REACHED**2:
+            found[num] = i
+            num += 1
+    return found[:num]
 
 
 @exact

@@ -30,7 +30,7 @@ from mjnav.scenarios.people import PERIOD
 from mjnav.scenarios.people.temperament import CURIOUS, IMPASSIVE, REGULAR, SCARED, THREATENING, YIELDS
 from mjnav.scenarios.ranges import Point
 from mjnav.scenarios.spec import Scenario
-from mjnav.world.people.walk import ARRIVAL_TIME
+from mjnav.world.people.walk import ARRIVAL_TIME, NEARLY
 
 # Each person's numbers are floats: NumPy takes ten times as long for arrays of two.
 SIGHT = MappingProxyType({YIELDS: 4.0, CURIOUS: 10.0, SCARED: 3.0, THREATENING: 4.0})  # [m]
@@ -44,7 +44,6 @@ LEAST_GAP = 0.1  # [m] between a scared person and the robot, for the push to st
 BLOCK_AHEAD, BLOCK_SPEED = 1.1, 2.0  # [m], [m/s]
 GLANCE = 0.01  # [m] from a wall at which people still see past it
 WALKING = 0.05  # [m/s] above which a person looks where they walk
-NEARLY = 1.0 + 1e-9  # of squares: who is left out by it is too far by any rounding
 
 
 class Temperaments:

@@ -11,6 +11,7 @@ from mjnav.scenarios.ranges import Point
 from mjnav.scenarios.spec import Scenario
 
 ARRIVAL_TIME = 0.8  # [s] in which the distance to the last waypoint falls to 1/e
+NEARLY = 1.0 + 1e-9  # of squares of distances: who is left out by it is too far by any rounding
 
 
 class Walk(ABC):
