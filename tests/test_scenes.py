@@ -35,7 +35,7 @@ def test_scenes_with_people_who_react_run_with_both_kinds_of_people(number, scen
     controller, hashes, seen = METHODS[number % len(METHODS)], set(), {}
     for sees in ("true", "true", "false"):
         figures = summary(
-            "time_limit=2",
+            "time_limit=1",
             "physics.engine=kinematic",
             "stop_on_collision=false",
             f"people_see_robot={sees}",
@@ -43,7 +43,7 @@ def test_scenes_with_people_who_react_run_with_both_kinds_of_people(number, scen
             controller=controller,
         )
         json.dumps(figures, allow_nan=False)
-        assert (figures["scene"], figures["outcome"], figures["ticks"]) == (scene, "timeout", 20)
+        assert (figures["scene"], figures["outcome"], figures["ticks"]) == (scene, "timeout", 10)
         seen[sees] = figures["people_see_robot"]
         hashes.add(figures["state_hash"])
     assert len(hashes) <= 2  # the same for the same seed
