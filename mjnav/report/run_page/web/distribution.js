@@ -15,6 +15,7 @@ function svg(parent, name, attributes = {}, text = null) {
 
 const FRAME = { left: 34, right: 8, top: 20, bottom: 34 };
 const TALL = 190; // [pixels] the drawing
+const NARROWEST = 120; // [pixels]
 const SHARE_TOPS = [0.1, 0.25, 0.5, 1]; // that the axis may end at
 
 class Distribution {
@@ -30,7 +31,7 @@ class Distribution {
 
   resize() {
     if (!this.cone) return;
-    const width = this.parent.clientWidth;
+    const width = Math.max(this.parent.clientWidth, NARROWEST); // 0 in a frame that is not laid out yet
     const { low, width: step, bins } = this.cone, { root } = this;
     root.replaceChildren();
     root.setAttribute('viewBox', `0 0 ${width} ${TALL}`);
