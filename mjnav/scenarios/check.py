@@ -10,7 +10,17 @@ from itertools import combinations
 
 from mjnav.errors import InvalidValue
 from mjnav.scenarios.routes import check_routes, check_trips
-from mjnav.scenarios.shapes import TOUCH, Box, Disc, leg_discs, pillar_disc, top_box, wall_box
+from mjnav.scenarios.shapes import (
+    TOUCH,
+    Box,
+    Disc,
+    leg_discs,
+    met_by_people,
+    met_by_robot,
+    pillar_disc,
+    top_box,
+    wall_box,
+)
 from mjnav.scenarios.spec import Scenario
 
 
@@ -36,23 +46,24 @@ def check(scenario: Scenario, *, routes: bool = True) -> None:
     for i, pillar in enumerate(pillars):
         for other in (*pillars[:i], *(top for top in tops if pillar.height >= top.height), *legs):
             _keep_apart(pillar, other, f"{pillar.key}.position", pillar.centre)
+    around = met_by_people(scenario.walls, scenario.tables, scenario.pillars)
     for person in people:
-        for other in (*walls, *tops, *pillars):
+        for other in around:
             _keep_apart(person, other, f"{person.key}.start", person.centre)
     if routes:
         check_routes(scenario.people, scenario.walls, scenario.tables, scenario.pillars)
     check_trips(scenario.people, scenario.walls, scenario.tables, scenario.pillars)
     body = Disc("robot", robot.start[:2], robot.radius)
     there = [disc for disc, person in zip(people, scenario.people, strict=True) if person.from_the_start]
-    for other in (*walls, *legs, *pillars, *there):
+    met = met_by_robot(scenario.walls, scenario.tables, scenario.pillars)
+    for other in (*met, *there):
         _keep_apart(body, other, "robot.start", robot.start)
     for i, point in enumerate(robot.route):
-        for other in (*walls, *legs, *pillars):
+        for other in met:
             room = other.distance(point)
             if room <= 0.0 or room + robot.goal_tolerance < robot.radius:
-                key = "robot.goal" if robot.goal is not None else f"robot.waypoints.{i}"
                 allowed = f"a point that the robot can reach to {robot.goal_tolerance:g} m, clear of {other.key}"
-                raise InvalidValue(key, point, allowed)
+                raise InvalidValue(robot.route_key(i), point, allowed)
 
 
 def overlapping_people(scenario: Scenario) -> list[tuple[int, int]]:

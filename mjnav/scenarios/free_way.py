@@ -4,7 +4,7 @@ from itertools import pairwise
 from typing import TYPE_CHECKING
 
 from mjnav.errors import InvalidValue
-from mjnav.scenarios.shapes import Strip, leg_discs, pillar_disc, wall_box
+from mjnav.scenarios.shapes import Strip, met_by_robot
 from mjnav.scenarios.spec import Scenario
 
 if TYPE_CHECKING:
@@ -19,19 +19,15 @@ def check_robot_way(scenario: Scenario) -> None:
     """
     robot = scenario.robot
     points = [robot.start[:2], *robot.route]
-    bodies = [
-        *(wall_box(f"walls.{i}", wall) for i, wall in enumerate(scenario.walls)),
-        *(leg for i, table in enumerate(scenario.tables) for leg in leg_discs(f"tables.{i}", table)),
-        *(pillar_disc(f"pillars.{i}", pillar) for i, pillar in enumerate(scenario.pillars)),
-    ]
+    bodies = met_by_robot(scenario.walls, scenario.tables, scenario.pillars)
     strips = [Strip(start, end, 0.0, robot.radius) for start, end in pairwise(points)]
     if not any(strip.meets(body) for strip in strips for body in bodies):
         return
     cut_off = _space(scenario).first_cut_off(points, robot.radius, tolerance=robot.goal_tolerance)
     if cut_off is not None:
-        key = "robot.goal" if robot.goal is not None else f"robot.waypoints.{max(cut_off, 1) - 1}"
+        place = max(cut_off, 1) - 1
         allowed = f"a point to which a way leads from {points[0]}, {robot.radius:g} m clear of walls, legs and pillars"
-        raise InvalidValue(key, points[max(cut_off, 1)], allowed)
+        raise InvalidValue(robot.route_key(place), robot.route[place], allowed)
 
 
 def robot_has_a_way(scenario: Scenario, room: float = 0.0) -> bool:

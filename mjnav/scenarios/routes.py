@@ -14,7 +14,7 @@ from mjnav.errors import InvalidValue
 from mjnav.scenarios.bodies import Pillar, Table, Wall
 from mjnav.scenarios.people import REACHED, Person, Walker
 from mjnav.scenarios.ranges import Point
-from mjnav.scenarios.shapes import Box, Disc, Strip, pillar_disc, top_box, wall_box
+from mjnav.scenarios.shapes import Box, Disc, Strip, met_by_people
 
 _SHARES = tuple(0.125 * k for k in range(9))  # of an area's sides, at which room is looked for
 
@@ -46,7 +46,7 @@ def check_trips(
     people: Sequence[Person], walls: Sequence[Wall], tables: Sequence[Table], pillars: Sequence[Pillar]
 ) -> None:
     """Raises InvalidValue for the first area of a trip in which walls and furniture leave no place for the person."""
-    bodies = _bodies(walls, tables, pillars)
+    bodies = met_by_people(walls, tables, pillars)
     for i, person in enumerate(people):
         trips = person.behaviour.trips if isinstance(person.behaviour, Walker) else None
         for k, trip in enumerate(trips or ()):
@@ -61,7 +61,7 @@ def planned_legs(
     people: Sequence[Person], walls: Sequence[Wall], tables: Sequence[Table], pillars: Sequence[Pillar]
 ) -> Iterator[Leg]:
     """The legs of all who have waypoints and move, in order."""
-    bodies = _bodies(walls, tables, pillars)
+    bodies = met_by_people(walls, tables, pillars)
     ways = None
     for i, person in enumerate(people):
         walk = person.behaviour
@@ -83,14 +83,6 @@ def planned_legs(
                 yield Leg(i, index, start, end, body.key, None)
             else:
                 yield Leg(i, index, start, end, body.key, tuple((x, y) for x, y in found.tolist()))
-
-
-def _bodies(walls: Sequence[Wall], tables: Sequence[Table], pillars: Sequence[Pillar]) -> list[Box | Disc]:
-    return [
-        *(wall_box(f"walls.{i}", wall) for i, wall in enumerate(walls)),
-        *(top_box(f"tables.{i}", table) for i, table in enumerate(tables)),
-        *(pillar_disc(f"pillars.{i}", pillar) for i, pillar in enumerate(pillars)),
-    ]
 
 
 def _first_in_the_way(start: Point, end: Point, radius: float, bodies: Sequence[Disc | Box]) -> Disc | Box | None:

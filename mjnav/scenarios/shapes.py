@@ -1,6 +1,6 @@
 """Bodies of a scene as shapes seen from above, with the keys that a run file has for them."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from math import atan2, cos, hypot, sin
 
@@ -102,3 +102,21 @@ def leg_discs(key: str, table: Table) -> Iterator[Disc]:
 def pillar_disc(key: str, pillar: Pillar) -> Disc:
     """As it stands on the floor."""
     return Disc(key, pillar.position, pillar.radius, pillar.height)
+
+
+def met_by_people(walls: Sequence[Wall], tables: Sequence[Table], pillars: Sequence[Pillar]) -> list[Box | Disc]:
+    """What people walk around: walls, whole tables, pillars."""
+    return [
+        *(wall_box(f"walls.{i}", wall) for i, wall in enumerate(walls)),
+        *(top_box(f"tables.{i}", table) for i, table in enumerate(tables)),
+        *(pillar_disc(f"pillars.{i}", pillar) for i, pillar in enumerate(pillars)),
+    ]
+
+
+def met_by_robot(walls: Sequence[Wall], tables: Sequence[Table], pillars: Sequence[Pillar]) -> list[Box | Disc]:
+    """What the robot drives around: walls, legs of tables, pillars."""
+    return [
+        *(wall_box(f"walls.{i}", wall) for i, wall in enumerate(walls)),
+        *(leg for i, table in enumerate(tables) for leg in leg_discs(f"tables.{i}", table)),
+        *(pillar_disc(f"pillars.{i}", pillar) for i, pillar in enumerate(pillars)),
+    ]

@@ -93,6 +93,10 @@ class Robot:
         """The points to reach, the last of which is the goal."""
         return (self.goal,) if self.goal is not None else self.waypoints
 
+    def route_key(self, place: int) -> str:
+        """The run file's key of a point of the route."""
+        return "robot.goal" if self.goal is not None else f"robot.waypoints.{place}"
+
     @property
     def limits(self) -> RobotLimits:
         """The limits as controllers take them."""
