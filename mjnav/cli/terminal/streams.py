@@ -70,6 +70,9 @@ def console(*, stderr: bool = False, width: int | None = None) -> "Console":
     from rich.segment import Segment
 
     class PlainConsole(Console):
+        def on_broken_pipe(self) -> None:
+            raise  # BrokenPipeError: rich itself would exit with 1
+
         def render(self, renderable: Any, options: Any = None) -> Iterator[Segment]:
             for text, style, control in super().render(renderable, options):
                 yield Segment(text if control else printable(text, keep="\n\t"), style, control)
