@@ -57,10 +57,12 @@ class Reading(ShortRepr):
     gyro: float  # [rad/s]
     pose: Array  # (3,) from the pose sensor
     detections: Array  # (P, 2) [m] position of each person; NaN for who is not there
-    scan: (
-        Array  # (B,) [m] ranges; inf where a beam met nothing. Beam i points to heading + 2 pi i / B - pi; (0,) without
-    )
+    scan: Array  # (B,) [m] ranges; inf where a beam met nothing. (0,) without a lidar, or where no new turn is complete
     odometry_pose: Array = field(default_factory=lambda: np.zeros(3))  # (3,) where odometry since the start leads
+    scan_times: Array = field(
+        default_factory=lambda: np.zeros(0)
+    )  # (B,) [s] of each beam; (0,) where all are at `time`
+    dropped: tuple[str, ...] = ()  # what did not arrive, or not as numbers: odometry, gyro, pose, detections, scan
 
 
 # ----------------------------------------------------------------------------------------- estimation
@@ -80,10 +82,21 @@ class RobotBelief(ShortRepr):
 
 
 @dataclass(frozen=True, slots=True, repr=False)
+class Detection(ShortRepr):
+    """What a scan shows of one body that the map does not explain."""
+
+    time: float  # [s], mean of its beams
+    position: Array  # (2,) [m] of its centre
+    covariance: Array  # (2, 2) of its position, with the robot's uncertainty
+    radius: float  # [m]
+    num_beams: int
+
+
+@dataclass(frozen=True, slots=True, repr=False)
 class Track(ShortRepr):
     """Weighted particles of one person's position and velocity after a reading."""
 
-    name: str  # "person3"
+    name: str  # "person3" where detections come with identity, else "track7"
     time: float  # [s]
     particles: Array  # (n, 4) x, y, vx, vy
     weights: Array  # (n,), sum 1
@@ -92,6 +105,8 @@ class Track(ShortRepr):
     ess: float
     radius: float  # [m]
     recovered: bool = False
+    age: float = 0.0  # [s] since it began
+    unseen: float = 0.0  # [s] since the last detection that belongs to it
 
 
 @dataclass(frozen=True, slots=True, repr=False)
@@ -100,6 +115,7 @@ class Beliefs(ShortRepr):
 
     robot: RobotBelief
     people: tuple[Track, ...]
+    detections: tuple[Detection, ...] = ()  # of the latest scan, where people are tracked by it
 
 
 # -------------------------------------------------------------------------------------------- control
@@ -150,8 +166,10 @@ class Scan(ShortRepr):
     """What the lidar measured last, at a time of its own: a scan is not carried forward."""
 
     time: float  # [s]
-    angles: Array  # (B,) [rad] of each beam against the heading at that time
+    angles: Array  # (B,) [rad] of each beam against the heading of the mount when the beam was taken
     ranges: Array  # (B,) [m]; inf where a beam met nothing
+    times: Array = field(default_factory=lambda: np.zeros(0))  # (B,) [s] of each beam; (0,) where all are at `time`
+    mount: Array = field(default_factory=lambda: np.zeros(3))  # (3,) pose of the lidar on the body
 
 
 @dataclass(frozen=True, slots=True, repr=False)
@@ -269,6 +287,7 @@ class TickRecord(ShortRepr):
     cone: ConeDistribution | None
     events: tuple[Event, ...] = ()
     readings_before: tuple[Reading, ...] = ()  # since the tick before, where sensors are quicker than the loop
+    detections: tuple[Detection, ...] = ()
 
     @property
     def seen(self) -> Observation:
@@ -305,7 +324,7 @@ class Trajectory(ShortRepr):
     people_velocity: Array  # (T + 1, P, 2) truth
     estimate: Array  # (T, 3) the robot's believed mean
     estimate_triangle: Array  # (T, 6) `triangle` of its covariance
-    tracks: Array  # (T, P, 4) the people's believed means; NaN where a person has no track
+    tracks: Array  # (T, P, 4) the people's believed means; NaN where a person has no track. `assignment` says whose
     track_triangle: Array  # (T, P, 10) of their covariances
     command: Array  # (T, 2) in force from the tick on
     decision: Array  # (T, 2)
@@ -315,6 +334,9 @@ class Trajectory(ShortRepr):
     timing: NDArray[np.int64]  # (T', 7): tick, PHASES, lateness; ns. T' may be less than T where messages were lost
     deadline_misses: int
     clipped_ticks: int = 0  # whose decision was beyond the robot's limits
+    track_states: Array = field(
+        default_factory=lambda: np.zeros((0, 6))
+    )  # (n, 6) row of `time`, track's number, x, y, vx, vy of every track that carries no person's name
 
     @property
     def estimate_covariance(self) -> Array:

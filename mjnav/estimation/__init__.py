@@ -13,6 +13,7 @@ from mjnav.scenarios.spec import Scenario
 
 __all__ = ["LOCALIZERS", "TRACKERS", "Localizer", "Tracker", "make_localizer", "make_tracker"]
 
+LIDAR = "lidar"  # the source whose estimators are made from a scenario, by their classmethod `of`
 # "source.filter", or the source alone where it takes no filter -> module:Class
 LOCALIZERS: Mapping[str, str] = MappingProxyType(
     {
@@ -36,7 +37,10 @@ def make_localizer(scenario: Scenario, seed: int) -> Localizer:
     choice = scenario.estimation.robot
     if isinstance(choice.localizer, LocalizerPlugin):
         return OwnLocalizer(choice.localizer.name, choice.localizer.make(scenario, seed), seed)
-    return _load(LOCALIZERS, choice.source, choice.filter)(assumed_noise(scenario), choice.particles, seed)
+    kind = _load(LOCALIZERS, choice.source, choice.filter)
+    if choice.source == LIDAR:
+        return kind.of(scenario, seed)
+    return kind(assumed_noise(scenario), choice.particles, seed)
 
 
 def make_tracker(scenario: Scenario, seed: int) -> Tracker:
@@ -45,7 +49,10 @@ def make_tracker(scenario: Scenario, seed: int) -> Tracker:
     radii = tuple(person.radius for person in scenario.people)
     if isinstance(choice.tracker, TrackerPlugin):
         return OwnTracker(choice.tracker.name, choice.tracker.make(scenario, seed), radii, seed)
-    return _load(TRACKERS, choice.source, choice.filter)(assumed_noise(scenario), choice.particles, radii, seed)
+    kind = _load(TRACKERS, choice.source, choice.filter)
+    if choice.source == LIDAR:
+        return kind.of(scenario, seed)
+    return kind(assumed_noise(scenario), choice.particles, radii, seed)
 
 
 def assumed_noise(scenario: Scenario) -> Mapping[str, Distribution]:

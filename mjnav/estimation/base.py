@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from mjnav.filters.resampling import shuffled
 from mjnav.filters.weights import ess, weighted_moments
-from mjnav.messages import Array, Reading, RobotBelief, Track
+from mjnav.messages import Array, Detection, Reading, RobotBelief, Track
 from mjnav.rng import stream
 
 DRAWS = "estimation.draw"  # channel of the draws from beliefs
@@ -31,10 +31,17 @@ class Localizer(Protocol):
 class Tracker(Protocol):
     """Estimates position and velocity of every person."""
 
-    def update(self, reading: Reading) -> tuple[Track, ...]:
-        """One track for each person who is detected, after one more reading, in the order of the detections.
+    @property
+    def detections(self) -> tuple[Detection, ...]:
+        """What the latest scan showed; empty for a tracker that does not detect by itself."""
+        ...
 
-        The first detection starts a track; one that is NaN, of somebody who is not there, ends it.
+    def update(self, reading: Reading, robot: RobotBelief | None = None) -> tuple[Track, ...]:
+        """One track for each person, after one more reading.
+
+        Where detections come with identity: of each person who is detected, in the order of the detections. The first
+        detection starts a track; one that is NaN, of somebody who is not there, ends it. A tracker that goes by scans
+        needs the `robot`'s belief after the same reading.
         """
         ...
 
@@ -118,6 +125,11 @@ class PeopleTracker:
         self._tracks: tuple[Track, ...] | None = None
         self._tracked = range(len(self._names))  # whose they are
         self._everybody = self._tracked
+
+    @property
+    def detections(self) -> tuple[Detection, ...]:
+        """None: they come with the reading."""
+        return ()
 
     def _detected(self, reading: Reading) -> Sequence[int]:
         """Who is there, by place."""

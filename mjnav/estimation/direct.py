@@ -67,7 +67,7 @@ class DirectTracker(PeopleTracker):
         )  # (P, n, 2)
         self._history: deque[tuple[float, Array]] = deque()  # time, positions (P, n, 2)
 
-    def update(self, reading: Reading) -> tuple[Track, ...]:
+    def update(self, reading: Reading, robot: RobotBelief | None = None) -> tuple[Track, ...]:
         """One track for each person who is there, from the readings of the window since they came."""
         if not self._names:
             self._tracks = ()

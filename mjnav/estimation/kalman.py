@@ -199,7 +199,7 @@ class KalmanTracker(PeopleTracker):
         self._streams = [stream(seed, "estimation.gaussian", name) for name in self._names]
         self._weights = np.full(num_particles, 1.0 / num_particles)
 
-    def update(self, reading: Reading) -> tuple[Track, ...]:
+    def update(self, reading: Reading, robot: RobotBelief | None = None) -> tuple[Track, ...]:
         """One track for each person who is there, after one more reading."""
         tracked = self._detected(reading)
         transition, process = self._motion.gaussian(reading.interval)

@@ -38,7 +38,7 @@ class OwnTracker(PeopleTracker):
         super().__init__(radii, seed)
         self._name, self._own = name, tracker
 
-    def update(self, reading: Reading) -> tuple[Track, ...]:
+    def update(self, reading: Reading, robot: RobotBelief | None = None) -> tuple[Track, ...]:
         """One track for each person who is there, in the order of the detections. Raises PluginFault for what is none.
 
         The tracker returns these alone, or one a person, of which those of people who are not there are dropped.

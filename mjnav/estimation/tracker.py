@@ -8,7 +8,7 @@ from mjnav.estimation.base import FilterSettings, PeopleTracker
 from mjnav.estimation.bootstrap import Bootstrap
 from mjnav.estimation.likelihood import Likelihood
 from mjnav.estimation.person_motion import PersonMotion
-from mjnav.messages import Array, Reading, Track
+from mjnav.messages import Array, Reading, RobotBelief, Track
 from mjnav.noise import Distribution
 from mjnav.rng import stream
 
@@ -42,7 +42,7 @@ class ParticleTracker(PeopleTracker):
         self._start_streams = [stream(seed, "estimation.start", name) for name in self._names]
         self._filter = Bootstrap(self._names, self._likelihoods, seed, settings)
 
-    def update(self, reading: Reading) -> tuple[Track, ...]:
+    def update(self, reading: Reading, robot: RobotBelief | None = None) -> tuple[Track, ...]:
         """One track for each person who is there, after one more reading; their moments come from the weights before
         resampling.
         """

@@ -93,6 +93,7 @@ class RunRecord:
             readings_before=readings[:-1],
             belief=None if beliefs is None else beliefs.robot,
             tracks=() if beliefs is None else beliefs.people,
+            detections=beliefs.detections if beliefs is not None and readings else (),
             observation=observation,
             decision=decision,
             command=command,

@@ -147,7 +147,10 @@ class RobotEstimation:
     """How the robot's pose is estimated."""
 
     source: Annotated[
-        str, Choice(("pose", "direct")), "pose: filtered readings; direct: one reading minus draws of its noise"
+        str,
+        Choice(("pose", "lidar", "direct")),
+        "pose: filtered readings of the pose sensor; lidar: filtered scans, odometry and gyro; direct: one reading of "
+        "the pose sensor minus draws of its noise",
     ] = "pose"
     filter: Annotated[str, Choice(("particle", "ekf", "ukf")), "of the pose; none where source is direct"] = "particle"
     particles: Annotated[int, _PARTICLES, "number of particles or draws"] = 500
@@ -166,7 +169,10 @@ class ObstacleEstimation:
     """How each person's position and velocity are estimated."""
 
     source: Annotated[
-        str, Choice(("detections", "direct")), "detections: filtered; direct: one detection minus draws of its noise"
+        str,
+        Choice(("detections", "lidar", "direct")),
+        "detections: filtered, with identity; lidar: found in scans and filtered; direct: one detection minus draws of "
+        "its noise",
     ] = "detections"
     filter: Annotated[str, Choice(("particle", "kalman")), "of each person; none where source is direct"] = "particle"
     particles: Annotated[int, _PARTICLES, "number of particles or draws of each person"] = 200

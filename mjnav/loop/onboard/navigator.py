@@ -100,7 +100,8 @@ class Navigator:
         if self._localizer is None or self._tracker is None:
             return None
         for reading in readings:
-            beliefs = Beliefs(self._localizer.update(reading), self._tracker.update(reading))
+            robot = self._localizer.update(reading)
+            beliefs = Beliefs(robot, self._tracker.update(reading, robot), self._tracker.detections)
         if beliefs is None:
             raise RuntimeError("the first tick has no reading")
         self.follow_route(beliefs.robot.mean)

@@ -1,5 +1,6 @@
 """A run as arrays, built alike from the loop's records and from a log's messages."""
 
+import re
 from collections.abc import Mapping
 from math import prod
 from mmap import MAP_ANONYMOUS, MAP_PRIVATE, PAGESIZE, mmap
@@ -9,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from mjnav.geometry.assignment import nearest_pairs
 from mjnav.messages import (
     PHASES,
     Array,
@@ -23,6 +25,7 @@ from mjnav.messages import (
 )
 
 NO_ESTIMATE = (np.full(3, np.nan), np.full((3, 3), np.nan))  # mean, covariance where there is no belief
+ASSOCIATED = 1.0  # [m] between a person and a track without a name, at most, for it to count as the person's
 TRUTH = ("time", "robot_pose", "robot_twist", "people_position", "people_velocity")  # one row more than ticks
 
 
@@ -32,6 +35,12 @@ def nominal_control(decision: Decision) -> Array:
     if costs is None:
         return np.full(2, np.nan)
     return np.array([costs.v[costs.nominal], costs.omega[costs.nominal]])
+
+
+def track_number(name: str) -> int | None:
+    """7 of "track7"; None for a name of another form."""
+    found = re.fullmatch(r"track(\d{1,9})", name)
+    return None if found is None else int(found[1])
 
 
 def track_states(tracks: tuple[Track, ...]) -> dict[str, tuple[Array, Array]]:
@@ -71,7 +80,11 @@ class _Rows:
 
 
 class TrajectoryBuilder:
-    """Collects ticks; `finish`, called once, takes the state in which the run ended and returns the arrays."""
+    """Collects ticks; `finish`, called once, takes the state in which the run ended and returns the arrays.
+
+    A track belongs to the person of its name. Of those that carry no person's name, tick by tick, each person gets the
+    one of the assignment with the least total distance: to judge them by, the robot never knows.
+    """
 
     def __init__(self):
         self._rows: dict[str, _Rows] = {}
@@ -119,9 +132,17 @@ class TrajectoryBuilder:
         rows["estimate_triangle"].add(triangle(estimate[1]))
         means = np.full((len(self._places), 4), np.nan)
         covariances = np.full((len(self._places), 4, 4), np.nan)
+        unnamed = {}
         for name, (mean, covariance) in tracks.items():
             if (person := self._places.get(name)) is not None:
                 means[person], covariances[person] = mean, covariance
+            elif (number := track_number(name)) is not None:
+                unnamed[name] = mean
+                rows["track_states"].add((len(self), number, *mean))
+        if unnamed:
+            found = np.array([*unnamed.values()])
+            for person, place in nearest_pairs(truth.people_position, found[:, :2], ASSOCIATED):
+                means[person], covariances[person] = tracks[[*unnamed][place]]
         rows["tracks"].add(means)
         rows["track_triangle"].add(triangle(covariances))
         rows["command"].add(command)
@@ -151,7 +172,7 @@ class TrajectoryBuilder:
         )
 
     def _begin(self, num_people: int) -> dict[str, _Rows]:
-        """The columns; a track belongs to the person of its name."""
+        """The columns."""
         p = num_people
         shapes = {
             "time": (),
@@ -164,6 +185,7 @@ class TrajectoryBuilder:
             "tracks": (p, 4),
             "track_triangle": (p, 10),
             **dict.fromkeys(("command", "decision", "nominal"), (2,)),
+            "track_states": (6,),
         }
         self._places = {f"person{i}": i for i in range(p)}
         self._rows = {name: _Rows(shape) for name, shape in shapes.items()}

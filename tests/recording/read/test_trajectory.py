@@ -1,10 +1,13 @@
 """Rows that come one by one are the arrays that they would be at once, to the last bit."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from mjnav.loop.episode import Episode
 from mjnav.messages import TickRecord, symmetric, triangle
+from mjnav.recording.read.trajectory import TrajectoryBuilder
 from mjnav.scenarios import load
 
 
@@ -29,3 +32,24 @@ def test_covariances_are_those_of_the_beliefs_to_the_last_bit(robot, people):
     assert trajectory.estimate_covariance.tobytes() == poses.tobytes()
     assert trajectory.track_covariance.tobytes() == tracks.tobytes()
     assert trajectory.estimate.tobytes() == np.array([record.belief.mean for record in seen]).tobytes()
+
+
+def test_a_track_without_a_name_counts_as_the_nearest_persons(crossing_tick):
+    tick = crossing_tick
+    track = tick.tracks[0]
+    person = tick.truth.people_position[0]
+    near = replace(track, name="track12", mean=np.array([*(person + 0.3), 0.5, 0.0]))
+    far = replace(track, name="track7", mean=np.array([*(person + 2.0), 0.0, 0.0]))
+    builder = TrajectoryBuilder()
+    builder.add(replace(tick, tracks=(far, near)))
+    trajectory = builder.finish(tick.truth)
+    assert trajectory.track_states.tolist() == [[0, 7, *far.mean], [0, 12, *near.mean]]
+    assert trajectory.tracks[0, 0].tolist() == near.mean.tolist()
+    assert trajectory.track_covariance[0, 0].tolist() == near.covariance.tolist()
+
+
+@pytest.fixture
+def crossing_tick() -> TickRecord:
+    seen: list[TickRecord] = []
+    Episode(load("crossing1", ["time_limit=0.1", "physics.engine=kinematic"]), watch=seen.append).run()
+    return seen[0]
