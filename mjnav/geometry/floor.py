@@ -20,6 +20,14 @@ class Floor(Constant):
     discs: Array  # (n, 3) x, y, radius [m]
     boxes: Array  # (m, 6) centre x, y; unit vector along, x, y; half length, half thickness [m]
 
+    @property
+    def bounds(self) -> tuple[Array, Array] | None:
+        """Lowest and highest x, y [m] of all bodies, (2,) each; None on an empty floor."""
+        along, (length, thickness) = np.abs(self.boxes[:, 2:4]), self.boxes[:, 4:].T[:, :, None]
+        reach = np.concatenate([np.tile(self.discs[:, 2:], 2), along * length + along[:, ::-1] * thickness])
+        centre = np.concatenate([self.discs[:, :2], self.boxes[:, :2]])
+        return ((centre - reach).min(axis=0), (centre + reach).max(axis=0)) if len(centre) else None
+
     def clearance(self, points: ArrayLike) -> Array:
         """From each of `points` (..., 2) to the nearest surface [m], negative inside a body; inf on an empty floor.
 
