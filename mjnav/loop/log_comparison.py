@@ -20,6 +20,7 @@ _FIELDS = (
     ("reading", "/people/estimate", ("detections",)),
     ("reading", SCAN, ("ranges",)),
     ("estimate", "/robot/state", ("estimate",)),
+    ("detections", "/detections", ("detections",)),
     ("tracks", "/people/estimate", ("people",)),
     ("decision", "/decision", ("nominal", "cost", "wish", "v", "omega", "status")),
     ("command", "/command", ("v", "omega")),
@@ -33,7 +34,7 @@ Documents = Mapping[str, Sequence[Any]]  # of one tick, by topic
 class FieldDifference:
     """One value that is not the same; None where one side has none."""
 
-    part: str  # truth, reading, estimate, tracks, decision, command; run, result
+    part: str  # truth, reading, estimate, detections, tracks, decision, command; run, result
     field: str  # "/robot/state pose.0"
     logged: Any
     again: Any

@@ -5,7 +5,7 @@ infinities become null.
 """
 
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from math import isfinite
 from types import MappingProxyType
 from typing import Annotated, Any
@@ -18,6 +18,7 @@ from mjnav.messages import (
     PHASES,
     Array,
     Decision,
+    Detection,
     Reading,
     RobotBelief,
     TickRecord,
@@ -116,14 +117,37 @@ class PersonState(Struct):
     radius: Annotated[float, Meta(description="m")] | UnsetType = UNSET
     ess: Ess | UnsetType = UNSET
     recovered: bool | UnsetType = UNSET
+    age: Annotated[float, Meta(description="s since the track began")] | UnsetType = UNSET
+    unseen: Annotated[float, Meta(description="s since its last detection")] | UnsetType = UNSET
 
 
 class People(Struct):
-    """/people/truth and /people/estimate; only the latter has detections, where there was a reading."""
+    """/people/truth and /people/estimate; only the latter has detections, where there was a reading.
+
+    These detections come with identity: the n-th is of person n. A track has `age` and `unseen` where it came about by
+    scans.
+    """
 
     tick: Tick
     people: list[PersonState]
     detections: Matrix | UnsetType = UNSET  # (n, 2) measured positions [m]
+
+
+class LoggedDetection(Struct):
+    """A body that the map does not explain, in one scan."""
+
+    time: Annotated[float, Meta(description="s, mean of its beams")]
+    position: Annotated[Array, Meta(description="m, of its centre in the map")]
+    covariance: Matrix  # (2, 2) of the position
+    radius: Annotated[float, Meta(description="m")]
+    beams: Annotated[int, Meta(description="number of beams that met it")]
+
+
+class Detections(Struct):
+    """/detections: all of the latest scan, where people are tracked by scans."""
+
+    tick: Tick
+    detections: list[LoggedDetection]
 
 
 class LoggedContact(Struct):
@@ -158,6 +182,7 @@ MESSAGES: Mapping[str, type[Struct]] = MappingProxyType(
         "mjnav.Command": Command,
         "mjnav.Decision": DecisionMessage,
         "mjnav.People": People,
+        "mjnav.Detections": Detections,
         "mjnav.Contacts": Contacts,
         "mjnav.TickTiming": Timing,
     }
@@ -215,13 +240,22 @@ def encode_people_truth(tick: int, truth: WorldState) -> bytes:
 
 def _believed(track: Track) -> PersonState:
     position, velocity = track.mean[:2], track.mean[2:]
-    return PersonState(track.name, position, velocity, track.covariance, track.radius, track.ess, track.recovered)
+    life = (track.age, track.unseen) if track.age or track.unseen else ()
+    return PersonState(
+        track.name, position, velocity, track.covariance, track.radius, track.ess, track.recovered, *life
+    )
 
 
 def encode_people_estimate(record: TickRecord) -> bytes:
     """mjnav.People: where they are believed to be, and what the detector said."""
     detections = UNSET if record.reading is None else record.reading.detections
     return _encode(People(record.tick, [_believed(track) for track in record.tracks], detections))
+
+
+def encode_detections(tick: int, found: Sequence[Detection]) -> bytes:
+    """mjnav.Detections."""
+    parts = [LoggedDetection(one.time, one.position, one.covariance, one.radius, one.num_beams) for one in found]
+    return _encode(Detections(tick, parts))
 
 
 def encode_contacts(tick: int, truth: WorldState) -> bytes:

@@ -1,7 +1,8 @@
 """/scene: what stands in the room, the robot, and the people as they are and as they are believed to be.
 
-Each is a Foxglove entity with a name: `robot`, `person0`, `person0_estimate` beside it, and
-`person0_future` where a model of prediction says more than straight on.
+Each is a Foxglove entity with a name: `robot`, `person0`, `person0_estimate` beside it, and `person0_future` where a
+model of prediction says more than straight on. Where people are tracked by scans, estimates are `track7_estimate` and
+labelled, those that the latest scan does not show are pale, and `detections` are discs with their 95 % ellipses.
 """
 
 from collections.abc import Sequence
@@ -20,7 +21,8 @@ from foxglove_schemas_protobuf.TextPrimitive_pb2 import TextPrimitive
 from foxglove_schemas_protobuf.Vector3_pb2 import Vector3
 from google.protobuf.duration_pb2 import Duration
 
-from mjnav.messages import Observation, Track, WorldState
+from mjnav.geometry.ellipse import ellipse_95
+from mjnav.messages import Detection, Observation, Track, WorldState
 from mjnav.recording.encode import wire
 from mjnav.recording.encode.futures import future_entities
 from mjnav.recording.encode.geometry import TRUE_FRAME, WORLD_FRAME, pose, time_ns
@@ -30,6 +32,7 @@ ROBOT_HEIGHT = 0.35  # [m]
 PERSON_HEIGHT = 1.7  # [m]
 TABLE_TOP = 0.03  # [m] thickness
 ESTIMATE_HEIGHT = 0.05  # [m]
+FLAT = 0.01  # [m] thickness of what lies on the floor
 LETTERS = 0.3  # [m] high
 AHEAD = 1.0  # [s] that a believed velocity is drawn for
 
@@ -41,6 +44,8 @@ _GREEN = Color(r=0.15, g=0.75, b=0.3, a=0.6)
 _BLUE = Color(r=0.15, g=0.4, b=0.9, a=0.9)
 _RED = Color(r=0.9, g=0.35, b=0.25, a=0.8)
 _ORANGE = Color(r=1.0, g=0.6, b=0.1, a=0.7)
+_PALE_ORANGE = Color(r=1.0, g=0.6, b=0.1, a=0.25)
+_TEAL, _PALE_TEAL = Color(r=0.0, g=0.5, b=0.5, a=1.0), Color(r=0.0, g=0.6, b=0.6, a=0.4)
 _BLACK = Color(r=0.1, g=0.1, b=0.1, a=1.0)
 
 
@@ -146,15 +151,20 @@ class SceneEncoder:
         self._epoch = epoch
         self._still = _still(scenario)
         self._people = [_person(f"person{i}", person.radius) for i, person in enumerate(scenario.people)]
+        self._named = frozenset(f"person{i}" for i in range(len(scenario.people)))
         # A person who is no longer tracked disappears.
         lifetime = Duration()
         lifetime.FromNanoseconds(time_ns(2.0 * scenario.control.period))
         self._lifetime = wire.delimited(4, lifetime.SerializeToString())
 
     def encode(
-        self, truth: WorldState, tracks: tuple[Track, ...] = (), observation: Observation | None = None
+        self,
+        truth: WorldState,
+        tracks: tuple[Track, ...] = (),
+        observation: Observation | None = None,
+        detections: tuple[Detection, ...] = (),
     ) -> bytes:
-        """The scene at one moment, where people are believed to be, and how they are predicted to go on."""
+        """The scene at one moment, where people are seen and believed to be, and how they are predicted to go on."""
         time = wire.timestamp(1, time_ns(truth.time, self._epoch))
         parts = [self._still]
         for i, (person, (x, y)) in enumerate(zip(self._people, truth.people_position.tolist(), strict=True)):
@@ -164,9 +174,16 @@ class SceneEncoder:
                 parts.append(wire.delimited(2, time + person.fill((x, y, x, y))))
         for track in tracks:
             x, y, vx, vy = track.mean.tolist()
-            half, length = 0.5 * atan2(vy, vx), AHEAD * hypot(vx, vy)
-            believed = _estimate(track.name, track.radius).fill((x, y, sin(half), cos(half), length, x, y))
+            half, length, width = 0.5 * atan2(vy, vx), AHEAD * hypot(vx, vy), 2.0 * track.radius
+            holes = (x, y, sin(half), cos(half), length, x, y, width, width)
+            if track.name in self._named:
+                believed = _estimate(track.name).fill(holes)
+            else:
+                believed = _track(track.name, coasts=track.unseen > 0.0).fill((*holes, x, y))
             parts.append(wire.delimited(2, time + self._lifetime + believed))
+        if detections:
+            discs = b"".join(_detected(one) for one in detections)
+            parts.append(wire.delimited(2, time + self._lifetime + _DETECTIONS + discs))
         parts += [wire.delimited(2, time + self._lifetime + future) for future in future_entities(observation, tracks)]
         return b"".join(parts)
 
@@ -188,21 +205,69 @@ def _person(name: str, radius: float) -> wire.Template:
     return wire.Template(encode, 4)
 
 
-@lru_cache(maxsize=1024)  # two for each person of a run
-def _estimate(name: str, radius: float) -> wire.Template:
+@lru_cache(maxsize=1024)  # one for each person of a run
+def _estimate(name: str) -> wire.Template:
     """A believed person's entity, but for its time and lifetime.
 
-    Open are x, y, the rotation's z, w and the length of the arrow along the velocity, and x and y of the disc.
+    Open are x, y, the rotation's z, w and the length of the arrow along the velocity, and x, y and width of the disc.
     """
 
     def encode(holes: Sequence[float]) -> bytes:
-        arrow_x, arrow_y, z, w, length, x, y = holes
-        place = pose(arrow_x, arrow_y, ESTIMATE_HEIGHT)
-        place.orientation.z, place.orientation.w = z, w
-        arrow = ArrowPrimitive(
-            pose=place, shaft_length=length, shaft_diameter=0.05, head_length=0.1, head_diameter=0.12, color=_ORANGE
-        )
-        disc = _cylinder(x, y, radius, ESTIMATE_HEIGHT, _ORANGE)
-        return _entity(f"{name}_estimate", cylinders=[disc], arrows=[arrow]).SerializeToString()
+        return _believed(name, holes, _ORANGE).SerializeToString()
 
-    return wire.Template(encode, 7)
+    return wire.Template(encode, 9)
+
+
+@lru_cache(maxsize=1024)  # two for each track that lives
+def _track(name: str, *, coasts: bool) -> wire.Template:
+    """As `_estimate`, of a track that carries no person's name: pale where it coasts, with its name at x and y."""
+
+    def encode(holes: Sequence[float]) -> bytes:
+        entity = _believed(name, holes[:-2], _PALE_ORANGE if coasts else _ORANGE)
+        x, y = holes[-2:]
+        place = pose(x, y, LETTERS)
+        entity.texts.add(pose=place, billboard=True, font_size=0.5 * LETTERS, color=_BLACK, text=name)
+        return entity.SerializeToString()
+
+    return wire.Template(encode, 11)
+
+
+def _believed(name: str, holes: Sequence[float], color: Color) -> SceneEntity:
+    arrow_x, arrow_y, z, w, length, x, y, width, depth = holes
+    place = pose(arrow_x, arrow_y, ESTIMATE_HEIGHT)
+    place.orientation.z, place.orientation.w = z, w
+    arrow = ArrowPrimitive(
+        pose=place, shaft_length=length, shaft_diameter=0.05, head_length=0.1, head_diameter=0.12, color=color
+    )
+    disc = _cylinder(x, y, 0.0, ESTIMATE_HEIGHT, color)
+    disc.size.x, disc.size.y = width, depth
+    return _entity(f"{name}_estimate", cylinders=[disc], arrows=[arrow])
+
+
+_DETECTIONS = _entity("detections").SerializeToString()
+
+
+def _flat_ellipse(color: Color) -> wire.Template:
+    """A thin cylinder on the floor, of which x, y, the rotation's z, w, width and depth are open."""
+
+    def encode(holes: Sequence[float]) -> bytes:
+        x, y, z, w, width, depth = holes
+        flat = _cylinder(x, y, 0.0, FLAT, color)
+        flat.pose.orientation.z, flat.pose.orientation.w = z, w
+        flat.size.x, flat.size.y = width, depth
+        return flat.SerializeToString()
+
+    return wire.Template(encode, 6)
+
+
+_DISC, _REGION = _flat_ellipse(_PALE_TEAL), _flat_ellipse(_TEAL)
+
+
+def _detected(found: Detection) -> bytes:
+    """Field `cylinders` twice: the body, and the 95 % region of its centre."""
+    x, y = found.position.tolist()
+    longer, shorter, direction = ellipse_95(found.covariance)
+    half, width = 0.5 * direction, 2.0 * found.radius
+    body = _DISC.fill((x, y, 0.0, 1.0, width, width))
+    region = _REGION.fill((x, y, sin(half), cos(half), 2.0 * longer, 2.0 * shorter))
+    return wire.delimited(10, body) + wire.delimited(10, region)

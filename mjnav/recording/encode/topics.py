@@ -20,6 +20,7 @@ from mjnav.recording.encode.schemas import Schema, foxglove_schema, json_schema
 from mjnav.scenarios.spec import Scenario
 
 TIMING = "/tick"
+LIDAR = "lidar"  # the source of tracks that come about by scans
 EVENTS = "/events"
 
 
@@ -67,6 +68,7 @@ def topics(scenario: Scenario, epoch: int = 0) -> tuple[Topic, ...]:
     scene = SceneEncoder(scenario, epoch)
     pose, cloud = foxglove_schema(PoseInFrame), foxglove_schema(PointCloud)
     scene_update, people = foxglove_schema(SceneUpdate), document_schema("mjnav.People")
+    by_scan = scenario.estimation.obstacles.source == LIDAR
     return (
         Topic(
             "/tf",
@@ -103,7 +105,7 @@ def topics(scenario: Scenario, epoch: int = 0) -> tuple[Topic, ...]:
         Topic(
             "/scene",
             scene_update,
-            lambda r: scene.encode(r.truth, r.tracks, r.observation),
+            lambda r: scene.encode(r.truth, r.tracks, r.observation, r.detections),
             lambda tick, final: scene.encode(final),
         ),
         Topic(
@@ -117,6 +119,15 @@ def topics(scenario: Scenario, epoch: int = 0) -> tuple[Topic, ...]:
             document_schema("mjnav.Odometry"),
             lambda r: r.reading and json_messages.encode_odometry(r.reading),
             encode_reading=json_messages.encode_odometry,
+        ),
+        Topic(
+            "/detections",
+            document_schema("mjnav.Detections"),
+            lambda r: (
+                json_messages.encode_detections(r.tick, r.detections)
+                if r.detections or (by_scan and r.reading is not None)
+                else None
+            ),
         ),
         Topic("/belief/robot", cloud, lambda r: r.belief and particles.encode_robot_particles(r.belief, epoch)),
         Topic("/belief/obstacles", cloud, lambda r: particles.encode_track_particles(r.truth.time, r.tracks, epoch)),

@@ -15,6 +15,7 @@ import rerun as rr
 from foxglove_schemas_protobuf.Log_pb2 import Log as Event
 from numpy.typing import NDArray
 
+from mjnav.geometry.ellipse import ellipse_95
 from mjnav.messages import Array
 from mjnav.motion.diff_drive import LIDAR_HEIGHT
 from mjnav.motion.unicycle import integrate
@@ -26,6 +27,7 @@ TOPICS = (
     "/robot/state",
     "/people/truth",
     "/people/estimate",
+    "/detections",
     "/scan",
     "/belief/robot",
     "/belief/obstacles",
@@ -55,8 +57,10 @@ class _Series:
 class _Collector:
     """The messages of a log, by entity path and kind."""
 
-    def __init__(self):
+    def __init__(self, num_people: int):
         self.series: dict[tuple[str, str], _Series] = {}
+        self._people = {f"person{i}" for i in range(num_people)}
+        self._found = False  # whether there was a track without a person's name
         self._believed: list[float] | None = None
         self._status = ""
 
@@ -71,9 +75,10 @@ class _Collector:
             for person in value["people"]:
                 self.put("pose", f"world/people/{person['name']}", now, [*person["position"], 0.0])
         elif message.topic == "/people/estimate":
-            for track in value["people"]:
-                state = np.array([*track["position"], *track["velocity"]], float)
-                self.put("arrow", f"world/tracks/{track['name']}", now, state)
+            self._tracks(now, value["people"])
+        elif message.topic == "/detections":
+            self.put("detections", "world/detections", now, [_disc(found) for found in value["detections"]])
+            self.put("detections", "world/detections/regions", now, [_region(found) for found in value["detections"]])
         elif message.topic == "/belief/robot":
             self.put("points", "world/robot/particles", now, _places(value))
         elif message.topic == "/belief/obstacles":
@@ -89,6 +94,15 @@ class _Collector:
             self.put("scalar", "plots/safe_share", now, value.safe_share)
         elif message.topic == "/events":
             self.put("text", "log/events", now, (f"{value.name}: {value.message}", _LEVELS.get(value.level, "DEBUG")))
+
+    def _tracks(self, now: int, tracks: Sequence[Mapping[str, Any]]) -> None:
+        """An entity each where tracks carry people's names; one for all of those that come and go."""
+        states = {track["name"]: np.array([*track["position"], *track["velocity"]], float) for track in tracks}
+        for name in self._people & states.keys():
+            self.put("arrow", f"world/tracks/{name}", now, states.pop(name))
+        if states or self._found:
+            self._found = True
+            self.put("arrows", "world/tracks/found", now, states)
 
     def _state(self, now: int, value: Mapping[str, Any]) -> None:
         self.put("pose", "world/robot/truth", now, value["pose"])
@@ -111,6 +125,16 @@ class _Collector:
 def _lifted(points: Array, height: float) -> NDArray[np.float32]:
     """Points (n, 2) at a height, (n, 3), single precision."""
     return np.insert(points, 2, height, axis=1).astype(np.float32)
+
+
+def _disc(found: Mapping[str, Any]) -> list[float]:
+    """A detected body: x, y, semi-axes, direction."""
+    return [*found["position"], found["radius"], found["radius"], 0.0]
+
+
+def _region(found: Mapping[str, Any]) -> list[float]:
+    """The 95 % region of its centre."""
+    return [*found["position"], *ellipse_95(found["covariance"])]
 
 
 def _places(cloud: Any) -> NDArray[np.float32]:
@@ -145,6 +169,27 @@ def _arrow(values: Sequence[Any]) -> Any:
     return rr.Arrows3D.columns(origins=_lifted(states[:, :2], 0.05), vectors=_lifted(states[:, 2:], 0.0))
 
 
+def _arrows(values: Sequence[Mapping[str, Array]]) -> Any:
+    states = np.array([state for tracks in values for state in tracks.values()]).reshape(-1, 4)
+    labels = [name for tracks in values for name in tracks]
+    lengths = [len(tracks) for tracks in values]
+    arrows = rr.Arrows3D.columns(
+        origins=_lifted(states[:, :2], 0.05), vectors=_lifted(states[:, 2:], 0.0), labels=labels
+    )
+    return arrows.partition(lengths)
+
+
+def _detections(values: Sequence[Sequence[Sequence[float]]]) -> Any:
+    """Flat ellipses of x, y, two semi-axes and the first one's direction each."""
+    rows = np.array([row for found in values for row in found], float).reshape(-1, 5)
+    ellipses = rr.Ellipsoids3D.columns(
+        centers=_lifted(rows[:, :2], 0.05),
+        half_sizes=_lifted(rows[:, 2:4], 0.01),
+        quaternions=[about_z(direction) for direction in rows[:, 4]],
+    )
+    return ellipses.partition([len(found) for found in values])
+
+
 def _points(values: Sequence[Any]) -> Any:
     points = np.concatenate(values)
     return rr.Points3D.columns(positions=points).partition([len(rows) for rows in values])
@@ -163,14 +208,23 @@ def _text(values: Sequence[Any]) -> Any:
 
 
 _COLUMNS: Mapping[str, Callable[[Sequence[Any]], Any]] = MappingProxyType(
-    {"pose": _pose, "arrow": _arrow, "points": _points, "strip": _strip, "scalar": _scalar, "text": _text}
+    {
+        "pose": _pose,
+        "arrow": _arrow,
+        "arrows": _arrows,
+        "detections": _detections,
+        "points": _points,
+        "strip": _strip,
+        "scalar": _scalar,
+        "text": _text,
+    }
 )
 
 
 def write(log: Log, topics: Sequence[str], messages: Iterator[LogMessage], path: Path) -> dict[str, int]:
     """Writes the file; gives the number of rows at each entity path that changes over time."""
     scenario = log.scenario()
-    collector = _Collector()
+    collector = _Collector(len(scenario.people))
     for message in messages:
         collector.take(message)
     truth = collector.series.get(("pose", "world/robot/truth"))

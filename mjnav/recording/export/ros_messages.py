@@ -210,6 +210,12 @@ def detections(document: Mapping, now: int) -> ros.geometry_msgs__msg__PoseArray
     return ros.geometry_msgs__msg__PoseArray(header(now), [planar_pose(x, y, 0.0) for x, y in places])
 
 
+def scan_detections(document: Mapping, now: int) -> ros.geometry_msgs__msg__PoseArray:
+    """The positions of mjnav.Detections; their radii and covariances are shapes of /scene."""
+    places = [floats(found["position"]) for found in document["detections"]]
+    return ros.geometry_msgs__msg__PoseArray(header(now), [planar_pose(x, y, 0.0) for x, y in places])
+
+
 def _table(cloud: Any) -> np.ndarray:
     """The particles of a cloud as float32, (n, columns)."""
     return np.stack(list(decode_particles(cloud).values()), axis=-1).astype("<f4")

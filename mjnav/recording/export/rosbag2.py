@@ -80,6 +80,7 @@ def ros_topics(scenario: Scenario) -> dict[str, tuple[RosTopic, ...]]:
             RosTopic("/people/detections", poses, ros_messages.detections),
             *people("estimate"),
         ),
+        "/detections": (RosTopic("/detections", poses, ros_messages.scan_detections),),
         "/odometry": (
             RosTopic("/odom", odometry, ros_odometry.WheelOdometry(scenario)),
             RosTopic("/odometry", "geometry_msgs/msg/TwistStamped", ros_messages.odometry),

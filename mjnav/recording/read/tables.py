@@ -110,6 +110,11 @@ def _detections(document: Mapping) -> Rows:
         yield _flat(number, position)
 
 
+def _tracks(document: Mapping) -> Rows:
+    for track in document["people"]:
+        yield _flat(*(track[key] for key in _TRACK_KEYS), track.get("age"), track.get("unseen"))
+
+
 def _odometry(document: Mapping) -> Rows:
     integrated = document.get("odometry_pose", [None] * len(_PLANAR))  # older logs do not have it
     yield _flat(*(document[key] for key in ("time", "interval", "v", "omega", "gyro", "pose")), integrated)
@@ -214,8 +219,11 @@ _ODOMETRY = {
     **_PLANAR,
     **_prefixed("odometry", _PLANAR),
 }
-_TRACK = {"name": _TEXT, **_STATE, **_covariance(_STATE), **_in("m", "radius"), **_BELIEF}
+_TRACK = {"name": _TEXT, **_STATE, **_covariance(_STATE), **_in("m", "radius"), **_BELIEF, **_in("s", "age", "unseen")}
 _TRACK_KEYS = ("name", "position", "velocity", "covariance", "radius", "ess", "recovered")
+_PLACE = _in("m", "x", "y")
+_DETECTION = {**_in("s", "measured"), **_PLACE, **_covariance(_PLACE), **_in("m", "radius"), "beams": _NUMBER}
+_DETECTION_KEYS = ("time", "position", "covariance", "radius", "beams")
 _CONTACT = {"kind": _TEXT, "name": _TEXT, **_in("N", "force"), **_in("s", "seen")}
 _CANDIDATE = {"candidate": _NUMBER, **_TWIST, **_single(_TERMS), "role": _TEXT}
 _CONE = {"obstacle": _TEXT, "safe_share": _PURE, "kind": _TEXT, "f": Column("float32")}
@@ -237,9 +245,10 @@ TABLES: Mapping[str, tuple[Table, ...]] = MappingProxyType(
             Table("people_truth", {"name": _TEXT, **_STATE}, _each("people", "name", "position", "velocity")),
         ),
         "/people/estimate": (
-            Table("people_estimate", _TRACK, _each("people", *_TRACK_KEYS)),
+            Table("people_estimate", _TRACK, _tracks),
             Table("people_detections", {"detection": _NUMBER, **_in("m", "x", "y")}, _detections),
         ),
+        "/detections": (Table("detections", _DETECTION, _each("detections", *_DETECTION_KEYS)),),
         "/contacts": (Table("contacts", _CONTACT, _each("contacts", "kind", "name", "force", "time")),),
         "/odometry": (Table("odometry", _ODOMETRY, _odometry),),
         "/scan": (Table("scan", _BEAMS, _scan),),

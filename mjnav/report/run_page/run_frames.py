@@ -8,6 +8,7 @@ import numpy as np
 
 from mjnav.control.parameters import Parameters
 from mjnav.errors import DamagedLogError, InputError
+from mjnav.geometry.ellipse import ellipse_95
 from mjnav.messages import PHASES, Array
 from mjnav.recording.encode.particles import decode_particles
 from mjnav.recording.read.budget import EXPORT, FREE_EXPORT, Budget
@@ -21,7 +22,6 @@ TRACK_PARTICLES = 16
 ALL_TRACK_PARTICLES = 96  # kept of all tracks together, but for two of each
 MAX_EVENTS = 500
 LEVELS = ("unknown", "debug", "info", "warning", "error", "fatal")  # foxglove.Log's
-_CHI_SQUARED_95 = 5.991  # with two degrees of freedom
 
 
 @dataclass(frozen=True, slots=True)
@@ -116,7 +116,7 @@ class RunFrames:
         self._put("twist", frame, value["twist"])
         if (estimate := value["estimate"]) is not None:
             self._put("estimate", frame, estimate["mean"])
-            self._put("ellipse", frame, _ellipse(estimate["covariance"]))
+            self._put("ellipse", frame, ellipse_95(estimate["covariance"]))
             self._put("robot ess", frame, estimate["ess"])
 
     def _people(self, frame: int, value: Mapping[str, Any]) -> None:
@@ -126,7 +126,7 @@ class RunFrames:
     def _tracks(self, frame: int, value: Mapping[str, Any]) -> None:
         tracks = value["people"]
         for track in tracks:
-            self._put(f"track {track['name']}", frame, [*track["position"], *_ellipse(track["covariance"])])
+            self._put(f"track {track['name']}", frame, [*track["position"], *ellipse_95(track["covariance"])])
         if tracks:
             self._put("people ess", frame, min(track["ess"] for track in tracks))
         self._tracks_of[frame] = {track["name"]: np.array(track["position"]) for track in tracks}
@@ -198,11 +198,3 @@ def _drawn(weights: Array, number: int) -> np.ndarray:
     """Indices of `number` particles, evenly over their weights."""
     total = np.cumsum(weights)
     return np.searchsorted(total, total[-1] * (np.arange(number) + 0.5) / number).clip(0, len(weights) - 1)
-
-
-def _ellipse(covariance: Any) -> list[float]:
-    """The 95 % region of x and y: semi-axes [m], the longer first, and the longer one's direction [rad]."""
-    (a, b), (_, c) = (row[:2] for row in covariance[:2])
-    middle, spread = 0.5 * (a + c), np.hypot(0.5 * (a - c), b)
-    axes = np.sqrt(_CHI_SQUARED_95 * np.maximum([middle + spread, middle - spread], 0.0))
-    return [*axes.tolist(), 0.5 * float(np.arctan2(2.0 * b, a - c))]

@@ -3,7 +3,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from mjnav.messages import Decision, Status
+from mjnav.messages import Decision, Detection, Status
 from mjnav.recording.encode import json_messages
 from mjnav.recording.encode.topics import document_schema
 from mjnav.recording.read import documents
@@ -25,6 +25,15 @@ def conforms(value: object, schema: dict, path: str = "") -> None:
             conforms(part, schema["items"], f"{path}[]")
 
 
+def by_scan(record):
+    """The record as of a robot that tracks people by its scans."""
+    tracks = tuple(
+        replace(track, name=f"track{7 + i}", age=1.5, unseen=0.2 * i) for i, track in enumerate(record.tracks)
+    )
+    found = (Detection(record.truth.time, np.array([1.0, 2.0]), np.diag([0.01, 0.04]), 0.3, 12),)
+    return replace(record, tracks=tracks, detections=found)
+
+
 def encoded(record, timing) -> list[tuple[str, bytes]]:
     return [
         ("mjnav.RobotState", json_messages.encode_robot(record.tick, record.truth, record.belief)),
@@ -36,6 +45,8 @@ def encoded(record, timing) -> list[tuple[str, bytes]]:
         ("mjnav.People", json_messages.encode_people_truth(record.tick, record.truth)),
         ("mjnav.People", json_messages.encode_people_estimate(record)),
         ("mjnav.People", json_messages.encode_people_estimate(replace(record, reading=None, tracks=()))),
+        ("mjnav.People", json_messages.encode_people_estimate(by_scan(record))),
+        ("mjnav.Detections", json_messages.encode_detections(record.tick, by_scan(record).detections)),
         ("mjnav.Contacts", json_messages.encode_contacts(record.tick, record.truth)),
         ("mjnav.TickTiming", json_messages.encode_timing(timing)),
     ]
@@ -77,3 +88,21 @@ def test_a_decision_shows_its_nominal_control_and_what_the_chosen_one_cost(made_
 def test_a_decision_that_is_no_candidate_has_no_cost(made_up):
     decision = replace(made_up.record(0).decision, v=0.123456)
     assert json.loads(json_messages.encode_decision(0, decision))["cost"] is None
+
+
+def test_a_track_that_came_about_by_scans_says_its_age_and_how_long_it_was_not_seen(made_up):
+    record = made_up.record(3)
+    named, found = (json.loads(json_messages.encode_people_estimate(one)) for one in (record, by_scan(record)))
+    assert {"age", "unseen"}.isdisjoint(named["people"][0])
+    assert [(p["name"], p["age"], p["unseen"]) for p in found["people"][:2]] == [
+        ("track7", 1.5, 0.0),
+        ("track8", 1.5, 0.2),
+    ]
+    (detection,) = json.loads(json_messages.encode_detections(3, by_scan(record).detections))["detections"]
+    assert detection == {
+        "time": record.truth.time,
+        "position": [1.0, 2.0],
+        "covariance": [[0.01, 0.0], [0.0, 0.04]],
+        "radius": 0.3,
+        "beams": 12,
+    }

@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 from foxglove_schemas_protobuf.SceneUpdate_pb2 import SceneUpdate
 
+from mjnav.messages import Detection
 from mjnav.recording.encode.scene import SceneEncoder
 from mjnav.scenarios.spec import Robot, Scenario
 
@@ -59,3 +60,27 @@ def test_a_person_has_a_name_and_the_estimate_its_own_entity_beside_it(scenario,
     assert 2 * atan2(arrow.pose.orientation.z, arrow.pose.orientation.w) == pytest.approx(atan2(0.4, -0.3))
     assert arrow.shaft_length == pytest.approx(0.5)
     assert [name for name in named if name.endswith("_estimate")] == ["person2_estimate"]
+
+
+def test_a_track_by_scans_is_labelled_and_pale_while_it_is_not_seen(scenario, made_up):
+    record = made_up.record(4)
+    first, second = (replace(track, mean=np.array([1.0, 2.0, 0.1, 0.0])) for track in record.tracks[:2])
+    tracks = (replace(first, name="track7", radius=0.25, age=2.0), replace(second, name="track8", age=2.0, unseen=0.3))
+    update = SceneUpdate.FromString(SceneEncoder(scenario).encode(record.truth, tracks))
+    named = {entity.id: entity for entity in update.entities}
+    seen, coasting = named["track7_estimate"], named["track8_estimate"]
+    assert (seen.texts[0].text, seen.texts[0].pose.position.x, seen.cylinders[0].size.x) == ("track7", 1.0, 0.5)
+    assert seen.cylinders[0].color.a > coasting.cylinders[0].color.a
+
+
+def test_a_detection_is_a_disc_with_its_95_percent_ellipse(scenario, made_up):
+    record = made_up.record(4)
+    found = Detection(0.4, np.array([3.0, -1.0]), np.array([[0.01, 0.0], [0.0, 0.04]]), 0.3, 12)
+    update = SceneUpdate.FromString(SceneEncoder(scenario).encode(record.truth, (), None, (found, found)))
+    (entity,) = (one for one in update.entities if one.id == "detections")
+    assert entity.lifetime.ToNanoseconds() == 200_000_000
+    body, region = entity.cylinders[2:]
+    assert (body.pose.position.x, body.pose.position.y, body.size.x, body.size.y) == (3.0, -1.0, 0.6, 0.6)
+    assert (region.size.x, region.size.y) == pytest.approx((0.4 * 5.991**0.5, 0.2 * 5.991**0.5))
+    turn = 2 * atan2(region.pose.orientation.z, region.pose.orientation.w)
+    assert abs(turn) == pytest.approx(np.pi / 2)  # the longer axis is y
