@@ -9,6 +9,7 @@ meet its top.
 from itertools import combinations
 
 from mjnav.errors import InvalidValue
+from mjnav.scenarios.lidar import check_lidar
 from mjnav.scenarios.routes import check_routes, check_trips
 from mjnav.scenarios.shapes import (
     TOUCH,
@@ -30,6 +31,7 @@ def check(scenario: Scenario, *, routes: bool = True) -> None:
     Without `routes`, only for the robot's goals, not for people's.
     """
     robot = scenario.robot
+    check_lidar(scenario.sensors.scanner, robot.radius, scenario.physics.timestep)
     walls = [wall_box(f"walls.{i}", wall) for i, wall in enumerate(scenario.walls)]
     tops = [top_box(f"tables.{i}", table) for i, table in enumerate(scenario.tables)]
     legs = [leg for i, table in enumerate(scenario.tables) for leg in leg_discs(f"tables.{i}", table)]

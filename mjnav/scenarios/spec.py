@@ -33,6 +33,7 @@ from mjnav.scenarios.prediction import Prediction as Prediction
 from mjnav.scenarios.random_scene import Draft as Draft
 from mjnav.scenarios.random_scene import Layout as Layout
 from mjnav.scenarios.ranges import MAX_BODIES, MAX_POINTS, MAX_TIME, Angle, Coordinate, Point, Rate, Seed, Size
+from mjnav.scenarios.sensors import Sensors as Sensors
 from mjnav.scenarios.top_view import top_view
 
 _PREFERRED_SPEED = 0.8  # [m/s]
@@ -128,18 +129,6 @@ class Noise:
     def distributions(self) -> dict[str, Distribution]:
         """The distribution of every channel. One of a user's own is imported here, and checked."""
         return {**profile(self.profile), **{name: made(channel) for name, channel in self.channels.items()}}
-
-
-@dataclass(frozen=True, slots=True)
-class Sensors:
-    """Rates and ranges of the sensors; they do not follow the control rate."""
-
-    rate: Annotated[Rate, "readings a second, of all sensors"] = 10.0
-    lidar_beams: Annotated[int, Range(1, 10_000), "beams in a whole turn"] = 360
-    lidar_range: Annotated[float, Range(0.1, 1000.0, "m"), "beyond which a beam meets nothing"] = 10.0
-
-    def __post_init__(self):
-        settle(self)
 
 
 @dataclass(frozen=True, slots=True)
@@ -269,7 +258,7 @@ class Scenario(Constant):
     people: Annotated[tuple[Person, ...], Length(0, MAX_BODIES)] = ()
     crowd: Annotated[Crowd | None, "people from a recording; loading the file puts them behind `people`"] = None
     noise: Noise = Noise()
-    sensors: Sensors = Sensors()
+    sensors: Sensors = Sensors()  # noqa: RUF009 - it is frozen
     estimation: Estimation = Estimation()
     control: Control = Control()
     physics: Physics = Physics()
