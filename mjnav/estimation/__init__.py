@@ -27,6 +27,7 @@ TRACKERS: Mapping[str, str] = MappingProxyType(
     {
         "detections.particle": "mjnav.estimation.tracker:ParticleTracker",
         "detections.kalman": "mjnav.estimation.kalman:KalmanTracker",
+        "detections.imm": "mjnav.estimation.kalman:ImmTracker",
         "direct": "mjnav.estimation.direct:DirectTracker",
     }
 )

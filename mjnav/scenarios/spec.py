@@ -163,7 +163,11 @@ class ObstacleEstimation:
         "detections: filtered, with identity; lidar: found in scans and filtered; direct: one detection minus draws of "
         "its noise",
     ] = "detections"
-    filter: Annotated[str, Choice(("particle", "kalman")), "of each person; none where source is direct"] = "particle"
+    filter: Annotated[
+        str,
+        Choice(("particle", "kalman", "imm")),
+        "of each person; imm: Kalman filters of standing, walking and turning; none where source is direct",
+    ] = "particle"
     particles: Annotated[int, _PARTICLES, "number of particles or draws of each person"] = 200
     tracker: Annotated[
         str | TrackerPlugin | None, "package.module:Class or file.py:Class, in place of source and filter"

@@ -32,7 +32,12 @@ ROBOT = (
     'source="pose",filter="ukf"',
     'source="direct"',
 )
-PEOPLE = ('source="detections",filter="particle"', 'source="detections",filter="kalman"', 'source="direct"')
+PEOPLE = (
+    'source="detections",filter="particle"',
+    'source="detections",filter="kalman"',
+    'source="detections",filter="imm"',
+    'source="direct"',
+)
 
 
 def known() -> set[str]:
