@@ -40,5 +40,5 @@ def record_at(scenario: Scenario, time: float, *, progress: Callable[[float], No
 
 def column_names(scenario: Scenario) -> tuple[str, ...]:
     """What the columns of `CandidateCosts.cone` belong to: people, legs, pillars, walls."""
-    walls = (f"wall{i}" for i in range(len(scenario.walls)))
-    return (*person_names(len(scenario.people)), *FloorMap(scenario).names, *walls)
+    floor = FloorMap(scenario)
+    return (*person_names(len(scenario.people)), *floor.names, *floor.wall_names)

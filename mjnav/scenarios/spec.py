@@ -20,6 +20,7 @@ from mjnav.scenarios.bodies import Pillar as Pillar
 from mjnav.scenarios.bodies import Table as Table
 from mjnav.scenarios.bodies import Wall as Wall
 from mjnav.scenarios.crowd.spec import Crowd as Crowd
+from mjnav.scenarios.known_map import KnownBodies, MapDifference
 from mjnav.scenarios.latency import Latency as Latency
 from mjnav.scenarios.people import BEHAVIOURS as BEHAVIOURS
 from mjnav.scenarios.people import Behaviour as Behaviour
@@ -188,6 +189,9 @@ class Estimation:
     assumed_profile: Annotated[
         Annotated[str, Choice(profile_names())] | None, "noise that the estimators believe in; the world's by default"
     ] = None
+    map: Annotated[
+        MapDifference | None, "of the map that estimators and controller have; by default it is the world's"
+    ] = None
 
     def __post_init__(self):
         settle(self)
@@ -296,6 +300,15 @@ class Scenario(Constant):
                     rate,
                     f"a rate whose period is a whole number of steps of physics.timestep ({self.physics.timestep:g} s)",
                 )
+
+        with below("estimation"), below("map"):
+            _ = self.known_bodies
+
+    @property
+    def known_bodies(self) -> KnownBodies:
+        """What stands on the map that estimators and controller have."""
+        world = KnownBodies.of(self.walls, self.tables, self.pillars)
+        return world if self.estimation.map is None else self.estimation.map.applied(world)
 
     def __repr__(self) -> str:
         counts = ((len(getattr(self, f"{kind}s")), kind) for kind in ("wall", "table", "pillar"))

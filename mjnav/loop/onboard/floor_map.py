@@ -11,19 +11,24 @@ from mjnav.sealed import sealed
 
 
 class FloorMap(Constant):
-    """Static obstacles of a scenario, with their names for the log."""
+    """Static obstacles of the map that the robot has, with their names for the log."""
 
     def __init__(self, scenario: Scenario):
-        legs = [(leg, table.leg_radius, f"table{i}") for i, table in enumerate(scenario.tables) for leg in table.legs]
-        pillars = [(np.array(p.position), p.radius, f"pillar{i}") for i, p in enumerate(scenario.pillars)]
+        known = scenario.known_bodies
+        tables = zip(known.tables, known.table_names, strict=True)
+        legs = [(leg, table.leg_radius, name) for table, name in tables for leg in table.legs]
+        pillars = [
+            (np.array(p.position), p.radius, name) for p, name in zip(known.pillars, known.pillar_names, strict=True)
+        ]
         discs = [*legs, *pillars]
         self._positions = np.array([at for at, *_ in discs]).reshape(-1, 1, 2)
         self._radii = tuple(radius for _, radius, _ in discs)
         self.names = tuple(name for *_, name in discs)
+        self.wall_names = known.wall_names
 
-        start = np.array([wall.start for wall in scenario.walls], float).reshape(-1, 2)
-        end = np.array([wall.end for wall in scenario.walls], float).reshape(-1, 2)
-        half = 0.5 * np.array([[wall.thickness] for wall in scenario.walls]).reshape(-1, 1)
+        start = np.array([wall.start for wall in known.walls], float).reshape(-1, 2)
+        end = np.array([wall.end for wall in known.walls], float).reshape(-1, 2)
+        half = 0.5 * np.array([[wall.thickness] for wall in known.walls]).reshape(-1, 1)
         along = end - start
         along = along / np.linalg.norm(along, axis=1, keepdims=True)
         self._across = half * np.stack([-along[:, 1], along[:, 0]], axis=1)
