@@ -1,0 +1,1 @@
+"""Estimators that go by the lidar's scans."""

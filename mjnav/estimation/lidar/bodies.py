@@ -1,0 +1,269 @@
+"""From a cluster of returns to bodies: people, parts of larger things, smaller things.
+
+A cluster that a circle of a person's radius explains is a person. One that it does not is divided where the surface
+jumps, or where it is farthest away between two nearer parts, as between two people side by side, and its parts are
+looked at again. What remains is no person: up to PIECE wide it keeps its size, and what is larger is cut at multiples
+of PIECE in the world, so that the pieces of a wall stay where they are while the robot drives along it.
+"""
+
+import numpy as np
+
+from mjnav.estimation.lidar.circle import CUT, OPEN, OWN, Circle, Edge, fit_circle
+from mjnav.estimation.lidar.clusters import MAX_SILENT, cluster, step_between
+from mjnav.estimation.lidar.explained import EXPLAINED, explained, meets_map
+from mjnav.estimation.lidar.rays import Rays
+from mjnav.geometry.compiled import exact
+from mjnav.geometry.distance_field import FieldGrid
+from mjnav.geometry.kernel_types import Matrix, Vector
+
+PIECE = 0.35  # [m] along x or y: up to 0.5 m of a slanted wall
+MIN_EVIDENCE = 64.0  # sum of squares of the returns' excess: one return of 8 standard deviations
+MAX_STRAIN = 4.0  # standard deviations
+MIN_RADIUS = 0.03  # [m] reported
+COLUMNS = 8  # of a body: x, y, xx, xy, yy, radius, number of beams, time
+
+
+@exact
+def point(rays, i):
+    """Where a beam ends: x, y [m]."""
+    return (
+        rays.origins[i, 0] + rays.ranges[i] * rays.directions[i, 0],
+        rays.origins[i, 1] + rays.ranges[i] * rays.directions[i, 1],
+    )
+
+
+@exact
+def edge_beside(rays, beam, turn):
+    """The edge beside the outermost beam of a part, on the side to which beams are counted by `turn`, -1 or 1."""
+    num = len(rays.ranges)
+    other, gap, beyond = beam, 0, np.nan
+    while not beyond >= rays.min_range:  # a beam that says nothing
+        other, gap = other + turn, gap + 1
+        if gap > MAX_SILENT + 1 or (not rays.closed and not 0 <= other < num):
+            return Edge(OPEN, 0.0, 0.0, 0.0)
+        other %= num
+        beyond = rays.ranges[other]
+    step = step_between(rays, beam, beam)
+    x, y = rays.directions[beam, 0] + rays.directions[other, 0], rays.directions[beam, 1] + rays.directions[other, 1]
+    length = np.sqrt(x * x + y * y)
+    kind = OWN if beyond > rays.ranges[beam] + step else CUT if beyond < rays.ranges[beam] - step else OPEN
+    return Edge(kind, x / length, y / length, gap * rays.step)
+
+
+@exact
+def edges_of(rays, beams):
+    """Both edges of a part, clockwise end first."""
+    return edge_beside(rays, beams[0], -1), edge_beside(rays, beams[-1], 1)
+
+
+@exact
+def width_of(rays, beams):
+    """Between the outermost returns of a part, with half a beam at either side [m]."""
+    x0, y0 = point(rays, beams[0])
+    x1, y1 = point(rays, beams[-1])
+    half = 0.5 * (rays.ranges[beams[0]] + rays.ranges[beams[-1]]) * rays.step
+    return np.sqrt((x1 - x0) ** 2 + (y1 - y0) ** 2) + half
+
+
+@exact
+def fits(circle, num):
+    """Whether a circle explains its returns and edges."""
+    return circle.misfit <= 1.5 + 6.0 / np.sqrt(num) and circle.strain <= MAX_STRAIN
+
+
+@exact
+def grown(rays, states, beams, circle):
+    """The part with the returns beside it that lie on its circle though the map explains them: a wall is close."""
+    num = len(rays.ranges)
+    added = np.empty(num, np.int64)
+    counts = np.zeros(2, np.int64)
+    for side in range(2):
+        turn = -1 if side == 0 else 1
+        other = beams[0] if side == 0 else beams[-1]
+        while counts[0] + counts[1] + len(beams) < num:
+            other += turn
+            if not rays.closed and not 0 <= other < num:
+                break
+            other %= num
+            if states[other] != EXPLAINED:
+                break
+            x, y = point(rays, other)
+            nx, ny = x - circle.x, y - circle.y
+            distance = np.sqrt(nx * nx + ny * ny)
+            incidence = (nx * rays.directions[other, 0] + ny * rays.directions[other, 1]) / max(distance, 1e-6)
+            std = np.sqrt((rays.spread[other] * incidence) ** 2 + 1e-4)
+            if abs(distance - circle.radius) > 2.0 * std or incidence > 0.0:
+                break
+            if side == 0:
+                added[counts[0]] = other
+            else:
+                added[num - 1 - counts[1]] = other
+            counts[side] += 1
+    out = np.empty(len(beams) + counts[0] + counts[1], np.int64)
+    for k in range(counts[0]):
+        out[counts[0] - 1 - k] = added[k]
+    out[counts[0] : counts[0] + len(beams)] = beams
+    for k in range(counts[1]):
+        out[counts[0] + len(beams) + k] = added[num - 1 - k]
+    return out
+
+
+@exact
+def division(rays, beams):
+    """Where a part is two: the index of the first return of the second one; 0 for nowhere.
+
+    At the largest of: by how much the range of a return exceeds both least ranges at its sides; the step between two.
+    """
+    m = len(beams)
+    after = np.empty(m)
+    least = np.inf
+    for k in range(m - 1, -1, -1):
+        least = min(least, rays.ranges[beams[k]])
+        after[k] = least
+    before = np.inf
+    best, place = 0.0, 0
+    for k in range(1, m):
+        i, j = beams[k - 1], beams[k]
+        before = min(before, rays.ranges[i])
+        noise = np.sqrt(rays.spread[i] ** 2 + rays.spread[j] ** 2) + 0.01
+        valley = (max(rays.ranges[i], rays.ranges[j]) - max(before, after[k])) / (3.0 * noise)
+        if valley > max(best, 1.0):
+            best, place = valley, k
+    if place > 0:
+        # The farthest return is of the part to which it is nearer.
+        return place
+    for k in range(1, m):
+        i, j = beams[k - 1], beams[k]
+        noise = np.sqrt(rays.spread[i] ** 2 + rays.spread[j] ** 2) + 0.01
+        step = abs(rays.ranges[i] - rays.ranges[j]) / (4.0 * noise)
+        if step > max(best, 1.0):
+            best, place = step, k
+    return place
+
+
+@exact
+def enclosing(rays, beams):
+    """The circle around the returns of a part that is no arc."""
+    x0, y0 = point(rays, beams[0])
+    x1, y1 = point(rays, beams[-1])
+    x, y = 0.5 * (x0 + x1), 0.5 * (y0 + y1)
+    radius = 0.5 * width_of(rays, beams)
+    middle = beams[len(beams) // 2]
+    ux, uy = rays.directions[middle, 0], rays.directions[middle, 1]
+    along = rays.spread[middle] ** 2 + 0.01**2
+    across = along + radius * radius / 12.0
+    return Circle(
+        x,
+        y,
+        radius,
+        along * ux * ux + across * uy * uy,
+        (along - across) * ux * uy,
+        along * uy * uy + across * ux * ux,
+        0.0,
+        0.0,
+    )
+
+
+@exact
+def note(rays, beams, circle, pose, covariance, out):
+    """Writes a body's row, with the robot's uncertainty: J P J^T for J = [I, (-(y - q_y), x - q_x)]."""
+    lever_x, lever_y = -(circle.y - pose[1]), circle.x - pose[0]
+    cross_x, cross_y, turn = covariance[0, 2], covariance[1, 2], covariance[2, 2]
+    out[0], out[1] = circle.x, circle.y
+    out[2] = circle.xx + covariance[0, 0] + 2.0 * lever_x * cross_x + lever_x * lever_x * turn
+    out[3] = circle.xy + covariance[0, 1] + lever_x * cross_y + lever_y * cross_x + lever_x * lever_y * turn
+    out[4] = circle.yy + covariance[1, 1] + 2.0 * lever_y * cross_y + lever_y * lever_y * turn
+    out[5] = max(circle.radius, MIN_RADIUS)
+    out[6] = len(beams)
+    time = 0.0
+    for k in range(len(beams)):
+        time += rays.times[beams[k]] / len(beams)
+    out[7] = time
+
+
+@exact
+def straggler(rays, beams, grid, margin):
+    """Whether a lone return is a mixed pixel: one between what is nearer at one side and what is farther at the other.
+
+    Or one that passed a surface of the map by less than the width of a beam.
+    """
+    if len(beams) > 1:
+        return False
+    i = beams[0]
+    right, left = edge_beside(rays, i, -1), edge_beside(rays, i, 1)
+    if (right.kind == CUT and left.kind == OWN) or (right.kind == OWN and left.kind == CUT):
+        return True
+    beside = margin + 0.5 * rays.ranges[i] * rays.step
+    return meets_map(rays, i, grid, rays.ranges[i] - beside - step_between(rays, i, i), beside)
+
+
+@exact
+def find_bodies(rays: Rays, pose: Vector, covariance: Matrix, grid: FieldGrid, radius: float, radius_std: float):
+    """A row of COLUMNS for each body that the scan shows and the map does not, (n, 8).
+
+    pose (3,) and covariance (3, 3) of the robot; grid of the map's distance field; mean and standard deviation of a
+    person's radius [m].
+    """
+    states, excess = explained(rays, pose, covariance, grid)
+    order, starts = cluster(rays, states, radius)
+    rows, count = np.empty((len(order), COLUMNS)), 0
+    stack = np.empty((len(order) + 1, 2), np.int64)
+    margin = np.sqrt(covariance[0, 0] + covariance[1, 1])
+    widest = 2.0 * radius + 4.0 * radius_std
+    for c in range(len(starts) - 1):
+        evidence = 0.0
+        for k in range(starts[c], starts[c + 1]):
+            evidence += excess[order[k]] ** 2
+        if evidence < MIN_EVIDENCE or straggler(rays, order[starts[c] : starts[c + 1]], grid, margin):
+            continue
+        stack[0, 0], stack[0, 1] = starts[c], starts[c + 1]
+        depth = 1
+        while depth > 0:
+            depth -= 1
+            low, high = stack[depth, 0], stack[depth, 1]
+            beams = order[low:high]
+            width = width_of(rays, beams)
+            noise = 3.0 * rays.spread[beams[0]]
+            if width <= widest + noise + rays.ranges[beams[0]] * rays.step:
+                circle = fit_circle(rays, beams, edges_of(rays, beams), radius, radius_std)
+                if fits(circle, len(beams)):
+                    whole = grown(rays, states, beams, circle)
+                    if len(whole) > len(beams):
+                        circle = fit_circle(rays, whole, edges_of(rays, whole), radius, radius_std)
+                    note(rays, whole, circle, pose, covariance, rows[count])
+                    count += 1
+                    continue
+            place = division(rays, beams)
+            if place > 0:
+                stack[depth, 0], stack[depth, 1] = low, low + place
+                stack[depth + 1, 0], stack[depth + 1, 1] = low + place, high
+                depth += 2
+                continue
+            if width <= PIECE * np.sqrt(2.0):
+                circle = fit_circle(rays, beams, edges_of(rays, beams), 0.5 * width, 0.5 * width)
+                if not fits(circle, len(beams)) or circle.radius > width:
+                    circle = enclosing(rays, beams)
+                note(rays, beams, circle, pose, covariance, rows[count])
+                count += 1
+                continue
+            count = pieces(rays, beams, pose, covariance, rows, count)
+    return rows[:count]
+
+
+@exact
+def pieces(rays, beams, pose, covariance, rows, count):
+    """Cuts a long part at multiples of PIECE, along x or y, whichever it follows; returns the new number of rows."""
+    x0, y0 = point(rays, beams[0])
+    x1, y1 = point(rays, beams[-1])
+    axis = 0 if abs(x1 - x0) > abs(y1 - y0) else 1
+    begin = 0
+    for k in range(1, len(beams) + 1):
+        if k < len(beams):
+            at = np.floor(point(rays, beams[k])[axis] / PIECE)
+            if at == np.floor(point(rays, beams[k - 1])[axis] / PIECE):
+                continue
+        part = beams[begin:k]
+        note(rays, part, enclosing(rays, part), pose, covariance, rows[count])
+        count += 1
+        begin = k
+    return count

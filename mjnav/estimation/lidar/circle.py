@@ -1,0 +1,160 @@
+"""The circle behind the arc of it that a scan shows.
+
+The unknowns are the centre c and the radius r. Each return p on the arc, with the outward normal n = (p - c) / |p - c|,
+and each edge of the silhouette, where the beam u touches the circle, say
+
+    |p - c| - r = 0          with the standard deviation  sqrt((s n.u)^2 + roundness^2)
+    u x (c - o) +- r = 0     with that of a tangent anywhere between two neighbouring beams, |c - o| step / sqrt(12)
+
+where s is the spread of the range and o the beam's origin: the angle of a beam is exact, so that a return at grazing
+incidence moves along the surface. The radius has a Gaussian prior: without it, noise makes a short arc's circle too
+small (Chernov & Lesort 2005, of Kasa's fit), and the centre of three returns is worth nothing. An edge that another
+body's edge cuts says only that the circle goes on behind it, for no more than its radius allows.
+
+Gauss-Newton, with weights by Huber against returns that belong to something else (Zhang 1997). The covariance is the
+inverse of the last normal matrix, for the centre.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from mjnav.geometry.compiled import kernel, scalar
+
+ROUNDNESS = 0.005  # [m] standard deviation of a body's surface about its circle
+ITERATIONS = 8
+MAX_STEP = 0.15  # [m] of the centre in one iteration
+HUBER = 2.0  # standard deviations from which on a residual counts less
+OWN, CUT, OPEN = 0, 1, 2  # an edge of the body itself; one of what stands before it; one of which nothing is known
+
+
+class Edge(NamedTuple):
+    """One side of the part of a body that a scan shows."""
+
+    kind: int  # OWN, CUT or OPEN
+    x: float  # unit vector midway between the last beam on the body and the first one beside it
+    y: float
+    step: float  # [rad] between these two
+
+
+class Circle(NamedTuple):
+    """A fitted circle: centre [m], radius [m], covariance of the centre [m^2], and how well it fits."""
+
+    x: float
+    y: float
+    radius: float
+    xx: float
+    xy: float
+    yy: float
+    misfit: float  # mean square of the returns' residuals, in standard deviations
+    strain: float  # largest residual of an edge or of the radius' prior, in standard deviations
+
+
+@scalar
+def weigh(normal, right, row_x, row_y, row_r, residual, weight):
+    """Adds one row of a least-squares problem in (x, y, r) to its normal equations, in place."""
+    normal[0] += weight * row_x * row_x
+    normal[1] += weight * row_x * row_y
+    normal[2] += weight * row_x * row_r
+    normal[3] += weight * row_y * row_y
+    normal[4] += weight * row_y * row_r
+    normal[5] += weight * row_r * row_r
+    right[0] -= weight * row_x * residual
+    right[1] -= weight * row_y * residual
+    right[2] -= weight * row_r * residual
+
+
+@kernel
+def fit_circle(rays, beams, edges, radius, radius_std):
+    """The circle of the returns of `beams` (m,), in order counter-clockwise, between `edges` (right, left).
+
+    rays: `Rays`; radius and radius_std [m]: mean and standard deviation of the prior. Returns a `Circle`.
+    """
+    m = len(beams)
+    middle_x, middle_y, ahead_x, ahead_y = 0.0, 0.0, 0.0, 0.0
+    for k in range(m):
+        i = beams[k]
+        middle_x += (rays.origins[i, 0] + rays.ranges[i] * rays.directions[i, 0]) / m
+        middle_y += (rays.origins[i, 1] + rays.ranges[i] * rays.directions[i, 1]) / m
+        ahead_x += rays.directions[i, 0]
+        ahead_y += rays.directions[i, 1]
+    length = np.sqrt(ahead_x * ahead_x + ahead_y * ahead_y)
+    ahead_x, ahead_y = ahead_x / length, ahead_y / length
+    first, last = beams[0], beams[m - 1]
+    # Half the chord between the two outermost returns, across the line of sight, with half a beam at either side.
+    across = 0.5 * abs(
+        (rays.ranges[last] * rays.directions[last, 1] - rays.ranges[first] * rays.directions[first, 1]) * ahead_x
+        - (rays.ranges[last] * rays.directions[last, 0] - rays.ranges[first] * rays.directions[first, 0]) * ahead_y
+    )
+    depth = np.sqrt(max(radius * radius - min(across, 0.9 * radius) ** 2, 0.0))
+    x, y, r = middle_x + 0.5 * (radius + depth) * ahead_x, middle_y + 0.5 * (radius + depth) * ahead_y, radius
+    hidden = max(2.0 * (radius - across), 0.0)  # how far the circle may go on behind an edge that is not its own
+    both_unknown = edges[0].kind != OWN and edges[1].kind != OWN
+
+    normal, right = np.zeros(6), np.zeros(3)
+    covariance = np.zeros(6)
+    misfit, strain = 0.0, 0.0
+    for _ in range(ITERATIONS):
+        normal[:] = 0.0
+        right[:] = 0.0
+        misfit, strain = 0.0, abs(r - radius) / radius_std
+        weigh(normal, right, 0.0, 0.0, 1.0, r - radius, 1.0 / (radius_std * radius_std))
+        for k in range(m):
+            i = beams[k]
+            px = rays.origins[i, 0] + rays.ranges[i] * rays.directions[i, 0]
+            py = rays.origins[i, 1] + rays.ranges[i] * rays.directions[i, 1]
+            dx, dy = px - x, py - y
+            distance = max(np.sqrt(dx * dx + dy * dy), 1e-6)
+            nx, ny = dx / distance, dy / distance
+            incidence = nx * rays.directions[i, 0] + ny * rays.directions[i, 1]
+            variance = (rays.spread[i] * incidence) ** 2 + ROUNDNESS * ROUNDNESS
+            residual = distance - r
+            normed = abs(residual) / np.sqrt(variance)
+            misfit += normed * normed / m
+            weight = 1.0 / variance if normed <= HUBER else HUBER / (normed * variance)
+            weigh(normal, right, -nx, -ny, -1.0, residual, weight)
+        for side in range(2):
+            edge = edges[side]
+            beam = first if side == 0 else last
+            sign = -1.0 if side == 0 else 1.0
+            if edge.kind == OWN:
+                ux, uy = edge.x, edge.y
+                dx, dy = x - rays.origins[beam, 0], y - rays.origins[beam, 1]
+                std = np.sqrt(dx * dx + dy * dy) * edge.step / np.sqrt(12.0)
+                beyond = 0.0
+            elif both_unknown:
+                ux, uy = rays.directions[beam, 0], rays.directions[beam, 1]
+                dx, dy = x - rays.origins[beam, 0], y - rays.origins[beam, 1]
+                std, beyond = hidden / np.sqrt(12.0), 0.5 * hidden
+            else:
+                continue
+            std = max(std, ROUNDNESS)
+            # For the left edge the centre is r to the right of the tangent: u x (c - o) = -(r - beyond).
+            residual = ux * dy - uy * dx + sign * (r - beyond)
+            strain = max(strain, abs(residual) / std)
+            weigh(normal, right, -uy, ux, sign, residual, 1.0 / (std * std))
+        determinant = inverse(normal, covariance)
+        if not determinant > 0.0:
+            break
+        step_x = covariance[0] * right[0] + covariance[1] * right[1] + covariance[2] * right[2]
+        step_y = covariance[1] * right[0] + covariance[3] * right[1] + covariance[4] * right[2]
+        step_r = covariance[2] * right[0] + covariance[4] * right[1] + covariance[5] * right[2]
+        length = np.sqrt(step_x * step_x + step_y * step_y)
+        share = min(1.0, MAX_STEP / length) if length > 0.0 else 1.0
+        x, y, r = x + share * step_x, y + share * step_y, max(r + share * step_r, 0.01)
+        if length < 1e-4:
+            break
+    return Circle(x, y, r, covariance[0], covariance[1], covariance[3], misfit, strain)
+
+
+@kernel
+def inverse(normal, out):
+    """Inverts a symmetric 3 x 3 matrix, given as its upper triangle, into that of `out`; returns the determinant."""
+    a, b, c, d, e, f = normal[0], normal[1], normal[2], normal[3], normal[4], normal[5]
+    out[0], out[1], out[2] = d * f - e * e, c * e - b * f, b * e - c * d
+    determinant = a * out[0] + b * out[1] + c * out[2]
+    out[3], out[4], out[5] = a * f - c * c, b * c - a * e, a * d - b * b
+    if determinant > 0.0:
+        for k in range(6):
+            out[k] /= determinant
+    return determinant
