@@ -13,10 +13,12 @@ from mjnav.constant import Constant
 from mjnav.estimation.lidar.bodies import find_bodies
 from mjnav.estimation.lidar.rays import Rays
 from mjnav.estimation.lidar.visibility import visible_share
+from mjnav.geometry.beams import WHOLE_TURN
 from mjnav.geometry.distance_field import DistanceField
 from mjnav.messages import Array, Detection, Reading, RobotBelief
 from mjnav.noise import Distribution, profile
 from mjnav.scenarios.floor import floor_of_robot
+from mjnav.scenarios.lidar import Lidar
 from mjnav.scenarios.spec import Scenario
 
 PERSON_RADIUS = 0.3  # [m] that the robot takes people to have, the default of a scene's people
@@ -45,10 +47,11 @@ class ScanDetections(Constant):
 class Detector:
     """Finds in each scan the bodies that the robot's map does not have."""
 
-    def __init__(self, field: DistanceField, noise: Distribution, max_range: float):
-        """field: of the map that the robot has; noise: assumed of a range [m]."""
-        self._field, self._max_range = field, max_range
-        self._bias, self._spread = noise.mean, max(noise.std, MIN_SPREAD)
+    def __init__(self, field: DistanceField, lidar: Lidar, noise: Distribution):
+        """field: of the map that the robot has; noise: the law that it assumes of the channel lidar.range."""
+        self._field, self._lidar, self._noise = field, lidar, noise
+        self._step = float(lidar.angles[1] - lidar.angles[0]) if len(lidar.angles) > 1 else WHOLE_TURN
+        self._closed = len(lidar.angles) * self._step > WHOLE_TURN - 0.5 * self._step
 
     @classmethod
     def of(cls, scenario: Scenario) -> "Detector":
@@ -56,29 +59,35 @@ class Detector:
         assumed = scenario.estimation.assumed_profile
         noise = (scenario.noise.distributions() if assumed is None else profile(assumed))["lidar.range"]
         floor = floor_of_robot(scenario.walls, scenario.tables, scenario.pillars)
-        return cls(DistanceField.of(floor), noise, scenario.sensors.lidar_range)
+        return cls(DistanceField.of(floor), scenario.sensors.scanner, noise)
 
     def detect(self, reading: Reading, robot: RobotBelief) -> ScanDetections:
         """The bodies in a reading's scan, in the order of the beams, with the robot's belief after that reading."""
-        rays = self._rays(reading, robot)
+        rays = self._rays(reading, robot.mean)
         rows = find_bodies(rays, robot.mean, robot.covariance, self._field.grid, PERSON_RADIUS, PERSON_RADIUS_STD)
         return ScanDetections(tuple(map(_detection, rows)), rays, self._field)
 
-    def _rays(self, reading: Reading, robot: RobotBelief) -> Rays:
-        num = len(reading.scan)
-        step = 2.0 * np.pi / max(num, 1)
-        angles = robot.mean[2] + step * np.arange(num) - np.pi
-        times = reading.scan_times if len(reading.scan_times) else np.full(num, reading.time)
+    def _rays(self, reading: Reading, pose: Array) -> Rays:
+        """A reading's beams from the robot's pose (3,), their ranges without the lidar's mean error."""
+        lidar, num = self._lidar, len(reading.scan)
+        silent = num != len(lidar.angles) or not np.isfinite(pose).all()
+        ranges = np.zeros(0) if silent else np.where(reading.scan > 0.0, reading.scan, np.nan)
+        num = len(ranges)
+        met = np.where(np.isfinite(ranges), ranges, 0.0)
+        spread = np.sqrt(lidar.std(met, self._noise) ** 2 + lidar.resolution**2 / 12.0)
+        angles = pose[2] + lidar.mount[2] + lidar.angles[:num]
+        c, s = np.cos(pose[2]), np.sin(pose[2])
+        origin = pose[:2] + np.array([[c, -s], [s, c]]) @ lidar.mount[:2]
         return Rays(
-            origins=np.ascontiguousarray(np.broadcast_to(robot.mean[:2], (num, 2))),
+            origins=np.ascontiguousarray(np.broadcast_to(origin, (num, 2))),
             directions=np.stack([np.cos(angles), np.sin(angles)], axis=1),
-            ranges=reading.scan - self._bias,
-            spread=np.full(num, self._spread),
-            times=times,
-            step=step,
-            closed=True,
-            min_range=0.0,
-            max_range=self._max_range,
+            ranges=ranges - lidar.bias(met, self._noise),
+            spread=np.maximum(spread, MIN_SPREAD),
+            times=np.array(reading.scan_times) if len(reading.scan_times) == num else np.full(num, reading.time),
+            step=self._step,
+            closed=self._closed,
+            min_range=lidar.min_range,
+            max_range=lidar.max_range,
         )
 
 
