@@ -84,8 +84,11 @@ class Engine(Protocol):
         """(P, 2) [m/s], NaN for people who are not there."""
         ...
 
-    def scan(self) -> Array:
-        """(B,) exact lidar ranges [m], inf where a beam meets nothing within the lidar's range."""
+    def cast(self, mount: Array, angles: Array, max_range: float) -> Array:
+        """(n,) exact ranges [m] of beams from a place on the body, inf where one meets nothing within `max_range` [m].
+
+        `mount` (3,) is the place's x, y [m] and yaw [rad] on the body, `angles` (n,) [rad] count from that yaw.
+        """
         ...
 
     def state_bytes(self) -> bytes:

@@ -29,5 +29,16 @@ class Grid:
         if step < self.next:
             return False
         self._index += 1
-        self.next = ceil(self._index * self._steps_each - _ROUNDING)
+        self.next = self.step_of(self._index)
         return True
+
+    def step_of(self, index: int) -> int:
+        """The step at which the moment `index` T falls."""
+        return ceil(index * self._steps_each - _ROUNDING)
+
+    def first_from(self, step: int) -> int:
+        """The step of the first moment that does not fall before `step`."""
+        index = max(int(step / self._steps_each) - 1, 0)
+        while self.step_of(index) < step:
+            index += 1
+        return self.step_of(index)

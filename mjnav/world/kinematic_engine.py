@@ -12,7 +12,7 @@ from mjnav.scenarios.spec import Scenario
 from mjnav.world.engine import ContactLog
 from mjnav.world.floor_plan import FloorPlan
 from mjnav.world.kinematic_steps import in_reach, step_people, step_robot
-from mjnav.world.lidar import beam_angles, cast
+from mjnav.world.lidar.casting import cast, placed
 
 
 class KinematicEngine:
@@ -38,8 +38,6 @@ class KinematicEngine:
         self._desired = np.array(velocities, float).reshape(-1, 2)
         self._first_touch = np.full(len(self._names), -1)
 
-        self._beams = beam_angles(scenario.sensors.lidar_beams)
-        self._range = scenario.sensors.lidar_range
         seen = self._plan.disc_heights > LIDAR_HEIGHT
         self._seen_discs = np.concatenate([self._plan.discs[seen], np.zeros((len(self._people), 3))])
         self._seen_boxes = self._plan.boxes[self._plan.box_heights > LIDAR_HEIGHT]
@@ -101,11 +99,12 @@ class KinematicEngine:
         """See `Engine`."""
         return self._people[:, 2:4].copy()
 
-    def scan(self) -> Array:
+    def cast(self, mount: Array, angles: Array, max_range: float) -> Array:
         """See `Engine`."""
         num_fixed = len(self._seen_discs) - len(self._people)
         self._seen_discs[num_fixed:] = self._people[:, [0, 1, 4]]
-        return cast(self._robot[:2], self._beams + self._robot[2], self._seen_discs, self._seen_boxes, self._range)
+        origin, heading = placed(self._robot[:3], mount)
+        return cast(origin, angles + heading, self._seen_discs, self._seen_boxes, max_range)
 
     def state_bytes(self) -> bytes:
         """See `Engine`."""

@@ -22,7 +22,7 @@ from mjnav.motion.diff_drive import LIDAR_HEIGHT, wheel_speeds
 from mjnav.scenarios.spec import Scenario
 from mjnav.world.engine import ContactLog, DivergedError
 from mjnav.world.floor_plan import FloorPlan
-from mjnav.world.lidar import beam_angles
+from mjnav.world.lidar.casting import placed
 from mjnav.world.mujoco_people import MujocoPeople
 from mjnav.world.scene import SEEN_BY_LIDAR, compose
 
@@ -56,10 +56,6 @@ class MujocoEngine:
         self._owners, self._names = self._geom_owners()
         self._force = np.zeros(6)
 
-        self._beams = beam_angles(scenario.sensors.lidar_beams)
-        self._range = scenario.sensors.lidar_range
-        self._rays = np.zeros((len(self._beams), 3))
-        self._ranges, self._hits = np.zeros(len(self._beams)), np.zeros(len(self._beams), np.int32)
         self._seen = np.zeros(mujoco.mjNGROUP, np.uint8)
         self._seen[SEEN_BY_LIDAR] = 1
         self._heading = self._yaw_angle()
@@ -79,8 +75,7 @@ class MujocoEngine:
         twin._bind(copy(self.data))
         twin._people = self._people.bound(twin.data)
         twin.contacts = deepcopy(self.contacts, memo)
-        for name in ("_force", "_rays", "_ranges", "_hits"):  # written to
-            setattr(twin, name, getattr(self, name).copy())
+        twin._force = self._force.copy()  # written to
         return twin
 
     def _geom_owners(self) -> tuple[Array, list[str]]:
@@ -202,28 +197,28 @@ class MujocoEngine:
         """See `Engine`."""
         return self._people.velocity()
 
-    def scan(self) -> Array:
+    def cast(self, mount: Array, angles: Array, max_range: float) -> Array:
         """See `Engine`."""
-        model, data = self.model, self.data
+        model, data, num_beams = self.model, self.data, len(angles)
         mujoco.mj_kinematics(model, data)
-        angles = self._beams + self._heading
-        self._rays[:, 0], self._rays[:, 1] = np.cos(angles), np.sin(angles)
-        origin = np.array([self._pose[0], self._pose[1], LIDAR_HEIGHT])
+        (x, y), heading = placed(np.array([self._pose[0], self._pose[1], self._heading]), mount)
+        rays, ranges = np.zeros((num_beams, 3)), np.zeros(num_beams)
+        rays[:, 0], rays[:, 1] = np.cos(angles + heading), np.sin(angles + heading)
         mujoco.mj_multiRay(
             model,
             data,
-            origin,
-            self._rays.reshape(-1),
+            np.array([x, y, LIDAR_HEIGHT]),
+            rays.reshape(-1),
             self._seen,
             True,
             -1,
-            self._hits,
-            self._ranges,
+            np.zeros(num_beams, np.int32),
+            ranges,
             None,
-            len(self._beams),
-            self._range,
+            num_beams,
+            max_range,
         )
-        return np.where((self._ranges < 0.0) | (self._ranges > self._range), np.inf, self._ranges)
+        return np.where((ranges < 0.0) | (ranges > max_range), np.inf, ranges)
 
     def state_bytes(self) -> bytes:
         """See `Engine`."""

@@ -6,10 +6,10 @@ from mjnav.geometry.angles import wrap
 from mjnav.messages import Reading
 from mjnav.motion.diff_drive import twist_of_wheels
 from mjnav.motion.unicycle import integrate
-from mjnav.rng import stream
 from mjnav.scenarios.spec import Scenario
 from mjnav.world.draws import Draws
 from mjnav.world.engine import Engine
+from mjnav.world.lidar.scanner import NEVER, scanner
 
 _ROBOT_CHANNELS = ("odometry.v", "odometry.omega", "gyro", "pose.x", "pose.y", "pose.theta")
 
@@ -18,16 +18,25 @@ class NoisySensors:
     """All sensors, read together. Each reading draws equally often from every stream, whatever there is to see."""
 
     def __init__(self, scenario: Scenario, seed: int, *, lidar: bool = True):
+        """Without `lidar` no rays are cast."""
         distributions = scenario.noise.distributions()
         people = [f"person{i}" for i in range(len(scenario.people))]
         columns = [(channel, "robot") for channel in _ROBOT_CHANNELS]
         columns += [(f"detection.{axis}", person) for person in people for axis in "xy"]
         self._draws = Draws(distributions, columns, seed)
-        self._range_noise, self._range_rng = distributions["lidar.range"], stream(seed, "lidar.range")
-        self._lidar = lidar
-        self._max_range = scenario.sensors.lidar_range
+        self._lidar = scanner(scenario, seed) if lidar else None
         self._odometry_pose = np.zeros(3)
         self._before: tuple[float, tuple[float, float], float] | None = None  # time, wheel angles, yaw
+
+    @property
+    def next_packet(self) -> int:
+        """The step at which the lidar takes its next beams between readings."""
+        return NEVER if self._lidar is None else self._lidar.next
+
+    def take_packet(self, engine: Engine, step: int) -> None:
+        """Takes the lidar's beams that are due at the present step."""
+        if self._lidar is not None:
+            self._lidar.take(engine, step)
 
     def read(self, engine: Engine, time: float) -> Reading:
         """A reading of the present moment.
@@ -49,8 +58,7 @@ class NoisySensors:
         self._odometry_pose = integrate(self._odometry_pose, odometry[0], odometry[1], interval)
         pose += noise[3:6]
         pose[2] = wrap(pose[2])
-        ranges = engine.scan() if self._lidar else np.zeros(0)
-        range_noise = self._range_noise.sample(self._range_rng, len(ranges))
+        scan, scan_times = self._lidar.scan(engine) if self._lidar is not None else (np.zeros(0), np.zeros(0))
         return Reading(
             time=time,
             interval=interval,
@@ -58,6 +66,7 @@ class NoisySensors:
             gyro=float(turn_rate + noise[2]),
             pose=pose,
             detections=engine.people_position() + noise[6:].reshape(-1, 2),
-            scan=np.where(np.isfinite(ranges), np.clip(ranges + range_noise, 0.0, self._max_range), np.inf),
+            scan=scan,
             odometry_pose=self._odometry_pose,
+            scan_times=scan_times,
         )

@@ -71,7 +71,8 @@ class Simulator:
         for until, following in [*changes, (end, current)]:
             until = min(until, end)
             while self._step < until:
-                moment = min(until, self._noise_windows.next, self._decisions.next, self._sensing.next)
+                grids = self._noise_windows.next, self._decisions.next, self._sensing.next
+                moment = min(until, *grids, self._sensors.next_packet)
                 self._engine.advance(self._actuation.twists(current, moment - self._step))
                 self._step = moment
                 self._pass_moment()
@@ -80,6 +81,7 @@ class Simulator:
     def _pass_moment(self) -> None:
         """Does what is due at the present step: it is done on reaching a moment, so that looking changes nothing."""
         engine, step = self._engine, self._step
+        self._sensors.take_packet(engine, step)
         if self._sensing.due(step):
             self._readings.append(self._sensors.read(engine, self.time))
         if self._decisions.due(step):

@@ -1,9 +1,9 @@
 import numpy as np
 import pytest
 
+from mjnav.geometry.beams import beam_angles
 from mjnav.motion.diff_drive import LIDAR_HEIGHT
 from mjnav.scenarios.spec import ConstantVelocity, Person, Pillar, Sensors, Table, Wall
-from mjnav.world.lidar import beam_angles
 from mjnav.world.simulator import Simulator
 
 AHEAD = 180  # the beam along the heading, of 360

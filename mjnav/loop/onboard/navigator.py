@@ -32,7 +32,6 @@ from mjnav.prediction import Crowd, RobotNow, make_predictor
 from mjnav.rng import stream
 from mjnav.scenarios.spec import Scenario
 from mjnav.sealed import sealed, sealed_costs
-from mjnav.world.lidar import beam_angles
 
 
 class Navigator:
@@ -69,7 +68,8 @@ class Navigator:
         self._route = [np.array(point) for point in scenario.robot.route]
         self._tolerance = scenario.robot.goal_tolerance
         self._decided = np.zeros(2)
-        self._latest: Reading | None = None
+        self._lidar = scenario.sensors.scanner
+        self._scanned: Reading | None = None  # the latest one with a scan
 
     @cached_property
     def controller(self) -> Controller:
@@ -96,7 +96,7 @@ class Navigator:
 
         Without estimators there are none.
         """
-        self._latest = readings[-1] if readings else self._latest
+        self._scanned = next((reading for reading in reversed(readings) if reading.scan.size), self._scanned)
         if self._localizer is None or self._tracker is None:
             return None
         for reading in readings:
@@ -207,10 +207,11 @@ class Navigator:
         return shuffled(belief.particles, belief.weights, num, self._draws[body])
 
     def _observe_scan(self) -> Scan | None:
-        reading = self._latest
-        if reading is None or not reading.scan.size:
+        """The latest whole scan; a slow lidar has none for every reading."""
+        reading, lidar = self._scanned, self._lidar
+        if reading is None:
             return None
-        return Scan(reading.time, sealed(beam_angles(reading.scan.size)), sealed(reading.scan))
+        return Scan(reading.time, lidar.angles, sealed(reading.scan), sealed(reading.scan_times), lidar.mount)
 
     def _observe_lanes(self, num: int) -> Lanes | None:
         if self._lanes is None:

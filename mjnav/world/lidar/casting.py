@@ -1,4 +1,6 @@
-"""The planar lidar: beams all round the robot at one height."""
+"""Beams of a planar lidar against discs and rectangles, exactly: what the kinematic engine has in place of MuJoCo."""
+
+from math import cos, sin
 
 import numpy as np
 
@@ -7,9 +9,11 @@ from mjnav.geometry.kernel_types import Matrix, Vector
 from mjnav.messages import Array
 
 
-def beam_angles(num_beams: int) -> Array:
-    """Of each beam against the heading, (B,) [rad]: 2 pi i / B - pi."""
-    return 2.0 * np.pi * np.arange(num_beams) / num_beams - np.pi
+def placed(pose: Array, mount: Array) -> tuple[Array, float]:
+    """Origin (2,) [m] and heading [rad] in the world of a lidar mounted at `mount` (3,) on a body at `pose` (3,)."""
+    (x, y, heading), (ahead, left, yaw) = pose.tolist(), mount.tolist()
+    c, s = cos(heading), sin(heading)
+    return np.array([x + c * ahead - s * left, y + s * ahead + c * left]), heading + yaw
 
 
 @exact
