@@ -38,7 +38,7 @@ RULES = (
 
 def page(folder: Path, command: str) -> str:
     """The page of what is in `folder`, whose items each have a folder of their name; `command` made the page."""
-    own = frame("mjnav paper", "mjnav.paper", "page.css", ["filter.js"], beside=True)
+    own = frame("mjnav paper", "mjnav.paper", ["page.css"], ["filter.js"], beside=True)
     about = (
         f"made by: {command}",
         f"revision: {_short(revision())}",

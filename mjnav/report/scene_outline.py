@@ -6,6 +6,7 @@ import numpy as np
 
 from mjnav.messages import Array
 from mjnav.report.shown_people import shown_people
+from mjnav.scenarios.known_map import KnownBodies
 from mjnav.scenarios.routes import planned_legs
 from mjnav.scenarios.spec import Scenario, Table
 
@@ -22,12 +23,19 @@ def scene_outline(scenario: Scenario) -> dict[str, Any]:
         "people_radius": [person.radius for person in scenario.people],
         "people_legs": [{"person": leg.person, "points": [leg.start, *leg.points]} for leg in legs if leg.points],
         "people_words": [person.words for person in shown_people(scenario)],
-        "walls": [{"from": w.start, "to": w.end, "thickness": w.thickness} for w in scenario.walls],
-        "tables": [
-            {"corners": _top(t).tolist(), "legs": t.legs.tolist(), "leg_radius": t.leg_radius} for t in scenario.tables
-        ],
-        "pillars": [{"position": p.position, "radius": p.radius} for p in scenario.pillars],
+        **body_outline(scenario),
         "lanes": [scenario.lanes.left, scenario.lanes.right] if scenario.lanes else [],
+    }
+
+
+def body_outline(bodies: Scenario | KnownBodies) -> dict[str, Any]:
+    """Walls, tables and pillars alone: of the world, or of the map that the robot has."""
+    return {
+        "walls": [{"from": w.start, "to": w.end, "thickness": w.thickness} for w in bodies.walls],
+        "tables": [
+            {"corners": _top(t).tolist(), "legs": t.legs.tolist(), "leg_radius": t.leg_radius} for t in bodies.tables
+        ],
+        "pillars": [{"position": p.position, "radius": p.radius} for p in bodies.pillars],
     }
 
 

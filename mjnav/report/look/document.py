@@ -1,5 +1,6 @@
 """The frame of a page: its head with the shared style and the content security policy, and its scripts."""
 
+import re
 from base64 import b64encode
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -7,6 +8,7 @@ from hashlib import sha256
 from html import escape
 from importlib.resources import files
 
+_COMMENT = re.compile(r"^[ \t]*(?:/\*(?:(?!\*/).)*\*/|//[^\n]*)[ \t]*$", re.MULTILINE | re.DOTALL)
 ICON = "data:,"  # none, so that a browser asks for none
 
 
@@ -52,9 +54,11 @@ class Frame:
         return "\n".join(f"<script>{script}</script>" for script in self.scripts)
 
 
-def frame(generator: str, package: str, style: str, scripts: Sequence[str] = (), *, beside: bool = False) -> Frame:
-    """The frame of a page whose own style and scripts lie in `package`; `beside`: it shows pictures beside its file."""
-    own = asset("mjnav.report.look", "look.css") + asset(package, style)
+def frame(
+    generator: str, package: str, styles: Sequence[str], scripts: Sequence[str] = (), *, beside: bool = False
+) -> Frame:
+    """The frame of a page; its styles and scripts lie in `package`. `beside`: it shows pictures beside its file."""
+    own = asset("mjnav.report.look", "look.css") + "".join(asset(package, name) for name in styles)
     code = (asset("mjnav.report.look", "definitions.js"), *(asset(package, name) for name in scripts))
     images = "'self' file: data:" if beside else "data:"
     return Frame(generator, _flush(own), tuple(map(_flush, code)), images)
@@ -69,8 +73,8 @@ def term(text: str, definition: str, *, reach: bool = True) -> str:
 
 
 def _flush(text: str) -> str:
-    """Without indentation, a tenth of the text; no script has a string of several lines."""
-    return "\n".join(line.strip() for line in text.splitlines() if line.strip())
+    """Without indentation, and comments that have lines of their own; no script has a string of several lines."""
+    return "\n".join(line.strip() for line in _COMMENT.sub("", text).splitlines() if line.strip())
 
 
 def _digest(text: str) -> str:

@@ -23,14 +23,18 @@ MAX_RUNS = len(LETTERS)
 FEW_LEGS = 8  # of people's planned ways, with which a map stays readable
 GENERATOR = "mjnav report"  # by which a page is known
 _PACKAGE = "mjnav.report.run_page"
-_SCRIPTS = ("unpack", "drawing", "map", "distribution", "plots", "quantities", "playback", "time_line", "page")
+LIDAR = "lidar"  # the script and the style of runs that go by a lidar alone
+_SCRIPTS = ("unpack", "drawing", "map", LIDAR, "distribution", "plots", "quantities", "playback", "time_line", "page")
 
 
 def page(found: Sequence[tuple[Inspection, Playback]]) -> str:
     """The page of one to MAX_RUNS runs: what `inspect` and `playback` say of each."""
     several = len(found) > 1
     runs = [shown_run(i, LETTERS[i] if several else "", *one) for i, one in enumerate(found)]
-    own = frame(GENERATOR, _PACKAGE, "web/page.css", [f"web/{name}.js" for name in _SCRIPTS])
+    lidar = any(run.playback.lidar for run in runs)
+    scripts = [name for name in _SCRIPTS if lidar or name != LIDAR]
+    styles = ["web/page.css", *([f"web/{LIDAR}.css"] if lidar else [])]
+    own = frame(GENERATOR, _PACKAGE, styles, [f"web/{name}.js" for name in scripts])
     fields = {
         "head": own.head(" | ".join(f"{run.scene}, {run.driver}" for run in runs)),
         "headline": _headline(runs),
@@ -40,6 +44,8 @@ def page(found: Sequence[tuple[Inspection, Playback]]) -> str:
         "layout": "several" if several else "single",
         "parameters": parameters(runs),
         "predictions": "" if any("ways" in run.playback.fields for run in runs) else "hidden",
+        "lidar_legend": page_parts.lidar_legend(runs) if lidar else "",
+        "lidar_layers": page_parts.lidar_layers(runs) if lidar else "",
         "ways": "checked" if all(len(run.playback.scene["people_legs"]) <= FEW_LEGS for run in runs) else "",
         "differ": ", above them what differs between the runs" if several else "",
         "runs": "".join(_run_block(run) for run in runs),

@@ -36,6 +36,31 @@ def _notices(run: ShownRun) -> Iterator[str]:
         yield "This run's method logs no candidates."
 
 
+def lidar_legend(runs: Sequence[ShownRun]) -> str:
+    """What the marks of a robot that goes by its lidar mean."""
+    marks = {
+        "scan": "scan, from where the robot believed to be",
+        "detected": "detection, with 95&#8239;% of its place",
+        "track": "track, its number and age",
+        "coasting": "track of which nothing is seen",
+    }
+    if _has_own_map(runs):
+        marks["known"] = "the robot's map"
+    return "".join(f'<li><i class="mark {mark}"></i>{text}</li>' for mark, text in marks.items())
+
+
+def lidar_layers(runs: Sequence[ShownRun]) -> str:
+    """The switches of what it shows."""
+    layers = {"scan": "scan", "detections": "detections", **({"map": "the robot's map"} if _has_own_map(runs) else {})}
+    return "".join(
+        f'<label><input type="checkbox" data-layer="{layer}" checked> {text}</label>' for layer, text in layers.items()
+    )
+
+
+def _has_own_map(runs: Sequence[ShownRun]) -> bool:
+    return any(run.playback.lidar and run.playback.lidar["map"] for run in runs)
+
+
 def moments(runs: Sequence[ShownRun]) -> str:
     """The worst moments of all runs as buttons, numbered for the keyboard."""
     rows = []

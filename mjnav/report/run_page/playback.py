@@ -14,6 +14,7 @@ from mjnav.recording.encode.candidate_arcs import NUM_LEVELS, PREVIEW
 from mjnav.recording.read.log import Log
 from mjnav.report.run_page.candidate_ranks import NONE
 from mjnav.report.run_page.cone_bins import cone_bins
+from mjnav.report.run_page.lidar_layers import pack_lidar
 from mjnav.report.run_page.packed import Packer
 from mjnav.report.run_page.predicted_ways import pack_ways
 from mjnav.report.run_page.run_frames import TRACK_PARTICLES, PageEvent, RunFrames
@@ -32,6 +33,7 @@ class Playback:
     scene: dict[str, Any]
     people: list[str]
     tracks: list[str]
+    lidar: dict[str, Any] | None  # of a robot that goes by its scans
     phases: tuple[str, ...]  # of a tick
     preview: float  # [s] that a candidate's arc is long
     levels: int  # of candidates' ranks
@@ -78,6 +80,7 @@ def playback(log: Log, *, keep: Iterable[int] = (), max_frames: int = MAX_FRAMES
         scene=scene_outline(scenario),
         people=people,
         tracks=tracks,
+        lidar=pack_lidar(packer, frames, scenario, tracks) if frames.by_scans else None,
         phases=PHASES,
         preview=PREVIEW,
         levels=NUM_LEVELS,

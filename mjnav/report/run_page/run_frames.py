@@ -11,11 +11,14 @@ from mjnav.errors import DamagedLogError, InputError
 from mjnav.geometry.ellipse import ellipse_95
 from mjnav.messages import PHASES, Array
 from mjnav.recording.encode.particles import decode_particles
+from mjnav.recording.log_format import epoch_ns
 from mjnav.recording.read.budget import EXPORT, FREE_EXPORT, Budget
 from mjnav.recording.read.log import Log
 from mjnav.recording.read.ticks import NOT_OURS
+from mjnav.recording.read.trajectory import track_number
 from mjnav.report.run_page.candidate_ranks import CandidateRanks, candidate_ranks
 from mjnav.report.run_page.predicted_ways import Ways, predicted_ways
+from mjnav.report.scans import ShownScan, goes_by_scans
 
 ROBOT_PARTICLES = 40  # kept of a belief
 TRACK_PARTICLES = 16
@@ -45,6 +48,9 @@ class RunFrames:
         self._frame = {tick: i for i, tick in enumerate(ticks)}
         self._arrays: dict[str, Array] = {}
         self._tracks_of: dict[int, Mapping[str, Array]] = {}
+        self._places: dict[str, str] = {}  # the columns of the tracks of the latest tick
+        self.scans: dict[int, ShownScan] = {}
+        self.detections: dict[int, Array] = {}  # (n, 6)
         self.statuses: dict[int, str] = {}
         self.cones: dict[int, tuple[Array, Array]] = {}
         self.cone_obstacles: dict[int, str] = {}
@@ -55,6 +61,8 @@ class RunFrames:
         self._path, self._budget = log.path, Budget(log.path.stat().st_size)
         scenario = log.scenario()
         self._grid = _grid(scenario.control.parameters)
+        self._epoch = epoch_ns(log.run)
+        self.by_scans = goes_by_scans(scenario)
         self._read(log, predicts=scenario.prediction is not None)
 
     def __len__(self) -> int:
@@ -89,6 +97,7 @@ class RunFrames:
             "/candidates": self._candidates,
             "/tick": self._timing,
             **({"/scene": self._scene} if predicts else {}),  # much to read for nothing else
+            **({"/scan": self._scan, "/detections": self._detections} if self.by_scans else {}),
         }
         for message in log.messages(*handlers, "/events"):
             frame = self._frame.get(message.sequence)
@@ -125,11 +134,16 @@ class RunFrames:
 
     def _tracks(self, frame: int, value: Mapping[str, Any]) -> None:
         tracks = value["people"]
+        self._places = columns_of_tracks([track["name"] for track in tracks], self._places)
         for track in tracks:
-            self._put(f"track {track['name']}", frame, [*track["position"], *ellipse_95(track["covariance"])])
+            place = self._places[track["name"]]
+            self._put(f"track {place}", frame, [*track["position"], *ellipse_95(track["covariance"])])
+            if (number := track_number(track["name"])) is not None:
+                life = [number, track.get("age", 0.0), track.get("unseen", 0.0), track["radius"]]
+                self._put(f"life {place}", frame, life)
         if tracks:
             self._put("people ess", frame, min(track["ess"] for track in tracks))
-        self._tracks_of[frame] = {track["name"]: np.array(track["position"]) for track in tracks}
+        self._tracks_of[frame] = {self._places[track["name"]]: np.array(track["position"]) for track in tracks}
 
     def _robot_particles(self, frame: int, cloud: Any) -> None:
         x, y, _, weight = decode_particles(cloud).values()
@@ -172,7 +186,14 @@ class RunFrames:
 
     def _scene(self, frame: int, value: Any) -> None:
         if ways := predicted_ways(value):
-            self.ways[frame] = ways
+            self.ways[frame] = {self._places.get(name, name): way for name, way in ways.items()}
+
+    def _scan(self, frame: int, value: Any) -> None:
+        self.scans[frame] = ShownScan.of(value, self._epoch)
+
+    def _detections(self, frame: int, value: Mapping[str, Any]) -> None:
+        rows = [[*one["position"], one["radius"], *ellipse_95(one["covariance"])] for one in value["detections"]]
+        self.detections[frame] = np.array(rows, float).reshape(-1, 6)
 
     def _timing(self, frame: int, value: Mapping[str, Any]) -> None:
         self._put("phases", frame, [1e-6 * value[f"{phase}_ns"] for phase in PHASES])
@@ -183,6 +204,26 @@ class RunFrames:
         if len(self.events) < MAX_EVENTS:
             level = LEVELS[value.level] if value.level < len(LEVELS) else LEVELS[0]
             self.events.append(PageEvent(time, level, value.name, value.message))
+
+
+def columns_of_tracks(names: Sequence[str], before: Mapping[str, str]) -> dict[str, str]:
+    """The column of each track's figures by its name, given those of the tick before.
+
+    A person's track has one of its own; one that came about by a scan takes the first that is free until it ends.
+    """
+    kept = {name: before[name] for name in names if name in before}
+    taken, column = {*kept.values()}, 0
+    for name in names:
+        if name in kept:
+            continue
+        if track_number(name) is None:
+            kept[name] = name
+            continue
+        while f"column{column}" in taken:
+            column += 1
+        kept[name] = f"column{column}"
+        taken.add(kept[name])
+    return kept
 
 
 def _grid(parameters: Mapping[str, Any]) -> tuple[int, int]:

@@ -188,12 +188,12 @@ class RunMap extends Drawing {
     }
   }
 
-  ellipse(row, x, y, first, style) {
+  ellipse(row, x, y, first, style, dash = [4, 3]) {
     if (!Number.isFinite(row[first])) return;
     const { context, scale } = this;
     context.beginPath();
     context.ellipse(...this.at([x, y]), row[first] * scale, row[first + 1] * scale, -row[first + 2], 0, 2 * Math.PI);
-    this.stroke(style, 1.4, [4, 3]);
+    this.stroke(style, 1.4, dash);
   }
 
   particles(offsets, x, y, style) {
@@ -228,7 +228,12 @@ class RunMap extends Drawing {
       const number = name.replace('person', ''), words = i === this.pointed && run.scene.people_words[i];
       this.label(words ? `${number}: ${words}` : number, [x, y], radius * this.scale, words ? ink.ink : ink.muted, -1);
     });
-    const tick = run.tickOf(frame), tracks = run.row('tracks', tick), particles = run.row('track_particles', tick);
+    this.tracks(frame);
+  }
+
+  tracks(frame) {
+    const { run, ink, layers } = this, tick = run.tickOf(frame);
+    const tracks = run.row('tracks', tick), particles = run.row('track_particles', tick);
     run.tracks.forEach((name, i) => {
       const track = tracks.subarray(5 * i, 5 * i + 5), number = particles.length / run.tracks.length;
       if (!Number.isFinite(track[0])) return;

@@ -68,7 +68,7 @@ async function start() {
   const layers = layerSwitches(redraw);
   const views = runs.map((run, i) => ({
     run,
-    map: new RunMap(blocks[i].querySelector('canvas'), run, layers),
+    map: new (run.lidar ? LidarMap : RunMap)(blocks[i].querySelector('canvas'), run, layers),
     cone: new Distribution(blocks[i].querySelector('.cone'), run),
     read: readouts(blocks[i], run),
   }));

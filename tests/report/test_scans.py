@@ -1,0 +1,55 @@
+"""Scans as the robot placed them."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from mjnav.recording import open_log
+from mjnav.report.scans import BelievedWay, ShownScan, goes_by_scans, scan_points
+from mjnav.scenarios.spec import Robot, Scenario
+from tests.report.scanning import ERROR, by_lidar, write_log
+
+
+def lidar(**keys):
+    return by_lidar({f"sensors.lidar.{key}": value for key, value in keys.items()}).sensors.scanner
+
+
+def test_beams_end_at_the_walls_where_the_belief_is_true_and_beside_them_by_its_error(tmp_path):
+    scenario = by_lidar({"noise.profile": "none", "people": [], "sensors.lidar.model": "ideal"})
+    write_log(tmp_path / "a.mcap", scenario)
+    log = open_log(tmp_path / "a.mcap")
+    run = log.trajectory()
+    believed = BelievedWay.of(run.time[:-1], run.estimate)
+    for message in log.messages("/scan"):
+        scan = ShownScan.of(message.value, 0)
+        true = BelievedWay(run.time, run.robot_pose)
+        exact, placed = (scan_points(scan, scenario.sensors.scanner, way) for way in (true, believed))
+        on_wall = np.abs(np.abs(exact[:, 1]) - 2.95) < 1e-6  # faces of walls 0.1 m thick at y = -3 and 3
+        assert on_wall.sum() > 100
+        robot = run.robot_pose[message.sequence]
+        c, s = np.cos(ERROR[2]), np.sin(ERROR[2])
+        moved = (exact - robot[:2]) @ np.array([[c, s], [-s, c]]) + robot[:2] + ERROR[:2]
+        np.testing.assert_allclose(placed, moved, atol=1e-9)
+
+
+def test_each_beam_starts_from_where_the_robot_was_when_it_was_taken():
+    turning = lidar(model="lds-01", beams=4, rate=5.0, mount=[0.1, 0.0, np.pi / 2])
+    way = BelievedWay(np.array([0.0, 1.0]), np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0]]))  # 1 m/s along x
+    points = scan_points(ShownScan(0.5, np.full(4, 2.0)), turning, way)
+    directions = turning.angles + np.pi / 2
+    starts = 0.5 + 0.05 * np.arange(4) + 0.1
+    np.testing.assert_allclose(points[:, 0], starts + 2.0 * np.cos(directions))
+    np.testing.assert_allclose(points[:, 1], 2.0 * np.sin(directions), atol=1e-12)
+
+
+def test_headings_are_taken_the_shorter_way_round():
+    way = BelievedWay.of(np.array([0.0, 1.0]), np.array([[0.0, 0.0, 3.1], [0.0, 0.0, -3.1]]))
+    assert way.at(np.array([0.5]))[0, 2] == pytest.approx(np.pi)
+
+
+def test_only_a_robot_that_is_told_everything_shows_no_scan():
+    told = Scenario("told", Robot(start=(0.0, 0.0, 0.0), goal=(1.0, 0.0)))
+    assert not goes_by_scans(told)
+    obstacles = replace(told.estimation.obstacles, source="lidar")
+    assert goes_by_scans(replace(told, estimation=replace(told.estimation, obstacles=obstacles)))
