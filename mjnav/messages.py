@@ -326,6 +326,9 @@ class Trajectory(ShortRepr):
     estimate_triangle: Array  # (T, 6) `triangle` of its covariance
     tracks: Array  # (T, P, 4) the people's believed means; NaN where a person has no track. `assignment` says whose
     track_triangle: Array  # (T, P, 10) of their covariances
+    robot_ess: Array  # (T,) effective sample size of the robot's belief; NaN without one
+    robot_particles: Array  # (T,) how many particles it has; NaN without one, and in logs that do not say it
+    people_ess: Array  # (T, P) of the people's tracks; NaN where a person has no track
     command: Array  # (T, 2) in force from the tick on
     decision: Array  # (T, 2)
     nominal: Array  # (T, 2) the nominal control; NaN where the method has none
@@ -334,6 +337,7 @@ class Trajectory(ShortRepr):
     timing: NDArray[np.int64]  # (T', 7): tick, PHASES, lateness; ns. T' may be less than T where messages were lost
     deadline_misses: int
     clipped_ticks: int = 0  # whose decision was beyond the robot's limits
+    recoveries: int = 0  # of filters that were spread again
     track_states: Array = field(
         default_factory=lambda: np.zeros((0, 6))
     )  # (n, 6) row of `time`, track's number, x, y, vx, vy of every track that carries no person's name

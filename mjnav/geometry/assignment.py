@@ -3,6 +3,8 @@
 import numpy as np
 from numpy.typing import ArrayLike
 
+GATE = 1.0  # [m] between a person and a track at most, for it to count as the person's in figures
+
 
 def nearest_pairs(first: ArrayLike, second: ArrayLike, gate: float) -> list[tuple[int, int]]:
     """(i, j) of points first (n, 2) and second (m, 2) [m] that are paired, in the order of i; each at most once.

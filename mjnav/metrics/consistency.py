@@ -1,10 +1,42 @@
-"""How far estimates are from the truth, and the shape of their samples."""
+"""How far estimates are from the truth, and whether they are as sure as they may be.
+
+With the error e of an estimate of n numbers and the covariance P that it comes with, the normalised estimation error
+squared is
+
+    NEES = e^T P^-1 e
+
+For a consistent Gaussian estimate it is chi-squared with n degrees of freedom: its mean is n, and e lies in the 95 %
+region where NEES is at most the quantile q_n(0.95). A larger mean says that the estimator is too sure of itself, a
+smaller one that it is too modest. Of N independent errors the mean lies within q_{nN}(0.025)/N and q_{nN}(0.975)/N with
+probability 0.95. Errors of successive ticks resemble one another, so that of one run it lies outside more often.
+Source: Bar-Shalom, Li & Kirubarajan, "Estimation with Applications to Tracking and Navigation" (2001), section 5.4.
+"""
+
+from dataclasses import dataclass
 
 import numpy as np
 
 from mjnav.geometry.angles import wrap
 from mjnav.messages import Array, Trajectory
 from mjnav.metrics.blocks import by_blocks
+from mjnav.metrics.stretches import stretches
+from mjnav.scenarios.spec import Scenario
+
+COVERED = 0.95  # probability of the region that coverage counts
+DIVERGED, DIVERGED_TIME = 0.999, 1.0  # an estimate has diverged where it lies outside of this region for this long [s]
+DEPLETED = 0.02  # a belief is depleted where its effective sample size is below this share of its particles
+_EXACT = 1e-12  # of the largest variance: a smaller one counts as none
+
+
+@dataclass(frozen=True, slots=True)
+class Consistency:
+    """The consistency of one estimate over a run; a figure is None where there is no estimate."""
+
+    ticks: int  # with an estimate
+    nees: float | None  # mean; infinite where an estimate that claims to be exact is wrong
+    nees_interval: tuple[float, float] | None  # that holds the mean of as many independent ones with probability 0.95
+    coverage: float | None  # share of ticks at which the truth lies in the 95 % region
+    divergences: int  # times that it lay outside of the 99.9 % region for DIVERGED_TIME
 
 
 def robot_error(trajectory: Trajectory) -> Array:
@@ -35,6 +67,110 @@ def _rms(estimates: Array, truth: Array) -> float | None:
     squared = by_blocks(lambda estimate, true: ((estimate - true) ** 2).sum(-1), estimates, truth)
     squared = squared[np.isfinite(squared)]
     return float(np.sqrt(squared.mean())) if squared.size else None
+
+
+def nees(error: Array, triangle: Array) -> Array:
+    """The NEES (...,) of errors (..., n), from the triangles (..., n (n + 1) / 2) of their covariances.
+
+    A covariance without an inverse claims to know some direction exactly: infinite where the error has a part in that
+    direction, else that direction counts nothing. NaN without an error or a covariance.
+    """
+    num = error.shape[-1]
+    place = np.empty((num, num), int)
+    place[np.triu_indices(num)] = range(num * (num + 1) // 2)
+    rest, entry = list(np.moveaxis(error, -1, 0)), list(np.moveaxis(triangle, -1, 0))
+    least = _EXACT * np.max([np.abs(entry[place[i, i]]) for i in range(num)], axis=0)
+    total = np.zeros(error.shape[:-1])
+    with np.errstate(divide="ignore", invalid="ignore"):
+        for j in range(num):  # eliminates one number after the other, as a Cholesky decomposition does
+            pivot = entry[place[j, j]]
+            exact = pivot <= least
+            squared = rest[j] ** 2
+            total = total + np.where(exact, np.where(squared > least, np.inf, 0.0), squared / pivot)
+            for i in range(j + 1, num):
+                factor = np.where(exact, 0.0, entry[place[j, i]] / pivot)
+                rest[i] = rest[i] - factor * rest[j]
+                for k in range(i, num):
+                    entry[place[i, k]] = entry[place[i, k]] - factor * entry[place[j, k]]
+    return np.where(np.isnan(error).any(axis=-1) | np.isnan(triangle).any(axis=-1), np.nan, total)
+
+
+def robot_nees(trajectory: Trajectory) -> Array:
+    """The NEES of the robot's x, y and heading at each tick, (T,)."""
+    columns = trajectory.estimate, trajectory.robot_pose[:-1], trajectory.estimate_triangle
+
+    def of_rows(estimate: Array, pose: Array, triangle: Array) -> Array:
+        error = estimate - pose
+        error[:, 2] = wrap(error[:, 2])
+        return nees(error, triangle)
+
+    return by_blocks(of_rows, *columns)
+
+
+def people_nees(trajectory: Trajectory) -> Array:
+    """The NEES of each person's x, y, vx and vy at each tick, (T, P); NaN without a track."""
+
+    def of_rows(tracks: Array, position: Array, velocity: Array, triangle: Array) -> Array:
+        return nees(tracks - np.concatenate([position, velocity], axis=-1), triangle)
+
+    truth = trajectory.people_position[:-1], trajectory.people_velocity[:-1]
+    return by_blocks(of_rows, trajectory.tracks, *truth, trajectory.track_triangle)
+
+
+def region(probability: float, num: int) -> float:
+    """The quantile of the chi-squared distribution with `num` degrees of freedom."""
+    from scipy.special import gammaincinv
+
+    return 2.0 * float(gammaincinv(0.5 * num, probability))
+
+
+def of_robot(trajectory: Trajectory) -> Consistency:
+    """The consistency of the robot's estimate."""
+    return consistency(robot_nees(trajectory), 3, trajectory.time)
+
+
+def of_people(trajectory: Trajectory) -> Consistency:
+    """The consistency of all people's tracks together."""
+    return consistency(people_nees(trajectory), 4, trajectory.time)
+
+
+def consistency(found: Array, num: int, time: Array) -> Consistency:
+    """Of NEES (T,) or (T, P) of estimates of `num` numbers, NaN without one, at ticks that begin at `time` (T + 1,)."""
+    known = found[~np.isnan(found)]
+    divergences = sum(
+        bool(time[last] - time[first] >= DIVERGED_TIME - 1e-9)
+        for column in (found[:, None] if found.ndim == 1 else found).T
+        for first, last in stretches(column > region(DIVERGED, num))
+    )
+    if not known.size:
+        return Consistency(0, None, None, None, divergences)
+    ends = (region(probability, num * known.size) / known.size for probability in (0.025, 0.975))
+    covered = float((known <= region(COVERED, num)).mean())
+    return Consistency(known.size, float(known.mean()), (next(ends), next(ends)), covered, divergences)
+
+
+def least(values: Array) -> float | None:
+    """The least of effective sample sizes, without those that are not finite; None where there are no others."""
+    known = values[np.isfinite(values)]
+    return float(known.min()) if known.size else None
+
+
+def mean(values: Array) -> float | None:
+    """The mean of the same."""
+    known = values[np.isfinite(values)]
+    return float(known.mean()) if known.size else None
+
+
+def robot_particles(trajectory: Trajectory, scenario: Scenario) -> Array:
+    """How many particles the robot's belief has at each tick, (T,); as many as are set where a log does not say it."""
+    known = trajectory.robot_particles
+    return np.where(np.isnan(known), scenario.estimation.robot.particles, known)
+
+
+def depleted_share(ess: Array, particles: Array | float) -> float | None:
+    """The share of beliefs with an effective sample size below DEPLETED of their particles; None without beliefs."""
+    share = (ess / particles)[np.isfinite(ess)]
+    return float((share < DEPLETED).mean()) if share.size else None
 
 
 def skew_and_kurtosis(samples: Array) -> tuple[Array, Array]:

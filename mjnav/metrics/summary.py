@@ -7,7 +7,19 @@ from math import isfinite
 import numpy as np
 
 from mjnav.messages import Trajectory
-from mjnav.metrics import arrival, consistency, effort, fault, kinematics, progress, proximity, safety, social
+from mjnav.metrics import (
+    arrival,
+    consistency,
+    effort,
+    fault,
+    gospa,
+    identity,
+    kinematics,
+    progress,
+    proximity,
+    safety,
+    social,
+)
 from mjnav.scenarios.layout.oracle import is_avoidable
 from mjnav.scenarios.spec import Scenario
 
@@ -69,6 +81,26 @@ class Figures:
     clipped_ticks: int
     localization_rmse_m: float | None
     tracking_rmse_m: float | None
+    gospa_m: float | None
+    gospa_localization_m: float | None
+    gospa_missed_m: float | None
+    gospa_false_m: float | None
+    identity_switches: int | None
+    track_fragmentations: int | None
+    false_tracks: float | None
+    tracked_share: float | None
+    first_track_delay_s: float | None
+    robot_nees: float | None
+    people_nees: float | None
+    robot_coverage: float | None
+    people_coverage: float | None
+    robot_divergences: int
+    people_divergences: int
+    ess_min: Mapping[str, float | None]  # of the robot's belief, and of people's
+    ess_mean: Mapping[str, float | None]
+    robot_depleted_share: float | None
+    people_depleted_share: float | None
+    recoveries: int
 
 
 def summarise(trajectory: Trajectory, scenario: Scenario, *, outcome: str | None) -> Figures:
@@ -81,9 +113,11 @@ def summarise(trajectory: Trajectory, scenario: Scenario, *, outcome: str | None
             **_near(trajectory, scenario),
             **_motion(trajectory, scenario),
             "aggregated_time_s": arrival.aggregated_time(trajectory, scenario, outcome=outcome),
-            "localization_rmse_m": consistency.localization_rmse(trajectory),
-            "tracking_rmse_m": consistency.tracking_rmse(trajectory),
+            **_knowledge(trajectory, scenario),
         }
+        robot, people = consistency.of_robot(trajectory), consistency.of_people(trajectory)
+        kept = identity.identity(trajectory, scenario)
+    ess = {"robot": trajectory.robot_ess, "people": trajectory.people_ess}
     touches = fault.touches(trajectory, scenario)
     return Figures(
         outcome=outcome,
@@ -101,6 +135,20 @@ def summarise(trajectory: Trajectory, scenario: Scenario, *, outcome: str | None
         ticks=len(trajectory.status),
         infeasible_ticks=sum(status in INFEASIBLE for status in trajectory.status),
         clipped_ticks=trajectory.clipped_ticks,
+        identity_switches=kept and kept.switches,
+        track_fragmentations=kept and kept.fragmentations,
+        false_tracks=kept and kept.false_tracks,
+        tracked_share=kept and kept.tracked_share,
+        first_track_delay_s=kept and kept.first_track_delay,
+        robot_nees=_finite(robot.nees),
+        people_nees=_finite(people.nees),
+        robot_coverage=robot.coverage,
+        people_coverage=people.coverage,
+        robot_divergences=robot.divergences,
+        people_divergences=people.divergences,
+        ess_min={name: consistency.least(values) for name, values in ess.items()},
+        ess_mean={name: consistency.mean(values) for name, values in ess.items()},
+        recoveries=trajectory.recoveries,
         **{name: _finite(value) for name, value in figures.items()},
     )
 
@@ -152,6 +200,21 @@ def _motion(trajectory: Trajectory, scenario: Scenario) -> dict[str, float | Non
         "stalled_s": kinematics.stalled_time(trajectory),
         "not_moving_s": kinematics.time_not_moving(trajectory),
         "heading_change_rad": kinematics.heading_change(trajectory),
+    }
+
+
+def _knowledge(trajectory: Trajectory, scenario: Scenario) -> dict[str, float | None]:
+    found = gospa.gospa(trajectory, scenario)
+    particles = consistency.robot_particles(trajectory, scenario), scenario.estimation.obstacles.particles
+    return {
+        "localization_rmse_m": consistency.localization_rmse(trajectory),
+        "tracking_rmse_m": consistency.tracking_rmse(trajectory),
+        "gospa_m": found and found.total,
+        "gospa_localization_m": found and found.localization,
+        "gospa_missed_m": found and found.missed,
+        "gospa_false_m": found and found.false,
+        "robot_depleted_share": consistency.depleted_share(trajectory.robot_ess, particles[0]),
+        "people_depleted_share": consistency.depleted_share(trajectory.people_ess, particles[1]),
     }
 
 

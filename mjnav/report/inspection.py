@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from mjnav.errors import InputError
-from mjnav.messages import PHASES, Array
+from mjnav.messages import PHASES
 from mjnav.metrics.summary import summarise
 from mjnav.metrics.timing import compute_ms, quantiles
 from mjnav.recording.read.log import Log, TopicSummary, open_log
@@ -232,8 +232,7 @@ def _figures(log: Log, run: LoggedRun, scenario: Scenario) -> dict[str, Any]:
     figures = asdict(summarise(run.trajectory, scenario, outcome=outcome or ""))
     if outcome is None:
         figures |= {"outcome": None, "success": None, "spl": None}
-    ess = {"robot": _least(run.robot_ess), "people": _least(run.people_ess)}
-    return {**figures, **_recorded(log), "ess_min": ess, "recoveries": run.recoveries}
+    return {**figures, **_recorded(log)}
 
 
 def _recorded(log: Log) -> dict[str, Any]:
@@ -248,11 +247,6 @@ def _recorded(log: Log) -> dict[str, Any]:
 
 def _is_number(value: object) -> bool:
     return isinstance(value, int | float) and np.isfinite(value)
-
-
-def _least(values: Array) -> float | None:
-    finite = values[np.isfinite(values)]
-    return float(finite.min()) if finite.size else None
 
 
 def _timing(log: Log, run: LoggedRun, scenario: Scenario | None) -> InspectedTiming:

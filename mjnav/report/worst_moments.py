@@ -136,12 +136,13 @@ def _tracking(run: LoggedRun, scenario: Scenario) -> WorstMoment | None:
 
 def _ess(run: LoggedRun, scenario: Scenario) -> WorstMoment | None:
     """The belief of which the smallest share of particles counts."""
-    robot, people = scenario.estimation.robot.particles, scenario.estimation.obstacles.particles
-    share = np.column_stack([run.robot_ess / robot, run.people_ess / people])
+    ess = np.column_stack([run.trajectory.robot_ess, run.trajectory.people_ess])
+    particles = np.full(ess.shape, scenario.estimation.obstacles.particles, float)
+    particles[:, 0] = consistency.robot_particles(run.trajectory, scenario)
+    share = ess / particles
     if (place := _worst(-share)) is None:
         return None
-    row, body = place
-    value, of = (run.robot_ess[row], robot) if body == 0 else (run.people_ess[row, body - 1], people)
+    (row, body), value, of = place, ess[place], int(particles[place])
     name = "the robot" if body == 0 else f"person{body - 1}"
     severity = DEPLETED / max(share[place], 1e-3)
     return _at(run, row, "ess", value, "particles", f"{value:.1f} of {name}'s {of} particles count", severity)

@@ -2,6 +2,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
+from mjnav.messages import triangle
 from mjnav.metrics import consistency
 
 
@@ -56,3 +57,71 @@ def test_skew_and_kurtosis_equal_scipys():
     assert np.isnan(consistency.skew_and_kurtosis(np.ones((5, 1)))).all()
     in_millimetres = consistency.skew_and_kurtosis(1e-3 * samples)  # neither has a unit
     np.testing.assert_allclose(in_millimetres, (skew, kurtosis))
+
+
+@pytest.mark.parametrize("num", [3, 4])
+def test_nees_is_the_errors_quadratic_form_in_the_inverse_covariance(num):
+    rng = np.random.default_rng(num)
+    error, root = rng.normal(size=(7, 2, num)), rng.normal(size=(7, 2, num, num))
+    covariance = root @ np.swapaxes(root, -1, -2)
+    expected = [
+        [e @ np.linalg.inv(p) @ e for e, p in zip(*row, strict=True)] for row in zip(error, covariance, strict=True)
+    ]
+    np.testing.assert_allclose(consistency.nees(error, triangle(covariance)), expected, rtol=1e-7)
+
+
+def test_nees_of_errors_drawn_from_their_covariance_is_chi_squared_and_lies_in_its_interval(trajectory_through):
+    rng = np.random.default_rng(8)
+    covariance = np.array([[0.04, 0.01, 0.0], [0.01, 0.02, 0.01], [0.0, 0.01, 0.09]])
+    ticks = 3000
+    truth = np.column_stack([np.zeros((ticks + 1, 2)), np.full(ticks + 1, 3.1)])  # headings wrap
+    estimate = truth[:-1] + rng.multivariate_normal(np.zeros(3), covariance, ticks)
+    trajectory = trajectory_through(
+        np.zeros((ticks + 1, 2)),
+        robot_pose=truth,
+        estimate=estimate,
+        estimate_triangle=np.tile(triangle(covariance), (ticks, 1)),
+    )
+    values = consistency.robot_nees(trajectory)
+    assert stats.kstest(values, stats.chi2(3).cdf).pvalue > 0.01
+    found = consistency.of_robot(trajectory)
+    low, high = found.nees_interval
+    assert (low, high) == pytest.approx(stats.chi2(3 * ticks).ppf([0.025, 0.975]) / ticks)
+    assert low < found.nees < high
+    assert stats.binomtest(round(found.coverage * ticks), ticks, 0.95).pvalue > 0.01
+    assert (found.ticks, found.divergences) == (ticks, 0)
+
+
+def test_an_estimate_that_claims_to_be_exact_is_right_or_infinitely_wrong():
+    error = np.array([[0.0, 0.0, 0.2], [0.1, 0.0, 0.0], [0.0, 0.0, 0.0], [np.nan, 0.0, 0.0]])
+    known = triangle(np.diag([0.0, 0.0, 0.01]))
+    found = consistency.nees(error, np.tile(known, (4, 1)))
+    np.testing.assert_allclose(found, [4.0, np.inf, 0.0, np.nan])
+    line = triangle(np.array([[1.0, 1.0], [1.0, 1.0]]))  # x = y is known exactly
+    np.testing.assert_allclose(consistency.nees(np.array([[2.0, 2.0], [2.0, 1.0]]), np.tile(line, (2, 1))), [4, np.inf])
+    assert consistency.consistency(found, 3, np.arange(5.0)).coverage == pytest.approx(2 / 3)
+
+
+def test_an_estimate_diverges_where_it_is_out_of_its_region_for_a_second(trajectory_through):
+    beyond = consistency.region(0.999, 4) + 0.1
+    found = np.ones((40, 2))
+    found[3:13, 0] = beyond  # 1 s
+    found[20:29, 0] = beyond  # 0.9 s
+    found[5:40, 1] = beyond
+    found[15, 1] = np.nan  # 1 s before, 2.4 s after the gap
+    time = 0.1 * np.arange(41)
+    assert consistency.consistency(found, 4, time).divergences == 3
+    assert consistency.region(0.999, 4) == pytest.approx(stats.chi2(4).ppf(0.999))
+
+
+def test_beliefs_are_depleted_by_their_own_number_of_particles(trajectory_through, scenario_with):
+    trajectory = trajectory_through(
+        np.zeros((5, 2)),
+        robot_ess=np.array([9.0, 11.0, 3.0, np.nan]),
+        robot_particles=np.array([500.0, 500.0, np.nan, np.nan]),
+    )
+    particles = consistency.robot_particles(trajectory, scenario_with())
+    assert particles.tolist() == [500.0] * 4  # those that are set, where the log does not say it
+    assert consistency.depleted_share(trajectory.robot_ess, particles) == pytest.approx(2 / 3)
+    assert consistency.depleted_share(np.array([9.0]), 80) == 0.0
+    assert consistency.depleted_share(np.array([np.nan]), 80) is None

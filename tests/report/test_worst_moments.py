@@ -13,7 +13,7 @@ from tests.metrics.conftest import make_scenario, make_trajectory
 TICKS = 40
 
 
-def make_run(*, ticks=None, timing=None, robot_ess=None, **changes) -> LoggedRun:
+def make_run(*, ticks=None, timing=None, **changes) -> LoggedRun:
     """Four seconds along the x axis in which nothing is wrong but what `changes` say of the trajectory."""
     route = np.column_stack([np.linspace(0.0, 4.0, TICKS + 1), np.zeros(TICKS + 1)])
     trajectory = make_trajectory(route)
@@ -21,9 +21,6 @@ def make_run(*, ticks=None, timing=None, robot_ess=None, **changes) -> LoggedRun
     return LoggedRun(
         trajectory,
         ticks=np.arange(TICKS + 1) if ticks is None else ticks,
-        robot_ess=np.full(TICKS, 500.0) if robot_ess is None else robot_ess,
-        people_ess=np.zeros((TICKS, 0)),
-        recoveries=0,
         timing=np.zeros((0, len(PHASES) + 2), np.int64) if timing is None else timing,
         deadline_misses=0,
     )
@@ -110,6 +107,5 @@ def test_there_are_at_most_five_of_different_kinds():
 
 def test_a_run_without_a_tick_has_moments_all_the_same():
     trajectory = make_trajectory([[0.0, 0.5]])
-    run = replace(make_run(), trajectory=trajectory, ticks=np.array([0]), robot_ess=np.zeros(0))
-    moments = worst_moments(replace(run, people_ess=np.zeros((0, 0))), make_scenario())
-    assert [moment.kind for moment in moments] == ["deviation"]
+    run = replace(make_run(), trajectory=trajectory, ticks=np.array([0]))
+    assert [moment.kind for moment in worst_moments(run, make_scenario())] == ["deviation"]

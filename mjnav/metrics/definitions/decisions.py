@@ -1,4 +1,4 @@
-"""What the decisions were, what the robot knew, and what it cost to compute."""
+"""What the decisions were, and what they cost to compute."""
 
 from collections.abc import Mapping
 from types import MappingProxyType
@@ -6,10 +6,6 @@ from types import MappingProxyType
 from mjnav.metrics.definitions.definition import HIGHER, INTEGER, LOWER, Definition
 
 _NEVER_MET = "never met an obstacle"
-_NO_SAMPLES = "no people; all samples equal; fewer than four"
-_JOANES = "Joanes and Gill (1998)"
-_SKEW = r"G_1 = \frac{\sqrt{n(n-1)}}{n-2}\, m_3/m_2^{3/2}"
-_KURTOSIS = r"G_2 + 3,\ G_2 = \frac{n-1}{(n-2)(n-3)}\left((n+1)\,g_2 + 6\right),\ g_2 = m_4/m_2^2 - 3"
 
 DECISIONS: Mapping[str, Definition] = MappingProxyType(
     {
@@ -34,35 +30,6 @@ DECISIONS: Mapping[str, Definition] = MappingProxyType(
         "mean_safe_share": Definition(
             text="the same, mean over ticks",
             better=HIGHER, words="mean share of safe samples", null=_NEVER_MET,
-        ),
-    }
-)  # fmt: skip
-
-KNOWLEDGE: Mapping[str, Definition] = MappingProxyType(
-    {
-        "localization_rmse_m": Definition(
-            text="error of the robot's estimated position, root of the mean square",
-            unit="m", better=LOWER, words="error of the robot's belief", null="no ticks",
-            equation=r"\sqrt{\frac{1}{T}\sum_k \lvert\hat p_k - p_k\rvert^2}",
-        ),
-        "tracking_rmse_m": Definition(
-            text="error of people's estimated positions, root of the mean square over ticks and people with a track",
-            unit="m", better=LOWER, words="error of beliefs of people", null="nobody was tracked",
-        ),
-        "robot_skew": Definition(
-            text="of the robot samples' x and y that the controller got, mean over ticks and axes",
-            equation=_SKEW, null=_NO_SAMPLES, source=_JOANES,
-        ),
-        "robot_kurtosis": Definition(
-            text="of the same samples; 3 for a Gaussian", equation=_KURTOSIS, null=_NO_SAMPLES, source=_JOANES
-        ),
-        "people_skew": Definition(
-            text="the same of people's samples, mean over people too",
-            equation=_SKEW, null=_NO_SAMPLES, source=_JOANES,
-        ),
-        "people_kurtosis": Definition(
-            text="the same of people's samples; 3 for a Gaussian",
-            equation=_KURTOSIS, null=_NO_SAMPLES, source=_JOANES,
         ),
     }
 )  # fmt: skip

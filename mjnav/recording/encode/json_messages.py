@@ -63,6 +63,7 @@ class RobotState(Struct):
     pose: Pose
     twist: Annotated[Array, Meta(description="v [m/s], omega [rad/s]")]
     estimate: RobotEstimate | None
+    particles: Annotated[int, Meta(description="how many the belief has")] | UnsetType = UNSET
 
 
 class Odometry(Struct):
@@ -204,7 +205,8 @@ _encode = msgspec.json.Encoder(enc_hook=_builtin).encode
 def encode_robot(tick: int, truth: WorldState, belief: RobotBelief | None) -> bytes:
     """mjnav.RobotState."""
     estimate = belief and RobotEstimate(belief.mean, belief.covariance, belief.ess, belief.recovered)
-    return _encode(RobotState(tick, truth.time, truth.robot_pose, truth.robot_twist, estimate))
+    particles = UNSET if belief is None else len(belief.weights)
+    return _encode(RobotState(tick, truth.time, truth.robot_pose, truth.robot_twist, estimate, particles))
 
 
 def encode_odometry(reading: Reading) -> bytes:

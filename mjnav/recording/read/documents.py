@@ -6,6 +6,7 @@ from math import nan
 import numpy as np
 
 from mjnav.messages import PHASES, Array, Contact, TickTiming, WorldState
+from mjnav.recording.read.believed import Believed
 
 
 def _array(values: object, shape: tuple[int, ...]) -> Array:
@@ -34,9 +35,14 @@ def decode_truth(robot: Mapping, people: Mapping, contacts: Mapping) -> WorldSta
     )
 
 
-def decode_estimate(document: Mapping) -> tuple[Array, Array]:
-    """Mean (3,) and covariance (3, 3) of the robot's believed pose."""
-    return _array(document["mean"], (3,)), _array(document["covariance"], (3, 3))
+def decode_estimate(robot: Mapping) -> Believed | None:
+    """What mjnav.RobotState says of the robot's belief: its mean is (3,)."""
+    document = robot["estimate"]
+    if document is None:
+        return None
+    mean, covariance = _array(document["mean"], (3,)), _array(document["covariance"], (3, 3))
+    ess, recovered = number(document["ess"]), bool(document["recovered"])
+    return Believed(mean, covariance, ess, number(robot.get("particles")), recovered)
 
 
 def decode_twist(document: Mapping | None) -> Array:
@@ -44,12 +50,14 @@ def decode_twist(document: Mapping | None) -> Array:
     return np.full(2, np.nan) if document is None else _array([document["v"], document["omega"]], (2,))
 
 
-def decode_tracks(people: Mapping) -> dict[str, tuple[Array, Array]]:
-    """Mean (4,) and covariance (4, 4) of each believed person by name."""
+def decode_tracks(people: Mapping) -> dict[str, Believed]:
+    """Each believed person by name; the mean is (4,)."""
     return {
-        person["name"]: (
+        person["name"]: Believed(
             _array([*person["position"], *person["velocity"]], (4,)),
             _array(person["covariance"], (4, 4)),
+            number(person["ess"]),
+            recovered=bool(person["recovered"]),
         )
         for person in people["people"]
     }

@@ -3,16 +3,15 @@
 from array import array
 from collections.abc import Mapping
 from dataclasses import dataclass
-from math import nan
 from sys import intern
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from mjnav.messages import PHASES, Array, TickTiming, Trajectory, WorldState
+from mjnav.messages import PHASES, TickTiming, Trajectory, WorldState
 from mjnav.recording.read import documents
-from mjnav.recording.read.trajectory import NO_ESTIMATE, TrajectoryBuilder
+from mjnav.recording.read.trajectory import TrajectoryBuilder
 
 TRUTH = ("/robot/state", "/people/truth", "/contacts")
 TICK = (*TRUTH, "/people/estimate", "/decision", "/command")
@@ -43,9 +42,6 @@ class LoggedRun:
 
     trajectory: Trajectory
     ticks: NDArray[np.int64]  # (T + 1,) their numbers, and that of the last state
-    robot_ess: Array  # (T,) effective sample sizes
-    people_ess: Array  # (T, P); NaN without a track
-    recoveries: int  # of filters that were reset
     timing: NDArray[np.int64]  # (n, 7) as in a trajectory
     deadline_misses: int
 
@@ -56,9 +52,6 @@ class _Parts:
 
     states: Mapping[str, Any]  # arguments of TrajectoryBuilder.add_states
     timing: TickTiming | None
-    robot_ess: float
-    people_ess: list[float]
-    recoveries: int
 
 
 class TickAssembler:
@@ -76,8 +69,7 @@ class TickAssembler:
         self._held: tuple[int, WorldState, _Parts | None] | None = None  # the last one: committed when another follows
         self._ended = False
         self._ticks, self._timing = array("q"), array("q")
-        self._robot_ess, self._people_ess = array("d"), array("d")
-        self._recoveries = self._misses = 0
+        self._misses = 0
 
     def add(self, topic: str, tick: int, document: Any) -> None:
         """One document of a topic in TICK, or of TIMING. Raises BadDocument, but not across gaps."""
@@ -92,13 +84,9 @@ class TickAssembler:
         if self._held is None:
             return None
         number, final, _ = self._held
-        trajectory = self._builder.finish(final)
         return LoggedRun(
-            trajectory,
+            self._builder.finish(final),
             ticks=np.array([*self._ticks, number], np.int64),
-            robot_ess=np.array(self._robot_ess, float),
-            people_ess=np.array(self._people_ess, float).reshape(len(self._robot_ess), len(final.people_position)),
-            recoveries=self._recoveries,
             timing=np.array(self._timing, np.int64).reshape(-1, len(PHASES) + 2),
             deadline_misses=self._misses,
         )
@@ -117,7 +105,7 @@ class TickAssembler:
             if not len(truth.people_position) == len(truth.people_velocity) == num_people:
                 raise ValueError(f"{num_people} people have become {len(truth.people_position)}")
             whole = all(topic in found for topic in TICK)
-            parts = _parts(found, timing, num_people) if whole else None
+            parts = _parts(found, timing) if whole else None
         except NOT_OURS as error:
             if not self._across_gaps:
                 raise BadDocument(f"tick {self._number} is not one of mjnav's ({error!r})") from error
@@ -143,9 +131,6 @@ class TickAssembler:
         if parts.timing is not None:
             self._builder.add_timing(parts.timing)
         self._ticks.append(number)
-        self._robot_ess.append(parts.robot_ess)
-        self._people_ess.extend(parts.people_ess)
-        self._recoveries += parts.recoveries
 
     def _read_timing(self, document: Any) -> TickTiming | None:
         if document is None:
@@ -156,16 +141,16 @@ class TickAssembler:
         return timing
 
 
-def _parts(found: Mapping[str, Any], timing: TickTiming | None, num_people: int) -> _Parts:
+def _parts(found: Mapping[str, Any], timing: TickTiming | None) -> _Parts:
     """A tick that has a document of every topic in TICK."""
-    estimate, decision, people = found["/robot/state"]["estimate"], found["/decision"], found["/people/estimate"]
+    decision, people = found["/decision"], found["/people/estimate"]
     if found["/command"] is None:  # a nominal control may be
         raise TypeError("no command")
-    ess = {track["name"]: documents.number(track["ess"]) for track in people["people"]}
     return _Parts(
         states={
-            "estimate": NO_ESTIMATE if estimate is None else documents.decode_estimate(estimate),
+            "estimate": documents.decode_estimate(found["/robot/state"]),
             "tracks": documents.decode_tracks(people),
+            "updated": "detections" in people,
             "command": documents.decode_twist(found["/command"]),
             "decision": documents.decode_twist(decision),
             "nominal": documents.decode_twist(decision["nominal"]),
@@ -173,7 +158,4 @@ def _parts(found: Mapping[str, Any], timing: TickTiming | None, num_people: int)
             "clipped": decision.get("wish") is not None,
         },
         timing=timing,
-        robot_ess=nan if estimate is None else documents.number(estimate["ess"]),
-        people_ess=[ess.get(f"person{i}", nan) for i in range(num_people)],
-        recoveries=sum(bool(belief["recovered"]) for belief in (estimate, *people["people"]) if belief is not None),
     )

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from mjnav.geometry.assignment import nearest_pairs
+from mjnav.geometry.assignment import GATE, nearest_pairs
 from mjnav.messages import (
     PHASES,
     Array,
@@ -18,14 +18,13 @@ from mjnav.messages import (
     Decision,
     TickRecord,
     TickTiming,
-    Track,
     Trajectory,
     WorldState,
     triangle,
 )
+from mjnav.recording.read.believed import Believed
 
-NO_ESTIMATE = (np.full(3, np.nan), np.full((3, 3), np.nan))  # mean, covariance where there is no belief
-ASSOCIATED = 1.0  # [m] between a person and a track without a name, at most, for it to count as the person's
+NO_ESTIMATE = Believed(np.full(3, np.nan), np.full((3, 3), np.nan), np.nan)
 TRUTH = ("time", "robot_pose", "robot_twist", "people_position", "people_velocity")  # one row more than ticks
 
 
@@ -41,11 +40,6 @@ def track_number(name: str) -> int | None:
     """7 of "track7"; None for a name of another form."""
     found = re.fullmatch(r"track(\d{1,9})", name)
     return None if found is None else int(found[1])
-
-
-def track_states(tracks: tuple[Track, ...]) -> dict[str, tuple[Array, Array]]:
-    """Mean (4,) and covariance (4, 4) of each track by name."""
-    return {track.name: (track.mean, track.covariance) for track in tracks}
 
 
 class _Rows:
@@ -93,6 +87,7 @@ class TrajectoryBuilder:
         self._contacts: list[Contact] = []
         self._timing = _Rows((len(PHASES) + 2,), np.int64)
         self._clipped = self._misses = 0  # ticks
+        self._recoveries = 0
 
     def __len__(self) -> int:
         """The number of ticks so far."""
@@ -103,8 +98,9 @@ class TrajectoryBuilder:
         decision, belief = record.decision, record.belief
         self.add_states(
             record.truth,
-            estimate=NO_ESTIMATE if belief is None else (belief.mean, belief.covariance),
-            tracks=track_states(record.tracks),
+            estimate=None if belief is None else Believed.of(belief),
+            tracks={track.name: Believed.of(track) for track in record.tracks},
+            updated=record.reading is not None,
             command=record.command,
             decision=np.array([decision.v, decision.omega]),
             nominal=nominal_control(decision),
@@ -116,41 +112,58 @@ class TrajectoryBuilder:
         self,
         truth: WorldState,
         *,
-        estimate: tuple[Array, Array],
-        tracks: Mapping[str, tuple[Array, Array]],
+        estimate: Believed | None,
+        tracks: Mapping[str, Believed],
+        updated: bool,
         command: Array,
         decision: Array,
         nominal: Array,
         status: str,
         clipped: bool,
     ) -> None:
-        """One tick by its parts: the truth, (mean, covariance) of the robot and by each track's name, (v, omega)s."""
+        """One tick by its parts: the truth, beliefs about the robot and by each track's name, (v, omega)s.
+
+        Beliefs that no reading has `updated` are those of the tick before.
+        """
         rows = self._rows or self._begin(len(truth.people_position))
         for name in TRUTH:
             rows[name].add(getattr(truth, name))
-        rows["estimate"].add(estimate[0])
-        rows["estimate_triangle"].add(triangle(estimate[1]))
-        means = np.full((len(self._places), 4), np.nan)
+        robot = NO_ESTIMATE if estimate is None else estimate
+        rows["estimate"].add(robot.mean)
+        rows["estimate_triangle"].add(triangle(robot.covariance))
+        rows["robot_ess"].add(robot.ess)
+        rows["robot_particles"].add(robot.particles)
+        means, ess = np.full((len(self._places), 4), np.nan), np.full(len(self._places), np.nan)
         covariances = np.full((len(self._places), 4, 4), np.nan)
-        unnamed = {}
-        for name, (mean, covariance) in tracks.items():
-            if (person := self._places.get(name)) is not None:
-                means[person], covariances[person] = mean, covariance
-            elif (number := track_number(name)) is not None:
-                unnamed[name] = mean
-                rows["track_states"].add((len(self), number, *mean))
-        if unnamed:
-            found = np.array([*unnamed.values()])
-            for person, place in nearest_pairs(truth.people_position, found[:, :2], ASSOCIATED):
-                means[person], covariances[person] = tracks[[*unnamed][place]]
+        for person, track in self._by_person(tracks, truth).items():
+            means[person], covariances[person], ess[person] = track.mean, track.covariance, track.ess
         rows["tracks"].add(means)
         rows["track_triangle"].add(triangle(covariances))
+        rows["people_ess"].add(ess)
+        if updated:
+            self._recoveries += robot.recovered + sum(track.recovered for track in tracks.values())
         rows["command"].add(command)
         rows["decision"].add(decision)
         rows["nominal"].add(nominal)
         self._status.append(intern(status))
         self._contacts.extend(truth.contacts)
         self._clipped += clipped
+
+    def _by_person(self, tracks: Mapping[str, Believed], truth: WorldState) -> dict[int, Believed]:
+        """Each person's track; those without a name become rows of `track_states`."""
+        found: dict[int, Believed] = {}
+        unnamed: list[Believed] = []
+        for name, track in tracks.items():
+            if (person := self._places.get(name)) is not None:
+                found[person] = track
+            elif (number := track_number(name)) is not None:
+                unnamed.append(track)
+                self._rows["track_states"].add((len(self), number, *track.mean))
+        if unnamed:
+            places = np.array([track.mean[:2] for track in unnamed])
+            pairs = nearest_pairs(truth.people_position, places, GATE)
+            found |= {person: unnamed[place] for person, place in pairs}
+        return found
 
     def add_timing(self, timing: TickTiming) -> None:
         """The timing of one tick; it may be missing for some."""
@@ -169,6 +182,7 @@ class TrajectoryBuilder:
             timing=self._timing.finish(),
             deadline_misses=self._misses,
             clipped_ticks=self._clipped,
+            recoveries=self._recoveries,
         )
 
     def _begin(self, num_people: int) -> dict[str, _Rows]:
@@ -184,6 +198,8 @@ class TrajectoryBuilder:
             "estimate_triangle": (6,),
             "tracks": (p, 4),
             "track_triangle": (p, 10),
+            **dict.fromkeys(("robot_ess", "robot_particles"), ()),
+            "people_ess": (p,),
             **dict.fromkeys(("command", "decision", "nominal"), (2,)),
             "track_states": (6,),
         }

@@ -90,7 +90,7 @@ def test_effective_sample_sizes_are_given_by_tick(ticks):
     ticks[4][1]["/people/estimate"]["people"].pop(0)
     ticks[5][1]["/robot/state"]["estimate"]["ess"] = None
     ticks[6][1]["/people/estimate"]["people"][0]["recovered"] = True
-    run = assembled(ticks, across_gaps=True)
+    run = assembled(ticks, across_gaps=True).trajectory
     assert (run.robot_ess.shape, run.people_ess.shape, run.recoveries) == ((9,), (9, 2), 1)
     assert run.robot_ess[3] == ticks[3][1]["/robot/state"]["estimate"]["ess"]
     assert np.flatnonzero(np.isnan(run.robot_ess)).tolist() == [5]
@@ -102,5 +102,5 @@ def test_no_documents_give_no_run_and_truth_alone_gives_no_tick(ticks):
     only_truth = [(0, {topic: ticks[0][1][topic] for topic in TRUTH})]
     run = assembled(only_truth, across_gaps=False)
     assert isinstance(run.trajectory, Trajectory)
-    assert (len(run.trajectory.status), run.people_ess.shape) == (0, (0, 2))
+    assert (len(run.trajectory.status), run.trajectory.people_ess.shape) == (0, (0, 2))
     assert run.ticks.tolist() == [0]
