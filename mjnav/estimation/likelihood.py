@@ -19,6 +19,7 @@ LEAST_STD = {
     "detection.y": 1e-2,  # [m]
     "odometry.v": 5e-3,  # [m/s]: to which wheels track on the floor
     "odometry.omega": 5e-3,  # [rad/s]
+    "gyro": 2e-3,  # [rad/s]: the integral of the yaw rate is exact, its time and the scan's are not
 }
 
 # Width of the floor's uniform density: a room, a full turn.

@@ -15,6 +15,7 @@ Vector = Annotated[NDArray[np.float64], types.float64[::1]]  # (n,), its numbers
 Matrix = Annotated[NDArray[np.float64], types.float64[:, ::1]]
 Cube = Annotated[NDArray[np.float64], types.float64[:, :, ::1]]
 Indices = Annotated[NDArray[np.int64], types.int64[::1]]
+ReadOnlyVector = Annotated[NDArray[np.float64], types.Array(types.float64, 1, "C", readonly=True)]
 ReadOnlyMatrix = Annotated[NDArray[np.float64], types.Array(types.float64, 2, "C", readonly=True)]
 ReadOnlyCube = Annotated[NDArray[np.float64], types.Array(types.float64, 3, "C", readonly=True)]
 Flags = Annotated[NDArray[np.bool_], types.boolean[::1]]

@@ -24,6 +24,14 @@ def _sinc(h):
 
 
 @kernel
+def arc(x, y, heading, v, omega, duration):
+    """The pose after `duration` [s], negative for the pose before, of constant v [m/s] and omega [rad/s]."""
+    half = 0.5 * duration * omega
+    chord = duration * v * _sinc(half)
+    return x + chord * cos(heading + half), y + chord * sin(heading + half), wrapped(heading + 2.0 * half)
+
+
+@kernel
 def integrate_rows(pose: Matrix, v: Vector, omega: Vector, duration: float):
     """Poses (n, 3) after `duration` [s] of constant v (n,) [m/s] and omega (n,) [rad/s], a new (n, 3).
 
