@@ -10,6 +10,7 @@ from itertools import combinations
 
 from mjnav.errors import InvalidValue
 from mjnav.scenarios.lidar import check_lidar
+from mjnav.scenarios.faults import check_kidnappings
 from mjnav.scenarios.routes import check_routes, check_trips
 from mjnav.scenarios.shapes import (
     TOUCH,
@@ -60,6 +61,7 @@ def check(scenario: Scenario, *, routes: bool = True) -> None:
     met = met_by_robot(scenario.walls, scenario.tables, scenario.pillars)
     for other in (*met, *there):
         _keep_apart(body, other, "robot.start", robot.start)
+    check_kidnappings(scenario.faults, robot.radius, met)
     for i, point in enumerate(robot.route):
         for other in met:
             room = other.distance(point)

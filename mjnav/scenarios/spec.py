@@ -21,6 +21,7 @@ from mjnav.scenarios.bodies import Table as Table
 from mjnav.scenarios.bodies import Wall as Wall
 from mjnav.scenarios.crowd.spec import Crowd as Crowd
 from mjnav.scenarios.known_map import KnownBodies, MapDifference
+from mjnav.scenarios.faults import Faults as Faults
 from mjnav.scenarios.latency import Latency as Latency
 from mjnav.scenarios.people import BEHAVIOURS as BEHAVIOURS
 from mjnav.scenarios.people import Behaviour as Behaviour
@@ -270,12 +271,13 @@ class Scenario(Constant):
     estimation: Estimation = Estimation()
     control: Control = Control()
     physics: Physics = Physics()
-    # These five are not in a dump unless they were given: the names of a study's cells are made of those.
+    # These are not in a dump unless they were given: the names of a study's cells are made of those.
     people_see_robot: Annotated[bool | None, "in place of sees_robot of every person, for the whole scene at once"] = (
         None
     )
     layout: Layout | None = None
     prediction: Prediction | None = None
+    faults: Faults | None = None
     log: LogContent | None = None
     metrics: Annotated[
         tuple[str | MetricPlugin, ...] | None,

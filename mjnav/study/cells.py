@@ -128,10 +128,10 @@ def _controller_keys(table: Overrides) -> dict[str, object]:
 
 
 def flat(table: Mapping[str, object], prefix: str = "") -> dict[str, object]:
-    """Values by dotted keys, from nested tables."""
+    """Values by dotted keys, from nested tables; a table with nothing in it is a value."""
     found: dict[str, object] = {}
     for key, value in table.items():
-        found |= flat(value, f"{prefix}{key}.") if isinstance(value, dict) else {f"{prefix}{key}": value}
+        found |= flat(value, f"{prefix}{key}.") if isinstance(value, dict) and value else {f"{prefix}{key}": value}
     return found
 
 
