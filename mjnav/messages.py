@@ -63,6 +63,7 @@ class Reading(ShortRepr):
         default_factory=lambda: np.zeros(0)
     )  # (B,) [s] of each beam; (0,) where all are at `time`
     dropped: tuple[str, ...] = ()  # what did not arrive, or not as numbers: odometry, gyro, pose, detections, scan
+    ages: tuple[tuple[str, float], ...] = ()  # of these [s], where it was measured that long before `time`
 
 
 # ----------------------------------------------------------------------------------------- estimation

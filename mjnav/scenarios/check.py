@@ -9,8 +9,8 @@ meet its top.
 from itertools import combinations
 
 from mjnav.errors import InvalidValue
-from mjnav.scenarios.lidar import check_lidar
 from mjnav.scenarios.faults import check_kidnappings
+from mjnav.scenarios.lidar import check_lidar
 from mjnav.scenarios.routes import check_routes, check_trips
 from mjnav.scenarios.shapes import (
     TOUCH,

@@ -60,6 +60,14 @@ class Engine(Protocol):
         """A person goes: nothing can touch them, and the lidar does not see them."""
         ...
 
+    def teleport(self, pose: Array) -> None:
+        """Puts the robot at a pose (3,) that is free, with the same speeds; encoders and `yaw` do not notice."""
+        ...
+
+    def spin(self, angles: Array) -> None:
+        """Wheels turn on the spot by left and right angles (n, 2) [rad], row by row: the encoders count them."""
+        ...
+
     def robot_pose(self) -> Array:
         """(3,) x, y [m], heading [rad] in (-pi, pi]."""
         ...
@@ -69,7 +77,7 @@ class Engine(Protocol):
         ...
 
     def yaw(self) -> float:
-        """The heading with its full turns [rad]."""
+        """The heading with its full turns [rad], without what teleporting changed."""
         ...
 
     def wheel_angles(self) -> tuple[float, float]:

@@ -4,6 +4,7 @@ from math import ceil
 
 from mjnav.errors import InvalidValue
 
+NEVER = 2**62  # a step that no run reaches
 _ROUNDING = 1e-6  # of a step: below it two moments are the same
 
 

@@ -29,6 +29,8 @@ class KinematicEngine:
         self._steps = 0
         # x, y, yaw with its full turns, left and right wheel angle, v, omega
         self._robot = np.array([*scenario.robot.start, 0.0, 0.0, 0.0, 0.0])
+        self._jump = 0.0  # [rad] of the heading, by teleporting
+        self._spun = np.zeros(2)  # [rad] that the wheels turned on the spot
         self._radius = scenario.robot.radius
         # x, y, vx, vy, radius
         self._people = np.zeros((len(scenario.people), 5))
@@ -75,6 +77,16 @@ class KinematicEngine:
         """See `Engine`."""
         self._people[person, :4] = np.nan
 
+    def teleport(self, pose: Array) -> None:
+        """See `Engine`."""
+        self._jump += pose[2] - self._robot[2]
+        self._robot[:3] = pose
+
+    def spin(self, angles: Array) -> None:
+        """See `Engine`."""
+        for row in angles:  # row by row, so that the bits do not depend on where a call ends
+            self._spun += row
+
     def robot_pose(self) -> Array:
         """See `Engine`."""
         return np.array([self._robot[0], self._robot[1], wrap(self._robot[2])])
@@ -85,11 +97,11 @@ class KinematicEngine:
 
     def yaw(self) -> float:
         """See `Engine`."""
-        return float(self._robot[2])
+        return float(self._robot[2] - self._jump)
 
     def wheel_angles(self) -> tuple[float, float]:
         """See `Engine`."""
-        return float(self._robot[3]), float(self._robot[4])
+        return float(self._robot[3] + self._spun[0]), float(self._robot[4] + self._spun[1])
 
     def people_position(self) -> Array:
         """See `Engine`."""
@@ -108,7 +120,10 @@ class KinematicEngine:
 
     def state_bytes(self) -> bytes:
         """See `Engine`."""
-        return b"".join(a.tobytes() for a in (np.array(self._steps), self._robot, self._people, self._desired))
+        state = [np.array(self._steps), self._robot, self._people, self._desired]
+        if self._jump or self._spun.any():
+            state += [np.array(self._jump), self._spun]
+        return b"".join(a.tobytes() for a in state)
 
 
 @exact

@@ -60,6 +60,8 @@ class MujocoEngine:
         self._seen[SEEN_BY_LIDAR] = 1
         self._heading = self._yaw_angle()
         self._turns = 0
+        self._jump = 0.0  # [rad] of the heading, by teleporting
+        self._spun = np.zeros(2)  # [rad] that the wheels turned on the spot
 
     def _bind(self, data: "mujoco.MjData") -> None:
         """Makes `data` the state, by views of it."""
@@ -75,7 +77,7 @@ class MujocoEngine:
         twin._bind(copy(self.data))
         twin._people = self._people.bound(twin.data)
         twin.contacts = deepcopy(self.contacts, memo)
-        twin._force = self._force.copy()  # written to
+        twin._force, twin._spun = self._force.copy(), self._spun.copy()  # written to
         return twin
 
     def _geom_owners(self) -> tuple[Array, list[str]]:
@@ -138,6 +140,31 @@ class MujocoEngine:
         """See `Engine`."""
         self._people.remove(person)
 
+    def teleport(self, pose: Array) -> None:
+        """See `Engine`; the body keeps its height and its lean."""
+        x, y, heading = pose.tolist()
+        turn = heading - self._heading
+        c, s, half_c, half_s = cos(turn), sin(turn), cos(0.5 * turn), sin(0.5 * turn)
+        w, i, j, k = self._pose[3:].tolist()
+        self._pose[:2] = x, y
+        self._pose[3:] = (  # (half_c, 0, 0, half_s) times what it was
+            half_c * w - half_s * k,
+            half_c * i - half_s * j,
+            half_c * j + half_s * i,
+            half_c * k + half_s * w,
+        )
+        vx, vy = self._velocity[:2].tolist()  # in the world; the turn rates are in the body
+        self._velocity[:2] = c * vx - s * vy, s * vx + c * vy
+        before = self._heading + 2.0 * pi * self._turns
+        self._heading, self._turns = self._yaw_angle(), 0
+        self._jump += self._heading - before
+        self._untouched = 0.0
+
+    def spin(self, angles: Array) -> None:
+        """See `Engine`."""
+        for row in angles:  # row by row, so that the bits do not depend on where a call ends
+            self._spun += row
+
     def _is_untouched(self, duration: float) -> bool:
         """Whether nothing can touch the robot for `duration` [s]: then steps need not be looked at one by one.
 
@@ -183,11 +210,12 @@ class MujocoEngine:
 
     def yaw(self) -> float:
         """See `Engine`."""
-        return self._heading + 2.0 * pi * self._turns
+        return self._heading + 2.0 * pi * self._turns - self._jump
 
     def wheel_angles(self) -> tuple[float, float]:
         """See `Engine`."""
-        return float(self._qpos[self._wheels[0]]), float(self._qpos[self._wheels[1]])
+        left, right = (self._qpos[wheel] + spun for wheel, spun in zip(self._wheels, self._spun, strict=True))
+        return float(left), float(right)
 
     def people_position(self) -> Array:
         """See `Engine`."""
@@ -224,7 +252,9 @@ class MujocoEngine:
         """See `Engine`."""
         state = np.zeros(mujoco.mj_stateSize(self.model, mujoco.mjtState.mjSTATE_INTEGRATION))
         mujoco.mj_getState(self.model, self.data, state, mujoco.mjtState.mjSTATE_INTEGRATION)
-        return state.tobytes()
+        return state.tobytes() + (
+            np.append(self._spun, self._jump).tobytes() if self._jump or self._spun.any() else b""
+        )
 
 
 @contextmanager

@@ -9,7 +9,8 @@ from mjnav.motion.unicycle import integrate
 from mjnav.scenarios.spec import Scenario
 from mjnav.world.draws import Draws
 from mjnav.world.engine import Engine
-from mjnav.world.lidar.scanner import NEVER, scanner
+from mjnav.world.grid import NEVER
+from mjnav.world.lidar.scanner import scanner
 
 _ROBOT_CHANNELS = ("odometry.v", "odometry.omega", "gyro", "pose.x", "pose.y", "pose.theta")
 

@@ -15,6 +15,9 @@ from mjnav.scenarios.people import PERIOD
 from mjnav.scenarios.spec import Scenario
 from mjnav.world.actuation import Actuation
 from mjnav.world.engine import Engine
+from mjnav.world.faults.kidnapping import Kidnappings
+from mjnav.world.faults.sensors import FaultySensors
+from mjnav.world.faults.wheels import FaultyWheels
 from mjnav.world.grid import Grid, whole_steps
 from mjnav.world.people.pedestrians import Pedestrians
 from mjnav.world.sensors import NoisySensors
@@ -42,6 +45,9 @@ class Simulator:
             self._engine.remove(person)
         self._actuation = Actuation(scenario, seed)
         self._sensors = NoisySensors(scenario, seed, lidar=lidar)
+        self._hearing = FaultySensors(scenario, seed)
+        self._wheels = FaultyWheels(scenario, seed)
+        self._kidnappings = Kidnappings(scenario)
         self._readings: list[Reading] = []
         self._noise_windows = Grid(NOISE_WINDOW, self._timestep)
         self._decisions = Grid(PERIOD, self._timestep)
@@ -71,9 +77,13 @@ class Simulator:
         for until, following in [*changes, (end, current)]:
             until = min(until, end)
             while self._step < until:
-                grids = self._noise_windows.next, self._decisions.next, self._sensing.next
-                moment = min(until, *grids, self._sensors.next_packet)
-                self._engine.advance(self._actuation.twists(current, moment - self._step))
+                obeyed = self._wheels.command(current, self._step)
+                grids = (self._noise_windows, self._decisions, self._sensing, self._wheels, self._kidnappings)
+                moment = min(until, self._sensors.next_packet, *(grid.next for grid in grids))
+                set_points = self._actuation.twists(obeyed, moment - self._step)
+                twists, slipped = self._wheels.over_floor(set_points, self._step)
+                self._engine.advance(twists)
+                self._engine.spin(slipped)
                 self._step = moment
                 self._pass_moment()
             current = following
@@ -81,9 +91,10 @@ class Simulator:
     def _pass_moment(self) -> None:
         """Does what is due at the present step: it is done on reaching a moment, so that looking changes nothing."""
         engine, step = self._engine, self._step
+        self._kidnappings.pass_moment(step, engine)
         self._sensors.take_packet(engine, step)
         if self._sensing.due(step):
-            self._readings.append(self._sensors.read(engine, self.time))
+            self._readings.append(self._hearing.hear(self._sensors.read(engine, self.time)))
         if self._decisions.due(step):
             self._pedestrians.decide(self.state(), engine)
         if self._noise_windows.due(step):

@@ -66,6 +66,13 @@ class RobotState(Struct):
     particles: Annotated[int, Meta(description="how many the belief has")] | UnsetType = UNSET
 
 
+class Age(Struct):
+    """How old a sensor's part of a reading is."""
+
+    sensor: str
+    age: Annotated[float, Meta(description="s")]
+
+
 class Odometry(Struct):
     """/odometry: the sensors but for the lidar and the detector."""
 
@@ -76,6 +83,8 @@ class Odometry(Struct):
     gyro: TurnRate
     pose: Annotated[Array, Meta(description="by the pose sensor: x, y [m], heading [rad] in the map")]
     odometry_pose: Annotated[Array, Meta(description="where v and omega lead: x, y [m], heading [rad] in odom")]
+    dropped: list[str] | UnsetType = UNSET  # sensors of which nothing arrived with this reading, if any
+    ages: list[Age] | UnsetType = UNSET  # of what was measured before `time`
 
 
 class Command(Struct):
@@ -212,9 +221,8 @@ def encode_robot(tick: int, truth: WorldState, belief: RobotBelief | None) -> by
 def encode_odometry(reading: Reading) -> bytes:
     """mjnav.Odometry."""
     v, omega = reading.odometry.tolist()
-    return _encode(
-        Odometry(reading.time, reading.interval, v, omega, reading.gyro, reading.pose, reading.odometry_pose)
-    )
+    known = (reading.time, reading.interval, v, omega, reading.gyro, reading.pose, reading.odometry_pose)
+    return _encode(Odometry(*known, list(reading.dropped) or UNSET, [Age(*age) for age in reading.ages] or UNSET))
 
 
 def encode_command(tick: int, command: Array) -> bytes:

@@ -13,11 +13,10 @@ from mjnav.messages import Array
 from mjnav.scenarios.lidar import Lidar
 from mjnav.scenarios.spec import Scenario
 from mjnav.world.engine import Engine
-from mjnav.world.grid import Grid
+from mjnav.world.grid import NEVER, Grid
 from mjnav.world.lidar.returns import Returns
 
 PACKET = 0.01  # [s]
-NEVER = 2**62  # a step after every other one
 
 
 class Scanner(Protocol):

@@ -1,0 +1,1 @@
+"""What goes wrong in the world: faults of sensors and wheels, and kidnappings."""
