@@ -13,6 +13,7 @@ from mjnav.messages import Trajectory
 from mjnav.output_files import output_path, replacement, written
 from mjnav.recording.read.log import Log, open_log
 from mjnav.report.film import FilmTiming, frame_at, require_codec, write_film
+from mjnav.report.lidar_view import LidarViews
 
 if TYPE_CHECKING:
     from PIL.Image import Image
@@ -92,7 +93,8 @@ def picture(log: Log, at: float | None = None, *, size: tuple[int, int]) -> tupl
         raise InvalidValue("at", at, f"a time from 0 to {trajectory.time[last]:g} s")
     index = last if at is None else int(np.abs(trajectory.time - at).argmin())
     shown = frame_at(trajectory, float(trajectory.time[index]))
-    return draw(log.scenario(), shown.state, size=size, trail=shown.trail), shown.state.time
+    seen = LidarViews(log).at(shown.state.time)
+    return draw(log.scenario(), shown.state, size=size, trail=shown.trail, **seen.drawn), shown.state.time
 
 
 class Film:
@@ -120,13 +122,14 @@ class Film:
 
         run, trajectory = self._log.run or {}, self._trajectory
         title = ", ".join(run[key] for key in ("scene", "controller") if key in run)
-        floor = trajectory.robot_pose[:, :2]
+        floor, views = trajectory.robot_pose[:, :2], LidarViews(self._log)
         with Renderer(self._log.scenario(), floor, size=self._size, quick=True) as renderer:
             for number, time in enumerate(timing.times().tolist()):
                 progress(number)
                 shown = frame_at(trajectory, time)
                 text = f"{title}\n{time:.1f} s"
-                yield renderer.draw(shown.state, trail=shown.trail, tracks=shown.tracks, text=text)
+                beliefs = {"tracks": shown.tracks} | views.at(time).drawn
+                yield renderer.draw(shown.state, trail=shown.trail, text=text, **beliefs)
 
 
 def _check_size(size: tuple[int, int], *, even: bool) -> None:

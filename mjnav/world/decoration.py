@@ -1,4 +1,4 @@
-"""What is drawn on the floor of a scene and has no physics: the goal, lanes, the robot's path, beliefs."""
+"""What is drawn in a scene and has no physics: the goal, lanes, the robot's path, beliefs, what the lidar shows."""
 
 # pyright: reportAttributeAccessIssue=false
 # mujoco's compiled modules carry no types.
@@ -12,20 +12,24 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mjnav.messages import Array
+from mjnav.motion.diff_drive import LIDAR_HEIGHT
 from mjnav.scenarios.ranges import Point
 from mjnav.scenarios.spec import Scenario
 from mjnav.world.scene import scene_points
 
 TRAIL_STEP = 0.04  # [m] below which two points of a trail are one
+POINT = 0.02  # [m] half the side of a point of a scan
 PREVIEW = 1.0  # [s] that a believed velocity is drawn ahead
 
-_ORANGE, _GREEN, _RED, _BLUE, _VIOLET, _PALE = (
+_ORANGE, _GREEN, _RED, _BLUE, _VIOLET, _PALE, _MAGENTA, _TEAL = (
     (0.95, 0.42, 0.08, 1.0),
     (0.16, 0.65, 0.35, 0.9),
     (0.85, 0.2, 0.2, 0.8),
     (0.2, 0.4, 0.85, 0.8),
     (0.45, 0.15, 0.6, 1.0),
     (0.97, 0.9, 0.6, 0.8),
+    (0.85, 0.05, 0.55, 1.0),
+    (0.0, 0.6, 0.6, 0.6),
 )
 
 
@@ -62,13 +66,31 @@ def draw_ways(scene: mujoco.MjvScene, ways: Iterable[Sequence[Point]]) -> None:
             _draw_band(scene, start, end, 0.012, _PALE)
 
 
-def draw_tracks(scene: mujoco.MjvScene, tracks: ArrayLike) -> None:
-    """Where people are believed to walk within PREVIEW: means (P, 4) x, y, vx, vy; NaN for who has no track."""
-    for x, y, vx, vy in np.asarray(tracks, float):
+def draw_tracks(scene: mujoco.MjvScene, tracks: ArrayLike, coasts: ArrayLike | None = None) -> None:
+    """Where people are believed to walk within PREVIEW: means (P, 4) x, y, vx, vy; NaN for who has no track.
+
+    A track that `coasts` (P,) is pale.
+    """
+    tracks = np.asarray(tracks, float)
+    pale = np.zeros(len(tracks), bool) if coasts is None else np.asarray(coasts, bool)
+    for (x, y, vx, vy), is_pale in zip(tracks, pale, strict=True):
         start, end = np.array([x, y]), np.array([x + PREVIEW * vx, y + PREVIEW * vy])
         if np.isfinite(end).all():
-            _draw_band(scene, start, end, 0.03, _VIOLET)
-            _draw(scene, mujoco.mjtGeom.mjGEOM_CYLINDER, [0.09, 0.004, 0.0], [*end, 0.006], _VIOLET)
+            colour = (*_VIOLET[:3], 0.35) if is_pale else _VIOLET
+            _draw_band(scene, start, end, 0.03, colour)
+            _draw(scene, mujoco.mjtGeom.mjGEOM_CYLINDER, [0.09, 0.004, 0.0], [*end, 0.006], colour)
+
+
+def draw_scan(scene: mujoco.MjvScene, points: ArrayLike) -> None:
+    """Where beams end, (n, 2) [m], at the height of the lidar."""
+    for x, y in np.asarray(points, float):
+        _draw(scene, mujoco.mjtGeom.mjGEOM_BOX, [POINT, POINT, POINT], [x, y, LIDAR_HEIGHT], _MAGENTA)
+
+
+def draw_detections(scene: mujoco.MjvScene, discs: ArrayLike) -> None:
+    """Detected bodies (n, 3) x, y, radius [m] as discs on the floor."""
+    for x, y, radius in np.asarray(discs, float):
+        _draw(scene, mujoco.mjtGeom.mjGEOM_CYLINDER, [radius, 0.002, 0.0], [x, y, 0.004], _TEAL)
 
 
 def _draw_band(scene: mujoco.MjvScene, start: Array, end: Array, half_width: float, colour: tuple[float, ...]) -> None:

@@ -13,7 +13,7 @@ from mjnav.messages import Array, WorldState
 from mjnav.scenarios.routes import planned_legs
 from mjnav.scenarios.spec import Scenario
 from mjnav.world.camera import AZIMUTH, ELEVATION, overview
-from mjnav.world.decoration import draw_route, draw_tracks, draw_trail, draw_ways
+from mjnav.world.decoration import draw_detections, draw_route, draw_scan, draw_tracks, draw_trail, draw_ways
 from mjnav.world.offscreen import open_context
 from mjnav.world.scene import scene_points
 from mjnav.world.stage import Stage
@@ -64,11 +64,15 @@ class Renderer:
         trail: ArrayLike | None = None,
         tracks: ArrayLike | None = None,
         text: str | None = None,
+        coasts: ArrayLike | None = None,
+        scan: ArrayLike | None = None,
+        detections: ArrayLike | None = None,
     ) -> NDArray[np.uint8]:
         """The scene at `state`: (height, width, 3) of uint8.
 
         `trail` (n, 2 or more) is a way to draw on the floor [m], `tracks` (P, 4) are where people are believed to be
-        and to go, and `text` stands in the corner.
+        and to go, pale for those of whom nothing is seen, `coasts` (P,); `text` stands in the corner. `scan` (n, 2) are
+        points at the lidar's height, and `detections` (n, 3) discs x, y, radius on the floor.
         """
         scene, rectangle, drawing = self._scene, self._rectangle, self._drawing
         self._stage.place(state)
@@ -81,7 +85,11 @@ class Renderer:
         if trail is not None:
             draw_trail(scene, trail)
         if tracks is not None:
-            draw_tracks(scene, tracks)
+            draw_tracks(scene, tracks, coasts)
+        if scan is not None:
+            draw_scan(scene, scan)
+        if detections is not None:
+            draw_detections(scene, detections)
         picture = np.empty((rectangle.height, rectangle.width, 3), np.uint8)
         with self._context.as_current():
             mujoco.mjr_render(rectangle, scene, drawing)
@@ -111,10 +119,10 @@ def render(
     size: tuple[int, int] = (1280, 720),
     azimuth: float = AZIMUTH,
     elevation: float = ELEVATION,
-    trail: ArrayLike | None = None,
+    **drawn: ArrayLike | None,
 ) -> NDArray[np.uint8]:
-    """One picture, with the robot and all people in it; see `Renderer`."""
+    """One picture, with the robot and all people in it, and what is `drawn` besides; see `Renderer`."""
     there = ~np.isnan(state.people_position[:, 0])
     floor = np.concatenate([state.robot_pose[None, :2], state.people_position[there]])
     with Renderer(scenario, floor, size=size, azimuth=azimuth, elevation=elevation) as renderer:
-        return renderer.draw(state, trail=trail)
+        return renderer.draw(state, **drawn)

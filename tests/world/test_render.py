@@ -65,6 +65,10 @@ def test_trail_tracks_and_text_are_drawn_over_the_scene(renderer, state):
     assert changed(plain, renderer.draw(state, trail=trail)) > 50
     assert changed(plain, renderer.draw(state, tracks=[[0.0, -1.0, 1.0, 0.0], [np.nan] * 4])) > 20
     assert changed(plain, renderer.draw(state, text="12.3 s")) > 50
+    assert changed(plain, renderer.draw(state, scan=[[0.5 + 0.1 * i, -1.0] for i in range(10)])) > 5
+    assert changed(plain, renderer.draw(state, detections=[[0.5, -1.0, 0.3]])) > 20
+    tracks = [[0.0, -1.0, 1.0, 0.0]]
+    assert changed(renderer.draw(state, tracks=tracks), renderer.draw(state, tracks=tracks, coasts=[True])) > 20
 
 
 def test_a_trail_is_as_good_with_every_tick_of_a_robot_that_stands(renderer, state):
