@@ -28,6 +28,7 @@ TRACKERS: Mapping[str, str] = MappingProxyType(
         "detections.particle": "mjnav.estimation.tracker:ParticleTracker",
         "detections.kalman": "mjnav.estimation.kalman:KalmanTracker",
         "detections.imm": "mjnav.estimation.kalman:ImmTracker",
+        "lidar.particle": "mjnav.estimation.lidar.tracker:LidarTracker",
         "direct": "mjnav.estimation.direct:DirectTracker",
     }
 )

@@ -1,0 +1,94 @@
+"""One track's filter, as the tracker by the lidar uses it, and the one by particles."""
+
+from collections.abc import Callable
+from typing import Protocol
+
+import numpy as np
+
+from mjnav.estimation.rao_blackwell import WalkFilter
+from mjnav.filters.gaussian_sum import GaussianSum
+from mjnav.messages import Array
+
+Detectable = Callable[[Array], Array]  # points (n, 2) [m] -> probability that a body there would have been detected
+
+
+class TrackFilter(Protocol):
+    """The belief about one body's x, y, vx, vy."""
+
+    @property
+    def mean(self) -> Array:
+        """(4,)"""
+        ...
+
+    @property
+    def covariance(self) -> Array:
+        """(4, 4)"""
+        ...
+
+    def start(self, position: Array, covariance: Array) -> None:
+        """Begins at a position (2,) known with a covariance (2, 2)."""
+        ...
+
+    def predict(self, interval: float) -> None:
+        """Moves by `interval` [s]."""
+        ...
+
+    def correct(self, position: Array, covariance: Array, age: float) -> None:
+        """Conditions on a position (2,) measured `age` [s] before, with an error of mean zero and that covariance."""
+        ...
+
+    def missed(self, detectable: Detectable) -> float:
+        """Conditions on not having been detected, as far as its shape can; returns how probable a detection was."""
+        ...
+
+    def draw(self, num: int, rng: np.random.Generator) -> Array:
+        """Equally weighted states, (num, 4)."""
+        ...
+
+
+# The error of a detection in units of the root of its covariance. Detectors know the covariance, not the shape; a share
+# of detections errs three times as far, where a cluster holds part of a neighbour or of a wall.
+SCAN_ERROR = GaussianSum(np.array([0.95, 0.05]), np.zeros((2, 2)), np.array([np.eye(2), 9.0 * np.eye(2)]))
+
+
+JUDGED = 32  # particles by which it is judged whether a body could have been seen
+
+
+class ParticleTrackFilter:
+    """`WalkFilter` with a scan's detections; its particles also know which of them would have been seen."""
+
+    def __init__(self, num_particles: int, rng: np.random.Generator, error: GaussianSum = SCAN_ERROR):
+        """`error` is the shape of a detection's error, in units of the root of its covariance."""
+        self._walk, self._error = WalkFilter(num_particles, rng), error
+
+    @property
+    def mean(self) -> Array:
+        """(4,)"""
+        return self._walk.mean
+
+    @property
+    def covariance(self) -> Array:
+        """(4, 4)"""
+        return self._walk.covariance
+
+    def start(self, position: Array, covariance: Array) -> None:
+        """See `TrackFilter`."""
+        self._walk.start(position, self._error.stretched(covariance))
+
+    def predict(self, interval: float) -> None:
+        """See `TrackFilter`."""
+        self._walk.predict(interval)
+
+    def correct(self, position: Array, covariance: Array, age: float) -> None:
+        """See `TrackFilter`."""
+        self._walk.correct(position, self._error.stretched(covariance), age=age)
+
+    def missed(self, detectable: Detectable) -> float:
+        """Weighs the heaviest particles by the probability that a body of theirs is missed, the others by its mean."""
+        owner, points = self._walk.heaviest(JUDGED)
+        missed = 1.0 - detectable(points.reshape(-1, 2)).reshape(2, -1).mean(axis=0)
+        return 1.0 - self._walk.reweigh(owner, missed)
+
+    def draw(self, num: int, rng: np.random.Generator) -> Array:
+        """See `TrackFilter`."""
+        return self._walk.draw(num, rng)

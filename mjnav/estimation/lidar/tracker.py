@@ -1,0 +1,179 @@
+"""Bodies that the map does not have, tracked from scan to scan: any number of them, without identity.
+
+    predict every track -> detect -> assign -> correct, or note a miss -> births -> deaths
+
+Everything that persists is tracked: people, and furniture that the map lacks, which is a track at rest.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from math import hypot, sqrt
+from typing import Protocol
+
+import numpy as np
+
+from mjnav.estimation.base import DRAWS
+from mjnav.estimation.lidar.association import assigned, predicted
+from mjnav.estimation.lidar.detector import Detector
+from mjnav.estimation.lidar.lifecycle import CLUTTER, DETECTED, Life
+from mjnav.estimation.lidar.track_filter import SCAN_ERROR, ParticleTrackFilter, TrackFilter
+from mjnav.filters.resampling import shuffled
+from mjnav.messages import Array, Detection, Reading, RobotBelief, Track
+from mjnav.rng import stream
+from mjnav.scenarios.spec import Scenario
+
+
+class ScanView(Protocol):
+    """What one scan shows, as `detector.ScanDetections` says it."""
+
+    @property
+    def detections(self) -> tuple[Detection, ...]:
+        """The bodies."""
+        ...
+
+    def visible(self, points: Array, radius: float) -> Array:
+        """The share of a disc with a `radius` [m] at points (n, 2) that the scan could see, (n,)."""
+        ...
+
+
+class Detects(Protocol):
+    """Finds bodies in scans."""
+
+    def detect(self, reading: Reading, robot: RobotBelief) -> ScanView:
+        """Those in a reading's scan, by the robot's belief after the same reading."""
+        ...
+
+
+MakeFilter = Callable[[int, np.random.Generator], TrackFilter]  # of so many particles, with a stream of its own
+UNNAMED = -1
+SCAN_ERROR_VARIANCE = float(SCAN_ERROR.variance[0, 0])  # of a detection's error, in units of its covariance
+PARTICLES = "estimation.particles"  # channel of the particles that a track hands over
+RADIUS_MEMORY = 10  # detections of which a radius is the mean
+
+
+@dataclass(slots=True)
+class Body:
+    """What is tracked, confirmed or not."""
+
+    filter: TrackFilter
+    life: Life
+    radius: float  # [m]
+    number: int = UNNAMED  # of its name, once confirmed
+    streams: tuple[np.random.Generator, ...] = ()  # of its particles and of the draws from them, once confirmed
+
+    @property
+    def name(self) -> str:
+        """Of a confirmed track."""
+        return f"track{self.number}"
+
+
+class LidarTracker:
+    """Tracks bodies by the scans of a lidar.
+
+    A scan's detections are assigned to tracks by `association`; `lifecycle` says which tracks count, and how long. A
+    reading without a scan only predicts. A detection was made before the reading, and is taken for the position at that
+    time. Confirmed tracks are named track0, track1, ... in the order of their confirmation; no name comes twice.
+    """
+
+    def __init__(self, detector: Detects, make_filter: MakeFilter, num_particles: int, seed: int):
+        self._detector, self._make, self._num, self._seed = detector, make_filter, num_particles, seed
+        self._time = 0.0
+        self._births = self._names = 0  # so far
+        self._bodies: list[Body] = []
+        self._tracks: tuple[Track, ...] | None = None
+        self._detections: tuple[Detection, ...] = ()
+        self._weights = np.full(num_particles, 1.0 / num_particles)
+
+    @classmethod
+    def of(cls, scenario: Scenario, seed: int) -> "LidarTracker":
+        """By particles, with the scenario's lidar and map."""
+        return cls(Detector.of(scenario), ParticleTrackFilter, scenario.estimation.obstacles.particles, seed)
+
+    @property
+    def detections(self) -> tuple[Detection, ...]:
+        """What the latest reading's scan showed; empty where it had none."""
+        return self._detections
+
+    def update(self, reading: Reading, robot: RobotBelief | None = None) -> tuple[Track, ...]:
+        """The confirmed tracks after one more reading, in the order of their names.
+
+        Raises ValueError without the robot's belief.
+        """
+        if robot is None:
+            raise ValueError("a tracker by the lidar needs the robot's belief")
+        for body in self._bodies:
+            body.filter.predict(reading.time - self._time)
+        self._time, self._detections = reading.time, ()
+        if reading.scan.size:
+            self._see(self._detector.detect(reading, robot))
+        self._bodies = [body for body in self._bodies if not body.life.over(reading.time, _spread(body.filter))]
+        self._tracks = tuple(self._track(body) for body in self._confirmed())
+        return self._tracks
+
+    def draw(self, num: int) -> tuple[Array, ...]:
+        """Samples of the latest tracks, (num, 4) each, in random order; an error before the first reading."""
+        if self._tracks is None:
+            raise RuntimeError("draw() needs tracks: call update() with a reading first")
+        pairs = zip(self._tracks, self._confirmed(), strict=True)
+        return tuple(shuffled(track.particles, track.weights, num, body.streams[1]) for track, body in pairs)
+
+    def _confirmed(self) -> list[Body]:
+        return sorted((body for body in self._bodies if body.number != UNNAMED), key=lambda body: body.number)
+
+    def _see(self, scan: ScanView) -> None:
+        """Assigns the detections of a scan; what is left over may be new bodies."""
+        self._detections = found = tuple(one for one in scan.detections if _is_finite(one))
+        likely = predicted(
+            np.array([body.filter.mean for body in self._bodies]).reshape(-1, 4),
+            np.array([body.filter.covariance for body in self._bodies]).reshape(-1, 4, 4),
+            np.array([one.position for one in found]).reshape(-1, 2),
+            SCAN_ERROR_VARIANCE * np.array([one.covariance for one in found]).reshape(-1, 2, 2),
+            self._time - np.array([one.time for one in found]),
+        )
+        detectable = np.array([DETECTED * scan.visible(body.filter.mean[:2], body.radius)[0] for body in self._bodies])
+        columns = assigned(likely, detectable, CLUTTER / DETECTED).tolist()
+        for i, (body, column) in enumerate(zip(self._bodies, columns, strict=True)):
+            if column < 0:
+                missed = body.filter.missed(lambda points, r=body.radius: DETECTED * scan.visible(points, r))
+                body.life.missed(missed)
+            else:
+                self._correct(body, found[column], float(likely.log_density[i, column]))
+        for place in sorted(set(range(len(found))).difference(columns)):
+            self._begin(found[place])
+
+    def _correct(self, body: Body, detection: Detection, log_density: float) -> None:
+        """A detection belongs to a body, of that log of density under its belief [1/m^2]."""
+        body.filter.correct(detection.position, detection.covariance, self._time - detection.time)
+        body.life.detected(self._time, log_density)
+        body.radius += (detection.radius - body.radius) / min(body.life.detections, RADIUS_MEMORY)
+        if body.number == UNNAMED and body.life.confirmed:
+            body.number, self._names = self._names, self._names + 1
+            body.streams = tuple(stream(self._seed, channel, body.name) for channel in (PARTICLES, DRAWS))
+
+    def _begin(self, detection: Detection) -> None:
+        """A detection may be of a new body."""
+        born = self._make(self._num, stream(self._seed, "estimation.resampling", f"birth{self._births}"))
+        born.start(detection.position, detection.covariance)
+        born.predict(self._time - detection.time)
+        self._births += 1
+        self._bodies.append(Body(born, Life(self._time, self._time), detection.radius))
+
+    def _track(self, body: Body) -> Track:
+        life, time = body.life, self._time
+        particles = body.filter.draw(self._num, body.streams[0])
+        mean, covariance = body.filter.mean, body.filter.covariance
+        return Track(
+            body.name, time, particles, self._weights, mean, covariance, float(self._num), body.radius,
+            age=time - life.born, unseen=time - life.seen,
+        )  # fmt: skip
+
+
+def _spread(belief: TrackFilter) -> float:
+    """The std of the position in its widest direction [m]."""
+    (a, b), (_, d) = belief.covariance[:2, :2].tolist()
+    return sqrt(max(0.5 * (a + d) + hypot(0.5 * (a - d), b), 0.0))
+
+
+def _is_finite(detection: Detection) -> bool:
+    numbers = *detection.position, *detection.covariance.ravel(), detection.radius, detection.time
+    return bool(np.isfinite(numbers).all())

@@ -1,0 +1,115 @@
+"""One person by Rao-Blackwellised particles: each is a history of walks, turns and stops, and Gaussian given that.
+
+The bootstrap filter (`estimation.tracker`) draws positions and velocities, so it needs many changes of velocity among
+its particles to follow one, and its mean velocity trembles. Here a particle holds the whole posterior of position and
+velocity under its history, and only histories compete (Doucet, de Freitas, Murphy & Russell 2000).
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mjnav.estimation.stop_and_go import STANDS, WALKS, StopAndGo, gone_on
+from mjnav.filters.gaussian_sum import GaussianSum
+from mjnav.filters.mixture_kalman import corrected, explained, kept, moments, sampled
+from mjnav.filters.resampling import systematic
+from mjnav.messages import Array
+
+
+class WalkFilter:
+    """The belief about one person's x, y, vx, vy.
+
+    Predict: `StopAndGo` lists the ways in which every particle may go on. Correct: `filters.mixture_kalman`, with the
+    measurement's noise as a sum of Gaussians. Start: every component of that noise, with a walk and with a stand.
+    """
+
+    def __init__(self, num_particles: int, resampling: np.random.Generator, motion: StopAndGo | None = None):
+        """`resampling` gives one number a step, whether it is used or not."""
+        self._motion, self._num, self._resampling = motion or StopAndGo(), num_particles, resampling
+        self._weights, self._walks = np.ones(0), np.ones(0, bool)
+        self._mean, self._covariance = np.zeros((0, 4)), np.zeros((0, 4, 4))
+        self._moments: tuple[Array, Array] | None = None
+
+    def start(self, measured: Array, noise: GaussianSum) -> None:
+        """Forgets all but a measured position (2,) [m]."""
+        motion, num = self._motion, len(noise.weights)
+        walks = np.repeat([WALKS, STANDS], num)
+        mean, covariance = np.zeros((2 * num, 4)), np.zeros((2 * num, 4, 4))
+        mean[:, :2] = measured - np.tile(noise.means, (2, 1))
+        covariance[:, :2, :2] = np.tile(noise.covariances, (2, 1, 1))
+        speed = np.where(walks, motion.walking_speed, motion.unrest)
+        covariance[:, 2, 2] = covariance[:, 3, 3] = speed**2
+        share = np.where(walks, motion.walking, 1.0 - motion.walking) * np.tile(noise.weights, 2)
+        self._become(share, walks, mean, covariance)
+
+    def predict(self, interval: float) -> None:
+        """The belief after `interval` [s] of which nothing is known; one of no length changes nothing."""
+        if interval <= 0.0:
+            return
+        chosen, weights = kept(self._weights, self._num, self._resampling.random())
+        self._become(*gone_on(
+            weights, self._walks[chosen], self._mean[chosen], self._covariance[chosen], interval, self._motion.rates,
+        ))  # fmt: skip
+
+    def correct(self, measured: Array, noise: GaussianSum, *, age: float = 0.0, floor: float = 0.0) -> float:
+        """Conditions on the position (2,) [m] that was measured `age` [s] before; returns its density [1/m^2] before.
+
+        `floor` [1/m^2] is the density of a measurement that says nothing, times its probability.
+        """
+        measured = np.ascontiguousarray(measured, float)
+        terms = noise.weights, noise.means, noise.covariances
+        joint = explained(self._weights, self._mean, self._covariance, measured, age, *terms, floor)
+        density, offset = float(joint.sum()), self._resampling.random()
+        if density > 0.0:
+            chosen, weights = kept(joint, self._num, offset)
+            owner, mean, covariance = corrected(chosen, self._mean, self._covariance, measured, age, *terms[1:])
+            self._become(weights, self._walks[owner], mean, covariance)
+        return density
+
+    def heaviest(self, most: int) -> tuple[NDArray[np.int64], Array]:
+        """The places (k,) of the heaviest particles, k <= `most`, and two points of each, (2, k, 2) [m].
+
+        They lie one std from the mean of its position to both sides, in the widest direction.
+        """
+        owner = np.argsort(-self._weights, kind="stable")[:most]
+        values, axes = np.linalg.eigh(self._covariance[owner, :2, :2])
+        offset = np.sqrt(np.maximum(values[:, 1:], 0.0)) * axes[:, :, 1]
+        centre = self._mean[owner, :2]
+        return owner, np.stack([centre - offset, centre + offset])
+
+    def reweigh(self, owner: NDArray[np.int64], factors: Array) -> float:
+        """Weighs particles `owner` (k,) by factors (k,) from [0, 1], the others by their mean, which is returned.
+
+        Where it is zero nothing changes.
+        """
+        mean = float(self._weights[owner] @ factors / self._weights[owner].sum())
+        if mean > 0.0:
+            all_factors = np.full(len(self._weights), mean)
+            all_factors[owner] = factors
+            weights = self._weights * all_factors
+            self._become(weights / weights.sum(), self._walks, self._mean, self._covariance)
+        return mean
+
+    @property
+    def mean(self) -> Array:
+        """(4,) of all particles together."""
+        return self._all[0]
+
+    @property
+    def covariance(self) -> Array:
+        """(4, 4) of all particles together."""
+        return self._all[1]
+
+    def draw(self, num: int, rng: np.random.Generator) -> Array:
+        """Equally weighted states, (num, 4), as many of each particle as its weight says."""
+        owner = systematic(self._weights, rng.random(), num)
+        return sampled(owner, self._mean, self._covariance, rng.standard_normal((num, 4)))
+
+    @property
+    def _all(self) -> tuple[Array, Array]:
+        found = self._moments or moments(self._weights, self._mean, self._covariance)
+        self._moments = found
+        return found
+
+    def _become(self, weights: Array, walks: NDArray[np.bool_], mean: Array, covariance: Array) -> None:
+        self._weights, self._walks, self._mean, self._covariance = weights, walks, mean, covariance
+        self._moments = None

@@ -1,0 +1,156 @@
+"""Synthetic bodies, detected from the origin of a plane, and the scans of a scene."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import pytest
+
+from mjnav.estimation.lidar.track_filter import ParticleTrackFilter
+from mjnav.estimation.lidar.tracker import LidarTracker
+from mjnav.messages import Detection, Reading, RobotBelief
+
+STD, RADIUS = 0.03, 0.3  # [m]
+PERIOD = 0.1  # [s]
+
+
+@dataclass
+class View:
+    """What is seen from the origin of discs at known places."""
+
+    detections: tuple[Detection, ...]
+    bodies: np.ndarray  # (n, 2)
+
+    def visible(self, points, radius):
+        """All of it or nothing: a body hides what lies behind it, within its shadow."""
+        points = np.reshape(points, (-1, 2))
+        return np.array([float(not hidden(point, self.bodies)) for point in points])
+
+
+def hidden(point, bodies):
+    distance = np.hypot(*point)
+    ahead = bodies @ point / distance
+    beside = np.abs(bodies[:, 0] * point[1] - bodies[:, 1] * point[0]) / distance
+    return bool(((ahead > 0.0) & (ahead < distance - 2.0 * RADIUS) & (beside < RADIUS)).any())
+
+
+class Watcher:
+    """Detects bodies along `paths` (T, n, 2), each with Gaussian noise, where no other body hides them."""
+
+    def __init__(self, paths, seed=0, age=0.0, clutter=0.0):
+        self.paths, self.age, self.clutter = paths, age, clutter
+        self.rng = np.random.default_rng(seed)
+
+    def detect(self, reading, robot):
+        k = round(reading.time / PERIOD)
+        bodies = self.paths[k]
+        velocity = (self.paths[k] - self.paths[max(k - 1, 0)]) / PERIOD
+        noise = STD * self.rng.standard_normal(bodies.shape)
+        false = self.rng.uniform(-10.0, 10.0, (self.rng.poisson(self.clutter * 400.0), 2))
+        there = [not hidden(body, bodies) for body in bodies]
+        seen = (bodies + noise - self.age * velocity)[there]
+        return View(tuple(self._detection(reading, z) for z in [*seen, *false]), bodies)
+
+    def _detection(self, reading, position):
+        return Detection(reading.time - self.age, position, STD**2 * np.eye(2), RADIUS, 20)
+
+
+def reading(k, scan=True):
+    ranges, interval = np.ones(3) if scan else np.zeros(0), PERIOD if k else 0.0
+    return Reading(PERIOD * k, interval, np.zeros(2), 0.0, np.zeros(3), np.zeros((0, 2)), ranges)
+
+
+ROBOT = RobotBelief(0.0, np.zeros((1, 3)), np.ones(1), np.zeros(3), 1e-6 * np.eye(3), 1.0)
+
+
+def followed(paths, *, seed=0, num=100, scans=lambda k: True, **watcher):
+    """The tracks of every tick, by a tracker of `paths` (T, n, 2)."""
+    tracker = LidarTracker(Watcher(np.asarray(paths), seed, **watcher), ParticleTrackFilter, num, seed)
+    return [tracker.update(reading(k, scans(k)), ROBOT) for k in range(len(paths))]
+
+
+def walk(*legs, start=(0.0, 0.0)):
+    """A path (T, 2) by legs of (ticks, vx, vy)."""
+    steps = [PERIOD * np.array(velocity) for ticks, *velocity in legs for _ in range(ticks)]
+    return np.array(start) + np.cumsum([np.zeros(2), *steps], axis=0)[:-1]
+
+
+def test_a_track_is_confirmed_by_its_third_detection_and_named_in_order():
+    rows = followed(np.stack([walk((20, 0.8, 0.0), start=(2.0, 1.0)), walk((20, 0.0, 0.0), start=(-3.0, 2.0))], axis=1))
+    assert [len(row) for row in rows[:4]] == [0, 0, 2, 2]
+    assert [track.name for track in rows[-1]] == ["track0", "track1"]
+    assert [track.age for track in rows[-1]] == pytest.approx([1.9, 1.9])
+    walker, stander = rows[-1]
+    assert walker.mean == pytest.approx([3.52, 1.0, 0.8, 0.0], abs=0.12)
+    assert stander.mean == pytest.approx([-3.0, 2.0, 0.0, 0.0], abs=0.05)
+    assert walker.radius == pytest.approx(RADIUS)
+
+
+def test_people_who_cross_keep_their_names():
+    swapped = 0
+    for seed in range(5):
+        one = walk((50, 1.0, 0.0), start=(1.5, 1.8))
+        other = walk((50, -1.0, 0.1), start=(6.0, 2.2))
+        rows = followed(np.stack([one, other], axis=1), seed=seed)
+        assert {track.name for row in rows for track in row} == {"track0", "track1"}
+        last = {track.name: track.mean[0] for track in rows[-1]}
+        first = {track.name: track.mean[0] for track in rows[2]}
+        swapped += (first["track0"] < first["track1"]) == (last["track0"] < last["track1"])
+    assert swapped == 0
+
+
+def test_who_is_hidden_for_two_seconds_comes_back_under_the_same_name():
+    for seed in range(5):
+        walker = walk((70, 0.8, 0.0), start=(1.0, 4.0))
+        pillar = walk((70, 0.0, 0.0), start=(1.8, 2.0))
+        paths = np.stack([walker, pillar], axis=1)
+        out = [hidden(row[0], row) for row in paths]
+        assert 18 <= sum(out) <= 26
+        rows = followed(paths, seed=seed)
+        names = [{track.name for track in row} for row in rows[3:]]
+        assert all(row == {"track0", "track1"} for row in names)
+        unseen = max(track.unseen for row in rows for track in row)
+        assert 1.8 <= unseen <= 2.6
+
+
+def test_who_leaves_while_in_view_is_soon_gone_and_who_returns_is_somebody_new():
+    path = walk((20, 0.5, 0.0), (20, 1e4, 0.0), (10, -2e4, 0.0), start=(2.0, 0.0))
+    path[40:] = [3.0, 0.0]
+    rows = followed(path[:, None])
+    assert rows[19][0].name == "track0"
+    gone = next(k for k in range(20, 40) if not rows[k])
+    assert 23 <= gone <= 28
+    assert [track.name for track in rows[-1]] == ["track1"]
+
+
+def test_without_scans_tracks_go_on_spread_and_end():
+    path = walk((120, 0.4, 0.0), start=(2.0, 1.0))
+    rows = followed(path[:, None], scans=lambda k: k < 20)
+    before, later = rows[19][0], rows[34][0]
+    assert later.unseen == pytest.approx(1.5)
+    assert later.mean[0] == pytest.approx(path[34, 0], abs=0.4)
+    assert np.trace(later.covariance[:2, :2]) > 20.0 * np.trace(before.covariance[:2, :2])
+    assert all(np.isfinite(track.particles).all() for row in rows for track in row)
+    assert rows[-1] == ()
+
+
+def test_false_detections_seldom_become_tracks():
+    path = walk((100, 0.3, 0.0), start=(1.0, 1.0))
+    rows = followed(path[:, None], clutter=0.005)  # two in every scan
+    false = sum(len(row) - 1 for row in rows[3:])
+    assert all(any(np.hypot(*(t.mean[:2] - x)) < 0.2 for t in row) for row, x in zip(rows[3:], path[3:], strict=True))
+    assert false <= 5
+
+
+def test_a_detection_counts_for_the_time_at_which_it_was_made():
+    path = walk((60, 1.2, 0.0), start=(-3.0, 2.0))
+    for age in (0.0, 0.09):
+        rows = followed(path[:, None], age=age)
+        errors = [row[0].mean[0] - x[0] for row, x in zip(rows[20:], path[20:], strict=True)]
+        assert abs(np.mean(errors)) < 0.01
+
+
+def test_a_detection_that_is_no_number_is_left_out():
+    path = walk((20, 0.5, 0.0), start=(2.0, 1.0))
+    paths = np.stack([path, np.full_like(path, np.nan)], axis=1)
+    rows = followed(paths)
+    assert [len(row) for row in rows[3:]] == [1] * 17
