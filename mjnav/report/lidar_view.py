@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from mjnav.messages import Array
 from mjnav.recording.log_format import epoch_ns
@@ -22,10 +23,10 @@ class LidarView:
     scan: Array | None = None  # (n, 2) [m] where its beams end
     detections: Array | None = None  # (n, 3) x, y, radius [m]
     tracks: Array | None = None  # (n, 4) x, y, vx, vy; where they are by now
-    coasts: Array | None = None  # (n,) bool: nothing is seen of them
+    coasts: NDArray[np.bool_] | None = None  # (n,) nothing is seen of them
 
     @property
-    def drawn(self) -> dict[str, Array]:
+    def drawn(self) -> dict[str, Any]:
         """As `world.render.Renderer.draw` takes it."""
         names = ("scan", "detections", "tracks", "coasts")
         return {name: value for name in names if (value := getattr(self, name)) is not None}

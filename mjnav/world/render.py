@@ -3,7 +3,7 @@
 # pyright: reportAttributeAccessIssue=false
 # mujoco's compiled modules carry no types.
 
-from typing import Self
+from typing import Any, Self
 
 import mujoco
 import numpy as np
@@ -119,7 +119,7 @@ def render(
     size: tuple[int, int] = (1280, 720),
     azimuth: float = AZIMUTH,
     elevation: float = ELEVATION,
-    **drawn: ArrayLike | None,
+    **drawn: Any,
 ) -> NDArray[np.uint8]:
     """One picture, with the robot and all people in it, and what is `drawn` besides; see `Renderer`."""
     there = ~np.isnan(state.people_position[:, 0])
