@@ -1,4 +1,6 @@
-"""The directions of a planar lidar's beams."""
+"""Where the beams of a planar lidar begin, and where they point to."""
+
+from math import cos, sin
 
 import numpy as np
 
@@ -15,3 +17,10 @@ def beam_angles(num_beams: int, field_of_view: float = WHOLE_TURN) -> Array:
     if field_of_view >= WHOLE_TURN:
         return WHOLE_TURN * np.arange(num_beams) / num_beams - np.pi
     return np.linspace(-0.5 * field_of_view, 0.5 * field_of_view, num_beams)
+
+
+def placed(pose: Array, mount: Array) -> Array:
+    """The pose (3,) in the world of what is mounted at `mount` (3,) on a body at `pose` (3,)."""
+    (x, y, heading), (ahead, left, yaw) = pose.tolist(), mount.tolist()
+    c, s = cos(heading), sin(heading)
+    return np.array([x + c * ahead - s * left, y + s * ahead + c * left, heading + yaw])

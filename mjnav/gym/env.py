@@ -194,9 +194,9 @@ class SceneEnv(gymnasium.Env[Blocks, NDArray[Any]]):
         self._scenario = scenario
 
     def _check_scan(self, scenario: Scenario) -> None:
-        beams = scenario.sensors.lidar_beams
+        beams = len(scenario.sensors.scanner.angles)
         if "scan" in self._features.blocks and self._features.beams > beams:
-            raise InvalidValue("features.beams", self._features.beams, f"at most sensors.lidar_beams ({beams})")
+            raise InvalidValue("features.beams", self._features.beams, f"at most the lidar's beams ({beams})")
 
     def _end_pictures(self) -> None:
         for picture in (self._drawing, self._window):

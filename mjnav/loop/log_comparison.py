@@ -81,9 +81,8 @@ class TickComparison:
         for topic in self._topics:
             found = again.setdefault(topic.name, [])
             if topic.encode_reading is not None:
-                found += [
-                    self._decoded(topic.name, topic.encode_reading(reading)) for reading in record.readings_before
-                ]
+                before = map(topic.encode_reading, record.readings_before)
+                found += [self._decoded(topic.name, data) for data in before if data is not None]
             if topic.encode is not None and (data := topic.encode(record)) is not None:
                 found.append(self._decoded(topic.name, data))
         return self._compare(logged, again)

@@ -4,6 +4,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mjnav.geometry.angles import wrap
+from mjnav.geometry.beams import placed
 from mjnav.geometry.compiled import exact
 from mjnav.geometry.kernel_types import Indices, Matrix, Vector
 from mjnav.messages import Array
@@ -12,7 +13,7 @@ from mjnav.scenarios.spec import Scenario
 from mjnav.world.engine import ContactLog
 from mjnav.world.floor_plan import FloorPlan
 from mjnav.world.kinematic_steps import in_reach, step_people, step_robot
-from mjnav.world.lidar.casting import cast, placed
+from mjnav.world.lidar.casting import cast
 
 
 class KinematicEngine:
@@ -115,8 +116,8 @@ class KinematicEngine:
         """See `Engine`."""
         num_fixed = len(self._seen_discs) - len(self._people)
         self._seen_discs[num_fixed:] = self._people[:, [0, 1, 4]]
-        origin, heading = placed(self._robot[:3], mount)
-        return cast(origin, angles + heading, self._seen_discs, self._seen_boxes, max_range)
+        pose = placed(self._robot[:3], mount)
+        return cast(pose[:2], angles + pose[2], self._seen_discs, self._seen_boxes, max_range)
 
     def state_bytes(self) -> bytes:
         """See `Engine`."""

@@ -17,12 +17,12 @@ import mujoco
 import numpy as np
 from numpy.typing import ArrayLike
 
+from mjnav.geometry.beams import placed
 from mjnav.messages import Array
 from mjnav.motion.diff_drive import LIDAR_HEIGHT, wheel_speeds
 from mjnav.scenarios.spec import Scenario
 from mjnav.world.engine import ContactLog, DivergedError
 from mjnav.world.floor_plan import FloorPlan
-from mjnav.world.lidar.casting import placed
 from mjnav.world.mujoco_people import MujocoPeople
 from mjnav.world.scene import SEEN_BY_LIDAR, compose
 
@@ -229,7 +229,7 @@ class MujocoEngine:
         """See `Engine`."""
         model, data, num_beams = self.model, self.data, len(angles)
         mujoco.mj_kinematics(model, data)
-        (x, y), heading = placed(np.array([self._pose[0], self._pose[1], self._heading]), mount)
+        x, y, heading = placed(np.array([self._pose[0], self._pose[1], self._heading]), mount)
         rays, ranges = np.zeros((num_beams, 3)), np.zeros(num_beams)
         rays[:, 0], rays[:, 1] = np.cos(angles + heading), np.sin(angles + heading)
         mujoco.mj_multiRay(

@@ -9,7 +9,8 @@ mean heading, y to the left; the goal frame has the same origin and x towards th
     people  (max_people, 13) a row a person, nearest first: present (1 or 0); mean position x, y and velocity over
                              ground vx, vy in the robot's frame; radius; clearance; std and correlation of the position,
                              std and correlation of the velocity. Rows without a person are 0
-    scan    (beams,)         least range of each sector; sector i begins at heading - pi + 2 pi i / beams
+    scan    (beams,)         least range of each sector; sector i begins at heading - pi + 2 pi i / beams. A sector
+                             without a beam, or of which nothing returned, has the greatest distance
     grid    (cells, cells)   probability that a cell is occupied, in the robot's frame with the robot in the middle; the
                              first index grows ahead, the second to the left. A person counts by the share of samples
                              that cover the cell, walls, legs and pillars by 1; all are wider by half a cell
@@ -146,10 +147,15 @@ def _scan(features: Features, limits: RobotLimits, observation: Observation, fra
     scan = observation.scan
     if scan is None:
         raise ValueError("the observation has no scan")
-    turn = (scan.angles + np.pi) / (2.0 * np.pi)
+    angles, ranges = scan.angles + scan.mount[2], scan.ranges
+    if scan.mount[:2].any():  # seen from the robot's centre
+        x, y = scan.mount[:2, None] + np.where(np.isfinite(ranges), ranges, 0.0) * [np.cos(angles), np.sin(angles)]
+        met = np.isfinite(ranges)
+        angles, ranges = np.where(met, np.arctan2(y, x), angles), np.where(met, np.hypot(x, y), np.inf)
+    turn = (angles + np.pi) / (2.0 * np.pi)
     sector = np.floor(turn * features.beams + 1e-9).astype(int) % features.beams
     least = np.full(features.beams, features.sight)
-    np.minimum.at(least, sector, scan.ranges)
+    np.minimum.at(least, sector, ranges)
     return least
 
 

@@ -1,4 +1,4 @@
-"""/tf, /robot/truth, /robot/estimate and /scan: transforms, poses and ranges as Foxglove's messages.
+"""/tf, /robot/truth and /robot/estimate: transforms and poses as Foxglove's messages.
 
 Frames are those of REP 105: map -> odom -> base_link -> lidar, and beside them map -> base_link_truth. The robot's
 odometry leads from odom to base_link, without jumps but with drift. From map to odom is the correction that brings
@@ -8,8 +8,7 @@ Source: https://ros.org/reps/rep-0105.html
 """
 
 from collections.abc import Mapping, Sequence
-from functools import lru_cache
-from math import cos, pi, sin
+from math import cos, sin
 from types import MappingProxyType
 
 import numpy as np
@@ -21,8 +20,7 @@ from foxglove_schemas_protobuf.Vector3_pb2 import Vector3
 from google.protobuf.timestamp_pb2 import Timestamp
 
 from mjnav.geometry.angles import wrap
-from mjnav.messages import Array, Reading, TickRecord, WorldState
-from mjnav.motion.diff_drive import LIDAR_HEIGHT
+from mjnav.messages import Array, TickRecord, WorldState
 from mjnav.recording.encode import wire
 
 WORLD_FRAME = "map"
@@ -80,9 +78,6 @@ def _placed(values: Sequence[float]) -> bytes:
 _TRUTH = _transform(WORLD_FRAME, TRUE_FRAME)
 _CORRECTION = _transform(WORLD_FRAME, ODOMETRY_FRAME)
 _ODOMETRY = _transform(ODOMETRY_FRAME, ROBOT_FRAME)
-_MOUNT = FrameTransform(
-    parent_frame_id=ROBOT_FRAME, child_frame_id=LIDAR_FRAME, translation=Vector3(z=LIDAR_HEIGHT), rotation=rotation(0.0)
-).SerializeToString()
 _PLACED = wire.Template(_placed, 4)
 
 
@@ -103,8 +98,11 @@ def correction(believed: Array, odometry: Array) -> Array:
     return np.array([x - c * along + s * across, y - s * along - c * across, turn])
 
 
-def encode_transforms(record: TickRecord, epoch: int = 0) -> bytes:
-    """foxglove.FrameTransforms: the truth, and after a reading where the robot is by its odometry and by its belief."""
+def encode_transforms(record: TickRecord, mount: bytes, epoch: int = 0) -> bytes:
+    """foxglove.FrameTransforms: the truth, and after a reading where the robot is by its odometry and by its belief.
+
+    `mount` is the lidar's place on the robot (`encode.scan.encode_mount`).
+    """
     data = encode_true_transform(record.truth, epoch)
     if (reading := record.reading) is not None:
         time = wire.timestamp(1, time_ns(reading.time, epoch))
@@ -112,7 +110,7 @@ def encode_transforms(record: TickRecord, epoch: int = 0) -> bytes:
             corrected = correction(record.belief.mean, reading.odometry_pose)
             data += wire.delimited(1, time + _CORRECTION.fill(_planar(corrected)))
         data += wire.delimited(1, time + _ODOMETRY.fill(_planar(reading.odometry_pose)))
-        data += wire.delimited(1, time + _MOUNT)
+        data += wire.delimited(1, time + mount)
     return data
 
 
@@ -124,19 +122,3 @@ def encode_true_transform(truth: WorldState, epoch: int = 0) -> bytes:
 def encode_pose(time: float, robot_pose: Array, epoch: int = 0) -> bytes:
     """foxglove.PoseInFrame: a pose (3,) in the world's frame."""
     return wire.timestamp(1, time_ns(time, epoch)) + _PLACED.fill(_planar(robot_pose))
-
-
-_SCAN_POSE = wire.delimited(3, pose(0.0, 0.0).SerializeToString())
-
-
-def encode_scan(reading: Reading, epoch: int = 0) -> bytes:
-    """The lidar's ranges in its own frame; beam i of B points to 2 pi i / B - pi."""
-    time = wire.timestamp(1, time_ns(reading.time, epoch))
-    return time + _scan_header(reading.scan.size) + wire.packed_doubles(6, reading.scan)
-
-
-@lru_cache(maxsize=8)
-def _scan_header(beams: int) -> bytes:
-    """foxglove.LaserScan, but for its time and ranges."""
-    frame = wire.delimited(2, LIDAR_FRAME.encode())
-    return frame + _SCAN_POSE + wire.double(4, -pi) + wire.double(5, pi - 2.0 * pi / max(beams, 1))

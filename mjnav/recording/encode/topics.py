@@ -15,6 +15,7 @@ from mjnav.recording.encode import geometry, json_messages, particles
 from mjnav.recording.encode.candidate_arcs import encode_arcs
 from mjnav.recording.encode.candidates import candidates_schema, encode_candidates
 from mjnav.recording.encode.cone import cone_schema, encode_cone
+from mjnav.recording.encode.scan import ScanEncoder, encode_mount
 from mjnav.recording.encode.scene import SceneEncoder
 from mjnav.recording.encode.schemas import Schema, foxglove_schema, json_schema
 from mjnav.scenarios.spec import Scenario
@@ -32,7 +33,7 @@ class Topic:
     schema: Schema
     encode: Callable[[TickRecord], bytes | None] | None = None
     encode_final: Callable[[int, WorldState], bytes] | None = None  # of the state in which the run ended
-    encode_reading: Callable[[Reading], bytes] | None = None  # of each reading before the tick's last
+    encode_reading: Callable[[Reading], bytes | None] | None = None  # of each reading before the tick's last
     drawing: bool = False  # shows what another topic says: for the live view, and in a log on request
 
 
@@ -66,6 +67,8 @@ def topics(scenario: Scenario, epoch: int = 0) -> tuple[Topic, ...]:
     `epoch` [ns] is added to simulated time in the stamps of protobuf messages.
     """
     scene = SceneEncoder(scenario, epoch)
+    lidar = scenario.sensors.scanner
+    scan, mount = ScanEncoder(lidar, epoch), encode_mount(lidar.mount)
     pose, cloud = foxglove_schema(PoseInFrame), foxglove_schema(PointCloud)
     scene_update, people = foxglove_schema(SceneUpdate), document_schema("mjnav.People")
     by_scan = scenario.estimation.obstacles.source == LIDAR
@@ -73,7 +76,7 @@ def topics(scenario: Scenario, epoch: int = 0) -> tuple[Topic, ...]:
         Topic(
             "/tf",
             foxglove_schema(FrameTransforms),
-            lambda r: geometry.encode_transforms(r, epoch),
+            lambda r: geometry.encode_transforms(r, mount, epoch),
             lambda tick, final: geometry.encode_true_transform(final, epoch),
         ),
         Topic(
@@ -111,8 +114,8 @@ def topics(scenario: Scenario, epoch: int = 0) -> tuple[Topic, ...]:
         Topic(
             "/scan",
             foxglove_schema(LaserScan),
-            lambda r: r.reading and geometry.encode_scan(r.reading, epoch),
-            encode_reading=lambda reading: geometry.encode_scan(reading, epoch),
+            lambda r: r.reading and scan.encode(r.reading),
+            encode_reading=scan.encode,
         ),
         Topic(
             "/odometry",

@@ -15,6 +15,7 @@ import rerun as rr
 from foxglove_schemas_protobuf.Log_pb2 import Log as Event
 from numpy.typing import NDArray
 
+from mjnav.geometry.beams import placed
 from mjnav.geometry.ellipse import ellipse_95
 from mjnav.messages import Array
 from mjnav.motion.diff_drive import LIDAR_HEIGHT
@@ -57,10 +58,11 @@ class _Series:
 class _Collector:
     """The messages of a log, by entity path and kind."""
 
-    def __init__(self, num_people: int):
+    def __init__(self, num_people: int, mount: Array):
         self.series: dict[tuple[str, str], _Series] = {}
         self._people = {f"person{i}" for i in range(num_people)}
         self._found = False  # whether there was a track without a person's name
+        self._mount = mount  # of the lidar on the robot
         self._believed: list[float] | None = None
         self._status = ""
 
@@ -84,7 +86,7 @@ class _Collector:
         elif message.topic == "/belief/obstacles":
             self.put("points", "world/tracks/particles", now, _places(value))
         elif message.topic == "/scan" and self._believed is not None:
-            self.put("points", "world/scan", now, _hits(value, self._believed))
+            self.put("points", "world/scan", now, _hits(value, self._believed, self._mount))
         elif message.topic == "/decision":
             self._decision(now, value)
         elif message.topic == "/command":
@@ -142,11 +144,12 @@ def _places(cloud: Any) -> NDArray[np.float32]:
     return _lifted(np.stack([columns["x"], columns["y"]], axis=-1), 0.02)
 
 
-def _hits(scan: Any, believed: Sequence[float]) -> NDArray[np.float32]:
-    """Where the beams that met something end, seen from the believed pose."""
+def _hits(scan: Any, believed: Sequence[float], mount: Array) -> NDArray[np.float32]:
+    """Where the beams that met something end, as if all were taken at the believed pose."""
+    x, y, heading = placed(np.array(believed, float), mount)
     ranges = np.array(scan.ranges, float)
-    angles = believed[2] + np.linspace(scan.start_angle, scan.end_angle, len(ranges))
-    ends = np.stack([believed[0] + ranges * np.cos(angles), believed[1] + ranges * np.sin(angles)], axis=-1)
+    angles = heading + np.linspace(scan.start_angle, scan.end_angle, len(ranges))
+    ends = np.stack([x + ranges * np.cos(angles), y + ranges * np.sin(angles)], axis=-1)
     return _lifted(ends[np.isfinite(ranges)], LIDAR_HEIGHT)
 
 
@@ -224,7 +227,7 @@ _COLUMNS: Mapping[str, Callable[[Sequence[Any]], Any]] = MappingProxyType(
 def write(log: Log, topics: Sequence[str], messages: Iterator[LogMessage], path: Path) -> dict[str, int]:
     """Writes the file; gives the number of rows at each entity path that changes over time."""
     scenario = log.scenario()
-    collector = _Collector(len(scenario.people))
+    collector = _Collector(len(scenario.people), scenario.sensors.scanner.mount)
     for message in messages:
         collector.take(message)
     truth = collector.series.get(("pose", "world/robot/truth"))

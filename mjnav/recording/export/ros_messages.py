@@ -11,10 +11,12 @@ import numpy as np
 from foxglove_schemas_protobuf.Log_pb2 import Log as Event
 from rosbags.typesys.stores import ros2_humble as ros
 
+from mjnav.geometry.beams import WHOLE_TURN
 from mjnav.messages import Array
 from mjnav.motion.diff_drive import LIDAR_HEIGHT
 from mjnav.recording.encode.geometry import LIDAR_FRAME, ROBOT_FRAME, TRUE_FRAME, WORLD_FRAME, rotation, time_ns
 from mjnav.recording.encode.particles import decode_particles
+from mjnav.scenarios.lidar import Lidar
 
 _PLANAR = [0, 1, 5]  # x, y and the turn about z among the six coordinates of a pose
 
@@ -95,10 +97,11 @@ def transforms(message: Any, _: int) -> ros.tf2_msgs__msg__TFMessage:
     )
 
 
-def mount() -> ros.tf2_msgs__msg__TFMessage:
+def mount(lidar: Lidar) -> ros.tf2_msgs__msg__TFMessage:
     """Where the lidar is on the robot."""
-    height = vector(z=LIDAR_HEIGHT)
-    return ros.tf2_msgs__msg__TFMessage([_transform(0, ROBOT_FRAME, LIDAR_FRAME, height, rotation(0.0))])
+    x, y, yaw = lidar.mount.tolist()
+    shift = vector(x, y, LIDAR_HEIGHT)
+    return ros.tf2_msgs__msg__TFMessage([_transform(0, ROBOT_FRAME, LIDAR_FRAME, shift, rotation(yaw))])
 
 
 def _transform(now: int, parent: str, child: str, shift: Any, turn: Any) -> ros.geometry_msgs__msg__TransformStamped:
@@ -176,17 +179,21 @@ def event(message: Any, _: int) -> ros.rcl_interfaces__msg__Log:
     )
 
 
-def scan(message: Any, _: int, *, period: float, max_range: float) -> ros.sensor_msgs__msg__LaserScan:
-    """foxglove.LaserScan; a beam without a return has an infinite range (REP 117)."""
+def scan(message: Any, _: int, *, lidar: Lidar, period: float) -> ros.sensor_msgs__msg__LaserScan:
+    """foxglove.LaserScan; a beam without a return has an infinite range (REP 117).
+
+    A lidar that turns takes its beams one after the other; `period` [s] is that of scans that are taken at once.
+    """
+    angle = (message.end_angle - message.start_angle) / max(1, len(message.ranges) - 1)
     return ros.sensor_msgs__msg__LaserScan(
         header=header(_measured(message), message.frame_id),
         angle_min=message.start_angle,
         angle_max=message.end_angle,
-        angle_increment=(message.end_angle - message.start_angle) / max(1, len(message.ranges) - 1),
-        time_increment=0.0,
-        scan_time=period,
-        range_min=0.0,
-        range_max=max_range,
+        angle_increment=angle,
+        time_increment=0.0 if lidar.rate is None else angle / (WHOLE_TURN * lidar.rate),
+        scan_time=period if lidar.rate is None else 1.0 / lidar.rate,
+        range_min=lidar.min_range,
+        range_max=lidar.max_range,
         ranges=np.array(message.ranges, np.float32),
         intensities=np.zeros(0, np.float32),
     )

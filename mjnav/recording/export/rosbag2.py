@@ -60,7 +60,7 @@ def ros_topics(scenario: Scenario) -> dict[str, tuple[RosTopic, ...]]:
     poses, cloud = "geometry_msgs/msg/PoseArray", "sensor_msgs/msg/PointCloud2"
     markers = "visualization_msgs/msg/MarkerArray"
     sensors, odometry = scenario.sensors, "nav_msgs/msg/Odometry"
-    scan = partial(ros_messages.scan, period=1.0 / sensors.rate, max_range=sensors.lidar_range)
+    scan = partial(ros_messages.scan, lidar=sensors.scanner, period=1.0 / sensors.rate)
 
     def people(kind: str) -> list[RosTopic]:
         """A topic for each person: ROS has no list of odometries."""
@@ -108,7 +108,8 @@ _CLOCK = RosTopic("/clock", "rosgraph_msgs/msg/Clock", lambda _, now: ros_messag
 def _latched(scenario: Scenario) -> tuple[RosTopic, ...]:
     """What is said once, at the beginning."""
     grid = RosTopic("/map", "nav_msgs/msg/OccupancyGrid", lambda _, now: ros_map.occupancy_grid(scenario), LATCHED)
-    mount = RosTopic("/tf_static", "tf2_msgs/msg/TFMessage", lambda _, now: ros_messages.mount(), LATCHED)
+    lidar = scenario.sensors.scanner
+    mount = RosTopic("/tf_static", "tf2_msgs/msg/TFMessage", lambda _, now: ros_messages.mount(lidar), LATCHED)
     return (grid, mount)
 
 

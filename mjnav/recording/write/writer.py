@@ -131,8 +131,7 @@ class Recorder:
         """A tick's messages; each is encoded when the iterator reaches it."""
         for reading in record.readings_before:
             for topic in self._topics:
-                if topic.encode_reading is not None:
-                    data = topic.encode_reading(reading)
+                if topic.encode_reading is not None and (data := topic.encode_reading(reading)) is not None:
                     yield Message(self._channels[topic.name], time_ns(reading.time, self._epoch), record.tick, data)
         for topic in self._topics:
             if topic.encode is not None and (data := topic.encode(record)) is not None:

@@ -1,19 +1,9 @@
 """Beams of a planar lidar against discs and rectangles, exactly: what the kinematic engine has in place of MuJoCo."""
 
-from math import cos, sin
-
 import numpy as np
 
 from mjnav.geometry.compiled import exact
 from mjnav.geometry.kernel_types import Matrix, Vector
-from mjnav.messages import Array
-
-
-def placed(pose: Array, mount: Array) -> tuple[Array, float]:
-    """Origin (2,) [m] and heading [rad] in the world of a lidar mounted at `mount` (3,) on a body at `pose` (3,)."""
-    (x, y, heading), (ahead, left, yaw) = pose.tolist(), mount.tolist()
-    c, s = cos(heading), sin(heading)
-    return np.array([x + c * ahead - s * left, y + s * ahead + c * left]), heading + yaw
 
 
 @exact
