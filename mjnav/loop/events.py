@@ -4,8 +4,10 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
+from mjnav.loop.divergence import ROBOT, DivergenceWatch
 from mjnav.loop.referee import GOAL
-from mjnav.messages import Beliefs, Contact, Decision, Event, Status, WorldState
+from mjnav.messages import Beliefs, Contact, Decision, Event, Status, Track, WorldState
+from mjnav.metrics.consistency import DEPLETED
 from mjnav.metrics.fault import judged
 from mjnav.metrics.safety import PERSON
 from mjnav.scenarios.check import overlapping_people
@@ -41,14 +43,16 @@ def _overlaps(scenario: Scenario) -> tuple[Event, ...]:
 class Events:
     """The events of one run, tick by tick. A status that lasts is told once, and so are commands beyond the limits."""
 
-    def __init__(self, sees: Sequence[bool] = ()):
-        """`sees` says of each person whether they see the robot."""
+    def __init__(self, period: float, *, sees: Sequence[bool] = ()):
+        """`period` is the time from tick to tick [s]; `sees` says of each person whether they see the robot."""
         self._sees = tuple(sees)
+        self._divergence = DivergenceWatch(period)
         self._before: WorldState | None = None  # the truth of the tick before
         self._waiting: tuple[Event, ...] = ()
         self._status = Status.OK
         self._stranded: tuple[int, ...] = ()
         self._clipping_told = self._given_told = False
+        self._depleted: set[str] = set()  # whose belief was at the last reading
 
     def note(self, *events: Event) -> None:
         """Events that the next tick will carry."""
@@ -61,15 +65,22 @@ class Events:
         self._stranded = people
 
     def of_tick(
-        self, truth: WorldState, beliefs: Beliefs | None, decision: Decision, *, given: bool = False
+        self,
+        truth: WorldState,
+        beliefs: Beliefs | None,
+        decision: Decision,
+        *,
+        updated: bool = True,
+        given: bool = False,
     ) -> tuple[Event, ...]:
-        """The events of one tick; `beliefs` are None where no sensor was due, a `given` decision is no controller's."""
+        """The events of one tick.
+
+        Beliefs are not `updated` where no sensor was due; a `given` decision is no controller's.
+        """
         events = [*self._waiting, *self._comings(truth), *map(self._contact, truth.contacts)]
         self._waiting, self._before = (), truth
-        for belief in () if beliefs is None else (beliefs.robot, *beliefs.people):
-            if belief.recovered:
-                text = f"the filter of {getattr(belief, 'name', 'robot')} was spread again"
-                events.append(Event("warning", "recovery", text))
+        if beliefs is not None:
+            events += [*(self._filters(beliefs) if updated else ()), *self._divergence.of_tick(truth, beliefs)]
         if decision.status != self._status:
             level = "info" if decision.status == Status.OK else "warning"
             text = ": ".join(part for part in (decision.status.value, decision.status.advice) if part)
@@ -84,6 +95,19 @@ class Events:
             )
             self._given_told = True
         return tuple(events)
+
+    def _filters(self, beliefs: Beliefs) -> Iterator[Event]:
+        """Filters that were spread again, and those of which hardly a particle counts, unlike at the reading before."""
+        before, self._depleted = self._depleted, set()
+        for belief in (beliefs.robot, *beliefs.people):
+            name = belief.name if isinstance(belief, Track) else ROBOT
+            if belief.recovered:
+                yield Event("warning", "recovery", f"the filter of {name} was spread again")
+            if belief.ess < DEPLETED * len(belief.weights):
+                self._depleted.add(name)
+                if name not in before:
+                    text = f"{belief.ess:.1f} of the {len(belief.weights)} particles of {name} count"
+                    yield Event("warning", "depletion", text)
 
     def _comings(self, truth: WorldState) -> Iterator[Event]:
         """Who has entered and who has left since the tick before."""

@@ -1,7 +1,7 @@
 """What a run leaves behind: its trajectory, its events, a hash of its states, and the log where there is one."""
 
 import hashlib
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from copy import deepcopy
 from typing import Any
 
@@ -34,7 +34,7 @@ class RunRecord:
     """Collects what the ticks of one run saw and did.
 
     `recorder` writes the log, if any; `watch` is shown every tick; `cones` also computes the constraint's samples,
-    which only a log and some watchers need; `sees` says of each person whether they see the robot.
+    which only a log and some watchers need; `events` makes the events of the run.
     """
 
     def __init__(
@@ -44,18 +44,19 @@ class RunRecord:
         *,
         watch: Callable[[TickRecord], None],
         cones: bool,
-        sees: Sequence[bool] = (),
+        events: Events,
     ):
         self._robot, self._recorder = robot, recorder
         self._watch, self._cones = watch, cones
         self._trajectory = TrajectoryBuilder()
-        self._events = Events(sees)
+        self._events = events
         self._hash = hashlib.sha256()
 
     def __deepcopy__(self, memo: dict[int, Any]) -> "RunRecord":
         """The same record, which goes on without the log and without the watcher."""
-        twin = RunRecord(deepcopy(self._robot, memo), None, watch=lambda record: None, cones=False)
-        twin._trajectory, twin._events = deepcopy(self._trajectory, memo), deepcopy(self._events, memo)
+        robot, events = deepcopy(self._robot, memo), deepcopy(self._events, memo)
+        twin = RunRecord(robot, None, watch=lambda record: None, cones=False, events=events)
+        twin._trajectory = deepcopy(self._trajectory, memo)
         twin._hash = self._hash.copy()
         return twin
 
@@ -98,7 +99,7 @@ class RunRecord:
             decision=decision,
             command=command,
             cone=self._cone(beliefs, asked, decision) if self._cones else None,
-            events=self._events.of_tick(truth, beliefs if readings else None, decision, given=asked is None),
+            events=self._events.of_tick(truth, beliefs, decision, updated=bool(readings), given=asked is None),
         )
         self._trajectory.add(record)
         if self._recorder is not None:

@@ -9,7 +9,7 @@ from typing import Any, Self
 from mjnav.errors import InvalidValue, MjnavError
 from mjnav.loop.attached import Attached
 from mjnav.loop.branch import branched
-from mjnav.loop.events import warnings_of
+from mjnav.loop.events import Events, warnings_of
 from mjnav.loop.faults.fault import fault_events
 from mjnav.loop.given_decision import given_decision
 from mjnav.loop.log_path import log_path
@@ -99,7 +99,7 @@ class Simulation:
             self._recorder,
             watch=attached.watch,
             cones=attached.cones or self._recorder is not None,
-            sees=sees_robot(scenario),
+            events=Events(scenario.control.period, sees=sees_robot(scenario)),
         )
         self._record.note(*warnings_of(scenario))
         self._tick: Tick | None = None  # the present one; None until it is asked for
