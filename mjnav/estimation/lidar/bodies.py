@@ -8,9 +8,10 @@ of PIECE in the world, so that the pieces of a wall stay where they are while th
 
 import numpy as np
 
-from mjnav.estimation.lidar.circle import CUT, OPEN, OWN, Circle, Edge, fit_circle
-from mjnav.estimation.lidar.clusters import MAX_SILENT, cluster, step_between
+from mjnav.estimation.lidar.circle import CUT, OWN, Circle, fit_circle
+from mjnav.estimation.lidar.clusters import SIGMAS, cluster, step_between
 from mjnav.estimation.lidar.explained import EXPLAINED, explained, meets_map
+from mjnav.estimation.lidar.parts import divided, edge_beside, edges_of, fits, point, width_of
 from mjnav.estimation.lidar.rays import Rays
 from mjnav.geometry.compiled import exact
 from mjnav.geometry.distance_field import FieldGrid
@@ -18,57 +19,8 @@ from mjnav.geometry.kernel_types import Matrix, Vector
 
 PIECE = 0.35  # [m] along x or y: up to 0.5 m of a slanted wall
 MIN_EVIDENCE = 64.0  # sum of squares of the returns' excess: one return of 8 standard deviations
-MAX_STRAIN = 4.0  # standard deviations
 MIN_RADIUS = 0.03  # [m] reported
 COLUMNS = 8  # of a body: x, y, xx, xy, yy, radius, number of beams, time
-
-
-@exact
-def point(rays, i):
-    """Where a beam ends: x, y [m]."""
-    return (
-        rays.origins[i, 0] + rays.ranges[i] * rays.directions[i, 0],
-        rays.origins[i, 1] + rays.ranges[i] * rays.directions[i, 1],
-    )
-
-
-@exact
-def edge_beside(rays, beam, turn):
-    """The edge beside the outermost beam of a part, on the side to which beams are counted by `turn`, -1 or 1."""
-    num = len(rays.ranges)
-    other, gap, beyond = beam, 0, np.nan
-    while not beyond >= rays.min_range:  # a beam that says nothing
-        other, gap = other + turn, gap + 1
-        if gap > MAX_SILENT + 1 or (not rays.closed and not 0 <= other < num):
-            return Edge(OPEN, 0.0, 0.0, 0.0)
-        other %= num
-        beyond = rays.ranges[other]
-    step = step_between(rays, beam, beam)
-    x, y = rays.directions[beam, 0] + rays.directions[other, 0], rays.directions[beam, 1] + rays.directions[other, 1]
-    length = np.sqrt(x * x + y * y)
-    kind = OWN if beyond > rays.ranges[beam] + step else CUT if beyond < rays.ranges[beam] - step else OPEN
-    return Edge(kind, x / length, y / length, gap * rays.step)
-
-
-@exact
-def edges_of(rays, beams):
-    """Both edges of a part, clockwise end first."""
-    return edge_beside(rays, beams[0], -1), edge_beside(rays, beams[-1], 1)
-
-
-@exact
-def width_of(rays, beams):
-    """Between the outermost returns of a part, with half a beam at either side [m]."""
-    x0, y0 = point(rays, beams[0])
-    x1, y1 = point(rays, beams[-1])
-    half = 0.5 * (rays.ranges[beams[0]] + rays.ranges[beams[-1]]) * rays.step
-    return np.sqrt((x1 - x0) ** 2 + (y1 - y0) ** 2) + half
-
-
-@exact
-def fits(circle, num):
-    """Whether a circle explains its returns and edges."""
-    return circle.misfit <= 1.5 + 6.0 / np.sqrt(num) and circle.strain <= MAX_STRAIN
 
 
 @exact
@@ -106,39 +58,6 @@ def grown(rays, states, beams, circle):
     for k in range(counts[1]):
         out[counts[0] + len(beams) + k] = added[num - 1 - k]
     return out
-
-
-@exact
-def division(rays, beams):
-    """Where a part is two: the index of the first return of the second one; 0 for nowhere.
-
-    At the largest of: by how much the range of a return exceeds both least ranges at its sides; the step between two.
-    """
-    m = len(beams)
-    after = np.empty(m)
-    least = np.inf
-    for k in range(m - 1, -1, -1):
-        least = min(least, rays.ranges[beams[k]])
-        after[k] = least
-    before = np.inf
-    best, place = 0.0, 0
-    for k in range(1, m):
-        i, j = beams[k - 1], beams[k]
-        before = min(before, rays.ranges[i])
-        noise = np.sqrt(rays.spread[i] ** 2 + rays.spread[j] ** 2) + 0.01
-        valley = (max(rays.ranges[i], rays.ranges[j]) - max(before, after[k])) / (3.0 * noise)
-        if valley > max(best, 1.0):
-            best, place = valley, k
-    if place > 0:
-        # The farthest return is of the part to which it is nearer.
-        return place
-    for k in range(1, m):
-        i, j = beams[k - 1], beams[k]
-        noise = np.sqrt(rays.spread[i] ** 2 + rays.spread[j] ** 2) + 0.01
-        step = abs(rays.ranges[i] - rays.ranges[j]) / (4.0 * noise)
-        if step > max(best, 1.0):
-            best, place = step, k
-    return place
 
 
 @exact
@@ -207,7 +126,6 @@ def find_bodies(rays: Rays, pose: Vector, covariance: Matrix, grid: FieldGrid, r
     states, excess = explained(rays, pose, covariance, grid)
     order, starts = cluster(rays, states, radius)
     rows, count = np.empty((len(order), COLUMNS)), 0
-    stack = np.empty((len(order) + 1, 2), np.int64)
     margin = np.sqrt(covariance[0, 0] + covariance[1, 1])
     widest = 2.0 * radius + 4.0 * radius_std
     for c in range(len(starts) - 1):
@@ -216,38 +134,38 @@ def find_bodies(rays: Rays, pose: Vector, covariance: Matrix, grid: FieldGrid, r
             evidence += excess[order[k]] ** 2
         if evidence < MIN_EVIDENCE or straggler(rays, order[starts[c] : starts[c + 1]], grid, margin):
             continue
-        stack[0, 0], stack[0, 1] = starts[c], starts[c + 1]
-        depth = 1
-        while depth > 0:
-            depth -= 1
-            low, high = stack[depth, 0], stack[depth, 1]
-            beams = order[low:high]
-            width = width_of(rays, beams)
-            noise = 3.0 * rays.spread[beams[0]]
-            if width <= widest + noise + rays.ranges[beams[0]] * rays.step:
-                circle = fit_circle(rays, beams, edges_of(rays, beams), radius, radius_std)
-                if fits(circle, len(beams)):
-                    whole = grown(rays, states, beams, circle)
-                    if len(whole) > len(beams):
-                        circle = fit_circle(rays, whole, edges_of(rays, whole), radius, radius_std)
-                    note(rays, whole, circle, pose, covariance, rows[count])
-                    count += 1
-                    continue
-            place = division(rays, beams)
-            if place > 0:
-                stack[depth, 0], stack[depth, 1] = low, low + place
-                stack[depth + 1, 0], stack[depth + 1, 1] = low + place, high
-                depth += 2
+        whole = order[starts[c] : starts[c + 1]]
+        parts = np.array([0, len(whole)])
+        alone = width_of(rays, whole) <= widest + SIGMAS * rays.spread[whole[0]]
+        if not alone or not fits(fit_circle(rays, whole, edges_of(rays, whole), radius, radius_std), len(whole)):
+            parts = divided(rays, whole, radius, radius_std, widest)
+        for p in range(len(parts) - 1):
+            beams = whole[parts[p] : parts[p + 1]]
+            if len(beams) == 1 and len(parts) > 2:
                 continue
-            if width <= PIECE * np.sqrt(2.0):
-                circle = fit_circle(rays, beams, edges_of(rays, beams), 0.5 * width, 0.5 * width)
-                if not fits(circle, len(beams)) or circle.radius > width:
-                    circle = enclosing(rays, beams)
-                note(rays, beams, circle, pose, covariance, rows[count])
-                count += 1
-                continue
-            count = pieces(rays, beams, pose, covariance, rows, count)
+            count = body(rays, states, beams, pose, covariance, radius, radius_std, widest, rows, count)
     return rows[:count]
+
+
+@exact
+def body(rays, states, beams, pose, covariance, radius, radius_std, widest, rows, count):
+    """Writes the row of a part, or of its pieces; returns the new number of rows."""
+    width = width_of(rays, beams)
+    if width <= widest + SIGMAS * rays.spread[beams[0]]:
+        circle = fit_circle(rays, beams, edges_of(rays, beams), radius, radius_std)
+        if fits(circle, len(beams)):
+            whole = grown(rays, states, beams, circle)
+            if len(whole) > len(beams):
+                circle = fit_circle(rays, whole, edges_of(rays, whole), radius, radius_std)
+            note(rays, whole, circle, pose, covariance, rows[count])
+            return count + 1
+    if width > PIECE * np.sqrt(2.0):
+        return pieces(rays, beams, pose, covariance, rows, count)
+    circle = fit_circle(rays, beams, edges_of(rays, beams), 0.5 * width, 0.5 * width)
+    if not fits(circle, len(beams)) or circle.radius > width:
+        circle = enclosing(rays, beams)
+    note(rays, beams, circle, pose, covariance, rows[count])
+    return count + 1
 
 
 @exact

@@ -25,6 +25,7 @@ ROUNDNESS = 0.005  # [m] standard deviation of a body's surface about its circle
 ITERATIONS = 8
 MAX_STEP = 0.15  # [m] of the centre in one iteration
 HUBER = 2.0  # standard deviations from which on a residual counts less
+MAX_SQUARE = 9.0  # of a residual in standard deviations: a return may belong to something else
 OWN, CUT, OPEN = 0, 1, 2  # an edge of the body itself; one of what stands before it; one of which nothing is known
 
 
@@ -46,8 +47,8 @@ class Circle(NamedTuple):
     xx: float
     xy: float
     yy: float
-    misfit: float  # mean square of the returns' residuals, in standard deviations
-    strain: float  # largest residual of an edge or of the radius' prior, in standard deviations
+    misfit: float  # mean square of the returns' residuals, in standard deviations, each at most MAX_SQUARE
+    strain: float  # sum of squares of the residuals of the edges and of the radius' prior, in standard deviations
 
 
 @scalar
@@ -97,7 +98,7 @@ def fit_circle(rays, beams, edges, radius, radius_std):
     for _ in range(ITERATIONS):
         normal[:] = 0.0
         right[:] = 0.0
-        misfit, strain = 0.0, abs(r - radius) / radius_std
+        misfit, strain = 0.0, ((r - radius) / radius_std) ** 2
         weigh(normal, right, 0.0, 0.0, 1.0, r - radius, 1.0 / (radius_std * radius_std))
         for k in range(m):
             i = beams[k]
@@ -110,7 +111,7 @@ def fit_circle(rays, beams, edges, radius, radius_std):
             variance = (rays.spread[i] * incidence) ** 2 + ROUNDNESS * ROUNDNESS
             residual = distance - r
             normed = abs(residual) / np.sqrt(variance)
-            misfit += normed * normed / m
+            misfit += min(normed * normed, MAX_SQUARE) / m
             weight = 1.0 / variance if normed <= HUBER else HUBER / (normed * variance)
             weigh(normal, right, -nx, -ny, -1.0, residual, weight)
         for side in range(2):
@@ -131,7 +132,7 @@ def fit_circle(rays, beams, edges, radius, radius_std):
             std = max(std, ROUNDNESS)
             # For the left edge the centre is r to the right of the tangent: u x (c - o) = -(r - beyond).
             residual = ux * dy - uy * dx + sign * (r - beyond)
-            strain = max(strain, abs(residual) / std)
+            strain += (residual / std) ** 2
             weigh(normal, right, -uy, ux, sign, residual, 1.0 / (std * std))
         determinant = inverse(normal, covariance)
         if not determinant > 0.0:

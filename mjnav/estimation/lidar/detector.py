@@ -22,7 +22,7 @@ from mjnav.scenarios.lidar import Lidar
 from mjnav.scenarios.spec import Scenario
 
 PERSON_RADIUS = 0.3  # [m] that the robot takes people to have, the default of a scene's people
-PERSON_RADIUS_STD = 0.02  # [m]
+PERSON_RADIUS_STD = 0.05  # [m]
 MIN_SPREAD = 0.005  # [m] of a range, where its noise is none
 
 
