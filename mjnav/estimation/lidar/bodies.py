@@ -8,18 +8,20 @@ of PIECE in the world, so that the pieces of a wall stay where they are while th
 
 import numpy as np
 
-from mjnav.estimation.lidar.circle import CUT, OWN, Circle, fit_circle
-from mjnav.estimation.lidar.clusters import SIGMAS, cluster, step_between
+from mjnav.estimation.lidar.circle import Circle, fit_circle
+from mjnav.estimation.lidar.clusters import cluster, step_between
 from mjnav.estimation.lidar.explained import EXPLAINED, explained, meets_map
-from mjnav.estimation.lidar.parts import divided, edge_beside, edges_of, fits, point, width_of
+from mjnav.estimation.lidar.parts import divided, edges_of, fits, is_narrow, point, width_of
 from mjnav.estimation.lidar.rays import Rays
 from mjnav.geometry.compiled import exact
 from mjnav.geometry.distance_field import FieldGrid
 from mjnav.geometry.kernel_types import Matrix, Vector
 
 PIECE = 0.35  # [m] along x or y: up to 0.5 m of a slanted wall
-MIN_EVIDENCE = 64.0  # sum of squares of the returns' excess: one return of 8 standard deviations
+OUTLIER = 8.0  # standard deviations that a lone return has to be away from all else
+MIN_EVIDENCE = OUTLIER**2  # sum of squares of the returns' excess
 MIN_RADIUS = 0.03  # [m] reported
+MAX_GROWTHS = 3
 COLUMNS = 8  # of a body: x, y, xx, xy, yy, radius, number of beams, time
 
 
@@ -62,25 +64,18 @@ def grown(rays, states, beams, circle):
 
 @exact
 def enclosing(rays, beams):
-    """The circle around the returns of a part that is no arc."""
+    """The circle around the returns of a part that is no person.
+
+    Its centre is half a radius behind them: on them if they are a flat face, a whole radius behind them if an arc.
+    """
     x0, y0 = point(rays, beams[0])
     x1, y1 = point(rays, beams[-1])
-    x, y = 0.5 * (x0 + x1), 0.5 * (y0 + y1)
     radius = 0.5 * width_of(rays, beams)
     middle = beams[len(beams) // 2]
     ux, uy = rays.directions[middle, 0], rays.directions[middle, 1]
-    along = rays.spread[middle] ** 2 + 0.01**2
-    across = along + radius * radius / 12.0
-    return Circle(
-        x,
-        y,
-        radius,
-        along * ux * ux + across * uy * uy,
-        (along - across) * ux * uy,
-        along * uy * uy + across * ux * ux,
-        0.0,
-        0.0,
-    )
+    x, y = 0.5 * (x0 + x1 + radius * ux), 0.5 * (y0 + y1 + radius * uy)
+    variance = rays.spread[middle] ** 2 + radius * radius / 12.0
+    return Circle(x, y, radius, variance, 0.0, variance, 0.0, 0.0)
 
 
 @exact
@@ -102,18 +97,22 @@ def note(rays, beams, circle, pose, covariance, out):
 
 @exact
 def straggler(rays, beams, grid, margin):
-    """Whether a lone return is a mixed pixel: one between what is nearer at one side and what is farther at the other.
+    """Whether a lone return is none of a body of its own.
 
-    Or one that passed a surface of the map by less than the width of a beam.
+    But a mixed pixel, between what is nearer at one side and farther at the other, or beyond a surface of the map that
+    the beam passed by less than its width; or an outlier of what the beam beside it met.
     """
     if len(beams) > 1:
         return False
-    i = beams[0]
-    right, left = edge_beside(rays, i, -1), edge_beside(rays, i, 1)
-    if (right.kind == CUT and left.kind == OWN) or (right.kind == OWN and left.kind == CUT):
+    i, num = beams[0], len(rays.ranges)
+    here = rays.ranges[i]
+    right, left = rays.ranges[(i - 1) % num], rays.ranges[(i + 1) % num]
+    if (right - here) * (left - here) < 0.0:
         return True
-    beside = margin + 0.5 * rays.ranges[i] * rays.step
-    return meets_map(rays, i, grid, rays.ranges[i] - beside - step_between(rays, i, i), beside)
+    if min(abs(right - here), abs(left - here)) < OUTLIER * rays.spread[i]:
+        return True
+    beside = margin + 0.5 * here * rays.step
+    return meets_map(rays, i, grid, here - beside - step_between(rays, i, i), beside)
 
 
 @exact
@@ -127,7 +126,6 @@ def find_bodies(rays: Rays, pose: Vector, covariance: Matrix, grid: FieldGrid, r
     order, starts = cluster(rays, states, radius)
     rows, count = np.empty((len(order), COLUMNS)), 0
     margin = np.sqrt(covariance[0, 0] + covariance[1, 1])
-    widest = 2.0 * radius + 4.0 * radius_std
     for c in range(len(starts) - 1):
         evidence = 0.0
         for k in range(starts[c], starts[c + 1]):
@@ -135,48 +133,56 @@ def find_bodies(rays: Rays, pose: Vector, covariance: Matrix, grid: FieldGrid, r
         if evidence < MIN_EVIDENCE or straggler(rays, order[starts[c] : starts[c + 1]], grid, margin):
             continue
         whole = order[starts[c] : starts[c + 1]]
-        parts = np.array([0, len(whole)])
-        alone = width_of(rays, whole) <= widest + SIGMAS * rays.spread[whole[0]]
-        if not alone or not fits(fit_circle(rays, whole, edges_of(rays, whole), radius, radius_std), len(whole)):
-            parts = divided(rays, whole, radius, radius_std, widest)
+        parts = divided(rays, whole, radius, radius_std)
         for p in range(len(parts) - 1):
             beams = whole[parts[p] : parts[p + 1]]
             if len(beams) == 1 and len(parts) > 2:
                 continue
-            count = body(rays, states, beams, pose, covariance, radius, radius_std, widest, rows, count)
+            circle, arc = person(rays, states, beams, radius, radius_std)
+            if len(arc) > 0:
+                note(rays, arc, circle, pose, covariance, rows[count])
+                count += 1
+            else:
+                count = pieces(rays, beams, pose, covariance, rows, count)
     return rows[:count]
 
 
 @exact
-def body(rays, states, beams, pose, covariance, radius, radius_std, widest, rows, count):
-    """Writes the row of a part, or of its pieces; returns the new number of rows."""
-    width = width_of(rays, beams)
-    if width <= widest + SIGMAS * rays.spread[beams[0]]:
-        circle = fit_circle(rays, beams, edges_of(rays, beams), radius, radius_std)
-        if fits(circle, len(beams)):
-            whole = grown(rays, states, beams, circle)
-            if len(whole) > len(beams):
-                circle = fit_circle(rays, whole, edges_of(rays, whole), radius, radius_std)
-            note(rays, whole, circle, pose, covariance, rows[count])
-            return count + 1
-    if width > PIECE * np.sqrt(2.0):
-        return pieces(rays, beams, pose, covariance, rows, count)
-    circle = fit_circle(rays, beams, edges_of(rays, beams), 0.5 * width, 0.5 * width)
-    if not fits(circle, len(beams)) or circle.radius > width:
-        circle = enclosing(rays, beams)
-    note(rays, beams, circle, pose, covariance, rows[count])
-    return count + 1
+def person(rays, states, beams, radius, radius_std):
+    """The circle of a part and the returns on it: those of the part, and what the map explains beside them.
+
+    No returns where no circle fits.
+    """
+    circle = Circle(0.0, 0.0, radius, 0.0, 0.0, 0.0, 0.0, 0.0)
+    arc = beams
+    for _ in range(MAX_GROWTHS):
+        if not is_narrow(rays, arc, radius, radius_std):
+            return circle, arc[:0]
+        circle = fit_circle(rays, arc, edges_of(rays, arc), radius, radius_std)
+        if not fits(circle, len(arc)):
+            return circle, arc[:0]
+        whole = grown(rays, states, arc, circle)
+        if len(whole) == len(arc):
+            break
+        arc = whole
+    return circle, arc
 
 
 @exact
 def pieces(rays, beams, pose, covariance, rows, count):
-    """Cuts a long part at multiples of PIECE, along x or y, whichever it follows; returns the new number of rows."""
+    """Writes the rows of a part that is no person; returns the new number of rows.
+
+    A long one is cut at multiples of PIECE, along x or y, whichever it follows.
+    """
+    cut = width_of(rays, beams) > PIECE * np.sqrt(2.0)
     x0, y0 = point(rays, beams[0])
     x1, y1 = point(rays, beams[-1])
     axis = 0 if abs(x1 - x0) > abs(y1 - y0) else 1
     begin = 0
     for k in range(1, len(beams) + 1):
         if k < len(beams):
+            if not cut:
+                continue
             at = np.floor(point(rays, beams[k])[axis] / PIECE)
             if at == np.floor(point(rays, beams[k - 1])[axis] / PIECE):
                 continue

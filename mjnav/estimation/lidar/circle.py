@@ -132,8 +132,10 @@ def fit_circle(rays, beams, edges, radius, radius_std):
             std = max(std, ROUNDNESS)
             # For the left edge the centre is r to the right of the tangent: u x (c - o) = -(r - beyond).
             residual = ux * dy - uy * dx + sign * (r - beyond)
-            strain += (residual / std) ** 2
-            weigh(normal, right, -uy, ux, sign, residual, 1.0 / (std * std))
+            normed = abs(residual) / std
+            strain += normed * normed
+            weight = min(1.0, HUBER / max(normed, HUBER)) / (std * std)
+            weigh(normal, right, -uy, ux, sign, residual, weight)
         determinant = inverse(normal, covariance)
         if not determinant > 0.0:
             break

@@ -14,9 +14,7 @@ passed between them.
 import numpy as np
 
 from mjnav.estimation.lidar.explained import NEW
-from mjnav.estimation.lidar.rays import Rays
 from mjnav.geometry.compiled import exact
-from mjnav.geometry.kernel_types import Indices
 
 INCIDENCE = np.deg2rad(10.0)
 SIGMAS = 3.0
@@ -65,7 +63,7 @@ def together(rays, a, b, radius):
 
 
 @exact
-def cluster(rays: Rays, states: Indices, radius: float):
+def cluster(rays, states, radius):
     """The NEW returns in clusters: beams (m,) cluster by cluster, and where each begins, (n + 1,).
 
     The beams of a cluster are in the order in which they are taken, also across the scan's seam where it is closed.

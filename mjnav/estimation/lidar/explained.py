@@ -11,10 +11,8 @@ has may stand a little elsewhere, and its field is read between the nodes of a g
 
 import numpy as np
 
-from mjnav.estimation.lidar.rays import Rays
 from mjnav.geometry.compiled import kernel
-from mjnav.geometry.distance_field import FieldGrid, lookup
-from mjnav.geometry.kernel_types import Matrix, Vector
+from mjnav.geometry.distance_field import lookup
 
 TOLERANCE = 0.05  # [m]
 GATE = 3.5  # standard deviations
@@ -23,7 +21,7 @@ SILENT, NOTHING, EXPLAINED, NEW = -1, 0, 1, 2  # a beam that says nothing; one t
 
 
 @kernel
-def explained(rays: Rays, pose: Vector, covariance: Matrix, grid: FieldGrid):
+def explained(rays, pose, covariance, grid):
     """What the map says to each beam, (B,): SILENT, NOTHING, EXPLAINED or NEW.
 
     Also how many standard deviations the return is beyond the tolerance, (B,), 0 where there is none. pose (3,) and

@@ -11,12 +11,13 @@ step apart or where one is farther away than the least at both sides; between al
 import numpy as np
 
 from mjnav.estimation.lidar.circle import CUT, OPEN, OWN, Edge, fit_circle
-from mjnav.estimation.lidar.clusters import MAX_SILENT, step_between
+from mjnav.estimation.lidar.clusters import MAX_SILENT, SIGMAS, step_between
 from mjnav.geometry.compiled import exact
 
 PART = 12.0  # what a further part has to save, in squared standard deviations
 LOOSE = 9.0  # a return of a part that is no circle, in squared standard deviations
 MAX_CUTS = 12
+OUTERMOST = 3  # beams of a part by which it is told what lies beyond its edge
 MAX_STRAIN = 16.0  # of a circle, in squared standard deviations
 
 
@@ -30,27 +31,35 @@ def point(rays, i):
 
 
 @exact
-def edge_beside(rays, beam, turn):
-    """The edge beside the outermost beam of a part, on the side to which beams are counted by `turn`, -1 or 1."""
+def edge_beside(rays, beams, turn):
+    """The edge beside a part's first beam, where `turn` is -1, or beside its last one, where it is 1.
+
+    Its kind comes from the beam beyond and from the outermost three of the part: one alone may be an outlier.
+    """
     num = len(rays.ranges)
-    other, gap, beyond = beam, 0, np.nan
+    last = beams[-1] if turn > 0 else beams[0]
+    other, gap, beyond = last, 0, np.nan
     while not beyond >= rays.min_range:  # a beam that says nothing
         other, gap = other + turn, gap + 1
         if gap > MAX_SILENT + 1 or (not rays.closed and not 0 <= other < num):
             return Edge(OPEN, 0.0, 0.0, 0.0)
         other %= num
         beyond = rays.ranges[other]
-    step = step_between(rays, beam, beam)
-    x, y = rays.directions[beam, 0] + rays.directions[other, 0], rays.directions[beam, 1] + rays.directions[other, 1]
+    near, far = rays.ranges[last], rays.ranges[last]
+    for k in range(1, min(OUTERMOST, len(beams))):
+        beside = rays.ranges[beams[-1 - k] if turn > 0 else beams[k]]
+        near, far = min(near, beside), max(far, beside)
+    step = step_between(rays, last, last)
+    kind = OWN if beyond > far + step else CUT if beyond < near - step else OPEN
+    x, y = rays.directions[last, 0] + rays.directions[other, 0], rays.directions[last, 1] + rays.directions[other, 1]
     length = np.sqrt(x * x + y * y)
-    kind = OWN if beyond > rays.ranges[beam] + step else CUT if beyond < rays.ranges[beam] - step else OPEN
     return Edge(kind, x / length, y / length, gap * rays.step)
 
 
 @exact
 def edges_of(rays, beams):
-    """Both edges of a part, clockwise end first."""
-    return edge_beside(rays, beams[0], -1), edge_beside(rays, beams[-1], 1)
+    """Both edges of a part, the first beam's before the last one's."""
+    return edge_beside(rays, beams, -1), edge_beside(rays, beams, 1)
 
 
 @exact
@@ -60,6 +69,12 @@ def width_of(rays, beams):
     x1, y1 = point(rays, beams[-1])
     half = 0.5 * (rays.ranges[beams[0]] + rays.ranges[beams[-1]]) * rays.step
     return np.sqrt((x1 - x0) ** 2 + (y1 - y0) ** 2) + half
+
+
+@exact
+def is_narrow(rays, beams, radius, radius_std):
+    """Whether a part is no wider than a person may be."""
+    return width_of(rays, beams) <= 2.0 * radius + 4.0 * radius_std + SIGMAS * rays.spread[beams[0]]
 
 
 @exact
@@ -79,37 +94,53 @@ def cuts(rays, beams):
     for k in range(m - 1, -1, -1):
         least = min(least, rays.ranges[beams[k]])
         nearest_after[k] = least
-    scores = np.empty(m - 1)
+    scores = np.full(m, -0.5)
     nearest_before = np.inf
     for k in range(1, m):
         before, after = rays.ranges[beams[k - 1]], rays.ranges[beams[k]]
         nearest_before = min(nearest_before, before)
         valley = max(before, after) - max(nearest_before, nearest_after[k])
-        scores[k - 1] = max(valley, abs(after - before))
-    places = np.sort(np.argsort(scores)[-MAX_CUTS:]) + 1
+        scores[k] = max(valley, abs(after - before))
     out = np.empty(MAX_CUTS + 2, np.int64)
-    out[0], out[1:-1], out[-1] = 0, places, m
+    out[0], out[1] = 0, m
+    for count in range(2, MAX_CUTS + 2):
+        best = 0
+        for k in range(1, m):
+            if scores[k] > scores[best]:
+                best = k
+        scores[best] = -1.0
+        place = count
+        while out[place - 1] > best:
+            out[place] = out[place - 1]
+            place -= 1
+        out[place] = best
     return out
 
 
 @exact
-def divided(rays, beams, radius, radius_std, widest):
-    """Where the parts of a cluster begin, and where the last one ends, (n + 1,)."""
+def divided(rays, beams, radius, radius_std):
+    """Where the parts of a cluster begin, and where the last one ends, (n + 1,).
+
+    First of all the cluster is tried as one part: most are one person.
+    """
     places = cuts(rays, beams)
-    num = len(places)
-    least, begin = np.full(num, np.inf), np.zeros(num, np.int64)
+    last = len(places) - 1
+    least, begin = np.full(last + 1, np.inf), np.zeros(last + 1, np.int64)
     least[0] = 0.0
-    for j in range(1, num):
-        for i in range(j - 1, -1, -1):
+    for step in range(last + 1):
+        j = step if step > 0 else last
+        for i in range(j - 1 if step > 0 else 0, -1, -1):
             part = beams[places[i] : places[j]]
             cost = LOOSE * len(part)
-            if width_of(rays, part) <= widest:
+            if is_narrow(rays, part, radius, radius_std):
                 circle = fit_circle(rays, part, edges_of(rays, part), radius, radius_std)
+                if step == 0 and fits(circle, len(part)):
+                    return np.array([0, len(beams)])
                 cost = min(cost, len(part) * circle.misfit + circle.strain)
-            if least[i] + PART + cost < least[j]:
+            if step > 0 and least[i] + PART + cost < least[j]:
                 least[j], begin[j] = least[i] + PART + cost, i
-    out = np.empty(num, np.int64)
-    count, j = 0, num - 1
+    out = np.empty(last + 1, np.int64)
+    count, j = 0, last
     while j > 0:
         out[count] = places[j]
         count, j = count + 1, begin[j]
