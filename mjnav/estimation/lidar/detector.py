@@ -4,20 +4,23 @@ beams as rays -> returns that the map does not explain -> clusters -> bodies, wi
  (rays.py)              (explained.py)                  (clusters.py)  (bodies.py, circle.py)
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from mjnav.constant import Constant
+from mjnav.estimation.lidar.beams import MotionHistory
 from mjnav.estimation.lidar.bodies import find_bodies
 from mjnav.estimation.lidar.rays import Rays
+from mjnav.estimation.lidar.twist import Twist, TwistSensors
 from mjnav.estimation.lidar.visibility import visible_share
 from mjnav.geometry.beams import WHOLE_TURN
 from mjnav.geometry.distance_field import DistanceField
-from mjnav.messages import Array, Detection, Reading, RobotBelief
+from mjnav.messages import Array, Detection, Reading, RobotBelief, RobotLimits
 from mjnav.noise import Distribution, profile
-from mjnav.scenarios.floor import floor_of_robot
+from mjnav.scenarios.floor import floor_of_lidar
 from mjnav.scenarios.lidar import Lidar
 from mjnav.scenarios.spec import Scenario
 
@@ -45,50 +48,75 @@ class ScanDetections(Constant):
 
 
 class Detector:
-    """Finds in each scan the bodies that the robot's map does not have."""
+    """Finds in each scan the bodies that the robot's map does not have.
 
-    def __init__(self, field: DistanceField, lidar: Lidar, noise: Distribution):
-        """field: of the map that the robot has; noise: the law that it assumes of the channel lidar.range."""
-        self._field, self._lidar, self._noise = field, lidar, noise
+    It goes along with the robot's motion, to know from where each beam was taken: every reading is either detected in
+    or followed, in order of time.
+    """
+
+    def __init__(self, field: DistanceField, lidar: Lidar, noise: Mapping[str, Distribution], limits: RobotLimits):
+        """field: of the map that the robot has; noise: the law that it assumes of each channel."""
+        self._field, self._lidar, self._noise = field, lidar, noise["lidar.range"]
+        self._sensors, self._history = TwistSensors.of(noise, limits), MotionHistory()
+        self._twist: Twist | None = None
         self._step = float(lidar.angles[1] - lidar.angles[0]) if len(lidar.angles) > 1 else WHOLE_TURN
         self._closed = len(lidar.angles) * self._step > WHOLE_TURN - 0.5 * self._step
 
     @classmethod
     def of(cls, scenario: Scenario) -> "Detector":
-        """With the scenario's map and lidar."""
+        """With the scenario's lidar, and the map that the robot has."""
         assumed = scenario.estimation.assumed_profile
-        noise = (scenario.noise.distributions() if assumed is None else profile(assumed))["lidar.range"]
-        floor = floor_of_robot(scenario.walls, scenario.tables, scenario.pillars)
-        return cls(DistanceField.of(floor), scenario.sensors.scanner, noise)
+        noise = scenario.noise.distributions() if assumed is None else profile(assumed)
+        field = DistanceField.of(floor_of_lidar(scenario.known_bodies))
+        return cls(field, scenario.sensors.scanner, noise, scenario.robot.limits)
+
+    def follow(self, reading: Reading) -> None:
+        """Notes the robot's motion in a reading of which the scan is not asked for, as where it has none."""
+        self._twist = self._sensors.fused(reading, self._twist)
+        self._history.add(self._twist)
 
     def detect(self, reading: Reading, robot: RobotBelief) -> ScanDetections:
         """The bodies in a reading's scan, in the order of the beams, with the robot's belief after that reading."""
+        self.follow(reading)
         rays = self._rays(reading, robot.mean)
         rows = find_bodies(rays, robot.mean, robot.covariance, self._field.grid, PERSON_RADIUS, PERSON_RADIUS_STD)
         return ScanDetections(tuple(map(_detection, rows)), rays, self._field)
 
     def _rays(self, reading: Reading, pose: Array) -> Rays:
-        """A reading's beams from the robot's pose (3,), their ranges without the lidar's mean error."""
+        """A reading's beams with the robot at `pose` (3,) at its time, their ranges without the lidar's mean error.
+
+        None where the scan did not arrive, has another number of beams than the lidar, or the pose is not finite.
+        """
         lidar, num = self._lidar, len(reading.scan)
-        silent = num != len(lidar.angles) or not np.isfinite(pose).all()
-        ranges = np.zeros(0) if silent else np.where(reading.scan > 0.0, reading.scan, np.nan)
-        num = len(ranges)
+        if num != len(lidar.angles) or "scan" in reading.dropped or not np.isfinite(pose).all():
+            num = 0
+        ranges = np.where(reading.scan[:num] > 0.0, reading.scan[:num], np.nan)
         met = np.where(np.isfinite(ranges), ranges, 0.0)
         spread = np.sqrt(lidar.std(met, self._noise) ** 2 + lidar.resolution**2 / 12.0)
-        angles = pose[2] + lidar.mount[2] + lidar.angles[:num]
-        c, s = np.cos(pose[2]), np.sin(pose[2])
-        origin = pose[:2] + np.array([[c, -s], [s, c]]) @ lidar.mount[:2]
+        times = reading.time if len(reading.scan_times) != num else reading.scan_times
+        times = np.array(np.broadcast_to(times, num), float)
+        moved = self._history.poses(times, reading.time)
+        x, y, heading = _compose(pose[:, None], moved.T)
+        x, y, heading = _compose(np.stack([x, y, heading]), lidar.mount[:, None])
+        angles = heading + lidar.angles[:num]
         return Rays(
-            origins=np.ascontiguousarray(np.broadcast_to(origin, (num, 2))),
+            origins=np.stack([x, y], axis=1),
             directions=np.stack([np.cos(angles), np.sin(angles)], axis=1),
             ranges=ranges - lidar.bias(met, self._noise),
             spread=np.maximum(spread, MIN_SPREAD),
-            times=np.array(reading.scan_times) if len(reading.scan_times) == num else np.full(num, reading.time),
+            times=times,
             step=self._step,
             closed=self._closed,
             min_range=lidar.min_range,
             max_range=lidar.max_range,
         )
+
+
+def _compose(pose: Array, within: Array) -> tuple[Array, Array, Array]:
+    """Poses `within` (3, n) the frame of `pose` (3, n) in that one's own frame: x, y, heading."""
+    (x, y, heading), (dx, dy, turn) = pose, within
+    c, s = np.cos(heading), np.sin(heading)
+    return x + c * dx - s * dy, y + s * dx + c * dy, heading + turn
 
 
 def _detection(row: Array) -> Detection:

@@ -43,6 +43,10 @@ class Detects(Protocol):
         """Those in a reading's scan, by the robot's belief after the same reading."""
         ...
 
+    def follow(self, reading: Reading) -> None:
+        """Notes the robot's motion in a reading without a scan."""
+        ...
+
 
 MakeFilter = Callable[[int, np.random.Generator], TrackFilter]  # of so many particles, with a stream of its own
 UNNAMED = -1
@@ -106,6 +110,8 @@ class LidarTracker:
         self._time, self._detections = reading.time, ()
         if reading.scan.size:
             self._see(self._detector.detect(reading, robot))
+        else:
+            self._detector.follow(reading)
         self._bodies = [body for body in self._bodies if not body.life.over(reading.time, _spread(body.filter))]
         self._tracks = tuple(self._track(body) for body in self._confirmed())
         return self._tracks

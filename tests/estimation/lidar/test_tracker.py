@@ -50,6 +50,9 @@ class Watcher:
         seen = (bodies + noise - self.age * velocity)[there]
         return View(tuple(self._detection(reading, z) for z in [*seen, *false]), bodies)
 
+    def follow(self, reading):
+        """It needs no motion: its bodies are in the world."""
+
     def _detection(self, reading, position):
         return Detection(reading.time - self.age, position, STD**2 * np.eye(2), RADIUS, 20)
 
