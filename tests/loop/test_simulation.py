@@ -225,6 +225,19 @@ def test_an_observation_carries_the_last_scan_and_the_map(room):
     assert (known.left_lane, known.right_lane) == (None, None)
 
 
+def test_an_observation_keeps_the_scan_of_a_slow_lidar_until_the_next_one_comes(room):
+    simulation = Simulation(room("sensors.lidar.model=lds-01", "sensors.lidar.mount=[0.1, 0, 0.2]"))
+    scans = []
+    for _ in range(6):
+        scans.append(simulation.observe().scan)
+        simulation.step(0.3, 0.5)
+    assert [scan.time for scan in scans] == pytest.approx([0.0, 0.0, 0.2, 0.2, 0.4, 0.4])
+    assert scans[0].times.size == 0
+    assert scans[4].times[[0, -1]] == pytest.approx([0.2, 0.39])
+    assert scans[4].times.tolist() == scans[5].times.tolist()
+    assert scans[4].mount.tolist() == [0.1, 0.0, 0.2]
+
+
 @pytest.mark.parametrize("engine", ENGINES)
 def test_casting_no_rays_changes_nothing_but_the_scan(room, engine):
     scenario = room(f"physics.engine={engine}")

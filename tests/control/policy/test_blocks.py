@@ -74,6 +74,14 @@ def test_a_sector_has_its_least_range_and_sight_where_nothing_is_met():
     assert encoded(observation())["scan"].tolist() == [1.0, 3.0, 5.0, 10.0]
 
 
+def test_a_scan_of_a_lidar_off_the_centre_is_seen_from_the_centre():
+    """A lidar 1 m ahead that looks to the left, with beams to the robot's right, ahead, left and back."""
+    angles = 0.5 * np.pi * np.arange(-2, 2)
+    scan = Scan(0.0, angles, np.array([2.0, 3.0, 4.0, np.inf]), mount=np.array([1.0, 0.0, 0.5 * np.pi]))
+    sectors = encoded(observation(scan=scan))["scan"]
+    assert sectors == pytest.approx([10.0, np.hypot(1, 2), 4.0, 10.0], rel=1e-6)
+
+
 def test_a_scan_that_is_missing_is_said():
     with pytest.raises(ValueError, match="no scan"):
         encoded(observation(scan=None))

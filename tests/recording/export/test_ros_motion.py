@@ -4,15 +4,18 @@ from math import atan2, cos, hypot, sin
 
 import numpy as np
 import pytest
+from foxglove_schemas_protobuf.LaserScan_pb2 import LaserScan
 from rosbags.rosbag2 import Reader
 from rosbags.typesys import Stores, get_typestore
 
 from mjnav.motion.diff_drive import LIDAR_HEIGHT
 from mjnav.motion.unicycle import integrate
+from mjnav.recording.export import ros_messages
 from mjnav.recording.export.export import export
 from mjnav.recording.export.ros_map import occupancy_grid
 from mjnav.recording.export.ros_odometry import moved_covariance
-from mjnav.scenarios.spec import Robot, Scenario
+from mjnav.scenarios.lidar import LidarSpec
+from mjnav.scenarios.spec import Robot, Scenario, Sensors
 from mjnav.world.floor_plan import FloorPlan
 from tests.recording.export.bags import assert_header, assert_pose, logged, pairs, same
 
@@ -33,6 +36,19 @@ def test_the_tree_of_frames_is_that_of_rep_105(log, bag):
             assert theirs.child_frame_id == ours.child_frame_id
             assert same(theirs.transform.translation) == same(ours.translation)
             assert theirs.transform.rotation.z == ours.rotation.z
+
+
+def test_a_lidar_that_turns_says_when_it_took_each_beam_and_where_it_stands():
+    lidar = Sensors(lidar=LidarSpec("utm-30lx", mount=(0.1, 0.05, 0.4))).scanner
+    start, end = lidar.angles[[0, -1]]
+    scan = ros_messages.scan(
+        LaserScan(start_angle=start, end_angle=end, ranges=[1.0] * 1081), 0, lidar=lidar, period=0.1
+    )
+    assert scan.time_increment * np.arange(1081) == pytest.approx(lidar.turn_offsets)
+    assert (scan.scan_time, scan.range_min, scan.range_max) == (0.025, 0.1, 30.0)
+    (mount,) = ros_messages.mount(lidar).transforms
+    assert same(mount.transform.translation) == (0.1, 0.05, LIDAR_HEIGHT)
+    assert 2.0 * atan2(mount.transform.rotation.z, mount.transform.rotation.w) == pytest.approx(0.4)
 
 
 def test_odom_is_where_the_wheels_lead_with_the_variance_of_their_noise(driven, tmp_path):

@@ -3,6 +3,7 @@ import pytest
 
 from mjnav.geometry.beams import beam_angles
 from mjnav.motion.diff_drive import LIDAR_HEIGHT
+from mjnav.scenarios.lidar import LidarSpec
 from mjnav.scenarios.spec import ConstantVelocity, Person, Pillar, Sensors, Table, Wall
 from mjnav.world.simulator import Simulator
 
@@ -81,6 +82,23 @@ def test_beams_end_at_the_range(scene, engine):
 def test_both_engines_see_the_same_room(clutter):
     exact = [scan(clutter(engine=engine, start=(0.0, 0.2, 0.4))) for engine in ("mujoco", "kinematic")]
     np.testing.assert_allclose(exact[0], exact[1], atol=1e-6)
+
+
+@pytest.mark.parametrize("start", [(0.0, 0.2, 0.4), (0.9, 0.4, -2.8), (2.3, -0.9, 1.7)])
+def test_both_engines_see_the_same_room_from_a_lidar_anywhere_on_the_body(clutter, start):
+    """Walls, legs, a pillar and people, one of whom is away, from a lidar off the centre that looks aside."""
+    lidar = LidarSpec(
+        "utm-30lx", mount=(0.12, -0.07, 0.5), spread=0.0, bias=0.0, missing=0.0, mixed=0.0, resolution=0.0
+    )
+    ranges = []
+    for engine in ("mujoco", "kinematic"):
+        scenario = clutter(engine=engine, start=start, sensors=Sensors(lidar=lidar))
+        simulator = Simulator(scenario, 0)
+        simulator._engine.remove(1)
+        ranges.append(simulator._engine.cast(np.array(lidar.mount), scenario.sensors.scanner.angles, 30.0))
+    np.testing.assert_allclose(ranges[0], ranges[1], atol=1e-6)
+    assert np.isinf(ranges[0]).any()
+    assert np.isfinite(ranges[0]).sum() > 500
 
 
 def test_noise_moves_hits_within_the_range_and_leaves_misses(scene, engine):
