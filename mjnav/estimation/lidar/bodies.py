@@ -9,7 +9,7 @@ of PIECE in the world, so that the pieces of a wall stay where they are while th
 import numpy as np
 
 from mjnav.estimation.lidar.circle import Circle, fit_circle
-from mjnav.estimation.lidar.clusters import cluster, step_between
+from mjnav.estimation.lidar.clusters import OUTLIER, SIGMAS, cluster, step_between
 from mjnav.estimation.lidar.explained import EXPLAINED, explained, meets_map
 from mjnav.estimation.lidar.parts import divided, edges_of, fits, is_narrow, point, width_of
 from mjnav.estimation.lidar.rays import Rays
@@ -18,10 +18,10 @@ from mjnav.geometry.distance_field import FieldGrid
 from mjnav.geometry.kernel_types import Matrix, Vector
 
 PIECE = 0.35  # [m] along x or y: up to 0.5 m of a slanted wall
-OUTLIER = 8.0  # standard deviations that a lone return has to be away from all else
-MIN_EVIDENCE = OUTLIER**2  # sum of squares of the returns' excess
+MIN_EVIDENCE = 36.0  # sum of squares of the excess of two returns or more; of a lone one it is OUTLIER squared
 MIN_RADIUS = 0.03  # [m] reported
 MAX_GROWTHS = 3
+SAME = 0.8  # share of the larger radius at which two bodies' centres are those of one body
 COLUMNS = 8  # of a body: x, y, xx, xy, yy, radius, number of beams, time
 
 
@@ -96,23 +96,27 @@ def note(rays, beams, circle, pose, covariance, out):
 
 
 @exact
-def straggler(rays, beams, grid, margin):
-    """Whether a lone return is none of a body of its own.
+def straggler(rays, beams, grid, covariance):
+    """Whether returns no more than one edge may mix are none of a body of their own.
 
-    But a mixed pixel, between what is nearer at one side and farther at the other, or beyond a surface of the map that
-    the beam passed by less than its width; or an outlier of what the beam beside it met.
+    But mixed pixels, between what is nearer at one side and farther at the other, or beyond a surface of the map that
+    the beam passed by less than its width and SIGMAS of the robot's uncertainty; or an outlier of what the beam beside
+    met.
     """
-    if len(beams) > 1:
+    mixed = 1 + int(rays.width / rays.step + 0.5)
+    if len(beams) > mixed:
         return False
-    i, num = beams[0], len(rays.ranges)
-    here = rays.ranges[i]
-    right, left = rays.ranges[(i - 1) % num], rays.ranges[(i + 1) % num]
-    if (right - here) * (left - here) < 0.0:
+    first, last, num = beams[0], beams[-1], len(rays.ranges)
+    right, left = rays.ranges[(first - 1) % num], rays.ranges[(last + 1) % num]
+    least, most = min(rays.ranges[first], rays.ranges[last]), max(rays.ranges[first], rays.ranges[last])
+    if min(right, left) < least and max(right, left) > most:
         return True
-    if min(abs(right - here), abs(left - here)) < OUTLIER * rays.spread[i]:
+    if len(beams) == 1 and min(abs(right - least), abs(left - least)) < OUTLIER * rays.spread[first]:
         return True
-    beside = margin + 0.5 * here * rays.step
-    return meets_map(rays, i, grid, here - beside - step_between(rays, i, i), beside)
+    spread = 0.5 * max(rays.width, rays.step) + SIGMAS * np.sqrt(covariance[2, 2])
+    margin = SIGMAS * np.sqrt(max(covariance[0, 0], covariance[1, 1]))
+    end = least - step_between(rays, first, first) - margin - spread * least
+    return meets_map(rays, first, grid, end, margin, spread) or meets_map(rays, last, grid, end, margin, spread)
 
 
 @exact
@@ -125,14 +129,14 @@ def find_bodies(rays: Rays, pose: Vector, covariance: Matrix, grid: FieldGrid, r
     states, excess = explained(rays, pose, covariance, grid)
     order, starts = cluster(rays, states, radius)
     rows, count = np.empty((len(order), COLUMNS)), 0
-    margin = np.sqrt(covariance[0, 0] + covariance[1, 1])
     for c in range(len(starts) - 1):
         evidence = 0.0
         for k in range(starts[c], starts[c + 1]):
             evidence += excess[order[k]] ** 2
-        if evidence < MIN_EVIDENCE or straggler(rays, order[starts[c] : starts[c + 1]], grid, margin):
-            continue
         whole = order[starts[c] : starts[c + 1]]
+        least = MIN_EVIDENCE if len(whole) > 1 else OUTLIER * OUTLIER
+        if evidence < least or straggler(rays, whole, grid, covariance):
+            continue
         parts = divided(rays, whole, radius, radius_std)
         for p in range(len(parts) - 1):
             beams = whole[parts[p] : parts[p + 1]]
@@ -144,7 +148,19 @@ def find_bodies(rays: Rays, pose: Vector, covariance: Matrix, grid: FieldGrid, r
                 count += 1
             else:
                 count = pieces(rays, beams, pose, covariance, rows, count)
-    return rows[:count]
+    return single(rows[:count])
+
+
+@exact
+def single(rows):
+    """The rows without those of bodies that overlap so much that they are one: the one with more returns stays."""
+    stays = np.ones(len(rows), np.bool_)
+    for i in range(len(rows)):
+        for j in range(len(rows)):
+            near = SAME * max(rows[i, 5], rows[j, 5])
+            if i != j and stays[j] and (rows[i, 0] - rows[j, 0]) ** 2 + (rows[i, 1] - rows[j, 1]) ** 2 < near * near:
+                stays[i] = stays[i] and (rows[i, 6] > rows[j, 6] or (rows[i, 6] == rows[j, 6] and i < j))
+    return rows[stays]
 
 
 @exact

@@ -7,8 +7,8 @@ INCIDENCE or more, the adaptive breakpoint of Borges & Aldon (2004),
 
 with r the nearer range and phi the angle between the beams, and no farther than neighbours on the arc of a person, of
 radius R: at its edge, beams s = r phi apart meet it sqrt(2 R s) apart. Beams between the two are passed over where they
-end at something nearer, which hides what lies between, or where a few returned nothing. One that ends farther away has
-passed between them.
+end at something nearer, which hides what lies between, where a few returned nothing, and where one is an outlier. One
+that ends much farther away has passed between them.
 """
 
 import numpy as np
@@ -19,6 +19,7 @@ from mjnav.geometry.compiled import exact
 INCIDENCE = np.deg2rad(10.0)
 SIGMAS = 3.0
 MAX_SILENT = 2  # beams in a row without a return that a surface may have
+OUTLIER = 8.0  # standard deviations by which the noise may move a return, one among many
 
 
 @exact
@@ -42,7 +43,7 @@ def together(rays, a, b, radius):
     if distance > 2.0 * radius + noise:
         return False
     step = step_between(rays, a, b)
-    hidden, silent = False, 0
+    hidden, silent, beyond = False, 0, 0
     for k in range(1, gap):
         between = rays.ranges[(a + k) % num]
         if not between <= rays.max_range:
@@ -50,7 +51,9 @@ def together(rays, a, b, radius):
             if silent > MAX_SILENT:
                 return False
         elif between > far + step:
-            return False
+            beyond += 1
+            if beyond > 1 or between > far + OUTLIER * rays.spread[a]:
+                return False
         else:
             hidden = hidden or between < near - step
     if hidden:
@@ -63,6 +66,33 @@ def together(rays, a, b, radius):
 
 
 @exact
+def labelled(rays, new, radius):
+    """The number of the cluster of each NEW beam of `new` (m,), which begin behind the widest gap; and how many.
+
+    One return that belongs to neither neighbour does not part them.
+    """
+    m = len(new)
+    labels, count = np.zeros(m, np.int64), 1
+    last, stray = 0, -1  # of the present cluster; the one behind it that does not belong to it
+    for k in range(1, m):
+        if together(rays, new[last], new[k], radius):
+            labels[k] = labels[last]
+            last, stray = k, -1
+        elif stray < 0:
+            stray = k
+            labels[k] = count
+            count += 1
+        elif together(rays, new[stray], new[k], radius):
+            labels[k] = labels[stray]
+            last, stray = k, -1
+        else:
+            last, stray = stray, k
+            labels[k] = count
+            count += 1
+    return labels, count
+
+
+@exact
 def cluster(rays, states, radius):
     """The NEW returns in clusters: beams (m,) cluster by cluster, and where each begins, (n + 1,).
 
@@ -71,21 +101,25 @@ def cluster(rays, states, radius):
     """
     new = np.flatnonzero(states == NEW)
     m = len(new)
-    begins = np.zeros(m, np.bool_)
+    if m == 0:
+        return new, np.zeros(1, np.int64)
+    first, widest = 0, 0
+    if rays.closed:
+        for k in range(m):
+            gap = (new[k] - new[k - 1]) % len(states)
+            if gap > widest:
+                first, widest = k, gap
+    turned = np.empty(m, np.int64)
     for k in range(m):
-        before = new[k - 1] if k > 0 else new[m - 1]
-        begins[k] = (k == 0 and not rays.closed) or m == 1 or not together(rays, before, new[k], radius)
-    first = 0
-    while first < m and not begins[first]:
-        first += 1
-    first = first if first < m else 0
-    beams, starts = np.empty(m, np.int64), np.empty(m + 1, np.int64)
-    count = 0
+        turned[k] = new[(first + k) % m]
+    labels, count = labelled(rays, turned, radius)
+    starts = np.zeros(count + 1, np.int64)
     for k in range(m):
-        place = (first + k) % m
-        beams[k] = new[place]
-        if k == 0 or begins[place]:
-            starts[count] = k
-            count += 1
-    starts[count] = m
-    return beams, starts[: count + 1]
+        starts[labels[k] + 1] += 1
+    for c in range(count):
+        starts[c + 1] += starts[c]
+    beams, filled = np.empty(m, np.int64), starts.copy()
+    for k in range(m):
+        beams[filled[labels[k]]] = turned[k]
+        filled[labels[k]] += 1
+    return beams, starts

@@ -106,6 +106,7 @@ class Detector:
             spread=np.maximum(spread, MIN_SPREAD),
             times=times,
             step=self._step,
+            width=lidar.beam_width,
             closed=self._closed,
             min_range=lidar.min_range,
             max_range=lidar.max_range,

@@ -15,7 +15,7 @@ from mjnav.geometry.compiled import kernel
 from mjnav.geometry.distance_field import lookup
 
 TOLERANCE = 0.05  # [m]
-GATE = 3.5  # standard deviations
+GATE = 3.0  # standard deviations
 MIN_STEP = 0.02  # [m] of sphere tracing
 SILENT, NOTHING, EXPLAINED, NEW = -1, 0, 1, 2  # a beam that says nothing; one that met nothing; returns
 
@@ -54,8 +54,8 @@ def explained(rays, pose, covariance, grid):
 
 
 @kernel
-def meets_map(rays, beam, grid, end, margin):
-    """Whether a beam passes a surface of the map, at most `margin` [m] away, within `end` [m].
+def meets_map(rays, beam, grid, end, margin, spread):
+    """Whether a beam passes a surface of the map within `end` [m], at most `margin` [m] + `spread` times its way away.
 
     Sphere tracing (Hart 1996): from a point with the clearance c the beam is free for c.
     """
@@ -64,7 +64,8 @@ def meets_map(rays, beam, grid, end, margin):
         x = rays.origins[beam, 0] + along * rays.directions[beam, 0]
         y = rays.origins[beam, 1] + along * rays.directions[beam, 1]
         clearance = lookup(grid, x, y)[0]
-        if clearance < margin:
+        beside = margin + spread * along
+        if clearance < beside:
             return True
-        along += max(clearance - margin, MIN_STEP)
+        along += max(clearance - beside, MIN_STEP)
     return False

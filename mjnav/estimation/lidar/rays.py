@@ -16,6 +16,7 @@ class Rays(NamedTuple):
     spread: Vector  # (B,) [m] standard deviation of the range
     times: Vector  # (B,) [s]
     step: float  # [rad] between neighbouring beams
+    width: float  # [rad] of a beam
     closed: bool  # whether the last beam is a neighbour of the first one
     min_range: float  # [m]
     max_range: float  # [m]

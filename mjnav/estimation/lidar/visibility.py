@@ -45,7 +45,7 @@ def visible_share(rays: Rays, points: Matrix, radius: float, grid: FieldGrid):
                 continue
             if distance < enter - SAME * radius - SIGMAS * rays.spread[i]:
                 continue
-            if distance > rays.max_range and meets_map(rays, i, grid, LOST * rays.max_range, 0.0):
+            if distance > rays.max_range and meets_map(rays, i, grid, LOST * rays.max_range, 0.0, 0.0):
                 continue
             shares[p] += overlap / (2.0 * radius)
         shares[p] = min(shares[p], 1.0)
