@@ -62,7 +62,9 @@ class Reading(ShortRepr):
     scan_times: Array = field(
         default_factory=lambda: np.zeros(0)
     )  # (B,) [s] of each beam; (0,) where all are at `time`
-    dropped: tuple[str, ...] = ()  # what did not arrive, or not as numbers: odometry, gyro, pose, detections, scan
+    # Of odometry, gyro, pose, detections and scan those that did not arrive: their values are NaN. Estimators find here
+    # all that cannot be used, with the last usable value in its place and no beams in place of a scan.
+    dropped: tuple[str, ...] = ()
     ages: tuple[tuple[str, float], ...] = ()  # of these [s], where it was measured that long before `time`
 
 

@@ -14,6 +14,8 @@ from mjnav.rng import stream
 
 DRAWS = "estimation.draw"  # channel of the draws from beliefs
 HEADING = 2  # column of the heading in a pose
+# Std of the changes of v [m/s] and omega [rad/s] while odometry is silent: about a third of what such a robot drives.
+UNKNOWN_TWIST_STD = (0.3, 0.5)
 
 
 class Localizer(Protocol):
@@ -132,7 +134,9 @@ class PeopleTracker:
         return ()
 
     def _detected(self, reading: Reading) -> Sequence[int]:
-        """Who is there, by place."""
+        """Who is there, by place; where no detections arrived, who was before."""
+        if "detections" in reading.dropped and self._tracks is not None:
+            return self._tracked
         absent = np.isnan(reading.detections[:, 0])
         return np.flatnonzero(~absent).tolist() if absent.any() else self._everybody
 

@@ -84,6 +84,10 @@ class Bootstrap:
                 self._unexplained[body] = 0
         return self._conclude(predicted, recovered)
 
+    def coast(self, predicted: Array) -> Posterior:
+        """Goes on with predicted particles (B, n, d) where nothing was measured."""
+        return self._conclude(predicted, np.zeros(len(predicted), bool))
+
     def _conclude(self, particles: Array, recovered: NDArray[np.bool_]) -> Posterior:
         """The posterior by the weights; what to predict from is resampled where they have become uneven."""
         weights, num, strength = self._weights, particles.shape[1], self._settings.roughening

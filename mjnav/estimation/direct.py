@@ -9,9 +9,9 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from mjnav.estimation.base import HEADING, PeopleTracker, PoseEstimator
-from mjnav.estimation.likelihood import LEAST_STD
-from mjnav.estimation.localizer import POSE_CHANNELS, pose_samples
+from mjnav.estimation.base import HEADING, PeopleTracker, PoseEstimator, person_track
+from mjnav.estimation.likelihood import LEAST_STD, widened
+from mjnav.estimation.localizer import ODOMETRY_CHANNELS, POSE_CHANNELS, moved, pose_samples
 from mjnav.estimation.person_motion import PersonMotion
 from mjnav.estimation.tracker import DETECTION_CHANNELS, detection_samples
 from mjnav.filters.weights import weighted_moments
@@ -30,10 +30,14 @@ class DirectLocalizer(PoseEstimator):
         self._noise = [noise[channel] for channel in POSE_CHANNELS]
         self._weights = np.full(num_particles, 1.0 / num_particles)
         self._stream = stream(seed, "estimation.direct")
+        self._odometry = [widened(channel, noise[channel]) for channel in ODOMETRY_CHANNELS]
+        self._motion_streams = [stream(seed, f"estimation.motion.{channel}") for channel in ODOMETRY_CHANNELS]
 
     def update(self, reading: Reading) -> RobotBelief:
-        """The belief from this reading alone."""
+        """The belief from this reading alone; without a pose in it the one before, moved by odometry."""
         particles = pose_samples(reading, self._noise, self._weights.size, self._stream)
+        if "pose" in reading.dropped and self._belief is not None:
+            particles = moved(self._belief.particles, reading, self._odometry, self._motion_streams)
         (mean,), (covariance,) = weighted_moments(particles[None], self._weights[None], HEADING)
         self._belief = RobotBelief(
             reading.time, particles, self._weights, mean, covariance, ess=float(self._weights.size)
@@ -73,6 +77,8 @@ class DirectTracker(PeopleTracker):
             self._tracks = ()
             return ()
         tracked = self._detected(reading)
+        if "detections" in reading.dropped and self._tracks is not None:
+            return self._coasted(reading)
         position = np.stack(
             [
                 detection_samples(detection, self._noise, self._weights.size, rng)
@@ -87,6 +93,16 @@ class DirectTracker(PeopleTracker):
         mean, covariance = weighted_moments(particles, weights, -1)
         ess = np.full(len(particles), self._weights.size)
         return self._conclude(reading.time, particles, weights, mean, covariance, ess, tracked=tracked)
+
+    def _coasted(self, reading: Reading) -> tuple[Track, ...]:
+        """The tracks before, each sample on at its velocity."""
+        self._tracks = tuple(
+            person_track(
+                track.name, reading.time, track.radius, _straight_on(track.particles, reading.time - track.time)
+            )
+            for track in self._tracks or ()
+        )
+        return self._tracks
 
     def _velocity(self) -> Array:
         """Slopes of the window's positions, (P, n, 2); NaN for who is not there."""
@@ -110,3 +126,8 @@ class DirectTracker(PeopleTracker):
         times = times - times.mean()
         moment = sum(t * position for t, position in zip(times, positions, strict=True))
         return (moment + self._ridge * self._prior_velocity[people]) / (times @ times + self._ridge)
+
+
+def _straight_on(states: Array, duration: float) -> Array:
+    """States (n, 4) after `duration` [s] at their velocities."""
+    return np.hstack([states[:, :2] + duration * states[:, 2:], states[:, 2:]])

@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from mjnav.estimation.base import PeopleTracker, PoseEstimator
+from mjnav.estimation.base import UNKNOWN_TWIST_STD, PeopleTracker, PoseEstimator
 from mjnav.estimation.gaussian import noise_moments
 from mjnav.estimation.imm import ImmPersonFilter
 from mjnav.estimation.localizer import ODOMETRY_CHANNELS, POSE_CHANNELS
@@ -37,8 +37,12 @@ class KalmanLocalizer(PoseEstimator, ABC):
         """The belief after one more reading."""
         measured = reading.pose - self._pose_mean
         if self._started:
-            self._filter.predict(reading.odometry - self._odometry_mean, self._odometry_covariance, reading.interval)
-            self._filter.correct(measured, self._pose_covariance)
+            covariance = self._odometry_covariance
+            if "odometry" in reading.dropped:
+                covariance = covariance + np.diag(np.square(UNKNOWN_TWIST_STD))
+            self._filter.predict(reading.odometry - self._odometry_mean, covariance, reading.interval)
+            if "pose" not in reading.dropped:
+                self._filter.correct(measured, self._pose_covariance)
         else:
             self._filter.start(measured, self._pose_covariance)
             self._started = True
@@ -91,7 +95,8 @@ class GaussianTracker(PeopleTracker, ABC):
             measured = np.nan_to_num(reading.detections[p]) - self._noise_mean
             if self._started and p in tracked and p in self._tracked:
                 person.predict(reading.interval)
-                person.correct(measured, self._noise_covariance)
+                if "detections" not in reading.dropped:
+                    person.correct(measured, self._noise_covariance)
             else:  # a new track; of who is not there, the row is not looked at
                 person.start(measured, self._noise_covariance)
         self._started = True

@@ -1,10 +1,10 @@
 """The robot's pose by a bootstrap particle filter on (x, y, heading): odometry predicts, a pose sensor corrects."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from mjnav.estimation.base import HEADING, FilterSettings, PoseEstimator
+from mjnav.estimation.base import HEADING, UNKNOWN_TWIST_STD, FilterSettings, PoseEstimator
 from mjnav.estimation.bootstrap import Bootstrap
 from mjnav.estimation.likelihood import Likelihood, widened
 from mjnav.geometry.angles import wrap
@@ -45,13 +45,19 @@ class ParticleLocalizer(PoseEstimator):
         self._filter = Bootstrap(("robot",), self._likelihoods, seed, settings, heading=HEADING)
 
     def update(self, reading: Reading) -> RobotBelief:
-        """The belief after one more reading; its moments come from the weights before resampling."""
+        """The belief after one more reading; its moments come from the weights before resampling.
+
+        Without a pose in it the odometry alone goes on.
+        """
         if self._filter.particles is None:
             posterior = self._filter.start(self._spawn(reading)[None])
         else:
             predicted = self._predict(self._filter.particles[0], reading)
-            errors = pose_errors(reading.pose, predicted)[:, None]
-            posterior = self._filter.correct(predicted[None], errors, lambda _: self._spawn(reading))
+            if "pose" in reading.dropped:
+                posterior = self._filter.coast(predicted[None])
+            else:
+                errors = pose_errors(reading.pose, predicted)[:, None]
+                posterior = self._filter.correct(predicted[None], errors, lambda _: self._spawn(reading))
         self._belief = RobotBelief(
             time=reading.time,
             particles=posterior.particles[0],
@@ -64,12 +70,7 @@ class ParticleLocalizer(PoseEstimator):
         return self._belief
 
     def _predict(self, particles: Array, reading: Reading) -> Array:
-        """Particles (n, 3) moved by what the odometry measured less a noise draw each."""
-        v, omega = (
-            measured - noise.sample(rng, self._num)
-            for measured, noise, rng in zip(reading.odometry, self._odometry, self._motion_streams, strict=True)
-        )
-        return integrate_rows(particles, v, omega, reading.interval)
+        return moved(particles, reading, self._odometry, self._motion_streams)
 
     def _spawn(self, reading: Reading) -> Array:
         """Poses that the reading alone allows: measurement - noise draws, (n, 3)."""
@@ -85,6 +86,24 @@ def pose_errors(measured: Vector, poses: Matrix):
         errors[1, i] = measured[1] - poses[i, 1]
         errors[2, i] = wrapped(measured[2] - poses[i, 2])
     return errors
+
+
+def moved(
+    particles: Array, reading: Reading, noise: Sequence[Distribution], streams: Sequence[np.random.Generator]
+) -> Array:
+    """Particles (n, 3) moved by what the odometry measured less a noise draw each, from a stream a channel.
+
+    Where the odometry is silent they go on as it said last, each with a change of its own.
+    """
+    num = len(particles)
+    twist = [
+        measured - channel.sample(rng, num)
+        for measured, channel, rng in zip(reading.odometry, noise, streams, strict=True)
+    ]
+    if "odometry" in reading.dropped:
+        for values, std, rng in zip(twist, UNKNOWN_TWIST_STD, streams, strict=True):
+            values += std * rng.standard_normal(num)
+    return integrate_rows(particles, twist[0], twist[1], reading.interval)
 
 
 def pose_samples(reading: Reading, noise: list[Distribution], num: int, rng: np.random.Generator) -> Array:

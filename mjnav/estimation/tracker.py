@@ -56,6 +56,11 @@ class ParticleTracker(PeopleTracker):
             posterior = self._filter.start(np.stack([self._spawn(p, reading) for p in range(len(self._names))]))
         else:
             predicted = self._predict(self._filter.particles, reading.interval)
+            if "detections" in reading.dropped:
+                p = self._filter.coast(predicted)
+                return self._conclude(
+                    reading.time, p.particles, p.weights, p.mean, p.covariance, p.ess, p.recovered, tracked
+                )
             errors = np.subtract(reading.detections.T[:, :, None], predicted.transpose(2, 0, 1)[:2], order="C")
             errors[np.isnan(errors)] = 0.0
             posterior = self._filter.correct(predicted, errors, lambda p: self._spawn(p, reading), new)

@@ -107,6 +107,7 @@ class Tick:
         command, switches = robot.actuate(self.k, decision, watch.elapsed)
         watch.lap("actuate")
         record.strand(self._world.stranded)
+        record.note(*robot.take_events())
         asked = observation if decision is self.__dict__.get("decision") else None
         record.add(self.k, self.truth, self.readings, beliefs, self._recorded, decision, command, asked=asked)
         watch.lap("write")

@@ -14,11 +14,13 @@ from mjnav.loop.onboard.commands import CommandHistory
 from mjnav.loop.onboard.floor_map import FloorMap
 from mjnav.loop.onboard.latency import make_latency
 from mjnav.loop.onboard.prediction import RobotPrediction
+from mjnav.loop.onboard.sanity import Sanity
 from mjnav.loop.prepare import build_controller, num_samples
 from mjnav.messages import (
     Array,
     Beliefs,
     Decision,
+    Event,
     Lanes,
     Observation,
     ObstacleSamples,
@@ -49,6 +51,7 @@ class Navigator:
         if controller is not None:
             self.controller = controller
         self.floor_map = FloorMap(scenario)
+        self._sanity = Sanity(scenario)
         self._localizer: Localizer | None = make_localizer(scenario, seed) if estimators else None
         self._tracker: Tracker | None = make_tracker(scenario, seed) if estimators else None
         self._seed = seed
@@ -96,6 +99,7 @@ class Navigator:
 
         Without estimators there are none.
         """
+        readings = tuple(map(self._sanity.checked, readings))
         self._scanned = next((reading for reading in reversed(readings) if reading.scan.size), self._scanned)
         if self._localizer is None or self._tracker is None:
             return None
@@ -106,6 +110,10 @@ class Navigator:
             raise RuntimeError("the first tick has no reading")
         self.follow_route(beliefs.robot.mean)
         return beliefs
+
+    def take_events(self) -> tuple[Event, ...]:
+        """What the robot noticed since the last call."""
+        return self._sanity.take_events()
 
     def follow_route(self, pose: Array) -> None:
         """Goes on to the next point of the route where this one is reached from a pose (3,)."""
