@@ -20,6 +20,8 @@ LOCALIZERS: Mapping[str, str] = MappingProxyType(
         "pose.particle": "mjnav.estimation.localizer:ParticleLocalizer",
         "pose.ekf": "mjnav.estimation.kalman:ExtendedKalmanLocalizer",
         "pose.ukf": "mjnav.estimation.kalman:UnscentedKalmanLocalizer",
+        "lidar.ekf": "mjnav.estimation.lidar.kalman:ExtendedScanLocalizer",
+        "lidar.ukf": "mjnav.estimation.lidar.kalman:UnscentedScanLocalizer",
         "direct": "mjnav.estimation.direct:DirectLocalizer",
     }
 )

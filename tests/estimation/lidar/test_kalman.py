@@ -1,0 +1,137 @@
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.stats import chi2
+
+from mjnav.estimation.lidar.kalman import ExtendedScanLocalizer, UnscentedScanLocalizer
+from mjnav.estimation.lidar.twist import TwistSensors
+from mjnav.geometry.angles import wrap
+from mjnav.geometry.distance_field import DistanceField
+from mjnav.messages import Reading, RobotLimits
+from mjnav.motion.unicycle import integrate
+from mjnav.noise import profile
+from mjnav.scenarios.sensors import Sensors
+
+NOISE = dict(profile("pearson"))
+START = np.array([2.9, 1.2, 0.0])
+KINDS = (ExtendedScanLocalizer, UnscentedScanLocalizer)
+
+
+@pytest.fixture(scope="module")
+def field(room):
+    return DistanceField.of(room, 0.025)
+
+
+def localizer(kind, field, start=START, noise=NOISE):
+    lidar = Sensors().scanner
+    return kind(field, lidar, noise, TwistSensors.of(noise, RobotLimits()), start, 50, 0)
+
+
+@pytest.fixture(scope="module")
+def circle(room, ranges):
+    """circle(ticks, seed) -> readings and true poses of a robot that drives in a circle."""
+
+    def drive(ticks, seed, noise=NOISE, start=START):
+        rng, pose, readings, truth = np.random.default_rng(seed), np.array(start), [], []
+        for k in range(ticks):
+            if k:
+                pose = integrate(pose, 0.5, 0.9, 0.1)
+            drawn = {channel: noise[channel].sample(rng, 1)[0] for channel in ("odometry.v", "odometry.omega", "gyro")}
+            exact = ranges(room, pose)
+            readings.append(
+                Reading(
+                    time=0.1 * k,
+                    interval=0.1 if k else 0.0,
+                    odometry=np.array([0.5 + drawn["odometry.v"], 0.9 + drawn["odometry.omega"]]),
+                    gyro=0.9 + drawn["gyro"],
+                    pose=np.full(3, np.nan),
+                    detections=np.zeros((0, 2)),
+                    scan=np.maximum(exact + noise["lidar.range"].sample(rng, len(exact)), 0.0),
+                )
+            )
+            truth.append(pose)
+        return readings, np.array(truth)
+
+    return drive
+
+
+def error_of(belief, pose):
+    error = belief.mean - pose
+    error[2] = wrap(error[2])
+    return error
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_the_pose_is_found_and_its_covariance_covers_the_error(field, circle, kind):
+    readings, truth = circle(150, 1)
+    found, nees, errors = localizer(kind, field), [], []
+    for reading, pose in zip(readings, truth, strict=True):
+        belief = found.update(reading)
+        errors.append(error_of(belief, pose))
+        nees.append(errors[-1] @ np.linalg.solve(belief.covariance, errors[-1]))
+        assert not belief.recovered
+    assert np.sqrt(np.mean(np.square(errors), axis=0)).max() < 5e-3
+    assert 0.7 < np.mean(nees) < 3.5
+    assert np.mean(np.array(nees) < chi2.ppf(0.95, 3)) > 0.9
+    assert belief.particles.shape == (50, 3)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_what_is_missing_makes_the_belief_wider_and_never_nan(field, circle, kind):
+    readings, truth = circle(90, 2)
+    found, spreads = localizer(kind, field), []
+    lacks = {
+        20: ("scan",), 30: ("scan", "odometry"), 40: ("scan", "gyro"), 50: ("scan", "odometry", "gyro"), 60: ()
+    }  # fmt: skip
+    for k, (reading, pose) in enumerate(zip(readings, truth, strict=True)):
+        missing = lacks.get(10 * (k // 10), ())
+        given = replace(
+            reading,
+            scan=np.full(360, np.nan) if "scan" in missing else reading.scan,
+            odometry=np.full(2, np.nan) if "odometry" in missing else reading.odometry,
+            gyro=np.nan if "gyro" in missing else reading.gyro,
+            dropped=missing,
+        )
+        belief = found.update(given)
+        assert np.isfinite(belief.particles).all()
+        error = error_of(belief, pose)
+        assert error @ np.linalg.solve(belief.covariance, error) < 30.0
+        spreads.append(float(np.sqrt(np.trace(belief.covariance[:2, :2]))))
+    assert 2.0 * spreads[19] < spreads[29] < spreads[39] < spreads[59]
+    assert spreads[59] > 0.3
+    assert max(spreads[65:]) < 0.01
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_robot_that_was_carried_away_is_found_again(field, circle, kind):
+    here, _ = circle(20, 3)
+    there, truth = circle(40, 4, start=(5.2, 2.8, -2.0))
+    found = localizer(kind, field)
+    for reading in here:
+        found.update(reading)
+    after = [found.update(replace(reading, time=2.0 + reading.time, interval=0.1)) for reading in there]
+    assert any(belief.recovered for belief in after[:20])
+    assert np.abs(error_of(after[-1], truth[-1])).max() < 0.02
+
+
+def test_without_a_start_the_first_scan_says_where_the_robot_is(field, circle):
+    readings, truth = circle(10, 5)
+    found = localizer(ExtendedScanLocalizer, field, start=None)
+    belief = found.update(replace(readings[0], scan=np.zeros(0), dropped=("scan",)))
+    assert np.isfinite(belief.particles).all()
+    assert belief.covariance[0, 0] > 1.0
+    for reading, pose in zip(readings[1:], truth[1:], strict=True):
+        belief = found.update(reading)
+        assert np.abs(error_of(belief, pose)).max() < 0.02
+
+
+def test_a_scan_that_comes_twice_counts_once(field, circle):
+    readings, _ = circle(5, 6)
+    once, twice = (localizer(ExtendedScanLocalizer, field) for _ in range(2))
+    for reading in readings:
+        expected = once.update(reading)
+        twice.update(reading)
+        belief = twice.update(replace(reading, interval=0.0))
+        assert np.array_equal(belief.covariance, expected.covariance)
+        assert np.array_equal(belief.mean, expected.mean)
