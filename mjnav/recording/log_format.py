@@ -34,7 +34,7 @@ TOPICS: Mapping[str, str] = MappingProxyType(
         "/people/estimate": "Every person's believed position and velocity with covariance; detections with identity.",
         "/contacts": "What the robot touched since the tick before, and with which force.",
         "/scene": "Walls, tables, pillars, lanes, goal, robot and people as shapes that viewers draw.",
-        "/scan": "The ranges of the lidar.",
+        "/scan": "The ranges of each whole scan of the lidar, stamped with the time of its first beam.",
         "/odometry": "Wheel odometry, gyro and pose sensor.",
         "/detections": "What a scan shows that the map does not explain, where people are tracked by scans.",
         "/belief/robot": "The particles of the belief about the robot's pose.",
