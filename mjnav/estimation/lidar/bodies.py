@@ -1,24 +1,24 @@
 """From a cluster of returns to bodies: people, parts of larger things, smaller things.
 
-A cluster that a circle of a person's radius explains is a person. One that it does not is divided where the surface
-jumps, or where it is farthest away between two nearer parts, as between two people side by side, and its parts are
-looked at again. What remains is no person: up to PIECE wide it keeps its size, and what is larger is cut at multiples
-of PIECE in the world, so that the pieces of a wall stay where they are while the robot drives along it.
+A cluster that a circle of a person's radius fits is a person. Any other is divided into parts, each a person if a circle
+fits it (parts.py). What remains is no person: a small thing keeps its size, a larger one is cut at multiples of PIECE in
+the world, so that the pieces of a wall stay where they are while the robot drives along it.
 """
 
 import numpy as np
 
 from mjnav.estimation.lidar.circle import Circle, fit_circle
-from mjnav.estimation.lidar.clusters import OUTLIER, SIGMAS, cluster, step_between
-from mjnav.estimation.lidar.explained import EXPLAINED, explained, meets_map
+from mjnav.estimation.lidar.clusters import joined, runs_of
+from mjnav.estimation.lidar.explained import EXPLAINED, explained
 from mjnav.estimation.lidar.parts import divided, edges_of, fits, is_narrow, point, width_of
 from mjnav.estimation.lidar.rays import Rays
+from mjnav.estimation.lidar.stragglers import bodies_among
 from mjnav.geometry.compiled import exact
 from mjnav.geometry.distance_field import FieldGrid
 from mjnav.geometry.kernel_types import Matrix, Vector
 
 PIECE = 0.35  # [m] along x or y: up to 0.5 m of a slanted wall
-MIN_EVIDENCE = 36.0  # sum of squares of the excess of two returns or more; of a lone one it is OUTLIER squared
+MIN_LONG = 4  # returns of a long thing of which single ones are pieces
 MIN_RADIUS = 0.03  # [m] reported
 MAX_GROWTHS = 3
 SAME = 0.8  # share of the larger radius at which two bodies' centres are those of one body
@@ -96,30 +96,6 @@ def note(rays, beams, circle, pose, covariance, out):
 
 
 @exact
-def straggler(rays, beams, grid, covariance):
-    """Whether returns no more than one edge may mix are none of a body of their own.
-
-    But mixed pixels, between what is nearer at one side and farther at the other, or beyond a surface of the map that
-    the beam passed by less than its width and SIGMAS of the robot's uncertainty; or an outlier of what the beam beside
-    met.
-    """
-    mixed = 1 + int(rays.width / rays.step + 0.5)
-    if len(beams) > mixed:
-        return False
-    first, last, num = beams[0], beams[-1], len(rays.ranges)
-    right, left = rays.ranges[(first - 1) % num], rays.ranges[(last + 1) % num]
-    least, most = min(rays.ranges[first], rays.ranges[last]), max(rays.ranges[first], rays.ranges[last])
-    if min(right, left) < least and max(right, left) > most:
-        return True
-    if len(beams) == 1 and min(abs(right - least), abs(left - least)) < OUTLIER * rays.spread[first]:
-        return True
-    spread = 0.5 * max(rays.width, rays.step) + SIGMAS * np.sqrt(covariance[2, 2])
-    margin = SIGMAS * np.sqrt(max(covariance[0, 0], covariance[1, 1]))
-    end = least - step_between(rays, first, first) - margin - spread * least
-    return meets_map(rays, first, grid, end, margin, spread) or meets_map(rays, last, grid, end, margin, spread)
-
-
-@exact
 def find_bodies(rays: Rays, pose: Vector, covariance: Matrix, grid: FieldGrid, radius: float, radius_std: float):
     """A row of COLUMNS for each body that the scan shows and the map does not, (n, 8).
 
@@ -127,16 +103,12 @@ def find_bodies(rays: Rays, pose: Vector, covariance: Matrix, grid: FieldGrid, r
     person's radius [m].
     """
     states, excess = explained(rays, pose, covariance, grid)
-    order, starts = cluster(rays, states, radius)
+    beams, starts = runs_of(rays, states, radius)
+    kept = bodies_among(rays, excess, beams, starts, grid, covariance)
+    order, starts = joined(rays, beams, starts, kept, radius)
     rows, count = np.empty((len(order), COLUMNS)), 0
     for c in range(len(starts) - 1):
-        evidence = 0.0
-        for k in range(starts[c], starts[c + 1]):
-            evidence += excess[order[k]] ** 2
         whole = order[starts[c] : starts[c + 1]]
-        least = MIN_EVIDENCE if len(whole) > 1 else OUTLIER * OUTLIER
-        if evidence < least or straggler(rays, whole, grid, covariance):
-            continue
         parts = divided(rays, whole, radius, radius_std)
         for p in range(len(parts) - 1):
             beams = whole[parts[p] : parts[p + 1]]
@@ -203,7 +175,9 @@ def pieces(rays, beams, pose, covariance, rows, count):
             if at == np.floor(point(rays, beams[k - 1])[axis] / PIECE):
                 continue
         part = beams[begin:k]
+        begin = k
+        if len(part) == 1 and 1 < len(beams) < MIN_LONG:
+            continue
         note(rays, part, enclosing(rays, part), pose, covariance, rows[count])
         count += 1
-        begin = k
     return count

@@ -6,9 +6,11 @@ INCIDENCE or more, the adaptive breakpoint of Borges & Aldon (2004),
     d <= r sin(phi) / sin(INCIDENCE - phi) + 3 sigma
 
 with r the nearer range and phi the angle between the beams, and no farther than neighbours on the arc of a person, of
-radius R: at its edge, beams s = r phi apart meet it sqrt(2 R s) apart. Beams between the two are passed over where they
-end at something nearer, which hides what lies between, where a few returned nothing, and where one is an outlier. One
-that ends much farther away has passed between them.
+radius R: at its edge, beams s = r phi apart meet it sqrt(2 R s) apart. A few beams between the two are passed over:
+nothing returned from them, or they are outliers; but not one that ends much farther away.
+
+So runs come about. What may be mixed pixels is taken out of them (stragglers.py). Then two runs are joined whose ends
+are at most a person apart, where what lies between is hidden by something nearer: somebody behind a table's leg.
 """
 
 import numpy as np
@@ -18,7 +20,7 @@ from mjnav.geometry.compiled import exact
 
 INCIDENCE = np.deg2rad(10.0)
 SIGMAS = 3.0
-MAX_SILENT = 2  # beams in a row without a return that a surface may have
+MAX_PASSED = 2  # beams between two returns of one surface that do not belong to it
 OUTLIER = 8.0  # standard deviations by which the noise may move a return, one among many
 
 
@@ -29,51 +31,71 @@ def step_between(rays, i, j):
 
 
 @exact
-def together(rays, a, b, radius):
-    """Whether the returns of two beams, with none that is NEW between them, belong to one body; b is behind a."""
-    num = len(rays.ranges)
-    gap = (b - a) % num
-    near, far = min(rays.ranges[a], rays.ranges[b]), max(rays.ranges[a], rays.ranges[b])
+def gap_between(rays, a, b):
+    """Between the ends of two beams, b behind a: the distance [m], and what their ranges' noise may add to it [m]."""
     x = rays.origins[b, 0] + rays.ranges[b] * rays.directions[b, 0]
     y = rays.origins[b, 1] + rays.ranges[b] * rays.directions[b, 1]
     x -= rays.origins[a, 0] + rays.ranges[a] * rays.directions[a, 0]
     y -= rays.origins[a, 1] + rays.ranges[a] * rays.directions[a, 1]
-    distance = np.sqrt(x * x + y * y)
-    noise = SIGMAS * np.sqrt(rays.spread[a] ** 2 + rays.spread[b] ** 2)
-    if distance > 2.0 * radius + noise:
-        return False
-    step = step_between(rays, a, b)
-    hidden, silent, beyond = False, 0, 0
-    for k in range(1, gap):
+    return np.sqrt(x * x + y * y), SIGMAS * np.sqrt(rays.spread[a] ** 2 + rays.spread[b] ** 2)
+
+
+@exact
+def counted(rays, a, b):
+    """How many of the beams between two end at something nearer than both, and how many do not.
+
+    The latter are too many, more than MAX_PASSED, where one ends much farther away.
+    """
+    num = len(rays.ranges)
+    near, far = min(rays.ranges[a], rays.ranges[b]), max(rays.ranges[a], rays.ranges[b])
+    nearer, others = 0, 0
+    for k in range(1, (b - a) % num):
         between = rays.ranges[(a + k) % num]
-        if not between <= rays.max_range:
-            silent += 1
-            if silent > MAX_SILENT:
-                return False
-        elif between > far + step:
-            beyond += 1
-            if beyond > 1 or between > far + OUTLIER * rays.spread[a]:
-                return False
+        if between < near - step_between(rays, a, b):
+            nearer += 1
+        elif far + OUTLIER * rays.spread[a] < between <= rays.max_range:
+            return nearer, MAX_PASSED + 1
         else:
-            hidden = hidden or between < near - step
-    if hidden:
-        return True
-    angle = gap * rays.step
+            others += 1
+    return nearer, others
+
+
+@exact
+def together(rays, a, b, radius):
+    """Whether the returns of two beams belong to one surface; b is behind a."""
+    angle = ((b - a) % len(rays.ranges)) * rays.step
+    if angle > 0.5 * np.pi:
+        return False
+    distance, noise = gap_between(rays, a, b)
+    near = min(rays.ranges[a], rays.ranges[b])
     limit = np.sqrt(2.0 * radius * near * angle)
     if angle < 0.9 * INCIDENCE:
         limit = min(limit, near * np.sin(angle) / np.sin(INCIDENCE - angle))
-    return distance <= limit + noise
+    if distance > limit + noise:
+        return False
+    nearer, others = counted(rays, a, b)
+    return nearer + others <= MAX_PASSED
+
+
+@exact
+def is_hidden(rays, a, b, radius):
+    """Whether what lies between two returns of one person, b behind a, is hidden by something nearer."""
+    distance, noise = gap_between(rays, a, b)
+    if distance > 2.0 * radius + noise:
+        return False
+    nearer, others = counted(rays, a, b)
+    return nearer > 0 and others <= MAX_PASSED
 
 
 @exact
 def labelled(rays, new, radius):
-    """The number of the cluster of each NEW beam of `new` (m,), which begin behind the widest gap; and how many.
+    """The number of the run of each NEW beam of `new` (m,), which begin behind the widest gap; and how many.
 
     One return that belongs to neither neighbour does not part them.
     """
     m = len(new)
     labels, count = np.zeros(m, np.int64), 1
-    last, stray = 0, -1  # of the present cluster; the one behind it that does not belong to it
+    last, stray = 0, -1  # of the present run; the one behind it that does not belong to it
     for k in range(1, m):
         if together(rays, new[last], new[k], radius):
             labels[k] = labels[last]
@@ -93,10 +115,10 @@ def labelled(rays, new, radius):
 
 
 @exact
-def cluster(rays, states, radius):
-    """The NEW returns in clusters: beams (m,) cluster by cluster, and where each begins, (n + 1,).
+def runs_of(rays, states, radius):
+    """The NEW returns in runs: beams (m,) run by run, and where each begins, (n + 1,).
 
-    The beams of a cluster are in the order in which they are taken, also across the scan's seam where it is closed.
+    The beams of a run are in the order in which they are taken, also across the scan's seam where it is closed.
     radius [m]: of a person.
     """
     new = np.flatnonzero(states == NEW)
@@ -123,3 +145,21 @@ def cluster(rays, states, radius):
         beams[filled[labels[k]]] = turned[k]
         filled[labels[k]] += 1
     return beams, starts
+
+
+@exact
+def joined(rays, beams, starts, kept, radius):
+    """The `kept` runs, a flag each, in clusters: beams cluster by cluster, and where each begins."""
+    out, begins = np.empty(len(beams), np.int64), np.zeros(len(starts), np.int64)
+    m, count = 0, 0
+    for c in range(len(starts) - 1):
+        if not kept[c]:
+            continue
+        if m == 0 or not is_hidden(rays, out[m - 1], beams[starts[c]], radius):
+            begins[count] = m
+            count += 1
+        for k in range(starts[c], starts[c + 1]):
+            out[m] = beams[k]
+            m += 1
+    begins[count] = m
+    return out[:m], begins[: count + 1]

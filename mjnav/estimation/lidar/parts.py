@@ -11,7 +11,7 @@ step apart or where one is farther away than the least at both sides; between al
 import numpy as np
 
 from mjnav.estimation.lidar.circle import CUT, OPEN, OWN, Edge, fit_circle
-from mjnav.estimation.lidar.clusters import MAX_SILENT, SIGMAS, step_between
+from mjnav.estimation.lidar.clusters import MAX_PASSED, SIGMAS, step_between
 from mjnav.geometry.compiled import exact
 
 PART = 12.0  # what a further part has to save, in squared standard deviations
@@ -41,7 +41,7 @@ def edge_beside(rays, beams, turn):
     other, gap, beyond = last, 0, np.nan
     while not beyond >= rays.min_range:  # a beam that says nothing
         other, gap = other + turn, gap + 1
-        if gap > MAX_SILENT + 1 or (not rays.closed and not 0 <= other < num):
+        if gap > MAX_PASSED + 1 or (not rays.closed and not 0 <= other < num):
             return Edge(OPEN, 0.0, 0.0, 0.0)
         other %= num
         beyond = rays.ranges[other]
