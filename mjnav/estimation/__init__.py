@@ -7,6 +7,7 @@ from typing import Any
 
 from mjnav.estimation.base import Localizer, Tracker
 from mjnav.estimation.own import OwnLocalizer, OwnTracker
+from mjnav.estimation.own_scans import BY_SCANS, OwnScanTracker
 from mjnav.noise import Distribution, profile
 from mjnav.plugins import LocalizerPlugin, TrackerPlugin
 from mjnav.scenarios.spec import Scenario
@@ -52,7 +53,10 @@ def make_tracker(scenario: Scenario, seed: int) -> Tracker:
     choice = scenario.estimation.obstacles
     radii = tuple(person.radius for person in scenario.people)
     if isinstance(choice.tracker, TrackerPlugin):
-        return OwnTracker(choice.tracker.name, choice.tracker.make(scenario, seed), radii, seed)
+        own = choice.tracker.make(scenario, seed)
+        if getattr(own, BY_SCANS, False):
+            return OwnScanTracker(choice.tracker.name, own, seed)
+        return OwnTracker(choice.tracker.name, own, radii, seed)
     kind = _load(TRACKERS, choice.source, choice.filter)
     if choice.source == LIDAR:
         return kind.of(scenario, seed)

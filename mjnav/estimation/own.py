@@ -27,7 +27,7 @@ class OwnLocalizer(PoseEstimator):
         found = self._own.update(sealed_message(reading))
         if not isinstance(found, RobotBelief):
             raise PluginFault(f"{self._name}: update() returned a {type(found).__name__} in place of a RobotBelief")
-        self._belief = RobotBelief(reading.time, *_checked(self._name, found, 3), bool(found.recovered))
+        self._belief = RobotBelief(reading.time, *checked(self._name, found, 3), bool(found.recovered))
         return self._belief
 
 
@@ -53,7 +53,7 @@ class OwnTracker(PeopleTracker):
             expected = f"{len(there)} of Track, one for each person who is there"
             raise PluginFault(f"{self._name}: update() returned ({kinds}) in place of {expected}")
         names = [self._names[p] for p in there]
-        rows = [_checked(f"{self._name}, {name}", track, 4) for name, track in zip(names, tracks, strict=True)]
+        rows = [checked(f"{self._name}, {name}", track, 4) for name, track in zip(names, tracks, strict=True)]
         self._tracked = there
         self._tracks = tuple(
             Track(self._names[p], reading.time, *row, self._radii[p], bool(track.recovered))
@@ -72,7 +72,7 @@ class _Checked(NamedTuple):
     ess: float
 
 
-def _checked(name: str, belief: RobotBelief | Track, size: int) -> _Checked:
+def checked(name: str, belief: RobotBelief | Track, size: int) -> _Checked:
     """A belief about `size` numbers, checked. Raises PluginFault."""
     particles = np.array(belief.particles, float, order="C")
     num = len(particles) if particles.ndim else 0

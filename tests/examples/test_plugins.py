@@ -14,6 +14,8 @@ RUNS = {
     "controller": ("crossing1", {"controller": f"{EXAMPLES}/controller/worst_case.py:WorstCase"}),
     "localizer": ("crossing1", {"localizer": f"{EXAMPLES}/localizer/dead_reckoning.py:DeadReckoning"}),
     "tracker": ("crossing1", {"tracker": f"{EXAMPLES}/tracker/alpha_beta.py:AlphaBeta"}),
+    "localizer by scans": ("table", {"localizer": f"{EXAMPLES}/localizer/scan_fit.py:ScanFit"}),
+    "tracker by scans": ("crossing1", {"tracker": f"{EXAMPLES}/tracker/nearest_return.py:NearestReturn"}),
     "predictor": ("crossing1", {"overrides": {**QUICK, "prediction.model": f"{EXAMPLES}/predictor/arcs.py:Arcs"}}),
     "behaviour": (EXAMPLES / "behaviour" / "wander.toml", {}),
     "distribution": (EXAMPLES / "distribution" / "laplace.toml", {}),
