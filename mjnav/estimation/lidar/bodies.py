@@ -1,8 +1,8 @@
 """From a cluster of returns to bodies: people, parts of larger things, smaller things.
 
-A cluster that a circle of a person's radius fits is a person. Any other is divided into parts, each a person if a circle
-fits it (parts.py). What remains is no person: a small thing keeps its size, a larger one is cut at multiples of PIECE in
-the world, so that the pieces of a wall stay where they are while the robot drives along it.
+A cluster that a circle of a person's radius fits is a person. Any other is divided into parts, each a person if such
+a circle fits it (parts.py). What remains is no person: a small thing keeps its size, a larger one is cut at multiples
+of PIECE in the world, so that the pieces of a wall stay where they are while the robot drives along it.
 """
 
 import numpy as np
