@@ -14,6 +14,9 @@ def refuse_idle(scenario: Scenario) -> None:
         choice = getattr(scenario.estimation, key)
         if choice.source == "direct" and choice.filter != type(choice)().filter:
             raise InvalidValue(f"estimation.{key}.filter", choice.filter, 'no filter where source is "direct"')
+    lidar = scenario.sensors.lidar
+    if lidar is not None and lidar.mixed and not scenario.sensors.scanner.beam_width:
+        raise InvalidValue("sensors.lidar.mixed", lidar.mixed, "no mixed pixels where beam_width is 0")
     delay, latency = scenario.control.delay, scenario.control.latency
     if latency is None:
         return

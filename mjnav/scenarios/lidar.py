@@ -105,6 +105,11 @@ class Lidar(Constant, ShortRepr):
             return np.zeros(len(self.angles))
         return (self.angles - self.angles[0]) / (WHOLE_TURN * self.rate)
 
+    @property
+    def has_own_errors(self) -> bool:
+        """Whether bias or spread is its own; otherwise errors are draws of the noise profile's law as they are."""
+        return self.bias_rows is not None or self.spread_rows is not None
+
     def bias(self, ranges: ArrayLike, noise: Distribution) -> Array:
         """The mean error [m] at true ranges, of their shape; `noise` is the law of the channel lidar.range."""
         if self.bias_rows is None:

@@ -84,7 +84,7 @@ def work(scenario: Scenario) -> float:
     late = control.delay * control.period if latency is None else max((latency.planned or 0.0, *latency.trace))
     return TICKS * (
         bodies * (pairs + p["rollouts"] * p["steps"] * p["samples"])
-        + readings * (100.0 * particles + 10.0 * bodies * scenario.sensors.lidar_beams)
+        + readings * (100.0 * particles + 30.0 * bodies * len(scenario.sensors.scanner.angles))
         + 1e3 * people * control.period / scenario.physics.timestep
         + 1e3 * p["samples"] * (late + control.period) / 0.1
     )

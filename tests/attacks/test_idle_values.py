@@ -34,6 +34,10 @@ IDLE = {
         ["estimation.obstacles.filter=kalman", "estimation.obstacles.source=direct"],
         "--set: estimation.obstacles.filter: found 'kalman'; allowed: no filter where source is \"direct\"",
     ),
+    "mixed pixels of beams without a width": (
+        ["sensors.lidar.mixed=0.5"],
+        "--set: sensors.lidar.mixed: found 0.5; allowed: no mixed pixels where beam_width is 0",
+    ),
     "a delay beside a latency": (
         ["control.delay=2", "control.latency.trace=[0.01]"],
         "--set: control.delay: found 2; allowed: delay or latency, not both",

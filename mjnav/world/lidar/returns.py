@@ -4,8 +4,9 @@ A beam has a width. Its footprint is sampled by three rays: through the middle a
 surface, the middle ray's range counts. Where they meet two, at an edge, the light of both returns, and a share of such
 beams, the mixed pixels, has a range anywhere between the near and the far surface.
 
-Sources: Tuley, Vandapel and Hebert, Analysis and removal of artifacts in 3-D LADAR data, ICRA 2005 (mixed pixels);
-Thrun, Burgard and Fox, Probabilistic Robotics, 2005, section 6.3 (errors and missing returns of a beam).
+Sources: Tuley, Vandapel and Hebert, Analysis and removal of artifacts in 3-D LADAR data, ICRA 2005, and Photonics
+5(2):12, 2018 (mixed pixels); Thrun, Burgard and Fox, Probabilistic Robotics, 2005, section 6.3 (errors and missing
+returns of a beam).
 """
 
 import numpy as np
@@ -26,10 +27,12 @@ class Returns:
     def __init__(self, lidar: Lidar, noise: Distribution, seed: int):
         self._lidar, self._noise = lidar, noise
         self._errors = stream(seed, "lidar.range")
-        self._mixed, self._missing = stream(seed, "lidar.mixed"), stream(seed, "lidar.missing")
-        self._is_wide = lidar.beam_width > 0.0
+        is_wide = lidar.beam_width > 0.0
+        self._mixed = stream(seed, "lidar.mixed") if is_wide else None
+        loses = any(share > 0.0 for _, share in lidar.missing_rows)
+        self._missing = stream(seed, "lidar.missing") if loses else None
         half = 0.5 * lidar.beam_width
-        self._rays = np.array([0.0, half, -half] if self._is_wide else [0.0])[:, None] + lidar.angles
+        self._rays = np.array([0.0, half, -half] if is_wide else [0.0])[:, None] + lidar.angles
 
     @property
     def num_rays(self) -> int:
@@ -44,26 +47,28 @@ class Returns:
         """What returns (B,) [m], inf for nothing, of the rays' exact ranges (num_rays, B)."""
         lidar, num_beams = self._lidar, exact_ranges.shape[1]
         ranges = exact_ranges[0]
-        if self._is_wide:
+        if self._mixed is not None:
             ranges = footprint(exact_ranges, lidar.beam_width, lidar.mixed, self._mixed.random((2, num_beams)))
-        draws = self._noise.sample(self._errors, num_beams)
-        if lidar.model == "ideal" and lidar.bias_rows is None and lidar.spread_rows is None:
-            errors = draws
-        else:
-            std = self._noise.std
-            shape = (draws - self._noise.mean) / std if std > 0.0 else np.zeros(num_beams)
-            errors = lidar.bias(ranges, self._noise) + lidar.std(ranges, self._noise) * shape
         hits = np.isfinite(ranges) & (ranges >= lidar.min_range)
-        if any(share > 0.0 for _, share in lidar.missing_rows):
+        if self._missing is not None:
             hits &= self._missing.random(num_beams) >= lidar.missing(ranges)
-        measured = ranges + errors
+        measured = ranges + self._draw_errors(ranges)
         if lidar.resolution > 0.0:
             measured = lidar.resolution * np.round(measured / lidar.resolution)
-        if lidar.model == "ideal":
-            measured = np.clip(measured, lidar.min_range, lidar.max_range)
-        else:
+        if lidar.has_own_errors:
             hits &= (measured >= lidar.min_range) & (measured <= lidar.max_range)
+        else:
+            measured = np.clip(measured, lidar.min_range, lidar.max_range)
         return np.where(hits, measured, np.inf)
+
+    def _draw_errors(self, ranges: Array) -> Array:
+        """Of each beam [m]: the lidar's own by range, in the shape of the noise profile's law, or that law's."""
+        lidar, noise = self._lidar, self._noise
+        draws = noise.sample(self._errors, len(ranges))
+        if not lidar.has_own_errors:
+            return draws
+        shape = (draws - noise.mean) / noise.std if noise.std > 0.0 else np.zeros(len(ranges))
+        return lidar.bias(ranges, noise) + lidar.std(ranges, noise) * shape
 
 
 @exact
