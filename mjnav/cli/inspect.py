@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from rich.console import Console
 
     from mjnav.report.inspection import InspectedTiming, InspectedTopic, Inspection
+    from mjnav.report.judged_beliefs import JudgedBelief
     from mjnav.report.worst_moments import WorstMoment
 
 _RUN = ("scene", "controller", "seed", "engine")  # of the metadata, in one line
@@ -62,6 +63,10 @@ def _print(found: "Inspection") -> None:
             print()
             print_drawn(partial(_title, title))
         _show(lines)
+    if found.beliefs:
+        print()
+        print_drawn(partial(_title, "beliefs"))
+        _print_beliefs(found.beliefs)
     print()
     _print_topics(found.topics)
     if len(found.topics) > _MAX_LINES:
@@ -126,6 +131,28 @@ def _not_yet_said(found: "Inspection") -> dict[str, Any]:
     timing = () if found.timing is None else (field.name for field in fields(found.timing))
     said = {*(found.figures or {}), *timing, *(found.run or {}), "schema"}
     return {key: value for key, value in (found.result or {}).items() if key not in said and value != {}}
+
+
+def _print_beliefs(beliefs: Sequence["JudgedBelief"]) -> None:
+    """A row for each body; the interval of NEES is that of the mean of as many independent errors."""
+    rows = [
+        (
+            one.body,
+            printable(one.by),
+            str(one.ticks),
+            _number(one.rmse_m, ".3f"),
+            _number(one.nees, ".2f"),
+            " to ".join(f"{end:.2f}" for end in one.nees_interval or ()) or "-",
+            _number(one.coverage, ".1%"),
+            str(one.divergences),
+            _number(one.ess_min, ".1f"),
+            _number(one.ess_mean, ".1f"),
+            _number(one.depleted_share, ".1%"),
+        )
+        for one in beliefs[:_MAX_LINES]
+    ]
+    numbers = ("ticks", "RMSE [m]", "NEES", "consistent", "coverage", "diverged", "least ESS", "mean ESS", "depleted")
+    print_table(rows, ("of", "by", *numbers), numbers=range(2, 2 + len(numbers)))
 
 
 def _print_topics(topics: "Mapping[str, InspectedTopic]") -> None:

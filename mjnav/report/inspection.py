@@ -14,6 +14,7 @@ from mjnav.metrics.summary import summarise
 from mjnav.metrics.timing import compute_ms, quantiles
 from mjnav.recording.read.log import Log, TopicSummary, open_log
 from mjnav.recording.read.ticks import EVERY_TICK, LoggedRun
+from mjnav.report.judged_beliefs import JudgedBelief, judged_beliefs
 from mjnav.report.shown_people import ShownPerson, shown_people
 from mjnav.report.worst_moments import WorstMoment, worst_moments
 from mjnav.scenarios.spec import Scenario
@@ -94,6 +95,7 @@ class Inspection:
     ticks: InspectedTicks | None
     people: list[ShownPerson] | None  # of the scene
     figures: dict[str, Any] | None  # from the messages, named as by `mjnav run --json`; also of a run that did not end
+    beliefs: list[JudgedBelief] | None  # by body
     timing: InspectedTiming | None
     moments: list[WorstMoment]  # the most severe first
 
@@ -130,6 +132,7 @@ def inspect(source: str | os.PathLike[str] | Log) -> Inspection:
             ticks=ticks,
             people=None if scenario is None else shown_people(scenario),
             figures=None if run is None or scenario is None else _figures(log, run, scenario),
+            beliefs=None if run is None or scenario is None else judged_beliefs(run.trajectory, scenario),
             timing=None if run is None else _timing(log, run, scenario),
             moments=[] if run is None or scenario is None else worst_moments(run, scenario),
         )

@@ -23,7 +23,8 @@ def test_it_says_how_the_run_went(mjnav, log):
     assert lines[2] == "  scene crossing1, controller rkhs, seed 0, engine mujoco"
     assert not any(line.endswith(" ") for line in lines if line.startswith("  "))
     headings = [line for line in lines if line and not line.startswith((" ", "/"))]
-    assert headings[1:] == ["worst moments", "figures", "timing", "result", headings[-1]]
+    sections = ["worst moments", "figures", "timing", "result", "beliefs", "of", "robot", "person0", "topic"]
+    assert [line.split("  ")[0].split(" by")[0] for line in headings[1:]] == sections
     assert any(line.split() == ["success", "no"] for line in lines)
     assert "  people 0: constant_velocity, takes no account of the robot" in lines
     figures = lines[lines.index("figures") : lines.index("timing")]

@@ -32,6 +32,7 @@ KEYS = [
     "ticks",
     "people",
     "figures",
+    "beliefs",
     "timing",
     "moments",
 ]

@@ -336,13 +336,13 @@ def test_nothing_moves_by_itself(opened, motion):
 
 def test_a_click_on_a_plot_seeks(opened):
     view = opened("hall")
-    assert view.locator(".plot svg[role=img]").count() == 6
+    assert view.locator(".plot svg[role=img]").count() == 7
     first = view.locator(".plot svg[role=img]").first
     middle = 44 + 0.5 * (first.bounding_box()["width"] - 60)  # of the time axis, between its margins
     first.click(position={"x": middle, "y": 60})
     assert clock(view) == "2.00 s"
     lines = view.evaluate("[...document.querySelectorAll('.cursor')].map((line) => Number(line.getAttribute('x1')))")
-    assert len(lines) == 6
+    assert len(lines) == 7
     assert lines[0] == pytest.approx(middle, abs=1)
 
 
@@ -456,7 +456,7 @@ def test_two_runs_share_one_slider(opened):
     lines = view.evaluate(
         "[...document.querySelectorAll('.plot')].map((plot) => plot.querySelectorAll('path.line').length)"
     )
-    assert lines == [2] * 6
+    assert lines == [2] * 7
     assert view.locator(".comparison .difference").count() > 10
 
 

@@ -87,6 +87,18 @@ CARDS = (
         "Error of beliefs, RMSE",
         (Figure("figures.localization_rmse_m", "robot", "m"), Figure("figures.tracking_rmse_m", "people", "m")),
     ),
+    Card(
+        "Tracks against people",
+        (
+            Figure("figures.gospa_m", "GOSPA", "m"),
+            Figure("figures.tracked_share", "of the time with a track"),
+            Figure("figures.identity_switches", "identity switches"),
+        ),
+    ),
+    Card(
+        "Coverage of 95 % regions",
+        (Figure("figures.robot_coverage", "robot"), Figure("figures.people_coverage", "people")),
+    ),
     Card("Time of a decision", _quantiles("timing.compute_ms.control", "ms")),
     Card("Time of a tick", _quantiles("timing.compute_ms.tick", "ms")),
     Card("Deadlines missed", (Figure("timing.deadline_misses", ""),)),

@@ -14,6 +14,7 @@ from mjnav.recording.encode.candidate_arcs import NUM_LEVELS, PREVIEW
 from mjnav.recording.read.log import Log
 from mjnav.report.run_page.candidate_ranks import NONE
 from mjnav.report.run_page.cone_bins import cone_bins
+from mjnav.report.run_page.consistency_panel import pack_consistency
 from mjnav.report.run_page.lidar_layers import pack_lidar
 from mjnav.report.run_page.packed import Packer
 from mjnav.report.run_page.predicted_ways import pack_ways
@@ -74,6 +75,7 @@ def playback(log: Log, *, keep: Iterable[int] = (), max_frames: int = MAX_FRAMES
     people, tracks = frames.names("person"), frames.names("track")
     packer = Packer()
     _pack_states(packer, frames, people, tracks)
+    pack_consistency(packer, run.trajectory, scenario, kept, frames.array("people ess"))
     known = len(scenario.people) == run.trajectory.people_position.shape[1]
     bodies = _pack_clearance(packer, clearance(run.trajectory, scenario) if known else {}, kept)
     return Playback(
@@ -118,8 +120,6 @@ def _pack_states(packer: Packer, frames: RunFrames, people: list[str], tracks: l
     for name in ("twist", "command", "decision", "nominal"):
         packer.measured(name, frames.array(name, 2), STEP)
     packer.numbers("cost", frames.array("cost", 4).astype(np.float32))
-    packer.numbers("robot_ess", frames.array("robot ess").astype(np.float32))
-    packer.numbers("people_ess", frames.array("people ess").astype(np.float32))
     packer.measured("phases", frames.array("phases", len(PHASES)), STEP)
     packer.measured("lateness", frames.array("lateness"), STEP)
     packer.measured("people", _stacked([frames.array(f"person {name}", 2) for name in people], size, 2), STEP)

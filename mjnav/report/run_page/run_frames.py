@@ -126,7 +126,6 @@ class RunFrames:
         if (estimate := value["estimate"]) is not None:
             self._put("estimate", frame, estimate["mean"])
             self._put("ellipse", frame, ellipse_95(estimate["covariance"]))
-            self._put("robot ess", frame, estimate["ess"])
 
     def _people(self, frame: int, value: Mapping[str, Any]) -> None:
         for person in value["people"]:

@@ -36,8 +36,9 @@ function powerTicks(low, high, place) {
 
 class TimePlot {
   /**
-   * @param {{title: string, help: string, unit: string, digits: number, series: Array, asinh?: boolean, stacked?: boolean}} spec
-   * a series is {label, run, values, style}, values one a frame
+   * @param {{title: string, help: string, unit: string, digits: number, series: Array, asinh?: boolean, stacked?: boolean,
+   *   level?: number, marks?: Array}} spec a series is {label, run, values, style}, values one a frame; `level` is a value
+   *   that means something, a mark {time, text} a moment that does
    * @param {number} duration [s] of the time axis  @param {(time: number) => void} seek
    */
   constructor(parent, spec, duration, seek) {
@@ -99,6 +100,7 @@ class TimePlot {
 
   scales(width) {
     const tops = this.series.flatMap((series) => series.top ?? series.values).filter(Number.isFinite);
+    if (this.spec.level !== undefined) tops.push(this.spec.level);
     const low = Math.min(0, ...tops);
     let high = Math.max(0, ...tops);
     const bend = this.spec.asinh ? this.bend(tops) : 0;
@@ -137,6 +139,15 @@ class TimePlot {
       const x = this.x(tick), unit = tick === seconds[seconds.length - 1] ? '\u202fs' : '';
       svg(root, 'line', { class: 'grid', x1: x, x2: x, y1: floor, y2: floor + 4 });
       svg(root, 'text', { class: 'tick', x, y: floor + 16, 'text-anchor': 'middle' }, tickText(tick) + unit);
+    }
+    if (this.spec.level !== undefined) {
+      const y = this.y(this.spec.level);
+      svg(root, 'line', { class: 'level', x1: MARGIN.left, x2: width - MARGIN.right, y1: y, y2: y });
+    }
+    for (const { time, text } of this.spec.marks ?? []) {
+      const x = this.x(time).toFixed(1);
+      const mark = svg(root, 'path', { class: 'moment', d: `M${x} ${floor}l-4 7h8Z` });
+      svg(mark, 'title', {}, text);
     }
     for (const series of this.series) {
       const area = this.spec.stacked && !series.line;

@@ -14,7 +14,9 @@ function plotSpecs(runs) {
       style: alone ? style : `run-${run.index}`,
     }))),
   });
-  const share = (name, of) => (run) => column(run, name).map((ess) => (100 * ess) / run.particles[of]);
+  const share = (i) => (run) => column(run, 'ess', i).map((ess) => 100 * ess);
+  const spread = runs.flatMap((run) => run.events.filter(({ name }) => name === 'recovery')
+    .map(({ time, text }) => ({ time: time - run.time[0], text: alone ? text : `${run.letter} ${text}` })));
   const phase = (i) => (run) => column(run, 'phases', i);
   const whole = (run) => column(run, 'phases').map((_, frame) => run.row('phases', frame).reduce((a, b) => a + b, 0));
   const phases = runs[0].phases.map((name, i) => [name, `phase-${i}`, phase(i)]);
@@ -38,10 +40,17 @@ function plotSpecs(runs) {
       ['obstacles, unweighted', 'third', (run) => column(run, 'cost', 1)],
       ['lanes, unweighted', 'fourth', (run) => (run.scene.lanes.length ? column(run, 'cost', 2) : [])],
     ], { asinh: true }),
-    plot('Effective sample size', '% of the particles', 0, '(Σ w)² / Σ w² over the weights w of the particles', [
-      ['robot', 'first', share('robot_ess', 'robot')],
-      ['people, the least', 'third', share('people_ess', 'tracks')],
-    ]),
+    plot('Error against uncertainty', 'NEES over its 95 % bound', 2, 'error, squared, by the inverse of the covariance that '
+      + 'the belief claims, over the bound that 95 % of errors keep: above 1 the truth is outside of the 95 % region. '
+      + 'Triangles: a filter was spread again', [
+      ['robot', 'first', (run) => column(run, 'nees', 0)],
+      ['people, the largest', 'third', (run) => column(run, 'nees', 1)],
+    ], { asinh: true, level: 1, marks: spread }),
+    plot('Effective sample size', '% of the particles', 0, '(Σ w)² / Σ w² over the weights w of the particles. '
+      + 'Triangles: a filter was spread again', [
+      ['robot', 'first', share(0)],
+      ['people, the least', 'third', share(1)],
+    ], { marks: spread }),
     plot('Time of a tick', 'ms', 2, 'wall time of the phases of a tick',
       alone ? phases : [['', '', whole]], { stacked: alone }),
     plot('Lateness of a tick', 'ms', 3, 'wall time from the deadline of a paced tick to its begin',
