@@ -1,6 +1,7 @@
 """Over time: whether beliefs are as sure as they may be, and how many of their particles count."""
 
 import numpy as np
+from numpy.typing import NDArray
 
 from mjnav.messages import Array, Trajectory
 from mjnav.metrics.consistency import COVERED, people_nees, region, robot_nees, robot_particles
@@ -11,7 +12,7 @@ MOST = 1e6  # of NEES over its bound: what is infinite is drawn there
 
 
 def pack_consistency(
-    packer: Packer, trajectory: Trajectory, scenario: Scenario, rows: Array, people_ess: Array
+    packer: Packer, trajectory: Trajectory, scenario: Scenario, rows: NDArray[np.intp], people_ess: Array
 ) -> None:
     """Packs `nees`, the NEES of the robot and the largest of people's over the bound of their 95 % region, (F, 2).
 
@@ -27,6 +28,6 @@ def pack_consistency(
     packer.numbers("ess", ess.astype(np.float32))
 
 
-def _at(values: Array, rows: Array) -> Array:
+def _at(values: Array, rows: NDArray[np.intp]) -> Array:
     """The rows of a figure of ticks; NaN for the state at the end."""
     return np.concatenate([values, np.full((1, *values.shape[1:]), np.nan)])[rows]
