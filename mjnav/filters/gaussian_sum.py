@@ -5,6 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from mjnav.constant import Constant
+from mjnav.geometry.compiled import kernel
+from mjnav.geometry.kernel_types import Cube, Matrix
 from mjnav.messages import Array
 
 NUM_ROUNDS = 200
@@ -26,9 +28,8 @@ class GaussianSum(Constant):
         return np.einsum("k,kij->ij", self.weights, self.covariances + centred[:, :, None] * centred[:, None])
 
     def stretched(self, covariance: Array) -> "GaussianSum":
-        """The sum of L y, y of this one, with L the Cholesky factor of a covariance (d, d)."""
-        L = np.linalg.cholesky(covariance)
-        return GaussianSum(self.weights, self.means @ L.T, L @ self.covariances @ L.T)
+        """The sum of L y, y of this one in two dimensions, with L the Cholesky factor of a covariance (2, 2)."""
+        return GaussianSum(self.weights, *_stretched(self.means, self.covariances, np.ascontiguousarray(covariance)))
 
     def beside(self, other: "GaussianSum") -> "GaussianSum":
         """The sum in d + e dimensions of this one and an independent one."""
@@ -61,3 +62,18 @@ def fitted(draws: Array, num: int, least_std: float = 0.0) -> GaussianSum:
         spread = np.sqrt(((draws[:, None] - means) ** 2 * share).sum(axis=0) / count)
         stds = np.maximum(spread, narrowest)
     return GaussianSum(weights, means[:, None], np.square(stds)[:, None, None])
+
+
+@kernel
+def _stretched(means: Matrix, covariances: Cube, covariance: Matrix):
+    """L m_k and L C_k L^T, (K, 2) and (K, 2, 2)."""
+    a = np.sqrt(covariance[0, 0])
+    b = covariance[1, 0] / a
+    d = np.sqrt(max(covariance[1, 1] - b * b, 0.0))
+    m, C = np.empty(means.shape), np.empty(covariances.shape)
+    for k in range(len(means)):
+        m[k, 0], m[k, 1] = a * means[k, 0], b * means[k, 0] + d * means[k, 1]
+        xx, xy, yy = covariances[k, 0, 0], covariances[k, 0, 1], covariances[k, 1, 1]
+        C[k, 0, 0], C[k, 0, 1] = a * a * xx, a * (b * xx + d * xy)
+        C[k, 1, 0], C[k, 1, 1] = C[k, 0, 1], b * b * xx + 2.0 * b * d * xy + d * d * yy
+    return m, C

@@ -5,7 +5,7 @@ from typing import Protocol
 
 import numpy as np
 
-from mjnav.estimation.rao_blackwell import WalkFilter
+from mjnav.estimation.walk_filter import WalkFilter
 from mjnav.filters.gaussian_sum import GaussianSum
 from mjnav.messages import Array
 
@@ -51,6 +51,7 @@ class TrackFilter(Protocol):
 SCAN_ERROR = GaussianSum(np.array([0.95, 0.05]), np.zeros((2, 2)), np.array([np.eye(2), 9.0 * np.eye(2)]))
 
 
+HISTORIES = 100  # of a track at most: twice as many changed no error of a track in the shipped scenes by 2 %
 JUDGED = 32  # particles by which it is judged whether a body could have been seen
 
 
@@ -59,7 +60,7 @@ class ParticleTrackFilter:
 
     def __init__(self, num_particles: int, rng: np.random.Generator, error: GaussianSum = SCAN_ERROR):
         """`error` is the shape of a detection's error, in units of the root of its covariance."""
-        self._walk, self._error = WalkFilter(num_particles, rng), error
+        self._walk, self._error = WalkFilter(min(num_particles, HISTORIES), rng), error
 
     @property
     def mean(self) -> Array:

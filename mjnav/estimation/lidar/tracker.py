@@ -15,6 +15,7 @@ import numpy as np
 from mjnav.estimation.base import DRAWS
 from mjnav.estimation.lidar.association import assigned, predicted
 from mjnav.estimation.lidar.detector import Detector
+from mjnav.estimation.lidar.frame_error import FrameError
 from mjnav.estimation.lidar.lifecycle import CLUTTER, DETECTED, Life
 from mjnav.estimation.lidar.track_filter import SCAN_ERROR, ParticleTrackFilter, TrackFilter
 from mjnav.filters.resampling import shuffled
@@ -87,6 +88,7 @@ class LidarTracker:
         self._tracks: tuple[Track, ...] | None = None
         self._detections: tuple[Detection, ...] = ()
         self._weights = np.full(num_particles, 1.0 / num_particles)
+        self._frame = stream(seed, "estimation.frame")
 
     @classmethod
     def of(cls, scenario: Scenario, seed: int) -> "LidarTracker":
@@ -113,7 +115,8 @@ class LidarTracker:
         else:
             self._detector.follow(reading)
         self._bodies = [body for body in self._bodies if not body.life.over(reading.time, _spread(body.filter))]
-        self._tracks = tuple(self._track(body) for body in self._confirmed())
+        frame = FrameError.of(robot, self._num, self._frame)
+        self._tracks = tuple(self._track(body, frame) for body in self._confirmed())
         return self._tracks
 
     def draw(self, num: int) -> tuple[Array, ...]:
@@ -164,12 +167,13 @@ class LidarTracker:
         self._births += 1
         self._bodies.append(Body(born, Life(self._time, self._time), detection.radius))
 
-    def _track(self, body: Body) -> Track:
-        life, time = body.life, self._time
-        particles = body.filter.draw(self._num, body.streams[0])
-        mean, covariance = body.filter.mean, body.filter.covariance
+    def _track(self, body: Body, frame: FrameError) -> Track:
+        life, time, position = body.life, self._time, body.filter.mean[:2]
+        covariance, particles = body.filter.covariance.copy(), body.filter.draw(self._num, body.streams[0])
+        covariance[:2, :2] += frame.covariance(position)
+        particles[:, :2] += frame.samples(position)
         return Track(
-            body.name, time, particles, self._weights, mean, covariance, float(self._num), body.radius,
+            body.name, time, particles, self._weights, body.filter.mean, covariance, float(self._num), body.radius,
             age=time - life.born, unseen=time - life.seen,
         )  # fmt: skip
 
