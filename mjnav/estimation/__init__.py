@@ -31,7 +31,9 @@ TRACKERS: Mapping[str, str] = MappingProxyType(
         "detections.particle": "mjnav.estimation.tracker:ParticleTracker",
         "detections.kalman": "mjnav.estimation.kalman:KalmanTracker",
         "detections.imm": "mjnav.estimation.kalman:ImmTracker",
+        "detections.rao-blackwell": "mjnav.estimation.rao_blackwell:RaoBlackwellTracker",
         "lidar.particle": "mjnav.estimation.lidar.tracker:LidarTracker",
+        "lidar.rao-blackwell": "mjnav.estimation.lidar.tracker:LidarTracker",  # whose particles are such
         "direct": "mjnav.estimation.direct:DirectTracker",
     }
 )

@@ -167,8 +167,10 @@ class ObstacleEstimation:
     ] = "detections"
     filter: Annotated[
         str,
-        Choice(("particle", "kalman", "imm")),
-        "of each person; imm: Kalman filters of standing, walking and turning; none where source is direct",
+        Choice(("particle", "rao-blackwell", "kalman", "imm")),
+        "of each person; rao-blackwell: each particle is a history of walks, turns and stops with a Kalman filter of "
+        "its own, as particle is where source is lidar; imm: Kalman filters of standing, walking and turning; none "
+        "where source is direct",
     ] = "particle"
     particles: Annotated[int, _PARTICLES, "number of particles or draws of each person"] = 200
     tracker: Annotated[
