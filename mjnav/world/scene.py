@@ -64,7 +64,7 @@ def compose(scenario: Scenario, *, decorated: bool = True) -> mujoco.MjSpec:
     floor = scene.geom("floor")
     floor.pos = [*np.round(0.5 * (low + high)), 0.0]
     floor.size = [*np.ceil(0.5 * (high - low) + 20.0), 0.1]
-    _attach(scene, _robot(scenario.robot), "robot/", scenario.robot.start, decorated)
+    _attach(scene, _robot(scenario.robot, scenario.sensors.scanner.mount), "robot/", scenario.robot.start, decorated)
     for i, wall in enumerate(scenario.walls):
         _add_wall(scene, wall, f"wall{i}/")
     for i, table in enumerate(scenario.tables):
@@ -88,8 +88,13 @@ def _attach(
     scene.attach(part, prefix=prefix, frame=frame)
 
 
-def _robot(robot: Robot) -> mujoco.MjSpec:
+def _robot(robot: Robot, mount: Array) -> mujoco.MjSpec:
+    """The lidar, a site and for the eye a puck with a cap, stands at `mount` (3,)."""
     part = _part("robot")
+    x, y, yaw = mount.tolist()
+    for thing in (part.geom("puck"), part.geom("cap"), part.site("lidar")):
+        thing.pos = [x, y, thing.pos[2]]
+    part.site("lidar").quat = [np.cos(0.5 * yaw), 0.0, 0.0, np.sin(0.5 * yaw)]
     for name, margin in (("chassis", 0.0), ("bumper", 0.002), ("deck", -0.025)):
         geom = part.geom(name)
         geom.size = [robot.radius + margin, *geom.size[1:]]

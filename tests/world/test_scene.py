@@ -3,7 +3,8 @@ import numpy as np
 import pytest
 
 from mjnav.motion.diff_drive import LIDAR_HEIGHT
-from mjnav.scenarios.spec import ConstantVelocity, Person, Pillar, Table
+from mjnav.scenarios.lidar import LidarSpec
+from mjnav.scenarios.spec import ConstantVelocity, Person, Pillar, Sensors, Table
 from mjnav.world.scene import DECORATION, UNSEEN, compose
 from mjnav.world.simulator import Simulator
 
@@ -14,6 +15,7 @@ def test_sizes_come_from_the_scenario(scene):
         tables=(Table((3.0, 0.0), size=(1.2, 0.6), leg_radius=0.05, height=0.8),),
         pillars=(Pillar((-2.0, 0.0), 0.4, 2.0),),
         people=(Person((0.0, 2.0), ConstantVelocity((0.0, 0.0)), 0.25),),
+        sensors=Sensors(lidar=LidarSpec(mount=(0.1, -0.05, 0.4))),
     )
     model = compose(scenario).compile()
     assert model.geom("robot/chassis").size[0] == 0.3
@@ -25,7 +27,8 @@ def test_sizes_come_from_the_scenario(scene):
     assert model.geom("person0/body").size[0] == 0.25
     assert model.body("person0/body").mass[0] == pytest.approx(70.0)
     assert model.body_subtreemass[model.body("robot/base").id] == pytest.approx(14.0)
-    assert model.site("robot/lidar").pos[2] == LIDAR_HEIGHT
+    np.testing.assert_allclose(model.site("robot/lidar").pos, (0.1, -0.05, LIDAR_HEIGHT))
+    np.testing.assert_allclose(model.site("robot/lidar").quat, (np.cos(0.2), 0.0, 0.0, np.sin(0.2)))
 
 
 def test_a_turned_table_has_its_legs_where_the_scenario_says(scene):
