@@ -63,6 +63,7 @@ class LidarSpec:
         _Share | Annotated[tuple[tuple[_Distance, _Share], ...], _ROWS] | None,
         f"share of the beams from which nothing returns{_BY_RANGE}",
     ] = None
+    calibrated: Annotated[bool, "estimators know the bias and take it off"] = True
     mount: Annotated[
         tuple[_OnBody, _OnBody, Annotated[float, Range(-pi, pi, "rad")]],
         "x forwards, y to the left and yaw of the lidar on the robot",
@@ -94,6 +95,7 @@ class Lidar(Constant, ShortRepr):
     resolution: float  # [m], 0 for none
     beam_width: float  # [rad]
     mixed: float  # share of the beams on two surfaces that return a range between them
+    calibrated: bool  # whether the robot knows the bias
     bias_rows: ByRange | None  # None: the mean of the noise profile's law of a range
     spread_rows: ByRange | None  # None: its standard deviation
     missing_rows: ByRange
@@ -115,6 +117,12 @@ class Lidar(Constant, ShortRepr):
         if self.bias_rows is None:
             return np.full(np.shape(ranges), noise.mean)
         return by_range(self.bias_rows, ranges)
+
+    def known_bias(self, ranges: ArrayLike, noise: Distribution) -> Array:
+        """The part of `bias` that an estimator takes off: of a lidar that is not calibrated, none of its own."""
+        if self.calibrated or self.bias_rows is None:
+            return self.bias(ranges, noise)
+        return np.zeros(np.shape(ranges))
 
     def std(self, ranges: ArrayLike, noise: Distribution) -> Array:
         """The standard deviation [m] at true ranges, of their shape; `noise` is the law of the channel lidar.range.
@@ -166,6 +174,7 @@ def lidar_of(spec: LidarSpec, beams: int, max_range: float) -> Lidar:
         resolution=found["resolution"],
         beam_width=found["beam_width"],
         mixed=found["mixed"],
+        calibrated=spec.calibrated,
         bias_rows=_rows(found.get("bias")),
         spread_rows=_rows(found.get("spread")),
         missing_rows=_rows(found["missing"]) or ((0.0, 0.0),),

@@ -40,6 +40,14 @@ def test_a_maker_s_limits_become_bias_and_spread_by_range():
     assert lidar.turn_offsets[[0, 90, 359]] == pytest.approx([0.0, 0.05, 0.2 * 359 / 360])
 
 
+def test_an_estimator_takes_off_the_bias_of_a_calibrated_lidar_alone():
+    known, unknown = (Sensors(lidar=LidarSpec("lds-01", calibrated=value)).scanner for value in (True, False))
+    assert known.known_bias(2.0, LAW) == known.bias(2.0, LAW) == unknown.bias(2.0, LAW) == pytest.approx(0.05)
+    assert unknown.known_bias(2.0, LAW) == 0.0
+    law = profile("measured")["lidar.range"]
+    assert Sensors(lidar=LidarSpec(calibrated=False)).scanner.known_bias(2.0, law) == law.mean == -0.035
+
+
 def test_a_smaller_field_of_view_has_a_beam_at_either_end():
     lidar = Sensors(lidar=LidarSpec("utm-30lx")).scanner
     assert lidar.angles[[0, 540, 1080]] == pytest.approx(np.radians([-135.0, 0.0, 135.0]))

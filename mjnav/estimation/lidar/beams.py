@@ -64,7 +64,7 @@ def scan_points(reading: Reading, history: MotionHistory, lidar: Lidar, noise: D
         usable = (ranges > max(lidar.min_range, 0.0)) & (ranges < np.inf)
     ranges = np.where(usable, ranges, np.nan)
     if noise is not None:
-        ranges = ranges - lidar.bias(ranges, noise)
+        ranges = ranges - lidar.known_bias(ranges, noise)
     times = np.array(reading.scan_times, float)
     return _points(ranges, lidar.angles, times, reading.time, lidar.mount, history.rows)
 

@@ -102,7 +102,7 @@ class Detector:
         return Rays(
             origins=np.stack([x, y], axis=1),
             directions=np.stack([np.cos(angles), np.sin(angles)], axis=1),
-            ranges=ranges - lidar.bias(met, self._noise),
+            ranges=ranges - lidar.known_bias(met, self._noise),
             spread=np.maximum(spread, MIN_SPREAD),
             times=times,
             step=self._step,
