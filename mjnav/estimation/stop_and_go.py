@@ -24,9 +24,8 @@ class StopAndGo(Constant):
     their way, by N(0, shuffle^2 T I). Turns, stops and starts are events of constant rates, at most one within T.
 
     Somebody who walks for 10 s turns twice and stops once, and stands for about 3 s. These are round numbers, but they
-    were chosen after the errors of tracks in shipped scenes had been seen: with half of the rates and of the sway,
-    people who walk straight are tracked more smoothly still, and those who avoid one another in a crowd are lost more
-    often.
+    were chosen after the errors of tracks in shipped scenes had been seen: with half of the rates, people who walk
+    straight are tracked more smoothly still, and those who avoid one another in a crowd are lost more often.
 
     walking_speed [m/s]     std of a velocity component of which nothing is known; people walk at 1 to 1.5 m/s
     sway          [m/s/√s]  of a straight walk
@@ -39,7 +38,7 @@ class StopAndGo(Constant):
     """
 
     walking_speed: float = 1.0
-    sway: float = 0.2
+    sway: float = 0.1
     turn_rate: float = 0.2
     stop_rate: float = 0.1
     start_rate: float = 0.3

@@ -1,0 +1,135 @@
+"""How the velocities of tracks tremble and how late they follow: autocorrelation and spectrum of their errors.
+
+    uv run python tests/benchmarks/track_velocity.py [--seeds N] [--source detections|lidar] [--noise PROFILE]
+
+People walk straight on at 1.2 m/s, stop, turn by a right angle or start, at 10 Hz. Under `detections` their places come
+with the noise of the profile; under `lidar` with 3 cm, as a scan shows them from 3 m, and no identity. Printed for
+every filter, and for the bootstrap filter with one thing changed at a time, over N seeds (12 by default):
+
+    error        std of a velocity component while somebody walks straight on, of settled tracks
+    change       the same of its change from one tick to the next
+    ... s        autocorrelation of the error
+    < ... Hz     share of the error's power
+    stop, turn, start   delay until the mean of all seeds is within a quarter of the new velocity [s]
+"""
+
+import argparse
+from collections.abc import Callable
+from functools import partial
+
+import numpy as np
+
+from mjnav.estimation import TRACKERS, estimator_class
+from mjnav.estimation.base import FilterSettings
+from mjnav.estimation.lidar.track_filter import ParticleTrackFilter
+from mjnav.estimation.lidar.tracker import LidarTracker
+from mjnav.estimation.person_motion import PersonMotion
+from mjnav.estimation.tracker import ParticleTracker
+from mjnav.messages import Array, Detection, Reading, RobotBelief
+from mjnav.noise import profile
+from mjnav.rng import stream
+
+PERIOD, SPEED, CHANGE, TICKS, SETTLED = 0.1, 1.2, 100, 160, 20
+LAGS, BANDS = (1, 2, 3, 5, 10), (0.5, 1.5)
+SCAN_STD = 0.03  # [m]
+ROBOT = RobotBelief(0.0, np.zeros((1, 3)), np.ones(1), np.zeros(3), np.zeros((3, 3)), 1.0)
+
+
+def paths() -> Array:
+    """(T, 4, 2) of who walks straight on, stops, turns and starts, 8 m apart."""
+    time, change = PERIOD * np.arange(TICKS), PERIOD * CHANGE
+    before, after, zero = SPEED * np.minimum(time, change), SPEED * np.maximum(time - change, 0.0), np.zeros(TICKS)
+    x, y = np.array([SPEED * time, before, before, after]), np.array([zero, zero, after, zero])
+    return np.array([x.T, y.T + 8.0 * np.arange(4)]).transpose(1, 2, 0)
+
+
+class Scans:
+    """What a scan would show of people who are all in view."""
+
+    def __init__(self, seed: int):
+        self._rng = stream(seed, "benchmark.scan")
+
+    def detect(self, reading: Reading, robot: RobotBelief) -> "Scans":
+        noise = SCAN_STD * self._rng.standard_normal(reading.detections.shape)
+        places, covariance = reading.detections + noise, SCAN_STD**2 * np.eye(2)
+        self.detections = tuple(Detection(reading.time, place, covariance, 0.3, 20) for place in places)
+        return self
+
+    def visible(self, points: Array, radius: float) -> Array:
+        return np.ones(len(points))
+
+
+def velocities(make: Callable[[int], object], seed: int, noise, source: str) -> Array:
+    """Mean velocities of the four, (T, 4, 2)."""
+    tracker, truth = make(seed), paths()
+    errors = np.zeros(truth.shape)
+    if source == "detections":
+        draws = [[noise[f"detection.{c}"].sample(stream(seed, f"{c}{p}"), TICKS) for c in "xy"] for p in range(4)]
+        errors = np.moveaxis(np.array(draws), 2, 0)
+    found = np.full(truth.shape, np.nan)
+    for k, places in enumerate(truth + errors):
+        reading = Reading(PERIOD * k, PERIOD * bool(k), np.zeros(2), 0.0, np.zeros(3), places, np.ones(1))
+        for track in tracker.update(reading, ROBOT):
+            found[k, np.argmin(np.hypot(*(truth[k] - track.mean[:2]).T))] = track.mean[2:]  # of the nearest person
+    return found
+
+
+def row(name: str, found: Array) -> str:
+    """The figures of one filter, by velocities (S, T, 4, 2)."""
+    error = found[:, SETTLED:CHANGE] - np.array([[SPEED, 0.0], [SPEED, 0.0], [SPEED, 0.0], [0.0, 0.0]])
+    error = error[:, :, :3].swapaxes(1, 2).swapaxes(2, 3).reshape(-1, CHANGE - SETTLED)  # walkers' components in time
+    correlation = [np.mean(error[:, :-lag] * error[:, lag:]) / np.mean(error**2) for lag in LAGS]
+    power, hertz = np.mean(np.abs(np.fft.rfft(error, axis=1)) ** 2, axis=0), np.fft.rfftfreq(error.shape[1], PERIOD)
+    power[1:-1] *= 2.0
+    shares = [power[hertz < band].sum() / power.sum() for band in BANDS]
+    new = np.array([[SPEED, 0.0], [0.0, 0.0], [0.0, SPEED], [SPEED, 0.0]])
+    off = np.hypot(*np.moveaxis(found.mean(axis=0)[CHANGE:] - new, 2, 0))  # (T, 4)
+    delays = [PERIOD * np.argmax(off[:, p] < 0.25 * SPEED) for p in (1, 2, 3)]
+    figures = [error.std(), np.diff(error, axis=1).std()]
+    return (
+        f"{name:45s}" + "".join(f"{f:8.3f}" for f in figures) + "".join(f"{c:8.2f}" for c in (*correlation, *shares))
+        + "".join(f"{d:8.1f}" for d in delays)
+    )  # fmt: skip
+
+
+def bootstrap(noise, num: int, settings: FilterSettings | None, motion: PersonMotion | None, seed: int) -> object:
+    return ParticleTracker(noise, num, (0.3,) * 4, seed, settings, motion)
+
+
+def filters(source: str, noise) -> dict[str, Callable[[int], object]]:
+    """Makers of trackers by name."""
+    if source == "lidar":
+        return {"particle": lambda seed: LidarTracker(Scans(seed), ParticleTrackFilter, 200, seed)}
+    radii = (0.3,) * 4
+    chosen = [name.partition(".")[2] for name in TRACKERS if name.startswith("detections.")]
+    found = {
+        name: partial(estimator_class(TRACKERS[f"detections.{name}"]), noise, 200, radii) for name in sorted(chosen)
+    }
+    smooth, seldom = FilterSettings(roughening=0.0), PersonMotion(turn_rate=0.1)
+    changed = {
+        "20000 particles": (20_000, None, None),
+        "20000, no roughening": (20_000, smooth, None),
+        "turn_rate 0.1": (200, None, seldom),
+        "20000, no roughening, turn_rate 0.1": (20_000, smooth, seldom),
+    }
+    for name, (num, settings, motion) in changed.items():
+        found[f"particle, {name}"] = partial(bootstrap, noise, num, settings, motion)
+    return found
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--seeds", type=int, default=12)
+    parser.add_argument("--source", choices=("detections", "lidar"), default="detections")
+    parser.add_argument("--noise", default="pearson")
+    arguments = parser.parse_args()
+    noise = dict(profile(arguments.noise))
+    names = [f"{PERIOD * lag:.1f} s" for lag in LAGS] + [f"<{band:g} Hz" for band in BANDS] + ["stop", "turn", "start"]
+    print(f"{'':45s}{'error':>8s}{'change':>8s}" + "".join(f"{name:>8s}" for name in names))
+    for name, make in filters(arguments.source, noise).items():
+        found = [velocities(make, seed, noise, arguments.source) for seed in range(arguments.seeds)]
+        print(row(name, np.array(found)), flush=True)
+
+
+if __name__ == "__main__":
+    main()
