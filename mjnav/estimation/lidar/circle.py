@@ -1,15 +1,19 @@
 """The circle behind the arc of it that a scan shows.
 
-The unknowns are the centre c and the radius r. Each return p on the arc, with the outward normal n = (p - c) / |p - c|,
-and each edge of the silhouette, where the beam u touches the circle, say
+The unknowns are the centre c and the radius r. A beam u from o with the range z and its spread s meets the circle at
+t = u.(c - o) - sqrt(r^2 - (u x (c - o))^2), where the outward normal is n. Each return, and each edge of the
+silhouette, a beam that touches the circle, says
 
-    |p - c| - r = 0          with the standard deviation  sqrt((s n.u)^2 + roundness^2)
-    u x (c - o) +- r = 0     with that of a tangent anywhere between two neighbouring beams, |c - o| step / sqrt(12)
+    (z - t) n.u = 0              with the standard deviation  sqrt((s n.u)^2 + roundness^2)
+    u x (c - o) +- r = 0         with that of a tangent anywhere between two neighbouring beams, |c - o| step / sqrt(12)
 
-where s is the spread of the range and o the beam's origin: the angle of a beam is exact, so that a return at grazing
-incidence moves along the surface. The radius has a Gaussian prior: without it, noise makes a short arc's circle too
-small (Chernov & Lesort 2005, of Kasa's fit), and the centre of three returns is worth nothing. An edge that another
-body's edge cuts says only that the circle goes on behind it, for no more than its radius allows.
+n.u turns the error along the beam into one across the surface, so that a return at grazing incidence, where t changes
+without bounds, counts for little. The first iterations take |p - c| - r of the return's place p instead: it is the same
+to first order and converges from farther away, but is biased where s is not small against r.
+
+The radius has a Gaussian prior: without it, noise makes the circle of a short arc too small (Chernov & Lesort 2005, of
+Kasa's fit), and the centre of three returns is worth nothing. An edge that another body's edge cuts says only that the
+circle goes on behind it, for no more than its radius allows.
 
 Gauss-Newton, with weights by Huber against returns that belong to something else (Zhang 1997). The covariance is the
 inverse of the last normal matrix, for the centre.
@@ -23,6 +27,7 @@ from mjnav.geometry.compiled import kernel, scalar
 
 ROUNDNESS = 0.005  # [m] standard deviation of a body's surface about its circle
 ITERATIONS = 8
+APPROACHES = 3  # first iterations, by the distance from the circle
 MAX_STEP = 0.15  # [m] of the centre in one iteration
 HUBER = 2.0  # standard deviations from which on a residual counts less
 MAX_SQUARE = 9.0  # of a residual in standard deviations: a return may belong to something else
@@ -35,7 +40,7 @@ class Edge(NamedTuple):
     kind: int  # OWN, CUT or OPEN
     x: float  # unit vector midway between the last beam on the body and the first one beside it
     y: float
-    step: float  # [rad] between these two
+    blur: float  # [rad] between these two, and the width of a beam
 
 
 class Circle(NamedTuple):
@@ -95,21 +100,28 @@ def fit_circle(rays, beams, edges, radius, radius_std):
     normal, right = np.zeros(6), np.zeros(3)
     covariance = np.zeros(6)
     misfit, strain = 0.0, 0.0
-    for _ in range(ITERATIONS):
+    for iteration in range(ITERATIONS):
         normal[:] = 0.0
         right[:] = 0.0
         misfit, strain = 0.0, ((r - radius) / radius_std) ** 2
         weigh(normal, right, 0.0, 0.0, 1.0, r - radius, 1.0 / (radius_std * radius_std))
         for k in range(m):
             i = beams[k]
-            px = rays.origins[i, 0] + rays.ranges[i] * rays.directions[i, 0]
-            py = rays.origins[i, 1] + rays.ranges[i] * rays.directions[i, 1]
-            dx, dy = px - x, py - y
-            distance = max(np.sqrt(dx * dx + dy * dy), 1e-6)
-            nx, ny = dx / distance, dy / distance
-            incidence = nx * rays.directions[i, 0] + ny * rays.directions[i, 1]
+            ux, uy = rays.directions[i, 0], rays.directions[i, 1]
+            dx, dy = rays.origins[i, 0] - x, rays.origins[i, 1] - y
+            ahead, offset = -(dx * ux + dy * uy), dy * ux - dx * uy
+            if iteration >= APPROACHES and abs(offset) < r:
+                incidence = np.sqrt(r * r - offset * offset) / r
+                expected = ahead - r * incidence
+                nx, ny = (dx + expected * ux) / r, (dy + expected * uy) / r
+                residual = (expected - rays.ranges[i]) * incidence
+            else:
+                nx, ny = dx + rays.ranges[i] * ux, dy + rays.ranges[i] * uy
+                distance = max(np.sqrt(nx * nx + ny * ny), 1e-6)
+                nx, ny = nx / distance, ny / distance
+                incidence = nx * ux + ny * uy
+                residual = distance - r
             variance = (rays.spread[i] * incidence) ** 2 + ROUNDNESS * ROUNDNESS
-            residual = distance - r
             normed = abs(residual) / np.sqrt(variance)
             misfit += min(normed * normed, MAX_SQUARE) / m
             weight = 1.0 / variance if normed <= HUBER else HUBER / (normed * variance)
@@ -121,7 +133,7 @@ def fit_circle(rays, beams, edges, radius, radius_std):
             if edge.kind == OWN:
                 ux, uy = edge.x, edge.y
                 dx, dy = x - rays.origins[beam, 0], y - rays.origins[beam, 1]
-                std = np.sqrt(dx * dx + dy * dy) * edge.step / np.sqrt(12.0)
+                std = np.sqrt(dx * dx + dy * dy) * edge.blur / np.sqrt(12.0)
                 beyond = 0.0
             elif both_unknown:
                 ux, uy = rays.directions[beam, 0], rays.directions[beam, 1]
@@ -145,7 +157,7 @@ def fit_circle(rays, beams, edges, radius, radius_std):
         length = np.sqrt(step_x * step_x + step_y * step_y)
         share = min(1.0, MAX_STEP / length) if length > 0.0 else 1.0
         x, y, r = x + share * step_x, y + share * step_y, max(r + share * step_r, 0.01)
-        if length < 1e-4:
+        if length < 1e-4 and iteration > APPROACHES:
             break
     return Circle(x, y, r, covariance[0], covariance[1], covariance[3], misfit, strain)
 

@@ -53,7 +53,8 @@ def edge_beside(rays, beams, turn):
     kind = OWN if beyond > far + step else CUT if beyond < near - step else OPEN
     x, y = rays.directions[last, 0] + rays.directions[other, 0], rays.directions[last, 1] + rays.directions[other, 1]
     length = np.sqrt(x * x + y * y)
-    return Edge(kind, x / length, y / length, gap * rays.step)
+    blur = np.sqrt((gap * rays.step) ** 2 + rays.width**2)
+    return Edge(kind, x / length, y / length, blur)
 
 
 @exact
