@@ -37,10 +37,12 @@ ROBOT = RobotBelief(0.0, np.zeros((1, 3)), np.ones(1), np.zeros(3), np.zeros((3,
 
 def paths() -> Array:
     """(T, 4, 2) of who walks straight on, stops, turns and starts, 8 m apart."""
-    time, change = PERIOD * np.arange(TICKS), PERIOD * CHANGE
-    before, after, zero = SPEED * np.minimum(time, change), SPEED * np.maximum(time - change, 0.0), np.zeros(TICKS)
-    x, y = np.array([SPEED * time, before, before, after]), np.array([zero, zero, after, zero])
-    return np.array([x.T, y.T + 8.0 * np.arange(4)]).transpose(1, 2, 0)
+    time, change, found = PERIOD * np.arange(TICKS), PERIOD * CHANGE, np.zeros((TICKS, 4, 2))
+    before, after = SPEED * np.minimum(time, change), SPEED * np.maximum(time - change, 0.0)
+    found[:, 0, 0], found[:, 1, 0], found[:, 2, 0], found[:, 3, 0] = SPEED * time, before, before, after
+    found[:, 2, 1] = after
+    found[:, :, 1] += 8.0 * np.arange(4)
+    return found
 
 
 class Scans:
