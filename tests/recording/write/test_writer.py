@@ -166,7 +166,7 @@ def test_a_tick_without_reading_candidates_or_cone_leaves_those_topics_out(tmp_p
         recorder.write(record)
         recorder.finish(made_up.truth(1), {"outcome": "goal"})
     empty = {name for name, topic in open_log(tmp_path / "run.mcap").topics.items() if topic.messages == 0}
-    assert empty == {"/scan", "/odometry", "/cone", "/candidates", "/events", "/tick"}
+    assert empty == {"/scan", "/odometry", "/detections", "/cone", "/candidates", "/events", "/tick"}
 
 
 @pytest.mark.parametrize("drawings", [None, False, True])
