@@ -5,14 +5,14 @@ from importlib import import_module
 from types import MappingProxyType
 from typing import Any
 
+from mjnav.estimation.assumed import assumed_noise
 from mjnav.estimation.base import Localizer, Tracker
 from mjnav.estimation.own import OwnLocalizer, OwnTracker
 from mjnav.estimation.own_scans import BY_SCANS, OwnScanTracker
-from mjnav.noise import Distribution, profile
 from mjnav.plugins import LocalizerPlugin, TrackerPlugin
 from mjnav.scenarios.spec import Scenario
 
-__all__ = ["LOCALIZERS", "TRACKERS", "Localizer", "Tracker", "make_localizer", "make_tracker"]
+__all__ = ["LOCALIZERS", "TRACKERS", "Localizer", "Tracker", "assumed_noise", "make_localizer", "make_tracker"]
 
 LIDAR = "lidar"  # the source whose estimators are made from a scenario, by their classmethod `of`
 # "source.filter", or the source alone where it takes no filter -> module:Class
@@ -21,6 +21,7 @@ LOCALIZERS: Mapping[str, str] = MappingProxyType(
         "pose.particle": "mjnav.estimation.localizer:ParticleLocalizer",
         "pose.ekf": "mjnav.estimation.kalman:ExtendedKalmanLocalizer",
         "pose.ukf": "mjnav.estimation.kalman:UnscentedKalmanLocalizer",
+        "lidar.particle": "mjnav.estimation.lidar.localizer:LidarLocalizer",
         "lidar.ekf": "mjnav.estimation.lidar.kalman:ExtendedScanLocalizer",
         "lidar.ukf": "mjnav.estimation.lidar.kalman:UnscentedScanLocalizer",
         "direct": "mjnav.estimation.direct:DirectLocalizer",
@@ -63,12 +64,6 @@ def make_tracker(scenario: Scenario, seed: int) -> Tracker:
     if choice.source == LIDAR:
         return kind.of(scenario, seed)
     return kind(assumed_noise(scenario), choice.particles, radii, seed)
-
-
-def assumed_noise(scenario: Scenario) -> Mapping[str, Distribution]:
-    """The noise that the estimators assume: the world's, unless `assumed_profile` names another."""
-    assumed = scenario.estimation.assumed_profile
-    return scenario.noise.distributions() if assumed is None else profile(assumed)
 
 
 def estimator_class(place: str) -> Any:

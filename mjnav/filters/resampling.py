@@ -59,7 +59,7 @@ def roughen(particles, covariance, strength, normal):
 
 @exact
 def resample(particles: Matrix, weights: Vector, offset: float, covariance: Matrix, strength: float, normal: Matrix):
-    """Systematic draws from particles (n, d) by their weights (n,), roughened: a new (n, d)."""
-    drawn = particles[systematic(weights, offset, len(particles))]
+    """Systematic draws from particles (n, d) by their weights (n,), roughened by `normal` (m, d): a new (m, d)."""
+    drawn = particles[systematic(weights, offset, len(normal))]
     roughen(drawn, covariance, strength, normal)
     return drawn

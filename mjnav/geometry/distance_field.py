@@ -80,6 +80,21 @@ def _rows(points: ArrayLike) -> Array:
 
 
 @scalar
+def interpolated(values, u, v):
+    """Bilinear interpolation in `values` at column u and row v, which lie within it, and its derivatives by both."""
+    i, j = min(int(u), values.shape[1] - 2), min(int(v), values.shape[0] - 2)
+    s, t = u - i, v - j
+    near, right, above, far = values[j, i], values[j, i + 1], values[j + 1, i], values[j + 1, i + 1]
+    below_change, above_change = right - near, far - above
+    below_value, above_value = near + s * below_change, above + s * above_change
+    return (
+        below_value + t * (above_value - below_value),
+        below_change + t * (above_change - below_change),
+        (above_value - below_value),
+    )
+
+
+@scalar
 def lookup(grid, x, y):
     """The clearance at a point [m] and its derivatives by x and y, of a `FieldGrid`, for use in other kernels.
 
@@ -95,14 +110,8 @@ def lookup(grid, x, y):
     inside_u, inside_v = min(max(u, 0.0), float(last_column)), min(max(v, 0.0), float(last_row))
     if not (u == u and v == v):
         return np.nan, np.nan, np.nan
-    i, j = min(int(inside_u), last_column - 1), min(int(inside_v), last_row - 1)
-    s, t = inside_u - i, inside_v - j
-    near, right, above, far = values[j, i], values[j, i + 1], values[j + 1, i], values[j + 1, i + 1]
-    below_change, above_change = right - near, far - above
-    below_value, above_value = near + s * below_change, above + s * above_change
-    value = below_value + t * (above_value - below_value)
-    by_x = inverse * (below_change + t * (above_change - below_change))
-    by_y = inverse * (above_value - below_value)
+    value, by_x, by_y = interpolated(values, inside_u, inside_v)
+    by_x, by_y = inverse * by_x, inverse * by_y
     if inside_u != u or inside_v != v:
         out_x, out_y = (u - inside_u) * grid.cell, (v - inside_v) * grid.cell
         way = np.sqrt(out_x * out_x + out_y * out_y)

@@ -17,6 +17,9 @@ def refuse_idle(scenario: Scenario) -> None:
     lidar = scenario.sensors.lidar
     if lidar is not None and lidar.mixed and not scenario.sensors.scanner.beam_width:
         raise InvalidValue("sensors.lidar.mixed", lidar.mixed, "no mixed pixels where beam_width is 0")
+    robot = scenario.estimation.robot
+    if robot.start is not None and robot.source != "lidar" and robot.localizer is None:
+        raise InvalidValue("estimation.robot.start", robot.start, 'no start where source is not "lidar"')
     delay, latency = scenario.control.delay, scenario.control.latency
     if latency is None:
         return

@@ -144,7 +144,13 @@ class RobotEstimation:
         "the pose sensor minus draws of its noise",
     ] = "pose"
     filter: Annotated[str, Choice(("particle", "ekf", "ukf")), "of the pose; none where source is direct"] = "particle"
-    particles: Annotated[int, _PARTICLES, "number of particles or draws"] = 500
+    particles: Annotated[
+        int, _PARTICLES, "number of particles or draws; where source is lidar the most that the particle filter takes"
+    ] = 500
+    start: Annotated[
+        Annotated[str, Choice(("known", "global"))] | None,
+        "where source is lidar: known, about robot.start, or global, anywhere on the map's floor; by default known",
+    ] = None
     localizer: Annotated[
         str | LocalizerPlugin | None, "package.module:Class or file.py:Class, in place of source and filter"
     ] = None

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mjnav.constant import Constant
+from mjnav.estimation.assumed import assumed_noise
 from mjnav.estimation.lidar.beams import MotionHistory
 from mjnav.estimation.lidar.bodies import find_bodies
 from mjnav.estimation.lidar.rays import Rays
@@ -65,8 +66,7 @@ class Detector:
     @classmethod
     def of(cls, scenario: Scenario) -> "Detector":
         """With the scenario's lidar, and the map that the robot has."""
-        assumed = scenario.estimation.assumed_profile
-        noise = scenario.noise.distributions() if assumed is None else profile(assumed)
+        noise = assumed_noise(scenario)
         field = DistanceField.of(floor_of_lidar(scenario.known_bodies))
         return cls(field, scenario.sensors.scanner, noise, scenario.robot.limits)
 

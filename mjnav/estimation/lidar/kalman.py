@@ -19,6 +19,7 @@ import numpy as np
 from numpy.linalg import solve
 
 from mjnav.constant import Constant
+from mjnav.estimation.assumed import assumed_noise
 from mjnav.estimation.base import PoseEstimator
 from mjnav.estimation.lidar.beams import MotionHistory, scan_points
 from mjnav.estimation.lidar.delayed import DelayedPose, Motion
@@ -96,7 +97,6 @@ class ScanMatchingLocalizer(PoseEstimator, ABC):
     @classmethod
     def of(cls, scenario: Scenario, seed: int) -> "ScanMatchingLocalizer":
         """With the scenario's map, lidar and assumed noise."""
-        from mjnav.estimation import assumed_noise
         from mjnav.scenarios.floor import floor_of_lidar
 
         noise, robot = assumed_noise(scenario), scenario.robot
@@ -105,7 +105,7 @@ class ScanMatchingLocalizer(PoseEstimator, ABC):
             scenario.sensors.scanner,
             noise,
             TwistSensors.of(noise, robot.limits),
-            np.array(robot.start),
+            None if scenario.estimation.robot.start == "global" else np.array(robot.start),
             scenario.estimation.robot.particles,
             seed,
         )

@@ -1,0 +1,95 @@
+"""Weighted particles of a pose: moved by twists, weighed by scans, drawn again where they have become uneven."""
+
+import numpy as np
+
+from mjnav.estimation.base import HEADING
+from mjnav.estimation.lidar.kld import BIN, kld_bound, occupied_bins
+from mjnav.estimation.lidar.twist import TWIST_CHANNELS, Twist, TwistSensors
+from mjnav.filters.resampling import resample
+from mjnav.filters.weights import ess, weighted_moments
+from mjnav.geometry.angles import wrap
+from mjnav.messages import Array
+from mjnav.motion.rows import integrate_rows
+from mjnav.rng import stream
+
+RESAMPLE_BELOW = 0.5  # share of the particles, as effective sample size
+ROUGHENING = 1.5  # K of `filters.resampling.roughen`
+JITTER = (0.05, 0.05, 0.05)  # [m], [m], [rad]: std that roughening takes a wider spread for: modes stay apart
+LEAST_ESS = 0.05  # share of the particles that one scan leaves at least, as effective sample size
+TEMPER = 0.3  # t, the weight of a scan's likelihood; see `localizer.py`
+FEWEST = 200  # particles, whatever the bound on the Kullback-Leibler distance says
+BISECTIONS = 12
+
+
+class Cloud:
+    """Particles (n, 3) and their weights (n,)."""
+
+    def __init__(self, particles: Array, twists: TwistSensors, seed: int, purpose: str):
+        """Equally weighted particles; the draws are from streams of `purpose`."""
+        self.particles = particles
+        self.weights = np.full(len(particles), 1.0 / len(particles))
+        self._twists = twists
+        self._motion = {channel: stream(seed, f"{purpose}.motion.{channel}") for channel in TWIST_CHANNELS}
+        self._resampling = stream(seed, f"{purpose}.resampling")
+        self._roughening = stream(seed, f"{purpose}.roughening")
+        self._blind = (0, 0)  # intervals since v and omega were measured, or a scan corrected
+
+    def predict(self, twist: Twist) -> None:
+        """Moves each particle by a draw of the twist."""
+        v, omega = self._twists.sample(twist, len(self.particles), self._motion, self._blind)
+        self.particles = integrate_rows(self.particles, v, omega, twist.interval)
+        known = (twist.knows_v, twist.knows_omega)
+        self._blind = (0 if known[0] else self._blind[0] + 1, 0 if known[1] else self._blind[1] + 1)
+
+    def correct(self, fit: Array) -> float:
+        """Weighs by log-likelihoods (n,) of a scan; the log of their mean over the belief, exp(t fit) each."""
+        prior, weighted = self.weights, TEMPER * fit
+        self.weights = tempered(weighted, LEAST_ESS, prior)
+        self._blind = (0, 0)
+        highest = float(weighted.max())
+        return highest + float(np.log(prior @ np.exp(weighted - highest)))
+
+    def moments(self) -> tuple[Array, Array, float]:
+        """Mean (3,), covariance (3, 3) and effective sample size."""
+        (mean,), (covariance,) = weighted_moments(self.particles[None], self.weights[None], HEADING)
+        return mean, covariance, float(ess(self.weights[None])[0])
+
+    def resample(self, covariance: Array, size: float, most: int) -> None:
+        """Draws by the weights as many as the spread asks for, at most `most`; nothing where all is well.
+
+        Leaves the arrays as they are and makes new ones: they may be part of a belief.
+        """
+        present = len(self.particles)
+        offset = self._resampling.random()
+        num = max(min(kld_bound(occupied_bins(self.particles, BIN)), most), min(FEWEST, most))
+        if size >= RESAMPLE_BELOW * present and present <= most and num <= 1.5 * present:
+            return
+        capped = np.diag(np.minimum(np.diagonal(covariance), np.square(JITTER)))
+        normal = self._roughening.standard_normal((num, 3))
+        self.particles = resample(self.particles, self.weights, offset, capped, ROUGHENING, normal)
+        self.particles[:, HEADING] = wrap(self.particles[:, HEADING])
+        self.weights = np.full(num, 1.0 / num)
+
+
+def tempered(log_likelihood: Array, least: float, prior: Array | None = None) -> Array:
+    """Weights prior_i exp(t l_i) / sum, (n,), with the largest t <= 1 that leaves an ESS of `least` n.
+
+    Where the prior's own ESS is less than twice that, it leaves half of it. The prior is uniform by default.
+    """
+    num = len(log_likelihood)
+    prior = np.full(num, 1.0 / num) if prior is None else prior
+    shifted = np.minimum(log_likelihood - log_likelihood[prior > 0.0].max(), 0.0)
+    target = min(least * num, 0.5 / float(prior @ prior))
+
+    def at(exponent: float) -> Array:
+        weights = prior * np.exp(exponent * shifted)
+        return weights / weights.sum()
+
+    weights, low, high = at(1.0), 0.0, 1.0
+    if weights @ weights * target <= 1.0:
+        return weights
+    for _ in range(BISECTIONS):
+        middle = 0.5 * (low + high)
+        weights = at(middle)
+        low, high = (middle, high) if weights @ weights * target <= 1.0 else (low, middle)
+    return at(low)

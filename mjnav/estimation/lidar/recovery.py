@@ -1,0 +1,96 @@
+"""Whether the robot is where it believes to be: augmented recovery, on trial before it takes the belief's place.
+
+w_fast and w_slow follow the mean likelihood of a scan under the belief (Thrun, Burgard & Fox 2005, table 8.3). Where
+the fast one falls behind the slow one, or is so low that no pose explains the scan, poses that fit the scan are looked
+for all over the floor (`floor_search.py`). The book mixes random poses into the belief at once. Among people that is not
+safe: a scan that shows mostly people fits somewhere by chance, and better than where the robot is. So the poses found
+are a second belief, the rival, which moves with the robot. It takes over when its evidence over the next scans
+outweighs that of the belief: people move on, walls do not.
+"""
+
+import numpy as np
+
+from mjnav.estimation.lidar.cloud import TEMPER, Cloud
+from mjnav.estimation.lidar.contradictions import contradictions, ways_of
+from mjnav.estimation.lidar.likelihood_field import Beams, LikelihoodField
+from mjnav.estimation.lidar.floor_search import FOUND, FloorSearch
+from mjnav.estimation.lidar.twist import Twist, TwistSensors
+from mjnav.messages import Array
+from mjnav.rng import stream
+
+SLOW, FAST = 0.02, 0.3  # rates of w_slow and w_fast, a scan
+BEHIND = 0.5  # share of w_slow by which w_fast is less where the search begins
+LOST = 3.0  # w_fast below which no pose explains the scan: mean ratio of a return's density to that without a map
+PATIENCE = 5  # scans between two searches
+MOST_ODDS = 1.0  # log of the odds that one scan adds at most: no single scan decides
+TAKES_OVER, GIVES_UP = 6.0, -3.0  # log of the odds
+TRIAL = 30  # scans after which a rival that has not taken over is dropped
+COMPARED = 100  # particles of either that are followed along the beams
+
+
+class Recovery:
+    """Watches a belief, and keeps the rival while there is one."""
+
+    def __init__(self, field: LikelihoodField, search: FloorSearch, twists: TwistSensors, seed: int):
+        self._field, self._search, self._twists, self._seed = field, search, twists, seed
+        self._searching = stream(seed, "estimation.search")
+        self._slow = self._fast = 0.0  # 0 before the first scan
+        self._since = 0  # scans since the last search
+        self._rival: Cloud | None = None
+        self._odds = 0.0  # log of those of the rival
+        self._num_rivals = 0
+
+    def predict(self, twist: Twist) -> None:
+        """Moves the rival with the robot."""
+        if self._rival is not None:
+            self._rival.predict(twist)
+
+    def rival(self, points: Array, beams: Beams, belief: Cloud, fit: Array) -> Array | None:
+        """Poses (FOUND, 3) that take the belief's place, or None. `fit` (n,) is that of the belief's particles.
+
+        The belief is the one before the correction by this scan.
+        """
+        quality = float(belief.weights @ np.exp(fit / beams.num))
+        if self._slow == 0.0:
+            self._slow = self._fast = quality
+        self._slow += SLOW * (quality - self._slow)
+        self._fast += FAST * (quality - self._fast)
+        self._since += 1
+        if self._rival is None:
+            doubtful = self._fast < (1.0 - BEHIND) * self._slow or self._fast < LOST
+            if doubtful and self._since >= PATIENCE:
+                self._begin(points)
+            return None
+        self._compare(points, beams, belief, fit)
+        if self._odds >= TAKES_OVER:
+            self._slow = 0.0
+            return self._end()
+        if self._odds <= GIVES_UP or self._since > TRIAL:
+            self._end()
+        return None
+
+    def _begin(self, points: Array) -> None:
+        found = self._search.found(points, self._searching)
+        self._rival = Cloud(found, self._twists, self._seed, f"estimation.rival{self._num_rivals}")
+        self._num_rivals += 1
+        self._odds, self._since = 0.0, 0
+
+    def _end(self) -> Array | None:
+        found, self._rival, self._since = self._rival, None, 0
+        return None if found is None else found.particles
+
+    def _compare(self, points: Array, beams: Beams, belief: Cloud, fit: Array) -> None:
+        """Adds what one scan says to the odds."""
+        rival = self._rival
+        assert rival is not None
+        ways = ways_of(points, self._field, beams.num)
+        own = self._field.log_ratio(rival.particles, beams)
+        own += contradictions(rival.particles, ways, self._field)
+        step = max(len(belief.particles) // COMPARED, 1)
+        others = fit[::step] + contradictions(belief.particles[::step], ways, self._field)
+        weights = belief.weights[::step]
+        highest = float(others.max())
+        against = TEMPER * highest + float(np.log(weights @ np.exp(TEMPER * (others - highest)) / weights.sum()))
+        self._odds += float(np.clip(rival.correct(own) - against, -MOST_ODDS, MOST_ODDS))
+        _, covariance, size = rival.moments()
+        rival.resample(covariance, size, FOUND)
