@@ -20,7 +20,7 @@ from mjnav.estimation.lidar.visibility import visible_share
 from mjnav.geometry.beams import WHOLE_TURN
 from mjnav.geometry.distance_field import DistanceField
 from mjnav.messages import Array, Detection, Reading, RobotBelief, RobotLimits
-from mjnav.noise import Distribution, profile
+from mjnav.noise import Distribution
 from mjnav.scenarios.floor import floor_of_lidar
 from mjnav.scenarios.lidar import Lidar
 from mjnav.scenarios.spec import Scenario

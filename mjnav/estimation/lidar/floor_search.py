@@ -58,8 +58,8 @@ class FloorSearch(Constant):
         parts = space.parts(radius)
         goal = space.part_of(route[-1:], radius)[0]
         rows, columns = np.nonzero(parts == goal if goal > 0 else space.clearance >= radius)
-        places = np.column_stack([space.low[0] + space.cell * columns, space.low[1] + space.cell * rows])
-        return cls(field, places, space.cell)
+        places = space.low + space.cell * np.column_stack([columns, rows])
+        return cls(field, np.asarray(places, float), space.cell)
 
     def uniform(self, num: int, rng: np.random.Generator) -> Array:
         """Poses spread evenly over the floor and all headings, (num, 3)."""

@@ -20,8 +20,8 @@ from mjnav.estimation.assumed import assumed_noise
 from mjnav.estimation.base import HEADING, PoseEstimator
 from mjnav.estimation.lidar.beams import MotionHistory, scan_points
 from mjnav.estimation.lidar.cloud import Cloud
-from mjnav.estimation.lidar.likelihood_field import LikelihoodField
 from mjnav.estimation.lidar.floor_search import FloorSearch
+from mjnav.estimation.lidar.likelihood_field import LikelihoodField
 from mjnav.estimation.lidar.recovery import Recovery
 from mjnav.estimation.lidar.twist import Twist, TwistSensors
 from mjnav.geometry.angles import wrap

@@ -2,9 +2,9 @@
 
 w_fast and w_slow follow the mean likelihood of a scan under the belief (Thrun, Burgard & Fox 2005, table 8.3). Where
 the fast one falls behind the slow one, or is so low that no pose explains the scan, poses that fit the scan are looked
-for all over the floor (`floor_search.py`). The book mixes random poses into the belief at once. Among people that is not
-safe: a scan that shows mostly people fits somewhere by chance, and better than where the robot is. So the poses found
-are a second belief, the rival, which moves with the robot. It takes over when its evidence over the next scans
+for all over the floor (`floor_search.py`). The book mixes random poses into the belief at once. Among people that is
+not safe: a scan that shows mostly people fits somewhere by chance, and better than where the robot is. So the poses
+found are a second belief, the rival, which moves with the robot. It takes over when its evidence over the next scans
 outweighs that of the belief: people move on, walls do not.
 """
 
@@ -12,8 +12,8 @@ import numpy as np
 
 from mjnav.estimation.lidar.cloud import TEMPER, Cloud
 from mjnav.estimation.lidar.contradictions import contradictions, ways_of
-from mjnav.estimation.lidar.likelihood_field import Beams, LikelihoodField
 from mjnav.estimation.lidar.floor_search import FOUND, FloorSearch
+from mjnav.estimation.lidar.likelihood_field import Beams, LikelihoodField
 from mjnav.estimation.lidar.twist import Twist, TwistSensors
 from mjnav.messages import Array
 from mjnav.rng import stream
