@@ -35,6 +35,8 @@ TRACKERS: Mapping[str, str] = MappingProxyType(
         "detections.rao-blackwell": "mjnav.estimation.rao_blackwell:RaoBlackwellTracker",
         "lidar.particle": "mjnav.estimation.lidar.tracker:LidarTracker",
         "lidar.rao-blackwell": "mjnav.estimation.lidar.tracker:LidarTracker",  # whose particles are such
+        "lidar.kalman": "mjnav.estimation.lidar.kalman_tracker:KalmanLidarTracker",
+        "lidar.imm": "mjnav.estimation.lidar.kalman_tracker:ImmLidarTracker",
         "direct": "mjnav.estimation.direct:DirectTracker",
     }
 )

@@ -11,30 +11,30 @@ from typing import Any
 import numpy as np
 
 from mjnav.estimation.gaussian import draw_gaussian, symmetrised
-from mjnav.estimation.person_filter import PersonFilter
-from mjnav.estimation.person_motion import PersonMotion
+from mjnav.estimation.person_filter import PersonFilter, seen_before, state_at
+from mjnav.estimation.stop_and_go import StopAndGo
 from mjnav.messages import Array
 
 MODES = ("stand", "walk", "turn")
 
 
 class ImmPersonFilter(PersonFilter):
-    """`PersonMotion` with its three cases as the modes of a Markov chain.
+    """`StopAndGo` with its three ways to go on as the modes of a Markov chain.
 
-    Within an interval T, with q the probability of a stop, start or turn and s the share of stops among them,
+    Within an interval T, with the probabilities p of a stop, a turn and a start,
 
-        mode    v becomes                     next: stand       walk             turn
-        stand   N(0, still^2 I)                     1 - q       0                q
-        walk    v + N(0, sway^2 T I)                q s         1 - q            q (1 - s)
-        turn    N(0, walking_speed^2 I)             q s         1 - q            q (1 - s)
+        mode    v becomes                     next: stand        walk                  turn
+        stand   N(0, unrest^2 I)                    1 - p_start  0                     p_start
+        walk    v + N(0, sway^2 T I)                p_stop       1 - p_stop - p_turn   p_turn
+        turn    N(0, walking_speed^2 I)             p_stop       1 - p_stop - p_turn   p_turn
 
     and the position moves by the mean of the old and the new velocity times T. A filter j starts each interval from
     the mixture of all filters i with weights mu_ij = p_ij mu_i / c_j, c_j = sum_i p_ij mu_i; after a measurement of
     likelihood L_j under its prediction, mode j has the probability mu_j = L_j c_j / sum_k L_k c_k.
     """
 
-    def __init__(self, motion: PersonMotion | None = None):
-        super().__init__(motion)
+    def __init__(self, motion: StopAndGo | None = None):
+        self._motion = motion or StopAndGo()
         self._bank = _mode_bank()
 
     @property
@@ -53,12 +53,12 @@ class ImmPersonFilter(PersonFilter):
         return self._bank.mu.copy()
 
     def start(self, position: Array, covariance: Array) -> None:
-        """Who comes stands as often as the chain's people do in the long run, s / (1 + s), or walks."""
-        still, walking = self._motion.still, self._motion.walking_speed
-        for kalman, speed_std in zip(self._bank.filters, (still, walking, walking), strict=True):
-            kalman.x, kalman.P = self._state_at(position, covariance, speed_std)
-        share = self._motion.stop_share
-        self._bank.become(np.array([share, 1.0, 0.0]) / (1.0 + share))
+        """Who is new walks or stands, with the motion's probability."""
+        unrest, speed = self._motion.unrest, self._motion.walking_speed
+        for kalman, speed_std in zip(self._bank.filters, (unrest, speed, speed), strict=True):
+            kalman.x, kalman.P = state_at(position, covariance, speed_std)
+        walking = self._motion.walking
+        self._bank.become(np.array([1.0 - walking, walking, 0.0]))
 
     def predict(self, interval: float) -> None:
         """The modes of the next interval; one of no length changes nothing."""
@@ -69,10 +69,10 @@ class ImmPersonFilter(PersonFilter):
             kalman.F, kalman.Q = transition, covariance
         self._bank.move(chain)
 
-    def correct(self, position: Array, covariance: Array) -> None:
-        """Weighs the modes by how likely each held the position (2,) measured with `covariance` (2, 2)."""
+    def correct(self, position: Array, covariance: Array, age: float = 0.0) -> None:
+        """Each filter by its gain; the modes by how likely each held the position."""
         for kalman in self._bank.filters:
-            kalman.R = covariance
+            kalman.H, kalman.R = seen_before(age), covariance
         self._bank.weigh(position)
 
     def draw(self, num: int, rng: np.random.Generator) -> Array:
@@ -116,6 +116,6 @@ def _mode_bank() -> Any:
 
     filters = [ModeFilter(dim_x=4, dim_z=2) for _ in MODES]
     for kalman in filters:
-        kalman.x, kalman.H = np.zeros(4), np.eye(2, 4)
+        kalman.x = np.zeros(4)
     num = len(MODES)
     return ModeBank(filters, np.full(num, 1.0 / num), np.full((num, num), 1.0 / num))

@@ -9,8 +9,7 @@ from mjnav.estimation.base import UNKNOWN_TWIST_STD, PeopleTracker, PoseEstimato
 from mjnav.estimation.gaussian import noise_moments
 from mjnav.estimation.imm import ImmPersonFilter
 from mjnav.estimation.localizer import ODOMETRY_CHANNELS, POSE_CHANNELS
-from mjnav.estimation.person_filter import KalmanPersonFilter, PersonFilter
-from mjnav.estimation.person_motion import PersonMotion
+from mjnav.estimation.person_filter import KalmanPersonFilter, LinearMotion, PersonFilter
 from mjnav.estimation.pose_filter import ExtendedPoseFilter, PoseFilter, UnscentedPoseFilter
 from mjnav.estimation.tracker import DETECTION_CHANNELS
 from mjnav.messages import Reading, RobotBelief, Track
@@ -77,13 +76,11 @@ class GaussianTracker(PeopleTracker, ABC):
         num_particles: int,
         radii: Sequence[float],
         seed: int,
-        *,
-        motion: PersonMotion | None = None,
     ):
         super().__init__(radii, seed)
         self._num = num_particles
         self._noise_mean, self._noise_covariance = noise_moments(noise, DETECTION_CHANNELS)
-        self._filters = [self._make(motion) for _ in self._names]
+        self._filters = [self._make() for _ in self._names]
         self._started = False
         self._streams = [stream(seed, "estimation.gaussian", name) for name in self._names]
         self._weights = np.full(num_particles, 1.0 / num_particles)
@@ -112,19 +109,31 @@ class GaussianTracker(PeopleTracker, ABC):
         )
 
     @abstractmethod
-    def _make(self, motion: PersonMotion | None) -> PersonFilter:
+    def _make(self) -> PersonFilter:
         """A person's filter."""
 
 
 class KalmanTracker(GaussianTracker):
     """By a linear Kalman filter."""
 
-    def _make(self, motion: PersonMotion | None) -> PersonFilter:
-        return KalmanPersonFilter(motion)
+    def __init__(
+        self,
+        noise: Mapping[str, Distribution],
+        num_particles: int,
+        radii: Sequence[float],
+        seed: int,
+        *,
+        motion: LinearMotion | None = None,
+    ):
+        self._motion = motion
+        super().__init__(noise, num_particles, radii, seed)
+
+    def _make(self) -> PersonFilter:
+        return KalmanPersonFilter(self._motion)
 
 
 class ImmTracker(GaussianTracker):
     """By an interacting multiple model filter of standing, walking and turning."""
 
-    def _make(self, motion: PersonMotion | None) -> PersonFilter:
-        return ImmPersonFilter(motion)
+    def _make(self) -> PersonFilter:
+        return ImmPersonFilter()

@@ -10,8 +10,6 @@ from mjnav.geometry.compiled import kernel
 from mjnav.geometry.kernel_types import Cube, Matrix
 from mjnav.messages import Array
 
-LEAST_CHANGE = 1e-12  # least probability of a change of mode
-
 
 @dataclass(frozen=True, slots=True)
 class PersonMotion:
@@ -30,14 +28,12 @@ class PersonMotion:
     sway          [m/s/√s]  of a straight walk; also lets a few hundred particles follow a turn that none of them made
     turn_rate     [1/s]     of stops, starts and turns; more often than people do, for the same reason
     stop_share              of them that are stops: every other one, as a walk that stops goes on again
-    still         [m/s]     std of a velocity component of who stands; of `modes` alone
     """
 
     walking_speed: float = 1.0
     sway: float = 0.2
     turn_rate: float = 0.5
     stop_share: float = 0.5
-    still: float = 0.05
 
     def turn_probability(self, interval: float) -> float:
         """q: that the velocity is another one after `interval` [s]."""
@@ -69,36 +65,10 @@ class PersonMotion:
         """
         q = self.turn_probability(interval)
         variance = (1.0 - q) * self.sway**2 * interval + q * (2.0 - self.stop_share) * self.walking_speed**2
-        walk, _, unit = _linear(interval)
-        return walk, variance * unit
-
-    def modes(self, interval: float) -> tuple[Array, Array, Array]:
-        """Chain (3, 3), transition matrices and covariances (3, 4, 4) of standing, walking on and turning.
-
-        Row i of the chain says where mode i goes within the interval; who stands goes on by a start, which is a turn.
-        No mode is impossible altogether: a filter that nothing leads to would have no mixture to start from.
-        """
-        q = max(self.turn_probability(interval), LEAST_CHANGE)
-        change = [q * self.stop_share, 1.0 - q, q * (1.0 - self.stop_share)]
-        walk, anew, unit = _linear(interval)
-        variances = (self.still**2, self.sway**2 * interval, self.walking_speed**2)
-        return (
-            np.array([[1.0 - q, 0.0, q], change, change]),
-            np.stack([anew, walk, anew]),
-            np.stack([variance * unit for variance in variances]),
-        )
-
-
-def _linear(interval: float) -> tuple[Array, Array, Array]:
-    """Of a velocity that stays and of one that is forgotten the transition matrices (4, 4), and the covariance (4, 4).
-
-    That is of a change of the velocity of variance 1 in each component.
-    """
-    walk, anew, gain = np.eye(4), np.zeros((4, 4)), np.zeros((4, 2))
-    walk[:2, 2:] = interval * np.eye(2)
-    anew[:2, :2], anew[:2, 2:] = np.eye(2), 0.5 * interval * np.eye(2)
-    gain[:2], gain[2:] = 0.5 * interval * np.eye(2), np.eye(2)
-    return walk, anew, gain @ gain.T
+        transition, gain = np.eye(4), np.zeros((4, 2))
+        transition[:2, 2:] = interval * np.eye(2)
+        gain[:2], gain[2:] = 0.5 * interval * np.eye(2), np.eye(2)
+        return transition, variance * gain @ gain.T
 
 
 @kernel

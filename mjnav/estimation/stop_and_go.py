@@ -1,6 +1,7 @@
 """How people move for the trackers whose particles are Gaussians: they walk or stand, and change between the two."""
 
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -8,9 +9,12 @@ import numpy as np
 from mjnav.constant import Constant
 from mjnav.geometry.compiled import kernel
 from mjnav.geometry.kernel_types import Cube, Flags, Matrix, Vector
+from mjnav.messages import Array
+from mjnav.sealed import sealed
 
 WALKS, STANDS = True, False
 MOST_WAYS = 3  # in which a particle may go on
+LEAST_CHANGE = 1e-12  # least probability of a change, of `modes`
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,6 +56,63 @@ class StopAndGo(Constant):
         return Rates(
             self.walking_speed, self.sway, self.turn_rate, self.stop_rate, self.start_rate, self.unrest, self.shuffle
         )
+
+    def modes(self, interval: float) -> tuple[Array, Array, Array]:
+        """Chain (3, 3), transition matrices and covariances (3, 4, 4) of standing, walking on and turning.
+
+        Row i of the chain says where mode i goes within the interval; who stands goes on by a start, which is a turn.
+        No mode is impossible altogether: a filter that nothing leads to would have no mixture to begin with.
+        """
+        return _modes(self, interval)
+
+    def gaussian(self, interval: float) -> tuple[Array, Array]:
+        """Transition matrix and covariance (4, 4) of constant velocity with a Gaussian change of it.
+
+        Its variance is the mixture's, of somebody who walks as often as the rates make people do in the long run, at a
+        velocity of his own ~ N(0, walking_speed^2 I).
+        """
+        turns, stops, starts = self.changes(interval)
+        lasting = self.start_rate + self.stop_rate
+        walking = self.start_rate / lasting if lasting > 0.0 else self.walking
+        square = self.walking_speed**2
+        walker = (1.0 - turns - stops) * self.sway**2 * interval + turns * 2.0 * square + stops * square
+        walk, _, unit = _linear(interval)
+        return walk, (walking * walker + (1.0 - walking) * starts * square) * unit + self.drift(interval)
+
+    def changes(self, interval: float) -> tuple[float, float, float]:
+        """Within an interval [s] the probabilities of a turn and of a stop of who walks, of a start of who stands."""
+        rate = self.turn_rate + self.stop_rate
+        ends = float(-np.expm1(-rate * interval))
+        turns = ends * self.turn_rate / rate if rate > 0.0 else 0.0
+        return turns, ends - turns, float(-np.expm1(-self.start_rate * interval))
+
+    def drift(self, interval: float) -> Array:
+        """Covariance (4, 4) of the position's sway within an interval [s]."""
+        return self.shuffle**2 * interval * np.diag([1.0, 1.0, 0.0, 0.0])
+
+
+@lru_cache(maxsize=8)  # asked for by every track at every reading
+def _modes(motion: StopAndGo, interval: float) -> tuple[Array, Array, Array]:
+    """See `StopAndGo.modes`."""
+    turns, stops, starts = (max(p, LEAST_CHANGE) for p in motion.changes(interval))
+    walk, anew, unit = _linear(interval)
+    variances = (motion.unrest**2, motion.sway**2 * interval, motion.walking_speed**2)
+    drift = motion.drift(interval)
+    walker = [stops, 1.0 - turns - stops, turns]
+    return (
+        sealed(np.array([[1.0 - starts, 0.0, starts], walker, walker])),
+        sealed(np.stack([anew, walk, anew])),
+        sealed(np.stack([variance * unit + drift for variance in variances])),
+    )
+
+
+def _linear(interval: float) -> tuple[Array, Array, Array]:
+    """Transition matrices (4, 4) of a velocity that stays and of a new one, and the covariance of a unit change."""
+    walk, anew, gain = np.eye(4), np.zeros((4, 4)), np.zeros((4, 2))
+    walk[:2, 2:] = interval * np.eye(2)
+    anew[:2, :2], anew[:2, 2:] = np.eye(2), 0.5 * interval * np.eye(2)
+    gain[:2], gain[2:] = 0.5 * interval * np.eye(2), np.eye(2)
+    return walk, anew, gain @ gain.T
 
 
 class Rates(NamedTuple):

@@ -5,8 +5,12 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 
+from mjnav.estimation.imm import ImmPersonFilter
+from mjnav.estimation.lidar.kalman_tracker import GaussianTrackFilter
 from mjnav.estimation.lidar.track_filter import ParticleTrackFilter
 from mjnav.estimation.lidar.tracker import LidarTracker
+from mjnav.estimation.person_filter import KalmanPersonFilter
+from mjnav.estimation.stop_and_go import StopAndGo
 from mjnav.messages import Detection, Reading, RobotBelief
 
 STD, RADIUS = 0.03, 0.3  # [m]
@@ -65,9 +69,20 @@ def reading(k, scan=True):
 ROBOT = RobotBelief(0.0, np.zeros((1, 3)), np.ones(1), np.zeros(3), 1e-6 * np.eye(3), 1.0)
 
 
-def followed(paths, *, seed=0, num=100, scans=lambda k: True, **watcher):
+def kalman(num, rng):
+    return GaussianTrackFilter(KalmanPersonFilter(StopAndGo()))
+
+
+def imm(num, rng):
+    return GaussianTrackFilter(ImmPersonFilter())
+
+
+FILTERS = pytest.mark.parametrize("make", [ParticleTrackFilter, kalman, imm])
+
+
+def followed(paths, *, seed=0, num=100, scans=lambda k: True, make=ParticleTrackFilter, **watcher):
     """The tracks of every tick, by a tracker of `paths` (T, n, 2)."""
-    tracker = LidarTracker(Watcher(np.asarray(paths), seed, **watcher), ParticleTrackFilter, num, seed)
+    tracker = LidarTracker(Watcher(np.asarray(paths), seed, **watcher), make, num, seed)
     return [tracker.update(reading(k, scans(k)), ROBOT) for k in range(len(paths))]
 
 
@@ -88,12 +103,13 @@ def test_a_track_is_confirmed_by_its_third_detection_and_named_in_order():
     assert walker.radius == pytest.approx(RADIUS)
 
 
-def test_people_who_cross_keep_their_names():
+@FILTERS
+def test_people_who_cross_keep_their_names(make):
     swapped = 0
     for seed in range(5):
         one = walk((50, 1.0, 0.0), start=(1.5, 1.8))
         other = walk((50, -1.0, 0.1), start=(6.0, 2.2))
-        rows = followed(np.stack([one, other], axis=1), seed=seed)
+        rows = followed(np.stack([one, other], axis=1), seed=seed, make=make)
         assert {track.name for row in rows for track in row} == {"track0", "track1"}
         last = {track.name: track.mean[0] for track in rows[-1]}
         first = {track.name: track.mean[0] for track in rows[2]}
@@ -101,14 +117,15 @@ def test_people_who_cross_keep_their_names():
     assert swapped == 0
 
 
-def test_who_is_hidden_for_two_seconds_comes_back_under_the_same_name():
+@FILTERS
+def test_who_is_hidden_for_two_seconds_comes_back_under_the_same_name(make):
     for seed in range(5):
         walker = walk((70, 0.8, 0.0), start=(1.0, 4.0))
         pillar = walk((70, 0.0, 0.0), start=(1.8, 2.0))
         paths = np.stack([walker, pillar], axis=1)
         out = [hidden(row[0], row) for row in paths]
         assert 18 <= sum(out) <= 26
-        rows = followed(paths, seed=seed)
+        rows = followed(paths, seed=seed, make=make)
         names = [{track.name for track in row} for row in rows[3:]]
         assert all(row == {"track0", "track1"} for row in names)
         unseen = max(track.unseen for row in rows for track in row)
@@ -125,9 +142,10 @@ def test_who_leaves_while_in_view_is_soon_gone_and_who_returns_is_somebody_new()
     assert [track.name for track in rows[-1]] == ["track1"]
 
 
-def test_without_scans_tracks_go_on_spread_and_end():
+@FILTERS
+def test_without_scans_tracks_go_on_spread_and_end(make):
     path = walk((120, 0.4, 0.0), start=(2.0, 1.0))
-    rows = followed(path[:, None], scans=lambda k: k < 20)
+    rows = followed(path[:, None], scans=lambda k: k < 20, make=make)
     before, later = rows[19][0], rows[34][0]
     assert later.unseen == pytest.approx(1.5)
     assert later.mean[0] == pytest.approx(path[34, 0], abs=0.4)
@@ -144,10 +162,11 @@ def test_false_detections_seldom_become_tracks():
     assert false <= 5
 
 
-def test_a_detection_counts_for_the_time_at_which_it_was_made():
+@FILTERS
+def test_a_detection_counts_for_the_time_at_which_it_was_made(make):
     path = walk((60, 1.2, 0.0), start=(-3.0, 2.0))
     for age in (0.0, 0.09):
-        rows = followed(path[:, None], age=age)
+        rows = followed(path[:, None], age=age, make=make)
         errors = [row[0].mean[0] - x[0] for row, x in zip(rows[20:], path[20:], strict=True)]
         assert abs(np.mean(errors)) < 0.01
 
