@@ -250,7 +250,15 @@ class Decision(ShortRepr):
     omega: float
     status: Status
     costs: CandidateCosts | None = None
-    wish: tuple[float, float] | None = None  # (v, omega) that the controller chose beyond the limits; set by the loop
+    # Both set by the loop: (v, omega) that the controller chose, where the command is another one; and what the robot
+    # does not know enough of, where that is the reason and not its limits.
+    wish: tuple[float, float] | None = None
+    caution: str = ""
+
+    @property
+    def clipped(self) -> bool:
+        """Whether the choice was beyond the robot's limits, and nothing else changed it."""
+        return self.wish is not None and not self.caution
 
 
 @dataclass(frozen=True, slots=True, repr=False)
@@ -340,6 +348,7 @@ class Trajectory(ShortRepr):
     timing: NDArray[np.int64]  # (T', 7): tick, PHASES, lateness; ns. T' may be less than T where messages were lost
     deadline_misses: int
     clipped_ticks: int = 0  # whose decision was beyond the robot's limits
+    cautious_ticks: int = 0  # in which the robot drove more slowly than decided, as it did not know enough
     recoveries: int = 0  # of filters that were spread again
     track_states: Array = field(
         default_factory=lambda: np.zeros((0, 6))

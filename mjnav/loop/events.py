@@ -86,7 +86,7 @@ class Events:
             text = ": ".join(part for part in (decision.status.value, decision.status.advice) if part)
             events.append(Event(level, "decision", text))
             self._status = decision.status
-        if decision.wish is not None and not self._clipping_told:
+        if decision.wish is not None and decision.clipped and not self._clipping_told:
             events.append(Event("warning", "clipped", _clipping(decision, decision.wish)))
             self._clipping_told = True
         if given and not self._given_told:

@@ -22,7 +22,7 @@ _FIELDS = (
     ("estimate", "/robot/state", ("estimate",)),
     ("detections", "/detections", ("detections",)),
     ("tracks", "/people/estimate", ("people",)),
-    ("decision", "/decision", ("nominal", "cost", "wish", "v", "omega", "status")),
+    ("decision", "/decision", ("nominal", "cost", "wish", "caution", "v", "omega", "status")),
     ("command", "/command", ("v", "omega")),
 )
 COMPARED = tuple(dict.fromkeys(topic for _, topic, _ in _FIELDS))

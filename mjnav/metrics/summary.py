@@ -79,6 +79,7 @@ class Figures:
     ticks: int
     infeasible_ticks: int
     clipped_ticks: int
+    cautious_ticks: int
     localization_rmse_m: float | None
     tracking_rmse_m: float | None
     gospa_m: float | None
@@ -135,6 +136,7 @@ def summarise(trajectory: Trajectory, scenario: Scenario, *, outcome: str | None
         ticks=len(trajectory.status),
         infeasible_ticks=sum(status in INFEASIBLE for status in trajectory.status),
         clipped_ticks=trajectory.clipped_ticks,
+        cautious_ticks=trajectory.cautious_ticks,
         identity_switches=kept and kept.switches,
         track_fragmentations=kept and kept.fragmentations,
         false_tracks=kept and kept.false_tracks,

@@ -141,8 +141,8 @@ class WheelFaults(ChannelFaults):
 class Kidnapping:
     """The robot is put elsewhere, and none of its sensors but the lidar and the pose sensor notices."""
 
-    time: Annotated[Time, "when"]
-    pose: Annotated[tuple[Coordinate, Coordinate, Angle], "x, y and heading there"]
+    time: Annotated[Time, "when that happens"]
+    pose: Annotated[tuple[Coordinate, Coordinate, Angle], "x, y and heading where it is put"]
 
     def __post_init__(self):
         settle(self)

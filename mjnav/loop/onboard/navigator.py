@@ -10,6 +10,7 @@ from mjnav.estimation import Localizer, Tracker, assumed_noise, make_localizer, 
 from mjnav.estimation.base import DRAWS
 from mjnav.filters.resampling import shuffled
 from mjnav.geometry.angles import circular_mean
+from mjnav.loop.onboard.caution import Caution
 from mjnav.loop.onboard.commands import CommandHistory
 from mjnav.loop.onboard.floor_map import FloorMap
 from mjnav.loop.onboard.latency import make_latency
@@ -52,6 +53,9 @@ class Navigator:
             self.controller = controller
         self.floor_map = FloorMap(scenario)
         self._sanity = Sanity(scenario)
+        self._caution = Caution(scenario, self._sanity) if estimators else None
+        self._believed: RobotBelief | None = None  # by the robot's own estimators, of the tick that is predicted
+        self._effect = 0.0  # [s] at which a decision of that tick takes effect
         self._localizer: Localizer | None = make_localizer(scenario, seed) if estimators else None
         self._tracker: Tracker | None = make_tracker(scenario, seed) if estimators else None
         self._seed = seed
@@ -106,6 +110,8 @@ class Navigator:
         for reading in readings:
             robot = self._localizer.update(reading)
             beliefs = Beliefs(robot, self._tracker.update(reading, robot), self._tracker.detections)
+            if self._caution is not None:
+                self._caution.follow(reading, beliefs)
         if beliefs is None:
             raise RuntimeError("the first tick has no reading")
         self.follow_route(beliefs.robot.mean)
@@ -113,7 +119,7 @@ class Navigator:
 
     def take_events(self) -> tuple[Event, ...]:
         """What the robot noticed since the last call."""
-        return self._sanity.take_events()
+        return self._sanity.take_events() + (() if self._caution is None else self._caution.take_events())
 
     def follow_route(self, pose: Array) -> None:
         """Goes on to the next point of the route where this one is reached from a pose (3,)."""
@@ -129,6 +135,8 @@ class Navigator:
         """
         num = self._num_samples
         belief = beliefs.robot
+        self._believed = belief if own else None
+        self._effect = self.latency.expected(tick)
         effect = self.latency.expected(tick) if self._predicts else belief.time
         self._history.forget(belief.time)
         stretches = self._history.stretches(belief.time, effect)
@@ -168,11 +176,14 @@ class Navigator:
         return RobotNow(pose[:, :2].mean(axis=0), velocity, self._scenario.robot.radius)
 
     def decide(self, observation: Observation) -> Decision:
-        """The controller's decision, brought within the robot's limits."""
+        """The controller's decision, brought within the robot's limits and within what the robot knows."""
         decision = self.controller.decide(observation)
         if not (isfinite(decision.v) and isfinite(decision.omega)):
             raise ValueError(f"the controller decided v = {decision.v}, omega = {decision.omega}")
-        return self.limited(decision)
+        decision = self.limited(decision)
+        if self._caution is None or self._believed is None:
+            return decision
+        return self._caution.limited(decision, self._believed, self._effect)
 
     def limited(self, decision: Decision) -> Decision:
         """A decision of finite numbers within the robot's limits; what was chosen beyond them is its `wish`.

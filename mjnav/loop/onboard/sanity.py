@@ -72,7 +72,7 @@ class Sanity:
             cause = "nothing arrives" if name in reading.dropped else self._wrong(name, reading, ages.get(name, 0.0))
             self._tell(name, cause, reading.time)
             if cause:
-                self._lost.setdefault(name, self._used.get(name, reading.time))
+                self._lost.setdefault(name, self._used.get(name, -np.inf))
                 dropped.append(name)
                 changed |= (
                     {"scan": np.zeros(0), "scan_times": np.zeros(0)} if name == "scan" else {name: self._last[name]}
@@ -89,7 +89,7 @@ class Sanity:
         return replace(reading, **changed, dropped=tuple(dropped))
 
     def missing(self, sensor: str, time: float) -> float:
-        """For how long nothing usable has come of a sensor [s]; 0 where the latest reading had it."""
+        """For how long nothing usable has come of a sensor [s]; 0 where the latest reading has it, inf at first."""
         return time - self._lost[sensor] if sensor in self._lost else 0.0
 
     def take_events(self) -> tuple[Event, ...]:

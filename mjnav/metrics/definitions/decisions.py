@@ -23,6 +23,10 @@ DECISIONS: Mapping[str, Definition] = MappingProxyType(
         "clipped_ticks": Definition(
             text="ticks whose decision was beyond the robot's limits; the command within them counts", type=INTEGER
         ),
+        "cautious_ticks": Definition(
+            text="ticks at which the robot drove more slowly than decided, or stopped, as it did not know enough",
+            type=INTEGER,
+        ),
         "min_safe_share": Definition(
             text="share of the closest obstacle's samples that are safe at the chosen control, minimum over ticks",
             better=HIGHER, words="least share of safe samples", null=_NEVER_MET, equation=r"f \le 0",

@@ -114,7 +114,10 @@ class DecisionMessage(Struct):
     advice: str
     nominal: Twist | None
     cost: Cost | None
-    wish: Twist | UnsetType = UNSET  # the control chosen, where it was beyond the robot's limits
+    wish: Twist | UnsetType = UNSET  # the control chosen, where the command is another one
+    caution: str | UnsetType = (
+        UNSET  # why the robot drives more slowly than chosen; else the wish was beyond its limits
+    )
 
 
 class PersonState(Struct):
@@ -239,7 +242,11 @@ def encode_decision(tick: int, decision: Decision) -> bytes:
             cost = Cost(costs.goal[i], costs.cone[i], costs.lane[i], costs.total[i])
     wish = UNSET if decision.wish is None else Twist(*decision.wish)
     status = decision.status
-    return _encode(DecisionMessage(tick, decision.v, decision.omega, str(status), status.advice, nominal, cost, wish))
+    return _encode(
+        DecisionMessage(
+            tick, decision.v, decision.omega, str(status), status.advice, nominal, cost, wish, decision.caution or UNSET
+        )
+    )
 
 
 def encode_people_truth(tick: int, truth: WorldState) -> bytes:

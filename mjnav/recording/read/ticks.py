@@ -155,7 +155,8 @@ def _parts(found: Mapping[str, Any], timing: TickTiming | None) -> _Parts:
             "decision": documents.decode_twist(decision),
             "nominal": documents.decode_twist(decision["nominal"]),
             "status": intern(decision["status"]),
-            "clipped": decision.get("wish") is not None,
+            "clipped": decision.get("wish") is not None and not decision.get("caution"),
+            "cautious": bool(decision.get("caution")),
         },
         timing=timing,
     )

@@ -86,7 +86,7 @@ class TrajectoryBuilder:
         self._status: list[str] = []
         self._contacts: list[Contact] = []
         self._timing = _Rows((len(PHASES) + 2,), np.int64)
-        self._clipped = self._misses = 0  # ticks
+        self._clipped = self._cautious = self._misses = 0  # ticks
         self._recoveries = 0
 
     def __len__(self) -> int:
@@ -105,7 +105,8 @@ class TrajectoryBuilder:
             decision=np.array([decision.v, decision.omega]),
             nominal=nominal_control(decision),
             status=str(decision.status),
-            clipped=decision.wish is not None,
+            clipped=decision.clipped,
+            cautious=bool(decision.caution),
         )
 
     def add_states(
@@ -120,6 +121,7 @@ class TrajectoryBuilder:
         nominal: Array,
         status: str,
         clipped: bool,
+        cautious: bool,
     ) -> None:
         """One tick by its parts: the truth, beliefs about the robot and by each track's name, (v, omega)s.
 
@@ -148,6 +150,7 @@ class TrajectoryBuilder:
         self._status.append(intern(status))
         self._contacts.extend(truth.contacts)
         self._clipped += clipped
+        self._cautious += cautious
 
     def _by_person(self, tracks: Mapping[str, Believed], truth: WorldState) -> dict[int, Believed]:
         """Each person's track; those without a name become rows of `track_states`."""
@@ -182,6 +185,7 @@ class TrajectoryBuilder:
             timing=self._timing.finish(),
             deadline_misses=self._misses,
             clipped_ticks=self._clipped,
+            cautious_ticks=self._cautious,
             recoveries=self._recoveries,
         )
 

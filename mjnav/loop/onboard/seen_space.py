@@ -1,0 +1,160 @@
+"""What the latest scan saw around the robot that its method is not told of, and how far the robot may go before it.
+
+Returns from a surface of the map and from somebody who is tracked are the method's own affair. All others may be
+anything: somebody who is not tracked yet, a thing that the map misses, a wall where the robot is not where it believes.
+
+A beam that returned saw the space up to its point. A beam that met nothing saw all of its range, unless the map has a
+surface there: then it saw nothing at all, and neither did a beam that is covered, that is no number, or that is beyond
+the lidar's field of view. Next to one another such beams leave a gap of angle g, in which a body of radius HIDDEN goes
+unseen from the distance HIDDEN / sin(g / 2) on. There the gap counts as an obstacle.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mjnav.estimation.lidar.beams import MotionHistory, scan_points
+from mjnav.estimation.lidar.twist import Twist, TwistSensors
+from mjnav.geometry.beams import WHOLE_TURN, placed
+from mjnav.messages import Array, Reading, Track
+from mjnav.scenarios.floor import floor_of_lidar
+from mjnav.scenarios.spec import Scenario
+from mjnav.world.lidar.casting import cast
+
+ON_MAP = 0.15  # [m] from a surface of the map, beyond which a return is not its own: 5 std of a cheap lidar
+ON_TRACK = 0.3  # [m] from somebody's surface: as far as they walk between two scans at 10 Hz, and a track's own error
+HIDDEN = 0.05  # [m] radius of the thinnest thing that must not go unseen: a table's leg, an ankle
+STRAIGHT = 1e-6  # [1/m] of curvature, below which an arc is a line
+SUPPORT = 2  # returns within reach of the arc that make an obstacle: a single one may be an outlier
+
+
+@dataclass(frozen=True, slots=True)
+class Seen:
+    """One scan."""
+
+    time: float  # [s] of the reading that brought it
+    newest: float  # [s] of its last beam
+    points: Array  # (n, 2) [m] in the robot's frame at `time`: of unexplained returns, and where gaps begin
+
+
+class SeenSpace:
+    """The scans of one run, and how the robot moved since the latest."""
+
+    def __init__(self, scenario: Scenario, sensors: TwistSensors):
+        """`sensors` says what wheels and gyro are worth."""
+        self._lidar, self._sensors = scenario.sensors.scanner, sensors
+        self._floor = floor_of_lidar(scenario.known_bodies)
+        self._history = MotionHistory()
+        self._twist: Twist | None = None
+        self._seen: Seen | None = None
+        angles = self._lidar.angles
+        self._step = float(angles[1] - angles[0]) if len(angles) > 1 else WHOLE_TURN
+        beyond = max(round(WHOLE_TURN / self._step) - len(angles), 0)  # beams that a whole turn would have besides
+        self._beyond = angles[-1] + self._step * np.arange(1, beyond + 1)
+
+    def follow(self, reading: Reading, pose: Array, people: Sequence[Track]) -> None:
+        """One more reading, where the robot believes to be after it, (3,), and whom it tracks."""
+        self._twist = self._sensors.fused(reading, self._twist)
+        self._history.add(self._twist)
+        if reading.scan.size == len(self._lidar.angles):
+            points = scan_points(reading, self._history, self._lidar)
+            points = self._unexplained(points[np.isfinite(points[:, 0])], pose, people)
+            newest = float(reading.scan_times.max()) if reading.scan_times.size else reading.time
+            self._seen = Seen(reading.time, newest, np.concatenate([points, self._gaps(reading.scan, pose)]))
+
+    @property
+    def contradicts(self) -> bool:
+        """Whether wheels and gyro contradict each other in the latest reading."""
+        return self._twist is not None and self._twist.rivals is not None
+
+    def age(self, now: float) -> float:
+        """Of the last beam of the latest scan [s]; infinite before the first."""
+        return np.inf if self._seen is None else now - self._seen.newest
+
+    def free_way(self, now: float, v: float, omega: float, radius: float) -> float:
+        """How far a disc of `radius` gets along the arc of (v, omega) before it meets what was seen, or a gap [m].
+
+        From where the robot is now; infinite where nothing is on its way, 0 before the first scan.
+        """
+        if self._seen is None:
+            return 0.0
+        points = self._seen.points
+        if now > self._seen.time + 1e-9:
+            x, y, heading = self._history.poses(np.array([self._seen.time]), now)[0]
+            c, s = np.cos(heading), np.sin(heading)
+            points = np.array([x, y]) + points @ np.array([[c, s], [-s, c]])
+        return free_arc(points, v, omega, radius)
+
+    def _unexplained(self, points: Array, pose: Array, people: Sequence[Track]) -> Array:
+        """The points (n, 2) in the robot's frame that neither the map nor a track explains."""
+        c, s = np.cos(pose[2]), np.sin(pose[2])
+        places = pose[:2] + points @ np.array([[c, s], [-s, c]])
+        strange = self._floor.clearance(places) > ON_MAP
+        for person in people:
+            reach = person.radius + ON_TRACK
+            strange &= ((places - person.mean[:2]) ** 2).sum(axis=1) > reach * reach
+        return points[strange]
+
+    def _gaps(self, ranges: Array, pose: Array) -> Array:
+        """Points (k, 2) in the robot's frame at which bodies may stand unseen, one for each beam that saw nothing."""
+        lidar = self._lidar
+        blind = ~(ranges > 0.0)
+        silent = np.flatnonzero(np.isposinf(ranges))
+        if silent.size:
+            x, y, heading = placed(pose, lidar.mount)
+            discs, boxes = self._floor.discs, self._floor.boxes
+            expected = cast(np.array([x, y]), heading + lidar.angles[silent], discs, boxes, lidar.max_range)
+            blind[silent] = np.isfinite(expected)
+        blind = np.append(blind, np.ones(len(self._beyond), bool))
+        if not blind.any():
+            return np.zeros((0, 2))
+        angles = np.append(lidar.angles, self._beyond)[blind]
+        half = 0.5 * self._step * (_run_lengths(blind)[blind] + 1)
+        distance = np.where(half < 0.5 * np.pi, HIDDEN / np.sin(np.minimum(half, 0.5 * np.pi)), HIDDEN)
+        x, y, yaw = lidar.mount
+        return np.stack([x + distance * np.cos(yaw + angles), y + distance * np.sin(yaw + angles)], axis=1)
+
+
+def _run_lengths(flags: NDArray[np.bool_]) -> NDArray[np.int_]:
+    """For each flag that is set how many in a row are, round the circle; 0 for the others, (n,)."""
+    if flags.all():
+        return np.full(len(flags), len(flags))
+    first = int(np.flatnonzero(~flags)[0])
+    turned = np.roll(flags, -first)  # begins with one that is not set
+    edges = np.flatnonzero(np.diff(np.concatenate([[0], turned.astype(int), [0]])))
+    lengths = np.zeros(len(flags), int)
+    for start, end in edges.reshape(-1, 2):
+        lengths[start:end] = end - start
+    return np.roll(lengths, first)
+
+
+def free_arc(points: Array, v: float, omega: float, radius: float) -> float:
+    """How far a disc around the origin gets along the arc of (v, omega) before SUPPORT points (n, 2) are in it [m].
+
+    With k = omega / |v| and the points turned so that the disc starts along +x: about the arc's centre (0, 1/k) a point
+    lies at the distance rho and, in the sense of the motion, the angle alpha. The disc's centre moves at r = 1/|k|, and
+    its edge is at the point where
+
+        cos(alpha - phi) = (r^2 + rho^2 - radius^2) / (2 r rho),   s = r phi.
+
+    Points in the disc count where they lie ahead of its centre: it can leave those behind.
+    """
+    if v == 0.0 or len(points) < SUPPORT:
+        return np.inf
+    x, y = (points if v > 0.0 else -points).T
+    curvature = omega / abs(v)
+    within = x * x + y * y < radius * radius
+    with np.errstate(invalid="ignore", divide="ignore"):
+        if abs(curvature) < STRAIGHT:
+            far = np.where((np.abs(y) < radius) & (x > 0.0), x - np.sqrt(np.maximum(radius**2 - y**2, 0.0)), np.inf)
+        else:
+            r, side = 1.0 / abs(curvature), np.sign(curvature)
+            across = r - side * y
+            rho = np.hypot(x, across)
+            cosine = (r * r + rho * rho - radius * radius) / (2.0 * r * rho)
+            phi = np.mod(np.arctan2(x, across) - np.arccos(np.clip(cosine, -1.0, 1.0)), 2.0 * np.pi)
+            far = np.where(np.abs(cosine) <= 1.0, r * phi, np.inf)
+    far = np.where(within, np.where(x > 0.0, 0.0, np.inf), far)
+    return float(np.partition(far, SUPPORT - 1)[SUPPORT - 1])
