@@ -29,7 +29,7 @@ def test_it_says_how_the_run_went(mjnav, log):
     assert "  people 0: constant_velocity, takes no account of the robot" in lines
     figures = lines[lines.index("figures") : lines.index("timing")]
     assert [line for line in figures if line.startswith("  ") and line[2] != " "] == [
-        f"  {group}" for group in ("ending", "path", "motion", "social", "decisions", "knowledge")
+        f"  {group}" for group in ("ending", "path", "motion", "social", "decisions", "knowledge", "consistency")
     ]
     (scan,) = (line.split() for line in lines if line.startswith("/scan"))
     assert scan[1:7] == ["foxglove.LaserScan", "3", "-", "10.00", "0.100", "0.00"]

@@ -11,6 +11,7 @@ _TITLES = {
     "social": "What it was to the people",
     "decisions": "What the decisions were",
     "knowledge": "What the robot knew",
+    "consistency": "Whether it was as sure as it might be",
     "computing": "What it cost to compute",
 }
 _HEAD = ["| name | unit | definition | better |", "|---|---|---|---|"]

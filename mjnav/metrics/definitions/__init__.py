@@ -9,7 +9,7 @@ from types import MappingProxyType
 from mjnav.errors import InvalidValue
 from mjnav.metrics.definitions.decisions import COMPUTING, DECISIONS
 from mjnav.metrics.definitions.definition import HIGHER, INTEGER, LOWER, NUMBER, STRING, TRUTH, Definition
-from mjnav.metrics.definitions.knowledge import KNOWLEDGE
+from mjnav.metrics.definitions.knowledge import CONSISTENCY, KNOWLEDGE
 from mjnav.metrics.definitions.motion import MOTION, PATH
 from mjnav.metrics.definitions.outcome import OUTCOME
 from mjnav.metrics.definitions.people import PEOPLE
@@ -25,6 +25,7 @@ GROUPS: Mapping[str, Mapping[str, Definition]] = MappingProxyType(
         "social": PEOPLE,
         "decisions": DECISIONS,
         "knowledge": KNOWLEDGE,
+        "consistency": CONSISTENCY,
         "computing": COMPUTING,
     }
 )

@@ -1,4 +1,4 @@
-"""What the robot knew of itself and of the people, and how sure it was."""
+"""What the robot knew of itself and of the people, and whether it was as sure as it might be."""
 
 from collections.abc import Mapping
 from types import MappingProxyType
@@ -31,20 +31,22 @@ KNOWLEDGE: Mapping[str, Definition] = MappingProxyType(
             text="how far the set of tracks is from that of the people to be tracked: GOSPA with alpha = 2, p = 2 and "
             "c = 1 m, root of the mean square over ticks",
             unit="m", better=LOWER, words="GOSPA", null=_NO_TRACKER, source=_GOSPA, over_all=True,
-            equation=r"\sqrt{\frac{1}{T}\sum_k \min_{g}\left(\sum_{(i,j)\in g} \lvert\hat p_{kj} - p_{ki}\rvert^2 + "
-            r"\frac{c^2}{2}\left(n_k - \lvert g\rvert\right) + \frac{c^2}{2}\left(m_k - \lvert g\rvert\right)\right)}",
+            equation=r"\sqrt{\frac{1}{T}\sum_k \min_g (a_k + b_k + c_k)}",
         ),
         "gospa_localization_m": Definition(
             text="its first part, of the distances; the squares of the three parts add up to that of gospa_m",
             unit="m", better=LOWER, words="GOSPA, distances", null=_NO_TRACKER, source=_GOSPA, over_all=True,
+            equation=r"a_k = \sum_{(i,j)\in g} \lvert\hat p_{kj} - p_{ki}\rvert^2",
         ),
         "gospa_missed_m": Definition(
             text="its second part, of people without a track",
             unit="m", better=LOWER, words="GOSPA, missed", null=_NO_TRACKER, source=_GOSPA, over_all=True,
+            equation=r"b_k = \frac{c^2}{2}\left(n_k - \lvert g\rvert\right)",
         ),
         "gospa_false_m": Definition(
             text="its third part, of tracks that are nobody's",
             unit="m", better=LOWER, words="GOSPA, false", null=_NO_TRACKER, source=_GOSPA, over_all=True,
+            equation=r"c_k = \frac{c^2}{2}\left(m_k - \lvert g\rvert\right)",
         ),
         "identity_switches": Definition(
             text="times that a person's track has another number than the track before; 0 where the sensor says who is "
@@ -69,6 +71,26 @@ KNOWLEDGE: Mapping[str, Definition] = MappingProxyType(
             "counts with all of the time",
             unit="s", better=LOWER, words="delay of the first track", null=_NO_TRACKER, over_all=True,
         ),
+        "robot_skew": Definition(
+            text="of the robot samples' x and y that the controller got, mean over ticks and axes",
+            equation=_SKEW, null=_NO_SAMPLES, source=_JOANES,
+        ),
+        "robot_kurtosis": Definition(
+            text="of the same samples; 3 for a Gaussian", equation=_KURTOSIS, null=_NO_SAMPLES, source=_JOANES
+        ),
+        "people_skew": Definition(
+            text="the same of people's samples, mean over people too",
+            equation=_SKEW, null=_NO_SAMPLES, source=_JOANES,
+        ),
+        "people_kurtosis": Definition(
+            text="the same of people's samples; 3 for a Gaussian",
+            equation=_KURTOSIS, null=_NO_SAMPLES, source=_JOANES,
+        ),
+    }
+)  # fmt: skip
+
+CONSISTENCY: Mapping[str, Definition] = MappingProxyType(
+    {
         "robot_nees": Definition(
             text="normalised estimation error squared of the robot's x, y and heading, mean over ticks; 3 for a "
             "consistent estimate, more where it is too sure of itself",
@@ -124,21 +146,6 @@ KNOWLEDGE: Mapping[str, Definition] = MappingProxyType(
         "recoveries": Definition(
             text="times that a filter was spread again, because its belief explained no reading for some time",
             type=INTEGER, words="recoveries of filters", over_all=True,
-        ),
-        "robot_skew": Definition(
-            text="of the robot samples' x and y that the controller got, mean over ticks and axes",
-            equation=_SKEW, null=_NO_SAMPLES, source=_JOANES,
-        ),
-        "robot_kurtosis": Definition(
-            text="of the same samples; 3 for a Gaussian", equation=_KURTOSIS, null=_NO_SAMPLES, source=_JOANES
-        ),
-        "people_skew": Definition(
-            text="the same of people's samples, mean over people too",
-            equation=_SKEW, null=_NO_SAMPLES, source=_JOANES,
-        ),
-        "people_kurtosis": Definition(
-            text="the same of people's samples; 3 for a Gaussian",
-            equation=_KURTOSIS, null=_NO_SAMPLES, source=_JOANES,
         ),
     }
 )  # fmt: skip
