@@ -48,7 +48,7 @@ class LidarViews:
         for message in log.messages("/scan", *(("/detections", "/people/estimate") if by_scan else ())):
             time = 1e-9 * message.time_ns
             if message.topic == "/scan":
-                self._scans[time] = scan_points(ShownScan.of(message.value, epoch), lidar, way)
+                self._scans[time] = scan_points(ShownScan.of(message.value, scenario, epoch), lidar, way)
             elif message.topic == "/detections":
                 self._detections[time] = _rows(
                     3, ([*one["position"], one["radius"]] for one in message.value["detections"])

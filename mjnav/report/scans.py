@@ -6,6 +6,8 @@ from typing import Any
 import numpy as np
 
 from mjnav.messages import Array
+from mjnav.noise import Distribution, profile
+from mjnav.plugins import DistributionPlugin
 from mjnav.scenarios.lidar import Lidar
 from mjnav.scenarios.spec import Scenario
 
@@ -16,17 +18,28 @@ def goes_by_scans(scenario: Scenario) -> bool:
     return "lidar" in (robot.source, people.source) or robot.localizer is not None or people.tracker is not None
 
 
+def range_noise(scenario: Scenario) -> Distribution | None:
+    """The law of ranges that the estimators assume; None for one of somebody's own, which would have to be run."""
+    assumed = scenario.estimation.assumed_profile
+    if assumed is None and (own := scenario.noise.channels.get("lidar.range")) is not None:
+        return None if isinstance(own, DistributionPlugin) else own
+    return profile(assumed or scenario.noise.profile)["lidar.range"]
+
+
 @dataclass(frozen=True, slots=True)
 class ShownScan:
     """One turn of the lidar."""
 
     first: float  # [s], when its first beam was taken
-    ranges: Array  # (B,) [m]; inf where a beam met nothing
+    ranges: Array  # (B,) [m], less the lidar's mean error as estimators take them; inf where a beam met nothing
 
     @classmethod
-    def of(cls, message: Any, epoch: int) -> "ShownScan":
+    def of(cls, message: Any, scenario: Scenario, epoch: int) -> "ShownScan":
         """Of a foxglove.LaserScan, whose stamp counts from `epoch` [ns]."""
-        return cls(1e-9 * (message.timestamp.ToNanoseconds() - epoch), np.array(message.ranges, float))
+        ranges, noise = np.array(message.ranges, float), range_noise(scenario)
+        if noise is not None:
+            ranges = ranges - scenario.sensors.scanner.known_bias(ranges, noise)
+        return cls(1e-9 * (message.timestamp.ToNanoseconds() - epoch), ranges)
 
 
 @dataclass(frozen=True, slots=True)

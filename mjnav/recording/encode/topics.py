@@ -128,7 +128,7 @@ def topics(scenario: Scenario, epoch: int = 0) -> tuple[Topic, ...]:
             document_schema("mjnav.Detections"),
             lambda r: (
                 json_messages.encode_detections(r.tick, r.detections)
-                if r.detections or (by_scan and r.reading is not None)
+                if r.detections or (by_scan and r.reading is not None and r.reading.scan.size)
                 else None
             ),
         ),

@@ -19,12 +19,12 @@ def occupancy_grid(scenario: Scenario) -> ros.nav_msgs__msg__OccupancyGrid:
     """Walls, legs of tables and pillars in the frame map; people and lanes are not in it.
 
     A cell is occupied where its centre is at most half a diagonal from an obstacle, so that thin legs are not lost, and
-    everything else is free: the map is known.
+    everything else is free. It is the map that the robot has.
     """
-    robot = scenario.robot
-    discs = [(*leg, table.leg_radius) for table in scenario.tables for leg in table.legs.tolist()]
-    discs += [(*pillar.position, pillar.radius) for pillar in scenario.pillars]
-    ends = [end for wall in scenario.walls for end in (wall.start, wall.end)]
+    robot, known = scenario.robot, scenario.known_bodies
+    discs = [(*leg, table.leg_radius) for table in known.tables for leg in table.legs.tolist()]
+    discs += [(*pillar.position, pillar.radius) for pillar in known.pillars]
+    ends = [end for wall in known.walls for end in (wall.start, wall.end)]
     points = np.array([robot.start[:2], *robot.route, *ends, *(disc[:2] for disc in discs)])
     low, high = points.min(axis=0) - MARGIN, points.max(axis=0) + MARGIN
     resolution = max(RESOLUTION, float((high - low).max()) / (MAX_CELLS - 1))
@@ -45,7 +45,7 @@ def occupancy_grid(scenario: Scenario) -> ros.nav_msgs__msg__OccupancyGrid:
     for x0, y0, radius in discs:
         rows, columns, x, y = window(np.array([(x0, y0)]), radius + reach)
         cells[rows, columns][np.hypot(x - x0, y - y0) - radius <= reach] = OCCUPIED
-    for wall in scenario.walls:
+    for wall in known.walls:
         start, end = np.array(wall.start), np.array(wall.end)
         (x0, y0), length = 0.5 * (start + end), hypot(*(end - start))
         ux, uy = (end - start) / length

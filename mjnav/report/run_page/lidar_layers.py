@@ -7,7 +7,9 @@ from typing import Any
 import numpy as np
 
 from mjnav.report.run_page.packed import Packer
+from mjnav.report.run_page.pose_likelihood import SIDE, pack_likelihood
 from mjnav.report.run_page.run_frames import RunFrames
+from mjnav.report.scans import BelievedWay
 from mjnav.report.scene_outline import body_outline
 from mjnav.scenarios.spec import Scenario
 
@@ -18,7 +20,9 @@ LIFE_STEP = 0.01  # s, m, or of a track's number
 STEP = 1e-3  # m, rad
 
 
-def pack_lidar(packer: Packer, frames: RunFrames, scenario: Scenario, tracks: Sequence[str]) -> dict[str, Any]:
+def pack_lidar(
+    packer: Packer, frames: RunFrames, scenario: Scenario, tracks: Sequence[str], way: BelievedWay
+) -> dict[str, Any]:
     """Adds the layers' arrays; gives what holds for the whole run.
 
     Arrays: `life` (T, tracks, 4) number, age [s], time unseen [s] and radius [m] of each track; `detected` (T, n, 6) x,
@@ -32,7 +36,9 @@ def pack_lidar(packer: Packer, frames: RunFrames, scenario: Scenario, tracks: Se
     every = max(1, -(-len(lidar.angles) // MAX_BEAMS))
     angles = lidar.angles[::every]
     _pack_scans(packer, frames, every, len(angles))
+    believed, ellipse = frames.array("estimate", 3), frames.array("ellipse", 3)
     return {
+        "side": SIDE if pack_likelihood(packer, scenario, frames.scans, way, believed, ellipse) else 0,
         "first": round(float(angles[0]), 6),  # [rad]
         "step": round(float(np.diff(angles[:2]).sum()), 8),  # [rad]
         "pause": 0.0 if lidar.rate is None else round(float(np.diff(angles[:2]).sum()) / (tau * lidar.rate), 8),  # [s]

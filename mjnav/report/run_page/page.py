@@ -80,7 +80,8 @@ def _headline(runs: Sequence[ShownRun]) -> str:
 def _run_block(run: ShownRun) -> str:
     """The map of one run, what it does at the moment, and the distribution of its closest obstacle."""
     name = f"<h2>{run.heading}</h2>{run.badge}" if run.letter else ""
-    return Template(asset(_PACKAGE, "web/run.html")).substitute(name=name)
+    pose = asset(_PACKAGE, "web/pose.html") if run.playback.lidar and run.playback.lidar["side"] else ""
+    return Template(asset(_PACKAGE, "web/run.html")).substitute(name=name, pose=pose)
 
 
 def _log_section(run: ShownRun) -> str:

@@ -20,6 +20,7 @@ from mjnav.report.run_page.packed import Packer
 from mjnav.report.run_page.predicted_ways import pack_ways
 from mjnav.report.run_page.run_frames import TRACK_PARTICLES, PageEvent, RunFrames
 from mjnav.report.run_page.set_parameters import set_parameters
+from mjnav.report.scans import BelievedWay
 from mjnav.report.scene_outline import scene_outline
 
 MAX_FRAMES = 1200  # two minutes at 10 Hz
@@ -78,11 +79,12 @@ def playback(log: Log, *, keep: Iterable[int] = (), max_frames: int = MAX_FRAMES
     pack_consistency(packer, run.trajectory, scenario, kept, frames.array("people ess"))
     known = len(scenario.people) == run.trajectory.people_position.shape[1]
     bodies = _pack_clearance(packer, clearance(run.trajectory, scenario) if known else {}, kept)
+    way = BelievedWay.of(run.trajectory.time[: len(run.trajectory.estimate)], run.trajectory.estimate)
     return Playback(
         scene=scene_outline(scenario),
         people=people,
         tracks=tracks,
-        lidar=pack_lidar(packer, frames, scenario, tracks) if frames.by_scans else None,
+        lidar=pack_lidar(packer, frames, scenario, tracks, way) if frames.by_scans else None,
         phases=PHASES,
         preview=PREVIEW,
         levels=NUM_LEVELS,

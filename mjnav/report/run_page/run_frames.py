@@ -61,7 +61,7 @@ class RunFrames:
         self._path, self._budget = log.path, Budget(log.path.stat().st_size)
         scenario = log.scenario()
         self._grid = _grid(scenario.control.parameters)
-        self._epoch = epoch_ns(log.run)
+        self._scenario, self._epoch = scenario, epoch_ns(log.run)
         self.by_scans = goes_by_scans(scenario)
         self._read(log, predicts=scenario.prediction is not None)
 
@@ -188,7 +188,7 @@ class RunFrames:
             self.ways[frame] = {self._places.get(name, name): way for name, way in ways.items()}
 
     def _scan(self, frame: int, value: Any) -> None:
-        self.scans[frame] = ShownScan.of(value, self._epoch)
+        self.scans[frame] = ShownScan.of(value, self._scenario, self._epoch)
 
     def _detections(self, frame: int, value: Mapping[str, Any]) -> None:
         rows = [[*one["position"], one["radius"], *ellipse_95(one["covariance"])] for one in value["detections"]]
