@@ -65,6 +65,12 @@ class WalkFilter:
             self._become(weights, self._walks[owner], mean, covariance)
         return density
 
+    def density(self, measured: Array, noise: GaussianSum, *, age: float = 0.0) -> float:
+        """Of a position (2,) [m] measured `age` [s] before, [1/m^2]."""
+        terms = noise.weights, noise.means, noise.covariances
+        measured = np.ascontiguousarray(measured, float)
+        return float(explained(self._weights, self._mean, self._covariance, measured, age, *terms, 0.0).sum())
+
     def heaviest(self, most: int) -> tuple[NDArray[np.int64], Array]:
         """The places (k,) of the heaviest particles, k <= `most`, and two points of each, (2, k, 2) [m].
 

@@ -1,29 +1,22 @@
 """Which detection belongs to which track: global nearest neighbour with a gate and a probability of detection.
 
-Source: Blackman & Popoli 1999, "Design and Analysis of Modern Tracking Systems", chapter 6.
+Source: Blackman & Popoli 1999, "Design and Analysis of Modern Tracking Systems", chapter 6. What is nearest is what the
+belief of a track makes most likely, its turns and stops included: the Gaussian of its first two moments would lose
+people who turn on their heel.
 """
-
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from mjnav.messages import Array
 
-GATE = 13.82  # chi-square of two degrees of freedom, 99.9 %: at 99 % each body would lose a detection every ten seconds
+FAR = 60.0  # Mahalanobis distance^2 from a track's moments beyond which nobody asks for the density
 
 
-@dataclass(frozen=True, slots=True)
-class Predicted:
-    """Where T tracks are believed to have been when each of D detections was made."""
+def mahalanobis(means: Array, covariances: Array, positions: Array, noise: Array, ages: Array) -> tuple[Array, Array]:
+    """Of D detections from T tracks, squared, and the log of the density under the Gaussian of their moments, (T, D).
 
-    squared: Array  # (T, D) Mahalanobis distance^2 of every detection from every track
-    log_density: Array  # (T, D) log of the density of the detection under the track [1/m^2]
-
-
-def predicted(means: Array, covariances: Array, positions: Array, noise: Array, ages: Array) -> Predicted:
-    """Tracks' moments (T, 4), (T, 4, 4) against positions (D, 2), covariances (D, 2, 2), made `ages` (D,) [s] before.
-
+    Tracks' moments are (T, 4), (T, 4, 4), positions (D, 2), their covariances (D, 2, 2), made `ages` (D,) [s] before:
     z ~ N(x - age v, H P H^T + R), H = (I, -age I).
     """
     age = ages[:, None]
@@ -35,24 +28,26 @@ def predicted(means: Array, covariances: Array, positions: Array, noise: Array, 
     determinant = S[..., 0, 0] * S[..., 1, 1] - S[..., 0, 1] ** 2
     dx, dy = error[..., 0], error[..., 1]
     squared = (S[..., 1, 1] * dx**2 - 2.0 * S[..., 0, 1] * dx * dy + S[..., 0, 0] * dy**2) / determinant
-    return Predicted(squared, -0.5 * squared - 0.5 * np.log(determinant) - np.log(2.0 * np.pi))
+    return squared, -0.5 * squared - 0.5 * np.log(determinant) - np.log(2.0 * np.pi)
 
 
-def assigned(found: Predicted, detectable: Array, false: float) -> NDArray[np.int64]:
+def assigned(log_density: Array, detectable: Array, false: float) -> NDArray[np.int64]:
     """The detection of each track, (T,); -1 for a track that none belongs to. No detection belongs to two.
 
-    The most likely assignment: it maximises the product over tracks of p(z) / `false` where z belongs to the track and
-    of 1 - P_D where none does, P_D being its `detectable` (T,), below one. `false` is the density of detections that
-    belong to no track over the probability that a body in view is detected [1/m^2]; that a detection was made says that
-    there the body was in view. A detection outside a track's gate does not belong to it.
+    log_density (T, D) is of each detection under each track [1/m^2], -inf where it cannot belong to it. The most likely
+    assignment maximises the product over tracks of p(z) / `false` where z belongs to the track and of 1 - P_D where
+    none does, P_D being its `detectable` (T,), below one. `false` is the density of detections that belong to no track
+    over the probability that a body in view is detected [1/m^2]; that a detection was made says that there the body was
+    in view. A track's gate is where p(z) >= false.
     """
     from scipy.optimize import linear_sum_assignment
 
-    num_tracks, num = found.squared.shape
+    num_tracks, num = log_density.shape
     if not (num_tracks and num):
         return np.full(num_tracks, -1)
     costs = np.full((num_tracks, num + num_tracks), np.inf)
-    costs[:, :num] = np.where(found.squared <= GATE, np.log(false) - found.log_density, np.inf)
+    gain = log_density - np.log(false)
+    costs[:, :num] = np.where(gain >= 0.0, -gain, np.inf)
     costs[:, num:][np.diag_indices(num_tracks)] = -np.log1p(-detectable)
     columns = linear_sum_assignment(costs)[1]
     return np.where(columns < num, columns, -1)

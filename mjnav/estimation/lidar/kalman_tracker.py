@@ -7,6 +7,7 @@ import numpy as np
 from numpy.linalg import eigh
 
 from mjnav.estimation.imm import ImmPersonFilter
+from mjnav.estimation.lidar.association import mahalanobis
 from mjnav.estimation.lidar.detector import Detector
 from mjnav.estimation.lidar.track_filter import SCAN_ERROR, Detectable
 from mjnav.estimation.lidar.tracker import LidarTracker
@@ -45,6 +46,11 @@ class GaussianTrackFilter:
     def correct(self, position: Array, covariance: Array, age: float) -> None:
         """See `TrackFilter`."""
         self._person.correct(position, ERROR_VARIANCE * covariance, age)
+
+    def log_density(self, positions: Array, covariances: Array, ages: Array) -> Array:
+        """See `TrackFilter`."""
+        moments = self.mean[None], self.covariance[None]
+        return mahalanobis(*moments, positions, ERROR_VARIANCE * covariances, ages)[1][0]
 
     def missed(self, detectable: Detectable) -> float:
         """The probability of a detection under the Gaussian, which it leaves as it is.

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from math import log, log1p
 
 DETECTED = 0.85  # probability that a body in full view is detected: two that touch may be one cluster
-CLUTTER = 0.02  # [1/m^2] density of false detections in a scan; with new bodies among them
+CLUTTER = 0.002  # [1/m^2] density of false detections in a scan; with new bodies among them
 CONFIRMED = 3  # detections that confirm a track, whose score has never been so low that it died
 DEAD = -3.0  # score, 5 % in probability
 SUREST = 8.0  # score; a track in full view dies after six scans in a row without a detection

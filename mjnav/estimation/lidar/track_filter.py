@@ -37,6 +37,10 @@ class TrackFilter(Protocol):
         """Conditions on a position (2,) measured `age` [s] before, with an error of mean zero and that covariance."""
         ...
 
+    def log_density(self, positions: Array, covariances: Array, ages: Array) -> Array:
+        """Log of the density of detections at positions (d, 2), covariances (d, 2, 2), made `ages` (d,) [s] before."""
+        ...
+
     def missed(self, detectable: Detectable) -> float:
         """Conditions on not having been detected, as far as its shape can; returns how probable a detection was."""
         ...
@@ -52,6 +56,7 @@ SCAN_ERROR = GaussianSum(np.array([0.95, 0.05]), np.zeros((2, 2)), np.array([np.
 
 
 HISTORIES = 100  # of a track at most: twice as many changed no error of a track in the shipped scenes by 2 %
+TINY = 1e-300  # [1/m^2] the least density of which there is a logarithm
 JUDGED = 32  # particles by which it is judged whether a body could have been seen
 
 
@@ -83,6 +88,14 @@ class ParticleTrackFilter:
     def correct(self, position: Array, covariance: Array, age: float) -> None:
         """See `TrackFilter`."""
         self._walk.correct(position, self._error.stretched(covariance), age=age)
+
+    def log_density(self, positions: Array, covariances: Array, ages: Array) -> Array:
+        """See `TrackFilter`."""
+        found = [
+            self._walk.density(position, self._error.stretched(covariance), age=age)
+            for position, covariance, age in zip(positions, covariances, ages.tolist(), strict=True)
+        ]
+        return np.log(np.maximum(found, TINY))
 
     def missed(self, detectable: Detectable) -> float:
         """Weighs the heaviest particles by the probability that a body of theirs is missed, the others by its mean."""

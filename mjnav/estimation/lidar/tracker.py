@@ -13,11 +13,11 @@ from typing import Protocol
 import numpy as np
 
 from mjnav.estimation.base import DRAWS
-from mjnav.estimation.lidar.association import assigned, predicted
+from mjnav.estimation.lidar.association import FAR, assigned, mahalanobis
 from mjnav.estimation.lidar.detector import Detector
 from mjnav.estimation.lidar.frame_error import FrameError
 from mjnav.estimation.lidar.lifecycle import CLUTTER, DETECTED, Life
-from mjnav.estimation.lidar.track_filter import SCAN_ERROR, ParticleTrackFilter, TrackFilter
+from mjnav.estimation.lidar.track_filter import ParticleTrackFilter, TrackFilter
 from mjnav.filters.resampling import shuffled
 from mjnav.messages import Array, Detection, Reading, RobotBelief, Track
 from mjnav.rng import stream
@@ -51,7 +51,6 @@ class Detects(Protocol):
 
 MakeFilter = Callable[[int, np.random.Generator], TrackFilter]  # of so many particles, with a stream of its own
 UNNAMED = -1
-SCAN_ERROR_VARIANCE = float(SCAN_ERROR.variance[0, 0])  # of a detection's error, in units of its covariance
 PARTICLES = "estimation.particles"  # channel of the particles that a track hands over
 RADIUS_MEMORY = 10  # detections of which a radius is the mean
 
@@ -132,23 +131,31 @@ class LidarTracker:
     def _see(self, scan: ScanView) -> None:
         """Assigns the detections of a scan; what is left over may be new bodies."""
         self._detections = found = tuple(one for one in scan.detections if _is_finite(one))
-        likely = predicted(
-            np.array([body.filter.mean for body in self._bodies]).reshape(-1, 4),
-            np.array([body.filter.covariance for body in self._bodies]).reshape(-1, 4, 4),
-            np.array([one.position for one in found]).reshape(-1, 2),
-            SCAN_ERROR_VARIANCE * np.array([one.covariance for one in found]).reshape(-1, 2, 2),
-            self._time - np.array([one.time for one in found]),
-        )
+        log_density = self._log_density(found)
         detectable = np.array([DETECTED * scan.visible(body.filter.mean[:2], body.radius)[0] for body in self._bodies])
-        columns = assigned(likely, detectable, CLUTTER / DETECTED).tolist()
+        columns = assigned(log_density, detectable, CLUTTER / DETECTED).tolist()
         for i, (body, column) in enumerate(zip(self._bodies, columns, strict=True)):
             if column < 0:
                 missed = body.filter.missed(lambda points, r=body.radius: DETECTED * scan.visible(points, r))
                 body.life.missed(missed)
             else:
-                self._correct(body, found[column], float(likely.log_density[i, column]))
+                self._correct(body, found[column], float(log_density[i, column]))
         for place in sorted(set(range(len(found))).difference(columns)):
             self._begin(found[place])
+
+    def _log_density(self, found: tuple[Detection, ...]) -> Array:
+        """Of each detection under each body's belief [1/m^2], (T, D); -inf for those far away."""
+        positions = np.array([one.position for one in found]).reshape(-1, 2)
+        noise = np.array([one.covariance for one in found]).reshape(-1, 2, 2)
+        ages = self._time - np.array([one.time for one in found])
+        means = np.array([body.filter.mean for body in self._bodies]).reshape(-1, 4)
+        covariances = np.array([body.filter.covariance for body in self._bodies]).reshape(-1, 4, 4)
+        near = mahalanobis(means, covariances, positions, noise, ages)[0] <= FAR
+        log_density = np.full(near.shape, -np.inf)
+        for body, row, places in zip(self._bodies, log_density, near, strict=True):
+            if places.any():
+                row[places] = body.filter.log_density(positions[places], noise[places], ages[places])
+        return log_density
 
     def _correct(self, body: Body, detection: Detection, log_density: float) -> None:
         """A detection belongs to a body, of that log of density under its belief [1/m^2]."""
