@@ -28,6 +28,8 @@ from mjnav.scenarios.spec import Scenario
 PERSON_RADIUS = 0.3  # [m] that the robot takes people to have, the default of a scene's people
 PERSON_RADIUS_STD = 0.05  # [m]
 MIN_SPREAD = 0.005  # [m] of a range, where its noise is none
+MIN_RANGE = 0.01  # [m]; some lidars say 0 where nothing returned
+SIGMAS = 3.0  # of a range within the robot's body, which is no body's
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,6 +62,7 @@ class Detector:
         self._field, self._lidar, self._noise = field, lidar, noise["lidar.range"]
         self._sensors, self._history = TwistSensors.of(noise, limits), MotionHistory()
         self._twist: Twist | None = None
+        self._body = limits.radius - float(np.hypot(*lidar.mount[:2]))  # [m] that the lidar is at least inside it
         self._step = float(lidar.angles[1] - lidar.angles[0]) if len(lidar.angles) > 1 else WHOLE_TURN
         self._closed = len(lidar.angles) * self._step > WHOLE_TURN - 0.5 * self._step
 
@@ -90,9 +93,10 @@ class Detector:
         lidar, num = self._lidar, len(reading.scan)
         if num != len(lidar.angles) or "scan" in reading.dropped or not np.isfinite(pose).all():
             num = 0
-        ranges = np.where(reading.scan[:num] > 0.0, reading.scan[:num], np.nan)
+        ranges = np.array(reading.scan[:num])
         met = np.where(np.isfinite(ranges), ranges, 0.0)
-        spread = np.sqrt(lidar.std(met, self._noise) ** 2 + lidar.resolution**2 / 12.0)
+        spread = np.maximum(np.sqrt(lidar.std(met, self._noise) ** 2 + lidar.resolution**2 / 12.0), MIN_SPREAD)
+        ranges[ranges < np.maximum(self._body - SIGMAS * spread, MIN_RANGE)] = np.nan  # the robot's own body
         times = reading.time if len(reading.scan_times) != num else reading.scan_times
         times = np.array(np.broadcast_to(times, num), float)
         moved = self._history.poses(times, reading.time)
@@ -103,7 +107,7 @@ class Detector:
             origins=np.stack([x, y], axis=1),
             directions=np.stack([np.cos(angles), np.sin(angles)], axis=1),
             ranges=ranges - lidar.known_bias(met, self._noise),
-            spread=np.maximum(spread, MIN_SPREAD),
+            spread=spread,
             times=times,
             step=self._step,
             width=lidar.beam_width,

@@ -17,6 +17,7 @@ from mjnav.geometry.compiled import exact
 PART = 12.0  # what a further part has to save, in squared standard deviations
 LOOSE = 9.0  # a return of a part that is no circle, in squared standard deviations
 MAX_CUTS = 12
+DEPTH = 0.3  # [m] by which the edge of a person may be farther away than what is seen of them
 OUTERMOST = 3  # beams of a part by which it is told what lies beyond its edge
 MAX_STRAIN = 16.0  # of a circle, in squared standard deviations
 
@@ -51,6 +52,8 @@ def edge_beside(rays, beams, turn):
         near, far = min(near, beside), max(far, beside)
     step = step_between(rays, last, last)
     kind = OWN if beyond > far + step else CUT if beyond < near - step else OPEN
+    if beyond > rays.max_range and far + DEPTH > rays.max_range:  # it may go on out of range
+        kind = OPEN
     x, y = rays.directions[last, 0] + rays.directions[other, 0], rays.directions[last, 1] + rays.directions[other, 1]
     length = np.sqrt(x * x + y * y)
     blur = np.sqrt((gap * rays.step) ** 2 + rays.width**2)
