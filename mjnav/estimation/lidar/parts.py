@@ -5,16 +5,18 @@ The cluster is cut into consecutive parts so that the sum over the parts of
     PART + min(sum of squares of the residuals of a person's circle, LOOSE a return)
 
 is least, by dynamic programming (Bellman 1961; of curves, Perez & Vidal 1994). Cuts are tried where two returns are a
-step apart or where one is farther away than the least at both sides; between all returns where there are few.
+step apart or where one is farther away than the least at both sides; between all returns where there are few. A cluster
+of which a straight line costs less is no people, and stays whole.
 """
 
 import numpy as np
 
-from mjnav.estimation.lidar.circle import CUT, OPEN, OWN, Edge, fit_circle
+from mjnav.estimation.lidar.circle import CUT, OPEN, OWN, ROUNDNESS, Edge, fit_circle
 from mjnav.estimation.lidar.clusters import MAX_PASSED, SIGMAS, step_between
 from mjnav.geometry.compiled import exact
 
 PART = 12.0  # what a further part has to save, in squared standard deviations
+LINE = 36.0  # what a straight line costs, as three people in a row
 LOOSE = 9.0  # a return of a part that is no circle, in squared standard deviations
 MAX_CUTS = 12
 DEPTH = 0.3  # [m] by which the edge of a person may be farther away than what is seen of them
@@ -122,10 +124,32 @@ def cuts(rays, beams):
 
 
 @exact
+def straight(rays, beams):
+    """The cost of a straight line through the returns of a cluster, that of total least squares: LINE at least.
+
+    Its normal is the eigenvector of the returns' covariance with the smaller eigenvalue.
+    """
+    m = len(beams)
+    x, y, xx, xy, yy = 0.0, 0.0, 0.0, 0.0, 0.0
+    for k in range(m):
+        px, py = point(rays, beams[k])
+        x, y, xx, xy, yy = x + px / m, y + py / m, xx + px * px / m, xy + px * py / m, yy + py * py / m
+    along = 0.5 * np.arctan2(2.0 * (xy - x * y), (xx - x * x) - (yy - y * y))
+    nx, ny = -np.sin(along), np.cos(along)
+    cost = LINE
+    for k in range(m):
+        px, py = point(rays, beams[k])
+        incidence = nx * rays.directions[beams[k], 0] + ny * rays.directions[beams[k], 1]
+        variance = (rays.spread[beams[k]] * incidence) ** 2 + ROUNDNESS * ROUNDNESS
+        cost += min((nx * (px - x) + ny * (py - y)) ** 2 / variance, LOOSE)
+    return cost
+
+
+@exact
 def divided(rays, beams, radius, radius_std):
     """Where the parts of a cluster begin, and where the last one ends, (n + 1,).
 
-    First of all the cluster is tried as one part: most are one person.
+    First of all the cluster is tried as one part: most are one person. A straight one stays whole.
     """
     places = cuts(rays, beams)
     last = len(places) - 1
@@ -143,6 +167,8 @@ def divided(rays, beams, radius, radius_std):
                 cost = min(cost, len(part) * circle.misfit + circle.strain)
             if step > 0 and least[i] + PART + cost < least[j]:
                 least[j], begin[j] = least[i] + PART + cost, i
+    if straight(rays, beams) <= least[last]:
+        return np.array([0, len(beams)])
     out = np.empty(last + 1, np.int64)
     count, j = 0, last
     while j > 0:

@@ -10,6 +10,7 @@ from mjnav.estimation.lidar.clusters import OUTLIER, SIGMAS, step_between
 from mjnav.estimation.lidar.explained import meets_map
 from mjnav.geometry.compiled import exact
 
+MAX_LONE = 8  # lone returns of bodies in a scan; more come from a lidar that errs, and then pairs count no more either
 MIN_EVIDENCE = 50.0  # sum of squares of the excess of two returns or more; of a lone one it is OUTLIER squared
 
 
@@ -19,7 +20,7 @@ def bodies_among(rays, excess, beams, starts, grid, covariance):
 
     excess (B,): by how many standard deviations the map fails to explain each beam.
     """
-    kept = np.zeros(len(starts) - 1, np.bool_)
+    kept, lone = np.zeros(len(starts) - 1, np.bool_), 0
     for c in range(len(starts) - 1):
         run = beams[starts[c] : starts[c + 1]]
         evidence = 0.0
@@ -27,6 +28,10 @@ def bodies_among(rays, excess, beams, starts, grid, covariance):
             evidence += excess[run[k]] ** 2
         least = MIN_EVIDENCE if len(run) > 1 else OUTLIER * OUTLIER
         kept[c] = evidence >= least and not straggler(rays, run, grid, covariance)
+        lone += kept[c] and len(run) == 1
+    if lone > MAX_LONE:
+        for c in range(len(starts) - 1):
+            kept[c] = kept[c] and starts[c + 1] - starts[c] > 2
     return kept
 
 

@@ -6,8 +6,10 @@ import numpy as np
 import pytest
 
 from mjnav.estimation.lidar.detector import Detector
+from mjnav.geometry.beams import beam_angles
 from mjnav.messages import Reading, RobotBelief
-from mjnav.scenarios.spec import ConstantVelocity, Noise, Person, Physics, Pillar, Robot, Scenario, Wall
+from mjnav.scenarios.lidar import LidarSpec
+from mjnav.scenarios.spec import ConstantVelocity, Noise, Person, Physics, Pillar, Robot, Scenario, Sensors, Table, Wall
 from mjnav.world.simulator import Simulator
 
 WALLS = (Wall((-6, -4), (6, -4)), Wall((6, -4), (6, 4)), Wall((6, 4), (-6, 4)), Wall((-6, 4), (-6, -4)))
@@ -88,3 +90,79 @@ def test_a_scan_that_says_nothing_shows_nobody(scan):
     seen = Detector.of(scenario).detect(replace(scan_of(scenario), scan=scan), belief())
     assert seen.detections == ()
     assert seen.visible([(2.0, 0.0)], 0.3) == 0.0
+
+
+def test_a_table_leg_that_the_map_has_5_cm_off_is_no_person():
+    table = Table((2.0, 0.0), size=(1.0, 0.6))
+    assert found(room(tables=(table,)), room(tables=(replace(table, position=(2.04, 0.03)),))).detections == ()
+
+
+def test_a_wall_that_the_map_misses_is_found_in_pieces_that_cover_it():
+    scenario = room(walls=(*WALLS, Wall((1.0, 2.0), (3.0, 2.0))))
+    pieces = found(scenario, replace(scenario, walls=WALLS)).detections
+    assert max(piece.radius for piece in pieces) <= 0.25
+    along = np.linspace(1.0, 3.0, 41)
+    nearest = [min(abs(x - p.position[0]) - p.radius for p in pieces) for x in along]
+    assert max(nearest) < 0.1
+
+
+def test_somebody_behind_a_pillar_that_hides_the_middle_of_them_is_one():
+    scenario = room((4.0, 0.0), pillars=(Pillar((1.5, 0.0), radius=0.05),))
+    (person,) = found(scenario).detections
+    np.testing.assert_allclose(person.position, (4.0, 0.0), atol=0.03)
+
+
+def test_the_robots_uncertainty_is_in_the_covariance_of_what_it_sees():
+    scenario = room((4.0, 0.0))
+    scan, detector = scan_of(scenario), Detector.of(scenario)
+    (sure,), (unsure,) = (
+        detector.detect(scan, belief(std=std)).detections for std in ((1e-4,) * 3, (0.02, 0.01, 0.01))
+    )
+    added = np.diag([0.02**2, 0.01**2 + (4.0 * 0.01) ** 2])  # J P J^T at 4 m straight ahead
+    np.testing.assert_allclose(unsure.covariance - sure.covariance, added, atol=2e-5)
+
+
+def test_an_error_that_all_ranges_share_is_told_by_the_map():
+    scenario = room((3.0, 1.0))
+    scan = scan_of(scenario)
+    (person,) = Detector.of(scenario).detect(replace(scan, scan=scan.scan + 0.2), belief()).detections
+    np.testing.assert_allclose(person.position, (3.0, 1.0), atol=0.03)
+
+
+def test_what_a_cover_on_the_robot_shows_is_nobody_and_hides_what_is_behind_it():
+    scenario = room((3.0, 0.0))
+    scan = scan_of(scenario)
+    ahead = np.abs(beam_angles(360)) < 0.5
+    seen = Detector.of(scenario).detect(replace(scan, scan=np.where(ahead, 0.1, scan.scan)), belief())
+    assert seen.detections == ()
+    assert (seen.visible([(3.0, 0.0), (-3.0, 0.0)], 0.3) == (0.0, pytest.approx(1.0, abs=1e-2))).all()
+
+
+def test_beams_that_were_lost_saw_nothing_and_a_field_of_view_ends():
+    half = room(sensors=Sensors(lidar=LidarSpec(field_of_view=np.pi, beams=181)))
+    assert found(half).visible([(3.0, 0.0), (-3.0, 0.0), (0.0, 3.0)], 0.3) == pytest.approx([1.0, 0.0, 0.5], abs=0.1)
+    scan = scan_of(room())
+    lost = np.where(beam_angles(360) > 0.0, np.inf, scan.scan)  # to the left, where the map has a wall in range
+    seen = Detector.of(room()).detect(replace(scan, scan=lost), belief())
+    assert seen.visible([(3.0, 0.0), (0.0, 3.0), (0.0, -3.0)], 0.3) == pytest.approx([0.5, 0.0, 1.0], abs=0.1)
+
+
+@pytest.mark.parametrize("model", ["lds-01", "lds-02", "rplidar-a1", "utm-30lx"])
+def test_a_real_lidar_on_a_robot_that_turns_finds_people_and_only_them(model):
+    lidar = LidarSpec(model=model, mount=(0.1, 0.05, 0.3))
+    scenario = room((2.0, 0.0), (-1.0, 1.5), profile="pearson", sensors=Sensors(lidar=lidar))
+    scenario = replace(scenario, pillars=(Pillar((0.0, -2.0)),))
+    simulator, detector, counts, errors = Simulator(scenario, 1), Detector.of(scenario), [], []
+    for _ in range(20):
+        simulator.advance(0.1, (0.1, 1.0))
+        truth = simulator.state()
+        for reading in simulator.sense():
+            if not reading.scan.size:
+                detector.follow(reading)
+                continue
+            detections = detector.detect(reading, belief(truth.robot_pose, (0.01, 0.01, 0.01))).detections
+            away = [np.linalg.norm(d.position - truth.people_position, axis=1).min() for d in detections]
+            counts.append(len(detections))
+            errors += away
+    assert 1.9 <= np.mean(counts) <= 2.1
+    assert np.median(errors) < 0.05
