@@ -36,6 +36,14 @@ WIDE = 0.5  # [m] std of the position
 LEAST_RETURNS = 5  # of a scan that corrects
 
 
+def field_and_search(scenario: Scenario) -> tuple[LikelihoodField, FloorSearch]:
+    """The likelihood field of a scenario's lidar on the robot's map, and the floor on which the robot may be."""
+    noise, robot, known = assumed_noise(scenario), scenario.robot, scenario.known_bodies
+    field = LikelihoodField.of(floor_of_lidar(known), scenario.sensors.scanner, noise["lidar.range"])
+    floor = floor_of_robot(known.walls, known.tables, known.pillars)
+    return field, FloorSearch.of(field, floor, robot.radius, np.array([robot.start[:2], *robot.route]))
+
+
 class LidarLocalizer(PoseEstimator):
     """`lidar.particle`."""
 
@@ -67,13 +75,11 @@ class LidarLocalizer(PoseEstimator):
     @classmethod
     def of(cls, scenario: Scenario, seed: int) -> "LidarLocalizer":
         """With the scenario's map, lidar and assumed noise."""
-        noise, robot, choice = assumed_noise(scenario), scenario.robot, scenario.estimation.robot
-        known = scenario.known_bodies
-        field = LikelihoodField.of(floor_of_lidar(known), scenario.sensors.scanner, noise["lidar.range"])
-        floor = floor_of_robot(known.walls, known.tables, known.pillars)
-        search = FloorSearch.of(field, floor, robot.radius, np.array([robot.start[:2], *robot.route]))
+        robot, choice = scenario.robot, scenario.estimation.robot
+        field, search = field_and_search(scenario)
         start = None if choice.start == "global" else np.array(robot.start)
-        return cls(field, search, TwistSensors.of(noise, robot.limits), start, choice.particles, seed)
+        twists = TwistSensors.of(assumed_noise(scenario), robot.limits)
+        return cls(field, search, twists, start, choice.particles, seed)
 
     def update(self, reading: Reading) -> RobotBelief:
         """The belief after one more reading; its moments come from the weights before resampling."""

@@ -4,7 +4,9 @@ import numpy as np
 import pytest
 from scipy.stats import chi2
 
+from mjnav.estimation.lidar.floor_search import FloorSearch
 from mjnav.estimation.lidar.kalman import ExtendedScanLocalizer, UnscentedScanLocalizer
+from mjnav.estimation.lidar.likelihood_field import LikelihoodField
 from mjnav.estimation.lidar.twist import TwistSensors
 from mjnav.geometry.angles import wrap
 from mjnav.geometry.distance_field import DistanceField
@@ -23,9 +25,17 @@ def field(room):
     return DistanceField.of(room, 0.025)
 
 
-def localizer(kind, field, start=START, noise=NOISE):
-    lidar = Sensors().scanner
-    return kind(field, lidar, noise, TwistSensors.of(noise, RobotLimits()), start, 50, 0)
+@pytest.fixture(scope="module")
+def search(room):
+    field = LikelihoodField.of(room, Sensors().scanner, NOISE["lidar.range"])
+    return FloorSearch.of(field, room, 0.22, START[None, :2])
+
+
+@pytest.fixture(scope="module")
+def localizer(field, search):
+    """localizer(kind) -> a filter that starts at START, or elsewhere."""
+    twists = TwistSensors.of(NOISE, RobotLimits())
+    return lambda kind, start=START: kind(field, search.field, search, twists, start, 50, 0)
 
 
 @pytest.fixture(scope="module")
@@ -63,9 +73,9 @@ def error_of(belief, pose):
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_the_pose_is_found_and_its_covariance_covers_the_error(field, circle, kind):
+def test_the_pose_is_found_and_its_covariance_covers_the_error(localizer, circle, kind):
     readings, truth = circle(150, 1)
-    found, nees, errors = localizer(kind, field), [], []
+    found, nees, errors = localizer(kind), [], []
     for reading, pose in zip(readings, truth, strict=True):
         belief = found.update(reading)
         errors.append(error_of(belief, pose))
@@ -78,9 +88,9 @@ def test_the_pose_is_found_and_its_covariance_covers_the_error(field, circle, ki
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_what_is_missing_makes_the_belief_wider_and_never_nan(field, circle, kind):
+def test_what_is_missing_makes_the_belief_wider_and_never_nan(localizer, circle, kind):
     readings, truth = circle(90, 2)
-    found, spreads = localizer(kind, field), []
+    found, spreads = localizer(kind), []
     lacks = {
         20: ("scan",), 30: ("scan", "odometry"), 40: ("scan", "gyro"), 50: ("scan", "odometry", "gyro"), 60: ()
     }  # fmt: skip
@@ -104,10 +114,10 @@ def test_what_is_missing_makes_the_belief_wider_and_never_nan(field, circle, kin
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_a_robot_that_was_carried_away_is_found_again(field, circle, kind):
+def test_a_robot_that_was_carried_away_is_found_again(localizer, circle, kind):
     here, _ = circle(20, 3)
-    there, truth = circle(40, 4, start=(5.2, 2.8, -2.0))
-    found = localizer(kind, field)
+    there, truth = circle(40, 4, start=(5.3, 2.8, 2.0))
+    found = localizer(kind)
     for reading in here:
         found.update(reading)
     after = [found.update(replace(reading, time=2.0 + reading.time, interval=0.1)) for reading in there]
@@ -115,9 +125,9 @@ def test_a_robot_that_was_carried_away_is_found_again(field, circle, kind):
     assert np.abs(error_of(after[-1], truth[-1])).max() < 0.02
 
 
-def test_without_a_start_the_first_scan_says_where_the_robot_is(field, circle):
+def test_without_a_start_the_first_scan_says_where_the_robot_is(localizer, circle):
     readings, truth = circle(10, 5)
-    found = localizer(ExtendedScanLocalizer, field, start=None)
+    found = localizer(ExtendedScanLocalizer, start=None)
     belief = found.update(replace(readings[0], scan=np.zeros(0), dropped=("scan",)))
     assert np.isfinite(belief.particles).all()
     assert belief.covariance[0, 0] > 1.0
@@ -126,9 +136,9 @@ def test_without_a_start_the_first_scan_says_where_the_robot_is(field, circle):
         assert np.abs(error_of(belief, pose)).max() < 0.02
 
 
-def test_a_scan_that_comes_twice_counts_once(field, circle):
+def test_a_scan_that_comes_twice_counts_once(localizer, circle):
     readings, _ = circle(5, 6)
-    once, twice = (localizer(ExtendedScanLocalizer, field) for _ in range(2))
+    once, twice = (localizer(ExtendedScanLocalizer) for _ in range(2))
     for reading in readings:
         expected = once.update(reading)
         twice.update(reading)
