@@ -15,9 +15,12 @@ from mjnav.rng import stream
 RESAMPLE_BELOW = 0.5  # share of the particles, as effective sample size
 ROUGHENING = 1.5  # K of `filters.resampling.roughen`
 JITTER = (0.05, 0.05, 0.05)  # [m], [m], [rad]: std that roughening takes a wider spread for: modes stay apart
+SLIP_EVERY = 8  # particles one is moved by what wheels and gyro do not see: slipping, being pushed
+SLIP_STD = (0.05, 0.05, 0.03)  # [m], [m], [rad] of that, in each scan
 LEAST_ESS = 0.05  # share of the particles that one scan leaves at least, as effective sample size
-TEMPER = 0.3  # t, the weight of a scan's likelihood; see `localizer.py`
+TEMPER = 0.4  # t, the weight of a scan's likelihood; see `localizer.py`
 FEWEST = 200  # particles, whatever the bound on the Kullback-Leibler distance says
+COUNTED = 0.1  # of the mean weight: particles below do not count among those whose spread asks for particles
 BISECTIONS = 12
 
 
@@ -32,6 +35,7 @@ class Cloud:
         self._motion = {channel: stream(seed, f"{purpose}.motion.{channel}") for channel in TWIST_CHANNELS}
         self._resampling = stream(seed, f"{purpose}.resampling")
         self._roughening = stream(seed, f"{purpose}.roughening")
+        self._slipping = stream(seed, f"{purpose}.slip")
         self._blind = (0, 0)  # intervals since v and omega were measured, or a scan corrected
 
     def predict(self, twist: Twist) -> None:
@@ -40,6 +44,14 @@ class Cloud:
         self.particles = integrate_rows(self.particles, v, omega, twist.interval)
         known = (twist.knows_v, twist.knows_omega)
         self._blind = (0 if known[0] else self._blind[0] + 1, 0 if known[1] else self._blind[1] + 1)
+
+    def slip(self) -> None:
+        """Moves every few of the particles as if the wheels had slipped: before a scan, which says whether they had."""
+        moved = self.particles.copy()
+        slipped = moved[::SLIP_EVERY]
+        slipped += self._slipping.standard_normal(slipped.shape) * SLIP_STD
+        slipped[:, HEADING] = wrap(slipped[:, HEADING])
+        self.particles = moved
 
     def correct(self, fit: Array) -> float:
         """Weighs by log-likelihoods (n,) of a scan; the log of their mean over the belief, exp(t fit) each."""
@@ -61,7 +73,8 @@ class Cloud:
         """
         present = len(self.particles)
         offset = self._resampling.random()
-        num = max(min(kld_bound(occupied_bins(self.particles, BIN)), most), min(FEWEST, most))
+        counted = self.particles[self.weights * present > COUNTED]
+        num = max(min(kld_bound(occupied_bins(counted, BIN)), most), min(FEWEST, most))
         if size >= RESAMPLE_BELOW * present and present <= most and num <= 1.5 * present:
             return
         capped = np.diag(np.minimum(np.diagonal(covariance), np.square(JITTER)))

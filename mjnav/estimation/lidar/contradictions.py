@@ -53,17 +53,18 @@ def ways_of(points: Array, field: LikelihoodField, num: int) -> Ways:
     return Ways(angles, reaches, lidar.mount[:2].copy(), np.ascontiguousarray(ends), precision, peak)
 
 
-def contradictions(poses: Array, ways: Ways, field: LikelihoodField) -> Array:
+def contradictions(poses: Array, ways: Ways, field: LikelihoodField) -> tuple[Array, Array]:
     """What beams that would have gone through a surface take from `log_ratio` of poses (n, 3): (n,), at most 0.
 
-    The logarithm of CONTRADICTION for each, and what its end had gained.
+    The logarithm of CONTRADICTION for each, and what its end had gained. Also which share of the beams they are, (n,).
     """
-    return _contradictions(np.ascontiguousarray(poses), ways, field.field.grid, max(field.lidar.min_range, SLACK))
+    found = _contradictions(np.ascontiguousarray(poses), ways, field.field.grid, max(field.lidar.min_range, SLACK))
+    return found[:, 0], found[:, 1] / len(ways.angles)
 
 
 @kernel
 def _contradictions(poses: Matrix, ways: Ways, grid: FieldGrid, start: float):
-    found = np.zeros(len(poses))
+    found = np.zeros((len(poses), 2))
     for i in range(len(poses)):
         c, s = np.cos(poses[i, 2]), np.sin(poses[i, 2])
         at_x = poses[i, 0] + c * ways.place[0] - s * ways.place[1]
@@ -74,11 +75,12 @@ def _contradictions(poses: Matrix, ways: Ways, grid: FieldGrid, start: float):
             while along < ways.reaches[b]:  # sphere tracing (Hart 1996)
                 clearance = lookup(grid, at_x + along * ux, at_y + along * uy)[0]
                 if clearance < TOUCHED:
-                    found[i] += LOG_CONTRADICTION
+                    found[i, 0] += LOG_CONTRADICTION
+                    found[i, 1] += 1.0
                     x, y = ways.points[b, 0], ways.points[b, 1]
                     if x == x:
                         end = lookup(grid, poses[i, 0] + c * x - s * y, poses[i, 1] + s * x + c * y)[0]
-                        found[i] -= np.log(1.0 + ways.peak[b] * np.exp(-0.5 * end * end * ways.precision[b]))
+                        found[i, 0] -= np.log(1.0 + ways.peak[b] * np.exp(-0.5 * end * end * ways.precision[b]))
                     break
                 along += max(clearance - TOUCHED, MIN_STEP)
     return found

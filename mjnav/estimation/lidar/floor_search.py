@@ -74,7 +74,7 @@ class FloorSearch(Constant):
         for level in LEVELS:
             fit = self.field.log_ratio(poses, self.field.beams(points, level.num_beams, level.spread))
             if level is LEVELS[-1]:
-                fit += contradictions(poses, ways_of(points, self.field, level.num_beams), self.field)
+                fit += contradictions(poses, ways_of(points, self.field, level.num_beams), self.field)[0]
             num = FOUND if level is LEVELS[-1] else KEPT
             poses = poses[systematic(tempered(fit, KEEPS), rng.random(), num)]
             poses = poses + rng.standard_normal(poses.shape) * (level.shift, level.shift, level.turn)

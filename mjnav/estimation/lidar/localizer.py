@@ -110,6 +110,7 @@ class LidarLocalizer(PoseEstimator):
         if self._anywhere:
             self._restart(self._search.found(points, self._starting))
             self._anywhere = False
+        self._cloud.slip()
         fit = self._field.log_ratio(self._cloud.particles, beams)
         rival = self._recovery.rival(points, beams, self._cloud, fit)
         if rival is not None:

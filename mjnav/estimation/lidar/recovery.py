@@ -5,7 +5,8 @@ the fast one falls behind the slow one, or is so low that no pose explains the s
 for all over the floor (`floor_search.py`). The book mixes random poses into the belief at once. Among people that is
 not safe: a scan that shows mostly people fits somewhere by chance, and better than where the robot is. So the poses
 found are a second belief, the rival, which moves with the robot. It takes over when its evidence over the next scans
-outweighs that of the belief: people move on, walls do not.
+outweighs that of the belief: people move on, walls do not. That goes quickly only where beams went through what the map
+has at the belief's poses: no crowd explains that.
 """
 
 import numpy as np
@@ -22,9 +23,11 @@ SLOW, FAST = 0.02, 0.3  # rates of w_slow and w_fast, a scan
 BEHIND = 0.5  # share of w_slow by which w_fast is less where the search begins
 LOST = 3.0  # w_fast below which no pose explains the scan: mean ratio of a return's density to that without a map
 PATIENCE = 5  # scans between two searches
-MOST_ODDS = 1.0  # log of the odds that one scan adds at most: no single scan decides
+# Log of the odds that one scan adds at most, so that no single scan decides. Returns from before the surfaces may be
+# people; beams that went through surfaces refute a pose, where they are more than a share of all.
+MOST_ODDS, REFUTED_ODDS, REFUTED = 0.1, 1.0, 0.1
 TAKES_OVER, GIVES_UP = 6.0, -3.0  # log of the odds
-TRIAL = 30  # scans after which a rival that has not taken over is dropped
+TRIAL = 70  # scans after which a rival that has not taken over is dropped
 COMPARED = 100  # particles of either that are followed along the beams
 
 
@@ -85,12 +88,13 @@ class Recovery:
         assert rival is not None
         ways = ways_of(points, self._field, beams.num)
         own = self._field.log_ratio(rival.particles, beams)
-        own += contradictions(rival.particles, ways, self._field)
+        own += contradictions(rival.particles, ways, self._field)[0]
         step = max(len(belief.particles) // COMPARED, 1)
-        others = fit[::step] + contradictions(belief.particles[::step], ways, self._field)
-        weights = belief.weights[::step]
-        highest = float(others.max())
-        against = TEMPER * highest + float(np.log(weights @ np.exp(TEMPER * (others - highest)) / weights.sum()))
-        self._odds += float(np.clip(rival.correct(own) - against, -MOST_ODDS, MOST_ODDS))
+        against, shares = contradictions(belief.particles[::step], ways, self._field)
+        against, weights = TEMPER * (fit[::step] + against), belief.weights[::step]
+        highest = float(against.max())
+        evidence = rival.correct(own) - highest - float(np.log(weights @ np.exp(against - highest) / weights.sum()))
+        most = REFUTED_ODDS if weights @ shares > REFUTED * weights.sum() else MOST_ODDS
+        self._odds += float(np.clip(evidence, -1.0, most))
         _, covariance, size = rival.moments()
         rival.resample(covariance, size, FOUND)

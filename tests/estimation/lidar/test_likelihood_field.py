@@ -82,8 +82,9 @@ def test_beams_are_chosen_evenly_among_the_returns():
 def test_beams_that_would_have_gone_through_a_surface_speak_against_a_pose():
     points = np.column_stack([np.full(30, 4.0), np.linspace(-1.0, 1.0, 30)])
     ways = ways_of(points, FIELD, 30)
-    free, blocked = contradictions(np.array([[-6.0, 0.0, 0.0], [0.0, 0.0, 0.0]]), ways, FIELD)
+    (free, blocked), shares = contradictions(np.array([[-6.0, 0.0, 0.0], [0.0, 0.0, 0.0]]), ways, FIELD)
+    assert shares.tolist() == [0.0, 1.0]
     assert free == 0.0
     assert blocked == pytest.approx(30 * LOG_CONTRADICTION)  # none of the ends lies on a surface
     nothing = ways_of(np.full((90, 2), np.nan), FIELD, 90)
-    assert contradictions(np.array([[0.0, 0.0, 0.0]]), nothing, FIELD)[0] <= 8 * LOG_CONTRADICTION
+    assert contradictions(np.array([[0.0, 0.0, 0.0]]), nothing, FIELD)[0][0] <= 8 * LOG_CONTRADICTION
