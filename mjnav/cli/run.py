@@ -160,6 +160,10 @@ def describe(
         lines.append(
             f"  clipped         {s['clipped_ticks']} of {s['ticks']} ticks: commands beyond the robot's limits"
         )
+    if s["cautious_ticks"]:
+        lines.append(f"  cautious        {s['cautious_ticks']} of {s['ticks']} ticks: slower than decided, or stopped")
+    if s["kidnappings"]:
+        lines.append(f"  kidnappings     {_kidnappings(s)}")
     if s["lane_violation_s"]:
         lines.insert(2, f"  outside lanes   {s['lane_violation_s']:.1f} s")
     if s["log"]:
@@ -183,6 +187,13 @@ def _detour(found: dict[str, float | None]) -> str:
     if found["path_m"] is None:
         return apart
     return f"{apart}; {found['path_m']:.2f} m and {_number(found['delay_s'], '.2f')} s more to their waypoints"
+
+
+def _kidnappings(s: dict[str, Any]) -> str:
+    """Whether the robot knew again where it was."""
+    known = f"{s['kidnappings_recovered']} of {s['kidnappings']} after which the robot knew again where it was"
+    longest = s["kidnap_recovery_s"]
+    return known if longest is None else f"{known}, within {longest:.1f} s"
 
 
 def _number(value: float | None, form: str) -> str:

@@ -14,6 +14,7 @@ from mjnav.metrics import (
     fault,
     gospa,
     identity,
+    kidnapping,
     kinematics,
     progress,
     proximity,
@@ -102,6 +103,9 @@ class Figures:
     robot_depleted_share: float | None
     people_depleted_share: float | None
     recoveries: int
+    kidnappings: int | None
+    kidnappings_recovered: int | None
+    kidnap_recovery_s: float | None
 
 
 def summarise(trajectory: Trajectory, scenario: Scenario, *, outcome: str | None) -> Figures:
@@ -118,6 +122,7 @@ def summarise(trajectory: Trajectory, scenario: Scenario, *, outcome: str | None
         }
         robot, people = consistency.of_robot(trajectory), consistency.of_people(trajectory)
         kept = identity.identity(trajectory, scenario)
+        kidnapped = kidnapping.recoveries(trajectory, scenario)
     ess = {"robot": trajectory.robot_ess, "people": trajectory.people_ess}
     touches = fault.touches(trajectory, scenario)
     return Figures(
@@ -137,6 +142,9 @@ def summarise(trajectory: Trajectory, scenario: Scenario, *, outcome: str | None
         infeasible_ticks=sum(status in INFEASIBLE for status in trajectory.status),
         clipped_ticks=trajectory.clipped_ticks,
         cautious_ticks=trajectory.cautious_ticks,
+        kidnappings=kidnapped and len(kidnapped.times),
+        kidnappings_recovered=kidnapped and kidnapped.recovered,
+        kidnap_recovery_s=kidnapped and kidnapped.longest,
         identity_switches=kept and kept.switches,
         track_fragmentations=kept and kept.fragmentations,
         false_tracks=kept and kept.false_tracks,

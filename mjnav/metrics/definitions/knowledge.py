@@ -5,6 +5,7 @@ from types import MappingProxyType
 
 from mjnav.metrics.definitions.definition import HIGHER, INTEGER, LOWER, Definition
 
+_NO_KIDNAPPING = "without [faults] kidnap"
 _NO_SAMPLES = "no people; all samples equal; fewer than four"
 _JOANES = "Joanes and Gill (1998)"
 _SKEW = r"G_1 = \frac{\sqrt{n(n-1)}}{n-2}\, m_3/m_2^{3/2}"
@@ -146,6 +147,33 @@ CONSISTENCY: Mapping[str, Definition] = MappingProxyType(
         "recoveries": Definition(
             text="times that a filter was spread again, because its belief explained no reading for some time",
             type=INTEGER, words="recoveries of filters", over_all=True,
+        ),
+        "kidnappings": Definition(
+            text="times that the robot was put elsewhere", type=INTEGER, null=_NO_KIDNAPPING, over_all=True
+        ),
+        "kidnappings_recovered": Definition(
+            text="of these those after which its belief came within 0.5 m and 0.3 rad of its pose for 1 s, or to the "
+            "next or the end of the run",
+            type=INTEGER, better=HIGHER, null=_NO_KIDNAPPING, over_all=True,
+        ),
+        "kidnap_recovery_s": Definition(
+            text="time from a kidnapping to that, the longest of those after which it came about",
+            unit="s", better=LOWER, words="recovery after a kidnapping", null="none, or none recovered", over_all=True,
+        ),
+        "robot_skew": Definition(
+            text="of the robot samples' x and y that the controller got, mean over ticks and axes",
+            equation=_SKEW, null=_NO_SAMPLES, source=_JOANES,
+        ),
+        "robot_kurtosis": Definition(
+            text="of the same samples; 3 for a Gaussian", equation=_KURTOSIS, null=_NO_SAMPLES, source=_JOANES
+        ),
+        "people_skew": Definition(
+            text="the same of people's samples, mean over people too",
+            equation=_SKEW, null=_NO_SAMPLES, source=_JOANES,
+        ),
+        "people_kurtosis": Definition(
+            text="the same of people's samples; 3 for a Gaussian",
+            equation=_KURTOSIS, null=_NO_SAMPLES, source=_JOANES,
         ),
     }
 )  # fmt: skip

@@ -149,3 +149,18 @@ def test_where_wheels_and_gyro_contradict_each_other_the_robot_rests_for_twice_a
     assert changes[0] == CONFLICTS - 1
     lengths = 0.1 * np.diff(changes)[::2]
     np.testing.assert_allclose(lengths[:3], FIRST_REST * np.array([1.0, 2.0, 4.0]))
+
+
+@pytest.mark.parametrize(
+    ("fault", "sources"),
+    [("pose.nan", {}), ("detections.stuck", {}), ("pose.dropout", DIRECT), ("lidar.nan", BY_LIDAR)],
+)
+def test_who_walks_into_a_robot_that_knows_nothing_finds_it_standing(fault, sources):
+    person = {"start": [7.0, 0.0], "behaviour": "constant_velocity", "velocity": [-1.0, 0.0]}
+    keys = {"people": [person], "time_limit": 6, f"faults.{fault}.from": 1.0}
+    simulation = mjnav.Simulation(load("crossing1", {**QUICK, **sources, **keys}))
+    while not simulation.done:
+        simulation.step(simulation.decide())
+    figures = simulation.summary
+    assert figures["outcome"] == "collision"
+    assert (figures["collisions_moving"], figures["collisions_at_rest"]) == (0, 1)
