@@ -160,20 +160,5 @@ CONSISTENCY: Mapping[str, Definition] = MappingProxyType(
             text="time from a kidnapping to that, the longest of those after which it came about",
             unit="s", better=LOWER, words="recovery after a kidnapping", null="none, or none recovered", over_all=True,
         ),
-        "robot_skew": Definition(
-            text="of the robot samples' x and y that the controller got, mean over ticks and axes",
-            equation=_SKEW, null=_NO_SAMPLES, source=_JOANES,
-        ),
-        "robot_kurtosis": Definition(
-            text="of the same samples; 3 for a Gaussian", equation=_KURTOSIS, null=_NO_SAMPLES, source=_JOANES
-        ),
-        "people_skew": Definition(
-            text="the same of people's samples, mean over people too",
-            equation=_SKEW, null=_NO_SAMPLES, source=_JOANES,
-        ),
-        "people_kurtosis": Definition(
-            text="the same of people's samples; 3 for a Gaussian",
-            equation=_KURTOSIS, null=_NO_SAMPLES, source=_JOANES,
-        ),
     }
 )  # fmt: skip
