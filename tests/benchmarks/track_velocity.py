@@ -21,9 +21,13 @@ import numpy as np
 
 from mjnav.estimation import TRACKERS, estimator_class
 from mjnav.estimation.base import FilterSettings
+from mjnav.estimation.imm import ImmPersonFilter
+from mjnav.estimation.lidar.kalman_tracker import GaussianTrackFilter
 from mjnav.estimation.lidar.track_filter import ParticleTrackFilter
-from mjnav.estimation.lidar.tracker import LidarTracker
+from mjnav.estimation.lidar.tracker import LidarTracker, MakeFilter
+from mjnav.estimation.person_filter import KalmanPersonFilter
 from mjnav.estimation.person_motion import PersonMotion
+from mjnav.estimation.stop_and_go import StopAndGo
 from mjnav.estimation.tracker import ParticleTracker
 from mjnav.messages import Array, Detection, Reading, RobotBelief
 from mjnav.noise import profile
@@ -94,6 +98,10 @@ def row(name: str, found: Array) -> str:
     )  # fmt: skip
 
 
+def by_scans(make_filter: MakeFilter, seed: int) -> object:
+    return LidarTracker(Scans(seed), make_filter, 200, seed)
+
+
 def bootstrap(noise, num: int, settings: FilterSettings | None, motion: PersonMotion | None, seed: int) -> object:
     return ParticleTracker(noise, num, (0.3,) * 4, seed, settings, motion)
 
@@ -101,7 +109,12 @@ def bootstrap(noise, num: int, settings: FilterSettings | None, motion: PersonMo
 def filters(source: str, noise) -> dict[str, Callable[[int], object]]:
     """Makers of trackers by name."""
     if source == "lidar":
-        return {"particle": lambda seed: LidarTracker(Scans(seed), ParticleTrackFilter, 200, seed)}
+        kinds = {
+            "particle": ParticleTrackFilter,
+            "kalman": lambda *_: GaussianTrackFilter(KalmanPersonFilter(StopAndGo())),
+            "imm": lambda *_: GaussianTrackFilter(ImmPersonFilter()),
+        }
+        return {name: partial(by_scans, kind) for name, kind in kinds.items()}
     radii = (0.3,) * 4
     chosen = [name.partition(".")[2] for name in TRACKERS if name.startswith("detections.")]
     found = {

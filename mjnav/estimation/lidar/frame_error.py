@@ -28,25 +28,31 @@ PERSISTENT = 0.5
 class FrameError:
     """What one belief of the robot's pose does to all tracks."""
 
-    robot: RobotBelief
-    errors: Array  # (n, 3) of the pose, PERSISTENT of their variance
+    place: Array  # (2,) [m] of the robot
+    pose_covariance: Array  # (3, 3), PERSISTENT of it
+    errors: Array  # (n, 3) of the pose, with that covariance
 
     @classmethod
     def of(cls, robot: RobotBelief, num: int, rng: np.random.Generator) -> Self:
         """`num` errors by the belief's own particles, whatever their law."""
         errors = shuffled(robot.particles, robot.weights, num, rng) - robot.mean
         errors[:, HEADING] = wrap(errors[:, HEADING])
-        return cls(robot, sqrt(PERSISTENT) * errors)
+        return cls(robot.mean[:2], PERSISTENT * robot.covariance, sqrt(PERSISTENT) * errors)
+
+    @classmethod
+    def none(cls, num: int) -> Self:
+        """No error."""
+        return cls(np.zeros(2), np.zeros((3, 3)), np.zeros((num, 3)))
 
     def covariance(self, position: Array) -> Array:
         """Of the error at a position (2,) [m]: (2, 2)."""
         J = self._by_pose(position)
-        return PERSISTENT * J @ self.robot.covariance @ J.T
+        return J @ self.pose_covariance @ J.T
 
     def samples(self, position: Array) -> Array:
         """Errors at a position (2,) [m]: (n, 2)."""
         return self.errors @ self._by_pose(position).T
 
     def _by_pose(self, position: Array) -> Array:
-        x, y = (position - self.robot.mean[:2]).tolist()
+        x, y = (position - self.place).tolist()
         return np.array([[1.0, 0.0, -y], [0.0, 1.0, x]])

@@ -75,8 +75,9 @@ class LidarTracker:
     """Tracks bodies by the scans of a lidar.
 
     A scan's detections are assigned to tracks by `association`; `lifecycle` says which tracks count, and how long. A
-    reading without a scan only predicts. A detection was made before the reading, and is taken for the position at that
-    time. Confirmed tracks are named track0, track1, ... in the order of their confirmation; no name comes twice.
+    reading without a scan only predicts, and so does one by a robot that does not know where it is (NaN). A detection
+    was made before the reading, and is taken for the position at that time. Confirmed tracks are named track0, track1,
+    ... in the order of their confirmation; no name comes twice.
     """
 
     def __init__(self, detector: Detects, make_filter: MakeFilter, num_particles: int, seed: int):
@@ -109,12 +110,13 @@ class LidarTracker:
         for body in self._bodies:
             body.filter.predict(reading.time - self._time)
         self._time, self._detections = reading.time, ()
-        if reading.scan.size:
+        lost = not (np.isfinite(robot.mean).all() and np.isfinite(robot.covariance).all())
+        if reading.scan.size and not lost:
             self._see(self._detector.detect(reading, robot))
         else:
             self._detector.follow(reading)
         self._bodies = [body for body in self._bodies if not body.life.over(reading.time, _spread(body.filter))]
-        frame = FrameError.of(robot, self._num, self._frame)
+        frame = FrameError.none(self._num) if lost else FrameError.of(robot, self._num, self._frame)
         self._tracks = tuple(self._track(body, frame) for body in self._confirmed())
         return self._tracks
 

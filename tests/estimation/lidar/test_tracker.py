@@ -1,6 +1,6 @@
 """Synthetic bodies, detected from the origin of a plane, and the scans of a scene."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
@@ -169,6 +169,37 @@ def test_a_detection_counts_for_the_time_at_which_it_was_made(make):
         rows = followed(path[:, None], age=age, make=make)
         errors = [row[0].mean[0] - x[0] for row, x in zip(rows[20:], path[20:], strict=True)]
         assert abs(np.mean(errors)) < 0.01
+
+
+def test_a_robot_that_does_not_know_where_it_is_only_predicts_and_its_tracks_stay_numbers():
+    path = walk((40, 0.5, 0.0), start=(2.0, 1.0))
+    tracker = LidarTracker(Watcher(path[:, None]), ParticleTrackFilter, 100, 0)
+    nowhere = replace(
+        ROBOT, particles=np.full((1, 3), np.nan), mean=np.full(3, np.nan), covariance=np.full((3, 3), np.nan)
+    )
+    for k in range(40):
+        (*_, track) = tracker.update(reading(k), nowhere if 15 <= k < 25 else ROBOT) or (None,)
+        if k == 24:
+            assert track.unseen == pytest.approx(1.0)
+        if k > 3:
+            assert np.isfinite(track.particles).all()
+            assert np.isfinite(track.covariance).all()
+    assert track.name == "track0"
+    assert track.mean[:2] == pytest.approx(path[-1], abs=0.1)
+
+
+def test_the_robots_own_error_spreads_its_tracks_the_more_the_farther_they_are():
+    rng, std = np.random.default_rng(0), 0.05
+    turned = np.column_stack([np.zeros((500, 2)), std * rng.standard_normal(500)])
+    robot = RobotBelief(0.0, turned, np.full(500, 0.002), turned.mean(axis=0), np.cov(turned.T), 500.0)
+    paths = np.tile([[2.0, 0.0], [0.0, 6.0]], (40, 1, 1))
+    tracker = LidarTracker(Watcher(paths), ParticleTrackFilter, 400, 0)
+    for k in range(40):
+        tracks = tracker.update(reading(k), robot)
+    for track, axis, distance in zip(tracks, (1, 0), (2.0, 6.0), strict=True):
+        own = track.covariance[1 - axis, 1 - axis]  # along the line of sight
+        assert track.covariance[axis, axis] - own == pytest.approx(0.5 * (std * distance) ** 2, rel=0.15)
+        assert np.cov(track.particles.T)[axis, axis] == pytest.approx(track.covariance[axis, axis], rel=0.25)
 
 
 def test_a_detection_that_is_no_number_is_left_out():
