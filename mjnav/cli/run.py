@@ -148,6 +148,8 @@ def describe(
         f"tick {_number(compute['tick']['p50'], '.2f')} ms p50, {_number(compute['tick']['p99'], '.2f')} ms p99",
         f"                  ms p50 by phase: {phases or '-'}",
     ]  # fmt: skip
+    if (tracks := _tracks(s)) is not None:
+        lines.insert(6, f"  tracks          {tracks}")
     if s["people_see_robot"] is not None:
         lines.insert(3, f"  people          {_people(s)}")
     if s["detour"]["displacement_m"] is not None:
@@ -170,6 +172,16 @@ def describe(
         lost = f" ({log_dropped} parts of ticks are missing: the disk could not keep up)" if log_dropped else ""
         lines.append(f"  log             {s['log']}{lost}")
     return "\n".join(lines)
+
+
+def _tracks(summary: dict[str, Any]) -> str | None:
+    """How the tracks are to the people; None where all had one all the time and no other was there."""
+    share, false, switches = (summary[key] for key in ("tracked_share", "false_tracks", "identity_switches"))
+    if share is None or (share > 0.995 and false < 0.005 and not switches):
+        return None
+    swapped = f"{switches} identity switch{'es' * (switches != 1)}"
+    found = f"{100.0 * share:.0f} % of people's time, {false:.2f} false at a time, {swapped}"
+    return f"{found}; GOSPA {summary['gospa_m']:.2f} m"
 
 
 def _people(s: dict[str, Any]) -> str:

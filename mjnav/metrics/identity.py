@@ -96,22 +96,27 @@ def _pair(found: NDArray[np.int32], block: TrackedBlock, numbers: Array) -> None
     tick, person, column = np.nonzero(near & forced[:, None, None])
     found[block.start + tick, person] = numbers[tick, column]
     for k in np.flatnonzero(~forced).tolist():
-        kept = _kept(found, block.start + k, near[k], numbers[k])
-        people, tracks = block.people[k].copy(), block.tracks[k].copy()
-        people[[*kept]], tracks[[*kept.values()]] = np.nan, np.nan
-        for i, j in {**kept, **dict(nearest_pairs(people, tracks, GATE))}.items():
-            found[block.start + k, i] = numbers[k, j]
+        pairs = _kept(found, block.start + k, near[k], numbers[k])
+        free = near[k].copy()
+        free[[*pairs]], free[:, [*pairs.values()]] = False, False
+        if free.any():
+            people, tracks = block.people[k].copy(), block.tracks[k].copy()
+            people[[*pairs]], tracks[[*pairs.values()]] = np.nan, np.nan
+            pairs |= dict(nearest_pairs(people, tracks, GATE))
+        found[block.start + k, [*pairs]] = numbers[k, [*pairs.values()]]
 
 
 def _kept(found: NDArray[np.int32], row: int, near: NDArray[np.bool_], numbers: Array) -> dict[int, int]:
     """Who keeps the track that it had last: its column by person. Of two who had the same one, who had it later."""
-    columns = {int(number): j for j, number in enumerate(numbers) if number >= 0}
+    columns = {number: j for j, number in enumerate(numbers.tolist()) if number >= 0}
+    last = found[row - 1].tolist() if row > 0 else [ABSENT] * len(near)
     holders: dict[int, tuple[int, int]] = {}  # column: when it was had last, by whom
-    for person in np.flatnonzero(near.any(axis=1)).tolist():
+    for person, (number, close) in enumerate(zip(last, near.tolist(), strict=True)):
         before = row - 1
-        while before >= 0 and found[before, person] == NONE:
+        while number == NONE and before > 0:
             before -= 1
-        column = columns.get(int(found[before, person])) if before >= 0 else None
-        if column is not None and near[person, column]:
+            number = int(found[before, person])
+        column = columns.get(number)
+        if column is not None and close[column]:
             holders[column] = max(holders.get(column, (-1, -1)), (before, person))
     return {person: column for column, (_, person) in holders.items()}

@@ -114,6 +114,14 @@ def test_a_log_that_lacks_something_is_no_secret(mjnav):
     assert describe(summary, log_dropped=3).endswith("(3 parts of ticks are missing: the disk could not keep up)")
 
 
+def test_tracks_are_told_of_unless_each_person_had_one_and_nobody_else(mjnav):
+    summary = json.loads(mjnav("run", "crossing1", "--no-log", "--json", *SHORT).out)
+    assert "tracks" not in describe(summary)
+    summary |= {"tracked_share": 0.9, "false_tracks": 0.25, "identity_switches": 1, "gospa_m": 0.5}
+    line = "  tracks          90 % of people's time, 0.25 false at a time, 1 identity switch; GOSPA 0.50 m"
+    assert line in describe(summary).splitlines()
+
+
 def test_a_path_and_several_overrides_are_taken(mjnav, tmp_path):
     path = tmp_path / "mine.toml"
     path.write_text(scenarios.dumps(scenarios.load("crossing1")))

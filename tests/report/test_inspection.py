@@ -52,6 +52,7 @@ def runs(tmp_path_factory):
     asked = {
         "short": ("crossing1", ("time_limit=2.5",), None),
         "hit": ("crossing1", ("stop_on_collision=false", "time_limit=12", *lanes), "dwa"),
+        "lidar": ("crossing1", ("time_limit=3", "physics.engine=kinematic", "estimation.obstacles.source=lidar"), None),
         "slow sensors": ("hall", ("time_limit=2", "sensors.rate=5"), "saa"),
     }
     found = {}
@@ -69,7 +70,7 @@ def same(a, b):
     return a == (pytest.approx(b, abs=1e-9) if isinstance(b, float) else b)
 
 
-@pytest.mark.parametrize("name", ["short", "hit", "slow sensors"])
+@pytest.mark.parametrize("name", ["short", "hit", "lidar", "slow sensors"])
 def test_figures_from_the_messages_are_the_results(runs, name):
     result, path = runs[name]
     found = inspect(path)
