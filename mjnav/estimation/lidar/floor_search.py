@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from mjnav.constant import Constant
-from mjnav.estimation.lidar.cloud import tempered
+from mjnav.estimation.lidar.cloud import TEMPER, tempered
 from mjnav.estimation.lidar.contradictions import contradictions, ways_of
 from mjnav.estimation.lidar.likelihood_field import LikelihoodField
 from mjnav.filters.resampling import systematic
@@ -34,9 +34,10 @@ class Level(Constant):
     num_beams: int
     shift: float  # [m] std by which poses are spread for the next level
     turn: float  # [rad]
+    temper: float = 1.0  # of the likelihood; the last level leaves modes as a scan of the filter does
 
 
-LEVELS = (Level(0.3, 24, 0.15, 0.1), Level(0.12, 40, 0.06, 0.04), Level(0.04, 60, 0.02, 0.015))
+LEVELS = (Level(0.3, 24, 0.15, 0.1), Level(0.12, 40, 0.06, 0.04), Level(0.04, 60, 0.02, 0.015, TEMPER))
 KEEPS = 0.1  # of a level's poses, as effective sample size, whatever the likelihood says: so that no mode dies at once
 
 
@@ -76,7 +77,7 @@ class FloorSearch(Constant):
             if level is LEVELS[-1]:
                 fit += contradictions(poses, ways_of(points, self.field, level.num_beams), self.field)[0]
             num = FOUND if level is LEVELS[-1] else KEPT
-            poses = poses[systematic(tempered(fit, KEEPS), rng.random(), num)]
+            poses = poses[systematic(tempered(level.temper * fit, KEEPS), rng.random(), num)]
             poses = poses + rng.standard_normal(poses.shape) * (level.shift, level.shift, level.turn)
             poses[:, 2] = wrap(poses[:, 2])
         return poses

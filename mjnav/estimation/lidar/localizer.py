@@ -20,6 +20,7 @@ from mjnav.estimation.assumed import assumed_noise
 from mjnav.estimation.base import HEADING, PoseEstimator
 from mjnav.estimation.lidar.beams import MotionHistory, scan_points
 from mjnav.estimation.lidar.cloud import Cloud
+from mjnav.estimation.lidar.contradictions import contradictions, ways_of
 from mjnav.estimation.lidar.floor_search import FloorSearch
 from mjnav.estimation.lidar.likelihood_field import LikelihoodField
 from mjnav.estimation.lidar.recovery import Recovery
@@ -33,6 +34,7 @@ from mjnav.scenarios.spec import Scenario
 START_STD = (0.03, 0.03, 0.02)  # [m], [m], [rad]: how well a known start is known
 GLOBAL_PARTICLES = 2000  # at most, where that is more than `particles`, while the belief is as wide as this:
 WIDE = 0.5  # [m] std of the position
+NEW = 20  # scans after a search in which beams that go through surfaces count, too: modes are told apart by them
 LEAST_RETURNS = 5  # of a scan that corrects
 
 
@@ -65,6 +67,7 @@ class LidarLocalizer(PoseEstimator):
         self._before: Twist | None = None
         self._starting = stream(seed, "estimation.start")
         self._anywhere = start is None  # until the first scan
+        self._new = 0  # scans in which modes are still told apart
         if start is None:
             particles = search.uniform(max(num_particles, GLOBAL_PARTICLES), self._starting)
         else:
@@ -116,9 +119,13 @@ class LidarLocalizer(PoseEstimator):
         if rival is not None:
             self._restart(rival)
             fit = self._field.log_ratio(rival, beams)
+        if self._new > 0:
+            fit += contradictions(self._cloud.particles, ways_of(points, self._field, beams.num), self._field)[0]
+            self._new -= 1
         self._cloud.correct(fit)
         return rival is not None
 
     def _restart(self, particles: Array) -> None:
         """Goes on from equally weighted particles."""
         self._cloud.particles, self._cloud.weights = particles, np.full(len(particles), 1.0 / len(particles))
+        self._new = NEW

@@ -1,12 +1,13 @@
 """Whether the robot is where it believes to be: augmented recovery, on trial before it takes the belief's place.
 
 w_fast and w_slow follow the mean likelihood of a scan under the belief (Thrun, Burgard & Fox 2005, table 8.3). Where
-the fast one falls behind the slow one, or is so low that no pose explains the scan, poses that fit the scan are looked
-for all over the floor (`floor_search.py`). The book mixes random poses into the belief at once. Among people that is
-not safe: a scan that shows mostly people fits somewhere by chance, and better than where the robot is. So the poses
-found are a second belief, the rival, which moves with the robot. It takes over when its evidence over the next scans
-outweighs that of the belief: people move on, walls do not. That goes quickly only where beams went through what the map
-has at the belief's poses: no crowd explains that.
+the fast one falls behind the slow one, or is so low that no pose explains the scan, or where beams go through what the
+map has (`contradictions.py`), poses that fit the scan are looked for all over the floor (`floor_search.py`).
+
+The book mixes random poses into the belief at once. Among people that is not safe: a scan that shows mostly people fits
+somewhere by chance, and better than where the robot is. So the poses found are a second belief, the rival, which moves
+with the robot. It takes over when its evidence over the next scans outweighs that of the belief: people move on, walls
+do not. That goes quickly only where beams went through what the map has at the belief's poses: no crowd explains that.
 """
 
 import numpy as np
@@ -22,13 +23,13 @@ from mjnav.rng import stream
 SLOW, FAST = 0.02, 0.3  # rates of w_slow and w_fast, a scan
 BEHIND = 0.5  # share of w_slow by which w_fast is less where the search begins
 LOST = 3.0  # w_fast below which no pose explains the scan: mean ratio of a return's density to that without a map
-PATIENCE = 5  # scans between two searches
+PATIENCE, MOST_PATIENCE = 5, 40  # scans between two searches; twice as many after each that has found nothing better
 # Log of the odds that one scan adds at most, so that no single scan decides. Returns from before the surfaces may be
 # people; beams that went through surfaces refute a pose, where they are more than a share of all.
 MOST_ODDS, REFUTED_ODDS, REFUTED = 0.1, 1.0, 0.1
 TAKES_OVER, GIVES_UP = 6.0, -3.0  # log of the odds
 TRIAL = 70  # scans after which a rival that has not taken over is dropped
-COMPARED = 100  # particles of either that are followed along the beams
+COMPARED, WATCHED = 100, 10  # particles of a belief that are followed along the beams, beside a rival and always
 
 
 class Recovery:
@@ -38,7 +39,8 @@ class Recovery:
         self._field, self._search, self._twists, self._seed = field, search, twists, seed
         self._searching = stream(seed, "estimation.search")
         self._slow = self._fast = 0.0  # 0 before the first scan
-        self._since = 0  # scans since the last search
+        self._refuted = 0.0  # share of beams that went through surfaces, followed as w_fast
+        self._since, self._patience = 0, PATIENCE  # scans since the last search, and until the next one
         self._rival: Cloud | None = None
         self._odds = 0.0  # log of those of the rival
         self._num_rivals = 0
@@ -53,24 +55,37 @@ class Recovery:
 
         The belief is the one before the correction by this scan.
         """
-        quality = float(belief.weights @ np.exp(fit / beams.num))
-        if self._slow == 0.0:
-            self._slow = self._fast = quality
-        self._slow += SLOW * (quality - self._slow)
-        self._fast += FAST * (quality - self._fast)
         self._since += 1
+        doubtful = self._doubts(points, beams, belief, fit)
         if self._rival is None:
-            doubtful = self._fast < (1.0 - BEHIND) * self._slow or self._fast < LOST
-            if doubtful and self._since >= PATIENCE:
+            if doubtful and self._since >= self._patience:
                 self._begin(points)
+            elif not doubtful:
+                self._patience = PATIENCE
             return None
         self._compare(points, beams, belief, fit)
         if self._odds >= TAKES_OVER:
             self._slow = 0.0
             return self._end()
         if self._odds <= GIVES_UP or self._since > TRIAL:
+            self._patience = min(2 * self._patience, MOST_PATIENCE)
             self._end()
         return None
+
+    def _doubts(self, points: Array, beams: Beams, belief: Cloud, fit: Array) -> bool:
+        """Whether the scans of late are not what the belief lets one expect."""
+        quality = float(belief.weights @ np.exp(fit / beams.num))
+        few = slice(None, None, max(len(belief.particles) // WATCHED, 1))
+        weights = belief.weights[few]
+        _, shares = contradictions(belief.particles[few], ways_of(points, self._field, beams.num), self._field)
+        refuted = float(weights @ shares / weights.sum())
+        if self._slow == 0.0:
+            self._slow = self._fast = quality
+            self._refuted = refuted
+        self._slow += SLOW * (quality - self._slow)
+        self._fast += FAST * (quality - self._fast)
+        self._refuted += FAST * (refuted - self._refuted)
+        return self._fast < max((1.0 - BEHIND) * self._slow, LOST) or self._refuted > REFUTED
 
     def _begin(self, points: Array) -> None:
         found = self._search.found(points, self._searching)

@@ -93,6 +93,6 @@ class Relocation:
         matches = [*others, *(match_scan(self._fine, points, std, guess, self._match) for guess in guesses)]
         poses, beams = np.array([match.pose for match in matches]), self._field.beams(points)
         likelihood = self._field.log_ratio(poses, beams)
-        likelihood += contradictions(poses, ways_of(points, self._field, beams.num), self._field)
+        likelihood += contradictions(poses, ways_of(points, self._field, beams.num), self._field)[0]
         best = int(np.argmax(likelihood))
         return matches[best], float(likelihood[best] - likelihood[0])
