@@ -40,6 +40,7 @@ class LidarViews:
         self._detections: dict[float, Array] = {}
         self._tracks: dict[float, Array] = {}  # (n, 5), the last column is the time unseen [s]
         scenario = log.scenario()
+        self._seen = scenario.sensors.longest_pause - _SAME  # [s] that a track may be unseen between two scans
         if not goes_by_scans(scenario):
             return
         run, epoch, lidar = log.trajectory(), epoch_ns(log.run), scenario.sensors.scanner
@@ -64,7 +65,7 @@ class LidarViews:
             return LidarView(scan, detections)
         moved = tracks[:, :4].copy()
         moved[:, :2] += (time - since) * moved[:, 2:]
-        return LidarView(scan, detections, moved, tracks[:, 4] > 0.0)
+        return LidarView(scan, detections, moved, tracks[:, 4] > self._seen)
 
 
 def _rows(columns: int, rows: Any) -> Array:

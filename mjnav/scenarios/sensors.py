@@ -1,6 +1,7 @@
 """The sensors of a run file: the table [sensors]."""
 
 from dataclasses import dataclass, fields
+from math import ceil
 from typing import Annotated
 
 from mjnav.config import Range, below, settle
@@ -35,6 +36,12 @@ class Sensors:
                 raise InvalidValue(outer, getattr(self, outer), allowed)
         with below("lidar"):
             self.scanner  # noqa: B018 - checks the figures against one another
+
+    @property
+    def longest_pause(self) -> float:
+        """[s] from a reading with a scan to the next one, at most: periods of the sensors, and at least a turn."""
+        turn = self.scanner.rate
+        return (1 if turn is None else ceil(self.rate / turn - 1e-9)) / self.rate
 
     @property
     def scanner(self) -> Lidar:

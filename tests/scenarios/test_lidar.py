@@ -90,3 +90,12 @@ def test_what_cannot_be_is_refused_at_its_key():
     refused("lidar.max_range", **{"lidar.model": "lds-01", "lidar.max_range": 0.1})
     refused("lidar.bias.1.0", **{"lidar.bias": [[1.0, 0.0], [0.5, 0.0]]})
     refused("lidar.mount", **{"lidar.mount": [0.2, 0.2, 0.0]})
+
+
+@pytest.mark.parametrize(
+    ("sensors", "pause"),
+    [({}, 0.1), ({"rate": 20.0}, 0.05), ({"lidar.model": "lds-01"}, 0.2), ({"lidar.model": "rplidar-a1"}, 0.2)],
+)
+def test_a_scan_comes_at_the_latest_after_whole_periods_that_make_up_a_turn(sensors, pause):
+    given = {f"sensors.{key}": value for key, value in sensors.items()}
+    assert load("crossing1", given).sensors.longest_pause == pytest.approx(pause)

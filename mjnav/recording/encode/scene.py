@@ -32,6 +32,7 @@ ROBOT_HEIGHT = 0.35  # [m]
 PERSON_HEIGHT = 1.7  # [m]
 TABLE_TOP = 0.03  # [m] thickness
 ESTIMATE_HEIGHT = 0.05  # [m]
+SAME_TIME = 1e-3  # [s]
 FLAT = 0.01  # [m] thickness of what lies on the floor
 LETTERS = 0.3  # [m] high
 AHEAD = 1.0  # [s] that a believed velocity is drawn for
@@ -151,6 +152,7 @@ class SceneEncoder:
         self._epoch = epoch
         self._still = _still(scenario)
         self._people = [_person(f"person{i}", person.radius) for i, person in enumerate(scenario.people)]
+        self._seen = scenario.sensors.longest_pause - SAME_TIME  # [s] that a track may be unseen between two scans
         self._named = frozenset(f"person{i}" for i in range(len(scenario.people)))
         # A person who is no longer tracked disappears.
         lifetime = Duration()
@@ -179,7 +181,7 @@ class SceneEncoder:
             if track.name in self._named:
                 believed = _estimate(track.name).fill(holes)
             else:
-                believed = _track(track.name, coasts=track.unseen > 0.0).fill((*holes, x, y))
+                believed = _track(track.name, coasts=track.unseen > self._seen).fill((*holes, x, y))
             parts.append(wire.delimited(2, time + self._lifetime + believed))
         if detections:
             discs = b"".join(_detected(one) for one in detections)

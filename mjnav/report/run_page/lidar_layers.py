@@ -43,6 +43,7 @@ def pack_lidar(
         "step": round(float(np.diff(angles[:2]).sum()), 8),  # [rad]
         "pause": 0.0 if lidar.rate is None else round(float(np.diff(angles[:2]).sum()) / (tau * lidar.rate), 8),  # [s]
         "mount": lidar.mount.tolist(),
+        "longest": scenario.sensors.longest_pause,  # [s] that a track may be unseen between two scans
         "map": None if scenario.estimation.map is None else body_outline(scenario.known_bodies),
     }
 

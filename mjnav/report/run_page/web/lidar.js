@@ -2,6 +2,9 @@
 
 /* What a map shows more where the robot goes by its lidar: scans, detections, tracks and their lives, its own map. */
 
+const LOST = 0.2; // [m] error at which the believed robot is drawn, too
+const FEW_TRACKS = 12; // whose lives can be read
+
 /** Where the robot believed to be at `time` [s]: straight between two frames. */
 function believedPose(run, time) {
   const frame = run.frameAt(time), next = Math.min(frame + 1, run.last);
@@ -66,9 +69,11 @@ class PosePanel extends Drawing {
     context.clip();
     context.fillStyle = ink.scan;
     levels.forEach((level, i) => {
-      const [left, top] = this.at([x - edge + 2 * half * (i % side), y - edge + 2 * half * (Math.floor(i / side) + 1)]);
+      const column = i % side, row = Math.floor(i / side), corner = (across, up) =>
+        this.at([x - edge + 2 * half * across, y - edge + 2 * half * up]).map((value) => Math.round(value * this.ratio) / this.ratio);
+      const [left, top] = corner(column, row + 1), [right, bottom] = corner(column + 1, row);
       context.globalAlpha = (0.9 * level) / 15;
-      context.fillRect(left, top, 2 * half * this.scale + 0.5, 2 * half * this.scale + 0.5);
+      context.fillRect(left, top, right - left, bottom - top);
     });
     context.globalAlpha = 0.6;
     context.fillStyle = ink.ink;
@@ -166,19 +171,34 @@ class LidarMap extends RunMap {
     }
   }
 
+  /** Where a robot that is lost believes to be. */
+  robot(frame) {
+    super.robot(frame);
+    const { run, ink } = this, [x, y, heading] = run.row('estimate', run.tickOf(frame)), pose = run.row('pose', frame);
+    const { radius } = run.scene;
+    if (!(Math.hypot(pose[0] - x, pose[1] - y) > LOST)) return;
+    this.disc([x, y], radius);
+    this.stroke(ink.robot, 1.6, [4, 3]);
+    this.path([[x, y], [x + radius * Math.cos(heading), y + radius * Math.sin(heading)]]);
+    this.stroke(ink.robot, 1.6);
+    this.label('believed', [x, y], radius * this.scale, ink.robot);
+  }
+
   /** Tracks with their numbers and ages; dashed while nothing is seen of them. */
   tracks(frame) {
     super.tracks(frame);
     const { run, ink } = this, tick = run.tickOf(frame), lives = run.row('life', tick), tracks = run.row('tracks', tick);
     if (!this.layers.estimates) return;
+    const few = run.tracks.filter((_, i) => Number.isFinite(lives[4 * i])).length <= FEW_TRACKS;
     for (let i = 0; i < run.tracks.length; i++) {
       const [number, age, unseen, radius] = lives.subarray(4 * i, 4 * i + 4);
       if (!Number.isFinite(number)) continue;
       const place = [tracks[5 * i], tracks[5 * i + 1]];
+      const coasts = unseen > run.lidar.longest - 0.01;
       this.disc(place, radius);
-      this.stroke(ink.ink, unseen > 0 ? 1 : 1.6, unseen > 0 ? [3, 3] : []);
-      const gone = unseen > 0 ? `, unseen ${quantity(unseen, 1, 's')}` : '';
-      this.label(`t${Math.round(number)} ${quantity(age, 0, 's')}${gone}`, place, radius * this.scale, ink.ink, 0);
+      this.stroke(ink.ink, coasts ? 1 : 1.6, coasts ? [3, 3] : []);
+      const life = ` ${quantity(age, 0, 's')}${coasts ? `, unseen ${quantity(unseen, 1, 's')}` : ''}`;
+      this.label(`t${Math.round(number)}${few ? life : ''}`, place, radius * this.scale, ink.ink, 0);
     }
   }
 }
