@@ -40,16 +40,19 @@ class ScanDetections(Constant):
 
     detections: tuple[Detection, ...]
     rays: Rays
+    pose: Array  # (3,) of the robot
+    covariance: Array  # (3, 3)
     field: DistanceField
 
     def visible(self, points: ArrayLike, radius: float) -> Array:
         """The share of each disc at `points` (n, 2) with a `radius` [m] that the scan could see, (n,).
 
         Of its silhouette, seen from the lidar: 0 behind something nearer, out of field of view or range, and without a
-        scan. Beams from which nothing returned saw nothing where the map has a surface for them to meet.
+        scan. Beams from which nothing returned saw nothing where the map has a surface for them to meet. What lies on a
+        surface of the map is not seen either.
         """
         points = np.ascontiguousarray(np.reshape(np.asarray(points, float), (-1, 2)))
-        return visible_share(self.rays, points, float(radius), self.field.grid)
+        return visible_share(self.rays, points, float(radius), self.pose, self.covariance, self.field.grid)
 
 
 class Detector:
@@ -89,7 +92,7 @@ class Detector:
         if abs(error) > doubt:
             rays = rays._replace(ranges=rays.ranges - error)
         rows = find_bodies(rays, robot.mean, robot.covariance, self._field.grid, PERSON_RADIUS, PERSON_RADIUS_STD)
-        return ScanDetections(tuple(map(_detection, rows)), rays, self._field)
+        return ScanDetections(tuple(map(_detection, rows)), rays, robot.mean, robot.covariance, self._field)
 
     def _rays(self, reading: Reading, pose: Array) -> Rays:
         """A reading's beams with the robot at `pose` (3,) at its time, their ranges without the lidar's mean error.

@@ -16,8 +16,25 @@ from mjnav.geometry.distance_field import lookup
 
 TOLERANCE = 0.05  # [m]
 GATE = 3.0  # standard deviations
+MIN_STD = 0.001  # [m]
 MIN_STEP = 0.02  # [m] of sphere tracing
 SILENT, NOTHING, EXPLAINED, NEW = -1, 0, 1, 2  # a beam that says nothing; one that met nothing; returns
+
+
+@kernel
+def beyond_map(rays, beam, distance, pose, covariance, grid):
+    """How many standard deviations a return would be beyond the tolerance of the map, at a `distance` along a beam."""
+    ux, uy = rays.directions[beam, 0], rays.directions[beam, 1]
+    x, y = rays.origins[beam, 0] + distance * ux, rays.origins[beam, 1] + distance * uy
+    clearance, nx, ny = lookup(grid, x, y)
+    lever = ny * (x - pose[0]) - nx * (y - pose[1])
+    along = rays.spread[beam] * (nx * ux + ny * uy)
+    variance = along * along + (
+        nx * (nx * covariance[0, 0] + 2.0 * (ny * covariance[0, 1] + lever * covariance[0, 2]))
+        + ny * (ny * covariance[1, 1] + 2.0 * lever * covariance[1, 2])
+        + lever * lever * covariance[2, 2]
+    )
+    return max(abs(clearance) - TOLERANCE, 0.0) / np.sqrt(max(variance, MIN_STD * MIN_STD))
 
 
 @kernel
@@ -37,18 +54,7 @@ def explained(rays, pose, covariance, grid):
         if distance > rays.max_range:
             states[i] = NOTHING
             continue
-        ux, uy = rays.directions[i, 0], rays.directions[i, 1]
-        x, y = rays.origins[i, 0] + distance * ux, rays.origins[i, 1] + distance * uy
-        clearance, nx, ny = lookup(grid, x, y)
-        lever = ny * (x - pose[0]) - nx * (y - pose[1])
-        along = rays.spread[i] * (nx * ux + ny * uy)
-        variance = along * along + (
-            nx * (nx * covariance[0, 0] + 2.0 * (ny * covariance[0, 1] + lever * covariance[0, 2]))
-            + ny * (ny * covariance[1, 1] + 2.0 * lever * covariance[1, 2])
-            + lever * lever * covariance[2, 2]
-        )
-        std = np.sqrt(max(variance, 1e-6))
-        excess[i] = max(abs(clearance) - TOLERANCE, 0.0) / std
+        excess[i] = beyond_map(rays, i, distance, pose, covariance, grid)
         states[i] = NEW if excess[i] > GATE else EXPLAINED
     return states, excess
 

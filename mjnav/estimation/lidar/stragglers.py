@@ -43,22 +43,24 @@ def straggler(rays, beams, grid, covariance):
     the beam passed by less than its width and SIGMAS of the robot's uncertainty; or an outlier of what the beam beside
     met.
     """
-    mixed = 1 + int(rays.width / rays.step + 0.5)
-    if len(beams) > mixed:
-        return False
     first, last, num = beams[0], beams[-1], len(rays.ranges)
+    if len(beams) == 1:
+        here, noise = rays.ranges[first], OUTLIER * rays.spread[first]
+        if min(abs(rays.ranges[first - 1] - here), abs(rays.ranges[(first + 1) % num] - here)) < noise:
+            return True
+    mixed = 1 + int(rays.width / rays.step + 0.5)
+    if len(beams) > mixed or rays.width == 0.0:
+        return False
     least, most = min(rays.ranges[first], rays.ranges[last]), max(rays.ranges[first], rays.ranges[last])
     beside = np.zeros((2, 2), np.bool_)  # at either side: something nearer, farther
     for k in range(1, mixed + 1):
         for side, other in ((0, first - k), (1, last + k)):
             away = rays.ranges[other % num]
-            if k == 1 and len(beams) == 1 and abs(away - least) < OUTLIER * rays.spread[first]:
-                return True
             beside[side, 0] |= away < least
             beside[side, 1] |= away > most
     if (beside[0, 0] and beside[1, 1]) or (beside[0, 1] and beside[1, 0]):
         return True
-    spread = 0.5 * max(rays.width, rays.step) + SIGMAS * np.sqrt(covariance[2, 2])
+    spread = 0.5 * rays.width + SIGMAS * np.sqrt(covariance[2, 2])
     margin = SIGMAS * np.sqrt(max(covariance[0, 0], covariance[1, 1]))
     end = least - step_between(rays, first, first) - margin - spread * least
     return meets_map(rays, first, grid, end, margin, spread) or meets_map(rays, last, grid, end, margin, spread)

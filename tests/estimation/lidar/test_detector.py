@@ -54,8 +54,12 @@ def test_two_people_side_by_side_are_two():
 
 
 def test_who_stands_at_a_wall_is_found_and_the_wall_is_not():
-    (person,) = found(room((3.0, 3.64))).detections
+    scan = found(room((3.0, 3.64)))
+    (person,) = scan.detections
     np.testing.assert_allclose(person.position, (3.0, 3.64), atol=0.04)
+    assert scan.visible([(3.0, 3.64)], 0.3) > 0.95
+    doubtful = Detector.of(room()).detect(scan_of(room((3.0, 3.64))), belief(std=(0.1, 0.1, 1e-3)))
+    assert doubtful.visible([(3.0, 3.64)], 0.3) == pytest.approx(0.84, abs=0.08)  # 0.35 m or more from the wall
 
 
 def test_the_map_explains_an_empty_room_under_noise():
