@@ -21,44 +21,41 @@ PIECE = 0.35  # [m] along x or y: up to 0.5 m of a slanted wall
 MIN_LONG = 4  # returns of a long thing of which single ones are pieces
 MIN_RADIUS = 0.03  # [m] reported
 MAX_GROWTHS = 3
+NEARBY = 0.01  # [m] from a circle at which a return beside the part lies on it
 SAME = 0.8  # share of the larger radius at which two bodies' centres are those of one body
 COLUMNS = 8  # of a body: x, y, xx, xy, yy, radius, number of beams, time
 
 
 @exact
+def lies_on(rays, beam, circle):
+    """Whether a return lies on a circle, on the side towards the lidar."""
+    x, y = point(rays, beam)
+    nx, ny = x - circle.x, y - circle.y
+    distance = max(np.sqrt(nx * nx + ny * ny), 1e-6)
+    incidence = (nx * rays.directions[beam, 0] + ny * rays.directions[beam, 1]) / distance
+    std = np.sqrt((rays.spread[beam] * incidence) ** 2 + NEARBY * NEARBY)
+    return incidence <= 0.0 and abs(distance - circle.radius) <= 2.0 * std
+
+
+@exact
 def grown(rays, states, beams, circle):
     """The part with the returns beside it that lie on its circle though the map explains them: a wall is close."""
-    num = len(rays.ranges)
-    added = np.empty(num, np.int64)
-    counts = np.zeros(2, np.int64)
+    num, m = len(rays.ranges), len(beams)
+    added = np.zeros(2, np.int64)  # before the first beam, behind the last one
     for side in range(2):
-        turn = -1 if side == 0 else 1
-        other = beams[0] if side == 0 else beams[-1]
-        while counts[0] + counts[1] + len(beams) < num:
+        turn, other = (-1, beams[0]) if side == 0 else (1, beams[m - 1])
+        while m + added[0] + added[1] < num:
             other += turn
             if not rays.closed and not 0 <= other < num:
                 break
             other %= num
-            if states[other] != EXPLAINED:
+            if states[other] != EXPLAINED or not lies_on(rays, other, circle):
                 break
-            x, y = point(rays, other)
-            nx, ny = x - circle.x, y - circle.y
-            distance = np.sqrt(nx * nx + ny * ny)
-            incidence = (nx * rays.directions[other, 0] + ny * rays.directions[other, 1]) / max(distance, 1e-6)
-            std = np.sqrt((rays.spread[other] * incidence) ** 2 + 1e-4)
-            if abs(distance - circle.radius) > 2.0 * std or incidence > 0.0:
-                break
-            if side == 0:
-                added[counts[0]] = other
-            else:
-                added[num - 1 - counts[1]] = other
-            counts[side] += 1
-    out = np.empty(len(beams) + counts[0] + counts[1], np.int64)
-    for k in range(counts[0]):
-        out[counts[0] - 1 - k] = added[k]
-    out[counts[0] : counts[0] + len(beams)] = beams
-    for k in range(counts[1]):
-        out[counts[0] + len(beams) + k] = added[num - 1 - k]
+            added[side] += 1
+    out = np.empty(m + added[0] + added[1], np.int64)
+    for k in range(len(out)):
+        i = k - added[0]
+        out[k] = (beams[0] + i) % num if i < 0 else beams[i] if i < m else (beams[m - 1] + i - m + 1) % num
     return out
 
 

@@ -121,14 +121,17 @@ def runs_of(rays, states, radius):
     The beams of a run are in the order in which they are taken, also across the scan's seam where it is closed.
     radius [m]: of a person.
     """
-    new = np.flatnonzero(states == NEW)
-    m = len(new)
+    new, m = np.empty(len(states), np.int64), 0
+    for i in range(len(states)):
+        if states[i] == NEW:
+            new[m] = i
+            m += 1
     if m == 0:
-        return new, np.zeros(1, np.int64)
+        return new[:0], np.zeros(1, np.int64)
     first, widest = 0, 0
     if rays.closed:
         for k in range(m):
-            gap = (new[k] - new[k - 1]) % len(states)
+            gap = (new[k] - new[k - 1 if k > 0 else m - 1]) % len(states)
             if gap > widest:
                 first, widest = k, gap
     turned = np.empty(m, np.int64)
@@ -140,9 +143,9 @@ def runs_of(rays, states, radius):
         starts[labels[k] + 1] += 1
     for c in range(count):
         starts[c + 1] += starts[c]
-    beams, filled = np.empty(m, np.int64), starts.copy()
+    beams, filled = np.empty(m, np.int64), np.zeros(count, np.int64)
     for k in range(m):
-        beams[filled[labels[k]]] = turned[k]
+        beams[starts[labels[k]] + filled[labels[k]]] = turned[k]
         filled[labels[k]] += 1
     return beams, starts
 
