@@ -50,11 +50,9 @@ class TrackFilter(Protocol):
         ...
 
 
-# The error of a detection in units of the root of its covariance. Detectors know the covariance, not the shape; a share
-# of detections errs three times as far, where a cluster holds part of a neighbour or of a wall.
-SCAN_ERROR = GaussianSum(np.array([0.95, 0.05]), np.zeros((2, 2)), np.array([np.eye(2), 9.0 * np.eye(2)]))
-
-
+# The error of a detection in units of the root of its covariance, with variance 1. Detectors know the covariance, not the
+# shape: most detections err less than it says, one in twenty twice as far, where a cluster holds part of something else.
+SCAN_ERROR = GaussianSum(np.array([0.95, 0.05]), np.zeros((2, 2)), np.array([0.8 * np.eye(2), 4.8 * np.eye(2)]))
 HISTORIES = 100  # of a track at most: twice as many changed no error of a track in the shipped scenes by 2 %
 TINY = 1e-300  # [1/m^2] the least density of which there is a logarithm
 JUDGED = 32  # particles by which it is judged whether a body could have been seen
