@@ -50,8 +50,8 @@ class TrackFilter(Protocol):
         ...
 
 
-# The error of a detection in units of the root of its covariance, with variance 1. Detectors know the covariance, not the
-# shape: most detections err less than it says, one in twenty twice as far, where a cluster holds part of something else.
+# The error of a detection in units of the root of its covariance, with variance 1. Detectors know the covariance, not
+# the shape: most err less than it says, one in twenty twice as far, where a cluster holds part of something else.
 SCAN_ERROR = GaussianSum(np.array([0.95, 0.05]), np.zeros((2, 2)), np.array([0.8 * np.eye(2), 4.8 * np.eye(2)]))
 HISTORIES = 100  # of a track at most: twice as many changed no error of a track in the shipped scenes by 2 %
 TINY = 1e-300  # [1/m^2] the least density of which there is a logarithm
