@@ -1,6 +1,7 @@
 """A tracker of a user's own that finds people in scans: it names its tracks itself, and any number of them."""
 
 import re
+from importlib import import_module
 from typing import Any
 
 import numpy as np
@@ -23,6 +24,7 @@ class OwnScanTracker:
     """Bodies without identity, by a user's tracker: `update(reading, robot)` gives tracks named "track7"."""
 
     def __init__(self, name: str, tracker: Any, seed: int):
+        import_module("scipy.optimize")  # with which a trajectory gives people tracks, not to be loaded at a tick
         self._name, self._own, self._seed = name, tracker, seed
         self._streams: dict[str, np.random.Generator] = {}  # of the draws, by the track's name
         self._tracks: tuple[Track, ...] | None = None

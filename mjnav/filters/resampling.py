@@ -8,7 +8,7 @@ from mjnav.messages import Array
 
 
 @exact
-def systematic(weights, offset, num):
+def systematic(weights: Vector, offset: float, num: int):
     """Indices of the particles drawn, (num,), in rising order (Kitagawa 1996), for weights (n,) and offset in [0, 1).
 
     Draw i is the first particle whose cumulative weight exceeds (offset + i)/num of the total, so particle j comes
