@@ -11,7 +11,7 @@ nobody says where the robot starts. Without a scan it only predicts, and its cov
 """
 
 from abc import ABC, abstractmethod
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.linalg import solve
@@ -25,7 +25,7 @@ from mjnav.estimation.lidar.floor_search import FloorSearch
 from mjnav.estimation.lidar.likelihood_field import LikelihoodField
 from mjnav.estimation.lidar.localizer import LEAST_RETURNS, START_STD, field_and_search
 from mjnav.estimation.lidar.relocation import Relocation
-from mjnav.estimation.lidar.scan_matching import MatchSettings, match_scan, weighted_centre
+from mjnav.estimation.lidar.scan_matching import MatchSettings, match_scan, reach_of, weighted_law
 from mjnav.estimation.lidar.twist import Twist, TwistSensors
 from mjnav.estimation.pose_filter import ExtendedPoseFilter, PoseFilter, UnscentedPoseFilter, pose_residual
 from mjnav.geometry.distance_field import DistanceField
@@ -70,9 +70,11 @@ class ScanMatchingLocalizer(PoseEstimator, ABC):
         """fine: of the map, to match on; field: the same, to search by; start (3,): where the robot is, if known."""
         super().__init__(seed)
         self._fine, self._field, self._twists = fine, field, twists
-        self._gate, self._match = gate or GateSettings(), match or MatchSettings()
+        self._gate, match = gate or GateSettings(), match or MatchSettings()
+        self._centre, variance = weighted_law(field.noise, match)
+        self._match = replace(match, inflation=variance * match.inflation)
+        self._reach = reach_of(field.lidar, field.noise)
         self._relocation = Relocation(fine, field, search, seed, self._match)
-        self._centre = weighted_centre(field.noise, self._match)
         self._twist: Twist | None = None
         self._blind = np.zeros(2, int)  # intervals in a row in which v and omega were not measured
         self._history = MotionHistory()
@@ -149,7 +151,7 @@ class ScanMatchingLocalizer(PoseEstimator, ABC):
             found, self._anywhere = self._relocation.anywhere(points, std), False
             past.start(found.pose, found.covariance)
             return False
-        match = match_scan(self._fine, points, std, past.mean, self._match)
+        match = match_scan(self._fine, points, std, past.mean, self._match, self._reach)
         innovation = pose_residual(match.pose, past.mean)
         distance = float(innovation @ solve(past.covariance + match.covariance, innovation))
         taken = match.explained >= gate.explained and distance <= gate.distance

@@ -13,7 +13,7 @@ from mjnav.constant import Constant
 from mjnav.estimation.lidar.contradictions import contradictions, ways_of
 from mjnav.estimation.lidar.floor_search import FOUND, FloorSearch
 from mjnav.estimation.lidar.likelihood_field import LikelihoodField
-from mjnav.estimation.lidar.scan_matching import MatchSettings, ScanMatch, match_scan
+from mjnav.estimation.lidar.scan_matching import MatchSettings, ScanMatch, match_scan, reach_of
 from mjnav.geometry.distance_field import DistanceField
 from mjnav.messages import Array
 from mjnav.rng import stream
@@ -52,6 +52,7 @@ class Relocation:
     ):
         """fine: the map, to match on; field: the same, to compare places by."""
         self._fine, self._field, self._search, self._match = fine, field, search, match
+        self._reach = reach_of(field.lidar, field.noise)
         self._doubt = doubt or DoubtSettings()
         self._doubts, self._patience = 0, self._doubt.patience  # scans in a row; until the next search
         self._since = TRIALS[-1]  # scans since the start at a place that was found
@@ -90,7 +91,8 @@ class Relocation:
         Also the log of the ratio of its likelihood to that of the first of the others.
         """
         guesses = self._search.found(points, self._stream)[:: FOUND // NUM_MATCHED]
-        matches = [*others, *(match_scan(self._fine, points, std, guess, self._match) for guess in guesses)]
+        places = (match_scan(self._fine, points, std, guess, self._match, self._reach) for guess in guesses)
+        matches = [*others, *places]
         poses, beams = np.array([match.pose for match in matches]), self._field.beams(points)
         likelihood = self._field.log_ratio(poses, beams)
         likelihood += contradictions(poses, ways_of(points, self._field, beams.num), self._field)[0]

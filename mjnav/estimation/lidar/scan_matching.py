@@ -34,7 +34,10 @@ from mjnav.geometry.distance_field import DistanceField, FieldGrid, lookup
 from mjnav.geometry.kernel_types import Matrix, Vector
 from mjnav.messages import Array
 from mjnav.noise import Distribution
+from mjnav.scenarios.lidar import Lidar
 
+LEAST_FACING = 0.1  # cosine of the angle between a beam and a face, of which the expected range is told
+WITHIN = 2.5  # standard deviations
 UNKNOWN = 10.0  # [m], [rad] std of a direction that the scan does not determine
 
 
@@ -69,16 +72,21 @@ class ScanMatch(Constant):
     pose: Array  # (3,)
     covariance: Array  # (3, 3)
     num_points: int  # of the scan that met something
-    explained: float  # mean weight of these points: the share that lies on surfaces of the map
+    explained: float  # mean weight of those within reach: about the share that lies on surfaces of the map
 
 
 def match_scan(
-    field: DistanceField, points: Array, range_std: Array, guess: Array, settings: MatchSettings | None = None
+    field: DistanceField,
+    points: Array,
+    range_std: Array,
+    guess: Array,
+    settings: MatchSettings | None = None,
+    reach: float = np.inf,
 ) -> ScanMatch:
     """Matches points (n, 2) [m] in the robot's frame, NaN where a beam met nothing, from a guessed pose (3,) on.
 
-    range_std (n,) [m] is that of each range. Without points, and on an empty map, the pose is the guess and every
-    direction unknown.
+    range_std (n,) [m] is that of each range. Surfaces beyond `reach` [m] do not count (`reach_of`). Without points,
+    and on an empty map, the pose is the guess and every direction unknown.
     """
     settings = settings or MatchSettings()
     there = np.isfinite(points).all(axis=1)
@@ -87,7 +95,7 @@ def match_scan(
     hessian, explained = np.zeros((3, 3)), 0.0
     for _ in range(settings.max_steps if len(points) and field.grid.clearance.size else 0):
         hessian, gradient, explained = normal_equations(
-            points, variance, pose, field.grid, settings.map_std**2, scale**2
+            points, variance, pose, field.grid, settings.map_std**2, scale**2, reach
         )
         step = -_inverse(hessian, settings.loosest, 0.0) @ gradient
         if scale == settings.scale and np.abs(step).max() < settings.precision:
@@ -100,6 +108,15 @@ def match_scan(
     return ScanMatch(pose, covariance, len(points), explained)
 
 
+def reach_of(lidar: Lidar, noise: Distribution) -> float:
+    """How far [m] a surface may be for nearly all of its returns to be within the lidar's range.
+
+    Of a surface at the end of the range only the returns come back that err to the near side.
+    """
+    end = lidar.max_range
+    return float(end - lidar.bias(end, noise) - WITHIN * lidar.std(end, noise))
+
+
 def _inverse(hessian: Array, loosest: float, unknown: float) -> Array:
     """Of the symmetric matrix (3, 3), `unknown` in place of the variances of directions beyond std `loosest`."""
     values, vectors = eigh(hessian)
@@ -108,29 +125,41 @@ def _inverse(hessian: Array, loosest: float, unknown: float) -> Array:
     return (vectors * variances) @ vectors.T
 
 
-def weighted_centre(noise: Distribution, settings: MatchSettings | None = None) -> float:
-    """Where the match takes ranges with an error of this law to be right, in standard deviations from the law's mean.
+def weighted_law(noise: Distribution, settings: MatchSettings | None = None) -> tuple[float, float]:
+    """What the weights make of ranges with errors of this law, z = (error - mean) / std.
 
-    The b with E[w(z - b) (z - b)] = 0 for z = (error - mean) / std: 0 for a symmetric law, but the weights draw it to
-    the mode of a skewed one. 0 also for a law without a spread.
+    First the centre, the b with E[w z'] = 0, z' = z - b: a match takes ranges with the error b for right. It is 0 for a
+    symmetric law; of a skewed one the weights draw it to the mode. Second the variance of a match over what its weights
+    sum up to, E[(w z')^2] E[w] / E[d(w z')/dz]^2 / (1 + t^2 / std^2), t the std of the map (Huber 1981, ch. 3.2).
+    (0, 1) of a law without a spread.
     """
     if noise.std == 0.0:
-        return 0.0
+        return 0.0, 1.0
     settings = settings or MatchSettings()
     z = np.linspace(-12.0, 12.0, 4801)
     density = np.exp(np.minimum(noise.logpdf(noise.mean + noise.std * z), MAX_LOG_DENSITY))
-    squared_scale = settings.scale**2 * (1.0 + (settings.map_std / noise.std) ** 2)
+    density /= density.sum()
+    widened = 1.0 + (settings.map_std / noise.std) ** 2
+    m = settings.scale**2 * widened
     centre = 0.0
     for _ in range(100):
-        weights = density * (squared_scale / (squared_scale + (z - centre) ** 2)) ** 2
+        weights = density * (m / (m + (z - centre) ** 2)) ** 2
         centre = float(weights @ z / weights.sum())
-    return centre
+    squared = (z - centre) ** 2
+    w = (m / (m + squared)) ** 2
+    slope = density @ (w * (1.0 - 4.0 * squared / (m + squared)))
+    return centre, float((density @ (w * w * squared)) * (density @ w) / slope**2 / widened)
 
 
 @kernel
-def normal_equations(points: Matrix, variance: Vector, pose: Vector, grid: FieldGrid, map_variance: float, m: float):
-    """sum w J^T J / var (3, 3), sum w J^T c / var (3,) and mean w of points (n, 2), var (n,) of their ranges."""
-    hessian, gradient, total = np.zeros((3, 3)), np.zeros(3), 0.0
+def normal_equations(
+    points: Matrix, variance: Vector, pose: Vector, grid: FieldGrid, map_variance: float, m: float, reach: float
+):
+    """sum w J^T J / var (3, 3), sum w J^T c / var (3,) and mean w of points (n, 2), var (n,) of their ranges.
+
+    Of points on surfaces at most `reach` [m] away: length - c / (g . u) along the beam.
+    """
+    hessian, gradient, total, count = np.zeros((3, 3)), np.zeros(3), 0.0, 0
     cos, sin = np.cos(pose[2]), np.sin(pose[2])
     for i in range(len(points)):
         x, y = cos * points[i, 0] - sin * points[i, 1], sin * points[i, 0] + cos * points[i, 1]
@@ -138,7 +167,10 @@ def normal_equations(points: Matrix, variance: Vector, pose: Vector, grid: Field
         length = max(np.sqrt(x * x + y * y), 1e-9)
         along = (gx * x + gy * y) / length
         if along > 0.0:
-            c, gx, gy = -abs(c), -gx, -gy
+            c, gx, gy, along = -abs(c), -gx, -gy, -along
+        if length - c / min(along, -LEAST_FACING) > reach:
+            continue
+        count += 1
         turn = gy * x - gx * y
         inverse = 1.0 / (along * along * variance[i] + map_variance)
         weight = m / (m + c * c * inverse)
@@ -155,4 +187,4 @@ def normal_equations(points: Matrix, variance: Vector, pose: Vector, grid: Field
         gradient[1] += share * c * gy
         gradient[2] += share * c * turn
     hessian[1, 0], hessian[2, 0], hessian[2, 1] = hessian[0, 1], hessian[0, 2], hessian[1, 2]
-    return hessian, gradient, total / max(len(points), 1)
+    return hessian, gradient, total / max(count, 1)

@@ -7,12 +7,15 @@ from mjnav.estimation.lidar.scan_matching import (
     MatchSettings,
     match_scan,
     normal_equations,
-    weighted_centre,
+    reach_of,
+    weighted_law,
 )
 from mjnav.geometry.angles import wrap
 from mjnav.geometry.beams import beam_angles
 from mjnav.geometry.distance_field import DistanceField
+from mjnav.geometry.floor import Floor
 from mjnav.noise import make_distribution, profile
+from mjnav.scenarios.lidar import LidarSpec, lidar_of
 
 ANGLES = beam_angles(360)
 POSE = np.array([3.0, 1.5, 0.4])
@@ -64,6 +67,25 @@ def test_along_a_corridor_the_guess_stays_and_its_variance_is_large(corridor, ra
     assert np.linalg.eigvalsh(match.covariance).min() > 0.0
 
 
+def test_returns_that_came_back_for_their_error_alone_do_not_pull(corridor, ranges):
+    # A corridor whose end, 2.95 m ahead, is about as far as the lidar sees.
+    end = Floor(corridor.discs, np.vstack([corridor.boxes, [[3.05, 1.0, 0.0, 1.0, 1.0, 0.05]]]))
+    field, pose, law = DistanceField.of(end), np.array([0.05, 1.0, 0.0]), profile("gaussian")["lidar.range"]
+    lidar, rng, found = lidar_of(LidarSpec(spread=0.06), 360, 3.0), np.random.default_rng(0), {}
+    for _ in range(40):
+        seen = ranges(end, pose) + 0.06 * rng.standard_normal(360)
+        seen[seen > lidar.max_range] = np.inf
+        for reach in (np.inf, reach_of(lidar, law)):
+            found.setdefault(reach, []).append(
+                match_scan(field, points_of(seen), np.full(360, 0.06), pose, reach=reach)
+            )
+    everything, within = found.values()
+    errors = [error_of(match, pose)[0] for match in everything]
+    assert np.mean(errors) > 0.01 > 4.0 * np.std(errors) / np.sqrt(40)
+    assert np.mean([error_of(match, pose)[0] for match in within]) == pytest.approx(0.0, abs=1e-6)
+    assert all(match.covariance[0, 0] > 1.0 for match in within)
+
+
 def test_without_points_or_map_nothing_is_known(room, field, ranges):
     empty = match_scan(field, np.full((360, 2), np.nan), np.full(360, STD), POSE)
     assert empty.pose == pytest.approx(POSE, abs=1e-12)
@@ -82,7 +104,7 @@ def test_the_gradient_is_that_of_the_robust_cost(room, field, ranges):
 
     pose = POSE + np.array([-0.013, 0.017, 0.004])
     # Ranges without an error: the variance is the map's, the same everywhere.
-    hessian, gradient, _ = normal_equations(points, np.zeros(len(points)), pose, field.grid, t**2, m)
+    hessian, gradient, _ = normal_equations(points, np.zeros(len(points)), pose, field.grid, t**2, m, np.inf)
     h = 1e-7
     numeric = [(cost(pose + h * axis) - cost(pose - h * axis)) / (2.0 * h) for axis in np.eye(3)]
     assert gradient == pytest.approx(numeric, rel=1e-4, abs=1e-3)
@@ -106,16 +128,21 @@ def test_the_covariance_covers_the_errors(room, field, ranges):
     assert np.sqrt(np.mean(np.square(errors), axis=0)).max() < 5e-3
 
 
-@pytest.mark.parametrize("law", [profile("pearson")["lidar.range"], profile("bimodal")["lidar.range"]])
-def test_the_centre_of_a_skewed_law_is_where_the_weighted_errors_balance(law):
-    settings = MatchSettings()
-    centre = weighted_centre(law, settings)
-    assert abs(centre) > 0.05
-    z = (law.sample(np.random.default_rng(0), 400_000) - law.mean) / law.std - centre
-    m = settings.scale**2 * (1.0 + (settings.map_std / law.std) ** 2)
-    assert np.mean((m / (m + z**2)) ** 2 * z) == pytest.approx(0.0, abs=3e-3)
+@pytest.mark.parametrize("name", ["gaussian", "pearson", "bimodal"])
+def test_what_the_weights_make_of_a_law_is_what_weighted_means_of_its_draws_do(name):
+    law, settings = profile(name)["lidar.range"], MatchSettings(map_std=0.0)
+    m, num = settings.scale**2, 100
+    draws = (law.sample(np.random.default_rng(0), 400_000) - law.mean) / law.std
+    draws = draws.reshape(-1, num)
+    mean = np.zeros(len(draws))
+    for _ in range(60):  # each row's robust mean, as Gauss-Newton steps find a match
+        w = (m / (m + (draws - mean[:, None]) ** 2)) ** 2
+        mean = (w * draws).sum(axis=1) / w.sum(axis=1)
+    centre, variance = weighted_law(law, settings)
+    assert mean.mean() == pytest.approx(centre, abs=0.012)
+    assert mean.var() == pytest.approx(variance / w.sum(axis=1).mean(), rel=0.1)
 
 
-def test_a_symmetric_law_is_centred_at_its_mean():
-    assert weighted_centre(make_distribution("gaussian", mean=0.3, std=0.05)) == pytest.approx(0.0, abs=1e-9)
-    assert weighted_centre(profile("none")["lidar.range"]) == 0.0
+def test_a_symmetric_law_is_centred_at_its_mean_and_one_without_a_spread_is_exact():
+    assert weighted_law(make_distribution("gaussian", mean=0.3, std=0.05))[0] == pytest.approx(0.0, abs=1e-9)
+    assert weighted_law(profile("none")["lidar.range"]) == (0.0, 1.0)
