@@ -85,5 +85,6 @@ class ImmLidarTracker(LidarTracker):
 
 
 def _tracker(make: Callable[[], PersonFilter], scenario: Scenario, seed: int) -> LidarTracker:
+    make()  # filterpy is loaded before the run, not with the first track
     num = scenario.estimation.obstacles.particles
     return LidarTracker(Detector.of(scenario), lambda *_: GaussianTrackFilter(make()), num, seed)
