@@ -351,8 +351,8 @@ class Trajectory(ShortRepr):
     cautious_ticks: int = 0  # in which the robot drove more slowly than decided, as it did not know enough
     recoveries: int = 0  # of filters that were spread again
     track_states: Array = field(
-        default_factory=lambda: np.zeros((0, 6))
-    )  # (n, 6) row of `time`, track's number, x, y, vx, vy of every track that carries no person's name
+        default_factory=lambda: np.zeros((0, 7))
+    )  # (n, 7) row of `time`, track's number, x, y, vx, vy, time unseen of every track that carries no person's name
 
     @property
     def estimate_covariance(self) -> Array:

@@ -24,6 +24,7 @@ from mjnav.scenarios.spec import Scenario
 
 COVERED = 0.95  # probability of the region that coverage counts
 DIVERGED, DIVERGED_TIME = 0.999, 1.0  # an estimate has diverged where it lies outside of this region for this long [s]
+SEEN = 0.3  # [s] since the last detection of a track, for it to count as seen: more than a turn of the slowest lidar
 DEPLETED = 0.02  # a belief is depleted where its effective sample size is below this share of its particles
 _EXACT = 1e-12  # of the largest variance: a smaller one counts as none
 
@@ -60,6 +61,18 @@ def localization_rmse(trajectory: Trajectory) -> float | None:
 def tracking_rmse(trajectory: Trajectory) -> float | None:
     """The same for people, over all ticks and people with a track [m]; None where nobody was tracked."""
     return _rms(trajectory.tracks[..., :2], trajectory.people_position[:-1])
+
+
+def seen_tracking_rmse(trajectory: Trajectory) -> float | None:
+    """The same where the track was detected within SEEN; None where nobody was."""
+    hidden = trajectory.track_states[trajectory.track_states[:, 6] > SEEN]
+    if not len(hidden):
+        return tracking_rmse(trajectory)
+    row = hidden[:, 0].astype(np.intp)
+    which, person = np.nonzero((trajectory.tracks[row] == hidden[:, None, 2:6]).all(axis=-1))
+    tracks = trajectory.tracks[..., :2].copy()
+    tracks[row[which], person] = np.nan
+    return _rms(tracks, trajectory.people_position[:-1])
 
 
 def _rms(estimates: Array, truth: Array) -> float | None:

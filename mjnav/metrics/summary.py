@@ -83,6 +83,7 @@ class Figures:
     cautious_ticks: int
     localization_rmse_m: float | None
     tracking_rmse_m: float | None
+    seen_tracking_rmse_m: float | None
     gospa_m: float | None
     gospa_localization_m: float | None
     gospa_missed_m: float | None
@@ -219,6 +220,7 @@ def _knowledge(trajectory: Trajectory, scenario: Scenario) -> dict[str, float | 
     return {
         "localization_rmse_m": consistency.localization_rmse(trajectory),
         "tracking_rmse_m": consistency.tracking_rmse(trajectory),
+        "seen_tracking_rmse_m": consistency.seen_tracking_rmse(trajectory),
         "gospa_m": found and found.total,
         "gospa_localization_m": found and found.localization,
         "gospa_missed_m": found and found.missed,

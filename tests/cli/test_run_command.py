@@ -26,7 +26,7 @@ FIGURES = """
     min_acceleration_m_s2 mean_acceleration_m_s2 max_acceleration_m_s2 min_jerk_m_s3 mean_jerk_m_s3 max_jerk_m_s3
     stalled_s not_moving_s heading_change_rad ticks infeasible_ticks clipped_ticks cautious_ticks compute_ms
     real_time_factor deadline_misses
-    localization_rmse_m tracking_rmse_m gospa_m gospa_localization_m gospa_missed_m gospa_false_m
+    localization_rmse_m tracking_rmse_m seen_tracking_rmse_m gospa_m gospa_localization_m gospa_missed_m gospa_false_m
     identity_switches track_fragmentations false_tracks tracked_share first_track_delay_s robot_nees people_nees
     robot_coverage people_coverage robot_divergences people_divergences ess_min ess_mean robot_depleted_share
     people_depleted_share recoveries kidnappings kidnappings_recovered kidnap_recovery_s state_hash log metrics detour

@@ -27,6 +27,23 @@ def test_the_tracks_error_is_that_of_places_and_velocities_at_the_tick(trajector
     assert consistency.tracking_rmse(trajectory) == pytest.approx(np.sqrt((0.25 + 1.0) / 2))
 
 
+def test_who_was_not_seen_for_some_time_counts_in_one_error_of_tracks_and_not_in_the_other(trajectory_through):
+    people = np.zeros((3, 2, 2))
+    tracks = np.array([[[1.0, 0, 9, 9], [0.0, 3.0, 9, 9]], [[2.0, 0, 9, 9], [np.nan] * 4]])
+    states = [
+        [0, 4, *tracks[0, 1], 0.4],
+        [0, 5, *tracks[0, 0], 0.2],
+        [1, 5, *tracks[1, 0], 0.0],
+        [1, 6, 7, 7, 0, 0, 2.0],
+    ]
+    route = [[0, 0], [1, 0], [2, 0]]
+    trajectory = trajectory_through(route, people=people, tracks=tracks, track_states=np.array(states))
+    assert consistency.tracking_rmse(trajectory) == pytest.approx(np.sqrt((1 + 9 + 4) / 3))
+    assert consistency.seen_tracking_rmse(trajectory) == pytest.approx(np.sqrt((1 + 4) / 2))
+    named = trajectory_through(route, people=people, tracks=tracks)
+    assert consistency.seen_tracking_rmse(named) == consistency.tracking_rmse(named)
+
+
 def test_a_wrong_heading_is_no_distance(trajectory_through):
     trajectory = trajectory_through([[0, 0], [1, 0]], estimate=np.array([[3.0, 4.0, 1.0]]))
     assert consistency.localization_rmse(trajectory) == 5.0

@@ -91,7 +91,7 @@ def test_over_a_run_it_is_the_root_of_the_mean_square_and_its_parts_add_up(traje
 
 def test_where_the_lidar_is_the_source_its_range_bounds_people_and_tracks(trajectory_through, scenario_with):
     people = np.array([[[1.0, 0.0], [11.0, 0.0]]] * 2)
-    states = np.array([[0, 7, 1.0, 0.5, 0, 0], [0, 8, 12.0, 0.0, 0, 0]])
+    states = np.array([[0, 7, 1.0, 0.5, 0, 0, 0], [0, 8, 12.0, 0.0, 0, 0, 0]])
     tracks = np.array([[[1.0, 0.5, 0, 0], [np.nan] * 4]])
     trajectory = trajectory_through(np.zeros((2, 2)), people=people, tracks=tracks, track_states=states)
     near, all_of_it = (

@@ -12,13 +12,13 @@ def run_of(make, people, tracks):
     """People by tick, (T, P) places x + iy or None; tracks by tick, {number: place}."""
     places = np.array([[complex(np.nan, np.nan) if z is None else z for z in row] for row in people])
     xy = np.stack([places.real, places.imag], axis=-1)
-    states = [[k, number, z.real, z.imag, 0.0, 0.0] for k, tick in enumerate(tracks) for number, z in tick.items()]
+    states = [[k, number, z.real, z.imag, 0.0, 0.0, 0.0] for k, tick in enumerate(tracks) for number, z in tick.items()]
     ticks = len(people)
     return make(
         np.zeros((ticks + 1, 2)),
         people=np.concatenate([xy, xy[-1:]]),
         tracks=np.full((ticks, xy.shape[1], 4), np.nan),
-        track_states=np.reshape(np.array(states, float), (-1, 6)),
+        track_states=np.reshape(np.array(states, float), (-1, 7)),
     )
 
 

@@ -28,6 +28,12 @@ KNOWLEDGE: Mapping[str, Definition] = MappingProxyType(
             text="error of people's estimated positions, root of the mean square over ticks and people with a track",
             unit="m", better=LOWER, words="error of beliefs of people", null="nobody was tracked",
         ),
+        "seen_tracking_rmse_m": Definition(
+            text="the same of tracks that were detected in the last 0.3 s, without those of people who are hidden; "
+            "where the sensor says who is who, all of them",
+            unit="m", better=LOWER, words="error of beliefs of people in sight", null="nobody was tracked",
+            over_all=True,
+        ),
         "gospa_m": Definition(
             text="how far the set of tracks is from that of the people to be tracked: GOSPA with alpha = 2, p = 2 and "
             "c = 1 m, root of the mean square over ticks",

@@ -15,8 +15,10 @@ class Believed:
     ess: float  # effective sample size
     particles: float = nan  # how many; NaN where it is not known
     recovered: bool = False  # the filter was spread again
+    unseen: float = 0.0  # [s] since the last detection that belongs to it
 
     @classmethod
     def of(cls, belief: RobotBelief | Track) -> "Believed":
         """That of a belief."""
-        return cls(belief.mean, belief.covariance, belief.ess, len(belief.weights), belief.recovered)
+        unseen = belief.unseen if isinstance(belief, Track) else 0.0
+        return cls(belief.mean, belief.covariance, belief.ess, len(belief.weights), belief.recovered, unseen)

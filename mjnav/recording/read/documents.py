@@ -58,6 +58,7 @@ def decode_tracks(people: Mapping) -> dict[str, Believed]:
             _array(person["covariance"], (4, 4)),
             number(person["ess"]),
             recovered=bool(person["recovered"]),
+            unseen=number(person.get("unseen", 0.0)),
         )
         for person in people["people"]
     }

@@ -161,7 +161,7 @@ class TrajectoryBuilder:
                 found[person] = track
             elif (number := track_number(name)) is not None:
                 unnamed.append(track)
-                self._rows["track_states"].add((len(self), number, *track.mean))
+                self._rows["track_states"].add((len(self), number, *track.mean, track.unseen))
         if unnamed:
             places = np.array([track.mean[:2] for track in unnamed])
             pairs = nearest_pairs(truth.people_position, places, GATE)
@@ -205,7 +205,7 @@ class TrajectoryBuilder:
             **dict.fromkeys(("robot_ess", "robot_particles"), ()),
             "people_ess": (p,),
             **dict.fromkeys(("command", "decision", "nominal"), (2,)),
-            "track_states": (6,),
+            "track_states": (7,),
         }
         self._places = {f"person{i}": i for i in range(p)}
         self._rows = {name: _Rows(shape) for name, shape in shapes.items()}

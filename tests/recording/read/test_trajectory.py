@@ -38,12 +38,12 @@ def test_a_track_without_a_name_counts_as_the_nearest_persons(crossing_tick):
     tick = crossing_tick
     track = tick.tracks[0]
     person = tick.truth.people_position[0]
-    near = replace(track, name="track12", mean=np.array([*(person + 0.3), 0.5, 0.0]))
+    near = replace(track, name="track12", unseen=0.4, mean=np.array([*(person + 0.3), 0.5, 0.0]))
     far = replace(track, name="track7", mean=np.array([*(person + 2.0), 0.0, 0.0]))
     builder = TrajectoryBuilder()
     builder.add(replace(tick, tracks=(far, near)))
     trajectory = builder.finish(tick.truth)
-    assert trajectory.track_states.tolist() == [[0, 7, *far.mean], [0, 12, *near.mean]]
+    assert trajectory.track_states.tolist() == [[0, 7, *far.mean, 0.0], [0, 12, *near.mean, 0.4]]
     assert trajectory.tracks[0, 0].tolist() == near.mean.tolist()
     assert trajectory.track_covariance[0, 0].tolist() == near.covariance.tolist()
 
