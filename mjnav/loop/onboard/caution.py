@@ -3,7 +3,8 @@
 Whatever method decides, its decision stands as long as the robot knows what the method is told. It stops
 
 * without anything usable of a sensor that its estimators go by for PATIENCE,
-* where it goes by its lidar and its belief of its own position is wider than MAX_POSITION_STD or MAX_HEADING_STD,
+* where it goes by its lidar and its belief of its own position is wider than MAX_POSITION_STD or MAX_HEADING_STD, or
+  more than OFF_MAP of its scan is not where the map would have it: it is somewhere else, or its lidar is wrong,
 * where it goes by its lidar and wheels and gyro contradict each other, as when a wheel slips: then it does not go where
   it is sent. At rest they agree, so it stays for a while, for twice as long each time.
 
@@ -21,7 +22,6 @@ from dataclasses import replace
 import numpy as np
 
 from mjnav.estimation import assumed_noise
-from mjnav.estimation.lidar.twist import TwistSensors
 from mjnav.loop.onboard.sanity import Sanity
 from mjnav.loop.onboard.seen_space import SeenSpace
 from mjnav.messages import Array, Beliefs, Decision, Event, Reading, RobotBelief, Status
@@ -30,6 +30,7 @@ from mjnav.scenarios.spec import Scenario
 PATIENCE = 0.5  # [s]; somebody unseen walks 0.7 m in it, and the robot needs 0.8 s more to stop from 0.8 m/s
 MAX_POSITION_STD = 0.5  # [m] of the widest direction: a person's width, the room that a robot has in a doorway
 MAX_HEADING_STD = 0.5  # [rad]: half a metre to the side after a metre
+OFF_MAP = 0.7  # of a scan's returns; in a crowd up to a half are people, of a robot that was carried away 0.9 are off
 CONFLICTS = 3  # readings in a row in which wheels and gyro contradict each other: one or two are the tails of noise
 FIRST_REST, LONGEST_REST = 1.0, 30.0  # [s] that the robot then stays
 SPEEDS = 8  # parts of the decided speed that are tried from the fastest on
@@ -55,7 +56,7 @@ class Caution:
         if "scan" in self._needs:
             rate = scenario.sensors.scanner.rate
             self._needs["scan"] += 0.0 if rate is None else 2.0 / rate  # a scan is that old before the next is whole
-            self._space = SeenSpace(scenario, TwistSensors.of(assumed_noise(scenario), self._limits))
+            self._space = SeenSpace(scenario, assumed_noise(scenario))
         self._conflicts, self._rest, self._rests_until = 0, 0.5 * FIRST_REST, -np.inf
         self._stopped: dict[str, float] = {}  # [s] of the latest stop for each kind of cause that the log tells
         self._events: list[Event] = []
@@ -109,6 +110,8 @@ class Caution:
             return "wheels and gyro contradict each other"
         if not self._by_lidar:
             return ""
+        if self._space is not None and self._space.off_map > OFF_MAP:
+            return "the scan is not that of the map"
         position, heading = _widths(belief.covariance)
         if position > MAX_POSITION_STD:
             return f"position known to {position:.1f} m only"

@@ -9,7 +9,7 @@ the lidar's field of view. Next to one another such beams leave a gap of angle g
 unseen from the distance HIDDEN / sin(g / 2) on. There the gap counts as an obstacle.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -19,12 +19,15 @@ from mjnav.estimation.lidar.beams import MotionHistory, scan_points
 from mjnav.estimation.lidar.twist import Twist, TwistSensors
 from mjnav.geometry.beams import WHOLE_TURN, placed
 from mjnav.messages import Array, Reading, Track
+from mjnav.noise import Distribution
 from mjnav.scenarios.floor import floor_of_lidar
 from mjnav.scenarios.spec import Scenario
 from mjnav.world.lidar.casting import cast
 
-ON_MAP = 0.15  # [m] from a surface of the map, beyond which a return is not its own: 5 std of a cheap lidar
+ON_MAP = 0.15  # [m] and 3 std of the range from a surface of the map, beyond which a return is not its own
+SURE = 0.9  # share of the lidar's range within which a surface would surely have returned a beam
 ON_TRACK = 0.3  # [m] from somebody's surface: as far as they walk between two scans at 10 Hz, and a track's own error
+MANY = 10  # returns that are enough to say what share of them the map explains
 HIDDEN = 0.05  # [m] radius of the thinnest thing that must not go unseen: a table's leg, an ankle
 STRAIGHT = 1e-6  # [1/m] of curvature, below which an arc is a line
 SUPPORT = 2  # returns within reach of the arc that make an obstacle: a single one may be an outlier
@@ -37,14 +40,16 @@ class Seen:
     time: float  # [s] of the reading that brought it
     newest: float  # [s] of its last beam
     points: Array  # (n, 2) [m] in the robot's frame at `time`: of unexplained returns, and where gaps begin
+    off_map: float  # share that the map does not explain of the returns where it has a surface; 0 of too few to tell
 
 
 class SeenSpace:
     """The scans of one run, and how the robot moved since the latest."""
 
-    def __init__(self, scenario: Scenario, sensors: TwistSensors):
-        """`sensors` says what wheels and gyro are worth."""
-        self._lidar, self._sensors = scenario.sensors.scanner, sensors
+    def __init__(self, scenario: Scenario, noise: Mapping[str, Distribution]):
+        """`noise` is the law that the robot assumes of each channel."""
+        self._lidar, self._noise = scenario.sensors.scanner, noise["lidar.range"]
+        self._sensors = TwistSensors.of(noise, scenario.robot.limits)
         self._floor = floor_of_lidar(scenario.known_bodies)
         self._history = MotionHistory()
         self._twist: Twist | None = None
@@ -59,15 +64,37 @@ class SeenSpace:
         self._twist = self._sensors.fused(reading, self._twist)
         self._history.add(self._twist)
         if reading.scan.size == len(self._lidar.angles):
-            points = scan_points(reading, self._history, self._lidar)
-            points = self._unexplained(points[np.isfinite(points[:, 0])], pose, people)
-            newest = float(reading.scan_times.max()) if reading.scan_times.size else reading.time
-            self._seen = Seen(reading.time, newest, np.concatenate([points, self._gaps(reading.scan, pose)]))
+            self._seen = self._look(reading, pose, people)
+
+    def _look(self, reading: Reading, pose: Array, people: Sequence[Track]) -> Seen:
+        lidar = self._lidar
+        x, y, heading = placed(pose, lidar.mount)
+        bodies = self._floor.discs, self._floor.boxes
+        expected = np.isfinite(cast(np.array([x, y]), heading + lidar.angles, *bodies, SURE * lidar.max_range))
+        points = scan_points(reading, self._history, lidar, self._noise)
+        returned = np.isfinite(points[:, 0])
+        points, expected_too = points[returned], expected[returned]
+        c, s = np.cos(pose[2]), np.sin(pose[2])
+        places = pose[:2] + points @ np.array([[c, s], [-s, c]])
+        spread = lidar.std(reading.scan[returned], self._noise)
+        strange = self._floor.clearance(places) > ON_MAP + 3.0 * spread
+        off_map = float(strange[expected_too].mean()) if expected_too.sum() >= MANY else 0.0
+        for person in people:
+            reach = person.radius + ON_TRACK
+            strange &= ((places - person.mean[:2]) ** 2).sum(axis=1) > reach * reach
+        blind = ~(reading.scan > 0.0) | (np.isposinf(reading.scan) & expected)
+        newest = float(reading.scan_times.max()) if reading.scan_times.size else reading.time
+        return Seen(reading.time, newest, np.concatenate([points[strange], self._gaps(blind)]), off_map)
 
     @property
     def contradicts(self) -> bool:
         """Whether wheels and gyro contradict each other in the latest reading."""
         return self._twist is not None and self._twist.rivals is not None
+
+    @property
+    def off_map(self) -> float:
+        """Of the latest scan's returns where the map has a surface, the share that it does not explain."""
+        return 0.0 if self._seen is None else self._seen.off_map
 
     def age(self, now: float) -> float:
         """Of the last beam of the latest scan [s]; infinite before the first."""
@@ -87,26 +114,9 @@ class SeenSpace:
             points = np.array([x, y]) + points @ np.array([[c, s], [-s, c]])
         return free_arc(points, v, omega, radius)
 
-    def _unexplained(self, points: Array, pose: Array, people: Sequence[Track]) -> Array:
-        """The points (n, 2) in the robot's frame that neither the map nor a track explains."""
-        c, s = np.cos(pose[2]), np.sin(pose[2])
-        places = pose[:2] + points @ np.array([[c, s], [-s, c]])
-        strange = self._floor.clearance(places) > ON_MAP
-        for person in people:
-            reach = person.radius + ON_TRACK
-            strange &= ((places - person.mean[:2]) ** 2).sum(axis=1) > reach * reach
-        return points[strange]
-
-    def _gaps(self, ranges: Array, pose: Array) -> Array:
+    def _gaps(self, blind: NDArray[np.bool_]) -> Array:
         """Points (k, 2) in the robot's frame at which bodies may stand unseen, one for each beam that saw nothing."""
         lidar = self._lidar
-        blind = ~(ranges > 0.0)
-        silent = np.flatnonzero(np.isposinf(ranges))
-        if silent.size:
-            x, y, heading = placed(pose, lidar.mount)
-            discs, boxes = self._floor.discs, self._floor.boxes
-            expected = cast(np.array([x, y]), heading + lidar.angles[silent], discs, boxes, lidar.max_range)
-            blind[silent] = np.isfinite(expected)
         blind = np.append(blind, np.ones(len(self._beyond), bool))
         if not blind.any():
             return np.zeros((0, 2))

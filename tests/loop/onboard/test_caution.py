@@ -1,6 +1,7 @@
 """A robot that does not know enough drives more slowly or stops, and drives on when it knows again."""
 
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -105,6 +106,17 @@ def test_the_robot_drives_no_faster_than_lets_it_stop_before_what_the_map_misses
     assert found.wish == (1.0, 0.0)
     assert not found.clipped
     assert found.status == Status.OK
+
+
+@pytest.mark.parametrize(("place", "stays"), [((0.0, 0.0, 0.0), False), ((2.0, 1.0, 1.0), True)])
+def test_a_robot_that_does_not_see_what_its_map_has_around_it_stays(place, stays):
+    """It was carried away: where it believes to be the walls would be elsewhere."""
+    corners = [[-3.0, -2.0], [4.0, -2.0], [4.0, 3.0], [-3.0, 3.0], [-3.0, -2.0]]
+    walls = [{"from": a, "to": b} for a, b in pairwise(corners)]
+    caution, belief = told(load("crossing1", {**STILL, "robot.goal": [3.0, 0.0], "walls": walls}), np.array(place))
+    found = caution.limited(replace(DRIVE, v=0.1), belief, 0.1)
+    assert (found.v == 0.0) == stays
+    assert ("map" in found.caution) == stays
 
 
 @pytest.mark.parametrize(("key", "value"), [("scan", np.zeros(0)), ("dropped", ("scan",))])

@@ -9,7 +9,6 @@ from hypothesis import strategies as st
 
 from mjnav.estimation import assumed_noise
 from mjnav.estimation.base import person_track
-from mjnav.estimation.lidar.twist import TwistSensors
 from mjnav.loop.onboard.seen_space import HIDDEN, SeenSpace, free_arc
 from mjnav.messages import Reading
 from mjnav.motion.unicycle import integrate
@@ -60,7 +59,7 @@ def test_a_single_point_is_no_obstacle_and_two_are():
 
 
 def space_of(scenario: Scenario) -> SeenSpace:
-    return SeenSpace(scenario, TwistSensors.of(assumed_noise(scenario), scenario.robot.limits))
+    return SeenSpace(scenario, assumed_noise(scenario))
 
 
 def first_reading(scenario: Scenario) -> Reading:
