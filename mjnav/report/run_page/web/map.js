@@ -209,7 +209,7 @@ class RunMap extends Drawing {
   }
 
   people(frame) {
-    const { run, ink, layers } = this;
+    const { run, ink } = this;
     const people = run.row('people', frame), before = run.row('people', Math.max(0, frame - 1));
     const pause = run.time[frame] - run.time[Math.max(0, frame - 1)];
     run.people.forEach((name, i) => {
