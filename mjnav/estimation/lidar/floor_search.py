@@ -37,7 +37,12 @@ class Level(Constant):
     temper: float = 1.0  # of the likelihood; the last level leaves modes as a scan of the filter does
 
 
-LEVELS = (Level(0.3, 24, 0.15, 0.1), Level(0.12, 40, 0.06, 0.04), Level(0.04, 60, 0.02, 0.015, TEMPER))
+LEVELS = (
+    Level(0.3, 24, 0.15, 0.1),
+    Level(0.12, 40, 0.06, 0.04, 0.5),
+    Level(0.04, 60, 0.02, 0.012, 0.2),
+    Level(0.02, 60, 0.01, 0.006, TEMPER),
+)
 KEEPS = 0.1  # of a level's poses, as effective sample size, whatever the likelihood says: so that no mode dies at once
 
 

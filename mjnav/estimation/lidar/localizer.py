@@ -112,6 +112,7 @@ class LidarLocalizer(PoseEstimator):
         beams = self._field.beams(points)
         if self._anywhere:
             self._restart(self._search.found(points, self._starting))
+            self._recovery.restart()
             self._anywhere = False
         self._cloud.slip()
         fit = self._field.log_ratio(self._cloud.particles, beams)

@@ -28,6 +28,7 @@ PATIENCE, MOST_PATIENCE = 5, 40  # scans between two searches; twice as many aft
 # people; beams that went through surfaces refute a pose, where they are more than a share of all.
 MOST_ODDS, REFUTED_ODDS, REFUTED = 0.1, 1.0, 0.1
 TAKES_OVER, GIVES_UP = 6.0, -3.0  # log of the odds
+YOUNG, TRIALS = 60, (5, 15, 40)  # scans after a search in which its result is on trial; then others are looked for
 TRIAL = 70  # scans after which a rival that has not taken over is dropped
 COMPARED, WATCHED = 100, 10  # particles of a belief that are followed along the beams, beside a rival and always
 
@@ -40,6 +41,7 @@ class Recovery:
         self._searching = stream(seed, "estimation.search")
         self._slow = self._fast = 0.0  # 0 before the first scan
         self._refuted = 0.0  # share of beams that went through surfaces, followed as w_fast
+        self._age = YOUNG + 1  # scans since the belief came from a search; more than that where it did not
         self._since, self._patience = 0, PATIENCE  # scans since the last search, and until the next one
         self._rival: Cloud | None = None
         self._odds = 0.0  # log of those of the rival
@@ -55,22 +57,26 @@ class Recovery:
 
         The belief is the one before the correction by this scan.
         """
-        self._since += 1
+        self._since, self._age = self._since + 1, self._age + 1
         doubtful = self._doubts(points, beams, belief, fit)
         if self._rival is None:
-            if doubtful and self._since >= self._patience:
+            if (doubtful and self._since >= self._patience) or self._age in TRIALS:
                 self._begin(points)
             elif not doubtful:
                 self._patience = PATIENCE
             return None
         self._compare(points, beams, belief, fit)
         if self._odds >= TAKES_OVER:
-            self._slow = 0.0
+            self.restart()
             return self._end()
         if self._odds <= GIVES_UP or self._since > TRIAL:
             self._patience = min(2 * self._patience, MOST_PATIENCE)
             self._end()
         return None
+
+    def restart(self) -> None:
+        """The belief is new, from a search: others that fit nearly as well are tried beside it for a while."""
+        self._slow, self._age = 0.0, 0
 
     def _doubts(self, points: Array, beams: Beams, belief: Cloud, fit: Array) -> bool:
         """Whether the scans of late are not what the belief lets one expect."""
@@ -109,7 +115,8 @@ class Recovery:
         against, weights = TEMPER * (fit[::step] + against), belief.weights[::step]
         highest = float(against.max())
         evidence = rival.correct(own) - highest - float(np.log(weights @ np.exp(against - highest) / weights.sum()))
-        most = REFUTED_ODDS if weights @ shares > REFUTED * weights.sum() else MOST_ODDS
+        refuted = weights @ shares > REFUTED * weights.sum()
+        most = REFUTED_ODDS if refuted or self._age <= YOUNG else MOST_ODDS
         self._odds += float(np.clip(evidence, -1.0, most))
         _, covariance, size = rival.moments()
         rival.resample(covariance, size, FOUND)
