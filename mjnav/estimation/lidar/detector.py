@@ -14,7 +14,7 @@ from mjnav.constant import Constant
 from mjnav.estimation.assumed import assumed_noise
 from mjnav.estimation.lidar.beams import MotionHistory
 from mjnav.estimation.lidar.bodies import find_bodies
-from mjnav.estimation.lidar.range_error import shared_error
+from mjnav.estimation.lidar.range_error import beyond_doubt, shared_error
 from mjnav.estimation.lidar.rays import Rays
 from mjnav.estimation.lidar.twist import Twist, TwistSensors
 from mjnav.estimation.lidar.visibility import visible_share
@@ -30,7 +30,6 @@ PERSON_RADIUS = 0.3  # [m] that the robot takes people to have, the default of a
 PERSON_RADIUS_STD = 0.05  # [m]
 MIN_SPREAD = 0.005  # [m] of a range, where its noise is none
 MIN_RANGE = 0.01  # [m]; some lidars say 0 where nothing returned
-SHARED_ERROR = 0.03  # [m] of all ranges that is put right, where it is also beyond SIGMAS of the robot's position
 SIGMAS = 3.0  # of a range within the robot's body, which is no body's
 
 
@@ -87,10 +86,8 @@ class Detector:
         """The bodies in a reading's scan, in the order of the beams, with the robot's belief after that reading."""
         self.follow(reading)
         rays = self._rays(reading, robot.mean)
-        error = shared_error(rays, self._field.grid)
-        doubt = SHARED_ERROR + SIGMAS * float(np.sqrt(np.max(np.diag(robot.covariance)[:2])))
-        if abs(error) > doubt:
-            rays = rays._replace(ranges=rays.ranges - error)
+        error = beyond_doubt(shared_error(rays, self._field.grid), robot.covariance)
+        rays = rays._replace(ranges=rays.ranges - error)
         rows = find_bodies(rays, robot.mean, robot.covariance, self._field.grid, PERSON_RADIUS, PERSON_RADIUS_STD)
         return ScanDetections(tuple(map(_detection, rows)), rays, robot.mean, robot.covariance, self._field)
 

@@ -24,6 +24,7 @@ from mjnav.estimation.lidar.delayed import DelayedPose, Motion
 from mjnav.estimation.lidar.floor_search import FloorSearch
 from mjnav.estimation.lidar.likelihood_field import LikelihoodField
 from mjnav.estimation.lidar.localizer import LEAST_RETURNS, START_STD, field_and_search
+from mjnav.estimation.lidar.range_error import put_right
 from mjnav.estimation.lidar.relocation import Relocation
 from mjnav.estimation.lidar.scan_matching import MatchSettings, match_scan, reach_of, weighted_law
 from mjnav.estimation.lidar.twist import Twist, TwistSensors
@@ -151,6 +152,7 @@ class ScanMatchingLocalizer(PoseEstimator, ABC):
             found, self._anywhere = self._relocation.anywhere(points, std), False
             past.start(found.pose, found.covariance)
             return False
+        points = put_right(points, self._field.lidar, past.mean, past.covariance, self._field.field.grid)
         match = match_scan(self._fine, points, std, past.mean, self._match, self._reach)
         innovation = pose_residual(match.pose, past.mean)
         distance = float(innovation @ solve(past.covariance + match.covariance, innovation))

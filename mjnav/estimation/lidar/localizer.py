@@ -23,6 +23,7 @@ from mjnav.estimation.lidar.cloud import Cloud
 from mjnav.estimation.lidar.contradictions import contradictions, ways_of
 from mjnav.estimation.lidar.floor_search import FloorSearch
 from mjnav.estimation.lidar.likelihood_field import LikelihoodField
+from mjnav.estimation.lidar.range_error import put_right
 from mjnav.estimation.lidar.recovery import Recovery
 from mjnav.estimation.lidar.twist import Twist, TwistSensors
 from mjnav.geometry.angles import wrap
@@ -93,6 +94,9 @@ class LidarLocalizer(PoseEstimator):
             self._cloud.predict(twist)
             self._recovery.predict(twist)
         points = scan_points(reading, self._history, self._field.lidar, self._field.noise)
+        if len(points) and not self._anywhere:
+            mean, covariance, _ = self._cloud.moments()
+            points = put_right(points, self._field.lidar, mean, covariance, self._field.field.grid)
         recovered = self._informs(points) and self._correct(points)
         cloud = self._cloud
         mean, covariance, size = cloud.moments()
