@@ -3,6 +3,7 @@
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import groupby
+from math import isnan
 from typing import Any, NamedTuple
 
 from mjnav.messages import TickRecord, WorldState
@@ -140,5 +141,5 @@ def _leaves(value: Any, name: str) -> Iterator[tuple[str, Any]]:
 
 
 def _document(topic: str, value: Any) -> Any:
-    """A message's value; of a foxglove.LaserScan, what is compared."""
-    return {"ranges": list(value.ranges)} if topic == SCAN else value
+    """A message's value; of a foxglove.LaserScan, what is compared, with None for NaN, which is equal to nothing."""
+    return {"ranges": [None if isnan(r) else r for r in value.ranges]} if topic == SCAN else value

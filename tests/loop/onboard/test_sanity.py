@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+import mjnav
 from mjnav.loop.onboard.sanity import CALM, FEW_BEAMS, Sanity
 from mjnav.messages import Reading
 from mjnav.motion.unicycle import integrate
@@ -130,3 +131,10 @@ def test_beams_that_are_no_numbers_see_nothing_and_the_others_count(sanity):
     found = sanity.checked(reading(0, scan=ranges))
     assert found.dropped == ()
     np.testing.assert_array_equal(found.scan, [0.0] * 3 + [5.0] * 17)
+
+
+def test_a_run_with_faults_is_repeated_from_its_log_to_the_last_bit(tmp_path):
+    faults = {"faults.lidar.nan.share": 0.5, "faults.pose.nan.share": 0.5, "faults.gyro.dropout.share": 0.5}
+    path = tmp_path / "run.mcap"
+    mjnav.run(load("crossing1", {"physics.engine": "kinematic", "time_limit": 1, **faults}), log=path)
+    assert mjnav.replay(path).identical
