@@ -27,13 +27,15 @@ class DoubtSettings(Constant):
     """When to look elsewhere, and what is a better place.
 
     doubtful   mean weight of a scan's points below which the place may be wrong altogether; 0.6 to 0.8 is common
-    patience   scans in a row, doubtful or not taken, before the floor is searched; after a search in vain twice as many
+    patience   doubtful scans in a row before the floor is searched; after a search in vain twice as many
+    slips      matches in a row that explain the scan and are not taken, before the filter starts again from one
     better     by which the mean weight is greater at a better place
     likelier   log of the likelihood ratio by which a place is better than one on trial
     """
 
     doubtful: float = 0.45
     patience: int = 5
+    slips: int = 3
     better: float = 0.15
     likelier: float = 6.0
 
@@ -55,6 +57,7 @@ class Relocation:
         self._reach = reach_of(field.lidar, field.noise)
         self._doubt = doubt or DoubtSettings()
         self._doubts, self._patience = 0, self._doubt.patience  # scans in a row; until the next search
+        self._slips = 0  # matches in a row that explain the scan and were not taken
         self._since = TRIALS[-1]  # scans since the start at a place that was found
         self._stream = stream(seed, "estimation.search")
 
@@ -65,9 +68,12 @@ class Relocation:
 
     def elsewhere(self, points: Array, std: Array, match: ScanMatch, taken: bool) -> ScanMatch | None:
         """A place to start again from, if there is one, after a scan that led to a `match`, whether it was `taken`."""
-        doubtful = not taken or match.explained < self._doubt.doubtful
-        self._doubts = self._doubts + 1 if doubtful else 0
+        doubtful = match.explained < self._doubt.doubtful
         self._since += 1
+        self._doubts = self._doubts + 1 if doubtful else 0
+        self._slips = 0 if taken or doubtful else self._slips + 1
+        if self._slips >= self._doubt.slips:
+            return self._here(match)
         if not doubtful:
             self._patience = self._doubt.patience
         if self._doubts >= self._patience:
@@ -75,11 +81,18 @@ class Relocation:
             found, _ = self._best(points, std, [match])
             if found.explained >= match.explained + self._doubt.better:
                 return self._start(found)
-            return None if taken else match
+            return None if taken else self._here(match)
         if self._since in TRIALS:
             found, ratio = self._best(points, std, [match])
             return self._start(found) if ratio >= self._doubt.likelier else None
         return None
+
+    def _here(self, match: ScanMatch) -> ScanMatch:
+        """The prediction was wrong, as of wheels that slip, or the match is: so it is on trial, if none goes on."""
+        self._slips = 0
+        if self._since >= TRIALS[-1]:
+            self._since = 0
+        return match
 
     def _start(self, found: ScanMatch) -> ScanMatch:
         self._since, self._patience = 0, self._doubt.patience

@@ -125,6 +125,16 @@ def test_a_robot_that_was_carried_away_is_found_again(localizer, circle, kind):
     assert np.abs(error_of(after[-1], truth[-1])).max() < 0.02
 
 
+def test_wheels_that_slip_do_not_lead_it_away(localizer, circle):
+    readings, truth = circle(60, 7)
+    found, far = localizer(ExtendedScanLocalizer), []
+    for k, (reading, pose) in enumerate(zip(readings, truth, strict=True)):
+        turned = reading.odometry * (3.0 if k >= 20 else 1.0)  # the wheels turn three times as fast as the robot moves
+        far.append(np.hypot(*error_of(found.update(replace(reading, odometry=turned)), pose)[:2]))
+    assert max(far) < 0.35
+    assert np.mean(far[20:]) < 0.2
+
+
 def test_without_a_start_the_first_scan_says_where_the_robot_is(localizer, circle):
     readings, truth = circle(10, 5)
     found = localizer(ExtendedScanLocalizer, start=None)
