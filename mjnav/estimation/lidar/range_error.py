@@ -19,7 +19,8 @@ BIN = 0.01  # [m] of the histogram of which the median is taken
 REACH = 1.0  # [m] beyond which a difference is no error of the lidar
 MIN_BEAMS = 30  # within REACH
 MIN_INCIDENCE = 0.5  # cosine; at more slanting incidence a small error of the heading is a large one of the range
-ALIKE = 10  # bins beside the median's within which half of the beams have to be
+ALIKE = 10  # bins beside the median's, and the share of all beams that have to be in them: at a wrong pose few are
+ALIKE_SHARE = 0.6
 LEAST = 0.03  # [m] that is put right
 SIGMAS = 3.0
 CLOSE = 0.01  # [m] from a surface at which a beam has met it
@@ -48,11 +49,12 @@ def shared_error(rays: Rays, grid: FieldGrid):
     Only of beams within REACH, which do not meet the map at slanting incidence.
     """
     num_bins = int(2.0 * REACH / BIN)
-    counts, total = np.zeros(num_bins, np.int64), 0
+    counts, total, returns = np.zeros(num_bins, np.int64), 0, 0
     for i in range(len(rays.ranges)):
         if rays.min_range <= rays.ranges[i] <= rays.max_range:
             expected, incidence = map_range(rays, i, grid)
             difference = rays.ranges[i] - expected
+            returns += expected == np.inf or incidence > MIN_INCIDENCE
             if incidence > MIN_INCIDENCE and abs(difference) < REACH:
                 counts[min(int((difference + REACH) / BIN), num_bins - 1)] += 1
                 total += 1
@@ -66,7 +68,7 @@ def shared_error(rays: Rays, grid: FieldGrid):
     alike = 0
     for k in range(max(middle - ALIKE, 0), min(middle + ALIKE + 1, num_bins)):
         alike += counts[k]
-    return error if 2 * alike >= total else 0.0
+    return error if alike >= ALIKE_SHARE * returns else 0.0
 
 
 def put_right(points: Array, lidar: Lidar, pose: Array, covariance: Array, grid: FieldGrid) -> Array:
