@@ -6,6 +6,7 @@ import numpy as np
 
 from mjnav.estimation.base import PeopleTracker
 from mjnav.estimation.likelihood import FLOOR_WIDTH, LEAST_STD, widened
+from mjnav.estimation.stop_and_go import StopAndGo
 from mjnav.estimation.tracker import DETECTION_CHANNELS
 from mjnav.estimation.walk_filter import WalkFilter
 from mjnav.filters.gaussian_sum import GaussianSum, fitted
@@ -17,6 +18,7 @@ COMPONENTS = 3  # Gaussians in place of the noise of one channel
 DRAWS = 4000  # of the noise, to which they are fitted
 OUTLIERS = 0.01  # share of detections that the noise may fail to explain
 FLOOR = OUTLIERS / (FLOOR_WIDTH["detection.x"] * FLOOR_WIDTH["detection.y"])  # [1/m^2] their density
+MOTION = StopAndGo(sway=0.1)  # errors of 12 cm hide a curve: more sway would only make velocities tremble
 PATIENCE = 3  # unexplained detections in a row after which a person is looked for anew
 
 
@@ -31,7 +33,9 @@ class RaoBlackwellTracker(PeopleTracker):
     def __init__(self, noise: Mapping[str, Distribution], num_particles: int, radii: Sequence[float], seed: int):
         super().__init__(radii, seed)
         self._num, self._noise = num_particles, detection_noise(noise)
-        self._filters = [WalkFilter(num_particles, stream(seed, "estimation.resampling", name)) for name in self._names]
+        self._filters = [
+            WalkFilter(num_particles, stream(seed, "estimation.resampling", name), MOTION) for name in self._names
+        ]
         self._streams = [stream(seed, "estimation.particles", name) for name in self._names]
         self._unexplained = [0] * len(self._names)  # detections in a row
         self._started = False
