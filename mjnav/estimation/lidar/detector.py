@@ -85,11 +85,12 @@ class Detector:
     def detect(self, reading: Reading, robot: RobotBelief) -> ScanDetections:
         """The bodies in a reading's scan, in the order of the beams, with the robot's belief after that reading."""
         self.follow(reading)
-        rays = self._rays(reading, robot.mean)
-        error = beyond_doubt(shared_error(rays, self._field.grid), robot.covariance)
+        pose, covariance = np.array(robot.mean, float), np.array(robot.covariance, float, order="C")
+        rays = self._rays(reading, pose)
+        error = beyond_doubt(shared_error(rays, self._field.grid), covariance)
         rays = rays._replace(ranges=rays.ranges - error)
-        rows = find_bodies(rays, robot.mean, robot.covariance, self._field.grid, PERSON_RADIUS, PERSON_RADIUS_STD)
-        return ScanDetections(tuple(map(_detection, rows)), rays, robot.mean, robot.covariance, self._field)
+        rows = find_bodies(rays, pose, covariance, self._field.grid, PERSON_RADIUS, PERSON_RADIUS_STD)
+        return ScanDetections(tuple(map(_detection, rows)), rays, pose, covariance, self._field)
 
     def _rays(self, reading: Reading, pose: Array) -> Rays:
         """A reading's beams with the robot at `pose` (3,) at its time, their ranges without the lidar's mean error.
