@@ -99,12 +99,16 @@ def recovery(scenario: Scenario, there: Scenario) -> float:
 
 
 def elsewhere(scene: str, overrides: list[str], rng: np.random.Generator) -> Scenario:
-    """The scene with the robot at another free place between its walls."""
-    ends = np.array([(wall.start, wall.end) for wall in load_scenario(scene, overrides).walls]).reshape(-1, 2)
+    """The scene with the robot at another free place, on its way to its start or its goal, whichever is farther."""
+    whole = load_scenario(scene, overrides)
+    ends = np.array([(wall.start, wall.end) for wall in whole.walls]).reshape(-1, 2)
+    goals = np.array([whole.robot.start[:2], whole.robot.route[-1]])
     while True:
         x, y = rng.uniform(ends.min(axis=0), ends.max(axis=0)).tolist()
+        goal = goals[np.hypot(*(goals - (x, y)).T).argmax()].tolist()
+        start = f"robot.start=[{x}, {y}, {rng.uniform(-np.pi, np.pi)}]"
         try:
-            return load_scenario(scene, [*overrides, f"robot.start=[{x}, {y}, {rng.uniform(-np.pi, np.pi)}]"])
+            return load_scenario(scene, [*overrides, start, f"robot.goal={goal}", "robot.preferred_speed=0.4"])
         except InputError:
             continue
 

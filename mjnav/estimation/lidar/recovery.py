@@ -23,12 +23,12 @@ from mjnav.rng import stream
 SLOW, FAST = 0.02, 0.3  # rates of w_slow and w_fast, a scan
 BEHIND = 0.5  # share of w_slow by which w_fast is less where the search begins
 LOST = 3.0  # w_fast below which no pose explains the scan: mean ratio of a return's density to that without a map
-PATIENCE, MOST_PATIENCE = 5, 40  # scans between two searches; twice as many after each that has found nothing better
+PATIENCE, MOST_PATIENCE = 3, 40  # scans between two searches; twice as many after each that has found nothing better
 # Log of the odds that one scan adds at most, so that no single scan decides. Returns from before the surfaces may be
 # people; beams that went through surfaces refute a pose, where they are more than a share of all.
-MOST_ODDS, REFUTED_ODDS, REFUTED = 0.1, 1.0, 0.1
-TAKES_OVER, GIVES_UP = 6.0, -3.0  # log of the odds
-YOUNG, TRIALS = 60, (5, 15, 40)  # scans after a search in which its result is on trial; then others are looked for
+MOST_ODDS, REFUTED_ODDS, REFUTED = 0.07, 1.0, 0.1
+TAKES_OVER, GIVES_UP = 4.0, -2.0  # log of the odds
+YOUNG, TRIALS = 60, (3, 8, 16, 32)  # scans after a search in which its result is on trial; then others are looked for
 TRIAL = 70  # scans after which a rival that has not taken over is dropped
 COMPARED, WATCHED = 100, 10  # particles of a belief that are followed along the beams, beside a rival and always
 
