@@ -25,7 +25,8 @@ BEHIND = 0.5  # share of w_slow by which w_fast is less where the search begins
 LOST = 3.0  # w_fast below which no pose explains the scan: mean ratio of a return's density to that without a map
 PATIENCE, MOST_PATIENCE = 3, 40  # scans between two searches; twice as many after each that has found nothing better
 # Log of the odds that one scan adds at most, so that no single scan decides. Returns from before the surfaces may be
-# people; beams that went through surfaces refute a pose, where they are more than a share of all.
+# people; beams that went through surfaces refute a pose, where they are more than a share of all and the others are not
+# explained either: the map may have what is not there.
 MOST_ODDS, REFUTED_ODDS, REFUTED = 0.07, 1.0, 0.1
 TAKES_OVER, GIVES_UP = 4.0, -2.0  # log of the odds
 YOUNG, TRIALS = 60, (3, 8, 16, 32)  # scans after a search in which its result is on trial; then others are looked for
@@ -91,7 +92,12 @@ class Recovery:
         self._slow += SLOW * (quality - self._slow)
         self._fast += FAST * (quality - self._fast)
         self._refuted += FAST * (refuted - self._refuted)
-        return self._fast < max((1.0 - BEHIND) * self._slow, LOST) or self._refuted > REFUTED
+        return self._fast < self._least or self._refuted > REFUTED
+
+    @property
+    def _least(self) -> float:
+        """Below it w_fast says that the scans are explained no more."""
+        return max((1.0 - BEHIND) * self._slow, LOST)
 
     def _begin(self, points: Array) -> None:
         found = self._search.found(points, self._searching)
@@ -115,7 +121,7 @@ class Recovery:
         against, weights = TEMPER * (fit[::step] + against), belief.weights[::step]
         highest = float(against.max())
         evidence = rival.correct(own) - highest - float(np.log(weights @ np.exp(against - highest) / weights.sum()))
-        refuted = weights @ shares > REFUTED * weights.sum()
+        refuted = weights @ shares > REFUTED * weights.sum() and self._fast < self._least
         most = REFUTED_ODDS if refuted or self._age <= YOUNG else MOST_ODDS
         self._odds += float(np.clip(evidence, -1.0, most))
         _, covariance, size = rival.moments()
