@@ -53,6 +53,7 @@ MakeFilter = Callable[[int, np.random.Generator], TrackFilter]  # of so many par
 UNNAMED = -1
 PARTICLES = "estimation.particles"  # channel of the particles that a track hands over
 RADIUS_MEMORY = 10  # detections of which a radius is the mean
+ELSEWHERE = 0.5  # [m] between two readings: of a recovery that is a jump
 
 
 @dataclass(slots=True)
@@ -77,12 +78,13 @@ class LidarTracker:
     A scan's detections are assigned to tracks by `association`; `lifecycle` says which tracks count, and how long. A
     reading without a scan only predicts, and so does one by a robot that does not know where it is (NaN). A detection
     was made before the reading, and is taken for the position at that time. Confirmed tracks are named track0, track1,
-    ... in the order of their confirmation; no name comes twice.
+    ... in the order of their confirmation; no name comes twice. A robot that finds itself elsewhere forgets all.
     """
 
     def __init__(self, detector: Detects, make_filter: MakeFilter, num_particles: int, seed: int):
         self._detector, self._make, self._num, self._seed = detector, make_filter, num_particles, seed
         self._time = 0.0
+        self._stood = np.zeros(3)  # the robot's pose that bodies were placed by last
         self._births = self._names = 0  # so far
         self._bodies: list[Body] = []
         self._tracks: tuple[Track, ...] | None = None
@@ -107,6 +109,9 @@ class LidarTracker:
         """
         if robot is None:
             raise ValueError("a tracker by the lidar needs the robot's belief")
+        if robot.recovered and np.hypot(*(robot.mean - self._stood)[:2]) > ELSEWHERE:
+            self._bodies = []  # they were placed by a pose that was wrong
+        self._stood = robot.mean
         for body in self._bodies:
             body.filter.predict(reading.time - self._time)
         self._time, self._detections = reading.time, ()

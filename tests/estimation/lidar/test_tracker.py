@@ -207,3 +207,14 @@ def test_a_detection_that_is_no_number_is_left_out():
     paths = np.stack([path, np.full_like(path, np.nan)], axis=1)
     rows = followed(paths)
     assert [len(row) for row in rows[3:]] == [1] * 17
+
+
+def test_a_robot_that_finds_itself_elsewhere_forgets_what_it_had_placed_by_the_wrong_pose():
+    paths = np.tile([[3.0, 1.0]], (10, 1, 1))
+    tracker = LidarTracker(Watcher(paths), ParticleTrackFilter, 100, 0)
+    for k in range(8):
+        tracks = tracker.update(reading(k), ROBOT)
+    assert [track.name for track in tracks] == ["track0"]
+    assert len(tracker.update(reading(8), replace(ROBOT, recovered=True))) == 1, "it was where it believed to be"
+    elsewhere = replace(ROBOT, mean=np.array([6.0, 0.0, 0.0]), recovered=True)
+    assert tracker.update(reading(9), elsewhere) == ()
