@@ -1,5 +1,7 @@
 """Weighted particles of a pose: moved by twists, weighed by scans, drawn again where they have become uneven."""
 
+from math import sqrt
+
 import numpy as np
 
 from mjnav.estimation.base import HEADING
@@ -18,7 +20,7 @@ JITTER = (0.05, 0.05, 0.05)  # [m], [m], [rad]: std that roughening takes a wide
 SLIP_EVERY = 8  # particles one is moved by what wheels and gyro do not see: slipping, being pushed
 SLIP_STD = (0.05, 0.05, 0.03)  # [m], [m], [rad] of that, in each scan
 LEAST_ESS = 0.05  # share of the particles that one scan leaves at least, as effective sample size
-TEMPER = 0.5  # t, the weight of a scan's likelihood; see `localizer.py`
+TEMPER = 0.75  # t, the weight of a scan's likelihood; see `localizer.py`
 FEWEST = 200  # particles, whatever the bound on the Kullback-Leibler distance says
 COUNTED = 0.1  # of the mean weight: particles below do not count among those whose spread asks for particles
 BISECTIONS = 12
@@ -36,6 +38,7 @@ class Cloud:
         self._resampling = stream(seed, f"{purpose}.resampling")
         self._roughening = stream(seed, f"{purpose}.roughening")
         self._slipping = stream(seed, f"{purpose}.slip")
+        self._turning = stream(seed, f"{purpose}.turn")
         self._blind = (0, 0)  # intervals since v and omega were measured, or a scan corrected
 
     def predict(self, twist: Twist) -> None:
@@ -60,6 +63,19 @@ class Cloud:
         self._blind = (0, 0)
         highest = float(weighted.max())
         return highest + float(np.log(prior @ np.exp(weighted - highest)))
+
+    def blur(self, lag: float, twist: Twist) -> None:
+        """Spreads the particles by what wheels and gyro may have missed in the `lag` [s] since a scan's beams.
+
+        The scan says where the robot was when its beams were taken. Its points were carried on to the reading by the
+        twists, whose errors, independent from interval to interval, are std sqrt(lag interval) each by then.
+        """
+        far, turned = self._turning.standard_normal((2, len(self.particles))) * sqrt(lag * twist.interval)
+        moved = self.particles.copy()
+        moved[:, 0] += twist.std[0] * far * np.cos(moved[:, HEADING])
+        moved[:, 1] += twist.std[0] * far * np.sin(moved[:, HEADING])
+        moved[:, HEADING] = wrap(moved[:, HEADING] + twist.std[1] * turned)
+        self.particles = moved
 
     def moments(self) -> tuple[Array, Array, float]:
         """Mean (3,), covariance (3, 3) and effective sample size."""

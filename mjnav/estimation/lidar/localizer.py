@@ -99,6 +99,8 @@ class LidarLocalizer(PoseEstimator):
             points = put_right(points, self._field.lidar, mean, covariance, self._field.field.grid)
         recovered = self._informs(points) and self._correct(points)
         cloud = self._cloud
+        if reading.scan_times.size and self._informs(points):
+            cloud.blur(max(reading.time - float(reading.scan_times.mean()), 0.0), twist)
         mean, covariance, size = cloud.moments()
         belief = RobotBelief(reading.time, cloud.particles, cloud.weights, mean, covariance, size, recovered)
         wide = covariance[0, 0] + covariance[1, 1] > WIDE**2
