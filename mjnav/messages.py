@@ -243,6 +243,19 @@ _ADVICE = {
 
 
 @dataclass(frozen=True, slots=True, repr=False)
+class PlanShown(ShortRepr):
+    """What a method that plans ahead weighed, for the log; positions [m] in the world, at the end of every step."""
+
+    step: float  # [s] between the positions of a path
+    path: Array  # (T, 2) of the plan that is followed
+    fan: Array  # (F, T, 2) of some of the rollouts, cheapest first
+    fan_cost: Array  # (F,)
+    # (S,) h of each joint sample under the plan: 0 where nothing comes near, 1 at a contact; (0,) of a method without.
+    violation: Array
+    feasible: bool
+
+
+@dataclass(frozen=True, slots=True, repr=False)
 class Decision(ShortRepr):
     """The chosen control."""
 
@@ -254,6 +267,7 @@ class Decision(ShortRepr):
     # does not know enough of, where that is the reason and not its limits.
     wish: tuple[float, float] | None = None
     caution: str = ""
+    plan: PlanShown | None = None
 
     @property
     def clipped(self) -> bool:

@@ -34,7 +34,7 @@ from mjnav.motion.diff_drive import command_bounds
 from mjnav.prediction import Crowd, RobotNow, make_predictor
 from mjnav.rng import stream
 from mjnav.scenarios.spec import Scenario
-from mjnav.sealed import sealed, sealed_costs
+from mjnav.sealed import sealed, sealed_costs, sealed_message
 
 
 class Navigator:
@@ -194,10 +194,10 @@ class Navigator:
         wish = np.array([decision.v, decision.omega], float)
         within = np.clip(wish, self._low, self._high)
         costs = None if decision.costs is None else sealed_costs(decision.costs)
+        plan = None if decision.plan is None else sealed_message(decision.plan)
         v, omega = within.tolist()
-        if (within == wish).all():
-            return Decision(v, omega, decision.status, costs)
-        return Decision(v, omega, decision.status, costs, wish=(float(decision.v), float(decision.omega)))
+        changed = None if (within == wish).all() else (float(decision.v), float(decision.omega))
+        return Decision(v, omega, decision.status, costs, wish=changed, plan=plan)
 
     def actuate(self, tick: int, decision: Decision, spent: float) -> tuple[Array, list[tuple[float, Array]]]:
         """Puts a decision under way, after `spent` [s] of computing.
