@@ -11,7 +11,7 @@ from matplotlib.patches import Patch
 from mjnav.paper.contrast import place, short, values
 from mjnav.paper.item import Cells
 from mjnav.paper.style import GREY, INK, TWO_COLUMNS, color, new_figure, style
-from mjnav.study.compare.compare import Estimate
+from mjnav.study.compare.estimates import Estimate
 
 ROW_HEIGHT = 1.25  # [inches]
 AXES: Mapping[str, str] = MappingProxyType(

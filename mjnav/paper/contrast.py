@@ -10,7 +10,8 @@ from mjnav.messages import Array
 from mjnav.metrics.intervals import SharedBootstrap, paired_bootstrap
 from mjnav.paper.item import LEAST_PAIRS, Cells, Claim, Measured
 from mjnav.rng import stream
-from mjnav.study.compare.compare import CellRows, Difference, Estimate, difference, estimate, paired
+from mjnav.study.compare.cell_rows import CellRows
+from mjnav.study.compare.estimates import Difference, Estimate, difference, estimate, paired
 
 LEAST_RUNS = 5  # of a measurement; fewer make no interval
 

@@ -12,7 +12,8 @@ import numpy as np
 
 from mjnav.paper.item import Item, StudyItem
 from mjnav.study.cells import Cell, resolve
-from mjnav.study.compare.compare import CellRows, cell_rows, estimate
+from mjnav.study.compare.cell_rows import CellRows, cell_rows
+from mjnav.study.compare.estimates import estimate
 from mjnav.study.compare.study_comparison import check_distinct
 from mjnav.study.store.row import COLUMNS, PLACE_IN_STUDY
 from mjnav.study.store.store import Store

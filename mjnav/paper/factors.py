@@ -14,7 +14,8 @@ from mjnav.paper.bars import bars
 from mjnav.paper.contrast import Contrast, claim, undefined
 from mjnav.paper.episodes import DIRECT, study
 from mjnav.paper.item import Cells, Claim, StudyItem
-from mjnav.study.compare.compare import CellRows, paired
+from mjnav.study.compare.cell_rows import CellRows
+from mjnav.study.compare.estimates import paired
 from mjnav.study.study_file import MethodEntry, SettingEntry
 
 SOURCE = "what the paper does not vary"

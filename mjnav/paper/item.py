@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, Generic, Protocol, TypeVar
 
 from mjnav.metrics.intervals import holm
 from mjnav.scenarios.spec import Scenario
-from mjnav.study.compare.compare import CellRows
+from mjnav.study.compare.cell_rows import CellRows
 from mjnav.study.study_file import StudyFile
 
 if TYPE_CHECKING:

@@ -18,7 +18,8 @@ from mjnav.paper.contrast import Contrast, by_place, claim, contrasts
 from mjnav.paper.episodes import TUNED, study
 from mjnav.paper.item import LEAST_PAIRS, Cells, Claim, Measured, StudyItem
 from mjnav.paper.style import ORANGE, TWO_COLUMNS, color, legend, new_figure, style
-from mjnav.study.compare.compare import CellRows, common, estimate, paired
+from mjnav.study.compare.cell_rows import CellRows
+from mjnav.study.compare.estimates import common, estimate, paired
 from mjnav.study.study_file import MethodEntry
 
 MEASURES = (  # less of each is better

@@ -19,7 +19,8 @@ from mjnav.paper.episodes import DIRECT, study
 from mjnav.paper.item import Cells, Claim, StudyItem
 from mjnav.paper.style import TWO_COLUMNS, color, legend, new_figure, style
 from mjnav.rng import stream
-from mjnav.study.compare.compare import CellRows, Difference, Estimate, estimate
+from mjnav.study.compare.cell_rows import CellRows
+from mjnav.study.compare.estimates import Difference, Estimate, estimate
 from mjnav.study.study_file import MethodEntry, SettingEntry
 
 CURVES = (  # as in paper-tuning, which has one more scene and other seeds

@@ -10,7 +10,7 @@ from mjnav.paper.bars import bars
 from mjnav.paper.contrast import Contrast, by_place, claim
 from mjnav.paper.episodes import DIRECT, TUNED, study
 from mjnav.paper.item import Cells, Claim, StudyItem
-from mjnav.study.compare.compare import difference
+from mjnav.study.compare.estimates import difference
 from mjnav.study.study_file import SettingEntry
 
 METHODS = ("rkhs d=1", "rkhs d=3", "kld", "saa", "gaussian-moments")

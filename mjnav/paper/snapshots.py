@@ -23,7 +23,7 @@ from mjnav.paper.contrast import mean_by_run, shown
 from mjnav.paper.episodes import DIRECT, options
 from mjnav.paper.item import Claim, Measured, MeasuredItem
 from mjnav.paper.safe_shares import CONTROLS, GOAL, MATCHED, NOMINAL, Decisions, Snapshot, measure
-from mjnav.study.compare.compare import Difference
+from mjnav.study.compare.estimates import Difference
 
 SOURCE = "figure 4, section V-B"
 ALL_SAFE = 0.99  # share of samples that counts as all of them

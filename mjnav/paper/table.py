@@ -18,7 +18,7 @@ from mjnav.paper.contrast import by_place
 from mjnav.paper.episodes import ROBOT_DIRECT, study
 from mjnav.paper.item import LEAST_PAIRS, Cells, Claim, Measured, StudyItem
 from mjnav.paper.style import BLUE, INK, ORANGE, PALE, TWO_COLUMNS, new_figure, style
-from mjnav.study.compare.compare import CellRows
+from mjnav.study.compare.cell_rows import CellRows
 from mjnav.study.study_file import MethodEntry, SettingEntry
 
 SETTINGS = (

@@ -11,7 +11,8 @@ import mjnav
 from mjnav.errors import InvalidValue
 from mjnav.metrics import Figure
 from mjnav.study.cells import Cell
-from mjnav.study.compare.compare import cell_rows, compare
+from mjnav.study.compare.cell_rows import cell_rows
+from mjnav.study.compare.compare import compare
 from mjnav.study.store.own_figures import own_columns
 from mjnav.study.store.row import Row
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from mjnav.study.cells import variants
-from mjnav.study.compare.compare import CellRows
+from mjnav.study.compare.cell_rows import CellRows
 from mjnav.study.store.row import FIGURES
 
 NUM = 40

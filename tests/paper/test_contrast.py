@@ -5,7 +5,7 @@ import pytest
 
 from mjnav.paper.contrast import LEAST_RUNS, Contrast, claim, contrasts, mean_by_run, short, shown
 from mjnav.paper.item import Claim, Verdict, judge
-from mjnav.study.compare.compare import Difference, Estimate
+from mjnav.study.compare.estimates import Difference, Estimate
 
 
 @pytest.mark.parametrize(

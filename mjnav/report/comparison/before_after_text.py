@@ -13,7 +13,8 @@ from mjnav.report.comparison.shown import ALPHA
 from mjnav.report.comparison.sight import sight
 from mjnav.report.comparison.text import write_table
 from mjnav.study.compare.before_after import AFTER, BEFORE, BETTER, OTHER, WORSE, BeforeAfter, CellChange, SeedChange
-from mjnav.study.compare.compare import RESAMPLES, Comparison
+from mjnav.study.compare.compare import Comparison
+from mjnav.study.compare.estimates import RESAMPLES
 from mjnav.study.compare.study_comparison import StudyComparison
 from mjnav.study.compare.what_changed import KeyChange
 from mjnav.study.store.logs import kept_log

@@ -11,7 +11,8 @@ from math import ceil, floor, isfinite, log10
 from mjnav.printable import printable
 from mjnav.report.figure_names import figure_name
 from mjnav.study.compare.chosen_figures import RATES, is_rate
-from mjnav.study.compare.compare import Comparison, Estimate
+from mjnav.study.compare.compare import Comparison
+from mjnav.study.compare.estimates import Estimate
 
 WIDTH, LABELS, RIGHT = 360.0, 122.0, 10.0  # of the drawing, of the methods' names, of its margin
 ROW, TOP, FOOT = 19.0, 5.0, 20.0

@@ -6,7 +6,7 @@ What is printed is rounded; `data-` attributes bear the values themselves.
 from math import isfinite
 
 from mjnav.report.comparison.shown import Shown, ShownCell
-from mjnav.study.compare.compare import Estimate
+from mjnav.study.compare.estimates import Estimate
 
 
 def html_cell(cell: ShownCell) -> str:

@@ -4,7 +4,7 @@ from collections.abc import Iterator
 
 from mjnav.printable import printable
 from mjnav.study.compare.chosen_figures import FAULT, is_rate, over_all
-from mjnav.study.compare.compare import RESAMPLES
+from mjnav.study.compare.estimates import RESAMPLES
 from mjnav.study.compare.study_comparison import StudyComparison
 
 FEW_SEEDS = 20  # below it a percentile bootstrap's interval is too narrow

@@ -9,7 +9,8 @@ from dataclasses import dataclass
 from math import floor, isfinite, log10
 
 from mjnav.study.compare.chosen_figures import RATES, is_rate
-from mjnav.study.compare.compare import Comparison, Difference, Estimate, MethodRow
+from mjnav.study.compare.compare import Comparison, MethodRow
+from mjnav.study.compare.estimates import Difference, Estimate
 from mjnav.study.compare.study_comparison import StudyComparison
 
 ALPHA = 0.05  # below it a difference is marked

@@ -9,7 +9,8 @@ from typing import Any
 from mjnav.recording.export.csv_cells import neutral
 from mjnav.report.comparison.sight import of_table
 from mjnav.report.figure_names import unit
-from mjnav.study.compare.compare import Comparison, Estimate, MethodRow
+from mjnav.study.compare.compare import Comparison, MethodRow
+from mjnav.study.compare.estimates import Estimate
 from mjnav.study.compare.study_comparison import StudyComparison
 
 HEADER = (

@@ -14,8 +14,10 @@ from numpy.typing import NDArray
 
 from mjnav.errors import InputError
 from mjnav.metrics.intervals import holm
+from mjnav.study.compare.cell_rows import CellRows, cell_rows
 from mjnav.study.compare.chosen_figures import DEFAULT_FIGURES, PEOPLE, RATES, check_figures, columns_for, expanded
-from mjnav.study.compare.compare import CellRows, MethodRow, cell_rows, common, compare
+from mjnav.study.compare.compare import MethodRow, compare
+from mjnav.study.compare.estimates import common
 from mjnav.study.compare.result_tables import html_table, percent
 from mjnav.study.compare.study_comparison import DECISION, NEEDED, check_distinct
 from mjnav.study.compare.what_changed import CellPlace, KeyChange, what_changed

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from mjnav.study.compare.compare import CellRows
+from mjnav.study.compare.cell_rows import CellRows
 
 
 def pooled(cells: Sequence[CellRows]) -> list[CellRows]:

@@ -4,7 +4,7 @@ from collections.abc import Iterable, Sequence
 from html import escape
 from math import isfinite
 
-from mjnav.study.compare.compare import Estimate
+from mjnav.study.compare.estimates import Estimate
 
 
 def html_table(caption: str, heads: Sequence[str], rows: Iterable[Sequence[object]]) -> str:

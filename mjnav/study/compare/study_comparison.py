@@ -9,6 +9,7 @@ import numpy as np
 
 from mjnav.errors import InputError
 from mjnav.study.cells import variants
+from mjnav.study.compare.cell_rows import CellRows, cell_rows
 from mjnav.study.compare.chosen_figures import (
     COLLISIONS,
     DEFAULT_FIGURES,
@@ -18,7 +19,7 @@ from mjnav.study.compare.chosen_figures import (
     columns_for,
     expanded,
 )
-from mjnav.study.compare.compare import CellRows, Comparison, cell_rows, compare
+from mjnav.study.compare.compare import Comparison, compare
 from mjnav.study.compare.pooled import pooled
 from mjnav.study.compare.result_tables import html_table, percent
 from mjnav.study.store.own_figures import check_own

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from mjnav.errors import InvalidValue
-from mjnav.study.compare.compare import cell_rows, compare, natural
+from mjnav.study.compare.cell_rows import cell_rows, natural
+from mjnav.study.compare.compare import compare
 from mjnav.study.store.row import COLUMNS
 from tests.study.made_up import row
 
