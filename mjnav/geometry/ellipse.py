@@ -1,11 +1,17 @@
 """The ellipse that holds most of a Gaussian in the plane."""
 
-from math import atan2
+from math import atan2, hypot, sqrt
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 CHI_SQUARED_95 = 5.991  # with two degrees of freedom
+
+
+def widest_std(covariance: ArrayLike) -> float:
+    """The standard deviation of x and y in their widest direction [m]; `covariance` as in `ellipse_95`."""
+    (a, b), (_, c) = np.asarray(covariance, float)[:2, :2].tolist()
+    return sqrt(max(0.5 * (a + c) + hypot(0.5 * (a - c), b), 0.0))
 
 
 def ellipse_95(covariance: ArrayLike) -> tuple[float, float, float]:

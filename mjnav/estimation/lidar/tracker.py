@@ -7,7 +7,6 @@ Everything that persists is tracked: people, and furniture that the map lacks, w
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from math import hypot, sqrt
 from typing import Protocol
 
 import numpy as np
@@ -19,6 +18,7 @@ from mjnav.estimation.lidar.frame_error import FrameError
 from mjnav.estimation.lidar.lifecycle import CLUTTER, DETECTED, Life
 from mjnav.estimation.lidar.track_filter import ParticleTrackFilter, TrackFilter
 from mjnav.filters.resampling import shuffled
+from mjnav.geometry.ellipse import widest_std
 from mjnav.messages import Array, Detection, Reading, RobotBelief, Track
 from mjnav.rng import stream
 from mjnav.scenarios.spec import Scenario
@@ -71,6 +71,10 @@ class Body:
         """Of a confirmed track."""
         return f"track{self.number}"
 
+    def over(self, time: float) -> bool:
+        """Whether it ends at `time` [s]."""
+        return self.life.over(time, widest_std(self.filter.covariance))
+
 
 class LidarTracker:
     """Tracks bodies by the scans of a lidar.
@@ -120,7 +124,7 @@ class LidarTracker:
             self._see(self._detector.detect(reading, robot))
         else:
             self._detector.follow(reading)
-        self._bodies = [body for body in self._bodies if not body.life.over(reading.time, _spread(body.filter))]
+        self._bodies = [body for body in self._bodies if not body.over(reading.time)]
         frame = FrameError.none(self._num) if lost else FrameError.of(robot, self._num, self._frame)
         self._tracks = tuple(self._track(body, frame) for body in self._confirmed())
         return self._tracks
@@ -190,12 +194,6 @@ class LidarTracker:
             body.name, time, particles, self._weights, body.filter.mean, covariance, float(self._num), body.radius,
             age=time - life.born, unseen=time - life.seen,
         )  # fmt: skip
-
-
-def _spread(belief: TrackFilter) -> float:
-    """The std of the position in its widest direction [m]."""
-    (a, b), (_, d) = belief.covariance[:2, :2].tolist()
-    return sqrt(max(0.5 * (a + d) + hypot(0.5 * (a - d), b), 0.0))
 
 
 def _is_finite(detection: Detection) -> bool:

@@ -22,9 +22,10 @@ from dataclasses import replace
 import numpy as np
 
 from mjnav.estimation import assumed_noise
+from mjnav.geometry.ellipse import widest_std
 from mjnav.loop.onboard.sanity import Sanity
 from mjnav.loop.onboard.seen_space import SeenSpace
-from mjnav.messages import Array, Beliefs, Decision, Event, Reading, RobotBelief, Status
+from mjnav.messages import Beliefs, Decision, Event, Reading, RobotBelief, Status
 from mjnav.scenarios.spec import Scenario
 
 PATIENCE = 0.5  # [s]; somebody unseen walks 0.7 m in it, and the robot needs 0.8 s more to stop from 0.8 m/s
@@ -112,7 +113,7 @@ class Caution:
             return ""
         if self._space is not None and self._space.off_map > OFF_MAP:
             return "the scan is not that of the map"
-        position, heading = _widths(belief.covariance)
+        position, heading = widest_std(belief.covariance), float(np.sqrt(max(belief.covariance[2, 2], 0.0)))
         if position > MAX_POSITION_STD:
             return f"position known to {position:.1f} m only"
         return "" if heading <= MAX_HEADING_STD else f"heading known to {heading:.1f} rad only"
@@ -135,10 +136,3 @@ class Caution:
         if self._stopped and now - max(self._stopped.values()) >= CALM - 1e-9:
             self._stopped.clear()
             self._events.append(Event("info", "caution", "the robot drives on"))
-
-
-def _widths(covariance: Array) -> tuple[float, float]:
-    """Of a pose's covariance (3, 3): std of the position in its widest direction [m], and of the heading [rad]."""
-    a, b, c = covariance[0, 0], covariance[0, 1], covariance[1, 1]
-    widest = 0.5 * (a + c) + np.hypot(0.5 * (a - c), b)
-    return float(np.sqrt(max(widest, 0.0))), float(np.sqrt(max(covariance[2, 2], 0.0)))
