@@ -1,9 +1,30 @@
 """Pairs of points of two sets: as many as a gate allows, at the least total distance."""
 
+from collections.abc import Sequence
+from typing import Any, Protocol, TypeVar
+
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 GATE = 1.0  # [m] between a person and a track at most, for it to count as the person's in figures
+
+
+class HasMean(Protocol):
+    """A belief about a person."""
+
+    @property
+    def mean(self) -> NDArray[Any]:
+        """(4,) x, y, vx, vy."""
+        ...
+
+
+Belief = TypeVar("Belief", bound=HasMean)
+
+
+def nearest_tracks(people: ArrayLike, tracks: Sequence[Belief]) -> dict[int, Belief]:
+    """Of people at (P, 2) [m], those who have a track at most GATE away, each with the one that it is paired with."""
+    means = [track.mean[:2] for track in tracks]
+    return {person: tracks[j] for person, j in nearest_pairs(people, means, GATE)} if means else {}
 
 
 def nearest_pairs(first: ArrayLike, second: ArrayLike, gate: float) -> list[tuple[int, int]]:

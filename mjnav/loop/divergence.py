@@ -5,7 +5,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from mjnav.geometry.angles import wrap
-from mjnav.geometry.assignment import GATE, nearest_pairs
+from mjnav.geometry.assignment import nearest_tracks
 from mjnav.messages import Array, Beliefs, Event, Track, WorldState, triangle
 from mjnav.metrics.consistency import DIVERGED, DIVERGED_TIME, nees, region
 
@@ -56,12 +56,9 @@ class DivergenceWatch:
 def _by_person(truth: WorldState, tracks: tuple[Track, ...]) -> dict[int, Track]:
     """Each person's track, by its name or, of tracks that carry none, by the assignment that figures use."""
     places = {f"person{i}": i for i in range(len(truth.people_position))}
-    found = {places[track.name]: track for track in tracks if track.name in places}
-    if len(found) < len(tracks):
-        unnamed = [track for track in tracks if track.name not in places]
-        means = np.array([track.mean[:2] for track in unnamed])
-        found |= {person: unnamed[j] for person, j in nearest_pairs(truth.people_position, means, GATE)}
-    return found
+    named = {places[track.name]: track for track in tracks if track.name in places}
+    unnamed = [track for track in tracks if track.name not in places]
+    return named | nearest_tracks(truth.people_position, unnamed)
 
 
 def _squared(errors: Array, covariances: Array) -> Array:

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from mjnav.geometry.assignment import GATE, nearest_pairs
+from mjnav.geometry.assignment import nearest_tracks
 from mjnav.messages import (
     PHASES,
     Array,
@@ -162,11 +162,7 @@ class TrajectoryBuilder:
             elif (number := track_number(name)) is not None:
                 unnamed.append(track)
                 self._rows["track_states"].add((len(self), number, *track.mean, track.unseen))
-        if unnamed:
-            places = np.array([track.mean[:2] for track in unnamed])
-            pairs = nearest_pairs(truth.people_position, places, GATE)
-            found |= {person: unnamed[place] for person, place in pairs}
-        return found
+        return found | nearest_tracks(truth.people_position, unnamed)
 
     def add_timing(self, timing: TickTiming) -> None:
         """The timing of one tick; it may be missing for some."""
