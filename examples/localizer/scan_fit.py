@@ -51,16 +51,14 @@ class ScanFit:
         self._parameters, self._lidar = parameters, scenario.sensors.scanner
         self._field = DistanceField.of(floor_of_lidar(scenario.known_bodies))
         self._noise = assumed_noise(scenario)
-        self._twists, self._twist = TwistSensors.of(self._noise, scenario.robot.limits), None
-        self._history = MotionHistory()
+        self._history = MotionHistory(TwistSensors.of(self._noise, scenario.robot.limits))
         self._rng = stream(seed, "scan_fit")
         self._pose, self._covariance = np.array(scenario.robot.start), np.diag(DRIFT**2)
 
     def update(self, reading: Reading) -> RobotBelief:
         """The belief after one more reading, as 200 particles; reading.pose is left alone."""
-        self._twist = self._twists.fused(reading, self._twist)
-        self._history.add(self._twist)
-        self._pose = integrate(self._pose, self._twist.v, self._twist.omega, reading.interval)
+        twist = self._history.follow(reading)
+        self._pose = integrate(self._pose, twist.v, twist.omega, reading.interval)
         self._covariance = self._covariance + np.diag(DRIFT**2)
         points = scan_points(reading, self._history, self._lidar, self._noise["lidar.range"])
         points = points[np.isfinite(points).all(axis=1)]

@@ -101,6 +101,11 @@ class Lidar(Constant, ShortRepr):
     missing_rows: ByRange
 
     @property
+    def step(self) -> float:
+        """[rad] between neighbouring beams; a whole turn where there is one beam."""
+        return float(self.angles[1] - self.angles[0]) if len(self.angles) > 1 else WHOLE_TURN
+
+    @property
     def turn_offsets(self) -> Array:
         """(B,) [s] of each beam behind the first one of its turn; zero where all are taken at once."""
         if self.rate is None:

@@ -9,7 +9,7 @@ from math import cos, sin
 
 import numpy as np
 
-from mjnav.estimation.lidar.twist import Twist
+from mjnav.estimation.lidar.twist import Twist, TwistSensors
 from mjnav.geometry.compiled import kernel
 from mjnav.geometry.kernel_types import Matrix, ReadOnlyVector, Vector
 from mjnav.messages import Array, Reading
@@ -21,19 +21,23 @@ KEPT = 12.0  # [s] of twists: more than the turn of the slowest lidar, 10 s
 
 
 class MotionHistory:
-    """How the robot moved of late: the mean twist of each reading's interval."""
+    """How the robot moved of late: the mean twist of each reading's interval, by wheels and gyro."""
 
-    def __init__(self):
+    def __init__(self, sensors: TwistSensors):
+        self._sensors = sensors
         self._twists: deque[Twist] = deque()
         self._rows: Array | None = None
+        self.latest: Twist | None = None
 
-    def add(self, twist: Twist) -> None:
-        """One more interval, the latest; the first reading has none and is left out."""
+    def follow(self, reading: Reading) -> Twist:
+        """The twist of one more reading, the latest; the first reading's interval is none and is left out."""
+        self.latest = twist = self._sensors.fused(reading, self.latest)
         if twist.interval > 0.0:
             self._twists.append(twist)
             while self._twists[-1].time - self._twists[0].time > KEPT:
                 self._twists.popleft()
             self._rows = None
+        return twist
 
     @property
     def rows(self) -> Array:

@@ -16,7 +16,7 @@ from mjnav.estimation.lidar.beams import MotionHistory
 from mjnav.estimation.lidar.bodies import find_bodies
 from mjnav.estimation.lidar.range_error import beyond_doubt, shared_error
 from mjnav.estimation.lidar.rays import Rays
-from mjnav.estimation.lidar.twist import Twist, TwistSensors
+from mjnav.estimation.lidar.twist import TwistSensors
 from mjnav.estimation.lidar.visibility import visible_share
 from mjnav.geometry.beams import WHOLE_TURN
 from mjnav.geometry.distance_field import DistanceField
@@ -64,11 +64,9 @@ class Detector:
     def __init__(self, field: DistanceField, lidar: Lidar, noise: Mapping[str, Distribution], limits: RobotLimits):
         """field: of the map that the robot has; noise: the law that it assumes of each channel."""
         self._field, self._lidar, self._noise = field, lidar, noise["lidar.range"]
-        self._sensors, self._history = TwistSensors.of(noise, limits), MotionHistory()
-        self._twist: Twist | None = None
+        self._history = MotionHistory(TwistSensors.of(noise, limits))
         self._body = limits.radius - float(np.hypot(*lidar.mount[:2]))  # [m] that the lidar is at least inside it
-        self._step = float(lidar.angles[1] - lidar.angles[0]) if len(lidar.angles) > 1 else WHOLE_TURN
-        self._closed = len(lidar.angles) * self._step > WHOLE_TURN - 0.5 * self._step
+        self._closed = len(lidar.angles) * lidar.step > WHOLE_TURN - 0.5 * lidar.step
 
     @classmethod
     def of(cls, scenario: Scenario) -> "Detector":
@@ -79,8 +77,7 @@ class Detector:
 
     def follow(self, reading: Reading) -> None:
         """Notes the robot's motion in a reading of which the scan is not asked for, as where it has none."""
-        self._twist = self._sensors.fused(reading, self._twist)
-        self._history.add(self._twist)
+        self._history.follow(reading)
 
     def detect(self, reading: Reading, robot: RobotBelief) -> ScanDetections:
         """The bodies in a reading's scan, in the order of the beams, with the robot's belief after that reading."""
@@ -116,7 +113,7 @@ class Detector:
             ranges=ranges - lidar.known_bias(met, self._noise),
             spread=spread,
             times=times,
-            step=self._step,
+            step=lidar.step,
             width=lidar.beam_width,
             closed=self._closed,
             min_range=lidar.min_range,

@@ -27,15 +27,12 @@ from mjnav.estimation.lidar.localizer import LEAST_RETURNS, START_STD, field_and
 from mjnav.estimation.lidar.range_error import put_right
 from mjnav.estimation.lidar.relocation import Relocation
 from mjnav.estimation.lidar.scan_matching import MatchSettings, match_scan, reach_of, weighted_law
-from mjnav.estimation.lidar.twist import Twist, TwistSensors
+from mjnav.estimation.lidar.twist import TwistSensors
 from mjnav.estimation.pose_filter import ExtendedPoseFilter, PoseFilter, UnscentedPoseFilter, pose_residual
-from mjnav.geometry.distance_field import DistanceField
 from mjnav.messages import Array, Reading, RobotBelief
 from mjnav.rng import stream
-from mjnav.scenarios.floor import floor_of_lidar
 from mjnav.scenarios.spec import Scenario
 
-CELL = 0.025  # [m] of the field: beside a leg of 3 cm radius it errs by 5 mm
 LEAST_STD = 2e-3  # [m] of a range
 SLACK = 0.5  # [s] that a scan may be older than a turn
 
@@ -57,7 +54,6 @@ class ScanMatchingLocalizer(PoseEstimator, ABC):
 
     def __init__(
         self,
-        fine: DistanceField,
         field: LikelihoodField,
         search: FloorSearch,
         twists: TwistSensors,
@@ -68,17 +64,16 @@ class ScanMatchingLocalizer(PoseEstimator, ABC):
         gate: GateSettings | None = None,
         match: MatchSettings | None = None,
     ):
-        """fine: of the map, to match on; field: the same, to search by; start (3,): where the robot is, if known."""
+        """`start` (3,) is where the robot is in the beginning; None for anywhere on the floor."""
         super().__init__(seed)
-        self._fine, self._field, self._twists = fine, field, twists
+        self._field = field
         self._gate, match = gate or GateSettings(), match or MatchSettings()
         self._centre, variance = weighted_law(field.noise, match)
         self._match = replace(match, inflation=variance * match.inflation)
         self._reach = reach_of(field.lidar, field.noise)
-        self._relocation = Relocation(fine, field, search, seed, self._match)
-        self._twist: Twist | None = None
+        self._relocation = Relocation(field, search, seed, self._match)
         self._blind = np.zeros(2, int)  # intervals in a row in which v and omega were not measured
-        self._history = MotionHistory()
+        self._history = MotionHistory(twists)
         turn = 0.0 if field.lidar.rate is None else 1.0 / field.lidar.rate
         self._pose = DelayedPose(self._make, turn + SLACK)
         self._anywhere = start is None  # until the first scan
@@ -94,10 +89,9 @@ class ScanMatchingLocalizer(PoseEstimator, ABC):
     def of(cls, scenario: Scenario, seed: int) -> "ScanMatchingLocalizer":
         """With the scenario's map, lidar and assumed noise."""
         noise, robot, choice = assumed_noise(scenario), scenario.robot, scenario.estimation.robot
-        fine = DistanceField.of(floor_of_lidar(scenario.known_bodies), CELL)
         field, search = field_and_search(scenario)
         start = None if choice.start == "global" else np.array(robot.start)
-        return cls(fine, field, search, TwistSensors.of(noise, robot.limits), start, choice.particles, seed)
+        return cls(field, search, TwistSensors.of(noise, robot.limits), start, choice.particles, seed)
 
     def update(self, reading: Reading) -> RobotBelief:
         """The belief after one more reading."""
@@ -113,14 +107,12 @@ class ScanMatchingLocalizer(PoseEstimator, ABC):
         The error of a twist that nothing measures stays from interval to interval: its part in the variance of the way
         grows with k^2 after k intervals, by 2 k + 1 in the next one.
         """
-        twist = self._twists.fused(reading, self._twist)
+        twist = self._history.follow(reading)
         self._blind = np.where([twist.knows_v, twist.knows_omega], 0, self._blind + 1)
         covariance = twist.covariance * np.maximum(2 * self._blind - 1, 1)
         begin = twist.time - twist.interval
         velocity = np.array([twist.v, twist.omega])
         self._pose.move(Motion(begin, twist.time, velocity, covariance * twist.interval))
-        self._history.add(twist)
-        self._twist = twist
 
     def _see(self, reading: Reading) -> bool:
         """Takes what a reading's scan says; whether the filter has started again.
@@ -153,7 +145,7 @@ class ScanMatchingLocalizer(PoseEstimator, ABC):
             past.start(found.pose, found.covariance)
             return False
         points = put_right(points, self._field.lidar, past.mean, past.covariance, self._field.field.grid)
-        match = match_scan(self._fine, points, std, past.mean, self._match, self._reach)
+        match = match_scan(self._field.field, points, std, past.mean, self._match, self._reach)
         innovation = pose_residual(match.pose, past.mean)
         distance = float(innovation @ solve(past.covariance + match.covariance, innovation))
         taken = match.explained >= gate.explained and distance <= gate.distance

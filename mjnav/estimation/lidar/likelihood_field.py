@@ -30,7 +30,7 @@ from mjnav.scenarios.lidar import Lidar
 Z_HIT, Z_SHORT, Z_RANDOM = 0.75, 0.2, 0.05
 SHORT_RATE = 0.5  # l [1/m]: every other person or thing that is not on the map stands within 1.4 m
 MODEL_STD = 0.01  # [m]: of a surface against the field, and of the robot's motion during the scan
-CELL = 0.025  # [m] of the field: less than the radius of a table's leg, which wider cells would blur
+CELL = 0.025  # [m] of the field: beside a table's leg of 3 cm radius it errs by 5 mm
 NUM_BEAMS = 60  # of a scan, chosen evenly; more would cost more and say little more, as neighbours see the same
 NEGLIGIBLE = 20.0  # of d^2 / (2 s^2): exp(-20) = 2e-9
 LOGARITHM_EVERY = 16  # factors; each is at most 1e6, so their product stays finite

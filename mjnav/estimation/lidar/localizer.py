@@ -25,7 +25,7 @@ from mjnav.estimation.lidar.floor_search import FloorSearch
 from mjnav.estimation.lidar.likelihood_field import LikelihoodField
 from mjnav.estimation.lidar.range_error import put_right
 from mjnav.estimation.lidar.recovery import Recovery
-from mjnav.estimation.lidar.twist import Twist, TwistSensors
+from mjnav.estimation.lidar.twist import TwistSensors
 from mjnav.geometry.angles import wrap
 from mjnav.messages import Array, Reading, RobotBelief
 from mjnav.rng import stream
@@ -61,11 +61,10 @@ class LidarLocalizer(PoseEstimator):
     ):
         """`start` (3,) is about where the robot is in the beginning; None for anywhere on the floor."""
         super().__init__(seed)
-        self._field, self._search, self._twists, self._seed = field, search, twists, seed
+        self._field, self._search = field, search
         self._most = num_particles
         self._recovery = Recovery(field, search, twists, seed)
-        self._history = MotionHistory()
-        self._before: Twist | None = None
+        self._history = MotionHistory(twists)
         self._starting = stream(seed, "estimation.start")
         self._anywhere = start is None  # until the first scan
         self._new = 0  # scans in which modes are still told apart
@@ -87,9 +86,7 @@ class LidarLocalizer(PoseEstimator):
 
     def update(self, reading: Reading) -> RobotBelief:
         """The belief after one more reading; its moments come from the weights before resampling."""
-        twist = self._twists.fused(reading, self._before)
-        self._before = twist
-        self._history.add(twist)
+        twist = self._history.follow(reading)
         if twist.interval > 0.0:
             self._cloud.predict(twist)
             self._recovery.predict(twist)
@@ -97,9 +94,10 @@ class LidarLocalizer(PoseEstimator):
         if len(points) and not self._anywhere:
             mean, covariance, _ = self._cloud.moments()
             points = put_right(points, self._field.lidar, mean, covariance, self._field.field.grid)
-        recovered = self._informs(points) and self._correct(points)
+        informs = self._informs(points)
+        recovered = informs and self._correct(points)
         cloud = self._cloud
-        if reading.scan_times.size and self._informs(points):
+        if informs and reading.scan_times.size:
             cloud.blur(max(reading.time - float(reading.scan_times.mean()), 0.0), twist)
         mean, covariance, size = cloud.moments()
         belief = RobotBelief(reading.time, cloud.particles, cloud.weights, mean, covariance, size, recovered)

@@ -14,7 +14,6 @@ from mjnav.estimation.lidar.contradictions import contradictions, ways_of
 from mjnav.estimation.lidar.floor_search import FOUND, FloorSearch
 from mjnav.estimation.lidar.likelihood_field import LikelihoodField
 from mjnav.estimation.lidar.scan_matching import MatchSettings, ScanMatch, match_scan, reach_of
-from mjnav.geometry.distance_field import DistanceField
 from mjnav.messages import Array
 from mjnav.rng import stream
 
@@ -45,15 +44,13 @@ class Relocation:
 
     def __init__(
         self,
-        fine: DistanceField,
         field: LikelihoodField,
         search: FloorSearch,
         seed: int,
         match: MatchSettings,
         doubt: DoubtSettings | None = None,
     ):
-        """fine: the map, to match on; field: the same, to compare places by."""
-        self._fine, self._field, self._search, self._match = fine, field, search, match
+        self._field, self._search, self._match = field, search, match
         self._reach = reach_of(field.lidar, field.noise)
         self._doubt = doubt or DoubtSettings()
         self._doubts, self._patience = 0, self._doubt.patience  # scans in a row; until the next search
@@ -104,7 +101,7 @@ class Relocation:
         Also the log of the ratio of its likelihood to that of the first of the others.
         """
         guesses = self._search.found(points, self._stream)[:: FOUND // NUM_MATCHED]
-        places = (match_scan(self._fine, points, std, guess, self._match, self._reach) for guess in guesses)
+        places = (match_scan(self._field.field, points, std, guess, self._match, self._reach) for guess in guesses)
         matches = [*others, *places]
         poses, beams = np.array([match.pose for match in matches]), self._field.beams(points)
         likelihood = self._field.log_ratio(poses, beams)

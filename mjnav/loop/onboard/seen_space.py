@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mjnav.estimation.lidar.beams import MotionHistory, scan_points
-from mjnav.estimation.lidar.twist import Twist, TwistSensors
+from mjnav.estimation.lidar.twist import TwistSensors
 from mjnav.geometry.beams import WHOLE_TURN, placed
 from mjnav.messages import Array, Reading, Track
 from mjnav.noise import Distribution
@@ -49,20 +49,16 @@ class SeenSpace:
     def __init__(self, scenario: Scenario, noise: Mapping[str, Distribution]):
         """`noise` is the law that the robot assumes of each channel."""
         self._lidar, self._noise = scenario.sensors.scanner, noise["lidar.range"]
-        self._sensors = TwistSensors.of(noise, scenario.robot.limits)
         self._floor = floor_of_lidar(scenario.known_bodies)
-        self._history = MotionHistory()
-        self._twist: Twist | None = None
+        self._history = MotionHistory(TwistSensors.of(noise, scenario.robot.limits))
         self._seen: Seen | None = None
-        angles = self._lidar.angles
-        self._step = float(angles[1] - angles[0]) if len(angles) > 1 else WHOLE_TURN
-        beyond = max(round(WHOLE_TURN / self._step) - len(angles), 0)  # beams that a whole turn would have besides
-        self._beyond = angles[-1] + self._step * np.arange(1, beyond + 1)
+        angles, step = self._lidar.angles, self._lidar.step
+        beyond = max(round(WHOLE_TURN / step) - len(angles), 0)  # beams that a whole turn would have besides
+        self._beyond = angles[-1] + step * np.arange(1, beyond + 1)
 
     def follow(self, reading: Reading, pose: Array, people: Sequence[Track]) -> None:
         """One more reading, where the robot believes to be after it, (3,), and whom it tracks."""
-        self._twist = self._sensors.fused(reading, self._twist)
-        self._history.add(self._twist)
+        self._history.follow(reading)
         if reading.scan.size == len(self._lidar.angles):
             self._seen = self._look(reading, pose, people)
 
@@ -89,7 +85,7 @@ class SeenSpace:
     @property
     def contradicts(self) -> bool:
         """Whether wheels and gyro contradict each other in the latest reading."""
-        return self._twist is not None and self._twist.rivals is not None
+        return self._history.latest is not None and self._history.latest.rivals is not None
 
     @property
     def off_map(self) -> float:
@@ -121,7 +117,7 @@ class SeenSpace:
         if not blind.any():
             return np.zeros((0, 2))
         angles = np.append(lidar.angles, self._beyond)[blind]
-        half = 0.5 * self._step * (_run_lengths(blind)[blind] + 1)
+        half = 0.5 * lidar.step * (_run_lengths(blind)[blind] + 1)
         distance = np.where(half < 0.5 * np.pi, HIDDEN / np.sin(np.minimum(half, 0.5 * np.pi)), HIDDEN)
         x, y, yaw = lidar.mount
         return np.stack([x + distance * np.cos(yaw + angles), y + distance * np.sin(yaw + angles)], axis=1)

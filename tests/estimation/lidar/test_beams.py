@@ -29,9 +29,9 @@ def rngs(seed):
 
 def driven(times):
     """A history of TWISTS, and the true pose at each of `times` [s], the first twist from 0 s on."""
-    exact, history, boundary = sensors("none"), MotionHistory(), np.zeros((len(TWISTS) + 1, 3))
+    history, boundary = MotionHistory(sensors("none")), np.zeros((len(TWISTS) + 1, 3))
     for k, (v, omega) in enumerate(TWISTS.tolist()):
-        history.add(exact.fused(replace(READING, time=0.1 * (k + 1), odometry=np.array([v, omega]), gyro=omega)))
+        history.follow(replace(READING, time=0.1 * (k + 1), odometry=np.array([v, omega]), gyro=omega))
         boundary[k + 1] = integrate(boundary[k], v, omega, 0.1)
     places = np.minimum((np.asarray(times) / 0.1 + 1e-9).astype(int), len(TWISTS) - 1)
     return history, np.array(
@@ -140,8 +140,8 @@ def test_beams_that_met_nothing_have_no_point_and_the_lidars_mean_error_is_taken
     ranges = np.full(360, 2.0)
     ranges[:4] = [np.inf, np.nan, 0.05, -1.0]
     reading = replace(READING, scan=ranges + np.where(np.arange(360) < 4, 0.0, lidar.bias(ranges, noise)))
-    points = scan_points(reading, MotionHistory(), lidar, noise)
+    points = scan_points(reading, MotionHistory(sensors()), lidar, noise)
     assert np.isnan(points[:4]).all()
     assert np.hypot(*points[4:].T) == pytest.approx(np.full(356, 2.0), abs=2e-3)
-    assert scan_points(replace(reading, dropped=("scan",)), MotionHistory(), lidar).shape == (0, 2)
-    assert scan_points(READING, MotionHistory(), lidar).shape == (0, 2)
+    assert scan_points(replace(reading, dropped=("scan",)), MotionHistory(sensors()), lidar).shape == (0, 2)
+    assert scan_points(READING, MotionHistory(sensors()), lidar).shape == (0, 2)

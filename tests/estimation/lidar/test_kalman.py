@@ -9,7 +9,6 @@ from mjnav.estimation.lidar.kalman import ExtendedScanLocalizer, UnscentedScanLo
 from mjnav.estimation.lidar.likelihood_field import LikelihoodField
 from mjnav.estimation.lidar.twist import TwistSensors
 from mjnav.geometry.angles import wrap
-from mjnav.geometry.distance_field import DistanceField
 from mjnav.messages import Reading, RobotLimits
 from mjnav.motion.unicycle import integrate
 from mjnav.noise import profile
@@ -21,21 +20,16 @@ KINDS = (ExtendedScanLocalizer, UnscentedScanLocalizer)
 
 
 @pytest.fixture(scope="module")
-def field(room):
-    return DistanceField.of(room, 0.025)
-
-
-@pytest.fixture(scope="module")
 def search(room):
     field = LikelihoodField.of(room, Sensors().scanner, NOISE["lidar.range"])
     return FloorSearch.of(field, room, 0.22, START[None, :2])
 
 
 @pytest.fixture(scope="module")
-def localizer(field, search):
+def localizer(search):
     """localizer(kind) -> a filter that starts at START, or elsewhere."""
     twists = TwistSensors.of(NOISE, RobotLimits())
-    return lambda kind, start=START: kind(field, search.field, search, twists, start, 50, 0)
+    return lambda kind, start=START: kind(search.field, search, twists, start, 50, 0)
 
 
 @pytest.fixture(scope="module")

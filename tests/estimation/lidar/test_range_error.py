@@ -3,8 +3,10 @@
 import numpy as np
 import pytest
 
+from mjnav.estimation.assumed import assumed_noise
 from mjnav.estimation.lidar.beams import MotionHistory, scan_points
 from mjnav.estimation.lidar.range_error import put_right
+from mjnav.estimation.lidar.twist import TwistSensors
 from mjnav.geometry.distance_field import DistanceField
 from mjnav.scenarios.floor import floor_of_lidar
 from mjnav.scenarios.spec import Noise, Physics, Pillar, Robot, Scenario, Wall
@@ -26,7 +28,8 @@ def room():
         noise=Noise("none"),
         physics=Physics("kinematic"),
     )
-    points = scan_points(Simulator(scenario, 0).sense()[0], MotionHistory(), scenario.sensors.scanner)
+    history = MotionHistory(TwistSensors.of(assumed_noise(scenario), scenario.robot.limits))
+    points = scan_points(Simulator(scenario, 0).sense()[0], history, scenario.sensors.scanner)
     return points, scenario.sensors.scanner, DistanceField.of(floor_of_lidar(scenario.known_bodies)).grid
 
 
