@@ -122,6 +122,10 @@ class Rollouts:
         _drive(headings, x, y, controls[0], controls[1], step)
         return cls(controls, x[1:], y[1:], headings[1:], step)
 
+    def only(self, k: int) -> "Rollouts":
+        """Rollout k alone."""
+        return Rollouts(self.controls[:, :, [k]], self.x[:, [k]], self.y[:, [k]], self.heading[:, [k]], self.step)
+
     @property
     def v(self) -> Array:
         """(T, K) [m/s]."""

@@ -34,6 +34,7 @@ from mjnav.control.problem.goal_cost import mean_goal_cost
 from mjnav.control.problem.mppi_risk import Risk, Surroundings
 from mjnav.control.problem.obstacles import Reach, walls_in_reach
 from mjnav.control.problem.problem import Problem
+from mjnav.control.problem.shown_plan import NO_VIOLATION, shown_plan
 from mjnav.messages import Array, CandidateCosts, Decision, Observation, RobotLimits, Status
 from mjnav.rng import stream
 
@@ -76,15 +77,20 @@ class Plan:
 class RolloutCosts:
     """K rollouts and what they cost."""
 
-    controls: Array  # (2, T, K)
+    rollouts: Rollouts
     goal: Array  # (K,)
     risk: Risk
     total: Array  # (K,)
 
+    @property
+    def controls(self) -> Array:
+        """(2, T, K)."""
+        return self.rollouts.controls
+
     def only(self, k: int) -> "RolloutCosts":
         """Rollout k alone."""
         risk = Risk(self.risk.cone[[k]], self.risk.lane[[k]], self.risk.worst[[k]])
-        return RolloutCosts(self.controls[:, :, [k]], self.goal[[k]], risk, self.total[[k]])
+        return RolloutCosts(self.rollouts.only(k), self.goal[[k]], risk, self.total[[k]])
 
     def candidates(self, new: "RolloutCosts") -> CandidateCosts:
         """The message: these rollouts, of which the plan so far is nominal, and then the new plan."""
@@ -134,7 +140,11 @@ class Mppi(ProblemController[MppiParameters]):
         self._plan = Plan(observation.time, new.controls[:, :, 0])
         v, omega = self._plan.controls[:, 0].tolist()
         infeasible = Status.INFEASIBLE if new.risk.worst[0] > p.risk_bound else None
-        return Decision(v, omega, status_of(observation, v, omega, infeasible), rows.candidates(new))
+        shown = shown_plan(
+            rows.rollouts, rows.total, new.rollouts, problem.mean_pose[:2], feasible=infeasible is None,
+            violation=NO_VIOLATION,
+        )  # fmt: skip
+        return Decision(v, omega, status_of(observation, v, omega, infeasible), rows.candidates(new), plan=shown)
 
     def costs(self, problem: Problem, surroundings: Surroundings, limits: ControlLimits, wanted: Array) -> RolloutCosts:
         """The rollouts of wanted controls (2, T, K), brought within the limits, and their costs."""
@@ -143,7 +153,7 @@ class Mppi(ProblemController[MppiParameters]):
         goal = mean_goal_cost(rollouts, o.goal - pose[:2], o.twist, self.limits, self.period, p)
         risk = surroundings.risk(rollouts)
         total = goal + p.weight * risk.cone.sum(axis=1) + risk.lane @ np.array(p.lane_weights)
-        return RolloutCosts(rollouts.controls, goal, risk, total)
+        return RolloutCosts(rollouts, goal, risk, total)
 
     def _wanted(self, problem: Problem, limits: ControlLimits) -> Array:
         """The controls that the rollouts start from, (2, T, K)."""

@@ -11,6 +11,7 @@ from mjnav.control import Status, make_controller
 from mjnav.control.kernels.mppi_rollout import ControlLimits, approach
 from mjnav.control.methods.mppi import MppiParameters, Plan, perturbations, softmin
 from mjnav.control.parameters import Parameters
+from mjnav.geometry.angles import circular_mean
 from mjnav.messages import RobotLimits
 from mjnav.motion.diff_drive import reachable
 from mjnav.motion.unicycle import integrate
@@ -107,6 +108,24 @@ def test_the_plan_so_far_is_the_nominal_one(alone, limits):
     costs = controller.decide(at(o, 1.1)).costs
     low, high = reachable(o.twist, limits, 0.1)
     assert (costs.v[costs.nominal], costs.omega[costs.nominal]) == tuple(np.clip(plan, low, high))
+
+
+def test_the_shown_plan_is_where_its_controls_lead_and_the_fan_is_spread_over_the_order_of_cost(observe, limits):
+    controller = make_controller("mppi", limits, 0.1)
+    o = observe(3, near=2.0, far=6.0)
+    decision = controller.decide(o)
+    shown, total = decision.plan, decision.costs.total[:-1]
+    pose = np.array([*o.robot_pose[:, :2].mean(axis=0), circular_mean(o.robot_pose[:, 2])])
+    for point, v, omega in zip(shown.path, *controller._plan.controls, strict=True):
+        pose = integrate(pose, v, omega, shown.step)
+        assert point == pytest.approx(pose[:2], abs=1e-9)
+    assert shown.fan.shape == (32, *shown.path.shape)
+    assert shown.fan_cost.tolist() == np.sort(total)[np.linspace(0, len(total) - 1, 32).astype(int)].tolist()
+    k = int(np.argmin(total))  # each path is its own rollout's: the first step of the cheapest
+    first = integrate(np.array([*o.robot_pose[:, :2].mean(axis=0), circular_mean(o.robot_pose[:, 2])]),
+                      decision.costs.v[k], decision.costs.omega[k], shown.step)  # fmt: skip
+    assert shown.fan[0, 0] == pytest.approx(first[:2], abs=1e-9)
+    assert shown.feasible == (decision.status != Status.INFEASIBLE)
 
 
 # ------------------------------------------------------------------------------------------------ limits
