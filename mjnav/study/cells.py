@@ -24,13 +24,15 @@ class Variant:
     setting: SettingEntry | None  # None in a study without settings
     swept: Overrides  # a value of every key of the study's grid
     method: MethodEntry
-    own: Overrides  # a value of every key of the method's grid
+    own: Overrides  # a value of every key of the method's grid or search; none for the first setting of a search
+    number: int | None = None  # of the setting in a search, from 1 on
 
     @property
     def labels(self) -> tuple[str, str]:
-        """Of the setting and of the method, with the swept values."""
+        """Of the setting and of the method, with the swept values or the number in a search."""
         setting = ", ".join(part for part in (self.setting.name if self.setting else "", _suffix(self.swept)) if part)
-        method = " ".join(part for part in (self.method.label, _suffix(self.own)) if part)
+        own = _suffix(self.own) if self.number is None else f"#{self.number}"
+        method = " ".join(part for part in (self.method.label, own) if part)
         return setting or DEFAULT_SETTING, method
 
     @property
@@ -63,14 +65,15 @@ class Cell:
 
 
 def variants(study: StudyFile, scenes: Sequence[str]) -> Iterator[Variant]:
-    """Every combination in these scenes; methods and their grids run fastest.
+    """Every combination in these scenes; methods and their grids or searches run fastest.
 
-    Raises InvalidValue where a grid has no list of distinct values.
+    Raises InvalidValue where a grid has no list of distinct values, or a search draws what its method does not take.
     """
     combinations = _combinations(study, "", study.grid)
+    own_of = {method.label: list(_own(study, method)) for method in study.methods}
     for scene, setting, swept, method in product(scenes, study.settings or (None,), combinations, study.methods):
-        for own in _combinations(study, method.label, _controller_keys(method.grid)):
-            yield Variant(scene, setting, swept, method, own)
+        for number, own in own_of[method.label]:
+            yield Variant(scene, setting, swept, method, own, number)
 
 
 def resolve(study: StudyFile, overrides: Sequence[str | Override] = (), scenes: Sequence[str] = ()) -> tuple[Cell, ...]:
@@ -133,6 +136,18 @@ def flat(table: Mapping[str, object], prefix: str = "") -> dict[str, object]:
     for key, value in table.items():
         found |= flat(value, f"{prefix}{key}.") if isinstance(value, dict) and value else {f"{prefix}{key}": value}
     return found
+
+
+def _own(study: StudyFile, method: MethodEntry) -> Iterator[tuple[int | None, dict[str, object]]]:
+    """The values of a method's grid, or the settings of its search with their numbers. Raises InvalidValue."""
+    if method.search is None:
+        yield from ((None, own) for own in _combinations(study, method.label, _controller_keys(method.grid)))
+        return
+    standing = {**flat(study.set), **_controller_keys(method.set)}
+    try:
+        yield from enumerate(method.search.settings(study.name, method.label, method.controller, standing), 1)
+    except InvalidValue as error:
+        raise error.within("search", file=f"{study.source}: method {method.label}") from None
 
 
 def _combinations(study: StudyFile, method: str, grid: Overrides) -> Iterator[dict[str, object]]:

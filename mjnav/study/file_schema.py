@@ -47,10 +47,21 @@ def study_schema() -> Schema:
         ):
             if name in place:
                 place[name] = {"description": place[name]["description"], "$ref": f"#/$defs/{table}"}
+    tables["Search"] = _search(tables["Search"], run["$defs"]["Control"]["properties"])
     tables |= _missing(schema, run["$defs"])
     controller = tables["MethodEntry"]["properties"]["controller"]
     tables["MethodEntry"]["properties"]["controller"] = _method(controller)
     return schema
+
+
+def _search(schema: Schema, parameters: Schema) -> Schema:
+    """A search: its own keys, a draw for every parameter of a method, and tables of other keys of a run file."""
+    drawn = {key: {**_description(one), "$ref": "#/$defs/Draw"} for key, one in parameters.items() if key != "method"}
+    return {**schema, "properties": {**drawn, **schema["properties"]}, "additionalProperties": {"type": "object"}}
+
+
+def _description(schema: Schema) -> Schema:
+    return {"description": schema["description"]} if "description" in schema else {}
 
 
 def _missing(schema: Schema, definitions: Schema) -> Schema:

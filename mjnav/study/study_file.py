@@ -17,10 +17,13 @@
     name = "rkhs d=1"                           # the controller's name by default
     set = { degree = 1 }                        # a key without a dot is the controller's, others are a run file's
     grid = { weight = [0.3, 1, 3] }
+    [[methods]]
+    controller = "saa"                          # in place of a grid, settings that are drawn: "saa #1" to "saa #24"
+    search = { count = 24, eta = { low = 0.8, high = 0.99 }, safety_margin = { one_of = [0.0, 0.05] } }
 
-The cells are scenes x settings x grid x methods x their grids; an episode is a cell under a seed. Keys that are given
-more than once: the method's grid comes last, before it the method's set, the grid, the setting, [set], the scene. A
-method starts with its own default parameters, as `--controller` does.
+The cells are scenes x settings x grid x methods x their grids or searches; an episode is a cell under a seed. Keys
+that are given more than once: the method's grid or search comes last, before it the method's set, the grid, the
+setting, [set], the scene. A method starts with its own default parameters, as `--controller` does.
 """
 
 import os
@@ -35,6 +38,7 @@ from mjnav.scenarios.library import data_folder, describe
 from mjnav.scenarios.load import read_text
 from mjnav.scenarios.ranges import MAX_SEED, Seed
 from mjnav.scenarios.toml import parse, toml_text
+from mjnav.study.search import Search
 
 FOLDER = "studies"  # below runs/
 MAX_SEEDS = 10_000_000
@@ -66,9 +70,16 @@ class MethodEntry:
         default_factory=dict
     )
     grid: Annotated[Overrides, "the same keys, with arrays of values"] = field(default_factory=dict)
+    search: Annotated[
+        Search | None,
+        "in place of a grid: settings that are drawn. Beside `count` the same keys, each with { low, high }, also with "
+        "log = true, { mean, std } or { one_of }",
+    ] = None
 
     def __post_init__(self):
         settle(self)
+        if self.grid and self.search is not None:
+            raise InvalidValue("search", "a search beside a grid", "one of the two")
 
     @property
     def label(self) -> str:

@@ -102,6 +102,9 @@ def test_a_mistake_in_a_run_file_is_refused_by_both(title, tmp_path):
         ("grid", {"control": {"rate": [10.0, 5000.0]}}),
         ("methods", [{"controller": "rkhs", "set": {"weight": "heavy"}}]),
         ("methods", [{"controller": "rkhs", "grid": {"weight": 3.0}}]),
+        ("methods", [{"controller": "rkhs", "search": {"count": 0, "weight": {"low": 1.0, "high": 3.0}}}]),
+        ("methods", [{"controller": "rkhs", "search": {"count": 2, "weight": {"low": 1.0}}}]),
+        ("methods", [{"controller": "rkhs", "search": {"count": 2, "weight": 3.0}}]),
     ],
 )
 def test_a_mistake_in_a_study_file_is_refused_by_both(key, value, tmp_path):

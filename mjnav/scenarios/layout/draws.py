@@ -1,6 +1,7 @@
 """Values that are drawn: what may stand in place of a value of a random scene, how it is checked and drawn.
 
     speed = { low = 0.3, high = 1.2 }                                  # uniform; of whole numbers, both ends too
+    speed = { low = 0.1, high = 10.0, log = true }                     # its logarithm is uniform
     speed = { mean = 1.29, std = 0.19, low = 0.5 }                     # normal, drawn again until it is in the range
     behaviour = { one_of = ["waypoints", "stop_and_go"] }              # equal shares, or with shares = [3, 1]
     temperament = { regular = 0.7, scared = 0.3 }                      # of names, with shares (of their sum)
@@ -12,7 +13,7 @@ Arrays may have draws among their items: velocity = [{ low = -0.5, high = 0.5 },
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from math import inf
+from math import exp, inf, log
 from types import MappingProxyType
 from typing import Annotated, Any
 
@@ -42,10 +43,13 @@ class Uniform:
 
     low: Annotated[Number, "least value"]
     high: Annotated[Number, "largest value"]
+    log: Annotated[bool, "the logarithm is uniform in place of the number: 1 to 2 is as likely as 2 to 4"] = False
 
     def __post_init__(self):
         settle(self)
         _check_ends(self.low, self.high)
+        if self.log and self.low <= 0.0:
+            raise InvalidValue("low", self.low, "a number > 0, with log = true")
 
 
 @dataclass(frozen=True, slots=True)
@@ -127,6 +131,10 @@ def draw_point(area: Rectangle | tuple[Rectangle, ...], rng: np.random.Generator
 def draw_number(draw: Uniform | Normal, limits: Range | None, whole: bool, rng: np.random.Generator) -> float | int:
     """A number that the `limits` of its key allow. Raises InvalidValue for a normal one that is hardly ever allowed."""
     if isinstance(draw, Uniform):
+        if draw.log:
+            value = exp(rng.uniform(log(draw.low), log(draw.high + whole)))  # a whole number k has [k, k + 1)
+            value = min(max(value, draw.low), draw.high)
+            return int(value) if whole else value
         if whole:
             return int(rng.integers(int(draw.low), int(draw.high) + 1))
         return float(rng.uniform(draw.low, draw.high))

@@ -102,7 +102,7 @@ def _check_ends(hint: Any, value: Mapping[str, Any], *, required: bool) -> None:
         if end in value:
             with below(end):
                 config.settled(number, value[end])
-        elif required and {"low", "high"} >= {*value}:  # another key is told first
+        elif required and {"low", "high", "log"} >= {*value}:  # another key is told first
             raise InvalidValue(end, None, f"{describe(number)}; this key is required")
 
 
