@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike
 from mjnav.constant import Constant
 from mjnav.geometry.compiled import exact
 from mjnav.geometry.kernel_types import Matrix
-from mjnav.messages import Array
+from mjnav.messages import Array, KnownMap
 
 TOUCH = 1e-9  # [m]; bodies nearer than this touch
 
@@ -45,6 +45,15 @@ class Floor(Constant):
         (x0, y0), (x1, y1) = np.asarray(start, float), np.asarray(end, float)
         found = _blocking(x0, y0, x1, y1, reach, self.discs, self.boxes)
         return None if found < 0 else int(found)
+
+
+def floor_of_map(known: KnownMap) -> Floor:
+    """What the robot's map has: legs, then pillars, as discs; walls as boxes."""
+    start, end = np.array(known.walls[:, 0]), np.array(known.walls[:, 1])
+    length = np.hypot(*(end - start).T)
+    along = (end - start) / length[:, None]
+    boxes = np.column_stack([0.5 * (start + end), along, 0.5 * length, 0.5 * known.wall_thickness])
+    return Floor(np.array(known.discs, order="C"), np.ascontiguousarray(boxes))
 
 
 @exact

@@ -20,6 +20,7 @@ from math import ceil
 import numpy as np
 
 from mjnav.geometry.compiled import exact
+from mjnav.geometry.floor import floor_of_map
 from mjnav.geometry.kernel_types import Cube, Flags, Indices, Matrix, Vector
 from mjnav.messages import Array, KnownMap
 from mjnav.motion.social_force import FORMS, SocialForce, accelerations
@@ -73,12 +74,9 @@ def _obstacles(floor: KnownMap | None) -> tuple[Array, Array]:
     """Discs (k, 3) and walls as boxes (l, 6), as in `geometry.floor.Floor`."""
     if floor is None:
         return np.zeros((0, 3)), np.zeros((0, 6))
-    start, end = np.array(floor.walls[:, 0]), np.array(floor.walls[:, 1])
-    length = np.hypot(*(end - start).T)
-    half = 0.5 * floor.wall_thickness
-    along = (end - start) / length[:, None]
-    boxes = np.column_stack([0.5 * (start + end), along, 0.5 * length + half, half])  # a wall has half-square ends
-    return np.array(floor.discs, order="C"), np.ascontiguousarray(boxes)
+    bodies = floor_of_map(floor)
+    bodies.boxes[:, 4] += bodies.boxes[:, 5]  # a wall has half-square ends
+    return bodies.discs, bodies.boxes
 
 
 @exact
