@@ -105,6 +105,14 @@ METHODS = registry(
         "mppi", "mppi:Mppi", "a mean of sampled rollouts, weighted by their cost", "Williams et al. 2017; DRA-MPPI 2025"
     ),
     Method(
+        "mppi-plus", "mppi_plus:MppiPlus", "mppi with guides, progress, effort and the way around what stands",
+        "Williams et al. 2017; Trevisan & Alonso-Mora 2024",
+    ),
+    Method(
+        "rkhs-plan", "rkhs_plan:RkhsPlan", "plans whose joint violations are nearest to none by MMD",
+        "this project, after Nair et al. 2021",
+    ),
+    Method(
         "orca", "orca:Orca", "half-planes of velocity, effective centre", "van den Berg et al. 2011; Snape et al. 2010"
     ),
     Method("dwa", "dwa:Dwa", "clearance along arcs, every obstacle where it is now", "Fox, Burgard & Thrun 1997"),

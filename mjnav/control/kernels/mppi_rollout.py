@@ -16,7 +16,7 @@ from mjnav.motion.diff_drive import control_bounds, reachable
 
 
 @scalar
-def _chord(v, half_turn, step):
+def chord(v, half_turn, step):
     """Length of the chord of an arc that turns by twice `half_turn`."""
     return step * v * (np.sin(half_turn) / half_turn if half_turn != 0.0 else 1.0)
 
@@ -38,9 +38,9 @@ def _drive(heading: Matrix, x: Matrix, y: Matrix, v: Matrix, omega: Matrix, step
     for t in range(v.shape[0]):
         for k in range(v.shape[1]):
             half = 0.5 * step * omega[t, k]
-            chord = _chord(v[t, k], half, step)
-            x[t + 1, k] = x[t, k] + chord * np.cos(heading[t, k] + half)
-            y[t + 1, k] = y[t, k] + chord * np.sin(heading[t, k] + half)
+            length = chord(v[t, k], half, step)
+            x[t + 1, k] = x[t, k] + length * np.cos(heading[t, k] + half)
+            y[t + 1, k] = y[t, k] + length * np.sin(heading[t, k] + half)
             heading[t + 1, k] = heading[t, k] + 2.0 * half
 
 
@@ -78,9 +78,9 @@ def _approach(
                 low, high = max(bounds[0, c], before - change[c]), min(bounds[1, c], before + change[c])
             out[c, t] = min(max(out[c, t], low), high)
         half = 0.5 * step * out[1, t]
-        chord = _chord(out[0, t], half, step)
-        x += chord * np.cos(heading + half)
-        y += chord * np.sin(heading + half)
+        length = chord(out[0, t], half, step)
+        x += length * np.cos(heading + half)
+        y += length * np.sin(heading + half)
         heading += 2.0 * half
 
 
@@ -121,6 +121,10 @@ class Rollouts:
         headings[0] = heading
         _drive(headings, x, y, controls[0], controls[1], step)
         return cls(controls, x[1:], y[1:], headings[1:], step)
+
+    def first(self, steps: int) -> "Rollouts":
+        """The same without what comes after `steps`."""
+        return Rollouts(self.controls[:, :steps], self.x[:steps], self.y[:steps], self.heading[:steps], self.step)
 
     def only(self, k: int) -> "Rollouts":
         """Rollout k alone."""

@@ -30,16 +30,15 @@ from mjnav.config import Range
 from mjnav.control.base import ProblemController, status_of
 from mjnav.control.kernels.mppi_rollout import ControlLimits, Rollouts, approach
 from mjnav.control.parameters import MOST, Count, GoalParameters, LaneWeights, Positive, Seconds, Share, Weight
+from mjnav.control.problem.fan import Plan, perturbations, softmin
 from mjnav.control.problem.goal_cost import mean_goal_cost
 from mjnav.control.problem.mppi_risk import Risk, Surroundings
 from mjnav.control.problem.obstacles import Reach, walls_in_reach
 from mjnav.control.problem.problem import Problem
 from mjnav.control.problem.shown_plan import NO_VIOLATION, shown_plan
 from mjnav.messages import Array, CandidateCosts, Decision, Observation, RobotLimits, Status
-from mjnav.rng import stream
 
 BRAKE, PLAN = 0, 1  # the first rollouts; then the straight way to the goal, then the perturbed plans
-SEED = 0  # of the perturbations
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -58,19 +57,6 @@ class MppiParameters(GoalParameters):
     risk_bound: Annotated[
         Share, "share of colliding samples above which a plan is infeasible, at each step and constraint"
     ] = 0.5
-
-
-@dataclass(frozen=True, slots=True)
-class Plan:
-    """Controls for T steps from `time` on."""
-
-    time: float  # [s]
-    controls: Array  # (2, T)
-
-    def after(self, passed: float, step: float) -> Array:
-        """The controls (2, T) from `passed` [s] later on, between those of two steps; the last is held."""
-        at = np.arange(self.controls.shape[1])
-        return np.stack([np.interp(at + passed / step, at, u) for u in self.controls])
 
 
 @dataclass(frozen=True, slots=True)
@@ -116,7 +102,8 @@ class Mppi(ProblemController[MppiParameters]):
 
     def __init__(self, limits: RobotLimits, period: float, parameters: MppiParameters):
         super().__init__(limits, period, parameters)
-        self._perturbations = perturbations(parameters)
+        p = parameters
+        self._perturbations = perturbations(p.rollouts, p.steps, p.knots, (p.speed_noise, p.turn_noise))
         self._plan: Plan | None = None
         # Every wall that a rollout may come to counts.
         self._sight = replace(self.problem_parameters, wall_horizon=parameters.steps * parameters.step)
@@ -165,24 +152,3 @@ class Mppi(ProblemController[MppiParameters]):
             plan = self._plan.after(o.time - self._plan.time, p.step)
         unperturbed = np.stack([np.zeros_like(plan), plan, straight], axis=2)
         return np.concatenate([unperturbed, plan[:, :, None] + self._perturbations], axis=2)
-
-
-def softmin(cost: Array, temperature: float) -> Array:
-    """w_k = exp(-(S_k - min S) / temperature) / sum, for costs S (K,)."""
-    weights = np.exp((cost.min() - cost) / temperature)
-    return weights / weights.sum()
-
-
-def perturbations(parameters: MppiParameters) -> Array:
-    """Perturbations of v and omega, (2, T, K), each followed by its opposite; the same for the same parameters.
-
-    Gaussian at the knots, which are spread evenly over the steps, and linear between them.
-    """
-    p = parameters
-    at = np.linspace(0.0, p.knots - 1, p.steps)
-    hat = np.maximum(1.0 - np.abs(at[:, None] - np.arange(p.knots)), 0.0)  # (T, knots)
-    noise = np.stack([
-        std * hat @ stream(SEED, channel, "controller").standard_normal((p.knots, (p.rollouts + 1) // 2))
-        for channel, std in (("mppi.v", p.speed_noise), ("mppi.omega", p.turn_noise))
-    ])  # fmt: skip
-    return np.stack([noise, -noise], axis=-1).reshape(2, p.steps, -1)[:, :, : p.rollouts]

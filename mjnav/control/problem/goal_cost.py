@@ -97,9 +97,28 @@ def mean_goal_cost(
     `goal` (2,) is relative to where the rollouts begin, and `twist` (2,) is the command decided last. The first control
     is reached in one `period`, each of the others in one step.
     """
-    p, r = parameters, rollouts
-    dx, dy = goal[0] - r.x, goal[1] - r.y
-    v, omega = twist.tolist()
+    dx, dy = goal[0] - rollouts.x, goal[1] - rollouts.y
+    return _mean_cost(rollouts, dx, dy, twist, limits, period, parameters)
+
+
+def mean_cost_along(
+    rollouts: Rollouts,
+    left: Array,
+    by_x: Array,
+    by_y: Array,
+    twist: Array,
+    limits: RobotLimits,
+    period: float,
+    parameters: GoalParameters,
+) -> Array:
+    """The same where the way to the goal is `left` (T, K) [m] long and falls against its derivatives, (T, K) each."""
+    return _mean_cost(rollouts, -left * by_x, -left * by_y, twist, limits, period, parameters)
+
+
+def _mean_cost(
+    rollouts: Rollouts, dx: Array, dy: Array, twist: Array, limits: RobotLimits, period: float, p: GoalParameters
+) -> Array:
+    r, (v, omega) = rollouts, twist.tolist()
     cost = _costs_along(
         r.v, r.omega, r.heading, dx, dy, np.arctan2(dy, dx), (v, omega),
         (limits.max_acceleration * period, limits.max_turn_acceleration * period),

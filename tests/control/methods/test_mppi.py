@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 
 from mjnav.control import Status, make_controller
 from mjnav.control.kernels.mppi_rollout import ControlLimits, approach
-from mjnav.control.methods.mppi import MppiParameters, Plan, perturbations, softmin
 from mjnav.control.parameters import Parameters
+from mjnav.control.problem.fan import Plan, perturbations, softmin
 from mjnav.geometry.angles import circular_mean
 from mjnav.messages import RobotLimits
 from mjnav.motion.diff_drive import reachable
@@ -63,8 +63,7 @@ def test_the_decided_plan_is_the_last_candidate_and_the_log_has_its_cost(observe
 
 
 def test_perturbations_come_in_opposite_pairs_and_are_linear_between_knots():
-    p = MppiParameters(steps=9, knots=3, rollouts=4001, speed_noise=0.3, turn_noise=0.7)
-    noise = perturbations(p)
+    noise = perturbations(4001, 9, 3, (0.3, 0.7))
     assert noise.shape == (2, 9, 4001)
     assert (noise[:, :, 0:4000:2] == -noise[:, :, 1:4000:2]).all()
     for t in (1, 2, 3):
@@ -72,7 +71,7 @@ def test_perturbations_come_in_opposite_pairs_and_are_linear_between_knots():
     for t in (0, 4, 8):
         assert noise[:, t].std(axis=1) == pytest.approx([0.3, 0.7], rel=0.05)
     assert abs(np.corrcoef(noise[0, 0, ::2], noise[0, 4, ::2])[0, 1]) < 4.0 / sqrt(2000)
-    assert (perturbations(p) == noise).all()
+    assert (perturbations(4001, 9, 3, (0.3, 0.7)) == noise).all()
 
 
 # ---------------------------------------------------------------------------------------------- the plan

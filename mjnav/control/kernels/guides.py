@@ -1,0 +1,73 @@
+"""Guides: controls that lead a robot on simple ways, from which a planner's rollouts start.
+
+A guide stands for `wait` seconds, then drives for `hold` seconds along a fixed direction, and then the way to the goal.
+Forwards it faces where it goes; with a negative speed it backs off.
+"""
+
+import numpy as np
+
+from mjnav.control.kernels.mppi_rollout import chord
+from mjnav.geometry.compiled import kernel
+from mjnav.geometry.kernel_types import Matrix, Vector
+from mjnav.geometry.way_field import WayGrid, way_lookup
+
+
+@kernel
+def guide(
+    out_v: Matrix,
+    out_omega: Matrix,
+    guides: Matrix,
+    pose: Vector,
+    way: WayGrid,
+    first: Matrix,
+    bounds: Matrix,
+    change: Vector,
+    approach_time: float,
+    preview: float,
+    step: float,
+):
+    """Controls (T, G) of guides (G, 4): wait [s], hold [s], direction [rad], speed [m/s].
+
+    The robot turns to where it goes within `preview`, drives at most way left / `approach_time`, and slower while it
+    faces another way. first and bounds (2, 2): lowest and highest (v, omega), of the first control and of all;
+    `change` (2,) is the most from one to the next. `pose` (3,) is in the world, as `way` is.
+    """
+    for g in range(guides.shape[0]):
+        wait, until, direction, speed = guides[g, 0], guides[g, 0] + guides[g, 1], guides[g, 2], guides[g, 3]
+        x, y, heading = pose[0], pose[1], pose[2]
+        v, omega = 0.0, 0.0
+        for t in range(out_v.shape[0]):
+            time = t * step
+            left, by_x, by_y = way_lookup(way, x, y)
+            wanted_v, wanted_omega = 0.0, 0.0
+            if time >= wait - 1e-9:
+                forward = speed
+                if time < until - 1e-9:
+                    bearing, limit = direction, abs(speed)
+                else:
+                    bearing, limit = np.arctan2(-by_y, -by_x), min(abs(speed), left / approach_time)
+                    forward = abs(speed)
+                turn = bearing - heading + (np.pi if forward < 0.0 else 0.0)
+                turn -= 2.0 * np.pi * np.round(turn / (2.0 * np.pi))
+                wanted_v = limit * max(np.cos(turn), 0.0) * (-1.0 if forward < 0.0 else 1.0)
+                wanted_omega = turn / preview
+            low_v, high_v, low_omega, high_omega = first[0, 0], first[1, 0], first[0, 1], first[1, 1]
+            if t > 0:
+                low_v, high_v = max(bounds[0, 0], v - change[0]), min(bounds[1, 0], v + change[0])
+                low_omega, high_omega = max(bounds[0, 1], omega - change[1]), min(bounds[1, 1], omega + change[1])
+            v = min(max(wanted_v, low_v), high_v)
+            omega = min(max(wanted_omega, low_omega), high_omega)
+            out_v[t, g], out_omega[t, g] = v, omega
+            half = 0.5 * step * omega
+            length = chord(v, half, step)
+            x += length * np.cos(heading + half)
+            y += length * np.sin(heading + half)
+            heading += 2.0 * half
+
+
+@kernel
+def ways_left(left: Matrix, by_x: Matrix, by_y: Matrix, x: Matrix, y: Matrix, at: Vector, way: WayGrid):
+    """The way left [m] from points `at` + (x, y), (T, K), and its derivatives, into matrices of that shape."""
+    for t in range(x.shape[0]):
+        for k in range(x.shape[1]):
+            left[t, k], by_x[t, k], by_y[t, k] = way_lookup(way, at[0] + x[t, k], at[1] + y[t, k])

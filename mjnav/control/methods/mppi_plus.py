@@ -1,0 +1,51 @@
+"""`mppi-plus`: `mppi` with what helps a planner that is no matter of Hilbert spaces.
+
+The rollouts, the progress, the effort, the braking tail and the choice are those of `mjnav.control.planner`; the risk
+is `mppi`'s,
+
+    risk_k = weight sum_j sum_t P_jt dt  +  sum_i lambda_i sum_t P_it dt,
+
+expected times in collision with every obstacle j, and beyond either lane boundary i (`problem.mppi_risk`). What sets
+`rkhs-plan` apart from it is the risk alone.
+
+A rollout is feasible where at no step the probability of a collision, or of being beyond a boundary, exceeds
+`risk_bound`.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Annotated
+
+import numpy as np
+
+from mjnav.control.kernels.mppi_rollout import Rollouts
+from mjnav.control.parameters import LaneWeights, Weight
+from mjnav.control.planner import Planner, PlannerParameters, Risks
+from mjnav.control.problem.joint_samples import JointSamples
+from mjnav.control.problem.mppi_risk import Surroundings
+from mjnav.control.problem.obstacles import Reach
+from mjnav.control.problem.problem import Problem
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class MppiPlusParameters(PlannerParameters):
+    """The planner's parameters and the weights of the risk."""
+
+    weight: Annotated[Weight, "lambda, per second of expected collision with each disc and wall"] = 25.0
+    lane_weights: LaneWeights = (10.0, 10.0)  # [1/s] of the expected time beyond each
+
+
+class MppiPlus(Planner[MppiPlusParameters]):
+    """Plans by the expected time in collision."""
+
+    def risks_of(self, problem: Problem, reach: Reach, samples: JointSamples) -> Callable[[Rollouts], Risks]:
+        """The weighted expected times, and the greatest probability at any one step."""
+        p = self.parameters
+        surroundings = Surroundings.of(problem, reach, len(samples.times), p.step)
+
+        def risks(rollouts: Rollouts) -> Risks:
+            risk = surroundings.risk(rollouts)
+            cost = p.weight * risk.cone.sum(axis=1) + risk.lane @ np.array(p.lane_weights)
+            return Risks(cost, risk.worst, np.zeros((len(cost), 0)))
+
+        return risks

@@ -1,0 +1,90 @@
+"""The rollouts that a planner weighs: simple ways to begin with, and its own plan, perturbed.
+
+    standing | plan so far | straight to the goal | guides | waiting | escapes | reversing | perturbations of the plan
+
+Guides leave the way to the goal to either side for a while, escapes go off in every direction; each then drives to the
+goal. Where the robot may reverse, some back off first. (Rollouts of other controllers among the perturbed: Trevisan &
+Alonso-Mora 2024, "Biased-MPPI".)
+"""
+
+from dataclasses import dataclass
+from math import pi
+
+import numpy as np
+
+from mjnav.control.kernels.guides import guide
+from mjnav.control.kernels.mppi_rollout import ControlLimits
+from mjnav.geometry.way_field import WayGrid
+from mjnav.messages import Array
+from mjnav.rng import stream
+
+STAND, KEPT = 0, 1  # the first rollouts
+SEED = 0  # of the perturbations
+
+SIDEWAYS = np.deg2rad([-75.0, -45.0, -20.0, 0.0, 20.0, 45.0, 75.0])  # of guides, off the way to the goal
+SPEEDS = (1.0, 0.6, 0.3)  # of guides, of the preferred speed
+HOLDS = (1.6, 3.2)  # [s]
+ESCAPES = 2.0 * pi * np.arange(12) / 12  # off the robot's heading
+ESCAPE_HOLDS = (1.4, 2.8)  # [s]
+WAITS = (0.8, 1.6, 2.4)  # [s]
+BACKWARDS = np.deg2rad([-90.0, -45.0, 0.0, 45.0, 90.0])  # off the robot's back
+
+
+@dataclass(frozen=True, slots=True)
+class Plan:
+    """Controls for T steps from `time` on."""
+
+    time: float  # [s]
+    controls: Array  # (2, T)
+
+    def after(self, passed: float, step: float) -> Array:
+        """The controls (2, T) from `passed` [s] later on, between those of two steps; the last is held."""
+        at = np.arange(self.controls.shape[1])
+        return np.stack([np.interp(at + passed / step, at, u) for u in self.controls])
+
+
+def softmin(cost: Array, temperature: float) -> Array:
+    """w_k = exp(-(S_k - min S) / temperature) / sum, for costs S (K,)."""
+    weights = np.exp((cost.min() - cost) / temperature)
+    return weights / weights.sum()
+
+
+def guides(heading: float, way_direction: float, speed: float, back_speed: float) -> Array:
+    """(G, 4) as `kernels.guides` takes them; the first is the straight way. `back_speed` [m/s], 0 without reverse."""
+    rows = [(0.0, 0.0, 0.0, speed)]
+    rows += [
+        (0.0, hold, way_direction + angle, share * speed) for angle in SIDEWAYS for share in SPEEDS for hold in HOLDS
+    ]
+    rows += [(wait, 0.0, 0.0, speed) for wait in WAITS]
+    rows += [(0.0, hold, heading + angle, speed) for angle in ESCAPES for hold in ESCAPE_HOLDS]
+    if back_speed > 0.0:
+        rows += [(0.0, hold, heading + pi + a, -back_speed) for a in BACKWARDS for hold in ESCAPE_HOLDS]
+    return np.array(rows)
+
+
+def guided(
+    rows: Array, pose: Array, way: WayGrid, limits: ControlLimits, approach_time: float, preview: float, step: float,
+    steps: int,
+) -> Array:  # fmt: skip
+    """The controls (2, T, G) of guides (G, 4) from a pose (3,) in the world."""
+    out = np.empty((2, steps, len(rows)))
+    guide(
+        out[0], out[1], rows, pose, way, limits.first, limits.all, limits.change, approach_time, preview, step
+    )  # fmt: skip
+    return out
+
+
+def perturbations(num: int, steps: int, knots: int, noise: tuple[float, float], quiet: float = 1.0) -> Array:
+    """Perturbations of v and omega, (2, T, num), each followed by its opposite; the same for the same arguments.
+
+    Gaussian at the knots with standard deviations `noise` [m/s, rad/s], linear between them; the knots are spread
+    evenly over the steps. Every other pair is scaled by `quiet`.
+    """
+    at = np.linspace(0.0, knots - 1, steps)
+    hat = np.maximum(1.0 - np.abs(at[:, None] - np.arange(knots)), 0.0)  # (T, knots)
+    drawn = np.stack([
+        std * hat @ stream(SEED, channel, "controller").standard_normal((knots, (num + 1) // 2))
+        for channel, std in zip(("mppi.v", "mppi.omega"), noise, strict=True)
+    ])  # fmt: skip
+    drawn[:, :, 1::2] *= quiet
+    return np.stack([drawn, -drawn], axis=-1).reshape(2, steps, -1)[:, :, :num]

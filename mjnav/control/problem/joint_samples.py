@@ -1,0 +1,109 @@
+"""Joint samples of all that is uncertain around a plan, and the violation of rollouts there.
+
+Joint sample s is sample s of the robot's position, of every obstacle's path and of both lane boundaries: bodies that
+are believed independently are drawn independently, in random order. Where an obstacle has fewer samples than the robot
+they are used again.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from mjnav.constraints.lane import lane_distance
+from mjnav.control.kernels.mppi_rollout import Rollouts
+from mjnav.control.kernels.violation import DEEPEST, meet_discs, meet_lane, meet_walls
+from mjnav.control.problem.futures import positions_at
+from mjnav.control.problem.obstacles import Reach
+from mjnav.control.problem.problem import Problem
+from mjnav.messages import Array, ObstacleSamples
+
+CONTACT = 1e-6  # [m], the margin where contacts alone count
+
+
+@dataclass(frozen=True, slots=True)
+class JointSamples:
+    """All samples of an observation, relative to the robot's mean position."""
+
+    offsets: Array  # (2, S) [m] of the robot's samples
+    moving: tuple[Array, Array]  # x and y (T, B, S) [m] of what moves less the robot's offsets
+    moving_radius: Array  # (B,) [m] R_j
+    standing: Array  # (W, 4) [m] ax, ay, bx, by of what stands, a point twice for a disc
+    standing_radius: Array  # (W,) [m]
+    lanes: tuple[tuple[Array, Array], ...]  # (2,) outward normal and (S,) samples of what the robot is beyond by [m]
+    times: Array  # (T,) [s] of the ends of all steps
+
+    @classmethod
+    def of(cls, problem: Problem, reach: Reach, steps: int, step: float) -> "JointSamples":
+        """The discs and walls in reach, for `steps` steps of `step` [s].
+
+        Each robot sample includes the drift of its actuation noise over one period; the next decision observes and
+        corrects it.
+        """
+        o, mean, heading = problem.observation, problem.mean_pose[:2], problem.observation.robot_pose[:, 2]
+        drift = problem.period * o.control_noise[:, 0]
+        offsets = (o.robot_pose[:, :2] - mean).T + drift * np.stack([np.cos(heading), np.sin(heading)])
+        near = [o.obstacles[j] for j in reach.discs]
+        moving = [body for body in near if _moves(body)]
+        standing = [body for body in near if not _moves(body)]
+        points = np.array([body.position[0] for body in standing]).reshape(-1, 2) - mean
+        walls = (o.walls[list(reach.walls)] - mean).reshape(-1, 4)
+        radius = problem.limits.radius + problem.parameters.safety_margin
+        times = step * np.arange(1, steps + 1, dtype=float)
+        return cls(
+            offsets=offsets,
+            moving=_relative_paths(moving, mean, offsets, times),
+            moving_radius=np.array([body.radius + radius for body in moving]),
+            standing=np.concatenate([np.hstack([points, points]), walls]),
+            standing_radius=np.concatenate([[body.radius + radius for body in standing], np.full(len(walls), radius)]),
+            lanes=_lanes(problem, offsets),
+            times=times,
+        )
+
+    def violation(self, rollouts: Rollouts, margin: Array, fading: Array, standing: float, lasting: Array) -> Array:
+        """h (K, S) of rollouts of as many steps.
+
+        Of what moves m_t is `margin` (T,) [m] and gamma_t `fading` (T,), of what stands they are `standing` [m] and
+        `lasting` (T,).
+        """
+        r, ones = rollouts, np.ones(len(self.moving_radius))
+        h = np.zeros((r.v.shape[1], self.offsets.shape[1]))
+        m = margin[:, None] * ones
+        meet_discs(h, r.x, r.y, *self.moving, self.moving_radius + m, 1.0 / m, fading[:, None] * ones)
+        reach = self.standing_radius + standing
+        meet_walls(h, r.x, r.y, *self.offsets, self.standing, reach, standing, lasting)
+        for normal, excess in self.lanes:
+            meet_lane(h, r.x, r.y, normal, excess, standing, lasting)
+        return h
+
+    def lost_time(self, rollouts: Rollouts) -> Array:
+        """(K,) [s] by which the first contact comes before the rollouts' end, on average over the joint samples."""
+        end = self.times[-1]
+        left = (end - self.times) + (self.times[1] - self.times[0])  # above 0 for a contact at the last step
+        # With margins of nothing a violation is its gamma times DEEPEST at a contact, and 0 where there is none.
+        margin = np.full(len(self.times), CONTACT)
+        return self.violation(rollouts, margin, left / DEEPEST, CONTACT, left / DEEPEST).mean(axis=1)
+
+
+def _moves(body: ObstacleSamples) -> bool:
+    return body.future is not None or len(body.position) > 1 or bool(body.velocity.any())
+
+
+def _relative_paths(bodies: list[ObstacleSamples], mean: Array, offsets: Array, times: Array) -> tuple[Array, Array]:
+    """x and y (T, B, S) of the bodies' samples at `times` less the robot's samples, from its `mean` position."""
+    paths = np.empty((2, len(times), len(bodies), offsets.shape[1]))
+    each = np.arange(offsets.shape[1])
+    for b, body in enumerate(bodies):
+        at = positions_at(body, times)[:, each % len(body.position)]  # (T, S, 2)
+        paths[:, :, b] = np.moveaxis(at - mean, -1, 0) - offsets[:, None]
+    return paths[0], paths[1]
+
+
+def _lanes(problem: Problem, offsets: Array) -> tuple[tuple[Array, Array], ...]:
+    lanes, mean, found = problem.observation.lanes, problem.mean_pose[:2], []
+    if lanes is not None:
+        sides = ((lanes.left, lanes.left_offset, 1.0), (lanes.right, lanes.right_offset, -1.0))
+        for line, noise, outward in sides:
+            normal = outward * np.array(line[:2]) / np.hypot(*line[:2])
+            beyond = outward * (lane_distance(mean, line) + noise) + problem.limits.radius
+            found.append((normal, normal @ offsets + beyond))
+    return tuple(found)
