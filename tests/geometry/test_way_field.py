@@ -51,7 +51,7 @@ def test_around_one_body_it_is_as_long_as_computed_by_hand(case):
     assert expected - TOO_SHORT <= found <= expected + TOO_LONG
 
 
-@pytest.mark.parametrize("seed", range(12))
+@pytest.mark.parametrize("seed", range(8))
 def test_in_random_rooms_it_is_as_long_as_the_exact_shortest_way_and_going_along_it_takes_no_longer(seed):
     rng = np.random.default_rng(seed)
     floor = random_room(rng)
@@ -91,12 +91,14 @@ def test_it_falls_along_the_direction_everywhere_and_is_finite_in_bodies_too():
 def test_from_a_place_without_room_the_way_leads_out_of_the_body_first():
     floor = room([(0.0, 0.0, 0.5 * np.pi, 1.5, 0.05)], [])
     field = WayField.of(floor, [2.0, 0.0], RADIUS)
-    x = np.array([0.35, 0.25, 0.2])  # from the middle of the wall
-    assert (field.direction(np.column_stack([x, [0.0] * 3]))[:, 0] > 0.7).all()
-    assert (field.direction(np.column_stack([-x, [0.3] * 3]))[:, 0] < -0.3).all()
+    x = np.array([0.35, 0.25, 0.2])  # from the middle of the wall, where 0.4 is free
+    right, left = np.column_stack([x, [0.0] * 3]), np.column_stack([-x, [0.3] * 3])
+    assert (field.direction(right)[:, 0] > 0.7).all()
+    assert (field.direction(left)[:, 0] < -0.3).all()
+    assert field.way_left(right) == pytest.approx(1.6 + 2.0 * (0.4 - x), abs=0.15)
 
 
-def test_a_closed_room_a_goal_in_a_wall_and_a_floor_without_any_room_have_numbers_that_fall():
+def test_a_closed_room_a_goal_in_a_wall_and_a_floor_without_any_room_have_finite_ways():
     inside, outside = [0.0, 0.0], [[4.5, 0.3], [-5.0, 5.0]]
     through = WayField.of(room([], []), inside, RADIUS, outside).way_left(outside)
     assert np.isfinite(through).all()
