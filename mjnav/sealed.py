@@ -10,7 +10,7 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from mjnav.messages import CandidateCosts
+from mjnav.messages import CandidateCosts, PlanShown
 
 A = TypeVar("A", bound=np.generic)
 
@@ -29,6 +29,17 @@ def sealed_costs(costs: CandidateCosts) -> CandidateCosts:
         for values in (costs.v, costs.omega, costs.goal, costs.cone, costs.lane, costs.total)
     )
     return CandidateCosts(v, omega, goal, cone, lane, total, int(costs.nominal))
+
+
+def sealed_plan(plan: PlanShown) -> PlanShown:
+    """The same, sealed. Raises ValueError where its paths differ in length."""
+    path, fan, cost, violation = (
+        sealed(np.asarray(values, float)) for values in (plan.path, plan.fan, plan.fan_cost, plan.violation)
+    )
+    if path.shape[1:] != (2,) or fan.shape != (*cost.shape, *path.shape) or violation.ndim != 1:
+        shapes = ", ".join(str(values.shape) for values in (path, fan, cost, violation))
+        raise ValueError(f"a plan with path, fan, fan_cost and violation of shapes {shapes}")
+    return PlanShown(float(plan.step), path, fan, cost, violation, bool(plan.feasible))
 
 
 def sealed_message(message: Any) -> Any:

@@ -4,10 +4,11 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import groupby
 from math import isnan
+from types import MappingProxyType
 from typing import Any, NamedTuple
 
 from mjnav.messages import TickRecord, WorldState
-from mjnav.recording.encode.topics import topics
+from mjnav.recording.encode.topics import PLAN, topics
 from mjnav.recording.read.log import LogMessage, decoder
 from mjnav.scenarios.spec import Scenario
 
@@ -24,8 +25,11 @@ _FIELDS = (
     ("detections", "/detections", ("detections",)),
     ("tracks", "/people/estimate", ("people",)),
     ("decision", "/decision", ("nominal", "cost", "wish", "caution", "v", "omega", "status")),
+    ("decision", PLAN, ("step", "path", "fan", "fan_cost", "violation", "feasible")),
     ("command", "/command", ("v", "omega")),
 )
+# Topics whose messages are no documents, and what is compared of them.
+_ARRAYS = MappingProxyType({topic: keys for _, topic, keys in _FIELDS if topic in (SCAN, PLAN)})
 COMPARED = tuple(dict.fromkeys(topic for _, topic, _ in _FIELDS))
 
 Documents = Mapping[str, Sequence[Any]]  # of one tick, by topic
@@ -104,7 +108,7 @@ class TickComparison:
             return found
         for part, topic, keys in _FIELDS:
             before, after = logged.get(topic, ()), again.get(topic, ())
-            if before == after or (self._gaps and not before):
+            if before == after or (not before and (self._gaps or topic == PLAN)):  # earlier logs have no plans
                 continue
             for key in keys:
                 found += differences(part, f"{topic} {key}", _values(before, key), _values(after, key))
@@ -141,5 +145,13 @@ def _leaves(value: Any, name: str) -> Iterator[tuple[str, Any]]:
 
 
 def _document(topic: str, value: Any) -> Any:
-    """A message's value; of a foxglove.LaserScan, what is compared, with None for NaN, which is equal to nothing."""
-    return {"ranges": [None if isnan(r) else r for r in value.ranges]} if topic == SCAN else value
+    """A message's value; of a protobuf message, what is compared, with None for NaN, which is equal to nothing."""
+    if topic not in _ARRAYS:
+        return value
+    return {key: _comparable(getattr(value, key)) for key in _ARRAYS[topic]}
+
+
+def _comparable(value: Any) -> Any:
+    if isinstance(value, bool):
+        return value
+    return (None if isnan(value) else value) if isinstance(value, float) else list(map(_comparable, value))

@@ -44,6 +44,7 @@ TOPICS: Mapping[str, str] = MappingProxyType(
         "/cone": "Samples of the constraint of the closest obstacle at the chosen control, beside the desired ones.",
         "/candidates": "Every candidate control with the terms of its cost.",
         "/candidates/arcs": "The candidates as coloured arcs: in a live view, and in a log with log.drawings = true.",
+        "/plan": "The plan that is followed, some of the rollouts weighed, the violation: of methods that plan ahead.",
         "/events": "Contacts, infeasible decisions, filters that were reset, faults, in words.",
         "/tick": "How long each phase of the tick took, and how late it began.",
     }

@@ -17,6 +17,7 @@ from mjnav.messages import (
     Decision,
     Event,
     Observation,
+    PlanShown,
     Reading,
     RobotBelief,
     Status,
@@ -108,6 +109,22 @@ class MadeUpRun:
             cone=ConeDistribution("person1", rng.normal(size=625), rng.normal(size=400), float(rng.random())),
         )
         return replace(record, **changes)
+
+    def plan(self, num_rollouts: int = 32, num_steps: int = 20, num_samples: int = 48) -> PlanShown:
+        rng = self.rng
+        return PlanShown(
+            step=0.2,
+            path=rng.normal(size=(num_steps, 2)),
+            fan=rng.normal(size=(num_rollouts, num_steps, 2)),
+            fan_cost=np.sort(rng.random(num_rollouts)),
+            violation=np.maximum(rng.normal(size=num_samples), 0.0).clip(max=2.0),
+            feasible=bool(rng.random() < 0.5),
+        )
+
+    def planned(self, tick: int, **sizes: int) -> TickRecord:
+        """A tick of a method that plans ahead."""
+        record = self.record(tick)
+        return replace(record, decision=replace(record.decision, plan=self.plan(**sizes)))
 
     @staticmethod
     def at(record: TickRecord, tick: int) -> TickRecord:

@@ -144,9 +144,10 @@ def shared(client: Client) -> dict[str, list[tuple[int, bytes]]]:
 
 
 def write(recorder: Recorder, made_up, num_ticks: int = NUM_TICKS) -> None:
+    """A run whose every third tick has a plan, the first without one."""
     with recorder:
         for tick in range(num_ticks):
-            recorder.write(made_up.record(tick))
+            recorder.write(made_up.planned(tick) if tick % 3 == 2 else made_up.record(tick))
             recorder.write_timing(made_up.timing(tick))
         recorder.finish(made_up.truth(num_ticks), {})
 

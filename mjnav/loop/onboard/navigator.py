@@ -34,7 +34,7 @@ from mjnav.motion.diff_drive import command_bounds
 from mjnav.prediction import Crowd, RobotNow, make_predictor
 from mjnav.rng import stream
 from mjnav.scenarios.spec import Scenario
-from mjnav.sealed import sealed, sealed_costs, sealed_message
+from mjnav.sealed import sealed, sealed_costs, sealed_plan
 
 
 class Navigator:
@@ -194,7 +194,7 @@ class Navigator:
         wish = np.array([decision.v, decision.omega], float)
         within = np.clip(wish, self._low, self._high)
         costs = None if decision.costs is None else sealed_costs(decision.costs)
-        plan = None if decision.plan is None else sealed_message(decision.plan)
+        plan = None if decision.plan is None else sealed_plan(decision.plan)
         v, omega = within.tolist()
         changed = None if (within == wish).all() else (float(decision.v), float(decision.omega))
         return Decision(v, omega, decision.status, costs, wish=changed, plan=plan)

@@ -22,7 +22,7 @@ NUM_LEVELS = 8  # of colour
 RESOLUTION = 2.0**-10  # [m]; drawn coordinates are whole multiples, whose doubles compress to a third
 
 
-def _line_header(thickness: float, height: float, color: Color) -> bytes:
+def line_header(thickness: float, height: float, color: Color) -> bytes:
     """foxglove.LinePrimitive, separate segments, but for points and indices."""
     kind = LinePrimitive.LINE_LIST
     return LinePrimitive(type=kind, pose=pose(0.0, 0.0, height), thickness=thickness, color=color).SerializeToString()
@@ -34,8 +34,8 @@ def _level_color(level: int) -> Color:
     return Color(r=0.85 * min(1.0, 2.0 * share), g=0.8 * min(1.0, 2.0 - 2.0 * share), b=0.15, a=0.5)
 
 
-_LEVELS = tuple(_line_header(0.006, 0.02, _level_color(level)) for level in range(NUM_LEVELS))
-_DECIDED = _line_header(0.05, 0.03, Color(r=0.1, g=0.25, b=1.0, a=1.0))
+LEVEL_HEADERS = tuple(line_header(0.006, 0.02, _level_color(level)) for level in range(NUM_LEVELS))
+_DECIDED = line_header(0.05, 0.03, Color(r=0.1, g=0.25, b=1.0, a=1.0))
 _ENTITY = wire.delimited(2, WORLD_FRAME.encode()) + wire.delimited(3, b"candidates")
 
 
@@ -73,7 +73,7 @@ def encode_arcs(time: float, estimate: Array, control: ArrayLike, costs: Candida
     order = np.argsort(costs.total, kind="stable")
     bounds = pairwise(level_bounds(order.size))
     groups = [
-        (header, order[first:last]) for header, (first, last) in zip(_LEVELS, bounds, strict=True) if first < last
+        (header, order[first:last]) for header, (first, last) in zip(LEVEL_HEADERS, bounds, strict=True) if first < last
     ]
     lines = [_line(header, estimate, costs.v[group], costs.omega[group]) for header, group in groups]
     v, omega = np.asarray(control, float)

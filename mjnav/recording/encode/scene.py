@@ -1,8 +1,9 @@
 """/scene: what stands in the room, the robot, and the people as they are and as they are believed to be.
 
 Each is a Foxglove entity with a name: `robot`, `person0`, `person0_estimate` beside it, and `person0_future` where a
-model of prediction says more than straight on. Where people are tracked by scans, estimates are `track7_estimate` and
-labelled, those that the latest scan does not show are pale, and `detections` are discs with their 95 % ellipses.
+model of prediction says more than straight on; `plan`, with its fan, of a method that plans ahead. Where people are
+tracked by scans, estimates are `track7_estimate` and labelled, those that the latest scan does not show are pale, and
+`detections` are discs with their 95 % ellipses.
 """
 
 from collections.abc import Sequence
@@ -22,10 +23,11 @@ from foxglove_schemas_protobuf.Vector3_pb2 import Vector3
 from google.protobuf.duration_pb2 import Duration
 
 from mjnav.geometry.ellipse import ellipse_95
-from mjnav.messages import Detection, Observation, Track, WorldState
+from mjnav.messages import Detection, Observation, PlanShown, Track, WorldState
 from mjnav.recording.encode import wire
 from mjnav.recording.encode.futures import future_entities
 from mjnav.recording.encode.geometry import TRUE_FRAME, WORLD_FRAME, pose, time_ns
+from mjnav.recording.encode.plan_lines import plan_entity
 from mjnav.scenarios.spec import Scenario, Table
 
 ROBOT_HEIGHT = 0.35  # [m]
@@ -151,6 +153,7 @@ class SceneEncoder:
     def __init__(self, scenario: Scenario, epoch: int = 0):
         self._epoch = epoch
         self._still = _still(scenario)
+        self._radius = scenario.robot.radius
         self._people = [_person(f"person{i}", person.radius) for i, person in enumerate(scenario.people)]
         self._seen = scenario.sensors.longest_pause - SAME_TIME  # [s] that a track may be unseen between two scans
         self._named = frozenset(f"person{i}" for i in range(len(scenario.people)))
@@ -165,8 +168,9 @@ class SceneEncoder:
         tracks: tuple[Track, ...] = (),
         observation: Observation | None = None,
         detections: tuple[Detection, ...] = (),
+        plan: PlanShown | None = None,
     ) -> bytes:
-        """The scene at one moment, where people are seen and believed to be, and how they are predicted to go on."""
+        """The scene at one moment: where people are seen and believed to be, how they and the robot are to go on."""
         time = wire.timestamp(1, time_ns(truth.time, self._epoch))
         parts = [self._still]
         for i, (person, (x, y)) in enumerate(zip(self._people, truth.people_position.tolist(), strict=True)):
@@ -187,6 +191,8 @@ class SceneEncoder:
             discs = b"".join(_detected(one) for one in detections)
             parts.append(wire.delimited(2, time + self._lifetime + _DETECTIONS + discs))
         parts += [wire.delimited(2, time + self._lifetime + future) for future in future_entities(observation, tracks)]
+        if plan is not None:
+            parts.append(wire.delimited(2, time + self._lifetime + plan_entity(plan, self._radius)))
         return b"".join(parts)
 
 

@@ -15,12 +15,14 @@ from mjnav.recording.encode import geometry, json_messages, particles
 from mjnav.recording.encode.candidate_arcs import encode_arcs
 from mjnav.recording.encode.candidates import candidates_schema, encode_candidates
 from mjnav.recording.encode.cone import cone_schema, encode_cone
+from mjnav.recording.encode.plan import encode_plan, plan_schema
 from mjnav.recording.encode.scan import ScanEncoder, encode_mount
 from mjnav.recording.encode.scene import SceneEncoder
 from mjnav.recording.encode.schemas import Schema, foxglove_schema, json_schema
 from mjnav.scenarios.spec import Scenario
 
 TIMING = "/tick"
+PLAN = "/plan"
 LIDAR = "lidar"  # the source of tracks that come about by scans
 EVENTS = "/events"
 
@@ -35,6 +37,7 @@ class Topic:
     encode_final: Callable[[int, WorldState], bytes] | None = None  # of the state in which the run ended
     encode_reading: Callable[[Reading], bytes | None] | None = None  # of each reading before the tick's last
     drawing: bool = False  # shows what another topic says: for the live view, and in a log on request
+    occasional: bool = False  # a log has it from its first message on, and not where there is none
 
 
 def encode_event(time: float, event: Event, epoch: int = 0) -> bytes:
@@ -108,7 +111,7 @@ def topics(scenario: Scenario, epoch: int = 0) -> tuple[Topic, ...]:
         Topic(
             "/scene",
             scene_update,
-            lambda r: scene.encode(r.truth, r.tracks, r.observation, r.detections),
+            lambda r: scene.encode(r.truth, r.tracks, r.observation, r.detections, r.decision.plan),
             lambda tick, final: scene.encode(final),
         ),
         Topic(
@@ -141,6 +144,7 @@ def topics(scenario: Scenario, epoch: int = 0) -> tuple[Topic, ...]:
         Topic("/cone", cone_schema(), lambda r: r.cone and encode_cone(r.cone)),
         Topic("/candidates", candidates_schema(), _candidates),
         Topic("/candidates/arcs", scene_update, lambda r: _arcs(r, epoch), drawing=True),
+        Topic(PLAN, plan_schema(), lambda r: r.decision.plan and encode_plan(r.decision.plan), occasional=True),
         Topic(EVENTS, foxglove_schema(Log)),
         Topic(TIMING, document_schema("mjnav.TickTiming")),
     )

@@ -21,6 +21,7 @@ from mjnav.messages import Array
 from mjnav.motion.diff_drive import LIDAR_HEIGHT
 from mjnav.motion.unicycle import integrate
 from mjnav.recording.encode.particles import decode_particles
+from mjnav.recording.encode.plan import decode_plan
 from mjnav.recording.export.rerun_scene import about_z, clearance, log_bodies, log_scene
 from mjnav.recording.read.log import Log, LogMessage
 
@@ -35,6 +36,7 @@ TOPICS = (
     "/decision",
     "/command",
     "/cone",
+    "/plan",
     "/events",
 )
 TIMELINE = "sim_time"
@@ -94,6 +96,8 @@ class _Collector:
             self.put("scalar", "plots/command/omega", now, value["omega"])
         elif message.topic == "/cone":
             self.put("scalar", "plots/safe_share", now, value.safe_share)
+        elif message.topic == "/plan":
+            self.put("strip", "world/plan", now, _lifted(decode_plan(value).path, 0.04))
         elif message.topic == "/events":
             self.put("text", "log/events", now, (f"{value.name}: {value.message}", _LEVELS.get(value.level, "DEBUG")))
 

@@ -16,6 +16,7 @@ from mjnav.messages import Array
 from mjnav.motion.diff_drive import LIDAR_HEIGHT
 from mjnav.recording.encode.geometry import LIDAR_FRAME, ROBOT_FRAME, TRUE_FRAME, WORLD_FRAME, rotation, time_ns
 from mjnav.recording.encode.particles import decode_particles
+from mjnav.recording.encode.plan import decode_plan
 from mjnav.scenarios.lidar import Lidar
 
 _PLANAR = [0, 1, 5]  # x, y and the turn about z among the six coordinates of a pose
@@ -162,6 +163,21 @@ def command(document: Mapping, now: int) -> ros.geometry_msgs__msg__TwistStamped
     """The command in force from now on."""
     twist = _twist(*floats([document["v"], document["omega"]]))
     return ros.geometry_msgs__msg__TwistStamped(header(now, ROBOT_FRAME), twist)
+
+
+def plan(message: Any, now: int) -> ros.nav_msgs__msg__Path:
+    """The plan that is followed, of mjnav.Plan; each pose is stamped with the time for which it is planned.
+
+    Each heading is that of the way from the position before; the first is that of the way to the second.
+    """
+    found = decode_plan(message)
+    headings = [atan2(dy, dx) for dx, dy in np.diff(found.path, axis=0).tolist()]
+    headings = [*(headings[:1] or [0.0] * len(found.path)), *headings]
+    poses = [
+        ros.geometry_msgs__msg__PoseStamped(header(now + time_ns(number * found.step)), planar_pose(x, y, heading))
+        for number, ((x, y), heading) in enumerate(zip(found.path.tolist(), headings, strict=True), start=1)
+    ]
+    return ros.nav_msgs__msg__Path(header(now), poses)
 
 
 def event(message: Any, _: int) -> ros.rcl_interfaces__msg__Log:

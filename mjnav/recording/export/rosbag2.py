@@ -96,6 +96,7 @@ def ros_topics(scenario: Scenario) -> dict[str, tuple[RosTopic, ...]]:
         "/belief/obstacles": (RosTopic("/belief/obstacles/points", cloud, ros_messages.particles),),
         "/scene": (RosTopic("/scene", markers, ros_markers.markers, LATCHED),),
         "/candidates": (RosTopic("/candidates", markers, ros_markers.candidate_markers),),
+        "/plan": (RosTopic("/plan", "nav_msgs/msg/Path", ros_messages.plan),),
         "/events": (RosTopic("/events", "rcl_interfaces/msg/Log", ros_messages.event),),
         **{name: (_text(name),) for name in ("/contacts", "/decision", "/cone", "/tick")},
     }

@@ -10,6 +10,7 @@ from foxglove_schemas_protobuf.Log_pb2 import Log as Event
 
 from mjnav.messages import PHASES
 from mjnav.recording.encode.particles import decode_particles
+from mjnav.recording.encode.plan import decode_plan
 from mjnav.recording.read.scene_rows import lines, pose_figures, solids
 
 Rows = Iterable[Sequence[Any]]
@@ -164,6 +165,25 @@ def _candidates_cone(message: Any) -> Rows:
             yield number, constraint, cost
 
 
+def _plan(message: Any) -> Rows:
+    """A row a step; `ahead` is its time after the decision takes effect."""
+    plan = decode_plan(message)
+    for number, place in enumerate(plan.path.tolist(), start=1):
+        yield number * plan.step, *place, plan.feasible
+
+
+def _plan_fan(message: Any) -> Rows:
+    """A row a step of each rollout."""
+    plan = decode_plan(message)
+    for rollout, (cost, path) in enumerate(zip(_float32(plan.fan_cost), plan.fan.tolist(), strict=True)):
+        for number, place in enumerate(path, start=1):
+            yield rollout, cost, number * plan.step, *place
+
+
+def _plan_violation(message: Any) -> Rows:
+    return enumerate(_float32(message.violation))
+
+
 def _particles(cloud: Any) -> Rows:
     """The track's number is a whole one."""
     columns = decode_particles(cloud)
@@ -229,6 +249,7 @@ _CANDIDATE = {"candidate": _NUMBER, **_TWIST, **_single(_TERMS), "role": _TEXT}
 _CONE = {"obstacle": _TEXT, "safe_share": _PURE, "kind": _TEXT, "f": Column("float32")}
 _CONE_COSTS = {"candidate": _NUMBER, "constraint": _NUMBER, "cost": Column("float32")}
 _PARTICLES = _single({**_STATE, "weight": _PURE})
+_WAY = {**_in("s", "ahead"), **_single(_PLACE)}
 _POSES = {"frame": _TEXT, **_POSE}
 _FRAMES = {"parent": _TEXT, "child": _TEXT, **_POSE}
 _BEAMS = {"beam": _NUMBER, **_in("rad", "angle"), **_in("m", "range")}
@@ -265,6 +286,11 @@ TABLES: Mapping[str, tuple[Table, ...]] = MappingProxyType(
             Table("candidates_cone", _CONE_COSTS, _candidates_cone),
         ),
         "/candidates/arcs": (Table("candidates_arcs", _LINE, lines),),
+        "/plan": (
+            Table("plan", {**_WAY, "feasible": _FLAG}, _plan),
+            Table("plan_fan", {"rollout": _NUMBER, "cost": Column("float32"), **_WAY}, _plan_fan),
+            Table("plan_violation", {"sample": _NUMBER, "h": Column("float32")}, _plan_violation),
+        ),
         "/scene": (Table("scene", _SOLID, solids), Table("scene_lines", _LINE, lines)),
         "/events": (Table("events", dict.fromkeys(("level", "name", "text"), _TEXT), _event),),
         "/tick": (Table("tick", _TIMING, _row(*_TIMING)),),

@@ -90,7 +90,9 @@ class Recorder:
         every = topics(scenario, self._epoch)
         self._live_only = frozenset(topic.name for topic in every if topic.drawing and not drawings)
         self._topics = tuple(t for t in every if live is not None or t.name not in self._live_only)
+        self._awaited = tuple(t for t in self._topics if t.occasional and path is not None)  # by the file
         self._channels: dict[str, int] = {}
+        self._schemas: dict[str, int] = {}  # of the file, by name
         self._file: LogFile | None = None
         self._writer: Writer | None = None
         self._sink = ThreadSink() if threaded else DirectSink()
@@ -112,8 +114,9 @@ class Recorder:
             return
         if self.path is not None:
             self._create(self.path)
-        for topic in self._topics:
-            self._channels.setdefault(topic.name, len(self._channels) + 1)  # behind those of the file
+        # In the order in which the file has its channels: from its beginning, from a first message on, never.
+        order = sorted(self._topics, key=lambda t: (t.name in self._live_only, t.occasional))
+        self._channels = {topic.name: number for number, topic in enumerate(order, 1)}
         destination = self._writer
         if self._live is not None:
             destination = self._live.writer(self._channels, self._writer, self._live_only)
@@ -135,6 +138,9 @@ class Recorder:
                     yield Message(self._channels[topic.name], time_ns(reading.time, self._epoch), record.tick, data)
         for topic in self._topics:
             if topic.encode is not None and (data := topic.encode(record)) is not None:
+                if topic.occasional and self._awaited:
+                    self._register(self._awaited)
+                    self._awaited = ()
                 yield Message(self._channels[topic.name], now, record.tick, data)
         for event in record.events:
             yield Message(self._channels[EVENTS], now, record.tick, encode_event(record.truth.time, event, self._epoch))
@@ -199,11 +205,21 @@ class Recorder:
                 writer.add_metadata(RUN, {FORMAT_KEY: str(FORMAT), **self._run_info})
                 for name, media_type, data in self._attachments:
                     writer.add_attachment(0, 0, name, media_type, data)
-                self._channels = _register(writer, [t for t in self._topics if t.name not in self._live_only])
+                self._register([t for t in self._topics if not (t.name in self._live_only or t.occasional)])
                 writer.flush()
         except LogError:
             path.unlink(missing_ok=True)  # this recorder made it, and it holds no message
             raise
+
+    def _register(self, table: Iterable[Topic]) -> None:
+        """Gives the file a channel for each topic, numbered from 1 on; topics share a schema of the same name."""
+        writer, schemas = self._writer, self._schemas
+        assert writer is not None
+        for topic in table:
+            schema = topic.schema
+            if schema.name not in schemas:
+                schemas[schema.name] = writer.register_schema(schema.name, schema.encoding, schema.data)
+            writer.register_channel(topic.name, schema.message_encoding, schemas[schema.name])
 
     def _put(self, batch: Iterable[Message], *, may_drop: bool = False) -> None:
         if self._closed:
@@ -264,15 +280,3 @@ def _end(writer: Writer, result: Mapping[str, str] | None, replay: Scenario | No
             writer.add_attachment(0, 0, REPLAY, "application/toml", dumps(replay).encode())
         writer.add_metadata(RESULT, dict(result))
     writer.finish()
-
-
-def _register(writer: Writer, table: Iterable[Topic]) -> dict[str, int]:
-    """The channel of each topic; topics share a schema of the same name."""
-    schemas: dict[str, int] = {}
-    channels: dict[str, int] = {}
-    for topic in table:
-        schema = topic.schema
-        if schema.name not in schemas:
-            schemas[schema.name] = writer.register_schema(schema.name, schema.encoding, schema.data)
-        channels[topic.name] = writer.register_channel(topic.name, schema.message_encoding, schemas[schema.name])
-    return channels
