@@ -15,6 +15,7 @@ from mjnav import scenarios
 from mjnav.errors import DamagedLogError, InputError
 from mjnav.loop.episode import Episode
 from mjnav.loop.faults.fault import RunFault
+from mjnav.loop.log_comparison import COMPARED, TickComparison, logged_ticks
 from mjnav.loop.provenance.facts import provenance
 from mjnav.loop.replay import replay
 from mjnav.world.mujoco_engine import MujocoEngine
@@ -222,6 +223,19 @@ def test_one_number_that_was_altered_is_found_at_its_tick_and_by_its_amount(logg
     assert (difference.part, difference.field) == (part, field)
     assert difference.amount == pytest.approx(2e-9, abs=1e-15)
     assert difference.logged - difference.again == pytest.approx(2e-9, abs=1e-15)
+
+
+def test_a_plan_that_is_another_is_told_and_one_that_an_earlier_log_lacks_is_not(room, path):
+    records = []
+    Episode(room("control.method=mppi"), log=path, watch=records.append).run()
+    log, record = mjnav.open_log(path), records[3]
+    comparison = TickComparison(log.scenario())
+    _, documents = [*logged_ticks(log.messages(*COMPARED))][3]
+    assert comparison.tick(documents, record) == []
+    plan = changed(record.decision.plan, fan_cost=record.decision.plan.fan_cost + 1.0)
+    found = comparison.tick(documents, changed(record, decision=changed(record.decision, plan=plan)))
+    assert [(one.part, one.field) for one in found] == [("decision", f"/plan fan_cost.{i}") for i in range(32)]
+    assert comparison.tick({name: said for name, said in documents.items() if name != "/plan"}, record) == []
 
 
 def test_so_are_a_status_and_a_contact_that_were_not(logged):
