@@ -116,6 +116,7 @@ _VALUES: Mapping[str, tuple[Callable[[], Iterable[str]], str | None]] = MappingP
         "--only": (_paper_items, None),
         "KIND": (_kinds, None),
         "PREFIX": (_run_keys, None),
+        "avoidable LOG": (_studies, "*.mcap"),
         "LOG": (_nothing, "*.mcap"),
         "PATH": (_nothing, FILES),
         "FILE": (_nothing, FILES),

@@ -35,6 +35,7 @@ COMMANDS: Mapping[str, tuple[str, str]] = MappingProxyType(
         "predict": ("mjnav.cli.predict", "compare predictions of people with where they went"),
         "sweep": ("mjnav.cli.sweep", "run a study: scenes, methods and settings under many seeds"),
         "compare": ("mjnav.cli.compare", "compare a study's methods: tables with intervals and differences"),
+        "avoidable": ("mjnav.cli.avoidable", "say which collisions and time-outs of runs could have been avoided"),
         "paper": ("mjnav.cli.paper", "reproduce the figures of Nair et al. and judge its claims"),
         "render": ("mjnav.cli.render", "draw one moment of a run, or film it"),
         "report": ("mjnav.cli.report", "write a page that shows what happened in a run"),

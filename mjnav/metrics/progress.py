@@ -77,17 +77,25 @@ def targets(trajectory: Trajectory, scenario: Scenario) -> NDArray[np.int64]:
     return np.array(found, np.int64)
 
 
+def legs_behind(scenario: Scenario) -> Array:
+    """The route behind each of its points, (n,) [m]; 0 behind the goal."""
+    legs = np.hypot(*np.diff(np.array(scenario.robot.route), axis=0).T)
+    return np.concatenate([np.cumsum(legs[::-1])[::-1], [0.0]])
+
+
+def way_left(trajectory: Trajectory, scenario: Scenario) -> Array:
+    """From each state straight to the point of the route that the robot makes for, and on along it, (T + 1,) [m]."""
+    route, target = np.array(scenario.robot.route), targets(trajectory, scenario)
+    return np.hypot(*(trajectory.robot_pose[:, :2] - route[target]).T) + legs_behind(scenario)[target]
+
+
 def failures_to_progress(trajectory: Trajectory, scenario: Scenario) -> int:
     """How often the robot came no PROGRESS nearer to its goal, along the route, in PROGRESS_TIME.
 
-    The way that is left is the distance from the point of the route that the robot makes for and the route from there
-    on. A failure that lasts counts once; the next begins only after the robot has come PROGRESS nearer. Source: Francis
-    et al. (2023), table 1.
+    A failure that lasts counts once; the next begins only after the robot has come PROGRESS nearer. Source: Francis et
+    al. (2023), table 1.
     """
-    route, target = np.array(scenario.robot.route), targets(trajectory, scenario)
-    legs = np.hypot(*np.diff(route, axis=0).T)
-    rest = np.concatenate([np.cumsum(legs[::-1])[::-1], [0.0]])  # of the route behind each point
-    left = np.hypot(*(trajectory.robot_pose[:, :2] - route[target]).T) + rest[target]
+    left = way_left(trajectory, scenario)
     count, since, nearest, failed = 0, float(trajectory.time[0]), float(left[0]), False
     for time, distance in zip(trajectory.time.tolist(), left.tolist(), strict=True):
         if distance <= nearest - PROGRESS:

@@ -1,0 +1,139 @@
+"""Drives plans against paths that are known, and finds the first that touches nothing.
+
+In each step the base's (v, omega) move towards the wanted ones at its limits of acceleration, and it drives the arc of
+their means. People move straight within a step, and so does the robot for the distances: at 1 m/s and steps of 0.05 s
+an arc of 1.5 rad/s leaves its chord by 0.5 mm.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from mjnav.geometry.compiled import exact
+from mjnav.geometry.floor import box_distance, point_segment, segment_box
+from mjnav.geometry.kernel_types import Cube, Matrix, ReadOnlyCube, Vector
+from mjnav.motion.rows import arc
+
+
+class Base(NamedTuple):
+    """How the base moves."""
+
+    acceleration: float  # [m/s^2]
+    turn_acceleration: float  # [rad/s^2]
+    max_speed: float  # [m/s] in either direction
+    step: float  # [s] of the rollout
+    steps_a_knot: int
+    steps: int  # of the rollout; a plan that is shorter goes on with its last knot
+
+
+class Bodies(NamedTuple):
+    """What must not be touched. A body that is nearer at the start than its reach is to come no nearer."""
+
+    people: Cube  # (steps + 1, P, 2) [m] centres; NaN where a person is not there
+    people_reach: Vector  # (P,) [m] between centres
+    discs: Matrix  # (n, 3) x, y, radius [m]
+    boxes: Matrix  # (m, 6) as in `geometry.floor.Floor`
+    reach: float  # [m] from the robot's centre to a disc's or a box's surface
+
+
+class Way(NamedTuple):
+    """Where the robot goes. The way left is the distance to the point it makes for, and the route from there on."""
+
+    route: Matrix  # (n, 2) [m] the points from the one that the robot makes for to the goal
+    behind: Vector  # (n,) [m] of the route behind each point
+    tolerance: float  # [m] within which a point is reached; the run ends at the last
+    wanted: float  # [m] that may be left after the last step; inf where progress does not matter
+
+
+@exact
+def ramp(value, target, limit, step):
+    """Mean and end of a set-point on its way to `target` at the limit, as `motion.diff_drive.ramp_mean`."""
+    change = min(max(target - value, -limit * step), limit * step)
+    end = value + change
+    return end - 0.5 * change * (abs(change) / limit) / step, end
+
+
+@exact
+def _touches_person(people, reach, k, p, x0, y0, x1, y1):
+    """Whether robot and person p touch in step k: 0 no, 1 yes, 2 as the person is put where the robot is."""
+    bx, by = people[k + 1, p, 0] - x1, people[k + 1, p, 1] - y1
+    if np.isnan(bx):
+        return 0
+    ax, ay = people[k, p, 0] - x0, people[k, p, 1] - y0
+    if np.isnan(ax):
+        return 2 if bx * bx + by * by < reach[p] * reach[p] else 0
+    return 1 if point_segment(0.0, 0.0, ax, ay, bx, by) < reach[p] else 0
+
+
+@exact
+def first_clear(pose: Vector, twist: Vector, plans: ReadOnlyCube, base: Base, bodies: Bodies, way: Way):
+    """The first of `plans` (K, knots, 2) that touches nothing and gets as far as wanted; -1 where none does.
+
+    `pose` (3,) and `twist` (2,) are the robot's true ones at the start. A person who comes in where the robot is counts
+    only once they have been apart: in the world newcomers wait.
+    """
+    num_people, num_points = bodies.people.shape[1], len(way.route)
+    people_reach = bodies.people_reach.copy()
+    for p in range(num_people):
+        dx, dy = bodies.people[0, p, 0] - pose[0], bodies.people[0, p, 1] - pose[1]
+        if not np.isnan(dx):
+            people_reach[p] = min(people_reach[p], np.sqrt(dx * dx + dy * dy) - 1e-9)
+    disc_reach, box_reach = np.empty(len(bodies.discs)), np.empty(len(bodies.boxes))
+    for j in range(len(bodies.discs)):
+        dx, dy = bodies.discs[j, 0] - pose[0], bodies.discs[j, 1] - pose[1]
+        disc_reach[j] = min(bodies.reach, np.sqrt(dx * dx + dy * dy) - bodies.discs[j, 2] - 1e-9)
+    for j in range(len(bodies.boxes)):
+        box_reach[j] = min(bodies.reach, box_distance(pose[0], pose[1], bodies.boxes[j]) - 1e-9)
+    waits = np.empty(num_people, np.bool_)  # newcomers who have not been apart from the robot yet
+    for plan in range(len(plans)):
+        x, y, heading, v, omega = pose[0], pose[1], pose[2], twist[0], twist[1]
+        waits[:] = False
+        target, clear, arrived = 0, True, False
+        for k in range(base.steps):
+            knot = min(k // base.steps_a_knot, plans.shape[1] - 1)
+            mean_v, v = ramp(v, plans[plan, knot, 0], base.acceleration, base.step)
+            mean_omega, omega = ramp(omega, plans[plan, knot, 1], base.turn_acceleration, base.step)
+            to_x, to_y, heading = arc(x, y, heading, mean_v, mean_omega, base.step)
+            for p in range(num_people):
+                touch = _touches_person(bodies.people, people_reach, k, p, x, y, to_x, to_y)
+                if touch == 2:
+                    waits[p] = True
+                elif touch == 0:
+                    waits[p] = False
+                elif not waits[p]:
+                    clear = False
+                    break
+            for j in range(len(bodies.discs) if clear else 0):
+                near = point_segment(bodies.discs[j, 0], bodies.discs[j, 1], x, y, to_x, to_y) - bodies.discs[j, 2]
+                if near < disc_reach[j]:
+                    clear = False
+                    break
+            for j in range(len(bodies.boxes) if clear else 0):
+                # A step moves less than this, so that most boxes cost one distance.
+                room = box_distance(to_x, to_y, bodies.boxes[j]) - abs(mean_v) * base.step
+                if room < box_reach[j] and segment_box(x, y, to_x, to_y, bodies.boxes[j]) < box_reach[j]:
+                    clear = False
+                    break
+            if not clear:
+                break
+            x, y = to_x, to_y
+            gap_x, gap_y = way.route[target, 0] - x, way.route[target, 1] - y
+            gap = np.sqrt(gap_x * gap_x + gap_y * gap_y)
+            if gap <= way.tolerance:
+                if target == num_points - 1:
+                    arrived = True
+                    break
+                target += 1
+                gap_x, gap_y = way.route[target, 0] - x, way.route[target, 1] - y
+                gap = np.sqrt(gap_x * gap_x + gap_y * gap_y)
+            reach_ahead = base.max_speed * base.step * (base.steps - 1 - k)
+            if target == num_points - 1 and gap - reach_ahead > way.wanted:
+                clear = False  # too far from the goal to get there in time
+                break
+        if arrived:
+            return plan
+        if clear:
+            gap_x, gap_y = way.route[target, 0] - x, way.route[target, 1] - y
+            if np.sqrt(gap_x * gap_x + gap_y * gap_y) + way.behind[target] <= way.wanted:
+                return plan
+    return -1

@@ -1,0 +1,130 @@
+"""Exact small answers of the oracle, from runs that are made up."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from mjnav.messages import Contact
+from mjnav.metrics.oracle.avoidable import judged
+from mjnav.metrics.oracle.foreknown import Foreknown, true_paths
+from mjnav.scenarios.spec import Wall
+from tests.metrics.conftest import make_scenario, make_trajectory
+
+ROWS = 31  # 3 s
+TIMES = 0.1 * np.arange(ROWS)
+BOX = tuple(  # walls around the origin that leave the robot of 0.25 m 5 cm on each side
+    Wall(start, end, thickness=0.1)
+    for start, end in (
+        ((-0.35, -0.4), (-0.35, 0.4)), ((0.35, -0.4), (0.35, 0.4)), ((-0.4, -0.35), (0.4, -0.35)),
+        ((-0.4, 0.35), (0.4, 0.35)),
+    )
+)  # fmt: skip
+
+
+def standing(*, people=None, **changes):
+    return make_trajectory(np.zeros((ROWS, 2)), people=people, **changes)
+
+
+def robot(scenario, **limits):
+    return replace(scenario, robot=replace(scenario.robot, **limits))
+
+
+@pytest.mark.parametrize(
+    ("acceleration", "avoidable"),
+    [(1.02, (True, True)), (0.98, (True, False)), (0.52, (True, False)), (0.48, (False, False))],
+)
+def test_a_wall_straight_ahead_is_avoidable_where_braking_takes_less_than_the_way_to_it(acceleration, avoidable):
+    """At 2 m/s the wall is 2 m away 1 s before the contact, and braking takes v^2 / (2 a)."""
+    trajectory = make_trajectory(
+        np.column_stack([2.0 * TIMES, np.zeros(ROWS)]),
+        robot_twist=np.tile([2.0, 0.0], (ROWS, 1)),
+        contacts=(Contact("wall", "wall0", 0.0, TIMES[-1]),),
+    )
+    wall = Wall((6.3, -50.0), (6.3, 50.0), thickness=0.1)  # its face is 0.25 m beyond where the robot ends
+    scenario = robot(
+        make_scenario(goal=(20.0, 0.0), walls=(wall,)), max_speed=2.0, max_turn_rate=0.01, max_acceleration=acceleration
+    )
+    found = judged(trajectory, scenario, outcome="collision").collision
+    assert found is not None
+    assert found.avoidable == avoidable
+    assert found.touch is None
+
+
+def crossing(**limits):
+    """A person who walks at 1 m/s across the way of a robot that drives at 1 m/s, and touches it after 3 s."""
+    people = np.column_stack([np.full(ROWS, 3.0), 3.0 + 0.55 - TIMES])[:, None]
+    trajectory = make_trajectory(
+        np.column_stack([TIMES, np.zeros(ROWS)]),
+        people=people,
+        people_velocity=np.tile([0.0, -1.0], (ROWS, 1, 1)),
+        robot_twist=np.tile([1.0, 0.0], (ROWS, 1)),
+        contacts=(Contact("person", "person0", 0.0, TIMES[-1]),),
+    )
+    return trajectory, robot(make_scenario(num_people=1), **limits)
+
+
+def test_a_person_who_crosses_is_avoidable_with_room_to_brake_and_not_without():
+    trajectory, scenario = crossing()
+    found = judged(trajectory, scenario, outcome="collision").collision
+    assert found is not None
+    assert found.avoidable == (True, True)
+    assert found.touch is not None
+    assert found.touch.moving
+    hopeless = crossing(max_acceleration=0.05, max_turn_rate=0.01)  # 2 s of braking are 0.1 m
+    assert judged(*hopeless, outcome="collision").collision.avoidable == (False, False)
+
+
+def test_who_comes_at_a_robot_that_is_boxed_in_cannot_be_avoided_and_else_can():
+    people = np.column_stack([3.55 - TIMES, np.zeros(ROWS)])[:, None]
+    trajectory = standing(
+        people=people,
+        people_velocity=np.tile([-1.0, 0.0], (ROWS, 1, 1)),
+        contacts=(Contact("person", "person0", 0.0, TIMES[-1]),),
+    )
+    scenario = make_scenario(num_people=1)
+    outside = robot(scenario, start=(0.0, 0.0, np.pi / 2))
+    aside = replace(trajectory, robot_pose=np.tile([0.0, 0.0, np.pi / 2], (ROWS, 1)))
+    assert judged(aside, outside, outcome="collision").collision.avoidable == (True, True)
+    behind = replace(scenario, walls=(BOX[0], *BOX[2:]))
+    assert judged(trajectory, behind, outcome="collision").collision.avoidable == (False, False)
+
+
+def test_people_go_straight_on_behind_the_last_state_and_are_nowhere_while_they_are_away():
+    people = np.array([[[0.0, 0.0], [5.0, 5.0]], [[0.1, 0.0], [np.nan] * 2], [[0.3, 0.0], [7.0, 7.0]]])
+    trajectory = make_trajectory(
+        np.zeros((3, 2)), people=people, people_velocity=np.tile([[1.0, 2.0], [0.0, 0.0]], (3, 1, 1))
+    )
+    found = true_paths(trajectory, np.array([0.0, 0.05, 0.1, 0.15, 0.2, 0.7]))
+    np.testing.assert_allclose(found[:, 0], [[0, 0], [0.05, 0], [0.1, 0], [0.2, 0], [0.3, 0], [0.8, 1]], atol=1e-12)
+    np.testing.assert_array_equal(np.isnan(found[:, 1, 0]), [False, True, True, True, False, False])
+    early = true_paths(trajectory, np.array([0.1, 0.2]), until=0)
+    np.testing.assert_allclose(early[:, 0], [[0.1, 0.2], [0.2, 0.4]], atol=1e-12)
+
+
+def test_at_rest_a_way_is_free_in_the_open_and_not_between_four_walls():
+    for walls, free in (((), 3.0), (BOX, 0.0)):
+        rest = judged(standing(), make_scenario(walls=walls), outcome="timeout").rest
+        assert (rest.total, rest.free) == (pytest.approx(3.0), pytest.approx(free))
+
+
+@pytest.mark.parametrize(("goal", "avoidable"), [(2.6, True), (2.8, False)])
+def test_a_time_out_is_avoidable_if_the_free_time_at_rest_is_enough_for_the_way_left(goal, avoidable):
+    """3 s at the preferred 0.8 m/s are 2.4 m, and the goal is reached 0.3 m before it."""
+    scenario = make_scenario(goal=(goal, 0.0))
+    assert judged(standing(), scenario, outcome="timeout").timeout is avoidable
+    assert judged(standing(), scenario, outcome="collision").timeout is None
+
+
+def test_a_person_who_stands_in_the_way_at_two_centimetres_leaves_the_way_round():
+    people = np.tile([0.57, 0.0], (ROWS, 1, 1))
+    rest = judged(standing(people=people), make_scenario(num_people=1), outcome="timeout").rest
+    assert rest.free == pytest.approx(3.0)
+
+
+def test_a_newcomer_counts_only_once_the_robot_has_left_the_place():
+    people = np.tile([0.1, 0.0], (ROWS, 1, 1))
+    people[:10] = np.nan
+    known = Foreknown(standing(people=people), make_scenario(num_people=1))
+    assert known.first_clear_plan(0, 2.0) == 0  # stands where the newcomer would have waited
+    assert known.first_clear_plan(10, 2.0) is not None  # from an overlap nobody may come nearer
