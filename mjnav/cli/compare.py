@@ -8,7 +8,7 @@ from datetime import date
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from mjnav.cli.options import require
+from mjnav.cli.options import rank, require
 from mjnav.cli.terminal.progress import progress, tell
 from mjnav.cli.terminal.tables import print_drawn
 from mjnav.errors import InputError, InvalidValue
@@ -42,12 +42,18 @@ def configure(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--pool", action="store_true", help="all scenes in one table for each setting")
     parser.add_argument("-o", "--output", action="append", metavar="FILE", help="also to a .csv, .tex or .html file")
+    rank.configure(parser)
     require.configure(parser, "hall/rkhs: success>=0.95")
     parser.add_argument("--json", action="store_true", help="one JSON object in place of text")
 
 
 def execute(arguments: argparse.Namespace) -> int:
     """Prints the tables, and writes them to files."""
+    if arguments.rank:
+        rank.check(arguments)
+        store, study = find_results(arguments.study)
+        rank.write(store, study or _kept(store), as_json=arguments.json)
+        return 0
     if arguments.after is not None:
         return _before_after(arguments)
     forms = _forms()

@@ -54,11 +54,12 @@ def test_a_log_of_a_random_scene_replays(tmp_path):
     assert mjnav.replay(tmp_path / "a.mcap").identical
 
 
-def test_training_and_reporting_meet_other_layouts(study_file):
+@pytest.mark.parametrize("scene", ["rooms", "crowds"])
+def test_training_and_reporting_meet_other_layouts(study_file, scene):
     study = load_study(study_file)
     by_purpose = []
     for overrides in ((), ("layout.purpose=training",)):
-        found = [prepared(trial) for trial in trials(study, resolve(study, overrides))]
+        found = [prepared(trial) for trial in trials(study, resolve(study, overrides, [scene]))]
         by_purpose.append({str(bodies(scenario)) for scenario in found})
     reporting, training = by_purpose
     assert len(reporting) == len(training) == study.seeds.count

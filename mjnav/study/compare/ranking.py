@@ -1,0 +1,113 @@
+"""Which of its settings each method of a study does best with, by one number that is stated before the study is run."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from mjnav.errors import InputError
+from mjnav.messages import Array
+from mjnav.scenarios.toml import parse, value_text
+from mjnav.study.cells import Variant, flat, variants
+from mjnav.study.compare.cell_rows import CellRows, cell_rows
+from mjnav.study.compare.estimates import Estimate, bootstrap, estimate
+from mjnav.study.compare.study_comparison import NEEDED, check_distinct
+from mjnav.study.store.store import Store
+from mjnav.study.study_file import StudyFile
+
+CONTROL_WEIGHT = 0.01  # of an episode's control cost [m²/s³]: 10 of it count as much as a tenth of the time limit
+RULE = (
+    f"score of an episode: 1 - time / time_limit - {CONTROL_WEIGHT:g} control cost, at least 0, where the goal is "
+    "reached without contact; -1 after a contact or a fault; otherwise 0. The mean is over the episodes of all scenes"
+)
+_FIGURES = ("success", "collision", "time_s", "control_cost")
+
+
+@dataclass(frozen=True, slots=True)
+class RankedSetting:
+    """A setting of a method and how it did, all scenes together."""
+
+    label: str  # "rkhs #7"
+    values: Mapping[str, object]  # of the grid or the search, by key as a method's `set` takes them
+    toml: str  # `set = { ... }` of a study's method that has this setting
+    num: int  # episodes
+    num_failed: int  # of them, those without a result
+    score: Estimate
+    figures: Mapping[str, Estimate]  # rates of success and collision; time [s] and control cost of the successes
+
+
+@dataclass(frozen=True, slots=True)
+class MethodRanking:
+    """A method's settings, the best first."""
+
+    method: str
+    controller: str
+    settings: tuple[RankedSetting, ...]
+    num_missing: int  # episodes of the study file that have no row
+
+
+def rank(store: Store, study: StudyFile | None) -> tuple[MethodRanking, ...]:
+    """The settings of every method of a study, by the mean score (`RULE`) with its bootstrap interval.
+
+    Settings that score the same stand in the order of the study file. Raises InputError where there are no rows of the
+    study, and without a study file, which says what the settings are.
+    """
+    if study is None:
+        raise InputError(f"{store.folder}: no study file is kept there, which says what the settings are")
+    table = store.rows([*NEEDED, "time_s", "control_cost"])
+    places = [i for i, name in enumerate(table["study"].to_pylist()) if name == study.name]
+    if not places:
+        raise InputError(f"{store.folder}: no rows of study {study.name!r}")
+    cells = cell_rows(table.take(places).drop_columns(["study"]))
+    check_distinct(cells, store)
+    limits = _time_limits(store, study)
+    worlds = {(cell.scene, cell.setting) for cell in cells}
+    rows: dict[str, list[CellRows]] = {}
+    for cell in cells:
+        rows.setdefault(cell.method, []).append(cell)
+    found: list[MethodRanking] = []
+    for method in study.methods:
+        own = {v.labels[1]: v for v in variants(study, ["any"]) if v.method is method}
+        ranked = [_ranked(own[label], rows[label], limits) for label in own if label in rows]
+        ranked.sort(key=lambda one: -one.score.value)
+        missing = len(own) * len(worlds) * len(study.all_seeds) - sum(one.num for one in ranked)
+        found.append(MethodRanking(method.label, method.controller, tuple(ranked), missing))
+    return tuple(found)
+
+
+def scores(cell: CellRows, time_limit: float) -> Array:
+    """Of every episode of a cell, (n,), by `RULE`."""
+    value = 1.0 - cell.columns["time_s"] / time_limit - CONTROL_WEIGHT * cell.columns["control_cost"]
+    reached = np.where(cell.columns["success"] == 1, np.clip(value, 0.0, 1.0), 0.0)
+    return np.where(cell.failed | (cell.collided > 0), -1.0, reached)
+
+
+def _ranked(variant: Variant, cells: Sequence[CellRows], limits: Mapping[tuple[str, str], float]) -> RankedSetting:
+    own = np.concatenate([scores(cell, limits[cell.scene, cell.setting]) for cell in cells])
+    together = _together(cells)
+    values = {key.removeprefix("control."): value for key, value in variant.own.items()}
+    pairs = {**{key.removeprefix("control."): value for key, value in flat(variant.method.set).items()}, **values}
+    return RankedSetting(
+        label=variant.labels[1],
+        values=values,
+        toml=f"set = {value_text(pairs)}",
+        num=len(own),
+        num_failed=int(together.failed.sum()),
+        score=Estimate(float(own.mean()), bootstrap(len(own)).interval(own), len(own)),
+        figures={figure: estimate(together, figure) for figure in _FIGURES},
+    )
+
+
+def _together(cells: Sequence[CellRows]) -> CellRows:
+    """All rows of a setting as one cell."""
+    columns = {key: np.concatenate([cell.columns[key] for cell in cells]) for key in cells[0].columns}
+    return CellRows("all scenes", "", cells[0].method, columns)
+
+
+def _time_limits(store: Store, study: StudyFile) -> dict[tuple[str, str], float]:
+    """The time limit [s] of every scene and setting."""
+    found: dict[tuple[str, str], float] = {}
+    for name, scene, setting, document in store.count_by(("study", "scene", "setting", "scenario")):
+        if name == study.name and (scene, setting) not in found:
+            found[scene, setting] = float(parse(document, store.folder.name)["time_limit"])
+    return found
