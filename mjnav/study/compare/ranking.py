@@ -107,7 +107,8 @@ def _together(cells: Sequence[CellRows]) -> CellRows:
 def _time_limits(store: Store, study: StudyFile) -> dict[tuple[str, str], float]:
     """The time limit [s] of every scene and setting."""
     found: dict[tuple[str, str], float] = {}
-    for name, scene, setting, document in store.count_by(("study", "scene", "setting", "scenario")):
+    for values in store.count_by(("study", "scene", "setting", "scenario")):
+        name, scene, setting, document = (value or "" for value in values)
         if name == study.name and (scene, setting) not in found:
             found[scene, setting] = float(parse(document, store.folder.name)["time_limit"])
     return found
