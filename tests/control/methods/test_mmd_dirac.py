@@ -1,15 +1,11 @@
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
-from hypothesis.extra.numpy import arrays
 
 from mjnav.control import make_controller
-from mjnav.control.methods.mmd_dirac import FARTHEST, distance_from_zero
+from mjnav.rkhs.dirac import FARTHEST
 
 SMALL = {"num_v": 6, "num_omega": 7}
 CROWDED = {"spread": 0.2, "near": 0.05, "far": 2.5, "num_samples": 9}
-SAMPLES = arrays(float, st.tuples(st.integers(1, 12), st.just(3)), elements=st.floats(-2.0, 1.0))
 
 
 def gram_mmd(f, bandwidth):
@@ -45,26 +41,3 @@ def test_the_observations_above_have_risk_of_discs_walls_and_lanes(observe, limi
     costs = [controller.decide(observe(seed, **(CROWDED if seed % 2 else {}))).costs for seed in range(6)]
     assert np.max([c.cone.max(axis=0) for c in costs], axis=0).min() > 0.1
     assert np.max([c.lane.max(axis=0) for c in costs], axis=0).min() > 0.02
-
-
-@given(SAMPLES, st.floats(0.001, 5.0))
-def test_beyond_eight_bandwidths_samples_are_not_told_apart(samples, bandwidth):
-    capped = np.minimum(samples, FARTHEST * bandwidth)
-    expected = np.array([gram_mmd(column, bandwidth) for column in capped.T])
-    assert distance_from_zero(samples, bandwidth) == pytest.approx(expected, rel=0.0, abs=1e-9)
-
-
-@given(SAMPLES, st.floats(0.001, 5.0))
-def test_it_is_zero_where_all_samples_are_safe_and_only_there(samples, bandwidth):
-    assert distance_from_zero(np.minimum(samples, 0.0), bandwidth).tolist() == [0.0] * 3
-    samples[0] = 0.01
-    assert (distance_from_zero(samples, bandwidth) > 0.0).all()
-
-
-@pytest.mark.parametrize("x", [1e-6, 1e-3, 0.1, 0.7, 1.0, 3.0])
-@pytest.mark.parametrize("share", [1.0, 0.04])
-def test_for_equal_collisions_it_is_known_exactly_however_small(x, share):
-    # K_xx = p^2 + 2 p (1 - p) k + (1 - p)^2, k(x, 0) = k: what is left is 2 p^2 (1 - k).
-    samples = np.where(np.arange(25) < 25 * share, x, -1.0)[:, None]
-    expected = 2.0 * share**2 * -np.expm1(-(x**2) / (2.0 * 0.5**2))
-    assert distance_from_zero(samples, 0.5)[0] == pytest.approx(expected, rel=1e-8)
