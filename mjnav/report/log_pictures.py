@@ -3,7 +3,7 @@
 import os
 from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING, overload
+from typing import TYPE_CHECKING, Any, overload
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,6 +14,7 @@ from mjnav.output_files import output_path, replacement, written
 from mjnav.recording.read.log import Log, open_log
 from mjnav.report.film import FilmTiming, frame_at, require_codec, write_film
 from mjnav.report.lidar_view import LidarViews
+from mjnav.report.plan_view import PlanViews
 
 if TYPE_CHECKING:
     from PIL.Image import Image
@@ -93,8 +94,8 @@ def picture(log: Log, at: float | None = None, *, size: tuple[int, int]) -> tupl
         raise InvalidValue("at", at, f"a time from 0 to {trajectory.time[last]:g} s")
     index = last if at is None else int(np.abs(trajectory.time - at).argmin())
     shown = frame_at(trajectory, float(trajectory.time[index]))
-    seen = LidarViews(log).at(shown.state.time)
-    return draw(log.scenario(), shown.state, size=size, trail=shown.trail, **seen.drawn), shown.state.time
+    drawn = LidarViews(log).at(shown.state.time).drawn | PlanViews(log).at(shown.state.time)
+    return draw(log.scenario(), shown.state, size=size, trail=shown.trail, **drawn), shown.state.time
 
 
 class Film:
@@ -122,13 +123,13 @@ class Film:
 
         run, trajectory = self._log.run or {}, self._trajectory
         title = ", ".join(run[key] for key in ("scene", "controller") if key in run)
-        floor, views = trajectory.robot_pose[:, :2], LidarViews(self._log)
+        floor, views, plans = trajectory.robot_pose[:, :2], LidarViews(self._log), PlanViews(self._log)
         with Renderer(self._log.scenario(), floor, size=self._size, quick=True) as renderer:
             for number, time in enumerate(timing.times().tolist()):
                 progress(number)
                 shown = frame_at(trajectory, time)
                 text = f"{title}\n{time:.1f} s"
-                beliefs = {"tracks": shown.tracks} | views.at(time).drawn
+                beliefs: dict[str, Any] = {"tracks": shown.tracks} | views.at(time).drawn | plans.at(time)
                 yield renderer.draw(shown.state, trail=shown.trail, text=text, **beliefs)
 
 

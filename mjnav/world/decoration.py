@@ -1,4 +1,4 @@
-"""What is drawn in a scene and has no physics: the goal, lanes, the robot's path, beliefs, what the lidar shows."""
+"""What a scene shows that has no physics: goal, lanes, the robot's path and plan, beliefs, what the lidar sees."""
 
 # pyright: reportAttributeAccessIssue=false
 # mujoco's compiled modules carry no types.
@@ -19,6 +19,7 @@ from mjnav.world.scene import scene_points
 
 TRAIL_STEP = 0.04  # [m] below which two points of a trail are one
 POINT = 0.02  # [m] half the side of a point of a scan
+FAN_STRIDE = 3  # steps of a rollout from corner to corner
 PREVIEW = 1.0  # [s] that a believed velocity is drawn ahead
 
 _ORANGE, _GREEN, _RED, _BLUE, _VIOLET, _PALE, _MAGENTA, _TEAL = (
@@ -30,6 +31,16 @@ _ORANGE, _GREEN, _RED, _BLUE, _VIOLET, _PALE, _MAGENTA, _TEAL = (
     (0.97, 0.9, 0.6, 0.8),
     (0.85, 0.05, 0.55, 1.0),
     (0.0, 0.6, 0.6, 0.6),
+)
+
+
+_BLACK, _BAD = (0.08, 0.08, 0.1, 1.0), (0.85, 0.1, 0.1, 1.0)
+_COSTS = (  # red, green, blue from the cheapest rollout to the costliest
+    (0.267, 0.005, 0.329),
+    (0.230, 0.322, 0.546),
+    (0.128, 0.567, 0.551),
+    (0.369, 0.789, 0.383),
+    (0.993, 0.906, 0.144),
 )
 
 
@@ -91,6 +102,28 @@ def draw_detections(scene: mujoco.MjvScene, discs: ArrayLike) -> None:
     """Detected bodies (n, 3) x, y, radius [m] as discs on the floor."""
     for x, y, radius in np.asarray(discs, float):
         _draw(scene, mujoco.mjtGeom.mjGEOM_CYLINDER, [radius, 0.002, 0.0], [x, y, 0.004], _TEAL)
+
+
+def draw_fan(scene: mujoco.MjvScene, fan: ArrayLike) -> None:
+    """Rollouts (F, T, 2) [m], cheapest first, as thin lines on the floor from dark violet to yellow."""
+    ways = np.asarray(fan, float)[:, ::FAN_STRIDE]
+    for number, way in enumerate(ways):
+        low, share = divmod(number / max(1, len(ways) - 1) * (len(_COSTS) - 1), 1.0)
+        between = np.array(_COSTS[int(low) : int(low) + 2])
+        red, green, blue = between[0] + share * (between[-1] - between[0])
+        for start, end in pairwise(way):
+            _draw_band(scene, start, end, 0.008, (red, green, blue, 0.8))
+
+
+def draw_plan(scene: mujoco.MjvScene, plan: ArrayLike, radius: float, *, feasible: bool) -> None:
+    """A plan (T, 2) [m] as a band with a dot a step, and the robot at its end; red where it is not feasible."""
+    path, colour = np.asarray(plan, float), _BLACK if feasible else _BAD
+    for start, end in pairwise(path):
+        _draw_band(scene, start, end, 0.018, colour)
+    for x, y in path:
+        _draw(scene, mujoco.mjtGeom.mjGEOM_CYLINDER, [0.032, 0.004, 0.0], [x, y, 0.006], colour)
+    for x, y in path[-1:]:
+        _draw(scene, mujoco.mjtGeom.mjGEOM_CYLINDER, [radius, 0.002, 0.0], [x, y, 0.003], (*colour[:3], 0.3))
 
 
 def _draw_band(scene: mujoco.MjvScene, start: Array, end: Array, half_width: float, colour: tuple[float, ...]) -> None:

@@ -13,7 +13,16 @@ from mjnav.messages import Array, WorldState
 from mjnav.scenarios.routes import planned_legs
 from mjnav.scenarios.spec import Scenario
 from mjnav.world.camera import AZIMUTH, ELEVATION, overview
-from mjnav.world.decoration import draw_detections, draw_route, draw_scan, draw_tracks, draw_trail, draw_ways
+from mjnav.world.decoration import (
+    draw_detections,
+    draw_fan,
+    draw_plan,
+    draw_route,
+    draw_scan,
+    draw_tracks,
+    draw_trail,
+    draw_ways,
+)
 from mjnav.world.offscreen import open_context
 from mjnav.world.scene import scene_points
 from mjnav.world.stage import Stage
@@ -67,12 +76,17 @@ class Renderer:
         coasts: ArrayLike | None = None,
         scan: ArrayLike | None = None,
         detections: ArrayLike | None = None,
+        plan: ArrayLike | None = None,
+        fan: ArrayLike | None = None,
+        feasible: bool = True,
     ) -> NDArray[np.uint8]:
         """The scene at `state`: (height, width, 3) of uint8.
 
         `trail` (n, 2 or more) is a way to draw on the floor [m], `tracks` (P, 4) are where people are believed to be
         and to go, pale for those of whom nothing is seen, `coasts` (P,); `text` stands in the corner. `scan` (n, 2) are
-        points at the lidar's height, and `detections` (n, 3) discs x, y, radius on the floor.
+        points at the lidar's height, and `detections` (n, 3) discs x, y, radius on the floor. `plan` (T, 2) is where
+        the robot is to go, red unless `feasible`, with the robot at its end, and `fan` (F, T, 2) what else it weighed,
+        cheapest first.
         """
         scene, rectangle, drawing = self._scene, self._rectangle, self._drawing
         self._stage.place(state)
@@ -90,6 +104,10 @@ class Renderer:
             draw_scan(scene, scan)
         if detections is not None:
             draw_detections(scene, detections)
+        if fan is not None:
+            draw_fan(scene, fan)
+        if plan is not None:
+            draw_plan(scene, plan, self._scenario.robot.radius, feasible=feasible)
         picture = np.empty((rectangle.height, rectangle.width, 3), np.uint8)
         with self._context.as_current():
             mujoco.mjr_render(rectangle, scene, drawing)

@@ -67,6 +67,11 @@ def test_trail_tracks_and_text_are_drawn_over_the_scene(renderer, state):
     assert changed(plain, renderer.draw(state, text="12.3 s")) > 50
     assert changed(plain, renderer.draw(state, scan=[[0.5 + 0.1 * i, -1.0] for i in range(10)])) > 5
     assert changed(plain, renderer.draw(state, detections=[[0.5, -1.0, 0.3]])) > 20
+    plan = [[0.5 + 0.1 * i, -1.0] for i in range(10)]
+    drawn = renderer.draw(state, plan=plan, fan=[plan, [[x, -y] for x, y in plan]])
+    assert changed(plain, drawn) > 50
+    assert changed(drawn, renderer.draw(state, plan=plan)) > 5
+    assert changed(drawn, renderer.draw(state, plan=plan, fan=[plan, plan], feasible=False)) > 20
     tracks = [[0.0, -1.0, 1.0, 0.0]]
     assert changed(renderer.draw(state, tracks=tracks), renderer.draw(state, tracks=tracks, coasts=[True])) > 20
 

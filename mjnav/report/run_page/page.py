@@ -6,7 +6,6 @@ hashes. Figures come from what `mjnav inspect --json` prints, and from nothing e
 
 import json
 from collections.abc import Sequence
-from dataclasses import asdict
 from html import escape
 from string import Template
 from typing import Any
@@ -24,16 +23,30 @@ FEW_LEGS = 8  # of people's planned ways, with which a map stays readable
 GENERATOR = "mjnav report"  # by which a page is known
 _PACKAGE = "mjnav.report.run_page"
 LIDAR = "lidar"  # the script and the style of runs that go by a lidar alone
-_SCRIPTS = ("unpack", "drawing", "map", LIDAR, "distribution", "plots", "quantities", "playback", "time_line", "page")
+PLAN = "plan"  # and of runs of methods that plan ahead
+_SCRIPTS = (
+    "unpack",
+    "drawing",
+    "map",
+    PLAN,
+    LIDAR,
+    "distribution",
+    "plots",
+    "quantities",
+    "playback",
+    "time_line",
+    "page",
+)
 
 
 def page(found: Sequence[tuple[Inspection, Playback]]) -> str:
     """The page of one to MAX_RUNS runs: what `inspect` and `playback` say of each."""
     several = len(found) > 1
     runs = [shown_run(i, LETTERS[i] if several else "", *one) for i, one in enumerate(found)]
-    lidar = any(run.playback.lidar for run in runs)
-    scripts = [name for name in _SCRIPTS if lidar or name != LIDAR]
-    styles = ["web/page.css", *([f"web/{LIDAR}.css"] if lidar else [])]
+    lidar, plans = any(run.playback.lidar for run in runs), any(run.playback.plan for run in runs)
+    extra = {name for name, shown in ((LIDAR, lidar), (PLAN, plans)) if shown}
+    scripts = [name for name in _SCRIPTS if name not in (LIDAR, PLAN) or name in extra]
+    styles = ["web/page.css", *(f"web/{name}.css" for name in (LIDAR, PLAN) if name in extra)]
     own = frame(GENERATOR, _PACKAGE, styles, [f"web/{name}.js" for name in scripts])
     fields = {
         "head": own.head(" | ".join(f"{run.scene}, {run.driver}" for run in runs)),
@@ -46,6 +59,9 @@ def page(found: Sequence[tuple[Inspection, Playback]]) -> str:
         "predictions": "" if any("ways" in run.playback.fields for run in runs) else "hidden",
         "lidar_legend": page_parts.lidar_legend(runs) if lidar else "",
         "lidar_layers": page_parts.lidar_layers(runs) if lidar else "",
+        "candidates": "" if all(run.playback.plan for run in runs) else "checked",
+        "plan_legend": page_parts.plan_legend(runs) if plans else "",
+        "plan_layers": page_parts.plan_layers() if plans else "",
         "ways": "checked" if all(len(run.playback.scene["people_legs"]) <= FEW_LEGS for run in runs) else "",
         "differ": ", above them what differs between the runs" if several else "",
         "runs": "".join(_run_block(run) for run in runs),
@@ -53,7 +69,7 @@ def page(found: Sequence[tuple[Inspection, Playback]]) -> str:
         "events": page_parts.events(runs),
         "log": "".join(_log_section(run) for run in runs),
         "inspections": _script_json([run.document for run in runs]),
-        "data": _script_json([{**asdict(run.playback), "letter": LETTERS[run.number]} for run in runs]),
+        "data": _script_json([{**run.playback.document(), "letter": LETTERS[run.number]} for run in runs]),
         "scripts": own.script_elements,
     }
     return Template(asset(_PACKAGE, "web/page.html")).substitute(fields)
@@ -81,7 +97,9 @@ def _run_block(run: ShownRun) -> str:
     """The map of one run, what it does at the moment, and the distribution of its closest obstacle."""
     name = f"<h2>{run.heading}</h2>{run.badge}" if run.letter else ""
     pose = asset(_PACKAGE, "web/pose.html") if run.playback.lidar and run.playback.lidar["side"] else ""
-    return Template(asset(_PACKAGE, "web/run.html")).substitute(name=name, pose=pose)
+    plan = run.playback.plan
+    violation = asset(_PACKAGE, "web/violation.html") if plan and plan["violation"] else ""
+    return Template(asset(_PACKAGE, "web/run.html")).substitute(name=name, pose=pose, violation=violation)
 
 
 def _log_section(run: ShownRun) -> str:

@@ -57,6 +57,26 @@ def lidar_layers(runs: Sequence[ShownRun]) -> str:
     )
 
 
+def plan_legend(runs: Sequence[ShownRun]) -> str:
+    """What the marks of a method that plans ahead mean."""
+    steps = {run.playback.plan["after"] for run in runs if run.playback.plan}
+    dots = f", a dot every {steps.pop():.2g}&#8239;s" if len(steps) == 1 else ""
+    marks = {
+        "plan": f"plan{dots}, and where the robot stands at its end",
+        "unfeasible": "plan that is not feasible",
+        "ramp": "other plans weighed, cheap to costly",
+    }
+    return "".join(f'<li><i class="mark {mark}"></i>{text}</li>' for mark, text in marks.items())
+
+
+def plan_layers() -> str:
+    """The switches of what it shows."""
+    layers = {"plan": "plan", "fan": "other plans"}
+    return "".join(
+        f'<label><input type="checkbox" data-layer="{layer}" checked> {text}</label>' for layer, text in layers.items()
+    )
+
+
 def _has_own_map(runs: Sequence[ShownRun]) -> bool:
     return any(run.playback.lidar and run.playback.lidar["map"] for run in runs)
 

@@ -1,7 +1,7 @@
 """A log as what a page plays back."""
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from typing import Any
 
 import numpy as np
@@ -17,6 +17,7 @@ from mjnav.report.run_page.cone_bins import cone_bins
 from mjnav.report.run_page.consistency_panel import pack_consistency
 from mjnav.report.run_page.lidar_layers import pack_lidar
 from mjnav.report.run_page.packed import Packer
+from mjnav.report.run_page.plan_layers import pack_plans
 from mjnav.report.run_page.predicted_ways import pack_ways
 from mjnav.report.run_page.run_frames import TRACK_PARTICLES, PageEvent, RunFrames
 from mjnav.report.run_page.set_parameters import set_parameters
@@ -52,8 +53,16 @@ class Playback:
     num_events: int
     parameters: dict[str, str]  # keys of the run file that are not the defaults
     noise: str  # the profile
+    plan: dict[str, Any] | None  # of a method that plans ahead
     fields: dict[str, dict[str, Any]]  # kind, shape and place of each array
     gzip: str  # the arrays
+
+    def document(self) -> dict[str, Any]:
+        """As a page has it."""
+        document = asdict(self)
+        if self.plan is None:
+            del document["plan"]
+        return document
 
 
 @np.errstate(all="ignore")  # what a damaged log says may be any number
@@ -80,6 +89,7 @@ def playback(log: Log, *, keep: Iterable[int] = (), max_frames: int = MAX_FRAMES
     known = len(scenario.people) == run.trajectory.people_position.shape[1]
     bodies = _pack_clearance(packer, clearance(run.trajectory, scenario) if known else {}, kept)
     way = BelievedWay.of(run.trajectory.time[: len(run.trajectory.estimate)], run.trajectory.estimate)
+    plan = pack_plans(packer, frames.plans, len(frames))
     return Playback(
         scene=scene_outline(scenario),
         people=people,
@@ -95,7 +105,7 @@ def playback(log: Log, *, keep: Iterable[int] = (), max_frames: int = MAX_FRAMES
         },
         period=scenario.control.period,
         statuses=_pack_status(packer, frames),
-        cone=_pack_cones(packer, frames),
+        cone=None if plan and plan["violation"] else _pack_cones(packer, frames),
         candidates=_pack_candidates(packer, frames),
         bodies=bodies,
         ticks=len(run.ticks) - 1,
@@ -104,6 +114,7 @@ def playback(log: Log, *, keep: Iterable[int] = (), max_frames: int = MAX_FRAMES
         num_events=frames.num_events,
         parameters=set_parameters(scenario),
         noise=scenario.noise.profile,
+        plan=plan,
         **packer.packed(),
     )
 

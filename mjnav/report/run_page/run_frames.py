@@ -11,12 +11,14 @@ from mjnav.errors import DamagedLogError, InputError
 from mjnav.geometry.ellipse import ellipse_95
 from mjnav.messages import PHASES, Array
 from mjnav.recording.encode.particles import decode_particles
+from mjnav.recording.encode.plan import decode_plan
 from mjnav.recording.log_format import epoch_ns
 from mjnav.recording.read.budget import EXPORT, FREE_EXPORT, Budget
 from mjnav.recording.read.log import Log
 from mjnav.recording.read.ticks import NOT_OURS
 from mjnav.recording.read.trajectory import track_number
 from mjnav.report.run_page.candidate_ranks import CandidateRanks, candidate_ranks
+from mjnav.report.run_page.plan_layers import ShownPlan
 from mjnav.report.run_page.predicted_ways import Ways, predicted_ways
 from mjnav.report.scans import ShownScan, goes_by_scans
 
@@ -55,6 +57,7 @@ class RunFrames:
         self.cones: dict[int, tuple[Array, Array]] = {}
         self.cone_obstacles: dict[int, str] = {}
         self.candidates: dict[int, CandidateRanks] = {}
+        self.plans: dict[int, ShownPlan] = {}
         self.ways: dict[int, Ways] = {}
         self.events: list[PageEvent] = []
         self.num_events = 0
@@ -95,6 +98,7 @@ class RunFrames:
             "/decision": self._decision,
             "/cone": self._cone,
             "/candidates": self._candidates,
+            "/plan": self._plan,
             "/tick": self._timing,
             **({"/scene": self._scene} if predicts else {}),  # much to read for nothing else
             **({"/scan": self._scan, "/detections": self._detections} if self.by_scans else {}),
@@ -182,6 +186,9 @@ class RunFrames:
         ranks = candidate_ranks(np.array(value.v), np.array(value.omega), np.array(value.total), self._grid)
         if ranks is not None:
             self.candidates[frame] = ranks
+
+    def _plan(self, frame: int, value: Any) -> None:
+        self.plans[frame] = ShownPlan.of(decode_plan(value))
 
     def _scene(self, frame: int, value: Any) -> None:
         if ways := predicted_ways(value):
