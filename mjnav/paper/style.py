@@ -65,6 +65,8 @@ METHODS: Mapping[str, str] = MappingProxyType(
         "mmd-dirac": PURPLE,
         "mean": GREY,
         "mppi": "#000000",
+        "mppi-plus": "#6b4a2b",
+        "rkhs-plan": "#aa4499",
         "saa": "#882255",
         "cvar": "#332288",
         "orca": "#999933",

@@ -49,8 +49,8 @@ IDLE = {
 }
 
 
-@pytest.mark.parametrize("method", ["mppi", "orca"])
-@pytest.mark.parametrize("setting", ["num_v=7", "window=bounds", "form=line", "clip=1", "horizon=1", "degree=2"])
+@pytest.mark.parametrize("method", ["mppi", "orca", "rkhs-plan"])
+@pytest.mark.parametrize("setting", ["num_v=7", "window=bounds", "form=line", "clip=1", "horizon=1", "scale=2"])
 def test_a_parameter_that_the_method_does_not_have_is_refused_everywhere(method, setting, tmp_path, capsys):
     key = setting.partition("=")[0]
     told = f"control.{key}: found {key!r}; allowed: parameters of {method}: approach_time, "

@@ -7,10 +7,36 @@ import numpy as np
 import pytest
 
 from mjnav.constraints import collision_cone, lane_distance, wall_clearance
+from mjnav.control.registry import METHODS, make_controller
 from mjnav.geometry.clearance import segment_distance
 from mjnav.messages import Lanes, Observation, ObstacleSamples
 from mjnav.motion.diff_drive import reachable
 from mjnav.motion.unicycle import integrate
+
+SMALL = {"num_v": 6, "num_omega": 7, "rollouts": 40}
+
+
+def small_parameters(name: str) -> dict[str, int]:
+    """Few candidates, or rollouts, for a method by name."""
+    return {key: value for key, value in SMALL.items() if hasattr(METHODS[name].controller_class.parameters_type, key)}
+
+
+@pytest.fixture(scope="session")
+def small() -> Callable[[str], dict[str, int]]:
+    """small(name) -> parameters of the method with few candidates or rollouts."""
+    return small_parameters
+
+
+@pytest.fixture(params=METHODS)
+def controller(request, limits):
+    """Every method."""
+    return make_controller(request.param, limits, 0.1, **small_parameters(request.param))
+
+
+@pytest.fixture(params=[name for name in METHODS if "num_v" in small_parameters(name)])
+def choosing(request, limits):
+    """A method that chooses from the grid of candidates."""
+    return make_controller(request.param, limits, 0.1, **small_parameters(request.param))
 
 
 def _skewed(rng, size):

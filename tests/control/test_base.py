@@ -10,21 +10,8 @@ from mjnav.control.base import ConstrainedController
 from mjnav.control.methods.dwa import Dwa
 from mjnav.control.methods.mppi import Mppi
 from mjnav.control.methods.orca import Orca
+from mjnav.control.planner import Planner
 from mjnav.messages import Lanes, ObstacleSamples, RobotLimits
-
-SMALL = {"num_v": 6, "num_omega": 7}
-OTHERS = {"mppi": {"rollouts": 40}, "orca": {}}  # these choose from candidates of their own, or from none
-
-
-@pytest.fixture(params=names())
-def controller(request, limits):
-    return make_controller(request.param, limits, 0.1, **OTHERS.get(request.param, SMALL))
-
-
-@pytest.fixture(params=[name for name in names() if name not in OTHERS])
-def choosing(request, limits):
-    """A method that chooses from the grid of candidates."""
-    return make_controller(request.param, limits, 0.1, **SMALL)
 
 
 def disc(x, y, radius=0.3):
@@ -84,7 +71,7 @@ def test_a_robot_without_obstacles_drives_to_its_goal(choosing, alone):
 def test_between_lanes_a_robot_near_the_left_one_turns_right(alone, limits):
     zero = np.zeros(25)
     lanes = Lanes((0.0, 1.0, -0.25), (0.0, 1.0, 2.0), zero, zero)
-    for name in ("mean", "mppi", "rkhs"):
+    for name in ("mean", "mppi", "mppi-plus", "rkhs", "rkhs-plan"):
         decision = make_controller(name, limits, 0.1).decide(alone(heading=0.1, goal=(5.0, 1.0), lanes=lanes))
         assert decision.omega < 0.0
 
@@ -92,7 +79,7 @@ def test_between_lanes_a_robot_near_the_left_one_turns_right(alone, limits):
 def test_the_status_says_when_no_candidate_meets_the_constraints(controller, alone):
     decision = controller.decide(alone(obstacles=(disc(0.1, 0.0, radius=3.0),)))
     own = isinstance(
-        controller, ConstrainedController | Dwa | Mppi | Orca
+        controller, ConstrainedController | Dwa | Mppi | Orca | Planner
     )  # a method with a constraint of its own reports that
     assert decision.status == (Status.INFEASIBLE if own else Status.INFEASIBLE_NOMINAL)
     assert decision.status.advice
@@ -151,7 +138,7 @@ def test_the_closest_obstacles_samples_are_those_of_the_decision(observe, limits
         assert controller.closest_cone(replace(o, obstacles=()), controller.decide(o)) is None
 
 
-@pytest.mark.parametrize("name", ["mppi", "orca"])
+@pytest.mark.parametrize("name", ["mppi", "mppi-plus", "orca", "rkhs-plan"])
 def test_a_method_without_a_cone_of_its_own_is_logged_by_the_default_one(observe, limits, name):
     o = observe(7, num_obstacles=4)
     own, other = (make_controller(method, limits, 0.1, safety_margin=0.1) for method in (name, "cvar"))

@@ -45,8 +45,8 @@ def guide(
                 if time < until - 1e-9:
                     bearing, limit = direction, abs(speed)
                 else:
-                    bearing, limit = np.arctan2(-by_y, -by_x), min(abs(speed), left / approach_time)
-                    forward = abs(speed)
+                    bearing = np.arctan2(-by_y, -by_x) if left > 0.0 else heading
+                    limit, forward = min(abs(speed), left / approach_time), abs(speed)
                 turn = bearing - heading + (np.pi if forward < 0.0 else 0.0)
                 turn -= 2.0 * np.pi * np.round(turn / (2.0 * np.pi))
                 wanted_v = limit * max(np.cos(turn), 0.0) * (-1.0 if forward < 0.0 else 1.0)

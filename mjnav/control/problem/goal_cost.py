@@ -112,7 +112,8 @@ def mean_cost_along(
     parameters: GoalParameters,
 ) -> Array:
     """The same where the way to the goal is `left` (T, K) [m] long and falls against its derivatives, (T, K) each."""
-    return _mean_cost(rollouts, -left * by_x, -left * by_y, twist, limits, period, parameters)
+    dx, dy = 0.0 - left * by_x, 0.0 - left * by_y  # never -0.0, whose bearing is pi, at a goal that is reached
+    return _mean_cost(rollouts, dx, dy, twist, limits, period, parameters)
 
 
 def _mean_cost(
