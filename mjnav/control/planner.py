@@ -3,14 +3,14 @@
 Each rollout is T controls, held for `step` seconds each, and then the hardest braking to rest: every plan ends where
 the robot stands. Rollout k costs
 
-    S_k = w_J / T sum_t J(x_t, u_t)  +  w_P P_k  +  w_E E_k  +  lambda risk_k
+    S_k = w_J / (T v_p^2) sum_t J(x_t, u_t)  +  w_P P_k  +  w_E E_k / v_p^2  +  lambda risk_k
 
     P_k = (L(x_T) - [L(x_0) - v_p T dt]_+) / (v_p T dt)              progress: 0 where it drives to the goal at v_p
     E_k = sum_t ((v_t - v_t-1)^2 + (b / 2)^2 (omega_t - omega_t-1)^2) / dt     effort: the control cost of the metrics
 
-with J the shared goal cost at the end of every step, L(x) the way left to the goal around what stands, b the track
-width. A subclass gives the risk and says which rollouts are feasible. The new plan is the softmin mean of the rollouts'
-controls,
+with J the shared goal cost at the end of every step, L(x) the way left to the goal around what stands, v_p the
+preferred speed, b the track width. A subclass gives the risk and says which rollouts are feasible. The new plan is the
+softmin mean of the rollouts' controls,
 
     u = sum_k w_k u_k,   w_k = exp(-(S_k - min S) / temperature) / sum,
 
@@ -55,19 +55,19 @@ class PlannerParameters(GoalParameters):
     steps: Annotated[Count, "T, number of steps of a plan"] = 20
     step: Annotated[Seconds, "dt, of each step of a plan"] = 0.2
     temperature: Annotated[Positive, "of the weights exp(-cost / temperature)"] = 0.05
-    goal_weight: Annotated[Weight, "w_J, of the mean goal cost"] = 0.3
+    goal_weight: Annotated[Weight, "w_J, of the mean goal cost"] = 0.2
     progress_weight: Annotated[Weight, "w_P, of the way that is left"] = 1.5
-    effort_weight: Annotated[Weight, "w_E, of the control cost"] = 0.3
+    effort_weight: Annotated[Weight, "w_E, of the control cost"] = 0.2
     half_track: Annotated[float, Range(0.0, MOST, "m"), "b / 2, half of the track width, in the control cost"] = 0.17
     speed_noise: Annotated[float, Range(0.0, MOST, "m/s"), "standard deviation of the perturbations of v"] = 0.4
     turn_noise: Annotated[float, Range(0.0, MOST, "rad/s"), "standard deviation of the perturbations of omega"] = 0.8
     knots: Annotated[Count, "number of points between which a perturbation is linear"] = 5
     quiet: Annotated[Share, "scale of every other pair of perturbations"] = 0.35
-    guided: Annotated[bool, "whether guides, escapes and waiting join the rollouts"] = True
     risk_bound: Annotated[Share, "share of samples with a contact above which a plan is infeasible"] = 0.5
 
 
 HERE = np.zeros((1, 1))
+ROUNDING = 1e-9  # [steps]
 P = TypeVar("P", bound=PlannerParameters)
 
 
@@ -115,7 +115,7 @@ class Planner(ProblemController[P]):
     def __init__(self, limits: RobotLimits, period: float, parameters: P):
         super().__init__(limits, period, parameters)
         p = parameters
-        self._tail = ceil(max(limits.max_speed, -limits.min_speed) / (limits.max_acceleration * p.step) - 1e-9)
+        self._tail = braking_steps(limits, p.step)
         self._perturbations = perturbations(p.rollouts, p.steps, p.knots, (p.speed_noise, p.turn_noise), p.quiet)
         self._plan: Plan | None = None
         self._way: tuple[bytes, WayField] | None = None
@@ -132,7 +132,7 @@ class Planner(ProblemController[P]):
         reach = Reach(problem.near_discs, walls_in_reach(observation, self.limits, self._sight))
         samples = JointSamples.of(problem, reach, p.steps + self._tail, p.step)
         limits = ControlLimits.of(observation.twist, self.limits, self.period, p.step)
-        way = self._way_to(observation)
+        way = self._way_to(problem)
         weigh = partial(self.weigh, problem, limits, way, self.risks_of(problem, reach, samples))
         rows = weigh(self._wanted(problem, limits, way))
         feasible = rows.risks.contact <= p.risk_bound
@@ -165,11 +165,11 @@ class Planner(ProblemController[P]):
         rollouts = Rollouts.of(np.concatenate([wanted, braking], axis=1), pose[2], limits, p.step)
         plans = rollouts.first(p.steps)
         left, by_x, by_y = _ways_left(way, pose, plans.x, plans.y)
-        goal = p.goal_weight * mean_cost_along(plans, left, by_x, by_y, o.twist, self.limits, self.period, p)
         speed = min(p.preferred_speed, self.limits.max_speed)
         at_start = float(_ways_left(way, pose, HERE, HERE)[0][0, 0])
-        goal += p.progress_weight * progress(left, at_start, speed * p.steps * p.step)
-        goal += p.effort_weight * effort(plans, o.twist, p.half_track)
+        goal = p.progress_weight * progress(left, at_start, speed * p.steps * p.step)
+        along = mean_cost_along(plans, left, by_x, by_y, o.twist, self.limits, self.period, p)
+        goal += (p.goal_weight * along + p.effort_weight * effort(plans, o.twist, p.half_track)) / speed**2
         return Weighed(rollouts, goal, risks(rollouts))
 
     def _wanted(self, problem: Problem, limits: ControlLimits, way: WayGrid) -> Array:
@@ -178,21 +178,30 @@ class Planner(ProblemController[P]):
         _, by_x, by_y = _ways_left(way, pose, HERE, HERE)
         speed = min(p.preferred_speed, self.limits.max_speed)
         back = min(speed, max(-self.limits.min_speed, 0.0))
-        rows = guides(float(pose[2]), float(np.arctan2(-by_y, -by_x)[0, 0]), speed, back)
-        ways = guided(rows if p.guided else rows[:1], pose, way, limits, p.approach_time, p.preview, p.step, p.steps)
+        rows = self.guides(float(pose[2]), float(np.arctan2(-by_y, -by_x)[0, 0]), speed, back)
+        ways = guided(rows, pose, way, limits, p.approach_time, p.preview, p.step, p.steps)
         plan = ways[:, :, 0]
         if self._plan is not None and 0.0 < o.time - self._plan.time <= 0.5 * p.steps * p.step:
             plan = self._plan.after(o.time - self._plan.time, p.step)
         unperturbed = np.stack([np.zeros_like(plan), plan], axis=2)
         return np.concatenate([unperturbed, ways, plan[:, :, None] + self._perturbations], axis=2)
 
-    def _way_to(self, observation: Observation) -> WayGrid:
+    def _way_to(self, problem: Problem) -> WayGrid:
         """The way left to the goal; computed anew where the goal or the map is another."""
-        known, goal = observation.map, observation.goal
+        known, goal = problem.observation.map, problem.observation.goal
         key = goal.tobytes() + (b"" if known is None else known.walls.tobytes() + known.discs.tobytes())
         if self._way is None or self._way[0] != key:
-            self._way = key, way_field(known, goal, self.limits.radius + self.parameters.safety_margin)
+            self._way = key, self.way_field(known, goal, problem.mean_pose[:2])
         return self._way[1].grid
+
+    def guides(self, heading: float, way_direction: float, speed: float, back_speed: float) -> Array:
+        """The simple ways (G, 4) among the rollouts, `problem.fan.guides`; the first is straight to the goal."""
+        return guides(heading, way_direction, speed, back_speed)
+
+    def way_field(self, known: KnownMap | None, goal: Array, start: Array) -> WayField:
+        """The way left to `goal` (2,) from about `start` (2,) past what the map knows; straight without a map."""
+        floor = Floor(np.zeros((0, 3)), np.zeros((0, 6))) if known is None else floor_of_map(known)
+        return WayField.of(floor, goal, self.limits.radius + self.parameters.safety_margin, start[None])
 
 
 def _ways_left(way: WayGrid, pose: Array, x: Array, y: Array) -> tuple[Array, Array, Array]:
@@ -202,10 +211,10 @@ def _ways_left(way: WayGrid, pose: Array, x: Array, y: Array) -> tuple[Array, Ar
     return left, by_x, by_y
 
 
-def way_field(known: KnownMap | None, goal: Array, radius: float) -> WayField:
-    """The way left to `goal` (2,) past what the map knows, for a robot of `radius` [m]."""
-    floor = Floor(np.zeros((0, 3)), np.zeros((0, 6))) if known is None else floor_of_map(known)
-    return WayField.of(floor, goal, radius)
+def braking_steps(limits: RobotLimits, step: float) -> int:
+    """How many steps of `step` [s] bring the robot to rest from any speed and turn rate."""
+    from_speed = max(limits.max_speed, -limits.min_speed) / limits.max_acceleration
+    return ceil(max(from_speed, limits.max_turn_rate / limits.max_turn_acceleration) / step - ROUNDING)
 
 
 def progress(left: Array, at_start: float, way: float) -> Array:

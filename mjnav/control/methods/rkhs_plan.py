@@ -1,4 +1,23 @@
-"""`rkhs-plan`."""
+"""`rkhs-plan`: plans whose violations, under all that is uncertain together, are nearest to none.
+
+A joint sample s is one draw of everything: where the robot is, how every person goes on, where the lanes run. Under it
+rollout k has the violation
+
+    h_s(k) = max over j, t of  gamma_jt min(2, [R_j + m_jt - d_jts(k)]_+ / m_jt)
+
+of the worst moment and the worst obstacle (`kernels.violation`): of people m = margin + margin_growth t and gamma =
+exp(-t / fading), as what is far ahead is less certain and can still be avoided; of what stands, and of lane boundaries,
+m = standing_margin and gamma = 1. The risk is the distance of the distribution of h from "nothing comes near", a point
+mass at 0, in the Hilbert space of the kernel (x y + 1)^d:
+
+    risk_k = MMD({h_s(k)}, 0) = sqrt(sum_{p=1..d} C(d, p) mu_p(k)^2),   mu_p = 1/S sum_s h_s^p
+
+(the idea: Nair et al. 2021, arXiv 2112.13034; a point mass as what is desired: Gupta, Singh & Krishna 2022; MMD-OPT,
+Sharma & Singh 2024). It joins the other costs of a plan, see `mjnav.control.planner`.
+
+A rollout is feasible where at most the share `risk_bound` of the samples has h >= 1: a contact now, or at any time with
+what stands. Infeasible: no rollout is.
+"""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -6,7 +25,7 @@ from typing import Annotated
 
 import numpy as np
 
-from mjnav.config import Choice, Range
+from mjnav.config import Range
 from mjnav.control.kernels.mppi_rollout import Rollouts
 from mjnav.control.parameters import LEAST, MOST, Count, Seconds, Weight
 from mjnav.control.planner import Planner, PlannerParameters, Risks
@@ -14,8 +33,10 @@ from mjnav.control.problem.joint_samples import JointSamples
 from mjnav.control.problem.obstacles import Reach
 from mjnav.control.problem.problem import Problem
 from mjnav.messages import Array
+from mjnav.rkhs.dirac import distance_from_dirac
+from mjnav.rkhs.mmd import PolynomialKernel
 
-Metres = Annotated[float, Range(LEAST, MOST, "m")]
+Margin = Annotated[float, Range(LEAST, MOST, "m")]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -24,37 +45,34 @@ class RkhsPlanParameters(PlannerParameters):
 
     samples: Annotated[Count, "S, number of joint samples"] = 48
     safety_margin: Annotated[float, Range(0.0, MOST, "m"), "added to the combined radius R"] = 0.0
-    weight: Annotated[Weight, "lambda, of the risk"] = 3.0
-    measure: Annotated[str, Choice(("mmd", "share", "time")), "risk"] = "mmd"
-    degree: Annotated[Count, "d of the kernel (x y + 1)^d"] = 2
-    margin: Annotated[Metres, "m of what moves, at the moment of effect"] = 0.2
-    margin_growth: Annotated[float, Range(0.0, MOST, "m/s"), "by which it grows"] = 0.1
-    standing_margin: Annotated[Metres, "m of what stands"] = 0.1
-    fading: Annotated[Seconds, "time in which violations by what moves fade"] = 3.0
+    weight: Annotated[Weight, "lambda, of the risk"] = 1.5
+    degree: Annotated[int, Range(1, 20), "d of the kernel (x y + 1)^d"] = 2
+    margin: Annotated[Margin, "m of what moves, at the moment of effect"] = 0.2
+    margin_growth: Annotated[float, Range(0.0, MOST, "m/s"), "by which the margin of what moves grows"] = 0.1
+    standing_margin: Annotated[Margin, "m of what stands, and of lane boundaries"] = 0.1
+    fading: Annotated[Seconds, "time in which violations by what moves fade to 1/e"] = 3.0
 
 
 class RkhsPlan(Planner[RkhsPlanParameters]):
     """Plans by the distance of the violations' distribution from none."""
 
     def risks_of(self, problem: Problem, reach: Reach, samples: JointSamples) -> Callable[[Rollouts], Risks]:
-        """lambda MMD of {h_s} to 0, P(h >= 1) and h."""
-        p, t = self.parameters, samples.times
-        margins = p.margin + p.margin_growth * t, np.exp(-t / p.fading), p.standing_margin, np.ones_like(t)
+        """lambda times the distance of h from 0, P(h >= 1), and h."""
+        distance = self.distance(samples)
 
         def risks(rollouts: Rollouts) -> Risks:
-            h = samples.violation(rollouts, *margins)
-            contact = (h >= 1.0).mean(axis=1)
-            return Risks(p.weight * (distance(h, p.degree) if p.measure == "mmd" else contact), contact, h)
+            h = self.violation(samples, rollouts)
+            return Risks(self.parameters.weight * distance(h), (h >= 1.0).mean(axis=1), h)
 
         return risks
 
+    def violation(self, samples: JointSamples, rollouts: Rollouts) -> Array:
+        """h (K, S)."""
+        p, t = self.parameters, samples.times
+        fading, lasting = np.exp(-t / p.fading), np.ones_like(t)
+        return samples.violation(rollouts, p.margin + p.margin_growth * t, fading, p.standing_margin, lasting)
 
-def distance(h: Array, degree: int) -> Array:
-    """MMD of samples (K, S) from the Dirac at 0."""
-    from math import comb
-
-    total, power = np.zeros(len(h)), np.ones_like(h)
-    for n in range(1, degree + 1):
-        power = power * h
-        total += comb(degree, n) * power.mean(axis=1) ** 2
-    return np.sqrt(total)
+    def distance(self, samples: JointSamples) -> Callable[[Array], Array]:
+        """What gives the distance (K,) of violations (K, S) from none in one decision."""
+        kernel = PolynomialKernel(self.parameters.degree)
+        return lambda h: distance_from_dirac(h, kernel)
