@@ -111,11 +111,13 @@ class Planner(ProblemController[P]):
     """
 
     parameters_type = PlannerParameters
+    ends_at_rest = True  # whether rollouts are weighed with the braking after their last step
+    follows_mean = True  # whether the mean of the rollouts is one of the plans to choose from
 
     def __init__(self, limits: RobotLimits, period: float, parameters: P):
         super().__init__(limits, period, parameters)
         p = parameters
-        self._tail = braking_steps(limits, p.step)
+        self._tail = braking_steps(limits, p.step) if self.ends_at_rest else 0
         self._perturbations = perturbations(p.rollouts, p.steps, p.knots, (p.speed_noise, p.turn_noise), p.quiet)
         self._plan: Plan | None = None
         self._way: tuple[bytes, WayField] | None = None
@@ -139,7 +141,7 @@ class Planner(ProblemController[P]):
         if feasible.any():
             new = rows.only(int(np.argmin(np.where(feasible, rows.total, np.inf))))
             mean = weigh(rows.rollouts.controls[:, : p.steps] @ softmin(rows.total, p.temperature)[:, None])
-            if mean.total[0] <= new.total[0] and mean.risks.contact[0] <= p.risk_bound:
+            if self.follows_mean and mean.total[0] <= new.total[0] and mean.risks.contact[0] <= p.risk_bound:
                 new = mean
         else:
             new = rows.only(int(np.argmin(samples.lost_time(rows.rollouts))))

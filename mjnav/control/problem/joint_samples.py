@@ -59,6 +59,13 @@ class JointSamples:
             times=times,
         )
 
+    @property
+    def vectors(self) -> Array:
+        """(S, D) joint samples as vectors: the robot, all that moves at the first and the last step, and lanes."""
+        x, y = self.moving
+        ends = [path[t] for path in (x, y) for t in (0, -1)]
+        return np.concatenate([self.offsets, *ends, *(excess[None] for _, excess in self.lanes)]).T
+
     def violation(self, rollouts: Rollouts, margin: Array, fading: Array, standing: float, lasting: Array) -> Array:
         """h (K, S) of rollouts of as many steps.
 
