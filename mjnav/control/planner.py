@@ -132,7 +132,7 @@ class Planner(ProblemController[P]):
         """The first control of the new plan."""
         p, problem = self.parameters, self.problem(observation)
         reach = Reach(problem.near_discs, walls_in_reach(observation, self.limits, self._sight))
-        samples = JointSamples.of(problem, reach, p.steps + self._tail, p.step)
+        samples = self.joint_samples(problem, reach, p.steps + self._tail)
         limits = ControlLimits.of(observation.twist, self.limits, self.period, p.step)
         way = self._way_to(problem)
         weigh = partial(self.weigh, problem, limits, way, self.risks_of(problem, reach, samples))
@@ -195,6 +195,10 @@ class Planner(ProblemController[P]):
         if self._way is None or self._way[0] != key:
             self._way = key, self.way_field(known, goal, problem.mean_pose[:2])
         return self._way[1].grid
+
+    def joint_samples(self, problem: Problem, reach: Reach, steps: int) -> JointSamples:
+        """The joint samples of what is in reach, for `steps` steps."""
+        return JointSamples.of(problem, reach, steps, self.parameters.step)
 
     def guides(self, heading: float, way_direction: float, speed: float, back_speed: float) -> Array:
         """The simple ways (G, 4) among the rollouts, `problem.fan.guides`; the first is straight to the goal."""

@@ -13,7 +13,7 @@ import numpy as np
 from mjnav.config import Range
 from mjnav.control.kernels.mppi_rollout import Rollouts
 from mjnav.control.methods.rkhs_plan import RkhsPlan, RkhsPlanParameters
-from mjnav.control.parameters import LEAST, Positive
+from mjnav.control.parameters import LEAST, Count, Positive
 from mjnav.control.planner import Risks
 from mjnav.control.problem.joint_samples import JointSamples
 from mjnav.control.problem.obstacles import Reach
@@ -23,7 +23,9 @@ from mjnav.messages import Array, KnownMap
 from mjnav.rkhs.ambiguity import Ambiguity
 from mjnav.rkhs.dirac import distance_from_dirac
 from mjnav.rkhs.gaussian import GaussianKernel
-from mjnav.rkhs.mmd import PolynomialKernel, moment_distance, raw_moments
+from mjnav.rkhs.herding import herded
+from mjnav.rkhs.mmd import PolynomialKernel
+from mjnav.rkhs.reference import distance_from_reference
 
 Distance = Callable[[Array], Array]  # of violations (K, S): (K,)
 
@@ -137,13 +139,12 @@ class SafestMatched(RkhsPlan):
     def distance(self, samples: JointSamples) -> Distance:
         """MMD({h_s(k)}, {h_s(k*)}), k* of least mean violation among the rollouts that were weighed first."""
         kernel = PolynomialKernel(self.parameters.degree)
-        target: list[Array] = []
+        safest: list[Array] = []
 
         def distance(h: Array) -> Array:
-            moments = raw_moments(h, kernel.degree)
-            if not target:
-                target.append(moments[np.argmin(moments[:, 0])])
-            return np.sqrt(moment_distance(moments, target[0], kernel))
+            if not safest:
+                safest.append(h[np.argmin(h.mean(axis=1))])
+            return distance_from_reference(h, safest[0], kernel)
 
         return distance
 
@@ -186,3 +187,23 @@ class Ball(RkhsPlan):
         p: Any = self.parameters
         ambiguity = Ambiguity.of(samples.vectors, bandwidth=p.bandwidth, ridge=p.ridge)
         return lambda h: ambiguity.bound(h, p.epsilon)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class HerdedParameters(RkhsPlanParameters):
+    """With joint samples chosen from more."""
+
+    samples: Annotated[Count, "N, number of joint samples to choose from"] = 200
+    kept: Annotated[Count, "S, number of joint samples that are kept"] = 48
+
+
+class Herded(RkhsPlan):
+    """Joint samples herded from more of them (`rkhs.herding`)."""
+
+    parameters_type = HerdedParameters
+
+    def joint_samples(self, problem: Problem, reach: Reach, steps: int) -> JointSamples:
+        """S of N, so that their embedding is near that of all N."""
+        p: Any = self.parameters
+        samples = super().joint_samples(problem, reach, steps)
+        return samples.taking(herded(samples.vectors, min(p.kept, p.samples)))

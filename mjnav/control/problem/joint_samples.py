@@ -5,7 +5,7 @@ are believed independently are drawn independently, in random order. Where an ob
 they are used again.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -15,6 +15,7 @@ from mjnav.control.kernels.violation import DEEPEST, meet_discs, meet_lane, meet
 from mjnav.control.problem.futures import positions_at
 from mjnav.control.problem.obstacles import Reach
 from mjnav.control.problem.problem import Problem
+from mjnav.geometry.kernel_types import Indices
 from mjnav.messages import Array, ObstacleSamples
 
 CONTACT = 1e-6  # [m], the margin where contacts alone count
@@ -65,6 +66,12 @@ class JointSamples:
         x, y = self.moving
         ends = [path[t] for path in (x, y) for t in (0, -1)]
         return np.concatenate([self.offsets, *ends, *(excess[None] for _, excess in self.lanes)]).T
+
+    def taking(self, indices: Indices) -> "JointSamples":
+        """The joint samples of these indices."""
+        x, y = (np.ascontiguousarray(path[:, :, indices]) for path in self.moving)
+        lanes = tuple((normal, excess[indices]) for normal, excess in self.lanes)
+        return replace(self, offsets=np.ascontiguousarray(self.offsets[:, indices]), moving=(x, y), lanes=lanes)
 
     def violation(self, rollouts: Rollouts, margin: Array, fading: Array, standing: float, lasting: Array) -> Array:
         """h (K, S) of rollouts of as many steps.
