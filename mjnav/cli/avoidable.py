@@ -15,8 +15,9 @@ if TYPE_CHECKING:
 
 AVOIDABLE = ("avoidable 2 s before", "1 s before")  # as `oracle.avoidable.LEADS`
 RUN_HEADS = ("method", "scene", "seed", "outcome", "touched", "who moved", *AVOIDABLE, "avoidable time-out")
+RUN_TIMES = ("last chance [s before]", "at rest [s]", "way free [s]")
 METHOD_HEADS = ("method", "runs", "collisions", "its fault", *AVOIDABLE, "avoidable time-outs")
-TIME_HEADS = ("at rest [s]", "way free [s]")
+METHOD_TIMES = RUN_TIMES[1:]
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
@@ -64,13 +65,13 @@ def execute(arguments: argparse.Namespace) -> int:
 
 
 def _print(judged: Sequence["JudgedLog"], methods: Mapping[str, "MethodShares"], notes: Sequence[str]) -> None:
-    numbers = range(len(RUN_HEADS), len(RUN_HEADS) + len(TIME_HEADS))
-    print_table([_run(one) for one in judged], (*RUN_HEADS, *TIME_HEADS), numbers=numbers)
+    numbers = range(len(RUN_HEADS), len(RUN_HEADS) + len(RUN_TIMES))
+    print_table([_run(one) for one in judged], (*RUN_HEADS, *RUN_TIMES), numbers=numbers)
     if len(judged) > 1:
         print()
         rows = [_method(name, shares) for name, shares in methods.items()]
         numbers = (1, 2, 3, len(METHOD_HEADS), len(METHOD_HEADS) + 1)
-        print_table(rows, (*METHOD_HEADS, *TIME_HEADS), numbers=numbers)
+        print_table(rows, (*METHOD_HEADS, *METHOD_TIMES), numbers=numbers)
         print("shares with 95 % intervals; times are means a run")
     for note in notes:
         print(note)
@@ -79,16 +80,17 @@ def _print(judged: Sequence["JudgedLog"], methods: Mapping[str, "MethodShares"],
 def _run(one: "JudgedLog") -> tuple[str, ...]:
     collision, rest = one.judgement.collision, one.judgement.rest
     if collision is None:
-        hit = ("-",) * 4
+        hit, chance = ("-",) * 4, None
     else:
         touched = f"{collision.contact.name} at {collision.contact.time:.1f} s"
         who = "-" if collision.touch is None else str(collision.touch)
-        hit = (touched, who, *map(_verdict, collision.avoidable))
+        hit, chance = (touched, who, *map(_verdict, collision.avoidable)), collision.last_chance
     seed = "-" if one.seed is None else str(one.seed)
     return (
         *(printable(text) for text in (one.method, one.scene, seed, one.outcome or "-", *hit[:2])),
         *hit[2:],
         _verdict(one.judgement.timeout),
+        "-" if chance is None else f"{chance:.1f}",
         f"{rest.total:.1f}",
         f"{rest.free:.1f}",
     )
@@ -143,6 +145,7 @@ def _run_document(one: "JudgedLog") -> dict[str, Any]:
             "robot_moved": None if touch is None else touch.moving,
             "robot_at_fault": None if touch is None else touch.at_fault,
             **{_key(lead): found for lead, found in zip(LEADS, collision.avoidable, strict=True)},
+            "last_chance_s_before": collision.last_chance,
         }
     return {
         "log": str(one.path),

@@ -49,7 +49,7 @@ def test_a_line_a_run_and_a_table_of_the_methods(mjnav, logs):
     assert hit.split()[:5] == ["mean", "dead", "end", "0", "collision"]
     assert " person0 at " in hit
     assert "  the robot " in hit
-    assert hit.split()[-5:-2] == ["no", "no", "-"]
+    assert hit.split()[-6:-2] == ["no", "no", "-", "-"]
     assert late.split()[:4] == ["rkhs", "crossing1", "0", "timeout"]
     assert late.split()[4:9] == ["-", "-", "-", "-", "no"]
     assert mean.split()[:3] == ["mean", "1", "1"]

@@ -7,7 +7,8 @@ without noise, delay or a margin, among what stands and the people as they walke
   until AFTER_CONTACT behind it, or reaches the goal. From the contact on, which ends most runs, people are taken to
   walk straight on as they did at the last state before it.
 * The robot is at rest where `stalled_s` counts it: slower than 0.1 m/s. It has a way free there if a plan of HORIZON
-  keeps CLEARANCE from everything and ends PROGRESS nearer to the goal, along the route, or at the goal.
+  keeps CLEARANCE from everything and ends PROGRESS nearer to the goal, along the route and round what stands, or at
+  the goal.
 * A time-out was avoidable if the robot stood with a way free for at least as long as the way that was left at the end
   takes at the preferred speed: had it used that time, it would have arrived. A robot that creeps or drives back and
   forth until the end is not found so.
@@ -27,7 +28,6 @@ from mjnav.metrics.fault import Touch, touches
 from mjnav.metrics.kinematics import STALLED_SPEED, stalled_time
 from mjnav.metrics.oracle.foreknown import Foreknown
 from mjnav.metrics.oracle.plans import HORIZON
-from mjnav.metrics.progress import way_left
 from mjnav.metrics.safety import beginnings
 from mjnav.scenarios.spec import Scenario
 
@@ -45,6 +45,7 @@ class Collision:
     contact: Contact
     touch: Touch | None  # of a person: who moved, whose fault; None of a thing
     avoidable: tuple[bool, ...]  # at each of LEADS before, or at the start of a run that is shorter
+    last_chance: float | None  # [s] before, the latest tick at which it was avoidable; None without one
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,7 +69,7 @@ def judged(trajectory: Trajectory, scenario: Scenario, *, outcome: str | None) -
     """Of a run that ended with `outcome`."""
     known = Foreknown(trajectory, scenario)
     rest = _rest(known)
-    needed = max(float(way_left(trajectory, scenario)[-1]) - scenario.robot.goal_tolerance, 0.0)
+    needed = max(known.way_left(len(trajectory.time) - 1) - scenario.robot.goal_tolerance, 0.0)
     in_time = rest.free >= needed / scenario.robot.preferred_speed
     return Judgement(_collision(known), rest, in_time if outcome == "timeout" else None)
 
@@ -80,13 +81,16 @@ def _collision(known: Foreknown) -> Collision | None:
         return None
     first = begun[0]
     before = max(int(np.searchsorted(trajectory.time, first.time - 1e-9)) - 1, 0)  # the last state before it
-    found = []
-    for lead in LEADS:
-        row = max(int(np.searchsorted(trajectory.time, first.time - lead + 1e-9)) - 1, 0)
+
+    def is_avoidable(row: int) -> bool:
         duration = first.time - float(trajectory.time[row]) + AFTER_CONTACT
-        found.append(known.first_clear_plan(row, duration, until=before) is not None)
+        return known.first_clear_plan(row, duration, until=before) is not None
+
+    rows = [max(int(np.searchsorted(trajectory.time, first.time - lead + 1e-9)) - 1, 0) for lead in LEADS]
+    last = next((row for row in range(before, min(rows) - 1, -1) if is_avoidable(row)), None)
     whom = next((touch for touch in touches(trajectory, scenario) if touch.time == first.time), None)
-    return Collision(first, whom, tuple(found))
+    last_chance = None if last is None else first.time - float(trajectory.time[last])
+    return Collision(first, whom, tuple(map(is_avoidable, rows)), last_chance)
 
 
 def _rest(known: Foreknown) -> Rest:

@@ -5,10 +5,11 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from mjnav.geometry.floor import Floor
+from mjnav.geometry.way_field import WayField
 from mjnav.messages import Array, Trajectory
 from mjnav.metrics.oracle.plans import KNOT, plans
 from mjnav.metrics.oracle.rollouts import Base, Bodies, Way, first_clear
-from mjnav.metrics.progress import legs_behind, targets, way_left
+from mjnav.metrics.progress import legs_behind, targets
 from mjnav.metrics.proximity import radii
 from mjnav.scenarios.floor import floor_of_robot
 from mjnav.scenarios.spec import Scenario
@@ -24,13 +25,12 @@ class Foreknown:
     scenario: Scenario
     _floor: Floor = field(init=False)
     _targets: Array = field(init=False)  # (T + 1,)
-    _left: Array = field(init=False)  # (T + 1,) [m]
+    _fields: dict[int, WayField] = field(init=False, default_factory=dict)  # by point of the route, once asked for
 
     def __post_init__(self):
         one = self.scenario
         object.__setattr__(self, "_floor", floor_of_robot(one.walls, one.tables, one.pillars))
         object.__setattr__(self, "_targets", targets(self.trajectory, one))
-        object.__setattr__(self, "_left", way_left(self.trajectory, one))
 
     def first_clear_plan(
         self,
@@ -44,7 +44,7 @@ class Foreknown:
         """The first of `plans` from the true state of `row` that touches nothing for `duration` [s]; None without one.
 
         It keeps `clearance` [m] from everything, or the distance that there is at the start, and ends `progress` [m]
-        nearer to the goal, along the route, or at the goal; with None it may end anywhere. People go on as recorded
+        nearer to the goal, by `way_left`, or at the goal; with None it may end anywhere. People go on as recorded
         to the state `until` (the last by default), then straight on at the velocity that they had there.
         """
         limits, steps = self.scenario.robot.limits, round(duration / STEP)
@@ -57,10 +57,23 @@ class Foreknown:
         found = first_clear(pose.copy(), twist.copy(), plans(limits), base, bodies, self._way(row, progress))
         return None if found < 0 else int(found)
 
+    def way_left(self, row: int) -> float:
+        """From the robot's place at a state round what stands to the point it makes for, and on along the route [m]."""
+        left = self._field(row).way_left(self.trajectory.robot_pose[row, :2])[0]
+        return float(left + legs_behind(self.scenario)[self._targets[row]])
+
+    def _field(self, row: int) -> WayField:
+        target, robot = int(self._targets[row]), self.scenario.robot
+        if target not in self._fields:
+            places = self.trajectory.robot_pose[:, :2]
+            self._fields[target] = WayField.of(self._floor, robot.route[target], robot.radius, places)
+        return self._fields[target]
+
     def _way(self, row: int, progress: float | None) -> Way:
         robot, target = self.scenario.robot, int(self._targets[row])
-        wanted = np.inf if progress is None else float(self._left[row]) - progress
-        return Way(np.array(robot.route)[target:], legs_behind(self.scenario)[target:], robot.goal_tolerance, wanted)
+        wanted = np.inf if progress is None else self.way_left(row) - progress
+        route, behind = np.array(robot.route)[target:], legs_behind(self.scenario)[target:]
+        return Way(self._field(row).grid, route, behind, robot.goal_tolerance, wanted)
 
     def _near(self, pose: Array, reach: float, people: Array, clearance: float) -> Bodies:
         """All bodies that the robot can meet within `reach` [m]."""

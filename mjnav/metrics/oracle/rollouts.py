@@ -12,7 +12,10 @@ import numpy as np
 from mjnav.geometry.compiled import exact
 from mjnav.geometry.floor import box_distance, point_segment, segment_box
 from mjnav.geometry.kernel_types import Cube, Matrix, ReadOnlyCube, Vector
+from mjnav.geometry.way_field import WayGrid, way_lookup
 from mjnav.motion.rows import arc
+
+SLACK = 0.2  # [m] by which a way left may change more than the robot drives: two cells of its grid
 
 
 class Base(NamedTuple):
@@ -37,9 +40,10 @@ class Bodies(NamedTuple):
 
 
 class Way(NamedTuple):
-    """Where the robot goes. The way left is the distance to the point it makes for, and the route from there on."""
+    """Where the robot goes: on to the point that it makes for, round what stands, and straight along the route then."""
 
-    route: Matrix  # (n, 2) [m] the points from the one that the robot makes for to the goal
+    first: WayGrid  # to the point that the robot makes for
+    route: Matrix  # (n, 2) [m] the points from that one to the goal
     behind: Vector  # (n,) [m] of the route behind each point
     tolerance: float  # [m] within which a point is reached; the run ends at the last
     wanted: float  # [m] that may be left after the last step; inf where progress does not matter
@@ -51,6 +55,16 @@ def ramp(value, target, limit, step):
     change = min(max(target - value, -limit * step), limit * step)
     end = value + change
     return end - 0.5 * change * (abs(change) / limit) / step, end
+
+
+@exact
+def _way_left(way, target, x, y):
+    """From (x, y) to the goal, for a robot that makes for point `target` of the route [m]."""
+    if target == 0:
+        left, _, _ = way_lookup(way.first, x, y)
+        return left + way.behind[0]
+    dx, dy = way.route[target, 0] - x, way.route[target, 1] - y
+    return np.sqrt(dx * dx + dy * dy) + way.behind[target]
 
 
 @exact
@@ -117,23 +131,16 @@ def first_clear(pose: Vector, twist: Vector, plans: ReadOnlyCube, base: Base, bo
             if not clear:
                 break
             x, y = to_x, to_y
-            gap_x, gap_y = way.route[target, 0] - x, way.route[target, 1] - y
-            gap = np.sqrt(gap_x * gap_x + gap_y * gap_y)
-            if gap <= way.tolerance:
+            dx, dy = way.route[target, 0] - x, way.route[target, 1] - y
+            if dx * dx + dy * dy <= way.tolerance * way.tolerance:
                 if target == num_points - 1:
                     arrived = True
                     break
                 target += 1
-                gap_x, gap_y = way.route[target, 0] - x, way.route[target, 1] - y
-                gap = np.sqrt(gap_x * gap_x + gap_y * gap_y)
-            reach_ahead = base.max_speed * base.step * (base.steps - 1 - k)
-            if target == num_points - 1 and gap - reach_ahead > way.wanted:
+            can_drive = base.max_speed * base.step * (base.steps - 1 - k) + SLACK
+            if target == num_points - 1 and _way_left(way, target, x, y) - can_drive > way.wanted:
                 clear = False  # too far from the goal to get there in time
                 break
-        if arrived:
+        if arrived or (clear and _way_left(way, target, x, y) <= way.wanted):
             return plan
-        if clear:
-            gap_x, gap_y = way.route[target, 0] - x, way.route[target, 1] - y
-            if np.sqrt(gap_x * gap_x + gap_y * gap_y) + way.behind[target] <= way.wanted:
-                return plan
     return -1

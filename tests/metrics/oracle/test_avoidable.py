@@ -31,10 +31,16 @@ def robot(scenario, **limits):
 
 
 @pytest.mark.parametrize(
-    ("acceleration", "avoidable"),
-    [(1.02, (True, True)), (0.98, (True, False)), (0.52, (True, False)), (0.48, (False, False))],
+    ("acceleration", "avoidable", "last"),
+    [
+        (2.10, (True, True), 0.5),  # 0.476 s at 2 m/s are what braking takes, and a tick is 0.1 s
+        (1.02, (True, True), 1.0),
+        (0.98, (True, False), 1.1),
+        (0.52, (True, False), 2.0),
+        (0.48, (False, False), None),
+    ],
 )
-def test_a_wall_straight_ahead_is_avoidable_where_braking_takes_less_than_the_way_to_it(acceleration, avoidable):
+def test_a_wall_straight_ahead_is_avoidable_where_braking_takes_less_than_the_way_to_it(acceleration, avoidable, last):
     """At 2 m/s the wall is 2 m away 1 s before the contact, and braking takes v^2 / (2 a)."""
     trajectory = make_trajectory(
         np.column_stack([2.0 * TIMES, np.zeros(ROWS)]),
@@ -48,6 +54,7 @@ def test_a_wall_straight_ahead_is_avoidable_where_braking_takes_less_than_the_wa
     found = judged(trajectory, scenario, outcome="collision").collision
     assert found is not None
     assert found.avoidable == avoidable
+    assert found.last_chance == (None if last is None else pytest.approx(last))
     assert found.touch is None
 
 
@@ -120,6 +127,16 @@ def test_a_person_who_stands_in_the_way_at_two_centimetres_leaves_the_way_round(
     people = np.tile([0.57, 0.0], (ROWS, 1, 1))
     rest = judged(standing(people=people), make_scenario(num_people=1), outcome="timeout").rest
     assert rest.free == pytest.approx(3.0)
+
+
+def test_the_bottom_of_a_dead_end_is_no_way_to_a_goal_behind_it():
+    """The robot could drive 0.5 m straight towards its goal, and its way out is blocked."""
+    sides = tuple(Wall((-2.0, y), (1.0, y)) for y in (-0.5, 0.5))
+    scenario = make_scenario(num_people=1, walls=(*sides, Wall((1.0, -0.5), (1.0, 0.5))))
+    blocked = standing(people=np.tile([-0.7, 0.0], (ROWS, 1, 1)))
+    assert judged(blocked, scenario, outcome="timeout").rest.free == 0.0
+    open_end = replace(scenario, walls=sides)
+    assert judged(blocked, open_end, outcome="timeout").rest.free == pytest.approx(3.0)
 
 
 def test_a_newcomer_counts_only_once_the_robot_has_left_the_place():

@@ -5,6 +5,7 @@ import pytest
 
 from mjnav.geometry.clearance import segment_distance
 from mjnav.geometry.floor import Floor
+from mjnav.geometry.way_field import WayField, WayGrid
 from mjnav.messages import RobotLimits
 from mjnav.metrics.oracle.plans import KNOT, KNOTS, plans
 from mjnav.metrics.oracle.rollouts import Base, Bodies, Way, first_clear
@@ -13,6 +14,11 @@ from mjnav.motion.unicycle import integrate
 
 LIMITS = RobotLimits(min_speed=-0.5)
 STEP, STEPS = 0.1, 30
+NOTHING = Floor(np.zeros((0, 3)), np.zeros((0, 6)))
+
+
+def straight_to(x: float, y: float) -> WayGrid:
+    return WayField.of(NOTHING, (x, y), 0.2).grid
 
 
 def literal(pose, twist, plan):
@@ -33,7 +39,7 @@ def is_clear(pose, twist, plan, base, bodies, way):
 def test_a_plan_is_clear_where_a_literal_rollout_touches_nothing():
     rng, verdicts = np.random.default_rng(1), []
     base = Base(LIMITS.max_acceleration, LIMITS.max_turn_acceleration, 1.0, STEP, round(KNOT / STEP), STEPS)
-    way = Way(np.array([[9.0, 0.0]]), np.zeros(1), 0.3, np.inf)
+    way = Way(straight_to(9.0, 0.0), np.array([[9.0, 0.0]]), np.zeros(1), 0.3, np.inf)
     for _ in range(6):
         pose, twist = np.array([0.0, 0.0, rng.uniform(-3, 3)]), np.array([rng.uniform(-0.3, 1.0), rng.uniform(-1, 1)])
         away = rng.uniform(-3, 3, 2)
@@ -61,14 +67,14 @@ def test_a_plan_that_has_to_make_way_is_taken_only_where_it_does():
     nobody = Bodies(np.zeros((STEPS + 1, 0, 2)), np.zeros(0), np.zeros((0, 3)), np.zeros((0, 6)), 0.2)
     ahead, pose, twist = np.tile([1.0, 0.0], (KNOTS, 1)), np.zeros(3), np.zeros(2)
     for left, expected in ((6.0 - 2.5 + 1e-6, True), (6.0 - 2.5 - 1e-6, False)):  # from rest 2.5 m in 3 s at 1 m/s^2
-        way = Way(np.array([[6.0, 0.0]]), np.zeros(1), 0.3, left)
+        way = Way(straight_to(6.0, 0.0), np.array([[6.0, 0.0]]), np.zeros(1), 0.3, left)
         assert is_clear(pose, twist, ahead, base, nobody, way) is expected
         assert not is_clear(pose, twist, np.zeros_like(ahead), base, nobody, way)
     # It passes the first point, and goes on straight instead of to the second.
-    corner = np.array([[1.0, 0.0], [1.0, 5.0]]), np.array([5.0, 0.0]), 0.3
+    corner = straight_to(1.0, 0.0), np.array([[1.0, 0.0], [1.0, 5.0]]), np.array([5.0, 0.0]), 0.3
     for left, expected in ((5.2, False), (5.3, True)):  # hypot(1.5, 5) = 5.22
         assert is_clear(pose, twist, ahead, base, nobody, Way(*corner, left)) is expected
-    reached = Way(np.array([[2.0, 0.0]]), np.zeros(1), 0.3, 0.0)
+    reached = Way(straight_to(2.0, 0.0), np.array([[2.0, 0.0]]), np.zeros(1), 0.3, 0.0)
     assert is_clear(pose, twist, ahead, base, nobody, reached)
 
 
