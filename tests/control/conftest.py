@@ -177,13 +177,13 @@ def certain() -> Callable[..., Observation]:
 
 @pytest.fixture(scope="session")
 def drive() -> Callable[..., tuple[bool, float]]:
-    """drive(controller, goal, heading=, discs=, walls=, seconds=) -> whether the goal was reached, least clearance [m].
+    """drive(controller, goal, heading=, discs=, walls=, known=, seconds=) -> whether it arrived, least clearance.
 
     A robot that starts at rest at the origin and does exactly what it decides, among discs (position, velocity, radius)
-    that walk on and walls, all known exactly. Every decision is checked to be within reach.
+    that walk on and walls, all known exactly; `known` is its map. Every decision is checked to be within reach.
     """
 
-    def run(controller, goal, *, heading=0.0, discs=(), walls=(), seconds=40.0) -> tuple[bool, float]:
+    def run(controller, goal, *, heading=0.0, discs=(), walls=(), known=None, seconds=40.0) -> tuple[bool, float]:
         pose, twist, least = np.array([0.0, 0.0, heading]), np.zeros(2), np.inf
         goal, walls = np.array(goal, float), np.array(walls, float).reshape(-1, 2, 2)
         for tick in range(round(seconds / controller.period)):
@@ -195,7 +195,7 @@ def drive() -> Callable[..., tuple[bool, float]]:
                 return True, least
             seen = tuple(ObstacleSamples(at[None], u[None], r) for at, u, r in now)
             time = tick * controller.period
-            o = Observation(pose[None], np.zeros((1, 2)), twist, seen, goal, walls, time=time)
+            o = Observation(pose[None], np.zeros((1, 2)), twist, seen, goal, walls, time=time, map=known)
             decision = controller.decide(o)
             low, high = reachable(twist, controller.limits, controller.period)
             twist = np.array([decision.v, decision.omega])

@@ -1,0 +1,98 @@
+"""The violation of rollouts, against the same sentence written out in plain Python."""
+
+from dataclasses import replace
+from math import exp, hypot
+
+import numpy as np
+import pytest
+
+from mjnav.constraints import lane_distance
+from mjnav.control import make_controller
+from mjnav.control.kernels.mppi_rollout import ControlLimits, Rollouts
+from mjnav.control.problem.futures import positions_at
+from mjnav.control.problem.joint_samples import JointSamples
+from mjnav.control.problem.obstacles import Reach
+from mjnav.geometry.clearance import segment_distance
+from mjnav.messages import ObstacleSamples
+
+STEPS, STEP = 6, 0.4
+TIMES = STEP * np.arange(1, STEPS + 1)
+MARGIN, FADING, STANDING = 0.2 + 0.1 * TIMES, np.exp(-TIMES / 3.0), 0.15
+
+
+def samples_of(observation, limits, times=TIMES):
+    """The problem of rkhs-plan with a margin of 3 cm, and its joint samples."""
+    problem = make_controller("rkhs-plan", limits, 0.1, safety_margin=0.03).problem(observation)
+    reach = Reach(problem.near_discs, tuple(range(len(observation.walls))))
+    return problem, JointSamples.of(problem, reach, len(times), times[0])
+
+
+def rollouts_of(problem, num, seed=0):
+    o, rng = problem.observation, np.random.default_rng(seed)
+    wanted = rng.normal(scale=1.0, size=(2, STEPS, num)) + np.array([0.5, 0.0])[:, None, None]
+    return Rollouts.of(wanted, problem.mean_pose[2], ControlLimits.of(o.twist, problem.limits, 0.1, STEP), STEP)
+
+
+def literal(problem, rollouts, s, k):
+    """h_s(k) = max over j, t of gamma min(2, [R + m - d]_+ / m)."""
+    o, radius, h = problem.observation, problem.limits.radius, 0.0
+    heading, drift = o.robot_pose[s, 2], 0.1 * o.control_noise[s, 0]
+    start = o.robot_pose[s, :2] + drift * np.array([np.cos(heading), np.sin(heading)])
+    for t in range(STEPS):
+        robot = start + np.array([rollouts.x[t, k], rollouts.y[t, k]])
+        bodies = []  # depth below R, margin, gamma
+        for disc in o.obstacles:
+            at = positions_at(disc, TIMES[[t]])[0, s % len(disc.position)]
+            depth = radius + 0.03 + disc.radius - hypot(*(robot - at))
+            stands = len(disc.position) == 1 and disc.future is None and not disc.velocity.any()
+            bodies.append((depth, STANDING, 1.0) if stands else (depth, 0.2 + 0.1 * TIMES[t], exp(-TIMES[t] / 3.0)))
+        bodies += [(radius + 0.03 - float(segment_distance(robot, *wall)), STANDING, 1.0) for wall in o.walls]
+        if o.lanes is not None:
+            left = float(lane_distance(robot, o.lanes.left)) + o.lanes.left_offset[s]
+            right = float(lane_distance(robot, o.lanes.right)) + o.lanes.right_offset[s]
+            bodies += [(left + radius, STANDING, 1.0), (radius - right, STANDING, 1.0)]
+        h = max([h, *(gamma * min(2.0, max(0.0, depth + m) / m) for depth, m, gamma in bodies)])
+    return h
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_the_violation_is_the_worst_over_time_and_obstacles_of_each_joint_sample(observe, limits, seed):
+    o = observe(seed, num_obstacles=4, most=9, num_walls=seed % 3, lanes=seed % 2 == 0, far=3.0)
+    first, second, third, fourth = o.obstacles  # M from 1 to 9, the robot has 5 samples
+    ahead = np.random.default_rng(seed).normal(size=(len(second.position), 3, 2)) + second.position[:, None]
+    pillar = ObstacleSamples(third.position[:1], np.zeros((1, 2)), 0.3)
+    o = replace(o, obstacles=(first, replace(second, future=ahead, step=0.7), pillar, fourth))
+    problem, samples = samples_of(o, limits)
+    rollouts = rollouts_of(problem, 15, seed)
+    found = samples.violation(rollouts, MARGIN, FADING, STANDING, np.ones(STEPS))
+    expected = [[literal(problem, rollouts, s, k) for s in range(5)] for k in range(15)]
+    assert found == pytest.approx(np.array(expected), abs=1e-9)
+    assert found.max() > 0.0
+
+
+def one_body(alone, limits, distance, *, moves):
+    """h of a robot at rest with one body of R = 0.55 at a distance from it, margins of 0.2 m, gamma = 0.5."""
+    velocity = np.full((1, 2), 1e-12 if moves else 0.0)
+    body = ObstacleSamples(np.array([[distance, 0.0]]), velocity, 0.3)
+    _, samples = samples_of(alone(num_samples=1, twist=(0.0, 0.0), obstacles=[body]), limits, TIMES[:1])
+    at_rest = Rollouts(np.zeros((2, 1, 1)), np.zeros((1, 1)), np.zeros((1, 1)), np.zeros((1, 1)), STEP)
+    half, one, margin = np.array([0.5]), np.ones(1), np.array([0.2])
+    return samples.violation(at_rest, margin, half, 0.2, one)[0, 0]
+
+
+@pytest.mark.parametrize(
+    ("distance", "depth"), [(0.55, 1.0), (0.75, 0.0), (0.9, 0.0), (0.65, 0.5), (0.45, 1.5), (0.35, 2.0), (0.0, 2.0)]
+)
+def test_a_contact_is_1_the_margins_edge_0_and_nothing_above_2_what_moves_fades(alone, limits, distance, depth):
+    assert one_body(alone, limits, distance, moves=False) == pytest.approx(depth, abs=1e-9)
+    assert one_body(alone, limits, distance, moves=True) == pytest.approx(0.5 * depth, abs=1e-9)
+
+
+def test_the_lost_time_is_what_the_first_contact_leaves_on_average_over_the_samples(alone, limits):
+    # R = 0.55: one of two samples comes from 3 m at 1 m/s and touches at 2.45 s, within the step that ends at 2.6 s.
+    coming = ObstacleSamples(np.array([[3.0, 0.0], [3.0, 4.0]]), np.array([[-1.0, 0.0], [0.0, 1.0]]), 0.3)
+    times = 0.2 * np.arange(1, 21)
+    problem, samples = samples_of(alone(num_samples=2, twist=(0.0, 0.0), obstacles=[coming]), limits, times)
+    limit = ControlLimits.of(np.zeros(2), problem.limits, 0.1, 0.2)
+    lost = samples.lost_time(Rollouts.of(np.zeros((2, 20, 1)), 0.0, limit, 0.2))
+    assert lost == pytest.approx([0.5 * (4.0 - 2.6 + 0.2)])
