@@ -15,7 +15,7 @@ from mjnav.errors import InputError, InvalidValue
 from mjnav.metrics.definitions import GROUPS
 from mjnav.output_files import output_path, replacement
 from mjnav.study.compare import cell_figures
-from mjnav.study.compare.chosen_figures import DEFAULT_FIGURES
+from mjnav.study.compare.chosen_figures import DEFAULT_FIGURES, SETS, WIN_BY
 from mjnav.study.requirements import of_cells
 from mjnav.study.results import find_results, kept_study
 from mjnav.study.store.store import Store
@@ -37,10 +37,17 @@ def configure(parser: argparse.ArgumentParser) -> None:
         nargs="+",
         action="extend",
         metavar="NAME",
-        help=f"figures or groups of them ({' '.join(GROUPS)}), which `mjnav list metrics` defines; by default "
-        f"{' '.join(DEFAULT_FIGURES)}; rates always",
+        help=f"figures, which `mjnav list metrics` defines, or groups of them ({' '.join((*SETS, *GROUPS))}); by "
+        f"default {' '.join(DEFAULT_FIGURES)}; rates always",
     )
-    parser.add_argument("--pool", action="store_true", help="all scenes in one table for each setting")
+    pools = parser.add_mutually_exclusive_group()
+    pools.add_argument("--pool", action="store_true", help="all scenes in one table for each setting")
+    pools.add_argument("--pool-all", action="store_true", help="all scenes and settings in one table, by layout")
+    parser.add_argument("--rivals", action="store_true", help="also the win ratio of every two methods")
+    parser.add_argument("--win-by", metavar="NAME", help=f"figure that decides two successes; by default {WIN_BY}")
+    parser.add_argument(
+        "--ratios", action="store_true", help="below costs, ratios to the reference's in place of differences"
+    )
     parser.add_argument("-o", "--output", action="append", metavar="FILE", help="also to a .csv, .tex or .html file")
     rank.configure(parser)
     require.configure(parser, "hall/rkhs: success>=0.95")
@@ -129,6 +136,10 @@ def _read(
             reference=arguments.reference,
             figures=[*_figures(arguments), *required],
             pool=arguments.pool,
+            pool_all=arguments.pool_all,
+            win_by=arguments.win_by or WIN_BY,
+            rivals=arguments.rivals,
+            ratios=arguments.ratios,
             progress=lambda done, total: show(100.0 * done / total),
         )
 
@@ -139,8 +150,10 @@ def _before_after(arguments: argparse.Namespace) -> int:
 
     if arguments.reference is not None:
         raise InputError("--reference is for the methods of one study; with AFTER each method is compared with itself")
-    if arguments.pool:
-        raise InputError("--pool is for the scenes of one study; with AFTER each cell is compared with itself")
+    for option in ("pool", "pool_all", "rivals", "ratios", "win_by"):
+        if getattr(arguments, option):
+            name = f"--{option.replace('_', '-')}"
+            raise InputError(f"{name} is for the tables of one study; with AFTER each cell is compared with itself")
     outputs = [output_path("--output", given, ".csv") for given in arguments.output or ()]
     stores = [find_results(given)[0] for given in (arguments.study, arguments.after)]
     required = require.parsed(arguments)
@@ -165,9 +178,11 @@ def _figure_option() -> Iterator[None]:
     try:
         yield
     except InvalidValue as error:
-        if error.key not in ("figure", "reference"):
+        if error.key not in ("figure", "reference", "win_by"):
             raise
-        raise InvalidValue(f"--{error.key}", error.found, error.allowed, nearest=error.nearest) from None
+        raise InvalidValue(
+            f"--{error.key.replace('_', '-')}", error.found, error.allowed, nearest=error.nearest
+        ) from None
 
 
 def _figures(arguments: argparse.Namespace) -> Sequence[str]:

@@ -86,9 +86,9 @@ def _topics() -> Iterable[str]:
 
 def _figures() -> Iterable[str]:
     from mjnav.metrics.definitions import GROUPS
-    from mjnav.study.compare.chosen_figures import numbers
+    from mjnav.study.compare.chosen_figures import SETS, numbers
 
-    return (*GROUPS, *numbers())
+    return (*SETS, *GROUPS, *numbers())
 
 
 def _paper_items() -> Iterable[str]:

@@ -4,7 +4,7 @@ from math import sqrt
 from statistics import NormalDist
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from mjnav.errors import InvalidValue
 from mjnav.messages import Array
@@ -15,7 +15,7 @@ DIGITS = 6  # of an interval's ends, of the largest value
 MAX_SHARED = 200_000_000  # seeds drawn in all by a shared bootstrap: 0.8 GB
 
 
-def wilson(successes: int, trials: int, level: float = 0.95) -> tuple[float, float] | None:
+def wilson(successes: float, trials: float, level: float = 0.95) -> tuple[float, float] | None:
     """Wilson's score interval of a rate; None without trials.
 
     (p + z^2/2n -+ z sqrt(p (1 - p)/n + z^2/4n^2)) / (1 + z^2/n) with p = successes/n and z the normal quantile.
@@ -33,6 +33,27 @@ def wilson(successes: int, trials: int, level: float = 0.95) -> tuple[float, flo
     low = 0.0 if successes == 0 else (centre - half) / scale
     high = 1.0 if successes == trials else (centre + half) / scale
     return low, high
+
+
+def clustered_wilson(successes: ArrayLike, trials: ArrayLike, level: float = 0.95) -> tuple[float, float] | None:
+    """Wilson's interval of a rate from units of several trials that resemble one another; None without trials.
+
+    `successes` and `trials` are of each unit, (m,). The trials count as n / d, where the design effect d >= 1 is the
+    variance of the rate between units over that of independent trials: (sum_u (s_u - p t_u)^2 / n^2) / (p (1 - p) / n).
+    Source: Rao & Scott, Biometrics 48 (1992) 577, without their factor m/(m - 1), so that one trial a unit gives
+    Wilson's interval. For d alone, two units of the mean size are added, one of successes only and one of failures
+    only: a rate of 0 or 1 says nothing of how alike a unit's trials are, and is then taken from m trials.
+    """
+    s, t = np.asarray(successes, float), np.asarray(trials, float)
+    s, t = s[t > 0], t[t > 0]
+    if not t.size:
+        return None
+    size = t.mean()
+    of_unit, in_unit = np.append(s, [size, 0.0]), np.append(t, [size, size])
+    num = in_unit.sum()
+    p = of_unit.sum() / num
+    effect = max(float(np.sum((of_unit - p * in_unit) ** 2) / (num * p * (1.0 - p))), 1.0)
+    return wilson(float(s.sum()) / effect, float(t.sum()) / effect, level)
 
 
 def paired_bootstrap(
@@ -78,28 +99,37 @@ class SharedBootstrap:
         """Of the mean of each row of values (F, n)."""
         values = np.asarray(values, float)
         known = np.isfinite(values)
-        defined = known.any(axis=1)
-        found: list[Interval] = [None] * len(values)
+        return self.ratios(np.where(known, values, 0.0), known, level)
+
+    def ratios(self, parts: ArrayLike, wholes: ArrayLike, level: float = 0.95) -> list[Interval]:
+        """Of the sum of `parts` over the sum of `wholes`, of each row (F, n); None where no whole is above 0.
+
+        With `wholes` that count, and `parts` that are sums, it is a mean over units of several values; with the costs
+        of two methods it is the ratio of their means. Where a whole is 0, so must the part be.
+        """
+        parts, wholes = np.asarray(parts, float), np.asarray(wholes, float)
+        defined = (wholes > 0.0).any(axis=1)
+        found: list[Interval] = [None] * len(parts)
         if defined.any():
-            low, high = self._quantiles(values[defined], known[defined], level)
+            low, high = self._quantiles(parts[defined], wholes[defined], level)
             for row, *interval in zip(np.flatnonzero(defined), low.tolist(), high.tolist(), strict=True):
                 found[row] = interval[0], interval[1]
         return found
 
-    def _quantiles(self, values: Array, known: NDArray[np.bool_], level: float) -> Array:
-        """The ends of the intervals of rows that each know a value, (2, F)."""
-        centre = np.mean(values, axis=1, where=known)[:, None]
+    def _quantiles(self, parts: Array, wholes: Array, level: float) -> Array:
+        """The ends of the intervals of rows that each have a whole, (2, F)."""
+        centre = (parts.sum(axis=1) / wholes.sum(axis=1))[:, None]
         # Single precision is for what is left.
-        sums = np.where(known, values - centre, 0.0).astype(np.float32) @ self._counts.T  # (F, R)
-        masks, which = np.unique(known, axis=0, return_inverse=True)
-        sizes = (masks.astype(np.float32) @ self._counts.T)[which.ravel()]
-        with np.errstate(invalid="ignore"):
+        sums = (parts - centre * wholes).astype(np.float32) @ self._counts.T  # (F, R)
+        distinct, which = np.unique(wholes, axis=0, return_inverse=True)
+        sizes = (distinct.astype(np.float32) @ self._counts.T)[which.ravel()]
+        with np.errstate(invalid="ignore", divide="ignore"):
             means = (sums / sizes).astype(float)
         # A resample may have drawn only seeds that lack the value.
         quantile = np.quantile if sizes.all() else np.nanquantile
         ends = centre[:, 0] + quantile(means, [0.5 - 0.5 * level, 0.5 + 0.5 * level], axis=1)
         # Differences below single precision are ignored.
-        scale = np.max(np.abs(values), axis=1, where=known, initial=0.0)
+        scale = np.max(np.abs(parts), axis=1) / np.max(wholes, axis=1)
         scale[scale == 0.0] = 1.0
         return np.round(ends / scale, DIGITS) * scale
 

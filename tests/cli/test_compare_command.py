@@ -89,12 +89,43 @@ def test_files_are_written_by_their_names(mjnav, study, tmp_path):
     assert [line.split(":")[0] for line in said.out.splitlines()[-3:]] == ["t.csv", "t.tex", "t.html"]
     with open("t.csv", newline="") as file:
         lines = list(csv.DictReader(file))
-    assert len(lines) == 2 * (2 + 3 + 2)  # of the default figures, the rows have three
+    assert len(lines) == 2 * (2 + 3 + 3) + 1  # the rows have three of the default figures; one win ratio
     assert (tmp_path / "t.tex").read_text().count(r"\begin{tabular}") == 1
     assert (tmp_path / "t.html").read_text().startswith("<!doctype html>")
     quiet = mjnav("compare", "two.toml", "--json", "-o", "again.csv")
     assert json.loads(quiet.out)["schema"] == 1
     assert (tmp_path / "again.csv").read_bytes() == (tmp_path / "t.csv").read_bytes()
+
+
+def test_the_headline_of_a_study_is_one_command(mjnav, study):
+    words = ["--figure", "headline", "--pool-all", "--rivals", "--ratios", "--win-by", "control_cost"]
+    required = ["--require", "mean: control_cost_ratio<=2", "--require", "mean: win_share==0"]
+    said = mjnav("compare", "two.toml", *words, *required, "--json", "-o", "t.html", "-o", "t.tex", "-o", "t.csv")
+    assert said.code == 0
+    (table,) = json.loads(said.out)["tables"]
+    wanted = ("fault", "collision_moving", "collision_at_rest", "collision_thing", "timeout", "time_s", "control_cost")
+    mean = table["methods"][1]
+    assert set(mean["figures"]) == {*wanted, "success", "collision", "mean_deviation_m", "min_clearance_m"}
+    assert mean["decision_p99_ms"] == 2.0 * mean["decision_ms"]
+    assert mean["win_ratio"]["losses"] == 25
+    assert table["methods"][0]["win_ratio"] is None
+    (rivals,) = table["rivals"]
+    assert (rivals["method"], rivals["other"]) == ("rkhs", "mean")
+    won = rivals["win_ratio"]
+    assert (won["value"], won["high"], won["wins"], won["win_share"]) == (None, None, 25, 1.0)  # it never lost
+    base = [1.0 + 0.01 * (7 * seed % 25) for seed in range(5, 25)]
+    assert mean["figures"]["control_cost"]["ratio"]["value"] == pytest.approx(1.0 + 20.0 / sum(base))
+    printed = mjnav("compare", "two.toml", *words).out
+    assert "win ratio, row against column" in printed
+    assert "×1.8" in printed
+    assert "∞" in printed
+    with open("t.csv", newline="") as file:
+        lines = [line for line in csv.DictReader(file) if line["figure"].endswith("win_ratio")]
+    assert [(line["method"], line["figure"], line["reference"], line["losses"]) for line in lines] == [
+        ("rkhs", "rival_win_ratio", "mean", "0"),
+        ("mean", "win_ratio", "rkhs", "25"),
+        ("mean", "rival_win_ratio", "rkhs", "25"),
+    ]
 
 
 def test_an_unfinished_sweep_is_told_as_one(mjnav, tmp_path):
@@ -114,7 +145,7 @@ def test_a_sweep_can_be_compared(mjnav, tmp_path):
     assert [(m["method"], m["episodes"], m["missing"]) for m in table["methods"]] == [("rkhs", 2, 23), ("mean", 2, 23)]
     assert table["methods"][0]["figures"]["success"]["value"] == 0.0  # a third of a second is too short
     assert table["methods"][0]["figures"]["deadline_misses"] == {
-        "value": None, "low": None, "high": None, "n": 0, "difference": None
+        "value": None, "low": None, "high": None, "n": 0, "difference": None, "ratio": None
     }  # fmt: skip
 
 
@@ -129,6 +160,10 @@ def test_a_sweep_can_be_compared(mjnav, tmp_path):
             ["two.toml", "--reference", "men"],
             "mjnav: --reference: found 'men'; allowed: mean, rkhs; did you mean 'mean'?",
         ),
+        (["two.toml", "--win-by", "times_s"], "mjnav: --win-by: found 'times_s'"),
+        (["two.toml", "--win-by", "success"], "mjnav: --win-by: found 'success'"),
+        (["two.toml", "--pool", "--pool-all"], "not allowed with argument"),
+        (["two.toml", "two.toml", "--rivals"], "mjnav: --rivals is for the tables of one study"),
         (["two.toml", "--figure", "time"], "did you mean 'time_s'?"),
         (["two.toml", "-o", "t.xls"], "mjnav: --output: found 't.xls'"),
         (["two.toml", "-o", "no/such/t.csv"], "mjnav: no/such/t.csv: there is no folder"),

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from scipy import stats
 
 from mjnav.errors import InvalidValue
-from mjnav.metrics.intervals import SharedBootstrap, holm, mcnemar, paired_bootstrap, wilson
+from mjnav.metrics.intervals import SharedBootstrap, clustered_wilson, holm, mcnemar, paired_bootstrap, wilson
 
 
 def known(interval: tuple[float, float] | None) -> tuple[float, float]:
@@ -158,3 +158,47 @@ def test_holms_correction_has_the_answers_of_its_definition():
 
 def test_the_interval_of_nothing_but_zeros_is_zero():
     assert SharedBootstrap(9, np.random.default_rng(1), resamples=100).interval(np.zeros(9)) == (0.0, 0.0)
+
+
+@given(st.lists(st.booleans(), min_size=1, max_size=80))
+def test_one_trial_a_unit_has_wilsons_interval(hits):
+    assert clustered_wilson(hits, np.ones(len(hits))) == pytest.approx(wilson(sum(hits), len(hits)), abs=1e-12)
+
+
+def test_trials_that_repeat_each_other_count_once():
+    hits = np.random.default_rng(18).random(60) < 0.2
+    assert clustered_wilson(5 * hits, np.full(60, 5)) == pytest.approx(wilson(int(hits.sum()), 60), abs=1e-12)
+    assert clustered_wilson(np.zeros(60), np.full(60, 5)) == pytest.approx(wilson(0, 60))
+    assert clustered_wilson([0.0, 2.0], [0.0, 2.0]) == pytest.approx(wilson(1, 1))  # a unit without trials
+    assert clustered_wilson([], []) is None
+
+
+def test_a_rate_of_units_that_resemble_each_other_is_covered_in_95_of_100_cases():
+    rng = np.random.default_rng(19)
+    covered = []
+    for _ in range(600):
+        own = rng.beta(0.5, 4.5, size=150)  # each unit has a rate of its own, 0.1 on average
+        trials = rng.integers(1, 7, size=150)
+        low, high = known(clustered_wilson(rng.binomial(trials, own), trials))
+        covered.append(low <= 0.1 <= high)
+    assert stats.binomtest(sum(covered), 600, 0.95).pvalue > 1e-3
+
+
+def test_a_ratio_of_means_has_the_interval_of_a_bootstrap_written_out():
+    rng = np.random.default_rng(20)
+    whole = rng.gamma(4.0, size=40)
+    part = whole * rng.normal(0.8, 0.1, size=40)
+    (found,) = SharedBootstrap(40, np.random.default_rng(21)).ratios([part], [whole])
+    quotients = []
+    for _ in range(10_000):
+        drawn = rng.integers(40, size=40)
+        quotients.append(part[drawn].sum() / whole[drawn].sum())
+    low, high = np.quantile(quotients, [0.025, 0.975])
+    assert found == pytest.approx((low, high), abs=0.04 * (high - low))
+
+
+def test_a_ratio_that_all_units_share_is_exact_and_without_wholes_there_is_none():
+    whole = np.arange(1.0, 9.0)
+    shared = SharedBootstrap(8, np.random.default_rng(22), resamples=200)
+    found = shared.ratios([0.5 * whole, 0.0 * whole], [whole, 0.0 * whole])
+    assert found == [pytest.approx((0.5, 0.5)), None]

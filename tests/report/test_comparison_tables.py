@@ -111,6 +111,19 @@ def check_printed(shown, e, p, num, scale):
         assert float(printed) == pytest.approx(scale * exact, abs=half)
 
 
+def check_ratio(shown, wins, num):
+    """A printed win ratio has three digits of its value and of the ends of its interval."""
+    if wins is None:
+        assert shown == ""
+        return
+    value, interval, count, mark = numbers(shown)
+    assert interval is not None
+    assert mark == (wins.p < 0.05)
+    assert count == (wins.pairs if wins.pairs != num else None)
+    for printed, exact in zip((value, *interval), (wins.value, *wins.interval), strict=True):
+        assert printed == "∞" if exact == np.inf else float(printed) == pytest.approx(exact, rel=0.005, abs=5e-4)
+
+
 def printed_rows(lines, titles):
     """Cells by title of the lines below a header, whose columns start where the titles do."""
     starts = [lines[0].index(title) for title in titles]
@@ -120,7 +133,8 @@ def printed_rows(lines, titles):
 
 def test_the_text_has_every_figure_of_every_method_rounded(results):
     blocks = text(results, width=1000).split("\n\n")[: len(results.tables)]
-    titles = ["method", "n", "success %", "collision %", "infeasible %", "decision ms", *FIGURES]
+    plain = ["infeasible %", "decision ms", "decision p99 ms"]
+    titles = ["method", "n", "success %", "collision %", "win_ratio", *plain, *FIGURES]
     for table, block in zip(results.tables, blocks, strict=True):
         title, *lines = block.splitlines()
         assert title.rstrip() == f"{table.scene}, {table.setting}; one layout; reference {table.reference}"
@@ -130,6 +144,8 @@ def test_the_text_has_every_figure_of_every_method_rounded(results):
             assert own["method"] == method.method
             assert own["infeasible %"] == f"{100 * method.infeasible_share:.1f}"
             assert own["decision ms"] == f"{method.decision_ms:.2f}"
+            assert own["decision p99 ms"] == f"{method.decision_p99_ms:.2f}"
+            check_ratio(own["win_ratio"], method.wins, method.num)
             below = next(lines) if method.differences else {}
             for figure, e in method.figures.items():
                 title, scale = (f"{figure} %", 100.0) if figure in RATES else (figure, 1.0)
@@ -172,7 +188,7 @@ def test_a_column_has_the_decimals_of_its_narrowest_interval(results):
 def test_the_csv_has_a_line_for_every_figure_in_full_precision(results):
     lines = list(csv.DictReader(io.StringIO(csv_text(results))))
     by_key = {(line["scene"], line["method"], line["figure"]): line for line in lines}
-    assert len(by_key) == len(lines) == 2 * len(METHODS) * (len(RATES) + len(FIGURES) + 2)
+    assert len(by_key) == len(lines) == 2 * len(METHODS) * (len(RATES) + len(FIGURES) + 3) + 2 * 3
 
     def same(found, exact):
         assert found == ("" if exact is None or not isfinite(exact) else repr(exact))
@@ -196,6 +212,13 @@ def test_the_csv_has_a_line_for_every_figure_in_full_precision(results):
                     same(line[name], end)
                 same(line["p_holm"], d.p)
             assert by_key[table.scene, method.method, "decision_ms"]["value"] == repr(method.decision_ms)
+            if method.wins is not None:
+                line = by_key[table.scene, method.method, "win_ratio"]
+                same(line["value"], method.wins.value)
+                same(line["p_holm"], method.wins.p)
+                assert [line[key] for key in ("wins", "losses", "ties")] == [
+                    str(num) for num in (method.wins.wins, method.wins.losses, method.wins.ties)
+                ]
             assert by_key[table.scene, method.method, "infeasible_share"]["value"] == repr(method.infeasible_share)
     assert {line["missing"] for line in lines if line["method"] == "mean"} == {"2"}
 
@@ -263,25 +286,36 @@ class Page(HTMLParser):
             self.cells[-1][1][-1][1] += data
 
 
+def in_order(printed, mark):
+    """What a page prints of a figure, with the mark at its end as in a terminal."""
+    return " ".join(printed.replace("−", "-").replace("*", "").split()) + " *" * mark
+
+
 def test_the_page_has_every_figure_printed_and_in_full_precision(results):
     cells = iter(cell for cell in Page(html(results)).cells if "data-figure" in cell[0])
-    order = [*RATES, "infeasible_share", "decision_ms", *FIGURES]
+    plain = ("infeasible_share", "decision_ms", "decision_p99_ms")
+    order = [*RATES, "win_ratio", *plain, *FIGURES]
     for table in results.tables:
         for method in table.rows:
             for figure in order:
                 attributes, parts = next(cells)
                 assert attributes["data-figure"] == figure
-                if figure not in method.figures:
-                    exact = method.infeasible_share if figure == "infeasible_share" else method.decision_ms
-                    assert float(attributes["data-value"]) == exact
+                if figure in plain:
+                    assert float(attributes["data-value"]) == getattr(method, figure)
+                    continue
+                if figure == "win_ratio":
+                    if method.wins is None:
+                        assert (attributes["data-value"], parts) == ("", [])
+                    else:
+                        printed = parts[0][1]
+                        check_ratio(in_order(printed, "*" in printed), method.wins, method.num)
                     continue
                 scale = 100.0 if figure in RATES else 1.0
                 d = method.differences.get(figure)
                 estimates = [method.figures[figure]] + ([d.estimate] if d else [])
                 for i, (e, (raw, printed)) in enumerate(zip(estimates, parts, strict=True)):
                     mark = bool(i) and "*" in printed
-                    plain = " ".join(printed.replace("−", "-").replace("*", "").split()) + " *" * mark
-                    check_printed(plain, e, d.p if d and i else None, method.num, scale)
+                    check_printed(in_order(printed, mark), e, d.p if d and i else None, method.num, scale)
                     assert raw["data-value"] == (repr(e.value) if isfinite(e.value) else "")
                     assert raw["data-low"] == ("" if e.interval is None else repr(e.interval[0]))
     assert next(cells, None) is None
@@ -310,7 +344,7 @@ def test_the_page_asks_for_nothing_and_runs_nothing_but_its_own(results, hostile
 def test_headings_have_words_units_and_the_name_that_an_option_takes(results):
     headings = [a for tag, a in Page(html(results)).tags if tag == "th" and a.get("scope") == "col"]
     titles = [a["title"] for a in headings if "title" in a]
-    for figure in (*RATES, "infeasible_share", "decision_ms", *FIGURES):
+    for figure in (*RATES, "win_ratio", "infeasible_share", "decision_ms", "decision_p99_ms", *FIGURES):
         assert [len(title) > len(figure) + 5 for title in titles if title.startswith(f"{figure}: ")] == [True] * 2, (
             figure
         )

@@ -15,7 +15,8 @@ from mjnav.study.store.store import Store
 from mjnav.study.study_file import StudyFile
 
 HEADS = ("", "n", "score", "success %", "collision %", "time [s]", "control cost", "values")
-OTHERS = ("after", "reference", "figure", "pool", "output", "require")  # options of tables that a ranking has not
+# options of tables that a ranking has not
+OTHERS = ("after", "reference", "figure", "pool", "pool_all", "rivals", "win_by", "ratios", "output", "require")
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
@@ -31,7 +32,7 @@ def check(arguments: argparse.Namespace) -> None:
     """Raises InputError for an option that does nothing beside --rank."""
     for name in OTHERS:
         if getattr(arguments, name):
-            option = "AFTER" if name == "after" else f"--{name}"
+            option = "AFTER" if name == "after" else f"--{name.replace('_', '-')}"
             raise InputError(f"{option} is for tables; --rank prints the settings of one study")
 
 

@@ -53,6 +53,24 @@ DERIVED: Mapping[str, Definition] = MappingProxyType(
             text="the robot touched a person, and it was its fault: robot_at_fault is above 0",
             type=TRUTH, better=LOWER, over_all=True, words="person hit by the robot's fault",
         ),
+        "collision_moving": Definition(
+            text="the robot touched a person while it moved: collisions_moving is above 0",
+            type=TRUTH, better=LOWER, over_all=True, words="person hit by the robot while moving",
+        ),
+        "collision_at_rest": Definition(
+            text="a person touched the robot while it stood: collisions_at_rest is above 0",
+            type=TRUTH, over_all=True, words="person walked into the robot at rest",
+        ),
+        "collision_thing": Definition(
+            text="the robot touched a table, a wall or a pillar",
+            type=TRUTH, better=LOWER, over_all=True, words="thing hit",
+        ),
+        "win_ratio": Definition(
+            text="pairs of the same seed in which the method did better than the reference, over those in which it did "
+            "worse: a contact is worst, then a goal not reached in time; of two successes the cost that --win-by names "
+            "decides, time_s by default",
+            better=HIGHER, null="no pair that the method lost", source="Pocock et al. (2012)",
+        ),
         "infeasible_share": Definition(
             text="share of all ticks at which nothing met the constraints: the sum of infeasible_ticks over the sum of "
             "ticks",
@@ -61,6 +79,11 @@ DERIVED: Mapping[str, Definition] = MappingProxyType(
         "decision_ms": Definition(
             text="wall time of a decision: median over episodes of compute_ms_control_p50",
             unit="ms", better=LOWER, words="time of a decision",
+        ),
+        "decision_p99_ms": Definition(
+            text="wall time that 99 % of an episode's decisions keep below: median over episodes of "
+            "compute_ms_control_p99",
+            unit="ms", better=LOWER, words="time of a decision, p99",
         ),
     }
 )  # fmt: skip

@@ -8,7 +8,7 @@ from typing import Any
 
 from mjnav.recording.export.csv_cells import neutral
 from mjnav.report.comparison.sight import of_table
-from mjnav.report.comparison.tidy import known, low_high
+from mjnav.report.comparison.tidy import known, low_high, wins_document
 from mjnav.study.compare.before_after import BETTER, OTHER, WORSE, BeforeAfter, CellChange
 
 HEADER = (
@@ -58,6 +58,7 @@ def document(found: BeforeAfter) -> dict[str, Any]:
                 "pairs": cell.pairs,
                 "identical": cell.identical,
                 "people_see_robot": of_table(cell.people),
+                "win_ratio": None if cell.after.wins is None else wins_document(cell.after.wins),
                 "seeds": [asdict(seed) for seed in cell.seeds],
                 "figures": _figures(cell),
             }

@@ -7,9 +7,10 @@ from html import escape
 from mjnav.printable import printable
 from mjnav.report.comparison.background import Background, parameters_html, worst_html
 from mjnav.report.comparison.forest import forest_svg, forests
-from mjnav.report.comparison.html_cell import html_cell
+from mjnav.report.comparison.html_cell import html_cell, wins_cell
 from mjnav.report.comparison.layouts import layouts
 from mjnav.report.comparison.notes import meaning, warnings
+from mjnav.report.comparison.rivals import ABOUT, shown_between, win_ratio_between
 from mjnav.report.comparison.shown import ShownTable, shown_table
 from mjnav.report.comparison.sight import sight
 from mjnav.report.figure_names import definition, figure_name
@@ -82,7 +83,29 @@ def _section(number: int, results: StudyComparison, table: Comparison, found: Ba
         f'<div class="charts">{charts}</div>'
         f'<div class="wide" tabindex="0" role="region" aria-label="{_text(_place(table))}"><table class="sorted">\n'
         f"<thead><tr>{_head(shown)}</tr></thead>\n<tbody>\n{body}\n</tbody></table></div>\n"
-        f"{worst_html(found, table) if found else ''}</section>"
+        f"{_rivals(table)}{worst_html(found, table) if found else ''}</section>"
+    )
+
+
+def _rivals(table: Comparison) -> str:
+    """The win ratio of every two methods, where they were asked for."""
+    if not table.rivals:
+        return ""
+    methods = [row.method for row in table.rows]
+    head = "".join(_heading(*one) for one in (("method", "", ""), *((f"against {one}", "", "") for one in methods)))
+    rows = "".join(
+        f'<tr><th scope="row">{_text(method)}</th>'
+        + "".join(
+            wins_cell(win_ratio_between(table, method, other), shown_between(table, method, other)) for other in methods
+        )
+        + "</tr>"
+        for method in methods
+    )
+    about = _text(f"{_place(table)}: {ABOUT}")
+    return (
+        f"<h3>{_text(ABOUT.capitalize())}</h3>"
+        f'<div class="wide" tabindex="0" role="region" aria-label="{about}"><table class="sorted">'
+        f"<thead><tr>{head}</tr></thead><tbody>{rows}</tbody></table></div>"
     )
 
 

@@ -3,10 +3,11 @@
 What is printed is rounded; `data-` attributes bear the values themselves.
 """
 
-from math import isfinite
+from math import inf, isfinite
 
-from mjnav.report.comparison.shown import Shown, ShownCell
+from mjnav.report.comparison.shown import Shown, ShownCell, of_wins
 from mjnav.study.compare.estimates import Estimate
+from mjnav.study.compare.wins import WinRatio
 
 
 def html_cell(cell: ShownCell) -> str:
@@ -17,9 +18,19 @@ def html_cell(cell: ShownCell) -> str:
     inner = f'<div data-n="{e.num}"{_data(e)}>{_numbers("strong", cell.own)}</div>'
     if below is not None and found is not None:
         kind = "difference marked" if below.marked else "difference"
-        data = f'data-pairs="{found.estimate.num}" data-p="{_raw(found.p)}"{_data(found.estimate)}'
+        e = found.ratio if cell.as_ratio and found.ratio is not None else found.estimate
+        data = f'data-pairs="{e.num}" data-p="{_raw(found.p)}"{_data(e)}'
         inner += f'<div class="{kind}" {data}>{_numbers("b", below)}</div>'
     return f'<td data-figure="{cell.figure}">{inner}</td>'
+
+
+def wins_cell(wins: WinRatio | None, shown: Shown) -> str:
+    """The table cell of a win ratio; empty of a method against itself."""
+    if wins is None:
+        return '<td data-value=""></td>'
+    kind = ' class="marked"' if shown.marked else ""
+    data = f'data-wins="{wins.wins}" data-losses="{wins.losses}" data-ties="{wins.ties}" data-p="{_raw(wins.p)}"'
+    return f"<td><div{kind} {data}{_data(of_wins(wins))}>{_numbers('strong', shown)}</div></td>"
 
 
 def _data(e: Estimate) -> str:
@@ -28,6 +39,8 @@ def _data(e: Estimate) -> str:
 
 
 def _raw(value: float | None) -> str:
+    if value == inf:
+        return "Infinity"
     return repr(value) if value is not None and isfinite(value) else ""
 
 

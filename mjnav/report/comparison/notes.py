@@ -15,21 +15,44 @@ def meaning(results: StudyComparison) -> list[str]:
     """What figures, intervals, differences and marks are."""
     of_all = [figure for figure in results.figures if over_all(figure) and not is_rate(figure)]
     of_all_text = f" ({', '.join(of_all)}: over all)" * bool(of_all)
-    pairs = [f"{results.scenes_per_table} scenes in one table: a pair is one scene and seed."]
+    pairs = _pairs(results.scenes_per_table, results.settings_per_table)
+    below = "ratios of means (×), of other figures differences," if results.ratios else "differences"
+    win_by = {table.win_by for table in results.tables if any(row.wins is not None for row in table.rows)}
     fault = "; fault % a person touched by the robot's fault" * (FAULT in results.figures)
     return [
         f"success % is the goal reached without contact, in time; collision % any contact{fault}; with Wilson 95 % "
         "intervals.",
         f"Other figures are means over the seeds that succeeded{of_all_text}, with 95 % bootstrap intervals "
         f"({RESAMPLES} resamples); in parentheses from how many seeds, where not from all n.",
-        "Signed figures are differences from the table's reference, over the seeds on which both succeeded "
+        f"Below them are {below} against the table's reference, over the seeds on which both succeeded "
         "(rates, and what is over all: over all common seeds), with paired bootstrap intervals.",
-        "* p < 0.05 by a sign-flip test on the pairs (rates: McNemar's), with Holm's correction over the methods of a "
-        "table, each figure by itself.",
-        "infeasible % is the share of all ticks at which nothing met the constraints; decision ms the median over "
-        "episodes of their median time of a decision.",
-        *(pairs if results.scenes_per_table > 1 else ()),
+        *(_win_ratio(by) for by in sorted(win_by)),
+        "* p < 0.05 by a sign-flip test on the pairs (rates: McNemar's; win ratios: binomial), with Holm's "
+        "correction over the methods of a table, each figure by itself.",
+        "infeasible % is the share of all ticks at which nothing met the constraints; decision ms and decision p99 ms "
+        "are medians over episodes of their median and 99th percentile of the wall time of a decision.",
+        *pairs,
     ]
+
+
+def _win_ratio(by: str) -> str:
+    return (
+        "win_ratio is the number of pairs in which a method did better than the other over those in which it did "
+        f"worse. A contact is worst, then a goal not reached in time; two successes are compared by {by}; what is "
+        "equal is a tie. Its interval is Wilson's of the share of wins among the pairs that are no ties."
+    )
+
+
+def _pairs(num_scenes: int, num_settings: int) -> Iterator[str]:
+    """What is pooled."""
+    if num_settings > 1:
+        yield (
+            f"{num_scenes} scenes and {num_settings} settings in one table: a pair is one scene, setting and seed. "
+            "Intervals and p-values are of layouts (in a scene that draws nothing, of seeds), each with its episodes "
+            "in all settings: means by drawing layouts, rates with Rao and Scott's design effect, tests by sign flips."
+        )
+    elif num_scenes > 1:
+        yield f"{num_scenes} scenes in one table: a pair is one scene and seed."
 
 
 def warnings(results: StudyComparison) -> list[str]:
@@ -64,9 +87,10 @@ def _failed(results: StudyComparison) -> Iterator[str]:
 
 
 def _care(results: StudyComparison) -> Iterator[str]:
-    fewest = min((row.num for table in results.tables for row in table.rows), default=0)
+    fewest = min((row.num_units for table in results.tables for row in table.rows), default=0)
+    what = "layouts" if results.settings_per_table > 1 else "seeds"
     if fewest < FEW_SEEDS:
-        yield f"The fewest seeds of a cell are {fewest}: bootstrap intervals of fewer than {FEW_SEEDS} are too narrow."
+        yield f"The fewest {what} of a cell are {fewest}: bootstrap intervals of fewer than {FEW_SEEDS} are too narrow."
     without = [f"{table.scene}, {table.setting}" for table in results.tables if not table.reference]
     if without:
         yield f"Without the reference, and so without differences: {_some(without)}."
@@ -74,6 +98,8 @@ def _care(results: StudyComparison) -> Iterator[str]:
         yield f"Rows of several revisions of mjnav: {_some(list(results.revisions))}."
     for inconsistency in results.inconsistencies:
         yield f"Not all rows were made alike: {printable(str(inconsistency))}."
+    if len(results.machines) > 1:
+        yield f"Times of decisions are wall clock of {len(results.machines)} machines, and do not compare between them."
     if results.others:
         yield f"Rows of other studies in the folder are left out: {_some(list(results.others))}."
 

@@ -1,6 +1,6 @@
 """Comparisons for a terminal: columns that do not fit side by side go below one another, under the same methods."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 from rich.cells import cell_len
@@ -11,6 +11,7 @@ from rich.text import Text
 from mjnav.printable import printable
 from mjnav.report.comparison.layouts import layouts
 from mjnav.report.comparison.notes import meaning, warnings
+from mjnav.report.comparison.rivals import ABOUT, shown_between
 from mjnav.report.comparison.shown import ShownCell, shown_table
 from mjnav.report.comparison.sight import sight
 from mjnav.study.compare.compare import Comparison
@@ -40,6 +41,9 @@ def write(results: StudyComparison, console: Console) -> None:
         about = "".join(f"; {printable(part)}" for part in known)
         console.print(Text(f"{printable(table.scene)}, {printable(table.setting)}", "bold").append(about, "not bold"))
         write_table(results, table, console)
+        if table.rivals:
+            console.print(f"\n{ABOUT}", style="bold")
+            _write_columns(*_rivals(table), console=console)
         console.print()
     for sentence in meaning(results):
         console.print(sentence, style="dim")
@@ -49,7 +53,10 @@ def write(results: StudyComparison, console: Console) -> None:
 
 def write_table(results: StudyComparison, table: Comparison, console: Console) -> None:
     """One table."""
-    label, *others = _columns(results, table)
+    _write_columns(*_columns(results, table), console=console)
+
+
+def _write_columns(label: _Printed, *others: _Printed, console: Console) -> None:
     for band in _bands(label, others, console.width):
         console.print(_table(label, band, console.width))
 
@@ -60,6 +67,14 @@ def _columns(results: StudyComparison, table: Comparison) -> Iterator[_Printed]:
     yield _Printed("n", tuple(Text(row.episodes) for row in shown.rows))
     for i, title in enumerate(shown.titles):
         yield _Printed(title, tuple(_text(row.cells[i]) for row in shown.rows))
+
+
+def _rivals(table: Comparison) -> Iterator[_Printed]:
+    methods = [row.method for row in table.rows]
+    yield _Printed("method", tuple(Text(printable(method)) for method in methods))
+    for other in methods:
+        cells = [shown_between(table, method, other) for method in methods]
+        yield _Printed(printable(other), tuple(Text(str(cell), "bold" if cell.marked else "") for cell in cells))
 
 
 def _text(cell: ShownCell) -> Text:
@@ -74,7 +89,7 @@ def _label_width(label: _Printed, width: int) -> int:
     return min(label.width, max(int(MAX_LABEL * width), len(label.title)))
 
 
-def _bands(label: _Printed, others: list[_Printed], width: int) -> Iterator[list[_Printed]]:
+def _bands(label: _Printed, others: Sequence[_Printed], width: int) -> Iterator[list[_Printed]]:
     """As many columns as fit beside the label, then the next."""
     band: list[_Printed] = []
     left = free = width - _label_width(label, width)

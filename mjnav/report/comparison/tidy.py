@@ -3,7 +3,7 @@
 import csv
 import io
 from collections.abc import Iterator
-from math import isfinite
+from math import isfinite, nan
 from typing import Any
 
 from mjnav.recording.export.csv_cells import neutral
@@ -12,12 +12,15 @@ from mjnav.report.figure_names import unit
 from mjnav.study.compare.compare import Comparison, MethodRow
 from mjnav.study.compare.estimates import Estimate
 from mjnav.study.compare.study_comparison import StudyComparison
+from mjnav.study.compare.wins import WinRatio
 
 HEADER = (
     *("scene", "setting", "method", "episodes", "failed", "missing"),
     *("figure", "value", "low", "high", "n"),
     *("reference", "difference", "diff_low", "diff_high", "pairs", "p_holm", "people_see_robot", "layouts", "unit"),
+    *("ratio", "ratio_low", "ratio_high", "wins", "losses", "ties", "win_share"),
 )
+RIVAL_WIN_RATIO = "rival_win_ratio"  # the figure of lines of two methods, whose Holm correction is over all such pairs
 
 
 def csv_text(results: StudyComparison) -> str:
@@ -44,9 +47,25 @@ def _lines(results: StudyComparison, table: Comparison, row: MethodRow) -> Itera
             low, high = found.estimate.interval or (None, None)
             line |= {"reference": table.reference, "difference": known(found.estimate.value)}
             line |= {"diff_low": low, "diff_high": high, "pairs": found.estimate.num, "p_holm": found.p}
+            if found.ratio is not None:
+                ratio = _estimate(found.ratio)
+                line |= {"ratio": ratio["value"], "ratio_low": ratio["low"], "ratio_high": ratio["high"]}
         yield line
-    for figure, value in (("infeasible_share", row.infeasible_share), ("decision_ms", row.decision_ms)):
-        yield {**place, "figure": figure, "value": known(value), "unit": unit(figure)}
+    for figure in ("infeasible_share", "decision_ms", "decision_p99_ms"):
+        yield {**place, "figure": figure, "value": known(getattr(row, figure)), "unit": unit(figure)}
+    if row.wins is not None:
+        yield {**place, "figure": "win_ratio", "reference": table.reference, **_wins_cells(row.wins)}
+    for rivals in table.rivals:
+        if row.method in (rivals.method, rivals.other):
+            first = row.method == rivals.method
+            line = {**place, "figure": RIVAL_WIN_RATIO, "reference": rivals.other if first else rivals.method}
+            yield line | _wins_cells(rivals.ratio if first else rivals.ratio.inverse)
+
+
+def _wins_cells(wins: WinRatio) -> dict[str, Any]:
+    found = wins_document(wins)
+    keys = ("value", "low", "high", "pairs", "p_holm", "wins", "losses", "ties", "win_share")
+    return {key: found[key] for key in keys}
 
 
 def document(results: StudyComparison) -> dict[str, Any]:
@@ -70,7 +89,12 @@ def document(results: StudyComparison) -> dict[str, Any]:
                 "reference": table.reference or None,
                 "people_see_robot": of_table(table.people),
                 "layouts": table.num_layouts,
+                "win_by": table.win_by,
                 "methods": [_method(results, table, row) for row in table.rows],
+                "rivals": [
+                    {"method": one.method, "other": one.other, "win_ratio": wins_document(one.ratio)}
+                    for one in table.rivals
+                ],
             }
             for table in results.tables
         ],
@@ -80,7 +104,7 @@ def document(results: StudyComparison) -> dict[str, Any]:
 def _method(results: StudyComparison, table: Comparison, row: MethodRow) -> dict[str, Any]:
     figures: dict[str, Any] = {}
     for figure, e in row.figures.items():
-        figures[figure] = {**_estimate(e), "n": e.num, "difference": None}
+        figures[figure] = {**_estimate(e), "n": e.num, "difference": None, "ratio": None}
         if figure in row.differences:
             found = row.differences[figure]
             figures[figure]["difference"] = {
@@ -88,15 +112,36 @@ def _method(results: StudyComparison, table: Comparison, row: MethodRow) -> dict
                 "pairs": found.estimate.num,
                 "p_holm": found.p,
             }
+            if found.ratio is not None:
+                figures[figure]["ratio"] = {**_estimate(found.ratio), "pairs": found.ratio.num}
     return {
         "method": row.method,
         "episodes": row.num,
         "failed": row.num_failed,
         "layouts": row.num_layouts,
+        "units": row.num_units,
         "missing": _missing(results, table, row),
         "figures": figures,
         "infeasible_share": known(row.infeasible_share),
         "decision_ms": known(row.decision_ms),
+        "decision_p99_ms": known(row.decision_p99_ms),
+        "win_ratio": None if row.wins is None else wins_document(row.wins),
+    }
+
+
+def wins_document(wins: WinRatio) -> dict[str, Any]:
+    """A win ratio with its counts; what is infinite is None."""
+    low, high = wins.interval or (nan, nan)
+    return {
+        "value": known(wins.value),
+        "low": known(low),
+        "high": known(high),
+        "win_share": known(wins.share),
+        "wins": wins.wins,
+        "losses": wins.losses,
+        "ties": wins.ties,
+        "pairs": wins.pairs,
+        "p_holm": wins.p,
     }
 
 

@@ -15,12 +15,21 @@ from numpy.typing import NDArray
 from mjnav.errors import InputError
 from mjnav.metrics.intervals import holm
 from mjnav.study.compare.cell_rows import CellRows, cell_rows
-from mjnav.study.compare.chosen_figures import DEFAULT_FIGURES, PEOPLE, RATES, check_figures, columns_for, expanded
+from mjnav.study.compare.chosen_figures import (
+    DEFAULT_FIGURES,
+    PEOPLE,
+    RATES,
+    WIN_BY,
+    check_figures,
+    columns_for,
+    expanded,
+)
 from mjnav.study.compare.compare import MethodRow, compare
 from mjnav.study.compare.estimates import common
 from mjnav.study.compare.result_tables import html_table, percent
 from mjnav.study.compare.study_comparison import DECISION, NEEDED, check_distinct
 from mjnav.study.compare.what_changed import CellPlace, KeyChange, what_changed
+from mjnav.study.compare.wins import corrected
 from mjnav.study.store.own_figures import check_own
 from mjnav.study.store.row import PLACE_IN_STUDY
 from mjnav.study.store.store import Store
@@ -136,7 +145,9 @@ class _Side:
 def _read(store: Store, figures: Sequence[str]) -> _Side:
     labels = ("scene", "setting", "method", "seed")
     numbers = [
-        name for name in dict.fromkeys((*NEEDED, PEOPLE, DECISION, *columns_for(figures))) if name not in PLACE_IN_STUDY
+        name
+        for name in dict.fromkeys((*NEEDED, PEOPLE, *DECISION, WIN_BY, *columns_for(figures)))
+        if name not in PLACE_IN_STUDY
     ]
     table = store.rows([*labels, *numbers, *_TEXTS])
     rows = cell_rows(table.select([*labels, *numbers]))
@@ -180,7 +191,8 @@ def _change(was: _Side, now: _Side, place: CellPlace, figures: Sequence[str]) ->
 
 
 def _subset(cell: CellRows, places: NDArray[np.intp]) -> CellRows:
-    return replace(cell, columns={name: column[places] for name, column in cell.columns.items()})
+    columns = {name: column[places] for name, column in cell.columns.items()}
+    return replace(cell, columns=columns, layout_by_row=(), units=cell.units_of(places))
 
 
 def _outcome(success: float, texts: tuple[str | None, ...]) -> str:
@@ -197,7 +209,11 @@ def _corrected(cells: Sequence[CellChange], figures: Sequence[str]) -> list[Cell
         known = [(own, p) for own in found if (p := own[figure].p) is not None]
         for (own, _), p in zip(known, holm([p for _, p in known]), strict=True):
             own[figure] = replace(own[figure], p=p)
-    return [replace(cell, after=replace(cell.after, differences=own)) for cell, own in zip(cells, found, strict=True)]
+    wins = iter(corrected([cell.after.wins for cell in cells if cell.after.wins is not None]))
+    return [
+        replace(cell, after=replace(cell.after, differences=own, wins=next(wins) if cell.after.wins else None))
+        for cell, own in zip(cells, found, strict=True)
+    ]
 
 
 def _nothing_common(before: Store, after: Store, places: Sequence[CellPlace], was: _Side, now: _Side) -> str:

@@ -4,14 +4,16 @@ from collections.abc import Iterable, Mapping
 
 from mjnav.errors import unknown_name
 from mjnav.study.compare.before_after import BETTER, OTHER, WORSE, BeforeAfter
-from mjnav.study.compare.chosen_figures import numbers
+from mjnav.study.compare.chosen_figures import is_cost, numbers
 from mjnav.study.compare.compare import MethodRow
 from mjnav.study.compare.study_comparison import CellPlace, StudyComparison
 from mjnav.study.requirements import OPTION, Requirement
 from mjnav.study.store.own_figures import is_own
 
 COUNTS = ("episodes", "failed", "missing")
-PLAIN = ("infeasible_share", "decision_ms")
+PLAIN = ("infeasible_share", "decision_ms", "decision_p99_ms")
+WIN_SHARE = "win_share"  # of the pairs that are no ties, against the reference
+RATIO = "_ratio"  # end of the name of a ratio of costs to the reference: time_s_ratio
 PAIRS = ("pairs", "identical", BETTER, WORSE, OTHER)
 CHANGE = "_change"  # end of the name of a paired difference: success_change
 
@@ -24,10 +26,11 @@ def figures_for(required: Iterable[Requirement], *, after: bool = False) -> list
     Raises InvalidValue for a figure that such a table cannot have.
     """
     known = numbers()
-    others = [*PLAIN, *(PAIRS if after else COUNTS)]
+    others = [*PLAIN, WIN_SHARE, *(PAIRS if after else COUNTS)]
+    end = CHANGE if after else RATIO
     found = []
     for requirement in required:
-        name = requirement.figure.removesuffix(CHANGE) if after else requirement.figure
+        name = requirement.figure if requirement.figure in known else requirement.figure.removesuffix(end)
         if name not in known and requirement.figure not in others and not is_own(name):
             raise unknown_name(OPTION, requirement.figure, (*known, *others))
         if name in known or is_own(name):
@@ -38,7 +41,9 @@ def figures_for(required: Iterable[Requirement], *, after: bool = False) -> list
 def of_study(results: StudyComparison) -> Cells:
     """The point estimates of every cell, and how many episodes it has."""
     return {
-        place: _figures(row) | {"episodes": row.num, "failed": row.num_failed, "missing": results.missing.get(place, 0)}
+        place: _figures(row)
+        | _ratios(row)
+        | {"episodes": row.num, "failed": row.num_failed, "missing": results.missing.get(place, 0)}
         for table in results.tables
         for row in table.rows
         for place in [(table.scene, table.setting, row.method)]
@@ -58,4 +63,14 @@ def of_before_after(found: BeforeAfter) -> Cells:
 
 def _figures(row: MethodRow) -> dict[str, object]:
     own: dict[str, object] = {name: estimate.value for name, estimate in row.figures.items()}
-    return own | {"infeasible_share": row.infeasible_share, "decision_ms": row.decision_ms}
+    own |= {name: getattr(row, name) for name in PLAIN}
+    return own | {WIN_SHARE: None if row.wins is None else row.wins.share}
+
+
+def _ratios(row: MethodRow) -> dict[str, object]:
+    """Of every cost the ratio to the reference's; None where it is undefined."""
+    found: dict[str, object] = {}
+    for name in filter(is_cost, row.figures):
+        ratio = row.differences[name].ratio if name in row.differences else None
+        found[f"{name}{RATIO}"] = None if ratio is None else ratio.value
+    return found

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mjnav.messages import Array
-from mjnav.study.compare.chosen_figures import COLLISIONS, FAULT, LAYOUT, PEOPLE, over_all
+from mjnav.study.compare.chosen_figures import COLLISIONS, HAPPENED, LAYOUT, PEOPLE, over_all
 from mjnav.study.store.own_figures import COLUMN as OWN_COLUMN
 from mjnav.study.store.own_figures import own_columns
 from mjnav.study.store.row import COLUMNS, STRING
@@ -29,6 +29,10 @@ class CellRows:
     columns: Mapping[str, Array]
     people: tuple[str, ...] = ()  # the values of `PEOPLE`, each once; none where they are not known or nobody is there
     layouts: tuple[str, ...] = ()  # the values of `LAYOUT`, each once; none of a scene that draws nothing
+    layout_by_row: tuple[str | None, ...] = ()  # the same row by row; () where it is not known
+    units: NDArray[np.intp] | None = (
+        None  # (n,) whole numbers: rows of one unit of evidence share one; None: each is its own
+    )
 
     @property
     def seeds(self) -> Array:
@@ -45,13 +49,17 @@ class CellRows:
         """Which episodes have no result, (n,)."""
         return np.isnan(self.columns["success"])
 
+    def units_of(self, places: NDArray[np.intp]) -> NDArray[np.intp] | None:
+        """The units of some rows."""
+        return None if self.units is None else self.units[places]
+
     def values(self, figure: str) -> Array:
         """A figure by seed, (n,); NaN where the seed does not count."""
         if figure == "collision":
             return self.collided
-        if figure == FAULT:
-            hits = self.columns["robot_at_fault"]
-            return np.where(np.isnan(hits), np.nan, hits > 0)
+        if figure in HAPPENED:
+            counts = sum(self.columns[name] for name in HAPPENED[figure])
+            return np.where(np.isnan(counts), np.nan, counts > 0)
         values = self.columns[figure]
         if over_all(figure):
             return values
@@ -78,19 +86,23 @@ def cell_rows(table: "pyarrow.Table", methods: Sequence[str] = ()) -> list[CellR
         known = [i for i, label in enumerate(methods) if method == label or method.startswith(f"{label} ")]
         return natural(scene), natural(setting), max(known, key=lambda i: len(methods[i]), default=0), natural(method)
 
-    def texts(column: str, places: Sequence[int]) -> tuple[str, ...]:
-        values = table[column].take(places).to_pylist() if column in table.column_names else ()
-        return tuple(sorted({value for value in values if value is not None}))
+    def texts(column: str, places: Sequence[int]) -> tuple[str | None, ...]:
+        return tuple(table[column].take(places).to_pylist()) if column in table.column_names else ()
 
     return [
         CellRows(
             *label,
             {name: column[places[label]] for name, column in columns.items()},
-            texts(PEOPLE, places[label]),
-            texts(LAYOUT, places[label]),
+            people=_each_once(texts(PEOPLE, places[label])),
+            layouts=_each_once(layouts := texts(LAYOUT, places[label])),
+            layout_by_row=layouts,
         )
         for label in sorted(places, key=order)
     ]
+
+
+def _each_once(values: Sequence[str | None]) -> tuple[str, ...]:
+    return tuple(sorted({value for value in values if value is not None}))
 
 
 def natural(text: str) -> list[tuple[float, str]]:

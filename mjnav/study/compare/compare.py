@@ -3,7 +3,7 @@
 Rates have Wilson intervals. Means are over the seeds that succeeded, or over all where `metrics.definitions` says so,
 with bootstrap intervals. Differences are means over the seeds of both methods that count, with paired bootstrap
 intervals. Their p-values come from sign-flip tests (rates: McNemar's) with Holm's correction over the methods compared
-with one reference.
+with one reference. Win ratios are those of `wins`.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -16,8 +16,9 @@ from mjnav.errors import unknown_name
 from mjnav.messages import Array
 from mjnav.metrics.intervals import holm
 from mjnav.study.compare.cell_rows import CellRows
-from mjnav.study.compare.chosen_figures import DEFAULT_FIGURES, RATES, check_figures
+from mjnav.study.compare.chosen_figures import DEFAULT_FIGURES, RATES, WIN_BY, check_figures, check_win_by
 from mjnav.study.compare.estimates import Difference, Estimate, differences, estimates
+from mjnav.study.compare.wins import Rivals, WinRatio, all_rivals, win_ratios
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,10 +29,13 @@ class MethodRow:
     num: int  # episodes
     num_failed: int  # of them, those without a result
     num_layouts: int  # of those with a result: one of a scene that draws nothing
+    num_units: int  # of evidence: episodes, or where several are of one layout, layouts
     figures: Mapping[str, Estimate]  # RATES and those asked for
     differences: Mapping[str, Difference]  # the same; empty for the reference itself
     infeasible_share: float  # of all ticks
     decision_ms: float  # median over episodes of their median
+    decision_p99_ms: float  # and of their 99th percentile
+    wins: WinRatio | None = None  # against the reference; None of the reference itself and without one
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,16 +48,24 @@ class Comparison:
     rows: tuple[MethodRow, ...]
     people: tuple[str, ...] = ()  # how many people see the robot: the values of `PEOPLE`, each once
     num_layouts: int = 1  # that its episodes have, all methods together: one of a scene that draws nothing
+    win_by: str = WIN_BY  # the cost that decides between two successes
+    rivals: tuple[Rivals, ...] = ()  # every two methods, where they were asked for
 
 
 def compare(
-    cells: Sequence[CellRows], *, reference: str | None = None, figures: Sequence[str] = DEFAULT_FIGURES
+    cells: Sequence[CellRows],
+    *,
+    reference: str | None = None,
+    figures: Sequence[str] = DEFAULT_FIGURES,
+    win_by: str = WIN_BY,
+    rivals: bool = False,
 ) -> Iterator[Comparison]:
-    """One table for every scene and setting, in the order of `cells`.
+    """One table for every scene and setting, in the order of `cells`; with `rivals` also every two methods' win ratio.
 
     `reference` is a method's label, by default the first. Raises InvalidValue for an unknown method or figure.
     """
     check_figures(figures)
+    check_win_by(win_by)
     known = {cell.method for cell in cells}
     if reference is not None and reference not in known:
         raise unknown_name("reference", reference, known)
@@ -64,7 +76,8 @@ def compare(
         base = next((cell for cell in of_table if cell.method == reference), None)
         if base is None and reference is None:
             base = of_table[0]
-        yield _comparison(scene, setting, of_table, base, (*RATES, *figures))
+        found = _comparison(scene, setting, of_table, base, (*RATES, *figures), win_by)
+        yield replace(found, rivals=all_rivals(of_table, win_by)) if rivals else found
 
 
 def _comparison(
@@ -73,12 +86,16 @@ def _comparison(
     cells: Sequence[CellRows],
     base: CellRows | None,
     figures: Sequence[str],
+    win_by: str,
 ) -> Comparison:
     others = [cell for cell in cells if base is not None and cell is not base]
     by_method: dict[str, dict[str, Difference]] = {}
+    wins: dict[str, WinRatio] = {}
     if base is not None:
         of_others = differences(others, base, figures)
         by_method = {cell.method: own for cell, own in zip(others, of_others, strict=True)}
+        ratios = win_ratios(others, base, win_by)
+        wins = {cell.method: ratio for cell, ratio in zip(others, ratios, strict=True)}
     for figure in figures:
         known = {method: p for method, d in by_method.items() if (p := d[figure].p) is not None}
         for method, p in zip(known, holm(list(known.values())), strict=True):
@@ -89,16 +106,19 @@ def _comparison(
             num=len(cell.seeds),
             num_failed=int(cell.failed.sum()),
             num_layouts=max(len(cell.layouts), 1),
+            num_units=len(cell.seeds if cell.units is None else np.unique(cell.units)),
             figures=own,
             differences=by_method.get(cell.method, {}),
             infeasible_share=_ratio(cell.columns["infeasible_ticks"], cell.columns["ticks"]),
             decision_ms=_median(cell.columns["compute_ms_control_p50"]),
+            decision_p99_ms=_median(cell.columns["compute_ms_control_p99"]),
+            wins=wins.get(cell.method),
         )
         for cell, own in zip(cells, estimates(cells, figures), strict=True)
     ]
     people = tuple(sorted({value for cell in cells for value in cell.people}))
     num_layouts = max(len({value for cell in cells for value in cell.layouts}), 1)
-    return Comparison(scene, setting, base.method if base is not None else "", tuple(rows), people, num_layouts)
+    return Comparison(scene, setting, base.method if base is not None else "", tuple(rows), people, num_layouts, win_by)
 
 
 def _ratio(part: Array, whole: Array) -> float:

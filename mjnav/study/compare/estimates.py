@@ -1,4 +1,8 @@
-"""Rates and means of cells with their intervals, and paired differences of two cells."""
+"""Rates and means of cells with their intervals, and paired differences of two cells.
+
+What is drawn with replacement, and whose signs are flipped, are the units of evidence: the rows, or the layouts where
+`CellRows.units` says that several rows are of one.
+"""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -10,10 +14,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mjnav.messages import Array
-from mjnav.metrics.intervals import Interval, SharedBootstrap, mcnemar, wilson
+from mjnav.metrics.intervals import Interval, SharedBootstrap, clustered_wilson, mcnemar, wilson
 from mjnav.rng import stream
 from mjnav.study.compare.cell_rows import CellRows
-from mjnav.study.compare.chosen_figures import is_rate
+from mjnav.study.compare.chosen_figures import is_cost, is_rate
 
 RESAMPLES = 5_000
 
@@ -33,6 +37,7 @@ class Difference:
 
     estimate: Estimate
     p: float | None
+    ratio: Estimate | None = None  # of a cost: mean of the method over mean of the reference, over the same pairs
 
 
 @lru_cache(8)
@@ -48,16 +53,19 @@ def estimate(cell: CellRows, figure: str) -> Estimate:
 
 def estimates(cells: Sequence[CellRows], figures: Sequence[str]) -> list[dict[str, Estimate]]:
     """Rates and means of every cell."""
-    means = [cell.values(figure) for cell in cells for figure in figures if not is_rate(figure)]
-    intervals = iter(_by_length(means, lambda num: bootstrap(num).intervals))
+    means = [by_unit(cell.values(figure), cell.units) for cell in cells for figure in figures if not is_rate(figure)]
+    intervals = iter(_by_length(means, _ratios))
 
-    def one(values: Array, figure: str) -> Estimate:
-        if not is_rate(figure):
-            return _estimate(values, next(intervals))
-        known = values[np.isfinite(values)]
-        return _estimate(values, wilson(int(known.sum()), known.size))
+    def one(cell: CellRows, figure: str) -> Estimate:
+        values = cell.values(figure)
+        return _estimate(values, _of_rate(values, cell.units) if is_rate(figure) else next(intervals))
 
-    return [{figure: one(cell.values(figure), figure) for figure in figures} for cell in cells]
+    return [{figure: one(cell, figure) for figure in figures} for cell in cells]
+
+
+def _of_rate(values: Array, units: NDArray[np.intp] | None) -> Interval:
+    known = values[np.isfinite(values)]
+    return wilson(int(known.sum()), known.size) if units is None else clustered_wilson(*by_unit(values, units))
 
 
 def difference(cell: CellRows, base: CellRows, figure: str) -> Difference:
@@ -79,33 +87,72 @@ def common(cell: CellRows, base: CellRows) -> tuple[NDArray[np.intp], NDArray[np
     return here, there
 
 
+def by_unit(values: Array, units: NDArray[np.intp] | None) -> Array:
+    """Of values (n,) the sums of those that are known, and how many these are, by unit, (2, m)."""
+    known = np.isfinite(values)
+    kept = np.where(known, values, 0.0)
+    if units is None:
+        return np.stack([kept, known.astype(float)])
+    _, place = np.unique(units, return_inverse=True)
+    return np.stack([np.bincount(place, kept), np.bincount(place, known)]).astype(float)
+
+
 def differences(cells: Sequence[CellRows], base: CellRows, figures: Sequence[str]) -> list[dict[str, Difference]]:
     """cell - base for every cell over the common seeds, the p-values without correction."""
-    changes: list[Array] = []
+    changes: list[Array] = []  # of every cell, of every figure
+    sums: list[Array] = []
+    costs: list[Array] = []
     for cell in cells:
         here, there = common(cell, base)
-        changes += [cell.values(figure)[here] - base.values(figure)[there] for figure in figures]
-    intervals = iter(_by_length(changes, lambda num: bootstrap(num).intervals))
-    flipped = iter(_by_length(changes, lambda num: bootstrap(num).p_values))
-    following = iter(changes)
+        units = cell.units_of(here)
+        for figure in figures:
+            own, others = cell.values(figure)[here], base.values(figure)[there]
+            changes.append(own - others)
+            sums.append(by_unit(changes[-1], units))
+            costs.append(_costs(own, others, units) if is_cost(figure) else np.empty((2, 0)))
+    intervals = iter(_by_length(sums, _ratios))
+    flipped = iter(_by_length(sums, _p_values))
+    quotients = iter(_by_length(costs, _ratios))
+    following = iter(zip(changes, costs, strict=True))
 
-    def one(change: Array, figure: str) -> Difference:
-        p = next(flipped)
-        if is_rate(figure) and p is not None:
+    def one(cell: CellRows, figure: str) -> Difference:
+        change, cost = next(following)
+        p, quotient = next(flipped), next(quotients)
+        if is_rate(figure) and p is not None and cell.units is None:
             p = mcnemar(int((change > 0).sum()), int((change < 0).sum()))
-        return Difference(_estimate(change, next(intervals)), p)
+        estimate = _estimate(change, next(intervals))
+        ratio = Estimate(float(np.divide(*cost.sum(axis=1))), quotient, estimate.num) if cost.size else None
+        return Difference(estimate, p, ratio)
 
-    return [{figure: one(next(following), figure) for figure in figures} for _ in cells]
+    return [{figure: one(cell, figure) for figure in figures} for cell in cells]
+
+
+def _costs(own: Array, others: Array, units: NDArray[np.intp] | None) -> Array:
+    """The sums of two methods' costs over their pairs by unit, (2, m); none, (2, 0), where a ratio is undefined."""
+    both = np.isfinite(own - others)
+    if not both.any() or (own[both] < 0.0).any() or (others[both] <= 0.0).any():
+        return np.empty((2, 0))
+    return np.stack([by_unit(np.where(both, values, np.nan), units)[0] for values in (own, others)])
+
+
+def _ratios(num: int) -> Callable[[Array], list[Interval]]:
+    """The intervals of sums over sums (F, 2, num)."""
+    return lambda rows: bootstrap(num).ratios(rows[:, 0], rows[:, 1])
+
+
+def _p_values(num: int) -> Callable[[Array], list[float | None]]:
+    """The p-values of sums and counts (F, 2, num)."""
+    return lambda rows: bootstrap(num).p_values(np.where(rows[:, 1] > 0, rows[:, 0], np.nan))
 
 
 def _by_length(rows: Sequence[Array], function_for: Callable[[int], Callable[[Array], list[Any]]]) -> list[Any]:
-    """An answer for every row, computed for all rows of one length (F, n) together; None for an empty row.
+    """An answer for every row (2, m), computed for all rows of one length together; None for an empty row.
 
-    `function_for(n)` is the function that computes them.
+    `function_for(m)` is the function that computes them.
     """
     answers: list[Any] = [None] * len(rows)
-    for num in {len(row) for row in rows} - {0}:
-        places = [i for i, row in enumerate(rows) if len(row) == num]
+    for num in {row.shape[1] for row in rows} - {0}:
+        places = [i for i, row in enumerate(rows) if row.shape[1] == num]
         for place, answer in zip(places, function_for(num)(np.array([rows[i] for i in places])), strict=True):
             answers[place] = answer
     return answers

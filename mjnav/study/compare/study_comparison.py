@@ -15,7 +15,9 @@ from mjnav.study.compare.chosen_figures import (
     DEFAULT_FIGURES,
     LAYOUT,
     PEOPLE,
+    WIN_BY,
     check_figures,
+    check_win_by,
     columns_for,
     expanded,
 )
@@ -31,7 +33,8 @@ if TYPE_CHECKING:
     import pyarrow
 
 NEEDED = ("study", "scene", "setting", "method", "seed", "success", *COLLISIONS, "ticks", "infeasible_ticks")
-DECISION = "compute_ms_control_p50"
+DECISION = ("compute_ms_control_p50", "compute_ms_control_p99")
+TEXTS = ("error", "revision", "machine")
 
 CellPlace = tuple[str, str, str]  # scene, setting and method
 
@@ -52,6 +55,9 @@ class StudyComparison:
     others: tuple[str, ...]  # studies whose rows are left out
     inconsistencies: tuple[Inconsistency, ...]  # differences in programs, processors and a cell's scenario
     scenes_per_table: int = 1  # all of the study's, where they are pooled
+    settings_per_table: int = 1  # and the same
+    machines: tuple[str, ...] = ()  # that ran the episodes
+    ratios: bool = False  # whether tables show ratios of costs to the reference's in place of differences
 
     @property
     def num_episodes(self) -> int:
@@ -84,39 +90,44 @@ def compare_study(
     reference: str | None = None,
     figures: Sequence[str],
     pool: bool = False,
+    pool_all: bool = False,
+    win_by: str = WIN_BY,
+    rivals: bool = False,
+    ratios: bool = False,
     progress: Callable[[int, int], None] = lambda done, total: None,
 ) -> StudyComparison:
     """The study's rows in a store as tables; the rates are always among the figures.
 
-    With `pool`, one table for each setting has the episodes of all scenes.
+    With `pool`, one table for each setting has the episodes of all scenes; with `pool_all`, one table has all episodes.
+    `win_by` is the cost that decides between two successes; with `rivals`, every two methods are compared so.
 
     `progress` gets the number of tables that are done and of all. Raises InputError where there are no rows or rows of
     several studies, InvalidValue for an unknown figure or reference, MjnavError for a damaged store.
     """
     asked = expanded(figures)
     check_figures(asked)
+    check_win_by(win_by)
     if not store.has_rows():
         raise InputError(f"{store.folder}: no results of a sweep")
-    table = store.rows(
-        list(dict.fromkeys((*NEEDED, PEOPLE, LAYOUT, DECISION, "error", "revision", *columns_for(asked))))
-    )
+    table = store.rows(list(dict.fromkeys((*NEEDED, PEOPLE, LAYOUT, *DECISION, win_by, *TEXTS, *columns_for(asked)))))
     table, name, others = _of_study(table, study, store)
-    cells = cell_rows(table.drop_columns(["error"]), [method.label for method in study.methods] if study else ())
+    cells = cell_rows(table.drop_columns(list(TEXTS)), [method.label for method in study.methods] if study else ())
     check_distinct(cells, store)
     check_own(asked, cells[0].columns)
     figures = _defined(asked, figures, cells)
     wanted = np.array(study.all_seeds if study else [])
     missing = Counter({(c.scene, c.setting, c.method): len(np.setdiff1d(wanted, c.seeds)) for c in cells})
     absent = tuple(place for place in _cells_of(study, cells) if place not in missing)
-    num_scenes = len({cell.scene for cell in cells}) if pool else 1
-    if pool:
-        cells = pooled(cells)
-        missing, of_scenes = Counter(), missing
-        for (_, setting, method), lack in of_scenes.items():
-            missing[cells[0].scene, setting, method] += lack
+    num_scenes = len({cell.scene for cell in cells}) if pool or pool_all else 1
+    num_settings = len({cell.setting for cell in cells}) if pool_all else 1
+    if pool or pool_all:
+        cells = pooled(cells, settings=pool_all)
+        missing, of_cells = Counter(), missing
+        for (_, setting, method), lack in of_cells.items():
+            missing[cells[0].scene, cells[0].setting if pool_all else setting, method] += lack
     places = list(dict.fromkeys((cell.scene, cell.setting) for cell in cells))
     tables = []
-    for comparison in compare(cells, reference=reference, figures=figures):
+    for comparison in compare(cells, reference=reference, figures=figures, win_by=win_by, rivals=rivals):
         tables.append(comparison)
         progress(len(tables), len(places))
     return StudyComparison(
@@ -132,6 +143,9 @@ def compare_study(
         others=others,
         inconsistencies=inconsistencies(store, name),
         scenes_per_table=num_scenes,
+        settings_per_table=num_settings,
+        machines=tuple(sorted(table["machine"].unique().to_pylist())),
+        ratios=ratios,
     )
 
 

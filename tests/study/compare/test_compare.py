@@ -42,6 +42,22 @@ def test_differences_are_of_common_successes_and_clearances_of_all():
     assert second.decision_ms == pytest.approx(np.median([3.0, 9.0, 3.5, 100.0]))
 
 
+def test_a_ratio_is_of_the_means_over_common_successes():
+    a = [row("a", 0, 1.0), row("a", 1, 4.0), row("a", 2, 50.0, hit=True)]
+    b = [row("b", 0, 0.5), row("b", 1, 3.0), row("b", 2, 5.0), row("b", 3, 7.0)]
+    (found,) = compared([*a, *b])
+    ratio = found.rows[1].differences["control_cost"].ratio
+    assert (ratio.value, ratio.num) == (pytest.approx(3.5 / 5.0), 2)
+    assert ratio.interval == pytest.approx((0.5, 0.75))  # of either pair alone
+    assert found.rows[1].differences["min_clearance_m"].ratio is None  # of which more is better
+    assert found.rows[1].differences["success"].ratio is None
+
+
+def test_a_cost_of_nothing_has_no_ratio():
+    (found,) = compared([row("a", 0, 0.0), row("a", 1, 1.0), row("b", 0, 1.0), row("b", 1, 1.0)])
+    assert found.rows[1].differences["control_cost"].ratio is None
+
+
 def test_an_episode_without_a_result_counts_as_failed_and_in_nothing_else():
     rows = [row("a", seed, 1.0) for seed in range(3)]
     rows += [row("b", 0, 2.0), row("b", 1, 0.0, error="it broke"), row("b", 2, 2.0)]

@@ -1,5 +1,6 @@
 """What a folder of results says of a study: which rows are its, what is missing, what went wrong."""
 
+import numpy as np
 import pytest
 
 from mjnav.errors import InputError, InvalidValue
@@ -153,4 +154,49 @@ def test_pooled_scenes_pair_within_a_scene_and_count_every_layout(store, study):
     assert (of_pairs.value, of_pairs.num) == (pytest.approx((0.5 + 0.5 + 3.0 + 4.0) / 4.0), 4)
     place = ("2 scenes", "noise.profile=pearson")
     assert {key: num for key, num in found.missing.items() if num} == {(*place, "rkhs weight=1"): 2}
+    assert found.num_missing == read(store, study).num_missing
+
+
+def test_settings_that_repeat_each_other_make_nothing_surer(store):
+    rng = np.random.default_rng(0)
+    of = {method: rng.gamma(4.0, size=30) for method in "ab"}
+    for setting in ("one", "two"):
+        store.append(
+            [
+                row(method, seed, float(cost), hit=seed % 7 == 0 and method == "a", setting=setting)
+                for method, costs in of.items()
+                for seed, cost in enumerate(costs)
+            ]
+        )
+    one, two = read(store).tables
+    (both,) = read(store, pool_all=True).tables
+    assert (both.scene, both.setting) == ("s", "2 settings")
+    for alone, twice in zip(one.rows, both.rows, strict=True):
+        assert (twice.num, twice.num_units) == (2 * alone.num, alone.num_units)
+        for figure, estimate in alone.figures.items():
+            assert twice.figures[figure].value == pytest.approx(estimate.value)
+            assert twice.figures[figure].interval == pytest.approx(estimate.interval, rel=1e-5)
+    alone, twice = one.rows[1], both.rows[1]
+    for figure, change in alone.differences.items():
+        again = twice.differences[figure]
+        assert again.estimate.interval == pytest.approx(change.estimate.interval, rel=1e-5)
+        assert again.p == pytest.approx(change.p, abs=0.03)
+    assert twice.wins.interval == pytest.approx(alone.wins.interval)
+    assert two.rows[1].wins == alone.wins
+
+
+def test_a_layout_of_several_seeds_is_one_unit_and_a_failed_episode_its_own(store):
+    for setting in ("one", "two"):
+        rows = [row("a", seed, 1.0 + seed, setting=setting, layout=f"reporting {seed // 2}") for seed in range(6)]
+        store.append([*rows, row("a", 6, 1.0, setting=setting, error="it broke")])
+    (table,) = read(store, pool_all=True).tables
+    assert (table.rows[0].num, table.rows[0].num_units, table.num_layouts) == (14, 4, 3)
+
+
+def test_missing_episodes_are_counted_over_all_settings(store, study):
+    store.append([*cell("mean", [1, 3, 7]), *cell("rkhs weight=1", [3]), *cell("rkhs weight=10.0", [3, 1])])
+    store.append(cell("mean", [1], setting="noise.profile=bimodal"))
+    found = read(store, study, pool_all=True)
+    place = ("crossing1", "2 settings")
+    assert found.missing == {(*place, "mean"): 2, (*place, "rkhs weight=1"): 2, (*place, "rkhs weight=10.0"): 1}
     assert found.num_missing == read(store, study).num_missing
