@@ -92,8 +92,9 @@ def test_a_table_compares_a_metric_as_it_does_other_figures():
     rows = [_row(method, seed, seed + 10.0 * (method == "b")) for method in "ab" for seed in range(4)]
     columns = ("scene", "setting", "method", "seed", "metrics", "success", "ticks", "infeasible_ticks")
     columns = (*columns, *(f"collisions_{kind}" for kind in ("person", "table", "wall", "pillar")))
-    values = [row.values() | {"compute_ms_control_p50": 1.0} for row in rows]
-    table = pa.table({name: [one[name] for one in values] for name in (*columns, "compute_ms_control_p50")})
+    others = {"compute_ms_control_p50": 1.0, "compute_ms_control_p99": 2.0, "time_s": 3.0}
+    values = [row.values() | others for row in rows]
+    table = pa.table({name: [one[name] for one in values] for name in (*columns, *others)})
     (comparison,) = compare(cell_rows(table), figures=["metrics_gap"])
     first, second = comparison.rows
     assert (first.figures["metrics_gap"].value, second.figures["metrics_gap"].value) == (1.5, 11.5)
