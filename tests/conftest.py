@@ -1,13 +1,14 @@
 """What every test shares: hypothesis without a clock, `--no-skips`, the distribution over processes, default limits."""
 
 import os
-import subprocess
 import sys
 from pathlib import Path
 
 import pytest
 from hypothesis import settings
 from xdist.scheduler import LoadScopeScheduling
+
+from tests.forking import around
 
 settings.register_profile("mjnav", deadline=None, derandomize=True)
 settings.load_profile("mjnav")
@@ -101,19 +102,8 @@ def bound_by_permissions():
 @pytest.fixture(scope="session")
 def fork_server(tmp_path_factory):
     """The socket of a process that starts `mjnav` commands as processes of their own, at once (`tests/forking`)."""
-    address = tmp_path_factory.mktemp("server") / "socket"
-    program = [sys.executable, str(Path(__file__).parent / "forking" / "server.py"), str(address)]
-    with subprocess.Popen(
-        program,
-        stdin=subprocess.PIPE,
-        stdout=subprocess.PIPE,
-        text=True,
-        env={**os.environ, "OPENBLAS_NUM_THREADS": "1"},
-        start_new_session=True,
-    ) as process:
-        assert process.stdout.readline() == "ready\n"
-        yield str(address)
-        process.stdin.close()
+    with around.fork_server(tmp_path_factory.mktemp("server") / "socket") as server:
+        yield server
 
 
 @pytest.fixture(scope="session")

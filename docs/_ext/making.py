@@ -20,7 +20,8 @@ def make(commands: str, folder: Path) -> None:
     work = folder.with_name(f"{folder.name}.part")
     shutil.rmtree(work, ignore_errors=True)
     work.mkdir(parents=True)
-    path = f"{Path(sys.executable).parent}:{os.environ['PATH']}"
+    programs = os.environ.get("MJNAV_PROGRAMS", Path(sys.executable).parent)  # where `mjnav` is
+    path = f"{programs}:{os.environ['PATH']}"
     done = subprocess.run(
         ["bash", "-e", "-c", commands], cwd=work, env={**os.environ, "PATH": path}, capture_output=True, text=True
     )

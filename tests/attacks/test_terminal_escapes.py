@@ -18,7 +18,7 @@ from mjnav.recording.export.csv_cells import neutral
 from mjnav.scenarios import dumps, load
 
 HOSTILE = "[red]\x1b]0;owned\x07\x1b[2J\x9b31m\u202eabc\u200b\u2066\x7f\x08"
-SHORT = ("--set", "time_limit=0.3")
+SHORT = ("--set", "time_limit=0.3", "--set", "physics.engine=kinematic")
 OWN = f"""
 from mjnav.control.methods.mean import Mean
 
@@ -59,7 +59,7 @@ def folder(tmp_path_factory):
     )
     with pytest.MonkeyPatch.context() as patch:
         patch.chdir(folder)
-        mjnav.run("a.toml", controller="mean", log="a.mcap")
+        mjnav.run(mjnav.load_scenario("a.toml", ("time_limit=1",), controller="mean"), log="a.mcap")
     with open(folder / "b.mcap", "wb") as file:
         writer = Writer(file)
         writer.start()

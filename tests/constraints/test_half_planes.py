@@ -1,12 +1,14 @@
 from itertools import combinations
 from math import cos, hypot, pi, sin
+from typing import Any
 
 import numpy as np
 import pytest
-from scipy.optimize import linprog
+import scipy.optimize
 
 from mjnav.constraints.half_planes import nearest_velocity
 
+linprog: Any = scipy.optimize.linprog  # of a type that pyright would take as long to infer as of a tenth of mjnav
 BOX = ((-1.0, -1.0), (1.0, 1.0))
 
 

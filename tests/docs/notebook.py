@@ -6,7 +6,6 @@
 import json
 import os
 import select
-import shlex
 import subprocess
 import sys
 from pathlib import Path
@@ -14,8 +13,8 @@ from pathlib import Path
 import pytest
 
 from tests.docs.blocks import Block
+from tests.forking import around
 
-COMMAND = Path(__file__).parents[1] / "forking" / "command.py"
 LONGEST = 120.0  # [s] that one block may take
 INTERPRETER = """
 import json as _json, os as _os, sys as _sys
@@ -27,15 +26,6 @@ for _line in _os.fdopen(int(_sys.argv[1])):
 """
 
 
-def _forked(server: str, programs: Path) -> Path:
-    """A folder of programs with an `mjnav` that the server forks."""
-    programs.mkdir()
-    words = shlex.join([sys.executable, "-IS", str(COMMAND), server])
-    (programs / "mjnav").write_text(f'#!/bin/sh\nexec {words} "$@"\n')
-    (programs / "mjnav").chmod(0o700)
-    return programs
-
-
 class Notebook:
     """A context in which blocks run; `folder` is their working folder, `server` the socket of `tests/forking`."""
 
@@ -45,7 +35,7 @@ class Notebook:
         self._python: subprocess.Popen | None = None
         programs = str(Path(sys.executable).parent)  # where `mjnav` is
         if server is not None:
-            programs = f"{_forked(server, folder.with_suffix('.programs'))}:{programs}"
+            programs = f"{around.programs(server, folder.with_suffix('.programs'))}:{programs}"
         # Without what `main`, called by tests of this process, sets for its children.
         own = {name: value for name, value in os.environ.items() if name != "PYTHONSAFEPATH"}
         self._environment = {**own, "PATH": f"{programs}:{os.environ['PATH']}", "COLUMNS": "110"}
