@@ -31,7 +31,7 @@ from mjnav.errors import InvalidValue
 from mjnav.geometry.compiled import kernel
 from mjnav.geometry.kernel_types import Matrix, Vector
 from mjnav.messages import Array
-from mjnav.rkhs.gaussian import joint_gram
+from mjnav.rkhs.joint_gram import joint_gram
 
 
 @dataclass(frozen=True, slots=True)

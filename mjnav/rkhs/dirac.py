@@ -4,96 +4,31 @@ With x_i = max(0, h_i), i = 1 ... n, of weight 1/n each, and the embedding k(0, 
 
     MMD^2 = sum_ij k(x_i, x_j) / n^2 - 2 sum_i k(x_i, 0) / n + k(0, 0).
 
-It is 0 where no sample violates, and only there.
-
-Polynomial kernel (scale x y + offset)^d: the point mass has all raw moments 0 (`rkhs/mmd.py`), so with mu_p those of x
+It is 0 where no sample violates, and only there. Under the polynomial kernel (scale x y + offset)^d the point mass has
+all raw moments 0 (`rkhs/mmd.py`), so with mu_p those of x
 
     MMD = sqrt(sum_{p=1..d} C(d, p) scale^p offset^(d-p) mu_p^2).
 
-Gaussian kernel exp(-(x - y)^2 / (2 sigma^2)): it has the features phi_p(u) = exp(-u^2 / 2) u^p / sqrt(p!), p = 0, 1, 2,
-... of u = x / sigma, so that with m_p = sum_i phi_p(u_i) / n
-
-    MMD^2 = (1 - m_0)^2 + sum_{p>=1} m_p^2,
-
-O(n P) for P terms. phi_p(u)^2 is the Poisson distribution of mean u^2: the sum ends where what is left of the largest
-u's distribution is below TOLERANCE. A safe sample has u = 0 and adds to m_0 alone. The largest u decides P, so u counts
-as FARTHEST at most: as far from 0 as a kernel can tell to 1e-13, and P stays below MOST_TERMS. A distribution in place
-of the point mass (`rkhs/reference.py`) has moments of its own to be subtracted.
-
-Sources: Gupta, Singh & Krishna (2022); Sharma & Singh (2024, "MMD-OPT", arXiv 2412.09121).
+Sources: Gupta, Singh & Krishna (2022); Sharma & Singh (2024, "MMD-OPT", arXiv 2412.09121), with a Gaussian kernel.
 """
+
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from mjnav.geometry.compiled import kernel
-from mjnav.geometry.kernel_types import Matrix, Vector
 from mjnav.messages import Array
-from mjnav.rkhs.gaussian import GaussianKernel
 from mjnav.rkhs.mmd import PolynomialKernel, moment_distance, raw_moments
 
-FARTHEST = 8.0  # bandwidths, beyond which samples are not told apart
-TOLERANCE = 1e-10  # of the terms left out, as a share of k(x, x) = 1
-MOST_TERMS = 150
+if TYPE_CHECKING:
+    from mjnav.rkhs.gaussian import GaussianKernel
 
 
-def distance_from_dirac(h: Array, kernel: PolynomialKernel | GaussianKernel) -> Array:
+def distance_from_dirac(h: Array, kernel: "PolynomialKernel | GaussianKernel") -> Array:
     """MMD, not squared, of each row's max(0, h) from a point mass at 0, for h (K, S): (K,)."""
-    if isinstance(kernel, GaussianKernel):
-        return np.sqrt(gaussian_mmd_squared(h.T, h.shape[1], kernel.bandwidth))
-    moments = raw_moments(np.maximum(h, 0.0), kernel.degree)
-    return np.sqrt(moment_distance(moments, np.zeros(kernel.degree), kernel))
+    if isinstance(kernel, PolynomialKernel):
+        moments = raw_moments(np.maximum(h, 0.0), kernel.degree)
+        return np.sqrt(moment_distance(moments, np.zeros(kernel.degree), kernel))
+    # Whoever has a GaussianKernel has this module: without one, its loop need not be compiled.
+    from mjnav.rkhs.gaussian import gaussian_mmd_squared
 
-
-def gaussian_mmd_squared(samples: Array, num: int, bandwidth: float, reference: Array | None = None) -> Array:
-    """MMD^2 of each column's max(0, h) from a point mass at 0, or from that of `reference` (n,), Gaussian kernel: (K,).
-
-    `samples` (s, K) are those of `num` samples that may exceed 0; the other num - s are taken as safe.
-    """
-    per_unit, reached, moments = 1.0 / bandwidth, 0.0, np.zeros(MOST_TERMS)
-    if reference is not None:
-        v = np.clip(reference * per_unit, 0.0, FARTHEST)
-        powers = np.cumprod(v / np.sqrt(np.arange(1.0, MOST_TERMS))[:, None], axis=0)  # (MOST_TERMS - 1, n)
-        moments[0] = -np.expm1(-0.5 * v * v).mean()
-        moments[1:] = (np.exp(-0.5 * v * v) * powers).mean(axis=1)
-        reached = float(v.max(initial=0.0))
-    out, (u, feature) = np.empty(samples.shape[1]), np.empty((2, len(samples)))
-    _gaussian_mmd_squared(out, np.ascontiguousarray(samples), num, per_unit, moments, reached, u, feature)
-    return out
-
-
-@kernel
-def _gaussian_mmd_squared(
-    out: Vector,
-    samples: Matrix,
-    num: int,
-    per_unit: float,
-    reference: Vector,
-    reached: float,
-    u: Vector,
-    feature: Vector,
-):
-    """The reference's 1 - m_0, m_1, m_2 ... and its largest u, `reached`: all 0 for the point mass."""
-    for k in range(out.size):
-        count = 0  # of unsafe samples, whose x / sigma stand first in u
-        for i in range(samples.shape[0]):
-            u[count] = samples[i, k] * per_unit
-            count += samples[i, k] > 0.0
-        largest, lost = reached, 0.0  # lost: what the unsafe samples lack in m_0
-        for i in range(count):
-            u[i] = min(u[i], FARTHEST)
-            largest = max(largest, u[i])
-            feature[i] = np.exp(-0.5 * u[i] * u[i])
-            lost += 1.0 - feature[i]
-        squares = (lost / num - reference[0]) ** 2
-        # The Poisson probabilities of mean largest^2: from p = 2 largest^2 on, each is at most half of the one before.
-        mean = largest * largest
-        probability, p = np.exp(-mean), 0
-        while largest > 0.0 and (p < 2.0 * mean or probability > TOLERANCE):
-            p += 1
-            probability *= mean / p
-            per_root, total = 1.0 / np.sqrt(p), 0.0
-            for i in range(count):
-                feature[i] *= u[i] * per_root
-                total += feature[i]
-            squares += (total / num - reference[p]) ** 2
-        out[k] = squares
+    return np.sqrt(gaussian_mmd_squared(h.T, h.shape[1], kernel.bandwidth))

@@ -1,8 +1,14 @@
-"""The Gaussian kernel k(x, y) = exp(-|x - y|^2 / (2 sigma^2)), and its Gram matrix of joint samples.
+"""The Gaussian kernel between numbers, k(x, y) = exp(-(x - y)^2 / (2 sigma^2)), and its MMD without Gram matrices.
 
-A joint sample is a vector of coordinates of unlike units ([m], [rad], [m/s]): each coordinate is standardised, so that
-all of them count the same in |x - y|. sigma is taken from the samples: the median of the distances of all pairs, the
-"median heuristic" (Gretton et al. 2012, "A Kernel Two-Sample Test", section 8), times a factor.
+It has the features phi_p(u) = exp(-u^2 / 2) u^p / sqrt(p!), p = 0, 1, 2, ... of u = x / sigma, so that with m_p(X) =
+sum_i phi_p(u_i) / n
+
+    MMD^2(X, Y) = sum_{p>=0} (m_p(X) - m_p(Y))^2,
+
+O(n P) for P terms; a point mass at 0 has m_0 = 1 and else 0. phi_p(u)^2 is the Poisson distribution of mean u^2: the
+sum ends where what is left of the largest u's distribution is below TOLERANCE. A safe sample has u = 0 and adds to m_0
+alone. The largest u decides P, so u counts as FARTHEST at most: as far from 0 as a kernel can tell to 1e-13, and P
+stays below MOST_TERMS.
 """
 
 from dataclasses import dataclass
@@ -14,6 +20,10 @@ from mjnav.errors import InvalidValue
 from mjnav.geometry.compiled import kernel
 from mjnav.geometry.kernel_types import Matrix, Vector
 from mjnav.messages import Array
+
+FARTHEST = 8.0  # bandwidths, beyond which samples are not told apart
+TOLERANCE = 1e-10  # of the terms left out, as a share of k(x, x) = 1
+MOST_TERMS = 150
 
 
 @dataclass(frozen=True, slots=True)
@@ -27,56 +37,56 @@ class GaussianKernel:
             raise InvalidValue("bandwidth", self.bandwidth, "a finite number > 0")
 
 
-def joint_gram(samples: Array, bandwidth: float = 1.0) -> Array:
-    """K_ij = k(x_i, x_j) of joint samples (S, D), standardised: (S, S), ones on the diagonal.
+def gaussian_mmd_squared(samples: Array, num: int, bandwidth: float, reference: Array | None = None) -> Array:
+    """MMD^2 of each column's max(0, h) from a point mass at 0, or from that of `reference` (n,), Gaussian kernel: (K,).
 
-    `bandwidth` is sigma as a multiple of the median distance. Where more than half of all pairs coincide, so that the
-    median is 0, the root mean square of the distances takes its place. Samples that are all the same make K all ones.
+    `samples` (s, K) are those of `num` samples that may exceed 0; the other num - s are taken as safe.
     """
-    x = standardised(samples)
-    num = len(x)
-    squared = np.empty(num * (num - 1) // 2)
-    _squared_distances(squared, x)
-    gram = np.ones((num, num))
-    scale = _median(squared) or (float(squared.mean()) if squared.size else 0.0)
-    if scale > 0.0:
-        _fill(gram, np.exp(squared * (-0.5 / (scale * bandwidth * bandwidth))))
-    return gram
-
-
-def standardised(samples: Array) -> Array:
-    """Samples (S, D) with mean 0 and standard deviation 1 in each coordinate; one that does not vary becomes 0."""
-    centred = np.asarray(samples, float) - np.mean(samples, axis=0)
-    deviation = np.sqrt((centred * centred).mean(axis=0))
-    varies = deviation > 1e-12 * np.abs(samples).max(axis=0, initial=0.0)
-    return np.ascontiguousarray(centred * np.where(varies, 1.0 / np.where(varies, deviation, 1.0), 0.0))
-
-
-def _median(squared: Array) -> float:
-    """The upper median; 0 of none. Distances and their squares have it in the same pair."""
-    middle = squared.size // 2
-    return float(np.partition(squared, middle)[middle]) if squared.size else 0.0
+    per_unit, reached, moments = 1.0 / bandwidth, 0.0, np.zeros(MOST_TERMS)
+    if reference is not None:
+        v = np.clip(reference * per_unit, 0.0, FARTHEST)
+        powers = np.cumprod(v / np.sqrt(np.arange(1.0, MOST_TERMS))[:, None], axis=0)  # (MOST_TERMS - 1, n)
+        moments[0] = -np.expm1(-0.5 * v * v).mean()
+        moments[1:] = (np.exp(-0.5 * v * v) * powers).mean(axis=1)
+        reached = float(v.max(initial=0.0))
+    out, (u, feature) = np.empty(samples.shape[1]), np.empty((2, len(samples)))
+    _gaussian_mmd_squared(out, np.ascontiguousarray(samples), num, per_unit, moments, reached, u, feature)
+    return out
 
 
 @kernel
-def _squared_distances(out: Vector, x: Matrix):
-    """|x_i - x_j|^2 for i < j, the pairs of i = 0 first."""
-    pair = 0
-    for i in range(x.shape[0]):
-        for j in range(i + 1, x.shape[0]):
-            total = 0.0
-            for d in range(x.shape[1]):
-                total += (x[i, d] - x[j, d]) ** 2
-            out[pair] = total
-            pair += 1
-
-
-@kernel
-def _fill(gram: Matrix, pairs: Vector):
-    """Both triangles from the pairs' values, in the order of `_squared_distances`."""
-    pair = 0
-    for i in range(gram.shape[0]):
-        for j in range(i + 1, gram.shape[0]):
-            gram[i, j] = pairs[pair]
-            gram[j, i] = pairs[pair]
-            pair += 1
+def _gaussian_mmd_squared(
+    out: Vector,
+    samples: Matrix,
+    num: int,
+    per_unit: float,
+    reference: Vector,
+    reached: float,
+    u: Vector,
+    feature: Vector,
+):
+    """The reference's 1 - m_0, m_1, m_2 ... and its largest u, `reached`: all 0 for the point mass."""
+    for k in range(out.size):
+        count = 0  # of unsafe samples, whose x / sigma stand first in u
+        for i in range(samples.shape[0]):
+            u[count] = samples[i, k] * per_unit
+            count += samples[i, k] > 0.0
+        largest, lost = reached, 0.0  # lost: what the unsafe samples lack in m_0
+        for i in range(count):
+            u[i] = min(u[i], FARTHEST)
+            largest = max(largest, u[i])
+            feature[i] = np.exp(-0.5 * u[i] * u[i])
+            lost += 1.0 - feature[i]
+        squares = (lost / num - reference[0]) ** 2
+        # The Poisson probabilities of mean largest^2: from p = 2 largest^2 on, each is at most half of the one before.
+        mean = largest * largest
+        probability, p = np.exp(-mean), 0
+        while largest > 0.0 and (p < 2.0 * mean or probability > TOLERANCE):
+            p += 1
+            probability *= mean / p
+            per_root, total = 1.0 / np.sqrt(p), 0.0
+            for i in range(count):
+                feature[i] *= u[i] * per_root
+                total += feature[i]
+            squares += (total / num - reference[p]) ** 2
+        out[k] = squares

@@ -17,7 +17,7 @@ from mjnav.errors import InvalidValue
 from mjnav.geometry.compiled import kernel
 from mjnav.geometry.kernel_types import Flags, Indices, Matrix, Vector
 from mjnav.messages import Array
-from mjnav.rkhs.gaussian import joint_gram
+from mjnav.rkhs.joint_gram import joint_gram
 
 
 def herded(samples: Array, num: int, *, bandwidth: float = 1.0, rounds: int = 1) -> Indices:

@@ -7,8 +7,7 @@ this is `rkhs/dirac.py`; with another, a plan is charged for being safer than th
 import numpy as np
 
 from mjnav.messages import Array
-from mjnav.rkhs.dirac import gaussian_mmd_squared
-from mjnav.rkhs.gaussian import GaussianKernel
+from mjnav.rkhs.gaussian import GaussianKernel, gaussian_mmd_squared
 from mjnav.rkhs.mmd import PolynomialKernel, moment_distance, raw_moments
 
 

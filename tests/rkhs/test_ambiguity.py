@@ -5,7 +5,7 @@ import pytest
 
 from mjnav.errors import InvalidValue
 from mjnav.rkhs.ambiguity import Ambiguity, radius
-from mjnav.rkhs.gaussian import joint_gram
+from mjnav.rkhs.joint_gram import joint_gram
 
 
 @pytest.fixture

@@ -5,8 +5,8 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from mjnav.errors import InvalidValue
-from mjnav.rkhs.dirac import FARTHEST, distance_from_dirac, gaussian_mmd_squared
-from mjnav.rkhs.gaussian import GaussianKernel
+from mjnav.rkhs.dirac import distance_from_dirac
+from mjnav.rkhs.gaussian import FARTHEST, GaussianKernel, gaussian_mmd_squared
 from mjnav.rkhs.mmd import PolynomialKernel
 
 ROWS = arrays(float, st.tuples(st.just(3), st.integers(1, 12)), elements=st.floats(-2.0, 1.0))

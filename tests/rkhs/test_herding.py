@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from mjnav.errors import InvalidValue
-from mjnav.rkhs.gaussian import joint_gram
 from mjnav.rkhs.herding import herded
+from mjnav.rkhs.joint_gram import joint_gram
 
 
 def mmd_squared_from_all(gram, chosen):

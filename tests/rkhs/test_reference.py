@@ -4,8 +4,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from mjnav.rkhs.dirac import FARTHEST, distance_from_dirac
-from mjnav.rkhs.gaussian import GaussianKernel
+from mjnav.rkhs.dirac import distance_from_dirac
+from mjnav.rkhs.gaussian import FARTHEST, GaussianKernel
 from mjnav.rkhs.mmd import PolynomialKernel, mmd_squared_gram
 from mjnav.rkhs.reference import distance_from_reference
 

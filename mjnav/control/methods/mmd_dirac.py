@@ -1,8 +1,8 @@
 """`mmd-dirac`: the distance of max(0, f) from "no collision", a point mass at 0.
 
-The risk is MMD^2 under a Gaussian kernel (`rkhs/dirac.py`). Gupta, Singh & Krishna (2022); the risk of MMD-OPT, Sharma
-& Singh (2024, arXiv 2412.09121), too. One-sided: a control is not charged for being safer than need be, and nothing
-where all samples are safe.
+The risk is MMD^2 under a Gaussian kernel (`rkhs/dirac.py`; its terms are in `rkhs/gaussian.py`). Gupta, Singh & Krishna
+(2022); the risk of MMD-OPT, Sharma & Singh (2024, arXiv 2412.09121), too. One-sided: a control is not charged for being
+safer than need be, and nothing where all samples are safe.
 
 f / R^2 <= 1 bounds how far a sample is from 0; not normalised, or for a lane, nothing does. So a sample counts as 8
 bandwidths from 0 at most. For bandwidth >= 1/8 no normalised disc or wall reaches that.
@@ -18,7 +18,7 @@ from mjnav.control.kernels.cone_blocks import Samples
 from mjnav.control.parameters import GridParameters, LaneWeights, Positive, Weight
 from mjnav.control.problem.problem import Problem
 from mjnav.messages import Array
-from mjnav.rkhs.dirac import gaussian_mmd_squared
+from mjnav.rkhs.gaussian import gaussian_mmd_squared
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from mjnav.control import make_controller
-from mjnav.rkhs.dirac import FARTHEST
+from mjnav.rkhs.gaussian import FARTHEST
 
 SMALL = {"num_v": 6, "num_omega": 7}
 CROWDED = {"spread": 0.2, "near": 0.05, "far": 2.5, "num_samples": 9}

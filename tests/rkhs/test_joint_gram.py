@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from mjnav.rkhs.gaussian import joint_gram, standardised
+from mjnav.rkhs.joint_gram import joint_gram, standardised
 
 
 def literal_gram(samples, bandwidth):
