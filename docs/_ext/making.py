@@ -20,8 +20,8 @@ def make(commands: str, folder: Path) -> None:
     work = folder.with_name(f"{folder.name}.part")
     shutil.rmtree(work, ignore_errors=True)
     work.mkdir(parents=True)
-    programs = os.environ.get("MJNAV_PROGRAMS", Path(sys.executable).parent)  # where `mjnav` is
-    path = f"{programs}:{os.environ['PATH']}"
+    installed = str(Path(sys.executable).parent)  # where `mjnav` is, unless somebody has another one for the pictures
+    path = ":".join([os.environ.get("MJNAV_PROGRAMS", installed), installed, os.environ["PATH"]])
     done = subprocess.run(
         ["bash", "-e", "-c", commands], cwd=work, env={**os.environ, "PATH": path}, capture_output=True, text=True
     )
