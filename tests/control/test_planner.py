@@ -118,7 +118,8 @@ def test_progress_is_0_for_who_drives_to_the_goal_at_full_speed_and_1_for_who_st
 
 def test_effort_is_the_control_cost_of_the_metrics(limits):
     commands = np.random.default_rng(0).normal(size=(2, 5, 3))
-    rollouts = Rollouts(commands, *np.zeros((3, 5, 3)), 0.2)
+    nowhere = np.zeros((5, 3))
+    rollouts = Rollouts(commands, nowhere, nowhere, nowhere, 0.2)
     found = effort(rollouts, np.zeros(2), 0.17)
     assert found == pytest.approx([control_cost(commands[:, :, k].T, 0.2) for k in range(3)])
     turned = effort(rollouts, commands[:, 0, 0], 0.17)  # of a robot that has the first command already
