@@ -13,6 +13,7 @@ from mjnav.report.comparison.shown import ALPHA
 from mjnav.report.comparison.sight import sight
 from mjnav.report.comparison.text import write_table
 from mjnav.study.compare.before_after import AFTER, BEFORE, BETTER, OTHER, WORSE, BeforeAfter, CellChange, SeedChange
+from mjnav.study.compare.chosen_figures import WIN_BY
 from mjnav.study.compare.compare import Comparison
 from mjnav.study.compare.estimates import RESAMPLES
 from mjnav.study.compare.study_comparison import StudyComparison
@@ -29,8 +30,10 @@ MEANING = (
     "parentheses from how many seeds, where not from all n.",
     "Signed figures are after - before, over the seeds that succeeded in both (rates, clearances, distances: "
     "over all), with paired bootstrap intervals.",
-    "* p < 0.05 by a sign-flip test on the pairs (rates: McNemar's exact test), with Holm's correction over the cells, "
-    "each figure by itself.",
+    "win_ratio is the number of pairs that are better after over those that are worse: a contact is worst, then a "
+    f"goal not reached in time; two successes are compared by {WIN_BY}.",
+    "* p < 0.05 by a sign-flip test on the pairs (rates: McNemar's exact test; win ratios: binomial), with Holm's "
+    "correction over the cells, each figure by itself.",
 )
 
 
