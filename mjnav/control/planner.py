@@ -39,6 +39,7 @@ from mjnav.control.parameters import MOST, Count, GoalParameters, Positive, Seco
 from mjnav.control.problem.fan import KEPT, Plan, guided, guides, perturbations, softmin
 from mjnav.control.problem.goal_cost import mean_cost_along
 from mjnav.control.problem.joint_samples import JointSamples
+from mjnav.control.problem.memory import check_memory
 from mjnav.control.problem.obstacles import Reach, walls_in_reach
 from mjnav.control.problem.problem import Problem
 from mjnav.control.problem.shown_plan import shown_plan
@@ -118,6 +119,7 @@ class Planner(ProblemController[P]):
         super().__init__(limits, period, parameters)
         p = parameters
         self._tail = braking_steps(limits, p.step) if self.ends_at_rest else 0
+        check_memory(p, self._tail)
         self._perturbations = perturbations(p.rollouts, p.steps, p.knots, (p.speed_noise, p.turn_noise), p.quiet)
         self._plan: Plan | None = None
         self._way: tuple[bytes, WayField] | None = None

@@ -38,6 +38,7 @@ TOO_MUCH = {
     "control.num_v=1000000000000": "control.num_v: found 1000000000000; allowed: a whole number from 1 to 1000000",
     "control={method='rkhs', num_v=1000, num_omega=1000}": "this takes 10 GB",
     "control={method='mppi', rollouts=1000000, steps=1000}": "'1000000 rollouts of 1000 steps, 25 samples",
+    "control={method='rkhs-plan', step=1e-6}": "320 rollouts of 20 steps and 1000000 of braking, 48 samples",
     "control.samples=1000000": "allowed: what takes at most 2 GB of memory a decision; this takes 6.4e+06 GB",
     "physics.timestep=1e-6": "physics.timestep: found 1e-06; allowed: a number from 1e-05 to 0.02 s",
     "estimation.robot.particles=1000000000": "estimation.robot.particles: found 1000000000; allowed: ",

@@ -92,7 +92,7 @@ class JointSamples:
     def lost_time(self, rollouts: Rollouts) -> Array:
         """(K,) [s] by which the first contact comes before the rollouts' end, on average over the joint samples."""
         end = self.times[-1]
-        left = (end - self.times) + (self.times[1] - self.times[0])  # above 0 for a contact at the last step
+        left = (end - self.times) + self.times[0]  # above 0 for a contact at the last step
         # With margins of nothing a violation is its gamma times DEEPEST at a contact, and 0 where there is none.
         margin = np.full(len(self.times), CONTACT)
         return self.violation(rollouts, margin, left / DEEPEST, CONTACT, left / DEEPEST).mean(axis=1)
