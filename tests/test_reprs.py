@@ -29,7 +29,7 @@ def test_what_holds_arrays_says_their_shapes_in_one_line(ran):
     assert "particles=<500 x 3>" in repr(record.belief)
     assert repr(result).startswith("Result('crossing1', rkhs, seed 3: timeout after 1.0 s, least clearance ")
     assert repr(load_scenario("hall")) == (
-        "Scenario('hall', rkhs, seed 0: 4 walls, 2 tables, 2 pillars, 5 people; noise pearson)"
+        "Scenario('hall', rkhs-plan, seed 0: 4 walls, 2 tables, 2 pillars, 5 people; noise pearson)"
     )
     assert f"{str(log.path)!r}: crossing1, rkhs, seed 3, 1.0 s" in repr(log)
 

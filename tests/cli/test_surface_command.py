@@ -58,9 +58,9 @@ def test_json_is_one_object_with_the_documented_keys_and_nothing_else(mjnav):
 @pytest.mark.parametrize("scene", ["hall", "lane"])
 @pytest.mark.parametrize("window", ["bounds", "reachable"])
 def test_the_arrays_are_the_surface_of_the_moments_decision(mjnav, tmp_path, scene, window):
-    options = ("--seed", "3", "--window", window, *QUICK)
+    options = ("--seed", "3", "--window", window, "--controller", "rkhs", *QUICK)
     printed = json.loads(mjnav("surface", scene, "--at", "1.3", "-o", "a.png", "--json", *options).out)
-    scenario = load_scenario(scene, ("physics.engine=kinematic",), seed=3)
+    scenario = load_scenario(scene, ("physics.engine=kinematic",), controller="rkhs", seed=3)
     record = record_at(scenario, 1.3)
     s = decision_surface(build_controller(scenario), record.observation, record.decision, window=window, num=5)
     with np.load(tmp_path / "a.npz") as data:
@@ -110,11 +110,18 @@ class Timid(Mean):
     ("words", "fragments"),
     [
         (["hal", "--at", "1"], ["scene: found 'hal'", "did you mean 'hall'?"]),
-        (["hall", "--at", "-0.5"], ["--at: time: found -0.5; allowed: 0 to 60 s, the run's time limit"]),
-        (["hall", "--at", "1", "--grid", "1"], ["--grid: found 1; allowed: a whole number from 2 to 200"]),
-        (["hall", "--at", "1", "-o", "a.jpg"], ["--output: found 'a.jpg'; allowed: a file name that ends in .png"]),
-        (["hall", "--at", "1", "--data", "a.csv"], ["--data: found 'a.csv'; allowed: a file name that ends in .npz"]),
-        (["hall", "--at", "0", "-o", "/proc/a.png"], ["/proc/a.png"]),
+        (["crossing1", "--at", "-0.5"], ["--at: time: found -0.5; allowed: 0 to 60 s, the run's time limit"]),
+        (["crossing1", "--at", "1", "--grid", "1"], ["--grid: found 1; allowed: a whole number from 2 to 200"]),
+        (
+            ["crossing1", "--at", "1", "-o", "a.jpg"],
+            ["--output: found 'a.jpg'; allowed: a file name that ends in .png"],
+        ),
+        (
+            ["crossing1", "--at", "1", "--data", "a.csv"],
+            ["--data: found 'a.csv'; allowed: a file name that ends in .npz"],
+        ),
+        (["hall", "--at", "1"], ["control.method: found 'rkhs-plan'; allowed: a method that chooses from candidates"]),
+        (["crossing1", "--at", "0", "-o", "/proc/a.png"], ["/proc/a.png"]),
     ],
 )
 def test_what_cannot_be_used_is_refused_in_one_line(mjnav, tmp_path, words, fragments):

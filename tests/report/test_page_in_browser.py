@@ -22,7 +22,7 @@ DESK, PHONE = {"width": 1400, "height": 900}, {"width": 375, "height": 740}
 def pages(tmp_path_factory):
     """The folder with logs and their pages: hall, mppi, both, hostile, crash."""
     folder = tmp_path_factory.mktemp("pages")
-    for name, controller, limit in (("hall", None, 4), ("mppi", "mppi", 3)):
+    for name, controller, limit in (("hall", "rkhs", 4), ("mppi", "mppi", 3)):
         overrides = (f"time_limit={limit}", "physics.engine=kinematic")
         mjnav.run(load_scenario("hall", overrides, controller=controller, seed=3), log=folder / f"{name}.mcap")
     scenario, made_up = make_scenario(1), MadeUpRun(num_people=1, num_candidates=20)

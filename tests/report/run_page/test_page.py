@@ -74,7 +74,7 @@ class Page(HTMLParser):
 def logs(tmp_path_factory):
     folder = tmp_path_factory.mktemp("logs")
     asked = {
-        "hall": ("hall", ("time_limit=3",), None),
+        "hall": ("hall", ("time_limit=3",), "rkhs"),
         "orca": ("crossing3", ("time_limit=2",), "orca"),
         "lane": ("lane", ("time_limit=1",), "mppi"),
     }
