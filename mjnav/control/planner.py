@@ -55,10 +55,10 @@ class PlannerParameters(GoalParameters):
     rollouts: Annotated[Count, "number of perturbed plans, in pairs of opposite perturbations"] = 320
     steps: Annotated[Count, "T, number of steps of a plan"] = 20
     step: Annotated[Seconds, "dt, of each step of a plan"] = 0.2
-    temperature: Annotated[Positive, "of the weights exp(-cost / temperature)"] = 0.05
-    goal_weight: Annotated[Weight, "w_J, of the mean goal cost"] = 0.2
-    progress_weight: Annotated[Weight, "w_P, of the way that is left"] = 1.5
-    effort_weight: Annotated[Weight, "w_E, of the control cost"] = 0.2
+    temperature: Annotated[Positive, "of the weights exp(-cost / temperature)"] = 0.0642
+    goal_weight: Annotated[Weight, "w_J, of the mean goal cost"] = 0.305
+    progress_weight: Annotated[Weight, "w_P, of the way that is left"] = 1.18
+    effort_weight: Annotated[Weight, "w_E, of the control cost"] = 0.0813
     half_track: Annotated[float, Range(0.0, MOST, "m"), "b / 2, half of the track width, in the control cost"] = 0.17
     speed_noise: Annotated[float, Range(0.0, MOST, "m/s"), "standard deviation of the perturbations of v"] = 0.4
     turn_noise: Annotated[float, Range(0.0, MOST, "rad/s"), "standard deviation of the perturbations of omega"] = 0.8

@@ -18,8 +18,9 @@ from typing import Annotated
 
 import numpy as np
 
+from mjnav.config import Range
 from mjnav.control.kernels.mppi_rollout import Rollouts
-from mjnav.control.parameters import LaneWeights, Weight
+from mjnav.control.parameters import MOST, LaneWeights, Positive, Share, Weight
 from mjnav.control.planner import Planner, PlannerParameters, Risks
 from mjnav.control.problem.joint_samples import JointSamples
 from mjnav.control.problem.mppi_risk import Surroundings
@@ -29,9 +30,15 @@ from mjnav.control.problem.problem import Problem
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MppiPlusParameters(PlannerParameters):
-    """The planner's parameters and the weights of the risk."""
+    """The planner's parameters, tuned as far as those of `rkhs-plan`, and the weights of the risk."""
 
-    weight: Annotated[Weight, "lambda, per second of expected collision with each disc and wall"] = 25.0
+    temperature: Annotated[Positive, "of the weights exp(-cost / temperature)"] = 0.0291
+    goal_weight: Annotated[Weight, "w_J, of the mean goal cost"] = 0.377
+    progress_weight: Annotated[Weight, "w_P, of the way that is left"] = 1.76
+    effort_weight: Annotated[Weight, "w_E, of the control cost"] = 0.11
+    risk_bound: Annotated[Share, "probability of a collision, at any one step, above which a plan is infeasible"] = 0.1
+    safety_margin: Annotated[float, Range(0.0, MOST, "m"), "added to the combined radius R"] = 0.0759
+    weight: Annotated[Weight, "lambda, per second of expected collision with each disc and wall"] = 4.98
     lane_weights: LaneWeights = (10.0, 10.0)  # [1/s] of the expected time beyond each
 
 

@@ -109,7 +109,7 @@ def _relative_paths(bodies: list[ObstacleSamples], mean: Array, offsets: Array, 
     rows = [each % len(body.position) for body in bodies]
     if bodies and all(body.future is None for body in bodies):  # at once, what `positions_at` does one by one
         start, velocity = (
-            np.moveaxis([values[i] for values, i in zip(taken, rows, strict=True)], -1, 0)[:, None]
+            np.moveaxis(np.stack([values[i] for values, i in zip(taken, rows, strict=True)]), -1, 0)[:, None]
             for taken in ([body.position for body in bodies], [body.velocity for body in bodies])
         )
         np.multiply(times[:, None, None], velocity, out=paths)
