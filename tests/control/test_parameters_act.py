@@ -17,7 +17,7 @@ OTHER = {  # than the default and than a preset's value
     "lane_horizon": 3.0, "lane_weights": (3.0, 20.0), "margin": 0.35, "margin_growth": 0.25, "max_obstacles": 1,
     "num_components": 3, "num_iterations": 3, "num_omega": 6, "num_v": 6, "offset": 2.0,
     "preferred_speed": 0.4, "preview": 0.7, "progress_weight": 3.0, "quiet": 0.6, "responsibility": 0.5,
-    "risk_bound": 0.05, "rollouts": 30, "safety_margin": 0.3, "scale": 2.0, "sensing_range": 1.0,
+    "risk_bound": 1.0, "rollouts": 30, "safety_margin": 0.3, "scale": 2.0, "sensing_range": 1.0,
     "speed_change_weight": 0.7, "speed_noise": 0.1, "standing_margin": 0.3, "std_floor": 0.2, "step": 0.3, "steps": 12,
     "tail": "quantile", "temperature": 0.005, "time_horizon": 1.0, "turn_change_weight": 0.7, "turn_noise": 0.2,
     "wall_horizon": 4.0, "weight": 7.0, "window": "bounds",
@@ -48,7 +48,7 @@ def decided(name, observation, parameters):
 def observations(observe):
     return [
         observe(seed, near=near, far=far, num_obstacles=4, num_walls=2)
-        for seed, (near, far) in enumerate(((1.0, 5.0), (0.5, 1.5), (2.0, 6.0), (0.4, 0.8)) * 3)
+        for seed, (near, far) in enumerate([*((1.0, 5.0), (0.5, 1.5), (2.0, 6.0), (0.4, 0.8)) * 3, *((3.0, 8.0),) * 3])
     ]
 
 
