@@ -2,6 +2,7 @@
 
 import os
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from math import hypot
 from typing import Any
 
@@ -11,11 +12,12 @@ from gymnasium import spaces
 from gymnasium.error import ResetNeeded
 from numpy.typing import ArrayLike, NDArray
 
+from mjnav.control.parameters import LoopParameters
 from mjnav.control.policy import Actions, Encoder, Features
 from mjnav.errors import InvalidValue, unknown_name
 from mjnav.gym.picture import Drawing, Window
 from mjnav.gym.reward import PUBLISHED, Reward, Transition
-from mjnav.loop.prepare import load_scenario
+from mjnav.loop.prepare import load_scenario, num_samples
 from mjnav.loop.referee import COLLISION, GOAL
 from mjnav.loop.simulation import Simulation
 from mjnav.messages import WorldState
@@ -182,7 +184,7 @@ class SceneEnv(gymnasium.Env[Blocks, NDArray[Any]]):
         self._window.show(self.simulation.truth)
 
     def _load(self, scene: str | os.PathLike[str] | Scenario) -> Scenario:
-        return scene if isinstance(scene, Scenario) else load_scenario(scene, self._overrides)
+        return _with_samples(scene if isinstance(scene, Scenario) else load_scenario(scene, self._overrides))
 
     def _change_scene(self, scene: str | os.PathLike[str] | Scenario) -> None:
         scenario = self._load(scene)
@@ -203,3 +205,14 @@ class SceneEnv(gymnasium.Env[Blocks, NDArray[Any]]):
             if picture is not None:
                 picture.close()
         self._drawing = self._window = None
+
+
+def _with_samples(scenario: Scenario) -> Scenario:
+    """The scenario with as many samples of each belief as a policy has as a controller, where it does not say how many.
+
+    The method that the scenario names may take another number by default, and decides nothing here.
+    """
+    control, num = scenario.control, LoopParameters().samples
+    if "samples" in control.parameters or num_samples(scenario) in (None, num):
+        return scenario
+    return replace(scenario, control=replace(control, parameters={**control.parameters, "samples": num}))

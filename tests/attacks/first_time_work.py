@@ -14,6 +14,7 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
 from itertools import count
 
+import scipy.optimize  # noqa: F401 - the figures load it when a run has ended
 from numba.core import event
 from numba.core.dispatcher import Dispatcher
 from numba.np.ufunc.dufunc import DUFunc

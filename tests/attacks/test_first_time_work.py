@@ -77,6 +77,14 @@ def test_nothing_is_loaded_late_at_contacts_violations_and_the_goal(scene, metho
     assert late_work(scene, choices) == []
 
 
+def test_nothing_is_loaded_late_where_no_plan_is_feasible():
+    met = ["people.0.start=[1.2, 0.0]", "people.0.velocity=[-1.4, 0.0]", "stop_on_collision=false"]
+    records = []
+    choices = [*met, "control.method=rkhs-plan", "physics.engine=kinematic", "time_limit=2.0"]
+    assert late_work("crossing1", choices, watch=records.append) == []
+    assert {record.decision.plan.feasible for record in records} == {True, False}
+
+
 @pytest.mark.parametrize("paced", [False, True])
 def test_nothing_is_loaded_late_by_the_log_and_its_thread(tmp_path, paced):
     pacer = {"pacer": RealTimePacer(0.02)} if paced else {}

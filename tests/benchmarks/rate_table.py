@@ -1,6 +1,7 @@
-"""The README's table of real time, measured again: deadlines missed by rate, load and privileges, and each verdict.
+r"""The table of docs/realtime.md, measured again: deadlines missed by rate, load and privileges, and each verdict.
 
-    uv run python tests/benchmarks/rate_table.py [SCENE] [--rates HZ,HZ,...] [--duration S] [--rows NAME ...]
+    uv run python tests/benchmarks/rate_table.py [SCENE] [--controller NAME] [--rates HZ,HZ,...] [--duration S] \
+        [--rows NAME ...]
 
 Each test is a process of its own. A cell holds the misses of the loop, of the machine and of first-time work, summed
 over the repeats, and every verdict. Rows are those of ROWS; each has a duration of its own unless --duration is given.
@@ -35,9 +36,9 @@ ROWS = {
 }
 
 
-def test(scene: str, rate: float, row: Row, duration: float) -> dict:
-    """What one rate test reports."""
-    command = [sys.executable, "-m", "mjnav.cli.main", "rate-test", scene, "--rate", f"{rate:g}", "--json"]
+def test(scene: list[str], rate: float, row: Row, duration: float) -> dict:
+    """What one rate test reports; `scene` are the words that name it, and its controller."""
+    command = [sys.executable, "-m", "mjnav.cli.main", "rate-test", *scene, "--rate", f"{rate:g}", "--json"]
     command += ["--duration", f"{duration:g}", *(["--stress"] if row.stress else [])]
     if not row.privileged:
         command = [sys.executable, str(UNPRIVILEGED), str(LOCKED), *command]
@@ -58,6 +59,7 @@ def cell(reports: list[dict]) -> str:
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("scene", nargs="?", default="hall")
+    parser.add_argument("--controller", help="in place of the scene's own")
     parser.add_argument("--rates", default="10,20,50,100,200", metavar="HZ,HZ,...")
     parser.add_argument("--duration", type=float, help="of each test [s], in place of the rows' own")
     parser.add_argument("--repeats", type=int, default=3)
@@ -65,7 +67,8 @@ def main() -> int:
     arguments = parser.parse_args()
     rates = [float(word) for word in arguments.rates.split(",")]
 
-    test(arguments.scene, rates[0], ROWS["idle"], 0.2)  # compiles
+    scene = [arguments.scene, *([] if arguments.controller is None else ["--controller", arguments.controller])]
+    test(scene, rates[0], ROWS["idle"], 0.2)  # compiles
     print(f"|  | {' | '.join(f'{rate:g} Hz' for rate in rates)} |")
     print(f"|---|{'---|' * len(rates)}", flush=True)
     gaps, machine = [], ""
@@ -74,7 +77,7 @@ def main() -> int:
         duration = arguments.duration or row.duration
         cells = []
         for rate in rates:
-            reports = [test(arguments.scene, rate, row, duration) for _ in range(arguments.repeats)]
+            reports = [test(scene, rate, row, duration) for _ in range(arguments.repeats)]
             cells.append(cell(reports))
             gaps += [report["machine_gaps"] for report in reports]
             machine = f"{reports[0]['cpus']} CPUs, {reports[0]['kernel']}"

@@ -11,12 +11,13 @@ import pytest
 from gymnasium.utils.env_checker import check_env
 
 import mjnav
+from mjnav import load_scenario
 from mjnav.control.policy import Features, PolicyController, flatten
 from mjnav.errors import InvalidValue
 from mjnav.gym import register
 
 QUICK = ("physics.engine=kinematic", "time_limit=2")
-HALL_SEED_3 = "c24a2ed58fad1ba6e5c72543fbc4d42ad4428bac686372cb57cd9545acd53705"
+HALL_SEED_3_RKHS = "c24a2ed58fad1ba6e5c72543fbc4d42ad4428bac686372cb57cd9545acd53705"
 
 
 def scene(name: str = "crossing1", *overrides: str, **options) -> gymnasium.Env:
@@ -32,15 +33,24 @@ def driven(env: gymnasium.Env, action, **reset) -> list[tuple]:
     return steps
 
 
-def test_the_scenes_own_controller_through_the_environment_gives_the_run_of_the_command_line():
-    with gymnasium.make("mjnav/Hall-v0", actions="si") as env:
+def driven_by_its_own_controller(*overrides: str) -> str:
+    """The state hash of hall, seed 3, driven through the environment by the decisions of its simulation."""
+    with gymnasium.make("mjnav/Hall-v0", actions="si", overrides=overrides) as env:
         env.reset(seed=3)
         simulation, done = env.unwrapped.simulation, False
         while not done:
             decision = simulation.decide()
             *_, terminated, truncated, info = env.step(np.array([decision.v, decision.omega]))
             done = terminated or truncated
-    assert info["summary"]["state_hash"] == HALL_SEED_3
+    return info["summary"]["state_hash"]
+
+
+def test_the_scenes_own_controller_through_the_environment_gives_the_run_of_the_command_line():
+    assert driven_by_its_own_controller("control.method=rkhs") == HALL_SEED_3_RKHS
+    overrides = ("physics.engine=kinematic", "time_limit=4", "control.samples=48")
+    assert load_scenario("hall").control.method == "rkhs-plan"  # which keeps its plan from tick to tick
+    result = mjnav.run(load_scenario("hall", overrides, seed=3))
+    assert driven_by_its_own_controller(*overrides) == result.summary["state_hash"]
 
 
 def test_it_keeps_gymnasiums_rules_and_warns_of_nothing():
@@ -133,7 +143,7 @@ class Recording(PolicyController):
 def test_a_policy_as_a_controller_sees_what_the_environment_showed_bit_for_bit():
     Recording.seen.clear()
     overrides = ("physics.engine=kinematic", "time_limit=1")
-    result = mjnav.run(mjnav.load_scenario("hall", overrides), controller=Recording, seed=4)
+    result = mjnav.run(load_scenario("hall", overrides), controller=Recording, seed=4)
     with gymnasium.make("mjnav/Hall-v0", overrides=overrides, features=Recording.features) as env:
         first, _ = env.reset(seed=4)
         steps = driven(env, [0.5, 0.1], seed=4)
