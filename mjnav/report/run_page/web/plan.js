@@ -96,7 +96,7 @@ RunMap = class PlanMap extends RunMap {
     const [rollouts, points] = run.plan.fan, size = 2 * points;
     const known = Array.from({ length: rollouts }, (_, i) => i).filter((i) => Number.isFinite(moves[i * size]));
     context.globalAlpha = 0.8;
-    for (const i of known.reverse()) {
+    for (const i of known.toReversed()) {
       const way = Number.isFinite(start[0]) ? [start] : [];
       let [x, y] = [x0, y0];
       for (let j = i * size; j < (i + 1) * size && Number.isFinite(moves[j]); j += 2) {
