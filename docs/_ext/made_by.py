@@ -3,7 +3,7 @@
     ```{made-by} hall.png
     :alt: The robot in the hall
     mjnav run hall --seed 3 --log hall.mcap
-    mjnav render hall.mcap --at 18 -o hall.png
+    mjnav render hall.mcap --at 7 -o hall.png
     ```
 
 With `:hide:` only the picture is shown.
