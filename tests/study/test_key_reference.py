@@ -64,8 +64,10 @@ def test_a_methods_parameters_come_with_its_own_defaults():
     assert by_method["rkhs-paper"]["control.degree"].default == 3
     assert "control.degree" not in by_method["orca"]
     together = [(row.default, row.where) for row in RUN if row.key == "control.degree"]
-    assert together == [(1, "method = rkhs"), (3, "method = rkhs-paper")]
-    assert {row.where for row in RUN if row.key == "control.samples"} == {""}  # every method has them
+    assert together == [(1, "method = rkhs"), (3, "method = rkhs-paper"), (2, "method = rkhs-plan")]
+    samples = [(row.default, row.where) for row in RUN if row.key == "control.samples"]
+    assert samples == [(25, "method other than rkhs-plan"), (48, "method = rkhs-plan")]
+    assert {row.where for row in RUN if row.key == "control.approach_time"} == {""}
     with pytest.raises(InvalidValue, match="did you mean 'rkhs'"):
         run_keys("rkhz")
     assert set(control.names()) >= set(by_method)

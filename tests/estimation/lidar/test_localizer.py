@@ -18,7 +18,8 @@ SETTLED = 10  # readings
 
 def driven(start=(0.0, 0.0, 0.0), seed=0, **more):
     """Readings of a drive through hall that goes by the pose sensor, and the true pose at each."""
-    scenario = mjnav.load_scenario("hall", {**ROOM, "robot.start": list(start), **more}, seed=seed)
+    drive = {**ROOM, "control.method": "rkhs", "robot.start": list(start)}
+    scenario = mjnav.load_scenario("hall", {**drive, **more}, seed=seed)
     readings, truth = [], []
     with mjnav.Simulation(scenario, log=False, scan=True) as simulation:
         while not simulation.done:
