@@ -36,7 +36,7 @@ from mjnav.control.base import ProblemController, status_of
 from mjnav.control.kernels.guides import ways_left
 from mjnav.control.kernels.mppi_rollout import ControlLimits, Rollouts
 from mjnav.control.parameters import MOST, Count, GoalParameters, Positive, Seconds, Share, Weight
-from mjnav.control.problem.fan import KEPT, Plan, guided, guides, perturbations, softmin
+from mjnav.control.problem.fan import KEPT, Plan, carried_on, guided, guides, perturbations, softmin
 from mjnav.control.problem.goal_cost import mean_cost_along
 from mjnav.control.problem.joint_samples import JointSamples
 from mjnav.control.problem.memory import check_memory
@@ -104,7 +104,7 @@ class Weighed:
 
 
 class Planner(ProblemController[P]):
-    """Plans ahead, and keeps its plan from one decision to the next: a subclass gives `risk`.
+    """Plans ahead, and keeps its plan from one decision to the next: a subclass gives `risks_of`.
 
     The plan is moved on by the time between the two observations. It is dropped, for the straight way to the goal,
     where that time is not above 0 or longer than half of the plan. Nothing else is kept: the perturbations are drawn
@@ -142,17 +142,20 @@ class Planner(ProblemController[P]):
         feasible = rows.risks.contact <= p.risk_bound
         if feasible.any():
             new = rows.only(int(np.argmin(np.where(feasible, rows.total, np.inf))))
-            mean = weigh(rows.rollouts.controls[:, : p.steps] @ softmin(rows.total, p.temperature)[:, None])
-            if self.follows_mean and mean.total[0] <= new.total[0] and mean.risks.contact[0] <= p.risk_bound:
-                new = mean
+            if self.follows_mean:
+                mean = weigh(rows.rollouts.controls[:, : p.steps] @ softmin(rows.total, p.temperature)[:, None])
+                if mean.total[0] <= new.total[0] and mean.risks.contact[0] <= p.risk_bound:
+                    new = mean
         else:
             new = rows.only(int(np.argmin(samples.lost_time(rows.rollouts))))
         self._plan = Plan(observation.time, new.rollouts.controls[:, : p.steps, 0])
         v, omega = self._plan.controls[:, 0].tolist()
         possible = bool(feasible.any())
         status = status_of(observation, v, omega, None if possible else Status.INFEASIBLE)
-        mean, h = problem.mean_pose[:2], new.risks.violation[0]
-        shown = shown_plan(rows.rollouts, rows.total, new.rollouts, mean, feasible=possible, violation=h)
+        shown = shown_plan(
+            rows.rollouts, rows.total, new.rollouts, problem.mean_pose[:2], feasible=possible,
+            violation=new.risks.violation[0],
+        )  # fmt: skip
         return Decision(v, omega, status, _message(problem, rows, new), plan=shown)
 
     def weigh(
@@ -184,9 +187,7 @@ class Planner(ProblemController[P]):
         back = min(speed, max(-self.limits.min_speed, 0.0))
         rows = self.guides(float(pose[2]), float(np.arctan2(-by_y, -by_x)[0, 0]), speed, back)
         ways = guided(rows, pose, way, limits, p.approach_time, p.preview, p.step, p.steps)
-        plan = ways[:, :, 0]
-        if self._plan is not None and 0.0 < o.time - self._plan.time <= 0.5 * p.steps * p.step:
-            plan = self._plan.after(o.time - self._plan.time, p.step)
+        plan = carried_on(self._plan, o.time, p.step, ways[:, :, 0])
         unperturbed = np.stack([np.zeros_like(plan), plan], axis=2)
         return np.concatenate([unperturbed, ways, plan[:, :, None] + self._perturbations], axis=2)
 

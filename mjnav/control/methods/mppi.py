@@ -30,15 +30,13 @@ from mjnav.config import Range
 from mjnav.control.base import ProblemController, status_of
 from mjnav.control.kernels.mppi_rollout import ControlLimits, Rollouts, approach
 from mjnav.control.parameters import MOST, Count, GoalParameters, LaneWeights, Positive, Seconds, Share, Weight
-from mjnav.control.problem.fan import Plan, perturbations, softmin
+from mjnav.control.problem.fan import KEPT, STAND, Plan, carried_on, perturbations, softmin
 from mjnav.control.problem.goal_cost import mean_goal_cost
 from mjnav.control.problem.mppi_risk import Risk, Surroundings
 from mjnav.control.problem.obstacles import Reach, walls_in_reach
 from mjnav.control.problem.problem import Problem
 from mjnav.control.problem.shown_plan import NO_VIOLATION, shown_plan
 from mjnav.messages import Array, CandidateCosts, Decision, Observation, RobotLimits, Status
-
-BRAKE, PLAN = 0, 1  # the first rollouts; then the straight way to the goal, then the perturbed plans
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -88,7 +86,7 @@ class RolloutCosts:
             cone=np.concatenate([self.risk.cone, new.risk.cone]),
             lane=np.concatenate([self.risk.lane, new.risk.lane]),
             total=np.concatenate([self.total, new.total]),
-            nominal=PLAN,
+            nominal=KEPT,
         )
 
 
@@ -122,7 +120,7 @@ class Mppi(ProblemController[MppiParameters]):
         new = self.costs(problem, surroundings, limits, rows.controls @ softmin(rows.total, p.temperature)[:, None])
         feasible = rows.risk.worst <= p.risk_bound
         cheapest = int(np.argmin(np.where(feasible | ~feasible.any(), rows.total, np.inf)))
-        if new.risk.worst[0] > p.risk_bound or cheapest == BRAKE:  # a mean of rollouts never stops completely
+        if new.risk.worst[0] > p.risk_bound or cheapest == STAND:  # a mean of rollouts never stops completely
             new = rows.only(cheapest)
         self._plan = Plan(observation.time, new.controls[:, :, 0])
         v, omega = self._plan.controls[:, 0].tolist()
@@ -147,8 +145,6 @@ class Mppi(ProblemController[MppiParameters]):
         p, o, pose = self.parameters, problem.observation, problem.mean_pose
         speed = min(p.preferred_speed, self.limits.max_speed)
         straight = approach(o.goal - pose[:2], pose[2], limits, speed, p.step, p.steps, p)
-        plan = straight
-        if self._plan is not None and 0.0 < o.time - self._plan.time <= 0.5 * p.steps * p.step:
-            plan = self._plan.after(o.time - self._plan.time, p.step)
+        plan = carried_on(self._plan, o.time, p.step, straight)
         unperturbed = np.stack([np.zeros_like(plan), plan, straight], axis=2)
         return np.concatenate([unperturbed, plan[:, :, None] + self._perturbations], axis=2)

@@ -43,6 +43,17 @@ class Plan:
         return np.stack([np.interp(at + passed / step, at, u) for u in self.controls])
 
 
+def carried_on(plan: Plan | None, time: float, step: float, straight: Array) -> Array:
+    """The controls (2, T) of a plan moved on to `time` [s].
+
+    Those of the `straight` way where there is no plan, where no time has passed since it was made, or where more has
+    than half of its length.
+    """
+    if plan is None or not 0.0 < time - plan.time <= 0.5 * straight.shape[1] * step:
+        return straight
+    return plan.after(time - plan.time, step)
+
+
 def softmin(cost: Array, temperature: float) -> Array:
     """w_k = exp(-(S_k - min S) / temperature) / sum, for costs S (K,)."""
     weights = np.exp((cost.min() - cost) / temperature)

@@ -9,12 +9,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from mjnav.constraints.lane import lane_distance
 from mjnav.control.kernels.mppi_rollout import Rollouts
 from mjnav.control.kernels.violation import DEEPEST, meet_discs, meet_lane, meet_walls
 from mjnav.control.problem.futures import positions_at
 from mjnav.control.problem.obstacles import Reach
 from mjnav.control.problem.problem import Problem
+from mjnav.control.problem.robot_offsets import lane_excesses, robot_offsets
 from mjnav.geometry.kernel_types import Indices
 from mjnav.messages import Array, ObstacleSamples
 
@@ -35,14 +35,8 @@ class JointSamples:
 
     @classmethod
     def of(cls, problem: Problem, reach: Reach, steps: int, step: float) -> "JointSamples":
-        """The discs and walls in reach, for `steps` steps of `step` [s].
-
-        Each robot sample includes the drift of its actuation noise over one period; the next decision observes and
-        corrects it.
-        """
-        o, mean, heading = problem.observation, problem.mean_pose[:2], problem.observation.robot_pose[:, 2]
-        drift = problem.period * o.control_noise[:, 0]
-        offsets = (o.robot_pose[:, :2] - mean).T + drift * np.stack([np.cos(heading), np.sin(heading)])
+        """The discs and walls in reach, for `steps` steps of `step` [s]."""
+        o, mean, offsets = problem.observation, problem.mean_pose[:2], robot_offsets(problem)
         near = [o.obstacles[j] for j in reach.discs]
         moving = [body for body in near if _moves(body)]
         standing = [body for body in near if not _moves(body)]
@@ -56,7 +50,7 @@ class JointSamples:
             moving_radius=np.array([body.radius + radius for body in moving]),
             standing=np.concatenate([np.hstack([points, points]), walls]),
             standing_radius=np.concatenate([[body.radius + radius for body in standing], np.full(len(walls), radius)]),
-            lanes=_lanes(problem, offsets),
+            lanes=lane_excesses(problem, offsets),
             times=times,
         )
 
@@ -119,14 +113,3 @@ def _relative_paths(bodies: list[ObstacleSamples], mean: Array, offsets: Array, 
             paths[:, :, b] = np.moveaxis(positions_at(body, times)[:, i], -1, 0)
     paths -= mean[:, None, None, None] + offsets[:, None, None]
     return paths[0], paths[1]
-
-
-def _lanes(problem: Problem, offsets: Array) -> tuple[tuple[Array, Array], ...]:
-    lanes, mean, found = problem.observation.lanes, problem.mean_pose[:2], []
-    if lanes is not None:
-        sides = ((lanes.left, lanes.left_offset, 1.0), (lanes.right, lanes.right_offset, -1.0))
-        for line, noise, outward in sides:
-            normal = outward * np.array(line[:2]) / np.hypot(*line[:2])
-            beyond = outward * (lane_distance(mean, line) + noise) + problem.limits.radius
-            found.append((normal, normal @ offsets + beyond))
-    return tuple(found)

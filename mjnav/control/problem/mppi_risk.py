@@ -13,11 +13,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from mjnav.constraints.lane import lane_distance
 from mjnav.control.kernels.mppi_rollout import Rollouts
 from mjnav.control.problem.futures import positions_at
 from mjnav.control.problem.obstacles import Discs, Reach
 from mjnav.control.problem.problem import Problem
+from mjnav.control.problem.robot_offsets import lane_excesses, robot_offsets
 from mjnav.geometry.compiled import kernel
 from mjnav.geometry.kernel_types import Indices, Matrix, Vector
 from mjnav.messages import Array, ObstacleSamples
@@ -248,23 +248,11 @@ class Surroundings:
 
     @classmethod
     def of(cls, problem: Problem, reach: Reach, steps: int, step: float) -> "Surroundings":
-        """The discs and walls in reach, by the problem's samples, for `steps` steps of `step` [s].
-
-        Each robot sample includes the drift of its actuation noise over one period; the next decision observes and
-        corrects it.
-        """
-        o, mean, heading = problem.observation, problem.mean_pose[:2], problem.observation.robot_pose[:, 2]
-        drift = problem.period * o.control_noise[:, 0]
-        offsets = (o.robot_pose[:, :2] - mean).T + drift * np.stack([np.cos(heading), np.sin(heading)])
+        """The discs and walls in reach, by the problem's samples, for `steps` steps of `step` [s]."""
+        o, mean, offsets = problem.observation, problem.mean_pose[:2], robot_offsets(problem)
         discs = problem.discs.take(reach.discs)
         paths = _paths(o.obstacles, reach, discs, mean, step * np.arange(1, steps + 1, dtype=float))
-        num_discs, lanes = len(o.obstacles), []
-        if o.lanes is not None:
-            sides = ((o.lanes.left, o.lanes.left_offset, 1.0), (o.lanes.right, o.lanes.right_offset, -1.0))
-            for line, noise, outward in sides:
-                normal = outward * np.array(line[:2]) / np.hypot(*line[:2])
-                beyond = outward * (lane_distance(mean, line) + noise) + problem.limits.radius
-                lanes.append((normal, normal @ offsets + beyond))
+        num_discs = len(o.obstacles)
         return cls(
             offsets=offsets,
             start=discs.start,
@@ -274,7 +262,7 @@ class Surroundings:
             columns=[*reach.discs, *(num_discs + w for w in reach.walls)],
             num_columns=num_discs + len(o.walls),
             radius=problem.limits.radius + problem.parameters.safety_margin,
-            lanes=tuple(lanes),
+            lanes=lane_excesses(problem, offsets),
         )
 
     def risk(self, rollouts: Rollouts) -> Risk:
