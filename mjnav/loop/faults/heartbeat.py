@@ -82,7 +82,7 @@ class Heartbeat:
         """While it lasts, the signal ASK raises TimeUp where the episode hangs; on the main thread only."""
 
         def ask(number: int, frame: FrameType | None) -> None:
-            if self.hangs:
+            if self.hangs and self.over is None:  # it is asked until it ends
                 raise TimeUp(self.end(frame))
 
         before = signal.signal(ASK, ask)
@@ -123,7 +123,7 @@ class Watchdog:
             return False
         if self._asked is None:
             self._asked = now
-            os.kill(process, ASK)
+        os.kill(process, ASK)  # every time: after its last beat it may have had ticks, and not hang for GRACE yet
         return now - self._asked > END_TIMEOUT
 
     def _stalled(self, now: float, quiet: float) -> str:
