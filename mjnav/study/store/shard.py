@@ -93,7 +93,8 @@ def _read(content: bytes, columns: Sequence[str]) -> "pyarrow.Table":
         read_dictionary=[name for name in there if found.field(name).type == pa.string()],  # unpacked once each
         **limits,
     )
-    table = file.read(there)
+    # On this thread: one of Arrow's that frees `content` while the interpreter ends would abort the process.
+    table = file.read(there, use_threads=False)
     table.validate(full=True)
     for name in there:
         if name in ALWAYS and table[name].null_count:

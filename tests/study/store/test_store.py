@@ -57,6 +57,22 @@ def test_shards_are_zstd_and_duckdb_reads_them(store):
     assert duckdb.sql(query).fetchall() == [(3, 1.5)]
 
 
+def test_no_thread_frees_what_was_read(store):
+    """One that does so while the interpreter ends takes its lock, and aborts the process."""
+    store.append([row(number) for number in range(3)])
+    program = """if True:
+        import os, sys
+        from pathlib import Path
+        import mjnav.study.store.shard as shard
+        shard.parquet()
+        threads = lambda: len(os.listdir("/proc/self/task"))
+        before = threads()
+        shard.read_shard(Path(sys.argv[1]), list(shard.COLUMNS))
+        assert threads() == before"""
+    (path,) = store.folder.glob("part-*.parquet")
+    subprocess.run([sys.executable, "-c", program, path], check=True)
+
+
 def test_failures_are_counted_by_cause_and_forgotten_together(store):
     store.append([row(0), row(1, "a"), row(2, "b")])
     store.append([row(3, "a")])
