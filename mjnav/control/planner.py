@@ -5,7 +5,7 @@ the robot stands. Rollout k costs
 
     S_k = w_J / (T v_p^2) sum_t J(x_t, u_t)  +  w_P P_k  +  w_E E_k / v_p^2  +  lambda risk_k
 
-    P_k = (L(x_T) - [L(x_0) - v_p T dt]_+) / (v_p T dt)              progress: 0 where it drives to the goal at v_p
+    P_k = (L(x_T) - [L(x_0) - D]_+) / min(D, L(x_0)),  D = v_p T dt  progress: 0 where it drives on at v_p, 1 at rest
     E_k = sum_t ((v_t - v_t-1)^2 + (b / 2)^2 (omega_t - omega_t-1)^2) / dt     effort: the control cost of the metrics
 
 with J the shared goal cost at the end of every step, L(x) the way left to the goal around what stands, v_p the
@@ -58,7 +58,7 @@ class PlannerParameters(GoalParameters):
     temperature: Annotated[Positive, "of the weights exp(-cost / temperature)"] = 0.0642
     goal_weight: Annotated[Weight, "w_J, of the mean goal cost"] = 0.305
     progress_weight: Annotated[Weight, "w_P, of the way that is left"] = 1.18
-    effort_weight: Annotated[Weight, "w_E, of the control cost"] = 0.0813
+    effort_weight: Annotated[Weight, "w_E, of the control cost"] = 0.14
     half_track: Annotated[float, Range(0.0, MOST, "m"), "b / 2, half of the track width, in the control cost"] = 0.17
     speed_noise: Annotated[float, Range(0.0, MOST, "m/s"), "standard deviation of the perturbations of v"] = 0.4
     turn_noise: Annotated[float, Range(0.0, MOST, "rad/s"), "standard deviation of the perturbations of omega"] = 0.8
@@ -227,8 +227,11 @@ def braking_steps(limits: RobotLimits, step: float) -> int:
 
 
 def progress(left: Array, at_start: float, way: float) -> Array:
-    """P of plans with `left` (T, K) [m] to go, where there were `at_start` [m], of which `way` [m] can be driven."""
-    return (left[-1] - max(at_start - way, 0.0)) / way
+    """P of plans with `left` (T, K) [m] to go, where there were `at_start` [m]; in T steps `way` [m] can be driven.
+
+    At the goal, where no share of the way can be told, the way of one step stands for what is left.
+    """
+    return (left[-1] - max(at_start - way, 0.0)) / min(way, max(at_start, way / len(left)))
 
 
 def effort(rollouts: Rollouts, twist: Array, half_track: float) -> Array:
