@@ -123,8 +123,10 @@ class Watchdog:
             return False
         if self._asked is None:
             self._asked = now
+        if now - self._asked > END_TIMEOUT:
+            return True
         os.kill(process, ASK)  # every time: after its last beat it may have had ticks, and not hang for GRACE yet
-        return now - self._asked > END_TIMEOUT
+        return False
 
     def _stalled(self, now: float, quiet: float) -> str:
         if not self._begun:
