@@ -23,6 +23,8 @@ from mjnav.geometry.compiled import kernel, scalar
 from mjnav.geometry.kernel_types import Matrix, Vector
 from mjnav.messages import Array
 
+TIE = 1e-9  # [rad] off the middle within which both sides of an obstacle are equally near
+
 
 @scalar
 def leave_velocity_obstacle(rx, ry, qx, qy, radius, horizon, period):
@@ -43,9 +45,11 @@ def leave_velocity_obstacle(rx, ry, qx, qy, radius, horizon, period):
             distance = np.sqrt(rr)
             nx, ny = (-rx / distance, -ry / distance) if distance > 0.0 else (-1.0, 0.0)
         return nx, ny, radius * rate - w
-    # The tangents from the origin to the disc about r touch it at the end of a leg; the nearer leg counts.
+    # The tangents from the origin to the disc about r touch it at the end of a leg; the nearer leg counts, the
+    # right one where both are equally near.
     leg = np.sqrt(rr - radius * radius)
-    side = 1.0 if rx * wy - ry * wx > 0.0 else -1.0
+    cross = rx * wy - ry * wx
+    side = 1.0 if cross > 0.0 and cross * cross > TIE * TIE * rr * ww else -1.0
     dx = (rx * leg - side * ry * radius) / rr
     dy = (ry * leg + side * rx * radius) / rr
     nx, ny = -side * dy, side * dx

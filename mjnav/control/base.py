@@ -17,7 +17,7 @@ import numpy as np
 from mjnav.control.kernels.cone_blocks import Samples
 from mjnav.control.parameters import LoopParameters, MatchingParameters, Parameters, WeightedParameters, completed
 from mjnav.control.problem.desired import Desired
-from mjnav.control.problem.nominal import least_violating
+from mjnav.control.problem.nominal import cheapest, least_violating
 from mjnav.control.problem.problem import Problem
 from mjnav.messages import Array, CandidateCosts, Decision, Observation, RobotLimits, Status
 
@@ -101,7 +101,7 @@ class GridController(ProblemController[P]):
         """The candidate of least total cost."""
         problem = self.problem(observation)
         costs = self.evaluate(problem)
-        best = int(np.argmin(costs.total))
+        best = int(cheapest(costs.total))
         return Decision(float(costs.v[best]), float(costs.omega[best]), self.status(problem, costs, best), costs)
 
     def status(self, problem: Problem, costs: CandidateCosts, best: int) -> Status:

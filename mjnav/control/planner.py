@@ -40,6 +40,7 @@ from mjnav.control.problem.fan import KEPT, Plan, carried_on, guided, guides, pe
 from mjnav.control.problem.goal_cost import mean_cost_along
 from mjnav.control.problem.joint_samples import JointSamples
 from mjnav.control.problem.memory import check_memory
+from mjnav.control.problem.nominal import cheapest
 from mjnav.control.problem.obstacles import Reach, walls_in_reach
 from mjnav.control.problem.problem import Problem
 from mjnav.control.problem.shown_plan import shown_plan
@@ -141,13 +142,13 @@ class Planner(ProblemController[P]):
         rows = weigh(self._wanted(problem, limits, way))
         feasible = rows.risks.contact <= p.risk_bound
         if feasible.any():
-            new = rows.only(int(np.argmin(np.where(feasible, rows.total, np.inf))))
+            new = rows.only(int(cheapest(np.where(feasible, rows.total, np.inf))))
             if self.follows_mean:
                 mean = weigh(rows.rollouts.controls[:, : p.steps] @ softmin(rows.total, p.temperature)[:, None])
                 if mean.total[0] <= new.total[0] and mean.risks.contact[0] <= p.risk_bound:
                     new = mean
         else:
-            new = rows.only(int(np.argmin(samples.lost_time(rows.rollouts))))
+            new = rows.only(int(cheapest(samples.lost_time(rows.rollouts))))
         self._plan = Plan(observation.time, new.rollouts.controls[:, : p.steps, 0])
         v, omega = self._plan.controls[:, 0].tolist()
         possible = bool(feasible.any())

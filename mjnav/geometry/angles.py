@@ -1,10 +1,11 @@
-"""Headings in (-pi, pi]."""
+"""Headings in (-pi, pi], and the way round from one to another."""
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from mjnav.messages import Array
 
+HALF_TURN_TIE = 1e-9  # [rad] within which two ways round are equally far: rounding does not choose between them
 LEAST = float(np.nextafter(-np.pi, 0.0))  # [rad], the first above -pi
 
 
@@ -12,6 +13,11 @@ def wrap(angle: ArrayLike) -> Array:
     """The same angle in (-pi, pi], elementwise [rad]."""
     wrapped = np.pi - (np.pi - np.asarray(angle, float)) % (2.0 * np.pi)
     return np.maximum(wrapped, LEAST)  # an angle just above pi comes out as -pi: the remainder is rounded
+
+
+def shortest_turn(angle: float) -> float:
+    """The way round by `angle` [rad], in (-pi, pi] but for HALF_TURN_TIE: half a turn is to the left."""
+    return angle - 2.0 * np.pi * np.ceil((angle - (np.pi + HALF_TURN_TIE)) / (2.0 * np.pi))
 
 
 def circular_mean(angles: ArrayLike, weights: ArrayLike | None = None) -> float:

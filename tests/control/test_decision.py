@@ -79,6 +79,21 @@ def test_a_turned_and_shifted_world_gives_the_same_decision(controller, observe,
     assert_decided_alike(controller, o, other)
 
 
+@pytest.mark.parametrize(
+    ("goal", "obstacle"), [((-4.0, 0.0), ()), ((6.0, 0.0), ((2.0, 0.0),))], ids=["goal behind", "obstacle ahead"]
+)
+def test_of_two_sides_that_are_equally_good_the_same_is_taken_whatever_the_last_bits(controller, alone, goal, obstacle):
+    o, omegas = alone(twist=(0.4, 0.0), goal=goal, obstacles=[disc(*place) for place in obstacle]), []
+    for heading in np.random.default_rng(0).uniform(-np.pi, np.pi, 20):
+        rotation = np.array([[np.cos(heading), np.sin(heading)], [-np.sin(heading), np.cos(heading)]])
+        discs = tuple(replace(one, position=one.position @ rotation) for one in o.obstacles)
+        turned = replace(
+            o, robot_pose=o.robot_pose + np.array([0.0, 0.0, heading]), goal=o.goal @ rotation, obstacles=discs
+        )
+        omegas.append(fresh(controller).decide(turned).omega)
+    assert omegas == pytest.approx([omegas[0]] * 20, abs=1e-6)
+
+
 def test_the_same_observations_in_the_same_order_give_the_same_bits(controller, observe):
     other = fresh(controller)
     for tick in range(3):

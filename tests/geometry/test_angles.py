@@ -3,7 +3,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from mjnav.geometry.angles import circular_mean, wrap
+from mjnav.geometry.angles import HALF_TURN_TIE, circular_mean, shortest_turn, wrap
 
 ANGLES = st.floats(-1e4, 1e4)
 
@@ -22,6 +22,19 @@ def test_a_wrapped_angle_is_the_same_direction_in_the_half_open_range(angle):
 )
 def test_the_ends_of_the_range_wrap_exactly(angle, expected):
     assert float(wrap(angle)) == pytest.approx(expected, abs=1e-15)
+
+
+@given(ANGLES)
+def test_the_way_round_is_the_wrapped_angle_but_that_half_a_turn_has_one_side(angle):
+    turn = shortest_turn(angle)
+    half = np.pi - abs(turn) < 2.0 * HALF_TURN_TIE
+    assert turn == pytest.approx(abs(float(wrap(angle))) if half else float(wrap(angle)), abs=1e-8)
+
+
+@pytest.mark.parametrize("turns", range(-5, 6))
+@pytest.mark.parametrize("off", [-1e-12, 0.0, 1e-12])
+def test_half_a_turn_is_to_the_left_whatever_the_last_bits(turns, off):
+    assert shortest_turn((2 * turns + 1) * np.pi + off) == pytest.approx(np.pi, abs=2e-12)
 
 
 @pytest.mark.parametrize("turns", range(-5, 6))

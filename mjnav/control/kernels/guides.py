@@ -6,7 +6,7 @@ Forwards it faces where it goes; with a negative speed it backs off.
 
 import numpy as np
 
-from mjnav.control.kernels.mppi_rollout import chord
+from mjnav.control.kernels.mppi_rollout import chord, turn_by
 from mjnav.geometry.compiled import kernel
 from mjnav.geometry.kernel_types import Matrix, Vector
 from mjnav.geometry.way_field import WayGrid, way_lookup
@@ -47,8 +47,7 @@ def guide(
                 else:
                     bearing = np.arctan2(-by_y, -by_x) if left > 0.0 else heading
                     limit, forward = min(abs(speed), left / approach_time), abs(speed)
-                turn = bearing - heading + (np.pi if forward < 0.0 else 0.0)
-                turn -= 2.0 * np.pi * np.round(turn / (2.0 * np.pi))
+                turn = turn_by(bearing - heading + (np.pi if forward < 0.0 else 0.0))
                 wanted_v = limit * max(np.cos(turn), 0.0) * (-1.0 if forward < 0.0 else 1.0)
                 wanted_omega = turn / preview
             low_v, high_v, low_omega, high_omega = first[0, 0], first[1, 0], first[0, 1], first[1, 1]

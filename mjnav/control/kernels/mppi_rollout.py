@@ -9,10 +9,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from mjnav.control.parameters import GoalParameters
+from mjnav.geometry.angles import shortest_turn
 from mjnav.geometry.compiled import kernel, scalar
 from mjnav.geometry.kernel_types import Matrix, Vector
 from mjnav.messages import Array, RobotLimits
 from mjnav.motion.diff_drive import control_bounds, reachable
+
+turn_by = scalar(shortest_turn)
 
 
 @scalar
@@ -67,8 +70,7 @@ def _approach(
     for t in range(out.shape[1]):
         dx, dy = goal_x - x, goal_y - y
         distance = np.sqrt(dx * dx + dy * dy)
-        turn = np.arctan2(dy, dx) - heading if distance > 0.0 else 0.0
-        turn -= 2.0 * np.pi * np.round(turn / (2.0 * np.pi))
+        turn = turn_by(np.arctan2(dy, dx) - heading) if distance > 0.0 else 0.0
         out[0, t] = min(speed, distance / approach_time) * max(np.cos(turn), 0.0)
         out[1, t] = turn / preview
         for c in range(2):

@@ -33,6 +33,7 @@ from mjnav.control.parameters import MOST, Count, GoalParameters, LaneWeights, P
 from mjnav.control.problem.fan import KEPT, STAND, Plan, carried_on, perturbations, softmin
 from mjnav.control.problem.goal_cost import mean_goal_cost
 from mjnav.control.problem.mppi_risk import Risk, Surroundings
+from mjnav.control.problem.nominal import cheapest
 from mjnav.control.problem.obstacles import Reach, walls_in_reach
 from mjnav.control.problem.problem import Problem
 from mjnav.control.problem.shown_plan import NO_VIOLATION, shown_plan
@@ -119,9 +120,9 @@ class Mppi(ProblemController[MppiParameters]):
         rows = self.costs(problem, surroundings, limits, self._wanted(problem, limits))
         new = self.costs(problem, surroundings, limits, rows.controls @ softmin(rows.total, p.temperature)[:, None])
         feasible = rows.risk.worst <= p.risk_bound
-        cheapest = int(np.argmin(np.where(feasible | ~feasible.any(), rows.total, np.inf)))
-        if new.risk.worst[0] > p.risk_bound or cheapest == STAND:  # a mean of rollouts never stops completely
-            new = rows.only(cheapest)
+        best = int(cheapest(np.where(feasible | ~feasible.any(), rows.total, np.inf)))
+        if new.risk.worst[0] > p.risk_bound or best == STAND:  # a mean of rollouts never stops completely
+            new = rows.only(best)
         self._plan = Plan(observation.time, new.controls[:, :, 0])
         v, omega = self._plan.controls[:, 0].tolist()
         infeasible = Status.INFEASIBLE if new.risk.worst[0] > p.risk_bound else None

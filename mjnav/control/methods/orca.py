@@ -38,6 +38,7 @@ from mjnav.constraints.velocity_obstacle import velocity_obstacle_exits
 from mjnav.control.base import ProblemController, status_of
 from mjnav.control.parameters import LEAST, MOST, Positive, Seconds, SightParameters
 from mjnav.control.problem.problem import Problem
+from mjnav.geometry.angles import shortest_turn
 from mjnav.messages import Array, Decision, Observation, Status
 from mjnav.motion.diff_drive import reachable
 
@@ -74,7 +75,7 @@ class Orca(ProblemController[OrcaParameters]):
         p = self.parameters
         x, y = (problem.observation.goal - problem.mean_pose[:2]) @ problem.to_robot
         speed = min(p.preferred_speed, self.limits.max_speed, np.hypot(x, y) / p.approach_time)
-        angle = np.clip(np.arctan2(y, x), -0.5 * np.pi, 0.5 * np.pi)
+        angle = np.clip(shortest_turn(np.arctan2(y, x)), -0.5 * np.pi, 0.5 * np.pi)
         return speed * np.array([np.cos(angle), np.sin(angle)])
 
     def half_planes(self, problem: Problem) -> tuple[Array, Array]:

@@ -17,7 +17,7 @@ from mjnav.control.problem.candidates import Candidates, candidate_grid
 from mjnav.control.problem.futures import straightened
 from mjnav.control.problem.goal_cost import GoalCost
 from mjnav.control.problem.lane_samples import lane_samples
-from mjnav.control.problem.nominal import least_violating
+from mjnav.control.problem.nominal import cheapest, least_violating
 from mjnav.control.problem.obstacles import Discs, Reach, blocks, discs_in_reach, walls_in_reach
 from mjnav.control.problem.sample_cone import SampleCone
 from mjnav.geometry.angles import circular_mean
@@ -154,7 +154,7 @@ class Problem(Constant):
 
         The cheapest of those that violate nothing; where all violate, of those that violate least.
         """
-        return np.argmin(np.where(least_violating(violation), cost, inf), axis=-1).tolist()
+        return cheapest(np.where(least_violating(violation), cost, inf)).tolist()
 
     def _violation_at(self, shifts: Array) -> Array:
         """(P, K), with the robot's mean position `shifts` (P, 2) away."""

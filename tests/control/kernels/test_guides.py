@@ -51,6 +51,13 @@ def test_a_reversing_guide_backs_off(heading, aside):
     assert 0.8 < along <= 1.4
 
 
+def test_what_lies_straight_behind_is_turned_to_on_the_left_whatever_the_last_bit_of_the_heading():
+    for heading in np.random.default_rng(0).uniform(-pi, pi, 200):
+        behind = [(0.0, 2.8, heading + turns * pi, 0.5) for turns in (-3.0, -1.0, 1.0)]
+        found, _ = controls(behind, (0.0, 0.0, heading), (4.0, 1.0), RobotLimits(), 4)
+        assert (found[1, 0] > 0.0).all()
+
+
 @settings(max_examples=30)
 @given(headings, goals, st.tuples(st.floats(-0.5, 1.0), st.floats(-1.5, 1.5)), st.sampled_from([0.0, 0.5]))
 def test_every_guide_is_within_the_limits(heading, goal, twist, back):
