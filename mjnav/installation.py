@@ -35,7 +35,7 @@ def installing(found: Distribution, package: str, extra: str, prefix: str = sys.
     by_uv = _is_uv(found)
     if by_uv and checkout is not None and Path(prefix).parent == checkout:
         here = "" if Path.cwd() == checkout else f" --project {shlex.quote(str(checkout))}"
-        return f"uv sync{here} --extra {extra}"
+        return f"uv sync{here} --inexact --extra {extra}"
     wanted = [f"mjnav[{extra}]"] if origin is None else list(_requirements(found, extra)) or [package]
     pip = _uv_pip(prefix) if by_uv else _pip(prefix)
     return f"{pip} {' '.join(map(shlex.quote, wanted))}"

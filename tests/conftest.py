@@ -1,7 +1,8 @@
-"""What every test shares: hypothesis without a clock, `--no-skips`, the distribution over processes, default limits."""
+"""What every test shares: its packages, hypothesis without a clock, `--no-skips`, the distribution over processes."""
 
 import os
 import sys
+from importlib.util import find_spec
 from pathlib import Path
 
 import pytest
@@ -15,6 +16,18 @@ settings.load_profile("mjnav")
 
 
 MAX_WORKERS = 4
+ANEW = "MJNAV_TESTS_WITH_ALL_GROUPS"
+
+
+def pytest_configure(config):
+    """Where the packages that the tests need are not installed, uv installs them, and pytest starts anew."""
+    if find_spec("importlinter") is not None:  # of the group `dev` alone
+        return
+    if "UV" not in os.environ or ANEW in os.environ:
+        raise pytest.UsageError("the tests need the packages of the dependency group dev: uv run --group dev pytest")
+    config.pluginmanager.getplugin("capturemanager").suspend_global_capture(in_=True)
+    os.environ[ANEW] = "1"
+    os.execvp(os.environ["UV"], ["uv", "run", "--group", "dev", "pytest", *config.invocation_params.args])
 
 
 def pytest_xdist_auto_num_workers(config):

@@ -39,7 +39,7 @@ def installed(folder: Path, installer: str, origin: str | None) -> PathDistribut
         ("pip", WHEEL, "/opt/b", "/opt/b/bin/python -m pip install 'gymnasium<2,>=1.1'"),
         ("uv", None, "/opt/a", "uv pip install 'mjnav[gym]'"),
         ("uv", WHEEL, "/opt/b", "uv pip install --python /opt/b 'gymnasium<2,>=1.1'"),
-        ("uv", EDITABLE, f"{CHECKOUT}/.venv", f"uv sync --project '{CHECKOUT}' --extra gym"),
+        ("uv", EDITABLE, f"{CHECKOUT}/.venv", f"uv sync --project '{CHECKOUT}' --inexact --extra gym"),
         ("uv", EDITABLE, "/opt/a", "uv pip install 'gymnasium<2,>=1.1'"),
     ],
 )
