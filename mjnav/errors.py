@@ -1,12 +1,13 @@
 """What mjnav raises, and the exit code that the command line gives for it."""
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from difflib import get_close_matches
 from functools import partial
 from traceback import extract_tb
 
 _MAX_SHOWN = 120  # characters of a key and of a found value in a message
+_MAX_TEXT = 300  # of an exception's message
 
 
 class MjnavError(Exception):
@@ -36,6 +37,32 @@ class UntrustedCode(InputError):
         super().__init__(f"{what}, code that a replay imports and runs: {trust} allows it{instead}")
 
 
+@contextmanager
+def own_code(fault: Callable[[BaseException], Exception], *passed: type[Exception]) -> Iterator[None]:
+    """Runs code of the user's own: whatever it raises, SystemExit and GeneratorExit too, becomes `fault(error)`.
+
+    An interrupt stays one, and so do the errors that `passed` names and those that end a run.
+    """
+    try:
+        yield
+    except BaseException as error:
+        ends = isinstance(error, MjnavError) and not isinstance(error, InputError)
+        if ends or isinstance(error, (KeyboardInterrupt, *passed)):
+            raise
+        raise fault(error) from error
+
+
+def message(error: BaseException) -> str:
+    """The message of an exception in a line, also of one that has no text to give."""
+    text = _text(str, error)
+    return "its __str__ raises" if text is None else _cut(" ".join(text.split()), _MAX_TEXT)
+
+
+def said(error: BaseException) -> str:
+    """The type of an exception and its message in a line."""
+    return ": ".join(part for part in (type(error).__name__, message(error)) if part)
+
+
 class PluginFault(MjnavError):
     """What a plug-in returned in a run cannot be used, or what it raised; it ends the run."""
 
@@ -43,14 +70,13 @@ class PluginFault(MjnavError):
     @contextmanager
     def told(cls, name: str, call: str) -> Iterator[None]:
         """What `call` of the plug-in `name` raises becomes this, with its place: also before the first tick."""
-        try:
-            yield
-        except MjnavError:
-            raise
-        except Exception as error:
+
+        def fault(error: BaseException) -> PluginFault:
             frame = extract_tb(error.__traceback__)[-1]
-            text = f"{name}: {call} raised {type(error).__name__}: {error} ({frame.filename}:{frame.lineno})"
-            raise cls(text) from error
+            return cls(f"{name}: {call} raised {said(error)} ({frame.filename}:{frame.lineno})")
+
+        with own_code(fault):
+            yield
 
 
 class InvalidValue(InputError, ValueError):
@@ -84,11 +110,8 @@ class InvalidValue(InputError, ValueError):
 def _shown(found: object) -> str:
     if found is None:
         return "nothing"
-    try:
-        text = repr(found)
-    except ValueError:  # an integer of more digits than Python prints
-        return f"a {type(found).__name__}"
-    return _cut(text)
+    text = _text(repr, found)  # none of an integer of more digits than Python prints
+    return f"a {type(found).__name__}" if text is None else _cut(text)
 
 
 def _one_line(key: str) -> str:
@@ -96,8 +119,18 @@ def _one_line(key: str) -> str:
     return key if key.isprintable() else repr(key)[1:-1]
 
 
-def _cut(text: str) -> str:
-    return text if len(text) <= _MAX_SHOWN else f"{text[:_MAX_SHOWN]}..."
+def _cut(text: str, most: int = _MAX_SHOWN) -> str:
+    return text if len(text) <= most else f"{text[:most]}..."
+
+
+def _text(form: Callable[[object], str], thing: object) -> str | None:
+    """`str` or `repr` of a thing; None where its own method raises."""
+    try:
+        return form(thing)
+    except KeyboardInterrupt:
+        raise
+    except BaseException:
+        return None
 
 
 def unknown_name(key: str, found: str, names: Iterable[str], *, what: str = "", also: str = "") -> InvalidValue:

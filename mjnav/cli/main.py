@@ -139,7 +139,14 @@ def _execute(argv: list[str], guard: Guard) -> int:
         parser.print_help()
         return 0
     with quiet_output() if getattr(arguments, "quiet", False) else nullcontext():
-        return import_module(COMMANDS[arguments.command][0]).execute(arguments)
+        try:
+            return import_module(COMMANDS[arguments.command][0]).execute(arguments)
+        except (Exception, KeyboardInterrupt):
+            raise
+        except BaseException as error:  # SystemExit that nothing else caught is no end of ours
+            from mjnav.loop.faults.fault import describe_fault
+
+            raise MjnavError(f"the command was ended from within: {describe_fault(error)}") from error
 
 
 if __name__ == "__main__":

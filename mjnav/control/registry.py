@@ -5,6 +5,7 @@ A new method is a file in `methods/` and an entry in METHODS: `mjnav list`, run 
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from functools import partial
 from importlib import import_module
 from inspect import isclass
 from math import inf
@@ -147,11 +148,12 @@ def make_controller(name: Any, robot_limits: RobotLimits, period: float, **param
         return _object(name, kind, parameters)
     preset = _preset(method, period)
     kind_of_parameters = parameters_type(CONTROLLER, name, kind, LoopParameters)
-    own = own_parameters(name, kind_of_parameters, parameters, preset)
+    own = construct(CONTROLLER, name, partial(own_parameters, name, kind_of_parameters, parameters, preset))
     check_memory(own)
     if method is not None:
         return method.controller_class(robot_limits, period, own)
-    return completed_controller(name, construct(CONTROLLER, name, kind, robot_limits, period, own), own)
+    made = construct(CONTROLLER, name, kind, robot_limits, period, own)
+    return construct(CONTROLLER, name, completed_controller, name, made, own)
 
 
 def shipped_parameters(name: str, period: float, **parameters: Any) -> LoopParameters | None:

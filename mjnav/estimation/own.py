@@ -24,10 +24,11 @@ class OwnLocalizer(PoseEstimator):
 
     def update(self, reading: Reading) -> RobotBelief:
         """The localizer's belief. Raises PluginFault where it is none."""
-        found = self._own.update(sealed_message(reading))
-        if not isinstance(found, RobotBelief):
-            raise PluginFault(f"{self._name}: update() returned a {type(found).__name__} in place of a RobotBelief")
-        self._belief = RobotBelief(reading.time, *checked(self._name, found, 3), bool(found.recovered))
+        with PluginFault.told(self._name, "update()"):
+            found = self._own.update(sealed_message(reading))
+            if not isinstance(found, RobotBelief):
+                raise PluginFault(f"{self._name}: update() returned a {type(found).__name__} in place of a RobotBelief")
+            self._belief = RobotBelief(reading.time, *checked(self._name, found, 3), bool(found.recovered))
         return self._belief
 
 
@@ -43,7 +44,11 @@ class OwnTracker(PeopleTracker):
 
         The tracker returns these alone, or one a person, of which those of people who are not there are dropped.
         """
-        found = self._own.update(sealed_message(reading))
+        with PluginFault.told(self._name, "update()"):
+            self._tracks = self._tracks_of(reading, self._own.update(sealed_message(reading)))
+        return self._tracks
+
+    def _tracks_of(self, reading: Reading, found: Any) -> tuple[Track, ...]:
         tracks = tuple(found) if isinstance(found, list | tuple) else (found,)
         there = self._detected(reading)
         if len(tracks) == len(self._names):
@@ -55,11 +60,10 @@ class OwnTracker(PeopleTracker):
         names = [self._names[p] for p in there]
         rows = [checked(f"{self._name}, {name}", track, 4) for name, track in zip(names, tracks, strict=True)]
         self._tracked = there
-        self._tracks = tuple(
+        return tuple(
             Track(self._names[p], reading.time, *row, self._radii[p], bool(track.recovered))
             for p, row, track in zip(there, rows, tracks, strict=True)
         )
-        return self._tracks
 
 
 class _Checked(NamedTuple):

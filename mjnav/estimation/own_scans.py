@@ -36,7 +36,11 @@ class OwnScanTracker:
 
     def update(self, reading: Reading, robot: RobotBelief | None = None) -> tuple[Track, ...]:
         """The tracks after one more reading. Raises PluginFault for what is none, and for names that are none."""
-        found = self._own.update(sealed_message(reading), sealed_message(robot))
+        with PluginFault.told(self._name, "update()"):
+            self._tracks = self._tracks_of(reading, self._own.update(sealed_message(reading), sealed_message(robot)))
+        return self._tracks
+
+    def _tracks_of(self, reading: Reading, found: Any) -> tuple[Track, ...]:
         tracks = tuple(found) if isinstance(found, list | tuple) else (found,)
         kinds = {type(track).__name__ for track in tracks if not isinstance(track, Track)}
         if kinds:
@@ -47,8 +51,7 @@ class OwnScanTracker:
             raise PluginFault(f'{self._name}: a track is named {wrong!r} in place of "track" and a number')
         if len(set(names)) < len(names) or len(names) > MOST_TRACKS:
             raise PluginFault(f"{self._name}: {len(names)} tracks, {len(set(names))} names; {MOST_TRACKS} at most")
-        self._tracks = tuple(self._checked(track, reading.time) for track in tracks)
-        return self._tracks
+        return tuple(self._checked(track, reading.time) for track in tracks)
 
     def _checked(self, track: Track, time: float) -> Track:
         name = f"{self._name}, {track.name}"

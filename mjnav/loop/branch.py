@@ -4,7 +4,7 @@ from collections.abc import Iterable, Mapping
 from copy import deepcopy
 from typing import Any
 
-from mjnav.errors import InputError, MjnavError
+from mjnav.errors import InputError, MjnavError, own_code, said
 
 
 def branched(state: Mapping[str, Any], messages: Iterable[object]) -> dict[str, Any]:
@@ -12,12 +12,8 @@ def branched(state: Mapping[str, Any], messages: Iterable[object]) -> dict[str, 
 
     Raises InputError where an object of the user's own cannot be copied.
     """
-    try:
+    advice = (
+        "objects of your own in a simulation need to be ones that copy.deepcopy can copy, or have a method __deepcopy__"
+    )
+    with own_code(lambda error: InputError(f"copy(): {said(error)}; {advice}"), MjnavError):
         return deepcopy(dict(state), {id(message): message for message in messages})
-    except MjnavError:
-        raise
-    except Exception as error:
-        raise InputError(
-            f"copy(): {type(error).__name__}: {error}; objects of your own in a simulation need to be ones that "
-            "copy.deepcopy can copy, or have a method __deepcopy__"
-        ) from error

@@ -74,21 +74,21 @@ class Episode:
         try:
             seconds = (self._pacer.now() - began) * 1e-9
             simulation.conclude(seconds, deadline_misses=self._misses, detour=self._detour)
-        except Exception as error:
+        except BaseException as error:
             errors.append(error)
         result = simulation.result
         if result is not None and self._profile is not None:
             result = replace(result, profile=Profile.of(self._profile))
         if not errors and result is not None:
             return result
-        first = errors[0]
-        if not isinstance(first, Exception | SystemExit):  # an interrupt stays one
-            raise first
+        for error in errors:
+            if isinstance(error, KeyboardInterrupt):  # which stays one; all else is a fault
+                raise error
         what = "; ".join(dict.fromkeys(map(describe_fault, errors)))
         place = f"; the log is {self._log}" if self._log and not any(isinstance(e, LogError) for e in errors) else ""
         ticks = simulation.tick if result is None else result.run.figures.ticks
         text = f"{simulation.outcome} after {simulation.truth.time:.1f} s, {ticks} ticks: {what}{place}"
-        raise RunFault(text, result) from first
+        raise RunFault(text, result) from errors[0]
 
     def _goes_on(self, start: Start) -> bool:
         """Whether there is another tick, which began so."""

@@ -4,11 +4,10 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from math import isfinite
 from numbers import Real
-from traceback import extract_tb
 from types import MappingProxyType
 from typing import Any, Protocol
 
-from mjnav.errors import InputError, InvalidValue, MjnavError
+from mjnav.errors import InvalidValue, PluginFault, own_code, said
 from mjnav.messages import Trajectory
 from mjnav.plugins import MetricPlugin
 from mjnav.scenarios.plugged import metrics_of
@@ -66,26 +65,24 @@ class OwnMetrics:
         if not self._metrics:
             return Measured()
         trajectory = sealed_message(trajectory)
-        found: dict[str, object] = {}
+        found: dict[str, float | None] = {}
         faults: list[str] = []
         for name, metric in self._metrics:
             try:
-                values = dict(metric.measure(trajectory, self._scenario))
-            except (Exception, SystemExit) as error:
-                if isinstance(error, MjnavError) and not isinstance(error, InputError):
-                    raise  # the run is being ended
-                frame = extract_tb(error.__traceback__)[-1]
-                where = f"{frame.filename}:{frame.lineno}"
-                faults.append(f"{name}: measure() raised {type(error).__name__}: {error} ({where})")
-                continue
-            faults += _misfits(name, values, metric.figures)
-            found |= {figure: values.get(figure) for figure in metric.figures}
-        return Measured(self.figures, {name: _number(found.get(name)) for name in self.figures}, tuple(faults))
+                with PluginFault.told(name, "measure()"):
+                    values = dict(metric.measure(trajectory, self._scenario))
+                    misfits = [*_misfits(name, values, metric.figures)]
+                    found |= {figure: _number(values.get(figure)) for figure in metric.figures}
+            except PluginFault as fault:
+                misfits = [str(fault)]
+            faults += misfits
+        return Measured(self.figures, {name: found.get(name) for name in self.figures}, tuple(faults))
 
 
 def _figures(plugin: MetricPlugin, metric: Any, known: Mapping[str, Figure]) -> Mapping[str, Figure]:
     """The figures of a metric. Raises InvalidValue for what are none, and for names that another metric has."""
-    figures = getattr(metric, "figures", None)
+    with own_code(lambda error: InvalidValue("", plugin.name, f"a metric whose `figures` can be read ({said(error)})")):
+        figures = getattr(metric, "figures", None)
     if not isinstance(figures, Mapping) or not all(
         isinstance(name, str) and name.isidentifier() and isinstance(figure, Figure) for name, figure in figures.items()
     ):

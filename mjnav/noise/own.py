@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mjnav.errors import InvalidValue, PluginFault
+from mjnav.errors import InvalidValue, PluginFault, own_code, said
 from mjnav.messages import Array
 from mjnav.noise.base import Distribution, Size
 from mjnav.plugins import DistributionPlugin
@@ -20,12 +20,10 @@ class Checked:
 
     def __init__(self, name: str, distribution: Any):
         self._name, self._own = name, distribution
-        try:
+        allowed = "a distribution whose mean, std and support (low, high) are numbers"
+        with own_code(lambda error: InvalidValue("distribution", name, f"{allowed} ({said(error)})")):
             self.mean, self.std = float(distribution.mean), float(distribution.std)
             low, high = map(float, distribution.support)
-        except (AttributeError, TypeError, ValueError) as error:
-            allowed = f"a distribution whose mean, std and support (low, high) are numbers ({error})"
-            raise InvalidValue("distribution", name, allowed) from error
         self.support = low, high
         if not (isfinite(self.mean) and isfinite(self.std) and self.std >= 0.0 and low <= high):
             found = f"{name}: mean {self.mean}, std {self.std}, support {self.support}"

@@ -9,7 +9,7 @@ from types import ModuleType
 from typing import Any, TypeVar
 
 from mjnav.config import below, keys, settled
-from mjnav.errors import InvalidValue, unknown_name
+from mjnav.errors import InvalidValue, own_code, said, unknown_name
 from mjnav.plugins.given import Given
 from mjnav.plugins.importing import imported, is_file, loaded
 from mjnav.plugins.kinds import Kind
@@ -45,13 +45,9 @@ def module_of(kind: Kind, name: str) -> ModuleType | None:
 
 def construct(kind: Kind, name: str, found: Any, *arguments: Any) -> Any:
     """An instance of the class `found` under `name`. Raises InvalidValue where its constructor raises."""
-    try:
+    allowed = f"{kind.allowed}, made as {kind.made}"
+    with own_code(lambda error: InvalidValue(kind.key, name, f"{allowed} ({said(error)})"), InvalidValue):
         return found(*arguments)
-    except InvalidValue:
-        raise
-    except (Exception, SystemExit) as error:
-        allowed = f"{kind.allowed}, made as {kind.made} ({_said(error)})"
-        raise InvalidValue(kind.key, name, allowed) from error
 
 
 def parameters_type(kind: Kind, name: str, found: Any, base: type[P]) -> type[P]:
@@ -93,10 +89,9 @@ def _at(kind: Kind, name: str, place: str, owner: str = "") -> Any:
         raise InvalidValue(kind.key, name, kind.allowed)
     if by_file and not Path(module_name).is_file():
         raise InvalidValue(kind.key, name, "a Python file that exists", nearest=_nearest(module_name, own))
-    try:
+    allowed = "a module that can be imported"
+    with own_code(lambda error: InvalidValue(kind.key, name, f"{allowed} ({owner}{said(error)})")):
         module = imported(module_name)
-    except (Exception, SystemExit) as error:  # any failure of the user's module
-        raise InvalidValue(kind.key, name, f"a module that can be imported ({owner}{_said(error)})") from error
     if not hasattr(module, own):
         raise unknown_name(kind.key, name, [f"{module_name}:{found}" for found in _offered(kind, module)])
     return getattr(module, own)
@@ -125,7 +120,3 @@ def _nearest(file: str, own: str) -> str | None:
         return None
     close = get_close_matches(str(Path(file)), siblings, n=1, cutoff=0.75)
     return f"{close[0]}:{own}" if close else None
-
-
-def _said(error: BaseException) -> str:
-    return f"{type(error).__name__}: {error}"

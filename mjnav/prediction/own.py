@@ -18,7 +18,10 @@ class OwnPredictor:
 
     def predict(self, crowd: Crowd) -> Futures:
         """The predictor's futures. Raises PluginFault where they are none."""
-        found = self._own.predict(sealed_message(crowd))
+        with PluginFault.told(self._name, "predict()"):
+            return self._futures(crowd, self._own.predict(sealed_message(crowd)))
+
+    def _futures(self, crowd: Crowd, found: Any) -> Futures:
         if not isinstance(found, Futures):
             raise PluginFault(f"{self._name}: predict() returned a {type(found).__name__} in place of Futures")
         shape = (*crowd.samples.shape[:2], 2)

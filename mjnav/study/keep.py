@@ -54,7 +54,7 @@ def check_kind(kind: str) -> None:
         raise unknown_name("keep_logs", kind, KINDS)
 
 
-def raise_log_fault(error: Exception, keep: Keep | None) -> None:
+def raise_log_fault(error: BaseException, keep: Keep | None) -> None:
     """Raises LogFault where this error of a run is its log's, which is then removed; else does nothing."""
     cause = error.__cause__ if isinstance(error, RunFault) else error
     if isinstance(cause, LogFault):

@@ -50,7 +50,7 @@ def with_log(trial: Trial, row: Row, beat: Callable[[float], None] = lambda time
         return row
     try:
         ended = Episode(prepared(trial), log=keep.new_log(), progress=beat).run().run.state_hash
-    except Exception as error:
+    except BaseException as error:  # as in `run_trial`
         raise_log_fault(error, keep)
         ended = cause_of(error)
     if ended != (row.error or row.figures["state_hash"]):

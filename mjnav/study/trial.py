@@ -87,7 +87,7 @@ def run_trial(trial: Trial, beat: Callable[[float], None] = lambda time: None) -
         figures = {**_figures(result, scenario), **shape.figures()}
         own = result.run.metrics
         return _row(trial, time.perf_counter() - began, figures, metrics=json.dumps(own) if own else None)
-    except Exception as error:  # whatever a controller raises, the other episodes continue
+    except BaseException as error:  # whatever a plug-in raises: Ctrl-C does not reach workers
         raise_log_fault(error, trial.keep)
         return failed_row(trial, cause_of(error), time.perf_counter() - began)
 
@@ -111,7 +111,7 @@ def failed_row(trial: Trial, cause: str, seconds: float | None = None) -> Row:
     return _row(trial, seconds, {}, cause)
 
 
-def cause_of(error: Exception) -> str:
+def cause_of(error: BaseException) -> str:
     """Why an episode broke, without the time at which it did: equal causes of different episodes are the same text."""
     return describe_fault(error.__cause__ if isinstance(error, RunFault) and error.__cause__ is not None else error)
 

@@ -259,6 +259,100 @@ def line(part: str) -> int:
     return next(number for number, line in enumerate(MINE.splitlines(), 1) if part in line)
 
 
+# ------------------------------------------------------------------------- what plug-ins of every kind raise
+
+QUICK = ("--set", "physics.engine=kinematic", "--set", "time_limit=0.3")
+FAULTY = '''
+import sys
+from dataclasses import dataclass
+from mjnav.metrics import Figure
+
+class Own(BaseException):
+    """Neither an error nor an exit."""
+
+class Mute(Exception):
+    def __str__(self):
+        raise ValueError("no text")
+    __repr__ = __str__
+
+def fail(here):
+    if here == {moment!r}:
+        raise {raised}
+
+fail("import")
+
+@dataclass(init=False)
+class Faulty:
+    """Of every kind."""
+
+    mean, std, support = 0.0, 0.01, (-0.02, 0.02)
+    figures = {{"figure": Figure("", "A figure.")}}
+
+    def __init__(self, *arguments):
+        fail("construction")
+
+    def act(self, *arguments):
+        fail("call")
+
+    decide = update = predict = velocity = sample = logpdf = measure = act
+
+class ByScans(Faulty):
+    by_scans = True
+
+class Leaving(Faulty):
+    by_scans = property(lambda self: sys.exit(0))
+'''
+NAMED = {
+    "controller": ("--controller", "{}"),
+    "localizer": ("--set", "estimation.robot.localizer={}"),
+    "tracker": ("--set", "estimation.obstacles.tracker={}"),
+    "tracker by scans": ("--set", "estimation.obstacles.tracker={}"),
+    "predictor": ("--set", "prediction.model={}"),
+    "behaviour": ("--set", "people.0.behaviour={}"),
+    "distribution": ("--set", "noise.gyro={{distribution={!r}}}"),
+    "metric": ("--set", "metrics=[{!r}]"),
+}
+RAISED = {"SystemExit": "SystemExit(0)", "GeneratorExit": "GeneratorExit", "Own": "Own", "Mute": "Mute"}
+
+
+@pytest.mark.parametrize("raised", RAISED)
+@pytest.mark.parametrize("moment", ["import", "construction", "call"])
+@pytest.mark.parametrize("kind", NAMED)
+def test_whatever_a_plugin_raises_is_its_fault_and_said_in_a_line(mjnav, tmp_path, kind, moment, raised):
+    (tmp_path / "faulty.py").write_text(FAULTY.format(moment=moment, raised=RAISED[raised]))
+    own = "faulty.py:ByScans" if kind == "tracker by scans" else "faulty.py:Faulty"
+    option, value = NAMED[kind]
+    said = mjnav("run", "crossing1", "--json", "--log", "a.mcap", *QUICK, option, value.format(own))
+    line, log = said.err.strip(), tmp_path / "a.mcap"
+    assert (raised in line, "faulty.py" in line, "\n" in line) == (True, True, False)
+    if moment != "call" or kind in ("behaviour", "distribution"):  # which are asked before the first tick
+        assert (said.code, own in line, log.exists()) == (1 if moment == "call" else 2, True, False)
+        return
+    code, outcome = (0, "timeout") if kind == "metric" else (1, "aborted")
+    assert said.code == code
+    result = open_log(log).result
+    assert result["outcome"] == json.loads(said.out)["outcome"] == outcome
+    (event,) = (e.value.message for e in open_log(log).messages("/events") if e.value.name in ("fault", "metric"))
+    assert event in line
+
+
+@pytest.mark.parametrize("kind", ["controller", "localizer", "metric"])
+def test_an_interrupt_in_a_plugin_stays_one_and_the_log_is_whole(mjnav, tmp_path, kind):
+    (tmp_path / "faulty.py").write_text(FAULTY.format(moment="call", raised="KeyboardInterrupt"))
+    option, value = NAMED[kind]
+    said = mjnav("run", "crossing1", "--log", "a.mcap", *QUICK, option, value.format("faulty.py:Faulty"))
+    assert (said.code, said.out, said.err) == (130, "", "mjnav: interrupted\n")
+    assert not open_log(tmp_path / "a.mcap").truncated
+
+
+def test_an_exit_that_nothing_else_catches_is_no_success(mjnav, tmp_path):
+    (tmp_path / "faulty.py").write_text(FAULTY.format(moment="", raised="Own"))
+    said = mjnav("run", "crossing1", *QUICK, "--set", "estimation.obstacles.tracker=faulty.py:Leaving")
+    told = rf"mjnav: the command was ended from within: SystemExit: 0 \({tmp_path}/faulty.py:\d+, in <lambda>\)\n"
+    assert (said.code, said.out) == (1, "")
+    assert re.fullmatch(told, said.err)
+
+
 # ------------------------------------------------------------------------------------------- the disk
 
 

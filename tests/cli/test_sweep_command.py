@@ -32,6 +32,20 @@ class Failing(Rkhs):
         return super().decide(observation)
 """
 
+LEAVING = """
+from mjnav.control.methods.mean import Mean
+
+
+class Mute(BaseException):
+    def __str__(self):
+        raise ValueError("no text")
+
+
+class Leaving(Mean):
+    def decide(self, observation):
+        raise {}
+"""
+
 
 @pytest.fixture
 def sweep(mjnav, tmp_path):
@@ -103,6 +117,18 @@ def test_an_episode_that_breaks_is_counted_by_its_cause_and_can_be_retried(sweep
     assert retry == "  --retry-failed runs them again"
     assert "4 episodes, 0 of them" in sweep("--seeds", 2, "--resume").out
     assert "4 episodes, 2 of them" in sweep("--seeds", 2, "--retry-failed").out
+
+
+def test_whatever_a_plugin_raises_is_the_cause_in_its_row(sweep, tmp_path):
+    text = STUDY
+    for method, raised in {"rkhs": "SystemExit(0)", "mean": "Mute"}.items():
+        (tmp_path / f"{method}.py").write_text(LEAVING.format(raised))
+        text = text.replace(f'"{method}"', f'"{method}.py:Leaving"')
+    (tmp_path / "two.toml").write_text(text)
+    said = sweep("--seeds", 1)
+    assert (said.code, said.err) == (1, "")
+    causes = sorted(Store("runs/out/two methods").causes())
+    assert [cause.partition(" (")[0] for cause in causes] == ["Mute: its __str__ raises", "SystemExit: 0"]
 
 
 @pytest.mark.parametrize(

@@ -2,12 +2,10 @@
 
 import traceback
 
-from mjnav.errors import MjnavError
+from mjnav.errors import MjnavError, PluginFault, message, said
 from mjnav.loop.faults.location import location
 from mjnav.loop.result import Result
 from mjnav.messages import Event
-
-_MAX_TEXT = 300  # characters of an exception's message
 
 
 class RunFault(MjnavError):
@@ -24,20 +22,15 @@ class RunFault(MjnavError):
 def describe_fault(error: BaseException) -> str:
     """One line: mjnav's own words, or an exception's type, its message and the place in the user's code."""
     if isinstance(error, MjnavError):
-        return _line(str(error))
+        return message(error)
     where = location(traceback.extract_tb(error.__traceback__))
-    text = ": ".join(part for part in (type(error).__name__, _line(str(error))) if part)
-    return f"{text} ({where})" if where else text
+    return f"{said(error)} ({where})" if where else said(error)
 
 
 def fault_events(error: BaseException) -> tuple[Event, ...]:
-    """The log's events about the error, with its traceback unless it is one of mjnav's own."""
+    """The log's events about the error, with the traceback of code that is not mjnav's own."""
     fault = Event("error", "fault", describe_fault(error))
-    if isinstance(error, MjnavError):
+    raised = error.__cause__ if isinstance(error, PluginFault) else error
+    if raised is None or isinstance(raised, MjnavError):
         return (fault,)
-    return fault, Event("info", "traceback", "".join(traceback.format_exception(error)))
-
-
-def _line(text: str) -> str:
-    text = " ".join(text.split())
-    return text if len(text) <= _MAX_TEXT else f"{text[:_MAX_TEXT]}..."
+    return fault, Event("info", "traceback", "".join(traceback.format_exception(raised)))

@@ -12,6 +12,7 @@ from collections.abc import Callable, Iterable
 from contextlib import suppress
 from typing import NamedTuple
 
+from mjnav.errors import said
 from mjnav.recording.live import Writer
 
 FLUSH_INTERVAL = 0.2  # [s] of wall time, and of simulated time, between which everything reaches the file
@@ -167,5 +168,5 @@ class ThreadSink:
                 except Exception as error:  # raised again in the caller's thread
                     self._faults.put(error)
                 except BaseException as error:  # SystemExit, or a panic of the live server: the thread continues
-                    self._faults.put(RuntimeError(f"the log's thread: {error!r}"))
+                    self._faults.put(RuntimeError(f"the log's thread: {said(error)}"))
             self._taken += 1

@@ -20,7 +20,7 @@ from multiprocessing.connection import Connection, wait
 from types import MappingProxyType, ModuleType
 from typing import Any, TypeVar
 
-from mjnav.errors import MjnavError
+from mjnav.errors import MjnavError, said
 from mjnav.loop.faults.heartbeat import ASK, MAX_SECONDS, Heartbeat, Watchdog, dumped_frames
 from mjnav.loop.faults.process_end import describe_end, dump_of, dump_to, read_dump
 
@@ -219,7 +219,7 @@ def _serve(function: Callable[..., Any], pipe: Connection, words: Connection, se
             else:
                 with Heartbeat(seconds, lambda: pipe.send(None)).on_signal() as heart:
                     answer = False, function(task, heart)
-        except Exception as error:
+        except BaseException as error:  # of a plug-in
             answer = True, _sendable(error)
         pipe.send(answer)
 
@@ -232,12 +232,12 @@ def _die_with_parent() -> None:
         os._exit(1)
 
 
-def _sendable(error: Exception) -> Exception:
+def _sendable(error: BaseException) -> Exception:
     try:
         pickle.loads(pickle.dumps(error))
-    except Exception:
-        return MjnavError(repr(error))
-    return error
+    except BaseException:
+        return MjnavError(said(error))
+    return error if isinstance(error, Exception) else MjnavError(said(error))
 
 
 def _refuse(task: object, cause: str) -> Any:
