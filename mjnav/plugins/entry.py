@@ -11,6 +11,7 @@ from mjnav.config import Beside, settle
 from mjnav.errors import InvalidValue
 from mjnav.plugins.find import construct, find, own_parameters, parameters_type
 from mjnav.plugins.given import Given, name_of
+from mjnav.plugins.importing import placed
 from mjnav.plugins.kinds import BEHAVIOUR, DISTRIBUTION, LOCALIZER, METRIC, PREDICTOR, TRACKER, Kind
 from mjnav.plugins.registered import refuse_clash, registered
 
@@ -70,12 +71,12 @@ class Plugin:
         return construct(self.kind, self.name, found, *arguments, None)
 
     def _place(self, name: str) -> str:
-        """A name with its place: where a package registers it, the package's; a log is then read without the package.
+        """A name with its place: a file's absolute path, or a package's module; a log is then read without the package.
 
         Raises InvalidValue for a name that is none.
         """
         if ":" in name:
-            return name
+            return placed(name)
         refuse_clash(self.kind, name, ())
         entries = registered(self.kind)
         if name not in entries:

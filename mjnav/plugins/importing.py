@@ -23,6 +23,18 @@ def is_file(module: str) -> bool:
     return module.endswith(SUFFIX)
 
 
+def placed(name: str, folder: str | os.PathLike[str] = "") -> str:
+    """A name "file.py:Class" with the file's absolute path, where it lies in `folder`; others as they are.
+
+    A scenario holds such names: they mean the same file when a plug-in has changed the working folder.
+    """
+    file, colon, own = name.rpartition(":")
+    path = os.path.join(folder, file)
+    if not (colon and is_file(file)) or os.path.isabs(file) or not os.path.isfile(path):
+        return name
+    return f"{os.path.abspath(path)}:{own}"
+
+
 def imported(module: str) -> ModuleType:
     """The module "package.module" or "file.py", from its first import on the same. Raises what its code raises."""
     if not is_file(module):

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from mjnav.errors import InvalidValue
-from mjnav.plugins.importing import is_file
+from mjnav.plugins.importing import placed
 
 _MAX_BYTES = 10_000_000
 TRACE = "control.latency.trace"
@@ -28,7 +28,7 @@ def read_regular(path: str | os.PathLike[str], limit: int) -> bytes:
 
 
 def place_plugins(document: dict[str, Any], folder: Path) -> None:
-    """Makes the paths in a run file's plug-ins, "file.py:Class", those from the working folder, in place.
+    """Makes the paths in a run file's plug-ins, "file.py:Class", absolute, in place.
 
     As for a trace, they count from `folder`, or else from the working folder.
     """
@@ -62,14 +62,6 @@ def _named(document: dict[str, Any]) -> Iterator[tuple[dict[str, Any], str]]:
 def _table(document: dict[str, Any], key: str) -> dict[str, Any]:
     found = document.get(key)
     return found if isinstance(found, dict) else {}
-
-
-def placed(name: str, folder: Path) -> str:
-    """A name "file.py:Class" with the path from the working folder, where the file lies in `folder`; others as is."""
-    file, colon, own = name.rpartition(":")
-    if not (colon and is_file(file)) or os.path.isabs(file) or not os.path.isfile(folder / file):
-        return name
-    return f"{folder / file}:{own}"
 
 
 def inline(document: dict[str, Any], folder: Path | None) -> None:

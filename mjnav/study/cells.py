@@ -2,14 +2,15 @@
 
 import json
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import chdir
 from dataclasses import dataclass, replace
 from itertools import product
 from pathlib import Path
 
 from mjnav.errors import InvalidValue
 from mjnav.loop.prepare import load_scenario, resolved_parameters
+from mjnav.plugins.importing import placed
 from mjnav.scenarios import dumps
-from mjnav.scenarios.files import placed
 from mjnav.scenarios.overrides import Override
 from mjnav.study.study_file import MethodEntry, Overrides, SettingEntry, StudyFile, scene_path
 
@@ -94,21 +95,23 @@ def resolve(study: StudyFile, overrides: Sequence[str | Override] = (), scenes: 
             raise InvalidValue("", path, f"a scene of another name than {name!r}", file=where)
         names[path] = name
     cells: dict[str, Cell] = {}  # by document
-    for variant in variants(study, paths):
-        cell = _cell(study, variant, names[variant.scene], overrides)
-        if cell.document in cells:
-            allowed = f"cells that differ; {cells[cell.document].label} is the same"
-            raise InvalidValue("", cell.label, allowed, file=study.source)
-        cells[cell.document] = cell
+    folder = Path(study.source).parent.absolute()
+    with chdir("."):  # a controller may change the working folder when it is imported or made
+        for variant in variants(study, paths):
+            cell = _cell(study, variant, names[variant.scene], overrides, folder)
+            if cell.document in cells:
+                allowed = f"cells that differ; {cells[cell.document].label} is the same"
+                raise InvalidValue("", cell.label, allowed, file=study.source)
+            cells[cell.document] = cell
     return tuple(cells.values())
 
 
-def _cell(study: StudyFile, variant: Variant, scene: str, overrides: Sequence[str | Override]) -> Cell:
+def _cell(study: StudyFile, variant: Variant, scene: str, overrides: Sequence[str | Override], folder: Path) -> Cell:
     setting, method = variant.labels
     where = f"{study.source}: scene {scene}, setting {setting}"
     own = {**flat(study.set), **variant.overrides}
     given = [*(Override(*item, where) for item in own.items()), *overrides]
-    controller = placed(variant.method.controller, Path(study.source).parent)
+    controller = placed(variant.method.controller, folder)
     try:
         scenario = load_scenario(variant.scene, given, controller=controller)
     except InvalidValue as error:

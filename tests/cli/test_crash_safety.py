@@ -345,6 +345,13 @@ def test_an_interrupt_in_a_plugin_stays_one_and_the_log_is_whole(mjnav, tmp_path
     assert not open_log(tmp_path / "a.mcap").truncated
 
 
+def test_a_plugin_that_changes_the_working_folder_is_found_again(mjnav, tmp_path):
+    (tmp_path / "moving.py").write_text(f"import os\nos.chdir({str(tmp_path / 'logs')!r})\n{MINE}")
+    (tmp_path / "logs").mkdir()
+    said = mjnav("run", "crossing1", "--no-log", *QUICK, "--controller", "moving.py:Slow")
+    assert (said.code, said.err) == (0, "")
+
+
 def test_an_exit_that_nothing_else_catches_is_no_success(mjnav, tmp_path):
     (tmp_path / "faulty.py").write_text(FAULTY.format(moment="", raised="Own"))
     said = mjnav("run", "crossing1", *QUICK, "--set", "estimation.obstacles.tracker=faulty.py:Leaving")

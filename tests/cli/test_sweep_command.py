@@ -46,6 +46,20 @@ class Leaving(Mean):
         raise {}
 """
 
+MOVING = """
+import os
+
+from mjnav.control.methods.mean import Mean
+
+os.chdir("/")
+
+
+class Moving(Mean):
+    def decide(self, observation):
+        os.chdir("/")
+        return super().decide(observation)
+"""
+
 
 @pytest.fixture
 def sweep(mjnav, tmp_path):
@@ -129,6 +143,14 @@ def test_whatever_a_plugin_raises_is_the_cause_in_its_row(sweep, tmp_path):
     assert (said.code, said.err) == (1, "")
     causes = sorted(Store("runs/out/two methods").causes())
     assert [cause.partition(" (")[0] for cause in causes] == ["Mute: its __str__ raises", "SystemExit: 0"]
+
+
+def test_a_plugin_that_changes_the_working_folder_is_found_by_all_episodes(sweep, tmp_path):
+    (tmp_path / "moving.py").write_text(MOVING)
+    (tmp_path / "two.toml").write_text(STUDY.replace('"mean"', '"moving.py:Moving"'))
+    said = sweep("--seeds", 1, "--scene", "crossing1", "--scene", "lane")
+    assert (said.code, said.err) == (0, "")
+    assert len(Store(tmp_path / "runs/out/two methods").done()) == 4
 
 
 @pytest.mark.parametrize(
