@@ -22,7 +22,13 @@ from mjnav.scenarios.people import MAX_WALKING_SPEED
 KINDS = ("crowd",)
 LENGTH, MAX_LENGTH = 30.0, 1e6  # [s] of a window
 _MAX_WINDOWS = 60  # in text
-_OPTIONS = {"frame_rate": "--frame-rate", "window": "--window", "crop": "--crop", "people": "--react"}
+_OPTIONS = {
+    "frame_rate": "--frame-rate",
+    "window": "--window",
+    "crop": "--crop",
+    "people": "--react",
+    "duration": "--duration",
+}
 
 
 def configure(parser: argparse.ArgumentParser) -> None:

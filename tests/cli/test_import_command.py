@@ -57,6 +57,51 @@ def test_a_run_file_has_what_the_options_say_and_replaces_nothing(mjnav, recordi
     assert mjnav(*words).err == "mjnav: scene.toml: exists already; choose another name\n"
 
 
+UNIX = [(1.7e9 + 0.4 * i, 1, 0.4 * i) for i in range(20)]  # frame, id and x
+NEVER_ENDING = {
+    "a stray row": (
+        [*UNIX[:10], (0.0, 1, 4.0), *UNIX[10:]],
+        ("--frame-rate", 1),
+        "a.txt: line 11: found 0.0; allowed: a frame within 1000000 usual steps (0.4) of the median frame, 17000",
+    ),
+    "a gap of years": (
+        [(frame, 1, 0.0) for frame in (0, 1, 2, 900000000, 900000001)],
+        ("--frame-rate", 1000, "--set", "crowd.max_gap=1e6"),
+        "a.txt: line 5: found 900000001.0; allowed: a frame within 1000000 usual steps (1) of the median frame, 2",
+    ),
+    "frames without a time between them": (
+        [(1e-8 * i, 1, 0.0) for i in range(5)],
+        ("--frame-rate", 1e-7, "--set", "crowd.max_gap=1e6"),
+        "a.txt: found '1 rows of 1 people, 4 repeated'; allowed: people in two rows or more",
+    ),
+    "frames of a week": (
+        [(i, 1, 0.0) for i in range(5)],
+        ("--frame-rate", 1e-6),
+        "--frame-rate: found 1e-06; allowed: a rate at which the recording lasts at most 1e+06 s, not 4e+06 s",
+    ),
+    "windows of a second": (
+        [(i, 1, 0.0) for i in range(5)],
+        ("--frame-rate", 1e-5, "--duration", 1, "--set", "crowd.max_gap=1e6"),
+        "--duration: found 1.0; allowed: at least 8 s: at most 50000 windows of the 4e+05 s",
+    ),
+    "gaps of many": (
+        [*UNIX, *((1.7e9 + 9e4 * i, person, i) for person in range(2, 9) for i in (0, 1))],
+        ("--frame-rate", 1, "--set", "crowd.max_gap=1e6"),
+        "--set: crowd.max_gap: found 1000000.0; allowed: a time that bridges gaps of at most 1000000 missing rows in",
+    ),
+}
+
+
+@pytest.mark.parametrize("title", NEVER_ENDING)
+def test_a_recording_that_hardly_ends_is_refused_in_one_line(mjnav, tmp_path, title):
+    rows, words, line = NEVER_ENDING[title]
+    text = "".join(f"{frame!r} {person} {x} 0.0\n" for frame, person, x in rows)
+    (tmp_path / "a.txt").write_text(text)
+    said = mjnav("import", "crowd", "a.txt", *words)
+    assert (said.code, said.err.count("\n")) == (2, 1)
+    assert said.err.startswith(f"mjnav: {line}")
+
+
 @pytest.mark.parametrize(
     ("words", "line"),
     [

@@ -5,12 +5,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from mjnav.scenarios.crowd.reader import Recording
-from mjnav.scenarios.crowd.tracks import usual_step
 
 RATES = (25.0, 30.0, 29.97, 50.0, 60.0, 24.0, 20.0, 16.0, 15.0, 12.5, 12.0, 10.0, 8.0, 7.5, 5.0, 2.5, 2.0, 1.0)  # usual
 STEP = 0.4  # [s] between the annotated frames of ETH (Pellegrini et al. 2009), UCY (Lerner et al. 2007) and their heirs
 FREE_SPEED = 1.34  # [m/s] of people who walk freely (Weidmann 1993)
 _WALKING = (0.6, 2.2)  # [m/s] between which the median speed of people who walk lies in any recording of walkers
+_LEAST = 1e-12  # [m/frame] of a step
 _SLOW = 0.25  # of the fastest tenth's speed: slower steps are people who stand
 
 
@@ -35,11 +35,11 @@ def guess_frame_rate(recording: Recording, scale: float = 1.0) -> RateGuess | No
         if rate is not None:
             return RateGuess(rate, "the recorded velocities", True)
     speed = _walking_speed(way / frames)  # [m/frame]
-    step = usual_step(recording)
+    step = recording.usual_step
     if step > 0.0 and _WALKING[0] <= speed * step / STEP <= _WALKING[1]:
         rate = _neat(step / STEP)
         return RateGuess(rate, f"steps of {step:g} frames as {STEP:g} s: people walk at {speed * rate:.2f} m/s", True)
-    rate = min(RATES, key=lambda one: abs(np.log(max(speed, 1e-12) * one / FREE_SPEED)))
+    rate = min(RATES, key=lambda one: abs(np.log(max(speed, _LEAST) * one / FREE_SPEED)))
     walking = speed * rate
     return RateGuess(rate, f"the usual rate at which people walk at {walking:.2f} m/s", False)
 
@@ -52,7 +52,7 @@ def _by_velocities(
     told = scale * np.hypot(*recording.velocity.T)
     told = 0.5 * (told[:-1] + told[1:])[same]
     walked = way / frames
-    moving = walked > _SLOW * np.quantile(walked, 0.9)
+    moving = walked > max(_SLOW * np.quantile(walked, 0.9), _LEAST)
     if not moving.any() or not told[moving].any():
         return None
     return _neat(float(np.median(told[moving] / walked[moving])))

@@ -17,10 +17,11 @@ from mjnav.scenarios.crowd.reader import Recording, read_recording
 from mjnav.scenarios.crowd.robot_way import robot_way
 from mjnav.scenarios.crowd.spec import Crowd
 from mjnav.scenarios.crowd.survey import Survey, survey
-from mjnav.scenarios.crowd.tracks import Track, Tracks, tracks_of, usual_step
+from mjnav.scenarios.crowd.tracks import Track, Tracks, tracks_of
 from mjnav.scenarios.toml import toml_text
 
 GIVEN = "given"
+MAX_WINDOWS = 50_000  # more than a run's longest time has of the usual length
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -55,12 +56,16 @@ def import_crowd(path: str | os.PathLike[str], table: Mapping[str, Any], length:
         cuts = f"{tracks.num_jumps} jumps and {tracks.num_gaps} gaps cut them"
         how = f"{cuts} at a frame rate of {rate.frame_rate:g} Hz and a scale of {crowd.scale:g}"
         raise _nobody(path, recording, f"in two rows or more within the crop; {how}")
-    step = usual_step(recording)
+    duration = max(float(track.rows[-1, 0]) for track in tracks.tracks)
+    if duration > MAX_WINDOWS * length:
+        allowed = f"at least {duration / MAX_WINDOWS:.3g} s: at most {MAX_WINDOWS} windows of the {duration:.3g} s"
+        raise InvalidValue("duration", length, allowed)
+    step = recording.usual_step
     return Imported(crowd, recording, rate, step, tracks, survey(tracks.tracks, step / rate.frame_rate, length))
 
 
 def _nobody(path: str | os.PathLike[str], recording: Recording, what: str) -> InvalidValue:
-    found = f"{len(recording.frame)} rows of {len(recording.labels)} people"
+    found = f"{len(recording.frame)} rows of {len(recording.labels)} people, {recording.num_repeated} repeated"
     return InvalidValue("", found, f"people {what}", file=os.fspath(path))
 
 

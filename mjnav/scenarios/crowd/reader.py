@@ -22,6 +22,8 @@ from mjnav.scenarios.files import read_regular
 
 MAX_BYTES = 100_000_000
 _LARGEST = 1e15  # of a number: beyond any clock and any map
+MAX_STEPS = 1_000_000  # from the median frame to the others: 9 hours at 30 Hz, 4 days of annotated steps of 0.4 s
+_DIGITS = 6  # of a person's frames, which are equal where they are nearer
 _COMMENT = re.compile(r"\s*(#|%|//|;)")
 _NUMBERED = ("frame", "x", "y", "vx", "vy")
 
@@ -40,13 +42,19 @@ class Recording:
     position: Array  # (R, 2) in the file's unit
     velocity: Array | None  # (R, 2) where the file has it
     num_skipped: int  # lines of comments and headers
-    num_repeated: int  # rows whose person and frame another row had before them
+    num_repeated: int  # rows whose person and frame, to 10^-6, another row had before them
 
     def rows(self) -> Iterator[tuple[str, slice]]:
         """Label and rows of each person."""
         ends = np.searchsorted(self.person, np.arange(len(self.labels) + 1))
         for label, first, last in zip(self.labels, ends[:-1], ends[1:], strict=True):
             yield label, slice(int(first), int(last))
+
+    @property
+    def usual_step(self) -> float:
+        """The median step between two rows of a person, in frames; at least 10^-6; 0 where nobody has two."""
+        steps = np.diff(self.frame)[np.diff(self.person) == 0]
+        return float(np.quantile(steps, 0.5, method="lower").round(_DIGITS)) if len(steps) else 0.0
 
 
 def read_recording(path: Path | str, columns: Sequence[str] | None = None) -> Recording:
@@ -93,7 +101,7 @@ def _parsed(text: str, columns: Sequence[str] | None) -> Recording:
     header = Header(0, (), marked=True)
     skipped, width = 0, 0
     labels: dict[str, int] = {}
-    people, values = array("q"), array("d")  # a large file's rows take 8 bytes a number
+    people, lines, values = array("q"), array("q"), array("d")  # a large file's rows take 8 bytes a number
     numbered: list[tuple[int, str]] = []
     place_of_id = 0
     height: array[float] | None = None  # z of rows that are taken for obsmat by their number of columns alone
@@ -114,6 +122,7 @@ def _parsed(text: str, columns: Sequence[str] | None) -> Recording:
             numbered = [(columns.index(name), name) for name in _NUMBERED if name in columns]
         if len(words) != width:
             raise InvalidValue(f"line {number}", line.strip(), f"{width} columns, as in the rows before")
+        lines.append(number)
         people.append(labels.setdefault(_label(words[place_of_id]), len(labels)))
         values.extend(_number(words[place], number, name) for place, name in numbered)
         if height is not None:
@@ -123,7 +132,18 @@ def _parsed(text: str, columns: Sequence[str] | None) -> Recording:
     rows = np.array(values).reshape(-1, len(numbered))
     if height is not None:
         _check_height(np.array(height), rows[:, 2])
-    return _sorted(tuple(columns), tuple(labels), np.array(people), rows, skipped)
+    recording = _sorted(tuple(columns), tuple(labels), np.array(people), rows, skipped)
+    _check_extent(recording, rows[:, 0], lines)
+    return recording
+
+
+def _check_extent(recording: Recording, frame: Array, lines: Sequence[int]) -> None:
+    """Raises InvalidValue where frames, (R,) in the file's order, lie too far apart for the recording's usual step."""
+    step, median = recording.usual_step, float(np.median(frame))
+    far = int(np.argmax(np.abs(frame - median)))
+    if step > 0.0 and abs(frame[far] - median) > MAX_STEPS * step:
+        allowed = f"a frame within {MAX_STEPS} usual steps ({step:g}) of the median frame, {median:.15g}"
+        raise InvalidValue(f"line {lines[far]}", float(frame[far]), allowed)
 
 
 def _check_height(z: Array, y: Array) -> None:
@@ -199,7 +219,7 @@ def _sorted(
     person = rank[person]
     order = np.lexsort((frame, person))  # stable: of repeated rows the first stays first
     person, values = person[order], values[order]
-    repeated = (np.diff(person, prepend=-1) == 0) & (np.diff(values[:, 0], prepend=np.nan) == 0.0)
+    repeated = (np.diff(person, prepend=-1) == 0) & (np.diff(values[:, 0], prepend=-np.inf) < 10.0**-_DIGITS)
     person, values = person[~repeated], values[~repeated]
     for rows in (person, values):
         rows.flags.writeable = False

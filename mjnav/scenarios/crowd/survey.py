@@ -1,7 +1,9 @@
 """What a recording holds: figures that say whether it was read rightly, and which part of it makes a scene."""
 
-from collections.abc import Sequence
+from bisect import bisect_left, bisect_right
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from math import ceil
 
 import numpy as np
 
@@ -64,10 +66,7 @@ def survey(tracks: Sequence[Track], step: float, length: float) -> Survey:
     """The figures of at least one track; `step` [s] between rows, `length` [s] of the windows."""
     rows = np.concatenate([track.rows for track in tracks])
     (x0, y0), (x1, y1) = rows[:, 1:].min(axis=0).tolist(), rows[:, 1:].max(axis=0).tolist()
-    end = float(rows[:, 0].max())
     moments = _moments(tracks, step)
-    count = max(1, int(np.ceil((end - _LEAST_WINDOW) / length)))
-    windows = tuple(_window(tracks, moments, step, i * length, min((i + 1) * length, end)) for i in range(count))
     there = [track.rows[-1, 0] - track.rows[0, 0] for track in tracks]
     area = ((x0, y0), (x1, y1))
     return Survey(
@@ -78,27 +77,33 @@ def survey(tracks: Sequence[Track], step: float, length: float) -> Survey:
         float(np.mean(there)),
         max(len(positions) for _, positions in moments),
         _overlaps([positions for _, positions in moments]),
-        windows,
+        tuple(_windows(tracks, moments, step, length)),
     )
 
 
-def _window(tracks: Sequence[Track], moments: Moments, step: float, start: float, end: float) -> Window:
-    first = next((_closest(positions) for time, positions in moments if start <= time < start + step), None)
-    most = max((len(positions) for time, positions in moments if start < time < end), default=0)
-    people = sum(bool(track.rows[0, 0] < end and track.rows[-1, 0] > start) for track in tracks)
-    return Window(start, end, people, most, first)
+def _windows(tracks: Sequence[Track], moments: Moments, step: float, length: float) -> Iterator[Window]:
+    times, sizes = [time for time, _ in moments], [len(positions) for _, positions in moments]
+    enters, leaves = (sorted(float(track.rows[row, 0]) for track in tracks) for row in (0, -1))
+    for i in range(max(1, ceil((leaves[-1] - _LEAST_WINDOW) / length))):
+        start, end = i * length, min((i + 1) * length, leaves[-1])
+        first = bisect_left(times, start)
+        at_start = first < len(times) and times[first] < start + step
+        most = max(sizes[bisect_right(times, start) : bisect_left(times, end)], default=0)
+        people = bisect_left(enters, end) - bisect_right(leaves, start)
+        yield Window(start, end, people, most, _closest(moments[first][1]) if at_start else None)
 
 
 def _moments(tracks: Sequence[Track], step: float) -> Moments:
     """Time and positions (n, 2) of all who are there, every `step` [s]; straight on between rows."""
-    found: dict[int, list[Array]] = {}
+    found: list[Array] = []
     for track in tracks:
         time = track.rows[:, 0]
         steps = np.arange(np.ceil(time[0] / step - 1e-6), np.floor(time[-1] / step + 1e-6) + 1)
-        x, y = (np.interp(steps * step, time, track.rows[:, i]) for i in (1, 2))
-        for moment, position in zip(steps.astype(int).tolist(), np.stack([x, y], axis=1), strict=True):
-            found.setdefault(moment, []).append(position)
-    return [(moment * step, np.array(found[moment])) for moment in sorted(found)]
+        found.append(np.column_stack([steps, *(np.interp(steps * step, time, track.rows[:, i]) for i in (1, 2))]))
+    rows = np.concatenate(found)
+    rows = rows[np.argsort(rows[:, 0], kind="stable")]
+    moments, first = np.unique(rows[:, 0], return_index=True)
+    return list(zip((moments * step).tolist(), np.split(rows[:, 1:], first[1:]), strict=True))
 
 
 def _speeds(tracks: Sequence[Track]) -> Speeds:
@@ -116,12 +121,18 @@ def _overlaps(moments: Sequence[Array]) -> Overlaps:
     from scipy.spatial import KDTree
 
     pairs = sum(len(positions) * (len(positions) - 1) // 2 for positions in moments)
-    overlapping = tuple(
-        sum(len(KDTree(positions).query_pairs(2.0 * radius * (1.0 - 1e-9))) for positions in moments)
-        for radius in RADII
-    )
-    closest = [found for positions in moments if (found := _closest(positions)) is not None]
-    return Overlaps(pairs, min(closest, default=None), overlapping)
+    reach = 2.0 * np.array(RADII) * (1.0 - 1e-9)
+    overlapping = np.zeros(len(RADII), int)
+    closest: list[float] = []
+    for positions in moments:
+        distance = _closest(positions)
+        if distance is None:
+            continue
+        closest.append(distance)
+        if distance <= reach[-1]:
+            tree = KDTree(positions)
+            overlapping += (tree.count_neighbors(tree, reach) - len(positions)) // 2  # each pair twice, and themselves
+    return Overlaps(pairs, min(closest, default=None), tuple(overlapping.tolist()))
 
 
 def _closest(positions: Array) -> float | None:

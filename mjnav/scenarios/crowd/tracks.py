@@ -7,14 +7,17 @@ from math import cos, sin
 import numpy as np
 from numpy.typing import NDArray
 
+from mjnav.errors import InvalidValue
 from mjnav.messages import Array
 from mjnav.scenarios.crowd.reader import Recording
 from mjnav.scenarios.people import MAX_WALKING_SPEED
+from mjnav.scenarios.ranges import MAX_TIME
 
 Bools = NDArray[np.bool_]
 Box = tuple[tuple[float, float], tuple[float, float]]  # two opposite corners [m]
 _LONGER = 1.5  # times a recording's usual step: a step in which a row is missing
 _SHORTEST = 1e-3  # [s] between two rows
+MAX_MISSING = 1_000_000  # rows at the usual step that the gaps within tracks lack: a survey fills them in
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,21 +69,19 @@ class Tracks:
     num_single: int  # pieces of one row, which are left out
 
 
-def usual_step(recording: Recording) -> float:
-    """The commonest step between two rows of a person, in frames; 0 where nobody has two rows."""
-    steps = np.diff(recording.frame)[np.diff(recording.person) == 0]
-    if not len(steps):
-        return 0.0
-    values, counts = np.unique(steps.round(6), return_counts=True)
-    return float(values[np.argmax(counts)])
-
-
 def tracks_of(recording: Recording, frame_rate: float, placement: Placement, max_gap: float) -> Tracks:
-    """The tracks of a recording whose frame column counts `frame_rate` a second; steps beyond max_gap [s] cut them."""
+    """The tracks of a recording whose frame column counts `frame_rate` a second; steps beyond max_gap [s] cut them.
+
+    Raises InvalidValue where the recording would last longer than any run, or tracks lack too many rows.
+    """
+    duration = float(np.ptp(recording.frame)) / frame_rate
+    if duration > MAX_TIME:
+        allowed = f"a rate at which the recording lasts at most {MAX_TIME:g} s, not {duration:g} s"
+        raise InvalidValue("frame_rate", frame_rate, allowed)
     time = (recording.frame - recording.frame.min()) / frame_rate
     position = placement.placed(recording.position)
     inside = placement.inside(position)
-    usual = usual_step(recording) / frame_rate
+    usual = recording.usual_step / frame_rate
     tracks: list[Track] = []
     gaps = bridged = jumps = single = 0
     for label, rows in recording.rows():
@@ -97,6 +98,10 @@ def tracks_of(recording: Recording, frame_rate: float, placement: Placement, max
                 tracks.append(Track(label, piece))
             else:
                 single += 1
+    missing = sum((track.rows[-1, 0] - track.rows[0, 0]) / usual - len(track.rows) for track in tracks)
+    if missing > MAX_MISSING:
+        allowed = f"a time that bridges gaps of at most {MAX_MISSING} missing rows in all, not {missing:.3g}"
+        raise InvalidValue("max_gap", max_gap, allowed)
     return Tracks(tuple(tracks), gaps, bridged, jumps, single)
 
 

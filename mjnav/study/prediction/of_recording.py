@@ -18,7 +18,7 @@ from mjnav.messages import Array, Reading, Track
 from mjnav.rng import stream
 from mjnav.scenarios.crowd.reader import Recording
 from mjnav.scenarios.crowd.spline import TrackSplines
-from mjnav.scenarios.crowd.tracks import Placement, tracks_of, usual_step
+from mjnav.scenarios.crowd.tracks import Placement, tracks_of
 from mjnav.scenarios.crowd.tracks import Track as RecordedTrack
 from mjnav.scenarios.people import ConstantVelocity, Person
 from mjnav.scenarios.spec import Scenario
@@ -39,7 +39,7 @@ class Frames:
     @classmethod
     def of(cls, recording: Recording, frame_rate: float) -> "Frames":
         """The rows whose time is a whole number of the recording's usual steps. Raises InvalidValue without any."""
-        step = usual_step(recording) / frame_rate
+        step = recording.usual_step / frame_rate
         if step == 0.0:
             raise InvalidValue("", f"{len(recording.labels)} people", "a recording with people in two rows or more")
         places: dict[str, dict[int, Array]] = {}

@@ -91,6 +91,12 @@ def test_of_repeated_rows_the_first_counts(read):
     assert found.num_repeated == 2
 
 
+def test_neither_gaps_nor_two_rows_at_nearly_one_time_make_the_usual_step(read):
+    times = [0.0, 0.41, 0.8, 0.80001, 1.2, 1.59, 60.0, 60.39, 60.8]
+    found = read("\n".join(f"{1.7e9 + time!r} 1 0 {time}" for time in times))
+    assert found.usual_step == pytest.approx(0.4, abs=0.02)
+
+
 def test_ids_may_be_words_and_people_come_in_the_order_of_time(read):
     found = read("20 late 0 0\n10 first 0 0\n10 7 0 0\n20 first 1 0")
     assert found.labels == ("7", "first", "late")
