@@ -7,8 +7,10 @@ users connect, reads each handshake, and passes on the bytes of the connections 
 
 import re
 import secrets
+import selectors
 import socket
 import threading
+import time
 from collections.abc import Callable, Collection, Mapping
 from contextlib import suppress
 
@@ -25,8 +27,11 @@ HOST = "127.0.0.1"  # this machine only: there is no password
 HERE = (HOST, "localhost", "[::1]")
 _ORIGIN = re.compile(r"https?://(?P<host>\[[0-9a-fA-F:.]+\]|[A-Za-z0-9.-]+)(:\d{1,5})?")
 _MAX_HEAD = 16_384  # [bytes] of a handshake
-_PATIENCE = 10.0  # [s] for one
+_PATIENCE = 10.0  # [s] for the whole of one
 _BLOCK = 1 << 18  # [bytes]
+MAX_CONNECTIONS = 16  # at once: each costs a thread with its stack and block, and three file descriptors
+_STACK = 1 << 19  # [bytes] of a thread: real-time runs lock them in memory, all 8 MiB of the system's usual ones
+_PAUSE = 0.1  # [s] before the next attempt to accept, where the system has nothing left for a connection
 
 
 def check_origin(origin: str) -> str:
@@ -75,19 +80,22 @@ def _parsed(head: bytes) -> tuple[str, Mapping[str, str]]:
 class FrontDoor:
     """Listens on `port` of this machine, 0 for any, and passes connections on to `behind`, an address and port.
 
-    `refused` is called with the reason for each connection that is refused. Raises OSError where the port is in use.
+    At most MAX_CONNECTIONS are open at once; further ones are closed. `refused` is called with the reason for each
+    connection that is refused. Raises OSError where the port is in use.
     """
 
     def __init__(self, port: int, behind: tuple[str, int], allowed: Collection[str], refused: Callable[[str], None]):
         self._behind, self._allowed, self._refused = behind, frozenset(allowed), refused
         self._open: set[socket.socket] = set()
         self._threads: list[threading.Thread] = []
+        self._closing = threading.Event()
         self._listener = socket.create_server((HOST, port))
         self.port: int = self._listener.getsockname()[1]
         self._start(self._accept)
 
     def close(self, timeout: float) -> None:
         """Stops listening; waits at most `timeout` [s] for the server behind to end its connections."""
+        self._closing.set()
         with suppress(OSError):
             self._listener.shutdown(socket.SHUT_RDWR)
         self._listener.close()
@@ -99,25 +107,36 @@ class FrontDoor:
             with suppress(OSError):
                 connection.shutdown(socket.SHUT_RDWR)
 
-    def _start(self, function: Callable[..., None], *arguments: object) -> threading.Thread:
+    def _start(self, function: Callable[..., None], *arguments: object) -> None:
         thread = threading.Thread(target=function, args=arguments, name="mjnav-door", daemon=True)
+        before = threading.stack_size(_STACK)
+        try:
+            thread.start()
+        finally:
+            threading.stack_size(before)
         self._threads = [*filter(threading.Thread.is_alive, self._threads), thread]
-        thread.start()
-        return thread
 
     def _accept(self) -> None:
         while True:
             try:
                 client, _ = self._listener.accept()
-            except OSError:  # closed
-                return
-            self._start(self._serve, client)
+            except OSError:  # closed, or for example no file descriptor is free
+                if self._closing.wait(_PAUSE):
+                    return
+                continue
+            if len(self._open) >= MAX_CONNECTIONS:
+                client.close()
+                self._refused(f"more than {MAX_CONNECTIONS} connections at once")
+                continue
+            self._open.add(client)
+            try:
+                self._start(self._serve, client)
+            except RuntimeError:  # the system starts no more threads
+                self._end(client)
 
     def _serve(self, client: socket.socket) -> None:
         """One connection, from its handshake to its end."""
-        self._open.add(client)
         try:
-            client.settimeout(_PATIENCE)
             head, rest = _head(client)
             reason = why_refused(head, self._allowed)
             if reason is not None:
@@ -132,20 +151,25 @@ class FrontDoor:
                 for end in (client, server):
                     end.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
                 server.sendall(head + rest)
-                answers = self._start(_pass_on, server, client)
                 _pass_on(client, server)
-                answers.join()
         except OSError:  # the connection is closed
             pass
         finally:
-            self._open.discard(client)
-            client.close()
+            self._end(client)
+
+    def _end(self, client: socket.socket) -> None:
+        self._open.discard(client)
+        client.close()
 
 
 def _head(client: socket.socket) -> tuple[bytes, bytes]:
-    """The head of a request with its empty line, and the bytes after it. Raises OSError where there is none."""
-    data = b""
+    """The head of a request with its empty line, and the bytes after it.
+
+    Raises OSError where there is none within _PATIENCE.
+    """
+    data, ends = b"", time.monotonic() + _PATIENCE
     while b"\r\n\r\n" not in data:
+        client.settimeout(max(ends - time.monotonic(), 0.0))
         block = client.recv(4096)
         if not block or len(data) > _MAX_HEAD:
             raise ConnectionError("no handshake")
@@ -154,15 +178,18 @@ def _head(client: socket.socket) -> tuple[bytes, bytes]:
     return head + b"\r\n\r\n", rest
 
 
-def _pass_on(source: socket.socket, target: socket.socket) -> None:
-    """Copies bytes until either end closes; then shuts down both directions' ends."""
+def _pass_on(client: socket.socket, server: socket.socket) -> None:
+    """Copies bytes in both directions until both have ended. Raises OSError where a connection breaks."""
     block = bytearray(_BLOCK)
     view = memoryview(block)
-    try:
-        while size := source.recv_into(block):
-            target.sendall(view[:size])
-    except OSError:
-        pass
-    for end in (source, target):
-        with suppress(OSError):
-            end.shutdown(socket.SHUT_RD if end is source else socket.SHUT_WR)
+    with selectors.PollSelector() as ready:
+        for source, target in ((client, server), (server, client)):
+            ready.register(source, selectors.EVENT_READ, (source, target))
+        while ready.get_map():
+            for key, _ in ready.select():
+                source, target = key.data
+                if size := source.recv_into(block):
+                    target.sendall(view[:size])
+                else:
+                    ready.unregister(source)
+                    target.shutdown(socket.SHUT_WR)
