@@ -75,7 +75,7 @@ def survey(tracks: Sequence[Track], step: float, length: float) -> Survey:
         area,
         _speeds(tracks),
         float(np.mean(there)),
-        max(len(positions) for _, positions in moments),
+        max((len(positions) for _, positions in moments), default=0),
         _overlaps([positions for _, positions in moments]),
         tuple(_windows(tracks, moments, step, length)),
     )
@@ -103,7 +103,7 @@ def _moments(tracks: Sequence[Track], step: float) -> Moments:
     rows = np.concatenate(found)
     rows = rows[np.argsort(rows[:, 0], kind="stable")]
     moments, first = np.unique(rows[:, 0], return_index=True)
-    return list(zip((moments * step).tolist(), np.split(rows[:, 1:], first[1:]), strict=True))
+    return list(zip((moments * step).tolist(), np.split(rows[:, 1:], first)[1:], strict=True))
 
 
 def _speeds(tracks: Sequence[Track]) -> Speeds:
