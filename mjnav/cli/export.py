@@ -40,7 +40,7 @@ def execute(arguments: argparse.Namespace) -> int:
     with interruptible() as asked, progress(form, total=log.duration or 0.0) as show:
 
         def step(time: float) -> None:
-            if asked.is_set():
+            if asked():
                 raise KeyboardInterrupt
             show(time)
 

@@ -50,8 +50,7 @@ def execute(arguments: argparse.Namespace) -> int:
     wanted = studies([ITEMS[name] for name in names], seeds)
     store = Store(folder / ROWS)
     scheduler = workers.scheduler()
-    with interruptible() as interrupted:
-        stop = interrupted.is_set
+    with interruptible() as stop:
         if not arguments.draw and not _run(wanted, store, scheduler, stop, arguments):
             tell("interrupted: the same command resumes, and --draw draws the episodes that are there")
             return INTERRUPTED

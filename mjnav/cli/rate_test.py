@@ -60,11 +60,11 @@ def execute(arguments: argparse.Namespace) -> int:
     tests: list[tuple[int | None, int | None, RateTest]] = []
     with interruptible() as interrupted:
         for case in _prepared(arguments, cases):
-            tests.append((*case[:2], _run(arguments, case, interrupted.is_set)))
+            tests.append((*case[:2], _run(arguments, case, interrupted)))
             if not single and not arguments.json:
                 print_lines([_line(*tests[-1])])
                 sys.stdout.flush()
-            if interrupted.is_set():
+            if interrupted():
                 break
     statuses = [test.status for *_, test in tests]
     if single:
@@ -76,7 +76,7 @@ def execute(arguments: argparse.Namespace) -> int:
         print(json.dumps(_sweep_summary(tests)))
     else:
         print("\n".join(_highest(tests)))
-    if interrupted.is_set():
+    if interrupted():
         print("mjnav: interrupted", file=sys.stderr)
         return INTERRUPTED
     return 1 if all(status == FAIL for status in statuses) else 0

@@ -29,7 +29,7 @@ def execute(arguments: argparse.Namespace) -> int:
     with interruptible() as asked, progress("recover", size, "MB") as show:
 
         def step(place: int) -> None:
-            if asked.is_set():
+            if asked():
                 raise KeyboardInterrupt
             show(1e-6 * place)
 

@@ -83,7 +83,7 @@ def _film(arguments: argparse.Namespace, output: Path, log: Log, size: tuple[int
     with interruptible() as interrupted, progress(output.name, count, unit="frames") as show:
 
         def step(number: int) -> None:
-            if interrupted.is_set():
+            if interrupted():
                 raise KeyboardInterrupt
             show(number)
 

@@ -36,10 +36,10 @@ def execute(arguments: argparse.Namespace) -> int:
             log,
             trust=arguments.trust,
             controller=arguments.controller,
-            stop=interrupted.is_set,
+            stop=interrupted,
             progress=show,
         )
-    if interrupted.is_set():
+    if interrupted():
         tell(f"interrupted after {found.ticks} ticks, {'all identical' if found.identical else 'which differ'}")
         return INTERRUPTED
     print(json.dumps(summary(found)) if arguments.json else describe(found))

@@ -82,7 +82,7 @@ def execute(arguments: argparse.Namespace) -> int:
                 real_time=real_time,
                 overruns=overruns or POLICIES[0],
                 log=None if arguments.no_log else True if arguments.log is None else arguments.log,
-                stop=lambda: interrupted.is_set() or seen.closed(),
+                stop=lambda: interrupted() or seen.closed(),
                 progress=show_progress,
                 watch=seen.watch,
                 live=seen.live,
@@ -105,7 +105,7 @@ def execute(arguments: argparse.Namespace) -> int:
         tell(text)
     if fault is not None:
         raise fault
-    if interrupted.is_set():
+    if interrupted():
         tell(f"interrupted: {_ending(result.summary)}")
         return INTERRUPTED
     if overruns == "abort" and result.summary["deadline_misses"]:

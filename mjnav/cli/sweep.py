@@ -86,7 +86,7 @@ def execute(arguments: argparse.Namespace) -> int:
                 retry_failed=arguments.retry_failed,
                 accept_changed=arguments.accept_changed,
                 keep_logs=arguments.keep_logs,
-                stop=interrupted.is_set,
+                stop=interrupted,
                 begin=begin,
                 progress=watch.progress,
             )

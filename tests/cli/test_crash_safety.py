@@ -12,6 +12,7 @@ from pathlib import Path
 
 import pytest
 
+from mjnav.cli.terminal.interrupt import AT_ONCE
 from mjnav.recording import open_log
 from tests.forking.command import Command
 from tests.hanging_controllers import HANGING
@@ -160,12 +161,14 @@ def test_a_killed_run_loses_less_than_a_third_of_a_second_of_either_time(start):
         assert len(log.trajectory().command) >= 2
 
 
-def test_the_first_signal_ends_the_run_and_its_log_in_order_and_says_where_it_is(start):
-    runs = {number: start("--real-time", "--json", *NEVER) for number in SIGNALS}
-    for number, run in runs.items():
+def test_the_first_signal_ends_the_run_and_its_log_in_order_and_says_where_it_is_whatever_comes_with_it(start):
+    bursts = [*((number,) for number in SIGNALS), (signal.SIGINT, signal.SIGTERM, signal.SIGINT, signal.SIGHUP)]
+    runs = [start("--real-time", "--json", *NEVER) for _ in bursts]
+    for burst, run in zip(bursts, runs, strict=True):
         run.until_logged()
-        run.kill(number)
-    for run in runs.values():
+        for number in burst:
+            run.kill(number)
+    for run in runs:
         code, out, err = run.ended()
         printed, log = json.loads(out), open_log(run.log)
         assert (code, log.complete, log.truncated) == (130, True, False)
@@ -189,7 +192,7 @@ def test_the_second_signal_ends_a_run_that_is_stuck_and_what_it_wrote_is_there(s
     run = start("--controller", "mine:Stuck", "--set", "control.delay=0", *NEVER)
     run.until(lambda: run.noted > 0.35)
     run.kill(signal.SIGTERM)
-    time.sleep(0.1)
+    time.sleep(AT_ONCE + 0.1)
     assert not run.has_ended()
     run.kill(signal.SIGTERM)
     assert run.ended()[0] == -signal.SIGTERM
