@@ -34,6 +34,9 @@ RATE = 50.0  # [Hz]
 
 def configure(parser: argparse.ArgumentParser) -> None:
     """The command's options."""
+    parser.epilog = (
+        "Where the process may, a test takes SCHED_FIFO, one CPU and locked memory, as run --real-time does."
+    )
     scene_options.configure(parser)
     rates = parser.add_mutually_exclusive_group()
     rates.add_argument("--rate", type=float, default=RATE, metavar="HZ", help=f"of control; {RATE:g} by default")

@@ -24,7 +24,8 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--real-time",
         action=argparse.BooleanOptionalAction,
-        help="pace the loop by the wall clock; the default with --live and --view",
+        help="pace the loop by the wall clock, where the process may under SCHED_FIFO on one CPU with locked memory, "
+        "which one line says; the default with --live and --view",
     )
     parser.add_argument(
         "--overruns",
@@ -89,6 +90,7 @@ def execute(arguments: argparse.Namespace) -> int:
                 profile=arguments.profile,
                 detour=arguments.detour,
                 warmed_up=True,
+                tell=tell,
             )
         except RunFault as error:
             if error.result is None:

@@ -37,18 +37,21 @@ def run(
     profile: bool = False,
     detour: bool = False,
     warmed_up: bool = False,
+    tell: Callable[[str], None] = lambda text: None,
 ) -> Result:
     """Runs one episode and returns how it went.
 
     `scenario` may be a name or a path; `seed`, `controller`, `localizer`, `tracker` and the list `metrics` take the
     place of its own (each a name, a class, or an object, which is used as it is; another controller starts with its own
-    default parameters); `real_time` paces the loop to the wall clock, and `overruns` says what a missed deadline does
-    to it ("skip" catches up, or else skips periods, and "abort" ends the run); `log` is None for no log, True for the
-    default path below the working directory, or a path; `stop` is asked before every tick whether to abort, and
-    `progress` is told the simulated time [s]; `watch` sees every tick, in arrays that it cannot write to; the clients
-    of `live` get what a log gets; `profile` adds to the summary, as "profile", where each tick's time went; `detour`
-    also runs the people without the robot, and says in the summary what it cost them; `warmed_up` says that `warm_up`
-    has been called with this scenario. Raises InputError before anything starts where something cannot be used.
+    default parameters); `real_time` paces the loop to the wall clock, where the process may under SCHED_FIFO on one CPU
+    with locked memory, and `overruns` says what a missed deadline does to it ("skip" catches up, or else skips periods,
+    and "abort" ends the run); `log` is None for no log, True for the default path below the working directory, or a
+    path; `stop` is asked before every tick whether to abort, and `progress` is told the simulated time [s]; `watch`
+    sees every tick, in arrays that it cannot write to; the clients of `live` get what a log gets; `profile` adds to the
+    summary, as "profile", where each tick's time went; `detour` also runs the people without the robot, and says in the
+    summary what it cost them; `warmed_up` says that `warm_up` has been called with this scenario; `tell` gets a line on
+    the privileges that a run in real time took, before its first tick. Raises InputError before anything starts where
+    something cannot be used.
     """
     own = {"controller": controller, "localizer": localizer, "tracker": tracker, "metrics": metrics}
     scenario = as_scenario(scenario, **own, seed=seed)
@@ -77,4 +80,6 @@ def run(
     if not real_time:
         return episode.run()
     with realtime_scheduling() as got:  # after the episode's threads began, which would inherit it
+        if got.privileged:
+            tell(f"real time: until it ends, this run has {got}")
         return replace(episode.run((Event("info", "real_time", str(got)),)), real_time=got)

@@ -26,6 +26,11 @@ class Scheduling:
     memory: str
     affinity: str
 
+    @property
+    def privileged(self) -> bool:
+        """Whether the process has something that other processes may miss."""
+        return self.scheduler.startswith("SCHED_FIFO") or self.memory == "locked"
+
     def __str__(self) -> str:
         return ", ".join(f"{name} {value}" for name, value in asdict(self).items())
 
