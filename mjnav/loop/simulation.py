@@ -47,10 +47,10 @@ class SimulationOver(MjnavError, RuntimeError):
 class Simulation:
     """A scenario under a seed, from tick to tick: observe, decide, step.
 
-    with mjnav.Simulation("hall", seed=3) as simulation:
-        while not simulation.done:
-            simulation.step(simulation.decide())
-    print(simulation.summary["outcome"])
+        with mjnav.Simulation("hall", seed=3) as simulation:
+            while not simulation.done:
+                simulation.step(simulation.decide())
+        print(simulation.summary["outcome"])
 
     Looking changes nothing: the same steps end in the same state, whatever was read between them. `mjnav run` is this
     loop, and ends in the same state hash. It does not wait for the wall clock. What passes between calls is not timed:

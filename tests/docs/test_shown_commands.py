@@ -8,6 +8,7 @@ from pathlib import Path
 from markdown_it import MarkdownIt
 
 from mjnav.cli.main import COMMANDS
+from mjnav.metrics.schedule import LEAST_TICKS
 from tests.docs.blocks import blocks_of
 from tests.docs.test_pages import PAGES, ROOT
 
@@ -47,3 +48,11 @@ def test_shown_commands_and_options_exist():
             ]
             wrong += [f"{page.relative_to(ROOT)}: mjnav {command} {option}" for option in options]
     assert not wrong
+
+
+def test_every_shown_rate_test_lasts_long_enough_for_a_verdict():
+    shown = [words for page in PAGES for command, words in calls(page) if command == "rate-test"]
+    timed = [re.search(r"--rate (\d+) --duration (\d+)", words) for words in shown]
+    ticks = [int(found[1]) * int(found[2]) for found in timed if found is not None]
+    assert ticks
+    assert min(ticks) >= LEAST_TICKS
