@@ -109,7 +109,7 @@ def _refused(report):
 @pytest.fixture
 def bound_by_permissions():
     """Words before a command under which files' permissions hold for it, whoever runs the tests."""
-    return ["setpriv", "--bounding-set=-dac_override"] if os.geteuid() == 0 else []
+    return ["setpriv", "--bounding-set=-dac_override,-dac_read_search"] if os.geteuid() == 0 else []
 
 
 @pytest.fixture(scope="session")

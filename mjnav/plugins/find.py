@@ -9,7 +9,7 @@ from types import ModuleType
 from typing import Any, TypeVar
 
 from mjnav.config import below, keys, settled
-from mjnav.errors import InvalidValue, own_code, said, unknown_name
+from mjnav.errors import InputError, InvalidValue, own_code, said, unknown_name
 from mjnav.plugins.given import Given
 from mjnav.plugins.importing import imported, is_file, loaded
 from mjnav.plugins.kinds import Kind
@@ -21,7 +21,7 @@ P = TypeVar("P")
 def find(kind: Kind, name: str, shipped: Mapping[str, Any]) -> Any:
     """The class under `name`, or the object that Python code gave; not for `shipped` names, which errors list.
 
-    Raises InvalidValue where there is no such plug-in, where it cannot be imported, and where it is none of this kind.
+    Raises InputError where there is no such plug-in, where it cannot be imported, and where it is none of this kind.
     """
     if isinstance(name, Given):
         return _checked(kind, name, name.thing)
@@ -44,9 +44,8 @@ def module_of(kind: Kind, name: str) -> ModuleType | None:
 
 
 def construct(kind: Kind, name: str, found: Any, *arguments: Any) -> Any:
-    """An instance of the class `found` under `name`. Raises InvalidValue where its constructor raises."""
-    allowed = f"{kind.allowed}, made as {kind.made}"
-    with own_code(lambda error: InvalidValue(kind.key, name, f"{allowed} ({said(error)})"), InvalidValue):
+    """An instance of the class `found` under `name`. Raises InputError where its constructor raises."""
+    with own_code(lambda error: _failed(kind, name, error, f"{kind.allowed}, made as {kind.made} ("), InvalidValue):
         return found(*arguments)
 
 
@@ -87,10 +86,9 @@ def _at(kind: Kind, name: str, place: str, owner: str = "") -> Any:
         raise InvalidValue(kind.key, name, allowed)
     if not own.isidentifier() or not (by_file or all(part.isidentifier() for part in module_name.split("."))):
         raise InvalidValue(kind.key, name, kind.allowed)
-    if by_file and not Path(module_name).is_file():
+    if by_file and not Path(module_name).exists():
         raise InvalidValue(kind.key, name, "a Python file that exists", nearest=_nearest(module_name, own))
-    allowed = "a module that can be imported"
-    with own_code(lambda error: InvalidValue(kind.key, name, f"{allowed} ({owner}{said(error)})")):
+    with own_code(lambda error: _failed(kind, name, error, f"a module that can be imported ({owner}")):
         module = imported(module_name)
     if not hasattr(module, own):
         raise unknown_name(kind.key, name, [f"{module_name}:{found}" for found in _offered(kind, module)])
@@ -120,3 +118,10 @@ def _nearest(file: str, own: str) -> str | None:
         return None
     close = get_close_matches(str(Path(file)), siblings, n=1, cutoff=0.75)
     return f"{close[0]}:{own}" if close else None
+
+
+def _failed(kind: Kind, name: str, error: BaseException, allowed: str) -> InputError:
+    """The error for a plug-in whose own code raised `error`; its name is not at fault where a file cannot be opened."""
+    if isinstance(error, OSError) and error.filename is not None:
+        return InputError(f"the {kind.name} {name} cannot open {str(error.filename)!r}: {error.strerror}")
+    return InvalidValue(kind.key, name, f"{allowed}{said(error)})")

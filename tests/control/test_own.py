@@ -1,11 +1,13 @@
 """Users' own controllers: by module, by file, and as a class or an object."""
 
+import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 
 from mjnav.control import Decision, Status, make_controller
-from mjnav.errors import InvalidValue
+from mjnav.errors import InputError, InvalidValue
 
 MODULE = """
 from dataclasses import dataclass
@@ -123,6 +125,41 @@ def test_a_class_that_decides_and_nothing_else_is_a_controller(limits, observe):
     assert controller.closest_cone(observe(1), decision) is None
     with pytest.raises(InvalidValue, match=r"parameters of own_package\.own:Bare: preferred_speed, samples"):
         make_controller("own_package.own:Bare", limits, 0.1, sample=9)
+
+
+OPENS = """
+from mjnav.control.policy import PolicyController
+
+
+class Policy(PolicyController):
+    def __init__(self, *arguments):
+        super().__init__(*arguments)
+        self.weights = open("weights.txt").read()
+
+    def act(self, blocks): ...
+"""
+
+
+def test_a_policy_that_cannot_open_its_file_is_refused_with_the_file_and_the_reason(
+    limits, tmp_path, monkeypatch, bound_by_permissions
+):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "policy.py").write_text(OPENS)
+    for reason in ("No such file or directory", "Is a directory"):
+        with pytest.raises(InputError) as raised:
+            make_controller("policy.py:Policy", limits, 0.1)
+        assert str(raised.value) == f"the controller policy.py:Policy cannot open 'weights.txt': {reason}"
+        (tmp_path / "weights.txt").mkdir(exist_ok=True)
+    (tmp_path / "folder.py").mkdir()
+    with pytest.raises(InputError, match=r"folder\.py:Policy cannot open '.*/folder\.py': Is a directory"):
+        make_controller("folder.py:Policy", limits, 0.1)
+    (tmp_path / "weights.txt").rmdir()
+    (tmp_path / "weights.txt").touch(mode=0)
+    program = Path(sys.executable).with_name("mjnav")
+    command = [*bound_by_permissions, program, "run", "crossing1", "--controller", "policy.py:Policy", "--no-log"]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    said = "mjnav: the controller policy.py:Policy cannot open 'weights.txt': Permission denied\n"
+    assert (done.returncode, done.stderr) == (2, said)
 
 
 class Still:
