@@ -15,6 +15,7 @@ from mjnav.recording.read.ticks import LoggedRun
 from mjnav.scenarios.spec import Scenario
 
 NUM_MOMENTS = 5
+CLEARANCE = "clearance"  # the kind
 
 # Of each kind, what is as bad as one of any other.
 CLOSE = 0.1  # [m] from a surface; half of it counts twice
@@ -40,10 +41,14 @@ class WorstMoment:
 
 
 def worst_moments(run: LoggedRun, scenario: Scenario) -> list[WorstMoment]:
-    """At most NUM_MOMENTS, at most one of each kind, the most severe first; none whose time is not known."""
+    """At most NUM_MOMENTS, at most one of each kind, the most severe first; none whose time is not known.
+
+    The least clearance is always among them: it is what a reader of a run that went well asks for.
+    """
     found = [moment for kind in _KINDS if (moment := kind(run, scenario)) is not None]
     found = [moment for moment in found if isfinite(moment.time_s)]
-    return sorted(found, key=lambda moment: -moment.severity)[:NUM_MOMENTS]
+    kept = sorted(found, key=lambda moment: (moment.kind != CLEARANCE, -moment.severity))[:NUM_MOMENTS]
+    return sorted(kept, key=lambda moment: -moment.severity)
 
 
 def _at(run: LoggedRun, row: int, kind: str, value: float, unit: str, text: str, severity: float) -> WorstMoment:
@@ -81,7 +86,7 @@ def _clearance(run: LoggedRun, scenario: Scenario) -> WorstMoment | None:
     body, row = place
     name = list(by_name)[body]
     value = by_name[name][row]
-    return _at(run, row, "clearance", value, "m", f"{value:.2f} m from {name}", CLOSE / max(value, 1e-3))
+    return _at(run, row, CLEARANCE, value, "m", f"{value:.2f} m from {name}", CLOSE / max(value, 1e-3))
 
 
 def _lateness(run: LoggedRun, scenario: Scenario) -> WorstMoment | None:

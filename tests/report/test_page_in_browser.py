@@ -20,7 +20,7 @@ DESK, PHONE = {"width": 1400, "height": 900}, {"width": 375, "height": 740}
 
 @pytest.fixture(scope="module")
 def pages(tmp_path_factory):
-    """The folder with logs and their pages: hall, mppi, both, hostile, crash."""
+    """The folder with logs and their pages: hall, mppi, both, hostile, crash, goal."""
     folder = tmp_path_factory.mktemp("pages")
     for name, controller, limit in (("hall", "rkhs", 4), ("mppi", "mppi", 3)):
         overrides = (f"time_limit={limit}", "physics.engine=kinematic")
@@ -33,7 +33,9 @@ def pages(tmp_path_factory):
         recorder.finish(made_up.truth(2), {"outcome": HOSTILE})
     crash = load_scenario("crossing3", ("physics.engine=kinematic",), controller="mean", seed=0)
     assert mjnav.run(crash, log=folder / "crash.mcap").summary["outcome"] == "collision"
-    for names in (("hall",), ("hostile",), ("crash",), ("hall", "mppi")):
+    goal = load_scenario("crossing1", ("physics.engine=kinematic",), seed=0)
+    assert mjnav.run(goal, log=folder / "goal.mcap").summary["outcome"] == "goal"
+    for names in (("hall",), ("hostile",), ("crash",), ("goal",), ("hall", "mppi"), ("hall", "goal")):
         logs = [str(folder / f"{name}.mcap") for name in names]
         assert main(["report", *logs, "-o", str(folder / f"{'-'.join(names)}.html")]) == 0
     return folder
@@ -98,6 +100,17 @@ def test_it_opens_without_a_word_at_the_worst_moment_and_asks_for_nothing(opened
     assert view.get_attribute("[data-moment='1']", "aria-current") == "true"
     assert view.inner_text("h1") == "hall"
     assert view.evaluate("performance.getEntriesByType('resource').length") == 0
+
+
+def test_a_run_that_reached_its_goal_opens_at_its_least_clearance(opened, pages):
+    moments = inspect(pages / "goal.mcap").moments
+    (closest,) = [moment for moment in moments if moment.kind == "clearance"]
+    assert moments[0] != closest
+    view = opened("goal", at="")
+    assert clock(view) == f"{closest.time_s:.2f} s"
+    assert view.inner_text("#seen") == f"Worst moment {moments.index(closest) + 1}: {closest.text}"
+    worst = inspect(pages / "hall.mcap").moments[0]
+    assert clock(opened("hall-goal", at="")) == f"{worst.time_s:.2f} s"  # one of the two ran out of time
 
 
 def test_a_collision_opens_at_the_contact_with_the_beliefs_of_the_last_tick(opened, pages):
@@ -441,6 +454,14 @@ def test_a_phone_scrolls_one_way_only(opened, name):
     assert view.evaluate(
         "(({width, clientWidth}) => width / clientWidth)(document.querySelector('canvas'))"
     ) == pytest.approx(3, abs=0.02)
+
+
+def test_the_map_comes_before_the_figures_on_a_phone_and_after_them_on_a_desk(opened):
+    for viewport, first in ((PHONE, ".runs"), (DESK, ".figures")):
+        view = opened("hall", viewport)
+        tops = {name: view.locator(name).bounding_box()["y"] for name in (".runs", ".transport", ".figures")}
+        assert min(tops, key=lambda name: tops[name]) == first
+        assert (tops[".transport"] < tops[".figures"]) is (first == ".runs")
 
 
 def test_two_runs_share_one_slider(opened):

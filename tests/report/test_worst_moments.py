@@ -105,6 +105,19 @@ def test_there_are_at_most_five_of_different_kinds():
     assert moments == sorted(moments, key=lambda moment: -moment.severity)
 
 
+def test_the_least_clearance_is_among_the_five_however_many_are_more_severe():
+    from mjnav.scenarios.spec import Pillar
+
+    timing = np.full((TICKS, len(PHASES) + 2), 10**9, np.int64)
+    timing[:, 0] = np.arange(TICKS)
+    ticks = np.arange(TICKS + 1) + 7 * (np.arange(TICKS + 1) >= 20)
+    worse = {"status": ("infeasible",) * TICKS, "robot_ess": np.ones(TICKS), "estimate": np.ones((TICKS, 3))}
+    scenario = replace(make_scenario(), pillars=(Pillar((1.55, 3.0)),))
+    moments = worst_moments(make_run(timing=timing, ticks=ticks, **worse), scenario)
+    assert len(moments) == NUM_MOMENTS
+    assert moments[-1].kind == "clearance"
+
+
 def test_a_run_without_a_tick_has_moments_all_the_same():
     trajectory = make_trajectory([[0.0, 0.5]])
     run = replace(make_run(), trajectory=trajectory, ticks=np.array([0]))

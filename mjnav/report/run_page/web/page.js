@@ -98,7 +98,9 @@ async function start() {
     button, time: Number(button.dataset.seek), number: button.dataset.moment,
     text: ['.letter', '.what'].map((part) => button.querySelector(part)?.textContent).filter(Boolean).join(', '),
   }));
-  const worst = document.querySelector('[data-moment][data-kind=contact]') ?? moments[0]?.button;
+  const first = (kind) => document.querySelector(`[data-moment][data-kind=${kind}]`);
+  const allReached = document.querySelector('[data-outcome]:not(.good)') === null;
+  const worst = first('contact') ?? (allReached ? first('clearance') : null) ?? moments[0]?.button;
   const opening = worst ? Number(worst.dataset.seek) : times[0];
   playback = new Playback(times, moments.map(({ time }) => time).sort((a, b) => a - b), show, setAddress);
   const strip = () => timeStrip(runs, moments, times[0], duration);
