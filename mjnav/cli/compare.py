@@ -120,7 +120,7 @@ def _kept(store: Store) -> StudyFile | None:
     try:
         return kept_study(store)
     except InputError as error:
-        tell(f"{error}; what is missing is not known")
+        tell(f"{error}; what is missing, and labels, are not known")
         return None
 
 
@@ -155,10 +155,12 @@ def _before_after(arguments: argparse.Namespace) -> int:
             name = f"--{option.replace('_', '-')}"
             raise InputError(f"{name} is for the tables of one study; with AFTER each cell is compared with itself")
     outputs = [output_path("--output", given, ".csv") for given in arguments.output or ()]
-    stores = [find_results(given)[0] for given in (arguments.study, arguments.after)]
+    store = find_results(arguments.study)[0]
+    after, study = find_results(arguments.after)
     required = require.parsed(arguments)
     with _figure_option():
-        found = before_after(*stores, figures=[*_figures(arguments), *cell_figures.figures_for(required, after=True)])
+        figures = [*_figures(arguments), *cell_figures.figures_for(required, after=True)]
+        found = before_after(store, after, figures=figures, study=study or _kept(after))
     answers = of_cells(required, cell_figures.of_before_after(found))
     for path in outputs:
         with replacement(path) as partial:

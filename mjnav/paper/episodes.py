@@ -85,7 +85,7 @@ class PaperStudy:
         lines = [f"scenes: {', '.join(file.scenes)}; seeds {seeds[0]} to {seeds[-1]}; {_listed(file.set)}"]
         lines += [f"every combination of: {_listed(file.grid)}"] if file.grid else []
         lines += [f"setting {setting.name}: {_listed(setting.set)}" for setting in file.settings]
-        lines += [f"method {m.label}: {m.controller}, {_listed({**m.set, **m.grid})}" for m in file.methods]
+        lines += [f"method {m.identifier}: {m.controller}, {_listed({**m.set, **m.grid})}" for m in file.methods]
         return "\n".join(line.rstrip("; ,:") for line in lines)
 
 
@@ -162,7 +162,7 @@ def rows(store: Store, wanted: Sequence[PaperStudy]) -> ItemRows:
         }
         cells = cell_rows(
             table.filter(np.array([key in asked for key in keys], bool)),
-            [method.label for method in study.file.methods],
+            [method.identifier for method in study.file.methods],
         )
         check_distinct(cells, store)
         there = {(cell.scene, cell.setting, cell.method) for cell in cells}

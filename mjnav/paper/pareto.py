@@ -123,7 +123,7 @@ def picture(cells: Cells) -> Figure:
         for column, setting in zip(panels.T, settings, strict=False):
             for axes, name in zip(column, figures, strict=True):
                 for method in CURVES:
-                    _draw_curve(axes, _curve(cells, setting, method.label), method.label, name)
+                    _draw_curve(axes, _curve(cells, setting, method.identifier), method.identifier, name)
             of_setting = [cell for cell in cells if cell.setting == setting]
             column[0].set_title(f"{short(setting)}, {with_result(of_setting)}")
         for row, name in zip(panels, figures, strict=True):

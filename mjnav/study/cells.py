@@ -1,9 +1,10 @@
 """The cells of a study: every combination of scene, setting, method and swept values, resolved and checked."""
 
 import json
+from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import chdir
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from itertools import product
 from pathlib import Path
 
@@ -29,12 +30,19 @@ class Variant:
     number: int | None = None  # of the setting in a search, from 1 on
 
     @property
-    def labels(self) -> tuple[str, str]:
+    def names(self) -> tuple[str, str]:
         """Of the setting and of the method, with the swept values or the number in a search."""
-        setting = ", ".join(part for part in (self.setting.name if self.setting else "", _suffix(self.swept)) if part)
+        return self._with_values(self.setting.name if self.setting else "", self.method.identifier)
+
+    @property
+    def shown(self) -> tuple[str, str]:
+        """The same with the labels of both, as people read them."""
+        return self._with_values(self.setting.shown if self.setting else "", self.method.shown)
+
+    def _with_values(self, setting: str, method: str) -> tuple[str, str]:
+        setting = ", ".join(part for part in (setting, _suffix(self.swept)) if part)
         own = _suffix(self.own) if self.number is None else f"#{self.number}"
-        method = " ".join(part for part in (self.method.label, own) if part)
-        return setting or DEFAULT_SETTING, method
+        return setting or DEFAULT_SETTING, " ".join(part for part in (method, own) if part)
 
     @property
     def overrides(self) -> dict[str, object]:
@@ -71,10 +79,35 @@ def variants(study: StudyFile, scenes: Sequence[str]) -> Iterator[Variant]:
     Raises InvalidValue where a grid has no list of distinct values, or a search draws what its method does not take.
     """
     combinations = _combinations(study, "", study.grid)
-    own_of = {method.label: list(_own(study, method)) for method in study.methods}
+    own_of = {method.identifier: list(_own(study, method)) for method in study.methods}
     for scene, setting, swept, method in product(scenes, study.settings or (None,), combinations, study.methods):
-        for number, own in own_of[method.label]:
+        for number, own in own_of[method.identifier]:
             yield Variant(scene, setting, swept, method, own, number)
+
+
+@dataclass(frozen=True, slots=True)
+class Labels:
+    """What people read in the place of the names of settings and methods; what is not here is shown by its name."""
+
+    settings: Mapping[str, str] = field(default_factory=dict)
+    methods: Mapping[str, str] = field(default_factory=dict)
+
+    @classmethod
+    def of(cls, study: StudyFile | None) -> "Labels":
+        """Of every setting and method of a study, but for those that would be shown alike: they keep their names."""
+        pairs = [zip(v.names, v.shown, strict=True) for v in variants(study, ["any"])] if study is not None else []
+        settings, methods = (dict(some) for some in zip(*pairs, strict=True)) if pairs else ({}, {})
+        return cls(_distinct(settings), _distinct(methods))
+
+    def place(self, place: tuple[str, str, str]) -> tuple[str, str, str]:
+        """A scene, setting and method as they are shown."""
+        scene, setting, method = place
+        return scene, self.settings.get(setting, setting), self.methods.get(method, method)
+
+
+def _distinct(shown: Mapping[str, str]) -> dict[str, str]:
+    counts = Counter(shown.values())
+    return {name: text if counts[text] == 1 else name for name, text in shown.items()}
 
 
 def resolve(study: StudyFile, overrides: Sequence[str | Override] = (), scenes: Sequence[str] = ()) -> tuple[Cell, ...]:
@@ -107,7 +140,7 @@ def resolve(study: StudyFile, overrides: Sequence[str | Override] = (), scenes: 
 
 
 def _cell(study: StudyFile, variant: Variant, scene: str, overrides: Sequence[str | Override], folder: Path) -> Cell:
-    setting, method = variant.labels
+    setting, method = variant.names
     where = f"{study.source}: scene {scene}, setting {setting}"
     own = {**flat(study.set), **variant.overrides}
     given = [*(Override(*item, where) for item in own.items()), *overrides]
@@ -144,13 +177,13 @@ def flat(table: Mapping[str, object], prefix: str = "") -> dict[str, object]:
 def _own(study: StudyFile, method: MethodEntry) -> Iterator[tuple[int | None, dict[str, object]]]:
     """The values of a method's grid, or the settings of its search with their numbers. Raises InvalidValue."""
     if method.search is None:
-        yield from ((None, own) for own in _combinations(study, method.label, _controller_keys(method.grid)))
+        yield from ((None, own) for own in _combinations(study, method.identifier, _controller_keys(method.grid)))
         return
     standing = {**flat(study.set), **_controller_keys(method.set)}
     try:
-        yield from enumerate(method.search.settings(study.name, method.label, method.controller, standing), 1)
+        yield from enumerate(method.search.settings(study.name, method.identifier, method.controller, standing), 1)
     except InvalidValue as error:
-        raise error.within("search", file=f"{study.source}: method {method.label}") from None
+        raise error.within("search", file=f"{study.source}: method {method.identifier}") from None
 
 
 def _combinations(study: StudyFile, method: str, grid: Overrides) -> Iterator[dict[str, object]]:

@@ -15,6 +15,7 @@
     [[methods]]
     controller = "rkhs"
     name = "rkhs d=1"                           # the controller's name by default
+    label = "RKHS, degree 1"                    # optional: what tables and charts call it
     set = { degree = 1 }                        # a key without a dot is the controller's, others are a run file's
     grid = { weight = [0.3, 1, 3] }
     [[methods]]
@@ -65,7 +66,7 @@ class MethodEntry:
     """A controller with parameters of its own, under a name of its own."""
 
     controller: Annotated[str, "a name that `mjnav list` prints, package.module:Class or file.py:Class"]
-    name: Annotated[str, "in tables; the controller's by default"] = ""
+    name: Annotated[str, "in the rows of results; the controller's by default"] = ""
     set: Annotated[Overrides, "a key without a dot is the controller's, others are a run file's"] = field(
         default_factory=dict
     )
@@ -75,6 +76,7 @@ class MethodEntry:
         "in place of a grid: settings that are drawn. Beside `count` the same keys, each with { low, high }, also with "
         "log = true, { mean, std } or { one_of }",
     ] = None
+    label: Annotated[str, "in tables and charts; by default the name, of file.py:Class the class"] = ""
 
     def __post_init__(self):
         settle(self)
@@ -82,22 +84,33 @@ class MethodEntry:
             raise InvalidValue("search", "a search beside a grid", "one of the two")
 
     @property
-    def label(self) -> str:
+    def identifier(self) -> str:
         """The name, or else the controller's."""
         return self.name or self.controller
+
+    @property
+    def shown(self) -> str:
+        """What people read: the label, the name, or else the controller's, of one's own controller its class."""
+        return self.label or self.name or self.controller.rpartition(":")[2]
 
 
 @dataclass(frozen=True, slots=True)
 class SettingEntry:
     """A variant of the world."""
 
-    name: Annotated[str, "in tables"]
+    name: Annotated[str, "in the rows of results"]
     set: Annotated[Overrides, "keys of a run file"] = field(default_factory=dict)
+    label: Annotated[str, "in tables and charts; the name by default"] = ""
 
     def __post_init__(self):
         settle(self)
         if not self.name:
             raise InvalidValue("name", self.name, "a name")
+
+    @property
+    def shown(self) -> str:
+        """What people read: the label, or else the name."""
+        return self.label or self.name
 
 
 @dataclass(frozen=True, slots=True)
@@ -133,8 +146,10 @@ class StudyFile:
         if len(self.name.encode()) > MAX_NAME:
             raise InvalidValue("name", self.name, f"at most {MAX_NAME} bytes in UTF-8: a folder is named after it")
         _check_distinct("scenes", self.scenes)
-        _check_distinct("methods", [method.label for method in self.methods])
+        _check_distinct("methods", [method.identifier for method in self.methods])
         _check_distinct("settings", [setting.name for setting in self.settings])
+        _check_labels("methods", self.methods)
+        _check_labels("settings", self.settings)
         if not isinstance(self.seeds, SeedRange):
             _check_distinct("seeds", self.seeds)
 
@@ -190,3 +205,13 @@ def _check_distinct(key: str, values: Sequence[object]) -> None:
     for i, value in enumerate(values):
         if value in values[:i]:
             raise InvalidValue(f"{key}.{i}", value, "every one once")
+
+
+def _check_labels(key: str, entries: Sequence[MethodEntry] | Sequence[SettingEntry]) -> None:
+    """Raises InvalidValue for a label under which another entry is shown, too."""
+    for i, entry in enumerate(entries):
+        other = next((j for j, other in enumerate(entries) if j != i and other.shown == entry.label), None)
+        if entry.label and other is not None:
+            raise InvalidValue(
+                f"{key}.{i}.label", entry.label, f"a label of its own: {key}.{other} is shown as the same"
+            )

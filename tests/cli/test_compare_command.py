@@ -183,7 +183,7 @@ def test_a_kept_study_that_cannot_be_read_leaves_the_figures(mjnav, study, tmp_p
     said = mjnav("compare", "two methods")
     assert said.code == 0
     assert said.err.startswith("mjnav: runs/out/two methods/study.toml: ")
-    assert said.err.endswith("; what is missing is not known\n")
+    assert said.err.endswith("; what is missing, and labels, are not known\n")
     assert "No study file is there" in said.out
 
 

@@ -93,6 +93,17 @@ def test_results_are_added_to_on_request_only(sweep):
     assert len(Store("elsewhere").done()) == 4
 
 
+def test_a_label_that_changes_runs_nothing_again_and_shows_in_the_next_table(sweep, mjnav, tmp_path):
+    assert sweep("--seeds", 1).code == 0
+    before = Store("runs/out/two methods").done()
+    (tmp_path / "two.toml").write_text(f'{STUDY}label = "Mean alone"\n')
+    assert "Mean alone" in mjnav("compare", "two.toml").out  # by the file
+    said = sweep("--seeds", 1, "--resume")
+    assert (said.code, said.out.splitlines()[1]) == (0, "2 of them are done")
+    assert Store("runs/out/two methods").done() == before
+    assert "Mean alone" in mjnav("compare", "runs/out/two methods").out  # by the file that the sweep left
+
+
 def test_json_is_one_object_and_nothing_else(sweep):
     printed = json.loads(sweep("--json", "--seeds", 2).out)
     assert (printed["schema"], printed["study"], printed["folder"]) == (1, "two methods", "runs/out/two methods")

@@ -40,7 +40,7 @@ def cells_of():
         found = []
         for study in item.studies:
             for variant in variants(study, study.scenes):
-                place = (variant.scene, *variant.labels)
+                place = (variant.scene, *variant.names)
                 found.append(cell(place[2], scene=place[0], setting=place[1], **change(*place)))
         return found
 

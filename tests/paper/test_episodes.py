@@ -26,9 +26,9 @@ def test_a_study_that_two_items_share_is_run_once_and_its_text_says_what_it_vari
 def test_methods_are_tuned_on_other_seeds_among_the_values_of_the_pareto_study():
     tuning, (pareto,) = load_study("paper-tuning"), ITEMS["pareto"].studies
     assert min(tuning.all_seeds) > max(pareto.all_seeds)
-    first, second = ({v.labels: v.overrides for v in variants(study, ["crossing3"])} for study in (tuning, pareto))
+    first, second = ({v.names: v.overrides for v in variants(study, ["crossing3"])} for study in (tuning, pareto))
     assert first == second
-    swept = {method.label: method.grid for method in CURVES}
+    swept = {method.identifier: method.grid for method in CURVES}
     for label, method in TUNED.items():
         ((key, values),) = swept[label].items()
         assert method.set[key] in list(values)

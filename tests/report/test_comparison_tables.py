@@ -15,13 +15,14 @@ from rich.cells import cell_len
 from rich.console import Console
 
 from mjnav.report.comparison.background import background
-from mjnav.report.comparison.forest import forest_svg, forests
+from mjnav.report.comparison.forest import CHARACTER, Forest, ForestRow, forest_svg, forests
 from mjnav.report.comparison.html import html
 from mjnav.report.comparison.latex import escaped, latex
 from mjnav.report.comparison.shown import shown_table
 from mjnav.report.comparison.text import write
 from mjnav.report.comparison.tidy import csv_text, document
 from mjnav.study.compare.chosen_figures import RATES
+from mjnav.study.compare.estimates import Estimate
 from mjnav.study.compare.study_comparison import compare_study
 from mjnav.study.store.store import Store
 from mjnav.study.study_file import load_study, study_text
@@ -467,6 +468,70 @@ def test_latex_tables_have_one_cell_a_column_and_balanced_braces(results, hostil
             assert {len(cells) for cells in rows} == {len(aligned)}
             # After \\ and \midrule an opening bracket or a star would be an option.
             assert not re.search(r"(\\\\|rule)\s*[\[*]", tabular)
+
+
+LABELLED = """
+schema = 1
+name = "made up"
+scenes = ["s", "t"]
+seeds = { count = 30 }
+settings = [{ name = "default", label = "As it is" }]
+methods = [
+    { controller = "rkhs", label = "Ours, 50 %" },
+    { controller = "my_controllers.py:WaitAndSee" },
+    { controller = "my_controllers.py:WaitForAll" },
+    { controller = "other/controllers.py:Twin" },
+    { controller = "more/controllers.py:Twin" },
+]
+"""
+PLUGINS = (
+    "rkhs",
+    "my_controllers.py:WaitAndSee",
+    "my_controllers.py:WaitForAll",
+    "other/controllers.py:Twin",
+    "more/controllers.py:Twin",
+)
+
+
+@pytest.fixture(scope="module")
+def labelled(results_of):
+    return results_of(PLUGINS, study=LABELLED)
+
+
+def test_people_read_labels_and_the_class_of_a_plug_in_unless_two_classes_have_one_name(labelled):
+    shown = ["Ours, 50 %", "WaitAndSee", "WaitForAll", *PLUGINS[3:]]
+    printed = text(labelled, width=1000)
+    assert printed.startswith("s, As it is; one layout; reference Ours, 50 %\n")
+    assert all(f"\n{label} " in printed for label in shown)
+    assert not any(name in printed for name in PLUGINS[:3])
+    assert not any(name in latex(labelled) for name in map(escaped, PLUGINS[1:3]))
+    assert r"{Ours, 50 \%}" in latex(labelled)
+    page = html(labelled)
+    assert "differences from Ours, 50 %" in page
+    assert all(f'<th scope="row">{label}</th>' in page for label in shown)
+    assert all(f"<td>{label}</td>" in labelled._repr_html_() for label in shown)
+
+
+def test_programs_read_names_with_the_labels_beside_them(labelled):
+    lines = list(csv.DictReader(io.StringIO(csv_text(labelled))))
+    assert {(line["method"], line["method_label"]) for line in lines} >= {
+        ("rkhs", "Ours, 50 %"),
+        ("my_controllers.py:WaitAndSee", "WaitAndSee"),
+    }
+    assert {(line["setting"], line["setting_label"]) for line in lines} == {("default", "As it is")}
+    assert {line["reference"] for line in lines} == {"", "rkhs"}
+    (table, _) = document(labelled)["tables"]
+    assert (table["setting"], table["setting_label"], table["reference"]) == ("default", "As it is", "rkhs")
+    assert [row["method"] for row in table["methods"]] == list(PLUGINS)
+    assert table["methods"][0]["method_label"] == "Ours, 50 %"
+
+
+def test_a_chart_tells_long_labels_apart():
+    labels = [f"mine.py:Controller weight={weight} horizon={horizon}" for weight in (1, 10) for horizon in (2.0, 4.0)]
+    forest = Forest("time", "", tuple(ForestRow(label, Estimate(1.0, (0.5, 1.5), 9)) for label in labels))
+    drawn = re.findall(r'<text class="label"[^>]*>([^<]*)</text>', forest_svg(forest))
+    assert len(set(drawn)) == len(labels)
+    assert max(map(len, drawn)) * CHARACTER <= forest.label_width
 
 
 def test_latex_escapes_what_it_would_read():

@@ -29,7 +29,7 @@ def study(tmp_path):
 def test_the_least_that_a_study_says(study, tmp_path):
     expected = StudyFile(schema=1, name="least", scenes=("crossing1",), methods=(MethodEntry("rkhs"),))
     assert study(LEAST) == expected
-    assert (expected.seeds, expected.methods[0].label) == (SeedRange(100), "rkhs")
+    assert (expected.seeds, expected.methods[0].identifier) == (SeedRange(100), "rkhs")
     assert study(LEAST).source == str(tmp_path / "mine.toml")
 
 
@@ -65,6 +65,21 @@ def test_a_shipped_study_loads_by_name_and_is_named_after_its_file(name):
         ('"rkhs"', '"rkhs"\n[[methods]]\ncontroller = "rkhs"', "methods.1: found 'rkhs'; allowed: every one once"),
         ('"rkhs"', '"rkhs"\nset = 3', "methods.0.set: found 3; allowed: a table"),
         ("[[methods]]\n", "[[settings]]\nset = {}\n[[methods]]\n", "settings.0.name: found nothing"),
+        (
+            '"rkhs"',
+            '"rkhs"\nlabel = "Ours"\n[[methods]]\ncontroller = "mean"\nlabel = "Ours"',
+            "methods.0.label: found 'Ours'; allowed: a label of its own: methods.1 is shown as the same",
+        ),
+        (
+            '"rkhs"',
+            '"rkhs"\n[[methods]]\ncontroller = "mean"\nlabel = "rkhs"',
+            "methods.1.label: found 'rkhs'; allowed: a label of its own: methods.0 is shown as the same",
+        ),
+        (
+            "[[methods]]\n",
+            '[[settings]]\nname = "a"\n[[settings]]\nname = "b"\nlabel = "a"\n[[methods]]\n',
+            "settings.1.label: found 'a'; allowed: a label of its own: settings.0 is shown as the same",
+        ),
         ("[[methods]]\n", "seeds = 5\n[[methods]]\n", "seeds: found 5; allowed: an array of whole numbers"),
         ("[[methods]]\n", "seeds = []\n[[methods]]\n", r"seeds: found \[\]; allowed: from 1 to 10000000 of them"),
         ("[[methods]]\n", "seeds = [1, -1]\n[[methods]]\n", "seeds.1: found -1; allowed: a whole number from 0 to"),

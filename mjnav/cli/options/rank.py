@@ -9,6 +9,7 @@ from typing import Any
 
 from mjnav.cli.terminal.tables import print_table
 from mjnav.errors import InputError
+from mjnav.study.cells import Labels
 from mjnav.study.compare.ranking import RULE, MethodRanking, RankedSetting, rank
 from mjnav.study.compare.result_tables import percent
 from mjnav.study.store.store import Store
@@ -42,8 +43,10 @@ def write(store: Store, study: StudyFile | None, *, as_json: bool) -> None:
     if as_json:
         print(json.dumps({"schema": 1, "rule": RULE, "methods": [_document(one) for one in found]}))
         return
+    labels = Labels.of(study).methods
     for one in found:
-        print_table([_row(setting) for setting in one.settings], (one.method, *HEADS[1:]), numbers=range(1, 7))
+        rows = [(labels.get(setting.label, setting.label), *_row(setting)) for setting in one.settings]
+        print_table(rows, (one.shown, *HEADS[1:]), numbers=range(1, 7))
         if one.settings:
             print(f"best: {one.settings[0].toml}")
         if one.num_missing:
@@ -55,7 +58,6 @@ def write(store: Store, study: StudyFile | None, *, as_json: bool) -> None:
 def _row(setting: RankedSetting) -> tuple[str, ...]:
     figures, failed = setting.figures, f" ({setting.num_failed} failed)" if setting.num_failed else ""
     return (
-        setting.label,
         f"{setting.num}{failed}",
         f"{setting.score.value:.3f}{_interval(setting)}",
         percent(figures["success"]),

@@ -21,7 +21,7 @@ from mjnav.study.study_file import StudyFile
 
 @dataclass(frozen=True, slots=True)
 class Background:
-    """Facts about a folder of results."""
+    """Facts about a folder of results; cells and methods stand under their labels."""
 
     folder: Path  # of the results
     page: Path  # the page's own path, from which links count
@@ -34,10 +34,11 @@ class Background:
 
 def background(store: Store, study: StudyFile | None, results: StudyComparison, *, page: Path, made: str) -> Background:
     """What the store and the study file say. Raises MjnavError as `Store.rows` does."""
-    text = store.study()
+    text, labels = store.study(), results.labels
     parameters: dict[str, tuple[str, ...]] = {}
     for name, method, control in sorted(store.count_by(["study", "method", "control"]), key=str):
         if name == results.study and method is not None and control is not None:
+            method = labels.methods.get(method, method)
             parameters[method] = (*parameters.get(method, ()), control)
     return Background(
         folder=store.folder,
@@ -45,8 +46,8 @@ def background(store: Store, study: StudyFile | None, results: StudyComparison, 
         made=made,
         study_text=text,
         parameters=parameters,
-        worst=worst_seeds(store, results.study),
-        commands=run_commands(study, text) if study is not None else {},
+        worst={labels.place(cell): seeds for cell, seeds in worst_seeds(store, results.study).items()},
+        commands={labels.place(cell): c for cell, c in run_commands(study, text).items()} if study is not None else {},
     )
 
 

@@ -39,6 +39,7 @@ MEANING = (
 
 def write(found: BeforeAfter, console: Console) -> None:
     """What changed, the cells, a summary."""
+    found = found.labelled
     console.print(f"before  {printable(found.before)}\nafter   {printable(found.after)}", style="bold")
     console.print()
     console.print(

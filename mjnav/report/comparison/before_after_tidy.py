@@ -8,13 +8,14 @@ from typing import Any
 
 from mjnav.recording.export.csv_cells import neutral
 from mjnav.report.comparison.sight import of_table
-from mjnav.report.comparison.tidy import known, low_high, wins_document
+from mjnav.report.comparison.tidy import known, labels_document, low_high, wins_document
 from mjnav.study.compare.before_after import BETTER, OTHER, WORSE, BeforeAfter, CellChange
 
 HEADER = (
     *("scene", "setting", "method", "pairs", "identical", BETTER, WORSE, OTHER, "figure"),
     *("before", "before_low", "before_high", "before_n", "after", "after_low", "after_high", "after_n"),
     *("difference", "diff_low", "diff_high", "diff_pairs", "p_holm", "people_see_robot"),
+    *("setting_label", "method_label"),
 )
 
 
@@ -24,13 +25,14 @@ def csv_text(found: BeforeAfter) -> str:
     writer = csv.DictWriter(file, HEADER, lineterminator="\n")
     writer.writeheader()
     for cell in found.cells:
-        writer.writerows({key: neutral(value) for key, value in line.items()} for line in _lines(cell))
+        writer.writerows({key: neutral(value) for key, value in line.items()} for line in _lines(found, cell))
     return file.getvalue()
 
 
-def _lines(cell: CellChange) -> Iterator[dict[str, Any]]:
+def _lines(found: BeforeAfter, cell: CellChange) -> Iterator[dict[str, Any]]:
     counts = {kind: len(cell.named(kind)) for kind in (BETTER, WORSE, OTHER)}
     place = {"scene": cell.scene, "setting": cell.setting, "method": cell.method}
+    place |= labels_document(found.labels, cell.setting, cell.method)
     seen = of_table(cell.people)
     for figure, values in _figures(cell).items():
         line: dict[str, Any] = {**place, "pairs": cell.pairs, "identical": cell.identical, **counts, "figure": figure}
@@ -53,6 +55,7 @@ def document(found: BeforeAfter) -> dict[str, Any]:
         "cells": [
             {
                 **{key: getattr(cell, key) for key in keys},
+                **labels_document(found.labels, cell.setting, cell.method),
                 "episodes_before": cell.num_before,
                 "episodes_after": cell.num_after,
                 "pairs": cell.pairs,

@@ -14,7 +14,9 @@ from mjnav.study.compare.chosen_figures import RATES, is_rate
 from mjnav.study.compare.compare import Comparison
 from mjnav.study.compare.estimates import Estimate
 
-WIDTH, LABELS, RIGHT = 360.0, 122.0, 10.0  # of the drawing, of the methods' names, of its margin
+WIDTH, RIGHT = 360.0, 10.0  # of the drawing, of its margin
+LABELS = (122.0, 200.0)  # least and greatest width of the methods' labels
+CHARACTER = 6.5  # width of most characters of a label
 ROW, TOP, FOOT = 19.0, 5.0, 20.0
 NUM_TICKS = 4
 ALPHA = 0.05
@@ -39,6 +41,12 @@ class Forest:
     scale: float = 1.0  # 100 of what is shown in per cent
     zero: bool = False  # whether the axis has a line at zero, as differences have
     bounds: tuple[float, float] | None = None  # that the axis keeps within
+
+    @property
+    def label_width(self) -> float:
+        """That the longest label takes, within LABELS."""
+        least, most = LABELS
+        return min(max(least, *(CHARACTER * len(row.label) for row in self.rows)), most)
 
 
 def forests(table: Comparison, figures: Sequence[str]) -> Iterator[Forest]:
@@ -90,6 +98,7 @@ class _Axis:
         low, high = min(ends), max(ends)
         room = 0.05 * (high - low) or 0.5 * abs(high) or 1.0
         self._low, self._high = low - room, high + room
+        self._left = forest.label_width + 8.0
         if forest.bounds is not None:
             self._low, self._high = max(self._low, forest.bounds[0]), min(self._high, forest.bounds[1])
         step = _round_step((self._high - self._low) / NUM_TICKS)
@@ -97,7 +106,7 @@ class _Axis:
 
     def x(self, value: float) -> float:
         """The place of a value, in the drawing's units."""
-        return LABELS + 8.0 + (WIDTH - LABELS - 8.0 - RIGHT) * (value - self._low) / (self._high - self._low)
+        return self._left + (WIDTH - self._left - RIGHT) * (value - self._low) / (self._high - self._low)
 
 
 def _round_step(rough: float) -> float:
@@ -106,19 +115,26 @@ def _round_step(rough: float) -> float:
 
 
 def _row(forest: Forest, row: ForestRow, axis: _Axis, y: float) -> str:
-    label, e = escape(printable(row.label)), row.estimate
+    label, width, e = printable(row.label), forest.label_width, row.estimate
     name = (  # an svg of its own cuts off what is too long
-        f'<svg width="{LABELS:g}" height="{ROW:g}" y="{y - 0.5 * ROW:g}"><title>{label}</title>'
-        f'<text class="label" y="{0.5 * ROW + 4:g}">{label}</text></svg>'
+        f'<svg width="{width:g}" height="{ROW:g}" y="{y - 0.5 * ROW:g}"><title>{escape(label)}</title>'
+        f'<text class="label" y="{0.5 * ROW + 4:g}">{escape(_shortened(label, int(width / CHARACTER)))}</text></svg>'
     )
     if not isfinite(e.value):
-        return f'{name}<text class="tick" x="{LABELS + 8:g}" y="{y + 4:g}">undefined</text>'
+        return f'{name}<text class="tick" x="{width + 8:g}" y="{y + 4:g}">undefined</text>'
     x, line = axis.x(forest.scale * e.value), ""
     if e.interval is not None:
         low, high = (axis.x(forest.scale * end) for end in e.interval)
         line = f'<line class="interval" x1="{low:.1f}" x2="{high:.1f}" y1="{y:g}" y2="{y:g}"/>'
     kind = "marked" if row.marked else "open"
     return f'{name}<g class="{kind}">{line}<circle cx="{x:.1f}" cy="{y:g}" r="3.5"/></g>'
+
+
+def _shortened(label: str, most: int) -> str:
+    """Beginning and end of a label that is too long: those of a grid differ at their ends."""
+    if len(label) <= most:
+        return label
+    return f"{label[: (most - 1) // 2]}…{label[len(label) - most // 2 :]}"
 
 
 def _text(text: str) -> str:

@@ -27,6 +27,7 @@ CHARTS = (
 
 def html(results: StudyComparison, found: Background | None = None) -> str:
     """The page; with its background, also how it was made and where the worst episodes can be seen."""
+    results = results.labelled
     own = frame("mjnav compare", "mjnav.report.comparison", ["page.css"], ["sort.js"])
     count = (
         f"{results.num_episodes} episodes, {len(results.tables)} {'table' if len(results.tables) == 1 else 'tables'}"

@@ -35,6 +35,7 @@ _MARK = rf"$^*$ where $p < {ALPHA:g}$ (Holm)"
 
 def latex(results: StudyComparison) -> str:
     """A table for every scene and setting. It needs \\usepackage{booktabs,graphicx} and \\usepackage[T1]{fontenc}."""
+    results = results.labelled
     lines = [
         f"% {printable(f'mjnav compare: {results.study}', '?')}",
         r"% \usepackage{booktabs,graphicx} \usepackage[T1]{fontenc}",

@@ -35,6 +35,7 @@ class _Printed:
 
 def write(results: StudyComparison, console: Console) -> None:
     """All tables, then what they mean and what is missing."""
+    results = results.labelled
     for table in results.tables:
         reference = f"reference {table.reference}" if table.reference else ""
         known = filter(None, (layouts(table.num_layouts), sight(table.people), reference))

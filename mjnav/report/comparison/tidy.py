@@ -9,6 +9,7 @@ from typing import Any
 from mjnav.recording.export.csv_cells import neutral
 from mjnav.report.comparison.sight import of_table
 from mjnav.report.figure_names import unit
+from mjnav.study.cells import Labels
 from mjnav.study.compare.compare import Comparison, MethodRow
 from mjnav.study.compare.estimates import Estimate
 from mjnav.study.compare.study_comparison import StudyComparison
@@ -19,6 +20,7 @@ HEADER = (
     *("figure", "value", "low", "high", "n"),
     *("reference", "difference", "diff_low", "diff_high", "pairs", "p_holm", "people_see_robot", "layouts", "unit"),
     *("ratio", "ratio_low", "ratio_high", "wins", "losses", "ties", "win_share"),
+    *("setting_label", "method_label"),
 )
 RIVAL_WIN_RATIO = "rival_win_ratio"  # the figure of lines of two methods, whose Holm correction is over all such pairs
 
@@ -38,6 +40,7 @@ def _lines(results: StudyComparison, table: Comparison, row: MethodRow) -> Itera
     place: dict[str, Any] = {"scene": table.scene, "setting": table.setting, "method": row.method}
     place |= {"episodes": row.num, "failed": row.num_failed, "missing": _missing(results, table, row)}
     place |= {"people_see_robot": of_table(table.people), "layouts": row.num_layouts}
+    place |= labels_document(results.labels, table.setting, row.method)
     for figure, e in row.figures.items():
         low, high = e.interval or (None, None)
         line = {**place, "figure": figure, "value": known(e.value), "low": low, "high": high, "n": e.num}
@@ -60,6 +63,12 @@ def _lines(results: StudyComparison, table: Comparison, row: MethodRow) -> Itera
             first = row.method == rivals.method
             line = {**place, "figure": RIVAL_WIN_RATIO, "reference": rivals.other if first else rivals.method}
             yield line | _wins_cells(rivals.ratio if first else rivals.ratio.inverse)
+
+
+def labels_document(labels: Labels, setting: str, method: str) -> dict[str, str]:
+    """What people read in the place of two names."""
+    _, setting, method = labels.place(("", setting, method))
+    return {"setting_label": setting, "method_label": method}
 
 
 def _wins_cells(wins: WinRatio) -> dict[str, Any]:
@@ -86,6 +95,7 @@ def document(results: StudyComparison) -> dict[str, Any]:
             {
                 "scene": table.scene,
                 "setting": table.setting,
+                "setting_label": results.labels.settings.get(table.setting, table.setting),
                 "reference": table.reference or None,
                 "people_see_robot": of_table(table.people),
                 "layouts": table.num_layouts,
@@ -116,6 +126,7 @@ def _method(results: StudyComparison, table: Comparison, row: MethodRow) -> dict
                 figures[figure]["ratio"] = {**_estimate(found.ratio), "pairs": found.ratio.num}
     return {
         "method": row.method,
+        "method_label": results.labels.methods.get(row.method, row.method),
         "episodes": row.num,
         "failed": row.num_failed,
         "layouts": row.num_layouts,

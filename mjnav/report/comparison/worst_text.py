@@ -33,7 +33,7 @@ def write(
     console.print("\nworst seeds", style="bold")
     for place, seeds in failures[:MAX_CELLS]:
         said = "; ".join(f"seed {seed.seed} {seed.why}" for seed in seeds)
-        console.print(printable(f"  {', '.join(place)}: {said}"))
+        console.print(printable(f"  {', '.join(results.labels.place(place))}: {said}"))
         for command in _ways(Path(results.folder), seeds, commands.get(place)):
             console.print(printable(f"    {command}"), style="dim", soft_wrap=True)  # to be copied: one line
     if len(failures) > MAX_CELLS:

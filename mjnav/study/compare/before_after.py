@@ -7,13 +7,14 @@ cells, each figure by itself.
 
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from mjnav.errors import InputError
 from mjnav.metrics.intervals import holm
+from mjnav.study.cells import Labels
 from mjnav.study.compare.cell_rows import CellRows, cell_rows
 from mjnav.study.compare.chosen_figures import (
     DEFAULT_FIGURES,
@@ -33,6 +34,7 @@ from mjnav.study.compare.wins import corrected
 from mjnav.study.store.own_figures import check_own
 from mjnav.study.store.row import PLACE_IN_STUDY
 from mjnav.study.store.store import Store
+from mjnav.study.study_file import StudyFile
 
 BEFORE, AFTER = "before", "after"
 BETTER, WORSE, OTHER = "better", "worse", "other"
@@ -85,6 +87,19 @@ class BeforeAfter:
     changed: tuple[KeyChange, ...]  # what the cells' rows were made with
     only_before: tuple[CellPlace, ...]
     only_after: tuple[CellPlace, ...]
+    labels: Labels = field(default_factory=Labels)  # of a study file
+
+    @property
+    def labelled(self) -> "BeforeAfter":
+        """The same for people to read: with labels in the place of names."""
+        cells = [(cell, self.labels.place((cell.scene, cell.setting, cell.method))) for cell in self.cells]
+        return replace(
+            self,
+            cells=tuple(replace(cell, setting=setting, method=method) for cell, (_, setting, method) in cells),
+            only_before=tuple(map(self.labels.place, self.only_before)),
+            only_after=tuple(map(self.labels.place, self.only_after)),
+            labels=Labels(),
+        )
 
     def __repr__(self) -> str:
         seeds = Counter(seed.kind for cell in self.cells for seed in cell.seeds)
@@ -102,13 +117,19 @@ class BeforeAfter:
                 *(len(cell.named(kind)) for kind in (BETTER, WORSE)),
                 percent(cell.after.differences["success"].estimate, signed=True),
             )
-            for cell in self.cells
+            for cell in self.labelled.cells
         ]
         return html_table(f"{self.before} and {self.after}", heads, rows)
 
 
-def before_after(before: Store, after: Store, *, figures: Sequence[str] = DEFAULT_FIGURES) -> BeforeAfter:
-    """Compares the cells that two stores share; the rates are always among the figures.
+def before_after(
+    before: Store,
+    after: Store,
+    *,
+    figures: Sequence[str] = DEFAULT_FIGURES,
+    study: StudyFile | None = None,
+) -> BeforeAfter:
+    """Compares the cells that two stores share; the rates are always among the figures. Labels are those of `study`.
 
     Raises InputError where they have no seed of a cell in common, InvalidValue for an unknown figure, MjnavError where
     a shard is damaged.
@@ -131,6 +152,7 @@ def before_after(before: Store, after: Store, *, figures: Sequence[str] = DEFAUL
         changed=what_changed(before, after, [(cell.scene, cell.setting, cell.method) for cell in cells]),
         only_before=tuple(place for place in was.cells if place not in now.cells),
         only_after=tuple(place for place in now.cells if place not in was.cells),
+        labels=Labels.of(study),
     )
 
 

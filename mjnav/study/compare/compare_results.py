@@ -2,8 +2,10 @@
 
 import os
 from collections.abc import Sequence
+from contextlib import suppress
 from typing import overload
 
+from mjnav.errors import InputError
 from mjnav.study.compare.before_after import BeforeAfter, before_after
 from mjnav.study.compare.chosen_figures import DEFAULT_FIGURES, WIN_BY
 from mjnav.study.compare.study_comparison import StudyComparison, compare_study
@@ -50,7 +52,11 @@ def compare(
     """
     store, study = find_results(results)
     if after is not None:
-        return before_after(store, find_results(after)[0], figures=figures)
+        other, study = find_results(after)
+        if study is None:
+            with suppress(InputError):  # a file that cannot be read gives no labels
+                study = kept_study(other)
+        return before_after(store, other, figures=figures, study=study)
     return compare_study(
         store,
         study or kept_study(store),

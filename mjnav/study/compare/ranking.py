@@ -41,6 +41,7 @@ class MethodRanking:
     """A method's settings, the best first."""
 
     method: str
+    shown: str  # what people read in its place
     controller: str
     settings: tuple[RankedSetting, ...]
     num_missing: int  # episodes of the study file that have no row
@@ -67,11 +68,11 @@ def rank(store: Store, study: StudyFile | None) -> tuple[MethodRanking, ...]:
         rows.setdefault(cell.method, []).append(cell)
     found: list[MethodRanking] = []
     for method in study.methods:
-        own = {v.labels[1]: v for v in variants(study, ["any"]) if v.method is method}
+        own = {v.names[1]: v for v in variants(study, ["any"]) if v.method is method}
         ranked = [_ranked(own[label], rows[label], limits) for label in own if label in rows]
         ranked.sort(key=lambda one: -one.score.value)
         missing = len(own) * len(worlds) * len(study.all_seeds) - sum(one.num for one in ranked)
-        found.append(MethodRanking(method.label, method.controller, tuple(ranked), missing))
+        found.append(MethodRanking(method.identifier, method.shown, method.controller, tuple(ranked), missing))
     return tuple(found)
 
 
@@ -88,7 +89,7 @@ def _ranked(variant: Variant, cells: Sequence[CellRows], limits: Mapping[tuple[s
     values = {key.removeprefix("control."): value for key, value in variant.own.items()}
     pairs = {**{key.removeprefix("control."): value for key, value in flat(variant.method.set).items()}, **values}
     return RankedSetting(
-        label=variant.labels[1],
+        label=variant.names[1],
         values=values,
         toml=f"set = {value_text(pairs)}",
         num=len(own),

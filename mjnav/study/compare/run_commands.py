@@ -20,7 +20,7 @@ def run_commands(study: StudyFile, text: str) -> Mapping[CellPlace, str]:
     given = list(_given(text))
     shipped = [scene for scene in study.scenes if "/" not in scene and not scene.endswith(".toml")]
     return {
-        (variant.scene, *variant.labels): shlex.join(_words(study, variant, given))
+        (variant.scene, *variant.names): shlex.join(_words(study, variant, given))
         for variant in variants(study, shipped)
     }
 

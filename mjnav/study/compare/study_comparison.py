@@ -2,13 +2,13 @@
 
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from mjnav.errors import InputError
-from mjnav.study.cells import variants
+from mjnav.study.cells import Labels, variants
 from mjnav.study.compare.cell_rows import CellRows, cell_rows
 from mjnav.study.compare.chosen_figures import (
     COLLISIONS,
@@ -58,6 +58,19 @@ class StudyComparison:
     settings_per_table: int = 1  # and the same
     machines: tuple[str, ...] = ()  # that ran the episodes
     ratios: bool = False  # whether tables show ratios of costs to the reference's in place of differences
+    labels: Labels = field(default_factory=Labels)  # of the study file
+
+    @property
+    def labelled(self) -> "StudyComparison":
+        """The same for people to read: with labels in the place of names."""
+        place = self.labels.place
+        return replace(
+            self,
+            tables=tuple(_labelled(table, self.labels) for table in self.tables),
+            missing={place(cell): lack for cell, lack in self.missing.items()},
+            absent=tuple(map(place, self.absent)),
+            labels=Labels(),
+        )
 
     @property
     def num_episodes(self) -> int:
@@ -77,7 +90,7 @@ class StudyComparison:
         heads = ("scene", "setting", "method", "n", "success %", "collision %")
         rows = [
             (t.scene, t.setting, r.method, r.num, percent(r.figures["success"]), percent(r.figures["collision"]))
-            for t in self.tables
+            for t in self.labelled.tables
             for r in t.rows
         ]
         return html_table(f"{self.study} in {self.folder}; Wilson 95 % intervals", heads, rows)
@@ -111,7 +124,7 @@ def compare_study(
         raise InputError(f"{store.folder}: no results of a sweep")
     table = store.rows(list(dict.fromkeys((*NEEDED, PEOPLE, LAYOUT, *DECISION, win_by, *TEXTS, *columns_for(asked)))))
     table, name, others = _of_study(table, study, store)
-    cells = cell_rows(table.drop_columns(list(TEXTS)), [method.label for method in study.methods] if study else ())
+    cells = cell_rows(table.drop_columns(list(TEXTS)), [method.identifier for method in study.methods] if study else ())
     check_distinct(cells, store)
     check_own(asked, cells[0].columns)
     figures = _defined(asked, figures, cells)
@@ -146,7 +159,16 @@ def compare_study(
         settings_per_table=num_settings,
         machines=tuple(sorted(table["machine"].unique().to_pylist())),
         ratios=ratios,
+        labels=Labels.of(study),
     )
+
+
+def _labelled(table: Comparison, labels: Labels) -> Comparison:
+    of = labels.methods
+    scene, setting, reference = labels.place((table.scene, table.setting, table.reference))
+    rows = tuple(replace(row, method=of.get(row.method, row.method)) for row in table.rows)
+    rivals = tuple(replace(r, method=of.get(r.method, r.method), other=of.get(r.other, r.other)) for r in table.rivals)
+    return replace(table, scene=scene, setting=setting, reference=reference, rows=rows, rivals=rivals)
 
 
 def _defined(asked: Sequence[str], figures: Sequence[str], cells: Sequence[CellRows]) -> tuple[str, ...]:
@@ -188,7 +210,7 @@ def _cells_of(study: StudyFile | None, cells: Iterable[CellRows]) -> list[CellPl
         return []
     named = [scene for scene in study.scenes if "/" not in scene and not scene.endswith(".toml")]
     scenes = list(dict.fromkeys([*named, *(cell.scene for cell in cells)]))
-    return [(variant.scene, *variant.labels) for variant in variants(study, scenes)]
+    return [(variant.scene, *variant.names) for variant in variants(study, scenes)]
 
 
 def check_distinct(cells: Iterable[CellRows], store: Store) -> None:

@@ -1,14 +1,19 @@
 """Two folders of results: every seed that ended otherwise is named, and the figures are paired by seed."""
 
+import io
 import json
 
 import pytest
+from rich.console import Console
 
 from mjnav.errors import InputError, InvalidValue, MjnavError
 from mjnav.metrics.intervals import mcnemar
+from mjnav.report.comparison.before_after_text import write
+from mjnav.report.comparison.before_after_tidy import csv_text, document
 from mjnav.study.compare.before_after import before_after
 from mjnav.study.compare.compare_results import compare
 from mjnav.study.store.store import Store
+from mjnav.study.study_file import load_study
 from tests.study.made_up import row
 
 pytest.importorskip("pyarrow", reason="the sweep extra is not installed")
@@ -102,6 +107,21 @@ def test_cells_in_one_folder_only_are_told(folders):
     found = before_after(*folders)
     assert found.only_before == (("s", "default", "c"),)
     assert found.only_after == (("s", "default", "d"),)
+
+
+def test_people_read_labels_and_programs_names_with_them(folders, tmp_path):
+    (tmp_path / "labelled.toml").write_text(
+        'schema = 1\nname = "x"\nscenes = ["s"]\nmethods = [{ controller = "a", label = "Ours" }]\n'
+    )
+    found = before_after(*folders, study=load_study(tmp_path / "labelled.toml"))
+    file = io.StringIO()
+    write(found, Console(width=200, file=file))
+    assert "\ns, default, Ours: " in file.getvalue()
+    assert "s, default, a" not in file.getvalue()
+    (cell,) = [cell for cell in document(found)["cells"] if cell["method"] == "a"]
+    assert cell["method_label"] == "Ours"
+    assert "Ours" in csv_text(found)
+    assert "<td>Ours</td>" in found._repr_html_()
 
 
 def test_folders_that_cannot_be_compared_are_refused_with_the_reason(folders, tmp_path):
