@@ -8,8 +8,10 @@ from pathlib import Path
 
 import pytest
 
+from mjnav.cli.main import COMMANDS
+
 ROOT = Path(__file__).parents[1]
-NUMBA = {"numpy", "numba", "scipy"}  # it asks scipy for its version
+COMPUTING = {"mujoco", "numba", "scipy", "matplotlib"}
 HEAVY = {"mujoco", "numba", "numpy", "scipy", "matplotlib", "filterpy", "mcap", "google.protobuf", "rich"}
 
 
@@ -28,8 +30,8 @@ def test_imports_run_one_way():
         ("import mjnav, mjnav.errors; dir(mjnav); mjnav.__doc__", set()),
         ("import mjnav.messages, mjnav.rng", {"numpy"}),
         # A decision needs neither physics nor a log.
-        ("from mjnav.control import make_controller", NUMBA),
-        ("import mjnav.rkhs, mjnav.constraints", NUMBA),
+        ("from mjnav.control import make_controller", {"numpy"}),
+        ("import mjnav.rkhs, mjnav.constraints", {"numpy"}),
     ],
 )
 def test_an_import_brings_only_what_it_needs(code, allowed):
@@ -37,7 +39,18 @@ def test_an_import_brings_only_what_it_needs(code, allowed):
 
 
 def test_help_is_told_without_any_of_it():
-    assert loaded_by("from mjnav.cli.main import main\ntry: main(['--help'])\nexcept SystemExit: pass") == set()
+    assert loaded_by(told("--help")) == set()
+
+
+def test_what_only_prints_compiles_computes_and_draws_nothing():
+    printing = ["keys robot", "keys --controller rkhs", "list", "show hall", "schema run", "completion bash"]
+    helps = [f"{command} --help" for command in COMMANDS]
+    assert not loaded_by("\n".join(map(told, printing + helps))) & COMPUTING
+
+
+def told(words: str) -> str:
+    """Code that prints what a command prints."""
+    return f"from mjnav.cli.main import main\ntry: main({words.split()})\nexcept SystemExit: pass"
 
 
 def loaded_by(code: str) -> set[str]:

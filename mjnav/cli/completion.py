@@ -92,9 +92,9 @@ def _figures() -> Iterable[str]:
 
 
 def _paper_items() -> Iterable[str]:
-    from mjnav.paper.items import ITEMS
+    from mjnav.paper import MODULES
 
-    return ITEMS
+    return MODULES
 
 
 def _nothing() -> Iterable[str]:

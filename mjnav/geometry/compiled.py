@@ -15,45 +15,103 @@ process that loads the caller alone calls the copy.
 
 import sys
 from collections.abc import Callable
-from typing import Any
+from functools import cached_property, update_wrapper
+from threading import Event
+from typing import TYPE_CHECKING, Any
 
-from numba import njit, vectorize
-from numba.core.dispatcher import Dispatcher
-from numba.np.ufunc.dufunc import DUFunc
-
-from mjnav.geometry.kernel_cache import KernelCache
-from mjnav.geometry.kernel_code import processor as processor
 from mjnav.geometry.kernel_types import declared
+
+if TYPE_CHECKING:
+    from mjnav.geometry.kernel_cache import KernelCache
 
 # "contract" allows fused multiply-add, "reassoc" vector sums, "arcp" reciprocals, "nsz" ignores the sign of zero.
 FAST = frozenset({"contract", "reassoc", "arcp", "nsz"})
+_in_use = Event()  # of numba: from then on functions are handed to it where they are defined
 
 
 def kernel(function: Callable[..., Any]) -> Callable[..., Any]:
     """Compiles a loop over arrays."""
-    return _cached(njit(fastmath=set(FAST), error_model="numpy", nogil=True, forceinline=True)(function))
+    return _prepared(function, fastmath=set(FAST), error_model="numpy", nogil=True, forceinline=True)
 
 
 def exact(function: Callable[..., Any]) -> Callable[..., Any]:
     """Compiles a loop over arrays, every operation rounded as it is written: for indices and for draws that replay."""
-    return _cached(njit(error_model="numpy", nogil=True, forceinline=True)(function))
+    return _prepared(function, error_model="numpy", nogil=True, forceinline=True)
 
 
 def elementwise(function: Callable[..., Any]) -> Callable[..., Any]:
     """Compiles a function of numbers into one of arrays that broadcast, as NumPy's own are."""
-    compiled = vectorize(nopython=True)(function)
-    dispatcher = compiled._dispatcher
-    dispatcher.cache = KernelCache(dispatcher.py_func, dispatcher.targetoptions)
-    return compiled
+    return _prepared(function, elementwise=True)
 
 
 def scalar(function: Callable[..., Any]) -> Callable[..., Any]:
     """Compiles a function of numbers, inlined into the kernels that call it."""
-    return _cached(njit(fastmath=set(FAST), error_model="numpy", inline="always")(function))
+    return _prepared(function, fastmath=set(FAST), error_model="numpy", inline="always")
+
+
+class Unprepared:
+    """A function that numba has not seen yet: whoever only reads names and parameters need not wait for numba.
+
+    The first use of any of them imports numba and puts numba's own object in the place of each, in every module.
+    """
+
+    def __init__(self, function: Callable[..., Any], options: dict[str, Any]):
+        self._function, self._options = function, options
+        update_wrapper(self, function)
+
+    @cached_property
+    def prepared(self) -> Any:
+        """Numba's object."""
+        return _of_numba(self._function, **self._options)
+
+    def __call__(self, *arguments: Any) -> Any:
+        """What numba's object gives."""
+        prepare()
+        return self.prepared(*arguments)
+
+    def __getattr__(self, name: str) -> Any:
+        if name.startswith("__"):  # asked for by copies and by whoever looks through a module
+            raise AttributeError(name)
+        prepare()
+        return getattr(self.prepared, name)
+
+
+def _prepared(function: Callable[..., Any], **options: Any) -> Any:
+    return _of_numba(function, **options) if _in_use.is_set() else Unprepared(function, options)
+
+
+def _of_numba(function: Callable[..., Any], *, elementwise: bool = False, **options: Any) -> Any:
+    from numba import njit, vectorize
+
+    from mjnav.geometry.kernel_cache import KernelCache
+
+    if elementwise:
+        made = vectorize(nopython=True)(function)
+        made._dispatcher.cache = KernelCache(made._dispatcher.py_func, made._dispatcher.targetoptions)
+        return made
+    made = njit(**options)(function)
+    if made is not function:  # as it is under NUMBA_DISABLE_JIT
+        made._cache = KernelCache(made.py_func, made.targetoptions)
+    return made
+
+
+def prepare() -> None:
+    """Puts numba's object in the place of every function that waits for it, at the first call."""
+    if _in_use.is_set():
+        return
+    _in_use.set()
+    for names in [getattr(module, "__dict__", {}) for module in list(sys.modules.values())]:
+        for name, value in list(names.items()):
+            if type(value) is Unprepared:
+                names[name] = value.prepared
 
 
 def load_kernels() -> None:
     """Loads, or compiles, every kernel with annotated arguments in the modules of mjnav that are imported."""
+    from numba.core.dispatcher import Dispatcher
+    from numba.np.ufunc.dufunc import DUFunc
+
+    prepare()
     modules = [module for name, module in list(sys.modules.items()) if name.startswith("mjnav.")]
     for value in {id(value): value for module in modules for value in list(vars(module).values())}.values():
         if isinstance(value, Dispatcher):
@@ -62,15 +120,9 @@ def load_kernels() -> None:
             _load(value._dispatcher, value._dispatcher.cache, value.add)
 
 
-def _load(dispatcher: Any, cache: KernelCache, compile_for: Callable[[Any], Any]) -> None:
+def _load(dispatcher: Any, cache: "KernelCache", compile_for: Callable[[Any], Any]) -> None:
     arguments = declared(dispatcher.py_func)
     known = {getattr(signature, "args", signature) for signature in dispatcher.overloads}
     if arguments is not None and arguments not in known:
         with cache.making(arguments):
             compile_for(arguments)
-
-
-def _cached(compiled: Callable[..., Any]) -> Callable[..., Any]:
-    if isinstance(compiled, Dispatcher):  # a plain function under NUMBA_DISABLE_JIT
-        compiled._cache = KernelCache(compiled.py_func, compiled.targetoptions)
-    return compiled

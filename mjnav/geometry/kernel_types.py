@@ -5,25 +5,38 @@ Besides these, an argument may be a float, int or bool, a tuple of them, or a na
 """
 
 from collections.abc import Callable
-from typing import Annotated, Any, get_args, get_origin, get_type_hints
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Annotated, Any, get_args, get_origin, get_type_hints
 
 import numpy as np
-from numba import types
 from numpy.typing import NDArray
 
-Vector = Annotated[NDArray[np.float64], types.float64[::1]]  # (n,), its numbers one after another
-Matrix = Annotated[NDArray[np.float64], types.float64[:, ::1]]
-Cube = Annotated[NDArray[np.float64], types.float64[:, :, ::1]]
-Indices = Annotated[NDArray[np.int64], types.int64[::1]]
-ReadOnlyVector = Annotated[NDArray[np.float64], types.Array(types.float64, 1, "C", readonly=True)]
-ReadOnlyMatrix = Annotated[NDArray[np.float64], types.Array(types.float64, 2, "C", readonly=True)]
-ReadOnlyCube = Annotated[NDArray[np.float64], types.Array(types.float64, 3, "C", readonly=True)]
-Flags = Annotated[NDArray[np.bool_], types.boolean[::1]]
-
-_NUMBERS = {float: types.float64, int: types.int64, bool: types.boolean}
+if TYPE_CHECKING:
+    from numba import types
 
 
-def declared(function: Callable[..., Any]) -> tuple[types.Type, ...] | None:
+@dataclass(frozen=True, slots=True)
+class Contiguous:
+    """An array whose numbers lie one after another; no type of numba's, which takes a second to import."""
+
+    numbers: str  # numba's name of their type
+    ndim: int
+    readonly: bool = False
+
+
+Vector = Annotated[NDArray[np.float64], Contiguous("float64", 1)]  # (n,)
+Matrix = Annotated[NDArray[np.float64], Contiguous("float64", 2)]
+Cube = Annotated[NDArray[np.float64], Contiguous("float64", 3)]
+Indices = Annotated[NDArray[np.int64], Contiguous("int64", 1)]
+ReadOnlyVector = Annotated[NDArray[np.float64], Contiguous("float64", 1, readonly=True)]
+ReadOnlyMatrix = Annotated[NDArray[np.float64], Contiguous("float64", 2, readonly=True)]
+ReadOnlyCube = Annotated[NDArray[np.float64], Contiguous("float64", 3, readonly=True)]
+Flags = Annotated[NDArray[np.bool_], Contiguous("boolean", 1)]
+
+_NUMBERS = {float: "float64", int: "int64", bool: "boolean"}
+
+
+def declared(function: Callable[..., Any]) -> tuple["types.Type", ...] | None:
     """Numba's types of a function's arguments; None where not every argument is annotated."""
     code = function.__code__
     names = code.co_varnames[: code.co_argcount]
@@ -33,11 +46,14 @@ def declared(function: Callable[..., Any]) -> tuple[types.Type, ...] | None:
     return tuple(_numba_type(hints[name]) for name in names)
 
 
-def _numba_type(hint: Any) -> types.Type:
+def _numba_type(hint: Any) -> "types.Type":
+    from numba import types
+
     if hint in _NUMBERS:
-        return _NUMBERS[hint]
+        return getattr(types, _NUMBERS[hint])
     if get_origin(hint) is Annotated:
-        return get_args(hint)[1]
+        layout = get_args(hint)[1]
+        return types.Array(getattr(types, layout.numbers), layout.ndim, "C", readonly=layout.readonly)
     if get_origin(hint) is tuple:
         return types.Tuple([_numba_type(part) for part in get_args(hint)])
     if hasattr(hint, "_fields"):

@@ -6,12 +6,9 @@ from types import MappingProxyType
 from mjnav import control, noise, scenarios
 from mjnav.config.reference import first_line
 from mjnav.errors import unknown_name
-from mjnav.estimation import LOCALIZERS, TRACKERS, estimator_class
-from mjnav.metrics.definitions import DERIVED, GROUPS
 from mjnav.noise.registry import DISTRIBUTIONS
 from mjnav.plugins import CONTROLLER, Kind, registered
 from mjnav.plugins.kinds import BEHAVIOUR, DISTRIBUTION, LOCALIZER, PREDICTOR, TRACKER
-from mjnav.recording.log_format import TOPICS
 from mjnav.scenarios.library import is_random
 from mjnav.scenarios.people.temperament import TEMPERAMENTS
 from mjnav.scenarios.prediction import MODELS
@@ -33,6 +30,8 @@ def _with_registered(kind: Kind, shipped: Mapping[str, str], prefix: str = "") -
 
 def _filters() -> dict[str, str]:
     """The values of estimation.robot and estimation.obstacles: source with filter, or localizer and tracker."""
+    from mjnav.estimation import LOCALIZERS, TRACKERS, estimator_class
+
     found: dict[str, str] = {}
     for place, registry, kind in (("robot", LOCALIZERS, LOCALIZER), ("obstacles", TRACKERS, TRACKER)):
         shipped = {f"{place}.{name}": first_line(estimator_class(path)) for name, path in registry.items()}
@@ -43,6 +42,7 @@ def _filters() -> dict[str, str]:
 def _topics() -> dict[str, str]:
     """The topics of a log, with the schema of their messages."""
     from mjnav.recording.encode.topics import topics
+    from mjnav.recording.log_format import TOPICS
 
     schemas = {topic.name: topic.schema.name for topic in topics(scenarios.load("crossing1"))}
     return {name: f"{text} ({schemas[name]})" for name, text in TOPICS.items()}
@@ -50,6 +50,8 @@ def _topics() -> dict[str, str]:
 
 def _metrics() -> dict[str, str]:
     """The figures of a run and of `mjnav compare`, each with unit, definition and source; not the user's own."""
+    from mjnav.metrics.definitions import DERIVED, GROUPS
+
     found = {name: f"{group}: {one.line}" for group, figures in GROUPS.items() for name, one in figures.items()}
     return found | {name: f"compare: {one.line}" for name, one in DERIVED.items()}
 

@@ -7,7 +7,6 @@ people who turn on their heel.
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import linear_sum_assignment  # this module is loaded where it is needed, before a run
 
 from mjnav.messages import Array
 
@@ -41,6 +40,8 @@ def assigned(log_density: Array, detectable: Array, false: float) -> NDArray[np.
     over the probability that a body in view is detected [1/m^2]; that a detection was made says that there the body was
     in view. A track's gate is where p(z) >= false.
     """
+    from scipy.optimize import linear_sum_assignment  # a tracker that needs it imports it before the first tick
+
     num_tracks, num = log_density.shape
     if not (num_tracks and num):
         return np.full(num_tracks, -1)

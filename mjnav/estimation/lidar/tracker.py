@@ -7,6 +7,7 @@ Everything that persists is tracked: people, and furniture that the map lacks, w
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from importlib import import_module
 from typing import Protocol
 
 import numpy as np
@@ -86,6 +87,7 @@ class LidarTracker:
     """
 
     def __init__(self, detector: Detects, make_filter: MakeFilter, num_particles: int, seed: int):
+        import_module("scipy.optimize")  # which `assigned` needs, not to be loaded at a tick
         self._detector, self._make, self._num, self._seed = detector, make_filter, num_particles, seed
         self._time = 0.0
         self._stood = np.zeros(3)  # the robot's pose that bodies were placed by last

@@ -17,13 +17,11 @@ from typing import Any
 
 import numpy as np
 
-from mjnav.geometry.compiled import FAST, processor
-from mjnav.geometry.kernel_code import SETTINGS
+from mjnav.geometry.compiled import FAST
 from mjnav.loop.provenance.sources import mjnav_sources, plugin_sources
 from mjnav.plugins import CONTROLLER, Plugin
 
 PACKAGES = ("mjnav", "numpy", "numba", "llvmlite", "scipy", "filterpy", "mujoco")
-COMPILER_SWITCHES = (*SETTINGS, "DISABLE_JIT", "USING_SVML")  # numba's
 OPENBLAS_NAMES = ("scipy_openblas_get_corename64_", "openblas_get_corename64_", "openblas_get_corename")
 LIBM_SWITCHES = "GLIBC_TUNABLES"
 
@@ -124,10 +122,13 @@ def _facts() -> Mapping[str, str]:
     from llvmlite import binding
     from numba.core import config
 
+    from mjnav.geometry.kernel_code import SETTINGS, processor
+
     host = [binding.get_host_cpu_name(), *sorted(f for f, has in binding.get_host_cpu_features().items() if has)]
     name, *features = processor().split()
     target = [name, *sorted(f[1:] for f in features if f.startswith("+"))]
-    switches = [f"{switch.lower()}={int(getattr(config, switch, None) or 0)}" for switch in COMPILER_SWITCHES]
+    compiler_switches = (*SETTINGS, "DISABLE_JIT", "USING_SVML")
+    switches = [f"{switch.lower()}={int(getattr(config, switch, None) or 0)}" for switch in compiler_switches]
     libc = [*platform.libc_ver(), *(part for part in os.environ.get(LIBM_SWITCHES, "").split(":") if ".cpu." in part)]
     return MappingProxyType(
         {

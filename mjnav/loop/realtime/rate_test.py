@@ -12,7 +12,6 @@ import numpy as np
 
 from mjnav.loop.episode import Episode
 from mjnav.loop.pacer import MAX_CATCH_UP, Pacer, RealTimePacer, Start
-from mjnav.loop.realtime.first_time import first_time_work
 from mjnav.loop.realtime.machine import Gaps, Usage, UsageMeter, gap_probe, stolen
 from mjnav.loop.realtime.stress import stress
 from mjnav.loop.referee import ABORTED
@@ -128,6 +127,8 @@ def rate_test(
     The log goes to `log`, or to a temporary file. `stressed` loads the machine meanwhile; `warmed_up` is as in `run`.
     Raises InputError for what cannot be run.
     """
+    from mjnav.loop.realtime.first_time import first_time_work  # numba listens
+
     log = None if log is None else check_path(log)
     if not warmed_up:
         warm_up(scenario)
