@@ -68,7 +68,7 @@ def execute(arguments: argparse.Namespace) -> int:
         _print(found)
     wrote = None if output is None else _write(arguments, found, table, output, length)
     if arguments.json:
-        print(json.dumps(_document(found, wrote), ensure_ascii=False, allow_nan=False))
+        print(json.dumps(_document(found, wrote), allow_nan=False))
     elif wrote is not None:
         print()
         print_lines(list(_written_lines(wrote)))

@@ -41,7 +41,7 @@ def execute(arguments: argparse.Namespace) -> int:
     if arguments.prefix:
         rows = keys_below(rows, arguments.prefix)
     if arguments.json:
-        print(json.dumps({"schema": 1, "keys": [_document(row) for row in rows]}, ensure_ascii=False))
+        print(json.dumps({"schema": 1, "keys": [_document(row) for row in rows]}))
         return 0
     _print(rows)
     return 0

@@ -25,7 +25,7 @@ def execute(arguments: argparse.Namespace) -> int:
             raise InvalidValue("KIND", error.found, error.allowed, nearest=error.nearest) from None
     if arguments.json:
         document = {kind.replace(" ", "_"): dict(found) for kind, found in listed.items()}
-        print(json.dumps({"schema": 1, **document}, ensure_ascii=False))
+        print(json.dumps({"schema": 1, **document}))
         return 0
     for kind, found in listed.items():
         print(kind)

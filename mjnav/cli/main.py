@@ -13,8 +13,9 @@ from mjnav.cli.options import common
 from mjnav.cli.options.words import in_options
 from mjnav.cli.terminal.guard import Guard, guarded
 from mjnav.cli.terminal.progress import tell
-from mjnav.cli.terminal.streams import plain_output, quiet_output
+from mjnav.cli.terminal.streams import plain_output, quiet_output, readable_output
 from mjnav.errors import InputError, MjnavError, unknown_name
+from mjnav.printable import printable
 
 INTERRUPTED = 130
 NUMBA_FILE = ".numba_config.yaml"  # numba reads its settings from there at every compilation
@@ -54,6 +55,7 @@ class _Parser(argparse.ArgumentParser):
 
 def start() -> int:
     """The entry point: runs the command in a child process and reports how that ends."""
+    readable_output()
     return guarded(lambda guard: main(guard=guard))
 
 
@@ -126,7 +128,7 @@ def _execute(argv: list[str], guard: Guard) -> int:
     if name is not None and name not in COMMANDS:
         raise unknown_name("command", name, COMMANDS)
     parser, commands = command_parser((name,) if name is not None else ())
-    given = argparse.Namespace(guard=guard, command_line=shlex.join(["mjnav", *argv]))
+    given = argparse.Namespace(guard=guard, command_line=printable(shlex.join(["mjnav", *argv])))
     arguments, unknown = parser.parse_known_args(argv, given)
     if unknown:
         commands.get(name or "", parser).error(f"unrecognized arguments: {' '.join(unknown)}")

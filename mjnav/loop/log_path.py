@@ -2,6 +2,7 @@
 
 import hashlib
 import os
+import sys
 from datetime import datetime
 from pathlib import Path
 
@@ -45,4 +46,6 @@ def file_stem(scenario: Scenario, time: str) -> str:
     if len(name.encode()) + len(rest) > MAX_STEM:
         mark = f"-{hashlib.sha256(name.encode()).hexdigest()[:8]}"
         name = name.encode()[: MAX_STEM - len(mark) - len(rest)].decode(errors="ignore") + mark
-    return "".join(c if c.isalnum() or c in "-_." else "_" for c in name + rest)
+    stem = "".join(c if c.isalnum() or c in "-_." else "_" for c in name + rest)
+    encoding = sys.getfilesystemencoding()
+    return stem.encode(encoding, "replace").decode(encoding).replace("?", "_")

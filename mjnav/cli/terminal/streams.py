@@ -1,15 +1,61 @@
 """Standard output and standard error, to which every command writes printable text only."""
 
+import codecs
 import os
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, TextIO, cast
+from unicodedata import name, normalize
 
 from mjnav.printable import printable
 
 if TYPE_CHECKING:
     from rich.console import Console
+
+# What stands for a character that a stream cannot hold, beside the letters and digits that a character is made of and
+# the names of Greek letters. No quotation mark and no backslash, which JSON would read.
+STAND_INS: Mapping[str, str] = MappingProxyType(
+    {"×": "x", "≤": "<=", "≥": ">=", "±": "+-", "√": "sqrt", "−": "-", "–": "-", "°": "deg", "·": "*", "µ": "u"}
+    | {"’": "'", "“": "'", "”": "'", "█": "#", "■": "#"}
+)
+HANDLER = "mjnav.stand_in"  # its name among Python's handlers of encoding errors
+
+
+def _stand_in(error: UnicodeError) -> tuple[str, int]:
+    if not isinstance(error, UnicodeEncodeError):
+        raise error
+    return "".join(map(_ascii, error.object[error.start : error.end])), error.end
+
+
+def _ascii(character: str) -> str:
+    script, _, letter = name(character, "").partition(" LETTER ")
+    if script.startswith("GREEK"):
+        return letter.lower()
+    plain = STAND_INS.get(character) or normalize("NFKD", character)
+    return plain.encode("ascii", "ignore").decode() or "?"
+
+
+codecs.register_error(HANDLER, _stand_in)
+
+
+def readable_output() -> None:
+    """Makes standard output and standard error replace what their encoding cannot hold, for this process's life."""
+    for stream in (sys.stdout, sys.stderr):
+        if stream is not None:
+            cast(Any, stream).reconfigure(errors=HANDLER)
+
+
+def as_held(text: str) -> str:
+    """The text as standard output will hold it."""
+    encoding = getattr(sys.stdout, "encoding", None) or "utf-8"
+    return printable(text, keep="\n\t").encode(encoding, HANDLER).decode(encoding)
+
+
+def on_terminal() -> bool:
+    """Whether standard output is one."""
+    return sys.stdout is not None and sys.stdout.isatty()
 
 
 class _PlainStream:

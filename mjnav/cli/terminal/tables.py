@@ -16,7 +16,7 @@ GAP = 2
 
 def width() -> int:
     """Of the terminal [characters], or PIPE_WIDTH."""
-    return streams.console(width=PIPE_WIDTH).width
+    return streams.console().width if streams.on_terminal() else PIPE_WIDTH
 
 
 def print_table(rows: Sequence[Sequence[str]], heads: Sequence[str] = (), *, numbers: Collection[int] = ()) -> None:
@@ -25,19 +25,29 @@ def print_table(rows: Sequence[Sequence[str]], heads: Sequence[str] = (), *, num
     Where it is too narrow for all columns, each row becomes a paragraph: its first cell, a line for each other one, and
     one for all numbers.
     """
-    from rich.cells import cell_len
-    from rich.table import Table
+    from rich.cells import cell_len, set_cell_size
 
     if not rows:
         return
+    rows = [[streams.as_held(cell) for cell in row] for row in rows]
     heads = heads or [""] * len(rows[0])
     widths = [max(map(cell_len, column)) for column in zip(heads, *rows, strict=True)]
     least = [size if i == 0 or i in numbers else min(size, LEAST) for i, size in enumerate(widths)]
     room = width()
+    if room == PIPE_WIDTH:  # without rich, whose tables of hundreds of rows take longer than all else
+        for row in [heads] * any(heads) + rows:
+            cells = [
+                " " * (widths[i] - cell_len(cell)) + cell if i in numbers else set_cell_size(cell, widths[i])
+                for i, cell in enumerate(row)
+            ]
+            print((" " * GAP).join(cells).rstrip())
+        return
     if sum(least) + GAP * (len(least) - 1) > room:
         for row in rows:
             print("\n".join(_paragraph(row, heads, numbers, room)))
         return
+    from rich.table import Table
+
     table = Table(box=None, padding=(0, GAP, 0, 0), pad_edge=False, show_header=any(heads), header_style="bold")
     for i, head in enumerate(heads):
         whole = least[i] == widths[i]

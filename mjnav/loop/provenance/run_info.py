@@ -10,6 +10,7 @@ from functools import cache
 from pathlib import Path
 
 from mjnav.loop.provenance.facts import package_version, provenance
+from mjnav.printable import printable
 from mjnav.scenarios.plugged import plugins_of
 from mjnav.scenarios.spec import Scenario
 
@@ -24,7 +25,7 @@ def run_info(scenario: Scenario, seed: int, parts_hash: str) -> dict[str, str]:
         **({} if scenario.prediction is None else {"prediction": scenario.prediction.name}),
         "parts_hash": parts_hash,
         "git_revision": _git_revision(),
-        "argv": shlex.join(sys.argv),
+        "argv": printable(shlex.join(sys.argv)),
         "machine": platform.machine(),
         "processor": _processor(),
         "version.mcap": package_version("mcap"),

@@ -14,6 +14,7 @@ from mcap.writer import Writer
 
 from mjnav.errors import InputError, MjnavError
 from mjnav.messages import Event, TickRecord, TickTiming, WorldState
+from mjnav.printable import printable
 from mjnav.recording.encode.geometry import time_ns
 from mjnav.recording.encode.json_messages import encode_timing
 from mjnav.recording.encode.topics import EVENTS, TIMING, Topic, encode_event, topics
@@ -43,12 +44,12 @@ class LogError(MjnavError):
 
 
 def _result_value(value: object) -> str:
-    """Text as it is; any other value as JSON, and so text that is valid JSON itself."""
+    """Text as it is, if printable; any other value as JSON, and so text that is valid JSON itself."""
     if isinstance(value, str):
         try:
             json.loads(value)
         except ValueError:
-            return value
+            return printable(value)  # the name of a file may hold bytes that are no text
     return json.dumps(value)
 
 

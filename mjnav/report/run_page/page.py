@@ -10,6 +10,7 @@ from html import escape
 from string import Template
 from typing import Any
 
+from mjnav.printable import printable
 from mjnav.report.inspection import Inspection
 from mjnav.report.look.document import asset, frame
 from mjnav.report.run_page import page_figures, page_parts
@@ -104,4 +105,5 @@ def _run_block(run: ShownRun) -> str:
 
 def _log_section(run: ShownRun) -> str:
     topics, details = page_parts.topics(run), page_parts.details(run)
-    return f'<h3>{run.mark}{escape(run.inspection.path)}</h3><div class="log">{topics}<div>{details}</div></div>'
+    path = escape(printable(run.inspection.path))
+    return f'<h3>{run.mark}{path}</h3><div class="log">{topics}<div>{details}</div></div>'

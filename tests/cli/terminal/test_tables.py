@@ -22,6 +22,7 @@ def printed(monkeypatch, capsys):
             return console
 
         monkeypatch.setattr(streams, "console", console)
+        monkeypatch.setattr(streams, "on_terminal", lambda: True)
         draw()
         return capsys.readouterr().out
 
