@@ -139,7 +139,8 @@ def unknown_name(key: str, found: str, names: Iterable[str], *, what: str = "", 
     `also` says what may stand in place of a name.
     """
     names = sorted(names)
-    nearest = get_close_matches(str(found), names, n=1, cutoff=0.5)
+    lower = {name.lower(): name for name in names}
+    nearest = [lower[name] for name in get_close_matches(str(found).lower(), lower, n=1, cutoff=0.5)]
     allowed = f"{what}: {', '.join(names)}" if what else ", ".join(names)
     allowed += f"; or {also}" if also else ""
     return InvalidValue(key, found, allowed, nearest=nearest[0] if nearest else None)

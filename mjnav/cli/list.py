@@ -5,12 +5,13 @@ import json
 
 from mjnav.cli.terminal.tables import print_table
 from mjnav.errors import InvalidValue
-from mjnav.study.catalogue import catalogue, names
+from mjnav.study.catalogue import catalogue, kinds, names
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
     """The command's options."""
-    parser.add_argument("kind", metavar="KIND", nargs="?", help="only these: scenes, controllers, topics, ...")
+    every = ", ".join(kind.replace(" ", "-") for kind in kinds())
+    parser.add_argument("kind", metavar="KIND", nargs="?", help=f"only one kind of names: {every}")
     parser.add_argument("--json", action="store_true", help="one JSON object in place of text")
 
 

@@ -10,7 +10,7 @@ from importlib import import_module
 from types import MappingProxyType
 
 from mjnav.cli.options import common
-from mjnav.cli.options.words import in_options
+from mjnav.cli.options.words import in_options, shows_options, unknown_words
 from mjnav.cli.terminal.guard import Guard, guarded
 from mjnav.cli.terminal.progress import tell
 from mjnav.cli.terminal.streams import plain_output, quiet_output, readable_output
@@ -20,37 +20,61 @@ from mjnav.printable import printable
 INTERRUPTED = 130
 NUMBA_FILE = ".numba_config.yaml"  # numba reads its settings from there at every compilation
 
-# command -> (module, what it does); a module is imported when its command is called
-COMMANDS: Mapping[str, tuple[str, str]] = MappingProxyType(
+# heading -> command -> (module, what it does); a module is imported when its command is called
+_GROUPS: Mapping[str, Mapping[str, tuple[str, str]]] = MappingProxyType(
     {
-        "run": ("mjnav.cli.run", "run one episode of a scene"),
-        "rate-test": ("mjnav.cli.rate_test", "test whether the loop keeps its rate on this machine"),
-        "list": ("mjnav.cli.list", "list what run files and options may name: scenes, controllers, ..."),
-        "show": ("mjnav.cli.show", "print a shipped run file or study file"),
-        "keys": ("mjnav.cli.keys", "list keys of run files and study files: type, range, default, meaning"),
-        "schema": ("mjnav.cli.schema", "print the JSON Schema of run files or study files, for editors"),
-        "completion": ("mjnav.cli.completion", "print a script that completes command lines of mjnav in a shell"),
-        "import": ("mjnav.cli.import_crowd", "say what a recording of people holds, and make a scene of a part of it"),
-        "surface": ("mjnav.cli.surface", "draw the cost of one decision over all speeds and turn rates"),
-        "calibrate": ("mjnav.cli.calibrate", "compare predicted risks with how often they come true"),
-        "predict": ("mjnav.cli.predict", "compare predictions of people with where they went"),
-        "sweep": ("mjnav.cli.sweep", "run a study: scenes, methods and settings under many seeds"),
-        "compare": ("mjnav.cli.compare", "compare a study's methods: tables with intervals and differences"),
-        "avoidable": ("mjnav.cli.avoidable", "say which collisions and time-outs of runs could have been avoided"),
-        "paper": ("mjnav.cli.paper", "reproduce the figures of Nair et al. and judge its claims"),
-        "render": ("mjnav.cli.render", "draw one moment of a run, or film it"),
-        "report": ("mjnav.cli.report", "write a page that shows what happened in a run"),
-        "replay": ("mjnav.cli.replay", "run a log's scenario again and compare it tick by tick"),
-        "inspect": ("mjnav.cli.inspect", "print what a log holds and how its run went"),
-        "recover": ("mjnav.cli.recover", "write what is intact in a damaged log to a new one"),
-        "export": ("mjnav.cli.export", "write a log as trajectories, tables or a ROS 2 bag"),
+        "run": {
+            "run": ("mjnav.cli.run", "run one episode of a scene"),
+            "list": ("mjnav.cli.list", "list the names of scenes, controllers and all else that run files may name"),
+            "show": ("mjnav.cli.show", "print a shipped run file or study file"),
+            "keys": ("mjnav.cli.keys", "list keys of run files and study files: type, range, default, meaning"),
+        },
+        "look at a run": {
+            "inspect": ("mjnav.cli.inspect", "print what a log holds and how its run went"),
+            "report": ("mjnav.cli.report", "write a page that shows what happened in a run"),
+            "render": ("mjnav.cli.render", "draw one moment of a run, or film it"),
+            "replay": ("mjnav.cli.replay", "run a log's scenario again and compare it tick by tick"),
+            "export": ("mjnav.cli.export", "write a log as trajectories, tables or a ROS 2 bag"),
+            "recover": ("mjnav.cli.recover", "write what is intact in a damaged log to a new one"),
+            "surface": ("mjnav.cli.surface", "draw the cost of one decision over all speeds and turn rates"),
+        },
+        "study": {
+            "sweep": ("mjnav.cli.sweep", "run a study: scenes, methods and settings under many seeds"),
+            "compare": ("mjnav.cli.compare", "compare a study's methods: tables with intervals and differences"),
+            "avoidable": ("mjnav.cli.avoidable", "say which collisions and time-outs of runs could have been avoided"),
+            "calibrate": ("mjnav.cli.calibrate", "compare predicted risks with how often they come true"),
+            "predict": ("mjnav.cli.predict", "compare predictions of people with where they went"),
+            "paper": ("mjnav.cli.paper", "reproduce the figures of Nair et al. and judge its claims"),
+        },
+        "advanced": {
+            "rate-test": ("mjnav.cli.rate_test", "test whether the loop keeps its rate on this machine"),
+            "import": (
+                "mjnav.cli.import_crowd",
+                "say what a recording of people holds, and make a scene of a part of it",
+            ),
+            "schema": ("mjnav.cli.schema", "print the JSON Schema of run files or study files, for editors"),
+            "completion": ("mjnav.cli.completion", "print a script that completes command lines of mjnav in a shell"),
+        },
     }
+)
+COMMANDS: Mapping[str, tuple[str, str]] = MappingProxyType(
+    {name: entry for group in _GROUPS.values() for name, entry in group.items()}
 )
 
 
 class _Parser(argparse.ArgumentParser):
     def error(self, message: str):
-        raise InputError(f"{message}\n{self.format_usage().strip()}")
+        raise InputError(f"{message}; {shows_options(self.prog)}")
+
+
+class _MainParser(_Parser):
+    def format_help(self) -> str:
+        """The commands under their headings, a line each."""
+        lines = [f"usage: {self.prog} COMMAND ...", "", str(self.description)]
+        for heading, commands in _GROUPS.items():
+            lines += ["", f"{heading}:", *(f"  {name:<12}{text}" for name, (_, text) in commands.items())]
+        more = f"`{self.prog} help COMMAND` shows the options of a command, `{self.prog} --version` the version."
+        return "\n".join([*lines, "", more, ""])
 
 
 def start() -> int:
@@ -112,9 +136,9 @@ def command_parser(
     configured: Collection[str],
 ) -> tuple[argparse.ArgumentParser, Mapping[str, argparse.ArgumentParser]]:
     """The parser of mjnav, and that of each command: only `configured` ones get their options, which takes imports."""
-    parser = _Parser(prog="mjnav", description="Robot navigation under non-Gaussian uncertainty, in MuJoCo.")
+    parser = _MainParser(prog="mjnav", description="Robot navigation under non-Gaussian uncertainty, in MuJoCo.")
     parser.add_argument("--version", action="store_true", help="print the version and end")
-    commands = parser.add_subparsers(dest="command", metavar="COMMAND")
+    commands = parser.add_subparsers(dest="command", metavar="COMMAND", parser_class=_Parser)
     for command, (path, text) in COMMANDS.items():
         sub = commands.add_parser(command, help=text, description=f"{text[0].upper()}{text[1:]}.")
         if command in configured:
@@ -124,6 +148,8 @@ def command_parser(
 
 
 def _execute(argv: list[str], guard: Guard) -> int:
+    if argv[:1] == ["help"]:
+        argv = [*argv[1:], "--help"]
     name = next((word for word in argv if not word.startswith("-")), None)
     if name is not None and name not in COMMANDS:
         raise unknown_name("command", name, COMMANDS)
@@ -131,7 +157,7 @@ def _execute(argv: list[str], guard: Guard) -> int:
     given = argparse.Namespace(guard=guard, command_line=printable(shlex.join(["mjnav", *argv])))
     arguments, unknown = parser.parse_known_args(argv, given)
     if unknown:
-        commands.get(name or "", parser).error(f"unrecognized arguments: {' '.join(unknown)}")
+        raise unknown_words(commands.get(name or "", parser), unknown)
     if arguments.version:
         from importlib.metadata import version
 

@@ -45,7 +45,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--samples", metavar="N,N,...", help="these numbers of samples of each belief")
     parser.add_argument("--duration", type=float, default=60.0, metavar="S", help="of each test [s]; 60 by default")
     parser.add_argument("--stress", action="store_true", help="load every processor and the disk meanwhile")
-    parser.add_argument("--log", metavar="PATH", help="keep the log of a single test")
+    parser.add_argument("--log", "-o", "--output", metavar="PATH", help="keep the log of a single test")
     parser.add_argument("--json", action="store_true", help="one JSON object in place of text")
 
 

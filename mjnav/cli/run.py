@@ -34,7 +34,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     )
     views.configure(parser)
     log = parser.add_mutually_exclusive_group()
-    log.add_argument("--log", metavar="PATH", help="where the log goes; runs/out/ by default")
+    log.add_argument("--log", "-o", "--output", metavar="PATH", help="where the log goes; runs/out/ by default")
     log.add_argument("--no-log", action="store_true", help="write no log")
     scene_options.max_seconds(parser)
     require.configure(parser, "success==1")

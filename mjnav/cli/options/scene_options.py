@@ -28,10 +28,17 @@ def overrides(parser: argparse.ArgumentParser) -> None:
         "--set",
         action="append",
         default=[],
+        type=_override,
         dest="overrides",
         metavar="KEY=VALUE",
         help="replace any value of the run file, for example people.0.radius=0.4; may be repeated",
     )
+
+
+def _override(text: str) -> str:
+    if "=" not in text:
+        raise argparse.ArgumentTypeError(f"found {text!r}; allowed: KEY=VALUE in one word, as in --set {text}=VALUE")
+    return text
 
 
 def max_seconds(parser: argparse.ArgumentParser) -> None:

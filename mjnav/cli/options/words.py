@@ -1,9 +1,11 @@
 """Errors in the words of the command line: the library names arguments of Python, a command its options."""
 
-from collections.abc import Mapping
+import argparse
+from collections.abc import Mapping, Sequence
+from difflib import get_close_matches
 from types import MappingProxyType
 
-from mjnav.errors import InvalidValue, MjnavError, UntrustedCode
+from mjnav.errors import InputError, InvalidValue, MjnavError, UntrustedCode
 
 OPTIONS: Mapping[str, str] = MappingProxyType(
     {
@@ -15,6 +17,17 @@ OPTIONS: Mapping[str, str] = MappingProxyType(
         "scheduler": "--scheduler",
     }
 )
+# What does the work of an option that people expect; "mjnav run" and the option, or the option alone.
+INSTEAD: Mapping[str, str] = MappingProxyType(
+    {
+        "mjnav run --seeds": "`mjnav run` takes one --seed, `mjnav sweep` runs many",
+        "mjnav export -o": "OUT stands after LOG: `mjnav export LOG OUT`",
+        "mjnav recover -o": "OUT stands after LOG: `mjnav recover LOG OUT`",
+        "-v": "`mjnav inspect LOG` shows more of a run, --traceback where a fault came from, "
+        "`mjnav --version` prints the version",
+    }
+)
+SAME: Mapping[str, str] = MappingProxyType({"--verbose": "-v", "--output": "-o"})
 _WITH = " with "  # between a file and the arguments that changed it
 
 
@@ -30,3 +43,20 @@ def in_options(error: MjnavError) -> MjnavError:
     if not all(word in OPTIONS for word in words) or (head and not between):
         return error
     return error.within(file=f"{head}{between}{', '.join(OPTIONS[word] for word in words)}")
+
+
+def shows_options(command: str) -> str:
+    """Where the options of a command are shown."""
+    return f"`{command} --help` shows what it takes"
+
+
+def unknown_words(parser: argparse.ArgumentParser, words: Sequence[str]) -> InputError:
+    """The error for words that a command does not take, with what the first option among them may have meant."""
+    option = next((word.partition("=")[0] for word in words if word.startswith("-")), None)
+    if option is None:
+        return InputError(f"{parser.prog} does not take {' '.join(words)!r}; {shows_options(parser.prog)}")
+    same = SAME.get(option, option)
+    nearest = get_close_matches(option.lower(), parser._option_string_actions, n=1) if len(option) > 2 else []
+    instead = INSTEAD.get(f"{parser.prog} {same}") or INSTEAD.get(same)
+    instead = instead or (f"did you mean {nearest[0]}?" if nearest else shows_options(parser.prog))
+    return InputError(f"{parser.prog} has no option {option}; {instead}")
