@@ -111,7 +111,9 @@ def _shown(found: object) -> str:
     if found is None:
         return "nothing"
     text = _text(repr, found)  # none of an integer of more digits than Python prints
-    return f"a {type(found).__name__}" if text is None else _cut(text)
+    if text is None:
+        return f"a {type(found).__name__}"
+    return _cut(" ".join(line.strip() for line in text.split("\n")))  # an array has many
 
 
 def _one_line(key: str) -> str:

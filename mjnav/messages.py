@@ -10,6 +10,8 @@ changed after they were handed over; those of an observation cannot be.
 from dataclasses import dataclass, field
 from enum import StrEnum
 from functools import lru_cache
+from math import inf, isfinite
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +20,36 @@ from mjnav.errors import InvalidValue
 from mjnav.short_repr import ShortRepr
 
 Array = NDArray[np.float64]
+
+LARGEST = 1e12  # of the numbers in beliefs and draws: beyond it, neighbouring doubles are more than 0.1 mm apart
+
+
+def number(key: str, value: object, unit: str = "") -> float:
+    """`value` as a finite number. Raises InvalidValue."""
+    return value if isinstance(value, float) and isfinite(value) else float(finite(key, value, unit=unit))
+
+
+def finite(key: str, value: object, *shape: Any, unit: str = "", most: float = inf) -> Array:
+    """`value` as an array of finite numbers, of magnitudes up to `most`. Raises InvalidValue.
+
+    In its `shape` None is any length but 0, and `...`, at the front, any number of axes.
+    """
+    try:
+        given = np.asarray(value)
+        numbers = given.astype(float) if given.dtype.kind in "iufO" else np.array(np.nan)  # no text, truth or complex
+    except (TypeError, ValueError, OverflowError):  # no numbers, rows of unequal length, or beyond the largest float
+        numbers = np.array(np.nan)
+    axes = shape[1:] if shape[:1] == (...,) else shape
+    fits = numbers.ndim == len(axes) or (numbers.ndim > len(axes) and axes != shape)
+    lengths = zip(numbers.shape[::-1], axes[::-1], strict=False)  # from the last axis on
+    fits = fits and all(found > 0 if wanted is None else found == wanted for found, wanted in lengths)
+    if not (fits and (np.abs(numbers) <= most).all() and np.isfinite(numbers).all()):
+        text = str(shape).replace("Ellipsis", "...").replace("None", "n")
+        allowed = f"finite numbers, an array of shape {text}" if shape else "a finite number"
+        allowed += f", up to {most:g}" if most < inf else ""
+        raise InvalidValue(key, value, f"{allowed} [{unit}]" if unit else allowed)
+    return numbers
+
 
 # ---------------------------------------------------------------------------------------------- world
 
@@ -83,6 +115,9 @@ class RobotBelief(ShortRepr):
     ess: float  # effective sample size, before any resampling
     recovered: bool = False  # the likelihood had collapsed and the filter was spread again
 
+    def __post_init__(self):
+        number("time", self.time, "s")
+
 
 @dataclass(frozen=True, slots=True, repr=False)
 class Detection(ShortRepr):
@@ -111,6 +146,9 @@ class Track(ShortRepr):
     age: float = 0.0  # [s] since it began
     unseen: float = 0.0  # [s] since the last detection that belongs to it
 
+    def __post_init__(self):
+        number("time", self.time, "s")
+
 
 @dataclass(frozen=True, slots=True, repr=False)
 class Beliefs(ShortRepr):
@@ -137,9 +175,9 @@ class RobotLimits:
 
     def __post_init__(self):
         for name in ("max_speed", "max_turn_rate", "max_acceleration", "max_turn_acceleration", "radius"):
-            if not 0.0 < getattr(self, name) < np.inf:
+            if not number(name, getattr(self, name)) > 0.0:
                 raise InvalidValue(name, getattr(self, name), "a finite number > 0")
-        if not -np.inf < self.min_speed < self.max_speed:
+        if not number("min_speed", self.min_speed) < self.max_speed:
             raise InvalidValue("min_speed", self.min_speed, f"a number below max_speed ({self.max_speed})")
 
 
@@ -268,6 +306,10 @@ class Decision(ShortRepr):
     wish: tuple[float, float] | None = None
     caution: str = ""
     plan: PlanShown | None = None
+
+    def __post_init__(self):
+        if self.wish is not None:
+            finite("wish", self.wish, 2)
 
     @property
     def clipped(self) -> bool:

@@ -1,4 +1,4 @@
-"""Output files: their paths are checked before the work, and they are written whole."""
+"""Paths that users give. Those of output files are checked before the work, and they are written whole."""
 
 import os
 from collections.abc import Iterator
@@ -9,20 +9,32 @@ from typing import IO
 from mjnav.errors import InputError, InvalidValue
 
 
+def path_text(key: str, given: object, allowed: str = "a path, without null characters") -> str:
+    """The text of a path. Raises InvalidValue for what can be the name of no file."""
+    try:
+        text = os.fspath(given)  # type: ignore[arg-type]
+        encoded = os.fsencode(text)
+    except (TypeError, UnicodeEncodeError):
+        raise InvalidValue(key, given, allowed) from None
+    if isinstance(text, bytes) or b"\0" in encoded:
+        raise InvalidValue(key, given, allowed)
+    return text
+
+
 def output_path(option: str, given: str | os.PathLike[str], *suffixes: str) -> Path:
     """The path of a file that can be written; an existing file will be replaced. Creates nothing.
 
     Raises InputError where the name ends in none of `suffixes`, and where the folder is missing or not writable.
     """
-    path = Path(given)
+    path = Path(path_text(option, given))
     if path.suffix.lower() not in suffixes:
         raise InvalidValue(option, str(given), f"a file name that ends in {' or '.join(suffixes)}")
     folder = path.absolute().parent
-    if not folder.is_dir():
+    if not os.path.isdir(folder):  # Path.is_dir raises for a name that is too long
         raise InputError(f"{path}: there is no folder {folder}")
-    if path.is_dir():
+    if os.path.isdir(path):
         raise InputError(f"{path}: a folder")
-    if not os.access(path if path.exists() else folder, os.W_OK):
+    if not os.access(path if os.path.exists(path) else folder, os.W_OK):
         raise InputError(f"{path}: not writable")
     return path
 

@@ -77,13 +77,45 @@ def test_the_folder_of_reports_is_also_the_call(path, tmp_path):
     ("arguments", "told"),
     [
         ({"at": 99.0}, "at: found 99.0; allowed: a time from 0 to 1 s"),
+        ({"at": "end"}, r"at: found 'end'; allowed: a finite number \[s\]"),
+        ({"size": 640}, r"size: found 640; allowed: \(width, height\)"),
+        ({"output": "a.mp4", "fps": 2.5}, "fps: found 2.5; allowed: a whole number"),
+        ({"output": "a.mp4", "start": "a"}, "start: found 'a'; allowed: a finite number"),
         ({"size": (10, 10)}, r"size: found \(10, 10\); allowed: \(width, height\)"),
         ({"output": "a.gif"}, "output: found 'a.gif'; allowed: a file name that ends in .png or .mp4"),
     ],
 )
-def test_what_cannot_be_drawn_is_refused_in_the_words_of_the_call(path, arguments, told):
+def test_what_cannot_be_drawn_is_refused_in_the_words_of_the_call(path, arguments, told, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
     with pytest.raises(InputError, match=f"^{told}"):
         mjnav.render(path, **arguments)
+
+
+@pytest.mark.parametrize("wrong", ["a\0b.mcap", "\ud800.mcap", 3, None, b"a.mcap", ["a.mcap"]])
+@pytest.mark.parametrize(
+    "call",
+    [
+        lambda wrong: mjnav.run("crossing1", log=wrong or 0),
+        lambda wrong: mjnav.Simulation("crossing1", log=wrong or 0),
+        mjnav.open_log,
+        mjnav.replay,
+        mjnav.load_scenario,
+        mjnav.compare,
+        mjnav.sweep,
+        lambda wrong: mjnav.sweep("methods", folder=wrong or 0),
+        lambda wrong: mjnav.report(wrong if wrong != ["a.mcap"] else [3], "a.html"),
+        lambda wrong: mjnav.report("a.mcap", wrong),
+    ],
+)
+def test_what_is_no_path_is_refused_with_what_came_and_what_is_allowed(call, wrong):
+    with pytest.raises(InvalidValue, match=r": found .*; allowed: "):
+        call(wrong)
+
+
+def test_a_name_too_long_for_a_file_is_refused(tmp_path):
+    for call in (lambda name: mjnav.run("crossing1", log=name), mjnav.open_log, mjnav.compare):
+        with pytest.raises(InputError):
+            call(str(tmp_path / ("x" * 300)))
 
 
 def test_names_come_by_kind_with_a_sentence():

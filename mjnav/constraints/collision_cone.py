@@ -18,11 +18,12 @@ from numpy.typing import ArrayLike
 
 from mjnav.errors import InvalidValue, unknown_name
 from mjnav.geometry.compiled import kernel, scalar
-from mjnav.messages import Array
+from mjnav.messages import Array, finite, number
 
 LINE, RAY, SEGMENT = 0, 1, 2
 FORMS = MappingProxyType({"line": LINE, "ray": RAY, "segment": SEGMENT})
 STANDSTILL = 1e-18  # [m^2/s^2], |q|^2 below which there is no direction
+FARTHEST = 1e70  # [m], [m/s]: products of four are floats
 TINY = 1e-300  # [m^2/s^2], so that |q|^2 can be divided by
 
 
@@ -83,16 +84,20 @@ def collision_cone(
 
     `form` is line, ray or segment; `horizon` [s] bounds the segment form's time (None: no bound). Raises InvalidValue.
     """
-    if form not in FORMS:
+    if not isinstance(form, str) or form not in FORMS:
         raise unknown_name("form", form, FORMS)
-    if horizon is not None and not horizon > 0.0:
+    bound = inf if horizon is None or (isinstance(horizon, float) and horizon == inf) else number("horizon", horizon)
+    if not bound > 0.0:
         raise InvalidValue("horizon", horizon, "a number > 0, or None")
-    r, q = np.asarray(relative_position, float), np.asarray(relative_velocity, float)
-    for name, value in (("relative_position", r), ("relative_velocity", q)):
-        if value.shape[-1:] != (2,):
-            raise InvalidValue(name, value.shape, "an array whose last axis is 2")
-    columns = np.broadcast_arrays(r[..., 0], r[..., 1], q[..., 0], q[..., 1], np.asarray(combined_radius, float))
+    r = finite("relative_position", relative_position, ..., 2, unit="m", most=FARTHEST)
+    q = finite("relative_velocity", relative_velocity, ..., 2, unit="m/s", most=FARTHEST)
+    radius = finite("combined_radius", combined_radius, ..., unit="m", most=FARTHEST)
+    try:
+        columns = np.broadcast_arrays(r[..., 0], r[..., 1], q[..., 0], q[..., 1], radius)
+    except ValueError:
+        shapes = r.shape, q.shape, radius.shape
+        raise InvalidValue("shapes", shapes, "(..., 2), (..., 2) and (...), which broadcast") from None
     out = np.empty(columns[0].shape)
     flat = [np.array(column, order="C").reshape(-1) for column in columns]
-    _cone(out.reshape(-1), *flat, FORMS[form], inf if horizon is None else float(horizon))
+    _cone(out.reshape(-1), *flat, FORMS[form], bound)
     return out[()]

@@ -17,7 +17,7 @@ from mjnav.control.own import completed_controller
 from mjnav.control.parameters import CHANGE_WEIGHT, RATED_PERIOD, LoopParameters
 from mjnav.control.problem.memory import check_memory
 from mjnav.errors import InvalidValue
-from mjnav.messages import RobotLimits
+from mjnav.messages import RobotLimits, number
 from mjnav.plugins import CONTROLLER, construct, find, name_of, own_parameters, parameters_type, refuse_clash
 
 
@@ -139,8 +139,10 @@ def make_controller(name: Any, robot_limits: RobotLimits, period: float, **param
     does not exist, a parameter that the method does not have, and a value that is not allowed.
     """
     name = name_of(name)
-    if not 0.0 < period < inf:
+    if not number("period", period) > 0.0:
         raise InvalidValue("period", period, "a finite number > 0")
+    if not isinstance(robot_limits, RobotLimits):
+        raise InvalidValue("robot_limits", robot_limits, "RobotLimits")
     method = METHODS.get(name)
     refuse_clash(CONTROLLER, name, METHODS)
     kind: Any = method.controller_class if method else find(CONTROLLER, name, METHODS)

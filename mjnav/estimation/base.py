@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from mjnav.filters.resampling import shuffled
 from mjnav.filters.weights import ess, weighted_moments
-from mjnav.messages import Array, Detection, Reading, RobotBelief, Track
+from mjnav.messages import Array, Detection, Reading, RobotBelief, Track, finite
 from mjnav.rng import stream
 
 DRAWS = "estimation.draw"  # channel of the draws from beliefs
@@ -96,18 +96,22 @@ class PoseEstimator:
 
 
 def robot_belief(time: float, particles: Array, weights: Array | None = None) -> RobotBelief:
-    """A belief of the robot's pose at `time` [s] from particles (n, 3) and weights (n,), equal ones by default."""
+    """A belief of the robot's pose at `time` [s] from particles (n, 3) and weights (n,), equal ones by default.
+
+    Raises InvalidValue for anything else.
+    """
     return RobotBelief(time, *_moments(particles, weights, HEADING))
 
 
 def person_track(name: str, time: float, radius: float, particles: Array, weights: Array | None = None) -> Track:
-    """A belief of a person's state at `time` [s] from particles (n, 4) and weights (n,), equal ones by default."""
+    """The same of a person's state, from particles (n, 4), under a name and with a radius [m]."""
     return Track(name, time, *_moments(particles, weights, -1), radius)
 
 
 def _moments(particles: Array, weights: Array | None, heading: int) -> tuple[Array, Array, Array, Array, float]:
-    particles = np.ascontiguousarray(particles, float)
-    weights = np.full(len(particles), 1.0 / len(particles)) if weights is None else np.ascontiguousarray(weights, float)
+    particles = np.ascontiguousarray(finite("particles", particles, None, 3 if heading == HEADING else 4))
+    num = len(particles)
+    weights = np.full(num, 1.0 / num) if weights is None else finite("weights", weights, num)
     (mean,), (covariance,) = weighted_moments(particles[None], weights[None], heading)
     return particles, weights, mean, covariance, float(ess(weights[None])[0])
 

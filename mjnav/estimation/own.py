@@ -3,16 +3,20 @@
 The samples that the controller gets are drawn from the checked beliefs, so that what is logged is what was acted on.
 """
 
+from dataclasses import replace
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from mjnav.errors import PluginFault
+from mjnav.config import Range
+from mjnav.errors import InputError, InvalidValue, PluginFault
 from mjnav.estimation.base import PeopleTracker, PoseEstimator
-from mjnav.messages import Array, Reading, RobotBelief, Track
+from mjnav.messages import LARGEST, Array, Beliefs, Detection, Reading, RobotBelief, Track, number
+from mjnav.scenarios.ranges import MAX_TIME
 from mjnav.sealed import sealed_message
 
 WEIGHT_SUM_TOLERANCE = 1e-6
+TIME, RADIUS = Range(0.0, MAX_TIME, "s"), Range(0.0, 10.0, "m", open_low=True)  # of a belief; of a person
 
 
 class OwnLocalizer(PoseEstimator):
@@ -78,23 +82,51 @@ class _Checked(NamedTuple):
 
 def checked(name: str, belief: RobotBelief | Track, size: int) -> _Checked:
     """A belief about `size` numbers, checked. Raises PluginFault."""
-    particles = np.array(belief.particles, float, order="C")
-    num = len(particles) if particles.ndim else 0
-    shapes = {
-        "particles": (particles, (max(num, 1), size)),
-        "weights": (np.array(belief.weights, float), (num,)),
-        "mean": (np.array(belief.mean, float), (size,)),
-        "covariance": (np.array(belief.covariance, float), (size, size)),
-    }
+    try:
+        particles = np.array(belief.particles, float, order="C")
+        num = len(particles) if particles.ndim else 0
+        shapes = {
+            "particles": (particles, (max(num, 1), size)),
+            "weights": (np.array(belief.weights, float), (num,)),
+            "mean": (np.array(belief.mean, float), (size,)),
+            "covariance": (np.array(belief.covariance, float), (size, size)),
+        }
+        ess = float(belief.ess)
+    except (TypeError, ValueError, OverflowError) as error:
+        raise PluginFault(f"{name}: a belief is made of numbers and arrays of numbers ({error})") from None
     for part, (values, shape) in shapes.items():
         if values.shape != shape:
             raise PluginFault(f"{name}: {part} has shape {values.shape} in place of {shape}")
         if not np.isfinite(values).all():
             raise PluginFault(f"{name}: {part} holds a number that is not finite")
-    weights, ess = shapes["weights"][0], float(belief.ess)
+    if (np.abs(particles) > LARGEST).any():
+        raise PluginFault(f"{name}: particles holds a number beyond {LARGEST:g}")
+    weights = shapes["weights"][0]
     if (weights < 0.0).any() or abs(weights.sum() - 1.0) > WEIGHT_SUM_TOLERANCE:
         found = f"the least is {weights.min()}, the sum {weights.sum()}"
         raise PluginFault(f"{name}: weights must be >= 0 and sum to 1: {found}")
     if not 0.0 < ess < np.inf:
         raise PluginFault(f"{name}: ess must be a finite number > 0, not {ess}")
     return _Checked(particles, weights, shapes["mean"][0], shapes["covariance"][0], ess)
+
+
+def checked_beliefs(beliefs: Beliefs) -> Beliefs:
+    """Beliefs that a caller hands over, as copies. Raises InputError for what cannot be used."""
+    if not (isinstance(beliefs, Beliefs) and isinstance(beliefs.robot, RobotBelief)):
+        raise InvalidValue("beliefs", beliefs, "Beliefs of a RobotBelief")
+    for key, kind in (("people", Track), ("detections", Detection)):
+        given = getattr(beliefs, key)
+        if not isinstance(given, list | tuple) or not all(isinstance(one, kind) for one in given):
+            raise InvalidValue(f"beliefs.{key}", given, f"a tuple of {kind.__name__}")
+    for track in beliefs.people:
+        if not isinstance(track.name, str):
+            raise InvalidValue("beliefs.people.name", track.name, "a text")
+        RADIUS.check(f"beliefs, {track.name}: radius", number("radius", track.radius))
+    for belief in (beliefs.robot, *beliefs.people):
+        TIME.check("beliefs.time", belief.time)
+    try:
+        robot = replace(beliefs.robot, **checked("beliefs.robot", beliefs.robot, 3)._asdict())
+        people = [replace(track, **checked(f"beliefs, {track.name}", track, 4)._asdict()) for track in beliefs.people]
+    except PluginFault as fault:  # of nobody's plug-in
+        raise InputError(str(fault)) from None
+    return replace(beliefs, robot=robot, people=tuple(people), detections=tuple(beliefs.detections))

@@ -8,7 +8,7 @@ import numpy as np
 
 from mjnav.errors import PluginFault
 from mjnav.estimation.base import DRAWS
-from mjnav.estimation.own import checked
+from mjnav.estimation.own import RADIUS, checked
 from mjnav.filters.resampling import shuffled
 from mjnav.messages import Array, Detection, Reading, RobotBelief, Track
 from mjnav.rng import stream
@@ -17,7 +17,6 @@ from mjnav.sealed import sealed_message
 BY_SCANS = "by_scans"  # attribute of a tracker that goes by scans
 NAME = re.compile(r"track\d{1,9}")
 MOST_TRACKS = 1000
-_LARGEST = 10.0  # [m] radius
 
 
 class OwnScanTracker:
@@ -58,8 +57,8 @@ class OwnScanTracker:
         for part in ("radius", "age", "unseen"):
             if not 0.0 <= float(getattr(track, part)) < np.inf:
                 raise PluginFault(f"{name}: {part} must be a finite number >= 0, not {getattr(track, part)}")
-        if not 0.0 < track.radius <= _LARGEST:
-            raise PluginFault(f"{name}: radius must be in (0, {_LARGEST:g}] m, not {track.radius}")
+        if track.radius not in RADIUS:
+            raise PluginFault(f"{name}: radius must be a number {RADIUS}, not {track.radius}")
         row, life = checked(name, track, 4), (float(track.age), float(track.unseen))
         return Track(track.name, time, *row, float(track.radius), bool(track.recovered), *life)
 

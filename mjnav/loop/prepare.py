@@ -128,6 +128,13 @@ def check_plugins(scenario: Scenario) -> None:
     OwnMetrics(scenario)
 
 
+def check_functions(**given: object) -> None:
+    """Raises InvalidValue for an argument that is no function."""
+    for name, function in given.items():
+        if not callable(function):
+            raise InvalidValue(name, function, "a function")
+
+
 def episode_label(scenario: Scenario) -> str:
     """The scenario's episode in a line."""
     return f"{scenario.name}, {scenario.control.method}, seed {scenario.seed}"

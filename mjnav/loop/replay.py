@@ -20,7 +20,7 @@ from mjnav.loop.log_comparison import (
     logged_ticks,
 )
 from mjnav.loop.onboard.latency import replayed
-from mjnav.loop.prepare import with_estimators
+from mjnav.loop.prepare import check_functions, with_estimators
 from mjnav.loop.provenance.facts import FACTS, OWN_SOURCES, changes
 from mjnav.loop.provenance.run_info import run_info
 from mjnav.loop.referee import ABORTED
@@ -80,6 +80,7 @@ def replay(
     Raises InputError where the log is missing, not mjnav's, or its scenario cannot be run here, DamagedLogError where a
     checksum fails.
     """
+    check_functions(stop=stop, progress=progress)
     log = log if isinstance(log, Log) else open_log(log)
     if log.run is None:
         raise InputError(f"{log.path}: not a log of mjnav's")

@@ -9,7 +9,7 @@ from mjnav.errors import InvalidValue
 from mjnav.loop.episode import Episode
 from mjnav.loop.log_path import log_path
 from mjnav.loop.pacer import FreePacer, RealTimePacer
-from mjnav.loop.prepare import as_scenario
+from mjnav.loop.prepare import as_scenario, check_functions
 from mjnav.loop.result import Result
 from mjnav.loop.scheduling import realtime_scheduling
 from mjnav.loop.warm_up import warm_up
@@ -57,6 +57,9 @@ def run(
     scenario = as_scenario(scenario, **own, seed=seed)
     if not real_time and overruns != "skip":
         raise InvalidValue("overruns", overruns, "skip, unless the run is in real time")
+    check_functions(stop=stop, progress=progress, **({} if watch is None else {"watch": watch}))
+    if live is not None and not isinstance(live, LiveServer):
+        raise InvalidValue("live", live, "a LiveServer")
     pacer = RealTimePacer(scenario.control.period, policy=overruns) if real_time else FreePacer()
     path = log_path(log, scenario)
     if not warmed_up:

@@ -7,6 +7,7 @@ from types import TracebackType
 from typing import Any, Self
 
 from mjnav.errors import InvalidValue, MjnavError
+from mjnav.estimation.own import checked_beliefs
 from mjnav.loop.attached import Attached
 from mjnav.loop.branch import branched
 from mjnav.loop.events import Events, warnings_of
@@ -175,11 +176,11 @@ class Simulation:
         """What a controller may know in the present tick; until the next step the same object.
 
         Own `beliefs` take the place of the estimators' in this tick, in the log and the trajectory, too. Raises
-        InvalidValue where there are neither.
+        InvalidValue where there are neither, and InputError for beliefs that cannot be used.
         """
         tick = self._usable("observe()")
         if beliefs is not None:
-            tick.believe(beliefs)
+            tick.believe(checked_beliefs(beliefs))
         observation = tick.observation
         if observation is None:
             allowed = "observe(beliefs), or a Simulation with estimators=True"
@@ -190,7 +191,7 @@ class Simulation:
         """The decision of the scenario's own controller on `observe()`; until the next step the same object.
 
         It lies within the robot's limits; what the controller chose beyond them is its `wish`. Raises what the
-        controller raises, and ValueError for a decision that is not finite.
+        controller raises, and PluginFault for what is no decision of finite numbers.
         """
         self.observe()
         return self._usable("decide()").decision
@@ -264,6 +265,8 @@ class Simulation:
         forward, and InputError as `copy` does.
         """
         self._usable("restore()")
+        if not isinstance(other, Simulation):
+            raise InvalidValue("restore()", other, "a Simulation, such as copy() gives")
         other._usable("restore()")
         if self._recorder is not None:
             raise InvalidValue("restore()", self, "a simulation without a log: branch by copy() instead")

@@ -3,20 +3,19 @@
 The world and the estimators take what it gives without a further look, so what is no noise has to be told here.
 """
 
-from math import isfinite
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from mjnav.errors import InvalidValue, PluginFault, own_code, said
-from mjnav.messages import Array
+from mjnav.messages import LARGEST, Array
 from mjnav.noise.base import Distribution, Size
 from mjnav.plugins import DistributionPlugin
 
 
 class Checked:
-    """A user's distribution: its mean, std and support are those at the start, its draws finite numbers."""
+    """A user's distribution: its mean, std and support are those at the start, its draws numbers up to LARGEST."""
 
     def __init__(self, name: str, distribution: Any):
         self._name, self._own = name, distribution
@@ -25,19 +24,21 @@ class Checked:
             self.mean, self.std = float(distribution.mean), float(distribution.std)
             low, high = map(float, distribution.support)
         self.support = low, high
-        if not (isfinite(self.mean) and isfinite(self.std) and self.std >= 0.0 and low <= high):
+        if not (abs(self.mean) <= LARGEST and 0.0 <= self.std <= LARGEST and low <= high):
             found = f"{name}: mean {self.mean}, std {self.std}, support {self.support}"
-            raise InvalidValue("distribution", found, "a finite mean, a finite std >= 0, and support from low to high")
+            allowed = f"a mean and a std >= 0, of at most {LARGEST:g}, and support from low to high"
+            raise InvalidValue("distribution", found, allowed)
 
     def sample(self, rng: np.random.Generator, size: Size) -> Array:
-        """See `Distribution`. Raises PluginFault for draws of another shape, and for those that are not finite."""
+        """See `Distribution`. Raises PluginFault for draws of another shape, and for those that are too far away."""
         with PluginFault.told(self._name, "sample()"):
             drawn = np.array(self._own.sample(rng, size), float)
         shape = (size,) if isinstance(size, int) else tuple(size)
         if drawn.shape != shape:
             raise PluginFault(f"{self._name}: sample() gave draws of shape {drawn.shape} in place of {shape}")
-        if not np.isfinite(drawn).all():
-            raise PluginFault(f"{self._name}: sample() gave a draw that is not finite")
+        far = ~(np.abs(drawn) <= LARGEST)
+        if far.any():
+            raise PluginFault(f"{self._name}: sample() gave {drawn[far][0]}; a draw is a number up to {LARGEST:g}")
         return drawn
 
     def logpdf(self, x: ArrayLike) -> Array:

@@ -13,6 +13,7 @@ from typing import IO
 from mcap.writer import CompressionType, Writer
 
 from mjnav.errors import InputError
+from mjnav.output_files import path_text
 
 # metadata, and attachments
 RUN, RESULT, RECOVERED = "mjnav/run", "mjnav/result", "mjnav/recovered"
@@ -63,8 +64,8 @@ def check_path(path: str | os.PathLike) -> Path:
 
     Raises InputError where the file exists already, or its folder is missing or not writable.
     """
-    path = Path(path)
-    if path.is_dir():
+    path = Path(path_text("log", path))
+    if os.path.isdir(path):  # Path.is_dir raises for a name that is too long
         raise InputError(f"{path}: a folder; a log needs the name of a file")
     if os.path.lexists(path):
         raise InputError(f"{path}: exists already, and a log never replaces a file; choose another name")
@@ -74,7 +75,7 @@ def check_path(path: str | os.PathLike) -> Path:
 
 def check_folder(path: str | os.PathLike, folder: Path) -> None:
     """Raises InputError where the folder in which `path` is to be made is missing or not writable."""
-    if not folder.is_dir():
+    if not os.path.isdir(folder):
         raise InputError(f"{path}: there is no folder {folder}")
     if not os.access(folder, os.W_OK | os.X_OK):
         raise InputError(f"{path}: the folder {folder} is not writable")

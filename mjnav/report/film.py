@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from mjnav.errors import InputError, InvalidValue, missing_extra
 from mjnav.geometry.angles import wrap
-from mjnav.messages import Array, Trajectory, WorldState
+from mjnav.messages import Array, Trajectory, WorldState, number
 
 CODEC = "libx264"
 QUALITY = "23"  # of x264's scale from 0, lossless, to 51
@@ -29,9 +29,9 @@ class FilmTiming:
     def __post_init__(self):
         if not 0.0 <= self.start < self.end:
             raise InvalidValue("start", self.start, f"a time from 0 to before the end ({self.end:g} s)")
-        if not 1 <= self.fps <= _MAX_FPS:
+        if not isinstance(self.fps, int) or not 1 <= self.fps <= _MAX_FPS:
             raise InvalidValue("fps", self.fps, f"a whole number from 1 to {_MAX_FPS}")
-        if not 0.01 <= self.speed <= 100.0:
+        if not 0.01 <= number("speed", self.speed) <= 100.0:
             raise InvalidValue("speed", self.speed, "a number from 0.01 to 100")
 
     def times(self) -> Array:

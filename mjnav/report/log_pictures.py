@@ -2,6 +2,7 @@
 
 import os
 from collections.abc import Callable, Iterator
+from numbers import Integral
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, overload
 
@@ -9,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mjnav.errors import DamagedLogError, InvalidValue
-from mjnav.messages import Trajectory
+from mjnav.messages import Trajectory, number
 from mjnav.output_files import output_path, replacement, written
 from mjnav.recording.read.log import Log, open_log
 from mjnav.report.film import FilmTiming, frame_at, require_codec, write_film
@@ -90,7 +91,7 @@ def picture(log: Log, at: float | None = None, *, size: tuple[int, int]) -> tupl
 
     trajectory = log.trajectory()
     last = len(trajectory.time) - 1
-    if at is not None and not 0.0 <= at <= trajectory.time[last]:
+    if at is not None and not 0.0 <= number("at", at, "s") <= trajectory.time[last]:
         raise InvalidValue("at", at, f"a time from 0 to {trajectory.time[last]:g} s")
     index = last if at is None else int(np.abs(trajectory.time - at).argmin())
     shown = frame_at(trajectory, float(trajectory.time[index]))
@@ -109,7 +110,7 @@ class Film:
         """From `start` to `end` [s], by default the whole run. Raises InvalidValue."""
         last = float(self._trajectory.time[-1])
         for name, given in (("start", start), ("end", end)):
-            if given is not None and not 0.0 <= given <= last:
+            if given is not None and not 0.0 <= number(name, given, "s") <= last:
                 raise InvalidValue(name, given, f"a time from 0 to {last:g} s")
         return FilmTiming(start or 0.0, last if end is None else end, fps, speed)
 
@@ -134,7 +135,9 @@ class Film:
 
 
 def _check_size(size: tuple[int, int], *, even: bool) -> None:
-    if len(size) != 2 or not all(SIDES[0] <= side <= SIDES[1] and not (even and side % 2) for side in size):
+    sides = size if isinstance(size, tuple | list) and len(size) == 2 else ()
+    fit = [isinstance(side, Integral) and SIDES[0] <= side <= SIDES[1] and not (even and side % 2) for side in sides]
+    if not fit or not all(fit):
         kind = "even numbers" if even else "numbers"
         raise InvalidValue("size", size, f"(width, height), {kind} from {SIDES[0]} to {SIDES[1]}")
 

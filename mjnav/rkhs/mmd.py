@@ -24,7 +24,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mjnav.errors import InvalidValue
-from mjnav.messages import Array
+from mjnav.messages import LARGEST, Array, finite, number
 
 LEAST, MOST = 1e-9, 1e6  # of scale and offset: to the tenth power, times samples to the twentieth, still a float
 
@@ -41,7 +41,7 @@ class PolynomialKernel:
         if not isinstance(self.degree, Integral) or isinstance(self.degree, bool) or not 1 <= self.degree <= 10:
             raise InvalidValue("degree", self.degree, "a whole number from 1 to 10")
         for name in ("scale", "offset"):
-            if not LEAST <= getattr(self, name) <= MOST:
+            if not LEAST <= number(name, getattr(self, name)) <= MOST:
                 raise InvalidValue(name, getattr(self, name), f"a finite number > 0, from {LEAST:g} to {MOST:g}")
 
     @property
@@ -83,8 +83,8 @@ def mmd_squared(
 ) -> float:
     """MMD^2 of samples x (n,) and y (m,) by moments; the weights are 1/n and 1/m by default and need not sum to one.
 
-    Raises InvalidValue for samples or weights that are empty, not one-dimensional, not finite or of unequal length,
-    and for a kernel that is none.
+    Raises InvalidValue for samples or weights that are empty, not one-dimensional, not finite, beyond LARGEST or of
+    unequal length, and for a kernel that is none.
     """
     kernel = PolynomialKernel(degree, scale, offset)
     x, alpha = _checked("x", x, x_weights)
@@ -100,12 +100,7 @@ def mmd_squared_gram(x: Array, y: Array, *, degree: int, scale: float = 1.0, off
 
 
 def _checked(name: str, samples: ArrayLike, weights: ArrayLike | None) -> tuple[Array, Array]:
-    samples = np.asarray(samples, float)
-    if samples.ndim != 1 or samples.size == 0 or not np.isfinite(samples).all():
-        raise InvalidValue(name, samples, "a non-empty one-dimensional array of finite numbers")
+    found = finite(name, samples, None, most=LARGEST)
     if weights is None:
-        return samples, np.full(samples.size, 1.0 / samples.size)
-    weights = np.asarray(weights, float)
-    if weights.shape != samples.shape or not np.isfinite(weights).all():
-        raise InvalidValue(f"{name}_weights", weights, f"{samples.size} finite numbers, one for each of {name}")
-    return samples, weights
+        return found, np.full(found.size, 1.0 / found.size)
+    return found, finite(f"{name}_weights", weights, found.size, most=LARGEST)

@@ -5,12 +5,13 @@ import os
 from dataclasses import replace
 from difflib import get_close_matches
 from functools import lru_cache
-from operator import index
+from numbers import Integral
 from pathlib import Path
 from typing import Any
 
 from mjnav import config
 from mjnav.errors import InvalidValue, unknown_name
+from mjnav.output_files import path_text
 from mjnav.scenarios import files, library
 from mjnav.scenarios.check import check
 from mjnav.scenarios.crowd.people import put_crowd
@@ -70,7 +71,7 @@ def loads(
         document["control"] = {"method": controller, **{key: own[key] for key in _LOOP if key in own}}
         changed["control.method"] = "controller"
     if seed is not None:
-        document["seed"] = index(seed)
+        document["seed"] = int(seed) if isinstance(seed, Integral) else seed
         changed["seed"] = "seed"
     for override in overrides_of(overrides):
         try:
@@ -125,7 +126,7 @@ def with_seed(scenario: Scenario, seed: int) -> Scenario:
 
     Raises InvalidValue where no such layout can be drawn.
     """
-    scenario = replace(scenario, seed=index(seed))
+    scenario = replace(scenario, seed=seed)
     draft = scenario.draft
     if draft is None:
         return scenario
@@ -173,7 +174,7 @@ def tables(scenario: Scenario) -> dict[str, Any]:
 
 def _read(name_or_path: str | os.PathLike[str]) -> tuple[str, str]:
     """The file's name in messages, and its text."""
-    name = os.fspath(name_or_path)
+    name = path_text("scene", name_or_path, "a run file that can be read, a shipped scene by name, or a Scenario")
     if isinstance(name_or_path, str) and "/" not in name and not name.endswith(".toml"):
         path = str(library.data_folder("runs") / f"{name}.toml")
         if not os.path.isfile(path):  # Path.is_file raises for a name that is too long

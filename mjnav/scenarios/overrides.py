@@ -1,7 +1,7 @@
 """Values that take the place of a run file's: typed by dotted key, or KEY=VALUE on the command line."""
 
 import tomllib
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from copy import deepcopy
 from dataclasses import dataclass
 from inspect import isclass, isroutine
@@ -24,16 +24,21 @@ class Override:
     option: str = "overrides"
 
 
+_ALLOWED = "values by dotted key, {'people.0.radius': 0.4}, or a list of KEY=VALUE"
 Overrides = Mapping[str, object] | Sequence[str | Override]
 
 
 def overrides_of(given: Overrides) -> Iterator[Override]:
-    """The overrides, in order. Raises InvalidValue for a text that is not KEY=VALUE."""
-    for one in given.items() if isinstance(given, Mapping) else given:
+    """The overrides, in order. Raises InvalidValue for what is none, and for a text that is not KEY=VALUE."""
+    if not isinstance(given, Iterable) or isinstance(given, str | bytes):
+        raise InvalidValue("", given, _ALLOWED, file="overrides")
+    for one in [Override(*item) for item in given.items()] if isinstance(given, Mapping) else given:
         if isinstance(one, str):
             yield _parsed(one)
+        elif isinstance(one, Override) and isinstance(one.key, str):
+            yield one
         else:
-            yield one if isinstance(one, Override) else Override(*one)
+            raise InvalidValue("", getattr(one, "key", one), _ALLOWED, file="overrides")
 
 
 def _parsed(text: str) -> Override:

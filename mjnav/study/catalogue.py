@@ -100,7 +100,7 @@ def names(kind: str) -> Mapping[str, str]:
 
     Raises InvalidValue where there is no such kind.
     """
-    wanted = kind.replace("-", " ").replace("_", " ")
+    wanted = str(kind).replace("-", " ").replace("_", " ")
     if wanted not in _KINDS:
         raise unknown_name("kind", kind, [name.replace(" ", "-") for name in _KINDS])
     return _KINDS[wanted]()

@@ -4,6 +4,7 @@ import os
 from pathlib import Path
 
 from mjnav.errors import InputError, unknown_name
+from mjnav.output_files import path_text
 from mjnav.study.store.store import STUDY_FILE, Store
 from mjnav.study.study_file import StudyFile, load_study, studies
 
@@ -23,12 +24,12 @@ def find_results(given: str | os.PathLike[str]) -> tuple[Store, StudyFile | None
 
 
 def _find(given: str | os.PathLike[str]) -> tuple[Path, StudyFile | None]:
-    name = os.fspath(given)
+    name = path_text("study", given, "a study by name, a study file or a folder of results")
     if name.endswith(".toml") or (isinstance(given, str) and name in studies()):
         study = load_study(given)
         return OUT_FOLDER / study.name, study
     for folder in (Path(name), OUT_FOLDER / name):
-        if folder.is_dir():
+        if os.path.isdir(folder):  # Path.is_dir raises for a name that is too long
             return folder, None
     if "/" in name:
         raise InputError(f"{name}: no such folder")

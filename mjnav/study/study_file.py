@@ -35,6 +35,7 @@ from typing import Annotated
 
 from mjnav.config import Length, Range, Text, read_document, settle, tables
 from mjnav.errors import InvalidValue, unknown_name
+from mjnav.output_files import path_text
 from mjnav.scenarios.library import data_folder, describe
 from mjnav.scenarios.load import read_text
 from mjnav.scenarios.ranges import MAX_SEED, Seed
@@ -170,7 +171,7 @@ class StudyFile:
 
 def load_study(name_or_path: str | os.PathLike[str]) -> StudyFile:
     """The study of a shipped name, or of a path where there is a "/" or ".toml" at the end. Raises InvalidValue."""
-    name = os.fspath(name_or_path)
+    name = path_text("study", name_or_path, "a shipped study by name, or the path of a study file")
     if isinstance(name_or_path, str) and "/" not in name and not name.endswith(".toml"):
         path = data_folder("runs") / FOLDER / f"{name}.toml"
         if not os.path.isfile(path):

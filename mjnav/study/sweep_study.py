@@ -7,12 +7,15 @@ from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
-from mjnav.errors import InvalidValue
+from mjnav.config import Range, below, settled
 from mjnav.loop.faults.heartbeat import MAX_SECONDS
+from mjnav.loop.prepare import check_functions
+from mjnav.output_files import path_text
 from mjnav.recording.read.data_frame import check_pandas
 from mjnav.scenarios.overrides import Overrides, overrides_of
+from mjnav.scenarios.ranges import MAX_TIME
 from mjnav.study.cells import resolve
 from mjnav.study.compare.chosen_figures import DEFAULT_FIGURES
 from mjnav.study.compare.result_tables import html_table
@@ -26,6 +29,8 @@ from mjnav.study.sweep.schedulers import dask, local
 from mjnav.study.sweep.sweep import SweepSummary, trials
 from mjnav.study.sweep.sweep import sweep as sweep_trials
 
+Workers = Annotated[int, Range(1, 10_000, "processes")]
+Seconds = Annotated[float, Range(0.0, MAX_TIME, "s", open_low=True, or_inf=True)]
 MAX_CAUSES = 5  # of failures that a notebook shows
 
 if TYPE_CHECKING:
@@ -116,10 +121,12 @@ def sweep(
     given = tuple(overrides_of(overrides))
     words = [f"--set={one.key}={one.value if isinstance(one.value, str) else json.dumps(one.value)}" for one in given]
     wanted = trials(study, resolve(study, given, scenes))
-    store = Store(OUT_FOLDER / study.name if folder is None else folder)
-    num = len(os.sched_getaffinity(0)) if workers is None else workers
-    if num < 1:
-        raise InvalidValue("workers", workers, "a number of processes from 1 on")
+    store = Store(OUT_FOLDER / study.name if folder is None else path_text("folder", folder))
+    with below("workers"):
+        num = len(os.sched_getaffinity(0)) if workers is None else settled(Workers, workers)
+    with below("max_seconds"):
+        max_seconds = settled(Seconds, max_seconds)
+    check_functions(stop=stop, progress=progress, tell=tell)
     summary = sweep_trials(
         wanted,
         store,

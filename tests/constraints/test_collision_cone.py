@@ -157,8 +157,16 @@ def test_one_pair_in_a_list_is_like_any_other():
         ({"horizon": 0.0}, "horizon: found 0.0; allowed: a number > 0, or None"),
         ({"horizon": -1.0}, "horizon: found -1.0"),
         ({"horizon": np.nan}, "horizon: found nan"),
-        ({"relative_position": np.zeros(3)}, "relative_position: found (3,); allowed: an array whose last axis is 2"),
-        ({"relative_velocity": 1.0}, "relative_velocity: found ()"),
+        ({"horizon": "long"}, "horizon: found 'long'; allowed: a finite number"),
+        ({"form": []}, "form: found []; allowed: line, ray, segment"),
+        ({"relative_position": [0.0] * 3}, "allowed: finite numbers, an array of shape (..., 2), up to 1e+70 [m]"),
+        ({"relative_position": (np.nan, 0.0)}, "relative_position: found (nan, 0.0); allowed: finite numbers"),
+        (
+            {"combined_radius": None},
+            "combined_radius: found nothing; allowed: finite numbers, an array of shape (...,)",
+        ),
+        ({"relative_position": np.zeros((3, 2)), "combined_radius": [1.0, 2.0]}, "shapes: found ((3, 2), (2,), (2,))"),
+        ({"relative_velocity": 1.0}, "relative_velocity: found 1.0; allowed: finite"),
     ],
 )
 def test_bad_input_is_refused_by_its_name(arguments, message):

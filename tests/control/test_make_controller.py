@@ -126,7 +126,7 @@ def test_every_methods_own_parameters_are_checked(limits, name):
                 make_controller(name, limits, 0.1, **{key: value})
 
 
-@pytest.mark.parametrize("period", [0.0, -0.1, nan, inf])
+@pytest.mark.parametrize("period", [0.0, -0.1, nan, inf, None, "fast", 10**400])
 def test_a_period_that_is_none_is_refused(limits, period):
     with pytest.raises(InvalidValue, match="period: found"):
         make_controller("rkhs", limits, period)

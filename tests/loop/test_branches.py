@@ -73,6 +73,8 @@ def test_a_copy_does_not_write_to_the_log(room, tmp_path):
     branch = Simulation(room())
     with pytest.raises(InvalidValue, match="a simulation of the same scenario"):
         branch.restore(Simulation(room("seed=1")))
+    with pytest.raises(InvalidValue, match=r"^restore\(\): found nothing; allowed: a Simulation"):
+        branch.restore(None)
 
 
 class Locked(Mean):

@@ -68,6 +68,8 @@ def test_what_cannot_be_used_is_refused_before_anything_starts(tmp_path):
         mjnav.run("crossing1", controller="meen")
     with pytest.raises(InvalidValue, match="seed"):
         mjnav.run("crossing1", seed=-1)
+    with pytest.raises(InvalidValue, match="stop: found 3; allowed: a function"):
+        mjnav.run("crossing1", stop=3)
 
 
 def test_what_a_missed_deadline_does_is_asked_of_runs_in_real_time_only():

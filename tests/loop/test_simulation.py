@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import mjnav
-from mjnav.errors import InvalidValue
+from mjnav.errors import InputError, InvalidValue
 from mjnav.estimation import make_localizer, make_tracker
 from mjnav.loop.episode import Episode
 from mjnav.loop.simulation import Simulation, SimulationOver
@@ -93,8 +93,10 @@ def test_a_command_beyond_the_limits_is_clipped_and_its_wish_logged(room, tmp_pa
 
 @pytest.mark.parametrize(
     ("command", "key"),
-    [((np.nan, 0.0), "v"), ((0.0, np.inf), "omega"), ((0.1,), "omega"), (("fast", 0.0), "v"),
-     ((Decision(np.nan, 0.0, Status.OK),), "v"), ((Decision(0.0, 0.0, Status.OK), 1.0), "omega")],
+    [((np.nan, 0.0), "v"), ((0.0, np.inf), "omega"), ((0.1,), "omega"), (("fast", 0.0), "v"), ((10**400, 0.0), "v"),
+     ((Decision(np.nan, 0.0, Status.OK),), "v"), ((Decision(0.0, 0.0, Status.OK), 1.0), "omega"),
+     ((Decision(0.0, 10**400, Status.OK),), "omega"), ((Decision(0.0, 0.0, "fine"),), "status"),
+     ((Decision(0.0, 0.0, Status.OK, costs=3),), "costs")],
 )  # fmt: skip
 def test_a_command_that_is_none_is_refused_and_changes_nothing(room, command, key):
     simulation, other = Simulation(room("time_limit=0.2")), Simulation(room("time_limit=0.2"))
@@ -174,11 +176,34 @@ def test_beliefs_of_ones_own_from_the_readings_stand_in_for_the_estimators(room,
             beliefs = Beliefs(localizer.update(reading), tracker.update(reading))
         observation = simulation.observe(beliefs)
         assert simulation.observe() is observation
-        assert simulation.beliefs is beliefs
+        assert simulation.beliefs.robot.particles.tolist() == beliefs.robot.particles.tolist()
         simulation.step(simulation.decide())
     expected = Episode(scenario).run().summary
     for figure in ("state_hash", "localization_rmse_m", "tracking_rmse_m"):
         assert simulation.summary[figure] == expected[figure]
+
+
+@pytest.mark.parametrize(
+    ("spoil", "said"),
+    [
+        (lambda b: b.robot, "beliefs: found RobotBelief"),
+        (lambda b: replace(b, people=None), r"beliefs\.people: found nothing; allowed: a tuple of Track"),
+        (lambda b: replace(b, robot=replace(b.robot, time=1e300)), "time: found 1e\\+300; allowed: a number from 0 to"),
+        (lambda b: replace(b, robot=replace(b.robot, time=np.nan)), "time: found nan; allowed: a finite number"),
+        (
+            lambda b: replace(b, people=(replace(b.people[0], time=np.inf),)),
+            "time: found inf; allowed: a finite number",
+        ),
+        (lambda b: replace(b, robot=replace(b.robot, mean="far")), r"beliefs\.robot: a belief is made of numbers"),
+        (lambda b: replace(b, robot=replace(b.robot, particles=1e300 * b.robot.particles)), "beyond 1e\\+12"),
+        (lambda b: replace(b, people=(replace(b.people[0], weights=b.people[0].weights[1:]),)), "weights has shape"),
+    ],
+)
+def test_beliefs_that_are_none_are_refused_and_change_nothing(room, spoil, said):
+    simulation, other = Simulation(room("time_limit=0.2")), Simulation(room("time_limit=0.2"))
+    with pytest.raises(InputError, match=said):
+        simulation.observe(spoil(simulation.beliefs))
+    assert finished(simulation) == finished(other)
 
 
 def test_handed_over_beliefs_hold_for_their_tick_and_the_estimators_go_on(room):

@@ -9,6 +9,7 @@ import mjnav
 from mjnav.errors import InvalidValue, MjnavError
 from mjnav.estimation.base import robot_belief
 from mjnav.loop.realtime.first_time import first_time_work
+from mjnav.messages import Decision, Status
 from mjnav.noise import Gaussian
 from mjnav.scenarios import dumps
 from mjnav.scenarios.load import loads
@@ -96,6 +97,8 @@ def test_the_robot_does_not_exist_for_a_person_who_does_not_see_it(monkeypatch):
         (lambda self, b: replace(b, weights=b.weights * 0.5), "weights must be >= 0 and sum to 1: the least is"),
         (lambda self, b: replace(b, mean=b.mean * np.nan), "mean holds a number that is not finite"),
         (lambda self, b: replace(b, particles=b.particles[:, :2]), "particles has shape (500, 2) in place of (500, 3)"),
+        (lambda self, b: replace(b, particles=b.particles * 1e300), "particles holds a number beyond 1e+12"),
+        (lambda self, b: replace(b, time=np.nan), "InvalidValue: time: found nan; allowed: a finite number [s] ("),
         (lambda self, b: b.mean, "update() returned a ndarray in place of a RobotBelief"),
         (lambda self, b: 1 / 0, "ZeroDivisionError: division by zero"),
     ],
@@ -108,6 +111,29 @@ def test_a_belief_that_is_none_ends_the_run_with_an_event(spoil, said, monkeypat
     assert raised.value.result.summary["outcome"] == "aborted"
     events = [message.value for message in mjnav.open_log(tmp_path / "a.mcap").messages("/events")]
     assert any(said in str(event) for event in events)
+
+
+@pytest.mark.parametrize(
+    ("returned", "said"),
+    [
+        (None, "None (NoneType) in place of a Decision"),
+        ((0.1, 0.2), "(0.1, 0.2) (tuple) in place of a Decision"),
+        ({"v": 0.1}, "{'v': 0.1} (dict) in place of a Decision"),
+        (Decision(10**400, 0.0, Status.OK), "a Decision that cannot be used: v: found 1000"),
+        (Decision(0.0, 0.0, "ok"), "a Decision that cannot be used: status: found 'ok'; allowed: a Status: OK,"),
+    ],
+)
+def test_a_decision_that_is_none_ends_the_run_and_names_the_class(returned, said):
+    class Odd:
+        def decide(self, observation):
+            return returned
+
+    with pytest.raises(MjnavError) as raised:
+        mjnav.run(mjnav.load_scenario("crossing1", QUICK), controller=Odd())
+    assert f"{__name__}:test_a_decision_that_is_none_ends_the_run_and_names_the_class.<locals>.Odd()" in str(
+        raised.value
+    )
+    assert f"decide() returned {said}" in str(raised.value)
 
 
 @pytest.mark.parametrize("velocity", [(np.inf, 0.0), (4.0, 4.0), (1.0,)])
@@ -137,6 +163,13 @@ def test_a_distribution_may_be_an_object_and_a_scenario_with_it_is_written_by_na
     assert mjnav.run(scene).summary["ticks"] == 5
     with pytest.raises(InvalidValue, match="the distribution itself, handed over in Python"):
         mjnav.run(loads(text))
+
+
+def test_draws_beyond_what_a_double_resolves_end_the_run_by_name(monkeypatch, tmp_path):
+    monkeypatch.setattr(Narrow, "sample", lambda self, rng, size: 1e300 * rng.uniform(-0.02, 0.02, size))
+    scene = mjnav.load_scenario("crossing1", {**QUICK, "noise.pose.x": Narrow()})
+    with pytest.raises(MjnavError, match=r"Narrow\(\): sample\(\) gave -?\d.*; a draw is a number up to 1e\+12"):
+        mjnav.run(scene, log=tmp_path / "a.mcap")
 
 
 def test_errors_name_the_arguments_of_python():

@@ -111,12 +111,12 @@ def test_the_distance_is_symmetric_and_never_negative(first, second, kernel):
 
 
 BAD = {
-    "x": [[], 1.0, [1.0, np.nan]],
+    "x": [[], 1.0, [1.0, np.nan], "one", None, [10**400], [1.0, [2.0]], [1j], [1e13]],
     "y": [[[1.0]], [np.inf]],
     "x_weights": [[0.5], [0.5, np.nan]],
     "y_weights": [[np.nan], [[1.0]]],
     "degree": [0, 11, 1.5, 2.0, np.nan, True, "3"],
-    "scale": [0.0, -1.0, np.nextafter(1e6, np.inf)],
+    "scale": [None, "1", [1.0, 2.0], 0.0, -1.0, np.nextafter(1e6, np.inf)],
     "offset": [0.0, np.nextafter(1e-9, 0.0), np.inf, np.nan],
 }
 

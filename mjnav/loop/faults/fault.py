@@ -2,7 +2,7 @@
 
 import traceback
 
-from mjnav.errors import MjnavError, PluginFault, message, said
+from mjnav.errors import InvalidValue, MjnavError, PluginFault, message, said
 from mjnav.loop.faults.location import location
 from mjnav.loop.result import Result
 from mjnav.messages import Event
@@ -20,8 +20,11 @@ class RunFault(MjnavError):
 
 
 def describe_fault(error: BaseException) -> str:
-    """One line: mjnav's own words, or an exception's type, its message and the place in the user's code."""
-    if isinstance(error, MjnavError):
+    """One line: mjnav's own words, or an exception's type, its message and the place in the user's code.
+
+    A value that is refused within a run came from there, too.
+    """
+    if isinstance(error, MjnavError) and not isinstance(error, InvalidValue):
         return message(error)
     where = location(traceback.extract_tb(error.__traceback__))
     return f"{said(error)} ({where})" if where else said(error)

@@ -1,15 +1,17 @@
 """What the robot carries: estimators, prediction, route, controller and the commands under way."""
 
+import reprlib
 from functools import cached_property
-from math import isfinite
 
 import numpy as np
 
 from mjnav.control import Controller
+from mjnav.errors import InvalidValue, PluginFault
 from mjnav.estimation import Localizer, Tracker, assumed_noise, make_localizer, make_tracker
 from mjnav.estimation.base import DRAWS
 from mjnav.filters.resampling import shuffled
 from mjnav.geometry.angles import circular_mean
+from mjnav.loop.given_decision import checked_decision
 from mjnav.loop.onboard.caution import Caution
 from mjnav.loop.onboard.commands import CommandHistory
 from mjnav.loop.onboard.floor_map import FloorMap
@@ -176,11 +178,19 @@ class Navigator:
         return RobotNow(pose[:, :2].mean(axis=0), velocity, self._scenario.robot.radius)
 
     def decide(self, observation: Observation) -> Decision:
-        """The controller's decision, brought within the robot's limits and within what the robot knows."""
+        """The controller's decision, brought within the robot's limits and within what the robot knows.
+
+        Raises PluginFault for what is no decision of finite numbers.
+        """
         decision = self.controller.decide(observation)
-        if not (isfinite(decision.v) and isfinite(decision.omega)):
-            raise ValueError(f"the controller decided v = {decision.v}, omega = {decision.omega}")
-        decision = self.limited(decision)
+        name = self._scenario.control.method
+        if not isinstance(decision, Decision):
+            found = f"{reprlib.repr(decision)} ({type(decision).__name__})"
+            raise PluginFault(f"{name}: decide() returned {found} in place of a Decision")
+        try:
+            decision = self.limited(checked_decision(decision))
+        except InvalidValue as error:
+            raise PluginFault(f"{name}: decide() returned a Decision that cannot be used: {error}") from error
         if self._caution is None or self._believed is None:
             return decision
         return self._caution.limited(decision, self._believed, self._effect)

@@ -14,6 +14,7 @@ from mcap_protobuf.decoder import DecoderFactory
 
 from mjnav.errors import DamagedLogError, InputError
 from mjnav.messages import Trajectory
+from mjnav.output_files import path_text
 from mjnav.printable import printable
 from mjnav.recording.encode.schemas import Schema
 from mjnav.recording.log_format import RECOVERED, RESULT, RUN, SCENARIO, check_version, epoch_ns, unreadable_topics
@@ -202,7 +203,7 @@ def open_log(path: str | os.PathLike[str], *, allow_damage: bool = False) -> Log
     Raises InputError where the file is missing or not MCAP, and, unless allowed, DamagedLogError where a checksum fails
     or nothing in it can be read.
     """
-    path, error = Path(path), None
+    path, error = Path(path_text("log", path)), None
     try:
         log = _log(path, read_records(path))
         if not (allow_damage and log.lost):

@@ -24,7 +24,7 @@ def report(logs: LogOrPath | Sequence[LogOrPath], output: str | os.PathLike[str]
     `output` ends in .html and replaces a file of that name. Raises InputError where it cannot be written or a file is
     not the log of a run, and DamagedLogError for a damaged log unless it was opened with `allow_damage`.
     """
-    given = [logs] if isinstance(logs, Log | str | os.PathLike) else list(logs)
+    given = list(logs) if isinstance(logs, Sequence) and not isinstance(logs, str) else [logs]
     if not 1 <= len(given) <= MAX_RUNS:
         raise InvalidValue("logs", len(given), f"1 to {MAX_RUNS} logs on a page")
     path = output_path("output", output, ".html", ".htm")
