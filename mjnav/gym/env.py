@@ -4,7 +4,7 @@ import os
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from math import hypot
-from typing import Any
+from typing import Annotated, Any
 
 import gymnasium
 import numpy as np
@@ -12,6 +12,7 @@ from gymnasium import spaces
 from gymnasium.error import ResetNeeded
 from numpy.typing import ArrayLike, NDArray
 
+from mjnav.config import Range, below, settled
 from mjnav.control.parameters import LoopParameters
 from mjnav.control.policy import Actions, Encoder, Features
 from mjnav.errors import InvalidValue, unknown_name
@@ -20,12 +21,14 @@ from mjnav.gym.reward import PUBLISHED, Reward, Transition
 from mjnav.loop.prepare import load_scenario, num_samples
 from mjnav.loop.referee import COLLISION, GOAL
 from mjnav.loop.simulation import Simulation
-from mjnav.messages import WorldState
+from mjnav.messages import WorldState, finite
 from mjnav.scenarios.load import with_seed
 from mjnav.scenarios.overrides import Overrides
 from mjnav.scenarios.spec import Scenario
 from mjnav.world.engine import DivergedError
+from mjnav.world.viewer import has_display
 
+Side = Annotated[int, Range(1, 4096, "pixels")]  # of a picture
 MAX_DRAWN_SEED = 2**31  # of an episode whose reset names none
 
 Blocks = dict[str, NDArray[np.float32]]
@@ -43,6 +46,8 @@ class SceneEnv(gymnasium.Env[Blocks, NDArray[Any]]):
     The seed of `reset` is the run's: the same commands give the run of `mjnav run --seed`, state hash and all. Without
     one an episode draws its seed from the environment's own generator; `info["seed"]` has it.
     `options={"scene": ...}` runs another scene from this reset on, of a robot with the same limits.
+
+    The instance's `metadata` names the render modes of this machine: "human", a window, needs a display.
 
     An episode is terminated by the goal and by a collision, truncated by the time limit and by whatever aborts a run.
     """
@@ -63,7 +68,7 @@ class SceneEnv(gymnasium.Env[Blocks, NDArray[Any]]):
         """Raises InvalidValue for anything that cannot be used."""
         self._overrides = overrides
         self._scenario = self._load(scene)
-        self._features = features if isinstance(features, Features) else Features(blocks=tuple(features))
+        self._features = features if isinstance(features, Features) else Features(blocks=features)  # type: ignore[arg-type]
         limits = self._scenario.robot.limits
         self._encoder, self._actions, self._reward = Encoder(self._features, limits), Actions(limits), Reward(reward)
         if actions not in ("normalised", "si"):
@@ -78,12 +83,14 @@ class SceneEnv(gymnasium.Env[Blocks, NDArray[Any]]):
             self.action_space = spaces.Box(-1.0, 1.0, (2,), np.float32)
         else:  # in double precision, as commands are
             self.action_space = spaces.Box(self._actions.low, self._actions.high, dtype=np.float64)
-        modes = self.metadata["render_modes"]
+        modes = [mode for mode in self.metadata["render_modes"] if mode != "human" or has_display()]
         if render_mode is not None and render_mode not in modes:
-            raise unknown_name("render_mode", render_mode, modes)
+            also = "" if "human" in modes else "human where there is a display (DISPLAY, WAYLAND_DISPLAY)"
+            raise unknown_name("render_mode", render_mode, modes, also=also)
         self.render_mode = render_mode
-        self.metadata = {**self.metadata, "render_fps": round(self._scenario.control.rate)}
-        self._size = size
+        self.metadata = {"render_modes": modes, "render_fps": round(self._scenario.control.rate)}
+        with below("size"):
+            self._size = settled(tuple[Side, Side], size)
         self._drawing: Drawing | None = None
         self._window: Window | None = None
         self._simulation: Simulation | None = None
@@ -98,6 +105,8 @@ class SceneEnv(gymnasium.Env[Blocks, NDArray[Any]]):
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Blocks, dict[str, Any]]:
         """A new episode; see the class for `seed` and `options`. Raises InvalidValue for what it cannot use."""
         super().reset(seed=seed)
+        if options is not None and not isinstance(options, Mapping):
+            raise InvalidValue("options", options, "a mapping, {'scene': ...}")
         for name, value in (options or {}).items():
             if name != "scene":
                 raise unknown_name("options", name, ("scene",))
@@ -120,14 +129,14 @@ class SceneEnv(gymnasium.Env[Blocks, NDArray[Any]]):
         `info` has the time, the distance to the goal and the least clearance from people in this step, all of the
         truth, each reward term times its weight, and after the last step, as "summary", what `mjnav run --json` prints.
         Where the physics diverge the episode is truncated, and "fault" says so.
-        Raises InvalidValue for an action that is not finite, and ResetNeeded after the last step.
+        Raises InvalidValue for an action that is no two finite numbers, and ResetNeeded after the last step.
         """
         simulation = self.simulation
         if simulation.done:
             raise ResetNeeded("the episode has ended: reset() begins another")
-        command = self._actions.command(action) if self._normalised else np.array(action, float)
-        if command.shape != (2,) or not np.isfinite(command).all():
-            raise InvalidValue("action", np.asarray(action).tolist(), "two finite numbers")
+        command = finite("action", action, 2)
+        if self._normalised:
+            command = self._actions.command(command)
         before, target = simulation.truth, simulation.goal
         fault = None
         try:

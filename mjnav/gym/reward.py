@@ -7,7 +7,7 @@ Rewards see the truth, which no policy does.
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from math import hypot, isfinite
+from math import hypot
 from types import MappingProxyType
 
 import numpy as np
@@ -15,7 +15,7 @@ import numpy as np
 from mjnav.errors import InvalidValue, unknown_name
 from mjnav.geometry.clearance import segment_distance
 from mjnav.loop.referee import GOAL
-from mjnav.messages import Array, WorldState
+from mjnav.messages import Array, WorldState, number
 from mjnav.metrics.effort import control_cost
 from mjnav.scenarios.spec import Scenario
 
@@ -110,12 +110,12 @@ class Reward:
     """The weighted sum. Raises InvalidValue for a term that does not exist and a weight that is no finite number."""
 
     def __init__(self, weights: Mapping[str, float]):
-        for name, weight in weights.items():
+        if not isinstance(weights, Mapping):
+            raise InvalidValue("reward", weights, "a mapping, the weight of each term")
+        for name in weights:
             if name not in TERMS:
                 raise unknown_name("reward", name, TERMS, what="terms")
-            if isinstance(weight, bool) or not isinstance(weight, int | float) or not isfinite(weight):
-                raise InvalidValue(f"reward.{name}", weight, "a finite number, the term's weight")
-        self._weights = dict(weights)
+        self._weights = {name: number(f"reward.{name}", weight) for name, weight in weights.items()}
 
     def terms(self, step: Transition) -> dict[str, float]:
         """Each term times its weight, by name; the reward is their sum."""

@@ -80,9 +80,14 @@ class Viewer:
         self.close()
 
 
+def has_display() -> bool:
+    """Whether the environment names a display, on which a window may open."""
+    return bool(os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY"))
+
+
 def _check_display() -> None:
     """Raises InputError where a window cannot be opened: MuJoCo's viewer itself would wait for ever."""
-    if not (os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")):
+    if not has_display():
         raise InputError(f"no display: {_INSTEAD}")
     import glfw
 

@@ -1,5 +1,6 @@
 """The environments: runs, step by step, under Gymnasium's rules."""
 
+import json
 import shutil
 import subprocess
 import sys
@@ -14,10 +15,9 @@ import mjnav
 from mjnav import load_scenario
 from mjnav.control.policy import Features, PolicyController, flatten
 from mjnav.errors import InvalidValue
-from mjnav.gym import register
+from mjnav.gym import SceneEnv, register
 
 QUICK = ("physics.engine=kinematic", "time_limit=2")
-HALL_SEED_3_RKHS = "c24a2ed58fad1ba6e5c72543fbc4d42ad4428bac686372cb57cd9545acd53705"
 
 
 def scene(name: str = "crossing1", *overrides: str, **options) -> gymnasium.Env:
@@ -45,8 +45,10 @@ def driven_by_its_own_controller(*overrides: str) -> str:
     return info["summary"]["state_hash"]
 
 
-def test_the_scenes_own_controller_through_the_environment_gives_the_run_of_the_command_line():
-    assert driven_by_its_own_controller("control.method=rkhs") == HALL_SEED_3_RKHS
+def test_the_scenes_own_controller_through_the_environment_gives_the_run_of_the_command_line(forked):
+    command = [*forked, "run", "hall", "--seed", "3", "--controller", "rkhs", "--no-log", "--json"]
+    said = subprocess.run(command, capture_output=True, text=True, check=True)
+    assert driven_by_its_own_controller("control.method=rkhs") == json.loads(said.stdout)["state_hash"]
     overrides = ("physics.engine=kinematic", "time_limit=4", "control.samples=48")
     assert load_scenario("hall").control.method == "rkhs-plan"  # which keeps its plan from tick to tick
     result = mjnav.run(load_scenario("hall", overrides, seed=3))
@@ -57,6 +59,21 @@ def test_it_keeps_gymnasiums_rules_and_warns_of_nothing():
     for features in (("robot", "people"), ("grid", "scan")):
         with scene(features=features) as env:
             check_env(env.unwrapped, skip_render_check=True)
+
+
+@pytest.fixture
+def no_display(monkeypatch):
+    for name in ("DISPLAY", "WAYLAND_DISPLAY"):
+        monkeypatch.delenv(name, raising=False)
+
+
+@pytest.mark.usefixtures("no_display")
+def test_without_a_display_it_keeps_them_with_its_pictures_and_offers_no_window():
+    with scene(size=(96, 54)) as env:
+        assert env.unwrapped.metadata["render_modes"] == ["rgb_array"]
+        check_env(env.unwrapped)
+    with pytest.raises(InvalidValue, match=r"found 'human'; allowed: rgb_array; or human where there is a display"):
+        SceneEnv("crossing1", render_mode="human")
 
 
 def test_its_pictures_and_its_window_keep_them_too():
@@ -198,6 +215,12 @@ def test_options_run_another_scene_of_the_same_robot():
         ({"actions": "normalized"}, "did you mean 'normalised'"),
         ({"reward": {"discomfrt": 1.0}}, "did you mean 'discomfort'"),
         ({"reward": {"goal": "much"}}, r"reward\.goal: found 'much'"),
+        ({"reward": None}, "reward: found nothing; allowed: a mapping"),
+        ({"scene": 3}, "scene: found 3; allowed: a run file"),
+        ({"overrides": 3}, "overrides: found 3; allowed: values by dotted key"),
+        ({"size": (0, 64)}, r"size\.0: found 0; allowed: a whole number from 1 to 4096 pixels"),
+        ({"size": (64, 10**6)}, r"size\.1: found 1000000; allowed"),
+        ({"size": 640}, "size: found 640; allowed: an array of 2 whole numbers"),
     ],
 )
 def test_what_cannot_be_used_is_said_before_anything_starts(wrong, message):
@@ -205,11 +228,26 @@ def test_what_cannot_be_used_is_said_before_anything_starts(wrong, message):
         gymnasium.make("mjnav/Scene-v0", **{"scene": "crossing1", **wrong})
 
 
-def test_an_action_that_is_no_number_is_refused():
-    with scene() as env:
+@pytest.mark.parametrize("actions", ["normalised", "si"])
+def test_an_action_that_is_no_two_finite_numbers_is_refused_and_changes_nothing(actions):
+    with scene(actions=actions) as env:
         env.reset(seed=0)
-        with pytest.raises(InvalidValue, match="action: found"):
-            env.step(np.array([np.nan, 0.0], np.float32))
+        for wrong in (
+            [0.7],
+            0.7,
+            [0, 0, 0],
+            [[0, 0]],
+            [np.nan, 0.0],
+            [10**400, 0],
+            10**400,
+            "fast",
+            ["1", "2"],
+            None,
+            {},
+        ):
+            with pytest.raises(InvalidValue, match=r"^action: found .*; allowed: finite numbers, .* of shape \(2,\)"):
+                env.step(wrong)
+        assert env.unwrapped.simulation.tick == 0
 
 
 def test_the_entry_point_registers_the_environments_once():
