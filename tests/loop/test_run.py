@@ -3,6 +3,7 @@
 import re
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 import mjnav
@@ -66,8 +67,12 @@ def test_what_cannot_be_used_is_refused_before_anything_starts(tmp_path):
         mjnav.run("crosing1")
     with pytest.raises(InvalidValue, match=r"control\.method.*did you mean 'mean'"):
         mjnav.run("crossing1", controller="meen")
-    with pytest.raises(InvalidValue, match="seed"):
-        mjnav.run("crossing1", seed=-1)
+    for seed in (-1, 1.5, "a", np.nan, 10**400):
+        with pytest.raises(InvalidValue, match=r"seed: found .*; allowed: (a )?whole number"):
+            mjnav.run("crossing1", seed=seed)
+    for overrides in (None, 3, [3], {3: 4}, [("a",)], [b"time_limit=1"]):
+        with pytest.raises(InvalidValue, match=r"^overrides: found .*; allowed: values by dotted key"):
+            load_scenario("crossing1", overrides)
     with pytest.raises(InvalidValue, match="stop: found 3; allowed: a function"):
         mjnav.run("crossing1", stop=3)
 
