@@ -21,7 +21,7 @@ from mjnav.gym.reward import PUBLISHED, Reward, Transition
 from mjnav.loop.prepare import load_scenario, num_samples
 from mjnav.loop.referee import COLLISION, GOAL
 from mjnav.loop.simulation import Simulation
-from mjnav.messages import WorldState, finite
+from mjnav.messages import LARGEST, WorldState, finite
 from mjnav.scenarios.load import with_seed
 from mjnav.scenarios.overrides import Overrides
 from mjnav.scenarios.spec import Scenario
@@ -134,7 +134,7 @@ class SceneEnv(gymnasium.Env[Blocks, NDArray[Any]]):
         simulation = self.simulation
         if simulation.done:
             raise ResetNeeded("the episode has ended: reset() begins another")
-        command = finite("action", action, 2)
+        command = finite("action", action, 2, most=LARGEST)
         if self._normalised:
             command = self._actions.command(command)
         before, target = simulation.truth, simulation.goal

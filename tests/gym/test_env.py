@@ -239,6 +239,7 @@ def test_an_action_that_is_no_two_finite_numbers_is_refused_and_changes_nothing(
             [[0, 0]],
             [np.nan, 0.0],
             [10**400, 0],
+            [1e200, 0],
             10**400,
             "fast",
             ["1", "2"],
