@@ -158,7 +158,7 @@ def test_a_policy_that_cannot_open_its_file_is_refused_with_the_file_and_the_rea
     program = Path(sys.executable).with_name("mjnav")
     command = [*bound_by_permissions, program, "run", "crossing1", "--controller", "policy.py:Policy", "--no-log"]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
-    said = "mjnav: the controller policy.py:Policy cannot open 'weights.txt': Permission denied\n"
+    said = f"mjnav: the controller {tmp_path}/policy.py:Policy cannot open 'weights.txt': Permission denied\n"
     assert (done.returncode, done.stderr) == (2, said)
 
 

@@ -22,12 +22,15 @@ class RunFault(MjnavError):
 def describe_fault(error: BaseException) -> str:
     """One line: mjnav's own words, or an exception's type, its message and the place in the user's code.
 
-    A value that is refused within a run came from there, too.
+    A value that the user's code handed over and mjnav refused is told with that place, too.
     """
-    if isinstance(error, MjnavError) and not isinstance(error, InvalidValue):
+    ours = isinstance(error, MjnavError)
+    if ours and not isinstance(error, InvalidValue):
         return message(error)
-    where = location(traceback.extract_tb(error.__traceback__))
-    return f"{said(error)} ({where})" if where else said(error)
+    where = location(traceback.extract_tb(error.__traceback__), users_only=ours)
+    if where is None:
+        return message(error) if ours else said(error)
+    return f"{said(error)} ({where})"
 
 
 def fault_events(error: BaseException) -> tuple[Event, ...]:
