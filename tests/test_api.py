@@ -65,7 +65,7 @@ def test_every_call_is_typed(path: Path, tmp_path: Path, capsys):
 
 def test_the_folder_of_reports_is_also_the_call(path, tmp_path):
     """Importing mjnav.report makes the name a module."""
-    import_module("mjnav.report.film")
+    import_module("mjnav.report.log_pictures")
     assert mjnav.report([path, path], tmp_path / "two.html").read_text(encoding="utf-8").startswith("<!")
     with pytest.raises(InvalidValue, match=r"^output: found '.*'; allowed: a file name that ends in .html"):
         mjnav.report(path, tmp_path / "a.pdf")

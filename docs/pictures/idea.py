@@ -11,7 +11,7 @@ from matplotlib.patches import Circle
 import mjnav
 from mjnav.constraints import collision_cone
 from mjnav.control import make_controller
-from mjnav.loop.record_at import record_at
+from mjnav.loop.run import record_at
 from mjnav.messages import Array
 from mjnav.rkhs import mmd_squared
 

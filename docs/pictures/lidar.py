@@ -8,11 +8,10 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle, Rectangle
 
-from mjnav.geometry.beams import placed
+from mjnav.geometry.distances import placed
 from mjnav.messages import Array, Reading
 from mjnav.noise.profiles import profile
-from mjnav.scenarios.lidar import LidarSpec
-from mjnav.scenarios.lidar_models import LIDARS
+from mjnav.scenarios.sensors import LIDARS, LidarSpec
 from mjnav.scenarios.spec import ConstantVelocity, Noise, Person, Physics, Pillar, Robot, Scenario, Sensors, Wall
 from mjnav.world.simulator import Simulator
 

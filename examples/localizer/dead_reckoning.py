@@ -15,7 +15,7 @@ from mjnav.config import Range, settle
 from mjnav.estimation import assumed_noise
 from mjnav.estimation.base import robot_belief
 from mjnav.messages import Reading, RobotBelief
-from mjnav.motion.rows import integrate_rows
+from mjnav.motion.unicycle import integrate_rows
 from mjnav.rng import stream
 from mjnav.scenarios.spec import Scenario
 

@@ -18,14 +18,13 @@ import numpy as np
 from mjnav.config import Range, settle
 from mjnav.estimation import assumed_noise
 from mjnav.estimation.base import robot_belief
-from mjnav.estimation.lidar.beams import MotionHistory, scan_points
-from mjnav.estimation.lidar.twist import TwistSensors
+from mjnav.estimation.lidar.scan import MotionHistory, TwistSensors, scan_points
 from mjnav.geometry.distance_field import DistanceField
 from mjnav.messages import Reading, RobotBelief
 from mjnav.motion.unicycle import integrate
 from mjnav.rng import stream
-from mjnav.scenarios.floor import floor_of_lidar
 from mjnav.scenarios.spec import Scenario
+from mjnav.scenarios.ways import floor_of_lidar
 
 DRIFT = np.array([0.02, 0.02, 0.02])  # [m, m, rad] std of the odometry's error from scan to scan
 

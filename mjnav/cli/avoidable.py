@@ -11,7 +11,7 @@ from mjnav.errors import MjnavError
 from mjnav.printable import printable
 
 if TYPE_CHECKING:
-    from mjnav.study.avoidable.judge import JudgedLog, MethodShares, Share
+    from mjnav.study.avoidable import JudgedLog, MethodShares, Share
 
 AVOIDABLE = ("avoidable 2 s before", "1 s before")  # as `oracle.avoidable.LEADS`
 RUN_HEADS = ("method", "scene", "seed", "outcome", "touched", "who moved", *AVOIDABLE, "avoidable time-out")
@@ -36,8 +36,7 @@ def execute(arguments: argparse.Namespace) -> int:
 
     Raises the first error of a log that cannot be read, after the others are printed.
     """
-    from mjnav.study.avoidable.judge import by_method, judge
-    from mjnav.study.avoidable.sources import sources
+    from mjnav.study.avoidable import by_method, judge, sources
 
     named = [sources(given) for given in arguments.logs]
     meant = {source.path: source for found, _ in named for source in found}  # each log once

@@ -9,18 +9,17 @@ from dataclasses import asdict, replace
 from itertools import count
 
 from mjnav.cli.options import scene_options
-from mjnav.cli.options.checks import check_whole
+from mjnav.cli.options.common import check_whole
 from mjnav.cli.terminal.progress import compile_notice, progress, tell
 from mjnav.errors import InvalidValue
-from mjnav.loop.faults.heartbeat import Heartbeat
+from mjnav.loop.faults import Heartbeat
 from mjnav.loop.prepare import episode_label, load_scenario
-from mjnav.loop.warm_up import WARM_UP_TICKS
-from mjnav.metrics.calibration import Bin, Calibration, Interval
+from mjnav.loop.run import WARM_UP_TICKS
+from mjnav.metrics.prediction import Bin, Calibration, Interval
 from mjnav.output_files import output_path, written
 from mjnav.scenarios.ranges import MAX_SEED
 from mjnav.scenarios.spec import Scenario
-from mjnav.study.calibration.calibrate import SETTINGS, CalibrationPlan, calibrate, forecasts, run_label
-from mjnav.study.calibration.collision_event import EVENT
+from mjnav.study.calibration import EVENT, SETTINGS, CalibrationPlan, calibrate, forecasts, run_label
 from mjnav.study.sweep.workers import TimeLimit
 
 PLAN = CalibrationPlan()

@@ -14,7 +14,7 @@ from mjnav.cli.terminal.tables import print_drawn
 from mjnav.errors import InputError, InvalidValue
 from mjnav.metrics.definitions import GROUPS
 from mjnav.output_files import output_path, replacement
-from mjnav.study.compare import cell_figures
+from mjnav.study import requirements as cell_figures
 from mjnav.study.compare.chosen_figures import DEFAULT_FIGURES, SETS, WIN_BY
 from mjnav.study.requirements import of_cells
 from mjnav.study.results import find_results, kept_study
@@ -79,8 +79,7 @@ def execute(arguments: argparse.Namespace) -> int:
         print(json.dumps({**document(results), **require.documents(answers)}))
         return require.exit_code(answers)
     from mjnav.report.comparison import text, worst_text
-    from mjnav.study.compare.run_commands import run_commands
-    from mjnav.study.compare.worst_seeds import worst_seeds
+    from mjnav.study.compare.worst_seeds import run_commands, worst_seeds
 
     commands = run_commands(study, store.study()) if study is not None else {}
     worst = worst_seeds(store, results.study)
@@ -105,9 +104,8 @@ def _forms() -> Mapping[str, Callable[[Path, Store, StudyFile | None, "StudyComp
 
 
 def _page(path: Path, store: Store, study: StudyFile | None, results: "StudyComparison") -> str:
-    from mjnav.loop.provenance.run_info import revision
-    from mjnav.report.comparison.background import background
-    from mjnav.report.comparison.html import html
+    from mjnav.loop.provenance import revision
+    from mjnav.report.comparison.html import background, html
 
     made = f"on {date.today().isoformat()} by mjnav {revision()}"
     return html(results, background(store, study, results, page=path, made=made))
@@ -145,7 +143,8 @@ def _read(
 
 
 def _before_after(arguments: argparse.Namespace) -> int:
-    from mjnav.report.comparison import before_after_text, before_after_tidy
+    from mjnav.report.comparison import before_after as before_after_text
+    from mjnav.report.comparison import before_after as before_after_tidy
     from mjnav.study.compare.before_after import before_after
 
     if arguments.reference is not None:

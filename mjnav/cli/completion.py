@@ -61,13 +61,13 @@ def _studies() -> Iterable[str]:
 
 
 def _controllers() -> Iterable[str]:
-    from mjnav.study.catalogue import names
+    from mjnav.study.key_reference import names
 
     return names("controllers")
 
 
 def _kinds() -> Iterable[str]:
-    from mjnav.study.catalogue import kinds
+    from mjnav.study.key_reference import kinds
 
     return (kind.replace(" ", "-") for kind in kinds())
 

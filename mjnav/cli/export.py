@@ -3,8 +3,8 @@
 import argparse
 import json
 
-from mjnav.cli.options.checks import check_needs
-from mjnav.cli.terminal.interrupt import interruptible
+from mjnav.cli.options.common import check_needs
+from mjnav.cli.terminal.guard import interruptible
 from mjnav.cli.terminal.progress import progress
 from mjnav.errors import DamagedLogError
 from mjnav.recording import Log, open_log

@@ -8,13 +8,20 @@ from pathlib import Path
 from typing import Any
 
 from mjnav.cli.options import scene_options
-from mjnav.cli.options.checks import check_needs, check_whole
+from mjnav.cli.options.common import check_needs, check_whole
 from mjnav.cli.terminal.tables import print_lines, print_table
 from mjnav.errors import InvalidValue
 from mjnav.output_files import new_path, written
 from mjnav.printable import printable
-from mjnav.scenarios.crowd.importing import GIVEN, Imported, choose_window, import_crowd, scene_tables, scene_text
-from mjnav.scenarios.crowd.survey import RADII
+from mjnav.scenarios.crowd.importing import (
+    GIVEN,
+    RADII,
+    Imported,
+    choose_window,
+    import_crowd,
+    scene_tables,
+    scene_text,
+)
 from mjnav.scenarios.load import loads
 from mjnav.scenarios.overrides import Override, apply, overrides_of
 from mjnav.scenarios.people import MAX_WALKING_SPEED

@@ -15,8 +15,7 @@ from mjnav.printable import printable
 if TYPE_CHECKING:
     from rich.console import Console
 
-    from mjnav.report.inspection import InspectedTiming, InspectedTopic, Inspection
-    from mjnav.report.judged_beliefs import JudgedBelief
+    from mjnav.report.inspection import InspectedTiming, InspectedTopic, Inspection, JudgedBelief
     from mjnav.report.worst_moments import WorstMoment
 
 _RUN = ("scene", "controller", "seed", "engine")  # of the metadata, in one line
@@ -105,7 +104,7 @@ def _origin(found: "Inspection") -> Iterator[str]:
         for key, value in run.items():
             yield f"  {printable(key)} {value}".rstrip()
     if found.people:
-        from mjnav.report.shown_people import people_lines
+        from mjnav.report.inspection import people_lines
 
         yield from (f"  people {printable(line)}" for line in people_lines(found.people))
 

@@ -7,7 +7,7 @@ from dataclasses import asdict
 from math import isfinite
 from typing import Any
 
-from mjnav.cli.options.checks import check_needs
+from mjnav.cli.options.common import check_needs
 from mjnav.cli.terminal.tables import print_table
 from mjnav.config.reference import KeyReference
 from mjnav.scenarios.toml import value_text

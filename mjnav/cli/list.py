@@ -5,7 +5,7 @@ import json
 
 from mjnav.cli.terminal.tables import print_table
 from mjnav.errors import InvalidValue
-from mjnav.study.catalogue import catalogue, kinds, names
+from mjnav.study.key_reference import catalogue, kinds, names
 
 
 def configure(parser: argparse.ArgumentParser) -> None:

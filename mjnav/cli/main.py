@@ -10,7 +10,7 @@ from importlib import import_module
 from types import MappingProxyType
 
 from mjnav.cli.options import common
-from mjnav.cli.options.words import in_options, shows_options, unknown_words
+from mjnav.cli.options.common import in_options, shows_options, unknown_words
 from mjnav.cli.terminal.guard import Guard, guarded
 from mjnav.cli.terminal.progress import tell
 from mjnav.cli.terminal.streams import plain_output, quiet_output, readable_output
@@ -172,7 +172,7 @@ def _execute(argv: list[str], guard: Guard) -> int:
         except (Exception, KeyboardInterrupt):
             raise
         except BaseException as error:  # SystemExit that nothing else caught is no end of ours
-            from mjnav.loop.faults.fault import describe_fault
+            from mjnav.loop.faults import describe_fault
 
             raise MjnavError(f"the command was ended from within: {describe_fault(error)}") from error
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from mjnav.cli.main import INTERRUPTED
 from mjnav.cli.options import sweep_options
-from mjnav.cli.terminal.interrupt import interruptible
+from mjnav.cli.terminal.guard import interruptible
 from mjnav.cli.terminal.progress import pace, progress, tell
 from mjnav.errors import unknown_name
 from mjnav.output_files import written

@@ -5,14 +5,14 @@ import json
 from typing import TYPE_CHECKING
 
 from mjnav.cli.options import scene_options
-from mjnav.cli.options.checks import check_whole
+from mjnav.cli.options.common import check_whole
 from mjnav.cli.terminal.progress import compile_notice
 from mjnav.cli.terminal.tables import print_table
 from mjnav.errors import InvalidValue
 
 if TYPE_CHECKING:
     from mjnav.metrics.intervals import Interval
-    from mjnav.study.prediction.measure import Measured
+    from mjnav.study.prediction import Measured
 
 MODELS = ("constant_velocity", "mixture", "social_force")
 HEADS = {
@@ -56,7 +56,7 @@ def execute(arguments: argparse.Namespace) -> int:
     check_whole("--samples", arguments.samples, 1)
     if not 0.0 < arguments.every < 1e6:
         raise InvalidValue("--every", arguments.every, "a number of seconds > 0")
-    from mjnav.study.prediction.measure import Plan, measure
+    from mjnav.study.prediction import Plan, measure
 
     models = tuple(dict.fromkeys(arguments.model or MODELS))
     plan = Plan(models, arguments.exact, arguments.samples, arguments.every, arguments.seed, tuple(arguments.overrides))

@@ -8,18 +8,16 @@ from math import inf
 
 from mjnav.cli.main import INTERRUPTED
 from mjnav.cli.options import scene_options
-from mjnav.cli.options.checks import check_needs
-from mjnav.cli.terminal.interrupt import interruptible
+from mjnav.cli.options.common import check_needs
+from mjnav.cli.terminal.guard import interruptible
 from mjnav.cli.terminal.progress import compile_notice, progress
 from mjnav.cli.terminal.tables import print_lines, width
 from mjnav.errors import InvalidValue
 from mjnav.loop.prepare import load_scenario
-from mjnav.loop.realtime.crowd import crowd
 from mjnav.loop.realtime.rate_test import RateTest, rate_test
-from mjnav.loop.realtime.shuttle import shuttling
-from mjnav.loop.warm_up import warm_up
-from mjnav.metrics.blame import FIRST_TIME, LOOP, MACHINE, Miss
-from mjnav.metrics.schedule import FAIL, PASS, RULES, histogram
+from mjnav.loop.realtime.stress import crowd, shuttling
+from mjnav.loop.run import warm_up
+from mjnav.metrics.timing import FAIL, FIRST_TIME, LOOP, MACHINE, PASS, RULES, Miss, histogram
 from mjnav.recording.log_format import check_path
 from mjnav.scenarios.spec import Scenario
 

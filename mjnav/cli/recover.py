@@ -5,7 +5,7 @@ import json
 from dataclasses import asdict
 from pathlib import Path
 
-from mjnav.cli.terminal.interrupt import interruptible
+from mjnav.cli.terminal.guard import interruptible
 from mjnav.cli.terminal.progress import progress
 from mjnav.recording.recover.recover import recover
 from mjnav.recording.recover.recovery import Recovery

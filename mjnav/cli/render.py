@@ -4,14 +4,13 @@ import argparse
 import re
 from pathlib import Path
 
-from mjnav.cli.options.checks import check_needs
-from mjnav.cli.terminal.interrupt import interruptible
+from mjnav.cli.options.common import check_needs
+from mjnav.cli.terminal.guard import interruptible
 from mjnav.cli.terminal.progress import progress
 from mjnav.errors import InvalidValue
 from mjnav.output_files import output_path, written
 from mjnav.recording import Log, open_log
-from mjnav.report.film import require_codec
-from mjnav.report.log_pictures import FILM_SIZE, FPS, PICTURE_SIZE, SIDES, Film, picture
+from mjnav.report.log_pictures import FILM_SIZE, FPS, PICTURE_SIZE, SIDES, Film, picture, require_codec
 
 _FILM_ONLY = ("fps", "speed", "from", "to")
 

@@ -7,8 +7,8 @@ from typing import Any
 
 from mjnav.cli.main import INTERRUPTED
 from mjnav.cli.options import require, scene_options, views
-from mjnav.cli.options.checks import check_needs
-from mjnav.cli.terminal.interrupt import interruptible
+from mjnav.cli.options.common import check_needs
+from mjnav.cli.terminal.guard import interruptible
 from mjnav.cli.terminal.progress import compile_notice, progress, tell
 from mjnav.cli.terminal.tables import print_lines
 from mjnav.errors import unknown_name
@@ -58,9 +58,8 @@ def execute(arguments: argparse.Namespace) -> int:
     required = require.of_run(arguments, scenario)
     max_seconds = scene_options.checked_max_seconds(arguments, scenario.time_limit if real_time else 0.0)
     from mjnav.loop.events import warnings_of
-    from mjnav.loop.faults.fault import RunFault
-    from mjnav.loop.run import run
-    from mjnav.loop.warm_up import warm_up
+    from mjnav.loop.faults import RunFault
+    from mjnav.loop.run import run, warm_up
 
     for warning in warnings_of(scenario):
         tell(warning.text)

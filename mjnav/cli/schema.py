@@ -4,7 +4,7 @@ import argparse
 import json
 
 from mjnav.output_files import output_path, written
-from mjnav.study.file_schema import run_schema, study_schema
+from mjnav.study.key_reference import run_schema, study_schema
 
 
 def configure(parser: argparse.ArgumentParser) -> None:

@@ -8,15 +8,13 @@ from typing import Any
 import numpy as np
 
 from mjnav.cli.options import scene_options
-from mjnav.cli.options.checks import check_whole
+from mjnav.cli.options.common import check_whole
 from mjnav.cli.terminal.progress import compile_notice, progress
 from mjnav.control.decision_surface import DecisionSurface, decision_surface, require_candidates
 from mjnav.control.parameters import WINDOWS
 from mjnav.errors import InvalidValue
-from mjnav.loop.log_path import OUT_FOLDER, file_stem, make_out_folder
-from mjnav.loop.prepare import build_controller, load_scenario
-from mjnav.loop.record_at import column_names, record_at
-from mjnav.loop.warm_up import warm_up
+from mjnav.loop.prepare import OUT_FOLDER, build_controller, file_stem, load_scenario, make_out_folder
+from mjnav.loop.run import column_names, record_at, warm_up
 from mjnav.messages import Status
 from mjnav.output_files import output_path, written
 from mjnav.scenarios.spec import Scenario

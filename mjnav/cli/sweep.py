@@ -9,7 +9,7 @@ from pathlib import Path
 
 from mjnav.cli.main import INTERRUPTED
 from mjnav.cli.options import scene_options, sweep_options
-from mjnav.cli.terminal.interrupt import interruptible
+from mjnav.cli.terminal.guard import interruptible
 from mjnav.cli.terminal.progress import pace, progress, tell
 from mjnav.errors import InputError, MjnavError, unknown_name
 from mjnav.study.keep import KINDS

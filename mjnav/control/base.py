@@ -14,10 +14,10 @@ from typing import Any, ClassVar, Generic, Protocol, TypeVar, get_args
 
 import numpy as np
 
-from mjnav.control.kernels.cone_blocks import Samples
+from mjnav.control.kernels.cone_kernel import Samples
 from mjnav.control.parameters import LoopParameters, MatchingParameters, Parameters, WeightedParameters, completed
+from mjnav.control.problem.candidates import cheapest, least_violating
 from mjnav.control.problem.desired import Desired
-from mjnav.control.problem.nominal import cheapest, least_violating
 from mjnav.control.problem.problem import Problem
 from mjnav.messages import Array, CandidateCosts, Decision, Observation, RobotLimits, Status
 

@@ -19,7 +19,7 @@ from mjnav.control.problem.problem import Problem
 from mjnav.control.registry import METHODS
 from mjnav.errors import InvalidValue, unknown_name
 from mjnav.messages import Array, CandidateCosts, Decision, Observation
-from mjnav.motion.diff_drive import reachable
+from mjnav.motion.unicycle import reachable
 
 
 @dataclass(frozen=True, slots=True)

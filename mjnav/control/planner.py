@@ -35,15 +35,13 @@ from mjnav.config import Range
 from mjnav.control.base import ProblemController, status_of
 from mjnav.control.kernels.guides import ways_left
 from mjnav.control.kernels.mppi_rollout import ControlLimits, Rollouts
-from mjnav.control.parameters import MOST, Count, GoalParameters, Positive, Seconds, Share, Weight
-from mjnav.control.problem.fan import KEPT, Plan, carried_on, guided, guides, perturbations, softmin
+from mjnav.control.parameters import MOST, Count, GoalParameters, Positive, Seconds, Share, Weight, check_memory
+from mjnav.control.problem.candidates import cheapest
+from mjnav.control.problem.fan import KEPT, Plan, carried_on, guided, guides, perturbations, shown_plan, softmin
 from mjnav.control.problem.goal_cost import mean_cost_along
 from mjnav.control.problem.joint_samples import JointSamples
-from mjnav.control.problem.memory import check_memory
-from mjnav.control.problem.nominal import cheapest
 from mjnav.control.problem.obstacles import Reach, walls_in_reach
 from mjnav.control.problem.problem import Problem
-from mjnav.control.problem.shown_plan import shown_plan
 from mjnav.geometry.floor import Floor, floor_of_map
 from mjnav.geometry.way_field import WayField, WayGrid
 from mjnav.messages import Array, CandidateCosts, Decision, KnownMap, Observation, RobotLimits, Status

@@ -5,10 +5,8 @@ from importlib import import_module
 from types import MappingProxyType
 from typing import Any
 
-from mjnav.estimation.assumed import assumed_noise
-from mjnav.estimation.base import Localizer, Tracker
-from mjnav.estimation.own import OwnLocalizer, OwnTracker
-from mjnav.estimation.own_scans import BY_SCANS, OwnScanTracker
+from mjnav.estimation.base import Localizer, Tracker, assumed_noise
+from mjnav.estimation.own import BY_SCANS, OwnLocalizer, OwnScanTracker, OwnTracker
 from mjnav.plugins import LocalizerPlugin, TrackerPlugin
 from mjnav.scenarios.spec import Scenario
 
@@ -32,7 +30,7 @@ TRACKERS: Mapping[str, str] = MappingProxyType(
         "detections.particle": "mjnav.estimation.tracker:ParticleTracker",
         "detections.kalman": "mjnav.estimation.kalman:KalmanTracker",
         "detections.imm": "mjnav.estimation.kalman:ImmTracker",
-        "detections.rao-blackwell": "mjnav.estimation.rao_blackwell:RaoBlackwellTracker",
+        "detections.rao-blackwell": "mjnav.estimation.walk_filter:RaoBlackwellTracker",
         "lidar.particle": "mjnav.estimation.lidar.tracker:LidarTracker",
         "lidar.rao-blackwell": "mjnav.estimation.lidar.tracker:LidarTracker",  # whose particles are such
         "lidar.kalman": "mjnav.estimation.lidar.kalman_tracker:KalmanLidarTracker",

@@ -12,10 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from mjnav.estimation.base import FilterSettings
-from mjnav.estimation.likelihood import Likelihood
-from mjnav.filters.resampling import resample
-from mjnav.filters.weights import ess, reweigh, weighted_moments
+from mjnav.estimation.base import FilterSettings, Likelihood
+from mjnav.filters.particles import ess, resample, reweigh, weighted_moments
 from mjnav.messages import Array
 from mjnav.rng import stream
 

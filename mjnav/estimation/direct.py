@@ -9,12 +9,11 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from mjnav.estimation.base import HEADING, PeopleTracker, PoseEstimator, person_track
-from mjnav.estimation.likelihood import LEAST_STD, widened
+from mjnav.estimation.base import HEADING, LEAST_STD, PeopleTracker, PoseEstimator, person_track, widened
 from mjnav.estimation.localizer import ODOMETRY_CHANNELS, POSE_CHANNELS, moved, pose_samples
 from mjnav.estimation.person_motion import PersonMotion
 from mjnav.estimation.tracker import DETECTION_CHANNELS, detection_samples
-from mjnav.filters.weights import weighted_moments
+from mjnav.filters.particles import weighted_moments
 from mjnav.messages import Array, Reading, RobotBelief, Track
 from mjnav.noise import Distribution
 from mjnav.rng import stream

@@ -4,15 +4,12 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from mjnav.estimation.base import HEADING, UNKNOWN_TWIST_STD, FilterSettings, PoseEstimator
+from mjnav.estimation.base import HEADING, UNKNOWN_TWIST_STD, FilterSettings, Likelihood, PoseEstimator, widened
 from mjnav.estimation.bootstrap import Bootstrap
-from mjnav.estimation.likelihood import Likelihood, widened
-from mjnav.geometry.angles import wrap
-from mjnav.geometry.compiled import kernel
-from mjnav.geometry.heading import wrapped
-from mjnav.geometry.kernel_types import Matrix, Vector
+from mjnav.geometry.angles import wrap, wrapped
+from mjnav.geometry.compiled import Matrix, Vector, kernel
 from mjnav.messages import Array, Reading, RobotBelief
-from mjnav.motion.rows import integrate_rows
+from mjnav.motion.unicycle import integrate_rows
 from mjnav.noise import Distribution
 from mjnav.rng import stream
 

@@ -1,12 +1,20 @@
-"""A Gaussian, or a few of them, of one person's position and velocity: Kalman filters that trackers choose among."""
+"""A Gaussian, or a few of them, of one person's position and velocity: Kalman filters that trackers choose among.
+
+Stop and go by an interacting multiple model filter: one Kalman filter a mode of motion, mixed by a Markov chain.
+
+Source: Blom & Bar-Shalom, IEEE Transactions on Automatic Control 33 (1988) 780. filterpy does the algebra.
+"""
 
 from abc import ABC, abstractmethod
-from typing import Protocol
+from collections.abc import Sequence
+from math import exp, log, pi
+from sys import float_info
+from typing import Any, Protocol
 
 import numpy as np
 
-from mjnav.estimation.gaussian import draw_gaussian, symmetrised
-from mjnav.estimation.person_motion import PersonMotion
+from mjnav.estimation.base import draw_gaussian, symmetrised
+from mjnav.estimation.person_motion import PersonMotion, StopAndGo
 from mjnav.messages import Array
 
 
@@ -103,3 +111,109 @@ class KalmanPersonFilter(PersonFilter):
     def draw(self, num: int, rng: np.random.Generator) -> Array:
         """From the Gaussian, (num, 4)."""
         return draw_gaussian(self._kalman.x, self.covariance, num, rng)
+
+
+MODES = ("stand", "walk", "turn")
+
+
+class ImmPersonFilter(PersonFilter):
+    """`StopAndGo` with its three ways to go on as the modes of a Markov chain.
+
+    Within an interval T, with the probabilities p of a stop, a turn and a start,
+
+        mode    v becomes                     next: stand        walk                  turn
+        stand   N(0, unrest^2 I)                    1 - p_start  0                     p_start
+        walk    v + N(0, sway^2 T I)                p_stop       1 - p_stop - p_turn   p_turn
+        turn    N(0, walking_speed^2 I)             p_stop       1 - p_stop - p_turn   p_turn
+
+    and the position moves by the mean of the old and the new velocity times T. A filter j starts each interval from
+    the mixture of all filters i with weights mu_ij = p_ij mu_i / c_j, c_j = sum_i p_ij mu_i; after a measurement of
+    likelihood L_j under its prediction, mode j has the probability mu_j = L_j c_j / sum_k L_k c_k.
+    """
+
+    def __init__(self, motion: StopAndGo | None = None):
+        self._motion = motion or StopAndGo()
+        self._bank = _mode_bank()
+
+    @property
+    def mean(self) -> Array:
+        """The moments of the mixture: (4,), a copy."""
+        return self._bank.x.copy()
+
+    @property
+    def covariance(self) -> Array:
+        """(4, 4), symmetric."""
+        return symmetrised(self._bank.P)
+
+    @property
+    def mode_probabilities(self) -> Array:
+        """Of MODES, (3,)."""
+        return self._bank.mu.copy()
+
+    def start(self, position: Array, covariance: Array) -> None:
+        """Who is new walks or stands, with the motion's probability."""
+        unrest, speed = self._motion.unrest, self._motion.walking_speed
+        for kalman, speed_std in zip(self._bank.filters, (unrest, speed, speed), strict=True):
+            kalman.x, kalman.P = state_at(position, covariance, speed_std)
+        walking = self._motion.walking
+        self._bank.become(np.array([1.0 - walking, walking, 0.0]))
+
+    def predict(self, interval: float) -> None:
+        """The modes of the next interval; one of no length changes nothing."""
+        if interval <= 0.0:
+            return
+        chain, transitions, covariances = self._motion.modes(interval)
+        for kalman, transition, covariance in zip(self._bank.filters, transitions, covariances, strict=True):
+            kalman.F, kalman.Q = transition, covariance
+        self._bank.move(chain)
+
+    def correct(self, position: Array, covariance: Array, age: float = 0.0) -> None:
+        """Each filter by its gain; the modes by how likely each held the position."""
+        for kalman in self._bank.filters:
+            kalman.H, kalman.R = seen_before(age), covariance
+        self._bank.weigh(position)
+
+    def draw(self, num: int, rng: np.random.Generator) -> Array:
+        """From the mixture of the modes' Gaussians, of which `mean` and `covariance` are the moments."""
+        counts = rng.multinomial(num, self._bank.mu)
+        rows: Sequence[Array] = [
+            draw_gaussian(kalman.x, symmetrised(kalman.P), count, rng)
+            for kalman, count in zip(self._bank.filters, counts.tolist(), strict=True)
+        ]
+        return np.concatenate(rows)
+
+
+def _mode_bank() -> Any:
+    """filterpy's estimator of a filter a mode, whose chain and whose order of steps may change from step to step."""
+    from filterpy.kalman import IMMEstimator, KalmanFilter
+
+    class ModeFilter(KalmanFilter):
+        @property
+        def likelihood(self) -> float:
+            """N(y; 0, S) of two numbers; filterpy's own takes the tenfold time for S of any size."""
+            squared = self.y @ self.SI @ self.y
+            determinant = self.S[0, 0] * self.S[1, 1] - self.S[0, 1] * self.S[1, 0]
+            return max(exp(-0.5 * squared - 0.5 * log(determinant) - log(2.0 * pi)), float_info.min)
+
+    class ModeBank(IMMEstimator):
+        def become(self, probabilities: Array) -> None:
+            """Modes of other probabilities."""
+            self.mu = probabilities
+            self._compute_state_estimate()
+
+        def move(self, chain: Array) -> None:
+            """Mixes by a chain, of which row i says where mode i goes, and predicts."""
+            self.M = chain
+            self._compute_mixing_probabilities()
+            self.predict()
+            self.become(self.cbar)  # filterpy's own moments of a prediction weigh it by the modes before
+
+        def weigh(self, position: Array) -> None:
+            self.cbar = self.mu
+            self.update(position)
+
+    filters = [ModeFilter(dim_x=4, dim_z=2) for _ in MODES]
+    for kalman in filters:
+        kalman.x = np.zeros(4)
+    num = len(MODES)
+    return ModeBank(filters, np.full(num, 1.0 / num), np.full((num, num), 1.0 / num))

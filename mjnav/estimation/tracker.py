@@ -4,9 +4,8 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from mjnav.estimation.base import FilterSettings, PeopleTracker
+from mjnav.estimation.base import FilterSettings, Likelihood, PeopleTracker
 from mjnav.estimation.bootstrap import Bootstrap
-from mjnav.estimation.likelihood import Likelihood
 from mjnav.estimation.person_motion import PersonMotion
 from mjnav.messages import Array, Reading, RobotBelief, Track
 from mjnav.noise import Distribution

@@ -1,8 +1,14 @@
-"""Headings in (-pi, pi], and the way round from one to another."""
+"""Headings in (-pi, pi], and the way round from one to another.
+
+One heading in (-pi, pi], compiled into the kernels that need it; `angles.wrap` is the same for arrays.
+"""
+
+from math import pi
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from mjnav.geometry.compiled import scalar
 from mjnav.messages import Array
 
 HALF_TURN_TIE = 1e-9  # [rad] within which two ways round are equally far: rounding does not choose between them
@@ -25,3 +31,14 @@ def circular_mean(angles: ArrayLike, weights: ArrayLike | None = None) -> float:
     angles = np.asarray(angles, float)
     weights = np.full(angles.shape, 1.0) if weights is None else np.asarray(weights, float)
     return float(wrap(np.arctan2(weights @ np.sin(angles), weights @ np.cos(angles))))
+
+
+_LEAST = -3.1415926535897927  # `angles.LEAST`
+
+
+@scalar
+def wrapped(angle):
+    """The same angle in (-pi, pi] [rad]."""
+    if -pi < angle <= pi:
+        return angle
+    return max(pi - (pi - angle) % (2.0 * pi), _LEAST)

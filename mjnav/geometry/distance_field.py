@@ -15,9 +15,8 @@ from numpy.typing import ArrayLike
 
 from mjnav.constant import Constant
 from mjnav.errors import InvalidValue
-from mjnav.geometry.compiled import kernel, scalar
+from mjnav.geometry.compiled import Matrix, kernel, scalar
 from mjnav.geometry.floor import Floor
-from mjnav.geometry.kernel_types import Matrix
 from mjnav.messages import Array
 
 CELL = 0.05  # [m], the resolution of common maps; more where a floor has more than MAX_CELLS

@@ -15,9 +15,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mjnav.constant import Constant
-from mjnav.geometry.compiled import exact
+from mjnav.geometry.compiled import Indices, Matrix, Vector, exact
 from mjnav.geometry.floor import TOUCH, Floor, is_open, surface
-from mjnav.geometry.kernel_types import Indices, Matrix, Vector
 from mjnav.messages import Array
 
 EXCESS = 0.02  # [m] of a corner beyond the round edge that it stands for

@@ -1,4 +1,16 @@
-"""The length of the shortest way that a round body has left to a goal, from every point of a floor.
+"""The way left to a goal at the nodes of a grid, by fast sweeping.
+
+T(x) solves the eikonal equation |grad T| = w(x), T(goal) = 0 (Zhao 2005, "A fast sweeping method for eikonal
+equations"). The slowness w is 1 where a disc has room, and BLOCKED where it has none: T is finite everywhere, and a way
+leads through a body where no other does. Two things make a coarse grid accurate:
+
+* Nodes to which the straight way from the goal is open have the exact distance. Sweeping begins where these end.
+* A node's value comes from any of the 8 triangles around it (the semi-Lagrangian form of the upwind scheme, Tsitsiklis
+  1995), not from 4 quadrants: a front around a corner errs by about cell / 8 log(distance / radius) at most.
+
+In the end nodes without room get the way out of the body, along which a robot goes whose belief is partly inside.
+
+The length of the shortest way that a round body has left to a goal, from every point of a floor.
 
 The grid holds the detour T(x) - |x - goal| >= 0 of the way T (`fast_sweeping`) over the straight one. The detour is
 bilinear between nodes and |x - goal| is added exactly: where the straight way is open, T is |x - goal|. Behind bodies T
@@ -9,19 +21,230 @@ the distance to it. `shortest_way` has the exact ways; it takes longer, and has 
 """
 
 from dataclasses import dataclass
-from math import ceil
+from math import ceil, sqrt
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from mjnav.constant import Constant
 from mjnav.errors import InvalidValue
-from mjnav.geometry.compiled import kernel, scalar
+from mjnav.geometry.compiled import Matrix, exact, kernel, scalar
 from mjnav.geometry.distance_field import interpolated
-from mjnav.geometry.fast_sweeping import WayGrid, solve
-from mjnav.geometry.floor import Floor
-from mjnav.geometry.kernel_types import Matrix
+from mjnav.geometry.floor import TOUCH, Floor, box_surface, disc_surface, is_open
 from mjnav.messages import Array
+
+BLOCKED = 100.0  # slowness without room for the disc: through a wall is as far as 70 m around it
+SPARE = 0.5  # [cells] that a node may lack of the room: a gap of the disc's width may have no node in its middle
+SQUEEZE = 1.5  # slowness of a node that lacks all of SPARE
+OUTSIDE = 2.0  # slowness of the way out of a body
+SETTLED = 1e-9  # [m]; smaller changes end the sweeping
+
+
+class WayGrid(NamedTuple):
+    """A field as kernels take it."""
+
+    detour: Matrix  # (rows along y, columns along x) [m], T - |x - goal| at the nodes; (0, 0) of an empty floor
+    x: float  # [m] of the node [0, 0]
+    y: float
+    cell: float  # [m] between neighbouring nodes
+    goal_x: float  # [m]
+    goal_y: float
+
+
+@exact
+def solve(grid: WayGrid, radius: float, discs: Matrix, boxes: Matrix):
+    """Fills `grid.detour`.
+
+    All arrays within have a rim of one node around the grid, which belongs to nothing.
+    """
+    rows, columns = grid.detour.shape
+    lacking = np.zeros((rows + 2, columns + 2))
+    for k in range(len(discs)):
+        reach = discs[k, 2] + radius
+        _mark(lacking, grid, radius, discs[k], True, reach, reach)
+    for k in range(len(boxes)):
+        along_x, along_y = abs(boxes[k, 2]), abs(boxes[k, 3])
+        a, b = boxes[k, 4] + radius, boxes[k, 5] + radius
+        _mark(lacking, grid, radius, boxes[k], False, along_x * a + along_y * b, along_y * a + along_x * b)
+    spare = SPARE * grid.cell + TOUCH
+    left = np.full((rows + 2, columns + 2), np.inf)
+    fixed = np.ones((rows + 2, columns + 2), np.bool_)
+    fixed[1:-1, 1:-1] = False
+    _see(left, fixed, lacking, grid, radius, discs, boxes)
+    _sweep(left, fixed, lacking, grid.cell, spare)
+    _leave(left, lacking, grid.cell, spare)
+    for j in range(rows):
+        for i in range(columns):
+            dx, dy = grid.x + i * grid.cell - grid.goal_x, grid.y + j * grid.cell - grid.goal_y
+            grid.detour[j, i] = max(left[j + 1, i + 1] - np.sqrt(dx * dx + dy * dy), 0.0)
+
+
+@exact
+def _mark(lacking, grid, radius, body, is_disc, half_width, half_height):
+    """What the disc lacks of its room [m] beside one body, in the rectangle of nodes around it."""
+    rows, columns = grid.detour.shape
+    i0 = max(int(np.floor((body[0] - half_width - grid.x) / grid.cell)), 0)
+    i1 = min(int(np.ceil((body[0] + half_width - grid.x) / grid.cell)), columns - 1)
+    j0 = max(int(np.floor((body[1] - half_height - grid.y) / grid.cell)), 0)
+    j1 = min(int(np.ceil((body[1] + half_height - grid.y) / grid.cell)), rows - 1)
+    for j in range(j0, j1 + 1):
+        for i in range(i0, i1 + 1):
+            x, y = grid.x + i * grid.cell, grid.y + j * grid.cell
+            clearance = disc_surface(x, y, body)[0] if is_disc else box_surface(x, y, body)[0]
+            lacking[j + 1, i + 1] = max(lacking[j + 1, i + 1], radius - clearance)
+
+
+@exact
+def _see(left, fixed, lacking, grid, radius, discs, boxes):
+    """The exact distance at the nodes to which the straight way from the goal is open, spread from node to node.
+
+    A goal that lacks room is approached straight, too: no body comes nearer than it is to the goal. Where even that is
+    closed the nodes around the goal have their distance, so that the sweep has a beginning.
+    """
+    rows, columns = grid.detour.shape
+    tried = fixed.copy()
+    queue = np.empty((rows * columns, 2), np.int64)
+    num = 0
+    u, v = (grid.goal_x - grid.x) / grid.cell, (grid.goal_y - grid.y) / grid.cell
+    for j in range(int(v) + 1, int(v) + 3):
+        for i in range(int(u) + 1, int(u) + 3):
+            tried[j, i] = True
+            queue[num, 0], queue[num, 1] = j, i
+            num += 1
+    at = 0
+    while at < num:
+        j, i = queue[at, 0], queue[at, 1]
+        at += 1
+        x, y = grid.x + (i - 1) * grid.cell, grid.y + (j - 1) * grid.cell
+        straight = np.sqrt((x - grid.goal_x) ** 2 + (y - grid.goal_y) ** 2)
+        if at <= 4:
+            left[j, i] = straight
+        if not is_open(grid.goal_x, grid.goal_y, x, y, radius, discs, boxes):
+            continue
+        left[j, i] = straight
+        fixed[j, i] = True
+        for nj in range(j - 1, j + 2):
+            for ni in range(i - 1, i + 2):
+                if not tried[nj, ni]:
+                    tried[nj, ni] = True
+                    queue[num, 0], queue[num, 1] = nj, ni
+                    num += 1
+
+
+@exact
+def _slowness(lacking, spare):
+    """1 with room for the disc, BLOCKED without; `lacking` and `spare` [m]."""
+    if lacking <= 0.0:
+        return 1.0
+    return 1.0 + (SQUEEZE - 1.0) * lacking / spare if lacking <= spare else BLOCKED
+
+
+@exact
+def _sweep(left, fixed, lacking, cell, spare):
+    """Fast sweeping in four orders until nothing changes; a node is visited when a neighbour has changed since.
+
+    That is the locking of Bak, McLaughlin and Renzi (2010).
+    """
+    rows, columns = left.shape
+    waiting = np.zeros(left.shape, np.bool_)
+    for j in range(1, rows - 1):
+        for i in range(1, columns - 1):
+            if left[j, i] < np.inf:
+                _wake(waiting, left, fixed, j, i)
+    order, quiet = 0, 0
+    while quiet < 4:
+        quiet += 1
+        for b in range(1, rows - 1):
+            j = b if order < 2 else rows - 1 - b
+            for a in range(1, columns - 1):
+                i = a if order % 2 == 0 else columns - 1 - a
+                if waiting[j, i]:
+                    waiting[j, i] = False
+                    value = _from_neighbours(left, j, i, cell * _slowness(lacking[j, i], spare))
+                    if value < left[j, i] - SETTLED:
+                        left[j, i] = value
+                        _wake(waiting, left, fixed, j, i)
+                        quiet = 0
+        order = (order + 1) % 4
+
+
+@exact
+def _wake(waiting, left, fixed, j, i):
+    for nj in range(j - 1, j + 2):
+        for ni in range(i - 1, i + 2):
+            if not fixed[nj, ni] and left[nj, ni] > left[j, i]:
+                waiting[nj, ni] = True
+
+
+@exact
+def _from_neighbours(left, j, i, cost):
+    """The least of the 8 triangles of a node, one axis neighbour and one diagonal neighbour each.
+
+    min over 0 <= s <= 1 of (1 - s) T_axis + s T_diagonal + cost sqrt(1 + s^2), with cost = w cell: the way through the
+    point between the two. With d = (T_axis - T_diagonal) / cost it is T_axis + cost sqrt(1 - d^2) for d in
+    (0, 1 / sqrt 2), and that of a neighbour alone otherwise.
+    """
+    best = left[j, i]
+    for k in range(4):
+        dj, di = (0, 1, 0, -1)[k], (1, 0, -1, 0)[k]
+        axis = left[j + dj, i + di]
+        best = min(best, axis + cost)
+        for side in (-1, 1):
+            diagonal = left[j + dj + side * di, i + di + side * dj]
+            if diagonal >= best or diagonal == np.inf:
+                continue
+            best = min(best, diagonal + sqrt(2.0) * cost)
+            d = (axis - diagonal) / cost
+            if 0.0 < d < sqrt(0.5):
+                best = min(best, axis + cost * np.sqrt(1.0 - d * d))
+    return best
+
+
+@exact
+def _leave(left, lacking, cell, spare):
+    """At the nodes without room: the way from the nearest node with room and OUTSIDE times the distance to it.
+
+    The nearest nodes are handed on from node to node (Danielsson 1980). On a floor without any room nothing changes.
+    """
+    rows, columns = left.shape
+    nearest = np.full((rows, columns, 2), -1, np.int64)
+    for j in range(1, rows - 1):
+        for i in range(1, columns - 1):
+            if lacking[j, i] <= spare:
+                nearest[j, i, 0], nearest[j, i, 1] = j, i
+    changed, order = True, 0
+    while changed or order % 4:
+        changed = changed and order % 4 > 0
+        for b in range(1, rows - 1):
+            j = b if order % 4 < 2 else rows - 1 - b
+            for a in range(1, columns - 1):
+                i = a if order % 2 == 0 else columns - 1 - a
+                if lacking[j, i] > spare:
+                    changed |= _hand_on(nearest, left, j, i)
+        order += 1
+    for j in range(1, rows - 1):
+        for i in range(1, columns - 1):
+            nj, ni = nearest[j, i]
+            if lacking[j, i] > spare and nj >= 0:
+                left[j, i] = left[nj, ni] + OUTSIDE * cell * np.sqrt(float((nj - j) ** 2 + (ni - i) ** 2))
+
+
+@exact
+def _hand_on(nearest, left, j, i):
+    """Whether a neighbour's nearest node is nearer than this node's, or as near with less way left; takes it."""
+    changed = False
+    for dj in range(-1, 2):
+        for di in range(-1, 2):
+            nj, ni = nearest[j + dj, i + di]
+            if nj >= 0:
+                oj, oi = nearest[j, i]
+                new, old = (nj - j) ** 2 + (ni - i) ** 2, (oj - j) ** 2 + (oi - i) ** 2
+                if oj < 0 or new < old or (new == old and left[nj, ni] < left[oj, oi]):
+                    nearest[j, i, 0], nearest[j, i, 1] = nj, ni
+                    changed = True
+    return changed
+
 
 CELL = 0.1  # [m]; more where a floor has more than MAX_CELLS, less for a disc of a radius below it
 MAX_CELLS = 1000  # along each axis

@@ -18,8 +18,8 @@ from mjnav.control.policy import Actions, Encoder, Features
 from mjnav.errors import InvalidValue, unknown_name
 from mjnav.gym.picture import Drawing, Window
 from mjnav.gym.reward import PUBLISHED, Reward, Transition
+from mjnav.loop.events import COLLISION, GOAL
 from mjnav.loop.prepare import load_scenario, num_samples
-from mjnav.loop.referee import COLLISION, GOAL
 from mjnav.loop.simulation import Simulation
 from mjnav.messages import LARGEST, WorldState, finite
 from mjnav.scenarios.load import with_seed

@@ -13,8 +13,8 @@ from types import MappingProxyType
 import numpy as np
 
 from mjnav.errors import InvalidValue, unknown_name
-from mjnav.geometry.clearance import segment_distance
-from mjnav.loop.referee import GOAL
+from mjnav.geometry.distances import segment_distance
+from mjnav.loop.events import GOAL
 from mjnav.messages import Array, WorldState, number
 from mjnav.metrics.effort import control_cost
 from mjnav.scenarios.spec import Scenario

@@ -1,22 +1,54 @@
-"""`mjnav.run`: a scenario in, a result out."""
+"""What is loaded before a run, so that no tick of it has to wait.
+
+`mjnav.run`: a scenario in, a result out.
+
+One moment of a run that is not logged: what the tick at a given time saw and did.
+"""
 
 import os
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import replace
+from itertools import count
 from typing import Any
 
+import numpy as np
+
+from mjnav.control import names
 from mjnav.errors import InvalidValue
+from mjnav.estimation.base import person_names
+from mjnav.geometry.compiled import load_kernels
 from mjnav.loop.episode import Episode
-from mjnav.loop.log_path import log_path
-from mjnav.loop.pacer import FreePacer, RealTimePacer
-from mjnav.loop.prepare import as_scenario, check_functions
+from mjnav.loop.faults import RunFault
+from mjnav.loop.onboard.seen_space import FloorMap
+from mjnav.loop.pacer import FreePacer, RealTimePacer, realtime_scheduling
+from mjnav.loop.prepare import as_scenario, check_functions, log_path
 from mjnav.loop.result import Result
-from mjnav.loop.scheduling import realtime_scheduling
-from mjnav.loop.warm_up import warm_up
 from mjnav.messages import Event, TickRecord
 from mjnav.recording.live import LiveServer
+from mjnav.scenarios.plugged import without_plugins
 from mjnav.scenarios.spec import Scenario
 from mjnav.sealed import sealed_message
+
+WARM_UP_TICKS = 3
+METHOD = "rkhs"  # takes the place of a user's own controller: no object of a user's sees ticks of no run
+
+
+def warm_up(scenario: Scenario) -> None:
+    """Loads every kernel that a run of this scenario can call, and runs ticks that are thrown away.
+
+    The kernels are those of all modules that a run has imported when it begins, for the types that each declares. Each
+    of the ticks has a reading, so that nothing that a tick can do is left for the second reading of the run.
+    """
+    sensors = replace(scenario.sensors, rate=scenario.control.rate)
+    scenario = without_plugins(replace(scenario, sensors=sensors))
+    if scenario.control.method not in names():
+        scenario = replace(scenario, control=replace(scenario.control, method=METHOD, parameters={}))
+    with suppress(RunFault):  # the run itself will report, and log, what is wrong
+        asked = count()
+        episode = Episode(scenario, stop=lambda: next(asked) >= WARM_UP_TICKS, cones=True)
+        load_kernels()
+        episode.run()
 
 
 def run(
@@ -86,3 +118,36 @@ def run(
         if got.privileged:
             tell(f"real time: until it ends, this run has {got}")
         return replace(episode.run((Event("info", "real_time", str(got)),)), real_time=got)
+
+
+ROUNDING = 1e-9  # relative
+
+
+def record_at(scenario: Scenario, time: float, *, progress: Callable[[float], None] = lambda time: None) -> TickRecord:
+    """The tick at `time` [s], or else the last one before it; the run goes no further.
+
+    Raises InvalidValue for a time that is negative, or after the end of the run.
+    """
+    if not 0.0 <= time <= scenario.time_limit:
+        raise InvalidValue("time", time, f"0 to {scenario.time_limit:g} s, the run's time limit")
+    index = int(np.floor(time / scenario.control.period * (1.0 + ROUNDING)))
+    latest: list[TickRecord] = []
+
+    def watch(record: TickRecord) -> None:
+        latest[:] = [record]
+
+    def stop() -> bool:
+        return bool(latest) and latest[0].tick >= index
+
+    result = Episode(scenario, stop=stop, watch=watch, progress=progress).run()
+    figures = result.run.figures
+    end = figures.time_s
+    if not latest or (latest[0].tick < index and end * (1.0 + ROUNDING) < time):
+        raise InvalidValue("time", time, f"0 to {end:g} s: there the run ended ({figures.outcome})")
+    return latest[0]
+
+
+def column_names(scenario: Scenario) -> tuple[str, ...]:
+    """What the columns of `CandidateCosts.cone` belong to: people, legs, pillars, walls."""
+    floor = FloorMap(scenario)
+    return (*person_names(len(scenario.people)), *floor.names, *floor.wall_names)

@@ -1,44 +1,109 @@
-"""`mjnav.Simulation`: the closed loop of a scenario, one control period at a time."""
+"""What a whole run attaches to its simulation.
+
+Copies of a simulation's state.
+
+The people of a scene without the robot: the same engine, behaviours and random streams.
+
+`mjnav.Simulation`: the closed loop of a scenario, one control period at a time.
+"""
 
 import os
-from collections.abc import Sequence
-from dataclasses import replace
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from copy import deepcopy
+from dataclasses import dataclass, replace
 from types import TracebackType
 from typing import Any, Self
 
-from mjnav.errors import InvalidValue, MjnavError
+import numpy as np
+
+from mjnav.errors import InputError, InvalidValue, MjnavError, own_code, said
 from mjnav.estimation.own import checked_beliefs
-from mjnav.loop.attached import Attached
-from mjnav.loop.branch import branched
-from mjnav.loop.events import Events, warnings_of
-from mjnav.loop.faults.fault import fault_events
-from mjnav.loop.given_decision import given_decision
-from mjnav.loop.log_path import log_path
+from mjnav.loop.events import ABORTED, Events, Referee, warnings_of
+from mjnav.loop.faults import fault_events
+from mjnav.loop.onboard.commands import given_decision
 from mjnav.loop.onboard.navigator import Navigator
 from mjnav.loop.pacer import Start, Stopwatch
-from mjnav.loop.prepare import as_scenario
-from mjnav.loop.provenance.run_info import run_info
-from mjnav.loop.referee import ABORTED, Referee
+from mjnav.loop.prepare import as_scenario, log_path
+from mjnav.loop.provenance import run_info
 from mjnav.loop.result import Result, result_of
 from mjnav.loop.run_record import RunRecord
 from mjnav.loop.tick import Tick
-from mjnav.loop.without_robot import with_detour
-from mjnav.messages import (
-    Array,
-    Beliefs,
-    Decision,
-    Event,
-    Observation,
-    Reading,
-    Trajectory,
-    WorldState,
-)
-from mjnav.metrics.fault import sees_robot
+from mjnav.messages import Array, Beliefs, Decision, Event, Observation, Reading, TickRecord, Trajectory, WorldState
 from mjnav.metrics.own import OwnMetrics
+from mjnav.metrics.safety import sees_robot
+from mjnav.metrics.social import detour
+from mjnav.plugins import BehaviourPlugin
+from mjnav.recording.live import LiveServer
 from mjnav.recording.write.writer import Recorder
-from mjnav.scenarios.spec import Scenario
+from mjnav.scenarios.ranges import MAX_LENGTH
+from mjnav.scenarios.spec import Person, Scenario
 from mjnav.world.engine import DivergedError
 from mjnav.world.simulator import Simulator
+
+
+@dataclass(frozen=True, slots=True)
+class Attached:
+    """A watcher, live clients, a thread for the log, a stopwatch of its own.
+
+    `watch` sees every tick before the world moves on, and the clients of `live` get what a log gets. `cones` also
+    computes the samples that are logged when no log is written; a log that is `threaded` is written on a thread.
+    """
+
+    watch: Callable[[TickRecord], None] = lambda record: None
+    live: LiveServer | None = None
+    cones: bool = False
+    threaded: bool = False
+    stopwatch: Stopwatch | None = None
+
+
+def branched(state: Mapping[str, Any], messages: Iterable[object]) -> dict[str, Any]:
+    """A deep copy of a simulation's parts by name, which shares `messages`: they never change.
+
+    Raises InputError where an object of the user's own cannot be copied.
+    """
+    advice = (
+        "objects of your own in a simulation need to be ones that copy.deepcopy can copy, or have a method __deepcopy__"
+    )
+    with own_code(lambda error: InputError(f"copy(): {said(error)}; {advice}"), MjnavError):
+        return deepcopy(dict(state), {id(message): message for message in messages})
+
+
+FAR = (-MAX_LENGTH, -MAX_LENGTH, 0.0)  # where the robot stands, at the end of all coordinates
+
+
+def people_without_robot(scenario: Scenario, seed: int, ticks: int) -> Array:
+    """Where the people are at the times of the ticks, (ticks + 1, P, 2) [m], if there is no robot.
+
+    The robot stands where nobody meets it, and nobody sees it; for behaviours of a user's own, which may rely on
+    knowing where it is, it is far away. Raises what a behaviour raises, and DivergedError.
+    """
+    alone = replace(
+        scenario,
+        robot=replace(scenario.robot, start=FAR),
+        people=tuple(_unseeing(person) for person in scenario.people),
+    )
+    world = Simulator(alone, seed, lidar=False)
+    places: list[Array] = [world.state().people_position]
+    for _ in range(ticks):
+        world.advance(scenario.control.period, (0.0, 0.0))
+        places.append(world.state().people_position)
+    return np.array(places)
+
+
+def with_detour(result: Result, scenario: Scenario) -> Result:
+    """The result of a run with what the robot cost the people; a fault where they cannot be run without it."""
+    if not scenario.people:
+        return result
+    try:
+        alone = people_without_robot(scenario, scenario.seed, len(result.trajectory.status))
+    except MjnavError as error:
+        faults = (*result.metrics.faults, f"detour: the people without the robot: {error}")
+        return replace(result, metrics=replace(result.metrics, faults=faults))
+    return replace(result, run=replace(result.run, detour=detour(result.trajectory, alone, scenario)))
+
+
+def _unseeing(person: Person) -> Person:
+    return person if isinstance(person.behaviour, BehaviourPlugin) else replace(person, sees_robot=False)
 
 
 class SimulationOver(MjnavError, RuntimeError):

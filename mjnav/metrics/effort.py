@@ -1,12 +1,22 @@
-"""What the commands cost, and how long the robot had to give way."""
+"""What the commands cost, and how long the robot had to give way.
+
+How fast and how smoothly the robot moved, from its true states at the ticks.
+
+The velocity in the plane at tick k is u_k = v_k (cos theta_k, sin theta_k), with v_k the true speed along the heading.
+Acceleration and jerk are its first and second differences over the control period, a_k = (u_{k+1} - u_k) / dt and
+j_k = (a_{k+1} - a_k) / dt: what happens within a period is not seen, and turning counts. So the figures of runs at
+different control rates differ: a slower rate smooths.
+"""
+
+from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from mjnav.geometry.angles import wrap
 from mjnav.messages import Array, Trajectory
 from mjnav.metrics.progress import targets
-from mjnav.motion.diff_drive import TRACK_WIDTH
-from mjnav.motion.unicycle import integrate
+from mjnav.motion.unicycle import TRACK_WIDTH, integrate
 from mjnav.scenarios.spec import Scenario
 
 PREVIEW = 1.0  # [s] that a nominal control is followed
@@ -41,3 +51,76 @@ def time_to_avoid(trajectory: Trajectory, scenario: Scenario) -> float | None:
     keeps = given & (angle <= LEAVING_ANGLE)
     leaves = np.flatnonzero(given & ~keeps & (np.cumsum(keeps) > 0))
     return float((leaves[-1] - leaves[0] + 1) * scenario.control.period) if leaves.size else 0.0
+
+
+# [m/s] below which the robot makes no way. Two standard deviations of the default actuation noise, which also moves a
+# robot that is told to stand; Francis et al. (2023) leave the number open.
+STALLED_SPEED = 0.1
+NOT_MOVING_SPEED = 0.001  # [m/s], NOT_MOVING_TURN_RATE = 0.01 rad/s: Perez-Higueras et al. (2023), HuNavSim
+NOT_MOVING_TURN_RATE = 0.01  # [rad/s]
+
+
+@dataclass(frozen=True, slots=True)
+class Extremes:
+    """Minimum, mean and maximum over the ticks; None of nothing."""
+
+    min: float | None
+    mean: float | None
+    max: float | None
+
+
+def velocity(trajectory: Trajectory) -> Array:
+    """The robot's true velocity u_k in the plane at every state, (T + 1, 2) [m/s]."""
+    heading, v = trajectory.robot_pose[:, 2], trajectory.robot_twist[:, 0]
+    return np.column_stack([v * np.cos(heading), v * np.sin(heading)])
+
+
+def acceleration(trajectory: Trajectory) -> Array:
+    """a_k = (u_{k+1} - u_k) / dt from tick to tick, (T, 2) [m/s^2]."""
+    return np.diff(velocity(trajectory), axis=0) / np.diff(trajectory.time)[:, None]
+
+
+def jerk(trajectory: Trajectory) -> Array:
+    """j_k = (a_{k+1} - a_k) / dt, (max(T - 1, 0), 2) [m/s^3]."""
+    return np.diff(acceleration(trajectory), axis=0) / np.diff(trajectory.time)[1:, None]
+
+
+def extremes(vectors: Array) -> Extremes:
+    """Of the lengths of vectors (n, 2).
+
+    Source: Francis et al., Principles and Guidelines for Evaluating Social Robot Navigation Algorithms (2023), table 1.
+    """
+    if not len(vectors):
+        return Extremes(None, None, None)
+    size = np.hypot(vectors[:, 0], vectors[:, 1])
+    return Extremes(float(size.min()), float(size.mean()), float(size.max()))
+
+
+def stalled_time(trajectory: Trajectory) -> float:
+    """How long the robot was slower than STALLED_SPEED [s]; each tick's speed stands for the period after it.
+
+    Source: Francis et al. (2023), table 1.
+    """
+    return _time(trajectory, np.abs(trajectory.robot_twist[:, 0]) < STALLED_SPEED)
+
+
+def time_not_moving(trajectory: Trajectory) -> float:
+    """How long the robot neither drove nor turned [s]: below NOT_MOVING_SPEED and NOT_MOVING_TURN_RATE.
+
+    Source: HuNavSim, Perez-Higueras et al. (2023), after SEAN 2.0, Tsoi et al. (2022).
+    """
+    v, omega = np.abs(trajectory.robot_twist).T
+    return _time(trajectory, (v < NOT_MOVING_SPEED) & (omega < NOT_MOVING_TURN_RATE))
+
+
+def heading_change(trajectory: Trajectory) -> float:
+    """sum_k |theta_{k+1} - theta_k|, each difference in (-pi, pi] [rad].
+
+    Source: Perez-Higueras, Caballero & Merino, Int. J. of Social Robotics 10 (2018) 235.
+    """
+    return float(np.abs(wrap(np.diff(trajectory.robot_pose[:, 2]))).sum())
+
+
+def _time(trajectory: Trajectory, there: NDArray[np.bool_]) -> float:
+    """For how long a condition held at the ticks (T + 1,) [s]."""
+    return float(np.diff(trajectory.time) @ there[:-1])

@@ -1,4 +1,10 @@
-"""Social forces between the robot and the people, as HuNavSim sums them up (Perez-Higueras et al. 2023).
+"""How close the robot was to people, and for how long; distances are between surfaces [m].
+
+The spaces are those of Hall, The Hidden Dimension (1966). A person who is not there (NaN) is at no distance.
+HuNavSim (Perez-Higueras et al. 2023) measures from the robot's surface to the person's centre, which is the person's
+radius more, and gives the share of each ring alone: here social - personal, personal - intimate.
+
+Social forces between the robot and the people, as HuNavSim sums them up (Perez-Higueras et al. 2023).
 
 The force on body i from body j per unit of mass is that of Moussaid et al. (2009),
 
@@ -10,6 +16,12 @@ the person pushes it. The nearest wall, leg or pillar pushes the robot with A_o 
 
 `mjnav.motion.social_force` has this law for people's decisions, as a kernel; here it is an expression over all ticks,
 so that a log is inspected without compiled code. A test holds the two equal.
+
+What the robot cost the people: their paths and times with it against those without it, under the same seed.
+
+A person's path is compared up to the last of their waypoints that they reach in both runs, and their position at equal
+times while they are there in both. A person who leaves or comes in again is compared until then: later trips start
+where the robot is not, and differ for that reason.
 """
 
 from dataclasses import dataclass
@@ -17,10 +29,84 @@ from dataclasses import dataclass
 import numpy as np
 
 from mjnav.messages import Array, Trajectory
-from mjnav.metrics.blocks import by_blocks
-from mjnav.metrics.kinematics import velocity
+from mjnav.metrics.effort import velocity
+from mjnav.metrics.progress import by_blocks, passings
 from mjnav.metrics.safety import thing_distance
 from mjnav.scenarios.spec import Scenario
+
+INTIMATE, PERSONAL, SOCIAL = 0.45, 1.2, 3.6  # [m] outer ends of the spaces; Hall (1966)
+COMPLIANT = 0.5  # [m] from which on space is kept; Francis et al. (2023), table 1
+
+
+@dataclass(frozen=True, slots=True)
+class Proximity:
+    """Shares of the states at the ticks."""
+
+    mean_distance: float | None  # [m] from the nearest person, over the states at which somebody is there
+    compliance: float  # at least COMPLIANT from everybody
+    intimate: float  # somebody nearer than INTIMATE
+    personal: float  # nearer than PERSONAL, so at least as much as `intimate`
+    social: float  # nearer than SOCIAL
+
+
+def nearest_person(trajectory: Trajectory, scenario: Scenario) -> Array:
+    """Distance from the nearest person's surface at each state, (T + 1,) [m]; infinite where nobody is there."""
+    reach = radii(scenario)
+
+    def nearest(pose: Array, people: Array) -> Array:
+        apart = people - pose[:, None, :2]
+        distance = np.hypot(apart[..., 0], apart[..., 1]) - reach
+        return np.where(np.isnan(distance), np.inf, distance).min(axis=1, initial=np.inf)
+
+    return by_blocks(nearest, trajectory.robot_pose, trajectory.people_position)
+
+
+def radii(scenario: Scenario) -> Array:
+    """The robot's radius plus each person's, (P,) [m]."""
+    return scenario.robot.radius + np.array([person.radius for person in scenario.people])
+
+
+def proximity(trajectory: Trajectory, scenario: Scenario) -> Proximity | None:
+    """How close the robot was to the nearest person; None in a scene without people."""
+    if not scenario.people:
+        return None
+    distance = nearest_person(trajectory, scenario)
+    there = np.isfinite(distance)
+    return Proximity(
+        mean_distance=float(distance[there].mean()) if there.any() else None,
+        compliance=float((distance >= COMPLIANT).mean()),
+        intimate=float((distance < INTIMATE).mean()),
+        personal=float((distance < PERSONAL).mean()),
+        social=float((distance < SOCIAL).mean()),
+    )
+
+
+def min_time_to_collision(trajectory: Trajectory, scenario: Scenario) -> float | None:
+    """Least time after which robot and a person touch if both keep the velocities of the tick [s].
+
+    With r the person's position and q its velocity, both relative to the robot's, and R the radii's sum:
+    tau = (-r.q - sqrt((r.q)^2 - |q|^2 (|r|^2 - R^2))) / |q|^2 where r.q < 0 and the root is real, 0 in contact; the
+    minimum over states and people, None where nobody was ever on a collision course. Source: Francis et al. (2023),
+    table 1; Hayward, Near-miss determination through use of a scale of danger (1972).
+    """
+    reach = radii(scenario)
+
+    def least(pose: Array, own: Array, people: Array, walking: Array) -> Array:
+        r, q = people - pose[:, None, :2], walking - own[:, None]
+        closing, squared = (r * q).sum(-1), (q * q).sum(-1)
+        outside = (r * r).sum(-1) - reach**2
+        root = closing**2 - squared * outside
+        meets = (closing < 0.0) & (root >= 0.0) & (outside > 0.0)
+        tau = np.full(closing.shape, np.inf)
+        # The form without cancellation: outside / (-closing + sqrt(root)) is the same.
+        np.divide(outside, np.sqrt(np.maximum(root, 0.0)) - closing, out=tau, where=meets)
+        tau[outside <= 0.0] = 0.0
+        return tau.min(axis=1, initial=np.inf)
+
+    columns = (trajectory.robot_pose, velocity(trajectory), trajectory.people_position, trajectory.people_velocity)
+    found = float(by_blocks(least, *columns).min(initial=np.inf))
+    return found if np.isfinite(found) else None
+
 
 # HuNavSim's constants, those of the library lightsfm.
 STRENGTH = 2.1  # [m/s^2] A
@@ -80,3 +166,47 @@ def pair_force(apart: Array, closing: Array) -> Array:
         turn = side * np.exp(-d / reach - (TURN_SHARPNESS * reach * theta) ** 2)
         normal = np.concatenate([-t[..., 1:], t[..., :1]], axis=-1)
         return -STRENGTH * (slow * t + turn * normal)
+
+
+@dataclass(frozen=True, slots=True)
+class Detour:
+    """Means over people; None where nobody counts."""
+
+    path_m: float | None = None  # length with the robot minus without it, to the last waypoint reached in both
+    delay_s: float | None = None  # by which this waypoint is reached later with the robot
+    displacement_m: float | None = None  # distance between the two positions at equal time, mean over time and people
+
+
+def detour(trajectory: Trajectory, undisturbed: Array, scenario: Scenario) -> Detour:
+    """Of a run against `undisturbed` (T + 1, P, 2), where the people are at the same times without the robot [m]."""
+    paths, delays, displacements = [], [], []
+    for i, person in enumerate(scenario.people):
+        with_robot, without = _first_stay(trajectory.people_position[:, i]), _first_stay(undisturbed[:, i])
+        apart = np.hypot(*(with_robot - without).T)
+        displacements.append(apart[np.isfinite(apart)])
+        reached, alone = passings(person, with_robot), passings(person, without)
+        if common := min(len(reached), len(alone)):
+            there, then = int(reached[common - 1]), int(alone[common - 1])
+            delays.append(float(trajectory.time[there] - trajectory.time[then]))
+            paths.append(_length(with_robot[: there + 1]) - _length(without[: then + 1]))
+    return Detour(_mean(np.array(paths)), _mean(np.array(delays)), _mean(np.concatenate([np.zeros(0), *displacements])))
+
+
+def _first_stay(position: Array) -> Array:
+    """The positions (T + 1, 2) until the person first goes; NaN before they come and from then on."""
+    there = np.isfinite(position[:, 0])
+    gone = np.flatnonzero(there[:-1] & ~there[1:])
+    if not gone.size:
+        return position
+    stay = position.copy()
+    stay[gone[0] + 1 :] = np.nan
+    return stay
+
+
+def _length(position: Array) -> float:
+    """Of a path through positions (n, 2), without what is not known."""
+    return float(np.nansum(np.hypot(*np.diff(position, axis=0).T)))
+
+
+def _mean(values: Array) -> float | None:
+    return float(values.mean()) if values.size else None

@@ -7,21 +7,15 @@ from math import isfinite
 import numpy as np
 
 from mjnav.messages import Trajectory
-from mjnav.metrics import (
-    arrival,
-    consistency,
-    effort,
-    fault,
-    gospa,
-    identity,
-    kidnapping,
-    kinematics,
-    progress,
-    proximity,
-    safety,
-    social,
-)
-from mjnav.scenarios.layout.oracle import is_avoidable
+from mjnav.metrics import consistency, effort, progress, safety, social
+from mjnav.metrics import consistency as kidnapping
+from mjnav.metrics import effort as kinematics
+from mjnav.metrics import progress as arrival
+from mjnav.metrics import safety as fault
+from mjnav.metrics import social as proximity
+from mjnav.metrics import tracking as gospa
+from mjnav.metrics import tracking as identity
+from mjnav.scenarios.layout.placing import is_avoidable
 from mjnav.scenarios.spec import Scenario
 
 INFEASIBLE = ("infeasible_nominal", "infeasible")

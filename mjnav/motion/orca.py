@@ -16,11 +16,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from mjnav.constraints.half_planes import nearest_within
-from mjnav.constraints.velocity_obstacle import leave_velocity_obstacle
-from mjnav.geometry.compiled import exact
+from mjnav.constraints.velocity_obstacle import leave_velocity_obstacle, nearest_within
+from mjnav.geometry.compiled import Flags, Indices, Matrix, Vector, exact
 from mjnav.geometry.floor import box_surface
-from mjnav.geometry.kernel_types import Flags, Indices, Matrix, Vector
 from mjnav.motion.neighbours import near, sort_into_cells
 
 AMONG_PEOPLE = 0.5  # alpha between people (van den Berg et al. 2011)

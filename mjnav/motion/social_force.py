@@ -35,9 +35,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from mjnav.geometry.compiled import exact
+from mjnav.geometry.compiled import Flags, Indices, Matrix, Vector, exact
 from mjnav.geometry.floor import box_surface, disc_surface
-from mjnav.geometry.kernel_types import Flags, Indices, Matrix, Vector
 from mjnav.motion.neighbours import near, sort_into_cells
 
 LOOKAHEAD_RANGE = 20.0  # [m] (libpedsim)

@@ -3,12 +3,20 @@
 Arrays in, arrays out: `sample(rng, size)` takes the generator, `logpdf(x)` is the exact density of what it draws.
 """
 
-from mjnav.noise.base import Distribution
+from mjnav.noise.base import Distribution, made
 from mjnav.noise.distributions import Empirical, Gaussian, Mixture, StudentT, Uniform, Zero
-from mjnav.noise.own import made
 from mjnav.noise.pearson import Pearson, pearson_type
-from mjnav.noise.profiles import CHANNEL_MEANINGS, CHANNELS, NOISE_WINDOW, describe_profiles, profile, profile_names
-from mjnav.noise.registry import NamedDistribution, make_distribution, names
+from mjnav.noise.profiles import (
+    CHANNEL_MEANINGS,
+    CHANNELS,
+    NOISE_WINDOW,
+    NamedDistribution,
+    describe_profiles,
+    make_distribution,
+    names,
+    profile,
+    profile_names,
+)
 
 __all__ = [
     "CHANNELS",

@@ -12,7 +12,7 @@ from mjnav.constant import Constant
 from mjnav.errors import InvalidValue
 from mjnav.messages import Array
 from mjnav.noise.base import MOST, Mean, OnRealLine, Size, Spread
-from mjnav.noise.pearson_laws import HALF_LOG_2PI, StudentLaw
+from mjnav.noise.pearson import HALF_LOG_2PI, StudentLaw
 
 _WEIGHT_SUM_TOLERANCE = 1e-6  # weights are written with a few digits: 0.333, 0.333, 0.334
 MAX_SAMPLES = 10_000  # a likelihood costs each of them at each of its thousands of cells

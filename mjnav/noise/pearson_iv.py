@@ -1,4 +1,12 @@
-"""Pearson's type IV with mean 0, standard deviation 1 and skew > 0; its draws come from exact rejection.
+"""The gamma function where its argument is large: what Stirling's formula leaves over.
+
+Normalising constants of densities are ratios of gamma functions. Near a boundary between two Pearson types their
+arguments grow without bound, and a difference of log gammas loses all its digits; Stirling's leading terms cancel on
+paper, and only remainders, which are small, are left to compute.
+
+The loop of type IV's rejection, compiled; every operation is rounded as written, so that a seed's draws replay.
+
+Pearson's type IV with mean 0, standard deviation 1 and skew > 0; its draws come from exact rejection.
 
 With t = (z - location)/scale, p(t) is proportional to (1 + t^2)^(-m) exp(-nu atan t) (Heinrich, A Guide to the
 Pearson Type IV Distribution, CDF/MEMO/STATISTICS/PUBLIC/6820, 2004). Here r = 2 m - 2, t0 = -nu/r is the t of the mean,
@@ -13,21 +21,69 @@ The angle psi = arg(1 + c z) has a log-concave density, largest at psi = 0, the 
 A staircase over g, found once, is the envelope: nearly every proposal is accepted, most without evaluating g.
 """
 
+import cmath
 from dataclasses import dataclass, field
-from math import atan2, inf, log, log1p, pi, sqrt
+from math import atan2, exp, inf, log, log1p, pi, sin, sqrt
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from mjnav.geometry.compiled import Indices, Matrix, Vector, exact
 from mjnav.messages import Array
 from mjnav.noise.base import Size
-from mjnav.noise.stirling import complex_log1p
-from mjnav.noise.stirling import stirling_remainder as R
+
+# B_2k / (2k (2k - 1)) for k = 1 .. 5, with Bernoulli's numbers; Abramowitz & Stegun 6.1.40.
+_SERIES = (1 / 12, -1 / 360, 1 / 1260, -1 / 1680, 1 / 1188)
+_LARGE = 12.0  # from this modulus on the first term left out is below 3e-15
+
+
+def complex_log1p(u: complex) -> complex:
+    """log(1 + u), exact also for small u."""
+    return complex(0.5 * log1p(2.0 * u.real + abs(u) ** 2), atan2(u.imag, 1.0 + u.real))
+
+
+def stirling_remainder(z: complex) -> float:
+    """Re R(z), where log Gamma(z) = (z - 1/2) log z - z + log(2 pi)/2 + R(z), for Re z > 0.
+
+    R(z) = R(z + 1) + (z + 1/2) log(1 + 1/z) - 1 leads to a modulus for which the asymptotic series is exact.
+    """
+    remainder = 0j
+    while abs(z) < _LARGE:
+        remainder += (z + 0.5) * cmath.log(1.0 + 1.0 / z) - 1.0
+        z += 1.0
+    return (remainder + sum(c / z ** (2 * k + 1) for k, c in enumerate(_SERIES))).real
+
+
+_EDGE = -1.0 + 2.0**-53
+
+
+@exact
+def accept(u: Matrix, left: Vector, high: Vector, low: Vector, area: Vector, guide: Indices, r: float, t0: float):
+    """The psi that rejection accepts of m proposals by uniform draws u (2, m), in order.
+
+    A step of the staircase is searched from `guide` on; below `low` no proposal needs g. See `pearson_iv`.
+    """
+    accepted = np.empty(u.shape[1])
+    count = 0
+    for i in range(u.shape[1]):
+        below = u[0, i] * area[-1]
+        step = guide[int(u[0, i] * len(guide))]
+        while step + 1 < len(high) and area[step + 1] <= below:
+            step += 1
+        psi = left[step] + (below - area[step]) / high[step]
+        height = u[1, i] * high[step]
+        if height > low[step]:
+            cosine = -2.0 * sin(0.5 * psi) ** 2 - t0 * sin(psi)
+            if height > exp(r * (log1p(max(cosine, _EDGE)) + t0 * psi)):
+                continue
+        accepted[count] = psi
+        count += 1
+    return accepted[:count]
+
 
 _STEPS = 256  # of the staircase, on each side of the mode
 _GUIDES = 512  # a power of two, so that k/_GUIDES is exact
 _LOG_CUT = -45.0  # log g at which the staircase may end: what it leaves out has a probability below 1e-18
-_EDGE = -1.0 + 2.0**-53
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -61,7 +117,12 @@ class TypeIVLaw:
         scale = 0.25 * sqrt(16.0 * (r - 1.0) - (skew * (r - 2.0)) ** 2)
         t0 = (r - 2.0) * skew / (4.0 * scale)
         w = complex(0.5 * r + 1.0, 0.5 * r * t0)  # m - i nu/2
-        gammas = 2.0 * R(w) - R(r + 1.0) - log(abs(w)) - 2.0 * (w * complex_log1p(-1.0 / w)).real
+        gammas = (
+            2.0 * stirling_remainder(w)
+            - stirling_remainder(r + 1.0)
+            - log(abs(w))
+            - 2.0 * (w * complex_log1p(-1.0 / w)).real
+        )
         powers = 1.5 * log(r) - (r + 0.5) * log1p(1.0 / r)
         return cls(r, t0, scale, gammas + powers - 1.0 - 0.5 * log(8.0 * pi) - log(scale))
 
@@ -91,9 +152,7 @@ class TypeIVLaw:
 
     def _accepted(self, rng: np.random.Generator, most: int) -> Array:
         """At most `most` draws of psi, seldom fewer."""
-        from mjnav.noise.rejection import (
-            accept,
-        )  # with the first draw: a compiler takes longer to load than all the rest
+        from mjnav.noise.pearson_iv import accept
 
         stairs = self.staircase
         u = rng.random((2, most + most // 8 + 4))

@@ -1,4 +1,6 @@
-"""Noise profiles: a distribution for every channel of a run.
+"""Distributions by name, as run files have them.
+
+Noise profiles: a distribution for every channel of a run.
 
 A channel's noise is added to the truth: reading = truth + noise, actual twist = command + noise.
 """
@@ -6,13 +8,47 @@ A channel's noise is added to the truth: reading = truth + noise, actual twist =
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from types import MappingProxyType
+from typing import Annotated, Any
 
 import numpy as np
 
+from mjnav.config import Variants, settled
 from mjnav.errors import unknown_name
 from mjnav.noise.base import Distribution
-from mjnav.noise.distributions import Gaussian, Mixture, Zero
+from mjnav.noise.distributions import Empirical, Gaussian, Mixture, StudentT, Uniform, Zero
 from mjnav.noise.pearson import Pearson
+from mjnav.plugins import DistributionPlugin
+
+DISTRIBUTIONS: Mapping[str, type[Any]] = MappingProxyType(
+    {
+        "pearson": Pearson,
+        "mixture": Mixture,
+        "gaussian": Gaussian,
+        "uniform": Uniform,
+        "student_t": StudentT,
+        "empirical": Empirical,
+        "zero": Zero,
+    }
+)
+# As a table: the name under `distribution`, its arguments beside it.
+NamedDistribution = Annotated[
+    Distribution, Variants("distribution", DISTRIBUTIONS, DistributionPlugin), "law of the noise"
+]
+
+
+def names() -> tuple[str, ...]:
+    """The distributions that exist."""
+    return tuple(DISTRIBUTIONS)
+
+
+def make_distribution(name: str, /, **arguments: object) -> Distribution:
+    """The distribution `name` with its arguments, which are the fields of its class.
+
+    InvalidValue names the argument that is unknown, missing, of a wrong type or impossible; its key is "distribution"
+    where the name itself is unknown.
+    """
+    return settled(NamedDistribution, {"distribution": name, **arguments})
+
 
 CHANNEL_MEANINGS: Mapping[str, str] = MappingProxyType(
     {

@@ -11,7 +11,7 @@ from collections.abc import Iterable, Mapping
 from html import escape
 from pathlib import Path
 
-from mjnav.loop.provenance.run_info import revision
+from mjnav.loop.provenance import revision
 from mjnav.paper.contrast import LEAST_RUNS
 from mjnav.paper.item import LEAST_PAIRS, TOO_FEW, Finding, Verdict
 from mjnav.paper.items import ITEMS

@@ -11,11 +11,11 @@ from typing import Any
 from matplotlib.figure import Figure
 
 from mjnav.errors import InputError
-from mjnav.loop.provenance.run_info import revision
+from mjnav.loop.provenance import revision
 from mjnav.paper.episodes import ItemRows
 from mjnav.paper.item import Finding, Verdict
 from mjnav.paper.style import DPI, style
-from mjnav.recording.export.csv_cells import neutral
+from mjnav.recording.export.csv_tables import neutral
 
 FINDINGS, DATA, PICTURE, PRINT = "findings.json", "data.csv", "figure.png", "figure.pdf"
 CORRECTION = "Holm"  # of the verdicts, for the number of an item's tests

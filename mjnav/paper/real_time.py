@@ -23,7 +23,7 @@ from mjnav.control.methods.rkhs import Rkhs
 from mjnav.errors import InvalidValue
 from mjnav.loop.episode import Episode
 from mjnav.loop.prepare import build_controller
-from mjnav.loop.realtime.crowd import crowd
+from mjnav.loop.realtime.stress import crowd
 from mjnav.messages import Array, Observation
 from mjnav.metrics.intervals import paired_bootstrap
 from mjnav.paper import style

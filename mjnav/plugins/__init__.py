@@ -14,10 +14,21 @@ from mjnav.plugins.entry import (
     PredictorPlugin,
     TrackerPlugin,
 )
-from mjnav.plugins.find import construct, find, module_of, own_parameters, parameters_type
-from mjnav.plugins.given import Given, name_of
-from mjnav.plugins.kinds import CONTROLLER, KINDS, Kind
-from mjnav.plugins.registered import Registered, refuse_clash, registered
+from mjnav.plugins.find import (
+    CONTROLLER,
+    KINDS,
+    Given,
+    Kind,
+    Registered,
+    construct,
+    find,
+    module_of,
+    name_of,
+    own_parameters,
+    parameters_type,
+    refuse_clash,
+    registered,
+)
 
 __all__ = [
     "CONTROLLER",

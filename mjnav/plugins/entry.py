@@ -9,11 +9,24 @@ from typing import Annotated, Any, ClassVar
 
 from mjnav.config import Beside, settle
 from mjnav.errors import InvalidValue
-from mjnav.plugins.find import construct, find, own_parameters, parameters_type
-from mjnav.plugins.given import Given, name_of
-from mjnav.plugins.importing import placed
-from mjnav.plugins.kinds import BEHAVIOUR, DISTRIBUTION, LOCALIZER, METRIC, PREDICTOR, TRACKER, Kind
-from mjnav.plugins.registered import refuse_clash, registered
+from mjnav.plugins.find import (
+    BEHAVIOUR,
+    DISTRIBUTION,
+    LOCALIZER,
+    METRIC,
+    PREDICTOR,
+    TRACKER,
+    Given,
+    Kind,
+    construct,
+    find,
+    name_of,
+    own_parameters,
+    parameters_type,
+    placed,
+    refuse_clash,
+    registered,
+)
 
 NUMBER = "count"  # key of a person in a run file that says how many are drawn
 

@@ -1,19 +1,221 @@
-"""From the name of a plug-in to its class, and from that and its parameters to an object."""
+"""The kinds of plug-ins: what each has to offer, how it is made, and where packages register it.
 
+Classes and objects that Python code hands over in place of a name.
+
+Imports the module of a plug-in, by its name or by its file.
+
+One folder more is searched while that one module is imported, and searched last, so that it hides no other module: the
+working folder for "package.module", the file's own for "file.py". So a module imports its neighbours at its top, not
+inside a function; a package may import its own parts anywhere.
+
+Plug-ins that installed packages register under an entry point.
+
+Names and owners are read from the packages' metadata, which imports nothing; a plug-in is imported when it is used.
+
+From the name of a plug-in to its class, and from that and its parameters to an object.
+"""
+
+import hashlib
 import inspect
-from collections.abc import Mapping
-from dataclasses import is_dataclass
+import os
+import sys
+from collections.abc import Collection, Iterator, Mapping
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass, is_dataclass
 from difflib import get_close_matches
+from functools import cache
+from importlib import import_module
+from importlib.metadata import EntryPoint, entry_points
+from importlib.util import module_from_spec, spec_from_file_location
 from pathlib import Path
-from types import ModuleType
+from types import MappingProxyType, ModuleType
 from typing import Any, TypeVar
 
 from mjnav.config import below, keys, settled
 from mjnav.errors import InputError, InvalidValue, own_code, said, unknown_name
-from mjnav.plugins.given import Given
-from mjnav.plugins.importing import imported, is_file, loaded
-from mjnav.plugins.kinds import Kind
-from mjnav.plugins.registered import refuse_clash, registered
+
+
+@dataclass(frozen=True, slots=True)
+class Kind:
+    """One kind of plug-in. Errors carry `key`, the key of a run file that names one."""
+
+    name: str  # in messages
+    key: str
+    group: str  # of entry points
+    members: tuple[str, ...]  # that a class or an object of this kind has
+    made: str  # how a class of it is called
+
+    def is_one(self, thing: Any) -> bool:
+        """Whether a class or an object has the members of this kind."""
+        return not isinstance(thing, Mapping | set) and all(
+            callable(getattr(thing, member, None)) for member in self.members
+        )
+
+    @property
+    def allowed(self) -> str:
+        """What may be named, as messages say it."""
+        return f"package.module:Class or file.py:Class, a {self.name}"
+
+
+CONTROLLER = Kind("controller", "method", "mjnav.controllers", ("decide",), "Class(robot_limits, period, parameters)")
+LOCALIZER = Kind("localizer", "", "mjnav.localizers", ("update",), "Class(scenario, seed, parameters)")
+TRACKER = Kind("tracker", "", "mjnav.trackers", ("update",), "Class(scenario, seed, parameters)")
+BEHAVIOUR = Kind(
+    "behaviour", "behaviour", "mjnav.behaviours", ("velocity",), "Class(scenario, person, rng, parameters)"
+)
+DISTRIBUTION = Kind("distribution", "distribution", "mjnav.distributions", ("sample", "logpdf"), "Class(**parameters)")
+PREDICTOR = Kind("predictor", "model", "mjnav.predictors", ("predict",), "Class(scenario, seed, parameters)")
+METRIC = Kind("metric", "", "mjnav.metrics", ("measure",), "Class(), or Class(parameters) with a parameters_type")
+KINDS = (CONTROLLER, LOCALIZER, TRACKER, PREDICTOR, BEHAVIOUR, DISTRIBUTION, METRIC)
+
+
+class Given(str):
+    """The name of a class or an object that Python code handed over, with the thing itself.
+
+    To all that reads, writes and compares scenarios it is a name: "module:Class", with "()" behind it for an object.
+    `find` takes `thing`. The name alone, as a log has it, does not lead back to an object, nor to a class of a script
+    or a notebook: those have to be given again.
+    """
+
+    thing: Any
+
+    def __new__(cls, thing: Any) -> "Given":
+        """The name of `thing`; a Given stays as it is."""
+        if isinstance(thing, Given):
+            return thing
+        kind = _kind(thing)
+        name = super().__new__(cls, f"{kind.__module__}:{kind.__qualname__}{'' if kind is thing else '()'}")
+        name.thing = thing
+        return name
+
+    def text(self) -> str:
+        """The Python text of the class or function, as far as Python has kept it."""
+        kind = _kind(self.thing)
+        found = []
+        for part in (kind, *vars(kind).values()):
+            with suppress(OSError, TypeError):  # no file, no function
+                found.append(inspect.getsource(part))
+        return "\n".join(found)
+
+    def __reduce__(self):
+        return Given, (self.thing,)
+
+    def __deepcopy__(self, memo: dict[int, Any]) -> "Given":
+        return self  # a scenario that is copied names the same object
+
+
+def name_of(thing: Any) -> str:
+    """A name as it is; of a class or an object, a `Given`."""
+    return thing if isinstance(thing, str) else Given(thing)
+
+
+def _kind(thing: Any) -> Any:
+    """The class or function itself; of an object its class."""
+    return thing if inspect.isclass(thing) or inspect.isroutine(thing) else type(thing)
+
+
+SUFFIX = ".py"
+
+
+def is_file(module: str) -> bool:
+    """Whether the part of a name before ":" is a file's."""
+    return module.endswith(SUFFIX)
+
+
+def placed(name: str, folder: str | os.PathLike[str] = "") -> str:
+    """A name "file.py:Class" with the file's absolute path, where it lies in `folder`; others as they are.
+
+    A scenario holds such names: they mean the same file when a plug-in has changed the working folder.
+    """
+    file, colon, own = name.rpartition(":")
+    path = os.path.join(folder, file)
+    if not (colon and is_file(file)) or os.path.isabs(file) or not os.path.isfile(path):
+        return name
+    return f"{os.path.abspath(path)}:{own}"
+
+
+def imported(module: str) -> ModuleType:
+    """The module "package.module" or "file.py", from its first import on the same. Raises what its code raises."""
+    if not is_file(module):
+        with _also_searched(""):
+            return import_module(module)
+    name, path = _file_module(module), os.path.abspath(module)
+    if name in sys.modules:
+        return sys.modules[name]
+    spec = spec_from_file_location(name, path)
+    if spec is None or spec.loader is None:
+        raise ImportError(f"{module} is no Python file")
+    made = sys.modules[name] = module_from_spec(spec)  # where dataclasses look up the types of their fields
+    try:
+        with _also_searched(os.path.dirname(path)):
+            spec.loader.exec_module(made)
+    except BaseException:
+        sys.modules.pop(name, None)
+        raise
+    return made
+
+
+def loaded(module: str) -> ModuleType | None:
+    """The module, where it has been imported."""
+    return sys.modules.get(_file_module(module) if is_file(module) else module)
+
+
+def _file_module(file: str) -> str:
+    """The name in `sys.modules` of a file's module: two files of one name in two folders are two modules."""
+    path = os.path.realpath(file)
+    return f"{Path(path).stem.replace('.', '_')}@{hashlib.sha256(os.fsencode(path)).hexdigest()[:8]}"
+
+
+@contextmanager
+def _also_searched(folder: str) -> Iterator[None]:
+    if folder in sys.path:  # "" is an interactive interpreter's own
+        yield
+        return
+    sys.path.append(folder)
+    try:
+        yield
+    finally:
+        with suppress(ValueError):  # the module may have changed the path too
+            sys.path.remove(folder)
+
+
+@dataclass(frozen=True, slots=True)
+class Registered:
+    """A name that a package registers: the place of its class, "package.module:Class", and the package."""
+
+    name: str
+    place: str
+    owner: str  # the package and its version
+
+
+def registered(kind: Kind) -> Mapping[str, tuple[Registered, ...]]:
+    """All that is registered of a kind, by name; more than one under a name is a clash."""
+    return _registered(kind.group, tuple(sys.path))
+
+
+@cache
+def _registered(group: str, path: tuple[str, ...]) -> Mapping[str, tuple[Registered, ...]]:
+    found: dict[str, tuple[Registered, ...]] = {}
+    for point in sorted(entry_points(group=group), key=lambda point: (point.name, _owner(point))):
+        entry = Registered(point.name, point.value.replace(" ", ""), _owner(point))
+        found[point.name] = (*found.get(point.name, ()), entry)
+    return MappingProxyType(found)
+
+
+def _owner(point: EntryPoint) -> str:
+    return f"{point.dist.name} {point.dist.version}" if point.dist is not None else "an unknown package"
+
+
+def refuse_clash(kind: Kind, name: str, shipped: Collection[str]) -> None:
+    """Raises InvalidValue where more than one registers `name`, mjnav with its `shipped` names among them."""
+    owners = [entry.owner for entry in registered(kind).get(name, ())]
+    owners = ["mjnav"] * (name in shipped) + owners
+    if len(owners) > 1:
+        allowed = (
+            f"a {kind.name} that one package registers, not {' and '.join(owners)}; package.module:Class names one"
+        )
+        raise InvalidValue(kind.key, name, allowed)
+
 
 P = TypeVar("P")
 

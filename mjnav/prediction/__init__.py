@@ -6,9 +6,7 @@ from types import MappingProxyType
 from typing import Any
 
 from mjnav.plugins import PredictorPlugin
-from mjnav.prediction.base import Crowd, Futures, Predictor, RobotNow
-from mjnav.prediction.constant_velocity import ConstantVelocity
-from mjnav.prediction.own import OwnPredictor
+from mjnav.prediction.base import ConstantVelocity, Crowd, Futures, OwnPredictor, Predictor, RobotNow
 from mjnav.scenarios.spec import Scenario
 
 __all__ = ["PREDICTORS", "Crowd", "Futures", "Predictor", "RobotNow", "make_predictor"]
@@ -16,7 +14,7 @@ __all__ = ["PREDICTORS", "Crowd", "Futures", "Predictor", "RobotNow", "make_pred
 # model -> module:Class
 PREDICTORS: Mapping[str, str] = MappingProxyType(
     {
-        "constant_velocity": "mjnav.prediction.constant_velocity:ConstantVelocity",
+        "constant_velocity": "mjnav.prediction.base:ConstantVelocity",
         "mixture": "mjnav.prediction.mixture:Mixture",
         "social_force": "mjnav.prediction.social_force:SocialForces",
     }

@@ -4,15 +4,21 @@
 
 A predictor carries M joint samples (x, y, vx, vy) of each of P people to the moment at which the decision takes effect,
 and on from there in H steps. All samples of a person count the same: a sample that is more likely is there more often.
+
+Predictors of a user's own: they get copies, and what they return is copied and checked.
+
+`constant_velocity`: every sample walks straight on, x(t) = x + t v.
 """
 
 from dataclasses import dataclass, field
-from typing import Protocol, Self
+from typing import Any, Protocol, Self
 
 import numpy as np
 
+from mjnav.errors import PluginFault
 from mjnav.messages import Array, KnownMap, Track
-from mjnav.short_repr import ShortRepr
+from mjnav.printable import ShortRepr
+from mjnav.sealed import sealed_message
 
 
 @dataclass(frozen=True, slots=True, repr=False)
@@ -74,3 +80,54 @@ class Predictor(Protocol):
     def predict(self, crowd: Crowd) -> Futures:
         """Called once a tick with the latest tracks; ticks between two readings bring the same tracks again."""
         ...
+
+
+class OwnPredictor:
+    """People by a user's predictor."""
+
+    def __init__(self, name: str, predictor: Any):
+        self._name, self._own = name, predictor
+
+    def predict(self, crowd: Crowd) -> Futures:
+        """The predictor's futures. Raises PluginFault where they are none."""
+        with PluginFault.told(self._name, "predict()"):
+            return self._futures(crowd, self._own.predict(sealed_message(crowd)))
+
+    def _futures(self, crowd: Crowd, found: Any) -> Futures:
+        if not isinstance(found, Futures):
+            raise PluginFault(f"{self._name}: predict() returned a {type(found).__name__} in place of Futures")
+        shape = (*crowd.samples.shape[:2], 2)
+        position = self._checked("position", found.position, shape)
+        velocity = self._checked("velocity", found.velocity, shape)
+        if found.ahead is None:
+            return Futures(position, velocity)
+        num = np.shape(found.ahead)[2] if np.ndim(found.ahead) == 4 else 0
+        ahead = self._checked("ahead", found.ahead, (*shape[:2], max(num, 1), 2))
+        if not 0.0 < float(found.step) < np.inf:
+            raise PluginFault(f"{self._name}: step must be a finite number > 0, not {found.step}")
+        return Futures(position, velocity, ahead, float(found.step))
+
+    def _checked(self, part: str, values: Any, shape: tuple[int, ...]) -> Array:
+        values = np.array(values, float, order="C")
+        if values.shape != shape:
+            raise PluginFault(f"{self._name}: {part} has shape {values.shape} in place of {shape}")
+        if not np.isfinite(values).all():
+            raise PluginFault(f"{self._name}: {part} holds a number that is not finite")
+        return values
+
+
+class ConstantVelocity:
+    """The default: it has no state, draws nothing, and hands on no future of its own.
+
+    What published predictors are compared with, and hard to beat over a few seconds (Schöller, Aravantinos, Lay & Knoll
+    2020, "What the Constant Velocity Model Can Teach Us About Pedestrian Motion Prediction").
+    """
+
+    def predict(self, crowd: Crowd) -> Futures:
+        """See `Predictor`."""
+        return Futures(*carry_people(crowd.samples, crowd.elapsed))
+
+
+def carry_people(samples: Array, duration: Array | float) -> tuple[Array, Array]:
+    """Positions and velocities, (..., 2) each, after `duration` [s] from samples (..., 4) of x, y, vx, vy."""
+    return samples[..., :2] + duration * samples[..., 2:], samples[..., 2:]

@@ -35,8 +35,7 @@ from math import exp
 
 import numpy as np
 
-from mjnav.geometry.compiled import kernel
-from mjnav.geometry.kernel_types import Cube, Matrix, Vector
+from mjnav.geometry.compiled import Cube, Matrix, Vector, kernel
 from mjnav.messages import Array, Track
 from mjnav.prediction.base import Crowd, Futures
 from mjnav.rng import stream

@@ -19,13 +19,11 @@ from math import ceil
 
 import numpy as np
 
-from mjnav.geometry.compiled import exact
+from mjnav.geometry.compiled import Cube, Flags, Indices, Matrix, Vector, exact
 from mjnav.geometry.floor import floor_of_map
-from mjnav.geometry.kernel_types import Cube, Flags, Indices, Matrix, Vector
 from mjnav.messages import Array, KnownMap
 from mjnav.motion.social_force import FORMS, SocialForce, accelerations
-from mjnav.prediction.base import Crowd, Futures
-from mjnav.prediction.constant_velocity import carry_people
+from mjnav.prediction.base import Crowd, Futures, carry_people
 from mjnav.scenarios.prediction import Prediction, SocialForceModel
 
 SUBSTEP = 0.2  # [s]

@@ -11,7 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.colors import to_rgba
 from matplotlib.figure import Figure
 
-from mjnav.metrics.calibration import Calibration
+from mjnav.metrics.prediction import Calibration
 
 PANEL = (4.6, 6.0)  # [inches]
 LEGEND = 2.0  # [inches]

@@ -1,23 +1,150 @@
-"""What a log holds and how its run went: `mjnav inspect` prints it, a page shows it."""
+"""How good each belief of a run was, body by body, as inspection and pages name them.
+
+The people of a scene as inspection and pages name them: how they walk, and how they take the robot.
+
+What a log holds and how its run went: `mjnav inspect` prints it, a page shows it.
+"""
 
 import os
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from itertools import pairwise
+from math import isfinite
 from typing import Any
 
 import numpy as np
 
 from mjnav.errors import InputError
-from mjnav.messages import PHASES
+from mjnav.messages import PHASES, Array, Trajectory
+from mjnav.metrics import consistency
+from mjnav.metrics.safety import sees_robot
 from mjnav.metrics.summary import summarise
 from mjnav.metrics.timing import compute_ms, quantiles
 from mjnav.recording.read.log import Log, TopicSummary, open_log
 from mjnav.recording.read.ticks import EVERY_TICK, LoggedRun
-from mjnav.report.judged_beliefs import JudgedBelief, judged_beliefs
-from mjnav.report.shown_people import ShownPerson, shown_people
 from mjnav.report.worst_moments import WorstMoment, worst_moments
-from mjnav.scenarios.spec import Scenario
+from mjnav.scenarios.people import REGULAR, Person
+from mjnav.scenarios.spec import BEHAVIOURS, Scenario
+
+
+@dataclass(frozen=True, slots=True)
+class JudgedBelief:
+    """The belief about one body; figures are None where there is none, or where they are infinite."""
+
+    body: str  # "robot", "person0"
+    by: str  # what it goes by, and the filter: "pose, particle"
+    ticks: int  # with a belief
+    rmse_m: float | None
+    nees: float | None
+    nees_interval: tuple[float, float] | None  # of the mean of as many independent errors, with probability 0.95
+    coverage: float | None
+    divergences: int
+    ess_min: float | None
+    ess_mean: float | None
+    depleted_share: float | None
+
+
+def judged_beliefs(trajectory: Trajectory, scenario: Scenario) -> list[JudgedBelief]:
+    """The robot's, then each person's: where tracks carry no name, of the tracks that figures take for the person's."""
+    robot, people = scenario.estimation.robot, scenario.estimation.obstacles
+    found = [
+        _judged(
+            "robot",
+            _by(robot.source, robot.filter, robot.localizer),
+            consistency.consistency(consistency.robot_nees(trajectory), 3, trajectory.time),
+            consistency.robot_error(trajectory),
+            trajectory.robot_ess,
+            consistency.robot_particles(trajectory, scenario),
+        )
+    ]
+    errors, nees = consistency.track_error(trajectory), consistency.people_nees(trajectory)
+    particles = np.full(len(trajectory.status), float(people.particles))
+    found += [
+        _judged(
+            f"person{i}",
+            _by(people.source, people.filter, people.tracker),
+            consistency.consistency(nees[:, i], 4, trajectory.time),
+            errors[:, i],
+            trajectory.people_ess[:, i],
+            particles,
+        )
+        for i in range(errors.shape[1])
+    ]
+    return found
+
+
+def _by(source: str, kind: str, own: object) -> str:
+    if own is not None:
+        return str(getattr(own, "name", own))
+    return source if source == "direct" else f"{source}, {kind}"
+
+
+def _judged(
+    body: str, by: str, found: consistency.Consistency, error: Array, ess: Array, particles: Array
+) -> JudgedBelief:
+    squared = (error[:, :2] ** 2).sum(axis=1)
+    squared = squared[np.isfinite(squared)]
+    return JudgedBelief(
+        body=body,
+        by=by,
+        ticks=found.ticks,
+        rmse_m=float(np.sqrt(squared.mean())) if squared.size else None,
+        nees=found.nees if found.nees is not None and isfinite(found.nees) else None,
+        nees_interval=found.nees_interval,
+        coverage=found.coverage,
+        divergences=found.divergences,
+        ess_min=consistency.least(ess),
+        ess_mean=consistency.mean(ess),
+        depleted_share=consistency.depleted_share(ess, particles),
+    )
+
+
+@dataclass(frozen=True, slots=True)
+class ShownPerson:
+    """How a person walks, takes the robot, and when they come and go."""
+
+    behaviour: str  # its name in run files
+    temperament: str
+    sees_robot: bool  # and takes account of it
+    enters_s: float
+    leaves_s: float | None
+
+    @property
+    def words(self) -> str:
+        """Behaviour, temperament where it is not the regular one, and sight, such as "orca, scared, sees the robot"."""
+        parts = [self.behaviour, *([self.temperament] if self.temperament != REGULAR else [])]
+        return ", ".join([*parts, "sees the robot" if self.sees_robot else "takes no account of the robot"])
+
+
+def shown_people(scenario: Scenario) -> list[ShownPerson]:
+    """The people of a scene, in order."""
+    return [
+        ShownPerson(_behaviour(person), person.temperament or REGULAR, sees, person.enters or 0.0, person.leaves)
+        for person, sees in zip(scenario.people, sees_robot(scenario), strict=True)
+    ]
+
+
+def _behaviour(person: Person) -> str:
+    own = type(person.behaviour)
+    return next((name for name, kind in BEHAVIOURS.items() if kind is own), getattr(person.behaviour, "name", ""))
+
+
+def people_lines(people: Sequence[ShownPerson]) -> Iterator[str]:
+    """A line for all people who are alike, such as "0, 3 to 5: orca, scared, sees the robot"."""
+    alike: dict[str, list[int]] = {}
+    for i, person in enumerate(people):
+        alike.setdefault(person.words, []).append(i)
+    for words, numbers in alike.items():
+        yield f"{', '.join(_ranges(numbers))}: {words}"
+
+
+def _ranges(numbers: Sequence[int]) -> Iterator[str]:
+    """Numbers in order as "0" and "3 to 5"."""
+    starts = [number for number in numbers if number - 1 not in numbers]
+    ends = [number for number in numbers if number + 1 not in numbers]
+    for first, last in zip(starts, ends, strict=True):
+        yield f"{first}" if first == last else f"{first} to {last}"
+
 
 NUM_SHOWN = 10  # ranges of bytes and of ticks that sentences name
 NUM_RANGES = 1000  # that are listed

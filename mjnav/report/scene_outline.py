@@ -5,10 +5,10 @@ from typing import Any
 import numpy as np
 
 from mjnav.messages import Array
-from mjnav.report.shown_people import shown_people
+from mjnav.report.inspection import shown_people
 from mjnav.scenarios.known_map import KnownBodies
-from mjnav.scenarios.routes import planned_legs
 from mjnav.scenarios.spec import Scenario, Table
+from mjnav.scenarios.ways import planned_legs
 
 
 def scene_outline(scenario: Scenario) -> dict[str, Any]:

@@ -9,7 +9,7 @@ import numpy as np
 
 from mjnav.messages import PHASES, Array
 from mjnav.metrics import consistency, progress, safety
-from mjnav.metrics.fault import touches
+from mjnav.metrics.safety import touches
 from mjnav.metrics.summary import INFEASIBLE
 from mjnav.recording.read.ticks import LoggedRun
 from mjnav.scenarios.spec import Scenario

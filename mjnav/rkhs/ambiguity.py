@@ -28,8 +28,7 @@ from math import log, sqrt
 import numpy as np
 
 from mjnav.errors import InvalidValue
-from mjnav.geometry.compiled import kernel
-from mjnav.geometry.kernel_types import Matrix, Vector
+from mjnav.geometry.compiled import Matrix, Vector, kernel
 from mjnav.messages import Array
 from mjnav.rkhs.joint_gram import joint_gram
 

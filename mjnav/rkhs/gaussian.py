@@ -17,8 +17,7 @@ from math import isfinite
 import numpy as np
 
 from mjnav.errors import InvalidValue
-from mjnav.geometry.compiled import kernel
-from mjnav.geometry.kernel_types import Matrix, Vector
+from mjnav.geometry.compiled import Matrix, Vector, kernel
 from mjnav.messages import Array
 
 FARTHEST = 8.0  # bandwidths, beyond which samples are not told apart

@@ -14,8 +14,7 @@ each: herding's first choices were made without knowledge of its last.
 import numpy as np
 
 from mjnav.errors import InvalidValue
-from mjnav.geometry.compiled import kernel
-from mjnav.geometry.kernel_types import Flags, Indices, Matrix, Vector
+from mjnav.geometry.compiled import Flags, Indices, Matrix, Vector, kernel
 from mjnav.messages import Array
 from mjnav.rkhs.joint_gram import joint_gram
 

@@ -7,8 +7,7 @@ all of them count the same in |x - y|. sigma is taken from the samples: the medi
 
 import numpy as np
 
-from mjnav.geometry.compiled import kernel
-from mjnav.geometry.kernel_types import Matrix, Vector
+from mjnav.geometry.compiled import Matrix, Vector, kernel
 from mjnav.messages import Array
 
 

@@ -1,4 +1,12 @@
-"""Checks between the parts of a scenario: bodies that overlap, goals that cannot be reached.
+"""Values of a run file that have no effect, because another value replaces them.
+
+They are refused before a run. The scenario in a log may have them, so that logs of earlier versions can be read.
+
+How much memory a run takes, estimated before it starts.
+
+Whether the robot can reach its goal between what stands in a scene.
+
+Checks between the parts of a scenario: bodies that overlap, goals that cannot be reached.
 
 A body is a disc or a rectangle seen from above. Walls may touch and cross (corners), a pillar may stand in a wall (half
 column), and bodies may touch; every other overlap is refused, but that of two people at the start: they step apart
@@ -6,16 +14,15 @@ column), and bodies may touch; every other overlap is refused, but that of two p
 meet its top.
 """
 
-from itertools import combinations
+from itertools import combinations, pairwise
+from typing import TYPE_CHECKING
 
 from mjnav.errors import InvalidValue
-from mjnav.scenarios.faults import check_kidnappings
-from mjnav.scenarios.lidar import check_lidar
-from mjnav.scenarios.routes import check_routes, check_trips
-from mjnav.scenarios.shapes import (
+from mjnav.scenarios.bodies import (
     TOUCH,
     Box,
     Disc,
+    Strip,
     leg_discs,
     met_by_people,
     met_by_robot,
@@ -23,7 +30,102 @@ from mjnav.scenarios.shapes import (
     top_box,
     wall_box,
 )
-from mjnav.scenarios.spec import Scenario
+from mjnav.scenarios.faults import check_kidnappings
+from mjnav.scenarios.latency import Latency
+from mjnav.scenarios.sensors import check_lidar
+from mjnav.scenarios.spec import Control, Scenario
+from mjnav.scenarios.ways import check_routes, check_trips
+
+if TYPE_CHECKING:
+    from mjnav.geometry.floor import FreeSpace
+
+
+def refuse_idle(scenario: Scenario) -> None:
+    """Raises InvalidValue for the first such value; a default may stand there, as `dumps` writes them all."""
+    for key in ("robot", "obstacles"):
+        choice = getattr(scenario.estimation, key)
+        if choice.source == "direct" and choice.filter != type(choice)().filter:
+            raise InvalidValue(f"estimation.{key}.filter", choice.filter, 'no filter where source is "direct"')
+    lidar = scenario.sensors.lidar
+    if lidar is not None and lidar.mixed and not scenario.sensors.scanner.beam_width:
+        raise InvalidValue("sensors.lidar.mixed", lidar.mixed, "no mixed pixels where beam_width is 0")
+    robot = scenario.estimation.robot
+    if robot.start is not None and robot.source != "lidar" and robot.localizer is None:
+        raise InvalidValue("estimation.robot.start", robot.start, 'no start where source is not "lidar"')
+    delay, latency = scenario.control.delay, scenario.control.latency
+    if latency is None:
+        return
+    if delay != Control().delay:
+        raise InvalidValue("control.delay", delay, "delay or latency, not both")
+    if latency.model == "measured" and latency.order != Latency("measured").order:
+        raise InvalidValue("control.latency.order", latency.order, 'an order for model "sampled" only')
+
+
+MAX_BYTES = 8e9  # what a small machine has
+_TICK = 256  # [bytes] of a tick's row in the trajectory: times, poses, controls, timing
+_TICK_OF_PERSON = 192  # [bytes] of each person in a tick: truth, belief and its covariance
+# [bytes] of a particle, measured with a log: state, weight, prediction, errors, likelihoods, logged data
+_PARTICLE = 300
+
+
+def check_memory(scenario: Scenario) -> None:
+    """Raises InvalidValue for a scenario that takes more than MAX_BYTES, with the key that takes most of it."""
+    num_people = len(scenario.people)
+    robot, obstacles = scenario.estimation.robot.particles, scenario.estimation.obstacles.particles
+    ticks = scenario.time_limit * scenario.control.rate
+    parts: dict[str, tuple[float, object]] = {
+        "time_limit": (
+            ticks * (_TICK + _TICK_OF_PERSON * num_people),
+            f"{scenario.time_limit:g} s: {ticks:.3g} ticks, {num_people} people",
+        ),
+        "estimation.robot.particles": (_PARTICLE * robot, robot),
+        "estimation.obstacles.particles": (
+            _PARTICLE * obstacles * num_people,
+            f"{obstacles} for each of {num_people} people",
+        ),
+    }
+    total = sum(size for size, _ in parts.values())
+    if total > MAX_BYTES:
+        key = max(parts, key=lambda part: parts[part][0])
+        allowed = f"what takes at most {MAX_BYTES / 1e9:g} GB of memory in all; this takes {total / 1e9:.3g} GB"
+        raise InvalidValue(key, parts[key][1], allowed)
+
+
+def check_robot_way(scenario: Scenario) -> None:
+    """Raises InvalidValue for the first point of the robot's route to which surely no way leads from its start.
+
+    Each point counts as reached within the goal's tolerance. A gap that is up to 0.1 m too narrow for the robot is let
+    pass: the grid does not tell it from one that is wide enough.
+    """
+    robot = scenario.robot
+    points = [robot.start[:2], *robot.route]
+    bodies = met_by_robot(scenario.walls, scenario.tables, scenario.pillars)
+    strips = [Strip(start, end, 0.0, robot.radius) for start, end in pairwise(points)]
+    if not any(strip.meets(body) for strip in strips for body in bodies):
+        return
+    cut_off = _space(scenario).first_cut_off(points, robot.radius, tolerance=robot.goal_tolerance)
+    if cut_off is not None:
+        place = max(cut_off, 1) - 1
+        allowed = f"a point to which a way leads from {points[0]}, {robot.radius:g} m clear of walls, legs and pillars"
+        raise InvalidValue(robot.route_key(place), robot.route[place], allowed)
+
+
+def robot_has_a_way(scenario: Scenario, room: float = 0.0) -> bool:
+    """Whether the robot can go from its start through its waypoints to its goal with `room` [m] on each side.
+
+    Each point of the route counts as reached within the goal's tolerance.
+    """
+    robot = scenario.robot
+    points = [robot.start[:2], *robot.route]
+    return _space(scenario).connects(points, robot.radius + room, tolerance=robot.goal_tolerance)
+
+
+def _space(scenario: Scenario) -> "FreeSpace":
+    from mjnav.geometry.floor import FreeSpace
+    from mjnav.scenarios.ways import floor_of_robot
+
+    points = [scenario.robot.start[:2], *scenario.robot.route]
+    return FreeSpace.of(floor_of_robot(scenario.walls, scenario.tables, scenario.pillars), points)
 
 
 def check(scenario: Scenario, *, routes: bool = True) -> None:

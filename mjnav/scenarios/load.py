@@ -12,16 +12,14 @@ from typing import Any
 from mjnav import config
 from mjnav.errors import InvalidValue, unknown_name
 from mjnav.output_files import path_text
-from mjnav.scenarios import files, library
-from mjnav.scenarios.check import check
-from mjnav.scenarios.crowd.people import put_crowd
-from mjnav.scenarios.files import read_regular
-from mjnav.scenarios.free_way import check_robot_way
-from mjnav.scenarios.layout.draft import draft_of
-from mjnav.scenarios.memory import check_memory
+from mjnav.scenarios import library
+from mjnav.scenarios import toml as files
+from mjnav.scenarios.check import check, check_memory, check_robot_way
+from mjnav.scenarios.crowd.importing import put_crowd
+from mjnav.scenarios.layout.placing import draft_of
 from mjnav.scenarios.overrides import Overrides, apply, overrides_of
 from mjnav.scenarios.spec import Control, Draft, Scenario
-from mjnav.scenarios.toml import parse, toml_text
+from mjnav.scenarios.toml import parse, read_regular, toml_text
 
 _LOOP = ("rate", "delay", "latency")  # keys of [control] that belong to the loop, not to the method
 _KEPT_LAYOUTS = 64  # of random scenes, in a process: all methods of a study meet one before the next

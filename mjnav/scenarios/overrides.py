@@ -9,7 +9,7 @@ from typing import Any
 
 from mjnav import config
 from mjnav.errors import InvalidValue
-from mjnav.noise.registry import DISTRIBUTIONS
+from mjnav.noise.profiles import DISTRIBUTIONS
 from mjnav.plugins import KINDS, Given
 from mjnav.scenarios.people import BEHAVIOURS
 from mjnav.scenarios.prediction import MODELS

@@ -15,7 +15,7 @@ from mjnav.errors import InvalidValue
 from mjnav.messages import RobotLimits
 from mjnav.noise import CHANNELS, Distribution, NamedDistribution, made, profile, profile_names
 from mjnav.plugins import LocalizerPlugin, MetricPlugin, TrackerPlugin
-from mjnav.plugins.importing import placed
+from mjnav.plugins.find import placed
 from mjnav.scenarios.bodies import LaneSpec as LaneSpec
 from mjnav.scenarios.bodies import Pillar as Pillar
 from mjnav.scenarios.bodies import Table as Table

@@ -6,7 +6,7 @@ from math import cos, degrees, hypot, sin
 from mjnav.scenarios.bodies import LaneSpec, Pillar, Table, Wall
 from mjnav.scenarios.people import Person
 from mjnav.scenarios.ranges import Point
-from mjnav.scenarios.routes import planned_legs
+from mjnav.scenarios.ways import planned_legs
 
 WIDTH, MAX_HEIGHT = 640, 480  # [pixels]
 MARGIN = 0.5  # [m] around all that is shown

@@ -10,8 +10,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from mjnav.loop.episode import Episode
-from mjnav.study.keep import ALL, NONE, Keep, check_kind, raise_log_fault
-from mjnav.study.store.logs import LOGS, log_name, make_logs_folder
+from mjnav.study.keep import ALL, LOGS, NONE, Keep, check_kind, log_name, make_logs_folder, raise_log_fault
 from mjnav.study.store.row import Row
 from mjnav.study.trial import Trial, cause_of, prepared
 

@@ -1,23 +1,201 @@
-"""Every key of run files and study files, with the parameters of every method: what `mjnav keys` prints.
+"""Everything that run files, study files and options may name, with a sentence each: what `mjnav list` prints.
+
+The JSON Schemas of run files and study files, with the parameters of every method.
+
+Every key of run files and study files, with the parameters of every method: what `mjnav keys` prints.
 
 The same fields and marks make the JSON Schema (`file_schema`).
 """
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from difflib import get_close_matches
+from types import MappingProxyType
 
-from mjnav import control
-from mjnav.config.reference import INDEX, KeyReference, key_references
+from mjnav import control, noise, scenarios
+from mjnav.config.reference import INDEX, KeyReference, first_line, key_references
+from mjnav.config.schema import Schema, json_schema, partial, table_schema, with_variants
 from mjnav.control import make_controller
-from mjnav.errors import InvalidValue
+from mjnav.errors import InvalidValue, unknown_name
 from mjnav.messages import RobotLimits
 from mjnav.noise import CHANNELS
-from mjnav.scenarios.layout.schema import draft_keys
-from mjnav.scenarios.spec import Control, Scenario
-from mjnav.study.study_file import StudyFile
+from mjnav.noise.profiles import DISTRIBUTIONS
+from mjnav.plugins import CONTROLLER, Kind, registered
+from mjnav.plugins.find import BEHAVIOUR, DISTRIBUTION, LOCALIZER, PREDICTOR, TRACKER
+from mjnav.scenarios.layout.resolve import draft_keys, with_draws
+from mjnav.scenarios.library import is_random
+from mjnav.scenarios.people import TEMPERAMENTS
+from mjnav.scenarios.prediction import MODELS
+from mjnav.scenarios.spec import BEHAVIOURS, ENGINES, Control, Scenario
+from mjnav.study.study_file import StudyFile, studies
+
+
+def _with_registered(kind: Kind, shipped: Mapping[str, str], prefix: str = "") -> dict[str, str]:
+    """mjnav's own, and what installed packages register, with the package's name: nothing of it is imported."""
+    found = dict(shipped)
+    for name, entries in sorted(registered(kind).items()):
+        owners = " and ".join(f"from {entry.owner} ({entry.place})" for entry in entries)
+        if prefix + name in shipped:
+            found[prefix + name] += f"; also {owners}, so that neither can be named"
+        else:
+            found[prefix + name] = owners + (", so that neither can be named" if len(entries) > 1 else "")
+    return found
+
+
+def _filters() -> dict[str, str]:
+    """The values of estimation.robot and estimation.obstacles: source with filter, or localizer and tracker."""
+    from mjnav.estimation import LOCALIZERS, TRACKERS, estimator_class
+
+    found: dict[str, str] = {}
+    for place, registry, kind in (("robot", LOCALIZERS, LOCALIZER), ("obstacles", TRACKERS, TRACKER)):
+        shipped = {f"{place}.{name}": first_line(estimator_class(path)) for name, path in registry.items()}
+        found |= _with_registered(kind, shipped, f"{place}.{kind.name}.")
+    return found
+
+
+def _topics() -> dict[str, str]:
+    """The topics of a log, with the schema of their messages."""
+    from mjnav.recording.encode.topics import topics
+    from mjnav.recording.log_format import TOPICS
+
+    schemas = {topic.name: topic.schema.name for topic in topics(scenarios.load("crossing1"))}
+    return {name: f"{text} ({schemas[name]})" for name, text in TOPICS.items()}
+
+
+def _metrics() -> dict[str, str]:
+    """The figures of a run and of `mjnav compare`, each with unit, definition and source; not the user's own."""
+    from mjnav.metrics.definitions import DERIVED, GROUPS
+
+    found = {name: f"{group}: {one.line}" for group, figures in GROUPS.items() for name, one in figures.items()}
+    return found | {name: f"compare: {one.line}" for name, one in DERIVED.items()}
+
+
+def _scenes() -> dict[str, str]:
+    """The shipped scenes; those that every seed draws anew say so."""
+    return {name: text + " (drawn by seed)" * is_random(name) for name, text in scenarios.describe()}
+
+
+# kind -> what finds its names, each with a sentence
+_KINDS: Mapping[str, Callable[[], Mapping[str, str]]] = MappingProxyType(
+    {
+        "scenes": _scenes,
+        "studies": studies,
+        "controllers": lambda: _with_registered(CONTROLLER, control.describe()),
+        "noise profiles": noise.describe_profiles,
+        "behaviours": lambda: _with_registered(
+            BEHAVIOUR, {name: first_line(kind) for name, kind in sorted(BEHAVIOURS.items())}
+        ),
+        "temperaments": lambda: TEMPERAMENTS,
+        "channels": lambda: noise.CHANNEL_MEANINGS,
+        "distributions": lambda: _with_registered(
+            DISTRIBUTION, {name: first_line(kind) for name, kind in DISTRIBUTIONS.items()}
+        ),
+        "filters": _filters,
+        "predictors": lambda: _with_registered(PREDICTOR, {name: first_line(kind) for name, kind in MODELS.items()}),
+        "engines": lambda: ENGINES,
+        "topics": _topics,
+        "metrics": _metrics,
+    }
+)
+
+
+def kinds() -> tuple[str, ...]:
+    """What there are names of."""
+    return tuple(_KINDS)
+
+
+def catalogue() -> dict[str, Mapping[str, str]]:
+    """Every kind, with its names and a sentence about each."""
+    return {kind: find() for kind, find in _KINDS.items()}
+
+
+def names(kind: str) -> Mapping[str, str]:
+    """The names of one kind, such as "scenes" or "noise profiles", with a sentence about each.
+
+    Raises InvalidValue where there is no such kind.
+    """
+    wanted = str(kind).replace("-", " ").replace("_", " ")
+    if wanted not in _KINDS:
+        raise unknown_name("kind", kind, [name.replace(" ", "-") for name in _KINDS])
+    return _KINDS[wanted]()
+
 
 _PERIOD = 1.0 / Control().rate  # [s] for which defaults are shown
+
+
+def run_schema() -> Schema:
+    """Of a run file. [control] takes the parameters of its method, and any of a user's own."""
+    schema = {"title": "mjnav run file", **with_draws(json_schema(Scenario))}
+    tables = schema["$defs"]
+    tables["Control"]["properties"]["method"] = _method(tables["Control"]["properties"]["method"])
+    defaults = {name: make_controller(name, RobotLimits(), _PERIOD).parameters for name in control.names()}
+    kinds = {name: table_schema(type(own), tables, own) for name, own in defaults.items()}
+    tables["Control"] = with_variants(tables["Control"], "method", kinds, default=Control().method)
+    trace = tables["Latency"]["properties"]["trace"]
+    description = trace.pop("description")
+    tables["Latency"]["properties"]["trace"] = {"description": description, "anyOf": [trace, {"type": "string"}]}
+    return schema
+
+
+def study_schema() -> Schema:
+    """Of a study file. What it sets are keys of a run file, and of [control] where a method sets them."""
+    schema, run = {"title": "mjnav study file", **json_schema(StudyFile)}, run_schema()
+    tables = schema["$defs"]
+    values = partial(run, "set", lambda one: one)
+    arrays = partial(run, "grid", lambda one: {"type": "array", "items": one, "minItems": 1, "uniqueItems": True})
+    for name, some in (("set", values), ("grid", arrays)):
+        tables |= some.pop("$defs")
+        own = tables[f"Control {name}"]["properties"]
+        groups = {key: one for key, one in some["properties"].items() if "$ref" in one or "anyOf" in one}
+        tables[name] = some
+        both = {key: {"anyOf": [groups[key], own[key]]} for key in groups.keys() & own.keys()}  # prediction
+        tables[f"method's {name}"] = {"type": "object", "properties": {**groups, **own, **both}}
+        for place, table in (
+            (schema["properties"], name),
+            (tables["SettingEntry"]["properties"], name),
+            (tables["MethodEntry"]["properties"], f"method's {name}"),
+        ):
+            if name in place:
+                place[name] = {"description": place[name]["description"], "$ref": f"#/$defs/{table}"}
+    tables["Search"] = _search(tables["Search"], run["$defs"]["Control"]["properties"])
+    tables |= _missing(schema, run["$defs"])
+    controller = tables["MethodEntry"]["properties"]["controller"]
+    tables["MethodEntry"]["properties"]["controller"] = _method(controller)
+    return schema
+
+
+def _search(schema: Schema, parameters: Schema) -> Schema:
+    """A search: its own keys, a draw for every parameter of a method, and tables of other keys of a run file."""
+    drawn = {key: {**_description(one), "$ref": "#/$defs/Draw"} for key, one in parameters.items() if key != "method"}
+    return {**schema, "properties": {**drawn, **schema["properties"]}, "additionalProperties": {"type": "object"}}
+
+
+def _description(schema: Schema) -> Schema:
+    return {"description": schema["description"]} if "description" in schema else {}
+
+
+def _missing(schema: Schema, definitions: Schema) -> Schema:
+    """Of `definitions`, those that a schema refers to and lacks: tables of an array that is given as a whole."""
+    found: Schema = {}
+    while missing := [name for name in _references([schema, found]) if name not in {**schema["$defs"], **found}]:
+        found |= {name: definitions[name] for name in missing}
+    return found
+
+
+def _references(part: object) -> Iterator[str]:
+    """The names of the definitions that a part of a schema refers to."""
+    for key, value in part.items() if isinstance(part, dict) else enumerate(part if isinstance(part, list) else ()):
+        if key == "$ref":
+            yield str(value).removeprefix("#/$defs/")
+        else:
+            yield from _references(value)
+
+
+def _method(schema: Schema) -> Schema:
+    """A method's name, or a user's own class."""
+    return {**schema, "anyOf": [{"enum": list(control.names())}, {"pattern": ":"}]}
+
+
 _METHOD = "control.method"
 _CHANNEL = "noise.CHANNEL"
 _GIVEN_ELSEWHERE = "preferred_speed"  # a parameter that a run file has under [robot]

@@ -16,8 +16,7 @@ from mjnav.config import Beside, Range, below, keys, settle
 from mjnav.control.registry import shipped_parameters
 from mjnav.errors import InvalidValue, unknown_name
 from mjnav.rng import stream
-from mjnav.scenarios.layout.draws import is_draw, kind_of
-from mjnav.scenarios.layout.values import ANY, check_value, draw_value
+from mjnav.scenarios.layout.values import ANY, check_value, draw_value, is_draw, kind_of
 from mjnav.scenarios.ranges import Seed
 from mjnav.scenarios.spec import Control
 

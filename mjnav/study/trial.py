@@ -12,11 +12,10 @@ from typing import Any
 from mjnav import scenarios
 from mjnav.errors import InvalidValue
 from mjnav.loop.episode import Episode
-from mjnav.loop.faults.fault import RunFault, describe_fault
-from mjnav.loop.provenance.facts import digest, provenance
-from mjnav.loop.provenance.run_info import revision
+from mjnav.loop.faults import RunFault, describe_fault
+from mjnav.loop.provenance import digest, provenance, revision
 from mjnav.loop.result import Result
-from mjnav.loop.warm_up import warm_up
+from mjnav.loop.run import warm_up
 from mjnav.metrics.effort import time_to_avoid
 from mjnav.metrics.safety import lane_clearance
 from mjnav.plugins import Plugin

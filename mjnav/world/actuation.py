@@ -2,10 +2,9 @@
 
 import numpy as np
 
-from mjnav.geometry.compiled import exact
-from mjnav.geometry.kernel_types import Matrix, Vector
+from mjnav.geometry.compiled import Matrix, Vector, exact
 from mjnav.messages import Array
-from mjnav.motion.diff_drive import command_bounds
+from mjnav.motion.unicycle import command_bounds
 from mjnav.scenarios.spec import Scenario
 from mjnav.world.draws import Draws
 

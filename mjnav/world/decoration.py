@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mjnav.messages import Array
-from mjnav.motion.diff_drive import LIDAR_HEIGHT
+from mjnav.motion.unicycle import LIDAR_HEIGHT
 from mjnav.scenarios.ranges import Point
 from mjnav.scenarios.spec import Scenario
 from mjnav.world.scene import scene_points

@@ -5,12 +5,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from mjnav.constant import Constant
-from mjnav.geometry.compiled import exact
+from mjnav.geometry.compiled import Matrix, exact
 from mjnav.geometry.floor import box_distance
-from mjnav.geometry.kernel_types import Matrix
 from mjnav.messages import Array
-from mjnav.scenarios.floor import floor_of_robot
 from mjnav.scenarios.spec import Scenario
+from mjnav.scenarios.ways import floor_of_robot
 
 
 @dataclass(frozen=True, slots=True)

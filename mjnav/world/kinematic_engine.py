@@ -1,19 +1,205 @@
-"""The world as plain kinematics: a unicycle and discs that never overlap. No forces; fast; the paper's own setting."""
+"""One step of people and robot as discs that never come closer to anything than touching.
+
+In each step people move first, in their order, then the robot. A person whose way is blocked slides along what blocks
+it, or else stays for that step; the robot stays, and may still turn.
+
+The world as plain kinematics: a unicycle and discs that never overlap. No forces; fast; the paper's own setting.
+"""
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from mjnav.geometry.angles import wrap
-from mjnav.geometry.beams import placed
-from mjnav.geometry.compiled import exact
-from mjnav.geometry.kernel_types import Indices, Matrix, Vector
+from mjnav.geometry.compiled import Indices, Matrix, Vector, exact
+from mjnav.geometry.distances import placed
+from mjnav.geometry.floor import box_distance, surface
 from mjnav.messages import Array
-from mjnav.motion.diff_drive import LIDAR_HEIGHT, wheel_speeds
+from mjnav.motion.unicycle import LIDAR_HEIGHT, wheel_speeds
 from mjnav.scenarios.spec import Scenario
 from mjnav.world.engine import ContactLog
 from mjnav.world.floor_plan import FloorPlan
-from mjnav.world.kinematic_steps import in_reach, step_people, step_robot
-from mjnav.world.lidar.casting import cast
+from mjnav.world.lidar import cast
+
+ROUNDING = 1e-12  # [m] by which a disc may come closer in a step: sliding along a wall keeps the distance but for it
+APART = 0.3  # [m/s] at which each of two people who overlap steps away from the other
+TRIES = 3  # straight on, and along each of two obstacles
+SPARE = 1e-6  # [m] by which `in_reach` looks further than anybody can get
+
+
+@exact
+def in_reach(people, room, discs, boxes):
+    """What each person may meet while nobody goes further than their `room` (P,) [m]: rows of (P, P + n + m + 1).
+
+    A row holds indices of people, discs and boxes, counted in this order, ascending, and ends with -1.
+    """
+    num_people, num_discs = len(people), len(discs)
+    found = np.empty((num_people, num_people + num_discs + len(boxes) + 1), np.int64)
+    for i in range(num_people):
+        x, y, own = people[i, 0], people[i, 1], people[i, 4] + room[i] + SPARE
+        count = 0
+        for j in range(num_people):
+            reach = own + people[j, 4] + room[j]
+            if j != i and abs(people[j, 0] - x) < reach and abs(people[j, 1] - y) < reach:
+                found[i, count] = j
+                count += 1
+        for j in range(num_discs):
+            reach = own + discs[j, 2]
+            if abs(discs[j, 0] - x) < reach and abs(discs[j, 1] - y) < reach:
+                found[i, count] = num_people + j
+                count += 1
+        for j in range(len(boxes)):
+            if box_distance(x, y, boxes[j]) < own:
+                found[i, count] = num_people + num_discs + j
+                count += 1
+        found[i, count] = -1
+    return found
+
+
+@exact
+def step_people(people, desired, robot, robot_radius, discs, boxes, timestep, nearby, first_touch, step):
+    """Moves people (P, 5), x, y, vx, vy, radius, in place; NaN is somebody who is not there.
+
+    `nearby` is what they may meet, of `in_reach`. first_touch (P + ...,) receives `step` for each person who met the
+    robot for the first time. Returns whether some overlapped and were moved apart, beyond the way that they wanted.
+    """
+    overlap, num_people = False, len(people)
+    for i in range(num_people):
+        if np.isnan(people[i, 0]):
+            continue
+        dx, dy = desired[i, 0] * timestep, desired[i, 1] * timestep
+        people[i, 2], people[i, 3] = 0.0, 0.0
+        for attempt in range(TRIES):
+            nx, ny, robot_met = _obstacle(i, dx, dy, people, robot, robot_radius, discs, boxes, nearby[i])
+            if robot_met and first_touch[i] < 0:
+                first_touch[i] = step
+            if nx == 0.0 and ny == 0.0:
+                people[i, 0] += dx
+                people[i, 1] += dy
+                people[i, 2] = desired[i, 0] if attempt == 0 else dx / timestep
+                people[i, 3] = desired[i, 1] if attempt == 0 else dy / timestep
+                break
+            inward = dx * nx + dy * ny
+            dx -= inward * nx
+            dy -= inward * ny
+        for j in nearby[i]:
+            if j < 0 or j >= i:
+                break
+            reach, x, y = people[i, 4] + people[j, 4], people[i, 0] - people[j, 0], people[i, 1] - people[j, 1]
+            if abs(x) < reach and abs(y) < reach and np.hypot(x, y) < reach - 1e-9:
+                overlap = True
+    if overlap:
+        _step_apart(people, robot, robot_radius, discs, boxes, timestep)
+    return overlap
+
+
+@exact
+def _step_apart(people, robot, robot_radius, discs, boxes, timestep):
+    """People who overlap, as some do at the start, go apart along the line of centres as far as there is room.
+
+    Each goes half of the overlap, at APART at most. Two at one point go along y, the first of them to the right of x.
+    """
+    nearby = in_reach(people, np.full(len(people), np.inf), discs, boxes)
+    for i in range(len(people)):
+        for j in range(i):
+            x, y = people[i, 0] - people[j, 0], people[i, 1] - people[j, 1]
+            distance = np.hypot(x, y)
+            missing = people[i, 4] + people[j, 4] - distance
+            if not missing > 0.0:
+                continue
+            x, y = (x / distance, y / distance) if distance > 0.0 else (0.0, 1.0)
+            share = min(0.5 * missing, APART * timestep)
+            for who, sign in ((i, share), (j, -share)):
+                nx, ny, _ = _obstacle(who, sign * x, sign * y, people, robot, robot_radius, discs, boxes, nearby[who])
+                if nx == 0.0 and ny == 0.0:
+                    people[who, 0] += sign * x
+                    people[who, 1] += sign * y
+
+
+@exact
+def _obstacle(i, dx, dy, people, robot, robot_radius, discs, boxes, nearby):
+    """What of all that is `nearby` person i would come closer to than touching by moving (dx, dy).
+
+    The unit vector towards it, of several towards the one that the person would overlap most; (0, 0) where the way is
+    free. And whether the robot is among them.
+    """
+    x, y, radius = people[i, 0], people[i, 1], people[i, 4]
+    nx, ny, deepest, robot_met = 0.0, 0.0, 0.0, False
+    num_people, num_discs = len(people), len(discs)
+    for place in range(-1, len(nearby)):
+        j = -1 if place < 0 else nearby[place]
+        if place >= 0 and j < 0:
+            break
+        if j >= num_people + num_discs:
+            box = j - num_people - num_discs
+            missing, before = radius - box_distance(x + dx, y + dy, boxes[box]), box_distance(x, y, boxes[box])
+            if missing > deepest and before > radius - missing + ROUNDING:
+                _, away_x, away_y = surface(x, y, discs[:0], boxes[box : box + 1])
+                nx, ny, deepest = -away_x, -away_y, missing
+            continue
+        if j < 0:
+            cx, cy, reach = robot[0], robot[1], radius + robot_radius
+        elif j < num_people:
+            cx, cy, reach = people[j, 0], people[j, 1], radius + people[j, 4]
+        else:
+            k = j - num_people
+            cx, cy, reach = discs[k, 0], discs[k, 1], radius + discs[k, 2]
+        if not (abs(cx - x - dx) < reach and abs(cy - y - dy) < reach):
+            continue
+        missing, before = reach - np.hypot(cx - x - dx, cy - y - dy), np.hypot(cx - x, cy - y)
+        if missing > 0.0 and before > reach - missing + ROUNDING:
+            robot_met = robot_met or j < 0
+            if missing > deepest:
+                nx, ny, deepest = (cx - x) / before, (cy - y) / before, missing
+    return nx, ny, robot_met
+
+
+@exact
+def step_robot(
+    robot: Vector,
+    radius: float,
+    people: Matrix,
+    discs: Matrix,
+    boxes: Matrix,
+    v: float,
+    omega: float,
+    timestep: float,
+    wheel: tuple[float, float],
+    first_touch: Indices,
+    step: int,
+):
+    """Moves the robot (7,), x, y, yaw, wheel angles, v, omega, in place; `wheel` is wheel speed per v and per omega.
+
+    first_touch (P + n + m,) receives `step` for each person, disc and box that it meets for the first time.
+    """
+    x, y, half = robot[0], robot[1], 0.5 * omega * timestep
+    # The unicycle's exact arc, as in mjnav.motion.unicycle.
+    chord = v * timestep * (np.sin(half) / half if abs(half) > 1e-9 else 1.0)
+    new_x, new_y = x + chord * np.cos(robot[2] + half), y + chord * np.sin(robot[2] + half)
+    blocked = False
+    for j in range(len(people) + len(discs)):
+        k = j - len(people)
+        cx, cy, other = (people[j, 0], people[j, 1], people[j, 4]) if k < 0 else (discs[k, 0], discs[k, 1], discs[k, 2])
+        if not (abs(new_x - cx) < radius + other and abs(new_y - cy) < radius + other):
+            continue
+        distance = np.hypot(new_x - cx, new_y - cy)
+        if distance < radius + other and distance < np.hypot(x - cx, y - cy):
+            blocked = True
+            if first_touch[j] < 0:
+                first_touch[j] = step
+    for j in range(len(boxes)):
+        distance = box_distance(new_x, new_y, boxes[j])
+        if distance < radius and distance < box_distance(x, y, boxes[j]):
+            blocked = True
+            if first_touch[len(people) + len(discs) + j] < 0:
+                first_touch[len(people) + len(discs) + j] = step
+    if blocked:
+        v = 0.0
+    else:
+        robot[0], robot[1] = new_x, new_y
+    robot[2] += omega * timestep
+    robot[3] += (v * wheel[0] - omega * wheel[1]) * timestep
+    robot[4] += (v * wheel[0] + omega * wheel[1]) * timestep
+    robot[5], robot[6] = v, omega
 
 
 class KinematicEngine:

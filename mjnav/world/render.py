@@ -1,18 +1,31 @@
-"""Pictures of a scene without a screen."""
+"""OpenGL without a screen: EGL or OSMesa, whichever is there.
+
+The camera that sees a whole scene.
+
+The scene for pictures: a model with all its decoration, put into any state of either engine.
+
+Pictures of a scene without a screen.
+"""
 
 # pyright: reportAttributeAccessIssue=false
 # mujoco's compiled modules carry no types.
 
+import os
+import subprocess
+import sys
+from functools import cache
+from importlib import import_module
+from math import tan
 from typing import Any, Self
 
 import mujoco
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from mjnav.errors import InputError
 from mjnav.messages import Array, WorldState
-from mjnav.scenarios.routes import planned_legs
 from mjnav.scenarios.spec import Scenario
-from mjnav.world.camera import AZIMUTH, ELEVATION, overview
+from mjnav.scenarios.ways import planned_legs
 from mjnav.world.decoration import (
     draw_detections,
     draw_fan,
@@ -23,9 +36,116 @@ from mjnav.world.decoration import (
     draw_trail,
     draw_ways,
 )
-from mjnav.world.offscreen import open_context
-from mjnav.world.scene import scene_points
-from mjnav.world.stage import Stage
+from mjnav.world.mujoco_engine import AWAY
+from mjnav.world.scene import compose, scene_points
+
+BACKENDS = ("egl", "osmesa")  # EGL first: it may have a graphics card behind it
+PROBE_TIMEOUT = 60.0  # [s]
+
+_ADVICE = "on Debian install libegl1 and libgl1-mesa-dri, or libosmesa6"
+
+
+def open_context(width: int, height: int) -> Any:
+    """An OpenGL context of MuJoCo's, to be used within its `as_current()` and freed; `width` and `height` in pixels.
+
+    The variable MUJOCO_GL may name egl or osmesa; otherwise it is what works. Raises InputError where nothing does.
+    """
+    backend = _backend(os.environ.get("MUJOCO_GL", "").lower())
+    try:
+        context = import_module(f"mujoco.{backend}").GLContext(width, height)
+        with context.as_current():  # shows that it works; left current, it would keep a window from opening
+            pass
+    except Exception as error:  # which class depends on what is missing: library, driver or display
+        raise InputError(f"cannot draw without a screen ({backend}): {error}; {_ADVICE}") from error
+    return context
+
+
+@cache
+def _backend(asked: str) -> str:
+    """The backend asked for, or else the first one with which another process can draw.
+
+    A backend that fails leaves libraries loaded on which the next one fails, so each is tried in another process.
+    """
+    if asked in BACKENDS:
+        return asked
+    for backend in BACKENDS:
+        code = f"from mujoco.{backend} import GLContext as C; c = C(8, 8); c.make_current(); c.free()"
+        command = [sys.executable, "-P", "-c", code]
+        probe = subprocess.run(command, capture_output=True, timeout=PROBE_TIMEOUT, check=False)
+        if probe.returncode == 0:
+            return backend
+    raise InputError(f"cannot draw without a screen: neither EGL nor OSMesa works; {_ADVICE}")
+
+
+AZIMUTH, ELEVATION = 90.0, -50.0  # [deg] where the camera looks
+_TALLEST = 1.7  # [m] a person's head
+
+
+def overview(
+    floor: Array, aspect: float, *, azimuth: float = AZIMUTH, elevation: float = ELEVATION
+) -> mujoco.MjvCamera:
+    """A camera just far enough away that everything above the points `floor` (n, 2) [m] is in the picture.
+
+    `aspect` is the picture's width over its height; azimuth and elevation [deg] say where the camera looks.
+    """
+    low, high = floor.min(0) - 0.3, floor.max(0) + 0.3
+    corners = np.array([(x, y, z) for x in (low[0], high[0]) for y in (low[1], high[1]) for z in (0.0, _TALLEST)])
+    a, e = np.radians(azimuth), np.radians(elevation)
+    ahead = np.array([np.cos(e) * np.cos(a), np.cos(e) * np.sin(a), np.sin(e)])
+    right = np.array([np.sin(a), -np.cos(a), 0.0])
+    up = np.cross(right, ahead)
+    tan_y = tan(0.5 * FIELD_OF_VIEW)
+    tan_x = tan_y * aspect
+    centre, distance = corners.mean(0), 0.0
+    # Moving the centre along the picture's height until the room above and below is equal.
+    for _ in range(20):
+        offset = corners - centre
+        depth, x, y = offset @ ahead, offset @ right, offset @ up
+        distance = float(np.max(np.maximum(np.abs(x) / tan_x, np.abs(y) / tan_y) - depth))
+        seen = y / (distance + depth)
+        centre = centre + 0.5 * (seen.max() + seen.min()) * distance * up
+    camera = mujoco.MjvCamera()
+    camera.type = mujoco.mjtCamera.mjCAMERA_FREE
+    camera.lookat, camera.azimuth, camera.elevation, camera.distance = centre, azimuth, elevation, 1.02 * distance
+    return camera
+
+
+FIELD_OF_VIEW = 0.6  # [rad] vertical
+_QUICK = 2048, 4  # shadow map's side [pixels], samples a pixel; a third of the time a picture
+_WALL = (0.95, 0.93, 0.88, 0.55)  # people behind a wall or below a table stay visible
+_TABLE_TOP = (0.66, 0.45, 0.27, 0.55)
+
+
+class Stage:
+    """A model of the scenario that is drawn and not simulated. `model` and `data` are MuJoCo's."""
+
+    def __init__(self, scenario: Scenario, *, size: tuple[int, int] = (640, 480), quick: bool = False):
+        """`size` [pixels] is the largest picture that will be drawn off screen; `quick` drawing has coarser edges."""
+        spec = compose(scenario)
+        spec.visual.global_.offwidth, spec.visual.global_.offheight = size
+        spec.visual.global_.fovy = float(np.degrees(FIELD_OF_VIEW))
+        if quick:
+            spec.visual.quality.shadowsize, spec.visual.quality.offsamples = _QUICK
+        spec.material("wall").rgba = _WALL
+        for i in range(len(scenario.tables)):
+            spec.material(f"table{i}/wood").rgba = _TABLE_TOP
+        self.model = spec.compile()
+        self.data = mujoco.MjData(self.model)
+        self._scenario = scenario
+
+    def place(self, state: WorldState) -> None:
+        """Puts robot and people where they are in `state`."""
+        data = self.data
+        x, y, heading = state.robot_pose
+        half = 0.5 * heading
+        data.time = state.time
+        data.joint("robot/free").qpos = [x, y, 0.0, np.cos(half), 0.0, 0.0, np.sin(half)]
+        positions = np.nan_to_num(state.people_position, nan=AWAY)  # out of the picture
+        for i, (person, position) in enumerate(zip(self._scenario.people, positions, strict=True)):
+            for axis, now, start in zip("xy", position, person.start, strict=True):
+                data.joint(f"person{i}/{axis}").qpos = now - start
+        mujoco.mj_forward(self.model, data)
+
 
 _MAX_GEOMS = 20_000
 

@@ -4,13 +4,11 @@ import numpy as np
 
 from mjnav.geometry.angles import wrap
 from mjnav.messages import Reading
-from mjnav.motion.diff_drive import twist_of_wheels
-from mjnav.motion.unicycle import integrate
+from mjnav.motion.unicycle import integrate, twist_of_wheels
 from mjnav.scenarios.spec import Scenario
-from mjnav.world.draws import Draws
+from mjnav.world.draws import NEVER, Draws
 from mjnav.world.engine import Engine
-from mjnav.world.grid import NEVER
-from mjnav.world.lidar.scanner import scanner
+from mjnav.world.lidar import scanner
 
 _ROBOT_CHANNELS = ("odometry.v", "odometry.omega", "gyro", "pose.x", "pose.y", "pose.theta")
 

@@ -14,11 +14,9 @@ from mjnav.noise import NOISE_WINDOW
 from mjnav.scenarios.people import PERIOD
 from mjnav.scenarios.spec import Scenario
 from mjnav.world.actuation import Actuation
+from mjnav.world.draws import Grid, whole_steps
 from mjnav.world.engine import Engine
-from mjnav.world.faults.kidnapping import Kidnappings
-from mjnav.world.faults.sensors import FaultySensors
-from mjnav.world.faults.wheels import FaultyWheels
-from mjnav.world.grid import Grid, whole_steps
+from mjnav.world.faults import FaultySensors, FaultyWheels, Kidnappings
 from mjnav.world.people.pedestrians import Pedestrians
 from mjnav.world.sensors import NoisySensors
 

@@ -11,10 +11,9 @@ from typing import Any, Self
 from mjnav.errors import InputError
 from mjnav.messages import Array, WorldState
 from mjnav.scenarios.spec import Scenario
-from mjnav.world.camera import overview
 from mjnav.world.decoration import draw_route, draw_trail
+from mjnav.world.render import Stage, overview
 from mjnav.world.scene import scene_points
-from mjnav.world.stage import Stage
 
 CLOSING_TIME = 5.0  # [s] that the window gets to end in order
 _ASPECT = 1.5  # of the window, roughly

@@ -15,7 +15,8 @@ from foxglove_schemas_protobuf.SceneUpdate_pb2 import SceneUpdate
 from mcap.writer import MCAP0_MAGIC
 
 from mjnav.recording import Recorder
-from mjnav.recording.read.budget import CONTENTS, FREE_CONTENTS
+from mjnav.recording.read.records import CONTENTS_PER_BYTE as CONTENTS
+from mjnav.recording.read.records import FREE_CONTENTS
 from tests.recording.conftest import MadeUpRun, make_scenario
 from tests.recording.mutated_logs import CHUNK, MESSAGE, Record, joined, split
 

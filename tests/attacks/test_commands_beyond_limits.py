@@ -10,7 +10,7 @@ from mjnav import scenarios
 from mjnav.control.parameters import Parameters
 from mjnav.messages import Decision, RobotLimits, Status
 from mjnav.metrics.summary import summarise
-from mjnav.motion.diff_drive import command_bounds
+from mjnav.motion.unicycle import command_bounds
 
 SCENE = """
 schema = 1

@@ -13,8 +13,7 @@ import pytest
 
 from mjnav import load_scenario
 from mjnav.errors import InvalidValue
-from mjnav.recording.front_door import why_refused
-from mjnav.recording.live import LiveServer
+from mjnav.recording.live import LiveServer, why_refused
 from tests.recording.conftest import make_scenario
 
 pytest.importorskip("foxglove", reason="foxglove-sdk is not installed")

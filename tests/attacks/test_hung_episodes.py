@@ -11,7 +11,7 @@ import pytest
 from mjnav.study.cells import resolve
 from mjnav.study.store.store import Store
 from mjnav.study.study_file import load_study
-from mjnav.study.sweep.in_thread import run_in_thread
+from mjnav.study.sweep.schedulers import run_in_thread
 from mjnav.study.sweep.sweep import trials
 from tests.hanging_controllers import HANGING
 

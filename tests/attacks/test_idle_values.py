@@ -9,7 +9,7 @@ from mjnav.cli.main import main
 from mjnav.control import names
 from mjnav.loop.episode import Episode
 from mjnav.loop.prepare import load_scenario
-from mjnav.loop.provenance.run_info import run_info
+from mjnav.loop.provenance import run_info
 from mjnav.recording import Recorder
 from mjnav.scenarios import dumps
 

@@ -16,7 +16,7 @@ from numba.core import event
 recorder = event.RecordingListener()
 event.register("numba:compile", recorder)
 from mjnav.geometry.compiled import load_kernels
-from mjnav.motion.rows import integrate_rows
+from mjnav.motion.unicycle import integrate_rows
 load_kernels()
 moved = integrate_rows(np.array([[0.0, 0.0, 3.0]]), np.array([1.0]), np.array([1.0]), 1.0)
 compiled = {e.data["dispatcher"].py_func.__name__ for _, e in recorder.buffer if e.is_start}

@@ -148,7 +148,7 @@ def test_another_mjnav_and_another_code_path_on_the_same_machine_are_told(copy, 
     source, another = Path(mjnav.__file__).parents[1], tmp_path / "another"
     for part in ("mjnav", "models", "runs"):
         shutil.copytree(source / part, another / part, ignore=shutil.ignore_patterns("out", "*.nbi", "*.nbc"))
-    with open(another / "mjnav/geometry/heading.py", "a") as file:
+    with open(another / "mjnav/geometry/angles.py", "a") as file:
         file.write("# another comment\n")
     processor = os.environ.get("NUMBA_CPU_NAME", "host")
     told = [

@@ -14,7 +14,7 @@ from mcap.writer import Writer
 
 import mjnav
 from mjnav.printable import printable
-from mjnav.recording.export.csv_cells import neutral
+from mjnav.recording.export.csv_tables import neutral
 from mjnav.scenarios import dumps, load
 
 HOSTILE = "[red]\x1b]0;owned\x07\x1b[2J\x9b31m\u202eabc\u200b\u2066\x7f\x08"

@@ -12,8 +12,7 @@ from time import process_time
 
 import numpy as np
 
-from mjnav.scenarios.lidar import LidarSpec
-from mjnav.scenarios.lidar_models import LIDARS
+from mjnav.scenarios.sensors import LIDARS, LidarSpec
 from mjnav.scenarios.spec import ConstantVelocity, Noise, Person, Physics, Pillar, Robot, Scenario, Sensors, Table, Wall
 from mjnav.world.simulator import Simulator
 

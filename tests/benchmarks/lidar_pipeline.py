@@ -14,11 +14,11 @@ from time import process_time
 import numpy as np
 
 from mjnav.estimation import make_localizer, make_tracker
-from mjnav.estimation.assumed import assumed_noise
+from mjnav.estimation.base import assumed_noise
 from mjnav.estimation.lidar.likelihood_field import LikelihoodField
 from mjnav.loop.prepare import load_scenario
-from mjnav.scenarios.floor import floor_of_lidar
 from mjnav.scenarios.spec import Person, Scenario, Waypoints
+from mjnav.scenarios.ways import floor_of_lidar
 from mjnav.world.simulator import Simulator
 
 # beams, particles of the pose, particles of each person, people; the second row is the budget's

@@ -13,8 +13,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from mjnav.loop.prepare import load_scenario
-from mjnav.loop.realtime.crowd import crowd
-from mjnav.loop.realtime.shuttle import shuttling
+from mjnav.loop.realtime.stress import crowd, shuttling
 from mjnav.loop.run import run
 from mjnav.scenarios.spec import Scenario
 

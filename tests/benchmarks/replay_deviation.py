@@ -13,11 +13,9 @@ import numpy as np
 
 from mjnav.cli.terminal.tables import print_table
 from mjnav.messages import Array
-from mjnav.scenarios.crowd.importing import import_crowd
-from mjnav.scenarios.crowd.people import in_window, people_of
+from mjnav.scenarios.crowd.importing import import_crowd, in_window, people_of
 from mjnav.scenarios.crowd.spec import Crowd
-from mjnav.scenarios.crowd.spline import TrackSplines
-from mjnav.scenarios.crowd.tracks import Track
+from mjnav.scenarios.crowd.tracks import Track, TrackSplines
 from mjnav.scenarios.load import loads
 from mjnav.scenarios.spec import Scenario
 from mjnav.scenarios.toml import toml_text

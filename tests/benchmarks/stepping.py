@@ -15,8 +15,8 @@ from time import perf_counter
 
 from mjnav.loop.episode import Episode
 from mjnav.loop.prepare import load_scenario
+from mjnav.loop.run import warm_up
 from mjnav.loop.simulation import Simulation
-from mjnav.loop.warm_up import warm_up
 from mjnav.scenarios.spec import Scenario
 
 BRANCHES = 30

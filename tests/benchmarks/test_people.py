@@ -12,10 +12,7 @@ import numpy as np
 import pytest
 
 from mjnav.messages import WorldState
-from mjnav.scenarios.people import PERIOD
-from mjnav.scenarios.people.avoiding import Diagonal
-from mjnav.scenarios.people.temperament import TEMPERAMENTS
-from mjnav.scenarios.people.trips import Trip
+from mjnav.scenarios.people import PERIOD, TEMPERAMENTS, Diagonal, Trip
 from mjnav.scenarios.spec import Orca, Person, Physics, Pillar, Robot, Scenario, SocialForce, Wall, Waypoints
 from mjnav.world.kinematic_engine import KinematicEngine
 from mjnav.world.people.pedestrians import Pedestrians

@@ -21,13 +21,11 @@ import numpy as np
 
 from mjnav.estimation import TRACKERS, estimator_class
 from mjnav.estimation.base import FilterSettings
-from mjnav.estimation.imm import ImmPersonFilter
 from mjnav.estimation.lidar.kalman_tracker import GaussianTrackFilter
 from mjnav.estimation.lidar.track_filter import ParticleTrackFilter
 from mjnav.estimation.lidar.tracker import LidarTracker, MakeFilter
-from mjnav.estimation.person_filter import KalmanPersonFilter
-from mjnav.estimation.person_motion import PersonMotion
-from mjnav.estimation.stop_and_go import StopAndGo
+from mjnav.estimation.person_filter import ImmPersonFilter, KalmanPersonFilter
+from mjnav.estimation.person_motion import PersonMotion, StopAndGo
 from mjnav.estimation.tracker import ParticleTracker
 from mjnav.messages import Array, Detection, Reading, RobotBelief
 from mjnav.noise import profile

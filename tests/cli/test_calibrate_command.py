@@ -8,7 +8,7 @@ import signal
 import pytest
 
 from mjnav import scenarios
-from mjnav.study.calibration.calibrate import SETTINGS
+from mjnav.study.calibration import SETTINGS
 
 SHORT = ("--set", "time_limit=1.0", "--set", "physics.engine=kinematic", "--draws", "100", "--seeds", "2")
 

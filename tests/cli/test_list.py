@@ -4,9 +4,9 @@ import json
 
 from mjnav import control, noise, scenarios
 from mjnav.recording.log_format import TOPICS
-from mjnav.scenarios.people.temperament import TEMPERAMENTS
+from mjnav.scenarios.people import TEMPERAMENTS
 from mjnav.scenarios.spec import BEHAVIOURS, ENGINES
-from mjnav.study.catalogue import kinds
+from mjnav.study.key_reference import kinds
 from mjnav.study.study_file import studies
 
 

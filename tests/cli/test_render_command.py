@@ -14,7 +14,7 @@ from PIL import Image
 
 from mjnav import load_scenario, run
 from mjnav.errors import InputError, missing_extra
-from mjnav.world.offscreen import open_context
+from mjnav.world.render import open_context
 
 SMALL = ("--size", "160x90")
 DURATION = 1.0  # [s] of the run

@@ -10,7 +10,7 @@ from PIL import Image
 
 from mjnav.control.decision_surface import decision_surface
 from mjnav.loop.prepare import build_controller, load_scenario
-from mjnav.loop.record_at import column_names, record_at
+from mjnav.loop.run import column_names, record_at
 
 QUICK = ("--grid", "5", "--set", "physics.engine=kinematic")
 KEYS = "schema scene controller seed time_s status window grid chosen nominal minimum picture data"

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import scipy.optimize
 
-from mjnav.constraints.half_planes import nearest_velocity
+from mjnav.constraints.velocity_obstacle import nearest_velocity
 
 linprog: Any = scipy.optimize.linprog  # of a type that pyright would take as long to infer as of a tenth of mjnav
 BOX = ((-1.0, -1.0), (1.0, 1.0))

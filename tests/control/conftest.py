@@ -8,10 +8,9 @@ import pytest
 
 from mjnav.constraints import collision_cone, lane_distance, wall_clearance
 from mjnav.control.registry import METHODS, make_controller
-from mjnav.geometry.clearance import segment_distance
+from mjnav.geometry.distances import segment_distance
 from mjnav.messages import Lanes, Observation, ObstacleSamples
-from mjnav.motion.diff_drive import reachable
-from mjnav.motion.unicycle import integrate
+from mjnav.motion.unicycle import integrate, reachable
 
 SMALL = {"num_v": 6, "num_omega": 7, "rollouts": 40}
 

@@ -7,7 +7,7 @@ import pytest
 
 from mjnav.control.methods.rkhs_plan import RkhsPlan
 from mjnav.messages import Lanes, ObstacleSamples
-from mjnav.motion.diff_drive import reachable
+from mjnav.motion.unicycle import reachable
 
 CROWDED = {"spread": 0.2, "near": 0.05, "far": 2.5, "num_samples": 9}
 TERMS = ("v", "omega", "goal", "cone", "lane", "total")

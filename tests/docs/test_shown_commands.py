@@ -8,7 +8,7 @@ from pathlib import Path
 from markdown_it import MarkdownIt
 
 from mjnav.cli.main import COMMANDS
-from mjnav.metrics.schedule import LEAST_TICKS
+from mjnav.metrics.timing import LEAST_TICKS
 from tests.docs.blocks import blocks_of
 from tests.docs.test_pages import PAGES, ROOT
 

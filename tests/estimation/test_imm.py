@@ -2,9 +2,8 @@ import numpy as np
 import pytest
 from scipy.stats import chi2, kurtosis, multivariate_normal
 
-from mjnav.estimation.imm import ImmPersonFilter
-from mjnav.estimation.person_filter import KalmanPersonFilter
-from mjnav.estimation.stop_and_go import STANDS, WALKS, StopAndGo, gone_on
+from mjnav.estimation.person_filter import ImmPersonFilter, KalmanPersonFilter
+from mjnav.estimation.person_motion import STANDS, WALKS, StopAndGo, gone_on
 
 INTERVAL = 0.1  # [s]
 NOISE = 0.12**2 * np.eye(2)  # [m^2] of a measured position

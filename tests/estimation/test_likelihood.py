@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from mjnav.estimation.likelihood import CELLS, FLOOR_WIDTH, LEAST_STD, Likelihood, widened
+from mjnav.estimation.base import CELLS, FLOOR_WIDTH, LEAST_STD, Likelihood, widened
 from mjnav.noise import make_distribution, profile, profile_names
 
 

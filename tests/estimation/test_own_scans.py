@@ -7,7 +7,7 @@ import pytest
 
 from mjnav.errors import PluginFault
 from mjnav.estimation.base import person_track, robot_belief
-from mjnav.estimation.own_scans import OwnScanTracker
+from mjnav.estimation.own import OwnScanTracker
 from mjnav.messages import Reading
 
 TRACK = replace(person_track("track7", 0.0, 0.3, np.zeros((5, 4))), age=1.0, unseen=0.5)

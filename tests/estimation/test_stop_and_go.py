@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from mjnav.estimation.stop_and_go import StopAndGo, gone_on
+from mjnav.estimation.person_motion import StopAndGo, gone_on
 from mjnav.filters.mixture_kalman import moments
 
 MOTION = StopAndGo(walking_speed=1.0, sway=0.5, turn_rate=1.0, stop_rate=0.6, start_rate=0.8, unrest=0.1, shuffle=0.2)

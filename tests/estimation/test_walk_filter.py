@@ -4,11 +4,10 @@ import numpy as np
 import pytest
 from filterpy.kalman import KalmanFilter
 
-from mjnav.estimation.rao_blackwell import RaoBlackwellTracker, detection_noise
-from mjnav.estimation.stop_and_go import StopAndGo
+from mjnav.estimation.person_motion import StopAndGo
 from mjnav.estimation.tracker import ParticleTracker
-from mjnav.estimation.walk_filter import WalkFilter
-from mjnav.filters.gaussian_sum import GaussianSum
+from mjnav.estimation.walk_filter import RaoBlackwellTracker, WalkFilter, detection_noise
+from mjnav.filters.mixture_kalman import GaussianSum
 from mjnav.messages import Reading
 from mjnav.noise import profile
 from mjnav.rng import stream

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from mjnav.filters.gaussian_sum import GaussianSum, fitted
+from mjnav.filters.mixture_kalman import GaussianSum, fitted
 
 SKEWED = GaussianSum(
     np.array([0.3, 0.7]),

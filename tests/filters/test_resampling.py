@@ -5,7 +5,7 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 from scipy import stats
 
-from mjnav.filters.resampling import resample, roughen, shuffled, systematic
+from mjnav.filters.particles import resample, roughen, shuffled, systematic
 
 OFFSETS = st.floats(0.0, 1.0 - 1e-9)  # closer to 1, offset + i rounds to i + 1: a draw of probability 1e-16 a particle
 WEIGHTS = st.lists(st.integers(0, 1000), min_size=1, max_size=40).filter(sum).map(lambda w: np.array(w) / sum(w))

@@ -4,7 +4,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from mjnav.filters.weights import ess, reweigh, weighted_moments
+from mjnav.filters.particles import ess, reweigh, weighted_moments
 from mjnav.geometry.angles import circular_mean, wrap
 
 LIKELIHOODS = arrays(

@@ -4,7 +4,7 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from mjnav.geometry.assignment import nearest_pairs
+from mjnav.geometry.distances import nearest_pairs
 
 POINTS = st.lists(st.tuples(*[st.floats(-2.0, 2.0)] * 2), max_size=4).map(lambda found: np.reshape(found, (-1, 2)))
 

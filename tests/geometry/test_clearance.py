@@ -4,7 +4,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from mjnav.geometry.clearance import segment_distance
+from mjnav.geometry.distances import segment_distance
 
 POINT = arrays(float, 2, elements=st.floats(-5.0, 5.0))
 

@@ -14,7 +14,7 @@ from numba.core import event
 recorder = event.RecordingListener()
 event.register("numba:compile", recorder)
 from mjnav.constraints.collision_cone import SEGMENT
-from mjnav.control.kernels.cone_blocks import ConeBlocks, ConeRule, Controls, RobotSamples
+from mjnav.control.kernels.cone_kernel import ConeBlocks, ConeRule, Controls, RobotSamples
 from mjnav.control.kernels.cone_kernel import cone_moments
 rng = np.random.default_rng(0)
 num_controls, num_robot, num_disc = 32, 5, 4

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from mjnav.geometry.ellipse import ellipse_95
+from mjnav.geometry.distances import ellipse_95
 
 
 def test_the_axes_of_a_turned_gaussian_are_found():

@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from mjnav.geometry.floor import Floor
-from mjnav.geometry.free_space import CELL, FreeSpace
+from mjnav.geometry.floor import CELL, Floor, FreeSpace
 from mjnav.geometry.shortest_way import WayMap
 
 RADIUS = 0.22

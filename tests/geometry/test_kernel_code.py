@@ -11,7 +11,7 @@ import pytest
 from numba import types
 
 from mjnav.geometry.compiled import exact, kernel, scalar
-from mjnav.geometry.kernel_code import code_digest, types_digest
+from mjnav.geometry.kernel_cache import code_digest, types_digest
 
 SOURCE = """
 def inner(x):
@@ -71,11 +71,10 @@ def test_numbas_options_change_the_digest():
 
 
 def test_the_digest_is_that_of_another_process():
-    code = (
-        "from mjnav.geometry.kernel_code import code_digest\nfrom mjnav.filters.weights import weighted_moments as w\n"
-    )
+    code = "from mjnav.geometry.kernel_cache import code_digest\n"
+    code += "from mjnav.filters.particles import weighted_moments as w\n"
     code += "print(code_digest(w.py_func, w.targetoptions))"
-    from mjnav.filters import weights
+    from mjnav.filters import particles as weights
 
     w: Any = weights.weighted_moments
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)

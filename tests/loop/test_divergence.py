@@ -5,7 +5,7 @@ import pytest
 
 import mjnav
 from mjnav import load_scenario
-from mjnav.loop.divergence import DivergenceWatch
+from mjnav.loop.events import DivergenceWatch
 from mjnav.messages import Beliefs, RobotBelief, Track, WorldState
 from mjnav.recording import open_log
 

@@ -6,7 +6,7 @@ import pytest
 from mjnav.errors import InvalidValue
 from mjnav.loop.episode import Episode
 from mjnav.loop.prepare import load_scenario
-from mjnav.loop.record_at import column_names, record_at
+from mjnav.loop.run import column_names, record_at
 
 KINEMATIC = ("physics.engine=kinematic",)
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from mjnav.loop.referee import Referee
+from mjnav.loop.events import Referee
 from mjnav.messages import Contact, WorldState
 
 TOUCH = (Contact("wall", "wall0", 12.4, 0.25),)

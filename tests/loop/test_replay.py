@@ -14,10 +14,9 @@ import mjnav
 from mjnav import scenarios
 from mjnav.errors import DamagedLogError, InputError
 from mjnav.loop.episode import Episode
-from mjnav.loop.faults.fault import RunFault
-from mjnav.loop.log_comparison import COMPARED, TickComparison, logged_ticks
-from mjnav.loop.provenance.facts import provenance
-from mjnav.loop.replay import replay
+from mjnav.loop.faults import RunFault
+from mjnav.loop.provenance import provenance
+from mjnav.loop.replay import COMPARED, TickComparison, logged_ticks, replay
 from mjnav.world.mujoco_engine import MujocoEngine
 
 OWN = """
@@ -326,7 +325,7 @@ def test_a_replay_can_be_stopped(logged):
 def test_what_was_another_program_is_told(logged, monkeypatch):
     assert replay(logged).warnings == ()
     now = {**provenance("mean"), "version.numpy": "9.9", "sources.mjnav": "0"}
-    monkeypatch.setattr("mjnav.loop.provenance.run_info.provenance", lambda method, plugins: now)
+    monkeypatch.setattr("mjnav.loop.provenance.provenance", lambda method, plugins: now)
     monkeypatch.setattr("mjnav.loop.replay.parts_hash", lambda: "0" * 64)
     sources, numpy, parts = replay(logged).warnings
     assert (sources, numpy) == ("mjnav's sources changed", f"numpy was {np.__version__}, is 9.9")

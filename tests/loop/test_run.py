@@ -9,8 +9,7 @@ import pytest
 import mjnav
 from mjnav import scenarios
 from mjnav.errors import InputError, InvalidValue
-from mjnav.loop.log_path import default_log_path
-from mjnav.loop.prepare import load_scenario
+from mjnav.loop.prepare import default_log_path, load_scenario
 from mjnav.recording import open_log
 
 SHORT = ("time_limit=0.4",)

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from mjnav.loop.scheduling import OTHER_THREADS_PRIORITY, SWITCH_INTERVAL, realtime_scheduling
+from mjnav.loop.pacer import OTHER_THREADS_PRIORITY, SWITCH_INTERVAL, realtime_scheduling
 
 pytestmark = pytest.mark.xdist_group("real time")
 
@@ -125,7 +125,7 @@ UNPRIVILEGED = """
 import json, resource
 from dataclasses import asdict
 import numpy as np
-from mjnav.loop.scheduling import realtime_scheduling
+from mjnav.loop.pacer import realtime_scheduling
 
 limit = resource.getrlimit(resource.RLIMIT_MEMLOCK)
 with realtime_scheduling() as got:

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import mjnav
-from mjnav.loop.without_robot import people_without_robot
+from mjnav.loop.simulation import people_without_robot
 from mjnav.plugins import BehaviourPlugin
 from mjnav.scenarios.spec import Person, Waypoints
 

@@ -3,7 +3,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from mjnav.metrics import arrival
+from mjnav.metrics import progress as arrival
 from mjnav.scenarios.spec import Person, Waypoints
 from tests.metrics.conftest import make_scenario, make_trajectory
 

@@ -6,8 +6,22 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 
 from mjnav.messages import PHASES
-from mjnav.metrics.blame import FIRST_TIME, LOOP, MACHINE, MAX_NAMED, blame, overlap, with_stolen, without
-from mjnav.metrics.schedule import CAUSES, DEGRADED, FAIL, PASS, Schedule, verdict
+from mjnav.metrics.timing import (
+    CAUSES,
+    DEGRADED,
+    FAIL,
+    FIRST_TIME,
+    LOOP,
+    MACHINE,
+    MAX_NAMED,
+    PASS,
+    Schedule,
+    blame,
+    overlap,
+    verdict,
+    with_stolen,
+    without,
+)
 
 MS = 1_000_000  # [ns]
 PERIOD, MAX_CATCH_UP = 10 * MS, 3

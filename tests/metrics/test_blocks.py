@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from mjnav.metrics import consistency, progress
-from mjnav.metrics.blocks import ROWS, by_blocks
+from mjnav.metrics.progress import ROWS, by_blocks
 
 
 @pytest.mark.parametrize("num", [0, 1, ROWS - 1, ROWS, ROWS + 1, 2 * ROWS, 2 * ROWS + 1])

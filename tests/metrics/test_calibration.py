@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from mjnav.errors import InvalidValue
-from mjnav.metrics.calibration import EDGES, calibration
+from mjnav.metrics.prediction import EDGES, calibration
 
 SHARE = st.floats(0.0, 1.0)
 FORECASTS = st.lists(st.tuples(SHARE, SHARE, st.integers(0, 4)), min_size=1, max_size=40)

@@ -3,7 +3,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from mjnav.metrics.detour import Detour, detour
+from mjnav.metrics.social import Detour, detour
 from mjnav.scenarios.spec import ConstantVelocity, Person, Waypoints
 from tests.metrics.conftest import make_scenario, make_trajectory
 

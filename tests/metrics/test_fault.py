@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from mjnav.messages import Contact
-from mjnav.metrics import fault
-from mjnav.scenarios.people.avoiding import SocialForce
+from mjnav.metrics import safety as fault
+from mjnav.scenarios.people import SocialForce
 from mjnav.scenarios.spec import ConstantVelocity, Person
 from tests.metrics.conftest import make_scenario, make_trajectory
 

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from stonesoup.metricgenerator.ospametric import GOSPAMetric
 from stonesoup.types.state import State
 
-from mjnav.metrics.gospa import CUTOFF, gospa, gospa_squared
+from mjnav.metrics.tracking import CUTOFF, gospa, gospa_squared
 from mjnav.scenarios.spec import Estimation, ObstacleEstimation
 
 # Coordinates on a grid, so that ties and pairs at the cut-off itself come up.

@@ -5,7 +5,7 @@ from itertools import permutations
 import numpy as np
 import pytest
 
-from mjnav.metrics.identity import ABSENT, GATE, NONE, identity, track_numbers
+from mjnav.metrics.tracking import ABSENT, GATE, NONE, identity, track_numbers
 
 
 def run_of(make, people, tracks):

@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
 
-from mjnav.metrics import kinematics
-from mjnav.metrics.kinematics import Extremes
+from mjnav.metrics import effort as kinematics
+from mjnav.metrics.effort import Extremes
 
 PERIOD = 0.1
 

@@ -13,8 +13,7 @@ from mjnav.metrics import Figure
 from mjnav.study.cells import Cell
 from mjnav.study.compare.cell_rows import cell_rows
 from mjnav.study.compare.compare import compare
-from mjnav.study.store.own_figures import own_columns
-from mjnav.study.store.row import Row
+from mjnav.study.store.row import Row, own_columns
 
 QUICK = {"physics.engine": "kinematic", "time_limit": 0.3}
 

@@ -3,7 +3,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from mjnav.metrics import proximity
+from mjnav.metrics import social as proximity
 from tests.metrics.conftest import make_scenario, make_trajectory
 
 REACH = 0.25 + 0.3

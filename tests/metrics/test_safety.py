@@ -8,7 +8,7 @@ from hypothesis.extra.numpy import arrays
 
 from mjnav.messages import Contact
 from mjnav.metrics import safety
-from mjnav.metrics.blocks import ROWS
+from mjnav.metrics.progress import ROWS
 from mjnav.scenarios.spec import LaneSpec, Pillar, Table, Wall
 
 coordinates = st.floats(-10, 10)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from mjnav.messages import PHASES
-from mjnav.metrics.schedule import (
+from mjnav.metrics.timing import (
     DEGRADED,
     FAIL,
     INCONCLUSIVE,

@@ -4,7 +4,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from mjnav.messages import RobotLimits
-from mjnav.motion.diff_drive import TRACK_WIDTH, WHEEL_RADIUS, ramp_mean, reachable, twist_of_wheels, wheel_speeds
+from mjnav.motion.unicycle import TRACK_WIDTH, WHEEL_RADIUS, ramp_mean, reachable, twist_of_wheels, wheel_speeds
 
 SPEED, TURN = st.floats(-2.0, 2.0), st.floats(-3.0, 3.0)
 TWIST = st.tuples(SPEED, TURN)

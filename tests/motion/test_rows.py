@@ -3,8 +3,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from mjnav.motion.rows import integrate_rows
-from mjnav.motion.unicycle import integrate
+from mjnav.motion.unicycle import integrate, integrate_rows
 
 
 @given(st.integers(0, 10**6), st.sampled_from([1e-9, 1e-3, 0.1, 1.0, 30.0]), st.floats(0.001, 2.0))

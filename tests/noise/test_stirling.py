@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from scipy.special import loggamma
 
-from mjnav.noise.stirling import complex_log1p, stirling_remainder
+from mjnav.noise.pearson_iv import complex_log1p, stirling_remainder
 
 
 @pytest.mark.parametrize("z", [0.01, 0.5, 1.0, 2.5, 11.9, 40.0, 2.5 + 7j, 3.0 - 0.1j, 4.0 + 60j])

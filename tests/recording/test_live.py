@@ -19,8 +19,7 @@ from mcap.records import Channel, Message, Schema
 from mjnav import load_scenario, run
 from mjnav.errors import InputError
 from mjnav.recording import Recorder, open_log
-from mjnav.recording.front_door import MAX_CONNECTIONS
-from mjnav.recording.live import LiveServer
+from mjnav.recording.live import MAX_CONNECTIONS, LiveServer
 from mjnav.recording.read.records import read_records
 
 pytestmark = pytest.mark.xdist_group("real time")
@@ -156,7 +155,7 @@ def write(recorder: Recorder, made_up, num_ticks: int = NUM_TICKS) -> None:
 
 SERVER = """
 import ctypes, os, resource, sys
-from mjnav.loop.scheduling import _lock_memory
+from mjnav.loop.pacer import _lock_memory
 from mjnav.recording import front_door
 from mjnav.recording.live import LiveServer
 from tests.recording.conftest import make_scenario

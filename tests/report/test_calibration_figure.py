@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from mjnav.metrics.calibration import calibration
+from mjnav.metrics.prediction import calibration
 from mjnav.report.calibration_figure import calibration_figure
 
 

@@ -14,9 +14,8 @@ import pytest
 from rich.cells import cell_len
 from rich.console import Console
 
-from mjnav.report.comparison.background import background
 from mjnav.report.comparison.forest import CHARACTER, Forest, ForestRow, forest_svg, forests
-from mjnav.report.comparison.html import html
+from mjnav.report.comparison.html import background, html
 from mjnav.report.comparison.latex import escaped, latex
 from mjnav.report.comparison.shown import shown_table
 from mjnav.report.comparison.text import write

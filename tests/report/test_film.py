@@ -8,7 +8,7 @@ import pytest
 
 from mjnav.errors import InputError, InvalidValue
 from mjnav.messages import Trajectory
-from mjnav.report.film import FilmTiming, frame_at, require_codec, write_film
+from mjnav.report.log_pictures import FilmTiming, frame_at, require_codec, write_film
 
 av = pytest.importorskip("av", reason="av is not installed")
 

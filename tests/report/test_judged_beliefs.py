@@ -6,7 +6,7 @@ import pytest
 import mjnav
 from mjnav import load_scenario
 from mjnav.metrics.summary import summarise
-from mjnav.report.judged_beliefs import judged_beliefs
+from mjnav.report.inspection import judged_beliefs
 
 
 def test_the_figures_of_the_run_are_those_of_its_bodies():

@@ -5,7 +5,7 @@ import pytest
 
 from mjnav.cli.main import main
 from mjnav.recording import open_log
-from mjnav.report.scans import BelievedWay, ShownScan, scan_points
+from mjnav.report.lidar_view import BelievedWay, ShownScan, scan_points
 from tests.report.scanning import ERROR, by_lidar, write_log
 from tests.report.test_page_in_browser import DESK, pixels
 

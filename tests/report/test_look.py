@@ -8,8 +8,7 @@ from mjnav.paper.items import ITEMS
 from mjnav.paper.page import page
 from mjnav.paper.published import Basis, publish
 from mjnav.recording import Recorder, open_log
-from mjnav.report.comparison.background import background
-from mjnav.report.comparison.html import html
+from mjnav.report.comparison.html import background, html
 from mjnav.report.inspection import inspect
 from mjnav.report.run_page.page import page as run_page
 from mjnav.report.run_page.playback import playback

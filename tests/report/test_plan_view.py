@@ -4,7 +4,7 @@ import numpy as np
 
 from mjnav.cli.main import main
 from mjnav.recording import open_log
-from mjnav.report.plan_view import PlanViews
+from mjnav.report.log_pictures import PlanViews
 from tests.report.planning import written
 from tests.report.test_page_in_browser import DESK, pixels
 

@@ -7,7 +7,7 @@ import pytest
 from foxglove_schemas_protobuf.LaserScan_pb2 import LaserScan
 
 from mjnav.recording import open_log
-from mjnav.report.scans import BelievedWay, ShownScan, goes_by_scans, scan_points
+from mjnav.report.lidar_view import BelievedWay, ShownScan, goes_by_scans, scan_points
 from mjnav.scenarios.spec import Robot, Scenario
 from tests.report.scanning import ERROR, by_lidar, write_log
 

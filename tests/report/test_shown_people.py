@@ -1,6 +1,6 @@
 """The people of a scene in words."""
 
-from mjnav.report.shown_people import ShownPerson, people_lines
+from mjnav.report.inspection import ShownPerson, people_lines
 
 
 def test_people_who_are_alike_share_a_line():

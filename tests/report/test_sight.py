@@ -6,10 +6,11 @@ import io
 import pytest
 from rich.console import Console
 
-from mjnav.report.comparison import before_after_text, before_after_tidy
+from mjnav.report.comparison import before_after as before_after_text
+from mjnav.report.comparison import before_after as before_after_tidy
 from mjnav.report.comparison.html import html
 from mjnav.report.comparison.latex import latex
-from mjnav.report.comparison.sight import sight
+from mjnav.report.comparison.notes import sight
 from mjnav.report.comparison.text import write
 from mjnav.report.comparison.tidy import csv_text, document
 from mjnav.study.compare.before_after import before_after

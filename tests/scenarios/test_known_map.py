@@ -5,9 +5,9 @@ import pytest
 
 import mjnav
 from mjnav.errors import InvalidValue
-from mjnav.loop.onboard.floor_map import FloorMap
+from mjnav.loop.onboard.seen_space import FloorMap
 from mjnav.scenarios import dumps, loads
-from mjnav.scenarios.floor import floor_of_lidar, floor_of_robot
+from mjnav.scenarios.ways import floor_of_lidar, floor_of_robot
 
 ROOM = """
 schema = 1

@@ -5,10 +5,8 @@ import pytest
 
 from mjnav.errors import InvalidValue
 from mjnav.noise import Zero, profile
-from mjnav.scenarios.lidar import LidarSpec
-from mjnav.scenarios.lidar_models import LIDARS
 from mjnav.scenarios.load import dumps, load, loads
-from mjnav.scenarios.sensors import Sensors
+from mjnav.scenarios.sensors import LIDARS, LidarSpec, Sensors
 
 LAW = profile("pearson")["lidar.range"]
 

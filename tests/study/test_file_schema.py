@@ -17,7 +17,7 @@ from mjnav.loop.prepare import load_scenario
 from mjnav.scenarios import data_folder, loads
 from mjnav.scenarios.toml import toml_text
 from mjnav.study.cells import resolve
-from mjnav.study.file_schema import run_schema, study_schema
+from mjnav.study.key_reference import run_schema, study_schema
 from mjnav.study.study_file import load_study
 from tests.attacks.run_files import ANY_LEAF, BASE, ODD, at_a_bound, is_number, modest, run_files
 

@@ -7,8 +7,7 @@ import pytest
 from mjnav import control
 from mjnav.errors import InvalidValue
 from mjnav.noise import CHANNELS
-from mjnav.study.file_schema import run_schema, study_schema
-from mjnav.study.key_reference import keys_below, run_keys, study_keys
+from mjnav.study.key_reference import keys_below, run_keys, run_schema, study_keys, study_schema
 
 # Tables that may stand in place of a value: any of a random scene, a metric's name.
 IN_PLACE = ("Draw", "DrawOrShares", "MetricPlugin")

@@ -8,7 +8,7 @@ import pytest
 import mjnav
 from mjnav.cli.main import main
 from mjnav.study.cells import resolve
-from mjnav.study.compare.run_commands import run_commands
+from mjnav.study.compare.worst_seeds import run_commands
 from mjnav.study.study_file import load_study
 from mjnav.study.sweep.sweep import trials
 from mjnav.study.trial import prepared, run_trial

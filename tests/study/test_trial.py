@@ -8,7 +8,7 @@ import pytest
 
 from mjnav import scenarios
 from mjnav.loop.episode import Episode
-from mjnav.loop.provenance.facts import FACTS, provenance
+from mjnav.loop.provenance import FACTS, provenance
 from mjnav.metrics import definitions
 from mjnav.scenarios.spec import Control, Layout
 from mjnav.study.cells import Cell, resolve

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from mjnav.motion.diff_drive import ramp_mean
+from mjnav.motion.unicycle import ramp_mean
 from mjnav.world.actuation import Actuation
 
 

@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from mjnav.world.camera import overview
-from mjnav.world.stage import FIELD_OF_VIEW
+from mjnav.world.render import FIELD_OF_VIEW, overview
 
 
 @pytest.mark.parametrize("aspect", [0.5, 1.0, 2.3])

@@ -7,7 +7,7 @@ import sys
 import pytest
 
 from mjnav.errors import InputError
-from mjnav.world import offscreen
+from mjnav.world import render as offscreen
 
 DRAW = """
 import numpy as np

@@ -2,8 +2,8 @@ import mujoco
 import numpy as np
 import pytest
 
-from mjnav.motion.diff_drive import LIDAR_HEIGHT
-from mjnav.scenarios.lidar import LidarSpec
+from mjnav.motion.unicycle import LIDAR_HEIGHT
+from mjnav.scenarios.sensors import LidarSpec
 from mjnav.scenarios.spec import ConstantVelocity, Person, Pillar, Sensors, Table
 from mjnav.world.scene import DECORATION, UNSEEN, compose
 from mjnav.world.simulator import Simulator

@@ -2,8 +2,7 @@
 
 from mjnav.config import keys
 from mjnav.control.policy import Encoder, Features
-from mjnav.control.policy.blocks import PERSON, ROBOT
-from mjnav.control.policy.features import BLOCKS
+from mjnav.control.policy.blocks import BLOCKS, PERSON, ROBOT
 from mjnav.messages import RobotLimits
 
 from .markdown import escape

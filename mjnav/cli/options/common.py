@@ -1,7 +1,85 @@
-"""Options of nearly every command: -q and --traceback."""
+"""Checks of options that the parser cannot make. They raise InputError.
+
+Errors in the words of the command line: the library names arguments of Python, a command its options.
+
+Options of nearly every command: -q and --traceback.
+"""
 
 import argparse
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from difflib import get_close_matches
+from types import MappingProxyType
+
+from mjnav.errors import InputError, InvalidValue, MjnavError, UntrustedCode
+
+
+def check_needs(option: str, needed: str, *, given: bool, met: bool) -> None:
+    """An option that was given has what it needs: `--port needs --live`."""
+    if given and not met:
+        raise InputError(f"{option} needs {needed}")
+
+
+def check_whole(option: str, value: int, low: int, high: int | None = None) -> None:
+    """A whole number is in its range."""
+    if value < low or (high is not None and value > high):
+        allowed = f"a whole number >= {low}" if high is None else f"a whole number from {low} to {high}"
+        raise InvalidValue(option, value, allowed)
+
+
+OPTIONS: Mapping[str, str] = MappingProxyType(
+    {
+        "controller": "--controller",
+        "overrides": "--set",
+        "seed": "--seed",
+        "scenes": "--scene",
+        "seeds": "--seeds",
+        "scheduler": "--scheduler",
+    }
+)
+# What does the work of an option that people expect; "mjnav run" and the option, or the option alone.
+INSTEAD: Mapping[str, str] = MappingProxyType(
+    {
+        "mjnav run --seeds": "`mjnav run` takes one --seed, `mjnav sweep` runs many",
+        "mjnav export -o": "OUT stands after LOG: `mjnav export LOG OUT`",
+        "mjnav recover -o": "OUT stands after LOG: `mjnav recover LOG OUT`",
+        "-v": "`mjnav inspect LOG` shows more of a run, --traceback where a fault came from, "
+        "`mjnav --version` prints the version",
+    }
+)
+SAME: Mapping[str, str] = MappingProxyType({"--verbose": "-v", "--output": "-o"})
+_WITH = " with "  # between a file and the arguments that changed it
+
+
+def in_options(error: MjnavError) -> MjnavError:
+    """The error with options in place of arguments."""
+    if isinstance(error, UntrustedCode):
+        other = "--controller NAME" if error.other == "controller=NAME" else None
+        return UntrustedCode(error.what, trust="--trust", other=other)
+    if not isinstance(error, InvalidValue) or error.file is None:
+        return error
+    head, between, tail = error.file.rpartition(_WITH)
+    words = tail.split(", ")
+    if not all(word in OPTIONS for word in words) or (head and not between):
+        return error
+    return error.within(file=f"{head}{between}{', '.join(OPTIONS[word] for word in words)}")
+
+
+def shows_options(command: str) -> str:
+    """Where the options of a command are shown."""
+    return f"`{command} --help` shows what it takes"
+
+
+def unknown_words(parser: argparse.ArgumentParser, words: Sequence[str]) -> InputError:
+    """The error for words that a command does not take, with what the first option among them may have meant."""
+    option = next((word.partition("=")[0] for word in words if word.startswith("-")), None)
+    if option is None:
+        return InputError(f"{parser.prog} does not take {' '.join(words)!r}; {shows_options(parser.prog)}")
+    same = SAME.get(option, option)
+    nearest = get_close_matches(option.lower(), parser._option_string_actions, n=1) if len(option) > 2 else []
+    instead = INSTEAD.get(f"{parser.prog} {same}") or INSTEAD.get(same)
+    instead = instead or (f"did you mean {nearest[0]}?" if nearest else shows_options(parser.prog))
+    return InputError(f"{parser.prog} has no option {option}; {instead}")
+
 
 SAYING = ("list", "show", "keys", "schema", "completion")  # commands that only print: there is nothing to leave out
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from mjnav.cli.options import scene_options
-from mjnav.cli.options.checks import check_whole
+from mjnav.cli.options.common import check_whole
 from mjnav.cli.terminal.progress import tell
 
 if TYPE_CHECKING:

@@ -5,7 +5,7 @@ from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 
-from mjnav.cli.options.checks import check_needs
+from mjnav.cli.options.common import check_needs
 from mjnav.cli.terminal.progress import tell
 from mjnav.errors import InvalidValue
 from mjnav.messages import TickRecord

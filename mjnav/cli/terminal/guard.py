@@ -1,4 +1,6 @@
-"""The process that the user started watches a child process, which does the work of the command.
+"""Ending a command in order at the first signal.
+
+The process that the user started watches a child process, which does the work of the command.
 
 A process that ends by os._exit, a fault in compiled code or the kernel's out-of-memory killer cannot report it; its
 parent can. The child is forked before anything is loaded, so that Python need not start again. It has the terminal and
@@ -14,8 +16,40 @@ from collections.abc import Callable, Iterator, Set
 from contextlib import contextmanager, suppress
 
 from mjnav.cli.terminal.progress import tell
-from mjnav.loop.faults.heartbeat import ASK, Heartbeat, Watchdog, dumped_frames
-from mjnav.loop.faults.process_end import describe_end, dump_of, dump_to, read_dump
+from mjnav.loop.faults import ASK, Heartbeat, Watchdog, describe_end, dump_of, dump_to, dumped_frames, read_dump
+
+# [s] within which signals count as one: `timeout` sends two, and the process that guards a command passes on another
+# one, late where the machine is busy.
+AT_ONCE = 0.5
+SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)  # Ctrl-C, `kill`, and a terminal that is closed
+
+
+@contextmanager
+def interruptible() -> Iterator[Callable[[], bool]]:
+    """Yields whether one of SIGNALS came, so that the command ends in order; a second one later ends the process.
+
+    Signals that the process was started to ignore, as under nohup, stay ignored. The handler takes no lock, not even
+    that of a threading.Event: a signal that comes while another one's handler holds it would wait for ever.
+    """
+    first: float | None = None
+
+    def ask(number: int, frame: object) -> None:
+        nonlocal first
+        now = time.monotonic()
+        if first is None:
+            first = now
+        elif now - first > AT_ONCE:
+            signal.signal(number, signal.SIG_DFL)
+            signal.raise_signal(number)
+
+    heeded = [number for number in SIGNALS if signal.getsignal(number) != signal.SIG_IGN]
+    before = {number: signal.signal(number, ask) for number in heeded}
+    try:
+        yield lambda: first is not None
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
+
 
 PASSED_ON = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 LOOK = 0.5  # [s] poll interval

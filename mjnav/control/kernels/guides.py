@@ -7,8 +7,7 @@ Forwards it faces where it goes; with a negative speed it backs off.
 import numpy as np
 
 from mjnav.control.kernels.mppi_rollout import chord, turn_by
-from mjnav.geometry.compiled import kernel
-from mjnav.geometry.kernel_types import Matrix, Vector
+from mjnav.geometry.compiled import Matrix, Vector, kernel
 from mjnav.geometry.way_field import WayGrid, way_lookup
 
 

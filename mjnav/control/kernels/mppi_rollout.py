@@ -10,10 +10,9 @@ import numpy as np
 
 from mjnav.control.parameters import GoalParameters
 from mjnav.geometry.angles import shortest_turn
-from mjnav.geometry.compiled import kernel, scalar
-from mjnav.geometry.kernel_types import Matrix, Vector
+from mjnav.geometry.compiled import Matrix, Vector, kernel, scalar
 from mjnav.messages import Array, RobotLimits
-from mjnav.motion.diff_drive import control_bounds, reachable
+from mjnav.motion.unicycle import control_bounds, reachable
 
 turn_by = scalar(shortest_turn)
 

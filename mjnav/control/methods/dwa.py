@@ -26,10 +26,10 @@ import numpy as np
 
 from mjnav.config import Range
 from mjnav.constraints.arc import contact_distance
-from mjnav.constraints.lane import lane_distance
+from mjnav.constraints.walls import lane_distance
 from mjnav.control.base import GridController
 from mjnav.control.parameters import LEAST, MOST, GridParameters, Weight
-from mjnav.control.problem.nominal import least_violating
+from mjnav.control.problem.candidates import least_violating
 from mjnav.control.problem.problem import Problem
 from mjnav.messages import Array, CandidateCosts, Status
 

@@ -32,12 +32,11 @@ from mjnav.config import Range
 from mjnav.constraints.collision_cone import STANDSTILL
 from mjnav.control.base import ConstrainedController
 from mjnav.control.parameters import GridParameters
-from mjnav.control.problem.lane_samples import lane_samples
 from mjnav.control.problem.obstacles import Discs
 from mjnav.control.problem.problem import Problem
+from mjnav.control.problem.samples import lane_samples
 from mjnav.geometry.angles import wrap
-from mjnav.geometry.compiled import kernel
-from mjnav.geometry.kernel_types import Cube, Matrix, Vector
+from mjnav.geometry.compiled import Cube, Matrix, Vector, kernel
 from mjnav.messages import Array, Lanes
 
 COINCIDENT = 1e-9  # [m, m/s] below which a vector has no direction

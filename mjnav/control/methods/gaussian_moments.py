@@ -28,14 +28,12 @@ import numpy as np
 
 from mjnav.config import Choice, Range
 from mjnav.control.base import ConstrainedController
-from mjnav.control.kernels.cone_blocks import Samples
+from mjnav.control.kernels.cone_kernel import Samples
 from mjnav.control.methods.gaussian_linearised import probability
 from mjnav.control.parameters import Parameters
-from mjnav.control.problem.futures import straightened
-from mjnav.control.problem.lane_samples import lane_samples
-from mjnav.control.problem.obstacles import Discs, blocks
+from mjnav.control.problem.obstacles import Discs, blocks, straightened
 from mjnav.control.problem.problem import Problem
-from mjnav.control.problem.sample_cone import SampleCone
+from mjnav.control.problem.samples import SampleCone, lane_samples
 from mjnav.geometry.angles import wrap
 from mjnav.geometry.compiled import kernel
 from mjnav.messages import Array, ObstacleSamples, RobotLimits

@@ -16,7 +16,7 @@ from typing import Annotated
 import numpy as np
 
 from mjnav.control.base import MatchingController
-from mjnav.control.kernels.cone_blocks import Samples
+from mjnav.control.kernels.cone_kernel import Samples
 from mjnav.control.kernels.mixture import Mixtures, fit_mixtures, kl_divergence
 from mjnav.control.parameters import Count, MatchingParameters, Positive
 from mjnav.control.problem.problem import Problem

@@ -10,7 +10,7 @@ import numpy as np
 
 from mjnav.control.base import GridController, candidate_costs
 from mjnav.control.parameters import GridParameters
-from mjnav.control.problem.nominal import least_violating
+from mjnav.control.problem.candidates import least_violating
 from mjnav.control.problem.problem import Problem
 from mjnav.messages import CandidateCosts
 

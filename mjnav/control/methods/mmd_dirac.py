@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from typing import Annotated
 
 from mjnav.control.base import WeightedController, stored_risk
-from mjnav.control.kernels.cone_blocks import Samples
+from mjnav.control.kernels.cone_kernel import Samples
 from mjnav.control.parameters import GridParameters, LaneWeights, Positive, Weight
 from mjnav.control.problem.problem import Problem
 from mjnav.messages import Array

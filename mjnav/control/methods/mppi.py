@@ -30,13 +30,12 @@ from mjnav.config import Range
 from mjnav.control.base import ProblemController, status_of
 from mjnav.control.kernels.mppi_rollout import ControlLimits, Rollouts, approach
 from mjnav.control.parameters import MOST, Count, GoalParameters, LaneWeights, Positive, Seconds, Share, Weight
-from mjnav.control.problem.fan import KEPT, STAND, Plan, carried_on, perturbations, softmin
+from mjnav.control.problem.candidates import cheapest
+from mjnav.control.problem.fan import KEPT, NO_VIOLATION, STAND, Plan, carried_on, perturbations, shown_plan, softmin
 from mjnav.control.problem.goal_cost import mean_goal_cost
 from mjnav.control.problem.mppi_risk import Risk, Surroundings
-from mjnav.control.problem.nominal import cheapest
 from mjnav.control.problem.obstacles import Reach, walls_in_reach
 from mjnav.control.problem.problem import Problem
-from mjnav.control.problem.shown_plan import NO_VIOLATION, shown_plan
 from mjnav.messages import Array, CandidateCosts, Decision, Observation, RobotLimits, Status
 
 

@@ -32,15 +32,14 @@ from typing import Annotated
 import numpy as np
 
 from mjnav.config import Range
-from mjnav.constraints.half_planes import nearest_velocity
-from mjnav.constraints.lane import lane_distance
-from mjnav.constraints.velocity_obstacle import velocity_obstacle_exits
+from mjnav.constraints.velocity_obstacle import nearest_velocity, velocity_obstacle_exits
+from mjnav.constraints.walls import lane_distance
 from mjnav.control.base import ProblemController, status_of
 from mjnav.control.parameters import LEAST, MOST, Positive, Seconds, SightParameters
 from mjnav.control.problem.problem import Problem
 from mjnav.geometry.angles import shortest_turn
 from mjnav.messages import Array, Decision, Observation, Status
-from mjnav.motion.diff_drive import reachable
+from mjnav.motion.unicycle import reachable
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

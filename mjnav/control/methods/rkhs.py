@@ -10,7 +10,7 @@ control that is free of collisions, and D_1, D_2 the same of the lane distances,
 
     control/base.py                  the sum and its argmin
     rkhs/mmd.py                      MMD^2 by raw moments
-    control/problem/sample_cone.py   F_j(u): f for all pairs of samples
+    control/problem/samples.py   F_j(u): f for all pairs of samples
     constraints/collision_cone.py    f
 
 and beside the way control/problem/goal_cost.py for J, desired.py for F^des and lane_samples.py for D.

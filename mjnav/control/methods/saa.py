@@ -18,11 +18,10 @@ from typing import Annotated
 import numpy as np
 
 from mjnav.control.base import ConstrainedController, stored_risk
-from mjnav.control.kernels.cone_blocks import Samples
+from mjnav.control.kernels.cone_kernel import Samples
 from mjnav.control.parameters import GridParameters, Share
 from mjnav.control.problem.problem import Problem
-from mjnav.geometry.compiled import kernel
-from mjnav.geometry.kernel_types import Matrix, Vector
+from mjnav.geometry.compiled import Matrix, Vector, kernel
 from mjnav.messages import Array
 
 

@@ -4,9 +4,7 @@ The Gymnasium environments encode by the same code, so a policy sees the same ar
 Nothing here needs Gymnasium.
 """
 
-from mjnav.control.policy.actions import Actions
-from mjnav.control.policy.controller import PolicyController
-from mjnav.control.policy.encoder import Encoder, flatten
-from mjnav.control.policy.features import Features
+from mjnav.control.policy.blocks import Features
+from mjnav.control.policy.controller import Actions, Encoder, PolicyController, flatten
 
 __all__ = ["Actions", "Encoder", "Features", "PolicyController", "flatten"]

@@ -1,4 +1,6 @@
-"""What a learned policy sees, block by block: the columns, their bounds, and how they follow from an observation.
+"""Which features a learned policy sees.
+
+What a learned policy sees, block by block: the columns, their bounds, and how they follow from an observation.
 
 All of it comes from the samples in an `Observation`, which stand at the moment at which the decision takes effect; the
 scan stands at its reading. The robot's frame has its origin at the mean of the robot's samples, x ahead along their
@@ -25,14 +27,40 @@ from functools import lru_cache
 from itertools import combinations
 from math import sqrt
 from types import MappingProxyType
+from typing import Annotated
 
 import numpy as np
 
-from mjnav.control.policy.features import Features
+from mjnav.config import Choice, Length, Range, settle
 from mjnav.geometry.angles import circular_mean, wrap
-from mjnav.geometry.clearance import segment_distance
+from mjnav.geometry.distances import segment_distance
 from mjnav.messages import Array, Observation, ObstacleSamples, RobotLimits
-from mjnav.motion.diff_drive import command_bounds
+from mjnav.motion.unicycle import command_bounds
+
+BLOCKS = ("robot", "people", "scan", "grid")
+
+Block = Annotated[str, Choice(BLOCKS)]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Features:
+    """The blocks that a policy sees, and their sizes. `mjnav.control.policy.blocks` says what stands in each.
+
+    Raises InvalidValue for a block that does not exist and a size that is not allowed.
+    """
+
+    blocks: Annotated[tuple[Block, ...], Length(1, len(BLOCKS))] = ("robot", "people")
+    sight: Annotated[float, Range(0.5, 1000.0, "m"), "distances are clipped to it; people beyond it are not seen"] = (
+        10.0
+    )
+    max_people: Annotated[int, Range(1, 500), "rows of `people`, nearest first"] = 5
+    beams: Annotated[int, Range(1, 10_000), "sectors of `scan`"] = 36
+    cells: Annotated[int, Range(2, 512), "of `grid` to a side"] = 32
+    resolution: Annotated[float, Range(0.01, 10.0, "m"), "side of a cell of `grid`"] = 0.25
+
+    def __post_init__(self):
+        settle(self)
+
 
 MAX_STD = 2.0  # [m], [m/s] and [rad]: far beyond what a filter that works believes
 MAX_WALKING_SPEED = 5.0  # [m/s], the fastest person of a run file

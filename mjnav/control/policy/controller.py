@@ -1,17 +1,69 @@
-"""The base class of learned policies that run as controllers."""
+"""Actions of a learned policy as commands: numbers from -1 to 1, or SI units.
+
+Observations as the arrays that a learned policy takes.
+
+The base class of learned policies that run as controllers.
+"""
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from typing import ClassVar
 
-from numpy.typing import ArrayLike
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
 from mjnav.control.base import status_of
 from mjnav.control.parameters import LoopParameters
-from mjnav.control.policy.actions import Actions
-from mjnav.control.policy.encoder import Array32, Encoder
-from mjnav.control.policy.features import Features
+from mjnav.control.policy.blocks import KINDS, Features, Frame
 from mjnav.messages import Array, Decision, Observation, RobotLimits
+from mjnav.motion.unicycle import command_bounds
+
+
+class Actions:
+    """Actions a in [-1, 1]² of a robot: v = low + (a + 1)/2 (high - low), and omega likewise.
+
+    `low` and `high`, (2,), are the lowest and highest v [m/s] and omega [rad/s] that the base takes. An action beyond
+    [-1, 1] is a command beyond the limits, which the loop clips and counts.
+    """
+
+    def __init__(self, limits: RobotLimits):
+        self.low, self.high = command_bounds(limits)
+
+    def command(self, action: ArrayLike) -> Array:
+        """(v [m/s], omega [rad/s]) of a normalised action (2,)."""
+        return self.low + 0.5 * (np.asarray(action, float) + 1.0) * (self.high - self.low)
+
+    def action(self, command: ArrayLike) -> Array:
+        """The normalised action (2,) of (v [m/s], omega [rad/s]): the inverse of `command`."""
+        return 2.0 * (np.asarray(command, float) - self.low) / (self.high - self.low) - 1.0
+
+
+Array32 = NDArray[np.float32]
+
+
+class Encoder:
+    """Turns observations of one robot into the blocks of `features`; it keeps nothing from one to the next."""
+
+    def __init__(self, features: Features, limits: RobotLimits):
+        self.features, self._limits = features, limits
+        bounds = {name: KINDS[name].bounds(features, limits) for name in sorted(features.blocks)}
+        self.bounds = {name: (low.astype(np.float32), high.astype(np.float32)) for name, (low, high) in bounds.items()}
+
+    def encode(self, observation: Observation) -> dict[str, Array32]:
+        """The blocks by name, in the order of their names, each clipped to its bounds and new.
+
+        Raises ValueError where the scan is wanted and the observation has none.
+        """
+        frame, blocks = Frame.of(observation), {}
+        for name, (low, high) in self.bounds.items():
+            values = KINDS[name].values(self.features, self._limits, observation, frame)
+            blocks[name] = np.clip(values.astype(np.float32), low, high)
+        return blocks
+
+
+def flatten(blocks: Mapping[str, Array32]) -> Array32:
+    """All blocks as one vector, in the order of their names, as Gymnasium's FlattenObservation gives it."""
+    return np.concatenate([blocks[name].ravel() for name in sorted(blocks)])
 
 
 class PolicyController(ABC):

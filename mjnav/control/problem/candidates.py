@@ -1,11 +1,17 @@
-"""The candidate controls: a grid over what the robot can reach, then keep and brake (Nair et al., algorithm 1)."""
+"""The candidate controls: a grid over what the robot can reach, then keep and brake (Nair et al., algorithm 1).
+
+Which candidates meet every constraint, and which is cheapest: ties are decided here, not by rounding.
+
+The nominal control is the cheapest candidate that meets every constraint at the mean state. It depends on the mean of
+each distribution alone.
+"""
 
 from dataclasses import dataclass
 
 import numpy as np
 
 from mjnav.messages import Array, RobotLimits
-from mjnav.motion.diff_drive import control_bounds, reachable
+from mjnav.motion.unicycle import control_bounds, reachable
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,3 +47,20 @@ def _between(low: float, high: float, num: int) -> Array:
     """`num` values from low to high, ends included and exact; the low end where there is one."""
     share = np.arange(num) / max(num - 1, 1)
     return low * (1.0 - share) + high * share
+
+
+TIE = 1e-9  # relative difference below which two violations, or two costs, are the same
+
+
+def least_violating(violation: Array) -> np.ndarray:
+    """Which candidates violate nothing, or least where all do, (..., K) bool.
+
+    Where the robot touches an obstacle already, all controls that lead away violate alike, but for rounding.
+    """
+    return violation <= np.maximum(0.0, violation.min(axis=-1, keepdims=True)) * (1.0 + TIE)
+
+
+def cheapest(cost: Array) -> Array:
+    """The index of the least cost along the last axis, (...,); the first of those that are equal but for rounding."""
+    least = cost.min(axis=-1, keepdims=True)
+    return np.argmax(cost <= least + TIE * (1.0 + np.abs(least)), axis=-1)

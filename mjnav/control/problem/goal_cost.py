@@ -16,8 +16,7 @@ import numpy as np
 from mjnav.control.kernels.mppi_rollout import Rollouts
 from mjnav.control.parameters import GoalParameters
 from mjnav.control.problem.candidates import Candidates
-from mjnav.geometry.compiled import elementwise, exact
-from mjnav.geometry.kernel_types import Matrix
+from mjnav.geometry.compiled import Matrix, elementwise, exact
 from mjnav.messages import Array, RobotLimits
 
 TINY = 1e-300  # [m], so that the way to a goal that is reached has a length

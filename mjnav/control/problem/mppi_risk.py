@@ -14,12 +14,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from mjnav.control.kernels.mppi_rollout import Rollouts
-from mjnav.control.problem.futures import positions_at
-from mjnav.control.problem.obstacles import Discs, Reach
+from mjnav.control.problem.joint_samples import lane_excesses, robot_offsets
+from mjnav.control.problem.obstacles import Discs, Reach, positions_at
 from mjnav.control.problem.problem import Problem
-from mjnav.control.problem.robot_offsets import lane_excesses, robot_offsets
-from mjnav.geometry.compiled import kernel
-from mjnav.geometry.kernel_types import Indices, Matrix, Vector
+from mjnav.geometry.compiled import Indices, Matrix, Vector, kernel
 from mjnav.messages import Array, ObstacleSamples
 
 SLACK = 1e-9  # relative, by which a cloud's reach is rounded up

@@ -11,15 +11,12 @@ import numpy as np
 
 from mjnav.constant import Constant
 from mjnav.constraints.collision_cone import FORMS
-from mjnav.control.kernels.cone_blocks import ConeRule
+from mjnav.control.kernels.cone_kernel import ConeRule
 from mjnav.control.parameters import Parameters
-from mjnav.control.problem.candidates import Candidates, candidate_grid
-from mjnav.control.problem.futures import straightened
+from mjnav.control.problem.candidates import Candidates, candidate_grid, cheapest, least_violating
 from mjnav.control.problem.goal_cost import GoalCost
-from mjnav.control.problem.lane_samples import lane_samples
-from mjnav.control.problem.nominal import cheapest, least_violating
-from mjnav.control.problem.obstacles import Discs, Reach, blocks, discs_in_reach, walls_in_reach
-from mjnav.control.problem.sample_cone import SampleCone
+from mjnav.control.problem.obstacles import Discs, Reach, blocks, discs_in_reach, straightened, walls_in_reach
+from mjnav.control.problem.samples import SampleCone, lane_samples
 from mjnav.geometry.angles import circular_mean
 from mjnav.messages import Array, Observation, RobotLimits
 

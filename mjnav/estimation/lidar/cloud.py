@@ -1,18 +1,57 @@
-"""Weighted particles of a pose: moved by twists, weighed by scans, drawn again where they have become uneven."""
+"""How many particles a belief needs: as many as its spread asks for.
 
-from math import sqrt
+D. Fox, "Adapting the sample size in particle filters through KLD-sampling" (International Journal of Robotics Research,
+2003): with n draws from a distribution over k bins, the Kullback-Leibler distance between the draws' shares and the
+distribution stays below epsilon with probability 1 - delta for n = X / (2 epsilon), X the 1 - delta quantile of
+chi-square with k - 1 degrees of freedom.
+
+Weighted particles of a pose: moved by twists, weighed by scans, drawn again where they have become uneven.
+"""
+
+from math import ceil, sqrt
 
 import numpy as np
 
 from mjnav.estimation.base import HEADING
-from mjnav.estimation.lidar.kld import BIN, kld_bound, occupied_bins
-from mjnav.estimation.lidar.twist import TWIST_CHANNELS, Twist, TwistSensors
-from mjnav.filters.resampling import resample
-from mjnav.filters.weights import ess, weighted_moments
+from mjnav.estimation.lidar.scan import TWIST_CHANNELS, Twist, TwistSensors
+from mjnav.filters.particles import ess, resample, weighted_moments
 from mjnav.geometry.angles import wrap
+from mjnav.geometry.compiled import Matrix, exact
 from mjnav.messages import Array
-from mjnav.motion.rows import integrate_rows
+from mjnav.motion.unicycle import integrate_rows
 from mjnav.rng import stream
+
+EPSILON = 0.05  # of the distance, Fox's own
+QUANTILE = 2.3263478740408408  # z of 1 - delta for delta = 0.01
+BIN = (0.05, 0.05, 0.05)  # [m], [m], [rad]: the width of a bin
+
+
+def kld_bound(num_bins: int, epsilon: float = EPSILON, quantile: float = QUANTILE) -> int:
+    """The number of particles for `num_bins` occupied bins, by Wilson and Hilferty's chi-square quantile (eq. 7).
+
+    n = (k - 1)/(2 epsilon) (1 - 2/(9 (k - 1)) + sqrt(2/(9 (k - 1))) z)^3; 1 for a single bin.
+    """
+    if num_bins <= 1:
+        return 1
+    share = 2.0 / (9.0 * (num_bins - 1.0))
+    return ceil((num_bins - 1.0) / (2.0 * epsilon) * (1.0 - share + sqrt(share) * quantile) ** 3)
+
+
+@exact
+def occupied_bins(particles: Matrix, width: tuple[float, float, float]):
+    """The number of bins of a regular grid that hold at least one of the poses (n, 3)."""
+    codes = np.empty(len(particles), np.int64)
+    for i in range(len(particles)):
+        code = 0
+        for axis in range(3):  # 21 bits each: a million bins to either side
+            code = code * 2097152 + np.int64(np.floor(particles[i, axis] / width[axis])) + 1048576
+        codes[i] = code
+    codes.sort()
+    count = 1 if len(codes) else 0
+    for i in range(1, len(codes)):
+        count += codes[i] != codes[i - 1]
+    return count
+
 
 RESAMPLE_BELOW = 0.5  # share of the particles, as effective sample size
 ROUGHENING = 1.5  # K of `filters.resampling.roughen`

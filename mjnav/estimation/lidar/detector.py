@@ -1,4 +1,15 @@
-"""What a scan shows that the map does not: people, and things that were not there when the map was made.
+"""How much of a disc a scan could have seen.
+
+A beam u from o reaches a disc of radius R about c at the lateral offset a = u x (c - o), |a| <= R, after
+
+    t = u.(c - o) - sqrt(R^2 - a^2)
+
+It stands for all lines of sight within half a step of it, t step / 2 to both sides. It could see the disc where t is
+within its range, and where it did not end before the disc: at t - SAME R - 3 sigma at most. What is nearer by less is
+the disc itself, which stands elsewhere than was thought. A return from where the map has a surface would have been
+explained by it, so that beam could not have shown the disc: of somebody at a wall, only what stands out is seen.
+
+What a scan shows that the map does not: people, and things that were not there when the map was made.
 
 beams as rays -> returns that the map does not explain -> clusters -> bodies, with the covariance of their centres
  (rays.py)              (explained.py)                  (clusters.py)  (bodies.py, circle.py)
@@ -11,26 +22,65 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mjnav.constant import Constant
-from mjnav.estimation.assumed import assumed_noise
-from mjnav.estimation.lidar.beams import MotionHistory
+from mjnav.estimation.base import assumed_noise
 from mjnav.estimation.lidar.bodies import find_bodies
-from mjnav.estimation.lidar.range_error import beyond_doubt, shared_error
-from mjnav.estimation.lidar.rays import Rays
-from mjnav.estimation.lidar.twist import TwistSensors
-from mjnav.estimation.lidar.visibility import visible_share
-from mjnav.geometry.beams import WHOLE_TURN
-from mjnav.geometry.distance_field import DistanceField
+from mjnav.estimation.lidar.clusters import GATE, beyond_map, meets_map
+from mjnav.estimation.lidar.likelihood_field import beyond_doubt, shared_error
+from mjnav.estimation.lidar.scan import MotionHistory, Rays, TwistSensors
+from mjnav.geometry.compiled import Matrix, Vector, exact
+from mjnav.geometry.distance_field import DistanceField, FieldGrid
+from mjnav.geometry.distances import WHOLE_TURN
 from mjnav.messages import Array, Detection, Reading, RobotBelief, RobotLimits
 from mjnav.noise import Distribution
-from mjnav.scenarios.floor import floor_of_lidar
-from mjnav.scenarios.lidar import Lidar
+from mjnav.scenarios.sensors import Lidar
 from mjnav.scenarios.spec import Scenario
+from mjnav.scenarios.ways import floor_of_lidar
+
+SAME = 0.5  # share of the radius by which a disc's own returns may be nearer than its surface was thought to be
+SIGHT_SIGMAS = 3.0
+LOST = 0.9  # share of the range within which a surface of the map would surely have returned a beam
+
+
+@exact
+def visible_share(rays: Rays, points: Matrix, radius: float, pose: Vector, covariance: Matrix, grid: FieldGrid):
+    """The share of the silhouettes of discs at `points` (n, 2) with one radius [m] that the scan could see, (n,).
+
+    pose (3,) and covariance (3, 3): of the robot; grid: of the map's distance field.
+    """
+    shares = np.zeros(len(points))
+    for p in range(len(points)):
+        for i in range(len(rays.ranges)):
+            distance = rays.ranges[i]
+            if not distance >= rays.min_range:
+                continue
+            ux, uy = rays.directions[i, 0], rays.directions[i, 1]
+            dx, dy = points[p, 0] - rays.origins[i, 0], points[p, 1] - rays.origins[i, 1]
+            ahead, offset = ux * dx + uy * dy, abs(ux * dy - uy * dx)
+            if ahead <= 0.0:
+                continue
+            half = 0.5 * ahead * rays.step
+            overlap = min(offset + half, radius) - max(offset - half, -radius)
+            if overlap <= 0.0:
+                continue
+            enter = ahead - np.sqrt(max(radius * radius - offset * offset, 0.0))
+            if not rays.min_range <= enter <= rays.max_range:
+                continue
+            if distance < enter - SAME * radius - SIGHT_SIGMAS * rays.spread[i]:
+                continue
+            if distance > rays.max_range and meets_map(rays, i, grid, LOST * rays.max_range, 0.0, 0.0):
+                continue
+            if beyond_map(rays, i, enter, pose, covariance, grid) <= GATE:
+                continue
+            shares[p] += overlap / (2.0 * radius)
+        shares[p] = min(shares[p], 1.0)
+    return shares
+
 
 PERSON_RADIUS = 0.3  # [m] that the robot takes people to have, the default of a scene's people
 PERSON_RADIUS_STD = 0.05  # [m]
 MIN_SPREAD = 0.005  # [m] of a range, where its noise is none
 MIN_RANGE = 0.01  # [m]; some lidars say 0 where nothing returned
-SIGMAS = 3.0  # of a range within the robot's body, which is no body's
+OWN_BODY_SIGMAS = 3.0  # of a range within the robot's body, which is no body's
 
 
 @dataclass(frozen=True, slots=True)
@@ -100,7 +150,7 @@ class Detector:
         ranges = np.array(reading.scan[:num])
         met = np.where(np.isfinite(ranges), ranges, 0.0)
         spread = np.maximum(np.sqrt(lidar.std(met, self._noise) ** 2 + lidar.resolution**2 / 12.0), MIN_SPREAD)
-        ranges[ranges < np.maximum(self._body - SIGMAS * spread, MIN_RANGE)] = np.nan  # the robot's own body
+        ranges[ranges < np.maximum(self._body - OWN_BODY_SIGMAS * spread, MIN_RANGE)] = np.nan  # the robot's own body
         times = reading.time if len(reading.scan_times) != num else reading.scan_times
         times = np.array(np.broadcast_to(times, num), float)
         moved = self._history.poses(times, reading.time)

@@ -6,13 +6,11 @@ from math import sqrt
 import numpy as np
 from numpy.linalg import eigh
 
-from mjnav.estimation.imm import ImmPersonFilter
-from mjnav.estimation.lidar.association import mahalanobis
 from mjnav.estimation.lidar.detector import Detector
 from mjnav.estimation.lidar.track_filter import SCAN_ERROR, Detectable
-from mjnav.estimation.lidar.tracker import LidarTracker
-from mjnav.estimation.person_filter import KalmanPersonFilter, PersonFilter
-from mjnav.estimation.stop_and_go import StopAndGo
+from mjnav.estimation.lidar.tracker import LidarTracker, mahalanobis
+from mjnav.estimation.person_filter import ImmPersonFilter, KalmanPersonFilter, PersonFilter
+from mjnav.estimation.person_motion import StopAndGo
 from mjnav.messages import Array
 from mjnav.scenarios.spec import Scenario
 

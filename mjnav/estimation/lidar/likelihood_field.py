@@ -10,21 +10,36 @@ which no surface explains tells nothing of the pose. Nor does a beam that met no
 
 The book takes d for the distance to the nearest occupied point. Here it is the distance to the surface that faces the
 lidar: behind a wall of 0.1 m, seen from outside, lies another surface, and a pose 0.1 m off would fit as well.
+
+An error that all ranges of a scan share, told by the map.
+
+A lidar that has come out of adjustment errs alike in all directions. Where most beams end on the map's surfaces, the
+median over the beams of what they measured beyond the range on the map is that error: people and furniture that the map
+does not have are few, and an error of the robot's pose makes ranges too long on one side and too short on the other.
+
+Beams that went through what the map has: they speak against a pose, which the likelihood field does not hear.
+
+The field looks at where beams end. A pose in the wrong room may put many ends on surfaces while beams would have to
+pass through walls, and a beam that met nothing says nothing to it at all. So where poses from all over the floor are
+compared, each of the scan's beams is also followed from the lidar to its end, or to the lidar's range where it met
+nothing. One that comes through a surface multiplies the likelihood of the pose by CONTRADICTION, about the share of
+readings that come about by chance (the random and maximal readings of Thrun, Burgard & Fox 2005, section 6.3).
 """
 
 from dataclasses import dataclass
+from math import log, sqrt
 from typing import NamedTuple
 
 import numpy as np
 
 from mjnav.constant import Constant
-from mjnav.geometry.compiled import exact, kernel
-from mjnav.geometry.distance_field import DistanceField, FieldGrid, interpolated
+from mjnav.estimation.lidar.scan import Rays
+from mjnav.geometry.compiled import Matrix, Vector, exact, kernel
+from mjnav.geometry.distance_field import DistanceField, FieldGrid, interpolated, lookup
 from mjnav.geometry.floor import Floor, box_surface, disc_surface
-from mjnav.geometry.kernel_types import Matrix, Vector
 from mjnav.messages import Array
 from mjnav.noise import Distribution
-from mjnav.scenarios.lidar import Lidar
+from mjnav.scenarios.sensors import Lidar
 
 # Weights of the mixture. They sum to 1 with that of beams that met nothing, z_max, which is 0 for those that did.
 Z_HIT, Z_SHORT, Z_RANDOM = 0.75, 0.2, 0.05
@@ -150,4 +165,157 @@ def _thickness(shape: tuple[int, int], x: float, y: float, cell: float, discs: M
                 distance = box_surface(at_x, at_y, boxes[j])[0]
                 if distance < nearest:
                     nearest, found[row, column] = distance, 2.0 * min(boxes[j, 4], boxes[j, 5])
+    return found
+
+
+BIN = 0.01  # [m] of the histogram of which the median is taken
+REACH = 1.0  # [m] beyond which a difference is no error of the lidar
+MIN_BEAMS = 30  # within REACH
+MIN_INCIDENCE = 0.5  # cosine; at more slanting incidence a small error of the heading is a large one of the range
+ALIKE = 10  # bins beside the median's, and the share of all beams that have to be in them: at a wrong pose few are
+ALIKE_SHARE = 0.6
+LEAST = 0.03  # [m] that is put right
+SIGMAS = 3.0
+CLOSE = 0.01  # [m] from a surface at which a beam has met it
+MAX_STEPS = 60
+
+
+@exact
+def map_range(rays, beam, grid):
+    """The range at which a beam meets the map [m], inf for none; and the cosine of its incidence there."""
+    ux, uy = rays.directions[beam, 0], rays.directions[beam, 1]
+    along = 0.0
+    for _ in range(MAX_STEPS):
+        clearance, nx, ny = lookup(grid, rays.origins[beam, 0] + along * ux, rays.origins[beam, 1] + along * uy)
+        along += clearance
+        if clearance < CLOSE:
+            return along, abs(nx * ux + ny * uy)
+        if along > rays.max_range:
+            break
+    return np.inf, 0.0
+
+
+@exact
+def shared_error(rays: Rays, grid: FieldGrid):
+    """The median of the ranges measured less those on the map [m]; 0 where too few beams meet the map, or differ.
+
+    Only of beams within REACH, which do not meet the map at slanting incidence.
+    """
+    num_bins = int(2.0 * REACH / BIN)
+    counts, total, returns = np.zeros(num_bins, np.int64), 0, 0
+    for i in range(len(rays.ranges)):
+        if rays.min_range <= rays.ranges[i] <= rays.max_range:
+            expected, incidence = map_range(rays, i, grid)
+            difference = rays.ranges[i] - expected
+            returns += expected == np.inf or incidence > MIN_INCIDENCE
+            if incidence > MIN_INCIDENCE and abs(difference) < REACH:
+                counts[min(int((difference + REACH) / BIN), num_bins - 1)] += 1
+                total += 1
+    if total < MIN_BEAMS:
+        return 0.0
+    middle, below = 0, counts[0]
+    while 2 * below < total:
+        middle += 1
+        below += counts[middle]
+    error = (middle + 0.5) * BIN - REACH
+    alike = 0
+    for k in range(max(middle - ALIKE, 0), min(middle + ALIKE + 1, num_bins)):
+        alike += counts[k]
+    return error if alike >= ALIKE_SHARE * returns else 0.0
+
+
+def put_right(points: Array, lidar: Lidar, pose: Array, covariance: Array, grid: FieldGrid) -> Array:
+    """A scan's points (B, 2) in the frame of the robot at `pose` (3,), with `covariance` (3, 3), without that error."""
+    away = points - lidar.mount[:2]
+    ranges = np.hypot(away[:, 0], away[:, 1])
+    directions = away / np.maximum(ranges, CLOSE)[:, None]
+    c, s = np.cos(pose[2]), np.sin(pose[2])
+    to_world = np.array([[c, s], [-s, c]])
+    rays = Rays(
+        origins=np.tile(lidar.mount[:2] @ to_world + pose[:2], (len(points), 1)),
+        directions=np.ascontiguousarray(directions @ to_world),
+        ranges=ranges,
+        spread=np.zeros(0),
+        times=np.zeros(0),
+        step=0.0,
+        width=0.0,
+        closed=True,
+        min_range=lidar.min_range,
+        max_range=lidar.max_range,
+    )
+    error = beyond_doubt(shared_error(rays, grid), covariance)
+    return points - error * directions if error else points
+
+
+def beyond_doubt(error: float, covariance: Array) -> float:
+    """The error [m], or 0 where the robot's uncertainty (3, 3) may explain it."""
+    doubt = LEAST + SIGMAS * sqrt(max(covariance[0, 0], covariance[1, 1]))
+    return error if abs(error) > doubt else 0.0
+
+
+CONTRADICTION = 0.02
+LOG_CONTRADICTION = log(CONTRADICTION)
+SLACK = 0.25  # [m] before a beam's end that is not looked at: its error, and surfaces that it grazes
+TOUCHED = 0.02  # [m] from a surface, where the beam is taken to have met it
+MIN_STEP = 0.02  # [m]
+
+
+class Ways(NamedTuple):
+    """Beams of a scan with their ends, met or not."""
+
+    angles: Vector  # (b,) [rad] in the robot's frame
+    reaches: Vector  # (b,) [m] for which they are known to be free
+    place: Vector  # (2,) [m] of the lidar in the robot's frame
+    points: Matrix  # (b, 2) [m] ends in the robot's frame, NaN where they met nothing
+    precision: Vector  # (b,) as in `Beams`
+    peak: Vector  # (b,)
+
+
+def ways_of(points: Array, field: LikelihoodField, num: int) -> Ways:
+    """At most `num` beams, chosen evenly in angle; `points` (B, 2) as `scan_points` gives them.
+
+    A beam without a point met nothing within the lidar's range. Motion during the scan is undone for the others alone.
+    """
+    lidar = field.lidar
+    chosen = (np.arange(min(num, len(points))) * len(points)) // min(num, len(points))
+    ends = points[chosen]
+    ways = ends - lidar.mount[:2]
+    met = np.isfinite(ways[:, 0])
+    angles = np.where(met, np.arctan2(ways[:, 1], ways[:, 0]), lidar.angles[chosen] + lidar.mount[2])
+    lengths = np.where(met, np.hypot(ways[:, 0], ways[:, 1]), lidar.max_range)
+    precision, peak = field.hits(lengths)
+    reaches = np.maximum(lengths - SLACK, 0.0)
+    return Ways(angles, reaches, lidar.mount[:2].copy(), np.ascontiguousarray(ends), precision, peak)
+
+
+def contradictions(poses: Array, ways: Ways, field: LikelihoodField) -> tuple[Array, Array]:
+    """What beams that would have gone through a surface take from `log_ratio` of poses (n, 3): (n,), at most 0.
+
+    The logarithm of CONTRADICTION for each, and what its end had gained. Also which share of the beams they are, (n,).
+    """
+    found = _contradictions(np.ascontiguousarray(poses), ways, field.field.grid, max(field.lidar.min_range, SLACK))
+    return found[:, 0], found[:, 1] / len(ways.angles)
+
+
+@kernel
+def _contradictions(poses: Matrix, ways: Ways, grid: FieldGrid, start: float):
+    found = np.zeros((len(poses), 2))
+    for i in range(len(poses)):
+        c, s = np.cos(poses[i, 2]), np.sin(poses[i, 2])
+        at_x = poses[i, 0] + c * ways.place[0] - s * ways.place[1]
+        at_y = poses[i, 1] + s * ways.place[0] + c * ways.place[1]
+        for b in range(len(ways.angles)):
+            ux, uy = np.cos(poses[i, 2] + ways.angles[b]), np.sin(poses[i, 2] + ways.angles[b])
+            along = start
+            while along < ways.reaches[b]:  # sphere tracing (Hart 1996)
+                clearance = lookup(grid, at_x + along * ux, at_y + along * uy)[0]
+                if clearance < TOUCHED:
+                    found[i, 0] += LOG_CONTRADICTION
+                    found[i, 1] += 1.0
+                    x, y = ways.points[b, 0], ways.points[b, 1]
+                    if x == x:
+                        end = lookup(grid, poses[i, 0] + c * x - s * y, poses[i, 1] + s * x + c * y)[0]
+                        found[i, 0] -= np.log(1.0 + ways.peak[b] * np.exp(-0.5 * end * end * ways.precision[b]))
+                    break
+                along += max(clearance - TOUCHED, MIN_STEP)
     return found

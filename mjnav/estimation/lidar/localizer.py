@@ -16,21 +16,16 @@ grows as wheels and gyro let it.
 
 import numpy as np
 
-from mjnav.estimation.assumed import assumed_noise
-from mjnav.estimation.base import HEADING, PoseEstimator
-from mjnav.estimation.lidar.beams import MotionHistory, scan_points
+from mjnav.estimation.base import HEADING, PoseEstimator, assumed_noise
 from mjnav.estimation.lidar.cloud import Cloud
-from mjnav.estimation.lidar.contradictions import contradictions, ways_of
-from mjnav.estimation.lidar.floor_search import FloorSearch
-from mjnav.estimation.lidar.likelihood_field import LikelihoodField
-from mjnav.estimation.lidar.range_error import put_right
-from mjnav.estimation.lidar.recovery import Recovery
-from mjnav.estimation.lidar.twist import TwistSensors
+from mjnav.estimation.lidar.likelihood_field import LikelihoodField, contradictions, put_right, ways_of
+from mjnav.estimation.lidar.recovery import FloorSearch, Recovery
+from mjnav.estimation.lidar.scan import MotionHistory, TwistSensors, scan_points
 from mjnav.geometry.angles import wrap
 from mjnav.messages import Array, Reading, RobotBelief
 from mjnav.rng import stream
-from mjnav.scenarios.floor import floor_of_lidar, floor_of_robot
 from mjnav.scenarios.spec import Scenario
+from mjnav.scenarios.ways import floor_of_lidar, floor_of_robot
 
 START_STD = (0.03, 0.03, 0.02)  # [m], [m], [rad]: how well a known start is known
 GLOBAL_PARTICLES = 2000  # at most, where that is more than `particles`, while the belief is as wide as this:

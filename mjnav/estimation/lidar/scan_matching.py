@@ -27,14 +27,13 @@ import numpy as np
 from numpy.linalg import eigh
 
 from mjnav.constant import Constant
-from mjnav.estimation.likelihood import MAX_LOG_DENSITY
+from mjnav.estimation.base import MAX_LOG_DENSITY
 from mjnav.geometry.angles import wrap
-from mjnav.geometry.compiled import kernel
+from mjnav.geometry.compiled import Matrix, Vector, kernel
 from mjnav.geometry.distance_field import DistanceField, FieldGrid, lookup
-from mjnav.geometry.kernel_types import Matrix, Vector
 from mjnav.messages import Array
 from mjnav.noise import Distribution
-from mjnav.scenarios.lidar import Lidar
+from mjnav.scenarios.sensors import Lidar
 
 LEAST_FACING = 0.1  # cosine of the angle between a beam and a face, of which the expected range is told
 WITHIN = 2.5  # standard deviations

@@ -1,4 +1,20 @@
-"""Bodies that the map does not have, tracked from scan to scan: any number of them, without identity.
+"""Which detection belongs to which track: global nearest neighbour with a gate and a probability of detection.
+
+Source: Blackman & Popoli 1999, "Design and Analysis of Modern Tracking Systems", chapter 6. What is nearest is what the
+belief of a track makes most likely, its turns and stops included: the Gaussian of its first two moments would lose
+people who turn on their heel.
+
+Birth, confirmation and death of a track.
+
+Its score is the log-odds that it stands for a body (Sittler 1964; Musicki, Evans & Stankovic 1994). It begins even, and
+
+    a detection z that belongs to it     adds log(DETECTED p(z) / clutter)
+    a scan without one                   adds log(1 - P_D)
+
+with P_D the share of its belief that the scan could see, times DETECTED. So a track that stands behind something, out
+of range, or before a lidar that is silent, loses nothing: it coasts, until nobody knows any more where it is.
+
+Bodies that the map does not have, tracked from scan to scan: any number of them, without identity.
 
     predict every track -> detect -> assign -> correct, or note a miss -> births -> deaths
 
@@ -8,21 +24,99 @@ Everything that persists is tracked: people, and furniture that the map lacks, w
 from collections.abc import Callable
 from dataclasses import dataclass
 from importlib import import_module
+from math import log, log1p
 from typing import Protocol
 
 import numpy as np
+from numpy.typing import NDArray
 
 from mjnav.estimation.base import DRAWS
-from mjnav.estimation.lidar.association import FAR, assigned, mahalanobis
 from mjnav.estimation.lidar.detector import Detector
-from mjnav.estimation.lidar.frame_error import FrameError
-from mjnav.estimation.lidar.lifecycle import CLUTTER, DETECTED, Life
-from mjnav.estimation.lidar.track_filter import ParticleTrackFilter, TrackFilter
-from mjnav.filters.resampling import shuffled
-from mjnav.geometry.ellipse import widest_std
+from mjnav.estimation.lidar.track_filter import FrameError, ParticleTrackFilter, TrackFilter
+from mjnav.filters.particles import shuffled
+from mjnav.geometry.distances import widest_std
 from mjnav.messages import Array, Detection, Reading, RobotBelief, Track
 from mjnav.rng import stream
 from mjnav.scenarios.spec import Scenario
+
+FAR = 60.0  # Mahalanobis distance^2 from a track's moments beyond which nobody asks for the density
+
+
+def mahalanobis(means: Array, covariances: Array, positions: Array, noise: Array, ages: Array) -> tuple[Array, Array]:
+    """Of D detections from T tracks, squared, and the log of the density under the Gaussian of their moments, (T, D).
+
+    Tracks' moments are (T, 4), (T, 4, 4), positions (D, 2), their covariances (D, 2, 2), made `ages` (D,) [s] before:
+    z ~ N(x - age v, H P H^T + R), H = (I, -age I).
+    """
+    age = ages[:, None]
+    error = positions - (means[:, None, :2] - age * means[:, None, 2:])
+    PP, PV, VV = covariances[:, :2, :2], covariances[:, :2, 2:], covariances[:, 2:, 2:]
+    age = ages[:, None, None]
+    cross = (PV + PV.swapaxes(1, 2))[:, None]
+    S = PP[:, None] - age * cross + age**2 * VV[:, None] + noise
+    determinant = S[..., 0, 0] * S[..., 1, 1] - S[..., 0, 1] ** 2
+    dx, dy = error[..., 0], error[..., 1]
+    squared = (S[..., 1, 1] * dx**2 - 2.0 * S[..., 0, 1] * dx * dy + S[..., 0, 0] * dy**2) / determinant
+    return squared, -0.5 * squared - 0.5 * np.log(determinant) - np.log(2.0 * np.pi)
+
+
+def assigned(log_density: Array, detectable: Array, false: float) -> NDArray[np.int64]:
+    """The detection of each track, (T,); -1 for a track that none belongs to. No detection belongs to two.
+
+    log_density (T, D) is of each detection under each track [1/m^2], -inf where it cannot belong to it. The most likely
+    assignment maximises the product over tracks of p(z) / `false` where z belongs to the track and of 1 - P_D where
+    none does, P_D being its `detectable` (T,), below one. `false` is the density of detections that belong to no track
+    over the probability that a body in view is detected [1/m^2]; that a detection was made says that there the body was
+    in view. A track's gate is where p(z) >= false.
+    """
+    from scipy.optimize import linear_sum_assignment  # a tracker that needs it imports it before the first tick
+
+    num_tracks, num = log_density.shape
+    if not (num_tracks and num):
+        return np.full(num_tracks, -1)
+    costs = np.full((num_tracks, num + num_tracks), np.inf)
+    gain = log_density - np.log(false)
+    costs[:, :num] = np.where(gain >= 0.0, -gain, np.inf)
+    costs[:, num:][np.diag_indices(num_tracks)] = -np.log1p(-detectable)
+    columns = linear_sum_assignment(costs)[1]
+    return np.where(columns < num, columns, -1)
+
+
+DETECTED = 0.85  # probability that a body in full view is detected: two that touch may be one cluster
+CLUTTER = 0.002  # [1/m^2] density of false detections in a scan; with new bodies among them
+CONFIRMED = 3  # detections that confirm a track, whose score has never been so low that it died
+DEAD = -3.0  # score, 5 % in probability
+SUREST = 8.0  # score; a track in full view dies after six scans in a row without a detection
+COASTING = 5.0  # [s] without a detection, at most
+SPREAD = 1.5  # [m] std of the position in its widest direction, at most
+
+
+@dataclass(slots=True)
+class Life:
+    """What decides how long a track lives."""
+
+    born: float  # [s]
+    seen: float  # [s] when a detection last belonged to it
+    detections: int = 1
+    score: float = 0.0
+
+    def detected(self, time: float, log_density: float) -> None:
+        """A detection belongs to it, of that log of density under its belief [1/m^2]."""
+        self.seen, self.detections = time, self.detections + 1
+        self.score = min(self.score + log(DETECTED / CLUTTER) + log_density, SUREST)
+
+    def missed(self, detectable: float) -> None:
+        """No detection of a scan belongs to it."""
+        self.score += log1p(-detectable)
+
+    @property
+    def confirmed(self) -> bool:
+        """Whether it counts as a body."""
+        return self.detections >= CONFIRMED
+
+    def over(self, time: float, spread: float) -> bool:
+        """Whether it ends at `time` [s], `spread` [m] being the largest std of its position."""
+        return self.score < DEAD or spread > SPREAD or time - self.seen > COASTING
 
 
 class ScanView(Protocol):

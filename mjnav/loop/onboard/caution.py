@@ -22,7 +22,7 @@ from dataclasses import replace
 import numpy as np
 
 from mjnav.estimation import assumed_noise
-from mjnav.geometry.ellipse import widest_std
+from mjnav.geometry.distances import widest_std
 from mjnav.loop.onboard.sanity import Sanity
 from mjnav.loop.onboard.seen_space import SeenSpace
 from mjnav.messages import Beliefs, Decision, Event, Reading, RobotBelief, Status

@@ -9,15 +9,12 @@ from mjnav.control import Controller
 from mjnav.errors import InvalidValue, PluginFault
 from mjnav.estimation import Localizer, Tracker, assumed_noise, make_localizer, make_tracker
 from mjnav.estimation.base import DRAWS
-from mjnav.filters.resampling import shuffled
+from mjnav.filters.particles import shuffled
 from mjnav.geometry.angles import circular_mean
-from mjnav.loop.given_decision import checked_decision
 from mjnav.loop.onboard.caution import Caution
-from mjnav.loop.onboard.commands import CommandHistory
-from mjnav.loop.onboard.floor_map import FloorMap
-from mjnav.loop.onboard.latency import make_latency
-from mjnav.loop.onboard.prediction import RobotPrediction
+from mjnav.loop.onboard.commands import CommandHistory, RobotPrediction, checked_decision, make_latency
 from mjnav.loop.onboard.sanity import Sanity
+from mjnav.loop.onboard.seen_space import FloorMap
 from mjnav.loop.prepare import build_controller, num_samples
 from mjnav.messages import (
     Array,
@@ -32,7 +29,7 @@ from mjnav.messages import (
     Scan,
     Track,
 )
-from mjnav.motion.diff_drive import command_bounds
+from mjnav.motion.unicycle import command_bounds
 from mjnav.prediction import Crowd, RobotNow, make_predictor
 from mjnav.rng import stream
 from mjnav.scenarios.spec import Scenario

@@ -1,4 +1,6 @@
-"""What the latest scan saw around the robot that its method is not told of, and how far the robot may go before it.
+"""The known map as controllers use it: legs and pillars as discs at rest, walls as the faces towards the robot.
+
+What the latest scan saw around the robot that its method is not told of, and how far the robot may go before it.
 
 Returns from a surface of the map and from somebody who is tracked are the method's own affair. All others may be
 anything: somebody who is not tracked yet, a thing that the map misses, a wall where the robot is not where it believes.
@@ -11,18 +13,70 @@ unseen from the distance HIDDEN / sin(g / 2) on. There the gap counts as an obst
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from itertools import repeat
 
 import numpy as np
 from numpy.typing import NDArray
 
-from mjnav.estimation.lidar.beams import MotionHistory, scan_points
-from mjnav.estimation.lidar.twist import TwistSensors
-from mjnav.geometry.beams import WHOLE_TURN, placed
-from mjnav.messages import Array, Reading, Track
+from mjnav.constant import Constant
+from mjnav.estimation.lidar.scan import MotionHistory, TwistSensors, scan_points
+from mjnav.geometry.distances import WHOLE_TURN, placed
+from mjnav.messages import Array, KnownMap, ObstacleSamples, Reading, Track
 from mjnav.noise import Distribution
-from mjnav.scenarios.floor import floor_of_lidar
 from mjnav.scenarios.spec import Scenario
-from mjnav.world.lidar.casting import cast
+from mjnav.scenarios.ways import floor_of_lidar
+from mjnav.sealed import sealed
+from mjnav.world.lidar import cast
+
+
+class FloorMap(Constant):
+    """Static obstacles of the map that the robot has, with their names for the log."""
+
+    def __init__(self, scenario: Scenario):
+        known = scenario.known_bodies
+        tables = zip(known.tables, known.table_names, strict=True)
+        legs = [(leg, table.leg_radius, name) for table, name in tables for leg in table.legs]
+        pillars = [
+            (np.array(p.position), p.radius, name) for p, name in zip(known.pillars, known.pillar_names, strict=True)
+        ]
+        discs = [*legs, *pillars]
+        self._positions = np.array([at for at, *_ in discs]).reshape(-1, 1, 2)
+        self._radii = tuple(radius for _, radius, _ in discs)
+        self.names = tuple(name for *_, name in discs)
+        self.wall_names = known.wall_names
+
+        start = np.array([wall.start for wall in known.walls], float).reshape(-1, 2)
+        end = np.array([wall.end for wall in known.walls], float).reshape(-1, 2)
+        half = 0.5 * np.array([[wall.thickness] for wall in known.walls]).reshape(-1, 1)
+        along = end - start
+        along = along / np.linalg.norm(along, axis=1, keepdims=True)
+        self._across = half * np.stack([-along[:, 1], along[:, 0]], axis=1)
+        self._middle = (start * self._across).sum(axis=1)
+        # A face is as long as the wall with its two ends. The second is the one to the left of start-end.
+        ends = np.stack([start - half * along, end + half * along], axis=1)
+        self._faces = np.stack([ends - self._across[:, None], ends + self._across[:, None]], axis=1)  # (W, 2, 2, 2)
+        self._index = np.arange(len(ends))
+        self._walls, self._thickness = sealed(np.stack([start, end], axis=1)), sealed(2.0 * half[:, 0])
+        self._discs = sealed(np.column_stack([self._positions[:, 0], self._radii]))
+        self._lanes = scenario.lanes
+
+    @property
+    def known(self) -> KnownMap:
+        """The map as an observation carries it, sealed."""
+        left, right = (None, None) if self._lanes is None else (self._lanes.left, self._lanes.right)
+        return KnownMap(self._walls, self._thickness, self._discs, left, right)
+
+    @property
+    def discs(self) -> tuple[ObstacleSamples, ...]:
+        """Legs and pillars, sealed, one sample each."""
+        positions, at_rest = sealed(self._positions), sealed(np.zeros((1, 2)))
+        return tuple(map(ObstacleSamples, positions, repeat(at_rest), self._radii))
+
+    def walls(self, position: Array) -> Array:
+        """The face of each wall on the side of `position` (2,): start and end, (W, 2, 2)."""
+        left = self._across @ position >= self._middle
+        return self._faces[self._index, left.astype(int)]
+
 
 ON_MAP = 0.15  # [m] and 3 std of the range from a surface of the map, beyond which a return is not its own
 SURE = 0.9  # share of the lidar's range within which a surface would surely have returned a beam

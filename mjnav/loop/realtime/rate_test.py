@@ -11,17 +11,26 @@ from tempfile import TemporaryDirectory
 import numpy as np
 
 from mjnav.loop.episode import Episode
-from mjnav.loop.pacer import MAX_CATCH_UP, Pacer, RealTimePacer, Start
+from mjnav.loop.events import ABORTED
+from mjnav.loop.pacer import MAX_CATCH_UP, Pacer, RealTimePacer, Scheduling, Start, realtime_scheduling
 from mjnav.loop.realtime.machine import Gaps, Usage, UsageMeter, gap_probe, stolen
 from mjnav.loop.realtime.stress import stress
-from mjnav.loop.referee import ABORTED
 from mjnav.loop.result import Result
-from mjnav.loop.scheduling import Scheduling, realtime_scheduling
-from mjnav.loop.warm_up import warm_up
+from mjnav.loop.run import warm_up
 from mjnav.messages import PHASES, Event
-from mjnav.metrics.blame import Blame, blame, overlap, with_stolen
-from mjnav.metrics.schedule import Overrun, Schedule, longest_overrun, verdict, wakeup_us
-from mjnav.metrics.timing import compute_ms, quantiles
+from mjnav.metrics.timing import (
+    Blame,
+    Overrun,
+    Schedule,
+    blame,
+    compute_ms,
+    longest_overrun,
+    overlap,
+    quantiles,
+    verdict,
+    wakeup_us,
+    with_stolen,
+)
 from mjnav.recording.log_format import check_path
 from mjnav.scenarios.spec import Scenario
 
@@ -127,7 +136,7 @@ def rate_test(
     The log goes to `log`, or to a temporary file. `stressed` loads the machine meanwhile; `warmed_up` is as in `run`.
     Raises InputError for what cannot be run.
     """
-    from mjnav.loop.realtime.first_time import first_time_work  # numba listens
+    from mjnav.loop.realtime.machine import first_time_work
 
     log = None if log is None else check_path(log)
     if not warmed_up:

@@ -1,6 +1,10 @@
 """Load beside a real-time test: a process for every CPU that computes, and one that writes to the disk.
 
 Each ends when the context closes, or when its parent has died.
+
+A scenario with another number of people, to see what they cost.
+
+A scene as a rate test drives it: back and forth for a given time, at a given control rate.
 """
 
 import os
@@ -9,6 +13,18 @@ import sys
 import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import replace
+from itertools import pairwise
+from math import ceil, hypot
+
+import numpy as np
+
+from mjnav.config import Range
+from mjnav.errors import InvalidValue
+from mjnav.rng import stream
+from mjnav.scenarios.check import check
+from mjnav.scenarios.ranges import MAX_POINTS, MAX_RATE, MAX_TIME, MIN_RATE
+from mjnav.scenarios.spec import Person, Scenario, Waypoints
 
 _COMPUTE = """
 import os, sys
@@ -44,3 +60,97 @@ def stress() -> Iterator[str]:
                 process.kill()
             for process in processes:
                 process.wait()
+
+
+MARGIN = 2.0  # [m] around everything on the map, where people may walk
+MAX_TRIES = 1000  # places a person
+
+
+def crowd(scenario: Scenario, num_people: int) -> Scenario:
+    """The scenario with its first `num_people` people, and where it has fewer, with more who walk back and forth.
+
+    They start and turn at random places, which follow the scenario's seed. Raises InvalidValue for a number below zero
+    and where there is no room.
+    """
+    if num_people < 0:
+        raise InvalidValue("people", num_people, "a number >= 0")
+    people = scenario.people[:num_people]
+    rng = stream(scenario.seed, "crowd")
+    low, high = _bounds(scenario)
+    while len(people) < num_people:
+        for _ in range(MAX_TRIES):
+            start, turn = rng.uniform(low, high, (2, 2)).round(3).tolist()
+            walk = Waypoints((tuple(turn), tuple(start)), speed=float(rng.uniform(0.3, 0.8)))
+            person = Person(tuple(start), walk)
+            if any(hypot(start[0] - p.start[0], start[1] - p.start[1]) < p.radius + person.radius for p in people):
+                continue
+            try:
+                check(replace(scenario, people=(person,)))
+            except InvalidValue:
+                continue
+            people = (*people, person)
+            break
+        else:
+            raise InvalidValue("people", num_people, f"at most {len(people)}: there is no room for more")
+    return replace(scenario, people=people)
+
+
+def _bounds(scenario: Scenario) -> tuple[np.ndarray, np.ndarray]:
+    """The lowest and highest (x, y) where people may walk."""
+    robot = scenario.robot
+    points = [robot.start[:2], *robot.route, *(p.start for p in scenario.people)]
+    points += [end for wall in scenario.walls for end in (wall.start, wall.end)]
+    points += [body.position for body in (*scenario.tables, *scenario.pillars)]
+    corners = np.array(points, float)
+    margin = 0.0 if scenario.walls else MARGIN
+    return corners.min(axis=0) - margin, corners.max(axis=0) + margin
+
+
+TIMESTEP = 0.002  # [s], the longest
+MAX_REFINEMENT = 100  # of the timestep, until the sensors' period is a whole number of steps too
+MIN_LEG = 0.2  # [m] that a leg of the route is longer than the tolerances at its ends
+
+
+def shuttling(scenario: Scenario, rate: float, duration: float) -> Scenario:
+    """The scenario at `rate` [Hz], back and forth between start and goal for `duration` [s], whatever it hits.
+
+    The time step is the longest up to 2 ms that divides the period and the sensors'. Raises InvalidValue.
+    """
+    Range(MIN_RATE, MAX_RATE, "Hz").check("rate", rate)
+    Range(0.0, MAX_TIME, "s", open_low=True).check("duration", duration)
+    robot = scenario.robot
+    there = [robot.start[:2], *robot.route]
+    round_trip = [*there[1:], *there[-2::-1]]
+    longest = max(hypot(b[0] - a[0], b[1] - a[1]) for a, b in pairwise(there))
+    leg = longest - 2.0 * robot.goal_tolerance
+    if leg < MIN_LEG:
+        far = 2.0 * robot.goal_tolerance + MIN_LEG
+        raise InvalidValue(
+            "robot.goal" if robot.goal is not None else "robot.waypoints",
+            robot.route[-1],
+            f"a way to drive: {far:g} m, twice robot.goal_tolerance and {MIN_LEG:g} m",
+            file=scenario.source or None,
+        )
+    num_trips = 2 * ceil(duration * robot.max_speed / (2.0 * leg)) + 1  # twice: beliefs reach a point before the robot
+    if len(round_trip) * num_trips > MAX_POINTS:
+        most = (MAX_POINTS // len(round_trip) - 1) // 2 * 2.0 * leg / robot.max_speed
+        raise InvalidValue(
+            "duration", duration, f"at most {most:.0f} s on so short a way: {MAX_POINTS} points of a route"
+        )
+    return replace(
+        scenario,
+        robot=replace(robot, goal=None, waypoints=tuple(round_trip * num_trips)),
+        time_limit=duration,
+        stop_on_collision=False,
+        control=replace(scenario.control, rate=rate),
+        physics=replace(scenario.physics, timestep=_timestep(rate, scenario.sensors.rate)),
+    )
+
+
+def _timestep(rate: float, sensor_rate: float) -> float:
+    least = ceil(1.0 / (rate * TIMESTEP) - 1e-9)
+    for steps in range(least, MAX_REFINEMENT * least + 1):
+        sensor_steps = steps * rate / sensor_rate
+        if abs(sensor_steps - round(sensor_steps)) < 1e-9 * sensor_steps and round(sensor_steps) >= 1:
+            return 1.0 / (rate * steps)
+    raise InvalidValue("rate", rate, f"a rate with a time step in common with sensors.rate ({sensor_rate:g} Hz)")

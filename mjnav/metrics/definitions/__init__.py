@@ -7,12 +7,20 @@ from collections.abc import Mapping
 from types import MappingProxyType
 
 from mjnav.errors import InvalidValue
-from mjnav.metrics.definitions.decisions import COMPUTING, DECISIONS
-from mjnav.metrics.definitions.definition import HIGHER, INTEGER, LOWER, NUMBER, STRING, TRUTH, Definition
-from mjnav.metrics.definitions.knowledge import CONSISTENCY, KNOWLEDGE
-from mjnav.metrics.definitions.motion import MOTION, PATH
-from mjnav.metrics.definitions.outcome import OUTCOME
-from mjnav.metrics.definitions.people import PEOPLE
+from mjnav.metrics.definitions.knowledge import COMPUTING, CONSISTENCY, DECISIONS, KNOWLEDGE
+from mjnav.metrics.definitions.outcome import (
+    HIGHER,
+    INTEGER,
+    LOWER,
+    MOTION,
+    NUMBER,
+    OUTCOME,
+    PATH,
+    PEOPLE,
+    STRING,
+    TRUTH,
+    Definition,
+)
 
 __all__ = ["DERIVED", "FIGURES", "GROUPS", "HIGHER", "INTEGER", "LOWER", "NUMBER", "STRING", "TRUTH", "Definition"]
 

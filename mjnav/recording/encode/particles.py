@@ -15,7 +15,7 @@ from foxglove_schemas_protobuf.PointCloud_pb2 import PointCloud
 
 from mjnav.geometry.angles import wrap
 from mjnav.messages import Array, RobotBelief, Track
-from mjnav.recording.encode import wire
+from mjnav.recording.encode import geometry as wire
 from mjnav.recording.encode.geometry import WORLD_FRAME, pose, time_ns
 
 STEPS = MappingProxyType({"theta": 10_000, "vx": 1000, "vy": 1000})  # of the integers: in a radian, in a metre a second

@@ -22,12 +22,11 @@ from foxglove_schemas_protobuf.TextPrimitive_pb2 import TextPrimitive
 from foxglove_schemas_protobuf.Vector3_pb2 import Vector3
 from google.protobuf.duration_pb2 import Duration
 
-from mjnav.geometry.ellipse import ellipse_95
+from mjnav.geometry.distances import ellipse_95
 from mjnav.messages import Detection, Observation, PlanShown, Track, WorldState
-from mjnav.recording.encode import wire
-from mjnav.recording.encode.futures import future_entities
+from mjnav.recording.encode import geometry as wire
 from mjnav.recording.encode.geometry import TRUE_FRAME, WORLD_FRAME, pose, time_ns
-from mjnav.recording.encode.plan_lines import plan_entity
+from mjnav.recording.encode.plan import future_entities, plan_entity
 from mjnav.scenarios.spec import Scenario, Table
 
 ROBOT_HEIGHT = 0.35  # [m]

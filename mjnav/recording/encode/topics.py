@@ -12,11 +12,15 @@ from foxglove_schemas_protobuf.SceneUpdate_pb2 import SceneUpdate
 
 from mjnav.messages import Event, Reading, TickRecord, WorldState
 from mjnav.recording.encode import geometry, json_messages, particles
-from mjnav.recording.encode.candidate_arcs import encode_arcs
-from mjnav.recording.encode.candidates import candidates_schema, encode_candidates
-from mjnav.recording.encode.cone import cone_schema, encode_cone
+from mjnav.recording.encode.candidates import (
+    candidates_schema,
+    cone_schema,
+    encode_arcs,
+    encode_candidates,
+    encode_cone,
+)
+from mjnav.recording.encode.geometry import ScanEncoder, encode_mount
 from mjnav.recording.encode.plan import encode_plan, plan_schema
-from mjnav.recording.encode.scan import ScanEncoder, encode_mount
 from mjnav.recording.encode.scene import SceneEncoder
 from mjnav.recording.encode.schemas import Schema, foxglove_schema, json_schema
 from mjnav.scenarios.spec import Scenario

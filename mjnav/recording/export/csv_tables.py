@@ -1,4 +1,6 @@
-"""Tidy tables: a CSV file for each kind of row, a row for each thing observed, a column for each of its figures.
+"""Cells of CSV files that are safe to open in a spreadsheet.
+
+Tidy tables: a CSV file for each kind of row, a row for each thing observed, a column for each of its figures.
 
 Every table begins with the number of the tick and the simulated time, by which tables join. columns.csv has the unit of
 each column of each table. Numbers are the shortest decimals that read back as the same number: pandas 3 reads them
@@ -15,10 +17,25 @@ from typing import Any
 
 import numpy as np
 
-from mjnav.recording.export.csv_cells import neutral
 from mjnav.recording.read.log import Log, LogMessage
-from mjnav.recording.read.table_blocks import Block, blocks
 from mjnav.recording.read.tables import TABLES as TOPICS
+from mjnav.recording.read.tables import Block, blocks
+
+STARTS = ("=", "+", "-", "@", "\t", "\r", "\n", "＝", "＋", "－", "＠")  # of a formula (OWASP, CSV injection)
+
+
+def neutral(value: object) -> object:
+    """The cell; a text that a spreadsheet would run as a formula gets an apostrophe before it, a number does not.
+
+    No name of mjnav's begins like a formula, so this needs no option.
+    """
+    if not isinstance(value, str) or not value.startswith(STARTS):
+        return value
+    try:
+        float(value)
+    except ValueError:
+        return f"'{value}"
+    return value
 
 
 def write(log: Log, topics: Sequence[str], messages: Iterator[LogMessage], folder: Path) -> dict[str, int]:

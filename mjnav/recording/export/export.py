@@ -16,7 +16,7 @@ from types import MappingProxyType, ModuleType
 from mjnav.errors import InputError, InvalidValue, MjnavError, missing_extra, unknown_name
 from mjnav.recording.log_format import check_folder
 from mjnav.recording.read.log import Log, LogMessage
-from mjnav.recording.read.table_blocks import not_ours
+from mjnav.recording.read.tables import not_ours
 
 
 @dataclass(frozen=True, slots=True)

@@ -7,10 +7,9 @@ import numpy as np
 from foxglove_schemas_protobuf.SceneUpdate_pb2 import SceneUpdate
 from rosbags.typesys.stores import ros2_humble as ros
 
-from mjnav.recording.encode.candidate_arcs import encode_arcs
-from mjnav.recording.encode.candidates import decode_candidates
+from mjnav.recording.encode.candidates import decode_candidates, encode_arcs
 from mjnav.recording.export.ros_messages import header, same_point, same_turn, same_vector, vector
-from mjnav.recording.read.scene_rows import segments
+from mjnav.recording.read.tables import segments
 
 
 def markers(update: Any, now: int) -> ros.visualization_msgs__msg__MarkerArray:

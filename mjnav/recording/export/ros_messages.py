@@ -11,13 +11,13 @@ import numpy as np
 from foxglove_schemas_protobuf.Log_pb2 import Log as Event
 from rosbags.typesys.stores import ros2_humble as ros
 
-from mjnav.geometry.beams import WHOLE_TURN
+from mjnav.geometry.distances import WHOLE_TURN
 from mjnav.messages import Array
-from mjnav.motion.diff_drive import LIDAR_HEIGHT
+from mjnav.motion.unicycle import LIDAR_HEIGHT
 from mjnav.recording.encode.geometry import LIDAR_FRAME, ROBOT_FRAME, TRUE_FRAME, WORLD_FRAME, rotation, time_ns
 from mjnav.recording.encode.particles import decode_particles
 from mjnav.recording.encode.plan import decode_plan
-from mjnav.scenarios.lidar import Lidar
+from mjnav.scenarios.sensors import Lidar
 
 _PLANAR = [0, 1, 5]  # x, y and the turn about z among the six coordinates of a pose
 

@@ -33,9 +33,16 @@ from mcap.records import (
 from mcap.writer import MCAP0_MAGIC
 from numpy.typing import NDArray
 
-from mjnav.recording.read.file_bytes import FileBytes, FoundRecord, attachment_at, chunk_at, file_bytes, record_at
+from mjnav.recording.read.file_bytes import (
+    FileBytes,
+    FoundRecord,
+    attachment_at,
+    chunk_at,
+    file_bytes,
+    find_summary,
+    record_at,
+)
 from mjnav.recording.read.records import FOOTER_SIZE, HEADER, KNOWN, LostBytes
-from mjnav.recording.read.summary_section import find_summary
 
 _WITH_CHECKSUM = (Opcode.CHUNK, Opcode.ATTACHMENT)
 _END = re.compile(rb"\x02\x14\x00{7}[\s\S]{20}\x89MCAP0\r\n")  # a footer and the magic

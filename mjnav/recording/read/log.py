@@ -1,4 +1,7 @@
-"""A log: what it holds, its messages, and its run as arrays."""
+"""Brings a log's messages to simulated time, where they are stamped with wall time, and to today's names of frames.
+
+A log: what it holds, its messages, and its run as arrays.
+"""
 
 import json
 import os
@@ -16,20 +19,60 @@ from mjnav.errors import DamagedLogError, InputError
 from mjnav.messages import Trajectory
 from mjnav.output_files import path_text
 from mjnav.printable import printable
+from mjnav.recording.encode.geometry import OLD_FRAMES
 from mjnav.recording.encode.schemas import Schema
-from mjnav.recording.log_format import RECOVERED, RESULT, RUN, SCENARIO, check_version, epoch_ns, unreadable_topics
-from mjnav.recording.read.adapt import adapter
+from mjnav.recording.log_format import (
+    FRAMES_KEY,
+    RECOVERED,
+    RESULT,
+    RUN,
+    SCENARIO,
+    check_version,
+    epoch_ns,
+    unreadable_topics,
+)
 from mjnav.recording.read.data_frame import data_frame
 from mjnav.recording.read.intact_records import intact_records
-from mjnav.recording.read.log_topic import LogMessage as LogMessage
-from mjnav.recording.read.log_topic import TopicSummary as TopicSummary
 from mjnav.recording.read.records import LostBytes, read_records
-from mjnav.recording.read.table_blocks import find_table
+from mjnav.recording.read.tables import LogMessage as LogMessage
+from mjnav.recording.read.tables import TopicSummary as TopicSummary
+from mjnav.recording.read.tables import find_table
 from mjnav.recording.read.ticks import TICK, TIMING, BadDocument, LoggedRun, TickAssembler
 from mjnav.scenarios import Scenario, loads
 
 if TYPE_CHECKING:
     from pandas import DataFrame
+
+
+_FRAMES = ("frame_id", "parent_frame_id", "child_frame_id")
+
+
+def adapter(run: Mapping[str, str] | None) -> Callable[[Any], None] | None:
+    """What changes the messages of a log with this metadata mjnav/run in place; None where they are as they should."""
+    epoch, old = epoch_ns(run), run is not None and FRAMES_KEY not in run
+    if not epoch and not old:
+        return None
+
+    def adapt(value: Any) -> None:
+        if isinstance(value, dict | bytes):
+            return
+        for part in _parts(value):
+            names = part.DESCRIPTOR.fields_by_name
+            if epoch and "timestamp" in names and part.HasField("timestamp"):
+                part.timestamp.FromNanoseconds(part.timestamp.ToNanoseconds() - epoch)
+            for name in _FRAMES if old else ():
+                if name in names:
+                    setattr(part, name, OLD_FRAMES.get(getattr(part, name), getattr(part, name)))
+
+    return adapt
+
+
+def _parts(value: Any) -> Iterator[Any]:
+    """A Foxglove message, and the transforms or entities in it."""
+    yield value
+    yield from getattr(value, "transforms", ())
+    yield from getattr(value, "entities", ())
+
 
 MAX_NESTING = 500  # brackets in a value of metadata
 

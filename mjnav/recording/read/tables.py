@@ -1,17 +1,126 @@
-"""The tables of each topic: their columns with types and units, and the rows that one message gives."""
+"""One message of a log, and what is known of a topic once all of its messages were counted.
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+The shapes of a foxglove.SceneUpdate as rows of numbers.
+
+The tables of each topic: their columns with types and units, and the rows that one message gives.
+
+The rows of a log's tables, some thousand at a time: what CSV files, Parquet files and data frames are made of.
+"""
+
+import struct
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
+from itertools import chain, pairwise
+from pathlib import Path
 from types import MappingProxyType
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
+from foxglove_schemas_protobuf.LinePrimitive_pb2 import LinePrimitive
 from foxglove_schemas_protobuf.Log_pb2 import Log as Event
 
+from mjnav.errors import DamagedLogError, unknown_name
 from mjnav.messages import PHASES
 from mjnav.recording.encode.particles import decode_particles
 from mjnav.recording.encode.plan import decode_plan
-from mjnav.recording.read.scene_rows import lines, pose_figures, solids
+from mjnav.recording.read.records import EXPORT, FREE_EXPORT, Budget
+from mjnav.recording.read.ticks import NOT_OURS
+
+
+class LogMessage(NamedTuple):
+    """One decoded message: JSON as a dict, protobuf as its message object, anything else as bytes."""
+
+    topic: str
+    time_ns: int
+    sequence: int  # the tick
+    value: Any
+
+
+@dataclass(slots=True)
+class TopicSummary:
+    """What one topic holds. Times are simulated nanoseconds; sequence numbers are ticks where mjnav wrote the log."""
+
+    schema: str
+    messages: int = 0
+    first_ns: int | None = None
+    last_ns: int | None = None
+    max_gap_ns: int | None = None  # the longest time between two successive messages
+    max_gap_at_ns: int | None = None  # when it began
+    first_sequence: int | None = None
+    last_sequence: int | None = None
+    skipped: int = 0  # sequence numbers between those of successive messages
+    bytes: int = 0  # of the messages, before compression
+
+    @property
+    def hz(self) -> float | None:
+        """Messages a second over the topic's own span; None where they span no time."""
+        if self.first_ns is None or self.last_ns is None or self.last_ns <= self.first_ns:
+            return None
+        return (self.messages - 1) / (1e-9 * (self.last_ns - self.first_ns))
+
+    def add(self, time_ns: int, sequence: int, size: int) -> None:
+        """Counts one more message."""
+        self.messages += 1
+        self.bytes += size
+        if self.last_ns is None or self.last_sequence is None:
+            self.first_ns, self.first_sequence = time_ns, sequence
+        else:
+            gap = time_ns - self.last_ns
+            if self.max_gap_ns is None or gap > self.max_gap_ns:
+                self.max_gap_ns, self.max_gap_at_ns = max(0, gap), self.last_ns
+            if sequence > self.last_sequence + 1:
+                self.skipped += sequence - self.last_sequence - 1
+        self.last_ns, self.last_sequence = time_ns, sequence
+
+    def shift(self, epoch: int) -> None:
+        """Counts times from `epoch` [ns] on."""
+        if self.first_ns is not None and self.last_ns is not None:
+            self.first_ns, self.last_ns = self.first_ns - epoch, self.last_ns - epoch
+        if self.max_gap_at_ns is not None:
+            self.max_gap_at_ns -= epoch
+
+
+def pose_figures(position: Any, turn: Any) -> list[float]:
+    """x, y, z of a point and of a quaternion, and its w."""
+    return [position.x, position.y, position.z, turn.x, turn.y, turn.z, turn.w]
+
+
+def _color(color: Any) -> list[float]:
+    return [color.r, color.g, color.b, color.a]
+
+
+def solids(update: Any) -> Iterator[tuple[Any, ...]]:
+    """Boxes, cylinders and arrows; an arrow's size is its length and its head's diameter, twice."""
+    for entity in update.entities:
+        for shape, found in (("box", entity.cubes), ("cylinder", entity.cylinders), ("arrow", entity.arrows)):
+            for number, solid in enumerate(found):
+                if shape == "arrow":
+                    size = [solid.shaft_length + solid.head_length, solid.head_diameter, solid.head_diameter]
+                else:
+                    size = [solid.size.x, solid.size.y, solid.size.z]
+                placed = pose_figures(solid.pose.position, solid.pose.orientation)
+                yield entity.id, shape, number, entity.frame_id, *placed, *size, *_color(solid.color)
+
+
+def segments(line: Any) -> Iterator[tuple[Any, Any]]:
+    """The two ends of each segment of a foxglove.LinePrimitive, in its own pose, one by one: few bytes may be many."""
+    corners = (line.points[i] for i in line.indices) if line.indices else iter(line.points)
+    if line.type == LinePrimitive.LINE_LIST:
+        return zip(corners, corners, strict=True)
+    if line.type == LinePrimitive.LINE_LOOP and (first := next(corners, None)) is not None:
+        corners = chain((first,), corners, (first,))
+    return pairwise(corners)
+
+
+def lines(update: Any) -> Iterator[tuple[Any, ...]]:
+    """A row a segment: entity, number of its line, both ends, colour."""
+    for entity in update.entities:
+        for number, line in enumerate(entity.lines):
+            color, lift = _color(line.color), line.pose.position.z
+            for a, b in segments(line):
+                yield entity.id, number, a.x, a.y, a.z + lift, b.x, b.y, b.z + lift, *color
+
 
 Rows = Iterable[Sequence[Any]]
 
@@ -296,3 +405,93 @@ TABLES: Mapping[str, tuple[Table, ...]] = MappingProxyType(
         "/tick": (Table("tick", _TIMING, _row(*_TIMING)),),
     }
 )
+
+
+BLOCK = 16_384  # rows
+_LONG_TEXT = 1 << 20  # characters, beyond which a block is smaller: every row may hold a long text of its own
+_NUMBER_SIZE = 20  # [bytes] of a number
+
+
+class Block(NamedTuple):
+    """Rows of one table as columns, each a list with a value a row; a value that is missing is None."""
+
+    table: Table
+    columns: Sequence[Sequence[Any]]
+
+
+class _Rows:
+    """Rows of one table that wait to become a block."""
+
+    def __init__(self, table: Table):
+        self._table = table
+        self._texts = [i for i, column in enumerate(table.columns.values()) if column.type == "string"]
+        self._rows: list[tuple] = []
+        self._characters = 0
+
+    def __len__(self) -> int:
+        return len(self._rows)
+
+    @property
+    def full(self) -> bool:
+        return len(self._rows) >= BLOCK or self._characters > _LONG_TEXT
+
+    def add(self, row: tuple) -> None:
+        """Raises ValueError for a row that has not a value for each column."""
+        if len(row) != len(self._table.columns):
+            raise ValueError(f"{self._table.name}: {len(row)} values for {len(self._table.columns)} columns")
+        self._rows.append(row)
+        self._characters += sum(len(row[i]) for i in self._texts if isinstance(row[i], str))
+
+    def block(self, budget: Budget, path: Path) -> Block:
+        """All rows, which are gone afterwards."""
+        columns = list(zip(*self._rows, strict=True))
+        numbers = len(self._rows) * (len(columns) - len(self._texts))
+        if not budget.allows_export(self._characters + _NUMBER_SIZE * numbers):
+            what = f"{FREE_EXPORT} bytes and {EXPORT} for each of the log's"
+            raise DamagedLogError(f"{path}: damaged: its tables would take more than {what}")
+        self._rows, self._characters = [], 0
+        return Block(self._table, columns)
+
+
+def blocks(path: Path, tables: Iterable[Table], messages: Iterable[LogMessage]) -> Iterator[Block]:
+    """The rows that these messages of the log at `path` give in these tables, in their order.
+
+    Raises DamagedLogError where they would take more room than a log of its size can fill, and what `not_ours` turns
+    into a DamagedLogError where a message is not one of mjnav's.
+    """
+    budget = Budget(path.stat().st_size)
+    waiting = {table.name: _Rows(table) for table in tables}
+    chosen = {
+        topic: [(table, waiting[table.name]) for table in found if table.name in waiting]
+        for topic, found in TABLES.items()
+    }
+    for message in messages:
+        first = (message.sequence, message.time_ns / 1e9)
+        for table, rows in chosen[message.topic]:
+            for row in table.rows(message.value):
+                rows.add((*first, *row))
+                if rows.full:
+                    yield rows.block(budget, path)
+    for rows in waiting.values():
+        if rows:
+            yield rows.block(budget, path)
+
+
+@contextmanager
+def not_ours(path: Path) -> Iterator[None]:
+    """Turns what a message that mjnav did not write raises into a DamagedLogError of one line."""
+    try:
+        yield
+    except DamagedLogError:
+        raise
+    except (*NOT_OURS, struct.error) as error:
+        raise DamagedLogError(f"{path}: holds a message that is not one of mjnav's ({error!r})") from error
+
+
+def find_table(name: str) -> tuple[str, Table]:
+    """The topic and the table of this name; of a topic's name its first table. Raises InvalidValue with the nearest."""
+    found = {table.name: (topic, table) for topic, tables in TABLES.items() for table in tables}
+    found |= {topic: (topic, tables[0]) for topic, tables in TABLES.items()}
+    if name not in found:
+        raise unknown_name("table", name, found)
+    return found[name]

@@ -1,17 +1,82 @@
-"""Assembles the ticks of a log from its messages, one at a time: no document is kept longer than its tick."""
+"""The log's JSON messages as what the loop knows; the inverse of `encode.json_messages`.
+
+Assembles the ticks of a log from its messages, one at a time: no document is kept longer than its tick.
+"""
 
 from array import array
 from collections.abc import Mapping
 from dataclasses import dataclass
+from math import nan
 from sys import intern
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from mjnav.messages import PHASES, TickTiming, Trajectory, WorldState
-from mjnav.recording.read import documents
-from mjnav.recording.read.trajectory import TrajectoryBuilder
+from mjnav.messages import PHASES, Array, Contact, TickTiming, Trajectory, WorldState
+from mjnav.recording.read.trajectory import Believed, TrajectoryBuilder
+
+
+def _array(values: object, shape: tuple[int, ...]) -> Array:
+    return np.array(values, float).reshape(shape)
+
+
+def number(value: float | None) -> float:
+    """A number; NaN for the null that took its place."""
+    return nan if value is None else float(value)
+
+
+def _contact(document: Mapping) -> Contact:
+    kind, name = str(document["kind"]), str(document["name"])
+    return Contact(kind, name, number(document["force"]), number(document["time"]))
+
+
+def decode_truth(robot: Mapping, people: Mapping, contacts: Mapping) -> WorldState:
+    """The truth from mjnav.RobotState, mjnav.People and mjnav.Contacts."""
+    return WorldState(
+        time=number(robot["time"]),
+        robot_pose=_array(robot["pose"], (3,)),
+        robot_twist=_array(robot["twist"], (2,)),
+        people_position=_array([person["position"] for person in people["people"]], (-1, 2)),
+        people_velocity=_array([person["velocity"] for person in people["people"]], (-1, 2)),
+        contacts=tuple(_contact(contact) for contact in contacts["contacts"]),
+    )
+
+
+def decode_estimate(robot: Mapping) -> Believed | None:
+    """What mjnav.RobotState says of the robot's belief: its mean is (3,)."""
+    document = robot["estimate"]
+    if document is None:
+        return None
+    mean, covariance = _array(document["mean"], (3,)), _array(document["covariance"], (3, 3))
+    ess, recovered = number(document["ess"]), bool(document["recovered"])
+    return Believed(mean, covariance, ess, number(robot.get("particles")), recovered)
+
+
+def decode_twist(document: Mapping | None) -> Array:
+    """(v, omega) of a command or a decision, (2,); NaN where there is none."""
+    return np.full(2, np.nan) if document is None else _array([document["v"], document["omega"]], (2,))
+
+
+def decode_tracks(people: Mapping) -> dict[str, Believed]:
+    """Each believed person by name; the mean is (4,)."""
+    return {
+        person["name"]: Believed(
+            _array([*person["position"], *person["velocity"]], (4,)),
+            _array(person["covariance"], (4, 4)),
+            number(person["ess"]),
+            recovered=bool(person["recovered"]),
+            unseen=number(person.get("unseen", 0.0)),
+        )
+        for person in people["people"]
+    }
+
+
+def decode_timing(document: Mapping) -> TickTiming:
+    """The inverse of `encode_timing`."""
+    phases = tuple(document[f"{phase}_ns"] for phase in PHASES)
+    return TickTiming(document["tick"], phases, document["lateness_ns"], document["deadline_missed"])
+
 
 TRUTH = ("/robot/state", "/people/truth", "/contacts")
 TICK = (*TRUTH, "/people/estimate", "/decision", "/command")
@@ -100,7 +165,7 @@ class TickAssembler:
             timing = self._read_timing(found.get(TIMING))
             if any(topic not in found for topic in TRUTH):
                 return
-            truth = documents.decode_truth(*(found[topic] for topic in TRUTH))
+            truth = decode_truth(*(found[topic] for topic in TRUTH))
             num_people = len(truth.people_position if self._held is None else self._held[1].people_position)
             if not len(truth.people_position) == len(truth.people_velocity) == num_people:
                 raise ValueError(f"{num_people} people have become {len(truth.people_position)}")
@@ -135,7 +200,7 @@ class TickAssembler:
     def _read_timing(self, document: Any) -> TickTiming | None:
         if document is None:
             return None
-        timing = documents.decode_timing(document)
+        timing = decode_timing(document)
         self._timing.extend(array("q", (timing.tick, *timing.phases, timing.lateness)))  # all or none
         self._misses += bool(timing.deadline_missed)
         return timing
@@ -148,12 +213,12 @@ def _parts(found: Mapping[str, Any], timing: TickTiming | None) -> _Parts:
         raise TypeError("no command")
     return _Parts(
         states={
-            "estimate": documents.decode_estimate(found["/robot/state"]),
-            "tracks": documents.decode_tracks(people),
+            "estimate": decode_estimate(found["/robot/state"]),
+            "tracks": decode_tracks(people),
             "updated": "detections" in people,
-            "command": documents.decode_twist(found["/command"]),
-            "decision": documents.decode_twist(decision),
-            "nominal": documents.decode_twist(decision["nominal"]),
+            "command": decode_twist(found["/command"]),
+            "decision": decode_twist(decision),
+            "nominal": decode_twist(decision["nominal"]),
             "status": intern(decision["status"]),
             "clipped": decision.get("wish") is not None and not decision.get("caution"),
             "cautious": bool(decision.get("caution")),

@@ -1,8 +1,12 @@
-"""A run as arrays, built alike from the loop's records and from a log's messages."""
+"""What the figures of a run need of one belief.
+
+A run as arrays, built alike from the loop's records and from a log's messages.
+"""
 
 import re
 from collections.abc import Mapping
-from math import prod
+from dataclasses import dataclass
+from math import nan, prod
 from mmap import MAP_ANONYMOUS, MAP_PRIVATE, PAGESIZE, mmap
 from sys import intern
 from typing import Any
@@ -10,19 +14,39 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from mjnav.geometry.assignment import nearest_tracks
+from mjnav.geometry.distances import nearest_tracks
 from mjnav.messages import (
     PHASES,
     Array,
     Contact,
     Decision,
+    RobotBelief,
     TickRecord,
     TickTiming,
+    Track,
     Trajectory,
     WorldState,
     triangle,
 )
-from mjnav.recording.read.believed import Believed
+
+
+@dataclass(frozen=True, slots=True)
+class Believed:
+    """The belief about the robot, n = 3, or about a person, n = 4."""
+
+    mean: Array  # (n,)
+    covariance: Array  # (n, n)
+    ess: float  # effective sample size
+    particles: float = nan  # how many; NaN where it is not known
+    recovered: bool = False  # the filter was spread again
+    unseen: float = 0.0  # [s] since the last detection that belongs to it
+
+    @classmethod
+    def of(cls, belief: RobotBelief | Track) -> "Believed":
+        """That of a belief."""
+        unseen = belief.unseen if isinstance(belief, Track) else 0.0
+        return cls(belief.mean, belief.covariance, belief.ess, len(belief.weights), belief.recovered, unseen)
+
 
 NO_ESTIMATE = Believed(np.full(3, np.nan), np.full((3, 3), np.nan), np.nan)
 TRUTH = ("time", "robot_pose", "robot_twist", "people_position", "people_velocity")  # one row more than ticks

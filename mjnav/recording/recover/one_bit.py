@@ -9,9 +9,8 @@ import os
 
 from mcap.records import DataEnd
 
-from mjnav.recording.read.file_bytes import file_bytes, record_at
+from mjnav.recording.read.file_bytes import DATA_END_SIZE, file_bytes, find_summary, record_at
 from mjnav.recording.read.records import HEADER
-from mjnav.recording.read.summary_section import DATA_END_SIZE, find_summary
 
 _POLYNOMIAL = 0xEDB88320  # of CRC-32, its highest power first and x^32 left out
 _HIGHEST_BIT = 1 << 31

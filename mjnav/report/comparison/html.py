@@ -1,22 +1,175 @@
-"""Comparisons as one page: charts, tables whose columns sort, every figure in full precision, nothing from outside."""
+"""One figure of one method in a page: its numbers, and its difference from the reference.
 
+What is printed is rounded; `data-` attributes bear the values themselves.
+
+What a page says of a study beside its tables: how it was made, with which parameters, and its worst episodes.
+
+Comparisons as one page: charts, tables whose columns sort, every figure in full precision, nothing from outside.
+"""
+
+import json
+import os
 import re
-from collections.abc import Sequence
+import shlex
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from html import escape
+from math import inf, isfinite
+from pathlib import Path
+from urllib.parse import quote
 
 from mjnav.printable import printable
-from mjnav.report.comparison.background import Background, parameters_html, worst_html
 from mjnav.report.comparison.forest import forest_svg, forests
-from mjnav.report.comparison.html_cell import html_cell, wins_cell
-from mjnav.report.comparison.layouts import layouts
-from mjnav.report.comparison.notes import meaning, warnings
-from mjnav.report.comparison.rivals import ABOUT, shown_between, win_ratio_between
-from mjnav.report.comparison.shown import ShownTable, shown_table
-from mjnav.report.comparison.sight import sight
+from mjnav.report.comparison.notes import layouts, meaning, sight, warnings
+from mjnav.report.comparison.shown import Shown, ShownCell, ShownTable, of_wins, shown_table
+from mjnav.report.comparison.text import ABOUT, shown_between, win_ratio_between
 from mjnav.report.figure_names import definition, figure_name
 from mjnav.report.look.document import frame
 from mjnav.study.compare.compare import Comparison
-from mjnav.study.compare.study_comparison import StudyComparison
+from mjnav.study.compare.estimates import Estimate, WinRatio
+from mjnav.study.compare.study_comparison import CellPlace, StudyComparison
+from mjnav.study.compare.worst_seeds import WorstSeed, run_commands, worst_seeds
+from mjnav.study.keep import kept_log
+from mjnav.study.store.store import Store
+from mjnav.study.study_file import StudyFile
+
+
+def html_cell(cell: ShownCell) -> str:
+    """The table cell."""
+    e, below, found = cell.estimate, cell.below, cell.difference
+    if e is None:
+        return f'<td data-figure="{cell.figure}" data-value="{_raw(cell.value)}">{cell.own.value}</td>'
+    inner = f'<div data-n="{e.num}"{_data(e)}>{_numbers("strong", cell.own)}</div>'
+    if below is not None and found is not None:
+        kind = "difference marked" if below.marked else "difference"
+        e = found.ratio if cell.as_ratio and found.ratio is not None else found.estimate
+        data = f'data-pairs="{e.num}" data-p="{_raw(found.p)}"{_data(e)}'
+        inner += f'<div class="{kind}" {data}>{_numbers("b", below)}</div>'
+    return f'<td data-figure="{cell.figure}">{inner}</td>'
+
+
+def wins_cell(wins: WinRatio | None, shown: Shown) -> str:
+    """The table cell of a win ratio; empty of a method against itself."""
+    if wins is None:
+        return '<td data-value=""></td>'
+    kind = ' class="marked"' if shown.marked else ""
+    data = f'data-wins="{wins.wins}" data-losses="{wins.losses}" data-ties="{wins.ties}" data-p="{_raw(wins.p)}"'
+    return f"<td><div{kind} {data}{_data(of_wins(wins))}>{_numbers('strong', shown)}</div></td>"
+
+
+def _data(e: Estimate) -> str:
+    low, high = e.interval or (None, None)
+    return f' data-value="{_raw(e.value)}" data-low="{_raw(low)}" data-high="{_raw(high)}"'
+
+
+def _raw(value: float | None) -> str:
+    if value == inf:
+        return "Infinity"
+    return repr(value) if value is not None and isfinite(value) else ""
+
+
+def _numbers(element: str, shown: Shown) -> str:
+    mark = " *" * shown.marked
+    rest = " ".join(part for part in (shown.interval, shown.count) if part)
+    tail = f" <span>{rest}</span>" if rest else ""
+    return f"<{element}>{shown.value}{mark}</{element}>{tail}".replace("-", "−")
+
+
+@dataclass(frozen=True, slots=True)
+class Background:
+    """Facts about a folder of results; cells and methods stand under their labels."""
+
+    folder: Path  # of the results
+    page: Path  # the page's own path, from which links count
+    made: str  # when the page was made, and by which version
+    study_text: str  # the study file; "" where there is none
+    parameters: Mapping[str, tuple[str, ...]]  # of the controller by method, as JSON; several where cells differ
+    worst: Mapping[CellPlace, tuple[WorstSeed, ...]]
+    commands: Mapping[CellPlace, str]  # that repeat an episode, but for its seed
+
+
+def background(store: Store, study: StudyFile | None, results: StudyComparison, *, page: Path, made: str) -> Background:
+    """What the store and the study file say. Raises MjnavError as `Store.rows` does."""
+    text, labels = store.study(), results.labels
+    parameters: dict[str, tuple[str, ...]] = {}
+    for name, method, control in sorted(store.count_by(["study", "method", "control"]), key=str):
+        if name == results.study and method is not None and control is not None:
+            method = labels.methods.get(method, method)
+            parameters[method] = (*parameters.get(method, ()), control)
+    return Background(
+        folder=store.folder,
+        page=page,
+        made=made,
+        study_text=text,
+        parameters=parameters,
+        worst={labels.place(cell): seeds for cell, seeds in worst_seeds(store, results.study).items()},
+        commands={labels.place(cell): c for cell, c in run_commands(study, text).items()} if study is not None else {},
+    )
+
+
+def parameters_html(found: Background) -> str:
+    """The parameters of every method, and the study file."""
+    rows = "".join(
+        f'<tr><th scope="row">{_text(method)}</th><td>{"<br>".join(_text(_listed(text)) for text in texts)}</td></tr>'
+        for method, texts in found.parameters.items()
+    )
+    head = '<thead><tr><th scope="col">method</th><th scope="col">parameters, with defaults</th></tr></thead>'
+    table = f'<div class="wide"><table class="seeds">{head}<tbody>{rows}</tbody></table></div>' if rows else ""
+    lines = "\n".join(map(printable, found.study_text.split("\n")))
+    study = f"<details><summary>Study file</summary><pre>{escape(lines)}</pre></details>" if lines else ""
+    return f"<details><summary>Parameters of the methods</summary>{table}</details>{study}"
+
+
+def worst_html(found: Background, table: Comparison) -> str:
+    """The worst seeds of every method of a table, each with its report or the command that makes one."""
+    rows = "".join(
+        f'<tr><th scope="row">{_text(row.method)}</th><td data-value="{seed.seed}">{seed.seed}</td>'
+        f"<td>{_text(seed.why)}</td><td>{_way(found, (table.scene, table.setting, row.method), seed)}</td></tr>"
+        for row in table.rows
+        for seed in found.worst.get((table.scene, table.setting, row.method), ())
+    )
+    names = ("method", "seed", "what happened", "look at it")
+    head = "".join(f'<th scope="col">{name}</th>' for name in names)
+    return (
+        '<details><summary>Worst seeds of every method</summary><div class="wide"><table class="seeds sorted">'
+        f"<thead><tr>{head}</tr></thead><tbody>{rows}</tbody></table></div></details>"
+        if rows
+        else ""
+    )
+
+
+def _way(found: Background, cell: CellPlace, seed: WorstSeed) -> str:
+    """A link to the report beside the log, or the commands that lead to one."""
+    log = kept_log(found.folder, seed.log)
+    if log is not None and (report := log.with_suffix(".html")).is_file():
+        address = quote(os.path.relpath(report, found.page.parent))
+        return f'<a href="./{escape(address)}">report</a>'
+    if log is not None:
+        return f"<code>mjnav report {_text(shlex.quote(str(log)))}</code>"
+    if cell in found.commands:
+        return f"<code>{_text(found.commands[cell])} --seed {seed.seed} --log seed{seed.seed}.mcap</code>"
+    return ""
+
+
+def _listed(text: str) -> str:
+    """The values of a JSON object, name by name."""
+    return ", ".join(_parts(text))
+
+
+def _parts(text: str) -> Iterator[str]:
+    try:
+        document = json.loads(text)
+    except ValueError:
+        document = None
+    if not isinstance(document, dict):
+        yield text
+        return
+    yield from (f"{name} = {json.dumps(value)}" for name, value in document.items())
+
+
+def _text(text: str) -> str:
+    return escape(printable(text))
+
 
 REVISION = re.compile(r"\b([0-9a-f]{10})[0-9a-f]{30}\b")  # of git, of which the first digits are enough
 CHARTS = (
@@ -46,10 +199,6 @@ def html(results: StudyComparison, found: Background | None = None) -> str:
         f"<footer>Made by <code>mjnav compare</code>.</footer>\n{own.script_elements}\n</body>\n</html>\n",
     ]
     return "\n".join(part for part in parts if part)
-
-
-def _text(text: str) -> str:
-    return escape(printable(text))
 
 
 def sentences(kind: str, texts: Sequence[str]) -> str:

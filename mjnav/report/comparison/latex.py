@@ -3,11 +3,9 @@
 from collections.abc import Iterable, Iterator, Sequence
 
 from mjnav.printable import printable
-from mjnav.report.comparison.layouts import layouts
-from mjnav.report.comparison.notes import meaning, warnings
-from mjnav.report.comparison.rivals import ABOUT, shown_between
+from mjnav.report.comparison.notes import layouts, meaning, sight, warnings
 from mjnav.report.comparison.shown import ALPHA, NEVER, Shown, shown_table
-from mjnav.report.comparison.sight import sight
+from mjnav.report.comparison.text import ABOUT, shown_between
 from mjnav.report.figure_names import figure_name
 from mjnav.study.compare.compare import Comparison
 from mjnav.study.compare.study_comparison import StudyComparison

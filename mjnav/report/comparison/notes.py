@@ -1,11 +1,46 @@
-"""What a reader of the tables has to know, in sentences."""
+"""How many layouts a table has: the unit of evidence, as seeds of one layout differ in their noise alone.
 
-from collections.abc import Iterator
+Whether the people of a table see the robot: what a method does among people who give way says nothing of others.
+
+What a reader of the tables has to know, in sentences.
+"""
+
+from collections.abc import Iterator, Sequence
 
 from mjnav.printable import printable
 from mjnav.study.compare.chosen_figures import FAULT, is_rate, over_all
 from mjnav.study.compare.estimates import RESAMPLES
 from mjnav.study.compare.study_comparison import StudyComparison
+
+
+def layouts(num: int) -> str:
+    """In words."""
+    return "one layout" if num == 1 else f"{num} layouts"
+
+
+MAX_BEHAVIOURS = 3
+
+
+def sight(people: Sequence[str]) -> str:
+    """In words, from the values of `people_see_robot` in a table's rows; "" without people or where it is not known."""
+    match tuple(people):
+        case ():
+            return ""
+        case ("all",):
+            return "people see the robot"
+        case ("none",):
+            return "people do not see the robot"
+        case (one,):
+            return f"{one} people see the robot"
+        case several:
+            more = f" and {len(several) - MAX_NAMED} more" if len(several) > MAX_BEHAVIOURS else ""
+            return f"people see the robot by seed: {', '.join(several[:MAX_NAMED])}{more}"
+
+
+def of_table(people: Sequence[str]) -> str | None:
+    """The same as one value for programs: "all", "none", "3 of 5", or several with commas; None where there is none."""
+    return ", ".join(people) or None
+
 
 FEW_SEEDS = 20  # below it a percentile bootstrap's interval is too narrow
 MAX_NAMED = 5

@@ -10,9 +10,8 @@ from math import floor, isfinite, isnan, log10, nan
 
 from mjnav.study.compare.chosen_figures import RATES, is_cost, is_rate
 from mjnav.study.compare.compare import Comparison, MethodRow
-from mjnav.study.compare.estimates import Difference, Estimate
+from mjnav.study.compare.estimates import Difference, Estimate, WinRatio
 from mjnav.study.compare.study_comparison import StudyComparison
-from mjnav.study.compare.wins import WinRatio
 
 ALPHA = 0.05  # below it a difference is marked
 MAX_DECIMALS = 6

@@ -1,4 +1,7 @@
-"""Comparisons for a terminal: columns that do not fit side by side go below one another, under the same methods."""
+"""The win ratios of every two methods as a table: a row against a column, the same in text, LaTeX and HTML.
+
+Comparisons for a terminal: columns that do not fit side by side go below one another, under the same methods.
+"""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -9,13 +12,34 @@ from rich.table import Table
 from rich.text import Text
 
 from mjnav.printable import printable
-from mjnav.report.comparison.layouts import layouts
-from mjnav.report.comparison.notes import meaning, warnings
-from mjnav.report.comparison.rivals import ABOUT, shown_between
-from mjnav.report.comparison.shown import ShownCell, shown_table
-from mjnav.report.comparison.sight import sight
+from mjnav.report.comparison.notes import layouts, meaning, sight, warnings
+from mjnav.report.comparison.shown import Shown, ShownCell, shown_table, shown_wins
 from mjnav.study.compare.compare import Comparison
+from mjnav.study.compare.estimates import WinRatio
 from mjnav.study.compare.study_comparison import StudyComparison
+
+ABOUT = "win ratio, row against column"
+
+
+def win_ratio_between(table: Comparison, method: str, other: str) -> WinRatio | None:
+    """Of two methods of a table that was made with rivals; None of a method against itself."""
+    for found in table.rivals:
+        if (found.method, found.other) == (method, other):
+            return found.ratio
+        if (found.other, found.method) == (method, other):
+            return found.ratio.inverse
+    return None
+
+
+def shown_between(table: Comparison, method: str, other: str) -> Shown:
+    """The same as it is printed; nothing of a method against itself."""
+    found = win_ratio_between(table, method, other)
+    return Shown("") if found is None else shown_wins(found, _episodes(table, method))
+
+
+def _episodes(table: Comparison, method: str) -> int:
+    return next(row.num for row in table.rows if row.method == method)
+
 
 GAP = 2  # [characters] between columns
 MAX_LABEL = 0.4  # of the width; longer labels are folded

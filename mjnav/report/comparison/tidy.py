@@ -6,14 +6,13 @@ from collections.abc import Iterator
 from math import isfinite, nan
 from typing import Any
 
-from mjnav.recording.export.csv_cells import neutral
-from mjnav.report.comparison.sight import of_table
+from mjnav.recording.export.csv_tables import neutral
+from mjnav.report.comparison.notes import of_table
 from mjnav.report.figure_names import unit
 from mjnav.study.cells import Labels
 from mjnav.study.compare.compare import Comparison, MethodRow
-from mjnav.study.compare.estimates import Estimate
+from mjnav.study.compare.estimates import Estimate, WinRatio
 from mjnav.study.compare.study_comparison import StudyComparison
-from mjnav.study.compare.wins import WinRatio
 
 HEADER = (
     *("scene", "setting", "method", "episodes", "failed", "missing"),

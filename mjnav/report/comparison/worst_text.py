@@ -9,7 +9,7 @@ from rich.console import Console
 from mjnav.printable import printable
 from mjnav.study.compare.study_comparison import CellPlace, StudyComparison
 from mjnav.study.compare.worst_seeds import WorstSeed
-from mjnav.study.store.logs import kept_log
+from mjnav.study.keep import kept_log
 
 MAX_CELLS = 10  # that are printed; a page has all
 

@@ -14,9 +14,8 @@ from mjnav.printable import printable
 from mjnav.report.inspection import Inspection
 from mjnav.report.look.document import asset, frame
 from mjnav.report.run_page import page_figures, page_parts
+from mjnav.report.run_page.page_parts import ShownRun, parameters, shown_run
 from mjnav.report.run_page.playback import Playback
-from mjnav.report.run_page.run_parameters import parameters
-from mjnav.report.run_page.shown_run import ShownRun, shown_run
 
 LETTERS = "ABCD"
 MAX_RUNS = len(LETTERS)

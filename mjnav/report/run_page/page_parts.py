@@ -1,11 +1,116 @@
-"""The parts of a page beside its key figures: notices, worst moments, events, topics and metadata."""
+"""One run of a page: what was found in its log, its place among the page's runs, and what it is called.
 
-from collections.abc import Iterator, Sequence
+How a run was made, as a page shows it: scene, controller, what was set, noise, seed and versions.
+
+The parts of a page beside its key figures: notices, worst moments, events, topics and metadata.
+"""
+
+import json
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from html import escape
+from types import MappingProxyType
+from typing import Any
 
+from mjnav.recording.encode.json_messages import dumps
+from mjnav.report.inspection import Inspection, ShownPerson
 from mjnav.report.run_page.page_figures import element, figure_table, flatten, shown
-from mjnav.report.run_page.shown_run import ShownRun
-from mjnav.report.shown_people import ShownPerson
+from mjnav.report.run_page.playback import Playback
+
+_OUTCOMES: Mapping[str, tuple[str, str]] = MappingProxyType(
+    {
+        "goal": ("good", "✓ goal reached"),
+        "collision": ("bad", "✕ collision"),
+        "timeout": ("fair", "■ out of time"),
+        "aborted": ("fair", "■ aborted"),
+    }
+)
+_UNFINISHED = ("fair", "■ the run did not end")
+
+
+@dataclass(frozen=True, slots=True)
+class ShownRun:
+    """A run and its number on the page, from 0."""
+
+    number: int
+    letter: str  # "" for the only run
+    inspection: Inspection
+    document: dict[str, Any]  # what `mjnav inspect --json` prints
+    figures: dict[str, Any]  # the document's leaves by dotted key
+    playback: Playback
+
+    @property
+    def scene(self) -> str:
+        """The name of the scene."""
+        return str((self.inspection.run or {}).get("scene", "unknown scene"))
+
+    @property
+    def driver(self) -> str:
+        """Controller and seed, in words."""
+        run = self.inspection.run or {}
+        return f"{run.get('controller', 'unknown controller')}, seed {run.get('seed', 'unknown')}"
+
+    @property
+    def heading(self) -> str:
+        """Letter, scene, controller and seed, in HTML."""
+        return f"{self.mark}{' ' * bool(self.letter)}{escape(f'{self.scene}, {self.driver}')}"
+
+    @property
+    def mark(self) -> str:
+        """The letter in the run's colour, in HTML; nothing for the only run."""
+        return f'<b class="letter run-{self.number}">{self.letter}</b>' if self.letter else ""
+
+    @property
+    def badge(self) -> str:
+        """How the run ended, in HTML: a sign, a word and a colour."""
+        outcome = self.inspection.outcome
+        kind, text = _UNFINISHED if outcome is None else _OUTCOMES.get(outcome, ("fair", outcome))
+        return f'<span class="badge {kind}" data-outcome="{self.number}">{escape(text)}</span>'
+
+
+def shown_run(number: int, letter: str, inspection: Inspection, playback: Playback) -> ShownRun:
+    """A run of a page, from what `inspect` and `playback` say of it."""
+    document = json.loads(dumps(inspection.document()))
+    return ShownRun(number, letter, inspection, document, flatten(document), playback)
+
+
+_DIFFERS = ' class="differs"'
+FACTS = (  # of the log's metadata `mjnav/run`
+    ("scene", "scene"),
+    ("controller", "controller"),
+    ("seed", "seed"),
+    ("engine", "engine"),
+    ("version.mjnav", "mjnav"),
+    ("git_revision", "revision"),
+    ("version.mujoco", "MuJoCo"),
+    ("python", "Python"),
+    ("argv", "command"),
+)
+
+
+def parameters(runs: Sequence[ShownRun]) -> str:
+    """The section of a page: a column a run, first what differs between them; HTML."""
+    columns = [_of_run(run) for run in runs]
+    names = list(dict.fromkeys(name for column in columns for name in column))
+    texts = {name: [column.get(name, "") for column in columns] for name in names}
+    names.sort(key=lambda name: len(set(texts[name])) == 1)  # stable: what differs comes first
+    head = "".join(f'<th scope="col">{run.heading}</th>' for run in runs)
+    rows = "".join(
+        f'<tr{_DIFFERS * (len(set(texts[name])) > 1)}><th scope="row">{escape(name)}</th>'
+        f"{''.join(f'<td>{escape(text)}</td>' for text in texts[name])}</tr>"
+        for name in names
+    )
+    top = f"<thead><tr><td></td>{head}</tr></thead>" if len(runs) > 1 else ""
+    return f'<div class="wide"><table class="parameters">{top}<tbody>{rows}</tbody></table></div>'
+
+
+def _of_run(run: ShownRun) -> dict[str, str]:
+    """Names and values: scene, controller and what was set first, then noise, seed and versions."""
+    info = run.inspection.run or {}
+    known = {label: str(info[key]) for key, label in FACTS if info.get(key)}
+    first = {label: known.pop(label) for label in ("scene", "controller") if label in known}
+    return {**first, **run.playback.parameters, "noise": run.playback.noise, **known}
+
 
 _TOPIC_COLUMNS = (
     ("messages", "messages", ""),

@@ -1,6 +1,14 @@
-"""What a page shows of a method that plans ahead: its plan, the rollouts beside it, the violation of its samples."""
+"""The candidates of a tick as a page keeps them: the window that they cover, and the rank of each in eight levels.
 
-from collections.abc import Mapping
+Where the candidates are a grid over (v, omega), the window and the ranks are enough; of a method whose candidates lie
+otherwise, some are kept with their own controls.
+
+What a page shows of a method that plans ahead: its plan, the rollouts beside it, the violation of its samples.
+
+How people are predicted to go on, as a page draws it: a few points of each way that /scene holds.
+"""
+
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -8,14 +16,55 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mjnav.messages import Array, PlanShown
-from mjnav.report.run_page.candidate_ranks import NONE
+from mjnav.recording.encode.candidates import NUM_LEVELS, level_bounds
+from mjnav.recording.encode.plan import MOST_PEOPLE, MOST_SAMPLES, SUFFIX
 from mjnav.report.run_page.packed import Packer
+
+MAX_FREE = 96  # arcs kept of candidates that are no grid
+NONE = 255  # where there is no arc
+
+Bytes = NDArray[np.uint8]
+
+
+@dataclass(frozen=True, slots=True)
+class CandidateRanks:
+    """One tick's. `level` goes from 0, the cheapest eighth, to 7."""
+
+    window: Array  # (4,) lowest and highest v [m/s], lowest and highest omega [rad/s]
+    level: Bytes  # (num_v * num_omega,) of a grid, omega fastest; else (n,)
+    free: Bytes | None = None  # (n, 2) shares of the window in 255ths; None for a grid
+
+
+def candidate_ranks(v: Array, omega: Array, total: Array, shape: tuple[int, int]) -> CandidateRanks | None:
+    """The ranks of the total costs of K candidates, each array (K,).
+
+    `shape` is the grid that they may be, (num_v, num_omega), before keep and brake. None where the robot cannot move
+    and no arc has a length. Raises ValueError where the arrays differ in length or are empty.
+    """
+    if not v.size == omega.size == total.size > 0:
+        raise ValueError(f"{v.size} speeds, {omega.size} turn rates and {total.size} costs")
+    if not v.any():
+        return None
+    order = np.argsort(total, kind="stable")
+    level = np.empty(v.size, np.uint8)
+    level[order] = np.repeat(np.arange(NUM_LEVELS, dtype=np.uint8), np.diff(level_bounds(v.size)))
+    num_v, num_omega = shape
+    if v.size == num_v * num_omega + 2:
+        rows, columns = v[:-2].reshape(shape), omega[:-2].reshape(shape)
+        if (rows == rows[:, :1]).all() and (columns == columns[:1]).all():
+            return CandidateRanks(np.array([rows[0, 0], rows[-1, 0], columns[0, 0], columns[0, -1]]), level[:-2])
+    window = np.array([v.min(), v.max(), omega.min(), omega.max()])
+    kept = order[np.linspace(0, v.size - 1, min(v.size, MAX_FREE)).astype(int)]
+    low, size = window[[0, 2]], np.maximum(window[[1, 3]] - window[[0, 2]], 1e-9)
+    shares = (np.stack([v, omega], axis=-1)[kept] - low) / size
+    return CandidateRanks(window, level[kept], np.rint(255 * np.clip(shares, 0.0, 1.0)).astype(np.uint8))
+
 
 MAX_POINTS = 40  # kept of the plan, evenly over its time
 FAN_POINTS = 8  # of each rollout of the fan; the last is its end
 MAX_FAN = 32
 STEP = 1e-3  # [m]
-FINEST = 0.01  # [m] step of a move of the fan from point to point
+FINEST_FAN = 0.01  # [m] step of a move of the fan from point to point
 BIN = 0.1  # width of the histogram's bins
 NUM_BINS = 20  # up to MOST
 MOST = 2.0  # of a violation
@@ -91,5 +140,46 @@ def _codes(shares: Array) -> NDArray[np.uint8]:
 def _pack_fans(packer: Packer, fans: Array) -> None:
     """Positions (T, F, Q, 2) about the plan's first point as moves whose rounding errors do not add up."""
     moves = np.abs(np.diff(fans, axis=2, prepend=0.0))
-    step = max(FINEST, float(np.nanmax(moves, initial=0.0)) / 127.0)
+    step = max(FINEST_FAN, float(np.nanmax(moves, initial=0.0)) / 127.0)
     packer.offsets("fan", np.diff(np.rint(fans / step), axis=2, prepend=0.0) * step, step)
+
+
+POINTS = 5  # kept of a way, evenly over its time; the first is where the sample is now
+FINEST_WAY = 0.01  # [m] step of a move from point to point
+
+Ways = Mapping[str, Array]  # track -> (MOST_SAMPLES, POINTS, 2) [m]
+
+
+def predicted_ways(update: Any) -> Ways:
+    """The predicted ways in a foxglove.SceneUpdate; NaN where a track has fewer than MOST_SAMPLES."""
+    entities = [entity for entity in update.entities if entity.id.endswith(SUFFIX)]
+    return {entity.id.removesuffix(SUFFIX): _samples(entity.lines) for entity in entities[:MOST_PEOPLE]}
+
+
+def _samples(lines: Sequence[Any]) -> Array:
+    samples = np.full((MOST_SAMPLES, POINTS, 2), np.nan)
+    for sample, line in zip(samples, lines, strict=False):
+        if (number := len(line.points)) > 0:
+            places = np.linspace(0, number - 1, POINTS).round().astype(int).tolist()
+            sample[:] = [(line.points[place].x, line.points[place].y) for place in places]
+    return samples
+
+
+def pack_ways(packer: Packer, ways: Mapping[int, Ways], tracks: Sequence[str], positions: Array) -> None:
+    """Adds the ways by frame, as moves from point to point, the first from the track's position; nothing without ways.
+
+    `positions` are those of all tracks, (T, tracks, 2) [m].
+    """
+    if not ways:
+        return
+    moves = np.full((len(positions), MOST_PEOPLE, MOST_SAMPLES, POINTS, 2), np.nan)
+    owners = np.full((len(positions), MOST_PEOPLE), NONE, np.uint8)
+    for frame, found in ways.items():
+        for place, (name, samples) in enumerate(found.items()):
+            if name in tracks[:NONE]:
+                owners[frame, place] = track = tracks.index(name)
+                start = np.broadcast_to(positions[frame, track], (MOST_SAMPLES, 1, 2))
+                moves[frame, place] = np.diff(np.concatenate([start, samples], axis=1), axis=1)
+    sizes = np.abs(moves[np.isfinite(moves)])
+    packer.numbers("way_of", owners)
+    packer.offsets("ways", moves, max(FINEST_WAY, float(np.quantile(sizes, 0.999)) / 127.0 if sizes.size else 0.0))

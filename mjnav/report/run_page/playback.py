@@ -10,18 +10,15 @@ from numpy.typing import NDArray
 from mjnav.errors import InputError
 from mjnav.messages import PHASES, Array
 from mjnav.metrics.safety import clearance
-from mjnav.recording.encode.candidate_arcs import NUM_LEVELS, PREVIEW
+from mjnav.recording.encode.candidates import NUM_LEVELS, PREVIEW
 from mjnav.recording.read.log import Log
-from mjnav.report.run_page.candidate_ranks import NONE
-from mjnav.report.run_page.cone_bins import cone_bins
-from mjnav.report.run_page.consistency_panel import pack_consistency
-from mjnav.report.run_page.lidar_layers import pack_lidar
+from mjnav.report.lidar_view import BelievedWay
+from mjnav.report.run_page.layers import cone_bins, pack_lidar
 from mjnav.report.run_page.packed import Packer
-from mjnav.report.run_page.plan_layers import pack_plans
-from mjnav.report.run_page.predicted_ways import pack_ways
+from mjnav.report.run_page.page_figures import pack_consistency
+from mjnav.report.run_page.plan_layers import NONE, pack_plans, pack_ways
 from mjnav.report.run_page.run_frames import TRACK_PARTICLES, PageEvent, RunFrames
 from mjnav.report.run_page.set_parameters import set_parameters
-from mjnav.report.scans import BelievedWay
 from mjnav.report.scene_outline import scene_outline
 
 MAX_FRAMES = 1200  # two minutes at 10 Hz

@@ -8,19 +8,17 @@ import numpy as np
 
 from mjnav.control.parameters import Parameters
 from mjnav.errors import DamagedLogError, InputError
-from mjnav.geometry.ellipse import ellipse_95
+from mjnav.geometry.distances import ellipse_95
 from mjnav.messages import PHASES, Array
 from mjnav.recording.encode.particles import decode_particles
 from mjnav.recording.encode.plan import decode_plan
 from mjnav.recording.log_format import epoch_ns
-from mjnav.recording.read.budget import EXPORT, FREE_EXPORT, Budget
 from mjnav.recording.read.log import Log
+from mjnav.recording.read.records import EXPORT, FREE_EXPORT, Budget
 from mjnav.recording.read.ticks import NOT_OURS
 from mjnav.recording.read.trajectory import track_number
-from mjnav.report.run_page.candidate_ranks import CandidateRanks, candidate_ranks
-from mjnav.report.run_page.plan_layers import ShownPlan
-from mjnav.report.run_page.predicted_ways import Ways, predicted_ways
-from mjnav.report.scans import ShownScan, goes_by_scans
+from mjnav.report.lidar_view import ShownScan, goes_by_scans
+from mjnav.report.run_page.plan_layers import CandidateRanks, ShownPlan, Ways, candidate_ranks, predicted_ways
 
 ROBOT_PARTICLES = 40  # kept of a belief
 TRACK_PARTICLES = 16

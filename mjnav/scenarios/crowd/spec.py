@@ -5,8 +5,8 @@ from typing import Annotated
 
 from mjnav.config import Choice, Length, Range, below, settle
 from mjnav.errors import InvalidValue
-from mjnav.scenarios.crowd.columns import COLUMNS, check_columns
-from mjnav.scenarios.people.temperament import TEMPERAMENTS
+from mjnav.scenarios.crowd.reader import COLUMNS, check_columns
+from mjnav.scenarios.people import TEMPERAMENTS
 from mjnav.scenarios.ranges import MAX_LENGTH, MAX_TIME, Angle, Point
 
 MAX_FRAME_RATE = 1e6

@@ -5,9 +5,12 @@ the third entry), so that another entry, or another key, moves no draw. A body t
 itself; walls come first, then tables, pillars, the robot and people. A layout as a whole is drawn again, from other
 streams, where the scene's checks refuse it, where the robot has no way to its goal, and where no control avoids the
 people at the start.
+
+Random scenes in the JSON Schema and in the reference of keys.
 """
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from copy import deepcopy
 from dataclasses import replace
 from typing import Any
 
@@ -15,18 +18,14 @@ import numpy as np
 
 from mjnav import config
 from mjnav.config import below
+from mjnav.config.reference import INDEX, KeyReference, key_references
+from mjnav.config.schema import Schema, table_schema
 from mjnav.errors import InvalidValue
 from mjnav.rng import stream
-from mjnav.scenarios.check import check
-from mjnav.scenarios.free_way import robot_has_a_way
-from mjnav.scenarios.layout.areas import check_areas
-from mjnav.scenarios.layout.draft import entries_of
-from mjnav.scenarios.layout.entries import KINDS
-from mjnav.scenarios.layout.entry import Entry
-from mjnav.scenarios.layout.oracle import is_avoidable
-from mjnav.scenarios.layout.robot import DrawnPlaces
-from mjnav.scenarios.layout.room import ROBOT_ROOM, Room
-from mjnav.scenarios.memory import check_memory
+from mjnav.scenarios.check import check, check_memory, robot_has_a_way
+from mjnav.scenarios.layout.entries import KINDS, DrawnRobot, Entry
+from mjnav.scenarios.layout.placing import ROBOT_ROOM, DrawnPlaces, Room, check_areas, entries_of, is_avoidable
+from mjnav.scenarios.layout.values import InArea, Normal, OneOf, Uniform
 from mjnav.scenarios.random_scene import Draft, Layout
 from mjnav.scenarios.ranges import Seed
 from mjnav.scenarios.spec import Person, Robot, Scenario, Wall
@@ -170,3 +169,68 @@ def _has_room(room: Room, body: Any, clear_of_robot: float | None) -> bool:
         case Person():
             return room.for_person(body, clear_of_robot)
     return room.for_furniture(body)
+
+
+WHERE = "random scenes"
+_VALUES = {"Uniform": Uniform, "Normal": Normal, "OneOf": OneOf, "InArea": InArea}
+_SHARES = {"type": "object", "minProperties": 1, "additionalProperties": {"type": "number", "minimum": 0}}
+_ARRAY = {"type": "array", "contains": {"type": "object"}, "description": "an array with draws among its items"}
+
+
+def with_draws(schema: Schema) -> Schema:
+    """The schema of a run file whose robot and arrays of bodies may be drafts, too."""
+    schema = deepcopy(schema)
+    definitions = schema["$defs"]
+    for name, kind in _VALUES.items():
+        definitions[name] = table_schema(kind, definitions)
+    definitions["OneOf"]["properties"]["one_of"]["items"] = {}
+    definitions["Draw"] = {"anyOf": [*({"$ref": f"#/$defs/{name}"} for name in _VALUES), _ARRAY]}
+    definitions["DrawOrShares"] = {"anyOf": [{"$ref": "#/$defs/Draw"}, _SHARES]}
+    for name, kind in KINDS.items():
+        plain, drawn = kind.plain.__name__, f"Drawn{kind.plain.__name__}"
+        definitions[drawn] = _draft(definitions[plain], table_schema(kind.drawn, definitions))
+        array = schema["properties"][name]
+        array["items"] = {"anyOf": [array["items"], {"$ref": f"#/$defs/{drawn}"}]}
+    robot, own = definitions["Robot"], table_schema(DrawnRobot, definitions)
+    robot["properties"] = {**_drawable(robot["properties"], "Draw"), **own["properties"]}
+    robot["properties"]["start_heading"] = _drawable(own["properties"], "Draw")["start_heading"]
+    robot["required"] = [key for key in robot["required"] if key != "start"]
+    robot["anyOf"] = [{"required": ["start"]}, {"required": ["start_area"]}]
+    return schema
+
+
+def draft_keys(rows: list[KeyReference]) -> Iterator[KeyReference]:
+    """The rows of a run file's keys, with those of random scenes behind the others of their table."""
+    own = {f"{name}.{INDEX}.": kind.drawn for name, kind in KINDS.items()} | {"robot.": DrawnRobot}
+    for i, row in enumerate(rows):
+        yield row
+        following = rows[i + 1].key if i + 1 < len(rows) else ""
+        for prefix, kind in own.items():
+            if row.key.startswith(prefix) and not following.startswith(prefix):
+                yield from (replace(one, where=WHERE) for one in key_references(kind, prefix))
+
+
+def _draft(plain: Schema, drawn: Schema) -> Schema:
+    """An entry that draws: any value of a plain one may be drawn, and only its number is required."""
+    required = [key for key in ("behaviour",) if key in plain["properties"]]
+    numbers = {key: value for key, value in drawn["properties"].items() if value.get("type") == "number"}
+    draft: Schema = {
+        "type": "object",
+        "description": f"Some of these, drawn by the seed of the layout. {plain['description']}",
+        "properties": {
+            **_drawable(plain["properties"], "DrawOrShares"),
+            **drawn["properties"],
+            **_drawable(numbers, "Draw"),
+        },
+        "required": ["count", *required],
+    }
+    return draft if required else {**draft, "additionalProperties": False}  # a person's may be a plug-in's
+
+
+def _drawable(properties: dict[str, Any], draw: str) -> dict[str, Any]:
+    found = {}
+    for key, schema in properties.items():
+        kept = {word: schema[word] for word in ("description", "default") if word in schema}
+        value = {word: item for word, item in schema.items() if word not in kept}
+        found[key] = {**kept, "anyOf": [value, {"$ref": f"#/$defs/{draw}"}]}
+    return found

@@ -11,9 +11,8 @@ from numpy.typing import NDArray
 
 from mjnav.messages import Array
 from mjnav.study.compare.chosen_figures import COLLISIONS, HAPPENED, LAYOUT, PEOPLE, over_all
-from mjnav.study.store.own_figures import COLUMN as OWN_COLUMN
-from mjnav.study.store.own_figures import own_columns
-from mjnav.study.store.row import COLUMNS, STRING
+from mjnav.study.store.row import COLUMN as OWN_COLUMN
+from mjnav.study.store.row import COLUMNS, STRING, own_columns
 
 if TYPE_CHECKING:
     import pyarrow

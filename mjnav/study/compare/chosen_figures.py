@@ -17,8 +17,7 @@ from mjnav.metrics.definitions import (
     Definition,
 )
 from mjnav.metrics.safety import KINDS, PERSON
-from mjnav.study.store.own_figures import columns_of, is_own
-from mjnav.study.store.row import COLUMNS
+from mjnav.study.store.row import COLUMNS, columns_of, is_own
 
 COLLISIONS = tuple(f"collisions_{kind}" for kind in KINDS)
 RATES = ("success", "collision")  # always among the figures

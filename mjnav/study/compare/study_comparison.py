@@ -21,10 +21,9 @@ from mjnav.study.compare.chosen_figures import (
     columns_for,
     expanded,
 )
-from mjnav.study.compare.compare import Comparison, compare
-from mjnav.study.compare.pooled import pooled
+from mjnav.study.compare.compare import Comparison, compare, pooled
 from mjnav.study.compare.result_tables import html_table, percent
-from mjnav.study.store.own_figures import check_own
+from mjnav.study.store.row import check_own
 from mjnav.study.store.store import Store
 from mjnav.study.study_file import StudyFile
 from mjnav.study.sweep.changes import Inconsistency, inconsistencies

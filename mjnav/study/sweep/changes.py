@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from mjnav.errors import InvalidValue
-from mjnav.loop.provenance.facts import FACTS, NOT_RECORDED, OWN_SOURCES, changes, shown
+from mjnav.loop.provenance import FACTS, NOT_RECORDED, OWN_SOURCES, changes, shown
 from mjnav.scenarios.toml import parse
 from mjnav.study.cells import Cell
 from mjnav.study.store.row import CELL, MADE_WITH

@@ -1,28 +1,76 @@
-"""Where the trials of a sweep run: in processes of this machine, or on the workers of a Dask scheduler.
+"""A trial in a thread of a process that mjnav did not start, such as a Dask worker, watched by a second thread.
+
+A tick that hangs in Python code is ended by an exception in its thread. Where that does not help, as in compiled code
+that never returns, the process ends: Dask gives the trial to another worker, `distributed.scheduler.allowed-failures`
+times. Code that hangs and holds the interpreter's lock also stops the worker's heartbeat to Dask, which ends it after
+`distributed.scheduler.worker-ttl`.
+
+Where the trials of a sweep run: in processes of this machine, or on the workers of a Dask scheduler.
 
 A scheduler takes trials as it has room for them, and yields their rows in the order in which they are done, or None
 after a while without one. Closing the generator ends the trials that are running.
 """
 
 import asyncio
+import ctypes
 import logging
+import os
 import socket
+import sys
 import threading
-from collections.abc import Callable, Coroutine, Generator, Iterable
-from contextlib import suppress
+from collections.abc import Callable, Coroutine, Generator, Iterable, Iterator
+from contextlib import contextmanager, suppress
 from itertools import islice
 from queue import Empty, SimpleQueue
 from typing import Any
 
 from mjnav.errors import InvalidValue, MjnavError, missing_extra
-from mjnav.loop.faults.fault import describe_fault
-from mjnav.loop.faults.heartbeat import MAX_SECONDS, Heartbeat
+from mjnav.loop.faults import END_TIMEOUT, MAX_SECONDS, STALL, Heartbeat, TimeUp, describe_fault
 from mjnav.study.keep import LogFault
 from mjnav.study.kept_logs import wants_log, with_log
 from mjnav.study.store.row import Row
-from mjnav.study.sweep.in_thread import run_in_thread
 from mjnav.study.sweep.workers import POLL, TimeLimit, as_done
 from mjnav.study.trial import Trial, failed_row, run_trial
+
+_POLL = 0.5  # [s]
+
+
+def run_in_thread(trial: Trial, max_seconds: float) -> Row:
+    """The trial's row, run on this thread; a failed row where it took longer than `max_seconds` of wall time."""
+    with _watched(trial, max_seconds) as heart:
+        row = run_trial(trial, beat=heart)
+    if heart.over is not None:
+        return failed_row(trial, heart.over, row.wall_s)
+    if not wants_log(trial, row):
+        return row
+    with _watched(trial, max_seconds) as heart:
+        return with_log(trial, row, heart)
+
+
+@contextmanager
+def _watched(trial: Trial, max_seconds: float) -> Iterator[Heartbeat]:
+    """A heartbeat for a run of the trial on this thread; a second thread watches it meanwhile."""
+    heart, done = Heartbeat(max_seconds), threading.Event()
+    watch = threading.Thread(target=_watch, args=(trial.label, heart, threading.get_ident(), done), daemon=True)
+    watch.start()
+    try:
+        yield heart
+    finally:
+        done.set()
+
+
+def _watch(name: str, heart: Heartbeat, thread: int, done: threading.Event) -> None:
+    log, told = logging.getLogger("distributed.worker"), False
+    while not done.wait(_POLL):
+        if heart.quiet >= STALL and not told:
+            told = True
+            log.warning("%s has made no progress for %.0f s", name, heart.quiet)
+        if heart.hangs:
+            log.error("%s: %s", name, heart.end(sys._current_frames().get(thread)))
+            ctypes.pythonapi.PyThreadState_SetAsyncExc(ctypes.c_ulong(thread), ctypes.py_object(TimeUp))
+            if not done.wait(END_TIMEOUT):
+                os._exit(1)
+
 
 Rows = Generator[Row | None]
 Scheduler = Callable[[Iterable[Trial]], Rows]

@@ -6,7 +6,7 @@ from contextlib import closing
 from dataclasses import dataclass
 
 from mjnav.errors import InputError, MjnavError
-from mjnav.loop.provenance.facts import OWN_SOURCES, changes
+from mjnav.loop.provenance import OWN_SOURCES, changes
 from mjnav.study.cells import Cell
 from mjnav.study.keep import NONE, check_kind
 from mjnav.study.kept_logs import keeping

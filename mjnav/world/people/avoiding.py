@@ -1,4 +1,9 @@
-"""What people who avoid others have in common: where they want to go, and all bodies that a law looks at."""
+"""What people who avoid others have in common: where they want to go, and all bodies that a law looks at.
+
+People who avoid one another reciprocally.
+
+People pushed by social forces.
+"""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -7,19 +12,19 @@ from typing import TypeVar
 
 import numpy as np
 
-from mjnav.geometry.compiled import exact
-from mjnav.geometry.kernel_types import Flags, Indices, Matrix, Vector
+from mjnav.geometry.compiled import Flags, Indices, Matrix, Vector, exact
 from mjnav.messages import Array, WorldState
+from mjnav.motion.orca import OrcaSettings, velocities
+from mjnav.motion.social_force import FORMS, SocialForce, accelerations
 from mjnav.rng import stream
-from mjnav.scenarios.floor import floor_of_people
-from mjnav.scenarios.people.avoiding import Avoiding
-from mjnav.scenarios.people.straight import MAX_WALKING_SPEED
+from mjnav.scenarios.people import MAX_WALKING_SPEED, PERIOD, Avoiding, Orca
+from mjnav.scenarios.people import SocialForce as SocialForceKeys
 from mjnav.scenarios.ranges import Point
 from mjnav.scenarios.spec import Scenario
+from mjnav.scenarios.ways import floor_of_people
 from mjnav.world.draws import Normal, Uniform
-from mjnav.world.people.route import Route
 from mjnav.world.people.temperament import Temperaments
-from mjnav.world.people.walk import Walk
+from mjnav.world.people.walk import Route, Walk
 
 HALF_RIGHT = sqrt(0.5)  # cosine and sine of 45 degrees
 # [rad] to the right of the way, where people want to walk, so that two who meet exactly head-on pass: the laws leave
@@ -140,3 +145,157 @@ class _Turns:
     def drawn(self) -> Indices:
         """Who turns now."""
         return self._who[self._draws.row() < self._probability]
+
+
+class OrcaWalk(AvoidingWalk):
+    """Velocities of `motion.orca`, nearest to those along the routes; never faster than these."""
+
+    sidesteps = False  # the law says how to pass, also when people touch
+
+    def __init__(self, scenario: Scenario, index: Indices, seed: int):
+        super().__init__(scenario, index, seed)
+        found = [scenario.people[i].behaviour for i in index]
+        settings = [settings_of(behaviour) for behaviour in found if isinstance(behaviour, Orca)]
+        self._groups = groups(settings)
+
+    def velocities(self, world: WorldState) -> Array:
+        """See `Walk`."""
+        wanted, bodies = self.wanted(world), self.bodies(world)
+        max_speed = np.maximum(self._speed, np.hypot(wanted[:, 0], wanted[:, 1]))
+        found = np.empty_like(wanted)
+        avoids, discs, boxes = self._temperaments.avoids, self._floor.discs, self._floor.boxes
+        for group, settings in self._groups:
+            _avoid(
+                found, group, wanted, max_speed, self.index, avoids,
+                bodies.position, bodies.velocity, self._radius, bodies.robot, discs, boxes, settings,
+            )  # fmt: skip
+        return self.unsteady(found)
+
+
+@exact
+def _avoid(
+    found: Matrix,
+    group: Indices,
+    wanted: Matrix,
+    max_speed: Vector,
+    index: Indices,
+    avoids: Flags,
+    position: Matrix,
+    velocity: Matrix,
+    radius: Vector,
+    robot: int,
+    discs: Matrix,
+    boxes: Matrix,
+    settings: OrcaSettings,
+):
+    """Writes the velocities of a `group` to theirs among `found` (n, 2).
+
+    `wanted`, `max_speed`, `index` and `avoids` are of all n people, `position`, `velocity` and `radius` of all bodies.
+    """
+    found[group] = velocities(
+        position, velocity, radius, index[group], wanted[group], max_speed[group], avoids[group], robot, discs, boxes,
+        settings,
+    )  # fmt: skip
+
+
+def settings_of(keys: Orca) -> OrcaSettings:
+    """What the run file says."""
+    return OrcaSettings(
+        keys.time_horizon, keys.wall_horizon, keys.neighbour_distance, keys.max_neighbours, keys.robot_share, PERIOD
+    )
+
+
+STANDING_TIME = 0.5  # [s] in which who arrives comes to rest where a form has no tau (libpedsim)
+
+
+class SocialForceWalk(AvoidingWalk):
+    """Velocities that follow the accelerations of `motion.social_force`, by Euler's steps of PERIOD.
+
+    The velocity that is integrated is the person's will: a body that others hold back, or a servo that lags, leaves it.
+    It is at most the wanted speed, times a factor of the form.
+    """
+
+    def __init__(self, scenario: Scenario, index: Indices, seed: int):
+        super().__init__(scenario, index, seed)
+        found = [scenario.people[i].behaviour for i in index]
+        laws = [law_of(behaviour) for behaviour in found if isinstance(behaviour, SocialForceKeys)]
+        self._groups = groups(laws)
+        # In MuJoCo bodies that touch slide past one another; in the kinematic world they stand.
+        self.sidesteps = scenario.physics.engine == "kinematic"
+        self._will = np.full((len(index), 2), np.nan)
+
+    def velocities(self, world: WorldState) -> Array:
+        """See `Walk`."""
+        wanted, bodies = self.wanted(world), self.bodies(world)
+        _begin(self._will, wanted, bodies.position, bodies.velocity, self.index)
+        avoids, discs, boxes = self._temperaments.avoids, self._floor.discs, self._floor.boxes
+        for group, law in self._groups:
+            _follow(
+                self._will, group, wanted, self._speed, self.index, avoids,
+                bodies.position, bodies.velocity, self._radius, bodies.robot, discs, boxes, law,
+            )  # fmt: skip
+        return self.unsteady(self._will)
+
+
+@exact
+def _begin(will: Matrix, wanted: Matrix, position: Matrix, velocity: Matrix, index: Indices):
+    """Gives a will (n, 2) to those who have none yet or are not there; it becomes everybody's velocity.
+
+    It is what the others react to: noise is not.
+    """
+    for i in range(len(will)):
+        body = index[i]
+        if np.isnan(will[i, 0]) or np.isnan(position[body, 0]):
+            will[i, 0], will[i, 1] = wanted[i, 0], wanted[i, 1]
+        velocity[body, 0], velocity[body, 1] = will[i, 0], will[i, 1]
+
+
+@exact
+def _follow(
+    will: Matrix,
+    group: Indices,
+    wanted: Matrix,
+    speed: Vector,
+    index: Indices,
+    avoids: Flags,
+    position: Matrix,
+    velocity: Matrix,
+    radius: Vector,
+    robot: int,
+    discs: Matrix,
+    boxes: Matrix,
+    law: SocialForce,
+):
+    """Moves the wills (n, 2) of a `group` on by PERIOD under a law, no faster than its `excess` times what is wanted.
+
+    `wanted`, `speed`, `index` and `avoids` are of all n people, `position`, `velocity` and `radius` of all bodies. Who
+    slows down to stand comes to rest in STANDING_TIME where the form has no relaxation time.
+    """
+    push = accelerations(
+        position, velocity, radius, index[group], wanted[group], will[group], avoids[group], robot, discs, boxes, law
+    )
+    for g in range(len(group)):
+        i = group[g]
+        size = np.hypot(wanted[i, 0], wanted[i, 1])
+        stands = not law.relaxation_time > 0.0 and size < (1.0 - 1e-9) * speed[i]
+        for k in range(2):
+            a = push[g, k]
+            if stands:
+                a += (wanted[i, k] - will[i, k]) / STANDING_TIME - law.drive * wanted[i, k]
+            will[i, k] += PERIOD * a
+        fastest = law.excess * max(speed[i], size)
+        share = min(1.0, fastest / max(np.hypot(will[i, 0], will[i, 1]), 1e-9))
+        will[i, 0] *= share
+        will[i, 1] *= share
+
+
+def law_of(keys: SocialForceKeys) -> SocialForce:
+    """The constants of a run file's form, with those that the file gives in their place."""
+    law, given = FORMS[keys.form], keys.constants
+    if "field_of_view" in given:
+        given["view_cosine"] = cos(0.5 * given.pop("field_of_view"))
+    if "relaxation_time" in given:
+        given["drive"] = 0.0
+    elif "drive" in given:
+        given["relaxation_time"] = 0.0
+    return law._replace(**given)

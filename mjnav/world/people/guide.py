@@ -4,9 +4,8 @@ from math import nan
 
 import numpy as np
 
-from mjnav.geometry.compiled import exact
+from mjnav.geometry.compiled import Flags, Indices, Matrix, Vector, exact
 from mjnav.geometry.floor import is_open
-from mjnav.geometry.kernel_types import Flags, Indices, Matrix, Vector
 from mjnav.geometry.shortest_way import WayMap
 from mjnav.messages import Array
 from mjnav.scenarios.people import REACHED

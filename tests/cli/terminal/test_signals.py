@@ -7,7 +7,7 @@ import sys
 
 import pytest
 
-from mjnav.cli.terminal.interrupt import SIGNALS, interruptible
+from mjnav.cli.terminal.guard import SIGNALS, interruptible
 from mjnav.cli.terminal.progress import tell
 
 

@@ -13,8 +13,7 @@ from mjnav.control.parameters import Parameters
 from mjnav.control.problem.fan import Plan, perturbations, softmin
 from mjnav.geometry.angles import circular_mean
 from mjnav.messages import RobotLimits
-from mjnav.motion.diff_drive import reachable
-from mjnav.motion.unicycle import integrate
+from mjnav.motion.unicycle import integrate, reachable
 from mjnav.recording.encode.json_messages import encode_decision
 
 LIMITS = RobotLimits(max_speed=1.1, min_speed=-0.2, max_turn_rate=1.4, max_acceleration=1.5, max_turn_acceleration=4.0)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from mjnav.control import make_controller, names
-from mjnav.control.problem.futures import positions_at, straightened
+from mjnav.control.problem.obstacles import positions_at, straightened
 from mjnav.messages import ObstacleSamples
 
 STEP, NUM = 0.5, 12  # as far as the longest horizon

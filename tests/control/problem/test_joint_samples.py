@@ -9,10 +9,9 @@ import pytest
 from mjnav.constraints import lane_distance
 from mjnav.control import make_controller
 from mjnav.control.kernels.mppi_rollout import ControlLimits, Rollouts
-from mjnav.control.problem.futures import positions_at
 from mjnav.control.problem.joint_samples import JointSamples
-from mjnav.control.problem.obstacles import Reach
-from mjnav.geometry.clearance import segment_distance
+from mjnav.control.problem.obstacles import Reach, positions_at
+from mjnav.geometry.distances import segment_distance
 from mjnav.messages import ObstacleSamples
 
 STEPS, STEP = 6, 0.4

@@ -1,10 +1,10 @@
 import numpy as np
 import pytest
 
-from mjnav.control.kernels.cone_blocks import ConeRule
+from mjnav.control.kernels.cone_kernel import ConeRule
 from mjnav.control.parameters import Parameters
 from mjnav.control.problem.problem import Problem
-from mjnav.control.problem.sample_cone import SampleCone
+from mjnav.control.problem.samples import SampleCone
 from mjnav.messages import RobotLimits
 
 LIMITS = RobotLimits()

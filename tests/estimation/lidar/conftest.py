@@ -5,9 +5,9 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from mjnav.geometry.beams import beam_angles
+from mjnav.geometry.distances import beam_angles
 from mjnav.geometry.floor import Floor
-from mjnav.world.lidar.casting import cast
+from mjnav.world.lidar import cast
 
 NUM_BEAMS = 360
 

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from scipy.stats import multivariate_normal
 
-from mjnav.estimation.lidar.association import assigned, mahalanobis
 from mjnav.estimation.lidar.track_filter import ParticleTrackFilter
+from mjnav.estimation.lidar.tracker import assigned, mahalanobis
 
 FALSE = 0.02  # [1/m^2]
 

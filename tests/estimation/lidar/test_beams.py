@@ -5,13 +5,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from mjnav.estimation.lidar.beams import MotionHistory, scan_points
-from mjnav.estimation.lidar.twist import TWIST_CHANNELS, TwistSensors
+from mjnav.estimation.lidar.scan import TWIST_CHANNELS, MotionHistory, TwistSensors, scan_points
 from mjnav.messages import Reading, RobotLimits
 from mjnav.motion.unicycle import integrate
 from mjnav.noise import make_distribution, profile
 from mjnav.rng import stream
-from mjnav.scenarios.lidar import LidarSpec, lidar_of
+from mjnav.scenarios.sensors import LidarSpec, lidar_of
 from mjnav.sealed import sealed
 
 LIMITS = RobotLimits()

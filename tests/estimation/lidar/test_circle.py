@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from mjnav.estimation.lidar.circle import CUT, OWN, Edge, fit_circle
-from mjnav.estimation.lidar.rays import Rays
+from mjnav.estimation.lidar.parts import CUT, OWN, Edge, fit_circle
+from mjnav.estimation.lidar.scan import Rays
 
 STEP = np.deg2rad(1.0)
 INSIDE_95 = 5.991  # 95 % quantile of chi-squared with 2 degrees of freedom

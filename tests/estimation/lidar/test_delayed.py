@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
 
-from mjnav.estimation.lidar.delayed import DelayedPose, Motion
-from mjnav.estimation.pose_filter import ExtendedPoseFilter, UnscentedPoseFilter
+from mjnav.estimation.kalman import ExtendedPoseFilter, UnscentedPoseFilter
+from mjnav.estimation.lidar.kalman import DelayedPose, Motion
 
 DENSITY = np.diag([0.03, 0.05]) ** 2 * 0.1
 TWISTS = [np.array(twist) for twist in ([0.8, 0.4], [0.9, -1.0], [0.2, 0.7])]

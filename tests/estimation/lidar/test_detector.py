@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from mjnav.estimation.lidar.detector import Detector
-from mjnav.geometry.beams import beam_angles
+from mjnav.geometry.distances import beam_angles
 from mjnav.messages import Reading, RobotBelief
-from mjnav.scenarios.lidar import LidarSpec
+from mjnav.scenarios.sensors import LidarSpec
 from mjnav.scenarios.spec import ConstantVelocity, Noise, Person, Physics, Pillar, Robot, Scenario, Sensors, Table, Wall
 from mjnav.world.simulator import Simulator
 

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 from scipy.stats import chi2
 
-from mjnav.estimation.lidar.floor_search import FloorSearch
 from mjnav.estimation.lidar.kalman import ExtendedScanLocalizer, UnscentedScanLocalizer
 from mjnav.estimation.lidar.likelihood_field import LikelihoodField
-from mjnav.estimation.lidar.twist import TwistSensors
+from mjnav.estimation.lidar.recovery import FloorSearch
+from mjnav.estimation.lidar.scan import TwistSensors
 from mjnav.geometry.angles import wrap
 from mjnav.messages import Reading, RobotLimits
 from mjnav.motion.unicycle import integrate

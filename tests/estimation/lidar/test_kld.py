@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.stats import chi2
 
-from mjnav.estimation.lidar.kld import EPSILON, kld_bound, occupied_bins
+from mjnav.estimation.lidar.cloud import EPSILON, kld_bound, occupied_bins
 
 
 @pytest.mark.parametrize("num_bins", [5, 20, 100, 1000])

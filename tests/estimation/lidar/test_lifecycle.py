@@ -3,7 +3,7 @@ from math import log
 import numpy as np
 import pytest
 
-from mjnav.estimation.lidar.lifecycle import CLUTTER, COASTING, CONFIRMED, DETECTED, SPREAD, SUREST, Life
+from mjnav.estimation.lidar.tracker import CLUTTER, COASTING, CONFIRMED, DETECTED, SPREAD, SUREST, Life
 
 NEAR = log(5.0)  # of the density of a detection beside where it was expected [1/m^2]
 

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from mjnav.estimation.lidar.contradictions import LOG_CONTRADICTION, contradictions, ways_of
 from mjnav.estimation.lidar.likelihood_field import (
+    LOG_CONTRADICTION,
     MODEL_STD,
     NUM_BEAMS,
     SHORT_RATE,
@@ -12,10 +12,12 @@ from mjnav.estimation.lidar.likelihood_field import (
     Z_RANDOM,
     Z_SHORT,
     LikelihoodField,
+    contradictions,
+    ways_of,
 )
 from mjnav.geometry.floor import Floor
 from mjnav.noise import profile
-from mjnav.scenarios.lidar import LidarSpec, lidar_of
+from mjnav.scenarios.sensors import LidarSpec, lidar_of
 
 NOISE = profile("pearson")["lidar.range"]
 LIDAR = lidar_of(LidarSpec(), 90, 10.0)

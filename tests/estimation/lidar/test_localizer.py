@@ -8,7 +8,7 @@ import pytest
 import mjnav
 from mjnav.estimation import make_localizer
 from mjnav.estimation.lidar.cloud import Cloud
-from mjnav.estimation.lidar.twist import Twist, TwistSensors
+from mjnav.estimation.lidar.scan import Twist, TwistSensors
 from mjnav.geometry.angles import wrap
 
 ROOM = {"physics.engine": "kinematic", "stop_on_collision": False, "time_limit": 6.0}

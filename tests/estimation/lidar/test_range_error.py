@@ -3,13 +3,12 @@
 import numpy as np
 import pytest
 
-from mjnav.estimation.assumed import assumed_noise
-from mjnav.estimation.lidar.beams import MotionHistory, scan_points
-from mjnav.estimation.lidar.range_error import put_right
-from mjnav.estimation.lidar.twist import TwistSensors
+from mjnav.estimation.base import assumed_noise
+from mjnav.estimation.lidar.likelihood_field import put_right
+from mjnav.estimation.lidar.scan import MotionHistory, TwistSensors, scan_points
 from mjnav.geometry.distance_field import DistanceField
-from mjnav.scenarios.floor import floor_of_lidar
 from mjnav.scenarios.spec import Noise, Physics, Pillar, Robot, Scenario, Wall
+from mjnav.scenarios.ways import floor_of_lidar
 from mjnav.world.simulator import Simulator
 
 POSE = np.array([1.0, -0.5, 0.4])

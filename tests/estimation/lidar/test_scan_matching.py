@@ -11,11 +11,11 @@ from mjnav.estimation.lidar.scan_matching import (
     weighted_law,
 )
 from mjnav.geometry.angles import wrap
-from mjnav.geometry.beams import beam_angles
 from mjnav.geometry.distance_field import DistanceField
+from mjnav.geometry.distances import beam_angles
 from mjnav.geometry.floor import Floor
 from mjnav.noise import make_distribution, profile
-from mjnav.scenarios.lidar import LidarSpec, lidar_of
+from mjnav.scenarios.sensors import LidarSpec, lidar_of
 
 ANGLES = beam_angles(360)
 POSE = np.array([3.0, 1.5, 0.4])

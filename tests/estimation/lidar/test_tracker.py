@@ -5,12 +5,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pytest
 
-from mjnav.estimation.imm import ImmPersonFilter
 from mjnav.estimation.lidar.kalman_tracker import GaussianTrackFilter
 from mjnav.estimation.lidar.track_filter import ParticleTrackFilter
 from mjnav.estimation.lidar.tracker import LidarTracker
-from mjnav.estimation.person_filter import KalmanPersonFilter
-from mjnav.estimation.stop_and_go import StopAndGo
+from mjnav.estimation.person_filter import ImmPersonFilter, KalmanPersonFilter
+from mjnav.estimation.person_motion import StopAndGo
 from mjnav.messages import Detection, Reading, RobotBelief
 
 STD, RADIUS = 0.03, 0.3  # [m]

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from mjnav.loop.onboard.floor_map import FloorMap
+from mjnav.loop.onboard.seen_space import FloorMap
 
 
 def test_legs_and_pillars_are_discs_at_rest_under_their_bodies_names(room):

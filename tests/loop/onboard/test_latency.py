@@ -9,7 +9,7 @@ import mjnav
 from mjnav import scenarios
 from mjnav.errors import InvalidValue
 from mjnav.loop.episode import Episode
-from mjnav.loop.onboard.latency import make_latency
+from mjnav.loop.onboard.commands import make_latency
 from mjnav.recording import open_log
 
 MEASURED = 'control.latency={model="measured"}'

@@ -5,10 +5,9 @@ import pytest
 from scipy import stats
 
 from mjnav.geometry.angles import wrap
-from mjnav.loop.onboard.commands import CommandHistory, Stretch
-from mjnav.loop.onboard.prediction import RobotPrediction
+from mjnav.loop.onboard.commands import CommandHistory, RobotPrediction, Stretch
 from mjnav.noise import profile
-from mjnav.prediction.constant_velocity import carry_people
+from mjnav.prediction.base import carry_people
 from mjnav.world.simulator import Simulator
 
 DELAYS = (0, 1, 3)

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from mjnav.loop.provenance.facts import FACTS, changes, digest, provenance, shown
+from mjnav.loop.provenance import FACTS, changes, digest, provenance, shown
 
 HERE = provenance("rkhs")
 

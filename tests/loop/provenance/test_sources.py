@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from mjnav.loop.provenance.sources import mjnav_sources, plugin_sources
+from mjnav.loop.provenance import mjnav_sources, plugin_sources
 from mjnav.plugins import CONTROLLER
 
 

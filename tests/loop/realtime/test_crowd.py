@@ -7,7 +7,7 @@ import pytest
 
 from mjnav import scenarios
 from mjnav.errors import InvalidValue
-from mjnav.loop.realtime.crowd import crowd
+from mjnav.loop.realtime.stress import crowd
 from mjnav.scenarios.check import check
 
 

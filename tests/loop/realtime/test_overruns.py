@@ -10,7 +10,7 @@ from mjnav.loop.episode import Episode
 from mjnav.loop.onboard.navigator import Navigator
 from mjnav.loop.pacer import FreePacer, RealTimePacer
 from mjnav.loop.realtime.rate_test import RateTest, rate_test
-from mjnav.loop.realtime.shuttle import shuttling
+from mjnav.loop.realtime.stress import shuttling
 from mjnav.recording import open_log
 from mjnav.recording.write import sink as sink_module
 from mjnav.recording.write.writer import Recorder, Writer

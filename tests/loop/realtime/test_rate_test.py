@@ -15,7 +15,7 @@ from mjnav.errors import InputError, InvalidValue
 from mjnav.loop.episode import Episode
 from mjnav.loop.pacer import RealTimePacer
 from mjnav.loop.realtime.rate_test import rate_test
-from mjnav.loop.realtime.shuttle import shuttling
+from mjnav.loop.realtime.stress import shuttling
 from mjnav.messages import PHASES
 from mjnav.recording import open_log
 from mjnav.recording.write import sink as sink_module

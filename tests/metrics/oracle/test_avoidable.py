@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from mjnav.messages import Contact
-from mjnav.metrics.oracle.avoidable import judged
-from mjnav.metrics.oracle.foreknown import Foreknown, true_paths
+from mjnav.metrics.oracle.avoidable import Foreknown, judged, true_paths
 from mjnav.scenarios.spec import Wall
 from tests.metrics.conftest import make_scenario, make_trajectory
 

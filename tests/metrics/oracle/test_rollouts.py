@@ -3,14 +3,12 @@
 import numpy as np
 import pytest
 
-from mjnav.geometry.clearance import segment_distance
+from mjnav.geometry.distances import segment_distance
 from mjnav.geometry.floor import Floor
 from mjnav.geometry.way_field import WayField, WayGrid
 from mjnav.messages import RobotLimits
-from mjnav.metrics.oracle.plans import KNOT, KNOTS, plans
-from mjnav.metrics.oracle.rollouts import Base, Bodies, Way, first_clear
-from mjnav.motion.diff_drive import command_bounds, ramp_mean
-from mjnav.motion.unicycle import integrate
+from mjnav.metrics.oracle.rollouts import KNOT, KNOTS, Base, Bodies, Way, first_clear, plans
+from mjnav.motion.unicycle import command_bounds, integrate, ramp_mean
 
 LIMITS = RobotLimits(min_speed=-0.5)
 STEP, STEPS = 0.1, 30

@@ -5,7 +5,7 @@ import pytest
 from foxglove_schemas_protobuf.SceneUpdate_pb2 import SceneUpdate
 
 from mjnav.motion.unicycle import integrate
-from mjnav.recording.encode.candidate_arcs import NUM_CORNERS, PREVIEW, RESOLUTION, encode_arcs
+from mjnav.recording.encode.candidates import NUM_CORNERS, PREVIEW, RESOLUTION, encode_arcs
 
 
 def arcs(line) -> np.ndarray:

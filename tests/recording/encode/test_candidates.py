@@ -4,8 +4,14 @@ import numpy as np
 import pytest
 
 from mjnav.messages import ConeDistribution
-from mjnav.recording.encode.candidates import candidates_schema, chosen_candidate, decode_candidates, encode_candidates
-from mjnav.recording.encode.cone import cone_schema, encode_cone
+from mjnav.recording.encode.candidates import (
+    candidates_schema,
+    chosen_candidate,
+    cone_schema,
+    decode_candidates,
+    encode_candidates,
+    encode_cone,
+)
 
 
 def logged(record, message_class):

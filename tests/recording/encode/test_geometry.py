@@ -4,9 +4,9 @@ from math import atan2, cos, sin
 import numpy as np
 from foxglove_schemas_protobuf.FrameTransforms_pb2 import FrameTransforms
 
-from mjnav.motion.diff_drive import LIDAR_HEIGHT
+from mjnav.motion.unicycle import LIDAR_HEIGHT
 from mjnav.recording.encode import geometry
-from mjnav.recording.encode.scan import encode_mount
+from mjnav.recording.encode.geometry import encode_mount
 
 MOUNT = encode_mount(np.array([0.1, -0.05, 0.3]))
 

@@ -6,7 +6,7 @@ import numpy as np
 from mjnav.messages import Decision, Detection, Status
 from mjnav.recording.encode import json_messages
 from mjnav.recording.encode.topics import document_schema
-from mjnav.recording.read import documents
+from mjnav.recording.read import ticks as documents
 
 KINDS = {"object": dict, "array": list, "string": str, "boolean": bool, "integer": int, "number": int | float}
 

@@ -7,10 +7,9 @@ import pytest
 from mcap.reader import make_reader
 
 from mjnav.recording import Recorder, open_log
-from mjnav.recording.encode.plan import decode_plan, encode_plan, plan_schema
-from mjnav.recording.encode.plan_lines import FAN_POINTS
+from mjnav.recording.encode.plan import FAN_POINTS, decode_plan, encode_plan, plan_schema
 from mjnav.recording.export import ros_messages
-from mjnav.recording.read.scene_rows import lines
+from mjnav.recording.read.tables import lines
 from mjnav.sealed import sealed_plan
 
 ARRAYS = ("path", "fan", "fan_cost", "violation")

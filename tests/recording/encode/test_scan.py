@@ -5,9 +5,8 @@ import numpy as np
 import pytest
 from foxglove_schemas_protobuf.LaserScan_pb2 import LaserScan
 
-from mjnav.recording.encode.scan import ScanEncoder
-from mjnav.scenarios.lidar import LidarSpec
-from mjnav.scenarios.sensors import Sensors
+from mjnav.recording.encode.geometry import ScanEncoder
+from mjnav.scenarios.sensors import LidarSpec, Sensors
 
 
 def test_beam_i_points_to_two_pi_i_over_the_number_less_pi(made_up):

@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from mjnav.recording.encode import wire
+from mjnav.recording.encode import geometry as wire
 
 finite = st.floats(allow_nan=False, allow_infinity=False)
 

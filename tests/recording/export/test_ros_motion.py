@@ -8,13 +8,12 @@ from foxglove_schemas_protobuf.LaserScan_pb2 import LaserScan
 from rosbags.rosbag2 import Reader
 from rosbags.typesys import Stores, get_typestore
 
-from mjnav.motion.diff_drive import LIDAR_HEIGHT
-from mjnav.motion.unicycle import integrate
+from mjnav.motion.unicycle import LIDAR_HEIGHT, integrate
 from mjnav.recording.export import ros_messages
 from mjnav.recording.export.export import export
 from mjnav.recording.export.ros_map import occupancy_grid
 from mjnav.recording.export.ros_odometry import moved_covariance
-from mjnav.scenarios.lidar import LidarSpec
+from mjnav.scenarios.sensors import LidarSpec
 from mjnav.scenarios.spec import Robot, Scenario, Sensors
 from mjnav.world.floor_plan import FloorPlan
 from tests.recording.export.bags import assert_header, assert_pose, logged, pairs, same

@@ -5,7 +5,7 @@ import resource
 
 import pytest
 
-from mjnav.recording.write.log_file import LogFile
+from mjnav.recording.write.writer import LogFile
 
 
 @pytest.fixture

@@ -6,9 +6,9 @@ from base64 import b64decode
 import numpy as np
 import pytest
 
-from mjnav.report.run_page.candidate_ranks import MAX_FREE, candidate_ranks
-from mjnav.report.run_page.cone_bins import NUM_BINS, cone_bins
+from mjnav.report.run_page.layers import NUM_BINS, cone_bins
 from mjnav.report.run_page.packed import Packer
+from mjnav.report.run_page.plan_layers import MAX_FREE, candidate_ranks
 
 
 def unpacked(document, name):

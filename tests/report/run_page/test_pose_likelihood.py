@@ -6,9 +6,9 @@ import pytest
 from mjnav.estimation.lidar.likelihood_field import LikelihoodField
 from mjnav.noise import profile
 from mjnav.recording import open_log
-from mjnav.report.run_page.pose_likelihood import LEVELS, SIDE, likelihood_levels
-from mjnav.report.scans import BelievedWay, ShownScan, scan_points
-from mjnav.scenarios.floor import floor_of_lidar
+from mjnav.report.lidar_view import BelievedWay, ShownScan, scan_points
+from mjnav.report.run_page.layers import LEVELS, SIDE, likelihood_levels
+from mjnav.scenarios.ways import floor_of_lidar
 from tests.report.scanning import by_lidar, write_log
 
 

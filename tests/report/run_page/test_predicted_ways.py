@@ -9,9 +9,9 @@ import pytest
 import mjnav
 from mjnav.loop.prepare import load_scenario
 from mjnav.recording import open_log
-from mjnav.recording.encode.futures import SUFFIX
+from mjnav.recording.encode.plan import SUFFIX
+from mjnav.report.run_page.plan_layers import POINTS
 from mjnav.report.run_page.playback import playback
-from mjnav.report.run_page.predicted_ways import POINTS
 from tests.report.run_page.test_packed import unpacked
 
 

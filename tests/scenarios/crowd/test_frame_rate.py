@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from mjnav.scenarios.crowd.frame_rate import guess_frame_rate
 from mjnav.scenarios.crowd.reader import read_recording
+from mjnav.scenarios.crowd.tracks import guess_frame_rate
 
 
 @pytest.fixture

@@ -5,10 +5,10 @@ import pytest
 
 from mjnav.errors import InvalidValue
 from mjnav.scenarios import dumps, load, loads
-from mjnav.scenarios.crowd.people import people_of
+from mjnav.scenarios.crowd.importing import people_of
 from mjnav.scenarios.crowd.reader import read_recording
 from mjnav.scenarios.crowd.spec import Crowd
-from mjnav.scenarios.crowd.spline import TrackSplines
+from mjnav.scenarios.crowd.tracks import TrackSplines
 from mjnav.scenarios.people import PERIOD, Replay
 
 SCENE = """

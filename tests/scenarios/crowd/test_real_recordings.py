@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 from mjnav.scenarios import loads
-from mjnav.scenarios.crowd.importing import choose_window, import_crowd, scene_tables
-from mjnav.scenarios.crowd.people import people_of
+from mjnav.scenarios.crowd.importing import choose_window, import_crowd, people_of, scene_tables
 from mjnav.scenarios.crowd.spec import Crowd
 from mjnav.scenarios.toml import toml_text
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from mjnav.scenarios.crowd.spline import TrackSplines
+from mjnav.scenarios.crowd.tracks import TrackSplines
 
 
 def test_they_pass_through_every_row_whatever_the_other_tracks_are():

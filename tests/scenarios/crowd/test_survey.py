@@ -3,11 +3,8 @@
 import numpy as np
 import pytest
 
-from mjnav.scenarios.crowd.importing import choose_window
-from mjnav.scenarios.crowd.robot_way import robot_way
-from mjnav.scenarios.crowd.spline import TrackSplines
-from mjnav.scenarios.crowd.survey import survey
-from mjnav.scenarios.crowd.tracks import Track
+from mjnav.scenarios.crowd.importing import choose_window, robot_way, survey
+from mjnav.scenarios.crowd.tracks import Track, TrackSplines
 
 
 def straight(first, last, start, velocity, step=0.5):

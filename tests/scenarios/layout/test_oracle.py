@@ -7,7 +7,7 @@ import pytest
 import mjnav
 from mjnav.cli.main import main
 from mjnav.scenarios import loads
-from mjnav.scenarios.layout.oracle import is_avoidable
+from mjnav.scenarios.layout.placing import is_avoidable
 
 HEAD = 'schema = 1\nname = "start"\n[robot]\nstart = [0, 0, 0]\ngoal = [9, 0]\n'
 LANE = "".join(f"[[walls]]\nfrom = [-3, {y}]\nto = [9, {y}]\n" for y in (-0.4, 0.4))  # too narrow for two

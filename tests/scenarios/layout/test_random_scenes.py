@@ -11,11 +11,11 @@ from scipy.stats import kstest, norm, uniform
 from mjnav.errors import InvalidValue
 from mjnav.geometry.shortest_way import WayMap
 from mjnav.scenarios import dumps, loads
-from mjnav.scenarios.floor import floor_of_people, floor_of_robot
-from mjnav.scenarios.layout.draws import draw_point
-from mjnav.scenarios.layout.oracle import is_avoidable
+from mjnav.scenarios.layout.placing import is_avoidable
+from mjnav.scenarios.layout.values import draw_point
 from mjnav.scenarios.load import with_seed
 from mjnav.scenarios.random_scene import PURPOSES, Layout
+from mjnav.scenarios.ways import floor_of_people, floor_of_robot
 
 ROOM = """
 schema = 1

@@ -7,10 +7,18 @@ from mjnav import control
 from mjnav.errors import InvalidValue
 from mjnav.loop.episode import Episode
 from mjnav.loop.prepare import build_controller
-from mjnav.study.calibration import calibrate as study
-from mjnav.study.calibration.calibrate import SETTINGS, CalibrationPlan, ForecastRecorder, calibrate, forecasts
-from mjnav.study.calibration.collision_event import share_of_draws, share_of_pairs
-from mjnav.study.calibration.true_draws import ErrorDraws, around_truth
+from mjnav.study import calibration as study
+from mjnav.study.calibration import (
+    SETTINGS,
+    CalibrationPlan,
+    ErrorDraws,
+    ForecastRecorder,
+    around_truth,
+    calibrate,
+    forecasts,
+    share_of_draws,
+    share_of_pairs,
+)
 
 SHORT = CalibrationPlan(draws=200, every=2)
 

@@ -5,8 +5,7 @@ import pytest
 from scipy.stats import norm
 
 from mjnav.messages import Observation, ObstacleSamples, RobotLimits
-from mjnav.study.calibration.collision_event import EVENT, share_of_draws, share_of_pairs
-from mjnav.study.calibration.true_draws import ErrorDraws, around_truth
+from mjnav.study.calibration import EVENT, ErrorDraws, around_truth, share_of_draws, share_of_pairs
 
 LIMITS = RobotLimits(radius=0.25)
 

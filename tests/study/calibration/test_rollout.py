@@ -5,8 +5,8 @@ import pytest
 from scipy.stats import norm
 
 from mjnav.messages import RobotLimits
-from mjnav.motion.diff_drive import ramp_mean
-from mjnav.study.calibration.rollout import NUM_WINDOWS, share_of_rollouts
+from mjnav.motion.unicycle import ramp_mean
+from mjnav.study.calibration import NUM_WINDOWS, share_of_rollouts
 
 LIMITS = RobotLimits(radius=0.25)
 

@@ -5,7 +5,7 @@ import pytest
 from scipy import stats
 
 from mjnav.noise import profile
-from mjnav.study.calibration.true_draws import ErrorDraws, Errors, around_truth
+from mjnav.study.calibration import ErrorDraws, Errors, around_truth
 
 NUM = 20_000
 

@@ -8,8 +8,7 @@ from rich.console import Console
 
 from mjnav.errors import InputError, InvalidValue, MjnavError
 from mjnav.metrics.intervals import mcnemar
-from mjnav.report.comparison.before_after_text import write
-from mjnav.report.comparison.before_after_tidy import csv_text, document
+from mjnav.report.comparison.before_after import csv_text, document, write
 from mjnav.study.compare.before_after import before_after
 from mjnav.study.compare.compare_results import compare
 from mjnav.study.store.store import Store

@@ -13,7 +13,7 @@ from mjnav.metrics.intervals import holm
 from mjnav.study.compare.cell_rows import CellRows
 from mjnav.study.compare.chosen_figures import COLLISIONS
 from mjnav.study.compare.compare import compare
-from mjnav.study.compare.wins import all_rivals, win_ratio
+from mjnav.study.compare.estimates import all_rivals, win_ratio
 
 HIT, LATE, FAILED = "hit", "late", "failed"  # in place of the time of a success
 

@@ -6,8 +6,7 @@ import pytest
 import mjnav
 from mjnav.errors import InvalidValue
 from mjnav.scenarios.crowd.reader import read_recording
-from mjnav.study.prediction.measure import Plan, measure
-from mjnav.study.prediction.of_recording import Frames
+from mjnav.study.prediction import Frames, Plan, measure
 
 QUICK = ("physics.engine=kinematic", "time_limit=3", "prediction.horizon=0.8")
 MODELS = ("constant_velocity", "mixture", "social_force")

@@ -2,7 +2,7 @@
 
 import pytest
 
-from mjnav.study.store.logs import NAME, kept_log, log_name
+from mjnav.study.keep import NAME, kept_log, log_name
 
 ID = "0123456789abcdef0123456789abcdef"
 

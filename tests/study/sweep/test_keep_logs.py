@@ -10,8 +10,8 @@ import mjnav
 from mjnav.cli.main import main
 from mjnav.control.methods.rkhs import Rkhs
 from mjnav.errors import InputError, InvalidValue
+from mjnav.study.keep import kept_log
 from mjnav.study.kept_logs import keeping, wants_log, with_log
-from mjnav.study.store.logs import kept_log
 from mjnav.study.store.store import Store
 from mjnav.study.sweep.schedulers import local
 from mjnav.study.sweep.sweep import sweep

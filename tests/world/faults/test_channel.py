@@ -14,7 +14,7 @@ from mjnav.scenarios.faults import (
     Repeated,
     Stuck,
 )
-from mjnav.world.faults.channel import FaultyChannel, Message
+from mjnav.world.faults import FaultyChannel, Message
 
 SHAPE = (1, 2)
 NUM = 40

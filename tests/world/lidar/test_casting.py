@@ -1,9 +1,9 @@
 import numpy as np
 import pytest
 
-from mjnav.geometry.beams import beam_angles
-from mjnav.motion.diff_drive import LIDAR_HEIGHT
-from mjnav.scenarios.lidar import LidarSpec
+from mjnav.geometry.distances import beam_angles
+from mjnav.motion.unicycle import LIDAR_HEIGHT
+from mjnav.scenarios.sensors import LidarSpec
 from mjnav.scenarios.spec import ConstantVelocity, Person, Pillar, Sensors, Table, Wall
 from mjnav.world.simulator import Simulator
 

@@ -5,9 +5,8 @@ import pytest
 from scipy import stats
 
 from mjnav.noise import profile
-from mjnav.scenarios.lidar import LidarSpec
-from mjnav.scenarios.sensors import Sensors
-from mjnav.world.lidar.returns import Returns, footprint
+from mjnav.scenarios.sensors import LidarSpec, Sensors
+from mjnav.world.lidar import Returns, footprint
 
 NUM = 10_000
 CLEAN = {"mixed": 0.0, "missing": 0.0, "bias": 0.0, "spread": 0.0, "resolution": 0.0}

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import mjnav
-from mjnav.scenarios.lidar import LidarSpec
+from mjnav.scenarios.sensors import LidarSpec
 from mjnav.scenarios.spec import ConstantVelocity, Person, Pillar, Sensors, Wall
 from mjnav.world.simulator import Simulator
 

@@ -10,11 +10,11 @@ import pytest
 from mjnav.errors import InvalidValue
 from mjnav.messages import WorldState
 from mjnav.motion.social_force import FORMS
-from mjnav.scenarios.floor import floor_of_people
-from mjnav.scenarios.people.avoiding import FORM_NAMES, Diagonal
+from mjnav.scenarios.people import FORM_NAMES, Diagonal
 from mjnav.scenarios.spec import Orca, Person, Pillar, Scenario, SocialForce, Table, Wall
+from mjnav.scenarios.ways import floor_of_people
+from mjnav.world.people.avoiding import law_of
 from mjnav.world.people.pedestrians import Pedestrians
-from mjnav.world.people.social_force import law_of
 from mjnav.world.simulator import Simulator
 
 FAR = (0.0, -30.0, 0.0)

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from mjnav.scenarios.spec import ConstantVelocity, Person, Physics, Pillar, Robot, Scenario, Wall, Waypoints
 from mjnav.world.kinematic_engine import KinematicEngine
-from mjnav.world.people.sidestep import sidestepped
+from mjnav.world.people.pedestrians import sidestepped
 from mjnav.world.simulator import Simulator
 
 FAR = (0.0, -8.0, 0.0)

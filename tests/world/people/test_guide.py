@@ -4,10 +4,9 @@ import numpy as np
 import pytest
 
 from mjnav.scenarios import loads
-from mjnav.scenarios.floor import floor_of_people
-from mjnav.scenarios.ways import Ways
+from mjnav.scenarios.ways import Ways, floor_of_people
 from mjnav.world.people.guide import LOOK, REPLAN, Guide
-from mjnav.world.people.presence import Presence
+from mjnav.world.people.pedestrians import Presence
 from mjnav.world.simulator import Simulator
 
 SCENE = """schema = 1

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from mjnav.scenarios.crowd.spline import TrackSplines
+from mjnav.scenarios.crowd.tracks import TrackSplines
 from mjnav.scenarios.people import ConstantVelocity, Person, Replay
-from mjnav.world.people.replay import CATCH_UP
+from mjnav.world.people.walk import CATCH_UP
 from mjnav.world.simulator import Simulator
 
 FAR = (0.0, -8.0, 0.0)

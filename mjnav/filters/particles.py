@@ -1,0 +1,157 @@
+"""Weights of particles: Bayes' rule, effective sample size, weighted moments.
+
+Compiled, for B filters side by side: particles are (B, n, d), weights (B, n) and sum to one.
+
+Systematic resampling, seeded, and roughening against the depletion that it brings.
+"""
+
+from math import atan2, cos, sin
+
+import numpy as np
+
+from mjnav.geometry.angles import wrapped
+from mjnav.geometry.compiled import Cube, Indices, Matrix, Vector, exact, kernel
+from mjnav.messages import Array
+
+
+@kernel
+def reweigh(weights: Matrix, likelihoods: Cube):
+    """Bayes' rule, w_i prod_c l_ci / sum: the posterior (B, n), and sum_i w_i l_ci of each factor, (C, B).
+
+    `likelihoods` (C, B, n) are positive. Where every product underflows the posterior is uniform.
+    """
+    num_factors, num_filters, n = likelihoods.shape
+    posterior, expected = np.empty((num_filters, n)), np.empty((num_factors, num_filters))
+    for b in range(num_filters):
+        for i in range(n):
+            posterior[b, i] = weights[b, i]
+        for c in range(num_factors):
+            mean = 0.0
+            for i in range(n):
+                mean += weights[b, i] * likelihoods[c, b, i]
+                posterior[b, i] *= likelihoods[c, b, i]
+            expected[c, b] = mean
+        total = 0.0
+        for i in range(n):
+            total += posterior[b, i]
+        for i in range(n):
+            posterior[b, i] = posterior[b, i] / total if total > 0.0 else 1.0 / n
+    return posterior, expected
+
+
+@kernel
+def ess(weights: Matrix):
+    """Effective sample size (sum w)^2 / sum w^2 (Kong, Liu & Wong 1994), (B,): from 1 to n."""
+    size = np.empty(len(weights))
+    for b in range(len(weights)):
+        total, squares = 0.0, 0.0
+        for w in weights[b]:
+            total += w
+            squares += w * w
+        size[b] = total * total / squares
+    return size
+
+
+@kernel
+def weighted_moments(particles: Cube, weights: Matrix, heading: int = -1):
+    """Mean (B, d) and covariance sum_i w_i e_i e_i^T (B, d, d).
+
+    Column `heading` is an angle [rad]: its mean is the direction of the mean unit vector, its deviations are wrapped.
+    """
+    num_filters, n, d = particles.shape
+    mean, covariance = np.empty((num_filters, d)), np.empty((num_filters, d, d))
+    e, weighted = np.empty((d, n)), np.empty(n)  # a row a column of the particles: long inner loops
+    for b in range(num_filters):
+        w = weights[b]
+        for j in range(d):
+            row = e[j]
+            for i in range(n):
+                row[i] = particles[b, i, j]
+            if j == heading:
+                mean[b, j] = _direction(row, w)
+                for i in range(n):
+                    row[i] = wrapped(row[i] - mean[b, j])
+            else:
+                centre = 0.0
+                for i in range(n):
+                    centre += w[i] * row[i]
+                for i in range(n):
+                    row[i] -= centre
+                mean[b, j] = centre
+        for j in range(d):
+            for i in range(n):
+                weighted[i] = w[i] * e[j, i]
+            for k in range(j, d):
+                total = 0.0
+                for i in range(n):
+                    total += weighted[i] * e[k, i]
+                covariance[b, j, k] = covariance[b, k, j] = total
+    return mean, covariance
+
+
+@kernel
+def _direction(angles, weights):
+    """Of the weighted mean unit vector [rad]."""
+    x, y = 0.0, 0.0
+    for i in range(len(angles)):
+        x += weights[i] * cos(angles[i])
+        y += weights[i] * sin(angles[i])
+    return atan2(y, x)
+
+
+@exact
+def systematic(weights: Vector, offset: float, num: int):
+    """Indices of the particles drawn, (num,), in rising order (Kitagawa 1996), for weights (n,) and offset in [0, 1).
+
+    Draw i is the first particle whose cumulative weight exceeds (offset + i)/num of the total, so particle j comes
+    floor(num w_j) or ceil(num w_j) times and num w_j times on average. The weights need a positive sum, not a
+    particular one: a sum of 1 - 1e-16 loses no draw. A particle of weight zero is never drawn.
+    """
+    cumulative = np.cumsum(weights)
+    total, last = cumulative[-1], len(weights) - 1
+    while last > 0 and weights[last] == 0.0:  # rounding may carry a position to the total itself
+        last -= 1
+    indices = np.empty(num, np.intp)
+    j = 0
+    for i in range(num):
+        position = total * ((offset + i) / num)
+        while j < last and cumulative[j] <= position:
+            j += 1
+        indices[i] = j
+    return indices
+
+
+def shuffled(particles: Array, weights: Array, num: int, rng: np.random.Generator) -> Array:
+    """Systematic draws from particles (n, d) in random order, (num, d).
+
+    Systematic draws alone come sorted by particle, and neighbours share ancestors. Where row i of one body's draws
+    meets row i of another's, that order would correlate bodies that are independent.
+    """
+    return _ordered(particles, weights, rng.random(), rng.permutation(num))
+
+
+@exact
+def _ordered(particles: Matrix, weights: Vector, offset: float, order: Indices):
+    return particles[systematic(weights, offset, len(order))[order]]
+
+
+@exact
+def roughen(particles, covariance, strength, normal):
+    """Adds to column j of the particles (n, d) K sqrt(covariance_jj) n^(-1/d) times draws `normal` (n, d) of N(0, 1).
+
+    Gordon, Salmond & Smith (1993), section 4.2, with the standard deviation in place of the range, which grows with n.
+    Copies of one particle part again; the variance grows by the factor 1 + K^2 n^(-2/d).
+    """
+    n, d = particles.shape
+    for j in range(d):
+        scale = strength * n ** (-1.0 / d) * np.sqrt(covariance[j, j])
+        for i in range(n):
+            particles[i, j] += scale * normal[i, j]
+
+
+@exact
+def resample(particles: Matrix, weights: Vector, offset: float, covariance: Matrix, strength: float, normal: Matrix):
+    """Systematic draws from particles (n, d) by their weights (n,), roughened by `normal` (m, d): a new (m, d)."""
+    drawn = particles[systematic(weights, offset, len(normal))]
+    roughen(drawn, covariance, strength, normal)
+    return drawn

@@ -1,0 +1,394 @@
+"""Digests of the source files that an episode runs: mjnav's own, and those of plug-ins.
+
+What decides an episode's bits beside its scenario, its controller's parameters and its seed.
+
+The programs, their sources, and what the processor lets them compute with. One process has one answer for each
+controller. A log carries it in the metadata `mjnav/run`, a sweep in the columns of its rows.
+
+What a log says about the program that wrote it.
+"""
+
+import ast
+import ctypes
+import hashlib
+import json
+import os
+import platform
+import shlex
+import subprocess
+import sys
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import suppress
+from functools import cache
+from importlib.machinery import ModuleSpec, PathFinder
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+from types import MappingProxyType
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from mjnav.geometry.compiled import FAST
+from mjnav.plugins import CONTROLLER, Given, Kind, Plugin, module_of
+from mjnav.printable import printable
+from mjnav.scenarios.library import data_folder
+from mjnav.scenarios.plugged import plugins_of
+from mjnav.scenarios.spec import Scenario
+
+DIGITS = 16  # of a digest that is shown and stored: 64 bits
+INSTALLED = ("site-packages", "dist-packages")  # folders of packages that have a version
+IMPORTERS = ("import_module", "__import__")
+
+NONE: Mapping[str, str] = MappingProxyType({})
+
+
+@cache
+def mjnav_sources() -> str:
+    """One digest of every Python file of the package and of every model, their names among it."""
+    package = Path(__file__).parents[2]
+    digest = hashlib.sha256()
+    for folder, pattern in ((package, "*.py"), (data_folder("models"), "*")):
+        for path in sorted(path for path in folder.rglob(pattern) if path.is_file()):
+            content = path.read_bytes()
+            digest.update(f"{path.relative_to(folder).as_posix()}\0{len(content)}\0".encode())
+            digest.update(content)
+    return digest.hexdigest()[:DIGITS]
+
+
+def _digest(content: bytes) -> str:
+    return hashlib.sha256(content).hexdigest()[:DIGITS]
+
+
+def plugin_sources(kind: Kind, name: str) -> Mapping[str, str]:
+    """The digest of every file behind a plug-in, by the file's path from its import folder.
+
+    These are its module and, over any number of steps, what that imports: at the top of a file, in a function, or by
+    `import_module` with the name written out. Packages that are installed, Python's own and mjnav are left out. Nothing
+    is imported to find them. Empty for what mjnav has under that name, and where the module is not loaded. Of a class
+    of a notebook, the digest of its text.
+    """
+    module = module_of(kind, name)
+    origin = getattr(module, "__file__", None)
+    if module is not None and origin is not None:
+        return _files(module.__name__, str(Path(origin).resolve()))
+    if not isinstance(name, Given):
+        return NONE
+    return MappingProxyType({f"{name} as it was given": _digest(name.text().encode())})
+
+
+@cache
+def _files(name: str, origin: str) -> Mapping[str, str]:
+    """`plugin_sources` of the module `name`, whose file is `origin`."""
+    path = Path(origin)
+    depth = name.count(".") + (path.name == "__init__.py")
+    root = path.parents[depth]
+    top = name.partition(".")[0]
+    search = [str(root), *(entry for entry in sys.path if entry)]
+    digests: dict[str, str] = {}
+    seen: set[str] = set()
+    waiting = list(_and_parents(name))
+    while waiting:
+        wanted = waiting.pop()
+        if wanted in seen:
+            continue
+        seen.add(wanted)
+        found = _find(wanted, search)
+        if found is None or not _is_own(wanted, found.origin, top):
+            continue
+        file = Path(found.origin).resolve()
+        content = _content(file)
+        shown = file.relative_to(root).as_posix() if file.is_relative_to(root) else file.name
+        digests[shown] = _digest(content)
+        if file.suffix == ".py":
+            package = wanted if found.is_package else wanted.rpartition(".")[0]
+            waiting += (each for imported in _imports(content, package) for each in _and_parents(imported))
+    return MappingProxyType(dict(sorted(digests.items())))
+
+
+class _Found(NamedTuple):
+    """A module's file."""
+
+    origin: str
+    is_package: bool
+
+
+def _find(name: str, search: Sequence[str]) -> _Found | None:
+    """Where the module was loaded from, or else where Python would find it; None where it is no file.
+
+    Nothing is imported.
+    """
+    loaded = sys.modules.get(name)
+    if loaded is not None:
+        origin = getattr(loaded, "__file__", None)
+        return _Found(origin, hasattr(loaded, "__path__")) if origin else None
+    spec: ModuleSpec | None = None
+    path: Sequence[str] | None = search
+    for depth in range(name.count(".") + 1):
+        if path is None:
+            return None
+        spec = PathFinder.find_spec(".".join(name.split(".")[: depth + 1]), path)
+        if spec is None:
+            return None
+        path = spec.submodule_search_locations
+    if spec is None or spec.origin is None:
+        return None
+    return _Found(spec.origin, spec.submodule_search_locations is not None)
+
+
+def _is_own(name: str, origin: str, top: str) -> bool:
+    """Whether a module is of the user's sources rather than of an installed package, Python or mjnav."""
+    first = name.partition(".")[0]
+    if first == "mjnav" or (first in sys.stdlib_module_names and first != top):
+        return False
+    return first == top or not any(part in INSTALLED for part in Path(origin).parts)
+
+
+def _content(file: Path) -> bytes:
+    try:
+        return file.read_bytes()
+    except OSError:
+        return b""  # removed since: it counts as changed
+
+
+def _imports(content: bytes, package: str) -> Iterator[str]:
+    """The modules that a source file may import, by full name; `package` is where it stands."""
+    try:
+        tree = ast.parse(content)
+    except (SyntaxError, ValueError):
+        return  # one that is never imported
+    for node in ast.walk(tree):
+        match node:
+            case ast.Import(names=names):
+                yield from (alias.name for alias in names)
+            case ast.ImportFrom(module=module, names=names, level=level):
+                base = _absolute(module or "", level, package)
+                yield base
+                yield from (f"{base}.{alias.name}" for alias in names)
+            case ast.Call(func=function, args=[ast.Constant(value=str(name)), *_]) if _called(function) in IMPORTERS:
+                level = len(name) - len(name.lstrip("."))
+                yield _absolute(name[level:], level, package)
+
+
+def _called(function: ast.expr) -> str:
+    return function.attr if isinstance(function, ast.Attribute) else getattr(function, "id", "")
+
+
+def _absolute(name: str, level: int, package: str) -> str:
+    """The full name of an import with `level` leading dots."""
+    if not level:
+        return name
+    parts = package.split(".")
+    return ".".join(part for part in (*parts[: len(parts) - level + 1], name) if part)
+
+
+def _and_parents(name: str) -> Iterator[str]:
+    """A module and the packages that are imported before it."""
+    parts = name.split(".")
+    return (".".join(parts[:end]) for end in range(1, len(parts) + 1) if all(parts[:end]))
+
+
+PACKAGES = ("mjnav", "numpy", "numba", "llvmlite", "scipy", "filterpy", "mujoco")
+OPENBLAS_NAMES = ("scipy_openblas_get_corename64_", "openblas_get_corename64_", "openblas_get_corename")
+LIBM_SWITCHES = "GLIBC_TUNABLES"
+
+SOURCES, OWN_SOURCES = "sources.mjnav", "sources.controller"
+# fact -> (how messages call it, what it holds)
+FACTS: Mapping[str, tuple[str, str]] = MappingProxyType(
+    {
+        SOURCES: ("the digest of mjnav's sources", "a digest of mjnav's Python files and models"),
+        OWN_SOURCES: (
+            "the sources of plug-ins",
+            "of a user's own controller, behaviour, ...: their files' digests as JSON",
+        ),
+        **{f"version.{package}": (package, "its version") for package in PACKAGES},
+        "python": ("Python", "its version"),
+        "libc": ("the C library", "its version, and the processor features that its functions may use where limited"),
+        "cpu": ("the processor's type", "architecture, and the name that LLVM has for it"),
+        "cpu.features": ("the processor's features", "all that it has, as LLVM names them"),
+        "cpu.numpy": ("the processor features that NumPy uses", "of those that it chooses code by"),
+        "cpu.kernels": ("the processor that kernels are compiled for", "as LLVM has it; host where it is this one"),
+        "kernels": ("the kernels' compiler setting", "fastmath flags and numba's switches"),
+        "blas": ("BLAS", "NumPy's: its name, version and the processor type that it chose"),
+    }
+)
+SETS = ("cpu.features", "cpu.numpy")  # facts that are lists of words
+NOT_RECORDED = "written by an earlier version of mjnav, which did not record"
+
+
+def provenance(method: str, plugins: Iterable[Plugin] = ()) -> Mapping[str, str]:
+    """Every fact of this process, of the controller `method` and of the other plug-ins, which have been made before."""
+    own = dict(plugin_sources(CONTROLLER, method))
+    for plugin in plugins:
+        own |= plugin_sources(plugin.kind, plugin.name)
+    own = dict(sorted(own.items()))
+    return MappingProxyType({**_facts(), OWN_SOURCES: json.dumps(dict(own)) if own else ""})
+
+
+def digest(facts: Mapping[str, str]) -> str:
+    """A hash of all facts."""
+    return hashlib.sha256(json.dumps([facts.get(fact) for fact in FACTS]).encode()).hexdigest()
+
+
+def changes(was: Mapping[str, str | None], now: Mapping[str, str | None]) -> tuple[str, ...]:
+    """The facts that differ, each in words: "numpy was 2.4.5, is 2.4.6". An unknown fact is None or absent."""
+    unknown = [fact for fact in FACTS if (was.get(fact) is None) != (now.get(fact) is None)]
+    found = [
+        text
+        for fact in FACTS
+        if fact not in unknown and was.get(fact) != now.get(fact)
+        for text in _change(fact, was[fact] or "", now[fact] or "")
+    ]
+    if unknown:
+        found.append(f"{NOT_RECORDED} {', '.join(FACTS[fact][0] for fact in unknown)}")
+    return tuple(found)
+
+
+def _change(fact: str, was: str, now: str) -> list[str]:
+    name, _ = FACTS[fact]
+    if fact == SOURCES:
+        return ["mjnav's sources changed"]
+    if fact == OWN_SOURCES:
+        before, after = _own_files(was), _own_files(now)
+        return [
+            f"{file} {'changed' if file in before and file in after else 'was added' if file in after else 'is gone'}"
+            for file in sorted({*before, *after})
+            if before.get(file) != after.get(file)
+        ]
+    if fact in SETS:
+        gone, came = (" ".join(sorted({*a.split()} - {*b.split()})) for a, b in ((was, now), (now, was)))
+        return [f"{name}: " + ", ".join([f"without {gone}"] * bool(gone) + [f"with {came}"] * bool(came))]
+    return [f"{name} was {was or 'unknown'}, is {now or 'unknown'}"]
+
+
+def shown(fact: str, values: Iterable[str]) -> dict[str, str]:
+    """Different values of a fact, each with what sets it apart from the others: of lists, what they do not share."""
+    parts = {value: _parts(fact, value) for value in values}
+    shared = set.intersection(*map(set, parts.values())) if parts else set()
+    return {value: " ".join(part for part in found if part not in shared) or "none" for value, found in parts.items()}
+
+
+def _parts(fact: str, value: str) -> list[str]:
+    if fact == OWN_SOURCES:
+        return [f"{file} {digest}" for file, digest in _own_files(value).items()]
+    return value.split() if fact in SETS else [value]
+
+
+def _own_files(text: str) -> Mapping[str, Any]:
+    """The digests of plug-ins' files. A log may hold anything; what is no table of files counts as one."""
+    try:
+        found = json.loads(text) if text else {}
+    except (ValueError, RecursionError):
+        found = None
+    return found if isinstance(found, dict) else {"the record of the plug-ins' sources": text}
+
+
+@cache
+def _facts() -> Mapping[str, str]:
+    """The facts of this process that do not depend on the controller."""
+    from llvmlite import binding
+    from numba.core import config
+
+    from mjnav.geometry.kernel_cache import SETTINGS, processor
+
+    host = [binding.get_host_cpu_name(), *sorted(f for f, has in binding.get_host_cpu_features().items() if has)]
+    name, *features = processor().split()
+    target = [name, *sorted(f[1:] for f in features if f.startswith("+"))]
+    compiler_switches = (*SETTINGS, "DISABLE_JIT", "USING_SVML")
+    switches = [f"{switch.lower()}={int(getattr(config, switch, None) or 0)}" for switch in compiler_switches]
+    libc = [*platform.libc_ver(), *(part for part in os.environ.get(LIBM_SWITCHES, "").split(":") if ".cpu." in part)]
+    return MappingProxyType(
+        {
+            SOURCES: mjnav_sources(),
+            **{f"version.{package}": package_version(package) for package in PACKAGES},
+            "python": platform.python_version(),
+            "libc": " ".join(filter(None, libc)),
+            "cpu": f"{platform.machine()} {host[0]}",
+            "cpu.features": " ".join(host[1:]),
+            "cpu.numpy": " ".join(_numpy_features()),
+            "cpu.kernels": "host" if target == host else " ".join(target),
+            "kernels": " ".join([*sorted(FAST), *switches]),
+            "blas": _blas(),
+        }
+    )
+
+
+def package_version(package: str) -> str:
+    """The version of an installed package; "unknown" where it is not installed."""
+    try:
+        return version(package)
+    except PackageNotFoundError:
+        return "unknown"
+
+
+def _config() -> Mapping[str, Any]:
+    return np.show_config(mode="dicts") or {}
+
+
+def _numpy_features() -> list[str]:
+    """What NumPy was built for and what it found beyond; NPY_DISABLE_CPU_FEATURES takes some away."""
+    found = _config().get("SIMD Extensions", {})
+    return [*found.get("baseline", ()), *found.get("found", ())]
+
+
+def _blas() -> str:
+    """OpenBLAS chooses its code when it is loaded, by the processor or by OPENBLAS_CORETYPE."""
+    from numpy.linalg import _umath_linalg  # type: ignore[attr-defined]
+
+    blas = _config().get("Build Dependencies", {}).get("blas", {})
+    library = ctypes.CDLL(_umath_linalg.__file__)  # its symbols, and those of the libraries that it needs
+    core = ""
+    for name in OPENBLAS_NAMES:
+        if hasattr(library, name):
+            function = getattr(library, name)
+            function.restype = ctypes.c_char_p
+            core = function().decode()
+            break
+    return " ".join(filter(None, (blas.get("name"), blas.get("version"), core)))
+
+
+def run_info(scenario: Scenario, seed: int, parts_hash: str) -> dict[str, str]:
+    """The metadata `mjnav/run`: seed, scene, controller, git revision, command line, and all that decides the bits."""
+    return {
+        "scene": scenario.name,
+        "controller": scenario.control.method,
+        "seed": str(seed),
+        "engine": scenario.physics.engine,
+        **({} if scenario.prediction is None else {"prediction": scenario.prediction.name}),
+        "parts_hash": parts_hash,
+        "git_revision": _git_revision(),
+        "argv": printable(shlex.join(sys.argv)),
+        "machine": platform.machine(),
+        "processor": _processor(),
+        "version.mcap": package_version("mcap"),
+        **provenance(scenario.control.method, plugins_of(scenario).values()),
+    }
+
+
+@cache
+def revision() -> str:
+    """The version of mjnav, and the git revision where it runs from a source tree."""
+    return " ".join(part for part in (package_version("mjnav"), _git_revision()) if part)
+
+
+@cache
+def _processor() -> str:
+    """The processor's product name."""
+    with suppress(OSError), open("/proc/cpuinfo") as file:
+        for line in file:
+            name, _, value = line.partition(":")
+            if name.strip() == "model name":
+                return value.strip()
+    return platform.processor()
+
+
+@cache
+def _git_revision() -> str:
+    """The source tree's commit, "+changes" where it has some; empty for an installed package."""
+    root = Path(__file__).parents[3]
+    if not (root / ".git").exists():
+        return ""
+    command = ["git", "-C", os.fspath(root), "describe", "--always", "--abbrev=40", "--dirty=+changes"]
+    try:
+        return subprocess.run(command, capture_output=True, text=True, timeout=10, check=True).stdout.strip()
+    except (OSError, subprocess.SubprocessError):
+        return ""

@@ -1,1 +1,0 @@
-"""Which program, sources, libraries and processor a run's bits come from."""

@@ -1,1 +1,0 @@
-"""Which collisions and time-outs of many logs could have been avoided, method by method."""

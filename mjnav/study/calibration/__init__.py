@@ -1,1 +1,0 @@
-"""Predicted risks compared with how often they come true."""

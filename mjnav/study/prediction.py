@@ -1,0 +1,405 @@
+"""Predictions of people against where they went, one person and moment at a time.
+
+Figures of several models over the same predictions, with intervals. The unit is the person.
+
+Predictions of one person at neighbouring moments say nearly the same: a person's predictions are averaged first, and
+the intervals are those of a mean over people (bootstrap, the same people drawn for every figure).
+
+Moments of a run: what was believed of the people, or what was true of them, tick by tick.
+
+Moments of a recording of people: as exactly as it says, or as a tracker believes from noisy detections.
+
+The protocol of Pellegrini et al. 2009 and of those who followed: a person counts who was seen at 8 frames in a row, and
+is predicted over the next 12, all 0.4 s apart; every such window counts. With exact positions the velocity is that of
+the last step. A tracker detects everybody between the frames too, on a cubic spline through the recorded positions.
+
+Measures models of prediction over a log, a scene or a recording.
+"""
+
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+
+from mjnav import scenarios
+from mjnav.errors import InvalidValue
+from mjnav.estimation import make_tracker
+from mjnav.estimation.base import person_names, person_track
+from mjnav.filters.particles import shuffled
+from mjnav.loop.onboard.seen_space import FloorMap
+from mjnav.loop.simulation import Simulation
+from mjnav.messages import Array, KnownMap, Reading, Track, Trajectory, symmetric
+from mjnav.metrics.intervals import Interval, SharedBootstrap
+from mjnav.metrics.prediction import LEVELS, PathScores, path_scores
+from mjnav.prediction import Crowd, Predictor, make_predictor
+from mjnav.recording.read.log import open_log
+from mjnav.rng import stream
+from mjnav.scenarios.crowd.reader import Recording, read_recording
+from mjnav.scenarios.crowd.tracks import Placement, TrackSplines, guess_frame_rate, tracks_of
+from mjnav.scenarios.crowd.tracks import Track as RecordedTrack
+from mjnav.scenarios.overrides import Override
+from mjnav.scenarios.people import ConstantVelocity, Person
+from mjnav.scenarios.spec import Scenario
+
+
+@dataclass(frozen=True, slots=True)
+class Moment:
+    """What is known of the people at one time."""
+
+    time: float  # [s]
+    tracks: tuple[Track, ...]
+    samples: Array  # (P, M, 4) of each track
+    scored: tuple[str, ...]  # names of the people whose prediction counts; the others are there for them to meet
+
+
+@dataclass(frozen=True, slots=True)
+class Forecast:
+    """One prediction of one person and how it turned out."""
+
+    person: str
+    time: float  # [s] from which on it was predicted
+    scores: PathScores
+
+
+def forecasts(
+    moments: Iterable[Moment],
+    predictor: Predictor,
+    whereabouts: Callable[[str, Array], Array],
+    step: float,
+    num: int,
+    floor: KnownMap | None = None,
+) -> Iterator[Forecast]:
+    """The predictions of all moments, in their order, at `num` times `step` [s] apart.
+
+    `whereabouts(name, times)` says where a person was at times (n,) [s]: (n, 2) [m], NaN where nobody knows. A
+    prediction that nobody knows the end of is left out.
+    """
+    ahead = step * np.arange(1, num + 1, dtype=float)
+    for moment in moments:
+        found = predictor.predict(Crowd(moment.tracks, moment.samples, moment.time, floor))
+        paths = found.paths(step, num)
+        for p, track in enumerate(moment.tracks):
+            if track.name in moment.scored:
+                observed = whereabouts(track.name, moment.time + ahead)
+                if np.isfinite(observed[-1]).all():
+                    yield Forecast(track.name, moment.time, path_scores(paths[p, :, 1:], observed))
+
+
+FIGURES = ("ade_m", "fde_m", "min_ade_m", "energy_m", *(f"inside_{100 * level:g}" for level in LEVELS))
+BY_HORIZON = ("error_m", "energy_m", *(f"inside_{100 * level:g}" for level in LEVELS))
+
+
+@dataclass(frozen=True, slots=True)
+class ModelFigures:
+    """The figures of one model: a mean over people, and its interval at 95 %; one person's figures have none."""
+
+    people: int
+    predictions: int
+    figures: Mapping[str, tuple[float | None, Interval]]  # of FIGURES; means over the predicted times, but fde_m
+    beyond_first: tuple[float | None, Interval]  # energy_m less that of the first model, person by person
+    by_window: tuple[float | None, float | None]  # ADE and FDE [m] as means over predictions, as others publish them
+    by_horizon: Mapping[str, tuple[tuple[float | None, Interval], ...]]  # of BY_HORIZON, at each predicted time
+
+
+def model_figures(found: Mapping[str, Sequence[Forecast]]) -> dict[str, ModelFigures]:
+    """The figures of each model, by name. Every model has predicted the same people at the same moments."""
+    people = sorted({forecast.person for forecasts in found.values() for forecast in forecasts})
+    if not people:
+        return {name: ModelFigures(0, 0, {}, (None, None), (None, None), {}) for name in found}
+    bootstrap = SharedBootstrap(len(people), stream(0, "prediction.bootstrap"), resamples=2000)
+    first = next(iter(found.values()))
+    return {name: _figures(forecasts, first, people, bootstrap) for name, forecasts in found.items()}
+
+
+def _figures(
+    forecasts: Sequence[Forecast], first: Sequence[Forecast], people: Sequence[str], bootstrap: SharedBootstrap
+) -> ModelFigures:
+    place = {person: i for i, person in enumerate(people)}
+    unit = np.array([place[forecast.person] for forecast in forecasts])
+    scores = [forecast.scores for forecast in forecasts]
+    inside = np.array([s.inside for s in scores])  # (n, H, L)
+    series = {"error_m": np.array([s.error for s in scores]), "energy_m": np.array([s.energy for s in scores])}
+    series |= {f"inside_{100 * level:g}": inside[:, :, i] for i, level in enumerate(LEVELS)}
+    whole = {
+        "ade_m": series["error_m"].mean(axis=1),
+        "fde_m": series["error_m"][:, -1],
+        "min_ade_m": np.array([s.min_ade for s in scores]),
+        **{name: values.mean(axis=1) for name, values in series.items() if name != "error_m"},
+    }
+    count = np.bincount(unit, minlength=len(people))
+
+    def means(values: Array) -> list[tuple[float | None, Interval]]:
+        """Of values (n, F): a mean over people for each column."""
+        sums = np.zeros((len(people), values.shape[1]))
+        np.add.at(sums, unit, values)
+        by_person = (sums / count[:, None]).T
+        averages = by_person.mean(axis=1)
+        intervals = bootstrap.intervals(by_person) if len(people) > 1 else [None] * len(averages)
+        return [
+            (float(average) if np.isfinite(average) else None, interval)
+            for average, interval in zip(averages, intervals, strict=True)
+        ]
+
+    energy_of_first = np.array([forecast.scores.energy.mean() for forecast in first])
+    (beyond_first,) = means((whole["energy_m"] - energy_of_first)[:, None])
+    figures = dict(zip(FIGURES, means(np.column_stack([whole[name] for name in FIGURES])), strict=True))
+    return ModelFigures(
+        people=len(people),
+        predictions=len(forecasts),
+        figures=figures,
+        beyond_first=beyond_first,
+        by_window=(float(whole["ade_m"].mean()), float(whole["fde_m"].mean())),
+        by_horizon={name: tuple(means(series[name])) for name in BY_HORIZON},
+    )
+
+
+def moments(
+    trajectory: Trajectory, scenario: Scenario, *, exact: bool, num: int, every: float, seed: int
+) -> Iterator[Moment]:
+    """One moment a tick; predictions count every `every` [s].
+
+    Samples are drawn from the Gaussian that has the track's mean and covariance, which is what a trajectory keeps of a
+    belief; with `exact` all of them are the truth.
+    """
+    names = person_names(trajectory.people_position.shape[1])
+    streams = [stream(seed, "prediction.scores", name) for name in names]
+    times, count = np.zeros(len(names)), 0
+    for k in range(len(trajectory.tracks)):
+        time = float(trajectory.time[k])
+        counts = time >= count * every - 1e-9
+        count += counts
+        tracks, samples = [], []
+        for p, name in enumerate(names):
+            mean, root = _belief(trajectory, k, p, exact=exact)
+            if not np.isfinite(mean).all():
+                continue
+            if k == 0 or exact or (trajectory.tracks[k, p] != trajectory.tracks[k - 1, p]).any():
+                times[p] = time
+            drawn = mean + streams[p].standard_normal((num, 4)) @ root.T
+            tracks.append(person_track(name, float(times[p]), scenario.people[p].radius, drawn))
+            samples.append(drawn)
+        yield Moment(
+            time,
+            tuple(tracks),
+            np.array(samples).reshape(-1, num, 4),
+            tuple(track.name for track in tracks) if counts else (),
+        )
+
+
+def whereabouts(trajectory: Trajectory, name: str, times: Array) -> Array:
+    """Where a person was at times (n,) [s], linear between ticks: (n, 2) [m]; NaN where they were not there."""
+    path = trajectory.people_position[:, person_names(trajectory.people_position.shape[1]).index(name)]
+    known = trajectory.time
+    return np.stack([np.interp(times, known, axis, left=np.nan, right=np.nan) for axis in path.T], axis=1)
+
+
+def _belief(trajectory: Trajectory, k: int, p: int, *, exact: bool) -> tuple[Array, Array]:
+    """Mean (4,) and a root (4, 4) of the covariance of what is known of a person at a tick."""
+    if exact:
+        state = np.concatenate([trajectory.people_position[k, p], trajectory.people_velocity[k, p]])
+        return state, np.zeros((4, 4))
+    mean = trajectory.tracks[k, p]
+    if not np.isfinite(mean).all():
+        return mean, np.zeros((4, 4))
+    values, axes = np.linalg.eigh(symmetric(trajectory.track_triangle[k, p], 4))
+    return mean, axes * np.sqrt(np.maximum(values, 0.0))
+
+
+SEEN = 8  # frames, the latest among them
+RADIUS = 0.3  # [m] of a person
+
+
+@dataclass(frozen=True, slots=True)
+class Frames:
+    """Where everybody was, at whole steps of a recording."""
+
+    step: float  # [s]
+    places: Mapping[str, Mapping[int, Array]]  # by person and number of the step: (2,) [m]
+    tracks: tuple[RecordedTrack, ...]
+
+    @classmethod
+    def of(cls, recording: Recording, frame_rate: float) -> "Frames":
+        """The rows whose time is a whole number of the recording's usual steps. Raises InvalidValue without any."""
+        step = recording.usual_step / frame_rate
+        if step == 0.0:
+            raise InvalidValue("", f"{len(recording.labels)} people", "a recording with people in two rows or more")
+        places: dict[str, dict[int, Array]] = {}
+        tracks = tracks_of(recording, frame_rate, Placement(), 1.5 * step).tracks
+        for track in tracks:
+            number = track.rows[:, 0] / step
+            whole = np.abs(number - number.round()) < 1e-3
+            found = places.setdefault(track.label, {})
+            found.update(zip(number[whole].round().astype(int).tolist(), track.rows[whole, 1:], strict=True))
+        return cls(step, places, tracks)
+
+    def whereabouts(self, person: str, times: Array) -> Array:
+        """Where a person was at times (n,) [s]: (n, 2) [m], linear between steps; NaN where they were not there."""
+        found, nowhere = self.places[person], np.full(2, np.nan)
+        before = np.floor(times / self.step + 1e-6).astype(int)
+        share = (times / self.step - before).clip(min=0.0)[:, None]
+        first = np.array([found.get(k, nowhere) for k in before.tolist()])
+        then = np.array([found.get(k + 1, nowhere) for k in before.tolist()])
+        return np.where(share < 1e-6, first, first + share * (then - first))
+
+    def moments(self, num: int) -> Iterator[Moment]:
+        """One moment a frame, with everybody who was there a step before too; `num` samples, all alike."""
+        last = max(max(found) for found in self.places.values())
+        seen = dict.fromkeys(self.places, 0)
+        for k in range(last + 1):
+            tracks, samples, scored = [], [], []
+            for person, found in self.places.items():
+                seen[person] = seen[person] + 1 if k in found else 0
+                if seen[person] < 2:
+                    continue
+                state = np.concatenate([found[k], (found[k] - found[k - 1]) / self.step])
+                tracks.append(person_track(person, k * self.step, RADIUS, state[None]))
+                samples.append(np.tile(state, (num, 1)))
+                if seen[person] >= SEEN:
+                    scored.append(person)
+            yield Moment(k * self.step, tuple(tracks), np.array(samples).reshape(-1, num, 4), tuple(scored))
+
+    def believed(self, num: int, scenario: Scenario, seed: int) -> Iterator[Moment]:
+        """One moment a reading of the scenario's sensors; predictions count at the frames.
+
+        Everybody has a tracker of their own, which the scenario chooses, from where they come in to where they leave.
+        """
+        pieces = [_TrackedPiece(track, scenario, i, seed) for i, track in enumerate(self.tracks)]
+        last = max(piece.end for piece in pieces)
+        for k in range(round(last * scenario.sensors.rate) + 1):
+            time = k / scenario.sensors.rate
+            frame = time / self.step
+            at_frame = abs(frame - round(frame)) < 1e-6
+            found = [
+                piece.update(time, num) for piece in pieces if piece.start <= time + 1e-9 and time <= piece.end + 1e-9
+            ]
+            scored = [track.name for track, seen, _ in found if at_frame and seen >= (SEEN - 1) * self.step - 1e-9]
+            samples = np.array([drawn for _, _, drawn in found]).reshape(-1, num, 4)
+            yield Moment(time, tuple(track for track, _, _ in found), samples, tuple(scored))
+
+
+class _TrackedPiece:
+    """A recorded track, as a tracker sees it through noisy detections."""
+
+    def __init__(self, track: RecordedTrack, scenario: Scenario, index: int, seed: int):
+        self._label = track.label
+        self._spline = TrackSplines([track.rows])
+        self.start, self.end = float(track.rows[0, 0]), float(track.rows[-1, 0])
+        person = Person(start=(0.0, 0.0), behaviour=ConstantVelocity((0.0, 0.0)), radius=RADIUS)
+        own = int(stream(seed, "prediction.recording", str(index)).integers(2**32))
+        self._tracker = make_tracker(replace(scenario, people=(person,)), own)
+        noise = scenario.noise.distributions()
+        self._noise = [(noise[f"detection.{axis}"], stream(own, f"detection.{axis}")) for axis in "xy"]
+        self._draws = stream(own, "prediction.draws")
+        self._before: float | None = None
+
+    def update(self, time: float, num: int) -> tuple[Track, float, Array]:
+        """The track after a detection at `time`, for how long the person has been there [s], and samples (num, 4)."""
+        error = np.array([noise.sample(rng, 1)[0] for noise, rng in self._noise])
+        interval = 0.0 if self._before is None else time - self._before
+        self._before = time
+        detections = self._spline.positions(time) + error
+        reading = Reading(time, interval, np.zeros(2), 0.0, np.zeros(3), detections, np.zeros(0))
+        (track,) = self._tracker.update(reading)
+        drawn = shuffled(track.particles, track.weights, num, self._draws)
+        return replace(track, name=self._label), time - self.start, drawn
+
+
+# What a model of prediction may ask of a scenario, where a recording has none.
+_NOWHERE = 'schema = 1\nname = "recording"\n[robot]\nstart = [0, 0, 0]\ngoal = [1, 0]\n'
+
+
+@dataclass(frozen=True, slots=True)
+class Plan:
+    """What is asked for."""
+
+    models: tuple[str, ...]
+    exact: bool = False  # the truth in place of the tracker's beliefs
+    samples: int = 25
+    every: float = 0.4  # [s] between predictions that count, of a run
+    seed: int | None = None  # of the run, and of what is drawn besides
+    overrides: tuple[str | Override, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Measured:
+    """The figures of each model, and what they were measured on."""
+
+    what: str  # in a line
+    step: float  # [s]
+    steps: int
+    exact: bool
+    models: dict[str, ModelFigures]
+
+
+def measure(source: str, plan: Plan, progress: Callable[[float], None] = lambda time: None) -> Measured:
+    """The figures of every model over `source`.
+
+    That is a log (.mcap), a recording (any other file but .toml), or a scene, by name or run file: its people walk
+    while the robot stands at its start. Raises InvalidValue, and what opening a log raises.
+    """
+    if source.endswith(".mcap"):
+        log = open_log(source)
+        text = scenarios.dumps(log.scenario())
+        load = partial(scenarios.loads, text, file=source)
+        trajectory, what = log.trajectory(), f"{source}, of {log.scenario().name}"
+    elif not source.endswith(".toml") and Path(source).is_file():
+        return _recording(source, plan)
+    else:
+        load = partial(scenarios.load, source)
+        overrides = (Override("stop_on_collision", False), *_with_model(plan, plan.models[0]))
+        scenario = replace(load(overrides, seed=plan.seed), prediction=None)
+        trajectory = _walked(scenario, plan, progress)
+        what = f"{scenario.name}, seed {scenario.seed}, the robot at its start"
+    of_models = [load(_with_model(plan, model)) for model in plan.models]
+    floor = FloorMap(of_models[0]).known
+    seed = of_models[0].seed if plan.seed is None else plan.seed
+
+    def seen() -> Iterable[Moment]:
+        return moments(trajectory, of_models[0], exact=plan.exact, num=plan.samples, every=plan.every, seed=seed)
+
+    return _measured(what, plan, of_models, seen, partial(whereabouts, trajectory), floor, seed)
+
+
+def _recording(source: str, plan: Plan) -> Measured:
+    recording = read_recording(source)
+    guess = guess_frame_rate(recording)
+    frames = Frames.of(recording, 25.0 if guess is None else guess.frame_rate)
+    of_models = [scenarios.loads(_NOWHERE, _with_model(plan, model)) for model in plan.models]
+    seed, what = plan.seed or 0, f"{source}, every window of 8 frames seen, {frames.step:g} s apart"
+    believed = partial(frames.believed, plan.samples, of_models[0], seed)
+    moments = partial(frames.moments, plan.samples) if plan.exact else believed
+    return _measured(what, plan, of_models, moments, frames.whereabouts, None, seed)
+
+
+def _measured(
+    what: str,
+    plan: Plan,
+    of_models: Sequence[Scenario],
+    moments: Callable[[], Iterable[Moment]],
+    whereabouts: Callable[[str, Array], Array],
+    floor: KnownMap | None,
+    seed: int,
+) -> Measured:
+    found: dict[str, list[Forecast]] = {}
+    step, steps = 0.0, 0
+    for model, scenario in zip(plan.models, of_models, strict=True):
+        assert scenario.prediction is not None  # the plan names its model
+        step, steps = scenario.prediction.step, scenario.prediction.num_steps
+        predictor = make_predictor(scenario, seed)
+        found[model] = list(forecasts(moments(), predictor, whereabouts, step, steps, floor))
+    return Measured(what, step, steps, plan.exact, model_figures(found))
+
+
+def _with_model(plan: Plan, model: str) -> tuple[str | Override, ...]:
+    return (Override("prediction.model", model, "--model"), *plan.overrides)
+
+
+def _walked(scenario: Scenario, plan: Plan, progress: Callable[[float], None]) -> Trajectory:
+    """A run in which the robot stands."""
+    with Simulation(scenario, estimators=not plan.exact) as simulation:
+        while not simulation.done:
+            simulation.step(0.0, 0.0)
+            progress(simulation.time)
+        return simulation.trajectory

@@ -1,1 +1,0 @@
-"""What goes wrong in the world: faults of sensors and wheels, and kidnappings."""

@@ -1,1 +1,0 @@
-"""The planar lidar: exact ranges from the engine, packets of a turn, and what a real one makes of them."""
