@@ -17,13 +17,14 @@ import hashlib
 import re
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
-
-import pyarrow
+from typing import TYPE_CHECKING, Any
 
 from mjnav.errors import MjnavError, missing_extra
 from mjnav.scenarios.toml import read_regular
 from mjnav.study.store.row import COLUMNS, PLACE_IN_STUDY
+
+if TYPE_CHECKING:
+    import pyarrow
 
 _STOP, _TRUE, _FALSE, _BYTE, _I64, _DOUBLE, _BINARY, _STRUCT = 0, 1, 2, 3, 6, 7, 8, 12
 _UNPACKED, _PACKED = 2, 3  # fields of a page's header
