@@ -1,6 +1,7 @@
-"""Text from anywhere, made safe for terminals and pages: a log, a run file or a file name may hold any character.
+"""Values as safe, short text: any character made harmless for terminals and pages, arrays as their shapes.
 
-One-line texts of objects that hold arrays: their shapes in place of thousands of numbers.
+A log, a run file or a file name may hold any character. The one-line text of an object that holds arrays has their
+shapes in place of thousands of numbers.
 """
 
 from collections.abc import Iterator, Mapping

@@ -1,7 +1,8 @@
-"""The half-plane of velocities outside a velocity obstacle, as optimal reciprocal collision avoidance takes it.
+"""Half-planes of velocities outside velocity obstacles (ORCA), and the velocity nearest to a preferred one in them.
 
-With r the obstacle's position relative to the robot's, q the robot's velocity relative to the obstacle's, R the sum of
-the radii and tau the time horizon,
+The half-plane of one obstacle is that of optimal reciprocal collision avoidance. With r the obstacle's position
+relative to the robot's, q the robot's velocity relative to the obstacle's, R the sum of the radii and tau the time
+horizon,
 
     VO = {w : |t w - r| < R for some t in [0, tau]},   u = (nearest point of VO's boundary to q) - q,
 
@@ -10,27 +11,26 @@ alpha the share of the avoidance that the robot takes on itself, its own velocit
 
     n . (V - (V_now + alpha u)) >= 0.
 
-Where the two overlap already, what is cut off is the disc of one control period in place of tau, so that they part
+Where robot and obstacle overlap already, the disc is that of one control period in place of tau, so that they part
 within one period. Source: van den Berg, Guy, Lin & Manocha (2011), "Reciprocal n-Body Collision Avoidance", equations
 (3)-(7).
 
-The velocity nearest to a preferred one that obeys half-planes, or violates them least.
+The velocity nearest to a preferred one that obeys n half-planes solves
 
     V* = argmin |V - V_pref|   subject to   n_i . V >= c_i,  i = 1 ... n,   low <= V <= high.            (1)
 
-In place of the box low <= V <= high, velocities may be bounded by a disc |V| <= r: of a robot the one, of a person the
-other.
+The box low <= V <= high bounds a robot's velocity; a disc |V| <= r in its place bounds a person's.
 
-The half-planes are added one by one: where the best so far violates a new one, the new best lies on its line, which
-leaves a problem in one dimension. Where (1) has no solution, the largest violation is made as small as it can be,
+The half-planes are added one by one: where the best velocity so far violates a new one, the new best lies on its line,
+which leaves a problem in one dimension. Where (1) has no solution, the largest violation is minimised,
 
     d* = min d   subject to   n_i . V + d >= c_i,   d >= 0,   low <= V <= high,                          (2)
 
-likewise one dimension higher: where the best so far violates constraint i by more than d, the new best lies on its
-plane d = c_i - n_i . V. Of all V that reach d* the nearest to V_pref is taken. The first half-planes may be hard, those
-of walls: they hold in (2) as they are, without d. Source: van den Berg, Guy, Lin & Manocha
-(2011), "Reciprocal n-Body Collision Avoidance", section 5; the incremental programme: de Berg et al., "Computational
-Geometry", chapter 4. The random order there is for the expected time only; here the order is the one given.
+by the same method one dimension higher: where the best velocity so far violates constraint i by more than d, the new
+best lies on its plane d = c_i - n_i . V. Of all V that reach d* the nearest to V_pref is taken. The first half-planes
+may be hard, those of walls: they hold in (2) as they are, without d. Source: van den Berg, Guy, Lin & Manocha (2011),
+"Reciprocal n-Body Collision Avoidance", section 5; the incremental programme: de Berg et al., "Computational Geometry",
+chapter 4. The random order in that programme serves the expected time only; here the order is the one given.
 """
 
 import numpy as np
@@ -39,6 +39,9 @@ from numpy.typing import ArrayLike
 from mjnav.errors import InvalidValue
 from mjnav.geometry.compiled import Matrix, Vector, kernel, scalar
 from mjnav.messages import Array
+
+# -------------------------------------------------------------------------- half-plane of an obstacle
+
 
 TIE = 1e-9  # [rad] off the middle within which both sides of an obstacle are equally near
 
@@ -96,6 +99,9 @@ def velocity_obstacle_exits(
     normal, depth = np.empty_like(r), np.empty(len(r))
     _leave(normal, depth, r, q, radius, float(horizon), float(period))
     return normal, depth
+
+
+# ----------------------------------------------------------------------------------- nearest velocity
 
 
 ROUNDING = 1e-10  # [m/s] of violation that is none

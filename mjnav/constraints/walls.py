@@ -1,10 +1,12 @@
-"""The constraint of a wall: the least distance between the path of the next T seconds and the wall's segment.
+"""Constraints of walls and lane boundaries: the clearance of a straight path, and the signed distance of a point.
+
+The constraint of a wall is the least distance between the path of the next T seconds and the wall's segment:
 
     f = R^2 - min_{0 <= t <= T, 0 <= s <= 1} |p + t q - (a + s (b - a))|^2, safe where f <= 0.
 
 Two segments that do not cross are nearest at one of their four ends (Ericson, "Real-Time Collision Detection", 2005).
 
-The signed distance to a lane boundary a x + b y + c = 0.
+A lane boundary is the line a x + b y + c = 0.
 """
 
 import numpy as np

@@ -1,10 +1,9 @@
-"""Parameters of the controllers: those that several share, and how they are checked.
+"""Parameters of the controllers: those that several methods share, their checks, and the memory that a decision takes.
 
 A method has the parameters that change its decisions, no others: each class below adds to the one before it, and a
 method's own starts from the last of them that it reads the whole of. A field says its range, as in `mjnav.config`;
-parameters of your own may do so too, or call `at_least` in their `__post_init__`.
-
-The memory that one decision takes, checked before the first one.
+parameters of your own may do so too, or call `at_least` in their `__post_init__`. The memory is checked before the
+first decision.
 """
 
 from dataclasses import dataclass, fields

@@ -1,6 +1,6 @@
-"""Controllers of one's own: what they lack of the protocol is added.
+"""The control methods by name, and how a controller is made from a name, a class or an object.
 
-The methods by name, and how a controller is made.
+A controller of a user's own may have `decide` alone: what it lacks of the protocol is added.
 
 A new method is a file in `methods/` and an entry in METHODS: `mjnav list`, run files and the README's table follow.
 """
@@ -19,6 +19,8 @@ from mjnav.control.parameters import CHANGE_WEIGHT, RATED_PERIOD, LoopParameters
 from mjnav.errors import InvalidValue
 from mjnav.messages import Array, Decision, Observation, RobotLimits, number
 from mjnav.plugins import CONTROLLER, construct, find, name_of, own_parameters, parameters_type, refuse_clash
+
+# --------------------------------------------------------------------------- controllers of one's own
 
 
 class Completed:
@@ -50,6 +52,9 @@ def completed_controller(name: str, controller: Any, parameters: LoopParameters 
     if hasattr(controller, "parameters") and hasattr(controller, "closest_cone"):
         return controller
     return Completed(controller, parameters)
+
+
+# ------------------------------------------------------------------------------------ methods by name
 
 
 def as_published(period: float) -> dict[str, Any]:

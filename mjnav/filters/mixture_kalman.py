@@ -1,8 +1,8 @@
-"""Mixture Kalman filter (Chen & Liu 2000): each particle is a history of modes, and Gaussian given that history.
+"""Mixture Kalman filter (Chen & Liu 2000), and the sums of Gaussians that it takes in place of a skewed density.
 
-A particle i has a weight w_i and the moments m_i (4,), P_i (4, 4) of a state (x, y, vx, vy). What a particle can do
-next is not drawn but listed, each with its probability, and so is each component k of the measurement's noise, a
-sum of Gaussians. All the products
+Each particle is a history of modes, and Gaussian given that history. A particle i has a weight w_i and the moments
+m_i (4,), P_i (4, 4) of a state (x, y, vx, vy). What a particle can do next is not drawn but listed, each with its
+probability, and so is each component k of the measurement's noise, a sum of Gaussians. All the products
 
     w_i c_k N(z; H m_i + b_k, H P_i H^T + R_k)
 
@@ -10,8 +10,6 @@ are known before one has to be chosen, so the proposal is the optimal one, and o
 the resampling that disturbs the weights least (Fearnhead & Clifford 2003).
 
 The measurement is of the position `age` seconds before the time of the state: H = (I, -age I).
-
-Sums of Gaussians: what a filter that is Gaussian under conditions takes in place of a skewed density.
 """
 
 from dataclasses import dataclass
@@ -21,6 +19,9 @@ import numpy as np
 from mjnav.constant import Constant
 from mjnav.geometry.compiled import Cube, Indices, Matrix, Vector, exact, kernel, scalar
 from mjnav.messages import Array
+
+# --------------------------------------------------------------------------------------------- filter
+
 
 NEGLIGIBLE = 1e-12  # of all weight: a particle with less is dropped
 
@@ -192,6 +193,9 @@ def sampled(owner: Indices, mean: Matrix, covariance: Cube, normal: Matrix):
             for s in range(r + 1):
                 state[j, r] += L[r, s] * normal[j, s]
     return state
+
+
+# ---------------------------------------------------------------------------------- sums of Gaussians
 
 
 NUM_ROUNDS = 200

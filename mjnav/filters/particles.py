@@ -1,8 +1,9 @@
-"""Weights of particles: Bayes' rule, effective sample size, weighted moments.
+"""Particle filter operations: Bayes' rule, effective sample size, weighted moments, systematic resampling, roughening.
 
-Compiled, for B filters side by side: particles are (B, n, d), weights (B, n) and sum to one.
+The weights are compiled for B filters side by side: particles are (B, n, d), weights (B, n) and sum to one.
 
-Systematic resampling, seeded, and roughening against the depletion that it brings.
+Resampling is seeded, and takes the particles (n, d) of one filter. Roughening counters the depletion that resampling
+brings.
 """
 
 from math import atan2, cos, sin
@@ -12,6 +13,8 @@ import numpy as np
 from mjnav.geometry.angles import wrapped
 from mjnav.geometry.compiled import Cube, Indices, Matrix, Vector, exact, kernel
 from mjnav.messages import Array
+
+# -------------------------------------------------------------------------------------------- weights
 
 
 @kernel
@@ -97,6 +100,9 @@ def _direction(angles, weights):
         x += weights[i] * cos(angles[i])
         y += weights[i] * sin(angles[i])
     return atan2(y, x)
+
+
+# ----------------------------------------------------------------------------------------- resampling
 
 
 @exact

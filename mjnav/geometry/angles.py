@@ -1,6 +1,6 @@
-"""Headings in (-pi, pi], and the way round from one to another.
+"""Headings in (-pi, pi], the shorter way round from one to another, and their circular mean.
 
-One heading in (-pi, pi], compiled into the kernels that need it; `angles.wrap` is the same for arrays.
+`wrap` takes arrays; `wrapped` takes one heading and is compiled into the kernels that need it.
 """
 
 from math import pi

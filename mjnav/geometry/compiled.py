@@ -1,13 +1,12 @@
-"""The types of kernels' arguments, as annotations: `def pose_errors(measured: Vector, poses: Matrix)`.
+"""Compilation of scalar functions and kernels with numba, and the annotations that declare kernels' argument types.
 
-A kernel whose arguments are all annotated can be compiled, or its machine code loaded, before it is first called.
-Besides these, an argument may be a float, int or bool, a tuple of them, or a named tuple with fields of such types.
-
-How mjnav compiles its scalar functions and the kernels that call them.
+A kernel declares its types as in `def pose_errors(measured: Vector, poses: Matrix)`. Where all arguments are annotated,
+it can be compiled, or its machine code loaded, before it is first called; `load_kernels` does so before a run, not at a
+tick. Besides the types of arrays below, an argument may be a float, int or bool, a tuple of them, or a named tuple with
+fields of such types.
 
 Sums may be reordered so that loops vectorise; infinities and NaN keep their meaning. The machine code is kept in the
-user's cache folder, under a digest of all that was compiled into it (`kernel_cache`). A kernel whose arguments are
-annotated (`kernel_types`) is compiled or loaded for these types by `load_kernels`, before a run, and not at a tick.
+user's cache folder, under a digest of all that was compiled into it (`kernel_cache`).
 
 Kernels that a kernel calls are inlined into its machine code (`forceinline`), so that a process that compiles computes
 the same last bits as one that loads. Without this, the caller's machine code has a copy of each of them as a weak
@@ -32,6 +31,9 @@ if TYPE_CHECKING:
     from numba import types
 
     from mjnav.geometry.kernel_cache import KernelCache
+
+
+# ------------------------------------------------------------------------------------- argument types
 
 
 @dataclass(frozen=True, slots=True)
@@ -81,6 +83,9 @@ def _numba_type(hint: Any) -> "types.Type":
         alike = all(part == kind[0] for part in kind)
         return types.NamedUniTuple(kind[0], len(kind), hint) if alike else types.NamedTuple(kind, hint)
     raise TypeError(f"an annotation that is no type of a kernel's arguments: {hint!r}")
+
+
+# ---------------------------------------------------------------------------------------- compilation
 
 
 # "contract" allows fused multiply-add, "reassoc" vector sums, "arcp" reciprocals, "nsz" ignores the sign of zero.

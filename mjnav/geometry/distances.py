@@ -1,10 +1,7 @@
-"""Distances of points from segments.
+"""Plane geometry for beliefs, tracks and scans: distances, 95 % ellipses, nearest pairs of points, lidar beams.
 
-The ellipse that holds most of a Gaussian in the plane.
-
-Pairs of points of two sets: as many as a gate allows, at the least total distance.
-
-Where the beams of a planar lidar begin, and where they point to.
+The ellipse holds 95 % of a Gaussian in the plane. Of two sets of points as many pairs are made as a gate allows, at the
+least total distance. For a planar lidar, this file says where beams begin and where they point to.
 """
 
 from collections.abc import Sequence
@@ -16,6 +13,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from mjnav.messages import Array
 
+# ---------------------------------------------------------------------------- distance from a segment
+
 
 def segment_distance(points: ArrayLike, start: ArrayLike, end: ArrayLike) -> Array:
     """Least distance of each point from the segment start-end [m]; the last axis of all is 2, the others broadcast."""
@@ -24,6 +23,9 @@ def segment_distance(points: ArrayLike, start: ArrayLike, end: ArrayLike) -> Arr
     length_squared = np.maximum((along * along).sum(-1), np.finfo(float).tiny)
     t = np.clip(((points - start) * along).sum(-1) / length_squared, 0.0, 1.0)
     return np.linalg.norm(points - start - t[..., None] * along, axis=-1)
+
+
+# --------------------------------------------------------------------------------------- 95 % ellipse
 
 
 CHI_SQUARED_95 = 5.991  # with two degrees of freedom
@@ -44,6 +46,9 @@ def ellipse_95(covariance: ArrayLike) -> tuple[float, float, float]:
     middle, spread = 0.5 * (a + c), np.hypot(0.5 * (a - c), b)
     longer, shorter = np.sqrt(CHI_SQUARED_95 * np.maximum([middle + spread, middle - spread], 0.0)).tolist()
     return longer, shorter, 0.5 * atan2(2.0 * b, a - c)
+
+
+# -------------------------------------------------------------------------------------- nearest pairs
 
 
 GATE = 1.0  # [m] between a person and a track at most, for it to count as the person's in figures
@@ -82,6 +87,9 @@ def nearest_pairs(first: ArrayLike, second: ArrayLike, gate: float) -> list[tupl
     distance = np.linalg.norm(first[rows, None] - second[columns], axis=-1)
     chosen = linear_sum_assignment(np.minimum(distance, gate))
     return [(int(rows[i]), int(columns[j])) for i, j in zip(*chosen, strict=True) if distance[i, j] <= gate]
+
+
+# ---------------------------------------------------------------------------------------- lidar beams
 
 
 WHOLE_TURN = 2.0 * np.pi  # [rad]

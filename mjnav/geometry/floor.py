@@ -1,12 +1,10 @@
-"""What stands on a floor, from above: discs and rectangles, and the room that they leave for a round body.
+"""Bodies on a floor, from above, as discs and rectangles, and the free space that they leave for a round body.
 
-Which points of a floor a round body can go between, on a regular grid.
-
-The clearance of a point changes by no more than the point moves. A disc of radius r that moves straight between the
-centres of two neighbouring cells therefore touches nothing where both clearances are at least r + half of the distance
-between them: only such cells count as free, and no way through them is wrong. A gap that is narrower than 2 r + 2 cells
-may be missed. `shortest_way` is exact, and takes longer the more bodies there are; a grid says for every place at once
-what is connected.
+A regular grid says which points of a floor a round body can go between. The clearance of a point changes by no more
+than the point moves. A disc of radius r that moves straight between the centres of two neighbouring cells therefore
+touches nothing where both clearances are at least r + half of the distance between them: only such cells count as free,
+and no way through them is wrong. A gap that is narrower than 2 r + 2 cells may be missed. `shortest_way` is exact, and
+takes longer the more bodies there are; a grid says for every place at once what is connected.
 """
 
 from dataclasses import dataclass
@@ -18,6 +16,9 @@ from numpy.typing import ArrayLike, NDArray
 from mjnav.constant import Constant
 from mjnav.geometry.compiled import Matrix, exact
 from mjnav.messages import Array, KnownMap
+
+# --------------------------------------------------------------------------------------------- bodies
+
 
 TOUCH = 1e-9  # [m]; bodies nearer than this touch
 
@@ -195,6 +196,9 @@ def _blocking(x0: float, y0: float, x1: float, y1: float, reach: float, discs: M
             if distance < first:
                 first, found = distance, len(discs) + j
     return found
+
+
+# ------------------------------------------------------------------------------- free space on a grid
 
 
 CELL = 0.05  # [m], the resolution of common maps; more where a scene has more than MAX_CELLS

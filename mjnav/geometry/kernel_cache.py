@@ -1,13 +1,11 @@
-"""What decides the machine code of a compiled function: a digest of all that is compiled into it.
+"""Cache of kernels' machine code on disk, each identified by a digest of all that is compiled into it.
 
-That is its own byte code and whatever it reads when it is compiled: functions of this or any other file, numbers, the
-fields of named tuples. It is taken from the functions as they were loaded, so that it neither misses a change in
-another file nor depends on a later change of any file.
+What is compiled into a kernel is its own byte code and whatever it reads when it is compiled: functions of this or any
+other file, numbers, the fields of named tuples. The digest is taken from the functions as they were loaded, so that it
+neither misses a change in another file nor depends on a later change of any file.
 
-Machine code of kernels on disk, one file for each kernel and the types of its arguments.
-
-Numba's own cache checks the kernel's own file alone, and unpickles any file that it finds. This one identifies a kernel
-by everything that is compiled into it (`kernel_code`), and reads only files that processes of this user wrote.
+A kernel has one file for each combination of its arguments' types. Numba's own cache checks the kernel's own file
+alone, and unpickles any file that it finds. This one reads only files that processes of this user wrote.
 """
 
 # pyright: reportAttributeAccessIssue=false
@@ -40,6 +38,9 @@ from numba.core.serialize import dumps
 from numba.np.ufunc.dufunc import DUFunc
 
 from mjnav.geometry.cache_folder import CacheFolder
+
+# --------------------------------------------------------------------------------------------- digest
+
 
 LIBRARIES = ("math", "cmath", "numpy")  # modules whose functions follow from the versions in `environment`
 # numba's settings that change machine code beside the processor's name and features
@@ -155,6 +156,9 @@ def _sorted(value: Any) -> object:
 
 def _digest(parts: list[object]) -> str:
     return hashlib.sha256(repr(parts).encode()).hexdigest()
+
+
+# ---------------------------------------------------------------------------------------------- files
 
 
 @cache

@@ -1,4 +1,4 @@
-"""The way left to a goal at the nodes of a grid, by fast sweeping.
+"""The length of the shortest way of a round body to a goal, from every point of a floor, by fast sweeping on a grid.
 
 T(x) solves the eikonal equation |grad T| = w(x), T(goal) = 0 (Zhao 2005, "A fast sweeping method for eikonal
 equations"). The slowness w is 1 where a disc has room, and BLOCKED where it has none: T is finite everywhere, and a way
@@ -8,16 +8,13 @@ leads through a body where no other does. Two things make a coarse grid accurate
 * A node's value comes from any of the 8 triangles around it (the semi-Lagrangian form of the upwind scheme, Tsitsiklis
   1995), not from 4 quadrants: a front around a corner errs by about cell / 8 log(distance / radius) at most.
 
-In the end nodes without room get the way out of the body, along which a robot goes whose belief is partly inside.
+The grid holds the detour T(x) - |x - goal| >= 0 of the way T over the straight one. The detour is bilinear between
+nodes and |x - goal| is added exactly: where the straight way is open, T is |x - goal|. Behind bodies T is too long by
+up to about a cell for each body that the way goes round, and never too short by more than interpolation.
 
-The length of the shortest way that a round body has left to a goal, from every point of a floor.
-
-The grid holds the detour T(x) - |x - goal| >= 0 of the way T (`fast_sweeping`) over the straight one. The detour is
-bilinear between nodes and |x - goal| is added exactly: where the straight way is open, T is |x - goal|. Behind bodies T
-is too long by up to about a cell for each body that the way goes round, and never too short by more than interpolation.
-
-A place without room for the disc has a way, too: that of the nearest node with room, and `fast_sweeping.OUTSIDE` times
-the distance to it. `shortest_way` has the exact ways; it takes longer, and has none from such a place.
+A place without room for the disc has a way, too: that of the nearest node with room, and OUTSIDE times the distance to
+it, the way out of the body. A robot whose belief is partly inside a body takes it. `shortest_way` has the exact ways;
+it takes longer, and has none from such a place.
 """
 
 from dataclasses import dataclass
@@ -33,6 +30,9 @@ from mjnav.geometry.compiled import Matrix, exact, kernel, scalar
 from mjnav.geometry.distance_field import interpolated
 from mjnav.geometry.floor import TOUCH, Floor, box_surface, disc_surface, is_open
 from mjnav.messages import Array
+
+# -------------------------------------------------------------------------------------- fast sweeping
+
 
 BLOCKED = 100.0  # slowness without room for the disc: through a wall is as far as 70 m around it
 SPARE = 0.5  # [cells] that a node may lack of the room: a gap of the disc's width may have no node in its middle
@@ -244,6 +244,9 @@ def _hand_on(nearest, left, j, i):
                     nearest[j, i, 0], nearest[j, i, 1] = nj, ni
                     changed = True
     return changed
+
+
+# ------------------------------------------------------------------------------------------- way left
 
 
 CELL = 0.1  # [m]; more where a floor has more than MAX_CELLS, less for a disc of a radius below it

@@ -1,10 +1,9 @@
-"""The unicycle: x' = v cos(theta), y' = v sin(theta), theta' = omega.
+"""The unicycle, x' = v cos(theta), y' = v sin(theta), theta' = omega, and the differential drive that moves so.
 
-`unicycle.integrate` for one row a sample, compiled: particles and robot samples move by it at every tick.
+`integrate` takes arrays and needs no compiler: reading a log uses it. `integrate_rows` is compiled and takes one row a
+sample: particles and robot samples move by it at every tick.
 
-The array form is for reading a log, which needs no compiler.
-
-Differential drive: the base's dimensions, wheel speeds from (v, omega) and back, and the limits of a command.
+The differential drive has the base's dimensions, wheel speeds from (v, omega) and back, and the limits of a command.
 """
 
 from math import copysign, cos, sin
@@ -16,6 +15,8 @@ from numpy.typing import ArrayLike
 from mjnav.geometry.angles import wrap, wrapped
 from mjnav.geometry.compiled import Matrix, Vector, kernel, scalar
 from mjnav.messages import Array, RobotLimits
+
+# --------------------------------------------------------------------------------------------- arrays
 
 
 def integrate(pose: ArrayLike, v: ArrayLike, omega: ArrayLike, duration: float) -> Array:
@@ -30,6 +31,9 @@ def integrate(pose: ArrayLike, v: ArrayLike, omega: ArrayLike, duration: float) 
     return np.stack(
         [pose[..., 0] + chord * np.cos(heading), pose[..., 1] + chord * np.sin(heading), wrap(heading + half)], axis=-1
     )
+
+
+# ------------------------------------------------------------------------------------------- compiled
 
 
 _SMALL = 0.1  # of h, below which five terms of the series of sin(h)/h are exact to 3e-18
@@ -67,6 +71,9 @@ def integrate_rows(pose: Matrix, v: Vector, omega: Vector, duration: float):
         moved[i, 1] = pose[i, 1] + chord * sin(heading)
         moved[i, 2] = wrapped(heading + half)
     return moved
+
+
+# --------------------------------------------------------------------------------- differential drive
 
 
 WHEEL_RADIUS = 0.05  # [m]

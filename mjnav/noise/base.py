@@ -1,8 +1,7 @@
-"""What a noise distribution offers, and the arguments that several have.
+"""The interface of noise distributions, arguments that several share, and the check of a user's own distribution.
 
-A distribution of a user's own, checked where it is made and wherever it is drawn from.
-
-The world and the estimators take what it gives without a further look, so what is no noise has to be told here.
+A user's own is checked where it is made and wherever it is drawn from. The world and the estimators take what it gives
+without a further look, so what is no noise has to be told here.
 """
 
 from math import inf

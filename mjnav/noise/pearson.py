@@ -1,12 +1,11 @@
-"""Members of the Pearson family with mean 0, standard deviation 1 and skew >= 0.
+"""The Pearson family: the distribution that has four given moments, and the laws of its types other than IV.
 
-Each is written around its mean, as powers of 1 + c z, and its constant with Stirling's remainders R: both stay exact
-where a member passes into its neighbour and its shape parameters grow without bound. Parametrisations and moments as
-in Johnson, Kotz & Balakrishnan, Continuous Univariate Distributions, 2nd ed., chapters 12, 17, 25, 27 and 28.
+The laws have mean 0, standard deviation 1 and skew >= 0. Each is written around its mean, as powers of 1 + c z, and its
+constant with Stirling's remainders R: both stay exact where a member passes into its neighbour and its shape parameters
+grow without bound. Parametrisations and moments as in Johnson, Kotz & Balakrishnan, Continuous Univariate
+Distributions, 2nd ed., chapters 12, 17, 25, 27 and 28. Type IV is in `pearson_iv`.
 
-The Pearson family: the distribution that has four given moments.
-
-Its densities solve p'(z)/p(z) = -(b1 + d z)/(b0 + b1 z + b2 z^2) for mean 0 and std 1, with
+The family's densities solve p'(z)/p(z) = -(b1 + d z)/(b0 + b1 z + b2 z^2) for mean 0 and std 1, with
 
     b0 = 4 kurtosis - 3 skew^2,  b1 = skew (kurtosis + 3),  b2 = 2 kurtosis - 3 skew^2 - 6,
     d = 10 kurtosis - 12 skew^2 - 18
@@ -29,6 +28,9 @@ from mjnav.messages import Array
 from mjnav.noise.base import Mean, Size, Spread
 from mjnav.noise.pearson_iv import TypeIVLaw
 from mjnav.noise.pearson_iv import stirling_remainder as R
+
+# ----------------------------------------------------------------------------------------------- laws
+
 
 HALF_LOG_2PI = 0.5 * log(2.0 * pi)
 _EDGE = -1.0 + 2.0**-53  # nearest to -1: at an edge a density that is infinite or zero takes its value one ulp inside
@@ -224,6 +226,9 @@ class StudentLaw:
     def logpdf(self, z: Array) -> Array:
         """Log-density."""
         return self.constant - 0.5 * (self.df + 1.0) * np.log1p(z * z / (self.df - 2.0))
+
+
+# --------------------------------------------------------------------------------------------- family
 
 
 # Moments this close to a boundary between types, relative to the terms that cancel there, lie on it.

@@ -1,16 +1,13 @@
-"""The gamma function where its argument is large: what Stirling's formula leaves over.
+"""Pearson's type IV with mean 0, standard deviation 1 and skew > 0; its draws come from exact rejection.
 
+Stirling's remainder is what Stirling's formula for the gamma function leaves over where the argument is large.
 Normalising constants of densities are ratios of gamma functions. Near a boundary between two Pearson types their
 arguments grow without bound, and a difference of log gammas loses all its digits; Stirling's leading terms cancel on
 paper, and only remainders, which are small, are left to compute.
 
-The loop of type IV's rejection, compiled; every operation is rounded as written, so that a seed's draws replay.
-
-Pearson's type IV with mean 0, standard deviation 1 and skew > 0; its draws come from exact rejection.
-
 With t = (z - location)/scale, p(t) is proportional to (1 + t^2)^(-m) exp(-nu atan t) (Heinrich, A Guide to the
 Pearson Type IV Distribution, CDF/MEMO/STATISTICS/PUBLIC/6820, 2004). Here r = 2 m - 2, t0 = -nu/r is the t of the mean,
-and everything is written around the mean, as in `pearson_laws`:
+and everything is written around the mean, as in `pearson`:
 
     p(z) = exp(constant) |1 + c z|^(-2 m) exp(-nu arg(1 + c z)),  c = (t0 + i) / (scale (1 + t0^2))
 
@@ -18,7 +15,8 @@ The angle psi = arg(1 + c z) has a log-concave density, largest at psi = 0, the 
 
     g(psi) = exp(r (log(cos psi - t0 sin psi) + t0 psi)),  |psi + atan t0| < pi/2
 
-A staircase over g, found once, is the envelope: nearly every proposal is accepted, most without evaluating g.
+A staircase over g, made once, is the envelope: nearly every proposal is accepted, most without evaluating g. In the
+compiled loop of the rejection every operation is rounded as written, so that a seed's draws replay.
 """
 
 import cmath
@@ -31,6 +29,9 @@ from numpy.typing import ArrayLike
 from mjnav.geometry.compiled import Indices, Matrix, Vector, exact
 from mjnav.messages import Array
 from mjnav.noise.base import Size
+
+# ------------------------------------------------------------------------------- Stirling's remainder
+
 
 # B_2k / (2k (2k - 1)) for k = 1 .. 5, with Bernoulli's numbers; Abramowitz & Stegun 6.1.40.
 _SERIES = (1 / 12, -1 / 360, 1 / 1260, -1 / 1680, 1 / 1188)
@@ -52,6 +53,9 @@ def stirling_remainder(z: complex) -> float:
         remainder += (z + 0.5) * cmath.log(1.0 + 1.0 / z) - 1.0
         z += 1.0
     return (remainder + sum(c / z ** (2 * k + 1) for k, c in enumerate(_SERIES))).real
+
+
+# ------------------------------------------------------------------------------------------ rejection
 
 
 _EDGE = -1.0 + 2.0**-53
@@ -79,6 +83,9 @@ def accept(u: Matrix, left: Vector, high: Vector, low: Vector, area: Vector, gui
         accepted[count] = psi
         count += 1
     return accepted[:count]
+
+
+# -------------------------------------------------------------------------------------------- type IV
 
 
 _STEPS = 256  # of the staircase, on each side of the mode

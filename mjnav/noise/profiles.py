@@ -1,6 +1,4 @@
-"""Distributions by name, as run files have them.
-
-Noise profiles: a distribution for every channel of a run.
+"""Noise distributions by name, as run files have them, and noise profiles: a distribution for every channel of a run.
 
 A channel's noise is added to the truth: reading = truth + noise, actual twist = command + noise.
 """
@@ -18,6 +16,9 @@ from mjnav.noise.base import Distribution
 from mjnav.noise.distributions import Empirical, Gaussian, Mixture, StudentT, Uniform, Zero
 from mjnav.noise.pearson import Pearson
 from mjnav.plugins import DistributionPlugin
+
+# ------------------------------------------------------------------------------ distributions by name
+
 
 DISTRIBUTIONS: Mapping[str, type[Any]] = MappingProxyType(
     {
@@ -48,6 +49,9 @@ def make_distribution(name: str, /, **arguments: object) -> Distribution:
     where the name itself is unknown.
     """
     return settled(NamedDistribution, {"distribution": name, **arguments})
+
+
+# ------------------------------------------------------------------------------------------- profiles
 
 
 CHANNEL_MEANINGS: Mapping[str, str] = MappingProxyType(

@@ -1,18 +1,15 @@
-"""The kinds of plug-ins: what each has to offer, how it is made, and where packages register it.
+"""Plug-ins: their kinds, where they come from, and how a name and parameters become a class and an object.
 
-Classes and objects that Python code hands over in place of a name.
+A kind says what its plug-ins have to offer, how one is made, and under which entry point packages register them. A
+plug-in is named by its module or file, is registered by an installed package, or is a class or an object that Python
+code hands over in place of a name.
 
-Imports the module of a plug-in, by its name or by its file.
+While the module of a plug-in is imported, one more folder is searched, and searched last, so that it hides no other
+module: the working folder for "package.module", the file's own for "file.py". So a module imports its neighbours at its
+top, not inside a function; a package may import its own parts anywhere.
 
-One folder more is searched while that one module is imported, and searched last, so that it hides no other module: the
-working folder for "package.module", the file's own for "file.py". So a module imports its neighbours at its top, not
-inside a function; a package may import its own parts anywhere.
-
-Plug-ins that installed packages register under an entry point.
-
-Names and owners are read from the packages' metadata, which imports nothing; a plug-in is imported when it is used.
-
-From the name of a plug-in to its class, and from that and its parameters to an object.
+Names and owners of registered plug-ins are read from the packages' metadata, which imports nothing; a plug-in is
+imported when it is used.
 """
 
 import hashlib
@@ -33,6 +30,8 @@ from typing import Any, TypeVar
 
 from mjnav.config import below, keys, settled
 from mjnav.errors import InputError, InvalidValue, own_code, said, unknown_name
+
+# ---------------------------------------------------------------------------------------------- kinds
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,6 +66,9 @@ DISTRIBUTION = Kind("distribution", "distribution", "mjnav.distributions", ("sam
 PREDICTOR = Kind("predictor", "model", "mjnav.predictors", ("predict",), "Class(scenario, seed, parameters)")
 METRIC = Kind("metric", "", "mjnav.metrics", ("measure",), "Class(), or Class(parameters) with a parameters_type")
 KINDS = (CONTROLLER, LOCALIZER, TRACKER, PREDICTOR, BEHAVIOUR, DISTRIBUTION, METRIC)
+
+
+# --------------------------------------------------------------- classes and objects from Python code
 
 
 class Given(str):
@@ -112,6 +114,9 @@ def name_of(thing: Any) -> str:
 def _kind(thing: Any) -> Any:
     """The class or function itself; of an object its class."""
     return thing if inspect.isclass(thing) or inspect.isroutine(thing) else type(thing)
+
+
+# ------------------------------------------------------------------------ import of modules and files
 
 
 SUFFIX = ".py"
@@ -179,6 +184,9 @@ def _also_searched(folder: str) -> Iterator[None]:
             sys.path.remove(folder)
 
 
+# --------------------------------------------------------------------- plug-ins of installed packages
+
+
 @dataclass(frozen=True, slots=True)
 class Registered:
     """A name that a package registers: the place of its class, "package.module:Class", and the package."""
@@ -215,6 +223,9 @@ def refuse_clash(kind: Kind, name: str, shipped: Collection[str]) -> None:
             f"a {kind.name} that one package registers, not {' and '.join(owners)}; package.module:Class names one"
         )
         raise InvalidValue(kind.key, name, allowed)
+
+
+# --------------------------------------------------------------------------- from a name to an object
 
 
 P = TypeVar("P")

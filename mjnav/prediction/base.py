@@ -1,13 +1,13 @@
-"""The interface between tracker and controller: how people will go on.
+"""Prediction of people: the interface between tracker and controller, predictors of a user's own, constant velocity.
 
     tracks at the time of the latest reading  ->  Predictor  ->  samples of every person from the moment of effect on
 
 A predictor carries M joint samples (x, y, vx, vy) of each of P people to the moment at which the decision takes effect,
-and on from there in H steps. All samples of a person count the same: a sample that is more likely is there more often.
+and on from that moment in H steps. All samples of a person count the same: a likelier state has more samples.
 
-Predictors of a user's own: they get copies, and what they return is copied and checked.
+Predictors of a user's own get copies, and what they return is copied and checked.
 
-`constant_velocity`: every sample walks straight on, x(t) = x + t v.
+`ConstantVelocity`: every sample walks straight on, x(t) = x + t v.
 """
 
 from dataclasses import dataclass, field
@@ -19,6 +19,8 @@ from mjnav.errors import PluginFault
 from mjnav.messages import Array, KnownMap, Track
 from mjnav.printable import ShortRepr
 from mjnav.sealed import sealed_message
+
+# ------------------------------------------------------------------------------------------ interface
 
 
 @dataclass(frozen=True, slots=True, repr=False)
@@ -82,6 +84,9 @@ class Predictor(Protocol):
         ...
 
 
+# ------------------------------------------------------------------------- predictors of a user's own
+
+
 class OwnPredictor:
     """People by a user's predictor."""
 
@@ -114,6 +119,9 @@ class OwnPredictor:
         if not np.isfinite(values).all():
             raise PluginFault(f"{self._name}: {part} holds a number that is not finite")
         return values
+
+
+# ---------------------------------------------------------------------------------- constant velocity
 
 
 class ConstantVelocity:

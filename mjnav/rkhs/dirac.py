@@ -1,4 +1,4 @@
-"""The distance of a distribution from a point mass at 0: how far violations are from "nothing comes near".
+"""Distance (MMD) of the distribution of violations from a point mass at 0, "nothing comes near", or from a reference.
 
 With x_i = max(0, h_i), i = 1 ... n, of weight 1/n each, and the embedding k(0, .) of the point mass, MMD is
 
@@ -11,10 +11,9 @@ all raw moments 0 (`rkhs/mmd.py`), so with mu_p those of x
 
 Sources: Gupta, Singh & Krishna (2022); Sharma & Singh (2024, "MMD-OPT", arXiv 2412.09121), with a Gaussian kernel.
 
-The distance of distributions from a reference that need not be free of violations: a plan that is taken as safe.
-
-Nair et al. (arXiv 2112.13034) match a control's distribution with a desired one. With the point mass at 0 as reference
-this is `rkhs/dirac.py`; with another, a plan is charged for being safer than the reference, too. Weights are 1/n.
+A reference need not be free of violations: it is a plan that is taken as safe. Nair et al. (arXiv 2112.13034) match a
+control's distribution with a desired one. With the point mass at 0 as reference this is `distance_from_dirac`; with
+another, a plan is charged for being safer than the reference, too. Weights are 1/n.
 """
 
 from typing import TYPE_CHECKING

@@ -1,8 +1,7 @@
-"""Checks of options that the parser cannot make. They raise InputError.
+"""Options of the command line: checks beyond the parser's, errors in the words of options, options of every command.
 
-Errors in the words of the command line: the library names arguments of Python, a command its options.
-
-Options of nearly every command: -q and --traceback.
+Checks that the parser cannot make raise InputError. The library's errors name arguments of Python; a command's errors
+name its options instead. Nearly every command has -q and --traceback.
 """
 
 import argparse
@@ -11,6 +10,8 @@ from difflib import get_close_matches
 from types import MappingProxyType
 
 from mjnav.errors import InputError, InvalidValue, MjnavError, UntrustedCode
+
+# --------------------------------------------------------------------------------------------- checks
 
 
 def check_needs(option: str, needed: str, *, given: bool, met: bool) -> None:
@@ -24,6 +25,9 @@ def check_whole(option: str, value: int, low: int, high: int | None = None) -> N
     if value < low or (high is not None and value > high):
         allowed = f"a whole number >= {low}" if high is None else f"a whole number from {low} to {high}"
         raise InvalidValue(option, value, allowed)
+
+
+# --------------------------------------------------------------------------------------------- errors
 
 
 OPTIONS: Mapping[str, str] = MappingProxyType(
@@ -79,6 +83,9 @@ def unknown_words(parser: argparse.ArgumentParser, words: Sequence[str]) -> Inpu
     instead = INSTEAD.get(f"{parser.prog} {same}") or INSTEAD.get(same)
     instead = instead or (f"did you mean {nearest[0]}?" if nearest else shows_options(parser.prog))
     return InputError(f"{parser.prog} has no option {option}; {instead}")
+
+
+# --------------------------------------------------------------------------- options of every command
 
 
 SAYING = ("list", "show", "keys", "schema", "completion")  # commands that only print: there is nothing to leave out

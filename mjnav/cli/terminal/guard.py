@@ -1,10 +1,11 @@
-"""Ending a command in order at the first signal.
+"""How a command ends: in order at the first signal, and reported by a parent process where it cannot report itself.
 
 The process that the user started watches a child process, which does the work of the command.
 
-A process that ends by os._exit, a fault in compiled code or the kernel's out-of-memory killer cannot report it; its
-parent can. The child is forked before anything is loaded, so that Python need not start again. It has the terminal and
-the process group of its parent, gets from it the signals that were sent to the parent alone, and ends with it.
+A process that ends by os._exit, a fault in compiled code or the kernel's out-of-memory killer cannot report its end;
+its parent can. The child is forked before anything is loaded, so that Python need not start again. The child has the
+terminal and the process group of its parent, gets from it the signals that were sent to the parent alone, and ends
+with it.
 """
 
 import ctypes
@@ -17,6 +18,9 @@ from contextlib import contextmanager, suppress
 
 from mjnav.cli.terminal.progress import tell
 from mjnav.loop.faults import ASK, Heartbeat, Watchdog, describe_end, dump_of, dump_to, dumped_frames, read_dump
+
+# -------------------------------------------------------------------------------------------- signals
+
 
 # [s] within which signals count as one: `timeout` sends two, and the process that guards a command passes on another
 # one, late where the machine is busy.
@@ -49,6 +53,9 @@ def interruptible() -> Iterator[Callable[[], bool]]:
     finally:
         for number, handler in before.items():
             signal.signal(number, handler)
+
+
+# ----------------------------------------------------------------------------------- parent and child
 
 
 PASSED_ON = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)

@@ -1,12 +1,11 @@
-"""The arguments of the compiled loops over constraint samples: named tuples of arrays and numbers.
+"""Compiled loops over the constraint samples of one decision: f of all pairs of samples at all controls.
 
-f of one pair of samples at all controls, or of one sample at one control against all of the robot's: compiled loops.
+Their arguments are named tuples of arrays and numbers.
 
-The innermost loop runs over the controls: a pair of samples is then a handful of constants, and even an obstacle with
-one sample fills the vector units. For discs, lengths come multiplied by sqrt(unit) and, in the segment form, times
-divided by the horizon, so that the innermost loop needs neither.
-
-The compiled loops over the constraint samples of one decision: all pairs of samples at all controls.
+The loops over single rows compute f of one pair of samples at all controls, or of one sample at one control against all
+of the robot's. The innermost loop runs over the controls: a pair of samples is then a handful of constants, and even an
+obstacle with one sample fills the vector units. For discs, lengths come multiplied by sqrt(unit) and, in the segment
+form, times divided by the horizon, so that the innermost loop needs neither.
 
 What was measured for 402 controls, 5 discs of 625 pairs each and degree 3, on Zen 4 with AVX-512, as ratios of times to
 `cone_moments` below (tests/benchmarks/test_kernel_bound.py says how much of the machine's arithmetic that uses):
@@ -33,6 +32,8 @@ from mjnav.constraints.collision_cone import LINE, RAY, SEGMENT, cone_line, cone
 from mjnav.constraints.walls import wall_segment
 from mjnav.geometry.compiled import Cube, Flags, Indices, Matrix, Vector, kernel, scalar
 from mjnav.messages import Array
+
+# ------------------------------------------------------------------------------------------ arguments
 
 
 class ConeBlocks(NamedTuple):
@@ -100,6 +101,9 @@ class Samples(NamedTuple):
         whole = np.full((self.num, self.f.shape[1]), self.floor)
         whole[self.row] = self.f
         return whole
+
+
+# --------------------------------------------------------------------------------------- one row of f
 
 
 @scalar
@@ -240,6 +244,9 @@ def wall_column(f, vx, vy, position, ax, ay, bx, by, radius_squared, unit, horiz
     for i in range(f.size):
         x, y = position[i, 0], position[i, 1]
         f[i] = unit * wall_segment(x, y, vx[i], vy[i], ax, ay, bx, by, radius_squared, horizon)
+
+
+# ------------------------------------------------------------------------------- all pairs of samples
 
 
 ROWS = 4  # rows of f whose powers are added up together: the sums are then loaded and stored once for all of them

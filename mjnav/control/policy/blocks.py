@@ -1,9 +1,7 @@
-"""Which features a learned policy sees.
+"""Features of a learned policy, block by block: which it sees, their columns and bounds, and how they are computed.
 
-What a learned policy sees, block by block: the columns, their bounds, and how they follow from an observation.
-
-All of it comes from the samples in an `Observation`, which stand at the moment at which the decision takes effect; the
-scan stands at its reading. The robot's frame has its origin at the mean of the robot's samples, x ahead along their
+All features come from the samples in an `Observation`, which stand at the moment at which the decision takes effect;
+the scan stands at its reading. The robot's frame has its origin at the mean of the robot's samples, x ahead along their
 mean heading, y to the left; the goal frame has the same origin and x towards the next point of the route.
 
     robot   (11,)            distance to the goal; cos and sin of the heading in the goal frame; v and omega decided

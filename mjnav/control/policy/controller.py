@@ -1,8 +1,6 @@
-"""Actions of a learned policy as commands: numbers from -1 to 1, or SI units.
+"""Learned policies as controllers: scaling of their actions, encoding of observations as arrays, and their base class.
 
-Observations as the arrays that a learned policy takes.
-
-The base class of learned policies that run as controllers.
+Actions are numbers from -1 to 1, or commands in SI units.
 """
 
 from abc import ABC, abstractmethod
@@ -17,6 +15,8 @@ from mjnav.control.parameters import LoopParameters
 from mjnav.control.policy.blocks import KINDS, Features, Frame
 from mjnav.messages import Array, Decision, Observation, RobotLimits
 from mjnav.motion.unicycle import command_bounds
+
+# -------------------------------------------------------------------------------------------- actions
 
 
 class Actions:
@@ -36,6 +36,9 @@ class Actions:
     def action(self, command: ArrayLike) -> Array:
         """The normalised action (2,) of (v [m/s], omega [rad/s]): the inverse of `command`."""
         return 2.0 * (np.asarray(command, float) - self.low) / (self.high - self.low) - 1.0
+
+
+# --------------------------------------------------------------------------------------- observations
 
 
 Array32 = NDArray[np.float32]
@@ -64,6 +67,9 @@ class Encoder:
 def flatten(blocks: Mapping[str, Array32]) -> Array32:
     """All blocks as one vector, in the order of their names, as Gymnasium's FlattenObservation gives it."""
     return np.concatenate([blocks[name].ravel() for name in sorted(blocks)])
+
+
+# ----------------------------------------------------------------------------------------- controller
 
 
 class PolicyController(ABC):

@@ -1,6 +1,7 @@
-"""The candidate controls: a grid over what the robot can reach, then keep and brake (Nair et al., algorithm 1).
+"""Candidate controls on a grid, and the choice among them: which meet every constraint, and which is cheapest.
 
-Which candidates meet every constraint, and which is cheapest: ties are decided here, not by rounding.
+The candidates are a grid over what the robot can reach, then keep and brake (Nair et al., algorithm 1). Ties are
+decided here, not by rounding.
 
 The nominal control is the cheapest candidate that meets every constraint at the mean state. It depends on the mean of
 each distribution alone.

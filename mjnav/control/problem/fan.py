@@ -1,6 +1,6 @@
-"""What a log shows of a method that plans ahead: the plan, and some of the rollouts that it weighed.
+"""Rollouts that a planner weighs, and the message that shows its plan and some of these rollouts in a log.
 
-The rollouts that a planner weighs: simple ways to begin with, and its own plan, perturbed.
+The rollouts are simple ways to begin with, and the planner's own plan, perturbed:
 
     standing | plan so far | straight to the goal | guides | waiting | escapes | reversing | perturbations of the plan
 

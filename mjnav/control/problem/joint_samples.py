@@ -1,10 +1,11 @@
-"""The robot's samples beside its mean position, for methods that plan, and how far they are beyond the lanes.
-
-Joint samples of all that is uncertain around a plan, and the violation of rollouts there.
+"""Joint samples of robot, obstacles and lane boundaries for methods that plan, and the violation of rollouts there.
 
 Joint sample s is sample s of the robot's position, of every obstacle's path and of both lane boundaries: bodies that
 are believed independently are drawn independently, in random order. Where an obstacle has fewer samples than the robot
 they are used again.
+
+The robot's samples are taken relative to its mean position; those of a lane boundary say how far each of the robot's
+samples is beyond it.
 """
 
 from dataclasses import dataclass, replace

@@ -1,4 +1,4 @@
-"""Predicted futures as the methods take them.
+"""Obstacles as the methods take them: predicted futures, and the discs and walls that count in a decision.
 
 A method that looks at one moment of decision alone moves every obstacle along a straight line. Of a sample m with a
 predicted future x_m(t) it takes the velocity that leads to where the sample is predicted after the method's horizon,
@@ -8,7 +8,7 @@ predicted future x_m(t) it takes the velocity that leads to where the sample is 
 So the straight line is right at its two ends. A method that plans in time takes x_m(t) itself, linear between the
 predicted positions; after the last of them every sample keeps its last velocity.
 
-Which discs and walls count in a decision, and their layout for the kernel.
+The discs and walls that count are laid out for the kernel, `control/kernels/cone_kernel.py`.
 """
 
 from collections.abc import Sequence

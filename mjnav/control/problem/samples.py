@@ -1,12 +1,13 @@
-"""Samples of the lane constraints at every candidate; safe where <= 0.
+"""Samples of the lane and collision-cone constraints at every candidate control.
+
+The samples of the lane constraints are safe where <= 0:
 
     D1 = d1(x) + left offset + margin,   D2 = -(d2(x) + right offset - margin)
 
 at the position x after `lane_horizon`, each with its boundary's noise, the margin being the robot's radius.
 
-F_j(u): the samples of the collision cone f against every disc and wall j, at every candidate u.
-
-With u = (v, omega), robot sample i moves at
+F_j(u) are the samples of the collision cone f against disc or wall j at candidate u. With u = (v, omega), robot sample
+i moves at
 
     x'_i(u) = (v + dv_i) [cos(theta_i + (omega + domega_i) tau), sin(...)],
 
@@ -14,8 +15,8 @@ and with sample m of obstacle j it gives one sample of F_j(u),
 
     f_im(u) = max(f(p_i - o_m, x'_i(u) - o'_m, R_j) / R_j^2, -clip),     i = 1 ... N,  m = 1 ... M;
 
-f is `constraints/collision_cone.py` (`wall.py` for walls), and the division goes where `normalise` is false. The loops
-over all pairs are compiled, in `kernels/cone_kernel.py`.
+f is that of `constraints/collision_cone.py` (`constraints/walls.py` for walls), and where `normalise` is false there is
+no division by R_j^2. The loops over all pairs are compiled, in `control/kernels/cone_kernel.py`.
 """
 
 from collections.abc import Callable, Iterator
@@ -42,6 +43,8 @@ from mjnav.control.kernels.cone_kernel import (
 from mjnav.control.parameters import Parameters
 from mjnav.geometry.compiled import Matrix, Vector, kernel
 from mjnav.messages import Array, Lanes
+
+# ---------------------------------------------------------------------------------------------- lanes
 
 
 @kernel
@@ -89,6 +92,9 @@ def lane_samples(
         ahead, across = a * cos_heading + b * sin_heading, a * sin_heading - b * cos_heading
         _side(f, v, cos_turn, sin_turn, ahead, across, base, speed_noise, -p.clip if clip else -inf)
     return out
+
+
+# ------------------------------------------------------------------------------------- collision cone
 
 
 @dataclass(frozen=True, slots=True)
