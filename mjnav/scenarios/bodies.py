@@ -1,6 +1,6 @@
-"""What stands still in a scene: walls, tables, pillars and lane boundaries.
+"""Bodies that stand still in a scene (walls, tables, pillars, lane boundaries), and their shapes seen from above.
 
-Bodies of a scene as shapes seen from above, with the keys that a run file has for them.
+Each shape has the key of its body in the run file.
 """
 
 from collections.abc import Iterator, Sequence
@@ -79,6 +79,9 @@ class LaneSpec:
             line = getattr(self, key)
             if hypot(line[0], line[1]) < MIN_SIZE:
                 raise InvalidValue(key, line, f"a line a x + b y + c = 0, (a, b) at least {MIN_SIZE:g} long")
+
+
+# --------------------------------------------------------------------------- shapes seen from above
 
 
 TOUCH = 1e-9  # [m]; bodies nearer than this touch

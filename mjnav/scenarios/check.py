@@ -1,17 +1,15 @@
-"""Values of a run file that have no effect, because another value replaces them.
+"""Checks of a scenario before a run: keys without effect, memory, a way for the robot, overlapping bodies.
 
-They are refused before a run. The scenario in a log may have them, so that logs of earlier versions can be read.
+A key has no effect where another value replaces its value. Such keys are refused before a run. The scenario in a log
+may have them, so that logs of earlier versions can be read.
 
-How much memory a run takes, estimated before it starts.
+The memory that a run takes is estimated before the run starts. The way of the robot leads between the bodies of the
+scene to its goal.
 
-Whether the robot can reach its goal between what stands in a scene.
-
-Checks between the parts of a scenario: bodies that overlap, goals that cannot be reached.
-
-A body is a disc or a rectangle seen from above. Walls may touch and cross (corners), a pillar may stand in a wall (half
-column), and bodies may touch; every other overlap is refused, but that of two people at the start: they step apart
-(`overlapping_people`). The robot fits under tables and meets their legs only; people, and bodies as high as the table,
-meet its top.
+For the check of overlaps a body is a disc or a rectangle seen from above. Walls may touch and cross (corners), a pillar
+may stand in a wall (half column), and bodies may touch. Every other overlap is refused, except that of two people at
+the start: they step apart (`overlapping_people`). The robot fits under tables and meets their legs only; people, and
+bodies as high as the table, meet its top.
 """
 
 from itertools import combinations, pairwise
@@ -40,6 +38,9 @@ if TYPE_CHECKING:
     from mjnav.geometry.floor import FreeSpace
 
 
+# ------------------------------------------------------------------------------ keys without effect
+
+
 def refuse_idle(scenario: Scenario) -> None:
     """Raises InvalidValue for the first such value; a default may stand there, as `dumps` writes them all."""
     for key in ("robot", "obstacles"):
@@ -59,6 +60,9 @@ def refuse_idle(scenario: Scenario) -> None:
         raise InvalidValue("control.delay", delay, "delay or latency, not both")
     if latency.model == "measured" and latency.order != Latency("measured").order:
         raise InvalidValue("control.latency.order", latency.order, 'an order for model "sampled" only')
+
+
+# ------------------------------------------------------------------------------------------- memory
 
 
 MAX_BYTES = 8e9  # what a small machine has
@@ -89,6 +93,9 @@ def check_memory(scenario: Scenario) -> None:
         key = max(parts, key=lambda part: parts[part][0])
         allowed = f"what takes at most {MAX_BYTES / 1e9:g} GB of memory in all; this takes {total / 1e9:.3g} GB"
         raise InvalidValue(key, parts[key][1], allowed)
+
+
+# ------------------------------------------------------------------------------ a way for the robot
 
 
 def check_robot_way(scenario: Scenario) -> None:
@@ -126,6 +133,9 @@ def _space(scenario: Scenario) -> "FreeSpace":
 
     points = [scenario.robot.start[:2], *scenario.robot.route]
     return FreeSpace.of(floor_of_robot(scenario.walls, scenario.tables, scenario.pillars), points)
+
+
+# ----------------------------------------------------------------------- overlaps and people's ways
 
 
 def check(scenario: Scenario, *, routes: bool = True) -> None:

@@ -1,16 +1,8 @@
-"""How people take a robot that they see.
+"""People of a run file: temperaments, the keys of each behaviour, and the keys that every person has.
 
-People who walk straight on.
-
-Where people who come again begin and end their ways.
-
-People who walk from waypoint to waypoint.
-
-People who walk as they were recorded.
-
-People who walk from waypoint to waypoint and avoid one another, the robot, walls and furniture.
-
-A person of a scene: the keys that people of every behaviour have.
+A temperament is how a person reacts to a robot that they see. People walk straight on, from waypoint to waypoint, or as
+they were recorded. With `social_force` and `orca` they walk from waypoint to waypoint and avoid one another, the robot,
+walls and furniture. A trip has an area in which it begins and one in which it ends.
 """
 
 from collections.abc import Mapping
@@ -24,6 +16,9 @@ from mjnav.config import Beside, Choice, Key, Length, Range, Variants, settle
 from mjnav.errors import InvalidValue
 from mjnav.plugins import BehaviourPlugin
 from mjnav.scenarios.ranges import MAX_LENGTH, MAX_POINTS, MAX_TIME, Coordinate, Point
+
+# ------------------------------------------------------------------------------------- temperaments
+
 
 REGULAR, YIELDS, IMPASSIVE = "regular", "yields", "impassive"
 CURIOUS, SCARED, THREATENING = "curious", "scared", "threatening"
@@ -39,6 +34,9 @@ TEMPERAMENTS: Mapping[str, str] = MappingProxyType(
         THREATENING: "steps in front of the robot",
     }
 )
+
+
+# -------------------------------------------------------------------------------------- straight on
 
 
 PERIOD = 0.02  # [s] between people's decisions
@@ -77,6 +75,9 @@ class StopAndGo:
         _check_speed(self.velocity)
 
 
+# -------------------------------------------------------------------------------------------- trips
+
+
 STAY, LEAVE, AGAIN = "stay", "leave", "again"
 AT_END = (STAY, LEAVE, AGAIN)
 AGAIN_WITHIN = 2.0  # [m] from the goal, as in the corridor of mpc_planner (tud-amr)
@@ -94,6 +95,9 @@ class Trip:
 
     def __post_init__(self):
         settle(self)
+
+
+# ------------------------------------------------------------------------ from waypoint to waypoint
 
 
 REACHED = 0.2  # [m] from a waypoint on the way at which the next one counts
@@ -161,6 +165,9 @@ class Waypoints(Walker):
     """Walks from point to point; with `loop` from the last back to the first, else stands there."""
 
 
+# -------------------------------------------------------------------------------------- as recorded
+
+
 MAX_ROWS = 50_000  # of a track: five hours at 2.5 Hz
 LEAST_STEP = 1e-3  # [s]
 
@@ -179,6 +186,9 @@ class Replay:
             if after[0] < before[0] + LEAST_STEP:
                 allowed = f"a time at least {LEAST_STEP:g} s after that of the row before, {before[0]:g} s"
                 raise InvalidValue(f"track.{i}.0", after[0], allowed)
+
+
+# ---------------------------------------------------------------------------------- avoiding others
 
 
 FORM_NAMES = ("moussaid", "moussaid_2009", "helbing")
@@ -278,6 +288,9 @@ class Orca(Avoiding):
 
     def __post_init__(self):
         Walker.__post_init__(self)
+
+
+# ----------------------------------------------------------------------------------------- a person
 
 
 Behaviour = ConstantVelocity | StopAndGo | Waypoints | SocialForce | Orca | Replay

@@ -1,15 +1,13 @@
-"""The lidars that a run file names, with their makers' figures.
+"""Sensors of a run file: lidar models with their makers' figures, the table [sensors.lidar], the table [sensors].
 
 A maker bounds errors: accuracy +-a bounds the systematic error of any unit, precision +-p the scatter of repeated
 measurements. Here the unit that is simulated has the mean size of an error that is uniform within +-a, bias = a/2, and
 +-p holds 95 % of the scatter, spread = p/2. Where a maker gives one figure for both, it is taken for both.
 
-No maker of these gives the width of the beam in the plane, how often a beam at an edge returns a range between the two
-surfaces, or how often nothing returns. These are this project's assumptions, the same for all four.
+No maker of these lidars gives the width of the beam in the plane, how often a beam at an edge returns a range between
+the two surfaces, or how often nothing returns. These are this project's assumptions, the same for all four.
 
-The lidar of a run file: the table [sensors.lidar], and the lidar that it describes.
-
-The sensors of a run file: the table [sensors].
+The table [sensors.lidar] names a lidar and may replace its figures (`LidarSpec`); `Lidar` is the lidar that results.
 """
 
 from collections.abc import Mapping
@@ -32,6 +30,9 @@ from mjnav.noise import Distribution
 from mjnav.printable import ShortRepr
 from mjnav.scenarios.ranges import Rate
 from mjnav.sealed import sealed
+
+# ------------------------------------------------------------------------------------- lidar models
+
 
 ByRange = tuple[tuple[float, float], ...]  # (range [m], value) of each corner; straight between them
 
@@ -121,6 +122,9 @@ LIDARS: Mapping[str, LidarModel] = MappingProxyType(
         ),
     }
 )
+
+
+# ------------------------------------------------------------------------ the table [sensors.lidar]
 
 
 _MAX_RANGE = 1000.0  # [m]
@@ -303,6 +307,9 @@ def check_lidar(lidar: Lidar, radius: float, timestep: float) -> None:
 
 def _rows(value: float | ByRange | None) -> ByRange | None:
     return value if value is None or isinstance(value, tuple) else ((0.0, value),)
+
+
+# ------------------------------------------------------------------------------ the table [sensors]
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,6 +1,6 @@
-"""Reading files that users name: bounded, regular files only; and values of a run file that have their own file.
+"""TOML and the files that a run file names: bounded reading, values with a file of their own, parsing and writing.
 
-TOML to tables and back; what is wrong with a text in one line.
+Only regular files up to a size limit are read. A text that is no TOML is reported in one line.
 """
 
 import errno
@@ -17,6 +17,9 @@ from typing import Any
 
 from mjnav.errors import InvalidValue
 from mjnav.plugins.find import placed
+
+# ---------------------------------------------------------------------- files that a run file names
+
 
 _MAX_BYTES = 10_000_000
 TRACE = "control.latency.trace"
@@ -108,6 +111,9 @@ def _numbers(name: str, folder: Path) -> list[float]:
     return values
 
 
+# ----------------------------------------------------------------------------------- TOML to tables
+
+
 MAX_PARTS = 100  # of a dotted key: tomllib needs time quadratic in them, minutes for 10^5
 _TOKEN = re.compile(r"""[\w-]+|"(?:[^"\\\n]|\\.)*"|'[^'\n]*'|[ \t]+|.""", re.DOTALL)
 
@@ -151,6 +157,9 @@ def _most_parts(text: str) -> int:
         elif not (first.isalnum() or first in "_-\"' \t"):
             dots = 0
     return most + 1
+
+
+# ----------------------------------------------------------------------------------- tables to TOML
 
 
 def toml_text(table: dict[str, Any]) -> str:

@@ -1,15 +1,13 @@
-"""The floor that a scene leaves: what stands in the way of the robot, and of people.
+"""Floors and ways in a scene: the obstacles of the robot and of people, and people's planned ways around them.
 
 The robot passes under tables and meets their legs; people walk around the whole table.
 
-People's ways around walls and furniture, as the check of a run file and the people in a run both plan them.
+The check of a run file and the people in a run plan the same ways around walls and furniture.
 
-The routes that people walk, leg by leg.
-
-A person who walks from waypoint to waypoint walks straight where the straight leg stays clear of every wall, table and
-pillar by their radius. Otherwise the leg is planned around them (`mjnav.scenarios.ways`); a leg without any way is
-refused. The last REACHED before a waypoint does not count, because the person turns there. A person with a constant
-velocity walks until something stops them.
+A route is planned leg by leg. A person who walks from waypoint to waypoint walks straight where the straight leg stays
+clear of every wall, table and pillar by their radius. Otherwise the leg is planned around them (`Ways`); a leg without
+any way is refused. The last REACHED before a waypoint does not count, because the person turns there. A person with a
+constant velocity walks until something stops them.
 """
 
 from collections.abc import Iterable, Iterator, Sequence
@@ -30,6 +28,9 @@ from mjnav.scenarios.bodies import Box, Disc, Pillar, Strip, Table, Wall, met_by
 from mjnav.scenarios.known_map import KnownBodies
 from mjnav.scenarios.people import REACHED, Person, Walker
 from mjnav.scenarios.ranges import Point
+
+# ------------------------------------------------------------------------------------------- floors
+
 
 B = TypeVar("B", Wall, Table, Pillar)
 
@@ -72,6 +73,9 @@ def _wall_box(wall: Wall) -> tuple[float, ...]:
 def _top_box(table: Table) -> tuple[float, ...]:
     half = (0.5 * side + table.leg_radius for side in table.size)
     return *table.position, cos(table.yaw), sin(table.yaw), *half
+
+
+# ------------------------------------------------------------------------------------ people's ways
 
 
 MARGIN, STEP = 0.02, 0.05  # [m] least distance from bodies on the way, which is rounded up so that people share maps
@@ -118,6 +122,9 @@ def end_of(ways: WayMap, goal: Point) -> Array | None:
     """Where a way to a waypoint ends, (2,) [m]: there, or beside it where a body stands; None where it is too near."""
     end = ways.anchor(goal)
     return None if end is None or hypot(*(end - np.asarray(goal))) > _MOVED else end
+
+
+# ---------------------------------------------------------------------- people's routes, leg by leg
 
 
 _SHARES = tuple(0.125 * k for k in range(9))  # of an area's sides, at which room is looked for

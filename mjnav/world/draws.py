@@ -1,6 +1,8 @@
-"""Regular moments of simulated time, counted in steps: noise windows, sensor readings, people's decisions.
+"""Time grids of a simulation, and random numbers drawn in blocks from several streams.
 
-Draws by rows, one of each of several streams. Many are drawn at once: a call costs as much for 64 as for 1.
+A `Grid` holds regular moments of simulated time, counted in steps: noise windows, sensor readings, people's decisions.
+
+`Rows` are draws by rows, one of each of several streams. Many are drawn at once: a call costs as much for 64 as for 1.
 """
 
 from abc import ABC, abstractmethod

@@ -1,10 +1,8 @@
-"""What goes wrong with the messages of one sensor, or with the commands to the wheels.
+"""Faults in the world: of sensor messages and wheel commands, slipping wheels, and kidnappings of the robot.
 
-Kidnappings: the robot is put elsewhere, wherever it is and whatever it does.
-
-The faults of the wheels: commands that do not come as they were sent, and wheels that slip.
-
-The faults of all sensors, between the measurement and the robot.
+A `FaultyChannel` carries the messages of one sensor, or the commands to the wheels. A kidnapping puts the robot
+elsewhere, wherever it is and whatever it does. `FaultyWheels` changes commands on their way to the wheels, and lets
+wheels slip. `FaultySensors` has the faults of all sensors, between the measurement and the robot.
 """
 
 from collections import deque
@@ -22,6 +20,8 @@ from mjnav.scenarios.faults import Blocked, ChannelFaults, Faults, Slip, WheelFa
 from mjnav.scenarios.spec import Scenario
 from mjnav.world.draws import NEVER, Grid
 from mjnav.world.engine import Engine
+
+# ---------------------------------------------------------------- a channel of messages or commands
 
 
 @dataclass(frozen=True, slots=True)
@@ -128,6 +128,9 @@ class FaultyChannel:
         return fault.lasts(time) and draw < fault.share
 
 
+# -------------------------------------------------------------------------------------- kidnappings
+
+
 ROOM = 0.02  # [m] between the robot and the people where it is put down
 
 
@@ -154,6 +157,9 @@ class Kidnappings:
 
     def _taken(self, pose: Array, people: Array) -> bool:
         return any(hypot(x - pose[0], y - pose[1]) < reach for (x, y), reach in zip(people, self._reach, strict=True))
+
+
+# ------------------------------------------------------------------------------------------- wheels
 
 
 WATCHDOG = 0.5  # [s] without a command after which the base stops by itself, as bases do
@@ -209,6 +215,9 @@ class FaultyWheels:
 
 def _each(scenario: Scenario):
     return () if scenario.faults is None else scenario.faults.each()
+
+
+# ------------------------------------------------------------------------------------------ sensors
 
 
 SENSORS = ("odometry", "gyro", "pose", "detections", "lidar")

@@ -1,9 +1,8 @@
-"""One step of people and robot as discs that never come closer to anything than touching.
+"""The kinematic engine: a unicycle and people as discs that never overlap, without forces.
 
-In each step people move first, in their order, then the robot. A person whose way is blocked slides along what blocks
-it, or else stays for that step; the robot stays, and may still turn.
-
-The world as plain kinematics: a unicycle and discs that never overlap. No forces; fast; the paper's own setting.
+It is fast, and the setting of the paper that `mjnav.paper` measures again. Bodies never come closer to anything than
+touching. In each step people move first, in their order, then the robot. A person whose way is blocked slides along
+what blocks it, or else stays for that step. A robot whose way is blocked stays, and may still turn.
 """
 
 import numpy as np
@@ -19,6 +18,9 @@ from mjnav.scenarios.spec import Scenario
 from mjnav.world.engine import ContactLog
 from mjnav.world.floor_plan import FloorPlan
 from mjnav.world.lidar import cast
+
+# --------------------------------------------------------------------- one step of people and robot
+
 
 ROUNDING = 1e-12  # [m] by which a disc may come closer in a step: sliding along a wall keeps the distance but for it
 APART = 0.3  # [m/s] at which each of two people who overlap steps away from the other
@@ -202,8 +204,11 @@ def step_robot(
     robot[5], robot[6] = v, omega
 
 
+# --------------------------------------------------------------------------------------- the engine
+
+
 class KinematicEngine:
-    """An `Engine` without forces; how robot and people move is in `kinematic_steps`.
+    """An `Engine` without forces; how people and robot move is in `step_people` and `step_robot`.
 
     Who is blocked by the robot, or blocks it, has touched it.
     """

@@ -1,8 +1,9 @@
-"""Beams of a planar lidar against discs and rectangles, exactly: what the kinematic engine has in place of MuJoCo.
+"""Planar lidar: exact ranges for the kinematic engine, errors of the returns, and the times of the beams.
 
-From exact ranges to what a lidar returns: footprint and mixed pixels, missing returns, errors, steps, limits.
+The kinematic engine casts beams against discs and rectangles exactly, in place of MuJoCo's rays.
 
-A beam has a width. Its footprint is sampled by three rays: through the middle and along both edges. Where they meet one
+Exact ranges become what a lidar returns by footprint and mixed pixels, missing returns, errors, steps and limits. A
+beam has a width. Its footprint is sampled by three rays: through the middle and along both edges. Where they meet one
 surface, the middle ray's range counts. Where they meet two, at an edge, the light of both returns, and a share of such
 beams, the mixed pixels, has a range anywhere between the near and the far surface.
 
@@ -10,11 +11,10 @@ Sources: Tuley, Vandapel and Hebert, Analysis and removal of artifacts in 3-D LA
 5(2):12, 2018 (mixed pixels); Thrun, Burgard and Fox, Probabilistic Robotics, 2005, section 6.3 (errors and missing
 returns of a beam).
 
-When a lidar takes its beams: all at a reading's moment, or in packets while it turns.
-
-A turning lidar takes its beams one after the other. Here they are cast in packets, groups of about PACKET seconds, each
-from where the robot and everybody else really are at its moment; `times` tells it. So a scan of a robot that moves is
-distorted as a real one is.
+A lidar takes all its beams at a reading's moment, or in packets while it turns. A turning lidar takes its beams one
+after the other. Here they are cast in packets, groups of about PACKET seconds, each from where the robot and everybody
+else really are at the packet's moment; `times` tells that moment. So a scan of a robot that moves is distorted as a
+real one is.
 """
 
 from typing import Protocol
@@ -29,6 +29,8 @@ from mjnav.scenarios.sensors import Lidar
 from mjnav.scenarios.spec import Scenario
 from mjnav.world.draws import NEVER, Grid
 from mjnav.world.engine import Engine
+
+# ------------------------------------------------------------------------------------------ casting
 
 
 @exact
@@ -75,6 +77,9 @@ def cast(origin: Vector, angles: Vector, discs: Matrix, boxes: Matrix, max_range
         if nearest <= max_range:
             ranges[i] = nearest
     return ranges
+
+
+# ------------------------------------------------------------------------------------------ returns
 
 
 EDGE = 0.05  # [m] that the middle ray departs from the line through the others' points: two surfaces, no flat one
@@ -149,6 +154,9 @@ def footprint(rays: Matrix, width: float, mixed: float, draws: Matrix):
             if abs(middle - on_line) > EDGE and draws[0, i] < mixed:
                 ranges[i] = near + draws[1, i] * (far - near)
     return ranges
+
+
+# ----------------------------------------------------------------------------------------- scanners
 
 
 PACKET = 0.01  # [s]

@@ -1,6 +1,6 @@
-"""The people of a MuJoCo world: two slide joints each, behind a velocity servo.
+"""The MuJoCo engine: the robot's wheels push it, people have 70 kg, and contacts have forces.
 
-The world in MuJoCo: wheels that push, people of 70 kg, contacts with forces.
+Each person has two slide joints behind a velocity servo.
 
 Between samples of the state nothing calls `mj_forward`: poses and velocities are read from qpos and qvel, which are
 current, where derived fields lag one step; so looking does not change the run.
@@ -28,6 +28,9 @@ from mjnav.scenarios.spec import Scenario
 from mjnav.world.engine import ContactLog, DivergedError
 from mjnav.world.floor_plan import FloorPlan
 from mjnav.world.scene import SEEN_BY_LIDAR, compose
+
+# ------------------------------------------------------------------------------------------- people
+
 
 ACCELERATION = 6.0  # [m/s^2] more than 250 N on each of two axes give 70 kg, 5.05
 OVERLAP = 0.02  # [m] that two people who press against each other may overlap, and more
@@ -145,6 +148,9 @@ def _nearest(x: float, y: float, positions: Matrix, velocities: Matrix, reach: V
         clearance = min(clearance, np.hypot(positions[i, 0] - x, positions[i, 1] - y) - reach[i])
         fastest = max(fastest, np.hypot(velocities[i, 0], velocities[i, 1]))
     return clearance, fastest
+
+
+# --------------------------------------------------------------------------------------- the engine
 
 
 ROBOT_ACCELERATION = 15.0  # [m/s^2] more than tyres of friction 0.9 can give, 8.8

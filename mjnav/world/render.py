@@ -1,10 +1,7 @@
-"""OpenGL without a screen: EGL or OSMesa, whichever is there.
+"""Pictures of a scene without a screen: OpenGL context, camera, drawn model and renderer.
 
-The camera that sees a whole scene.
-
-The scene for pictures: a model with all its decoration, put into any state of either engine.
-
-Pictures of a scene without a screen.
+OpenGL comes from EGL or OSMesa, whichever is installed. The camera sees the whole scene. The stage is a model of the
+scene with all its decoration, put into any state of either engine.
 """
 
 # pyright: reportAttributeAccessIssue=false
@@ -38,6 +35,9 @@ from mjnav.world.decoration import (
 )
 from mjnav.world.mujoco_engine import AWAY
 from mjnav.world.scene import compose, scene_points
+
+# -------------------------------------------------------------------------- OpenGL without a screen
+
 
 BACKENDS = ("egl", "osmesa")  # EGL first: it may have a graphics card behind it
 PROBE_TIMEOUT = 60.0  # [s]
@@ -77,6 +77,9 @@ def _backend(asked: str) -> str:
     raise InputError(f"cannot draw without a screen: neither EGL nor OSMesa works; {_ADVICE}")
 
 
+# ------------------------------------------------------------------------------------------- camera
+
+
 AZIMUTH, ELEVATION = 90.0, -50.0  # [deg] where the camera looks
 _TALLEST = 1.7  # [m] a person's head
 
@@ -108,6 +111,9 @@ def overview(
     camera.type = mujoco.mjtCamera.mjCAMERA_FREE
     camera.lookat, camera.azimuth, camera.elevation, camera.distance = centre, azimuth, elevation, 1.02 * distance
     return camera
+
+
+# -------------------------------------------------------------------------------------------- stage
 
 
 FIELD_OF_VIEW = 0.6  # [rad] vertical
@@ -145,6 +151,9 @@ class Stage:
             for axis, now, start in zip("xy", position, person.start, strict=True):
                 data.joint(f"person{i}/{axis}").qpos = now - start
         mujoco.mj_forward(self.model, data)
+
+
+# ----------------------------------------------------------------------------------------- renderer
 
 
 _MAX_GEOMS = 20_000

@@ -1,10 +1,8 @@
-"""Where a robot can start and end, so that it crosses a recorded crowd.
+"""Import of a recorded crowd into a run file: its people, a robot that crosses them, and statistics of the recording.
 
-The people of a scene that a recording's tracks become, as tables of a run file.
-
-What a recording holds: figures that say whether it was read rightly, and which part of it makes a scene.
-
-A recording read and measured, and the run file that makes a scene of a part of it.
+The robot's start and goal lie so that it crosses the area in which the recorded people walk. The recording's tracks
+become tables of `people`. The statistics (survey) say whether the recording was read rightly, and which part of it
+makes a scene. The last part reads and measures a recording, and writes the run file for a part of it.
 """
 
 import os
@@ -37,6 +35,9 @@ from mjnav.scenarios.crowd.tracks import (
 from mjnav.scenarios.people import MAX_WALKING_SPEED, PERIOD
 from mjnav.scenarios.ranges import MAX_BODIES
 from mjnav.scenarios.toml import toml_text
+
+# ----------------------------------------------------------------------- the robot's start and goal
+
 
 EDGE = 0.5  # [m] from the edges of the area in which people walk
 CLEAR = 2.0  # [m] between centres at the start: nearer people cannot be avoided by a robot that stands
@@ -103,6 +104,9 @@ def _positions(tracks: Sequence[Track], first: float, last: float) -> Array:
 
 def _distance(positions: Array, point: Array) -> float:
     return float(np.hypot(*(positions - point).T).min()) if len(positions) else float("inf")
+
+
+# ------------------------------------------------------------------------------------------- people
 
 
 MARGIN = (
@@ -238,6 +242,9 @@ def _walking_speed(track: Track) -> float:
     return float((speeds * duration)[walked].sum() / duration[walked].sum())
 
 
+# ------------------------------------------------------------------------------------------- survey
+
+
 Moments = Sequence[tuple[float, Array]]
 
 RADII = (0.2, 0.25, 0.3)  # [m] of discs whose overlaps are counted
@@ -367,6 +374,9 @@ def _closest(positions: Array) -> float | None:
     from scipy.spatial import KDTree
 
     return float(KDTree(positions).query(positions, k=2)[0][:, 1].min()) if len(positions) > 1 else None
+
+
+# ------------------------------------------------------------------------------------------- import
 
 
 GIVEN = "given"

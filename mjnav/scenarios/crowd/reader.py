@@ -1,10 +1,11 @@
-"""Which column of a recording holds what: said by the user, named by a header line, or by the number of columns.
+"""Reader of recordings of people's tracks: text files with one row for each person and frame.
 
-Recordings of people's tracks as text: one row a person and frame.
+The user says what each column holds, or a header line names the columns, or their number tells.
 
 Rows may come in any order. Columns are separated by white space, commas or semicolons. Lines that begin with #, %, //
 or ;, and lines without any number before the first row, are comments or headers. A line that is not marked as a comment
-and has as many words as the rows have columns is a header: where it does not name the columns, they have to be said.
+and has as many words as the rows have columns is a header: where it does not name the columns, the user has to say
+what they hold.
 """
 
 import re
@@ -21,6 +22,9 @@ from numpy.typing import NDArray
 from mjnav.errors import InvalidValue
 from mjnav.messages import Array
 from mjnav.scenarios.toml import read_regular
+
+# ------------------------------------------------------------------------------------------ columns
+
 
 IGNORED = "-"
 COLUMNS = ("frame", "id", "x", "y", "vx", "vy", IGNORED)
@@ -100,6 +104,9 @@ def _name(word: str) -> str:
 def _plain(word: str) -> str:
     """A word without unit, marks and capitals: "X[m]" is x, "ped_id" pedid."""
     return re.sub(r"[^a-z]", "", re.sub(r"[\[(/].*", "", word.lower()))
+
+
+# --------------------------------------------------------------------------------------------- rows
 
 
 MAX_BYTES = 100_000_000

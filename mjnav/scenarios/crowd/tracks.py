@@ -1,11 +1,12 @@
-"""Tracks between their frames: a cubic spline through every recorded position.
+"""Tracks of a recorded crowd: splines between the frames, conversion to the scene's units, and the frame rate.
 
-Each piece is p(t) = c0 (t - t_k)^3 + c1 (t - t_k)^2 + c2 (t - t_k) + c3 on [t_k, t_k+1], with continuous velocity and
-acceleration ("not a knot" at both ends; de Boor, A Practical Guide to Splines, 1978). Two positions give a line.
+A track between its frames is a cubic spline through every recorded position. Each piece is
+p(t) = c0 (t - t_k)^3 + c1 (t - t_k)^2 + c2 (t - t_k) + c3 on [t_k, t_k+1], with continuous velocity and acceleration
+("not a knot" at both ends; de Boor, A Practical Guide to Splines, 1978). Two positions give a line.
 
-From a recording to tracks in the scene's metres and seconds, cut where nobody can follow them.
+The recording becomes tracks in the scene's metres and seconds, cut where nobody can follow them.
 
-How many frames of a recording's column pass in a second, where nobody has said it.
+Where the user gives no frame rate (frames of the recording's column in a second), it is guessed.
 """
 
 from collections.abc import Iterator, Sequence
@@ -20,6 +21,9 @@ from mjnav.messages import Array
 from mjnav.scenarios.crowd.reader import Recording
 from mjnav.scenarios.people import MAX_WALKING_SPEED
 from mjnav.scenarios.ranges import MAX_TIME
+
+# ------------------------------------------------------------------------------------------ splines
+
 
 _ROUNDING = 1e-9  # [s] of clocks that count steps
 
@@ -63,6 +67,9 @@ class TrackSplines:
         piece = np.clip(piece, self._starts, self._ends)
         c, h = self._coefficients[piece], (times - self._knots[piece])[:, None]
         return ((c[:, 0] * h + c[:, 1]) * h + c[:, 2]) * h + c[:, 3]
+
+
+# ---------------------------------------------------------------------------- tracks of a recording
 
 
 Bools = NDArray[np.bool_]
@@ -162,6 +169,9 @@ def _pieces(rows: Array, cut: Bools, inside: Bools) -> Iterator[Array]:
     part = np.cumsum(np.concatenate([[False], cut | (np.diff(inside.astype(int)) != 0)]))
     for number in np.unique(part[inside]):
         yield rows[(part == number) & inside]
+
+
+# --------------------------------------------------------------------------------------- frame rate
 
 
 RATES = (25.0, 30.0, 29.97, 50.0, 60.0, 24.0, 20.0, 16.0, 15.0, 12.5, 12.0, 10.0, 8.0, 7.5, 5.0, 2.5, 2.0, 1.0)  # usual

@@ -1,6 +1,7 @@
-"""The keys that only a random scene has: beside those of a person, a table, a pillar, a wall or the robot.
+"""Entries of a random scene: the keys that only a random scene has, and the plain entries that are drawn from them.
 
-One entry of a random scene: what its values may be, and plain entries for the bodies that it stands for.
+These keys stand beside those of a person, a table, a pillar, a wall or the robot. An `Entry` checks what its values may
+be, and gives plain entries for the bodies that it stands for.
 """
 
 from collections.abc import Iterator, Mapping
@@ -16,6 +17,9 @@ from mjnav.scenarios.bodies import Pillar, Table, Wall
 from mjnav.scenarios.layout.values import ANY, Area, Streams, check_value, draw_count, draw_point, draw_value, is_drawn
 from mjnav.scenarios.people import AGAIN, BEHAVIOURS, MAX_WALKING_SPEED, ConstantVelocity, Person, StopAndGo
 from mjnav.scenarios.ranges import MAX_BODIES, MAX_LENGTH, Angle, Size
+
+# ---------------------------------------------------------------------------- keys of random scenes
+
 
 _Number = Annotated[int, Range(0, MAX_BODIES)]
 Count = Annotated[
@@ -127,6 +131,9 @@ KINDS: Mapping[str, Kind] = MappingProxyType(
         "people": Kind(Person, DrawnPeople, "start", ("area", "start", "trips", "waypoints")),
     }
 )
+
+
+# ----------------------------------------------------------------------------------------- an entry
 
 
 _STRAIGHT = (ConstantVelocity, StopAndGo)  # whose velocity a speed and a heading stand for

@@ -1,20 +1,18 @@
-"""Areas of a random scene in which its fixed walls and furniture leave no place: told before anything is drawn.
+"""Placing of bodies and the robot in a random scene: room for each, and starts from which contact can be avoided.
 
-Room for one more body of a random scene beside those that stand there already.
+Areas in which the fixed walls and furniture leave no place are refused before anything is drawn. `Room` tells whether
+one more body has room beside those that stand in the scene already.
 
-Where people will be in the next seconds if nobody and nothing is in their way.
+`foreseen` tells where people will be in the next seconds if nobody and nothing is in their way.
 
-Whether any control of the robot avoids all contact in the first seconds of a scene.
-
+The oracle (`is_avoidable`) tells whether any control of the robot avoids all contact in the first seconds of a scene.
 People who start close ahead of a fast robot, or walk at one that stands, cannot be avoided by anybody: such a start
 tests no method. The oracle knows all. It rolls out a robot that is at rest at the start, as in every run, under
 controls that hold one speed and turn rate, then another, within the robot's limits of speed and acceleration; people
 walk on as they would unseen (`foreseen`); walls, pillars and tables' legs stand. A start is avoidable where one of the
 controls touches nothing.
 
-The robot's start and goal in a random scene.
-
-Which tables of a run file draw something.
+The last two parts draw the robot's start and goal, and tell which tables of a run file draw something.
 """
 
 from bisect import bisect_left
@@ -39,6 +37,9 @@ from mjnav.scenarios.random_scene import Draft
 from mjnav.scenarios.ranges import Point
 from mjnav.scenarios.spec import Robot, Scenario
 from mjnav.scenarios.ways import floor_of_people, floor_of_robot
+
+# ------------------------------------------------------------------------------- areas without room
+
 
 _POINTS = 33  # along each side of a rectangle, at which room is looked for
 
@@ -99,6 +100,9 @@ def _radius(table: Mapping[str, Any], body: type) -> float:
 
 def _no_room(key: str, area: Any, who: str, radius: float) -> InvalidValue:
     return InvalidValue(key, area, f"an area with room for {who}, {radius:g} m clear of walls and furniture")
+
+
+# --------------------------------------------------------------------------- room for one more body
 
 
 ROBOT_ROOM = 0.1  # [m] around the robot's disc at its start, at each point of its route and on its way
@@ -186,6 +190,9 @@ def _apart(one: Sequence[float], other: Sequence[float]) -> float:
     return hypot(one[0] - other[0], one[1] - other[1])
 
 
+# --------------------------------------------------------------------------- people's ways foreseen
+
+
 MAX_ROUNDS = 100  # of a loop that are foreseen
 
 
@@ -239,6 +246,9 @@ def _on_legs(start: Point, walk: Walker, walked: Array) -> tuple[Array, Array]:
     along = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(corners, axis=0).T))])  # [m] of each corner
     where = np.stack([np.interp(walked, along, corners[:, k]) for k in (0, 1)], axis=1)
     return where, along[-1] - walked
+
+
+# --------------------------------------------------------------------------------------- the oracle
 
 
 HORIZON = 3.0  # [s]
@@ -295,6 +305,9 @@ def _rollouts(robot: Robot, num: int) -> Array:
         x, y = x + v * np.cos(heading) * STEP, y + v * np.sin(heading) * STEP
         out[:, k, 0], out[:, k, 1] = x, y
     return out
+
+
+# ----------------------------------------------------------------------- the robot's start and goal
 
 
 _PLACES = ("start", "start_heading", "goal", "waypoints")  # keys that are drawn again where the robot has no room
@@ -358,6 +371,9 @@ class DrawnPlaces:
         """Whether the goal is `least_way` from the start."""
         (x, y), goal = robot.start[:2], robot.route[-1]
         return hypot(goal[0] - x, goal[1] - y) >= self._table.get("least_way", 0.0)
+
+
+# --------------------------------------------------------------------------------- tables that draw
 
 
 def draft_of(document: Mapping[str, Any]) -> Draft | None:

@@ -1,4 +1,4 @@
-"""A random scene and the seed of a layout in, a scenario out: every draw becomes a plain value.
+"""Random scenes resolved: a random scene and the seed of a layout give a scenario whose values are all plain.
 
 Each value comes from a stream of its own, named after its place in the file ("people.2.0.speed" is the first person of
 the third entry), so that another entry, or another key, moves no draw. A body that has no room is drawn again by
@@ -6,7 +6,7 @@ itself; walls come first, then tables, pillars, the robot and people. A layout a
 streams, where the scene's checks refuse it, where the robot has no way to its goal, and where no control avoids the
 people at the start.
 
-Random scenes in the JSON Schema and in the reference of keys.
+The second part adds random scenes to the JSON Schema and to the reference of keys.
 """
 
 from collections.abc import Iterator, Mapping
@@ -29,6 +29,9 @@ from mjnav.scenarios.layout.values import InArea, Normal, OneOf, Uniform
 from mjnav.scenarios.random_scene import Draft, Layout
 from mjnav.scenarios.ranges import Seed
 from mjnav.scenarios.spec import Person, Robot, Scenario, Wall
+
+# ---------------------------------------------------------------------------------------- resolving
+
 
 MAX_PLACES = 200  # in which a body is tried before the layout is drawn anew
 MAX_MISSES = 20 * MAX_PLACES  # places without room, in all layouts, after which the scene is refused: about a second
@@ -169,6 +172,9 @@ def _has_room(room: Room, body: Any, clear_of_robot: float | None) -> bool:
         case Person():
             return room.for_person(body, clear_of_robot)
     return room.for_furniture(body)
+
+
+# ---------------------------------------------------------------- JSON Schema and reference of keys
 
 
 WHERE = "random scenes"

@@ -1,4 +1,4 @@
-"""Values that are drawn: what may stand in place of a value of a random scene, how it is checked and drawn.
+"""Drawn values of a random scene: what may stand in place of a plain value, how it is checked and drawn.
 
     speed = { low = 0.3, high = 1.2 }                                  # uniform; of whole numbers, both ends too
     speed = { low = 0.1, high = 10.0, log = true }                     # its logarithm is uniform
@@ -10,7 +10,7 @@
 
 Arrays may have draws among their items: velocity = [{ low = -0.5, high = 0.5 }, 0.0].
 
-The value of a key that may be drawn: checked against what the key allows, then drawn.
+The value of a key is checked against what the key allows before it is drawn.
 """
 
 from collections.abc import Callable, Mapping
@@ -26,6 +26,9 @@ from mjnav.config import Length, Range, below, settle
 from mjnav.config.marks import Choice, bare, describe, mark, options
 from mjnav.errors import InvalidValue, unknown_name
 from mjnav.scenarios.ranges import MAX_POINTS, Point
+
+# ----------------------------------------------------------------------------------- kinds of draws
+
 
 # The stream of a value by its key, the same one whenever it is asked for.
 Streams = Callable[[str], np.random.Generator]
@@ -166,6 +169,9 @@ def _check_drawn_ends(low: float, high: float, key: str = "high") -> None:
 def _check_drawn_shares(key: str, shares: tuple[float, ...] | None) -> None:
     if shares is not None and not sum(shares) > 0.0:
         raise InvalidValue(key, list(shares), "shares of which at least one is more than 0")
+
+
+# ---------------------------------------------------------------------------------- values of a key
 
 
 ANY = Any  # the hint of a key of which nothing is known

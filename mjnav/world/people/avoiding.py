@@ -1,8 +1,7 @@
-"""What people who avoid others have in common: where they want to go, and all bodies that a law looks at.
+"""People who avoid others: the walk that all laws share, and the laws ORCA and social force.
 
-People who avoid one another reciprocally.
-
-People pushed by social forces.
+The shared walk says where people want to go, and gathers all bodies that a law looks at. With ORCA
+(optimal reciprocal collision avoidance) people avoid one another reciprocally; social forces push people.
 """
 
 from collections.abc import Sequence
@@ -25,6 +24,9 @@ from mjnav.scenarios.ways import floor_of_people
 from mjnav.world.draws import Normal, Uniform
 from mjnav.world.people.temperament import Temperaments
 from mjnav.world.people.walk import Route, Walk
+
+# ------------------------------------------------------------------------------- shared by all laws
+
 
 HALF_RIGHT = sqrt(0.5)  # cosine and sine of 45 degrees
 # [rad] to the right of the way, where people want to walk, so that two who meet exactly head-on pass: the laws leave
@@ -147,6 +149,9 @@ class _Turns:
         return self._who[self._draws.row() < self._probability]
 
 
+# --------------------------------------------------------------------------------------------- ORCA
+
+
 class OrcaWalk(AvoidingWalk):
     """Velocities of `motion.orca`, nearest to those along the routes; never faster than these."""
 
@@ -203,6 +208,9 @@ def settings_of(keys: Orca) -> OrcaSettings:
     return OrcaSettings(
         keys.time_horizon, keys.wall_horizon, keys.neighbour_distance, keys.max_neighbours, keys.robot_share, PERIOD
     )
+
+
+# ------------------------------------------------------------------------------------- social force
 
 
 STANDING_TIME = 0.5  # [s] in which who arrives comes to rest where a form has no tau (libpedsim)

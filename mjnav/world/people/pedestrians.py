@@ -1,18 +1,15 @@
-"""People who walk by a behaviour of a user's own.
+"""All people of a scene in a run: each with their behaviour; they enter, leave, and go round people whom they touch.
 
-How people get past one another when they touch: who walks into another goes round them instead.
+A user's own behaviour gives a person's desired velocity.
 
-A layer over any behaviour, for both engines: bodies do not overlap, and two people who meet head-on would otherwise
-push against each other for the rest of the run.
+People who touch get past one another: a person who walks into another goes round them. This is a layer over any
+behaviour, for both engines: bodies do not overlap, and two people who meet head-on would otherwise push against each
+other for the rest of the run.
 
-Who is in the scene: people enter, leave, and come again elsewhere.
-
-A newcomer waits until the place is free: of walls and furniture, ROOM from everybody, and from the robot as far as the
-file says. Who is replayed waits on their track: they come in where it has led meanwhile, as near to others as touching.
-Who has left stays away for a reading of the sensors and a tick of the loop, so that trackers drop the track and nobody
-jumps from one tick to the next.
-
-All people of a scene, each with their behaviour.
+People enter, leave, and come again elsewhere. A newcomer waits until the place is free: of walls and furniture, ROOM
+from everybody, and from the robot as far as the file says. A replayed newcomer waits on their track: they come in where
+the track has led meanwhile, as near to others as touching. A person who has left stays away for a reading of the
+sensors and a tick of the loop, so that trackers drop the track and nobody jumps from one tick to the next.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -38,6 +35,8 @@ from mjnav.sealed import sealed_message
 from mjnav.world.engine import Engine
 from mjnav.world.people.temperament import Temperaments
 from mjnav.world.people.walk import Replayed, Route, Straight, Walk
+
+# ----------------------------------------------------------------------- behaviours of a user's own
 
 
 class Behaviour(Protocol):
@@ -91,6 +90,9 @@ def _checked(name: str, velocity: Any) -> Sequence[float]:
     return vx, vy
 
 
+# --------------------------------------------------------------------- going round whom one touches
+
+
 TOUCHING = 0.05  # [m] between two people's surfaces below which they touch
 AHEAD = 0.3  # cosine of the angle between the way and the other person, above which they are in the way: 73 degrees
 SIDEWAYS = 0.6  # share of the speed with which somebody steps to the side, at least
@@ -132,6 +134,9 @@ def _sidestepped(desired: Matrix, position: Matrix, radii: Vector, straight: Fla
                 share = side * max(abs(right), SIDEWAYS * speed) / distance
                 turned[i, 0], turned[i, 1] = share * y, -share * x
     return turned
+
+
+# ----------------------------------------------------------------------------- entering and leaving
 
 
 ROOM = 0.1  # [m] between a newcomer and other people, surface to surface; none for people of a recording
@@ -257,6 +262,9 @@ def _at(area: Area, share: Array) -> Array:
     """The point of an area at shares (2,) of its sides."""
     first, second = np.array(area)
     return first + share * (second - first)
+
+
+# --------------------------------------------------------------------------------------- all people
 
 
 def _social_force(scenario: Scenario, index: Indices, seed: int) -> Walk:

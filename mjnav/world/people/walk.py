@@ -1,10 +1,6 @@
-"""What every behaviour of people has in common.
+"""Walks of people: what all share, from waypoint to waypoint, straight on without or with pauses, and as recorded.
 
-From waypoint to waypoint.
-
-Straight on, without or with pauses.
-
-As recorded: a velocity that leads along the track until the next decision.
+A recorded person's velocity leads along the track until the next decision.
 """
 
 from abc import ABC, abstractmethod
@@ -27,6 +23,9 @@ ARRIVAL_TIME = 0.8  # [s] in which the distance to the last waypoint falls to 1/
 NEARLY = 1.0 + 1e-9  # of squares of distances: who is left out by it is too far by any rounding
 
 
+# ------------------------------------------------------------------------------ shared by all walks
+
+
 class Walk(ABC):
     """How the n people walk who have one behaviour, and who all see the robot or all do not.
 
@@ -36,7 +35,7 @@ class Walk(ABC):
     """
 
     tempers: ClassVar[bool] = False  # whether the walk asks the people's temperaments itself
-    sidesteps = True  # whether its people go round whom they touch (`sidestep`)
+    sidesteps = True  # whether its people go round whom they touch (`sidestepped`)
 
     def __init__(self, scenario: Scenario, index: Indices, seed: int):
         self.index = index
@@ -56,6 +55,9 @@ class Walk(ABC):
     def begin(self, place: int, start: Point, goal: Point) -> None:
         """The person at `place` of `index` comes again at `start` and walks to `goal`; for who has trips."""
         raise NotImplementedError(f"{type(self).__name__} has no trips")
+
+
+# ------------------------------------------------------------------------ from waypoint to waypoint
 
 
 class Route(Walk):
@@ -144,6 +146,9 @@ def _lengths(vectors: Array) -> list[float]:
     return list(map(hypot, *vectors.T.tolist()))
 
 
+# -------------------------------------------------------------------------------------- straight on
+
+
 class Straight(Walk):
     """Constant velocity, in turns with standing still: moving while time mod (go + stop) < go."""
 
@@ -165,6 +170,9 @@ class Straight(Walk):
         time = world.time + 1e-9  # the grid's rounding must not move a phase's end by one decision
         walking = [phases is None or time % phases[1] < phases[0] for phases in self._phases]
         return self._velocity if all(walking) else self._velocity * np.array(walking, float)[:, None]
+
+
+# -------------------------------------------------------------------------------------- as recorded
 
 
 # [s] in which people take the velocity that they want: 70 kg pushed with 400 N s/m in MuJoCo (models/pedestrian.xml).
