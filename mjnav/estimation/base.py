@@ -1,10 +1,8 @@
-"""The noise that estimators believe in.
+"""Interfaces of the estimators and what they share: assumed noise, likelihoods, Gaussians, samples of beliefs.
 
-Likelihood of one sensor channel, with a floor, and the least noise that a filter believes in.
-
-Gaussians of noise and of beliefs, for the filters that take everything for one.
-
-What the loop asks of an estimator, and what all estimators share.
+A filter assumes the noise of the world or of another profile, but no standard deviation below the least of its channel.
+The likelihood of a channel has a floor. The Gaussians stand for noise and beliefs in the filters that assume all
+distributions to be Gaussian.
 """
 
 from collections.abc import Mapping, Sequence
@@ -23,11 +21,16 @@ from mjnav.noise import Distribution, make_distribution, profile
 from mjnav.rng import stream
 from mjnav.scenarios.spec import Scenario
 
+# ------------------------------------------------------------------------------------ assumed noise
+
 
 def assumed_noise(scenario: Scenario) -> Mapping[str, Distribution]:
     """The noise that the estimators assume: the world's, unless `assumed_profile` names another."""
     assumed = scenario.estimation.assumed_profile
     return scenario.noise.distributions() if assumed is None else profile(assumed)
+
+
+# -------------------------------------------------------------------------- likelihood of a channel
 
 
 # Least standard deviations. A channel without noise would ask of a particle what no finite number of them can meet.
@@ -132,6 +135,9 @@ def _interpolated(error: Vector, first: float, scale: float, values: Vector, out
     return found
 
 
+# ---------------------------------------------------------------------------------------- Gaussians
+
+
 def noise_moments(noise: Mapping[str, Distribution], channels: Sequence[str]) -> tuple[Array, Array]:
     """Means (c,) and diagonal covariance (c, c) of the channels, none narrower than a filter's least std."""
     widened_noise = [widened(channel, noise[channel]) for channel in channels]
@@ -158,6 +164,9 @@ def root(covariance: Array) -> Array:
 def symmetrised(matrix: Array) -> Array:
     """The symmetric part of a matrix (d, d), without the asymmetry that rounding leaves."""
     return 0.5 * (matrix + matrix.T)
+
+
+# ---------------------------------------------------------------------- interfaces and shared parts
 
 
 DRAWS = "estimation.draw"  # channel of the draws from beliefs
@@ -206,7 +215,7 @@ class FilterSettings:
 
     epsilon        weight of the likelihood's floor: the share of readings that the noise model may fail to explain
     resample_below resample where the effective sample size falls below this share of the particles (1/2 is customary)
-    roughening     K of `filters.resampling.roughen`; 1.5 adds 4 % of variance at 500 particles in 3 dimensions, 16 % at
+    roughening     K of `filters.particles.roughen`; 1.5 adds 4 % of variance at 500 particles in 3 dimensions, 16 % at
                    200 in 4. With 0.5 coverage of 95 % regions fell below 0.9 for the robot, 0.8 for people who stop
     patience       readings in a row that the belief does not explain before it is spread again: a single one is more
                    often an outlier than a lost robot

@@ -1,8 +1,7 @@
-"""A Gaussian of the robot's pose that is moved by twists and conditioned on poses, by filterpy.
+"""Kalman filters of the robot's pose and of people's states: every noise is taken for a Gaussian of its mean and std.
 
-filterpy is slow to import and needed by the Kalman filters alone.
-
-Kalman filters in place of particle filters: each noise is taken for a Gaussian of its mean and std.
+A filter of the pose is a Gaussian that is moved by twists and conditioned on poses. filterpy does the algebra; it is
+slow to import, and only the Kalman filters need it.
 """
 
 from abc import ABC, abstractmethod
@@ -29,6 +28,8 @@ from mjnav.messages import Array, Reading, RobotBelief, Track
 from mjnav.motion.unicycle import integrate
 from mjnav.noise import Distribution
 from mjnav.rng import stream
+
+# ------------------------------------------------------------------------------ filters of the pose
 
 
 def pose_residual(a: Array, b: Array) -> Array:
@@ -165,6 +166,9 @@ def _mean(sigmas: Array, weights: Array) -> Array:
     return mean
 
 
+# --------------------------------------------------------------------------------------- localizers
+
+
 class KalmanLocalizer(PoseEstimator, ABC):
     """A Kalman filter of the pose, predicted by odometry and corrected by the pose sensor.
 
@@ -213,6 +217,9 @@ class UnscentedKalmanLocalizer(KalmanLocalizer):
 
     def _make(self) -> PoseFilter:
         return UnscentedPoseFilter()
+
+
+# ----------------------------------------------------------------------------------------- trackers
 
 
 class GaussianTracker(PeopleTracker, ABC):

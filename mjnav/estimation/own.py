@@ -2,7 +2,7 @@
 
 The samples that the controller gets are drawn from the checked beliefs, so that what is logged is what was acted on.
 
-A tracker of a user's own that finds people in scans: it names its tracks itself, and any number of them.
+A user's tracker that detects people in scans names its tracks itself, and has any number of them.
 """
 
 import re
@@ -20,6 +20,9 @@ from mjnav.messages import LARGEST, Array, Beliefs, Detection, Reading, RobotBel
 from mjnav.rng import stream
 from mjnav.scenarios.ranges import MAX_TIME
 from mjnav.sealed import sealed_message
+
+# -------------------------------------------------------------------------- localizers and trackers
+
 
 WEIGHT_SUM_TOLERANCE = 1e-6
 TIME, RADIUS = Range(0.0, MAX_TIME, "s"), Range(0.0, 10.0, "m", open_low=True)  # of a belief; of a person
@@ -136,6 +139,9 @@ def checked_beliefs(beliefs: Beliefs) -> Beliefs:
     except PluginFault as fault:  # of nobody's plug-in
         raise InputError(str(fault)) from None
     return replace(beliefs, robot=robot, people=tuple(people), detections=tuple(beliefs.detections))
+
+
+# --------------------------------------------------------------------------------- tracker by scans
 
 
 BY_SCANS = "by_scans"  # attribute of a tracker that goes by scans

@@ -1,8 +1,8 @@
-"""A Gaussian, or a few of them, of one person's position and velocity: Kalman filters that trackers choose among.
+"""Kalman filters of one person's position and velocity: a single linear one, and an interacting multiple model filter.
 
-Stop and go by an interacting multiple model filter: one Kalman filter a mode of motion, mixed by a Markov chain.
-
-Source: Blom & Bar-Shalom, IEEE Transactions on Automatic Control 33 (1988) 780. filterpy does the algebra.
+The trackers choose between them. The interacting multiple model filter stands for stop and go: one Kalman filter a mode
+of motion, mixed by a Markov chain. Source: Blom & Bar-Shalom, IEEE Transactions on Automatic Control 33 (1988) 780.
+filterpy does the algebra.
 """
 
 from abc import ABC, abstractmethod
@@ -16,6 +16,8 @@ import numpy as np
 from mjnav.estimation.base import draw_gaussian, symmetrised
 from mjnav.estimation.person_motion import PersonMotion, StopAndGo
 from mjnav.messages import Array
+
+# ------------------------------------------------------------------------------------- one Gaussian
 
 
 class PersonFilter(ABC):
@@ -111,6 +113,9 @@ class KalmanPersonFilter(PersonFilter):
     def draw(self, num: int, rng: np.random.Generator) -> Array:
         """From the Gaussian, (num, 4)."""
         return draw_gaussian(self._kalman.x, self.covariance, num, rng)
+
+
+# ---------------------------------------------------------------------- interacting multiple models
 
 
 MODES = ("stand", "walk", "turn")

@@ -1,6 +1,7 @@
-"""How the trackers believe that people move.
+"""Motion models of people for the trackers: constant velocity with changes, and walking and standing as two modes.
 
-How people move for the trackers whose particles are Gaussians: they walk or stand, and change between the two.
+The model of two modes is for the trackers whose particles are Gaussians: people walk or stand, and change between the
+two.
 """
 
 from dataclasses import dataclass
@@ -15,6 +16,8 @@ from mjnav.constant import Constant
 from mjnav.geometry.compiled import Cube, Flags, Matrix, Vector, kernel
 from mjnav.messages import Array
 from mjnav.sealed import sealed
+
+# -------------------------------------------------------------------- model of the bootstrap filter
 
 
 @dataclass(frozen=True, slots=True)
@@ -100,6 +103,9 @@ def _predict(
                 moved[p, i, axis] = state[p, i, axis] + 0.5 * interval * (before + after)
                 moved[p, i, 2 + axis] = after
     return moved
+
+
+# ----------------------------------------------------------------------------- walking and standing
 
 
 WALKS, STANDS = True, False

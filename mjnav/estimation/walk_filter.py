@@ -1,10 +1,11 @@
-"""One person by Rao-Blackwellised particles: each is a history of walks, turns and stops, and Gaussian given that.
+"""Rao-Blackwellised particle filter of a person's position and velocity, and the tracker of one filter a person.
 
-The bootstrap filter (`estimation.tracker`) draws positions and velocities, so it needs many changes of velocity among
-its particles to follow one, and its mean velocity trembles. Here a particle holds the whole posterior of position and
-velocity under its history, and only histories compete (Doucet, de Freitas, Murphy & Russell 2000).
+A particle is a history of walks, turns and stops; given that, position and velocity are Gaussian. The bootstrap filter
+(`estimation.tracker`) draws positions and velocities, so it needs many changes of velocity among its particles to
+follow one, and its mean velocity trembles. Here a particle holds the whole posterior of position and velocity under its
+history, and only histories compete (Doucet, de Freitas, Murphy & Russell 2000).
 
-People's positions and velocities by one Rao-Blackwellised particle filter a person, detected with identity.
+The tracker gets detections with identity.
 """
 
 from collections.abc import Mapping, Sequence
@@ -20,6 +21,8 @@ from mjnav.filters.particles import systematic
 from mjnav.messages import Array, Reading, RobotBelief, Track
 from mjnav.noise import Distribution
 from mjnav.rng import stream
+
+# ----------------------------------------------------------------------------- filter of one person
 
 
 class WalkFilter:
@@ -126,6 +129,9 @@ class WalkFilter:
     def _become(self, weights: Array, walks: NDArray[np.bool_], mean: Array, covariance: Array) -> None:
         self._weights, self._walks, self._mean, self._covariance = weights, walks, mean, covariance
         self._moments = None
+
+
+# ------------------------------------------------------------------------------------------ tracker
 
 
 COMPONENTS = 3  # Gaussians in place of the noise of one channel

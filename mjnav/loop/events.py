@@ -1,8 +1,7 @@
-"""When a belief has left the truth: for the log, since the robot itself cannot know.
+"""Events of a run for its log: contacts, goal, time-out, lanes, diverged beliefs, and warnings.
 
-Says from the truth how a run goes: contacts, goal, time, lanes. The robot never hears of it.
-
-What happens in a run that is worth a line in its log.
+The referee and the watch on beliefs judge by the truth. The robot never hears of either: it cannot know that its belief
+has left the truth.
 """
 
 from collections.abc import Iterator, Sequence
@@ -17,6 +16,9 @@ from mjnav.metrics.safety import PERSON, judged
 from mjnav.scenarios.check import overlapping_people
 from mjnav.scenarios.layout.placing import HORIZON, is_avoidable
 from mjnav.scenarios.spec import Scenario
+
+# --------------------------------------------------------------------------------- diverged beliefs
+
 
 ROBOT = "robot"
 
@@ -78,6 +80,9 @@ def _squared(errors: Array, covariances: Array) -> Array:
         return nees(errors, triangle(covariances))
 
 
+# ------------------------------------------------------------------------------------------ referee
+
+
 GOAL, COLLISION, TIMEOUT, ABORTED = "goal", "collision", "timeout", "aborted"
 
 
@@ -98,6 +103,9 @@ class Referee:
         if on_last_leg and dx * dx + dy * dy <= self._tolerance**2:
             return GOAL
         return TIMEOUT if truth.time >= self._time_limit - 1e-9 else None
+
+
+# ------------------------------------------------------------------------------------------- events
 
 
 MAX_NAMED = 3  # pairs of people in a warning

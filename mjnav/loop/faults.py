@@ -1,12 +1,10 @@
-"""Where in the user's own code something happened.
+"""Faults that end a run or its process: the cause, the place in the user's code, and the limit on wall time.
 
-A run that broke: the cause, where it happened, and the result of the ticks before.
+A run that broke has the result of the ticks before. Of a process that ended without a report, the exit code and the
+dump of its stack say how it ended and where in its code it was.
 
-How a process ended that could not report it, and where in its code it was.
-
-The limit on an episode's wall time, kept in the process that runs it and in the process that watches it.
-
-A `Heartbeat` is called at every tick, and raises `TimeUp` when the time is over. An episode that hangs inside a tick
+The limit on an episode's wall time is kept in the process that runs it and in the process that watches it. A
+`Heartbeat` is called at every tick, and raises `TimeUp` when the time is over. An episode that hangs inside a tick
 does not call it. The `Watchdog` in another process then sends a signal whose handler raises `TimeUp` where the episode
 hangs; compiled code does not run handlers, so its process is ended. Wall time decides only whether an episode is given
 up, and an episode that is given up has no result.
@@ -30,6 +28,8 @@ from mjnav.errors import InvalidValue, MjnavError, PluginFault, message, said
 from mjnav.loop.result import Result
 from mjnav.messages import Event
 
+# -------------------------------------------------------------------------------- place in the code
+
 
 def location(frames: Iterable[FrameSummary], *, users_only: bool = False) -> str | None:
     """ "file:line, in function" of a stack, outermost frame first.
@@ -46,6 +46,9 @@ def location(frames: Iterable[FrameSummary], *, users_only: bool = False) -> str
         if found:
             return f"{found[-1].filename}:{found[-1].lineno}, in {found[-1].name}"
     return None
+
+
+# ----------------------------------------------------------------------------------- fault of a run
 
 
 class RunFault(MjnavError):
@@ -80,6 +83,9 @@ def fault_events(error: BaseException) -> tuple[Event, ...]:
     if raised is None or isinstance(raised, MjnavError):
         return (fault,)
     return fault, Event("info", "traceback", "".join(traceback.format_exception(raised)))
+
+
+# --------------------------------------------------------------------------------- end of a process
 
 
 _MAX_DUMP = 1 << 16  # [bytes]; faulthandler writes at most 100 frames
@@ -117,6 +123,9 @@ def describe_end(exit_code: int, dump: str) -> str:
     )
     where = location(dumped_frames(dump))
     return f"{what} ({where})" if where else what
+
+
+# ---------------------------------------------------------------------------------------- wall time
 
 
 MAX_SECONDS = 3600.0  # [s] of wall time that an episode may take by default

@@ -1,8 +1,9 @@
-"""What a process can ask of Linux for real time. Each is tried, none is needed, and what was got is reported.
+"""Pacing of a run by the wall clock: real-time scheduling, when a tick may begin, and how long its phases took.
 
-The only place that reads a clock: when a tick may begin, and how long its phases took.
+A process asks Linux for real-time scheduling. Each request is tried, none is needed, and what was got is reported.
 
-The clock never reaches the simulation: a run paced, late or unpaced has the same states.
+Only this module reads a clock for when a tick may begin and how long its phases took. The clock never reaches the
+simulation: a run paced, late or unpaced has the same states.
 """
 
 import ctypes
@@ -20,6 +21,9 @@ from typing import Protocol
 
 from mjnav.errors import unknown_name
 from mjnav.messages import PHASES
+
+# --------------------------------------------------------------------------------------- scheduling
+
 
 MCL_CURRENT, MCL_FUTURE = 1, 2  # from <sys/mman.h>
 FIFO_PRIORITY = 50
@@ -140,6 +144,9 @@ def _take_cpu(cpus: set[int]) -> str:
     return f"CPU {cpu}"
 
 
+# ------------------------------------------------------------------------------------------- pacers
+
+
 Clock = Callable[[], int]
 POLICIES = ("skip", "abort")
 SPIN = 300_000  # [ns] before a deadline in which the pacer spins instead of sleeping: a sleep wakes 50-150 us late
@@ -228,6 +235,9 @@ class RealTimePacer:
             if left > SPIN:
                 self._sleep((left - SPIN) * 1e-9)
         return Start(max(0, self.now() - self._deadline), missed, skipped)
+
+
+# ---------------------------------------------------------------------------------------- stopwatch
 
 
 # span -> the phase of `messages.PHASES` that it is a part of

@@ -1,7 +1,4 @@
-"""Everything that is checked before a run starts.
-
-Where the log of a run goes.
-"""
+"""Preparation of a run: all that is checked before it starts, and the path of its log."""
 
 import hashlib
 import os
@@ -32,6 +29,9 @@ from mjnav.scenarios.load import origin, with_seed
 from mjnav.scenarios.overrides import Overrides, overrides_of
 from mjnav.scenarios.plugged import plugins_of
 from mjnav.scenarios.spec import Scenario
+
+# ------------------------------------------------------------------------------------------- checks
+
 
 # key of a run file -> the argument that takes its place
 ESTIMATORS = MappingProxyType({"estimation.robot.localizer": "localizer", "estimation.obstacles.tracker": "tracker"})
@@ -195,6 +195,9 @@ def _plain(value: Any) -> Any:
     if is_dataclass(value) and not isinstance(value, type):
         return {field.name: _plain(getattr(value, field.name)) for field in fields(value)}
     return re.sub(r" at 0x[0-9a-f]+", "", repr(value))
+
+
+# ---------------------------------------------------------------------------------- path of the log
 
 
 OUT_FOLDER = Path("runs/out")

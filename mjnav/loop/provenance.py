@@ -1,11 +1,8 @@
-"""Digests of the source files that an episode runs: mjnav's own, and those of plug-ins.
+"""Provenance of a run: the programs, source files and processor features that decide its bits.
 
-What decides an episode's bits beside its scenario, its controller's parameters and its seed.
-
-The programs, their sources, and what the processor lets them compute with. One process has one answer for each
-controller. A log carries it in the metadata `mjnav/run`, a sweep in the columns of its rows.
-
-What a log says about the program that wrote it.
+They do so beside the scenario, the controller's parameters and the seed. The source files are mjnav's own and those of
+plug-ins, by their digests. One process has one answer for each controller. A log carries it in the metadata
+`mjnav/run`, a sweep in the columns of its rows.
 """
 
 import ast
@@ -34,6 +31,9 @@ from mjnav.printable import printable
 from mjnav.scenarios.library import data_folder
 from mjnav.scenarios.plugged import plugins_of
 from mjnav.scenarios.spec import Scenario
+
+# ------------------------------------------------------------------------------------- source files
+
 
 DIGITS = 16  # of a digest that is shown and stored: 64 bits
 INSTALLED = ("site-packages", "dist-packages")  # folders of packages that have a version
@@ -185,6 +185,9 @@ def _and_parents(name: str) -> Iterator[str]:
     """A module and the packages that are imported before it."""
     parts = name.split(".")
     return (".".join(parts[:end]) for end in range(1, len(parts) + 1) if all(parts[:end]))
+
+
+# -------------------------------------------------------------------------------------------- facts
 
 
 PACKAGES = ("mjnav", "numpy", "numba", "llvmlite", "scipy", "filterpy", "mujoco")
@@ -344,6 +347,9 @@ def _blas() -> str:
             core = function().decode()
             break
     return " ".join(filter(None, (blas.get("name"), blas.get("version"), core)))
+
+
+# -------------------------------------------------------------------------------- metadata of a log
 
 
 def run_info(scenario: Scenario, seed: int, parts_hash: str) -> dict[str, str]:

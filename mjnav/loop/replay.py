@@ -1,6 +1,6 @@
-"""Compares the ticks of a run with those of its log, field by field in the order of cause and effect.
+"""Repeats a run from the scenario in its log, and compares it with the log tick by tick.
 
-Repeats a run from the scenario in its log, and compares it with the log tick by tick.
+The fields of a tick are compared in the order of cause and effect.
 """
 
 import os
@@ -29,6 +29,9 @@ from mjnav.recording.read.log import Log, LogMessage, decoder, open_log
 from mjnav.scenarios.plugged import plugins_of
 from mjnav.scenarios.spec import Scenario
 from mjnav.world.scene import parts_hash
+
+# ------------------------------------------------------------------------------ comparison of ticks
+
 
 SCAN = "/scan"
 # part of a tick, its topic, the keys of that topic's documents: causes before effects
@@ -173,6 +176,9 @@ def _comparable(value: Any) -> Any:
     if isinstance(value, bool):
         return value
     return (None if isnan(value) else value) if isinstance(value, float) else list(map(_comparable, value))
+
+
+# ------------------------------------------------------------------------------------------- replay
 
 
 # What the metadata `mjnav/run` say of the run itself; the rest is about the machine and its programs.

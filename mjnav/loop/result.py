@@ -1,7 +1,4 @@
-"""A run's figures as an HTML table, for notebooks.
-
-How a run went.
-"""
+"""Result of a run: its figures and its trajectory, and the figures as an HTML table for notebooks."""
 
 from collections.abc import Iterator, Mapping
 from dataclasses import asdict, dataclass, field, replace
@@ -19,6 +16,9 @@ from mjnav.metrics.social import Detour
 from mjnav.metrics.summary import Figures, summarise
 from mjnav.metrics.timing import compute_ms
 from mjnav.scenarios.spec import Scenario
+
+# -------------------------------------------------------------------------------------------- table
+
 
 # key of the summary -> what it is, and its form
 _ROWS: Mapping[str, tuple[str, str]] = MappingProxyType(
@@ -57,6 +57,9 @@ def _rows(summary: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
             yield name, f"{value:.4g}"
     if summary["log"]:
         yield "log", str(summary["log"])
+
+
+# ------------------------------------------------------------------------------------------- result
 
 
 SCHEMA = 1  # of the summary

@@ -1,8 +1,7 @@
-"""What is loaded before a run, so that no tick of it has to wait.
+"""`mjnav.run`: a scenario in, a result out.
 
-`mjnav.run`: a scenario in, a result out.
-
-One moment of a run that is not logged: what the tick at a given time saw and did.
+Before a run all kernels are loaded, so that no tick has to wait for one. `record_at` gives one moment of a run that is
+not logged: what the tick at a given time saw and did.
 """
 
 import os
@@ -30,6 +29,9 @@ from mjnav.scenarios.plugged import without_plugins
 from mjnav.scenarios.spec import Scenario
 from mjnav.sealed import sealed_message
 
+# ------------------------------------------------------------------------------------------ warm-up
+
+
 WARM_UP_TICKS = 3
 METHOD = "rkhs"  # takes the place of a user's own controller: no object of a user's sees ticks of no run
 
@@ -49,6 +51,9 @@ def warm_up(scenario: Scenario) -> None:
         episode = Episode(scenario, stop=lambda: next(asked) >= WARM_UP_TICKS, cones=True)
         load_kernels()
         episode.run()
+
+
+# ---------------------------------------------------------------------------------------------- run
 
 
 def run(
@@ -118,6 +123,9 @@ def run(
         if got.privileged:
             tell(f"real time: until it ends, this run has {got}")
         return replace(episode.run((Event("info", "real_time", str(got)),)), real_time=got)
+
+
+# ------------------------------------------------------------------------------- record of one tick
 
 
 ROUNDING = 1e-9  # relative

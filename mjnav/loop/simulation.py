@@ -1,10 +1,7 @@
-"""What a whole run attaches to its simulation.
+"""`mjnav.Simulation`: the closed loop of a scenario, one control period at a time.
 
-Copies of a simulation's state.
-
-The people of a scene without the robot: the same engine, behaviours and random streams.
-
-`mjnav.Simulation`: the closed loop of a scenario, one control period at a time.
+The file also has what a whole run attaches to its simulation, copies of a simulation's state, and the people of a scene
+without the robot, under the same engine, behaviours and random streams.
 """
 
 import os
@@ -40,6 +37,8 @@ from mjnav.scenarios.spec import Person, Scenario
 from mjnav.world.engine import DivergedError
 from mjnav.world.simulator import Simulator
 
+# -------------------------------------------------------------------------------------- attachments
+
 
 @dataclass(frozen=True, slots=True)
 class Attached:
@@ -56,6 +55,9 @@ class Attached:
     stopwatch: Stopwatch | None = None
 
 
+# ------------------------------------------------------------------------------------------- copies
+
+
 def branched(state: Mapping[str, Any], messages: Iterable[object]) -> dict[str, Any]:
     """A deep copy of a simulation's parts by name, which shares `messages`: they never change.
 
@@ -66,6 +68,9 @@ def branched(state: Mapping[str, Any], messages: Iterable[object]) -> dict[str, 
     )
     with own_code(lambda error: InputError(f"copy(): {said(error)}; {advice}"), MjnavError):
         return deepcopy(dict(state), {id(message): message for message in messages})
+
+
+# ------------------------------------------------------------------------- people without the robot
 
 
 FAR = (-MAX_LENGTH, -MAX_LENGTH, 0.0)  # where the robot stands, at the end of all coordinates
@@ -104,6 +109,9 @@ def with_detour(result: Result, scenario: Scenario) -> Result:
 
 def _unseeing(person: Person) -> Person:
     return person if isinstance(person.behaviour, BehaviourPlugin) else replace(person, sees_robot=False)
+
+
+# --------------------------------------------------------------------------------------- simulation
 
 
 class SimulationOver(MjnavError, RuntimeError):

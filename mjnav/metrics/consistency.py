@@ -1,4 +1,4 @@
-"""How far estimates are from the truth, and whether they are as sure as they may be.
+"""Errors of estimates and their consistency with the covariances, and the time to recover from a kidnapping.
 
 With the error e of an estimate of n numbers and the covariance P that it comes with, the normalised estimation error
 squared is
@@ -11,10 +11,9 @@ smaller one that it is too modest. Of N independent errors the mean lies within 
 probability 0.95. Errors of successive ticks resemble one another, so that of one run it lies outside more often.
 Source: Bar-Shalom, Li & Kirubarajan, "Estimation with Applications to Tracking and Navigation" (2001), section 5.4.
 
-How soon the robot knows again where it is after it was put elsewhere.
-
-After a kidnapping it has recovered from the first tick on at which its belief's mean is within NEAR of its true
-position and within ALIGNED of its true heading, and stays so for STEADY, or to the next kidnapping or the run's end.
+After a kidnapping, by which the robot is put elsewhere, it has recovered from the first tick on at which its belief's
+mean is within NEAR of its true position and within ALIGNED of its true heading, and stays so for STEADY, or to the next
+kidnapping or the run's end.
 """
 
 from dataclasses import dataclass
@@ -26,6 +25,9 @@ from mjnav.geometry.angles import wrap
 from mjnav.messages import Array, Trajectory
 from mjnav.metrics.progress import by_blocks, stretches
 from mjnav.scenarios.spec import Scenario
+
+# --------------------------------------------------------------------------- errors and consistency
+
 
 COVERED = 0.95  # probability of the region that coverage counts
 DIVERGED, DIVERGED_TIME = 0.999, 1.0  # an estimate has diverged where it lies outside of this region for this long [s]
@@ -200,6 +202,9 @@ def skew_and_kurtosis(samples: Array) -> tuple[Array, Array]:
     variance = (centred**2).mean(0)
     variance = np.where(variance > 0.0, variance, np.nan)
     return (centred**3).mean(0) / variance**1.5, (centred**4).mean(0) / variance**2
+
+
+# ------------------------------------------------------------------------- recovery from kidnapping
 
 
 NEAR = 0.5  # [m]

@@ -1,11 +1,10 @@
-"""What the commands cost, and how long the robot had to give way.
+"""Control effort and motion of the robot: the cost of commands, time to give way, speed, acceleration and jerk.
 
-How fast and how smoothly the robot moved, from its true states at the ticks.
-
-The velocity in the plane at tick k is u_k = v_k (cos theta_k, sin theta_k), with v_k the true speed along the heading.
-Acceleration and jerk are its first and second differences over the control period, a_k = (u_{k+1} - u_k) / dt and
-j_k = (a_{k+1} - a_k) / dt: what happens within a period is not seen, and turning counts. So the figures of runs at
-different control rates differ: a slower rate smooths.
+The motion is that of the true states at the ticks. The velocity in the plane at tick k is
+u_k = v_k (cos theta_k, sin theta_k), with v_k the true speed along the heading. Acceleration and jerk are its first and
+second differences over the control period, a_k = (u_{k+1} - u_k) / dt and j_k = (a_{k+1} - a_k) / dt: what happens
+within a period is not seen, and turning counts. So the figures of runs at different control rates differ: a slower rate
+smooths.
 """
 
 from dataclasses import dataclass
@@ -18,6 +17,9 @@ from mjnav.messages import Array, Trajectory
 from mjnav.metrics.progress import targets
 from mjnav.motion.unicycle import TRACK_WIDTH, integrate
 from mjnav.scenarios.spec import Scenario
+
+# ----------------------------------------------------------------------------------------- commands
+
 
 PREVIEW = 1.0  # [s] that a nominal control is followed
 LEAVING_ANGLE = 0.2  # [rad] between where it leads and where the goal is: 11 degrees, above what noise turns it by
@@ -51,6 +53,9 @@ def time_to_avoid(trajectory: Trajectory, scenario: Scenario) -> float | None:
     keeps = given & (angle <= LEAVING_ANGLE)
     leaves = np.flatnonzero(given & ~keeps & (np.cumsum(keeps) > 0))
     return float((leaves[-1] - leaves[0] + 1) * scenario.control.period) if leaves.size else 0.0
+
+
+# ----------------------------------------------------------------------------- speed and smoothness
 
 
 # [m/s] below which the robot makes no way. Two standard deviations of the default actuation noise, which also moves a

@@ -1,7 +1,7 @@
-"""How far predicted probabilities can be believed: the reliability curve, and what it sums up to.
+"""Quality of predictions: calibration of predicted probabilities, and scores of a person's path predicted by samples.
 
 Forecast i says p_i, and the event then has the frequency q_i: 0 or 1 where it was tried once. In a bin b of forecasts
-of similar p, n_b of n, pred_b is the mean of p_i and obs_b that of q_i:
+of similar p, n_b of n, pred_b is the mean of p_i and obs_b that of q_i (the reliability curve):
 
     ECE = sum_b (n_b / n) |pred_b - obs_b|        bias = mean(p - q)        Brier = mean(q (1 - p)^2 + (1 - q) p^2)
 
@@ -9,8 +9,6 @@ A forecast that is right on average can have an ECE > 0: where p has errors of i
 low and those that came out high too high. Sources: Naeini, Cooper & Hauskrecht, "Obtaining Well Calibrated
 Probabilities Using Bayesian Binning" (AAAI 2015); Guo et al., "On Calibration of Modern Neural Networks" (ICML 2017);
 Brier, Monthly Weather Review 78 (1950) 1.
-
-How well a prediction by samples foretold where a person went.
 
 With x_m(t), m = 1 ... M, the samples of a person t seconds ahead and y(t) where the person was,
 
@@ -41,6 +39,9 @@ from numpy.typing import ArrayLike, NDArray
 from mjnav.errors import InvalidValue
 from mjnav.geometry.compiled import Cube, Matrix, Vector, kernel
 from mjnav.messages import Array
+
+# --------------------------------------------------------------------- calibration of probabilities
+
 
 # Narrow where risks are low: that is where a robot wants to be.
 EDGES: tuple[float, ...] = (0.0, 0.01, 0.05, 0.1, 0.2, 0.4, 0.6, 0.8, 1.0)
@@ -164,6 +165,9 @@ def _bin(b: int, edge: Array, total: Array, drawn: Array | None, level: float) -
 def _interval(values: Array, level: float) -> Interval:
     low, high = np.quantile(values, [0.5 - 0.5 * level, 0.5 + 0.5 * level]).tolist()
     return low, high
+
+
+# ------------------------------------------------------------------------ scores of predicted paths
 
 
 LEVELS = (0.5, 0.9, 0.95)  # of the regions

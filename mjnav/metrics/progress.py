@@ -1,10 +1,7 @@
-"""Stretches of successive ticks at which something holds.
+"""Progress along routes: when people reach the points of theirs, how far the robot went, and how far from its way.
 
-Long runs a few rows at a time, so that what is computed on the way takes little memory.
-
-When people reach the points of their routes.
-
-How far the robot went, and how far from the way.
+The file also has the stretches of successive ticks at which something holds, and `by_blocks`, which goes through long
+runs some rows at a time, so that intermediate results take little memory.
 """
 
 from collections.abc import Callable, Sequence
@@ -18,6 +15,8 @@ from mjnav.messages import Array, Trajectory
 from mjnav.scenarios.people import REACHED
 from mjnav.scenarios.ranges import Point
 from mjnav.scenarios.spec import Person, Scenario
+
+# -------------------------------------------------------------------- stretches and blocks of ticks
 
 
 def stretches(holds: NDArray[np.bool_]) -> NDArray[np.intp]:
@@ -33,6 +32,9 @@ def by_blocks(function: Callable[..., Array], *columns: Array) -> Array:
     """The rows of function(*columns), for one that computes each row from the same row of its arguments alone."""
     starts = range(0, max(len(columns[0]), 1), ROWS)
     return np.concatenate([function(*(column[start : start + ROWS] for column in columns)) for start in starts])
+
+
+# ---------------------------------------------------------------------------------- people's routes
 
 
 def passings(person: Person, position: Array) -> NDArray[np.int64]:
@@ -92,6 +94,9 @@ def _distance(point: Array, position: Array) -> Array:
     apart = np.hypot(*(position - point).T)
     moves = segment_distance(point, position[:-1], position[1:])
     return np.concatenate([apart[:1], np.fmin(moves, apart[1:])])
+
+
+# ---------------------------------------------------------------------------------- the robot's way
 
 
 PROGRESS, PROGRESS_TIME = (

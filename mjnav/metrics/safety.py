@@ -1,9 +1,8 @@
-"""How close the robot came to things, what it touched, and how long it was over a lane's boundary.
+"""Safety of a run: distances from others, contacts and whose fault they were, and time over a lane's boundary.
 
-Who hit whom: for every contact with a person, whether the robot moved, and whether it was its fault.
-
-The velocities are those of the last tick before the contact; n is the direction from the robot to the person, u the
-robot's velocity, w the person's. The robot approaches with u.n, the person with -w.n.
+Each contact with a person says whether the robot moved, and whether it was its fault. The velocities are those of the
+last tick before the contact; n is the direction from the robot to the person, u the robot's velocity, w the person's.
+The robot approaches with u.n, the person with -w.n.
 
 * At rest the robot is not at fault: it did what passive motion safety asks, which is to be at rest when a collision
   takes place (Macek, Vasquez Govea, Fraichard & Siegwart, Towards Safe Vehicle Navigation in Dynamic Urban Scenarios,
@@ -24,6 +23,9 @@ from mjnav.metrics.effort import STALLED_SPEED
 from mjnav.metrics.progress import ROWS
 from mjnav.scenarios.people import REGULAR, SEEING
 from mjnav.scenarios.spec import Scenario, Wall
+
+# -------------------------------------------------------------------- clearance, contacts and lanes
+
 
 PERSON = "person"
 KINDS: tuple[str, ...] = (PERSON, "table", "wall", "pillar")
@@ -214,6 +216,9 @@ def _lane_excess(trajectory: Trajectory, scenario: Scenario) -> Array | None:
     left = lane_distance(route, scenario.lanes.left) + radius
     right = radius - lane_distance(route, scenario.lanes.right)
     return np.maximum(left, right)
+
+
+# -------------------------------------------------------------------------------------------- fault
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,12 +1,11 @@
-"""How close the robot was to people, and for how long; distances are between surfaces [m].
+"""Effect of the robot on people: how close it was and for how long, social forces, and people's detours.
 
-The spaces are those of Hall, The Hidden Dimension (1966). A person who is not there (NaN) is at no distance.
-HuNavSim (Perez-Higueras et al. 2023) measures from the robot's surface to the person's centre, which is the person's
-radius more, and gives the share of each ring alone: here social - personal, personal - intimate.
+Distances are between surfaces [m]. The spaces are those of Hall, The Hidden Dimension (1966). A person who is absent
+(NaN) is at no distance. HuNavSim (Perez-Higueras et al. 2023) measures from the robot's surface to the person's centre,
+which is the person's radius more, and gives the share of each ring alone: here social - personal, personal - intimate.
 
-Social forces between the robot and the people, as HuNavSim sums them up (Perez-Higueras et al. 2023).
-
-The force on body i from body j per unit of mass is that of Moussaid et al. (2009),
+The social forces between the robot and the people are summed up as HuNavSim does. The force on body i from body j per
+unit of mass is that of Moussaid et al. (2009),
 
     D = lambda (v_i - v_j) + e,   t = D / |D|,   n its left normal,   theta the angle from t to e,   B = gamma |D|,
     f_ij = -A exp(-d / B) [exp(-(n' B theta)^2) t + sign(theta) exp(-(n B theta)^2) n],
@@ -17,11 +16,10 @@ the person pushes it. The nearest wall, leg or pillar pushes the robot with A_o 
 `mjnav.motion.social_force` has this law for people's decisions, as a kernel; here it is an expression over all ticks,
 so that a log is inspected without compiled code. A test holds the two equal.
 
-What the robot cost the people: their paths and times with it against those without it, under the same seed.
-
-A person's path is compared up to the last of their waypoints that they reach in both runs, and their position at equal
-times while they are there in both. A person who leaves or comes in again is compared until then: later trips start
-where the robot is not, and differ for that reason.
+Detours compare people's paths and times with the robot to those without it, under the same seed. A person's path is
+compared up to the last of their waypoints that they reach in both runs, and their position at equal times while they
+are present in both. A person who leaves or comes in again is compared until then: later trips start where the robot is
+not, and differ for that reason.
 """
 
 from dataclasses import dataclass
@@ -33,6 +31,9 @@ from mjnav.metrics.effort import velocity
 from mjnav.metrics.progress import by_blocks, passings
 from mjnav.metrics.safety import thing_distance
 from mjnav.scenarios.spec import Scenario
+
+# ---------------------------------------------------------------------------------------- proximity
+
 
 INTIMATE, PERSONAL, SOCIAL = 0.45, 1.2, 3.6  # [m] outer ends of the spaces; Hall (1966)
 COMPLIANT = 0.5  # [m] from which on space is kept; Francis et al. (2023), table 1
@@ -108,6 +109,9 @@ def min_time_to_collision(trajectory: Trajectory, scenario: Scenario) -> float |
     return found if np.isfinite(found) else None
 
 
+# ------------------------------------------------------------------------------------ social forces
+
+
 # HuNavSim's constants, those of the library lightsfm.
 STRENGTH = 2.1  # [m/s^2] A
 VELOCITY_WEIGHT = 2.0  # [s/m] lambda
@@ -166,6 +170,9 @@ def pair_force(apart: Array, closing: Array) -> Array:
         turn = side * np.exp(-d / reach - (TURN_SHARPNESS * reach * theta) ** 2)
         normal = np.concatenate([-t[..., 1:], t[..., :1]], axis=-1)
         return -STRENGTH * (slow * t + turn * normal)
+
+
+# ------------------------------------------------------------------------------------------ detours
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,12 +1,9 @@
-"""How long a tick took.
+"""Timing of a run: computing times of ticks, how well a paced run kept its schedule, causes of missed deadlines.
 
-How well a paced run kept its schedule, and what to think of it.
-
-The cause of a missed deadline: the loop, the machine, or work that a process does only once.
-
-A deadline was missed through the machine where the loop, had the machine not stood still, would have met it; through
-first-time work (a kernel compiled or loaded, a module imported) where it would have met it without that. All else is
-the loop's. What would have been is found by replaying the schedule with the time taken off.
+The cause is the loop, the machine, or work that a process does only once. A deadline was missed through the machine
+where the loop, had the machine not stood still, would have met it; through first-time work (a kernel compiled or
+loaded, a module imported) where it would have met it without that. All else is the loop's. What would have been is
+computed by replaying the schedule with the time taken off.
 """
 
 from collections.abc import Sequence
@@ -17,6 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mjnav.messages import PHASES
+
+# ----------------------------------------------------------------------------------- computing time
+
 
 REPORTED = ("sense", "estimate", "control", "record")
 
@@ -38,6 +38,9 @@ def quantiles(values: NDArray[np.floating] | NDArray[np.integer], **more: float)
         return dict.fromkeys((*levels, "max"))
     found = np.quantile(values, list(levels.values())).tolist()
     return {**dict(zip(levels, found, strict=True)), "max": float(values.max())}
+
+
+# ----------------------------------------------------------------------------- schedule and verdict
 
 
 PASS, DEGRADED, FAIL, INCONCLUSIVE = "PASS", "DEGRADED", "FAIL", "INCONCLUSIVE"
@@ -169,6 +172,9 @@ def histogram(values: NDArray[np.floating], edges: Sequence[float]) -> list[tupl
     rows = list(zip(bounds[:-1], bounds[1:], counts, strict=True))
     filled = [i for i, count in enumerate(counts) if count]
     return rows[filled[0] : filled[-1] + 1] if filled else []
+
+
+# ----------------------------------------------------------------------- causes of missed deadlines
 
 
 LOOP, MACHINE, FIRST_TIME = "loop", "machine", "first-time work"

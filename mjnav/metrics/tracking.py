@@ -1,6 +1,6 @@
-"""Who is to be tracked, and the tracks: two sets of points at each tick, which GOSPA and CLEAR MOT compare.
+"""Tracking quality: GOSPA, and the share of time and the identity switches of people's tracks by CLEAR MOT.
 
-GOSPA: how far the tracks are from the people, with who was missed and what nobody is.
+Both compare two sets of points at each tick: the people who are to be tracked, and the tracks.
 
 Of the people X = {x_1 .. x_n} and the tracks Y = {y_1 .. y_m} of one tick, with the cut-off c, alpha = 2 and p = 2:
 
@@ -11,15 +11,15 @@ over all sets g of pairs in which each point is at most once. A pair costs no mo
 track, c^2 in all, so only points nearer than c are paired. Source: Rahmathullah, Garcia-Fernandez & Svensson,
 "Generalized optimal sub-pattern assignment metric" (FUSION 2017), proposition 1.
 
-Whether each person keeps a track, and keeps one and the same.
+CLEAR MOT says whether each person keeps a track, and keeps one and the same. At each tick a person keeps the track that
+it had last while that is within the gate of 1 m; the others are paired by the least total distance within the gate. A
+person is tracked at the ticks at which it has a pair. Its identity is switched where the number of its track is another
+than the one before. Source: Bernardin & Stiefelhagen, "Evaluating Multiple Object Tracking Performance: The CLEAR MOT
+Metrics" (2008).
 
-At each tick people and tracks are paired as CLEAR MOT does: a person keeps the track that it had last while that is
-within the gate of 1 m; the others are paired by the least total distance within the gate. A person is tracked at the
-ticks at which it has a pair. Its identity is switched where the number of its track is another than the one before.
-Source: Bernardin & Stiefelhagen, "Evaluating Multiple Object Tracking Performance: The CLEAR MOT Metrics" (2008).
-
-A person who leaves and comes again, or is out of the lidar's range for some time, is another one: that its track has
-another number then is no switch. Where the sensor says who is who, tracks carry people's names, and none is switched.
+A person who leaves and comes again, or is out of the lidar's range for some time, counts as another one: that its track
+has another number then is no switch. Where the sensor gives identities, tracks carry people's names, and none is
+switched.
 """
 
 from collections.abc import Iterator
@@ -33,6 +33,8 @@ from mjnav.geometry.distances import GATE, nearest_pairs
 from mjnav.messages import Array, Trajectory
 from mjnav.metrics.progress import ROWS, stretches
 from mjnav.scenarios.spec import Scenario
+
+# -------------------------------------------------------------------------------- people and tracks
 
 
 @dataclass(frozen=True, slots=True)
@@ -85,6 +87,9 @@ def _numbered(trajectory: Trajectory, rows: slice) -> tuple[Array, Array]:
     return places, numbers
 
 
+# -------------------------------------------------------------------------------------------- GOSPA
+
+
 CUTOFF = GATE  # [m], c: farther away a track is of no use to who has to avoid the person
 
 
@@ -133,6 +138,9 @@ def gospa_squared(people: Array, tracks: Array, cutoff: float = CUTOFF) -> Array
         paired = near[k][chosen]
         cost[k], pairs[k] = bounded[chosen][paired].sum(), paired.sum()
     return np.column_stack([cost, 0.5 * limit * (num_people - pairs), 0.5 * limit * (num_tracks - pairs)])
+
+
+# ----------------------------------------------------------------------------------------- identity
 
 
 NONE, ABSENT = -1, -2  # in place of a track's number: without a track; not to be tracked

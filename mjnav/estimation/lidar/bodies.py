@@ -1,9 +1,8 @@
-"""Returns that are of no body: mixed pixels and outliers.
+"""Bodies that a scan shows and the map does not have: centres, radii and covariances from clusters of returns.
 
-A beam has a width, and where it meets two surfaces its return may come from anywhere between them: a mixed pixel. One
-edge mixes no more beams than the width covers. And noise with heavy tails now and then moves a single return far.
-
-From a cluster of returns to bodies: people, parts of larger things, smaller things.
+Before that, returns that belong to no body are told apart: mixed pixels and outliers. A beam has a width, and where it
+meets two surfaces its return may come from anywhere between them: a mixed pixel. One edge mixes no more beams than the
+width covers. And noise with heavy tails now and then moves a single return far.
 
 A cluster that a circle of a person's radius fits is a person. Any other is divided into parts, each a person if such
 a circle fits it (parts.py). What remains is no person: a small thing keeps its size, a larger one is cut at multiples
@@ -26,6 +25,9 @@ from mjnav.estimation.lidar.parts import Circle, divided, edges_of, fit_circle, 
 from mjnav.estimation.lidar.scan import Rays
 from mjnav.geometry.compiled import Matrix, Vector, exact
 from mjnav.geometry.distance_field import FieldGrid
+
+# ------------------------------------------------------------------------ mixed pixels and outliers
+
 
 MAX_LONE = 8  # lone returns of bodies in a scan; more come from a lidar that errs, and then pairs count no more either
 MIN_EVIDENCE = 50.0  # sum of squares of the excess of two returns or more; of a lone one it is OUTLIER squared
@@ -81,6 +83,9 @@ def straggler(rays, beams, grid, covariance):
     margin = SIGMAS * np.sqrt(max(covariance[0, 0], covariance[1, 1]))
     end = least - step_between(rays, first, first) - margin - spread * least
     return meets_map(rays, first, grid, end, margin, spread) or meets_map(rays, last, grid, end, margin, spread)
+
+
+# ------------------------------------------------------------------------------ bodies of a cluster
 
 
 PIECE = 0.35  # [m] along x or y: up to 0.5 m of a slanted wall

@@ -1,11 +1,9 @@
-"""How many particles a belief needs: as many as its spread asks for.
+"""Weighted particles of a pose: moved by twists, weighed by scans, resampled; their number follows the belief's spread.
 
-D. Fox, "Adapting the sample size in particle filters through KLD-sampling" (International Journal of Robotics Research,
-2003): with n draws from a distribution over k bins, the Kullback-Leibler distance between the draws' shares and the
-distribution stays below epsilon with probability 1 - delta for n = X / (2 epsilon), X the 1 - delta quantile of
-chi-square with k - 1 degrees of freedom.
-
-Weighted particles of a pose: moved by twists, weighed by scans, drawn again where they have become uneven.
+The number is that of D. Fox, "Adapting the sample size in particle filters through KLD-sampling" (International Journal
+of Robotics Research, 2003): with n draws from a distribution over k bins, the Kullback-Leibler distance between the
+draws' shares and the distribution stays below epsilon with probability 1 - delta for n = X / (2 epsilon), X the
+1 - delta quantile of chi-square with k - 1 degrees of freedom.
 """
 
 from math import ceil, sqrt
@@ -20,6 +18,9 @@ from mjnav.geometry.compiled import Matrix, exact
 from mjnav.messages import Array
 from mjnav.motion.unicycle import integrate_rows
 from mjnav.rng import stream
+
+# ------------------------------------------------------------------------------ number of particles
+
 
 EPSILON = 0.05  # of the distance, Fox's own
 QUANTILE = 2.3263478740408408  # z of 1 - delta for delta = 0.01
@@ -53,8 +54,11 @@ def occupied_bins(particles: Matrix, width: tuple[float, float, float]):
     return count
 
 
+# ------------------------------------------------------------------------------- weighted particles
+
+
 RESAMPLE_BELOW = 0.5  # share of the particles, as effective sample size
-ROUGHENING = 1.5  # K of `filters.resampling.roughen`
+ROUGHENING = 1.5  # K of `filters.particles.roughen`
 JITTER = (0.05, 0.05, 0.05)  # [m], [m], [rad]: std that roughening takes a wider spread for: modes stay apart
 SLIP_EVERY = 8  # particles one is moved by what wheels and gyro do not see: slipping, being pushed
 SLIP_STD = (0.05, 0.05, 0.03)  # [m], [m], [rad] of that, in each scan

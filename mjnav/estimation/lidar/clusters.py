@@ -1,4 +1,4 @@
-"""Which returns of a scan the map explains.
+"""Clusters of the returns of a scan that the map does not explain.
 
 A return p on a surface that the map has lies at the distance c(p) = 0 from it. By the range's spread s along the beam
 u, and by the robot's covariance P, whose pose q moves p by J dq, that distance has the variance
@@ -8,25 +8,27 @@ u, and by the robot's covariance P, whose pose q moves p by J dq, that distance 
 The map explains a return with |c| <= TOLERANCE + GATE standard deviations. The tolerance is for the map itself: what it
 has may stand a little elsewhere, and its field is read between the nodes of a grid.
 
-Returns that belong together: those of one surface, in the order of the beams.
-
-Two returns belong together where they are at most as far apart as a surface allows that the lidar sees at the angle
-INCIDENCE or more, the adaptive breakpoint of Borges & Aldon (2004),
+The other returns are gathered in the order of the beams into runs, each of one surface. Two returns belong together
+where they are at most as far apart as a surface allows that the lidar sees at the angle INCIDENCE or more, the adaptive
+breakpoint of Borges & Aldon (2004),
 
     d <= r sin(phi) / sin(INCIDENCE - phi) + 3 sigma
 
 with r the nearer range and phi the angle between the beams, and no farther than neighbours on the arc of a person, of
-radius R: at its edge, beams s = r phi apart meet it sqrt(2 R s) apart. A few beams between the two are passed over:
-nothing returned from them, or they are outliers; but not one that ends much farther away.
+radius R: at its edge, beams s = r phi apart meet it sqrt(2 R s) apart. A few beams between the two are passed over if
+nothing returned from them, or if they are outliers; but not one that ends much farther away.
 
-So runs come about. What may be mixed pixels is taken out of them (stragglers.py). Then two runs are joined whose ends
-are at most a person apart, where what lies between is hidden by something nearer: somebody behind a table's leg.
+Then what may be mixed pixels is taken out of the runs (bodies.py). Last, two runs are joined whose ends are at most a
+person apart, where what lies between is hidden by something nearer: somebody behind a table's leg.
 """
 
 import numpy as np
 
 from mjnav.geometry.compiled import exact, kernel
 from mjnav.geometry.distance_field import lookup
+
+# -------------------------------------------------------------------- returns that the map explains
+
 
 TOLERANCE = 0.05  # [m]
 GATE = 3.0  # standard deviations
@@ -89,6 +91,9 @@ def meets_map(rays, beam, grid, end, margin, spread):
             return True
         along += max(clearance - beside, MIN_STEP)
     return False
+
+
+# ----------------------------------------------------------------------------------------- clusters
 
 
 INCIDENCE = np.deg2rad(10.0)

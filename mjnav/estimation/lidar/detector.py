@@ -1,6 +1,10 @@
-"""How much of a disc a scan could have seen.
+"""Detects in a scan what the robot's map does not have, people among it, and says what the scan could have shown.
 
-A beam u from o reaches a disc of radius R about c at the lateral offset a = u x (c - o), |a| <= R, after
+beams as rays -> returns that the map does not explain -> clusters -> bodies, with the covariance of their centres
+  (scan.py)              (clusters.py)                 (clusters.py)  (bodies.py, parts.py)
+
+How much of a disc a scan could have seen: a beam u from o reaches a disc of radius R about c at the lateral offset
+a = u x (c - o), |a| <= R, after
 
     t = u.(c - o) - sqrt(R^2 - a^2)
 
@@ -8,11 +12,6 @@ It stands for all lines of sight within half a step of it, t step / 2 to both si
 within its range, and where it did not end before the disc: at t - SAME R - 3 sigma at most. What is nearer by less is
 the disc itself, which stands elsewhere than was thought. A return from where the map has a surface would have been
 explained by it, so that beam could not have shown the disc: of somebody at a wall, only what stands out is seen.
-
-What a scan shows that the map does not: people, and things that were not there when the map was made.
-
-beams as rays -> returns that the map does not explain -> clusters -> bodies, with the covariance of their centres
- (rays.py)              (explained.py)                  (clusters.py)  (bodies.py, circle.py)
 """
 
 from collections.abc import Mapping
@@ -35,6 +34,9 @@ from mjnav.noise import Distribution
 from mjnav.scenarios.sensors import Lidar
 from mjnav.scenarios.spec import Scenario
 from mjnav.scenarios.ways import floor_of_lidar
+
+# ----------------------------------------------------------------------------- visibility of a disc
+
 
 SAME = 0.5  # share of the radius by which a disc's own returns may be nearer than its surface was thought to be
 SIGHT_SIGMAS = 3.0
@@ -74,6 +76,9 @@ def visible_share(rays: Rays, points: Matrix, radius: float, pose: Vector, covar
             shares[p] += overlap / (2.0 * radius)
         shares[p] = min(shares[p], 1.0)
     return shares
+
+
+# ----------------------------------------------------------------------------------------- detector
 
 
 PERSON_RADIUS = 0.3  # [m] that the robot takes people to have, the default of a scene's people

@@ -1,18 +1,17 @@
-"""A Gaussian of the robot's pose whose measurements belong to a moment that has passed.
+"""Kalman filters of the robot's pose whose measurement is the pose at which the scan matches the map.
 
-A lidar takes a turn before it hands it over, and the motion since is known with errors that also moved the prediction.
-So the filter stands at the moment of its latest measurement; what is believed now is carried there from it.
-
-The robot's pose by a Kalman filter whose measurement is the pose at which the scan matches the map.
-
-    predict   by odometry and gyro                                           (`twist`, `pose_filter`)
+    predict   by odometry and gyro                                           (`scan`, `estimation.kalman`)
     match     the scan on the map, from the prediction x, P: a pose z, R      (`scan_matching`)
     gate      (z - x)^T (P + R)^-1 (z - x) <= chi-squared
     correct   x, P by z, R
 
 A match that the prediction excludes, or that explains little of the scan, is not taken. After a few scans that are not
-explained the filter looks for a better place all over the floor (`relocation`), as it does at the first scan where
-nobody says where the robot starts. Without a scan it only predicts, and its covariance grows.
+explained the filter looks for a better place all over the floor (`recovery`), as it does at the first scan where no
+start is given. Without a scan it only predicts, and its covariance grows.
+
+The measurement belongs to a moment that has passed: a lidar takes a turn before it hands it over, and the motion since
+is known with errors that also moved the prediction. So the filter stands at the moment of its latest measurement; what
+is believed now is carried there from it.
 """
 
 from abc import ABC, abstractmethod
@@ -34,6 +33,9 @@ from mjnav.estimation.lidar.scan_matching import MatchSettings, match_scan, reac
 from mjnav.messages import Array, Reading, RobotBelief
 from mjnav.rng import stream
 from mjnav.scenarios.spec import Scenario
+
+# ------------------------------------------------------------------------ Gaussian of a past moment
+
 
 SAME = 1e-9  # [s] below which two moments are one
 
@@ -96,6 +98,9 @@ class DelayedPose:
         for motion in self._since:
             motion.move(self._now)
         return self._now
+
+
+# ---------------------------------------------------------------------- localizers by scan matching
 
 
 LEAST_STD = 2e-3  # [m] of a range

@@ -1,4 +1,4 @@
-"""How likely a scan is at a pose: the likelihood field of Thrun, Burgard & Fox (2005), section 6.4.
+"""Likelihood of a scan at a pose: the likelihood field of Thrun, Burgard & Fox (2005), section 6.4, and two additions.
 
 A return at the range r, seen from a pose, lies at the distance d from the nearest surface of the map. Its density is
 
@@ -11,19 +11,17 @@ which no surface explains tells nothing of the pose. Nor does a beam that met no
 The book takes d for the distance to the nearest occupied point. Here it is the distance to the surface that faces the
 lidar: behind a wall of 0.1 m, seen from outside, lies another surface, and a pose 0.1 m off would fit as well.
 
-An error that all ranges of a scan share, told by the map.
+The first addition estimates from the map an error that all ranges of a scan share. A lidar that has come out of
+adjustment errs alike in all directions. Where most beams end on the map's surfaces, the median over the beams of what
+they measured beyond the range on the map is that error: people and furniture that the map does not have are few, and an
+error of the robot's pose makes ranges too long on one side and too short on the other.
 
-A lidar that has come out of adjustment errs alike in all directions. Where most beams end on the map's surfaces, the
-median over the beams of what they measured beyond the range on the map is that error: people and furniture that the map
-does not have are few, and an error of the robot's pose makes ranges too long on one side and too short on the other.
-
-Beams that went through what the map has: they speak against a pose, which the likelihood field does not hear.
-
-The field looks at where beams end. A pose in the wrong room may put many ends on surfaces while beams would have to
-pass through walls, and a beam that met nothing says nothing to it at all. So where poses from all over the floor are
-compared, each of the scan's beams is also followed from the lidar to its end, or to the lidar's range where it met
-nothing. One that comes through a surface multiplies the likelihood of the pose by CONTRADICTION, about the share of
-readings that come about by chance (the random and maximal readings of Thrun, Burgard & Fox 2005, section 6.3).
+The second addition counts beams that went through a surface of the map: they speak against a pose. The field looks only
+at where beams end. A pose in the wrong room may put many ends on surfaces while beams would have to pass through walls,
+and a beam that met nothing has no effect on it at all. So where poses from all over the floor are compared, each of the
+scan's beams is also followed from the lidar to its end, or to the lidar's range where it met nothing. One that comes
+through a surface multiplies the likelihood of the pose by CONTRADICTION, about the share of readings that come about by
+chance (the random and maximal readings of Thrun, Burgard & Fox 2005, section 6.3).
 """
 
 from dataclasses import dataclass
@@ -40,6 +38,9 @@ from mjnav.geometry.floor import Floor, box_surface, disc_surface
 from mjnav.messages import Array
 from mjnav.noise import Distribution
 from mjnav.scenarios.sensors import Lidar
+
+# --------------------------------------------------------------------------------- likelihood field
+
 
 # Weights of the mixture. They sum to 1 with that of beams that met nothing, z_max, which is 0 for those that did.
 Z_HIT, Z_SHORT, Z_RANDOM = 0.75, 0.2, 0.05
@@ -168,6 +169,9 @@ def _thickness(shape: tuple[int, int], x: float, y: float, cell: float, discs: M
     return found
 
 
+# ---------------------------------------------------------------------- error that all ranges share
+
+
 BIN = 0.01  # [m] of the histogram of which the median is taken
 REACH = 1.0  # [m] beyond which a difference is no error of the lidar
 MIN_BEAMS = 30  # within REACH
@@ -251,6 +255,9 @@ def beyond_doubt(error: float, covariance: Array) -> float:
     """The error [m], or 0 where the robot's uncertainty (3, 3) may explain it."""
     doubt = LEAST + SIGMAS * sqrt(max(covariance[0, 0], covariance[1, 1]))
     return error if abs(error) > doubt else 0.0
+
+
+# --------------------------------------------------------------------------- beams through surfaces
 
 
 CONTRADICTION = 0.02

@@ -1,7 +1,7 @@
-"""The circle behind the arc of it that a scan shows.
+"""Divides a cluster of returns into parts, one for each body, and fits a circle to the arc that a scan shows of it.
 
-The unknowns are the centre c and the radius r. A beam u from o with the range z and its spread s meets the circle at
-t = u.(c - o) - sqrt(r^2 - (u x (c - o))^2), where the outward normal is n. Each return, and each edge of the
+The unknowns of a circle are the centre c and the radius r. A beam u from o with the range z and its spread s meets the
+circle at t = u.(c - o) - sqrt(r^2 - (u x (c - o))^2), where the outward normal is n. Each return, and each edge of the
 silhouette, a beam that touches the circle, says
 
     (z - t) n.u = 0              with the standard deviation  sqrt((s n.u)^2 + roundness^2)
@@ -18,9 +18,8 @@ circle goes on behind it, for no more than its radius allows.
 Gauss-Newton, with weights by Huber against returns that belong to something else (Zhang 1997). The covariance is the
 inverse of the last normal matrix, for the centre.
 
-A cluster in parts, one for each body: people side by side, or one half behind another, are one cluster.
-
-The cluster is cut into consecutive parts so that the sum over the parts of
+People side by side, or one half behind another, are one cluster. It is cut into consecutive parts so that the sum over
+the parts of
 
     PART + min(sum of squares of the residuals of a person's circle, LOOSE a return)
 
@@ -35,6 +34,9 @@ import numpy as np
 
 from mjnav.estimation.lidar.clusters import MAX_PASSED, SIGMAS, step_between
 from mjnav.geometry.compiled import exact, kernel, scalar
+
+# ---------------------------------------------------------------------------------- fit of a circle
+
 
 ROUNDNESS = 0.005  # [m] standard deviation of a body's surface about its circle
 ITERATIONS = 8
@@ -184,6 +186,9 @@ def inverse(normal, out):
         for k in range(6):
             out[k] /= determinant
     return determinant
+
+
+# ---------------------------------------------------------------------------- division of a cluster
 
 
 PART = 12.0  # what a further part has to save, in squared standard deviations

@@ -1,25 +1,24 @@
-"""Poses all over the free floor at which a scan fits: for a start anywhere, and for a robot that was carried away.
+"""Global localization by scans: detects that the robot's pose is lost, and searches the free floor for poses that fit.
 
-Poses drawn evenly over the floor are too far apart for a likelihood that is a few centimetres wide: none of them would
-fit. So the likelihood is first taken as wide as the poses are apart, and narrowed level by level while the best poses
-are drawn again and spread a little less each time (annealed importance sampling: Neal 2001). Poses that fit equally
-well in different places stay side by side.
+The search serves a start anywhere and a robot that was carried away. Poses drawn evenly over the floor are too far
+apart for a likelihood that is a few centimetres wide: none of them would fit. So the likelihood is first taken as wide
+as the poses are apart, and narrowed level by level while the best poses are drawn again and spread a little less each
+time (annealed importance sampling: Neal 2001). Poses that fit equally well in different places stay side by side.
 
-Whether the robot is where it believes to be: augmented recovery, on trial before it takes the belief's place.
-
-w_fast and w_slow follow the mean likelihood of a scan under the belief (Thrun, Burgard & Fox 2005, table 8.3). Where
-the fast one falls behind the slow one, or is so low that no pose explains the scan, or where beams go through what the
-map has (`contradictions.py`), poses that fit the scan are looked for all over the floor (`floor_search.py`).
+The particle filter uses augmented recovery: w_fast and w_slow follow the mean likelihood of a scan under the belief
+(Thrun, Burgard & Fox 2005, table 8.3). Where the fast one falls behind the slow one, or is so low that no pose explains
+the scan, or where beams go through what the map has (`likelihood_field.py`), poses that fit the scan are looked for all
+over the floor.
 
 The book mixes random poses into the belief at once. Among people that is not safe: a scan that shows mostly people fits
-somewhere by chance, and better than where the robot is. So the poses found are a second belief, the rival, which moves
-with the robot. It takes over when its evidence over the next scans outweighs that of the belief: people move on, walls
-do not. That goes quickly only where beams went through what the map has at the belief's poses: no crowd explains that.
+somewhere by chance, and better than where the robot is. So the poses of the search are a second belief, the rival,
+which moves with the robot. It takes over when its evidence over the next scans outweighs that of the belief: people
+move on, walls do not. That goes quickly only where beams went through what the map has at the belief's poses: no crowd
+explains that.
 
-When a Kalman filter by scans doubts where it is, and which place of the whole floor fits a scan best.
-
-A filter of one Gaussian cannot wait and see which of several places it is. So a place that was found by a search is on
-trial: after some scans, from where other things are in view, the floor is searched again.
+A Kalman filter has one Gaussian, so it cannot wait and see which of several places is the robot's. It counts the scans
+that make it doubt, and takes the place of the whole floor that fits a scan best. That place is on trial: after some
+scans, from where other things are in view, the floor is searched again.
 """
 
 from collections.abc import Sequence
@@ -37,6 +36,9 @@ from mjnav.geometry.angles import wrap
 from mjnav.geometry.floor import Floor, FreeSpace
 from mjnav.messages import Array
 from mjnav.rng import stream
+
+# ------------------------------------------------------------------------------ search of the floor
+
 
 PER_AREA = 80.0  # [1/m^2] poses drawn first
 MOST = 20_000  # poses drawn first, on large floors
@@ -104,6 +106,9 @@ class FloorSearch(Constant):
             poses = poses + rng.standard_normal(poses.shape) * (level.shift, level.shift, level.turn)
             poses[:, 2] = wrap(poses[:, 2])
         return poses
+
+
+# ------------------------------------------------------------------ recovery of the particle filter
 
 
 SLOW, FAST = 0.02, 0.3  # rates of w_slow and w_fast, a scan
@@ -212,6 +217,9 @@ class Recovery:
         self._odds += float(np.clip(evidence, -1.0, most))
         _, covariance, size = rival.moments()
         rival.resample(covariance, size, FOUND)
+
+
+# ----------------------------------------------------------------- relocation of the Kalman filters
 
 
 NUM_MATCHED = 20  # poses of a search

@@ -1,18 +1,17 @@
-"""The robot's twist from the wheels' odometry and the gyro, and what is left to know where one of them fails.
+"""Inputs of the estimators by lidar: the robot's twist from odometry and gyro, and a scan as points and as rays.
 
 Two unbiased readings of one turn rate with variances s_o^2 and s_g^2 make the best linear estimate
 
     omega = a (odometry - mean_o) + (1 - a) (gyro - mean_g),   a = s_g^2 / (s_o^2 + s_g^2)
 
 whose error is the same sum of the two errors. A particle draws both errors from their channels' own laws, so that the
-sum keeps their shape.
+sum keeps their shape. Where one of the two sensors fails, the twist says what is still known.
 
-A scan as points around the robot, as if all beams had been taken at the moment of the reading.
+The points lie around the robot as if all beams had been taken at the moment of the reading. A turning lidar takes its
+beams one after another while the robot moves: at 1 rad/s and five turns a second the last beam is 0.2 rad off the
+first. The twists of the last readings say where the robot was at each beam's own time.
 
-A turning lidar takes its beams one after another while the robot moves: at 1 rad/s and five turns a second the last
-beam is 0.2 rad off the first. The twists of the last readings say where the robot was at each beam's own time.
-
-The beams of a scan as rays in the world, as the detector's kernels take them.
+The rays lie in the world, as the detector's kernels take them.
 """
 
 from collections import deque
@@ -30,6 +29,9 @@ from mjnav.messages import Array, Reading, RobotLimits
 from mjnav.motion.unicycle import arc
 from mjnav.noise import Distribution
 from mjnav.scenarios.sensors import Lidar
+
+# -------------------------------------------------------------------------------------------- twist
+
 
 TWIST_CHANNELS = ("odometry.v", "odometry.omega", "gyro")
 CONFLICT = 6.0  # standard deviations of their difference at which wheels and gyro contradict each other
@@ -132,6 +134,9 @@ class TwistSensors(Constant):
         return twist.v - v, found
 
 
+# ----------------------------------------------------------------------------------- scan as points
+
+
 KEPT = 12.0  # [s] of twists: more than the turn of the slowest lidar, 10 s
 
 
@@ -224,6 +229,9 @@ def _points(ranges: Vector, angles: ReadOnlyVector, times: Vector, now: float, m
         found[i, 0] = x + c * mount[0] - s * mount[1] + ranges[i] * cos(direction)
         found[i, 1] = y + s * mount[0] + c * mount[1] + ranges[i] * sin(direction)
     return found
+
+
+# ------------------------------------------------------------------------------------- scan as rays
 
 
 class Rays(NamedTuple):

@@ -1,15 +1,14 @@
-"""The error that the robot's pose puts on whatever the robot sees: all tracks have it in common.
+"""Filters of one track for the tracker by lidar: interface, particle filter, and the error of the robot's pose.
 
-A pose error (dx, dy, dtheta) moves what stands at p from the robot at p_r by
+That error is common to all tracks: a pose error (dx, dy, dtheta) moves what stands at p from the robot at p_r by
 
     J (dx, dy, dtheta),   J = (I, e),   e = (-(y - y_r), x - x_r)
 
 A filter is told of it with every detection as if it were fresh at each scan. It is not: under the pose sensor a tenth
-of a second leaves four fifths of it. So the filter averages part of it away that stays, and a track gets back the share
-PERSISTENT of its covariance. More would make the velocities follow the pose's errors, or the positions too uncertain:
-with a half, the 95 % regions of positions hold 94 to 99 % of the truth in the shipped scenes hall, five and doorway.
-
-One track's filter, as the tracker by the lidar uses it, and the one by particles.
+of a second leaves four fifths of it. So the filter averages away a part of it that in truth stays, and a track gets
+back the share PERSISTENT of its covariance. More would make the velocities follow the pose's errors, or the positions
+too uncertain: with a half, the 95 % regions of positions hold 94 to 99 % of the truth in the shipped scenes hall, five
+and doorway.
 """
 
 from collections.abc import Callable
@@ -25,6 +24,9 @@ from mjnav.filters.mixture_kalman import GaussianSum
 from mjnav.filters.particles import shuffled
 from mjnav.geometry.angles import wrap
 from mjnav.messages import Array, RobotBelief
+
+# ------------------------------------------------------------------------ error of the robot's pose
+
 
 PERSISTENT = 0.5
 
@@ -61,6 +63,9 @@ class FrameError:
     def _by_pose(self, position: Array) -> Array:
         x, y = (position - self.place).tolist()
         return np.array([[1.0, 0.0, -y], [0.0, 1.0, x]])
+
+
+# ------------------------------------------------------------------------------- filters of a track
 
 
 Detectable = Callable[[Array], Array]  # points (n, 2) [m] -> probability that a body there would have been detected

@@ -1,24 +1,22 @@
-"""Which detection belongs to which track: global nearest neighbour with a gate and a probability of detection.
+"""Multi-object tracker by lidar: follows any number of bodies that the map does not have, without identity.
 
-Source: Blackman & Popoli 1999, "Design and Analysis of Modern Tracking Systems", chapter 6. What is nearest is what the
-belief of a track makes most likely, its turns and stops included: the Gaussian of its first two moments would lose
-people who turn on their heel.
+    predict every track -> detect -> assign -> correct, or note a miss -> births -> deaths
 
-Birth, confirmation and death of a track.
+Everything that persists is tracked: people, and furniture that the map lacks, which is a track at rest.
 
-Its score is the log-odds that it stands for a body (Sittler 1964; Musicki, Evans & Stankovic 1994). It begins even, and
+Detections are assigned to tracks by global nearest neighbour with a gate and a probability of detection. Source:
+Blackman & Popoli 1999, "Design and Analysis of Modern Tracking Systems", chapter 6. The nearest detection is the one
+that the belief of a track makes most likely, its turns and stops included: the Gaussian of its first two moments would
+lose people who turn on their heel.
+
+A score decides the birth, confirmation and death of a track: the log-odds that it stands for a body (Sittler 1964;
+Musicki, Evans & Stankovic 1994). It begins even, and
 
     a detection z that belongs to it     adds log(DETECTED p(z) / clutter)
     a scan without one                   adds log(1 - P_D)
 
 with P_D the share of its belief that the scan could see, times DETECTED. So a track that stands behind something, out
-of range, or before a lidar that is silent, loses nothing: it coasts, until nobody knows any more where it is.
-
-Bodies that the map does not have, tracked from scan to scan: any number of them, without identity.
-
-    predict every track -> detect -> assign -> correct, or note a miss -> births -> deaths
-
-Everything that persists is tracked: people, and furniture that the map lacks, which is a track at rest.
+of range, or before a lidar that is silent, loses nothing: it coasts until its position is too uncertain.
 """
 
 from collections.abc import Callable
@@ -38,6 +36,9 @@ from mjnav.geometry.distances import widest_std
 from mjnav.messages import Array, Detection, Reading, RobotBelief, Track
 from mjnav.rng import stream
 from mjnav.scenarios.spec import Scenario
+
+# ------------------------------------------------------------------------- assignment of detections
+
 
 FAR = 60.0  # Mahalanobis distance^2 from a track's moments beyond which nobody asks for the density
 
@@ -82,6 +83,9 @@ def assigned(log_density: Array, detectable: Array, false: float) -> NDArray[np.
     return np.where(columns < num, columns, -1)
 
 
+# ---------------------------------------------------------------------------------- life of a track
+
+
 DETECTED = 0.85  # probability that a body in full view is detected: two that touch may be one cluster
 CLUTTER = 0.002  # [1/m^2] density of false detections in a scan; with new bodies among them
 CONFIRMED = 3  # detections that confirm a track, whose score has never been so low that it died
@@ -117,6 +121,9 @@ class Life:
     def over(self, time: float, spread: float) -> bool:
         """Whether it ends at `time` [s], `spread` [m] being the largest std of its position."""
         return self.score < DEAD or spread > SPREAD or time - self.seen > COASTING
+
+
+# ------------------------------------------------------------------------------------------ tracker
 
 
 class ScanView(Protocol):
@@ -174,7 +181,7 @@ class Body:
 class LidarTracker:
     """Tracks bodies by the scans of a lidar.
 
-    A scan's detections are assigned to tracks by `association`; `lifecycle` says which tracks count, and how long. A
+    A scan's detections are assigned to tracks by `assigned`; `Life` says which tracks count, and how long. A
     reading without a scan only predicts, and so does one by a robot that does not know where it is (NaN). A detection
     was made before the reading, and is taken for the position at that time. Confirmed tracks are named track0, track1,
     ... in the order of their confirmation; no name comes twice. A robot that finds itself elsewhere forgets all.

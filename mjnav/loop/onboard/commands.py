@@ -1,17 +1,15 @@
-"""What was and will be commanded, as the robot knows it.
+"""Commands as the robot knows them: past and pending ones, when they take effect, and where they move the robot.
 
-When a decision takes effect: after whole periods, or when it has been computed.
+A decision takes effect after whole periods, or when it has been computed. A controller decides for the moment at which
+its decision is expected to take effect, and the plant switches when it does: at a step of the physics, anywhere within
+a period or after it.
 
-A controller decides for the moment at which its decision is expected to take effect, and the plant switches when it
-does: at a step of the physics, anywhere within a period or after it.
+The robot's belief is carried through all commands still to take effect, to the moment at which a decision does. Between
+the reading that a belief stands for and that moment, the robot does what is already under way: commands in force and
+pending, each reached at the acceleration limits. Every robot sample goes its own way, with its own draws of the
+actuation noise, which hold for a window each as they do in the world. People are carried by `mjnav.prediction`.
 
-Carries the robot's belief through all commands still to take effect, to the moment at which a decision does.
-
-Between the reading that a belief stands for and that moment, the robot does what is already under way: commands in
-force and pending, each reached at the acceleration limits. Every robot sample goes its own way, with its own draws of
-the actuation noise, which hold for a window each as they do in the world. People are carried by `mjnav.prediction`.
-
-What a caller gives to `Simulation.step`, and what a controller returns.
+Decisions that a caller gives to `Simulation.step`, or that a controller returns, are checked here.
 """
 
 from bisect import bisect_right
@@ -28,6 +26,9 @@ from mjnav.motion.unicycle import integrate_rows, ramp_mean
 from mjnav.noise import NOISE_WINDOW, Distribution
 from mjnav.rng import stream
 from mjnav.scenarios.spec import Latency, Scenario
+
+# ------------------------------------------------------------------------------- commands over time
+
 
 ROUNDING = 1e-9  # [s] below which two moments are the same
 
@@ -99,6 +100,9 @@ class CommandHistory:
                 _, end = ramp_mean(end, self._commands[j], self._limits, duration)
             self._set_points.append(end)
         return self._set_points[index]
+
+
+# ------------------------------------------------------------------------------------------ latency
 
 
 class LatencyModel(Protocol):
@@ -179,6 +183,9 @@ def replayed(latency: Latency, period: float, trace: list[float]) -> Latency:
     return Latency("sampled", tuple(trace), "recorded", latency.expected(period))
 
 
+# -------------------------------------------------------------------------- prediction of the robot
+
+
 class RobotPrediction:
     """Carries samples; its draws come from streams of its own."""
 
@@ -207,6 +214,9 @@ class RobotPrediction:
 def _window(time: float) -> int:
     """Index of the noise window that holds at `time` [s]."""
     return int(np.floor((time + ROUNDING) / NOISE_WINDOW))
+
+
+# ------------------------------------------------------------------------------- decisions as given
 
 
 def given_decision(v: float | Decision, omega: float | None) -> Decision:

@@ -1,9 +1,10 @@
-"""The known map as controllers use it: legs and pillars as discs at rest, walls as the faces towards the robot.
+"""Obstacles around the robot: the known map as controllers use it, and what the latest scan saw besides.
 
-What the latest scan saw around the robot that its method is not told of, and how far the robot may go before it.
+The map has legs and pillars as discs at rest, and walls as the faces towards the robot.
 
-Returns from a surface of the map and from somebody who is tracked are the method's own affair. All others may be
-anything: somebody who is not tracked yet, a thing that the map misses, a wall where the robot is not where it believes.
+The scan's part is what a method is not told of, and how far the robot may go before it. Returns from a surface of the
+map and from somebody who is tracked are the method's own affair. All others may be anything: somebody who is not
+tracked yet, a thing that the map misses, a wall where the robot is not where it believes.
 
 A beam that returned saw the space up to its point. A beam that met nothing saw all of its range, unless the map has a
 surface there: then it saw nothing at all, and neither did a beam that is covered, that is no number, or that is beyond
@@ -27,6 +28,8 @@ from mjnav.scenarios.spec import Scenario
 from mjnav.scenarios.ways import floor_of_lidar
 from mjnav.sealed import sealed
 from mjnav.world.lidar import cast
+
+# --------------------------------------------------------------------------------------- static map
 
 
 class FloorMap(Constant):
@@ -76,6 +79,9 @@ class FloorMap(Constant):
         """The face of each wall on the side of `position` (2,): start and end, (W, 2, 2)."""
         left = self._across @ position >= self._middle
         return self._faces[self._index, left.astype(int)]
+
+
+# --------------------------------------------------------------------------- space seen by the scan
 
 
 ON_MAP = 0.15  # [m] and 3 std of the range from a surface of the map, beyond which a return is not its own

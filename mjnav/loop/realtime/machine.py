@@ -1,8 +1,9 @@
-"""Detects when the machine itself stood still in a real-time test, by a probe on a CPU that the loop does not use.
+"""Delays in a real-time test that are not a tick's own work: pauses of the machine, and first-time work.
 
-With one CPU, the probe runs for a while before the test instead. That describes the machine, but explains no miss.
+That the machine itself stood still is detected by a probe on a CPU that the loop does not use. With one CPU, the probe
+runs for a while before the test instead. That describes the machine, but explains no miss.
 
-Work that a process does only once and that should not happen in a tick: compiling or loading a kernel, importing.
+First-time work is what a process does only once and should not do in a tick: compiling or loading a kernel, importing.
 """
 
 import builtins
@@ -21,6 +22,9 @@ from typing import NamedTuple
 import numpy as np
 from numba.core import event
 from numpy.typing import NDArray
+
+# ---------------------------------------------------------------------------- pauses of the machine
+
 
 CALIBRATION = 2.0  # [s] before the test, where there is one CPU
 PATIENCE = 10.0  # [s] for the probe to start and to answer
@@ -135,6 +139,9 @@ def stolen(began: Sequence[Usage], ended: Sequence[Usage]) -> NDArray[np.int64]:
     _, ran, waited, yielded, _, _ = (end - begin).T
     wall = end[:, Usage._fields.index("before")] - begin[:, Usage._fields.index("after")]
     return np.where(yielded == 0, np.maximum(0, wall - ran - waited), 0)
+
+
+# ---------------------------------------------------------------------------------- first-time work
 
 
 KERNELS = "numba:compiler_lock"  # held while a kernel is compiled, and while one is loaded from the cache

@@ -1,10 +1,10 @@
-"""Load beside a real-time test: a process for every CPU that computes, and one that writes to the disk.
+"""Load and scenarios of real-time tests: busy processes, any number of people, and a route driven back and forth.
 
-Each ends when the context closes, or when its parent has died.
+The load is a process for every CPU that computes, and one that writes to the disk. Each ends when the context closes,
+or when its parent has died.
 
-A scenario with another number of people, to see what they cost.
-
-A scene as a rate test drives it: back and forth for a given time, at a given control rate.
+A scenario with another number of people shows what they cost. A rate test drives a scene back and forth for a given
+time, at a given control rate.
 """
 
 import os
@@ -25,6 +25,9 @@ from mjnav.rng import stream
 from mjnav.scenarios.check import check
 from mjnav.scenarios.ranges import MAX_POINTS, MAX_RATE, MAX_TIME, MIN_RATE
 from mjnav.scenarios.spec import Person, Scenario, Waypoints
+
+# --------------------------------------------------------------------------------------------- load
+
 
 _COMPUTE = """
 import os, sys
@@ -60,6 +63,9 @@ def stress() -> Iterator[str]:
                 process.kill()
             for process in processes:
                 process.wait()
+
+
+# --------------------------------------------------------------------------------- number of people
 
 
 MARGIN = 2.0  # [m] around everything on the map, where people may walk
@@ -104,6 +110,9 @@ def _bounds(scenario: Scenario) -> tuple[np.ndarray, np.ndarray]:
     corners = np.array(points, float)
     margin = 0.0 if scenario.walls else MARGIN
     return corners.min(axis=0) - margin, corners.max(axis=0) + margin
+
+
+# ----------------------------------------------------------------------------- route back and forth
 
 
 TIMESTEP = 0.002  # [s], the longest

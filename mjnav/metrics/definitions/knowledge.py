@@ -1,12 +1,15 @@
-"""What the decisions were, and what they cost to compute.
+"""Definitions of the figures of decisions, computing times, and the robot's knowledge of itself and of the people.
 
-What the robot knew of itself and of the people, and whether it was as sure as it might be.
+Those of its knowledge say also whether the robot was as sure as it might be.
 """
 
 from collections.abc import Mapping
 from types import MappingProxyType
 
 from mjnav.metrics.definitions.outcome import HIGHER, INTEGER, LOWER, Definition
+
+# -------------------------------------------------------------------------- decisions and computing
+
 
 _NEVER_MET = "never met an obstacle"
 
@@ -71,6 +74,9 @@ COMPUTING: Mapping[str, Definition] = MappingProxyType(
         ),
     }
 )
+
+
+# ------------------------------------------------------------------------ knowledge and consistency
 
 
 _NO_KIDNAPPING = "without [faults] kidnap"

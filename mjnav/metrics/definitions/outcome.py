@@ -1,15 +1,16 @@
-"""What is said of a figure: its type, its unit, what it is, and from where.
+"""Definitions of the figures of a run's outcome, of the people in it, and of the robot's path and motion.
 
-How a run ended and what the robot touched.
-
-What a run was to the people in it.
-
-How the robot went: its path, how close it came to things, how smoothly it moved.
+A definition says a figure's type, its unit, what it is, and its source. The figures of the outcome say how a run ended
+and what the robot touched; those of people, what the run was to them; those of motion, how close the robot came to
+things and how smoothly it moved.
 """
 
 from collections.abc import Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
+
+# --------------------------------------------------------------------------------------- definition
+
 
 STRING, INTEGER, NUMBER, TRUTH = "string", "int64", "double", "bool"  # as Arrow calls them
 LOWER, HIGHER = "lower", "higher"
@@ -40,6 +41,9 @@ class Definition:
     def line(self) -> str:
         """The same behind the unit."""
         return f"[{self.unit}] {self.about}" if self.unit else self.about
+
+
+# ------------------------------------------------------------------------------------------ outcome
 
 
 TABLE_1 = "Francis et al. (2023), table 1"
@@ -116,6 +120,9 @@ OUTCOME: Mapping[str, Definition] = MappingProxyType(
 )  # fmt: skip
 
 
+# ------------------------------------------------------------------------------------------- people
+
+
 HUNAVSIM = "Perez-Higueras et al. (2023)"
 NOT_ASKED = "not asked for, or no such people"
 HALL = f"Hall (1966); {HUNAVSIM}"
@@ -188,6 +195,9 @@ PEOPLE: Mapping[str, Definition] = MappingProxyType(
         ),
     }
 )  # fmt: skip
+
+
+# ---------------------------------------------------------------------------------- path and motion
 
 
 PATH: Mapping[str, Definition] = MappingProxyType(

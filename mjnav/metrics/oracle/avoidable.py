@@ -1,9 +1,8 @@
-"""A run as the oracle knows it: where everybody truly was, what stands, and where the robot was to go.
+"""Whether what went wrong in a run could have been avoided: an oracle that knows the true paths of all people.
 
-Whether what went wrong in a run could have been avoided: an oracle that knows the true paths of all people.
-
-It drives some thousands of plans (`oracle.plans`) from the robot's true pose and twist, within the robot's limits and
-without noise, delay or a margin, among what stands and the people as they walked in the run.
+The oracle knows where everybody truly was, what stands, and where the robot was to go. It drives some thousands of
+plans (`oracle.rollouts`) from the robot's true pose and twist, within the robot's limits and without noise, delay or a
+margin, among what stands and the people as they walked in the run.
 
 * A collision (the run's first contact) was avoidable 2 s or 1 s before if one of the plans from then touches nothing
   until AFTER_CONTACT behind it, or reaches the goal. From the contact on, which ends most runs, people are taken to
@@ -13,7 +12,7 @@ without noise, delay or a margin, among what stands and the people as they walke
   the goal.
 * A time-out was avoidable if the robot stood with a way free for at least as long as the way that was left at the end
   takes at the preferred speed: had it used that time, it would have arrived. A robot that creeps or drives back and
-  forth until the end is not found so.
+  forth until the end is not detected by this.
 
 What it cannot say: people are taken to walk as they did, whatever the robot does. Someone who gave way to the robot
 would not have had to, and someone who would give way to a plan does not. A plan that is not sampled may avoid what no
@@ -35,6 +34,9 @@ from mjnav.metrics.safety import Touch, beginnings, touches
 from mjnav.metrics.social import radii
 from mjnav.scenarios.spec import Scenario
 from mjnav.scenarios.ways import floor_of_robot
+
+# ---------------------------------------------------------------------------- what the oracle knows
+
 
 STEP = 0.05  # [s] of the rollouts
 
@@ -128,6 +130,9 @@ def true_paths(trajectory: Trajectory, times: Array, until: int | None = None) -
     within = np.where(share > 0.0, moved, position[before])
     beyond = (times - time[-1])[:, None, None]
     return np.where(beyond > 1e-6, within + beyond * trajectory.people_velocity[last], within)
+
+
+# ---------------------------------------------------------------------------------------- judgement
 
 
 LEADS = (2.0, 1.0)  # [s] before the contact

@@ -1,19 +1,17 @@
-"""The plans of the oracle: wanted speeds and turn rates over time, some on a grid and some drawn.
+"""Plans of the oracle and their rollouts against known paths, to find the first plan that touches nothing.
 
-A plan wants one (v, omega) in each of its knots of KNOT seconds; the base goes there at its limits of acceleration. All
-lie within what the base takes as a command (`motion.diff_drive.command_bounds`): it may stop always, and reverse where
-its lowest speed is below 0. In this order, which is about that of how often they help:
+A plan wants one (v, omega) in each of its knots of KNOT seconds, some on a grid and some drawn; the base goes there at
+its limits of acceleration. All lie within what the base takes as a command (`motion.unicycle.command_bounds`): it may
+stop always, and reverse where its lowest speed is below 0. In this order, which is about that of how often they help:
 
 * one (v, omega) throughout: full braking, constant arcs, turning on the spot, straight back;
 * one, then another from 0.5, 1 or 2 s on: brake, then go; swerve and return; back off and wait;
 * stop and turn on the spot by one of TURNED, then go on an arc, and after 1 s on another;
 * drawn at every knot of 0.5 or 1 s, a third of them at a limit.
 
-Drives plans against paths that are known, and finds the first that touches nothing.
-
-In each step the base's (v, omega) move towards the wanted ones at its limits of acceleration, and it drives the arc of
-their means. People move straight within a step, and so does the robot for the distances: at 1 m/s and steps of 0.05 s
-an arc of 1.5 rad/s leaves its chord by 0.5 mm.
+In each step of a rollout the base's (v, omega) move towards the wanted ones at its limits of acceleration, and it
+drives the arc of their means. People move straight within a step, and so does the robot for the distances: at 1 m/s and
+steps of 0.05 s an arc of 1.5 rad/s leaves its chord by 0.5 mm.
 """
 
 from functools import lru_cache
@@ -29,6 +27,9 @@ from mjnav.geometry.way_field import WayGrid, way_lookup
 from mjnav.messages import Array, RobotLimits
 from mjnav.motion.unicycle import arc, command_bounds
 from mjnav.rng import stream
+
+# -------------------------------------------------------------------------------------------- plans
+
 
 HORIZON = 4.0  # [s]
 KNOT = 0.5  # [s]
@@ -80,6 +81,9 @@ def _turned(angle: float, speeds: list[float], max_turn_rate: float) -> list[Arr
     return found
 
 
+# ----------------------------------------------------------------------------------------- rollouts
+
+
 SLACK = 0.2  # [m] by which a way left may change more than the robot drives: two cells of its grid
 
 
@@ -116,7 +120,7 @@ class Way(NamedTuple):
 
 @exact
 def ramp(value, target, limit, step):
-    """Mean and end of a set-point on its way to `target` at the limit, as `motion.diff_drive.ramp_mean`."""
+    """Mean and end of a set-point on its way to `target` at the limit, as `motion.unicycle.ramp_mean`."""
     change = min(max(target - value, -limit * step), limit * step)
     end = value + change
     return end - 0.5 * change * (abs(change) / limit) / step, end
