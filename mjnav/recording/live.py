@@ -1,13 +1,12 @@
-"""Protects the live server from foreign web pages: which connections are passed on to it.
+"""The live view of a run: a WebSocket server for Foxglove and Lichtblick, protected from foreign web pages.
 
-Any page in a browser can open a WebSocket to this machine, and foxglove-sdk does not check the origin. So its server
-listens at a random loopback address and port, one of 2^39, which no page can find by trying; the door listens where
-users connect, reads each handshake, and passes on the bytes of the connections that are allowed.
+`FrontDoor` decides which connections are passed on to the server. Any page in a browser can open a WebSocket to this
+machine, and foxglove-sdk does not check the origin. So its server listens at a random loopback address and port, one of
+2^39, which no page can find by trying; the front door listens at the port to which users connect, reads each handshake,
+and passes on the bytes of the connections that are allowed.
 
-A live view of a run: a WebSocket server that Foxglove and Lichtblick connect to.
-
-It sends the bytes that go to the file, and drawings of the candidates beside them. Every client has a queue in the
-server's own threads, which drops the oldest messages where that client is slow; the loop waits for none.
+`LiveServer` sends the bytes that go to the file, and drawings of the candidates beside them. Every client has a queue
+in the server's own threads, which drops the oldest messages where that client is slow; the loop waits for no client.
 """
 
 import os
@@ -28,6 +27,9 @@ from mjnav.scenarios.spec import Scenario
 if TYPE_CHECKING:
     from foxglove import Channel
     from foxglove.websocket import WebSocketServer
+
+
+# -------------------------------------------------------------------------- protection from web pages
 
 
 APPS = (
@@ -207,6 +209,9 @@ def _pass_on(client: socket.socket, server: socket.socket) -> None:
                 else:
                     ready.unregister(source)
                     target.shutdown(socket.SHUT_WR)
+
+
+# --------------------------------------------------------------------------------------------- server
 
 
 PORT = 8765

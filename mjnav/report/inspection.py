@@ -1,8 +1,8 @@
-"""How good each belief of a run was, body by body, as inspection and pages name them.
+"""What a log holds and how its run went: `mjnav inspect` prints it, a page shows it.
 
-The people of a scene as inspection and pages name them: how they walk, and how they take the robot.
+`judged_beliefs` says how good each belief of the run was, body by body.
 
-What a log holds and how its run went: `mjnav inspect` prints it, a page shows it.
+`shown_people` describes the people of the scene: how they walk, and how they take the robot.
 """
 
 import os
@@ -25,6 +25,8 @@ from mjnav.recording.read.ticks import EVERY_TICK, LoggedRun
 from mjnav.report.worst_moments import WorstMoment, worst_moments
 from mjnav.scenarios.people import REGULAR, Person
 from mjnav.scenarios.spec import BEHAVIOURS, Scenario
+
+# -------------------------------------------------------------------------------------------- beliefs
 
 
 @dataclass(frozen=True, slots=True)
@@ -99,6 +101,9 @@ def _judged(
     )
 
 
+# --------------------------------------------------------------------------------------------- people
+
+
 @dataclass(frozen=True, slots=True)
 class ShownPerson:
     """How a person walks, takes the robot, and when they come and go."""
@@ -144,6 +149,9 @@ def _ranges(numbers: Sequence[int]) -> Iterator[str]:
     ends = [number for number in numbers if number + 1 not in numbers]
     for first, last in zip(starts, ends, strict=True):
         yield f"{first}" if first == last else f"{first} to {last}"
+
+
+# ----------------------------------------------------------------------------------------- inspection
 
 
 NUM_SHOWN = 10  # ranges of bytes and of ticks that sentences name

@@ -1,6 +1,6 @@
-"""Scans as the robot placed them: by what it believed when each beam was taken.
+"""For pictures and films: what a robot that localizes or tracks people by its lidar sees and believes at each moment.
 
-What a robot that goes by its lidar sees and believes of people, from moment to moment, for pictures and films.
+`scan_points` places a scan as the robot did: by the pose that it believed when each beam was taken.
 """
 
 from bisect import bisect_right

@@ -1,8 +1,8 @@
-"""What a robot that plans ahead weighed, from moment to moment, for pictures and films.
+"""A moment of a logged run as a picture, and the run as a film: `mjnav render` and `mjnav.render`.
 
-A run as a film: its states at and between ticks, in a file that browsers play.
+`PlanViews` has what a robot that plans ahead compared at each moment.
 
-A moment of a logged run as a picture, and the run as a film: `mjnav render` and `mjnav.render`.
+A film shows the run's states at and between ticks, in a file that browsers play.
 """
 
 import os
@@ -30,6 +30,9 @@ if TYPE_CHECKING:
     from PIL.Image import Image
 
 
+# ---------------------------------------------------------------------------------------------- plans
+
+
 _SAME = 1e-6  # [s] between two moments that are one
 
 
@@ -55,6 +58,9 @@ def _decoded(log: Log, message: Any) -> PlanShown:
         return decode_plan(message)
     except ValueError as error:
         raise DamagedLogError(f"{log.path}: damaged: /plan holds {error}") from error
+
+
+# ---------------------------------------------------------------------------------------------- films
 
 
 CODEC = "libx264"
@@ -152,6 +158,9 @@ def write_film(path: str | PathLike[str], frames: Iterable[NDArray[np.uint8]], f
             count += 1
         film.mux(stream.encode())
     return count
+
+
+# --------------------------------------------------------------------------------------------- render
 
 
 PICTURE_SIZE, FILM_SIZE = (1280, 560), (960, 540)  # [pixels]

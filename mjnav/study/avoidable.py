@@ -1,6 +1,8 @@
-"""Which logs are meant by a file, a folder of logs, or a study: those that its sweep kept.
+"""Asks the oracle of each log of a study or folder whether its outcome was avoidable, and counts the answers by method.
 
-Each log judged by the oracle, and the methods beside one another.
+`sources` finds the logs that a file, a folder of logs or a study stands for: of a study, those that its sweep kept.
+
+`judge` asks the oracle about one log; `by_method` puts the methods beside one another.
 """
 
 from collections.abc import Iterable, Sequence

@@ -1,4 +1,6 @@
-"""The event whose risk is predicted. It is the same for all methods, whatever form, margin and horizon they use:
+"""Risk calibration: the predicted share of colliding samples at the chosen control, against the observed frequency.
+
+The event whose risk is predicted is the same for all methods, whatever form, margin and horizon they use:
 
     the robot, at the velocity that its control gives it, and the discs, at theirs, touch within 5 s:
     f > 0 for any person, leg or pillar, f in the segment form with R the sum of the radii (no margin).
@@ -6,15 +8,13 @@
 The robot's velocity is the candidates': (v + dv) [cos(theta + (omega + domega) tau), sin(...)], tau = 0.4 s. Walls are
 left out: they have a horizon of their own.
 
-How often a control collides if the robot keeps it and people keep their velocities.
+Rollouts say how often a control collides if the robot keeps it and people keep their velocities. From the true state
+the robot accelerates to (v, omega) within its limits and keeps it for the event's 5 s: an arc, where the candidates'
+cone has a straight line. Each draw of the actuation noise holds for 0.1 s, as in the world. People walk straight on at
+their true velocities; neither contacts nor walls stop anybody.
 
-From the true state the robot accelerates to (v, omega) within its limits and keeps it for the event's 5 s: an arc,
-where the candidates' cone has a straight line. Each draw of the actuation noise holds for 0.1 s, as in the world.
-People walk straight on at their true velocities; neither contacts nor walls stop anybody.
-
-Observations drawn around the true state, in place of a filter's belief.
-
-State = truth - error, as a belief is a reading minus its noise; the errors are the world's noise channels:
+Observations drawn around the true state take the place of a filter's belief. State = truth - error, as a belief is a
+reading minus its noise; the errors are the world's noise channels:
 
     robot   x, y, theta   pose.x, pose.y, pose.theta
     control dv, domega    actuation.v, actuation.omega (added, not subtracted)
@@ -22,17 +22,16 @@ State = truth - error, as a belief is a reading minus its noise; the errors are 
     person  vx, vy        detection.x, detection.y over 1 s: a velocity is a slope of detections in a second, and its
                           error has about that size (0.95 of it for least squares at 10 Hz)
 
-Risk calibration: the predicted share of colliding samples at the chosen control, against the observed frequency.
+The predicted share and the observed frequency are probabilities of the event, taken at every k-th decision along runs
+of the method:
 
-Both are probabilities of one event (`collision_event`), taken at every k-th decision along runs of the method:
-
-    direct     The method decides on N = M samples drawn around the true state (`true_draws`) at the moment when the
-               run's decision took effect. The share of colliding pairs, against fresh draws from the same
-               distributions. Errors come from few samples, and from choosing a control for which they look good.
+    direct     The method decides on N = M samples drawn around the true state (`around_truth`) at the moment when the
+               run's decision took effect. Its prediction is the share of colliding pairs, against fresh draws from the
+               same distributions. Errors come from few samples, and from choosing a control for which they look good.
     filtered   The run's own decision on the filters' samples, against the event from the true state at the moment of
                effect, with fresh draws of the actuation noise. Errors come from the beliefs as well.
-    rollout    The same forecast, against rollouts from that state (`rollout`): the control kept as an arc, noise that
-               changes every 0.1 s. Errors come from the candidates' model of motion as well.
+    rollout    The same forecast, against rollouts from that state (`share_of_rollouts`): the control kept as an arc,
+               noise that changes every 0.1 s. Errors come from the candidates' model of motion as well.
 
 The fresh draws are made once a run and shared by its decisions. A decision that never takes effect does not count.
 """
@@ -61,6 +60,9 @@ from mjnav.rng import stream
 from mjnav.scenarios.load import with_seed
 from mjnav.scenarios.spec import Scenario
 from mjnav.study.sweep.workers import TimeLimit, in_order
+
+# ---------------------------------------------------------------------------------------------- event
+
 
 # The methods' shared defaults; every disc counts.
 EVENT = Parameters(safety_margin=0.0, sensing_range=inf, max_obstacles=1_000_000)
@@ -99,6 +101,9 @@ def share_of_draws(observation: Observation, control: tuple[float, float], limit
         )
         hit |= f > 0.0
     return float(hit.mean())
+
+
+# ------------------------------------------------------------------------------------------- rollouts
 
 
 NUM_WINDOWS = round(EVENT.horizon / NOISE_WINDOW)
@@ -155,6 +160,9 @@ def share_of_rollouts(truth: Observation, control: tuple[float, float], limits: 
     radius = np.array([limits.radius + disc.radius for disc in truth.obstacles])
     columns = [np.ascontiguousarray(a) for a in (*position.T, *velocity.T)]
     return _num_hits(x, y, heading, twist, noise, *columns, radius, NOISE_WINDOW) / len(noise)
+
+
+# ----------------------------------------------------------------------------- draws around the truth
 
 
 VELOCITY_WINDOW = 1.0  # [s] of detections behind a velocity
@@ -232,6 +240,9 @@ def around_truth(observation: Observation, truth: WorldState, errors: Errors) ->
         obstacles=(*people, *observation.obstacles[num_people:]),
         time=truth.time,
     )
+
+
+# ---------------------------------------------------------------------------------------- calibration
 
 
 SETTINGS = ("direct", "filtered", "rollout")

@@ -1,9 +1,9 @@
 """The logs that a sweep keeps beside its rows: logs/<scene>-<setting>-<method>-<seed>-<id>.mcap.
 
-A row names its log in the column `log`. Folders of results come from elsewhere, too: what is no name of this form, or
-lies behind a link, is no log.
+A row names its log in the column `log`. As folders of results may come from elsewhere, a file is taken for a log only
+if its name has this form and it does not lie behind a link.
 
-The log that one episode of a sweep is to keep: its path, whether it is there, and what a fault of it is.
+`Keep` is the log of one episode while the sweep runs: its path, and whether it is kept. `LogFault` is an error of it.
 """
 
 import platform

@@ -1,10 +1,11 @@
-"""Everything that run files, study files and options may name, with a sentence each: what `mjnav list` prints.
+"""Reference of the names and keys of run files and study files: lists, JSON Schemas and tables of keys.
 
-The JSON Schemas of run files and study files, with the parameters of every method.
+`mjnav list` prints the catalogue: everything that run files, study files and options may name, with a sentence each.
 
-Every key of run files and study files, with the parameters of every method: what `mjnav keys` prints.
+The JSON Schemas of run files and study files have the parameters of every method.
 
-The same fields and marks make the JSON Schema (`file_schema`).
+`mjnav keys` prints the keys: every key of run files and study files, with the parameters of every method. The schemas
+and the keys come from the same fields and marks.
 """
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -28,6 +29,8 @@ from mjnav.scenarios.people import TEMPERAMENTS
 from mjnav.scenarios.prediction import MODELS
 from mjnav.scenarios.spec import BEHAVIOURS, ENGINES, Control, Scenario
 from mjnav.study.study_file import StudyFile, studies
+
+# ------------------------------------------------------------------------------------------ catalogue
 
 
 def _with_registered(kind: Kind, shipped: Mapping[str, str], prefix: str = "") -> dict[str, str]:
@@ -120,6 +123,9 @@ def names(kind: str) -> Mapping[str, str]:
     return _KINDS[wanted]()
 
 
+# --------------------------------------------------------------------------------------- JSON Schemas
+
+
 _PERIOD = 1.0 / Control().rate  # [s] for which defaults are shown
 
 
@@ -194,6 +200,9 @@ def _references(part: object) -> Iterator[str]:
 def _method(schema: Schema) -> Schema:
     """A method's name, or a user's own class."""
     return {**schema, "anyOf": [{"enum": list(control.names())}, {"pattern": ":"}]}
+
+
+# ----------------------------------------------------------------------------------------------- keys
 
 
 _METHOD = "control.method"

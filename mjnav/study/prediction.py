@@ -1,19 +1,18 @@
-"""Predictions of people against where they went, one person and moment at a time.
+"""Measures models of human motion prediction over a log, a scene or a recording, and compares their figures.
 
-Figures of several models over the same predictions, with intervals. The unit is the person.
+A forecast is one prediction of one person at one moment, compared with where the person went.
 
-Predictions of one person at neighbouring moments say nearly the same: a person's predictions are averaged first, and
-the intervals are those of a mean over people (bootstrap, the same people drawn for every figure).
+The figures of several models are over the same predictions, with intervals. The unit is the person: predictions of one
+person at neighbouring moments say nearly the same, so a person's predictions are averaged first, and the intervals are
+those of a mean over people (bootstrap, the same people drawn for every figure).
 
-Moments of a run: what was believed of the people, or what was true of them, tick by tick.
+Moments of a run hold what was believed of the people, or what was true of them, tick by tick.
 
-Moments of a recording of people: as exactly as it says, or as a tracker believes from noisy detections.
-
-The protocol of Pellegrini et al. 2009 and of those who followed: a person counts who was seen at 8 frames in a row, and
-is predicted over the next 12, all 0.4 s apart; every such window counts. With exact positions the velocity is that of
-the last step. A tracker detects everybody between the frames too, on a cubic spline through the recorded positions.
-
-Measures models of prediction over a log, a scene or a recording.
+Moments of a recording of people hold the recorded positions, or what a tracker believes from noisy detections. They
+follow the protocol of Pellegrini et al. 2009 and of those who followed: a person counts who was seen at 8 frames in a
+row, and is predicted over the next 12, all 0.4 s apart; every such window counts. With exact positions the velocity is
+that of the last step. A tracker detects everybody between the frames too, on a cubic spline through the recorded
+positions.
 """
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -42,6 +41,8 @@ from mjnav.scenarios.crowd.tracks import Track as RecordedTrack
 from mjnav.scenarios.overrides import Override
 from mjnav.scenarios.people import ConstantVelocity, Person
 from mjnav.scenarios.spec import Scenario
+
+# ------------------------------------------------------------------------------------------ forecasts
 
 
 @dataclass(frozen=True, slots=True)
@@ -85,6 +86,9 @@ def forecasts(
                 observed = whereabouts(track.name, moment.time + ahead)
                 if np.isfinite(observed[-1]).all():
                     yield Forecast(track.name, moment.time, path_scores(paths[p, :, 1:], observed))
+
+
+# ---------------------------------------------------------------------------------- figures of models
 
 
 FIGURES = ("ade_m", "fde_m", "min_ade_m", "energy_m", *(f"inside_{100 * level:g}" for level in LEVELS))
@@ -155,6 +159,9 @@ def _figures(
     )
 
 
+# ----------------------------------------------------------------------------------- moments of a run
+
+
 def moments(
     trajectory: Trajectory, scenario: Scenario, *, exact: bool, num: int, every: float, seed: int
 ) -> Iterator[Moment]:
@@ -205,6 +212,9 @@ def _belief(trajectory: Trajectory, k: int, p: int, *, exact: bool) -> tuple[Arr
         return mean, np.zeros((4, 4))
     values, axes = np.linalg.eigh(symmetric(trajectory.track_triangle[k, p], 4))
     return mean, axes * np.sqrt(np.maximum(values, 0.0))
+
+
+# ----------------------------------------------------------------------------- moments of a recording
 
 
 SEEN = 8  # frames, the latest among them
@@ -304,6 +314,9 @@ class _TrackedPiece:
         (track,) = self._tracker.update(reading)
         drawn = shuffled(track.particles, track.weights, num, self._draws)
         return replace(track, name=self._label), time - self.start, drawn
+
+
+# ------------------------------------------------------------------------------------------ measuring
 
 
 # What a model of prediction may ask of a scenario, where a recording has none.

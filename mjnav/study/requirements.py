@@ -6,7 +6,7 @@ A requirement is on the value itself, in a table on the point estimate: interval
 undefined (null) meets no requirement. True is 1 and false is 0. WHERE is a scene, a setting, a method or several of
 them in this order with slashes between; * stands for any text.
 
-The figures that requirements may be about: of each cell of a table, or of a cell before and after.
+Requirements may be about the figures of a run, of each cell of a table, or of a cell before and after.
 """
 
 import operator
@@ -26,6 +26,9 @@ from mjnav.study.compare.chosen_figures import is_cost, numbers
 from mjnav.study.compare.compare import MethodRow
 from mjnav.study.compare.study_comparison import CellPlace, StudyComparison
 from mjnav.study.store.row import FIGURES, is_own
+
+# --------------------------------------------------------------------------------------- requirements
+
 
 OPTION = "--require"
 ALLOWED = (
@@ -153,6 +156,9 @@ def _value(found: object) -> Value:
 
 def _text(value: Value) -> str:
     return "null" if value is None else value if isinstance(value, str) else f"{value:.6g}"
+
+
+# ----------------------------------------------------------------------------------- figures of cells
 
 
 COUNTS = ("episodes", "failed", "missing")

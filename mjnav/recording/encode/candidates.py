@@ -1,13 +1,13 @@
-"""/candidates: what the controller weighed up, as arrays.
+"""Encodes the candidates of a decision: controls and costs, arcs as drawings, and the samples of one constraint.
 
-v and omega are doubles, so that the chosen one is found again by equality. The costs are float32: seven digits, half
-the bytes. What the chosen candidate cost stands in /decision to the last bit.
+/candidates holds what the controller compared, as arrays. v and omega are doubles, so that the chosen candidate is
+found again by equality. The costs are float32: seven digits, half the bytes. /decision has the chosen candidate's cost
+to the last bit.
 
-/candidates/arcs: the candidates as coloured lines, for viewers that draw what a log holds.
+/candidates/arcs holds the candidates as coloured lines, for viewers that draw what a log holds. The live server sends
+it, and a log has it where its run file says `[log] drawings = true`.
 
-The live server sends it, and a log has it where its run file says `[log] drawings = true`.
-
-/cone: the constraint's samples for the closest obstacle at the chosen control.
+/cone holds the constraint's samples for the closest obstacle at the chosen control.
 """
 
 from dataclasses import dataclass
@@ -25,6 +25,9 @@ from mjnav.motion.unicycle import integrate
 from mjnav.recording.encode import geometry as wire
 from mjnav.recording.encode.geometry import WORLD_FRAME, pose, time_ns
 from mjnav.recording.encode.schemas import Fields, Schema, protobuf_schema
+
+# ----------------------------------------------------------------------------------------- candidates
+
 
 NONE_CHOSEN = -1
 MAX_COSTS = 10_000_000  # of all constraints in one message; a damaged one may name millions of empty columns
@@ -112,6 +115,9 @@ def decode_candidates(message: Any) -> LoggedCandidates:
     return LoggedCandidates(pose.reshape(3), decision.reshape(2), costs, chosen)
 
 
+# ----------------------------------------------------------------------------------------------- arcs
+
+
 PREVIEW = 1.0  # [s] that an arc is drawn ahead
 NUM_CORNERS = 2  # of an arc, beside its start
 NUM_LEVELS = 8  # of colour
@@ -175,6 +181,9 @@ def encode_arcs(time: float, estimate: Array, control: ArrayLike, costs: Candida
     v, omega = np.asarray(control, float)
     lines.append(_line(_DECIDED, estimate, np.array([v]), np.array([omega])))
     return wire.delimited(2, wire.timestamp(1, time_ns(time, epoch)) + _ENTITY + b"".join(lines))
+
+
+# ----------------------------------------------------------------------------------------------- cone
 
 
 def cone_schema() -> Schema:

@@ -1,21 +1,22 @@
-"""Protobuf's wire format for what a tick repeats hundreds of times.
+"""Encodes protobuf messages of points, transforms, poses and scans, in part directly as bytes.
 
-A field is its tag (number << 3 | wire type) and its value; a submessage is a tag, its length and its bytes; joining the
-bytes of messages merges them. A point of two doubles has always the same length, so a table of points is one
-structured array, and a message of which only some doubles change is bytes with holes. Building a message object for
-each point takes a hundred times as long.
+Protobuf's wire format is written directly for what a tick repeats hundreds of times. A field is its tag
+(number << 3 | wire type) and its value; a submessage is a tag, its length and its bytes; joining the bytes of messages
+merges them. A point of two doubles has always the same length, so a table of points is one structured array, and a
+message of which only some doubles change is bytes with holes. Building a message object for each point takes a hundred
+times as long.
 
 Source: https://protobuf.dev/programming-guides/encoding/
 
-/tf, /robot/truth and /robot/estimate: transforms and poses as Foxglove's messages.
-
-Frames are those of REP 105: map -> odom -> base_link -> lidar, and beside them map -> base_link_truth. The robot's
-odometry leads from odom to base_link, without jumps but with drift. From map to odom is the correction that brings
-base_link to the mean of the belief. What is stamped is simulated time, or wall time where `epoch` [ns] is added to it.
+/tf, /robot/truth and /robot/estimate hold transforms and poses as Foxglove's messages. Frames are those of REP 105:
+map -> odom -> base_link -> lidar, and beside them map -> base_link_truth. The robot's odometry leads from odom to
+base_link, without jumps but with drift. From map to odom is the correction that brings base_link to the mean of the
+belief. Messages are stamped with simulated time, or with wall time where `epoch` [ns] is added to it.
 
 Source: https://ros.org/reps/rep-0105.html
 
-/scan as foxglove.LaserScan: a scan's ranges in the lidar's own frame, and where that frame is on the robot.
+/scan holds a foxglove.LaserScan: the ranges of a scan in the lidar's own frame. The transform to this frame from the
+robot's is constant.
 """
 
 import struct
@@ -37,6 +38,9 @@ from mjnav.geometry.angles import wrap
 from mjnav.messages import Array, Reading, TickRecord, WorldState
 from mjnav.motion.unicycle import LIDAR_HEIGHT
 from mjnav.scenarios.sensors import Lidar
+
+# ---------------------------------------------------------------------------------------- wire format
+
 
 VARINT, FIXED64, LENGTH_DELIMITED = 0, 1, 2
 
@@ -132,6 +136,9 @@ def packed_doubles(number: int, values: ArrayLike) -> bytes:
 def packed_floats(number: int, values: ArrayLike) -> bytes:
     """Packed repeated field `number` of floats."""
     return delimited(number, np.asarray(values, "<f4").tobytes())
+
+
+# ------------------------------------------------------------------------------- transforms and poses
 
 
 WORLD_FRAME = "map"
@@ -233,6 +240,9 @@ def encode_true_transform(truth: WorldState, epoch: int = 0) -> bytes:
 def encode_pose(time: float, robot_pose: Array, epoch: int = 0) -> bytes:
     """foxglove.PoseInFrame: a pose (3,) in the world's frame."""
     return timestamp(1, time_ns(time, epoch)) + _PLACED.fill(_planar(robot_pose))
+
+
+# ----------------------------------------------------------------------------------------------- scan
 
 
 class ScanEncoder:

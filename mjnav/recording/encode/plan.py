@@ -1,8 +1,12 @@
-"""/plan: what a method that plans ahead weighed, as arrays of float32: a metre to the micrometre, half the bytes.
+"""Encodes what a method that plans ahead compared, and draws the plan and the predicted ways of people in /scene.
 
-Part of /scene: the plan that the robot follows, where it would stand at its end, and the rollouts beside it.
+/plan holds the plan, its rollouts and the violations of its samples as arrays of float32: a metre to the micrometre,
+half the bytes.
 
-Part of /scene: how the people closest to the robot are predicted to go on, a line a sample.
+The entity `plan` of /scene draws the plan that the robot follows, where the robot would stand at the plan's end, and
+the rollouts beside it.
+
+The entities `..._future` of /scene draw how the people closest to the robot are predicted to go on, a line a sample.
 """
 
 from collections.abc import Sequence
@@ -23,6 +27,9 @@ from mjnav.recording.encode import geometry as wire
 from mjnav.recording.encode.candidates import LEVEL_HEADERS, RESOLUTION, level_bounds, line_header
 from mjnav.recording.encode.geometry import WORLD_FRAME, pose
 from mjnav.recording.encode.schemas import Fields, Schema, protobuf_schema
+
+# ----------------------------------------------------------------------------------------------- plan
+
 
 _PLAN: Fields = (
     ("step", "double", False),  # [s] between the positions of a path
@@ -63,6 +70,9 @@ def decode_plan(message: Any) -> PlanShown:
         raise ValueError(f"a path of {path.size} numbers, {cost.size} rollouts of {fan.size} in all")
     path = path.reshape(-1, 2)
     return PlanShown(message.step, path, fan.reshape(cost.size, *path.shape), cost, violation, message.feasible)
+
+
+# ---------------------------------------------------------------------------------- plan in the scene
 
 
 FAN_POINTS = 5  # drawn of a rollout, evenly over its time, the last is its end
@@ -129,6 +139,9 @@ def _stand(color: Color) -> wire.Template:
 
 
 _STAND, _RED_STAND = _stand(_PALE_BLUE), _stand(_PALE_RED)
+
+
+# ---------------------------------------------------------------------- predicted people in the scene
 
 
 MOST_PEOPLE = 3  # nearest first

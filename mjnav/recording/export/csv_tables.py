@@ -1,12 +1,10 @@
-"""Cells of CSV files that are safe to open in a spreadsheet.
-
-Tidy tables: a CSV file for each kind of row, a row for each thing observed, a column for each of its figures.
+"""Exports a log as tidy CSV tables: a file for each kind of row, a row for each observation, a column for each figure.
 
 Every table begins with the number of the tick and the simulated time, by which tables join. columns.csv has the unit of
 each column of each table. Numbers are the shortest decimals that read back as the same number: pandas 3 reads them
 exactly, earlier versions with `read_csv(..., float_precision="round_trip")`. Particles and the cone's samples are
 float32 in the log and here. A value that is missing or not finite in a JSON message is an empty field. A text that a
-spreadsheet would take for a formula has an apostrophe before it.
+spreadsheet would take for a formula has an apostrophe before it (`neutral`).
 """
 
 import csv

@@ -1,10 +1,8 @@
-"""What stands still in a rerun recording, the shapes of robot and people, and how far the robot is from all of them.
-
-A recording for the rerun viewer: one .rrd file with the timeline `sim_time` [s].
+"""Exports a log as a recording for the rerun viewer: one .rrd file with the timeline `sim_time` [s].
 
 `world` holds the scene, the robot and the people as they are and as they are believed to be, all particles, the scan at
-the believed pose, and the chosen arc; `plots` holds scalars; `log` the status of the decisions and the events. Points
-are single precision.
+the believed pose, and the chosen arc; `plots` holds scalars, such as the robot's clearance from its surroundings; `log`
+holds the status of the decisions and the events. Points are single precision.
 """
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -26,6 +24,9 @@ from mjnav.recording.encode.plan import decode_plan
 from mjnav.recording.encode.scene import PERSON_HEIGHT, ROBOT_HEIGHT, TABLE_TOP
 from mjnav.recording.read.log import Log, LogMessage
 from mjnav.scenarios.spec import Scenario
+
+# ------------------------------------------------------------------------ scene, bodies and clearance
+
 
 _GREY, _WOOD, _GREEN = (140, 145, 153), (166, 115, 64), (38, 191, 77, 150)
 _BLUE, _GHOST, _RED = (38, 102, 230), (32, 96, 255, 120), (230, 90, 64)
@@ -121,6 +122,9 @@ def _corners(start: Array, end: Array, thickness: float) -> Array:
     along = (end - start) / hypot(*(end - start))
     across = 0.5 * thickness * np.array([-along[1], along[0]])
     return np.array([start + across, end + across, end - across, start - across])
+
+
+# ------------------------------------------------------------------------------------------ recording
 
 
 TOPICS = (

@@ -1,14 +1,13 @@
-"""What stands at one byte of an MCAP file: a record whose checksum fits, one that only reads well, or none.
+"""Random access to a damaged MCAP file: the intact record at a given byte, if any, and the file's summary section.
 
 A record is an opcode (u8), a length (u64) and a body. Chunks and attachments have checksums of their own. Of all other
 records only the form can be checked: whether the record, written again, is the same bytes.
 
+The summary section at the end of the file is used where its checksum fits. It repeats every schema and channel and
+counts the messages, which helps to read a damaged log. Where bytes were inserted or removed before it, it has moved:
+then it is searched for behind the record that ends the data.
+
 Source: https://mcap.dev/spec
-
-The summary section at the end of an MCAP file, where its checksum fits.
-
-It repeats every schema and channel and counts the messages, which helps to read a damaged log. Where bytes were
-inserted or removed before it, it stands elsewhere: then it is searched for behind the record that ends the data.
 """
 
 import os
@@ -42,6 +41,9 @@ from mjnav.recording.read.records import (
     open_file,
     parse_record,
 )
+
+# -------------------------------------------------------------------------------------------- records
+
 
 _BLOCK = 2**20  # [bytes] read at a time
 _FRAME_MAGIC = MappingProxyType({b"lz4": b"\x04\x22\x4d\x18", b"zstd": b"\x28\xb5\x2f\xfd", b"": b""})
@@ -193,6 +195,9 @@ def _unchecked_at(file: FileBytes, place: int, opcode: int, length: int) -> Foun
     except (McapError, struct.error, ValueError):  # what the library's parsers raise at other bytes
         return None
     return FoundRecord(Opcode(opcode), stop, (record,)) if builder.end() == raw else None
+
+
+# ------------------------------------------------------------------------------------ summary section
 
 
 DATA_END_SIZE = HEADER.size + 4

@@ -1,6 +1,6 @@
-"""Brings a log's messages to simulated time, where they are stamped with wall time, and to today's names of frames.
+"""A log that was opened for reading: what it holds, its messages, and its run as arrays.
 
-A log: what it holds, its messages, and its run as arrays.
+`adapter` brings messages to simulated time, where they are stamped with wall time, and to today's names of frames.
 """
 
 import json

@@ -1,12 +1,11 @@
-"""How much memory and reading a file may cost: in proportion to its size, whatever it says of itself.
+"""Reads MCAP records from untrusted files: nothing that a damaged or foreign file says about itself is believed.
 
-A log of `hall` decompresses to 1.5 times its size, with a record for each 2600 bytes; LZ4 can make 255 bytes of one,
-Zstandard a hundred thousand. A message has an index entry of 16 bytes, which no compression makes smaller.
-
-From bytes to MCAP records, believing nothing that a damaged or foreign file says about itself.
+`Budget` limits how much memory and reading a file may cost, in proportion to its size. A log of `hall` decompresses to
+1.5 times its size, with a record for each 2600 bytes; LZ4 can make 255 bytes of one byte, Zstandard a hundred thousand.
+A message has an index entry of 16 bytes, which no compression makes smaller.
 
 mcap's own reader allocates what a length field asks for, accepts a record that is cut short and decompresses without
-bound: fine for a file of one's own, not for one from elsewhere.
+bound. That is fine for the user's own files, but not for files from elsewhere.
 
 Source: https://mcap.dev/spec
 """

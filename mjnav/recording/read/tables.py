@@ -1,10 +1,12 @@
-"""One message of a log, and what is known of a topic once all of its messages were counted.
+"""The tables of a log: their columns with types and units, and the rows that the messages of each topic give.
 
-The shapes of a foxglove.SceneUpdate as rows of numbers.
+`LogMessage` is one decoded message; `TopicSummary` is what is known of a topic once all of its messages were counted.
 
-The tables of each topic: their columns with types and units, and the rows that one message gives.
+The shapes of a foxglove.SceneUpdate become rows of numbers: solids, and the segments of lines.
 
-The rows of a log's tables, some thousand at a time: what CSV files, Parquet files and data frames are made of.
+`TABLES` names the tables of each topic; a table gives the rows of one message.
+
+`blocks` collects the rows, some thousand at a time. CSV files, Parquet files and data frames are made of these blocks.
 """
 
 import struct
@@ -26,6 +28,8 @@ from mjnav.recording.encode.particles import decode_particles
 from mjnav.recording.encode.plan import decode_plan
 from mjnav.recording.read.records import EXPORT, FREE_EXPORT, Budget
 from mjnav.recording.read.ticks import NOT_OURS
+
+# -------------------------------------------------------------------------------- messages and topics
 
 
 class LogMessage(NamedTuple):
@@ -81,6 +85,9 @@ class TopicSummary:
             self.max_gap_at_ns -= epoch
 
 
+# ---------------------------------------------------------------------------------- shapes of a scene
+
+
 def pose_figures(position: Any, turn: Any) -> list[float]:
     """x, y, z of a point and of a quaternion, and its w."""
     return [position.x, position.y, position.z, turn.x, turn.y, turn.z, turn.w]
@@ -120,6 +127,9 @@ def lines(update: Any) -> Iterator[tuple[Any, ...]]:
             color, lift = _color(line.color), line.pose.position.z
             for a, b in segments(line):
                 yield entity.id, number, a.x, a.y, a.z + lift, b.x, b.y, b.z + lift, *color
+
+
+# ------------------------------------------------------------------------------------ form of a table
 
 
 Rows = Iterable[Sequence[Any]]
@@ -405,6 +415,9 @@ TABLES: Mapping[str, tuple[Table, ...]] = MappingProxyType(
         "/tick": (Table("tick", _TIMING, _row(*_TIMING)),),
     }
 )
+
+
+# ------------------------------------------------------------------------------------- blocks of rows
 
 
 BLOCK = 16_384  # rows

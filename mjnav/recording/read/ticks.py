@@ -1,6 +1,8 @@
-"""The log's JSON messages as what the loop knows; the inverse of `encode.json_messages`.
+"""Assembles the ticks of a log from its JSON messages.
 
-Assembles the ticks of a log from its messages, one at a time: no document is kept longer than its tick.
+Functions such as `decode_truth` turn a JSON message into the loop's own types: the inverse of `encode.json_messages`.
+
+`TickAssembler` takes the messages one at a time and keeps no document longer than its tick.
 """
 
 from array import array

@@ -1,6 +1,6 @@
-"""What the figures of a run need of one belief.
+"""A run as arrays, built in the same way from the loop's records and from a log's messages.
 
-A run as arrays, built alike from the loop's records and from a log's messages.
+`Believed` holds what the figures of a run need of the belief about one body.
 """
 
 import re

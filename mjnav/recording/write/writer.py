@@ -1,6 +1,6 @@
-"""The file of a log while it is written: it holds whole records, also after a disk error.
+"""The recorder: writes one MCAP file a run, complete up to its last flush also where the process is killed.
 
-The recorder: one MCAP file a run, complete up to its last flush also where the process is killed.
+`LogFile` is the file while it is written: it holds whole records, also after a disk error.
 """
 
 import errno

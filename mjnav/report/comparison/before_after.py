@@ -1,6 +1,8 @@
-"""Two folders of results for a terminal: what changed, each cell's figures, and the seeds that ended otherwise.
+"""Reports on two compared folders of results: as text for a terminal, as CSV and as JSON.
 
-Two folders of results for programs: a CSV row a figure of a cell, or one JSON document; undefined is null.
+The text has what changed, each cell's figures, and the seeds that ended otherwise.
+
+For programs there are a CSV row for each figure of a cell, or one JSON document; undefined is null.
 """
 
 import csv
@@ -37,6 +39,9 @@ from mjnav.study.compare.compare import Comparison
 from mjnav.study.compare.estimates import RESAMPLES
 from mjnav.study.compare.study_comparison import StudyComparison
 from mjnav.study.keep import kept_log
+
+# ------------------------------------------------------------------------------------------- terminal
+
 
 MAX_KEYS = 20  # that are printed
 MAX_SEEDS = 20  # of a cell and a kind
@@ -164,6 +169,9 @@ def _alone(found: BeforeAfter) -> Iterator[str]:
                 f"{cell.scene}, {cell.setting}, {cell.method}: {cell.num_before} seeds before, {cell.num_after} after, "
                 f"{cell.pairs} in both."
             )
+
+
+# --------------------------------------------------------------------------------------- CSV and JSON
 
 
 HEADER = (

@@ -1,10 +1,10 @@
-"""One figure of one method in a page: its numbers, and its difference from the reference.
+"""Comparisons of methods as one HTML page: charts, sortable tables and the study's background; it loads nothing else.
 
-What is printed is rounded; `data-` attributes bear the values themselves.
+Every figure is there in full precision: what is printed is rounded; `data-` attributes bear the values themselves. A
+table cell has one figure of one method: its numbers, and its difference from the reference.
 
-What a page says of a study beside its tables: how it was made, with which parameters, and its worst episodes.
-
-Comparisons as one page: charts, tables whose columns sort, every figure in full precision, nothing from outside.
+The background is what the page says of a study beside its tables: how it was made, with which parameters, and its worst
+episodes.
 """
 
 import json
@@ -32,6 +32,8 @@ from mjnav.study.compare.worst_seeds import WorstSeed, run_commands, worst_seeds
 from mjnav.study.keep import kept_log
 from mjnav.study.store.store import Store
 from mjnav.study.study_file import StudyFile
+
+# ---------------------------------------------------------------------------------------- table cells
 
 
 def html_cell(cell: ShownCell) -> str:
@@ -73,6 +75,9 @@ def _numbers(element: str, shown: Shown) -> str:
     rest = " ".join(part for part in (shown.interval, shown.count) if part)
     tail = f" <span>{rest}</span>" if rest else ""
     return f"<{element}>{shown.value}{mark}</{element}>{tail}".replace("-", "−")
+
+
+# ---------------------------------------------------------------------------- background of the study
 
 
 @dataclass(frozen=True, slots=True)
@@ -169,6 +174,9 @@ def _parts(text: str) -> Iterator[str]:
 
 def _text(text: str) -> str:
     return escape(printable(text))
+
+
+# ----------------------------------------------------------------------------------------------- page
 
 
 REVISION = re.compile(r"\b([0-9a-f]{10})[0-9a-f]{30}\b")  # of git, of which the first digits are enough

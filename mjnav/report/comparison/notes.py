@@ -1,8 +1,8 @@
-"""How many layouts a table has: the unit of evidence, as seeds of one layout differ in their noise alone.
+"""Notes on the tables of a comparison, in sentences: what the figures mean, what is missing, what calls for care.
 
-Whether the people of a table see the robot: what a method does among people who give way says nothing of others.
-
-What a reader of the tables has to know, in sentences.
+Two notes are about a table's data. One is how many layouts the table has: the layout is the unit of evidence, as seeds
+of one layout differ in their noise alone. The other is whether the people of the table see the robot: what a method
+does among people who give way says nothing about people who do not.
 """
 
 from collections.abc import Iterator, Sequence
@@ -12,10 +12,15 @@ from mjnav.study.compare.chosen_figures import FAULT, is_rate, over_all
 from mjnav.study.compare.estimates import RESAMPLES
 from mjnav.study.compare.study_comparison import StudyComparison
 
+# -------------------------------------------------------------------------------------------- layouts
+
 
 def layouts(num: int) -> str:
     """In words."""
     return "one layout" if num == 1 else f"{num} layouts"
+
+
+# ----------------------------------------------------------------------- whether people see the robot
 
 
 MAX_BEHAVIOURS = 3
@@ -33,13 +38,16 @@ def sight(people: Sequence[str]) -> str:
         case (one,):
             return f"{one} people see the robot"
         case several:
-            more = f" and {len(several) - MAX_NAMED} more" if len(several) > MAX_BEHAVIOURS else ""
-            return f"people see the robot by seed: {', '.join(several[:MAX_NAMED])}{more}"
+            more = f" and {len(several) - MAX_BEHAVIOURS} more" if len(several) > MAX_BEHAVIOURS else ""
+            return f"people see the robot by seed: {', '.join(several[:MAX_BEHAVIOURS])}{more}"
 
 
 def of_table(people: Sequence[str]) -> str | None:
     """The same as one value for programs: "all", "none", "3 of 5", or several with commas; None where there is none."""
     return ", ".join(people) or None
+
+
+# ------------------------------------------------------------------------------- meaning and warnings
 
 
 FEW_SEEDS = 20  # below it a percentile bootstrap's interval is too narrow

@@ -1,6 +1,7 @@
-"""The win ratios of every two methods as a table: a row against a column, the same in text, LaTeX and HTML.
+"""Comparisons for a terminal: columns that do not fit side by side go below one another, under the same methods.
 
-Comparisons for a terminal: columns that do not fit side by side go below one another, under the same methods.
+The win ratios of every two methods are a table in which a row is compared with a column; `win_ratio_between` and
+`shown_between` give its entries in the same way to text, LaTeX and HTML.
 """
 
 from collections.abc import Iterator, Sequence

@@ -1,8 +1,10 @@
-"""F and F^des of every tick as histograms over one common axis.
+"""Layers of a run's page: histograms of the constraint's samples, lidar data, and the likelihood of positions.
 
-What a page shows beside the rest where the robot goes by its lidar: scans, detections, tracks' lives, its map.
+The samples F and F^des of every tick become histograms over one common axis.
 
-How likely a scan is at positions around the believed one, by the localizer's likelihood field.
+Where the robot goes by its lidar, the page also shows scans, detections, the lives of tracks, and the robot's map.
+
+The likelihood of a scan is given at positions around the believed one, by the localizer's likelihood field.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -22,6 +24,9 @@ from mjnav.report.run_page.run_frames import RunFrames
 from mjnav.report.scene_outline import body_outline
 from mjnav.scenarios.spec import Scenario
 from mjnav.scenarios.ways import floor_of_lidar
+
+# ------------------------------------------------------------------------------ histograms of samples
+
 
 NUM_BINS = 36  # at least; one edge is zero, where safe ends
 LOWEST = 0.005  # quantile of all samples where the axis begins: a few that are very safe would squeeze all others
@@ -54,6 +59,9 @@ def cone_bins(cones: Mapping[int, tuple[Array, Array]], num_frames: int) -> Cone
                 share = np.bincount(place, minlength=len(edges) - 1) / part.size
                 shares[frame, row] = np.ceil(255 * share - 0.5 * (share > 1 / 255))
     return ConeBins(-num_safe * width, width, shares)
+
+
+# ---------------------------------------------------------------------------------------------- lidar
 
 
 MAX_BEAMS = 180  # of a scan, evenly over its beams
@@ -111,6 +119,9 @@ def _pack_scans(packer: Packer, frames: RunFrames, every: int, beams: int) -> No
     taken = np.array([frame for frame, _ in scans])
     latest = np.searchsorted(taken, np.arange(len(frames)), side="right") - 1.0
     packer.measured("scan_of", np.where(latest >= 0.0, latest, np.nan), 1.0)
+
+
+# ---------------------------------------------------------------------------- likelihood of positions
 
 
 SIDE = 15  # cells along each axis

@@ -1,6 +1,7 @@
-"""Over time: whether beliefs are as sure as they may be, and how many of their particles count.
+"""The figures of `mjnav inspect --json` as HTML: every figure bears its key and its raw value.
 
-Figures of `mjnav inspect --json` as HTML: every one bears its key and its raw value.
+`pack_consistency` packs two series over time: whether beliefs are as sure as they may be (NEES), and how many of their
+particles count (effective sample size).
 """
 
 import json

@@ -1,8 +1,10 @@
-"""One run of a page: what was found in its log, its place among the page's runs, and what it is called.
+"""The parts of a page of runs beside its key figures: the runs, their parameters, notices, events and details.
 
-How a run was made, as a page shows it: scene, controller, what was set, noise, seed and versions.
+`ShownRun` is one run of a page: what was found in its log, its place among the page's runs, and what it is called.
 
-The parts of a page beside its key figures: notices, worst moments, events, topics and metadata.
+`parameters` shows how each run was made: scene, controller, what was set, noise, seed and versions.
+
+The other parts are notices, legends, worst moments, events, topics and metadata.
 """
 
 import json
@@ -16,6 +18,9 @@ from mjnav.recording.encode.json_messages import dumps
 from mjnav.report.inspection import Inspection, ShownPerson
 from mjnav.report.run_page.page_figures import element, figure_table, flatten, shown
 from mjnav.report.run_page.playback import Playback
+
+# ----------------------------------------------------------------------------------------------- runs
+
 
 _OUTCOMES: Mapping[str, tuple[str, str]] = MappingProxyType(
     {
@@ -74,6 +79,9 @@ def shown_run(number: int, letter: str, inspection: Inspection, playback: Playba
     return ShownRun(number, letter, inspection, document, flatten(document), playback)
 
 
+# ----------------------------------------------------------------------------------------- parameters
+
+
 _DIFFERS = ' class="differs"'
 FACTS = (  # of the log's metadata `mjnav/run`
     ("scene", "scene"),
@@ -110,6 +118,9 @@ def _of_run(run: ShownRun) -> dict[str, str]:
     known = {label: str(info[key]) for key, label in FACTS if info.get(key)}
     first = {label: known.pop(label) for label in ("scene", "controller") if label in known}
     return {**first, **run.playback.parameters, "noise": run.playback.noise, **known}
+
+
+# --------------------------------------------------------------- notices, moments, events and details
 
 
 _TOPIC_COLUMNS = (

@@ -1,11 +1,12 @@
-"""The candidates of a tick as a page keeps them: the window that they cover, and the rank of each in eight levels.
+"""Layers of a run's page about the future: the ranks of candidates, the plan, and the predicted ways of people.
 
-Where the candidates are a grid over (v, omega), the window and the ranks are enough; of a method whose candidates lie
-otherwise, some are kept with their own controls.
+A tick's candidates are kept as the window that they cover, and the rank of each candidate in eight levels. Where the
+candidates are a grid over (v, omega), the window and the ranks are enough; of a method whose candidates are no grid,
+some candidates are kept with their own controls.
 
-What a page shows of a method that plans ahead: its plan, the rollouts beside it, the violation of its samples.
+Of a method that plans ahead, the page shows its plan, the rollouts beside it, and the violation of its samples.
 
-How people are predicted to go on, as a page draws it: a few points of each way that /scene holds.
+Of how people are predicted to go on, the page draws a few points of each way that /scene holds.
 """
 
 from collections.abc import Mapping, Sequence
@@ -19,6 +20,9 @@ from mjnav.messages import Array, PlanShown
 from mjnav.recording.encode.candidates import NUM_LEVELS, level_bounds
 from mjnav.recording.encode.plan import MOST_PEOPLE, MOST_SAMPLES, SUFFIX
 from mjnav.report.run_page.packed import Packer
+
+# ----------------------------------------------------------------------------------------- candidates
+
 
 MAX_FREE = 96  # arcs kept of candidates that are no grid
 NONE = 255  # where there is no arc
@@ -58,6 +62,9 @@ def candidate_ranks(v: Array, omega: Array, total: Array, shape: tuple[int, int]
     low, size = window[[0, 2]], np.maximum(window[[1, 3]] - window[[0, 2]], 1e-9)
     shares = (np.stack([v, omega], axis=-1)[kept] - low) / size
     return CandidateRanks(window, level[kept], np.rint(255 * np.clip(shares, 0.0, 1.0)).astype(np.uint8))
+
+
+# ---------------------------------------------------------------------------------------------- plans
 
 
 MAX_POINTS = 40  # kept of the plan, evenly over its time
@@ -142,6 +149,9 @@ def _pack_fans(packer: Packer, fans: Array) -> None:
     moves = np.abs(np.diff(fans, axis=2, prepend=0.0))
     step = max(FINEST_FAN, float(np.nanmax(moves, initial=0.0)) / 127.0)
     packer.offsets("fan", np.diff(np.rint(fans / step), axis=2, prepend=0.0) * step, step)
+
+
+# ----------------------------------------------------------------------------------- predicted people
 
 
 POINTS = 5  # kept of a way, evenly over its time; the first is where the sample is now

@@ -1,10 +1,11 @@
-"""What changed between two folders of results, as their rows recorded it: scenes, parameters, programs, processor.
-
-Two folders of results compared: for each cell in both, which seeds ended otherwise and how the figures changed.
+"""Two folders of results compared: for each cell in both, which seeds ended otherwise and how the figures changed.
 
 A cell is a scene under a setting and a method. All is paired by seed: the differences after - before, with paired
 bootstrap intervals and p-values (rates: McNemar's exact test), are those of `compare`, with Holm's correction over the
 cells, each figure by itself.
+
+`what_changed` lists what differs between the folders as their rows recorded it: scenes, parameters, programs,
+processor.
 """
 
 from collections import Counter
@@ -36,6 +37,9 @@ from mjnav.study.store.row import PLACE_IN_STUDY, check_own
 from mjnav.study.store.store import Store
 from mjnav.study.study_file import StudyFile
 from mjnav.study.sweep.changes import RowOrigin, content, origins, value_text
+
+# --------------------------------------------------------------------------------------- what changed
+
 
 DIGEST = 12  # characters of a digest of sources that are shown
 
@@ -108,6 +112,9 @@ def _fact_text(fact: str, value: str | None, texts: Mapping[str, str]) -> str:
 def _difference(what: str, was: Mapping[str, None], now: Mapping[str, None]) -> Iterator[tuple[str, str, str]]:
     if was.keys() != now.keys():
         yield what, " or ".join(was), " or ".join(now)
+
+
+# ----------------------------------------------------------------------------- cells before and after
 
 
 BEFORE, AFTER = "before", "after"

@@ -1,11 +1,12 @@
-"""A study's scenes as one, or its scenes and settings: a layout is a draw, and pairs with the other methods' in it.
-
-The methods of a sweep compared: figures with intervals, and differences from a reference method.
+"""The methods of a sweep compared: figures with intervals, and differences from a reference method.
 
 Rates have Wilson intervals. Means are over the seeds that succeeded, or over all where `metrics.definitions` says so,
 with bootstrap intervals. Differences are means over the seeds of both methods that count, with paired bootstrap
 intervals. Their p-values come from sign-flip tests (rates: McNemar's) with Holm's correction over the methods compared
-with one reference. Win ratios are those of `wins`.
+with one reference. Win ratios are those of `estimates`.
+
+`pooled` joins a study's scenes, or its scenes and settings, to one cell: a layout is a draw, and pairs with the other
+methods' episodes in the same layout.
 """
 
 from collections.abc import Collection, Iterator, Mapping, Sequence

@@ -1,15 +1,14 @@
-"""Rates and means of cells with their intervals, and paired differences of two cells.
+"""Statistics of cells of results: rates and means with intervals, paired differences, and win ratios of two methods.
 
 What is drawn with replacement, and whose signs are flipped, are the units of evidence: the rows, or the layouts where
 `CellRows.units` says that several rows are of one.
 
-Two methods over the same seeds, pair by pair: which did better, where a failure is worse than any success.
+A win ratio compares two methods over the same seeds, pair by pair: which did better, where a failure is worse than any
+success. The first of these criteria in which the two episodes of a pair differ decides the pair:
 
-The first of these in which the two episodes of a pair differ decides it:
-
-1. contact: who touched a person or a thing loses, whoever moved or was at fault;
-2. the goal: who did not reach it in time, or whose run was aborted, loses;
-3. of two successes a cost: who took more `time_s` loses, or whatever figure is chosen in its place.
+1. contact: the episode in which the robot touched a person or a thing loses, no matter who moved or was at fault;
+2. the goal: the episode that did not reach it in time, or was aborted, loses;
+3. of two successes a cost: the episode with more `time_s` loses; another figure may be chosen in its place.
 
 What is equal in all of them is a tie: two collisions, two timeouts, two successes at the same cost. The win ratio is
 wins / losses (Pocock, Ariti, Collier & Wang, European Heart Journal 33 (2012) 176, of matched pairs; the hierarchy:
@@ -33,6 +32,9 @@ from mjnav.metrics.intervals import Interval, SharedBootstrap, clustered_wilson,
 from mjnav.rng import stream
 from mjnav.study.compare.cell_rows import CellRows
 from mjnav.study.compare.chosen_figures import is_cost, is_rate, more_is_better
+
+# ----------------------------------------------------------------------- rates, means and differences
+
 
 RESAMPLES = 5_000
 
@@ -176,6 +178,9 @@ def _by_length(rows: Sequence[Array], function_for: Callable[[int], Callable[[Ar
 def _estimate(values: Array, interval: Interval) -> Estimate:
     known = values[np.isfinite(values)]
     return Estimate(float(known.mean()) if known.size else nan, interval, known.size)
+
+
+# ----------------------------------------------------------------------------------------- win ratios
 
 
 COLLIDED, NOT_REACHED, SUCCEEDED = 0.0, 1.0, 2.0

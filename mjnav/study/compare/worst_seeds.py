@@ -1,6 +1,6 @@
-"""The command that repeats the episodes of a cell, which differ in their seed alone.
+"""The episodes of each cell that are worth a look: failed ones, collisions, timeouts, then the least clearance.
 
-The episodes of each cell that are worth a look: failed ones, collisions, timeouts, then the least clearance.
+`run_commands` gives the command that repeats the episodes of a cell, which differ in their seed alone.
 """
 
 import json

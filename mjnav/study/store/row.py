@@ -1,8 +1,8 @@
-"""Figures of users' own metrics in the rows of a sweep: one column holds them all, and tables name them one by one.
-
-One episode as a row: every column of the store with its type and meaning, the same for all studies.
+"""One episode as a row: every column of the store with its type and meaning, the same for all studies.
 
 A figure that is undefined is null. A failed episode has no figures; its `error` says why.
+
+The figures of users' own metrics share one column, `metrics`; tables name each of these figures by itself.
 """
 
 import json

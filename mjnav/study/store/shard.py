@@ -1,16 +1,15 @@
-"""The unpacked sizes of a Parquet file's pages, from their headers: a reader allocates what these say.
-
-A header is a struct in Thrift's compact protocol; its fields 2 and 3 are the page's sizes, unpacked and in the file.
-
-Sources: https://parquet.apache.org/docs/file-format/data-pages/ and the compact protocol's specification,
-https://github.com/apache/thrift/blob/master/doc/specs/thrift-compact-protocol.md
-
-One Parquet file of a sweep's rows: its name, and the checks of its content before anything in it is used.
+"""A shard of a sweep: one Parquet file of rows, its name, and the checks of its content before anything in it is used.
 
 A few bytes of Parquet can expand to any number of rows (nulls and runs of equal values are compressed away) and to any
 length of text. So the numbers of rows, of bytes in pages and of bytes of text are limited by the size of the file
 before they take memory. A shard of a sweep has 70 bytes or more a row; its pages unpack to 1.7 times the file, its
 values to 20 times.
+
+`unpacked_size` reads the unpacked sizes of pages from their headers: a Parquet reader allocates what these say. A
+header is a struct in Thrift's compact protocol; its fields 2 and 3 are the page's sizes, unpacked and in the file.
+
+Sources: https://parquet.apache.org/docs/file-format/data-pages/ and the compact protocol's specification,
+https://github.com/apache/thrift/blob/master/doc/specs/thrift-compact-protocol.md
 """
 
 import hashlib
@@ -25,6 +24,9 @@ from mjnav.study.store.row import COLUMNS, PLACE_IN_STUDY
 
 if TYPE_CHECKING:
     import pyarrow
+
+# ------------------------------------------------------------------------------------- sizes of pages
+
 
 _STOP, _TRUE, _FALSE, _BYTE, _I64, _DOUBLE, _BINARY, _STRUCT = 0, 1, 2, 3, 6, 7, 8, 12
 _UNPACKED, _PACKED = 2, 3  # fields of a page's header
@@ -90,6 +92,9 @@ def _whole(data: bytes, at: int) -> tuple[int, int]:
     """A number in zigzag form: its lowest bit is the sign."""
     value, at = _varint(data, at)
     return value >> 1 ^ -(value & 1), at
+
+
+# ---------------------------------------------------------------------------------------------- shard
 
 
 DONE, FAILED = "part", "failed"

@@ -1,14 +1,13 @@
-"""A trial in a thread of a process that mjnav did not start, such as a Dask worker, watched by a second thread.
-
-A tick that hangs in Python code is ended by an exception in its thread. Where that does not help, as in compiled code
-that never returns, the process ends: Dask gives the trial to another worker, `distributed.scheduler.allowed-failures`
-times. Code that hangs and holds the interpreter's lock also stops the worker's heartbeat to Dask, which ends it after
-`distributed.scheduler.worker-ttl`.
-
-Where the trials of a sweep run: in processes of this machine, or on the workers of a Dask scheduler.
+"""Where the trials of a sweep run: in processes of this machine, or on the workers of a Dask scheduler.
 
 A scheduler takes trials as it has room for them, and yields their rows in the order in which they are done, or None
-after a while without one. Closing the generator ends the trials that are running.
+after a while without a row. Closing the generator ends the trials that are running.
+
+`run_in_thread` runs a trial in a thread of a process that mjnav did not start, such as a Dask worker, watched by a
+second thread. A tick that hangs in Python code is ended by an exception in its thread. Where that does not help, as in
+compiled code that never returns, the process ends: Dask gives the trial to another worker,
+`distributed.scheduler.allowed-failures` times. Code that hangs and holds the interpreter's lock also stops the worker's
+heartbeat to Dask, which ends the worker after `distributed.scheduler.worker-ttl`.
 """
 
 import asyncio
