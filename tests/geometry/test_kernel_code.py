@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from numba import types
 
-from mjnav.geometry.compiled import exact, kernel, scalar
+from mjnav.geometry.compiled import exact, kernel, prepare, scalar
 from mjnav.geometry.kernel_cache import code_digest, types_digest
 
 SOURCE = """
@@ -40,6 +40,7 @@ class Riap(NamedTuple):
 
 
 def digest(source=SOURCE, options=None, **names):
+    prepare()  # decorators hand functions to numba from the first use of a kernel on
     space = {"scalar": scalar, "kernel": kernel, "exact": exact, "numpy": np, "NUMBER": 1.0, "TABLE": (1, 2), **names}
     exec(source, space)
     outer = space["outer"]
@@ -95,6 +96,12 @@ def test_a_function_that_calls_itself_has_a_digest():
 def test_the_order_of_a_named_tuples_fields_counts():
     fields = (types.float64, types.float64)
     assert types_digest((types.NamedTuple(fields, Pair),)) != types_digest((types.NamedTuple(fields, Riap),))
+
+
+def test_a_named_tuple_of_another_module_is_another_type_also_where_its_fields_are_of_one_type():
+    moved = type("Pair", (Pair,), {"__module__": "elsewhere"})
+    here, there = (types.NamedUniTuple(types.float64, 2, kind) for kind in (Pair, moved))
+    assert types_digest((here,)) != types_digest((there,))
 
 
 def test_the_layout_of_an_array_counts():

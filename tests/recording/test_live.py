@@ -156,7 +156,7 @@ def write(recorder: Recorder, made_up, num_ticks: int = NUM_TICKS) -> None:
 SERVER = """
 import ctypes, os, resource, sys
 from mjnav.loop.pacer import _lock_memory
-from mjnav.recording import front_door
+from mjnav.recording import live as front_door
 from mjnav.recording.live import LiveServer
 from tests.recording.conftest import make_scenario
 

@@ -42,7 +42,7 @@ def test_what_is_ignored_from_the_start_stays_ignored():
 # A handler that waits for a lock that another one holds waits for ever: after 60 s the process says where, and ends.
 BURSTS = """
 import faulthandler, itertools, signal, sys
-from mjnav.cli.terminal import interrupt
+from mjnav.cli.terminal import guard as interrupt
 
 def come(first, others, step):
     # The others come at this step of the first one's handler; returns whether it has as many steps.
