@@ -4,9 +4,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from mjnav.rkhs.dirac import distance_from_dirac, distance_from_reference
+from mjnav.rkhs.dirac import distance_from_dirac
 from mjnav.rkhs.gaussian import FARTHEST, GaussianKernel
 from mjnav.rkhs.mmd import PolynomialKernel, mmd_squared_gram
+from mjnav.rkhs.reference import distance_from_reference
 
 ROWS = arrays(float, st.tuples(st.just(3), st.integers(1, 12)), elements=st.floats(-2.0, 1.0))
 ROW = arrays(float, st.integers(1, 8), elements=st.floats(-2.0, 1.0))

@@ -21,10 +21,11 @@ from mjnav.control.problem.problem import Problem
 from mjnav.geometry.way_field import WayField
 from mjnav.messages import Array, KnownMap
 from mjnav.rkhs.ambiguity import Ambiguity
-from mjnav.rkhs.dirac import distance_from_dirac, distance_from_reference
+from mjnav.rkhs.dirac import distance_from_dirac
 from mjnav.rkhs.gaussian import GaussianKernel
 from mjnav.rkhs.herding import herded
 from mjnav.rkhs.mmd import PolynomialKernel
+from mjnav.rkhs.reference import distance_from_reference
 
 Distance = Callable[[Array], Array]  # of violations (K, S): (K,)
 
