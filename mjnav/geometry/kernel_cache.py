@@ -143,7 +143,7 @@ def _globals_read(code: CodeType) -> set[str]:
 
 def _describe_type(argument: types.Type) -> object:
     """A numba type; of a named tuple the class and its fields, too, by which the code reads it."""
-    if isinstance(argument, types.BaseNamedTuple):  # also one whose fields are all of one type
+    if isinstance(argument, types.NamedTuple | types.NamedUniTuple):
         kind = argument.instance_class
         return kind.__module__, kind.__qualname__, argument.fields, [_describe_type(part) for part in argument]
     return repr(argument)
