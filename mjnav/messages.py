@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mjnav.errors import InvalidValue
-from mjnav.printable import ShortRepr
+from mjnav.short_repr import ShortRepr
 
 Array = NDArray[np.float64]
 

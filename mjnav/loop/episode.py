@@ -4,7 +4,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
-from mjnav.loop.faults import RunFault, describe_fault
+from mjnav.loop.faults.fault import RunFault, describe_fault
 from mjnav.loop.pacer import FreePacer, Pacer, Start, Stopwatch
 from mjnav.loop.profile import Profile
 from mjnav.loop.result import Result

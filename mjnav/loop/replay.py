@@ -16,7 +16,7 @@ from mjnav.control import names
 from mjnav.errors import InputError, UntrustedCode
 from mjnav.loop.episode import Episode
 from mjnav.loop.events import ABORTED, GIVEN
-from mjnav.loop.faults import RunFault
+from mjnav.loop.faults.fault import RunFault
 from mjnav.loop.onboard.commands import replayed
 from mjnav.loop.prepare import check_functions, with_estimators
 from mjnav.loop.provenance import FACTS, OWN_SOURCES, changes, run_info

@@ -18,7 +18,7 @@ from mjnav.errors import InvalidValue
 from mjnav.estimation.base import person_names
 from mjnav.geometry.compiled import load_kernels
 from mjnav.loop.episode import Episode
-from mjnav.loop.faults import RunFault
+from mjnav.loop.faults.fault import RunFault
 from mjnav.loop.onboard.seen_space import FloorMap
 from mjnav.loop.pacer import FreePacer, RealTimePacer, realtime_scheduling
 from mjnav.loop.prepare import as_scenario, check_functions, log_path

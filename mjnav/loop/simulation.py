@@ -16,7 +16,7 @@ import numpy as np
 from mjnav.errors import InputError, InvalidValue, MjnavError, own_code, said
 from mjnav.estimation.own import checked_beliefs
 from mjnav.loop.events import ABORTED, Events, Referee, warnings_of
-from mjnav.loop.faults import fault_events
+from mjnav.loop.faults.fault import fault_events
 from mjnav.loop.onboard.commands import given_decision
 from mjnav.loop.onboard.navigator import Navigator
 from mjnav.loop.pacer import Start, Stopwatch

@@ -17,8 +17,8 @@ import numpy as np
 
 from mjnav.errors import PluginFault
 from mjnav.messages import Array, KnownMap, Track
-from mjnav.printable import ShortRepr
 from mjnav.sealed import sealed_message
+from mjnav.short_repr import ShortRepr
 
 # ------------------------------------------------------------------------------------------ interface
 

@@ -27,9 +27,9 @@ from mjnav.errors import InvalidValue
 from mjnav.geometry.distances import WHOLE_TURN, beam_angles
 from mjnav.messages import Array
 from mjnav.noise import Distribution
-from mjnav.printable import ShortRepr
 from mjnav.scenarios.ranges import Rate
 from mjnav.sealed import sealed
+from mjnav.short_repr import ShortRepr
 
 # ------------------------------------------------------------------------------------- lidar models
 

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from mjnav.errors import InputError, MjnavError, unknown_name
-from mjnav.loop.faults import RunFault
+from mjnav.loop.faults.fault import RunFault
 from mjnav.recording.log_format import check_path
 from mjnav.recording.write.writer import LogError
 

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 from mjnav.config import Range, below, settled
-from mjnav.loop.faults import MAX_SECONDS
+from mjnav.loop.faults.heartbeat import MAX_SECONDS
 from mjnav.loop.prepare import check_functions
 from mjnav.output_files import path_text
 from mjnav.recording.read.data_frame import check_pandas

@@ -12,7 +12,7 @@ from typing import Any
 from mjnav import scenarios
 from mjnav.errors import InvalidValue
 from mjnav.loop.episode import Episode
-from mjnav.loop.faults import RunFault, describe_fault
+from mjnav.loop.faults.fault import RunFault, describe_fault
 from mjnav.loop.provenance import digest, provenance, revision
 from mjnav.loop.result import Result
 from mjnav.loop.run import warm_up

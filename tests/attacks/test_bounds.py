@@ -10,7 +10,7 @@ from mjnav.cli.main import main
 from mjnav.config.marks import Range, mark
 from mjnav.errors import InvalidValue
 from mjnav.loop.episode import Episode
-from mjnav.loop.faults import RunFault
+from mjnav.loop.faults.fault import RunFault
 from mjnav.loop.prepare import MAX_STEM, file_stem
 from mjnav.noise import CHANNELS
 from mjnav.study.study_file import load_study

@@ -20,7 +20,7 @@ from hypothesis import strategies as st
 import mjnav
 from mjnav.errors import InputError
 from mjnav.loop.episode import Episode
-from mjnav.loop.faults import RunFault
+from mjnav.loop.faults.fault import RunFault
 from mjnav.loop.prepare import load_scenario
 from mjnav.scenarios import dumps, library, loads
 from mjnav.scenarios.spec import Scenario

@@ -63,7 +63,7 @@ def test_the_same_sources_elsewhere_compile_nothing(kernels, environment, compil
 
 def test_an_edit_of_a_scalar_in_another_file_is_seen_at_once(kernels, environment, compiled):
     assert kernels.run(PROGRAM, environment)[0].out.split() == [compiled[1]]
-    heading = Path(environment["SOURCES"]) / "mjnav" / "geometry" / "heading.py"
+    heading = Path(environment["SOURCES"]) / "mjnav" / "geometry" / "angles.py"
     stamp = heading.stat()
     source = heading.read_text()
     assert "2.0 * pi" in source

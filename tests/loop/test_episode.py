@@ -15,7 +15,7 @@ from mjnav.control.methods.mean import Mean
 from mjnav.errors import InputError
 from mjnav.loop import run as run_module
 from mjnav.loop.episode import Episode
-from mjnav.loop.faults import RunFault
+from mjnav.loop.faults.fault import RunFault
 from mjnav.loop.onboard import navigator as navigator_module
 from mjnav.loop.onboard.navigator import Navigator
 from mjnav.loop.pacer import RealTimePacer

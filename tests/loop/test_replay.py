@@ -14,7 +14,7 @@ import mjnav
 from mjnav import scenarios
 from mjnav.errors import DamagedLogError, InputError
 from mjnav.loop.episode import Episode
-from mjnav.loop.faults import RunFault
+from mjnav.loop.faults.fault import RunFault
 from mjnav.loop.provenance import provenance
 from mjnav.loop.replay import COMPARED, TickComparison, logged_ticks, replay
 from mjnav.world.mujoco_engine import MujocoEngine

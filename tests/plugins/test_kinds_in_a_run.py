@@ -8,7 +8,7 @@ import pytest
 import mjnav
 from mjnav.errors import InvalidValue, MjnavError
 from mjnav.estimation.base import robot_belief
-from mjnav.loop.realtime.machine import first_time_work
+from mjnav.loop.realtime.first_time import first_time_work
 from mjnav.messages import Decision, Status
 from mjnav.noise import Gaussian
 from mjnav.scenarios import dumps

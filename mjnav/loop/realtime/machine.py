@@ -1,12 +1,8 @@
-"""Delays in a real-time test that are not a tick's own work: pauses of the machine, and first-time work.
+"""Detects when the machine itself stood still in a real-time test, by a probe on a CPU that the loop does not use.
 
-That the machine itself stood still is detected by a probe on a CPU that the loop does not use. With one CPU, the probe
-runs for a while before the test instead. That describes the machine, but explains no miss.
-
-First-time work is what a process does only once and should not do in a tick: compiling or loading a kernel, importing.
+With one CPU, the probe runs for a while before the test instead. That describes the machine, but explains no miss.
 """
 
-import builtins
 import json
 import os
 import resource
@@ -20,11 +16,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
-from numba.core import event
 from numpy.typing import NDArray
-
-# ---------------------------------------------------------------------------- pauses of the machine
-
 
 CALIBRATION = 2.0  # [s] before the test, where there is one CPU
 PATIENCE = 10.0  # [s] for the probe to start and to answer
@@ -139,56 +131,3 @@ def stolen(began: Sequence[Usage], ended: Sequence[Usage]) -> NDArray[np.int64]:
     _, ran, waited, yielded, _, _ = (end - begin).T
     wall = end[:, Usage._fields.index("before")] - begin[:, Usage._fields.index("after")]
     return np.where(yielded == 0, np.maximum(0, wall - ran - waited), 0)
-
-
-# ---------------------------------------------------------------------------------- first-time work
-
-
-KERNELS = "numba:compiler_lock"  # held while a kernel is compiled, and while one is loaded from the cache
-
-
-class FirstTimeWork(event.Listener):
-    """Records when such work was done, on any thread."""
-
-    def __init__(self):
-        self._since: list[int] = []  # of what has begun and not ended
-        self._done: list[tuple[int, int]] = []
-
-    @property
-    def intervals(self) -> NDArray[np.int64]:
-        """(m, 2) begins and ends by CLOCK_MONOTONIC [ns], one within another where such work led to more of it."""
-        return np.array(self._done, np.int64).reshape(-1, 2)
-
-    def on_start(self, event: event.Event) -> None:
-        """A kernel is about to be compiled or loaded."""
-        self._since.append(time.perf_counter_ns())
-
-    def on_end(self, event: event.Event) -> None:
-        """It has been compiled or loaded."""
-        if self._since:
-            self.add(self._since.pop())
-
-    def add(self, since: int) -> None:
-        """Such work began at `since` [ns] and ends now."""
-        self._done.append((since, time.perf_counter_ns()))
-
-
-@contextmanager
-def first_time_work() -> Iterator[FirstTimeWork]:
-    """Records such work while the context lasts."""
-    work, import_module = FirstTimeWork(), builtins.__import__
-
-    def timed(*arguments, **options):
-        since, loaded = time.perf_counter_ns(), len(sys.modules)
-        try:
-            return import_module(*arguments, **options)
-        finally:
-            if len(sys.modules) > loaded:
-                work.add(since)
-
-    builtins.__import__ = timed
-    try:
-        with event.install_listener(KERNELS, work):
-            yield work
-    finally:
-        builtins.__import__ = import_module

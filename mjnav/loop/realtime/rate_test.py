@@ -136,7 +136,7 @@ def rate_test(
     The log goes to `log`, or to a temporary file. `stressed` loads the machine meanwhile; `warmed_up` is as in `run`.
     Raises InputError for what cannot be run.
     """
-    from mjnav.loop.realtime.machine import first_time_work
+    from mjnav.loop.realtime.first_time import first_time_work
 
     log = None if log is None else check_path(log)
     if not warmed_up:

@@ -24,7 +24,8 @@ from queue import Empty, SimpleQueue
 from typing import Any
 
 from mjnav.errors import InvalidValue, MjnavError, missing_extra
-from mjnav.loop.faults import END_TIMEOUT, MAX_SECONDS, STALL, Heartbeat, TimeUp, describe_fault
+from mjnav.loop.faults.fault import describe_fault
+from mjnav.loop.faults.heartbeat import END_TIMEOUT, MAX_SECONDS, STALL, Heartbeat, TimeUp
 from mjnav.study.keep import LogFault
 from mjnav.study.kept_logs import wants_log, with_log
 from mjnav.study.store.row import Row

@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from mjnav.errors import MjnavError
-from mjnav.loop.faults import RunFault, describe_fault, fault_events, location
+from mjnav.loop.faults.fault import RunFault, describe_fault, fault_events
+from mjnav.loop.faults.location import location
 
 
 def raised(call) -> Exception:

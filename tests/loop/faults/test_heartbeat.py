@@ -7,7 +7,7 @@ import time
 import pytest
 
 from mjnav.loop import faults as heartbeat
-from mjnav.loop.faults import END_TIMEOUT, STALL, START, Heartbeat, TimeUp, Watchdog, dumped_frames
+from mjnav.loop.faults.heartbeat import END_TIMEOUT, STALL, START, Heartbeat, TimeUp, Watchdog, dumped_frames
 
 
 class Clock:

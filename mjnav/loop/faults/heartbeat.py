@@ -1,132 +1,22 @@
-"""Faults that end a run or its process: the cause, the place in the user's code, and the limit on wall time.
+"""The limit on an episode's wall time, kept in the process that runs it and in the process that watches it.
 
-A run that broke has the result of the ticks before. Of a process that ended without a report, the exit code and the
-dump of its stack say how it ended and where in its code it was.
-
-The limit on an episode's wall time is kept in the process that runs it and in the process that watches it. A
-`Heartbeat` is called at every tick, and raises `TimeUp` when the time is over. An episode that hangs inside a tick
+A `Heartbeat` is called at every tick, and raises `TimeUp` when the time is over. An episode that hangs inside a tick
 does not call it. The `Watchdog` in another process then sends a signal whose handler raises `TimeUp` where the episode
 hangs; compiled code does not run handlers, so its process is ended. Wall time decides only whether an episode is given
 up, and an episode that is given up has no result.
 """
 
-import faulthandler
 import os
 import re
-import select
 import signal
-import sysconfig
 import time
-import traceback
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from pathlib import Path
 from traceback import FrameSummary, extract_stack
 from types import FrameType
 
-from mjnav.errors import InvalidValue, MjnavError, PluginFault, message, said
-from mjnav.loop.result import Result
-from mjnav.messages import Event
-
-# -------------------------------------------------------------------------------- place in the code
-
-
-def location(frames: Iterable[FrameSummary], *, users_only: bool = False) -> str | None:
-    """ "file:line, in function" of a stack, outermost frame first.
-
-    That is the innermost frame of the user's own code, or else of mjnav's unless `users_only`: not that of a library
-    below it.
-    """
-    frames = [frame for frame in frames if Path(frame.filename).is_file()]
-    package = Path(__file__).parents[2]
-    libraries = [Path(sysconfig.get_path(name)) for name in ("stdlib", "purelib", "platlib")]
-    ours = [frame for frame in frames if Path(frame.filename).is_relative_to(package)]
-    users = [frame for frame in frames if not any(map(Path(frame.filename).is_relative_to, (package, *libraries)))]
-    for found in (users,) if users_only else (users, ours, frames):
-        if found:
-            return f"{found[-1].filename}:{found[-1].lineno}, in {found[-1].name}"
-    return None
-
-
-# ----------------------------------------------------------------------------------- fault of a run
-
-
-class RunFault(MjnavError):
-    """A fault ended a run: its outcome is `aborted`, its log is complete as far as the disk took it.
-
-    `result` is that of the ticks before; None where they allow none.
-    """
-
-    def __init__(self, text: str, result: Result | None = None):
-        super().__init__(text)
-        self.result = result
-
-
-def describe_fault(error: BaseException) -> str:
-    """One line: mjnav's own words, or an exception's type, its message and the place in the user's code.
-
-    A value that the user's code handed over and mjnav refused is told with that place, too.
-    """
-    ours = isinstance(error, MjnavError)
-    if ours and not isinstance(error, InvalidValue):
-        return message(error)
-    where = location(traceback.extract_tb(error.__traceback__), users_only=ours)
-    if where is None:
-        return message(error) if ours else said(error)
-    return f"{said(error)} ({where})"
-
-
-def fault_events(error: BaseException) -> tuple[Event, ...]:
-    """The log's events about the error, with the traceback of code that is not mjnav's own."""
-    fault = Event("error", "fault", describe_fault(error))
-    raised = error.__cause__ if isinstance(error, PluginFault) else error
-    if raised is None or isinstance(raised, MjnavError):
-        return (fault,)
-    return fault, Event("info", "traceback", "".join(traceback.format_exception(raised)))
-
-
-# --------------------------------------------------------------------------------- end of a process
-
-
-_MAX_DUMP = 1 << 16  # [bytes]; faulthandler writes at most 100 frames
-_PATIENCE = 0.5  # [s] until a dump begins
-_PAUSE = 0.1  # [s] between two pieces of it: it is written in many
-
-
-def dump_to(descriptor: int) -> None:
-    """Dumps the stack to `descriptor` on a fatal signal and on DUMP, without the interpreter's lock."""
-    faulthandler.enable(descriptor, all_threads=False)  # type: ignore[arg-type] - a descriptor, as documented
-    faulthandler.register(DUMP, descriptor, all_threads=False)  # type: ignore[arg-type]
-
-
-def dump_of(process: int, descriptor: int) -> str:
-    """The stack that the process dumps when it is asked to; empty where it does not answer."""
-    os.kill(process, DUMP)
-    return read_dump(descriptor, _PATIENCE)
-
-
-def read_dump(descriptor: int, patience: float = 0.0) -> str:
-    """What has been dumped to `descriptor`."""
-    text = b""
-    while select.select([descriptor], [], [], _PAUSE if text else patience)[0]:
-        if not (piece := os.read(descriptor, _MAX_DUMP)):
-            break
-        text += piece
-    return text.decode(errors="replace")
-
-
-def describe_end(exit_code: int, dump: str) -> str:
-    """How a process ended, from its exit code or minus the signal that ended it, and where, if it dumped its stack."""
-    named = {one.value: one.name for one in signal.Signals}
-    what = (
-        f"exit code {exit_code}, as os._exit does" if exit_code >= 0 else named.get(-exit_code, f"signal {-exit_code}")
-    )
-    where = location(dumped_frames(dump))
-    return f"{what} ({where})" if where else what
-
-
-# ---------------------------------------------------------------------------------------- wall time
-
+from mjnav.errors import MjnavError
+from mjnav.loop.faults.location import location
 
 MAX_SECONDS = 3600.0  # [s] of wall time that an episode may take by default
 START = 120.0  # [s] more until its first tick: kernels may have to be compiled
