@@ -6,7 +6,7 @@ import time
 
 import pytest
 
-from mjnav.loop import faults as heartbeat
+from mjnav.loop.faults import heartbeat
 from mjnav.loop.faults.heartbeat import END_TIMEOUT, STALL, START, Heartbeat, TimeUp, Watchdog, dumped_frames
 
 
