@@ -33,12 +33,9 @@ def circular_mean(angles: ArrayLike, weights: ArrayLike | None = None) -> float:
     return float(wrap(np.arctan2(weights @ np.sin(angles), weights @ np.cos(angles))))
 
 
-_LEAST = -3.1415926535897927  # `angles.LEAST`
-
-
 @scalar
 def wrapped(angle):
     """The same angle in (-pi, pi] [rad]."""
     if -pi < angle <= pi:
         return angle
-    return max(pi - (pi - angle) % (2.0 * pi), _LEAST)
+    return max(pi - (pi - angle) % (2.0 * pi), LEAST)

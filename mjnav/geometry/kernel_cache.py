@@ -8,8 +8,6 @@ A kernel has one file for each combination of its arguments' types. Numba's own 
 alone, and unpickles any file that it finds. This one reads only files that processes of this user wrote.
 """
 
-# pyright: reportAttributeAccessIssue=false
-# numba's modules carry no types.
 # pyright: reportIncompatibleMethodOverride=false, reportAttributeAccessIssue=false
 # numba's modules carry no types, and a cache that keeps nothing is typed as such.
 

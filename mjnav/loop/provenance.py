@@ -45,7 +45,7 @@ NONE: Mapping[str, str] = MappingProxyType({})
 @cache
 def mjnav_sources() -> str:
     """One digest of every Python file of the package and of every model, their names among it."""
-    package = Path(__file__).parents[2]
+    package = Path(__file__).parents[1]
     digest = hashlib.sha256()
     for folder, pattern in ((package, "*.py"), (data_folder("models"), "*")):
         for path in sorted(path for path in folder.rglob(pattern) if path.is_file()):
@@ -390,7 +390,7 @@ def _processor() -> str:
 @cache
 def _git_revision() -> str:
     """The source tree's commit, "+changes" where it has some; empty for an installed package."""
-    root = Path(__file__).parents[3]
+    root = Path(__file__).parents[2]
     if not (root / ".git").exists():
         return ""
     command = ["git", "-C", os.fspath(root), "describe", "--always", "--abbrev=40", "--dirty=+changes"]
