@@ -8,7 +8,7 @@ obstacle with one sample fills the vector units. For discs, lengths come multipl
 form, times divided by the horizon, so that the innermost loop needs neither.
 
 What was measured for 402 controls, 5 discs of 625 pairs each and degree 3, on Zen 4 with AVX-512, as ratios of times to
-`cone_moments` below (tests/benchmarks/test_kernel_bound.py says how much of the machine's arithmetic that uses):
+`cone_moments` below (benchmarks/test_kernel_bound.py says how much of the machine's arithmetic that uses):
 
     1.75   pairs outside with the robot's samples fastest, whose velocities (N, K) are then read from the second cache;
            f = R^2 - |r + t q|^2 with t = -r.q / |q|^2 clipped afterwards; every f times unit; powers row by row

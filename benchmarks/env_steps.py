@@ -1,6 +1,6 @@
 """Steps a second of the Gymnasium environment, one and eight in a vector, beside the run's own; headless, no log.
 
-    uv run python tests/benchmarks/env_steps.py hall
+    uv run python benchmarks/env_steps.py hall
 
 All take the same commands, half speed straight on, for --duration simulated seconds, and whatever the robot hits does
 not end the run. The run and the environments are measured in turn, --repeat times, and the best of each counts. "run"

@@ -1,6 +1,6 @@
 """What a tick of the whole lidar pipeline costs: pose, detections and tracks, by beams, particles and people.
 
-    uv run python tests/benchmarks/lidar_pipeline.py --ticks 100
+    uv run python benchmarks/lidar_pipeline.py --ticks 100
 
 A room of 14 x 10 m with two pillars, in which people walk to and fro; the robot stands. Each row is CPU time of one
 reading with a new scan, in ms: the median and the 99 % quantile of the localiser and of the tracker, and of both, as a

@@ -1,6 +1,6 @@
 """What localisation by lidar costs, by beams and particles, and how well it does: error, coverage, kidnappings.
 
-    uv run python tests/benchmarks/localisation.py hall rooms --seeds 3 --set sensors.lidar.model=lds-01
+    uv run python benchmarks/localisation.py hall rooms --seeds 3 --set sensors.lidar.model=lds-01
 
 The first table is the CPU time of the likelihood of all particles, in ms, in the first scene. The second drives the
 robot by its lidar through each scene: root mean square error of the position, share of the true positions within the

@@ -1,6 +1,6 @@
 """What a scan shows of people: recall, error and coverage by distance and visibility, false detections, and the cost.
 
-    uv run python tests/benchmarks/detection.py hall office --set sensors.lidar.model=lds-02
+    uv run python benchmarks/detection.py hall office --set sensors.lidar.model=lds-02
 
 The robot drives about in the kinematic engine, and the detector is given its true pose with Gaussian noise of the
 --pose std and that covariance. A person counts as found where a detection is nearer than NEAR to where they were when

@@ -1,6 +1,6 @@
 """What a SIGKILL costs: runs are killed at random moments, and their logs are compared with what they had reached.
 
-    uv run python tests/benchmarks/kills.py [SCENE] [--kills N] [--seed N]
+    uv run python benchmarks/kills.py [SCENE] [--kills N] [--seed N]
 
 Each run is a process of its own, in real time and headless by turns. It notes when it begins each tick in memory that
 outlives it, so that the loss counts from the last tick that was begun, of which nothing can be in the log yet, back to

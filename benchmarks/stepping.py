@@ -1,6 +1,6 @@
 """Steps a second of `mjnav.Simulation` beside those of a run, and what a branch costs; ratios of one process.
 
-    uv run python tests/benchmarks/stepping.py hall
+    uv run python benchmarks/stepping.py hall
 
 Each loop drives the same scenario and seed for --duration simulated seconds, whatever it hits; rounds of all loops take
 turns, and the best of each counts.

@@ -1,6 +1,6 @@
 """How the velocities of tracks tremble and how late they follow: autocorrelation and spectrum of their errors.
 
-    uv run python tests/benchmarks/track_velocity.py [--seeds N] [--source detections|lidar] [--noise PROFILE]
+    uv run python benchmarks/track_velocity.py [--seeds N] [--source detections|lidar] [--noise PROFILE]
 
 People walk straight on at 1.2 m/s, stop, turn by a right angle or start, at 10 Hz. Under `detections` their places come
 with the noise of the profile; under `lidar` with 3 cm, as a scan shows them from 3 m, and no identity. Printed for

@@ -1,6 +1,6 @@
 """How long mjnav takes to start: `mjnav --help` as a whole, and `mjnav run` from process start to its first tick.
 
-    uv run python tests/benchmarks/start.py [--cold]
+    uv run python benchmarks/start.py [--cold]
 
 `--cold` first runs once with an empty folder for compiled kernels, as on a machine that never ran mjnav.
 """

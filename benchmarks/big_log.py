@@ -1,6 +1,6 @@
 """How long `mjnav inspect` and `open_log` take for a large log, and how much memory.
 
-    uv run python tests/benchmarks/big_log.py [--gigabytes 1] [--scene hall] [--keep PATH]
+    uv run python benchmarks/big_log.py [--gigabytes 1] [--scene hall] [--keep PATH]
 
 The log holds one real run's messages over and over, with the times and the numbers of ticks going on.
 """

@@ -1,6 +1,6 @@
 """What the lidar costs: one scan by beams, people and engine, and a simulated second by model; ratios of one process.
 
-    uv run python tests/benchmarks/lidar.py
+    uv run python benchmarks/lidar.py
 
 CPU time of this process; the least of several rounds counts.
 """

@@ -1,6 +1,6 @@
 """What one changed bit costs a log: the messages of a real run that `mjnav recover` keeps.
 
-    uv run python tests/benchmarks/bit_flips.py hall
+    uv run python benchmarks/bit_flips.py hall
 
 A run is logged and each of --flips seeded bits of the file is changed in turn: in the log as it is; in the log as a
 killed writer leaves it, which has no checksum of all its data; and with a second bit 1 MiB further on, where that

@@ -1,6 +1,6 @@
 """What a sweep costs beside its episodes, and what a second worker brings.
 
-    uv run python tests/benchmarks/sweep_efficiency.py --episodes 200
+    uv run python benchmarks/sweep_efficiency.py --episodes 200
 
 The same episodes of kinematic `crossing1` on one worker and on two. `whole` is the sweep's time with the start of its
 workers and all shards, `steady` that from each worker's first row on. Efficiency is the time on one worker over twice

@@ -1,6 +1,6 @@
 """How far replayed and reacting people are from their recorded tracks, because they are discs and do not overlap.
 
-    MJNAV_PEOPLE_DATA=FOLDER uv run python tests/benchmarks/replay_deviation.py [--react] [--engine mujoco]
+    MJNAV_PEOPLE_DATA=FOLDER uv run python benchmarks/replay_deviation.py [--react] [--engine mujoco]
 
 Of every recording in the folder all windows of 30 s are walked through, with the robot 200 m away.
 """

@@ -1,6 +1,6 @@
 """Kills workers, drivers and schedulers of sweeps until these are done, and compares what they kept with serial runs.
 
-    uv run python tests/benchmarks/sweep_kills.py --episodes 200 --kills 5
+    uv run python benchmarks/sweep_kills.py --episodes 200 --kills 5
 
 Every process is a real one and every kill is SIGKILL at a random moment. A row a case: sweeps that it took, rows,
 distinct ids, episodes lost, episodes whose state hash is not the serial one.

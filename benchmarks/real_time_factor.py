@@ -1,6 +1,6 @@
 """How much faster than real time a scene runs, against people, samples and particles; everything logged, headless.
 
-    uv run python tests/benchmarks/real_time_factor.py hall
+    uv run python benchmarks/real_time_factor.py hall
 
 Each point runs the same seed for --duration simulated seconds, back and forth between start and goal,
 whatever it hits, and the best of --repeat runs counts: what else the machine does only ever slows a run down.

@@ -6,7 +6,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from mjnav.messages import Array, Observation, ObstacleSamples
+from mjnav.messages import Array, Observation, ObstacleSamples, RobotLimits
 
 
 @pytest.fixture(scope="session")
@@ -102,3 +102,8 @@ def lines(request, measuring):
         capture = request.config.pluginmanager.get_plugin("capturemanager")
         with capture.global_and_fixture_disabled():
             print("\n" + "\n".join(texts))
+
+
+@pytest.fixture(scope="session")
+def limits() -> RobotLimits:
+    return RobotLimits()

@@ -1,6 +1,6 @@
 r"""The table of docs/realtime.md, measured again: deadlines missed by rate, load and privileges, and each verdict.
 
-    uv run python tests/benchmarks/rate_table.py [SCENE] [--controller NAME] [--rates HZ,HZ,...] [--duration S] \
+    uv run python benchmarks/rate_table.py [SCENE] [--controller NAME] [--rates HZ,HZ,...] [--duration S] \
         [--rows NAME ...]
 
 Each test is a process of its own. A cell holds the misses of the loop, of the machine and of first-time work, summed
@@ -16,7 +16,7 @@ from collections import Counter
 from pathlib import Path
 from typing import NamedTuple
 
-UNPRIVILEGED = Path(__file__).parents[1] / "unprivileged.py"
+UNPRIVILEGED = Path(__file__).parents[1] / "tests" / "unprivileged.py"
 LOCKED = 64 << 10  # [bytes] that a process without privileges may lock
 CAUSES = ("loop", "machine", "first-time work")
 

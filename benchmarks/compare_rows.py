@@ -1,6 +1,6 @@
 """What `mjnav compare` takes for a great many rows.
 
-    uv run python tests/benchmarks/compare_rows.py --rows 100000
+    uv run python benchmarks/compare_rows.py --rows 100000
 
 Makes up the results of a study, some of whose runs collide, time out or fail, and times the command on them in a
 process of its own, from its start to its end: printed, and with a file of every kind.

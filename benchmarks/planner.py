@@ -1,6 +1,6 @@
 """What one decision of `rkhs-plan` costs, by people, joint samples and rollouts.
 
-    uv run python tests/benchmarks/planner.py --decisions 300
+    uv run python benchmarks/planner.py --decisions 300
 
 A robot in a corridor 7 m wide that it knows, among people at random within 6 m who walk towards it. Each row is CPU
 time of one decision in ms, the median and the 99 % quantile, and the ratio of the medians to `rkhs` with its defaults

@@ -1,6 +1,6 @@
 """Predictions of 12 people, 20 steps ahead, by each model, against one decision of rkhs on 5 people.
 
-    pytest tests/benchmarks/test_prediction.py --benchmark-enable --benchmark-only
+    pytest benchmarks/test_prediction.py --benchmark-enable --benchmark-only
 
 prints least times. Without the option each runs once.
 """
