@@ -3,8 +3,8 @@
     uv run python .ci/held_still.py write FILE        # before the change
     uv run python .ci/held_still.py compare FILE      # after it: exits with 1 where something differs
 
-12 scenes x 4 methods x 2 engines x told or by lidar, 3 s each: the state hash and the keys of `mjnav run --json` must be
-equal, every figure equal to 1e-9. Figures of the wall clock and of the installation are left out.
+12 scenes x 4 methods x 2 engines x told or by lidar, 3 s each: the state hash and the keys of `mjnav run --json` must
+be equal, every figure equal to 1e-9. Figures of the wall clock and of the installation are left out.
 """
 
 import argparse
@@ -16,7 +16,20 @@ from typing import Any
 import mjnav
 from mjnav.errors import MjnavError
 
-SCENES = "hall hall-lidar crossing3 table lane rooms crowds corridor12 doorway office blind7 robot_crowding".split()
+SCENES = (
+    "hall",
+    "hall-lidar",
+    "crossing3",
+    "table",
+    "lane",
+    "rooms",
+    "crowds",
+    "corridor12",
+    "doorway",
+    "office",
+    "blind7",
+    "robot_crowding",
+)
 METHODS = ("rkhs", "rkhs-plan", "orca", "mppi")
 ENGINES = ("mujoco", "kinematic")
 SOURCES = ("told", "lidar")
