@@ -8,75 +8,42 @@ sum_i phi_p(u_i) / n
 O(n P) for P terms; a point mass at 0 has m_0 = 1 and else 0. phi_p(u)^2 is the Poisson distribution of mean u^2: the
 sum ends where what is left of the largest u's distribution is below TOLERANCE. A safe sample has u = 0 and adds to m_0
 alone. The largest u decides P, so u counts as FARTHEST at most: as far from 0 as a kernel can tell to 1e-13, and P
-stays below MOST_TERMS.
+stays below 150.
 """
-
-from dataclasses import dataclass
-from math import isfinite
 
 import numpy as np
 
-from mjnav.errors import InvalidValue
 from mjnav.geometry.compiled import Matrix, Vector, kernel
 from mjnav.messages import Array
 
 FARTHEST = 8.0  # bandwidths, beyond which samples are not told apart
 TOLERANCE = 1e-10  # of the terms left out, as a share of k(x, x) = 1
-MOST_TERMS = 150
 
 
-@dataclass(frozen=True, slots=True)
-class GaussianKernel:
-    """k(x, y) = exp(-(x - y)^2 / (2 bandwidth^2)) between numbers, bandwidth > 0. Raises InvalidValue."""
-
-    bandwidth: float = 1.0
-
-    def __post_init__(self):
-        if not (isfinite(self.bandwidth) and self.bandwidth > 0.0):
-            raise InvalidValue("bandwidth", self.bandwidth, "a finite number > 0")
-
-
-def gaussian_mmd_squared(samples: Array, num: int, bandwidth: float, reference: Array | None = None) -> Array:
-    """MMD^2 of each column's max(0, h) from a point mass at 0, or from that of `reference` (n,), Gaussian kernel: (K,).
+def gaussian_mmd_squared(samples: Array, num: int, bandwidth: float) -> Array:
+    """MMD^2 of each column's max(0, h) from a point mass at 0, Gaussian kernel: (K,).
 
     `samples` (s, K) are those of `num` samples that may exceed 0; the other num - s are taken as safe.
     """
-    per_unit, reached, moments = 1.0 / bandwidth, 0.0, np.zeros(MOST_TERMS)
-    if reference is not None:
-        v = np.clip(reference * per_unit, 0.0, FARTHEST)
-        powers = np.cumprod(v / np.sqrt(np.arange(1.0, MOST_TERMS))[:, None], axis=0)  # (MOST_TERMS - 1, n)
-        moments[0] = -np.expm1(-0.5 * v * v).mean()
-        moments[1:] = (np.exp(-0.5 * v * v) * powers).mean(axis=1)
-        reached = float(v.max(initial=0.0))
     out, (u, feature) = np.empty(samples.shape[1]), np.empty((2, len(samples)))
-    _gaussian_mmd_squared(out, np.ascontiguousarray(samples), num, per_unit, moments, reached, u, feature)
+    _gaussian_mmd_squared(out, np.ascontiguousarray(samples), num, 1.0 / bandwidth, u, feature)
     return out
 
 
 @kernel
-def _gaussian_mmd_squared(
-    out: Vector,
-    samples: Matrix,
-    num: int,
-    per_unit: float,
-    reference: Vector,
-    reached: float,
-    u: Vector,
-    feature: Vector,
-):
-    """The reference's 1 - m_0, m_1, m_2 ... and its largest u, `reached`: all 0 for the point mass."""
+def _gaussian_mmd_squared(out: Vector, samples: Matrix, num: int, per_unit: float, u: Vector, feature: Vector):
     for k in range(out.size):
         count = 0  # of unsafe samples, whose x / sigma stand first in u
         for i in range(samples.shape[0]):
             u[count] = samples[i, k] * per_unit
             count += samples[i, k] > 0.0
-        largest, lost = reached, 0.0  # lost: what the unsafe samples lack in m_0
+        largest, lost = 0.0, 0.0  # lost: what the unsafe samples lack in m_0
         for i in range(count):
             u[i] = min(u[i], FARTHEST)
             largest = max(largest, u[i])
             feature[i] = np.exp(-0.5 * u[i] * u[i])
             lost += 1.0 - feature[i]
-        squares = (lost / num - reference[0]) ** 2
+        squares = (lost / num) ** 2
         # The Poisson probabilities of mean largest^2: from p = 2 largest^2 on, each is at most half of the one before.
         mean = largest * largest
         probability, p = np.exp(-mean), 0
@@ -87,5 +54,5 @@ def _gaussian_mmd_squared(
             for i in range(count):
                 feature[i] *= u[i] * per_root
                 total += feature[i]
-            squares += (total / num - reference[p]) ** 2
+            squares += (total / num) ** 2
         out[k] = squares

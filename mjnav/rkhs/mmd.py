@@ -71,6 +71,16 @@ def moment_distance(x: Array, y: Array, kernel: PolynomialKernel) -> Array:
     return (difference * difference) @ kernel.coefficients[1:]
 
 
+def distance_from_dirac(h: Array, kernel: PolynomialKernel) -> Array:
+    """MMD, not squared, of each row's max(0, h) from a point mass at 0, for h (K, S): (K,).
+
+    It is 0 where no sample violates, and only there: the point mass has all raw moments 0 (Gupta, Singh & Krishna 2022;
+    Sharma & Singh 2024, "MMD-OPT", arXiv 2412.09121, with a Gaussian kernel: `rkhs/gaussian.py`).
+    """
+    moments = raw_moments(np.maximum(h, 0.0), kernel.degree)
+    return np.sqrt(moment_distance(moments, np.zeros(kernel.degree), kernel))
+
+
 def mmd_squared(
     x: ArrayLike,
     y: ArrayLike,

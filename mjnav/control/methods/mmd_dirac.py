@@ -1,6 +1,6 @@
 """`mmd-dirac`: the distance of max(0, f) from "no collision", a point mass at 0.
 
-The risk is MMD^2 under a Gaussian kernel (`rkhs/dirac.py`; its terms are in `rkhs/gaussian.py`). Gupta, Singh & Krishna
+The risk is MMD^2 under a Gaussian kernel (`rkhs/mmd.py`; its terms are in `rkhs/gaussian.py`). Gupta, Singh & Krishna
 (2022); the risk of MMD-OPT, Sharma & Singh (2024, arXiv 2412.09121), too. One-sided: a control is not charged for being
 safer than need be, and nothing where all samples are safe.
 

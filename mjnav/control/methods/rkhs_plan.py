@@ -33,8 +33,7 @@ from mjnav.control.problem.joint_samples import JointSamples
 from mjnav.control.problem.obstacles import Reach
 from mjnav.control.problem.problem import Problem
 from mjnav.messages import Array
-from mjnav.rkhs.dirac import distance_from_dirac
-from mjnav.rkhs.mmd import PolynomialKernel
+from mjnav.rkhs.mmd import PolynomialKernel, distance_from_dirac
 
 Margin = Annotated[float, Range(LEAST, MOST, "m")]
 

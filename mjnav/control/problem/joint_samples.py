@@ -8,7 +8,7 @@ The robot's samples are taken relative to its mean position; those of a lane bou
 samples is beyond it.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -17,7 +17,6 @@ from mjnav.control.kernels.mppi_rollout import Rollouts
 from mjnav.control.kernels.violation import DEEPEST, meet_discs, meet_lane, meet_walls
 from mjnav.control.problem.obstacles import Reach, positions_at
 from mjnav.control.problem.problem import Problem
-from mjnav.geometry.compiled import Indices
 from mjnav.messages import Array, ObstacleSamples
 
 
@@ -82,19 +81,6 @@ class JointSamples:
             lanes=lane_excesses(problem, offsets),
             times=times,
         )
-
-    @property
-    def vectors(self) -> Array:
-        """(S, D) joint samples as vectors: the robot, all that moves at the first and the last step, and lanes."""
-        x, y = self.moving
-        ends = [path[t] for path in (x, y) for t in (0, -1)]
-        return np.concatenate([self.offsets, *ends, *(excess[None] for _, excess in self.lanes)]).T
-
-    def taking(self, indices: Indices) -> "JointSamples":
-        """The joint samples of these indices."""
-        x, y = (np.ascontiguousarray(path[:, :, indices]) for path in self.moving)
-        lanes = tuple((normal, excess[indices]) for normal, excess in self.lanes)
-        return replace(self, offsets=np.ascontiguousarray(self.offsets[:, indices]), moving=(x, y), lanes=lanes)
 
     def violation(self, rollouts: Rollouts, margin: Array, fading: Array, standing: float, lasting: Array) -> Array:
         """h (K, S) of rollouts of as many steps.

@@ -1,7 +1,10 @@
-"""`rkhs-plan` with one part taken out or put in, for the study `ablations`: what is each of them worth?
+"""`rkhs-plan` with one part taken out or put in, for the studies beside this file: what is each part worth?
 
-A run or study file names one as "mjnav.control.methods.plan_ablations:StraightWay". They are for comparison; what helps
-is in `rkhs-plan`. Parts that are parameters (weights, margins, degree, samples) need no class here.
+    mjnav sweep examples/ablations/ablations.toml      # every part
+    mjnav sweep examples/ablations/hilbert.toml        # the distances, under other noise and with few samples
+    mjnav run hall --controller examples/ablations/parts.py:StraightWay
+
+Parts that are parameters (weights, margins, degree, samples) need no class here. What helped is in `rkhs-plan`.
 """
 
 from collections.abc import Callable
@@ -9,6 +12,7 @@ from dataclasses import dataclass, replace
 from typing import Annotated, Any
 
 import numpy as np
+from scipy.spatial.distance import pdist, squareform
 
 from mjnav.config import Range
 from mjnav.control.kernels.mppi_rollout import Rollouts
@@ -20,12 +24,8 @@ from mjnav.control.problem.obstacles import Reach
 from mjnav.control.problem.problem import Problem
 from mjnav.geometry.way_field import WayField
 from mjnav.messages import Array, KnownMap
-from mjnav.rkhs.ambiguity import Ambiguity
-from mjnav.rkhs.dirac import distance_from_dirac
-from mjnav.rkhs.gaussian import GaussianKernel
-from mjnav.rkhs.herding import herded
-from mjnav.rkhs.mmd import PolynomialKernel
-from mjnav.rkhs.reference import distance_from_reference
+from mjnav.rkhs.gaussian import gaussian_mmd_squared
+from mjnav.rkhs.mmd import PolynomialKernel, moment_distance, raw_moments
 
 Distance = Callable[[Array], Array]  # of violations (K, S): (K,)
 
@@ -144,7 +144,8 @@ class SafestMatched(RkhsPlan):
         def distance(h: Array) -> Array:
             if not safest:
                 safest.append(h[np.argmin(h.mean(axis=1))])
-            return distance_from_reference(h, safest[0], kernel)
+            moments, desired = (raw_moments(violations, kernel.degree) for violations in (h, safest[0]))
+            return np.sqrt(moment_distance(moments, desired, kernel))
 
         return distance
 
@@ -164,8 +165,7 @@ class Gaussian(RkhsPlan):
     def distance(self, samples: JointSamples) -> Distance:
         """MMD under exp(-(x - y)^2 / (2 sigma^2))."""
         p: Any = self.parameters
-        kernel = GaussianKernel(p.bandwidth)
-        return lambda h: distance_from_dirac(h, kernel)
+        return lambda h: np.sqrt(gaussian_mmd_squared(h.T, h.shape[1], p.bandwidth))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -178,15 +178,21 @@ class BallParameters(RkhsPlanParameters):
 
 
 class Ball(RkhsPlan):
-    """The greatest mean violation over all distributions within a ball around the samples' (`rkhs.ambiguity`)."""
+    """A bound on the mean violation over all distributions P within a ball around that of the samples, P_S:
+
+        sup { E_P h : MMD(P, P_S) <= epsilon }  <=  mean(h_s) + epsilon |h|_H,
+
+    which charges a plan whose violation changes sharply with the noise. |h|_H is the norm of a function with the values
+    h_s at the samples, by kernel ridge regression (Staib & Jegelka 2019; Nemmour, Kremer, Schoelkopf & Zhu 2022).
+    """
 
     parameters_type = BallParameters
 
     def distance(self, samples: JointSamples) -> Distance:
         """mean(h) + epsilon |h|_H."""
         p: Any = self.parameters
-        ambiguity = Ambiguity.of(samples.vectors, bandwidth=p.bandwidth, ridge=p.ridge)
-        return lambda h: ambiguity.bound(h, p.epsilon)
+        gram = joint_gram(vectors(samples), p.bandwidth)
+        return lambda h: h.mean(axis=1) + p.epsilon * norms(h, gram, p.ridge)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -198,7 +204,7 @@ class HerdedParameters(RkhsPlanParameters):
 
 
 class Herded(RkhsPlan):
-    """Joint samples herded from more of them (`rkhs.herding`)."""
+    """Joint samples herded from more of them."""
 
     parameters_type = HerdedParameters
 
@@ -206,4 +212,51 @@ class Herded(RkhsPlan):
         """S of N, so that their embedding is near that of all N."""
         p: Any = self.parameters
         samples = super().joint_samples(problem, reach, steps)
-        return samples.taking(herded(samples.vectors, min(p.kept, p.samples)))
+        kept = herded(joint_gram(vectors(samples)), min(p.kept, p.samples))
+        x, y = (np.ascontiguousarray(path[:, :, kept]) for path in samples.moving)
+        lanes = tuple((normal, excess[kept]) for normal, excess in samples.lanes)
+        return replace(samples, offsets=np.ascontiguousarray(samples.offsets[:, kept]), moving=(x, y), lanes=lanes)
+
+
+def vectors(samples: JointSamples) -> Array:
+    """(S, D) joint samples as vectors: the robot, all that moves at the first and the last step, and lanes."""
+    ends = [path[t] for path in samples.moving for t in (0, -1)]
+    return np.concatenate([samples.offsets, *ends, *(excess[None] for _, excess in samples.lanes)]).T
+
+
+def joint_gram(samples: Array, bandwidth: float = 1.0) -> Array:
+    """K_ij = exp(-|x_i - x_j|^2 / (2 sigma^2)) of joint samples (S, D) of any units, each standardised: (S, S).
+
+    sigma is `bandwidth` times the median of the distances of all pairs (Gretton et al. 2012, section 8), or their root
+    mean square where more than half of the pairs coincide.
+    """
+    deviation = samples.std(axis=0)
+    varies = deviation > 1e-12 * np.abs(samples).max(axis=0, initial=0.0)
+    squared = pdist((samples - samples.mean(axis=0))[:, varies] / deviation[varies], "sqeuclidean")
+    scale = bandwidth**2 * (np.median(squared) or squared.mean() or 1.0)
+    return np.exp(squareform(squared) / (-2.0 * scale))
+
+
+def norms(h: Array, gram: Array, ridge: float) -> Array:
+    """|h|_H = sqrt(h' (K + mu I)^-1 h) of each row of h (K, S): (K,)."""
+    return np.sqrt(np.sum(h * np.linalg.solve(gram + ridge * np.eye(len(gram)), h.T).T, axis=1))
+
+
+def herded(gram: Array, num: int) -> Array:
+    """Which `num` of S samples stand for all of them: indices, ascending (Chen, Welling & Smola 2010).
+
+    Each choice leaves the least MMD between the chosen and all; then each is exchanged once for the best in its place.
+    """
+    chosen: list[int] = []
+    mean = gram.mean(axis=1)
+
+    def best() -> int:
+        gain = mean - gram[chosen].sum(axis=0) / (len(chosen) + 1)
+        gain[chosen] = -np.inf
+        return int(gain.argmax())
+
+    while len(chosen) < num:
+        chosen.append(best())
+    for _ in range(num):
+        chosen.append((chosen.pop(0), best())[1])
+    return np.sort(chosen)
