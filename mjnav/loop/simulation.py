@@ -224,12 +224,12 @@ class Simulation:
     @property
     def readings(self) -> tuple[Reading, ...]:
         """What the sensors measured since the tick before, oldest first; empty where none was due."""
-        return self._usable("readings").readings
+        return self._perceived("readings").readings or ()
 
     @property
     def beliefs(self) -> Beliefs | None:
         """What is believed after the readings; None without estimators, unless `observe` was given beliefs."""
-        return self._usable("beliefs").beliefs
+        return self._perceived("beliefs").beliefs
 
     @property
     def summary(self) -> dict[str, Any]:
@@ -251,14 +251,12 @@ class Simulation:
         Own `beliefs` take the place of the estimators' in this tick, in the log and the trajectory, too. Raises
         InvalidValue where there are neither, and InputError for beliefs that cannot be used.
         """
-        tick = self._usable("observe()")
-        if beliefs is not None:
-            tick.believe(checked_beliefs(beliefs))
-        observation = tick.observation
-        if observation is None:
-            allowed = "observe(beliefs), or a Simulation with estimators=True"
-            raise InvalidValue("beliefs", None, allowed)
-        return observation
+        tick = self._perceived("observe()")
+        if beliefs is not None or tick.observation is None:
+            tick.predict(None if beliefs is None else checked_beliefs(beliefs))
+        if tick.observation is None:
+            raise InvalidValue("beliefs", None, "observe(beliefs), or a Simulation with estimators=True")
+        return tick.observation
 
     def decide(self) -> Decision:
         """The decision of the scenario's own controller on `observe()`; until the next step the same object.
@@ -267,7 +265,8 @@ class Simulation:
         controller raises, and PluginFault for what is no decision of finite numbers.
         """
         self.observe()
-        return self._usable("decide()").decision
+        tick = self._present()
+        return tick.decide() if tick.decision is None else tick.decision
 
     def step(self, v: float | Decision, omega: float | None = None) -> None:
         """Acts for one control period: on a decision, or on the command v [m/s], omega [rad/s].
@@ -280,9 +279,11 @@ class Simulation:
         if self.done:
             raise SimulationOver(f"step(): the simulation has ended: {self._outcome} after {self.time:g} s")
         decision = given_decision(v, omega)
-        if decision is not vars(tick).get("decision"):
+        if decision is not tick.decision:
             decision = self._robot.limited(decision)
         try:
+            if self._perceived("step()").observation is None:
+                tick.predict()
             tick.act(decision, self._record)
             self._record.add_timing(tick.k, self._watch, self._start)
         except BaseException as error:
@@ -401,6 +402,13 @@ class Simulation:
         if self._tick is None:
             self._tick = Tick(self._ticks, self._estimated, world=self._world, robot=self._robot, watch=self._watch)
         return self._tick
+
+    def _perceived(self, what: str) -> Tick:
+        """The present tick, after it has sensed and estimated."""
+        tick = self._usable(what)
+        if not tick.perceived:
+            tick.perceive()
+        return tick
 
     def _usable(self, what: str) -> Tick:
         if self._closed:
