@@ -1,6 +1,6 @@
 """The pictures that scripts draw: every `docs/pictures/NAME.py FOLDER` is run before the pages are read.
 
-A page shows them as `/_pictures/NAME-....png`.
+A page shows them as `/_pictures/NAME-....png`. Where `docs/NAME.md` exists, its text decides the pictures, too.
 """
 
 import shlex
@@ -16,11 +16,12 @@ LOGGER = logging.getLogger(__name__)
 
 
 def draw(app: Sphinx) -> None:
-    """Runs every script whose pictures are missing or older than the sources. Raises ExtensionError where one fails."""
+    """Runs every script whose pictures are missing or older than its sources. Raises ExtensionError where one fails."""
     folder = Path(app.srcdir) / "_pictures"
     folder.mkdir(exist_ok=True)
     for script in sorted((Path(app.srcdir) / "pictures").glob("*.py")):
-        current = digest(script.read_text(encoding="utf-8"))
+        page = Path(app.srcdir) / f"{script.stem}.md"
+        current = digest("".join(file.read_text(encoding="utf-8") for file in (script, page) if file.exists()))
         stamp = folder / f"{script.stem}.drawn"
         if stamp.exists() and stamp.read_text() == current:
             continue
