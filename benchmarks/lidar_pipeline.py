@@ -2,7 +2,7 @@
 
     uv run python benchmarks/lidar_pipeline.py --ticks 100
 
-A room of 14 x 10 m with two pillars, in which people walk to and fro; the robot stands. Each row is CPU time of one
+A room of 14 x 10 m with two pillars, in which people walk back and forth; the robot stands. Each row is CPU time of one
 reading with a new scan, in ms: the median and the 99 % quantile of the localiser and of the tracker, and of both, as a
 ratio to the likelihood of 500 particles and 60 beams, which is measured in the same run.
 """

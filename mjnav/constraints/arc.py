@@ -31,7 +31,7 @@ STANDSTILL = 1e-9  # [m/s] of speed below which the robot turns on the spot
 
 @kernel
 def _contact(a, b, c, curvature):
-    """The way s >= 0 to the root at which the distance shrinks; inf where there is none. curvature >= STRAIGHT."""
+    """The way s >= 0 to the root at which the distance shrinks; inf without such a root. curvature >= STRAIGHT."""
     square = b * b - a * c
     root = np.sqrt(max(square, 0.0))
     # Of the two forms of the root the one in which nothing cancels.

@@ -160,7 +160,7 @@ class ConstrainedController(GridController[P]):
     """A method that forbids what is too risky: a subclass gives `risk`, allowed up to `bound`.
 
     The candidate of least goal cost among those whose every risk is within the bound. Where there is none, status
-    `infeasible`: of those whose risk exceeds the bound least, summed over the constraints, the one of least goal cost.
+    `infeasible`: of those with the smallest violation, summed over the constraints, the one of least goal cost.
     """
 
     @property
@@ -173,7 +173,7 @@ class ConstrainedController(GridController[P]):
         """The risk of every disc and wall in reach, (K, B), and of the lanes, (K, 2)."""
 
     def evaluate(self, problem: Problem) -> CandidateCosts:
-        """Goal cost where the risk is allowed, or exceeds the bound least where it is nowhere; infinite elsewhere."""
+        """Goal cost of the feasible candidates; if none is, of those with the smallest violation. Infinite elsewhere."""
         cone, lane = self.risk(problem)
         allowed = least_violating(self._excess(cone, lane))
         return candidate_costs(problem, cone, lane, np.where(allowed, problem.goal_cost, inf))

@@ -252,7 +252,7 @@ class FreeSpace:
     def first_cut_off(self, points: ArrayLike, radius: float, tolerance: float = 0.0) -> int | None:
         """The first of the points (k, 2) that a disc from the first one surely cannot come to within `tolerance` [m].
 
-        None where there is none. Errs the other way than `connects`: a cell counts as free where the disc may have its
+        None if no point is cut off. Errs the other way than `connects`: a cell is free where the disc may have its
         centre anywhere in it, so that no way is missed and a gap up to two cells too narrow is let pass.
         """
         spare = radius - sqrt(2.0) * self.cell
@@ -274,7 +274,7 @@ class FreeSpace:
 
 
 def _near(parts: NDArray[np.int32], place: Array, reach: float) -> tuple[set[int], int]:
-    """The parts of the cells within reach of a place, and that of the nearest one, 0 where there is none; in cells."""
+    """The parts of the cells within reach of a place, and that of the nearest one, 0 without a part; in cells."""
     first = np.maximum(np.ceil(place - reach), 0).astype(int)
     last = np.maximum(np.floor(place + reach) + 1, 0).astype(int)
     found = np.argwhere(parts[first[0] : last[0], first[1] : last[1]]) + first

@@ -53,7 +53,7 @@ class WayMap(Constant):
         return np.array([x, y]) if np.isfinite(x) else None
 
     def distances(self, goal: ArrayLike) -> Array:
-        """(C,) [m] from each corner along the shortest way to a free place `goal` (2,); inf where there is none."""
+        """(C,) [m] from each corner along the shortest way to a free place `goal` (2,); inf without a way."""
         goal = np.ascontiguousarray(goal, dtype=float)
         left = _seen_from(goal, self.corners, self._sides, self.reach, self.floor.discs, self.floor.boxes)
         _spread(left, *self._edges)

@@ -32,7 +32,7 @@ def compute_ms(timing: NDArray[np.int64]) -> dict[str, dict[str, float | None]]:
 
 
 def quantiles(values: NDArray[np.floating] | NDArray[np.integer], **more: float) -> dict[str, float | None]:
-    """p50, p99, `more` by name, and max of values (n,). None where there is none."""
+    """p50, p99, `more` by name, and max of values (n,). None without values."""
     levels = {"p50": 0.5, "p99": 0.99, **more}
     if not values.size:
         return dict.fromkeys((*levels, "max"))

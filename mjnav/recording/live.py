@@ -181,7 +181,7 @@ class FrontDoor:
 def _head(client: socket.socket) -> tuple[bytes, bytes]:
     """The head of a request with its empty line, and the bytes after it.
 
-    Raises OSError where there is none within _PATIENCE.
+    Raises OSError if no head arrives within _PATIENCE.
     """
     data, ends = b"", time.monotonic() + _PATIENCE
     while b"\r\n\r\n" not in data:

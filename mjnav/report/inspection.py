@@ -31,7 +31,7 @@ from mjnav.scenarios.spec import BEHAVIOURS, Scenario
 
 @dataclass(frozen=True, slots=True)
 class JudgedBelief:
-    """The belief about one body; figures are None where there is none, or where they are infinite."""
+    """The belief about one body; figures that are undefined or infinite are None."""
 
     body: str  # "robot", "person0"
     by: str  # what it goes by, and the filter: "pose, particle"

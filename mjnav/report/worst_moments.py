@@ -57,7 +57,7 @@ def _at(run: LoggedRun, row: int, kind: str, value: float, unit: str, text: str,
 
 
 def _worst(values: Array) -> tuple[int, ...] | None:
-    """Where the largest of the finite values stands; None where there is none."""
+    """Where the largest of the finite values stands; None without finite values."""
     finite = np.isfinite(values)
     if not finite.any():
         return None

@@ -1,4 +1,4 @@
-"""`mppi-plus`: `mppi` with what helps a planner that is no matter of Hilbert spaces.
+"""`mppi-plus`: `mppi` with the planner's other costs and rollouts.
 
 The rollouts, the progress, the effort, the braking tail and the choice are those of `mjnav.control.planner`; the risk
 is `mppi`'s,

@@ -57,7 +57,7 @@ def beyond_map(rays, beam, distance, pose, covariance, grid):
 def explained(rays, pose, covariance, grid):
     """What the map says to each beam, (B,): SILENT, NOTHING, EXPLAINED or NEW.
 
-    Also how many standard deviations the return is beyond the tolerance, (B,), 0 where there is none. pose (3,) and
+    Also how many standard deviations the return is beyond the tolerance, (B,), 0 without a return. pose (3,) and
     covariance (3, 3): of the robot; grid: of the map's distance field.
     """
     num = len(rays.ranges)

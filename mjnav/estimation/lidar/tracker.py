@@ -7,7 +7,7 @@ Everything that persists is tracked: people, and furniture that the map lacks, w
 Detections are assigned to tracks by global nearest neighbour with a gate and a probability of detection. Source:
 Blackman & Popoli 1999, "Design and Analysis of Modern Tracking Systems", chapter 6. The nearest detection is the one
 that the belief of a track makes most likely, its turns and stops included: the Gaussian of its first two moments would
-lose people who turn on their heel.
+lose people who turn round abruptly.
 
 A score decides the birth, confirmation and death of a track: the log-odds that it stands for a body (Sittler 1964;
 Musicki, Evans & Stankovic 1994). It begins even, and

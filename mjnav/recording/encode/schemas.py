@@ -35,7 +35,7 @@ def json_schema(name: str, message: type[Struct]) -> Schema:
     """The JSON Schema of a message, in the part of the language that viewers know.
 
     A Foxglove-like viewer drops a topic whose schema has two types for one value, references or lists of lists. So a
-    number may be null, where it is not finite, and an object where there is none; and matrices, which messages have,
+    number may be null, where it is not finite, and an object that is absent; and matrices, which messages have,
     are not in their schemas.
     """
     dialect = "https://json-schema.org/draft/2020-12/schema"

@@ -121,7 +121,7 @@ def truth(document: Mapping, now: int) -> ros.nav_msgs__msg__Odometry:
 
 
 def estimate(document: Mapping, now: int) -> ros.geometry_msgs__msg__PoseWithCovarianceStamped | None:
-    """The believed pose of mjnav.RobotState; None where there is none."""
+    """The believed pose of mjnav.RobotState; None without an estimate."""
     believed = document["estimate"]
     if believed is None:
         return None

@@ -225,7 +225,7 @@ def _decompress(compression: bytes, data: memoryview, size: int) -> bytes:
 
 
 def open_file(path: str | os.PathLike[str]) -> IO[bytes]:
-    """A regular file, open for reading. Raises InputError where there is none that can be read."""
+    """A regular file, open for reading. Raises InputError where it cannot be read."""
     if os.path.exists(path) and not os.path.isfile(path):
         raise InputError(f"{path}: cannot be read: not a regular file")
     try:

@@ -56,7 +56,7 @@ def decode_estimate(robot: Mapping) -> Believed | None:
 
 
 def decode_twist(document: Mapping | None) -> Array:
-    """(v, omega) of a command or a decision, (2,); NaN where there is none."""
+    """(v, omega) of a command or a decision, (2,); NaN without a document."""
     return np.full(2, np.nan) if document is None else _array([document["v"], document["omega"]], (2,))
 
 
@@ -146,7 +146,7 @@ class TickAssembler:
         self._documents[topic] = document
 
     def finish(self) -> LoggedRun | None:
-        """All whole ticks, ended by the state after the last one, or else by its own; None where there is none."""
+        """All whole ticks, ended by the state after the last one, or else by its own; None without ticks."""
         self._close()
         if self._held is None:
             return None

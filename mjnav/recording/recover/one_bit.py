@@ -43,7 +43,7 @@ def changed_bit(path: str | os.PathLike[str]) -> int | None:
 
 
 def _logarithm(value: int, largest: int) -> int | None:
-    """The m from 1 to `largest` for which x^31 x^m is `value`; None where there is none."""
+    """The m from 1 to `largest` for which x^31 x^m is `value`; None if no m does."""
     powers, power = {}, 1
     for m in range(_STEPS):
         powers[power] = m

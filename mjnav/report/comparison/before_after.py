@@ -114,7 +114,7 @@ def _write_cell(found: BeforeAfter, cell: CellChange, console: Console) -> None:
 
 
 def _seeds(found: BeforeAfter, seeds: Sequence[SeedChange], kind: str) -> Iterator[str]:
-    """The seeds of a cell that changed in one way, by what became of what; then the command that shows the first."""
+    """The seeds of a cell that changed in one way, by outcome before and after; then a command that shows the first."""
     if not seeds:
         return
     ways: dict[tuple[str, str], list[int]] = {}

@@ -87,7 +87,7 @@ class Background:
     folder: Path  # of the results
     page: Path  # the page's own path, from which links count
     made: str  # when the page was made, and by which version
-    study_text: str  # the study file; "" where there is none
+    study_text: str  # the study file; "" without a study
     parameters: Mapping[str, tuple[str, ...]]  # of the controller by method, as JSON; several where cells differ
     worst: Mapping[CellPlace, tuple[WorstSeed, ...]]
     commands: Mapping[CellPlace, str]  # that repeat an episode, but for its seed

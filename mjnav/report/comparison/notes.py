@@ -43,7 +43,7 @@ def sight(people: Sequence[str]) -> str:
 
 
 def of_table(people: Sequence[str]) -> str | None:
-    """The same as one value for programs: "all", "none", "3 of 5", or several with commas; None where there is none."""
+    """The same as one value for programs: "all", "none", "3 of 5", or several with commas; None without a text."""
     return ", ".join(people) or None
 
 

@@ -17,7 +17,7 @@ ALPHA = 0.05  # below it a difference is marked
 MAX_DECIMALS = 6
 NEGLIGIBLE = 1e-4  # of the widest interval: what is narrower is rounding
 DASH = "-"
-NEVER = "\N{INFINITY}"  # the win ratio of who never lost
+NEVER = "\N{INFINITY}"  # the win ratio of a method that lost no pair
 WINS = "win_ratio"
 PLAIN = ("infeasible %", "decision ms", "decision p99 ms")  # titles of the columns without intervals
 

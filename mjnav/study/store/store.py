@@ -82,7 +82,7 @@ class Store:
         )
 
     def study(self) -> str:
-        """The text of the study file that was last swept into this folder; empty where there is none.
+        """The text of the study file that was last swept into this folder; empty before the first sweep.
 
         Raises InputError where it cannot be read.
         """
