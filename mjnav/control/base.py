@@ -173,7 +173,7 @@ class ConstrainedController(GridController[P]):
         """The risk of every disc and wall in reach, (K, B), and of the lanes, (K, 2)."""
 
     def evaluate(self, problem: Problem) -> CandidateCosts:
-        """Goal cost of the feasible candidates; if none is, of those with the smallest violation. Infinite elsewhere."""
+        """Goal cost of the feasible candidates, or, if none is, of those with the smallest violation; else infinite."""
         cone, lane = self.risk(problem)
         allowed = least_violating(self._excess(cone, lane))
         return candidate_costs(problem, cone, lane, np.where(allowed, problem.goal_cost, inf))
