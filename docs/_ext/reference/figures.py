@@ -5,14 +5,14 @@ from mjnav.metrics.definitions import DERIVED, GROUPS, TRUTH, Definition
 from .markdown import escape
 
 _TITLES = {
-    "ending": "How it ended",
-    "path": "Which way it went, and how close to things",
-    "motion": "How it moved",
-    "social": "What it was to the people",
-    "decisions": "What the decisions were",
-    "knowledge": "What the robot knew",
-    "consistency": "Whether it was as sure as it might be",
-    "computing": "What it cost to compute",
+    "ending": "Outcome",
+    "path": "Path and clearance",
+    "motion": "Motion",
+    "social": "Effect on people",
+    "decisions": "Decisions",
+    "knowledge": "Estimation",
+    "consistency": "Consistency of beliefs",
+    "computing": "Computing time",
 }
 _HEAD = ["| name | unit | definition | better |", "|---|---|---|---|"]
 
