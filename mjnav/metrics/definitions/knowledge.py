@@ -1,6 +1,6 @@
 """Definitions of the figures of decisions, computing times, and the robot's knowledge of itself and of the people.
 
-Those of its knowledge say also whether the robot was as sure as it might be.
+Those of its knowledge also say whether its beliefs were consistent.
 """
 
 from collections.abc import Mapping
