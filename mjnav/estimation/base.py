@@ -285,6 +285,8 @@ class PeopleTracker:
         return self._tracks
 
     def _track(self, person: int, time: float, posterior: Posterior) -> Track:
-        particles, weights, mean, covariance, size, recovered = (row[person] for row in posterior)
+        p = posterior
+        moments = p.mean[person], p.covariance[person], float(p.ess[person])
         name, radius = self._names[person], self._radii[person]
-        return Track(name, time, particles, weights, mean, covariance, float(size), radius, bool(recovered))
+        again = bool(p.recovered[person])
+        return Track(name, time, p.particles[person], p.weights[person], *moments, radius, again)

@@ -6,12 +6,12 @@ correct    z = H x + N(0, R)         m <- m + K (z - H m),   K = P H^T (H P H^T 
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from importlib import import_module
 from math import exp, pi, sqrt
 from typing import Protocol
 
 import numpy as np
 from numpy.linalg import LinAlgError, cholesky, eigh
-from scipy.linalg import inv
 
 from mjnav.constant import Constant
 from mjnav.estimation.base import HEADING, UNKNOWN_TWIST_STD, PoseEstimator, widened
@@ -43,6 +43,8 @@ class Gaussian(Constant):
 
         In Joseph's form, (I - K H) P (I - K H)^T + K R K^T, which rounding leaves positive semidefinite.
         """
+        from scipy.linalg import inv  # slow to import; the estimators that condition import it before the first tick
+
         cross = self.covariance @ sees.T
         gain = cross @ inv(sees @ cross + noise)
         rest = np.eye(len(self.mean)) - gain @ sees
@@ -136,6 +138,7 @@ class KalmanLocalizer(PoseEstimator):
 
     def __init__(self, noise: Mapping[str, Distribution], num_particles: int, seed: int):
         super().__init__(seed)
+        import_module("scipy.linalg")
         self._num = num_particles
         self._odometry_mean, self._odometry_covariance = noise_moments(noise, ODOMETRY_CHANNELS)
         self._pose_mean, self._pose_covariance = noise_moments(noise, POSE_CHANNELS)
@@ -180,6 +183,7 @@ class KalmanPersonFilter:
     """One linear Kalman filter, with the Gaussian of the motion's and of the measurement's first two moments."""
 
     def __init__(self, motion: LinearMotion):
+        import_module("scipy.linalg")
         self._motion = motion
         self._state = Gaussian(np.zeros(4), np.eye(4))
 

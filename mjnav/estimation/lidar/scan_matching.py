@@ -42,6 +42,7 @@ given, from the place of the whole floor that fits best (`localizer.FloorSearch`
 from collections import deque
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from importlib import import_module
 
 import numpy as np
 from numpy.linalg import eigh, solve
@@ -277,6 +278,7 @@ class ScanMatchingLocalizer(PoseEstimator):
     def __init__(self, search: FloorSearch, twists: TwistSensors, start: Array | None, num_particles: int, seed: int):
         """`start` (3,) is where the robot is in the beginning; None for anywhere on the floor."""
         super().__init__(seed)
+        import_module("scipy.linalg")  # which `Gaussian.given` needs, not to be loaded at a tick
         self._search, self._field = search, search.field
         field = search.field
         self._centre, variance = weighted_law(field.noise)
