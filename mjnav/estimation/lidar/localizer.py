@@ -20,7 +20,8 @@ n = X / (2 epsilon), X the 1 - delta quantile of chi-square with k - 1 degrees o
 The search of the floor serves a start anywhere and a robot that was carried away. Poses drawn evenly over it are too
 far apart for a likelihood that is a few centimetres wide: none of them would fit. So the likelihood is first taken
 as wide as the poses are apart, and narrowed level by level while the best poses are drawn again and spread a little
-less each time (annealed importance sampling: Neal 2001). Poses that fit equally well in different places stay side by side.
+less each time (annealed importance sampling: Neal 2001). Poses that fit equally well in different places stay side by
+side.
 
 Recovery is augmented: w_fast and w_slow follow the mean likelihood of a scan under the belief (Thrun, Burgard & Fox
 2005, table 8.3). Where the fast one falls behind the slow one, or is so low that no pose explains the scan, or where

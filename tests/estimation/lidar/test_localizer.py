@@ -94,11 +94,6 @@ def test_a_start_anywhere_on_the_floor_finds_the_robot(elsewhere):
     assert len(beliefs[-1].particles) <= 500
 
 
-def test_the_same_readings_give_the_same_beliefs(drive):
-    first, again = (followed(localizer(seed=4), *drive)[0] for _ in range(2))
-    assert all(np.array_equal(a.particles, b.particles) for a, b in zip(first, again, strict=True))
-
-
 def test_without_scans_the_belief_grows_and_stays_honest_and_scans_bring_it_back(drive):
     readings, truth = drive
     blind = [replace(r, scan=np.zeros(0)) if 10 <= k < 40 else r for k, r in enumerate(readings)]

@@ -283,24 +283,12 @@ def test_the_assignment_is_the_most_likely_of_all():
         assert likelihood(assigned(density, detectable, FALSE)) == pytest.approx(best)
 
 
-def test_the_nearest_pair_is_given_up_where_the_others_would_lose_more():
-    # The detection at 0.2 is nearer to the track at 0.25, but only it is near enough to the one at 0.
-    density = log_density(still((0.0, 0.0), (0.25, 0.0)), at((0.2, 0.0), (0.45, 0.0)))
-    assert assigned(density, np.array([0.9, 0.9]), FALSE).tolist() == [0, 1]
-
-
 def test_a_detection_that_is_likelier_to_be_false_belongs_to_nobody():
     tracks = still((0.0, 0.0))
     inside, outside = (log_density(tracks, at((x, 0.0))) for x in (0.4, 0.5))
     assert outside[0, 0] < np.log(FALSE) < inside[0, 0]
     assert assigned(inside, np.array([0.0]), FALSE).tolist() == [0]
     assert assigned(outside, np.array([0.9]), FALSE).tolist() == [-1]
-
-
-def test_of_two_tracks_in_one_place_the_one_in_view_gets_the_detection():
-    density = log_density(still((0.0, 0.0), (0.0, 0.0)), at((0.02, 0.0)))
-    assert assigned(density, np.array([0.0, 0.9]), FALSE).tolist() == [-1, 0]
-    assert assigned(density, np.array([0.9, 0.0]), FALSE).tolist() == [0, -1]
 
 
 def test_without_tracks_or_detections_nothing_is_assigned():
@@ -359,10 +347,3 @@ def test_it_ends_when_it_has_been_out_of_sight_too_long_or_might_be_anywhere():
     assert not life.over(life.seen + COASTING - 0.01, spread=SPREAD - 0.01)
     assert life.over(life.seen + COASTING + 0.01, spread=0.1)
     assert life.over(life.seen, spread=SPREAD + 0.01)
-
-
-def test_a_detection_where_nothing_was_expected_speaks_against_the_track():
-    life = detected(3)
-    before = life.score
-    life.detected(0.4, float(np.log(CLUTTER / 10.0)))
-    assert life.score < before
