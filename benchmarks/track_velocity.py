@@ -21,12 +21,8 @@ import numpy as np
 
 from mjnav.estimation import TRACKERS, estimator_class
 from mjnav.estimation.base import FilterSettings
-from mjnav.estimation.lidar.kalman_tracker import GaussianTrackFilter
-from mjnav.estimation.lidar.track_filter import ParticleTrackFilter
-from mjnav.estimation.lidar.tracker import LidarTracker, MakeFilter
-from mjnav.estimation.person_filter import ImmPersonFilter, KalmanPersonFilter
-from mjnav.estimation.person_motion import PersonMotion, StopAndGo
-from mjnav.estimation.tracker import ParticleTracker
+from mjnav.estimation.lidar.tracker import KalmanLidarTracker, LidarTracker
+from mjnav.estimation.particle import ParticleTracker, PersonMotion
 from mjnav.messages import Array, Detection, Reading, RobotBelief
 from mjnav.noise import profile
 from mjnav.rng import stream
@@ -96,8 +92,8 @@ def row(name: str, found: Array) -> str:
     )  # fmt: skip
 
 
-def by_scans(make_filter: MakeFilter, seed: int) -> object:
-    return LidarTracker(Scans(seed), make_filter, 200, seed)
+def by_scans(kind: type[LidarTracker], seed: int) -> object:
+    return kind(Scans(seed), 200, seed)
 
 
 def bootstrap(noise, num: int, settings: FilterSettings | None, motion: PersonMotion | None, seed: int) -> object:
@@ -107,11 +103,7 @@ def bootstrap(noise, num: int, settings: FilterSettings | None, motion: PersonMo
 def filters(source: str, noise) -> dict[str, Callable[[int], object]]:
     """Makers of trackers by name."""
     if source == "lidar":
-        kinds = {
-            "particle": ParticleTrackFilter,
-            "kalman": lambda *_: GaussianTrackFilter(KalmanPersonFilter(StopAndGo())),
-            "imm": lambda *_: GaussianTrackFilter(ImmPersonFilter()),
-        }
+        kinds = {"particle": LidarTracker, "kalman": KalmanLidarTracker}
         return {name: partial(by_scans, kind) for name, kind in kinds.items()}
     radii = (0.3,) * 4
     chosen = [name.partition(".")[2] for name in TRACKERS if name.startswith("detections.")]

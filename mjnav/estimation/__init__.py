@@ -16,25 +16,21 @@ LIDAR = "lidar"  # the source whose estimators are made from a scenario, by thei
 # "source.filter", or the source alone where it takes no filter -> module:Class
 LOCALIZERS: Mapping[str, str] = MappingProxyType(
     {
-        "pose.particle": "mjnav.estimation.localizer:ParticleLocalizer",
-        "pose.ekf": "mjnav.estimation.kalman:ExtendedKalmanLocalizer",
-        "pose.ukf": "mjnav.estimation.kalman:UnscentedKalmanLocalizer",
+        "pose.particle": "mjnav.estimation.particle:ParticleLocalizer",
+        "pose.ekf": "mjnav.estimation.kalman:KalmanLocalizer",
         "lidar.particle": "mjnav.estimation.lidar.localizer:LidarLocalizer",
-        "lidar.ekf": "mjnav.estimation.lidar.kalman:ExtendedScanLocalizer",
-        "lidar.ukf": "mjnav.estimation.lidar.kalman:UnscentedScanLocalizer",
+        "lidar.ekf": "mjnav.estimation.lidar.scan_matching:ScanMatchingLocalizer",
         "direct": "mjnav.estimation.direct:DirectLocalizer",
     }
 )
 TRACKERS: Mapping[str, str] = MappingProxyType(
     {
-        "detections.particle": "mjnav.estimation.tracker:ParticleTracker",
-        "detections.kalman": "mjnav.estimation.kalman:KalmanTracker",
-        "detections.imm": "mjnav.estimation.kalman:ImmTracker",
-        "detections.rao-blackwell": "mjnav.estimation.walk_filter:RaoBlackwellTracker",
+        "detections.particle": "mjnav.estimation.particle:ParticleTracker",
+        "detections.kalman": "mjnav.estimation.tracker:KalmanTracker",
+        "detections.rao-blackwell": "mjnav.estimation.tracker:RaoBlackwellTracker",
         "lidar.particle": "mjnav.estimation.lidar.tracker:LidarTracker",
         "lidar.rao-blackwell": "mjnav.estimation.lidar.tracker:LidarTracker",  # whose particles are such
-        "lidar.kalman": "mjnav.estimation.lidar.kalman_tracker:KalmanLidarTracker",
-        "lidar.imm": "mjnav.estimation.lidar.kalman_tracker:ImmLidarTracker",
+        "lidar.kalman": "mjnav.estimation.lidar.tracker:KalmanLidarTracker",
         "direct": "mjnav.estimation.direct:DirectTracker",
     }
 )

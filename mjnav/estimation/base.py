@@ -1,16 +1,14 @@
-"""Interfaces of the estimators and what they share: assumed noise, likelihoods, Gaussians, samples of beliefs.
+"""Interfaces of the estimators and what they share: assumed noise, likelihoods of channels, samples of beliefs.
 
 A filter assumes the noise of the world or of another profile, but no standard deviation below the least of its channel.
-The likelihood of a channel has a floor. The Gaussians stand for noise and beliefs in the filters that assume all
-distributions to be Gaussian.
+The likelihood of a channel has a floor.
 """
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Protocol
+from typing import NamedTuple, Protocol
 
 import numpy as np
-from numpy.linalg import LinAlgError, cholesky, eigh
 from numpy.typing import NDArray
 
 from mjnav.constant import Constant
@@ -135,37 +133,6 @@ def _interpolated(error: Vector, first: float, scale: float, values: Vector, out
     return found
 
 
-# ---------------------------------------------------------------------------------------- Gaussians
-
-
-def noise_moments(noise: Mapping[str, Distribution], channels: Sequence[str]) -> tuple[Array, Array]:
-    """Means (c,) and diagonal covariance (c, c) of the channels, none narrower than a filter's least std."""
-    widened_noise = [widened(channel, noise[channel]) for channel in channels]
-    return np.array([n.mean for n in widened_noise]), np.diag([n.std**2 for n in widened_noise])
-
-
-def draw_gaussian(mean: Array, covariance: Array, num: int, rng: np.random.Generator) -> Array:
-    """Draws from N(mean, covariance), (num, d)."""
-    return mean + rng.standard_normal((num, mean.size)) @ root(covariance)
-
-
-def root(covariance: Array) -> Array:
-    """R with R^T R = covariance (d, d), upper triangular where rounding has left it positive definite.
-
-    Of the widest noises it does not: then R is the root of the nearest matrix that is semidefinite.
-    """
-    try:
-        return np.asarray(cholesky(covariance), float).T
-    except LinAlgError:
-        values, vectors = eigh(symmetrised(covariance))
-        return np.asarray(vectors * np.sqrt(np.maximum(values, 0.0)), float).T
-
-
-def symmetrised(matrix: Array) -> Array:
-    """The symmetric part of a matrix (d, d), without the asymmetry that rounding leaves."""
-    return 0.5 * (matrix + matrix.T)
-
-
 # ---------------------------------------------------------------------- interfaces and shared parts
 
 
@@ -227,29 +194,32 @@ class FilterSettings:
     patience: int = 3
 
 
-class BeliefDraws:
-    """Draws from beliefs, one stream a body."""
+NO_BELIEF = "draw() needs a belief: call update() with a reading first"
 
-    def __init__(self, bodies: Sequence[str], seed: int):
-        self._streams = [stream(seed, DRAWS, body) for body in bodies]
 
-    def __call__(self, body: int, belief: RobotBelief | Track | None, num: int) -> Array:
-        """`num` of the belief's particles by weight, (num, d); an error before the first reading."""
-        if belief is None:
-            raise RuntimeError("draw() needs a belief: call update() with a reading first")
-        return shuffled(belief.particles, belief.weights, num, self._streams[body])
+class Posterior(NamedTuple):
+    """Weighted particles of B bodies with their moments; a row a body."""
+
+    particles: Sequence[Array] | Array  # (B, n, d)
+    weights: Sequence[Array] | Array  # (B, n)
+    mean: Sequence[Array] | Array  # (B, d)
+    covariance: Sequence[Array] | Array  # (B, d, d)
+    ess: Sequence[float] | Array  # (B,)
+    recovered: Sequence[bool] | NDArray[np.bool_]  # (B,) whether the belief started again from the reading
 
 
 class PoseEstimator:
     """What all localizers share: the latest belief and the draws from it."""
 
     def __init__(self, seed: int):
-        self._draws = BeliefDraws(("robot",), seed)
+        self._drawing = stream(seed, DRAWS, "robot")
         self._belief: RobotBelief | None = None
 
     def draw(self, num: int) -> Array:
-        """Samples of the latest belief, (num, 3), in random order."""
-        return self._draws(0, self._belief, num)
+        """Samples of the latest belief, (num, 3), in random order; an error before the first reading."""
+        if self._belief is None:
+            raise RuntimeError(NO_BELIEF)
+        return shuffled(self._belief.particles, self._belief.weights, num, self._drawing)
 
 
 def robot_belief(time: float, particles: Array, weights: Array | None = None) -> RobotBelief:
@@ -284,7 +254,7 @@ class PeopleTracker:
     def __init__(self, radii: Sequence[float], seed: int):
         self._radii = tuple(radii)
         self._names = person_names(len(self._radii))
-        self._draws = BeliefDraws(self._names, seed)
+        self._drawing = [stream(seed, DRAWS, name) for name in self._names]
         self._tracks: tuple[Track, ...] | None = None
         self._tracked = range(len(self._names))  # whose they are
         self._everybody = self._tracked
@@ -302,29 +272,21 @@ class PeopleTracker:
         return np.flatnonzero(~absent).tolist() if absent.any() else self._everybody
 
     def draw(self, num: int) -> tuple[Array, ...]:
-        """Samples of the latest tracks, (num, 4) each, in random order."""
+        """Samples of the latest tracks, (num, 4) each, in random order; an error before the first reading."""
         if self._tracks is None:
-            return tuple(self._draws(p, None, num) for p in range(len(self._names)))
-        return tuple(self._draws(p, track, num) for p, track in zip(self._tracked, self._tracks, strict=True))
+            raise RuntimeError(NO_BELIEF)
+        pairs = zip(self._tracked, self._tracks, strict=True)
+        return tuple(shuffled(track.particles, track.weights, num, self._drawing[p]) for p, track in pairs)
 
-    def _conclude(
-        self,
-        time: float,
-        particles: Sequence[Array] | Array,
-        weights: Sequence[Array] | Array,
-        mean: Sequence[Array] | Array,
-        covariance: Sequence[Array] | Array,
-        ess: Sequence[float] | Array,
-        recovered: NDArray[np.bool_] | None = None,
-        tracked: Sequence[int] | None = None,
-    ) -> tuple[Track, ...]:
-        """The latest tracks, of all people or of those who are `tracked`, from a row a person of everything."""
-        again = (False,) * len(self._names) if recovered is None else recovered.tolist()
-        rows = zip(
-            particles, weights, mean, covariance, np.asarray(ess, float).tolist(), self._radii, again, strict=True
-        )
-        self._tracks = tuple(Track(name, time, *row) for name, row in zip(self._names, rows, strict=True))
-        self._tracked = self._everybody if tracked is None else tracked
-        if len(self._tracked) < len(self._names):
-            self._tracks = tuple(self._tracks[p] for p in self._tracked)
+    def _conclude(self, time: float, posterior: Posterior, tracked: Sequence[int]) -> tuple[Track, ...]:
+        """The latest tracks, of those who are `tracked`, from a posterior of all people."""
+        self._tracked = tracked
+        self._tracks = tuple(self._track(p, time, posterior) for p in tracked)
         return self._tracks
+
+    def _track(self, person: int, time: float, posterior: Posterior) -> Track:
+        p = posterior
+        moments = p.mean[person], p.covariance[person], float(p.ess[person])
+        name, radius = self._names[person], self._radii[person]
+        again = bool(p.recovered[person])
+        return Track(name, time, p.particles[person], p.weights[person], *moments, radius, again)

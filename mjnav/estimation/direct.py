@@ -9,10 +9,24 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from mjnav.estimation.base import HEADING, LEAST_STD, PeopleTracker, PoseEstimator, person_track, widened
-from mjnav.estimation.localizer import ODOMETRY_CHANNELS, POSE_CHANNELS, moved, pose_samples
-from mjnav.estimation.person_motion import PersonMotion
-from mjnav.estimation.tracker import DETECTION_CHANNELS, detection_samples
+from mjnav.estimation.base import (
+    HEADING,
+    LEAST_STD,
+    PeopleTracker,
+    PoseEstimator,
+    Posterior,
+    person_track,
+    widened,
+)
+from mjnav.estimation.particle import (
+    DETECTION_CHANNELS,
+    ODOMETRY_CHANNELS,
+    POSE_CHANNELS,
+    PersonMotion,
+    detection_samples,
+    moved,
+    pose_samples,
+)
 from mjnav.filters.particles import weighted_moments
 from mjnav.messages import Array, Reading, RobotBelief, Track
 from mjnav.noise import Distribution
@@ -87,46 +101,31 @@ class DirectTracker(PeopleTracker):
         self._history.append((reading.time, position))
         while self._history[0][0] < reading.time - VELOCITY_WINDOW - 1e-9:
             self._history.popleft()
-        particles = np.nan_to_num(np.concatenate([position, self._velocity()], axis=-1))
+        velocity = np.stack([self._velocity(p) for p in range(len(position))])
+        particles = np.nan_to_num(np.concatenate([position, velocity], axis=-1))
         weights = np.tile(self._weights, (len(particles), 1))
         mean, covariance = weighted_moments(particles, weights, -1)
-        ess = np.full(len(particles), self._weights.size)
-        return self._conclude(reading.time, particles, weights, mean, covariance, ess, tracked=tracked)
+        num, nobody = np.full(len(particles), self._weights.size), np.zeros(len(particles), bool)
+        return self._conclude(reading.time, Posterior(particles, weights, mean, covariance, num, nobody), tracked)
 
     def _coasted(self, reading: Reading) -> tuple[Track, ...]:
         """The tracks before, each sample on at its velocity."""
-        self._tracks = tuple(
-            person_track(
-                track.name, reading.time, track.radius, _straight_on(track.particles, reading.time - track.time)
-            )
-            for track in self._tracks or ()
-        )
+        tracks = []
+        for track in self._tracks or ():
+            position, velocity = np.hsplit(track.particles, 2)
+            states = np.hstack([position + (reading.time - track.time) * velocity, velocity])
+            tracks.append(person_track(track.name, reading.time, track.radius, states))
+        self._tracks = tuple(tracks)
         return self._tracks
 
-    def _velocity(self) -> Array:
-        """Slopes of the window's positions, (P, n, 2); NaN for who is not there."""
+    def _velocity(self, person: int) -> Array:
+        """Slope of a person's positions since they came, (n, 2); NaN for who is not there."""
         times = np.array([time for time, _ in self._history])
-        positions = [position for _, position in self._history]
-        if not any(np.isnan(position).any() for position in positions):
-            return self._slope(times, positions, slice(None))
-        found = np.empty(self._prior_velocity.shape)
-        for p in range(len(found)):
-            absent = np.flatnonzero([np.isnan(position[p, 0, 0]) for position in positions])
-            since = absent[-1] + 1 if len(absent) else 0
-            there = slice(p, p + 1)
-            if since == len(times):
-                found[p] = np.nan
-            else:
-                found[p] = self._slope(times[since:], [position[there] for position in positions[since:]], there)[0]
-        return found
-
-    def _slope(self, times: Array, positions: Sequence[Array], people: slice) -> Array:
-        """Of positions (q, n, 2) of some `people` at `times`, (q, n, 2)."""
-        times = times - times.mean()
-        moment = sum(t * position for t, position in zip(times, positions, strict=True))
-        return (moment + self._ridge * self._prior_velocity[people]) / (times @ times + self._ridge)
-
-
-def _straight_on(states: Array, duration: float) -> Array:
-    """States (n, 4) after `duration` [s] at their velocities."""
-    return np.hstack([states[:, :2] + duration * states[:, 2:], states[:, 2:]])
+        positions = [position[person] for _, position in self._history]
+        absent = np.flatnonzero([np.isnan(position[0, 0]) for position in positions])
+        since = absent[-1] + 1 if len(absent) else 0
+        if since == len(times):
+            return np.full_like(positions[-1], np.nan)
+        times = times[since:] - times[since:].mean()
+        moment = sum(t * position for t, position in zip(times, positions[since:], strict=True))
+        return (moment + self._ridge * self._prior_velocity[person]) / (times @ times + self._ridge)

@@ -1,35 +1,84 @@
-"""Kalman filters of the robot's pose and of people's states: every noise is taken for a Gaussian of its mean and std.
+"""Kalman filters of the robot's pose and of a person's state: every noise is taken for a Gaussian of its mean and std.
 
-A filter of the pose is a Gaussian that is moved by twists and conditioned on poses. filterpy does the algebra; it is
-slow to import, and only the Kalman filters need it.
+predict    x' = f(x) + N(0, Q)       m <- f(m),   P <- F P F^T + Q,   F the Jacobian of f
+correct    z = H x + N(0, R)         m <- m + K (z - H m),   K = P H^T (H P H^T + R)^-1   (Kalman 1960)
 """
 
-from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
-from typing import Any
+from dataclasses import dataclass
+from importlib import import_module
+from math import exp, pi, sqrt
+from typing import Protocol
 
 import numpy as np
+from numpy.linalg import LinAlgError, cholesky, eigh
 
-from mjnav.estimation.base import (
-    HEADING,
-    UNKNOWN_TWIST_STD,
-    PeopleTracker,
-    PoseEstimator,
-    draw_gaussian,
-    noise_moments,
-    root,
-    symmetrised,
-)
-from mjnav.estimation.localizer import ODOMETRY_CHANNELS, POSE_CHANNELS
-from mjnav.estimation.person_filter import ImmPersonFilter, KalmanPersonFilter, LinearMotion, PersonFilter
-from mjnav.estimation.tracker import DETECTION_CHANNELS
-from mjnav.geometry.angles import circular_mean, wrap
-from mjnav.messages import Array, Reading, RobotBelief, Track
+from mjnav.constant import Constant
+from mjnav.estimation.base import HEADING, UNKNOWN_TWIST_STD, PoseEstimator, widened
+from mjnav.estimation.particle import ODOMETRY_CHANNELS, POSE_CHANNELS
+from mjnav.estimation.walk_filter import Detectable
+from mjnav.filters.mixture_kalman import GaussianSum
+from mjnav.geometry.angles import wrap
+from mjnav.messages import Array, Reading, RobotBelief
 from mjnav.motion.unicycle import integrate
 from mjnav.noise import Distribution
 from mjnav.rng import stream
 
-# ------------------------------------------------------------------------------ filters of the pose
+# ---------------------------------------------------------------------------------------- Gaussians
+
+
+@dataclass(frozen=True, slots=True)
+class Gaussian(Constant):
+    """N(mean, covariance) of a state of d numbers."""
+
+    mean: Array  # (d,)
+    covariance: Array  # (d, d), symmetric but for what rounding leaves
+
+    def moved(self, mean: Array, jacobian: Array, noise: Array) -> "Gaussian":
+        """After a motion f: `mean` is f(m), `jacobian` F (d, d) and `noise` Q (d, d)."""
+        return Gaussian(mean, jacobian @ self.covariance @ jacobian.T + noise)
+
+    def given(self, residual: Array, sees: Array, noise: Array) -> "Gaussian":
+        """Conditioned on a measurement by its `residual` z - H m (k,), H = `sees` (k, d) and `noise` R (k, k).
+
+        In Joseph's form, (I - K H) P (I - K H)^T + K R K^T, which rounding leaves positive semidefinite.
+        """
+        from scipy.linalg import inv  # slow to import; the estimators that condition import it before the first tick
+
+        cross = self.covariance @ sees.T
+        gain = cross @ inv(sees @ cross + noise)
+        rest = np.eye(len(self.mean)) - gain @ sees
+        return Gaussian(self.mean + gain @ residual, rest @ self.covariance @ rest.T + gain @ noise @ gain.T)
+
+    def draw(self, num: int, rng: np.random.Generator) -> Array:
+        """States from it, (num, d)."""
+        return self.mean + rng.standard_normal((num, self.mean.size)) @ root(symmetrised(self.covariance))
+
+
+def noise_moments(noise: Mapping[str, Distribution], channels: Sequence[str]) -> tuple[Array, Array]:
+    """Means (c,) and diagonal covariance (c, c) of the channels, none narrower than a filter's least std."""
+    widened_noise = [widened(channel, noise[channel]) for channel in channels]
+    return np.array([n.mean for n in widened_noise]), np.diag([n.std**2 for n in widened_noise])
+
+
+def root(covariance: Array) -> Array:
+    """R with R^T R = covariance (d, d), upper triangular where rounding has left it positive definite.
+
+    Of the widest noises it does not: then R is the root of the nearest matrix that is semidefinite.
+    """
+    try:
+        return np.asarray(cholesky(covariance), float).T
+    except LinAlgError:
+        values, vectors = eigh(symmetrised(covariance))
+        return np.asarray(vectors * np.sqrt(np.maximum(values, 0.0)), float).T
+
+
+def symmetrised(matrix: Array) -> Array:
+    """The symmetric part of a matrix (d, d), without the asymmetry that rounding leaves."""
+    return 0.5 * (matrix + matrix.T)
+
+
+# -------------------------------------------------- extended Kalman filter of the pose (x, y, heading)
 
 
 def pose_residual(a: Array, b: Array) -> Array:
@@ -54,241 +103,148 @@ def odometry_jacobians(pose: Array, twist: Array, interval: float) -> tuple[Arra
     return by_pose, by_twist
 
 
-class PoseFilter(ABC):
-    """N(mean, covariance) of (x, y, heading)."""
+def pose_moved(pose: Gaussian, twist: Array, covariance: Array, interval: float) -> Gaussian:
+    """A pose after a twist (v, omega) known with a covariance (2, 2) over `interval` [s].
 
-    def __init__(self):
-        self._kalman = self._make()
-
-    @property
-    def mean(self) -> Array:
-        """(3,), a copy."""
-        return self._kalman.x.copy()
-
-    @property
-    def covariance(self) -> Array:
-        """(3, 3), symmetric."""
-        return symmetrised(self._kalman.P)
-
-    def start(self, mean: Array, covariance: Array) -> None:
-        """Forgets what was believed."""
-        self._kalman.x, self._kalman.P = mean.copy(), covariance.copy()
-        self._wrap()
-
-    @abstractmethod
-    def predict(self, twist: Array, covariance: Array, interval: float) -> None:
-        """Moves by a twist (v, omega) that is known with a covariance (2, 2), over `interval` [s]."""
-
-    def correct(self, measured: Array, covariance: Array) -> None:
-        """Conditions on a pose (3,) that was measured with an error of zero mean and `covariance` (3, 3)."""
-        self._correct(measured, covariance)
-        self._wrap()
-
-    def belief(self, time: float, num: int, rng: np.random.Generator, recovered: bool = False) -> RobotBelief:
-        """The Gaussian at `time` [s]; its `num` particles are draws from it, equally weighted."""
-        covariance = self.covariance
-        particles = draw_gaussian(self._kalman.x, covariance, num, rng)
-        particles[:, HEADING] = wrap(particles[:, HEADING])
-        weights = np.full(num, 1.0 / num)
-        return RobotBelief(time, particles, weights, self.mean, covariance, float(num), recovered)
-
-    def _wrap(self) -> None:
-        self._kalman.x[HEADING] = wrap(self._kalman.x[HEADING])
-
-    @abstractmethod
-    def _make(self) -> Any:
-        """filterpy's filter of three states and three measurements."""
-
-    @abstractmethod
-    def _correct(self, measured: Array, covariance: Array) -> None: ...
+    The mean goes along the arc, the covariance by its Jacobians (Thrun, Burgard & Fox 2005, table 3.3).
+    """
+    by_pose, by_twist = odometry_jacobians(pose.mean, twist, interval)
+    mean = integrate(pose.mean, twist[0], twist[1], interval)
+    return pose.moved(mean, by_pose, by_twist @ covariance @ by_twist.T)
 
 
-class ExtendedPoseFilter(PoseFilter):
-    """Extended Kalman filter (Thrun, Burgard & Fox 2005, table 3.3)."""
-
-    def _make(self) -> Any:
-        from filterpy.kalman import ExtendedKalmanFilter
-
-        class UnicycleFilter(ExtendedKalmanFilter):
-            def predict_x(self, u=0):
-                self.x = u  # the arc's end, which is no linear function of the pose
-
-        return UnicycleFilter(dim_x=3, dim_z=3)
-
-    def predict(self, twist: Array, covariance: Array, interval: float) -> None:
-        """The mean along the arc, the covariance by its Jacobians."""
-        kalman = self._kalman
-        kalman.F, by_twist = odometry_jacobians(kalman.x, twist, interval)
-        kalman.Q = by_twist @ covariance @ by_twist.T
-        kalman.predict(u=integrate(kalman.x, twist[0], twist[1], interval))
-
-    def _correct(self, measured: Array, covariance: Array) -> None:
-        self._kalman.update(measured, lambda _: np.eye(3), lambda x: x, R=covariance, residual=pose_residual)
+def pose_given(pose: Gaussian, measured: Array, covariance: Array) -> Gaussian:
+    """A pose conditioned on one (3,) that was measured with an error of zero mean and `covariance` (3, 3)."""
+    after = pose.given(pose_residual(measured, pose.mean), np.eye(3), covariance)
+    after.mean[HEADING] = wrap(after.mean[HEADING])
+    return after
 
 
-class UnscentedPoseFilter(PoseFilter):
-    """Unscented Kalman filter (Wan & van der Merwe 2000); the twist's noise enters through its Jacobian."""
-
-    def _make(self) -> Any:
-        from filterpy.kalman import MerweScaledSigmaPoints, UnscentedKalmanFilter
-
-        return UnscentedKalmanFilter(
-            dim_x=3,
-            dim_z=3,
-            dt=1.0,  # each prediction brings its own
-            hx=lambda x: x,
-            fx=lambda x, dt, twist: integrate(x, twist[0], twist[1], dt),
-            # alpha = 1 and kappa = 0 put no negative weight anywhere, so a covariance stays one.
-            points=MerweScaledSigmaPoints(3, alpha=1.0, beta=2.0, kappa=0.0, sqrt_method=root, subtract=pose_residual),
-            x_mean_fn=_mean,
-            z_mean_fn=_mean,
-            residual_x=pose_residual,
-            residual_z=pose_residual,
-        )
-
-    def predict(self, twist: Array, covariance: Array, interval: float) -> None:
-        """Sigma points along their arcs."""
-        kalman = self._kalman
-        _, by_twist = odometry_jacobians(kalman.x, twist, interval)
-        kalman.Q = by_twist @ covariance @ by_twist.T
-        kalman.predict(dt=interval, twist=twist)
-
-    def _correct(self, measured: Array, covariance: Array) -> None:
-        kalman = self._kalman
-        kalman.sigmas_f = kalman.points_fn.sigma_points(kalman.x, kalman.P)  # filterpy's are those of a prediction
-        kalman.update(measured, R=covariance)
+def pose_belief(
+    pose: Gaussian, time: float, num: int, rng: np.random.Generator, recovered: bool = False
+) -> RobotBelief:
+    """The belief at `time` [s]; its `num` particles are draws from the Gaussian, equally weighted."""
+    particles = pose.draw(num, rng)
+    particles[:, HEADING] = wrap(particles[:, HEADING])
+    weights = np.full(num, 1.0 / num)
+    return RobotBelief(time, particles, weights, pose.mean, symmetrised(pose.covariance), float(num), recovered)
 
 
-def _mean(sigmas: Array, weights: Array) -> Array:
-    """Weighted mean of poses (k, 3), circular in the heading."""
-    mean = weights @ sigmas
-    mean[HEADING] = circular_mean(sigmas[:, HEADING], weights)
-    return mean
-
-
-# --------------------------------------------------------------------------------------- localizers
-
-
-class KalmanLocalizer(PoseEstimator, ABC):
-    """A Kalman filter of the pose, predicted by odometry and corrected by the pose sensor.
+class KalmanLocalizer(PoseEstimator):
+    """By an extended Kalman filter of the pose, predicted by odometry and corrected by the pose sensor.
 
     It starts at the first pose reading less the noise's mean. `particles` are draws from its Gaussian.
     """
 
     def __init__(self, noise: Mapping[str, Distribution], num_particles: int, seed: int):
         super().__init__(seed)
+        import_module("scipy.linalg")
         self._num = num_particles
         self._odometry_mean, self._odometry_covariance = noise_moments(noise, ODOMETRY_CHANNELS)
         self._pose_mean, self._pose_covariance = noise_moments(noise, POSE_CHANNELS)
-        self._filter = self._make()
-        self._started = False
+        self._pose: Gaussian | None = None
         self._stream = stream(seed, "estimation.gaussian")
 
     def update(self, reading: Reading) -> RobotBelief:
         """The belief after one more reading."""
-        measured = reading.pose - self._pose_mean
-        if self._started:
+        measured, pose = reading.pose - self._pose_mean, self._pose
+        if pose is None:
+            measured[HEADING] = wrap(measured[HEADING])
+            pose = Gaussian(measured, self._pose_covariance)
+        else:
             covariance = self._odometry_covariance
             if "odometry" in reading.dropped:
                 covariance = covariance + np.diag(np.square(UNKNOWN_TWIST_STD))
-            self._filter.predict(reading.odometry - self._odometry_mean, covariance, reading.interval)
+            pose = pose_moved(pose, reading.odometry - self._odometry_mean, covariance, reading.interval)
             if "pose" not in reading.dropped:
-                self._filter.correct(measured, self._pose_covariance)
-        else:
-            self._filter.start(measured, self._pose_covariance)
-            self._started = True
-        self._belief = self._filter.belief(reading.time, self._num, self._stream)
+                pose = pose_given(pose, measured, self._pose_covariance)
+        self._pose = pose
+        self._belief = pose_belief(pose, reading.time, self._num, self._stream)
         return self._belief
 
-    @abstractmethod
-    def _make(self) -> PoseFilter:
-        """The filter of the pose."""
+
+# -------------------------------------------------------- linear Kalman filter of a person (x, y, vx, vy)
 
 
-class ExtendedKalmanLocalizer(KalmanLocalizer):
-    """By an extended Kalman filter."""
+class LinearMotion(Protocol):
+    """How people walk, by one linear model."""
 
-    def _make(self) -> PoseFilter:
-        return ExtendedPoseFilter()
+    @property
+    def walking_speed(self) -> float:
+        """Std of a velocity component of which nothing is known [m/s]."""
+        ...
 
-
-class UnscentedKalmanLocalizer(KalmanLocalizer):
-    """By an unscented Kalman filter."""
-
-    def _make(self) -> PoseFilter:
-        return UnscentedPoseFilter()
-
-
-# ----------------------------------------------------------------------------------------- trackers
+    def variances(self, interval: float) -> tuple[float, float]:
+        """Of the changes of a velocity's [m^2/s^2] and a position's component [m^2] within `interval` [s]."""
+        ...
 
 
-class GaussianTracker(PeopleTracker, ABC):
-    """One Kalman filter, or several that interact, for each person; detections come with their identity."""
+class KalmanPersonFilter:
+    """One linear Kalman filter, with the Gaussian of the motion's and of the measurement's first two moments."""
 
-    def __init__(
-        self,
-        noise: Mapping[str, Distribution],
-        num_particles: int,
-        radii: Sequence[float],
-        seed: int,
-    ):
-        super().__init__(radii, seed)
-        self._num = num_particles
-        self._noise_mean, self._noise_covariance = noise_moments(noise, DETECTION_CHANNELS)
-        self._filters = [self._make() for _ in self._names]
-        self._started = False
-        self._streams = [stream(seed, "estimation.gaussian", name) for name in self._names]
-        self._weights = np.full(num_particles, 1.0 / num_particles)
-
-    def update(self, reading: Reading, robot: RobotBelief | None = None) -> tuple[Track, ...]:
-        """One track for each person who is there, after one more reading."""
-        tracked = self._detected(reading)
-        for p, person in enumerate(self._filters):
-            measured = np.nan_to_num(reading.detections[p]) - self._noise_mean
-            if self._started and p in tracked and p in self._tracked:
-                person.predict(reading.interval)
-                if "detections" not in reading.dropped:
-                    person.correct(measured, self._noise_covariance)
-            else:  # a new track; of who is not there, the row is not looked at
-                person.start(measured, self._noise_covariance)
-        self._started = True
-        num = len(self._names)
-        return self._conclude(
-            reading.time,
-            [person.draw(self._num, rng) for person, rng in zip(self._filters, self._streams, strict=True)],
-            [self._weights] * num,
-            [person.mean for person in self._filters],
-            [person.covariance for person in self._filters],
-            [self._num] * num,
-            tracked=tracked,
-        )
-
-    @abstractmethod
-    def _make(self) -> PersonFilter:
-        """A person's filter."""
-
-
-class KalmanTracker(GaussianTracker):
-    """By a linear Kalman filter."""
-
-    def __init__(
-        self,
-        noise: Mapping[str, Distribution],
-        num_particles: int,
-        radii: Sequence[float],
-        seed: int,
-        *,
-        motion: LinearMotion | None = None,
-    ):
+    def __init__(self, motion: LinearMotion):
+        import_module("scipy.linalg")
         self._motion = motion
-        super().__init__(noise, num_particles, radii, seed)
+        self._state = Gaussian(np.zeros(4), np.eye(4))
 
-    def _make(self) -> PersonFilter:
-        return KalmanPersonFilter(self._motion)
+    @property
+    def mean(self) -> Array:
+        """(4,)"""
+        return self._state.mean
+
+    @property
+    def covariance(self) -> Array:
+        """(4, 4), symmetric."""
+        return symmetrised(self._state.covariance)
+
+    def start(self, measured: Array, noise: GaussianSum) -> None:
+        """Forgets all but a measured position (2,) [m]; a component of the velocity is N(0, walking_speed^2)."""
+        spread = np.zeros((4, 4))
+        spread[:2, :2], spread[2:, 2:] = noise.variance, self._motion.walking_speed**2 * np.eye(2)
+        self._state = Gaussian(np.append(measured - noise.mean, [0.0, 0.0]), spread)
+
+    def predict(self, interval: float) -> None:
+        """Constant velocity over `interval` [s], with a Gaussian change of it; the position moves by the mean."""
+        transition, gain = np.eye(4), np.zeros((4, 2))
+        transition[:2, 2:] = interval * np.eye(2)
+        gain[:2], gain[2:] = 0.5 * interval * np.eye(2), np.eye(2)
+        of_velocity, of_position = self._motion.variances(interval)
+        noise = of_velocity * gain @ gain.T + of_position * np.diag([1.0, 1.0, 0.0, 0.0])
+        self._state = self._state.moved(transition @ self._state.mean, transition, noise)
+
+    def correct(self, measured: Array, noise: GaussianSum, *, age: float = 0.0, floor: float = 0.0) -> float:
+        """Conditions on the position (2,) [m] that was measured `age` [s] before; returns its density [1/m^2] before.
+
+        z = x - age v + error. `floor` [1/m^2] is added to the density.
+        """
+        sees, variance = seen_before(age), noise.variance
+        density = self.density(measured, noise, age=age) + floor
+        self._state = self._state.given(measured - noise.mean - sees @ self._state.mean, sees, variance)
+        return density
+
+    def density(self, measured: Array, noise: GaussianSum, *, age: float = 0.0) -> float:
+        """Of a position (2,) [m] measured `age` [s] before, [1/m^2]."""
+        sees = seen_before(age)
+        x, y = (measured - noise.mean - sees @ self._state.mean).tolist()
+        (a, b), (_, d) = (sees @ self._state.covariance @ sees.T + noise.variance).tolist()
+        determinant = a * d - b * b
+        squared = (d * x * x - 2.0 * b * x * y + a * y * y) / determinant
+        return exp(-0.5 * squared) / (2.0 * pi * sqrt(determinant))
+
+    def missed(self, detectable: Detectable) -> float:
+        """The probability of a detection under the Gaussian, which it leaves as it is.
+
+        By Gauss-Hermite quadrature along its widest axis: 2/3 at the mean, 1/6 at sqrt(3) std to either side.
+        """
+        mean, (values, vectors) = self.mean[:2], eigh(self.covariance[:2, :2])
+        out = sqrt(3.0 * max(float(values[-1]), 0.0)) * vectors[:, -1]
+        return float(np.array([4.0, 1.0, 1.0]) / 6.0 @ detectable(np.stack([mean, mean + out, mean - out])))
+
+    def draw(self, num: int, rng: np.random.Generator) -> Array:
+        """Equally weighted states, (num, 4)."""
+        return self._state.draw(num, rng)
 
 
-class ImmTracker(GaussianTracker):
-    """By an interacting multiple model filter of standing, walking and turning."""
-
-    def _make(self) -> PersonFilter:
-        return ImmPersonFilter()
+def seen_before(age: float) -> Array:
+    """H (2, 4) of a position `age` [s] before: (I, -age I)."""
+    return np.hstack([np.eye(2), -age * np.eye(2)])

@@ -1,27 +1,81 @@
-"""People's positions and velocities by one bootstrap particle filter a person on (x, y, vx, vy)."""
+"""Trackers of people whose detections have identity, by a filter a person: Rao-Blackwellised, or a Kalman filter."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 
-from mjnav.estimation.base import FilterSettings, Likelihood, PeopleTracker
-from mjnav.estimation.bootstrap import Bootstrap
-from mjnav.estimation.person_motion import PersonMotion
-from mjnav.messages import Array, Reading, RobotBelief, Track
+from mjnav.estimation.base import FLOOR_WIDTH, LEAST_STD, PeopleTracker, Posterior, widened
+from mjnav.estimation.kalman import KalmanPersonFilter, LinearMotion, noise_moments
+from mjnav.estimation.particle import DETECTION_CHANNELS, PersonMotion
+from mjnav.estimation.walk_filter import StopAndGo, WalkFilter
+from mjnav.filters.mixture_kalman import GaussianSum, fitted
+from mjnav.messages import Reading, RobotBelief, Track
 from mjnav.noise import Distribution
 from mjnav.rng import stream
 
-DETECTION_CHANNELS = ("detection.x", "detection.y")
+PersonFilter = WalkFilter | KalmanPersonFilter
+PATIENCE = 3  # unexplained detections in a row after which a person is looked for anew
 
 
-class ParticleTracker(PeopleTracker):
-    """Tracks people whose detections come with their identity.
+class FilteringTracker(PeopleTracker):
+    """Tracks each person by a filter that takes detections for the truth plus a sum of Gaussians.
 
-    Predict: `PersonMotion`. Correct: w_i <- w_i prod_c [(1 - epsilon) p_c(z_c - x_i,c) + floor] over x and y.
-    Start, again for who was away: position = detection - noise draws, velocity ~ N(0, walking_speed^2). All people are
-    computed at once, each from streams of its own, so that one person's track does not depend on how many others there
-    are.
+    A detection is unexplained where its density falls below twice `floor` [1/m^2]. Each person's filter and particles
+    have streams of their own, so that one track does not depend on how many people there are.
     """
+
+    def __init__(
+        self,
+        radii: Sequence[float],
+        seed: int,
+        make: Callable[[str], PersonFilter],
+        noise: GaussianSum,
+        num_particles: int,
+        channel: str,
+        floor: float = 0.0,
+    ):
+        """`make` makes a filter for a person of that name; `channel` names the streams of the particles."""
+        super().__init__(radii, seed)
+        self._num, self._noise, self._floor = num_particles, noise, floor
+        self._filters = [make(name) for name in self._names]
+        self._streams = [stream(seed, channel, name) for name in self._names]
+        self._unexplained = [0] * len(self._names)  # detections in a row
+        self._started = False
+        self._weights = np.full(num_particles, 1.0 / num_particles)
+
+    def update(self, reading: Reading, robot: RobotBelief | None = None) -> tuple[Track, ...]:
+        """One track for each person who is there, after one more reading."""
+        tracked, arrived = self._detected(reading), "detections" not in reading.dropped
+        recovered = [False] * len(self._names)
+        for p, person in enumerate(self._filters):
+            measured = np.nan_to_num(reading.detections[p])
+            goes_on = self._started and p in self._tracked  # the track of who was away begins anew
+            if goes_on and p in tracked:
+                person.predict(reading.interval)
+                if arrived:
+                    recovered[p] = self._loses(p, person.correct(measured, self._noise, floor=self._floor))
+            if recovered[p] or not goes_on:
+                person.start(measured, self._noise)
+                self._unexplained[p] = 0
+        self._started = True
+        posterior = Posterior(
+            [person.draw(self._num, rng) for person, rng in zip(self._filters, self._streams, strict=True)],
+            [self._weights] * len(self._names),
+            [person.mean for person in self._filters],
+            [person.covariance for person in self._filters],
+            [float(self._num)] * len(self._names),
+            recovered,
+        )
+        return self._conclude(reading.time, posterior, tracked)
+
+    def _loses(self, person: int, density: float) -> bool:
+        """Whether a filter explains its person's detections no more, after one more of that density [1/m^2]."""
+        self._unexplained[person] = 0 if density >= 2.0 * self._floor else self._unexplained[person] + 1
+        return self._unexplained[person] >= PATIENCE
+
+
+class KalmanTracker(FilteringTracker):
+    """By a linear Kalman filter a person; every detection counts, however unlikely."""
 
     def __init__(
         self,
@@ -29,60 +83,43 @@ class ParticleTracker(PeopleTracker):
         num_particles: int,
         radii: Sequence[float],
         seed: int,
-        settings: FilterSettings | None = None,
-        motion: PersonMotion | None = None,
+        motion: LinearMotion | None = None,
     ):
-        super().__init__(radii, seed)
-        settings = settings or FilterSettings()
-        self._num = num_particles
-        self._motion = motion or PersonMotion()
-        self._likelihoods = [Likelihood.of(channel, noise[channel], settings.epsilon) for channel in DETECTION_CHANNELS]
-        self._motion_streams = [stream(seed, "estimation.motion", name) for name in self._names]
-        self._start_streams = [stream(seed, "estimation.start", name) for name in self._names]
-        self._filter = Bootstrap(self._names, self._likelihoods, seed, settings)
-
-    def update(self, reading: Reading, robot: RobotBelief | None = None) -> tuple[Track, ...]:
-        """One track for each person who is there, after one more reading; their moments come from the weights before
-        resampling.
-        """
-        if not self._names:
-            self._tracks = ()
-            return ()
-        tracked = self._detected(reading)
-        # The filters of people who are not there go on, with a detection where they believe to be: nobody asks them.
-        new = [p for p in tracked if p not in self._tracked]
-        if self._filter.particles is None:
-            posterior = self._filter.start(np.stack([self._spawn(p, reading) for p in range(len(self._names))]))
-        else:
-            predicted = self._predict(self._filter.particles, reading.interval)
-            if "detections" in reading.dropped:
-                p = self._filter.coast(predicted)
-                return self._conclude(
-                    reading.time, p.particles, p.weights, p.mean, p.covariance, p.ess, p.recovered, tracked
-                )
-            errors = np.subtract(reading.detections.T[:, :, None], predicted.transpose(2, 0, 1)[:2], order="C")
-            errors[np.isnan(errors)] = 0.0
-            posterior = self._filter.correct(predicted, errors, lambda p: self._spawn(p, reading), new)
-        p = posterior
-        return self._conclude(reading.time, p.particles, p.weights, p.mean, p.covariance, p.ess, p.recovered, tracked)
-
-    def _predict(self, particles: Array, interval: float) -> Array:
-        """Particles (P, n, 4) after `interval` [s]."""
-        draws = np.empty((len(self._names), 3, self._num))
-        for rng, row in zip(self._motion_streams, draws, strict=True):
-            rng.random(out=row[0])
-            rng.standard_normal(out=row[1:])
-        return self._motion.predict(particles, interval, draws[:, 0], np.swapaxes(draws[:, 1:], 1, 2))
-
-    def _spawn(self, person: int, reading: Reading) -> Array:
-        """States that one detection alone allows, (n, 4)."""
-        rng = self._start_streams[person]
-        position = detection_samples(
-            np.nan_to_num(reading.detections[person]), [model.noise for model in self._likelihoods], self._num, rng
-        )
-        return np.hstack([position, self._motion.walking_speed * rng.standard_normal((self._num, 2))])
+        mean, covariance = noise_moments(noise, DETECTION_CHANNELS)
+        error = GaussianSum(np.ones(1), mean[None], covariance[None])
+        motion = motion or PersonMotion()
+        super().__init__(radii, seed, lambda _: KalmanPersonFilter(motion), error, num_particles, "estimation.gaussian")
 
 
-def detection_samples(detection: Array, noise: Sequence[Distribution], num: int, rng: np.random.Generator) -> Array:
-    """Detection - noise draws, (num, 2)."""
-    return detection - np.stack([channel.sample(rng, num) for channel in noise], axis=-1)
+COMPONENTS = 3  # Gaussians in place of the noise of one channel
+DRAWS = 4000  # of the noise, to which they are fitted
+OUTLIERS = 0.01  # share of detections that the noise may fail to explain
+FLOOR = OUTLIERS / (FLOOR_WIDTH["detection.x"] * FLOOR_WIDTH["detection.y"])  # [1/m^2] their density
+MOTION = StopAndGo(sway=0.1)  # errors of 12 cm hide a curve: more sway would only make velocities tremble
+
+
+class RaoBlackwellTracker(FilteringTracker):
+    """By a `WalkFilter` a person: particles are histories of walks, turns and stops.
+
+    The noise of each channel is taken for a sum of Gaussians, so that its skew counts; what a sum cannot show is a hard
+    edge.
+    """
+
+    def __init__(self, noise: Mapping[str, Distribution], num_particles: int, radii: Sequence[float], seed: int):
+        def make(name: str) -> WalkFilter:
+            return WalkFilter(num_particles, stream(seed, "estimation.resampling", name), MOTION)
+
+        super().__init__(radii, seed, make, detection_noise(noise), num_particles, "estimation.particles", FLOOR)
+
+
+def detection_noise(noise: Mapping[str, Distribution]) -> GaussianSum:
+    """The noise of a detection in the plane as a sum of Gaussians, fitted to draws that are always the same."""
+    x, y = (_axis(channel, widened(channel, noise[channel])) for channel in DETECTION_CHANNELS)
+    return x.beside(y)
+
+
+def _axis(channel: str, noise: Distribution) -> GaussianSum:
+    """The noise of one channel, in one dimension; the draws are brought to its own mean and std."""
+    draws = noise.sample(stream(0, "estimation.fit", channel), DRAWS)
+    draws = noise.mean + (draws - draws.mean()) * noise.std / max(draws.std(), 1e-12)
+    return fitted(draws, COMPONENTS, LEAST_STD[channel])

@@ -211,9 +211,14 @@ class GaussianSum(Constant):
     covariances: Array  # (K, d, d)
 
     @property
+    def mean(self) -> Array:
+        """Of the whole sum, (d,)."""
+        return self.weights @ self.means
+
+    @property
     def variance(self) -> Array:
         """The covariance of the whole sum, (d, d)."""
-        centred = self.means - self.weights @ self.means
+        centred = self.means - self.mean
         return np.einsum("k,kij->ij", self.weights, self.covariances + centred[:, :, None] * centred[:, None])
 
     def stretched(self, covariance: Array) -> "GaussianSum":

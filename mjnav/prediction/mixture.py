@@ -45,7 +45,7 @@ MODES = ("goes_on", "stops", "turns_left", "turns_right")
 GOES_ON, STOPS, LEFT, RIGHT = range(len(MODES))
 STANDS = 0.2  # [m/s] mean speed below which somebody stands
 CRUISE_TIME = 1.0  # [s] over which the velocity of going on is averaged
-SWAY = 0.2  # [m/s/√s] that the filter allows for, as `estimation.person_motion` does
+SWAY = 0.2  # [m/s/√s] that the filter allows for, as `estimation.walk_filter` does
 EPSILON, FASTEST = 0.01, 2.0  # share of outliers among the tracks, of any velocity up to that [m/s]
 TINY = 1e-300
 

@@ -144,7 +144,7 @@ class RobotEstimation:
         "pose: filtered readings of the pose sensor; lidar: filtered scans, odometry and gyro; direct: one reading of "
         "the pose sensor minus draws of its noise",
     ] = "pose"
-    filter: Annotated[str, Choice(("particle", "ekf", "ukf")), "of the pose; none where source is direct"] = "particle"
+    filter: Annotated[str, Choice(("particle", "ekf")), "of the pose; none where source is direct"] = "particle"
     particles: Annotated[
         int, _PARTICLES, "number of particles or draws; where source is lidar the most that the particle filter takes"
     ] = 500
@@ -174,10 +174,9 @@ class ObstacleEstimation:
     ] = "detections"
     filter: Annotated[
         str,
-        Choice(("particle", "rao-blackwell", "kalman", "imm")),
+        Choice(("particle", "rao-blackwell", "kalman")),
         "of each person; rao-blackwell: each particle is a history of walks, turns and stops with a Kalman filter of "
-        "its own, as particle is where source is lidar; imm: Kalman filters of standing, walking and turning; none "
-        "where source is direct",
+        "its own, as particle is where source is lidar; none where source is direct",
     ] = "particle"
     particles: Annotated[int, _PARTICLES, "number of particles or draws of each person"] = 200
     tracker: Annotated[

@@ -88,7 +88,7 @@ def test_numbers_too_large_together_are_refused_with_the_memory_they_take(key):
 
 
 @pytest.mark.parametrize("engine", ["kinematic", "mujoco"])
-@pytest.mark.parametrize("robot", ["particle", "ekf", "ukf"])
+@pytest.mark.parametrize("robot", ["particle", "ekf"])
 def test_a_run_with_the_widest_noise_allowed_ends(engine, robot):
     """The robot may be thrown out of the room, and the physics lost; nothing of mjnav's own breaks."""
     scenario = scenarios.load("hall", [

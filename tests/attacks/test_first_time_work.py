@@ -37,7 +37,7 @@ def test_nothing_is_loaded_late_by_any_method(scene):
         assert late_work(scene, [*choices, engine], ticks=4) == [], method
 
 
-@pytest.mark.parametrize(("robot", "people"), [("particle", "particle"), ("ekf", "kalman"), ("ukf", "imm")])
+@pytest.mark.parametrize(("robot", "people"), [("particle", "particle"), ("ekf", "kalman")])
 def test_nothing_is_loaded_late_by_a_robot_that_goes_by_its_lidar(robot, people):
     filters = [f"estimation.robot.filter={robot}", f"estimation.obstacles.filter={people}"]
     carried_away = "faults.kidnap={time=0.5, pose=[8.0, -1.5, 2.0]}"

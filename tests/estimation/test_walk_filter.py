@@ -1,16 +1,59 @@
+"""The filter of a person by histories of walks, turns and stops."""
+
 from dataclasses import replace
 
 import numpy as np
 import pytest
 from filterpy.kalman import KalmanFilter
 
-from mjnav.estimation.person_motion import StopAndGo
-from mjnav.estimation.tracker import ParticleTracker
-from mjnav.estimation.walk_filter import RaoBlackwellTracker, WalkFilter, detection_noise
-from mjnav.filters.mixture_kalman import GaussianSum
+from mjnav.estimation.particle import ParticleTracker
+from mjnav.estimation.tracker import RaoBlackwellTracker, detection_noise
+from mjnav.estimation.walk_filter import StopAndGo, WalkFilter, gone_on
+from mjnav.filters.mixture_kalman import GaussianSum, moments
 from mjnav.messages import Reading
 from mjnav.noise import profile
 from mjnav.rng import stream
+
+MOTION = StopAndGo(walking_speed=1.0, sway=0.5, turn_rate=1.0, stop_rate=0.6, start_rate=0.8, unrest=0.1, shuffle=0.2)
+T = 0.4  # [s]
+
+
+def particle(walks):
+    covariance = np.array([[[0.3, 0.1, 0.1, 0.0], [0.1, 0.2, 0.0, 0.05], [0.1, 0.0, 0.4, 0.1], [0.0, 0.05, 0.1, 0.3]]])
+    return np.ones(1), np.array([walks]), np.array([[1.0, 2.0, 0.7, -0.4]]), covariance
+
+
+@pytest.mark.parametrize("walks", [True, False])
+def test_the_ways_of_going_on_have_the_moments_of_states_that_are_moved_one_by_particle(walks):
+    weights, mode, mean, covariance = particle(walks)
+    w, modes, m, P = gone_on(weights, mode, mean, covariance, T, MOTION)
+    rng, num = np.random.default_rng(0), 400_000
+    x = rng.multivariate_normal(mean[0], covariance[0], num)
+    event = rng.random(num)
+    if walks:
+        ends = 1.0 - np.exp(-1.6 * T)
+        stands, anew = event < ends * 0.6 / 1.6, (event >= ends * 0.6 / 1.6) & (event < ends)
+    else:
+        starts = 1.0 - np.exp(-0.8 * T)
+        stands, anew = event >= starts, event < starts
+    z = rng.standard_normal((num, 2))
+    v = np.where(stands[:, None], 0.1 * z, np.where(anew[:, None], z, x[:, 2:] + 0.5 * np.sqrt(T) * z))
+    x[:, :2] += 0.5 * T * (x[:, 2:] + v) + 0.2 * np.sqrt(T) * rng.standard_normal((num, 2))
+    x[:, 2:] = v
+    assert w.sum() == pytest.approx(1.0)
+    assert w[~modes].sum() == pytest.approx(stands.mean(), abs=0.005)
+    mean, covariance = moments(w, m, P)
+    assert mean == pytest.approx(x.mean(axis=0), abs=0.01)
+    assert covariance == pytest.approx(np.cov(x.T), abs=0.01)
+
+
+def test_a_way_that_never_happens_is_left_out():
+    weights, mode, mean, covariance = particle(True)
+    w, *_ = gone_on(weights, mode, mean, covariance, T, StopAndGo(turn_rate=0.0, stop_rate=0.0))
+    assert w.tolist() == [1.0]
+    w, modes, *_ = gone_on(weights, mode, mean, covariance, T, StopAndGo(turn_rate=0.0, stop_rate=0.5))
+    assert modes.tolist() == [True, False]
+
 
 PERIOD = 0.1
 GAUSSIAN = GaussianSum(np.ones(1), np.zeros((1, 2)), np.array([0.04**2 * np.eye(2)]))
@@ -55,15 +98,14 @@ def test_an_old_measurement_counts_for_the_time_at_which_it_was_made():
     assert late.covariance == pytest.approx(prompt.covariance)
 
 
-def test_what_is_weighed_down_loses_weight_and_the_mean_factor_comes_back():
-    walk = WalkFilter(50, np.random.default_rng(0))
-    walk.start(np.zeros(2), GAUSSIAN)  # half of it walks, half of it stands
-    owner, points = walk.heaviest(1)
-    assert points.shape == (2, 1, 2)
-    assert walk.reweigh(owner, np.array([0.0])) == 0.0  # of all that is looked at: nothing changes
-    assert walk.covariance[2, 2] == pytest.approx(0.5, abs=0.01)
-    assert walk.reweigh(np.array([0, 1]), np.array([0.0, 0.5])) == pytest.approx(0.25)
-    assert walk.covariance[2, 2] == pytest.approx(StopAndGo().unrest ** 2)
+def test_a_person_who_was_not_detected_is_where_they_would_have_been_missed():
+    walk = WalkFilter(50, np.random.default_rng(0), StopAndGo(walking=0.25))
+    walk.start(np.zeros(2), GAUSSIAN)  # two particles: it stands, or walks
+    assert walk.missed(lambda points: np.ones(len(points))) == 1.0  # of all that is looked at: nothing changes
+    assert walk.covariance[2, 2] == pytest.approx(0.25, abs=0.01)
+    # The heaviest first, one std to one side and then to the other: 0 of who stands, 1/2 of who walks.
+    assert walk.missed(lambda points: np.array([0.0, 1.0, 0.0, 0.0])) == pytest.approx(0.25 * 0.5)
+    assert walk.covariance[2, 2] == pytest.approx(0.125 / 0.875, abs=0.01)
 
 
 def means(make, path, seeds):

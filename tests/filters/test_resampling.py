@@ -26,11 +26,6 @@ def test_draws_of_small_cases_are_exact():
     assert drawn([1.0], 0.3, num=0).tolist() == []
 
 
-@given(OFFSETS)
-def test_weights_that_are_multiples_of_one_draw_give_exact_counts(u):
-    assert np.bincount(drawn([0.5, 0.125, 0.0, 0.375], u, num=8)).tolist() == [4, 1, 0, 3]
-
-
 @given(WEIGHTS, OFFSETS, st.integers(1, 100))
 def test_a_particle_comes_as_often_as_its_share_rounded_down_or_up(weights, u, num):
     counts = np.bincount(drawn(weights, u, num), minlength=weights.size)

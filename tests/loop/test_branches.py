@@ -28,7 +28,6 @@ CASES = {
     "people with behaviours": ("mean", (CROWD, "time_limit=0.6")),
     "latency drawn": ("mean", (*KINEMATIC, 'control.latency={model="sampled", trace=[0.02, 0.15, 0.31]}')),
     "kalman": ("mean", (*KINEMATIC, "estimation.robot.filter=ekf", "estimation.obstacles.filter=kalman")),
-    "ukf": ("mean", (*KINEMATIC, "estimation.robot.filter=ukf")),
     "direct": ("mean", (*KINEMATIC, "estimation.robot.source=direct", "estimation.obstacles.source=direct")),
     "rates": ("mean", (*KINEMATIC, "sensors.rate=4", "control.rate=25")),
 }

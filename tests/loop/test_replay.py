@@ -82,7 +82,7 @@ def logged(room, path):
         ("hall", ()),
         ("lane", ("control.method=cvar",)),
         ("crossing3", ("physics.engine=kinematic", "control.method=orca")),
-        ("crossing2", ("control.method=mppi", "control.rate=4", "sensors.rate=20", "estimation.robot.filter=ukf")),
+        ("crossing2", ("control.method=mppi", "control.rate=4", "sensors.rate=20", "estimation.robot.filter=ekf")),
         ("crossing1", ("noise.profile=none", "control.delay=0", "control.rate=50")),
     ],
 )

@@ -31,7 +31,6 @@ from typing import NamedTuple
 import numpy as np
 
 from mjnav.constant import Constant
-from mjnav.estimation.lidar.scan import Rays
 from mjnav.geometry.compiled import Matrix, Vector, exact, kernel
 from mjnav.geometry.distance_field import DistanceField, FieldGrid, interpolated, lookup
 from mjnav.geometry.floor import Floor, box_surface, disc_surface
@@ -185,47 +184,43 @@ MAX_STEPS = 60
 
 
 @exact
-def map_range(rays, beam, grid):
-    """The range at which a beam meets the map [m], inf for none; and the cosine of its incidence there."""
-    ux, uy = rays.directions[beam, 0], rays.directions[beam, 1]
-    along = 0.0
-    for _ in range(MAX_STEPS):
-        clearance, nx, ny = lookup(grid, rays.origins[beam, 0] + along * ux, rays.origins[beam, 1] + along * uy)
-        along += clearance
-        if clearance < CLOSE:
-            return along, abs(nx * ux + ny * uy)
-        if along > rays.max_range:
-            break
-    return np.inf, 0.0
+def map_ranges(origins: Matrix, directions: Matrix, max_range: float, grid: FieldGrid):
+    """The ranges (B,) [m] at which beams meet the map, inf for none; and the cosines of their incidence there, (B,)."""
+    ranges, incidences = np.full(len(origins), np.inf), np.zeros(len(origins))
+    for i in range(len(origins)):
+        ux, uy = directions[i, 0], directions[i, 1]
+        along = 0.0
+        for _ in range(MAX_STEPS):
+            clearance, nx, ny = lookup(grid, origins[i, 0] + along * ux, origins[i, 1] + along * uy)
+            along += clearance
+            if clearance < CLOSE:
+                ranges[i], incidences[i] = along, abs(nx * ux + ny * uy)
+                break
+            if along > max_range:
+                break
+    return ranges, incidences
 
 
-@exact
-def shared_error(rays: Rays, grid: FieldGrid):
+def shared_error(origins: Array, directions: Array, ranges: Array, lidar: Lidar, grid: FieldGrid) -> float:
     """The median of the ranges measured less those on the map [m]; 0 where too few beams meet the map, or differ.
 
-    Only of beams within REACH, which do not meet the map at slanting incidence.
+    Only of beams within REACH, which do not meet the map at slanting incidence. origins and directions: (B, 2), ranges
+    (B,).
     """
-    num_bins = int(2.0 * REACH / BIN)
-    counts, total, returns = np.zeros(num_bins, np.int64), 0, 0
-    for i in range(len(rays.ranges)):
-        if rays.min_range <= rays.ranges[i] <= rays.max_range:
-            expected, incidence = map_range(rays, i, grid)
-            difference = rays.ranges[i] - expected
-            returns += expected == np.inf or incidence > MIN_INCIDENCE
-            if incidence > MIN_INCIDENCE and abs(difference) < REACH:
-                counts[min(int((difference + REACH) / BIN), num_bins - 1)] += 1
-                total += 1
-    if total < MIN_BEAMS:
+    with np.errstate(invalid="ignore"):
+        met = (lidar.min_range <= ranges) & (ranges <= lidar.max_range)
+    ranges = ranges[met]
+    expected, incidence = map_ranges(origins[met], directions[met], lidar.max_range, grid)
+    difference, facing = ranges - expected, incidence > MIN_INCIDENCE
+    near = difference[facing & (np.abs(difference) < REACH)]
+    if len(near) < MIN_BEAMS:
         return 0.0
-    middle, below = 0, counts[0]
-    while 2 * below < total:
-        middle += 1
-        below += counts[middle]
-    error = (middle + 0.5) * BIN - REACH
-    alike = 0
-    for k in range(max(middle - ALIKE, 0), min(middle + ALIKE + 1, num_bins)):
-        alike += counts[k]
-    return error if alike >= ALIKE_SHARE * returns else 0.0
+    num_bins = int(2.0 * REACH / BIN)
+    counts = np.bincount(np.minimum(((near + REACH) / BIN).astype(int), num_bins - 1), minlength=num_bins)
+    middle = int(np.searchsorted(2 * np.cumsum(counts), len(near)))
+    alike = counts[max(middle - ALIKE, 0) : middle + ALIKE + 1].sum()
+    returns = np.count_nonzero(facing | (expected == np.inf))
+    return (middle + 0.5) * BIN - REACH if alike >= ALIKE_SHARE * returns else 0.0
 
 
 def put_right(points: Array, lidar: Lidar, pose: Array, covariance: Array, grid: FieldGrid) -> Array:
@@ -235,19 +230,9 @@ def put_right(points: Array, lidar: Lidar, pose: Array, covariance: Array, grid:
     directions = away / np.maximum(ranges, CLOSE)[:, None]
     c, s = np.cos(pose[2]), np.sin(pose[2])
     to_world = np.array([[c, s], [-s, c]])
-    rays = Rays(
-        origins=np.tile(lidar.mount[:2] @ to_world + pose[:2], (len(points), 1)),
-        directions=np.ascontiguousarray(directions @ to_world),
-        ranges=ranges,
-        spread=np.zeros(0),
-        times=np.zeros(0),
-        step=0.0,
-        width=0.0,
-        closed=True,
-        min_range=lidar.min_range,
-        max_range=lidar.max_range,
-    )
-    error = beyond_doubt(shared_error(rays, grid), covariance)
+    origins = np.tile(lidar.mount[:2] @ to_world + pose[:2], (len(points), 1))
+    error = shared_error(origins, directions @ to_world, ranges, lidar, grid)
+    error = beyond_doubt(error, covariance)
     return points - error * directions if error else points
 
 

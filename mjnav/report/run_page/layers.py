@@ -15,8 +15,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from mjnav.estimation.lidar.cloud import TEMPER
 from mjnav.estimation.lidar.likelihood_field import LikelihoodField
+from mjnav.estimation.lidar.localizer import TEMPER
 from mjnav.messages import Array
 from mjnav.report.lidar_view import BelievedWay, ShownScan, range_noise, scan_points
 from mjnav.report.run_page.packed import LARGEST, Packer

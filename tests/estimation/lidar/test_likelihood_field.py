@@ -13,8 +13,11 @@ from mjnav.estimation.lidar.likelihood_field import (
     Z_SHORT,
     LikelihoodField,
     contradictions,
+    put_right,
     ways_of,
 )
+from mjnav.geometry.distance_field import DistanceField
+from mjnav.geometry.distances import beam_angles
 from mjnav.geometry.floor import Floor
 from mjnav.noise import profile
 from mjnav.scenarios.sensors import LidarSpec, lidar_of
@@ -90,3 +93,29 @@ def test_beams_that_would_have_gone_through_a_surface_speak_against_a_pose():
     assert blocked == pytest.approx(30 * LOG_CONTRADICTION)  # none of the ends lies on a surface
     nothing = ways_of(np.full((90, 2), np.nan), FIELD, 90)
     assert contradictions(np.array([[0.0, 0.0, 0.0]]), nothing, FIELD)[0][0] <= 8 * LOG_CONTRADICTION
+
+
+POSE, ELSEWHERE = np.array([2.2, 2.0, 0.4]), np.array([3.5, 2.7, 1.4])
+SURE, UNSURE = 1e-6 * np.eye(3), 0.04 * np.eye(3)
+
+
+@pytest.fixture(scope="module")
+def scan(room, ranges):
+    """Points of a scan of the room from POSE, and the map's field."""
+    angles = beam_angles(360)
+    points = ranges(room, POSE)[:, None] * np.column_stack([np.cos(angles), np.sin(angles)])
+    return points, DistanceField.of(room).grid
+
+
+@pytest.mark.parametrize("error", [-0.3, 0.08, 0.7])
+def test_an_error_that_all_ranges_share_is_taken_off(scan, error):
+    points, grid = scan
+    wrong = points * (1.0 + error / np.hypot(*points.T))[:, None]
+    np.testing.assert_allclose(put_right(wrong, LIDAR, POSE, SURE, grid), points, atol=0.02)
+
+
+def test_nothing_is_taken_off_that_the_pose_may_explain_or_where_the_map_explains_nothing(scan):
+    points, grid = scan
+    wrong = points * (1.0 + 0.2 / np.hypot(*points.T))[:, None]
+    for seen, pose, covariance in ((points, POSE, SURE), (wrong, POSE, UNSURE), (points, ELSEWHERE, SURE)):
+        np.testing.assert_array_equal(put_right(seen, LIDAR, pose, covariance, grid), seen)

@@ -55,22 +55,6 @@ def test_a_copy_goes_on_with_the_same_tracks_and_a_restored_run_as_well():
             assert np.array_equal(track.particles, expected.particles)
 
 
-def test_the_same_seed_gives_the_same_tracks_and_samples():
-    def tracks(seed):
-        with simulation("crossing3", seed) as run:
-            for _ in range(12):
-                run.step(0.3, 0.0)
-            return run.beliefs.people, run.observe().obstacles
-
-    (first, samples), (second, again), (third, _) = tracks(1), tracks(1), tracks(2)
-    assert [track.name for track in first] == [f"track{k}" for k in range(len(first))]
-    for one, other in zip(first, second, strict=True):
-        assert np.array_equal(one.particles, other.particles)
-    for one, other in zip(samples, again, strict=True):
-        assert np.array_equal(one.position, other.position)
-    assert not np.array_equal(first[0].particles, third[0].particles)
-
-
 def test_furniture_that_the_map_lacks_is_tracked_at_rest():
     with simulation("table", 0, 'estimation.map.missing=["table0"]') as run:
         table = run.scenario.tables[0]

@@ -21,7 +21,7 @@ def test_a_symmetric_matrix_is_made_of_its_triangle(n):
     assert symmetric(np.empty((0, 0, n * (n + 1) // 2)), n).shape == (0, 0, n, n)
 
 
-@pytest.mark.parametrize(("robot", "people"), [("particle", "particle"), ("ekf", "kalman"), ("ukf", "kalman")])
+@pytest.mark.parametrize(("robot", "people"), [("particle", "particle"), ("ekf", "kalman")])
 def test_covariances_are_those_of_the_beliefs_to_the_last_bit(robot, people):
     filters = [f"estimation.robot.filter={robot}", f"estimation.obstacles.filter={people}"]
     scenario = load("crossing1", [*filters, "time_limit=1.0", "physics.engine=kinematic"])
