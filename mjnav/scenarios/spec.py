@@ -290,8 +290,7 @@ class Scenario(Constant):
     faults: Faults | None = None
     log: LogContent | None = None
     metrics: Annotated[
-        tuple[str | MetricPlugin, ...] | None,
-        Length(0, MAX_METRICS),
+        Annotated[tuple[str | MetricPlugin, ...], Length(0, MAX_METRICS)] | None,
         "of one's own, each package.module:Class or file.py:Class",
     ] = None
     source: str = field(default="", compare=False)  # the file it came from, for messages
