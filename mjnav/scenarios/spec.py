@@ -14,8 +14,7 @@ from mjnav.constant import Constant
 from mjnav.errors import InvalidValue
 from mjnav.messages import RobotLimits
 from mjnav.noise import CHANNELS, Distribution, NamedDistribution, made, profile, profile_names
-from mjnav.plugins import LocalizerPlugin, MetricPlugin, TrackerPlugin
-from mjnav.plugins.find import placed
+from mjnav.plugins import LocalizerPlugin, MetricPlugin, TrackerPlugin, placed
 from mjnav.scenarios.bodies import LaneSpec as LaneSpec
 from mjnav.scenarios.bodies import Pillar as Pillar
 from mjnav.scenarios.bodies import Table as Table
