@@ -414,6 +414,7 @@ class BehaviourPlugin(Plugin):
 
     __slots__ = ()
     kind = BEHAVIOUR
+    walk, heeds_robot = "pedestrians:OwnWalk", True  # as of every behaviour, in `mjnav.scenarios.people`
 
     def make(self, *arguments: Any) -> Any:
         """See `Plugin`."""
