@@ -15,7 +15,7 @@ one side of a range only, and ignores unknown keys of dataclasses; pydantic 2.14
 """
 
 from mjnav.config.marks import Beside, Choice, Key, Length, Named, Range, Text, Variants
-from mjnav.config.values import below, keys, read, read_document, settle, settled, tables
+from mjnav.config.table import below, keys, read, read_document, settle, settled, tables
 
 __all__ = [
     "Beside",

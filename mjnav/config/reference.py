@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from dataclasses import MISSING, dataclass, is_dataclass, replace
 from typing import Any
 
-from mjnav.config.values import FieldKey, NamedValues, Variant, first_line, keys, tables
+from mjnav.config.table import FieldKey, NamedValues, Variant, first_line, keys, tables
 
 INDEX = "N"
 _PLUGIN = "package.module:Class or file.py:Class"  # whose parameters stand beside it

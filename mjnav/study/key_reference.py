@@ -15,7 +15,7 @@ from types import MappingProxyType
 
 from mjnav import control, noise, scenarios
 from mjnav.config.reference import INDEX, KeyReference, key_references
-from mjnav.config.values import Schema, first_line, json_schema, table_schema, with_variants
+from mjnav.config.table import Schema, first_line, json_schema, table_schema, with_variants
 from mjnav.control import make_controller
 from mjnav.control.registry import shipped_parameters
 from mjnav.errors import InvalidValue, unknown_name

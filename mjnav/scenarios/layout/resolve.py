@@ -18,7 +18,7 @@ import numpy as np
 from mjnav import config
 from mjnav.config import below
 from mjnav.config.reference import INDEX, KeyReference, key_references
-from mjnav.config.values import Schema, table_schema
+from mjnav.config.table import Schema, table_schema
 from mjnav.errors import InvalidValue
 from mjnav.rng import stream
 from mjnav.scenarios.check import check, check_memory, robot_has_a_way
