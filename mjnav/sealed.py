@@ -1,6 +1,7 @@
-"""Copies that cannot be written to, so that a controller or a watcher cannot change the run through what it is shown.
+"""Copies at the border to a user's own code: what it is shown cannot be written to, what it returns is checked.
 
-An array that owns its memory can always be made writable again; an array on immutable bytes cannot.
+So neither a controller nor a watcher can change the run through what it is shown, or keep what it returned. An array
+that owns its memory can always be made writable again; an array on immutable bytes cannot.
 """
 
 from dataclasses import fields, is_dataclass
@@ -10,7 +11,8 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from mjnav.messages import CandidateCosts, PlanShown
+from mjnav.errors import PluginFault
+from mjnav.messages import Array, CandidateCosts, PlanShown
 
 A = TypeVar("A", bound=np.generic)
 
@@ -40,6 +42,19 @@ def sealed_plan(plan: PlanShown) -> PlanShown:
         shapes = ", ".join(str(values.shape) for values in (path, fan, cost, violation))
         raise ValueError(f"a plan with path, fan, fan_cost and violation of shapes {shapes}")
     return PlanShown(float(plan.step), path, fan, cost, violation, bool(plan.feasible))
+
+
+def checked_copy(what: str, values: Any, shape: tuple[int, ...]) -> Array:
+    """An array that a plug-in returned, copied; `what` names it. Raises PluginFault for another shape, and for NaN."""
+    try:
+        copied = np.array(values, float, order="C")
+    except (TypeError, ValueError, OverflowError) as error:
+        raise PluginFault(f"{what} is no array of numbers ({error})") from None
+    if copied.shape != shape:
+        raise PluginFault(f"{what} has shape {copied.shape} in place of {shape}")
+    if not np.isfinite(copied).all():
+        raise PluginFault(f"{what} holds a number that is not finite")
+    return copied
 
 
 def sealed_message(message: Any) -> Any:

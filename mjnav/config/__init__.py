@@ -14,9 +14,8 @@ Own code, because a refusal says key, value, range and nearest name: msgspec 0.2
 one side of a range only, and ignores unknown keys of dataclasses; pydantic 2.14 takes 210 ms to import.
 """
 
-from mjnav.config.marks import Beside, Choice, Key, Length, Named, Range, Text, Variants, keys
-from mjnav.config.reading import below, read, read_document, settle, settled
-from mjnav.config.writing import tables
+from mjnav.config.marks import Beside, Choice, Key, Length, Named, Range, Text, Variants
+from mjnav.config.table import below, keys, read, read_document, settle, settled, tables
 
 __all__ = [
     "Beside",

@@ -5,11 +5,10 @@ A string among the marks describes the key.
 
 import re
 from collections.abc import Collection, Mapping
-from dataclasses import MISSING, dataclass, fields
-from functools import cache
+from dataclasses import dataclass
 from math import inf
-from types import MappingProxyType, NoneType, UnionType
-from typing import Annotated, Any, Protocol, TypeVar, Union, get_args, get_origin, get_type_hints
+from types import NoneType, UnionType
+from typing import Annotated, Any, TypeVar, Union, get_args, get_origin
 
 from mjnav.errors import InvalidValue
 
@@ -85,42 +84,17 @@ class Key:
     name: str
 
 
-class Other(Protocol):
-    """What a variant becomes whose name is none of those that are known."""
-
-    @property
-    def name(self) -> str:
-        """Its name."""
-        ...
-
-    @property
-    def parameters(self) -> Mapping[str, object]:
-        """The keys beside the name."""
-        ...
-
-    def __init__(self, name: str, parameters: Mapping[str, object]): ...
-
-    @classmethod
-    def serves(cls, value: Any) -> bool:
-        """Whether a value may stand for one."""
-        ...
-
-    @classmethod
-    def of(cls, value: Any) -> Any:
-        """The one that a value stands for."""
-        ...
-
-
 @dataclass(frozen=True, slots=True, eq=False)
 class Variants:
     """One of several dataclasses: its name stands under `key`, its own keys beside that.
 
-    A name that `other` serves becomes other(name, the keys beside it), which is checked when it is used.
+    `other` is a class for further names, such as those of plug-ins: other.serves(value) says whether it takes a name or
+    another value, other.of(value) makes one of that, other(name, parameters) one of a name and the keys beside it.
     """
 
     key: str
     kinds: Mapping[str, type]
-    other: "type[Other] | None" = None
+    other: Any = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -134,32 +108,6 @@ class Named:
 @dataclass(frozen=True, slots=True)
 class Beside:
     """The keys of this field stand among those of the table that it belongs to."""
-
-
-@dataclass(frozen=True, slots=True)
-class FieldKey:
-    """A field as a file has it; `default` is MISSING where the key is required."""
-
-    name: str  # of the field
-    hint: Any
-    default: Any
-    beside: bool
-    description: str
-
-
-@cache
-def keys(cls: Any) -> Mapping[str, FieldKey]:
-    """The keys of a table that becomes a `cls`. A field that is not compared, or not an argument, is not in a file."""
-    hints, found = get_type_hints(cls, include_extras=True), {}
-    for field in fields(cls):
-        if field.compare and field.init:
-            hint = hints[field.name]
-            alias = mark(hint, Key)
-            default = field.default if field.default_factory is MISSING else field.default_factory()
-            found[alias.name if alias else field.name] = FieldKey(
-                field.name, hint, default, mark(hint, Beside) is not None, mark(hint, str) or ""
-            )
-    return MappingProxyType(found)
 
 
 def mark(hint: Any, kind: type[M]) -> M | None:
@@ -178,33 +126,3 @@ def options(hint: Any) -> tuple[Any, ...]:
     kind = bare(hint)
     is_union = get_origin(kind) in (Union, UnionType)
     return tuple(option for option in get_args(kind) if option is not NoneType) if is_union else ()
-
-
-_NAMES = MappingProxyType(  # of a type's values, one and many
-    {
-        float: ("a number", "numbers"),
-        int: ("a whole number", "whole numbers"),
-        bool: ("true or false", "true or false"),
-        str: ("a string", "strings"),
-        Any: ("a value", "values"),
-    }
-)
-
-
-def describe(hint: Any, many: bool = False) -> str:
-    """What is allowed for a type, as messages say it; `many` of it in an array."""
-    kind, choice, text, limits = bare(hint), mark(hint, Choice), mark(hint, Text), mark(hint, Range)
-    if choice is not None:
-        return ", ".join(sorted(choice.names))
-    if text is not None:
-        return text.allowed
-    if alternatives := options(hint):
-        return describe(alternatives[0], many)
-    if get_origin(kind) is tuple:
-        first, *rest = get_args(kind)
-        count = "" if rest == [Ellipsis] else f"{len(rest) + 1} "
-        return f"{'arrays' if many else 'an array'} of {count}{describe(first, many=True)}"
-    name = _NAMES.get(kind, ("a table", "tables"))[many]
-    if limits is None or many:
-        return name
-    return str(limits) if limits.low == limits.high else f"{name} {limits}"

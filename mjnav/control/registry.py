@@ -18,7 +18,7 @@ from mjnav.control.base import Controller
 from mjnav.control.parameters import CHANGE_WEIGHT, RATED_PERIOD, LoopParameters, check_memory
 from mjnav.errors import InvalidValue
 from mjnav.messages import Array, Decision, Observation, RobotLimits, number
-from mjnav.plugins import CONTROLLER, construct, find, name_of, own_parameters, parameters_type, refuse_clash
+from mjnav.plugins import CONTROLLER, construct, find, name_of, own_parameters, parameters_type, registered_place
 
 # --------------------------------------------------------------------------- controllers of one's own
 
@@ -180,7 +180,7 @@ def make_controller(name: Any, robot_limits: RobotLimits, period: float, **param
     if not isinstance(robot_limits, RobotLimits):
         raise InvalidValue("robot_limits", robot_limits, "RobotLimits")
     method = METHODS.get(name)
-    refuse_clash(CONTROLLER, name, METHODS)
+    registered_place(CONTROLLER, name, METHODS)
     kind: Any = method.controller_class if method else find(CONTROLLER, name, METHODS)
     if not isclass(kind):
         return _object(name, kind, parameters)

@@ -8,6 +8,7 @@ A user's tracker that detects people in scans names its tracks itself, and has a
 import re
 from dataclasses import replace
 from importlib import import_module
+from numbers import Real
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -19,7 +20,7 @@ from mjnav.filters.particles import shuffled
 from mjnav.messages import LARGEST, Array, Beliefs, Detection, Reading, RobotBelief, Track, number
 from mjnav.rng import stream
 from mjnav.scenarios.ranges import MAX_TIME
-from mjnav.sealed import sealed_message
+from mjnav.sealed import checked_copy, sealed_message
 
 # -------------------------------------------------------------------------- localizers and trackers
 
@@ -91,32 +92,26 @@ class _Checked(NamedTuple):
 
 def checked(name: str, belief: RobotBelief | Track, size: int) -> _Checked:
     """A belief about `size` numbers, checked. Raises PluginFault."""
-    try:
-        particles = np.array(belief.particles, float, order="C")
-        num = len(particles) if particles.ndim else 0
-        shapes = {
-            "particles": (particles, (max(num, 1), size)),
-            "weights": (np.array(belief.weights, float), (num,)),
-            "mean": (np.array(belief.mean, float), (size,)),
-            "covariance": (np.array(belief.covariance, float), (size, size)),
-        }
-        ess = float(belief.ess)
-    except (TypeError, ValueError, OverflowError) as error:
-        raise PluginFault(f"{name}: a belief is made of numbers and arrays of numbers ({error})") from None
-    for part, (values, shape) in shapes.items():
-        if values.shape != shape:
-            raise PluginFault(f"{name}: {part} has shape {values.shape} in place of {shape}")
-        if not np.isfinite(values).all():
-            raise PluginFault(f"{name}: {part} holds a number that is not finite")
+    num = np.shape(belief.particles)[0] if np.ndim(belief.particles) else 0
+    particles = checked_copy(f"{name}: particles", belief.particles, (max(num, 1), size))
+    weights = checked_copy(f"{name}: weights", belief.weights, (num,))
+    mean = checked_copy(f"{name}: mean", belief.mean, (size,))
+    covariance = checked_copy(f"{name}: covariance", belief.covariance, (size, size))
     if (np.abs(particles) > LARGEST).any():
         raise PluginFault(f"{name}: particles holds a number beyond {LARGEST:g}")
-    weights = shapes["weights"][0]
     if (weights < 0.0).any() or abs(weights.sum() - 1.0) > WEIGHT_SUM_TOLERANCE:
         found = f"the least is {weights.min()}, the sum {weights.sum()}"
         raise PluginFault(f"{name}: weights must be >= 0 and sum to 1: {found}")
-    if not 0.0 < ess < np.inf:
-        raise PluginFault(f"{name}: ess must be a finite number > 0, not {ess}")
-    return _Checked(particles, weights, shapes["mean"][0], shapes["covariance"][0], ess)
+    return _Checked(particles, weights, mean, covariance, _number_from(name, "ess", belief, open_low=True))
+
+
+def _number_from(name: str, part: str, belief: Any, *, open_low: bool = False) -> float:
+    """A finite number >= 0, or > 0, of a belief. Raises PluginFault."""
+    value = getattr(belief, part)
+    number = float(value) if isinstance(value, Real) else np.nan
+    if not 0.0 <= number < np.inf or (open_low and number == 0.0):
+        raise PluginFault(f"{name}: {part} must be a finite number {'>' if open_low else '>='} 0, not {value}")
+    return number
 
 
 def checked_beliefs(beliefs: Beliefs) -> Beliefs:
@@ -136,7 +131,7 @@ def checked_beliefs(beliefs: Beliefs) -> Beliefs:
     try:
         robot = replace(beliefs.robot, **checked("beliefs.robot", beliefs.robot, 3)._asdict())
         people = [replace(track, **checked(f"beliefs, {track.name}", track, 4)._asdict()) for track in beliefs.people]
-    except PluginFault as fault:  # of nobody's plug-in
+    except (PluginFault, TypeError, ValueError, OverflowError) as fault:  # of nobody's plug-in
         raise InputError(str(fault)) from None
     return replace(beliefs, robot=robot, people=tuple(people), detections=tuple(beliefs.detections))
 
@@ -184,13 +179,10 @@ class OwnScanTracker:
 
     def _checked(self, track: Track, time: float) -> Track:
         name = f"{self._name}, {track.name}"
-        for part in ("radius", "age", "unseen"):
-            if not 0.0 <= float(getattr(track, part)) < np.inf:
-                raise PluginFault(f"{name}: {part} must be a finite number >= 0, not {getattr(track, part)}")
-        if track.radius not in RADIUS:
+        radius, age, unseen = (_number_from(name, part, track) for part in ("radius", "age", "unseen"))
+        if radius not in RADIUS:
             raise PluginFault(f"{name}: radius must be a number {RADIUS}, not {track.radius}")
-        row, life = checked(name, track, 4), (float(track.age), float(track.unseen))
-        return Track(track.name, time, *row, float(track.radius), bool(track.recovered), *life)
+        return Track(track.name, time, *checked(name, track, 4), radius, bool(track.recovered), age, unseen)
 
     def draw(self, num: int) -> tuple[Array, ...]:
         """Samples of the latest tracks, (num, 4) each, in random order; an error before the first reading."""

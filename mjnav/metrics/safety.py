@@ -21,7 +21,7 @@ from mjnav.geometry.distances import segment_distance
 from mjnav.messages import Array, Contact, Trajectory
 from mjnav.metrics.effort import STALLED_SPEED
 from mjnav.metrics.progress import ROWS
-from mjnav.scenarios.people import REGULAR, SEEING
+from mjnav.scenarios.people import REGULAR
 from mjnav.scenarios.spec import Scenario, Wall
 
 # -------------------------------------------------------------------- clearance, contacts and lanes
@@ -276,7 +276,7 @@ def sees_robot(scenario: Scenario) -> tuple[bool, ...]:
     `sees_robot = true` alone changes nothing.
     """
     return tuple(
-        person.sees and (isinstance(person.behaviour, SEEING) or person.temperament not in (None, REGULAR))
+        person.sees and (person.behaviour.heeds_robot or person.temperament not in (None, REGULAR))
         for person in scenario.people
     )
 

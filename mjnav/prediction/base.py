@@ -17,7 +17,7 @@ import numpy as np
 
 from mjnav.errors import PluginFault
 from mjnav.messages import Array, KnownMap, Track
-from mjnav.sealed import sealed_message
+from mjnav.sealed import checked_copy, sealed_message
 from mjnav.short_repr import ShortRepr
 
 # ------------------------------------------------------------------------------------------ interface
@@ -102,23 +102,15 @@ class OwnPredictor:
         if not isinstance(found, Futures):
             raise PluginFault(f"{self._name}: predict() returned a {type(found).__name__} in place of Futures")
         shape = (*crowd.samples.shape[:2], 2)
-        position = self._checked("position", found.position, shape)
-        velocity = self._checked("velocity", found.velocity, shape)
+        position = checked_copy(f"{self._name}: position", found.position, shape)
+        velocity = checked_copy(f"{self._name}: velocity", found.velocity, shape)
         if found.ahead is None:
             return Futures(position, velocity)
         num = np.shape(found.ahead)[2] if np.ndim(found.ahead) == 4 else 0
-        ahead = self._checked("ahead", found.ahead, (*shape[:2], max(num, 1), 2))
+        ahead = checked_copy(f"{self._name}: ahead", found.ahead, (*shape[:2], max(num, 1), 2))
         if not 0.0 < float(found.step) < np.inf:
             raise PluginFault(f"{self._name}: step must be a finite number > 0, not {found.step}")
         return Futures(position, velocity, ahead, float(found.step))
-
-    def _checked(self, part: str, values: Any, shape: tuple[int, ...]) -> Array:
-        values = np.array(values, float, order="C")
-        if values.shape != shape:
-            raise PluginFault(f"{self._name}: {part} has shape {values.shape} in place of {shape}")
-        if not np.isfinite(values).all():
-            raise PluginFault(f"{self._name}: {part} holds a number that is not finite")
-        return values
 
 
 # ---------------------------------------------------------------------------------- constant velocity

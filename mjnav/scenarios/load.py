@@ -18,6 +18,7 @@ from mjnav.scenarios.check import check, check_memory, check_robot_way
 from mjnav.scenarios.crowd.importing import put_crowd
 from mjnav.scenarios.layout.placing import draft_of
 from mjnav.scenarios.overrides import Overrides, apply, overrides_of
+from mjnav.scenarios.plugged import with_places
 from mjnav.scenarios.spec import Control, Draft, Scenario
 from mjnav.scenarios.toml import parse, read_regular, toml_text
 
@@ -61,7 +62,7 @@ def loads(
     """
     document = parse(text, file)
     if folder is not None:
-        files.place_plugins(document, folder)
+        document = with_places(document, folder)
     changed: dict[str, str] = {}  # key -> the argument that set it
     if controller is not None:
         control = document.get("control")

@@ -10,7 +10,7 @@ from dataclasses import dataclass, fields
 from itertools import pairwise
 from math import hypot, pi
 from types import MappingProxyType
-from typing import Annotated, Any
+from typing import Annotated, Any, ClassVar
 
 from mjnav.config import Beside, Choice, Key, Length, Range, Variants, settle
 from mjnav.errors import InvalidValue
@@ -39,6 +39,14 @@ TEMPERAMENTS: Mapping[str, str] = MappingProxyType(
 # -------------------------------------------------------------------------------------- straight on
 
 
+class Behaviour:
+    """What the keys of every behaviour have in common."""
+
+    __slots__ = ()
+    walk: ClassVar[str]  # "module:Class" in mjnav.world.people, which moves the people who have this behaviour
+    heeds_robot: ClassVar[bool] = False  # whether they take account of the robot, unless the file says otherwise
+
+
 PERIOD = 0.02  # [s] between people's decisions
 MAX_WALKING_SPEED = 5.0  # [m/s]
 
@@ -52,9 +60,10 @@ def _check_speed(velocity: Velocity) -> None:
 
 
 @dataclass(frozen=True, slots=True)
-class ConstantVelocity:
+class ConstantVelocity(Behaviour):
     """Walks straight on, until something is in the way."""
 
+    walk = "walk:Straight"
     velocity: Annotated[Velocity, "along x and y"]
 
     def __post_init__(self):
@@ -63,9 +72,10 @@ class ConstantVelocity:
 
 
 @dataclass(frozen=True, slots=True)
-class StopAndGo:
+class StopAndGo(Behaviour):
     """Walks for `go_time`, stands for `stop_time`, and so on, until something is in the way."""
 
+    walk = "walk:Straight"
     velocity: Annotated[Velocity, "along x and y, while walking"]
     go_time: Annotated[float, Range(1e-3, MAX_TIME, "s"), "walked before each stop"] = 2.0
     stop_time: Annotated[float, Range(0.0, MAX_TIME, "s"), "of each stop"] = 1.0
@@ -106,7 +116,7 @@ Distance = Annotated[float, Range(0.0, MAX_LENGTH, "m")]
 
 
 @dataclass(frozen=True, slots=True)
-class Walker:
+class Walker(Behaviour):
     """Whoever walks from point to point.
 
     A key that may be None is not in a dump unless it was given: the cells of older studies keep their names.
@@ -164,6 +174,8 @@ class Walker:
 class Waypoints(Walker):
     """Walks from point to point; with `loop` from the last back to the first, else stands there."""
 
+    walk = "walk:Route"
+
 
 # -------------------------------------------------------------------------------------- as recorded
 
@@ -175,9 +187,10 @@ Row = tuple[Annotated[float, Range(-MAX_TIME, MAX_TIME, "s")], Coordinate, Coord
 
 
 @dataclass(frozen=True, slots=True)
-class Replay:
+class Replay(Behaviour):
     """Walks along a recorded track, on a cubic spline through its rows; from beside it, walks to it."""
 
+    walk = "walk:Replayed"
     track: Annotated[tuple[Row, ...], Length(2, MAX_ROWS), "[t, x, y] each: where the person is at which time"]
 
     def __post_init__(self):
@@ -213,6 +226,7 @@ class Diagonal:
 class Avoiding(Walker):
     """What both laws share."""
 
+    heeds_robot = True
     unsteadiness: Annotated[
         float, Range(0.0, 5.0, "m/s"), "standard deviation of the noise on each component of the velocity, each 0.02 s"
     ] = 0.0
@@ -228,6 +242,7 @@ class SocialForce(Avoiding):
     Constants that are not given are those of the form.
     """
 
+    walk = "avoiding:SocialForceWalk"
     form: Annotated[
         str,
         Choice(FORM_NAMES),
@@ -278,6 +293,7 @@ _FIRST_CONSTANT = [field.name for field in fields(SocialForce)].index("relaxatio
 class Orca(Avoiding):
     """Walks from point to point by optimal reciprocal collision avoidance (van den Berg et al. 2011)."""
 
+    walk = "avoiding:OrcaWalk"
     time_horizon: Annotated[Seconds, "τ, time ahead free of collisions with people, the robot and pillars"] = 2.0
     wall_horizon: Annotated[Seconds, "time ahead free of collisions with walls and tables"] = 0.5
     neighbour_distance: Annotated[Metres, "between centres, beyond which nobody counts"] = 10.0
@@ -293,7 +309,6 @@ class Orca(Avoiding):
 # ----------------------------------------------------------------------------------------- a person
 
 
-Behaviour = ConstantVelocity | StopAndGo | Waypoints | SocialForce | Orca | Replay
 BEHAVIOURS: Mapping[str, type[Behaviour]] = MappingProxyType(
     {
         "constant_velocity": ConstantVelocity,
@@ -304,8 +319,6 @@ BEHAVIOURS: Mapping[str, type[Behaviour]] = MappingProxyType(
         "replay": Replay,
     }
 )
-# Behaviours that see the robot unless the file says otherwise.
-SEEING: tuple[type, ...] = (BehaviourPlugin, SocialForce, Orca)
 Walking = Annotated[Behaviour | BehaviourPlugin, Variants("behaviour", BEHAVIOURS, BehaviourPlugin)]
 
 Moment = Annotated[float, Range(0.0, MAX_TIME, "s")]
@@ -352,4 +365,4 @@ class Person:
             return False
         if self.sees_robot is not None:
             return self.sees_robot
-        return isinstance(self.behaviour, SEEING) or self.temperament not in (None, REGULAR)
+        return self.behaviour.heeds_robot or self.temperament not in (None, REGULAR)

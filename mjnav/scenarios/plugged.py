@@ -1,35 +1,45 @@
-"""The plug-ins that a scenario names, beside its controller."""
+"""The plug-ins that a scenario names, beside its controller, and their places in a run file."""
 
-from collections.abc import Iterator, Mapping
-from dataclasses import replace
+from collections.abc import Iterator
+from dataclasses import is_dataclass, replace
+from pathlib import Path
+from typing import Any
 
-from mjnav.plugins import (
-    BehaviourPlugin,
-    DistributionPlugin,
-    LocalizerPlugin,
-    MetricPlugin,
-    Plugin,
-    PredictorPlugin,
-    TrackerPlugin,
-)
+from mjnav.config import keys
+from mjnav.plugins import BehaviourPlugin, DistributionPlugin, MetricPlugin, Plugin, PredictorPlugin, placed
 from mjnav.scenarios.people import ConstantVelocity
 from mjnav.scenarios.spec import Noise, Person, Scenario
 
 
-def plugins_of(scenario: Scenario) -> Mapping[str, Plugin]:
+def plugins_of(scenario: Scenario) -> dict[str, Plugin]:
     """The plug-ins by their key."""
-    return dict(_found(scenario))
+    return dict(_plugins_in("", scenario))
+
+
+def _plugins_in(place: str, part: Any) -> Iterator[tuple[str, Plugin]]:
+    inner: Any = ()
+    if isinstance(part, Plugin):
+        yield place, part
+    elif isinstance(part, tuple):
+        inner = ((str(i), item) for i, item in enumerate(part) if is_dataclass(item))
+    elif isinstance(part, dict):
+        inner = part.items()
+    elif is_dataclass(part):
+        inner = (("" if field.beside else key, getattr(part, field.name)) for key, field in keys(type(part)).items())
+    for key, item in inner:
+        yield from _plugins_in(".".join(filter(None, (place, key))), item)
 
 
 def without_plugins(scenario: Scenario) -> Scenario:
     """The scenario with mjnav's own in place of every plug-in but the controller: for ticks that are thrown away."""
-    noise, estimation = scenario.noise, scenario.estimation
+    noise, estimation, prediction = scenario.noise, scenario.estimation, scenario.prediction
     kept = {name: channel for name, channel in noise.channels.items() if not isinstance(channel, DistributionPlugin)}
+    has_predictor = prediction is not None and isinstance(prediction.model, PredictorPlugin)
     return replace(
         scenario,
         metrics=None,
-        prediction=None if _predictor(scenario) else scenario.prediction,
-        people=tuple(_standing(person) for person in scenario.people),
+        prediction=None if has_predictor else prediction,
+        people=tuple(map(_standing, scenario.people)),
         noise=Noise(noise.profile, kept),
         estimation=replace(
             estimation,
@@ -39,34 +49,23 @@ def without_plugins(scenario: Scenario) -> Scenario:
     )
 
 
+def _standing(person: Person) -> Person:
+    if isinstance(person.behaviour, BehaviourPlugin):
+        return replace(person, behaviour=ConstantVelocity((0.0, 0.0)))
+    return person
+
+
 def metrics_of(scenario: Scenario) -> tuple[MetricPlugin, ...]:
     """The metrics, in the order of the scenario."""
     return tuple(metric for metric in scenario.metrics or () if isinstance(metric, MetricPlugin))
 
 
-def _found(scenario: Scenario) -> Iterator[tuple[str, Plugin]]:
-    robot, obstacles = scenario.estimation.robot.localizer, scenario.estimation.obstacles.tracker
-    if isinstance(robot, LocalizerPlugin):
-        yield "estimation.robot.localizer", robot
-    if isinstance(obstacles, TrackerPlugin):
-        yield "estimation.obstacles.tracker", obstacles
-    if (predictor := _predictor(scenario)) is not None:
-        yield "prediction", predictor
-    for i, person in enumerate(scenario.people):
-        if isinstance(person.behaviour, BehaviourPlugin):
-            yield f"people.{i}", person.behaviour
-    for channel, distribution in scenario.noise.channels.items():
-        if isinstance(distribution, DistributionPlugin):
-            yield f"noise.{channel}", distribution
-    yield from ((f"metrics.{i}", metric) for i, metric in enumerate(metrics_of(scenario)))
-
-
-def _predictor(scenario: Scenario) -> PredictorPlugin | None:
-    model = None if scenario.prediction is None else scenario.prediction.model
-    return model if isinstance(model, PredictorPlugin) else None
-
-
-def _standing(person: Person) -> Person:
-    if isinstance(person.behaviour, BehaviourPlugin):
-        return replace(person, behaviour=ConstantVelocity((0.0, 0.0)))
-    return person
+def with_places(part: Any, folder: Path) -> Any:
+    """The tables of a run file in `folder`, in which every "file.py:Class" that lies there has its absolute path."""
+    if isinstance(part, str):
+        return placed(part, folder)
+    if isinstance(part, dict):
+        return {key: with_places(item, folder) for key, item in part.items()}
+    if isinstance(part, list):
+        return [with_places(item, folder) if isinstance(item, str | dict) else item for item in part]
+    return part

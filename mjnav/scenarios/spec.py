@@ -14,8 +14,7 @@ from mjnav.constant import Constant
 from mjnav.errors import InvalidValue
 from mjnav.messages import RobotLimits
 from mjnav.noise import CHANNELS, Distribution, NamedDistribution, made, profile, profile_names
-from mjnav.plugins import LocalizerPlugin, MetricPlugin, TrackerPlugin
-from mjnav.plugins.find import placed
+from mjnav.plugins import LocalizerPlugin, MetricPlugin, TrackerPlugin, placed
 from mjnav.scenarios.bodies import LaneSpec as LaneSpec
 from mjnav.scenarios.bodies import Pillar as Pillar
 from mjnav.scenarios.bodies import Table as Table
@@ -289,8 +288,7 @@ class Scenario(Constant):
     faults: Faults | None = None
     log: LogContent | None = None
     metrics: Annotated[
-        tuple[str | MetricPlugin, ...] | None,
-        Length(0, MAX_METRICS),
+        Annotated[tuple[str | MetricPlugin, ...], Length(0, MAX_METRICS)] | None,
         "of one's own, each package.module:Class or file.py:Class",
     ] = None
     source: str = field(default="", compare=False)  # the file it came from, for messages

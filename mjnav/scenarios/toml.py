@@ -16,7 +16,6 @@ from pathlib import Path
 from typing import Any
 
 from mjnav.errors import InvalidValue
-from mjnav.plugins.find import placed
 
 # ---------------------------------------------------------------------- files that a run file names
 
@@ -35,43 +34,6 @@ def read_regular(path: str | os.PathLike[str], limit: int) -> bytes:
     if len(content) > limit:
         raise OSError(errno.EFBIG, f"more than {limit} bytes")
     return content
-
-
-def place_plugins(document: dict[str, Any], folder: Path) -> None:
-    """Makes the paths in a run file's plug-ins, "file.py:Class", absolute, in place.
-
-    As for a trace, they count from `folder`, or else from the working folder.
-    """
-    metrics = document.get("metrics")
-    if isinstance(metrics, list):
-        document["metrics"] = [placed(one, folder) if isinstance(one, str) else one for one in metrics]
-    for table, key in _named(document):
-        if isinstance(table.get(key), str):
-            table[key] = placed(table[key], folder)
-        elif isinstance(table.get(key), dict) and isinstance(table[key].get("name"), str):
-            table[key]["name"] = placed(table[key]["name"], folder)
-
-
-def _named(document: dict[str, Any]) -> Iterator[tuple[dict[str, Any], str]]:
-    """Every table that may name a plug-in, and the key under which it does."""
-    estimation = _table(document, "estimation")
-    yield _table(document, "control"), "method"
-    yield _table(estimation, "robot"), "localizer"
-    yield _table(estimation, "obstacles"), "tracker"
-    yield _table(document, "prediction"), "model"
-    for array, key in (("people", "behaviour"), ("metrics", "name")):
-        items = document.get(array)
-        yield from ((item, key) for item in (items if isinstance(items, list) else ()) if isinstance(item, dict))
-    waiting = [_table(document, "noise")]
-    while waiting:
-        noise = waiting.pop()
-        yield noise, "distribution"
-        waiting += [inner for inner in noise.values() if isinstance(inner, dict)]
-
-
-def _table(document: dict[str, Any], key: str) -> dict[str, Any]:
-    found = document.get(key)
-    return found if isinstance(found, dict) else {}
 
 
 def inline(document: dict[str, Any], folder: Path | None) -> None:

@@ -10,7 +10,7 @@ from pathlib import Path
 
 from mjnav.errors import InvalidValue
 from mjnav.loop.prepare import load_scenario, resolved_parameters
-from mjnav.plugins.find import placed
+from mjnav.plugins import placed
 from mjnav.scenarios import dumps
 from mjnav.scenarios.overrides import Override
 from mjnav.study.study_file import MethodEntry, Overrides, SettingEntry, StudyFile, scene_path

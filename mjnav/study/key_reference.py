@@ -14,15 +14,15 @@ from difflib import get_close_matches
 from types import MappingProxyType
 
 from mjnav import control, noise, scenarios
-from mjnav.config.reference import INDEX, KeyReference, first_line, key_references
-from mjnav.config.schema import Schema, json_schema, partial, table_schema, with_variants
+from mjnav.config.reference import INDEX, KeyReference, key_references
+from mjnav.config.table import Schema, first_line, json_schema, table_schema, with_variants
 from mjnav.control import make_controller
+from mjnav.control.registry import shipped_parameters
 from mjnav.errors import InvalidValue, unknown_name
 from mjnav.messages import RobotLimits
 from mjnav.noise import CHANNELS
 from mjnav.noise.profiles import DISTRIBUTIONS
-from mjnav.plugins import CONTROLLER, Kind, registered
-from mjnav.plugins.find import BEHAVIOUR, DISTRIBUTION, LOCALIZER, PREDICTOR, TRACKER
+from mjnav.plugins import BEHAVIOUR, CONTROLLER, DISTRIBUTION, LOCALIZER, PREDICTOR, TRACKER, Kind, registered
 from mjnav.scenarios.layout.resolve import draft_keys, with_draws
 from mjnav.scenarios.library import is_random
 from mjnav.scenarios.people import TEMPERAMENTS
@@ -133,10 +133,9 @@ def run_schema() -> Schema:
     """Of a run file. [control] takes the parameters of its method, and any of a user's own."""
     schema = {"title": "mjnav run file", **with_draws(json_schema(Scenario))}
     tables = schema["$defs"]
-    tables["Control"]["properties"]["method"] = _method(tables["Control"]["properties"]["method"])
-    defaults = {name: make_controller(name, RobotLimits(), _PERIOD).parameters for name in control.names()}
+    defaults = {name: shipped_parameters(name, _PERIOD) for name in control.names()}
     kinds = {name: table_schema(type(own), tables, own) for name, own in defaults.items()}
-    tables["Control"] = with_variants(tables["Control"], "method", kinds, default=Control().method)
+    tables["Control"] = with_variants(tables["Control"], "method", kinds, default=Control().method, open_end=True)
     trace = tables["Latency"]["properties"]["trace"]
     description = trace.pop("description")
     tables["Latency"]["properties"]["trace"] = {"description": description, "anyOf": [trace, {"type": "string"}]}
@@ -144,62 +143,11 @@ def run_schema() -> Schema:
 
 
 def study_schema() -> Schema:
-    """Of a study file. What it sets are keys of a run file, and of [control] where a method sets them."""
-    schema, run = {"title": "mjnav study file", **json_schema(StudyFile)}, run_schema()
-    tables = schema["$defs"]
-    values = partial(run, "set", lambda one: one)
-    arrays = partial(run, "grid", lambda one: {"type": "array", "items": one, "minItems": 1, "uniqueItems": True})
-    for name, some in (("set", values), ("grid", arrays)):
-        tables |= some.pop("$defs")
-        own = tables[f"Control {name}"]["properties"]
-        groups = {key: one for key, one in some["properties"].items() if "$ref" in one or "anyOf" in one}
-        tables[name] = some
-        both = {key: {"anyOf": [groups[key], own[key]]} for key in groups.keys() & own.keys()}  # prediction
-        tables[f"method's {name}"] = {"type": "object", "properties": {**groups, **own, **both}}
-        for place, table in (
-            (schema["properties"], name),
-            (tables["SettingEntry"]["properties"], name),
-            (tables["MethodEntry"]["properties"], f"method's {name}"),
-        ):
-            if name in place:
-                place[name] = {"description": place[name]["description"], "$ref": f"#/$defs/{table}"}
-    tables["Search"] = _search(tables["Search"], run["$defs"]["Control"]["properties"])
-    tables |= _missing(schema, run["$defs"])
-    controller = tables["MethodEntry"]["properties"]["controller"]
-    tables["MethodEntry"]["properties"]["controller"] = _method(controller)
+    """Of a study file. What it sets are keys of a run file, which the sweep checks: here they may be any."""
+    schema = {"title": "mjnav study file", **json_schema(StudyFile)}
+    controller = schema["$defs"]["MethodEntry"]["properties"]["controller"]
+    controller["anyOf"] = [{"enum": list(control.names())}, {"pattern": ":"}]
     return schema
-
-
-def _search(schema: Schema, parameters: Schema) -> Schema:
-    """A search: its own keys, a draw for every parameter of a method, and tables of other keys of a run file."""
-    drawn = {key: {**_description(one), "$ref": "#/$defs/Draw"} for key, one in parameters.items() if key != "method"}
-    return {**schema, "properties": {**drawn, **schema["properties"]}, "additionalProperties": {"type": "object"}}
-
-
-def _description(schema: Schema) -> Schema:
-    return {"description": schema["description"]} if "description" in schema else {}
-
-
-def _missing(schema: Schema, definitions: Schema) -> Schema:
-    """Of `definitions`, those that a schema refers to and lacks: tables of an array that is given as a whole."""
-    found: Schema = {}
-    while missing := [name for name in _references([schema, found]) if name not in {**schema["$defs"], **found}]:
-        found |= {name: definitions[name] for name in missing}
-    return found
-
-
-def _references(part: object) -> Iterator[str]:
-    """The names of the definitions that a part of a schema refers to."""
-    for key, value in part.items() if isinstance(part, dict) else enumerate(part if isinstance(part, list) else ()):
-        if key == "$ref":
-            yield str(value).removeprefix("#/$defs/")
-        else:
-            yield from _references(value)
-
-
-def _method(schema: Schema) -> Schema:
-    """A method's name, or a user's own class."""
-    return {**schema, "anyOf": [{"enum": list(control.names())}, {"pattern": ":"}]}
 
 
 # ----------------------------------------------------------------------------------------------- keys
@@ -271,7 +219,7 @@ def _nearest(prefix: str, known: Iterable[str]) -> list[str]:
 
 def _parameters(method: str) -> Iterator[KeyReference]:
     """A method's parameters, with its own defaults."""
-    own = make_controller(method, RobotLimits(), _PERIOD).parameters
+    own = shipped_parameters(method, _PERIOD) or make_controller(method, RobotLimits(), _PERIOD).parameters
     for row in key_references(type(own), "control.", defaults=own):
         if row.key != f"control.{_GIVEN_ELSEWHERE}":
             yield replace(row, where=method)

@@ -1,8 +1,8 @@
-"""`mjnav keys`."""
+"""`mjnav keys` and `mjnav schema`."""
 
 import json
 
-from mjnav.study.key_reference import run_keys, study_keys
+from mjnav.study.key_reference import run_keys, run_schema, study_keys, study_schema
 
 
 def test_a_key_is_one_line_in_a_pipe(mjnav):
@@ -28,3 +28,10 @@ def test_what_does_not_exist_is_refused(mjnav):
     assert said.err.endswith("; did you mean 'robot.radius'?\n")
     assert mjnav("keys", "--controller", "rkhz").err.endswith("did you mean 'rkhs'?\n")
     assert mjnav("keys", "--study", "--controller", "rkhs").code == 2
+
+
+def test_a_schema_is_printed_or_written(mjnav, tmp_path):
+    assert json.loads(mjnav("schema", "study").out) == study_schema()
+    assert mjnav("schema", "run", "-o", str(tmp_path / "run.json")).code == 0
+    assert json.loads((tmp_path / "run.json").read_text(encoding="utf-8")) == run_schema()
+    assert mjnav("schema", "run", "-o", str(tmp_path / "none" / "run.json")).code == 2

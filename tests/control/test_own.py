@@ -226,14 +226,6 @@ def test_a_module_that_cannot_be_imported_leaves_the_path_as_it_was(limits, work
     assert sys.path == before
 
 
-def test_a_working_folder_that_is_gone_is_no_fault(limits, working_folder, monkeypatch):
-    (working_folder / "gone").mkdir()
-    monkeypatch.chdir(working_folder / "gone")
-    (working_folder / "gone").rmdir()
-    make_controller("mjnav.control.methods.mean:Mean", limits, 0.1)
-    monkeypatch.chdir(working_folder)
-
-
 FILE = """
 from dataclasses import dataclass
 from beside_it import SPEED

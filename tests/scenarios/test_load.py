@@ -36,10 +36,6 @@ BAD = {
     ),
     "another schema": ("schema = 2\nwhatever = 1", "schema: found 2; allowed: 1"),
     "no schema": ('name = "bad"', "schema: found nothing; allowed: schema = 1, the version of this format"),
-    "an empty name": (
-        GOOD.replace('"bad"', '""'),
-        "name: found ''; allowed: up to 100 printable characters without \"/\", not dots alone: logs are named after",
-    ),
     "no start": (
         HEAD + "[robot]\ngoal = [9, 0]",
         "robot.start: found nothing; allowed: an array of 3 numbers; this key is required",
@@ -52,11 +48,6 @@ BAD = {
         of_robot("waypoints = [[1, 1]]"),
         "robot.waypoints: found ((1.0, 1.0),); allowed: goal or waypoints, not both",
     ),
-    "a word for a coordinate": (
-        GOOD.replace("[0.0, 0.0, 0.0]", '[0.0, "0", 0.0]'),
-        "robot.start.1: found '0'; allowed: a number",
-    ),
-    "a truth value for a number": (of_robot("radius = true"), "robot.radius: found True; allowed: a number"),
     "a least speed above the greatest": (
         of_robot("min_speed = 2.0"),
         "robot.min_speed: found 2.0; allowed: a number below max_speed (1.0)",
@@ -68,10 +59,6 @@ BAD = {
     "a wall of no length": (
         GOOD + "[[walls]]\nfrom = [1, 2]\nto = [1, 2]",
         "walls.0.to: found (1.0, 2.0); allowed: a point other than `from`, at least 0.001 m away",
-    ),
-    "a wall by its Python names": (
-        GOOD + "[[walls]]\nstart = [0, 2]\nend = [1, 2]",
-        "walls.0.start: found 'start'; allowed: from, height, thickness, to",
     ),
     "one table where several belong": (
         GOOD + "[walls]\nfrom = [0, 2]\nto = [1, 2]",
@@ -90,11 +77,6 @@ BAD = {
         "people.0.behaviour: found 'constant_velocty'; allowed: constant_velocity, orca, replay, "
         "social_force, stop_and_go, waypoints; did you mean 'constant_velocity'?",
     ),
-    "no behaviour": (
-        GOOD + "[[people]]\nstart = [4, 2]",
-        "people.0.behaviour: found nothing; allowed: constant_velocity, orca, replay, social_force, stop_and_go, "
-        "waypoints",
-    ),
     "a constant of another form of the social force": (
         GOOD + '[[people]]\nstart = [4, 2]\nbehaviour = "social_force"\nwaypoints = [[4, 3]]\nstep_time = 2.0',
         'people.0.step_time: found 2.0; allowed: no value with form = "moussaid_2009", which has no such key',
@@ -103,10 +85,6 @@ BAD = {
         GOOD + '[[people]]\nstart = [4, 2]\nbehaviour = "social_force"\nwaypoints = [[4, 3]]\n'
         "relaxation_time = 1.0\ndrive = 1.0",
         "people.0.drive: found 1.0; allowed: no value beside relaxation_time",
-    ),
-    "an unknown temperament": (
-        GOOD + PERSON + 'velocity = [1, 0]\ntemperament = "curios"',
-        "did you mean 'curious'?",
     ),
     "who leaves before they come": (
         of_person("velocity = [0, 0]", "enters = 5\nleaves = 2"),
@@ -131,43 +109,13 @@ BAD = {
         + 'at_end = "again"\ntrips = [{ from = [[2, 5], [8, 5]], to = [[2, 2], [8, 2]] }]',
         "people.0.trips.0.from: found ((2.0, 5.0), (8.0, 5.0)); allowed: an area with room for the person, 0.3 m clear",
     ),
-    "a misspelt behaviour key": (
-        GOOD + '[[people]]\nstart = [4, 2]\nbehavior = "waypoints"',
-        "; did you mean 'behaviour'?",
-    ),
-    "another behaviour's key": (
-        of_person("velocity = [0, 0]", "loop = true"),
-        "people.0.loop: found 'loop'; allowed: behaviour, ",
-    ),
     "a person who runs": (
         of_person("velocity = [4, 4]"),
         "people.0.velocity: found (4.0, 4.0); allowed: at most 5 m/s",
     ),
-    "nowhere to walk to": (
-        GOOD + '[[people]]\nstart = [4, 2]\nbehaviour = "waypoints"\nwaypoints = []',
-        "people.0.waypoints: found []; allowed: from 1 to 1000 of them",
-    ),
-    "the second person": (
-        of_person("velocity = [0, 0]")
-        + '\n[[people]]\nstart = [4]\nbehaviour = "constant_velocity"\nvelocity = [0, 0]',
-        "people.1.start: found [4]; allowed: an array of 2 numbers",
-    ),
-    "an unknown profile": (GOOD + '[noise]\nprofile = "pearsn"', "noise.profile: found 'pearsn'; allowed: bimodal, "),
     "an unknown channel": (
         GOOD + '[noise.odometry.omga]\ndistribution = "gaussian"',
         "noise.odometry.omga: found 'odometry.omga'; allowed: actuation.omega, actuation.v, ",
-    ),
-    "an unknown group of channels": (
-        GOOD + "[noise.odometri]\nv = 1",
-        "noise.odometri: found 'odometri'; allowed: act",
-    ),
-    "a channel without distribution": (
-        GOOD + "[noise.gyro]\nstd = 1.0",
-        "noise.gyro.distribution: found nothing; allowed: empirical, gaussian, ",
-    ),
-    "impossible moments": (
-        GOOD + '[noise.pose.x]\ndistribution = "pearson"\nstd = 1.0\nskew = 2.0\nkurtosis = 3.0',
-        "noise.pose.x.kurtosis: found 3.0; allowed: ",
     ),
     "a rate between the steps": (
         GOOD + "[control]\nrate = 30.0",
@@ -181,7 +129,6 @@ BAD = {
         HEAD + "[robot]\nstart [0, 0, 0]",
         "line 4, column 7: found 'start [0, 0, 0]'; allowed: TOML (Expected '=' after a key in a key/value pair)",
     ),
-    "TOML that ends too soon": (HEAD + "[robot", "line 3, column 7: found '[robot'; allowed: TOML (Expected ']'"),
     "a key twice": (
         HEAD + 'name = "b"',
         "line 3, column 11: found 'name = \"b\"'; allowed: TOML (Cannot overwrite a value)",
@@ -251,12 +198,6 @@ def test_a_missing_shipped_scene_is_answered_with_the_nearest_one():
     )
 
 
-@pytest.mark.parametrize("name", ["", ".", "..", "a\0b", "hall\n", "x" * 1000])
-def test_a_strange_name_is_no_shipped_scene(name):
-    with pytest.raises(InvalidValue, match=r"^scene: found "):
-        load(name)
-
-
 def test_a_missing_path_is_answered_with_the_nearest_file_or_scene(tmp_path):
     (tmp_path / "corridor.toml").write_text(GOOD)
     with pytest.raises(InvalidValue) as error:
@@ -294,11 +235,6 @@ def test_a_number_of_thousands_of_digits_is_refused():
         loads("seed = " + "9" * 5000)
     with pytest.raises(InvalidValue, match="seed: found a int; allowed: whole numbers of at most 64 bits"):
         loads("seed = 0x" + "f" * 5000)
-
-
-def test_arrays_nested_deeper_than_the_reader_goes_are_refused():
-    with pytest.raises(InvalidValue):
-        loads("a = " + "[" * 100_000)
 
 
 def test_messages_stay_short_however_long_the_value_is():

@@ -26,18 +26,8 @@ TABLES = st.recursive(
 )
 
 
-@pytest.mark.parametrize(
-    "text",
-    [
-        "{} = 1",
-        "[{}]",
-        "[[{}]]",
-        "[a]\n{} = 1",
-        "x = {{ {} = 1 }}",
-        "x = [ 1, {{ {} = 1 }}]",
-    ],
-)
-@pytest.mark.parametrize(("part", "dot"), [("a", "."), ("'a b'", "."), ('"a.\\"b"', "."), ("a", " \t. ")])
+@pytest.mark.parametrize("text", ["{} = 1", "[{}]", "[[{}]]", "[a]\n{} = 1", "x = [ 1, {{ {} = 1 }}]"])
+@pytest.mark.parametrize(("part", "dot"), [("a", "."), ("'a b'", " \t. ")])
 def test_a_key_of_very_many_parts_is_refused_at_once(text, part, dot):
     with pytest.raises(
         InvalidValue, match=rf"a\.toml: found 'a key of more parts'; allowed: keys of at most {MAX_PARTS}"

@@ -5,8 +5,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import is_dataclass
 from typing import Any
 
-from mjnav.config.marks import keys
-from mjnav.config.writing import tables
+from mjnav.config import keys, tables
 from mjnav.scenarios.spec import Scenario
 
 # What the map shows, or the page in another place.
@@ -32,6 +31,6 @@ def _changed(value: Any, prefix: str) -> Iterator[tuple[str, Any]]:
         if is_dataclass(item):
             yield from _changed(item, f"{key}.")
         elif field.beside and isinstance(item, Mapping):
-            yield from ((f"{prefix}{own}", tables(one, None)) for own, one in item.items())
+            yield from ((f"{prefix}{own}", tables(one)) for own, one in item.items())
         else:
-            yield key, tables(item, field.hint)
+            yield key, field.type.write(item)

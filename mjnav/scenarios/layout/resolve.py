@@ -10,7 +10,6 @@ The second part adds random scenes to the JSON Schema and to the reference of ke
 """
 
 from collections.abc import Iterator, Mapping
-from copy import deepcopy
 from dataclasses import replace
 from typing import Any
 
@@ -19,13 +18,12 @@ import numpy as np
 from mjnav import config
 from mjnav.config import below
 from mjnav.config.reference import INDEX, KeyReference, key_references
-from mjnav.config.schema import Schema, table_schema
+from mjnav.config.table import Schema, table_schema
 from mjnav.errors import InvalidValue
 from mjnav.rng import stream
 from mjnav.scenarios.check import check, check_memory, robot_has_a_way
 from mjnav.scenarios.layout.entries import KINDS, DrawnRobot, Entry
 from mjnav.scenarios.layout.placing import ROBOT_ROOM, DrawnPlaces, Room, check_areas, entries_of, is_avoidable
-from mjnav.scenarios.layout.values import InArea, Normal, OneOf, Uniform
 from mjnav.scenarios.random_scene import Draft, Layout
 from mjnav.scenarios.ranges import Seed
 from mjnav.scenarios.spec import Person, Robot, Scenario, Wall
@@ -178,31 +176,28 @@ def _has_room(room: Room, body: Any, clear_of_robot: float | None) -> bool:
 
 
 WHERE = "random scenes"
-_VALUES = {"Uniform": Uniform, "Normal": Normal, "OneOf": OneOf, "InArea": InArea}
-_SHARES = {"type": "object", "minProperties": 1, "additionalProperties": {"type": "number", "minimum": 0}}
-_ARRAY = {"type": "array", "contains": {"type": "object"}, "description": "an array with draws among its items"}
+_DRAW = {"anyOf": [{"type": "object"}, {"type": "array", "contains": {"type": "object"}}]}
+_SOME_DRAW = {"not": {"additionalProperties": {"not": _DRAW}}}
 
 
 def with_draws(schema: Schema) -> Schema:
-    """The schema of a run file whose robot and arrays of bodies may be drafts, too."""
-    schema = deepcopy(schema)
-    definitions = schema["$defs"]
-    for name, kind in _VALUES.items():
-        definitions[name] = table_schema(kind, definitions)
-    definitions["OneOf"]["properties"]["one_of"]["items"] = {}
-    definitions["Draw"] = {"anyOf": [*({"$ref": f"#/$defs/{name}"} for name in _VALUES), _ARRAY]}
-    definitions["DrawOrShares"] = {"anyOf": [{"$ref": "#/$defs/Draw"}, _SHARES]}
+    """The schema of a run file whose robot and arrays of bodies may be drafts, too.
+
+    A draft may have a draw in place of any value, so that its schema names its own keys alone.
+    """
     for name, kind in KINDS.items():
-        plain, drawn = kind.plain.__name__, f"Drawn{kind.plain.__name__}"
-        definitions[drawn] = _draft(definitions[plain], table_schema(kind.drawn, definitions))
-        array = schema["properties"][name]
-        array["items"] = {"anyOf": [array["items"], {"$ref": f"#/$defs/{drawn}"}]}
-    robot, own = definitions["Robot"], table_schema(DrawnRobot, definitions)
-    robot["properties"] = {**_drawable(robot["properties"], "Draw"), **own["properties"]}
-    robot["properties"]["start_heading"] = _drawable(own["properties"], "Draw")["start_heading"]
-    robot["required"] = [key for key in robot["required"] if key != "start"]
-    robot["anyOf"] = [{"required": ["start"]}, {"required": ["start_area"]}]
+        items = schema["properties"][name]["items"]
+        schema["properties"][name]["items"] = {"anyOf": [items, _draft(kind.drawn, schema)]}
+    is_draft = [{"required": ["start_area"]}, {"required": ["goal_area"]}, _SOME_DRAW]
+    robot = {**_draft(DrawnRobot, schema), "anyOf": is_draft}
+    schema["properties"]["robot"] = {"anyOf": [schema["properties"]["robot"], robot]}
     return schema
+
+
+def _draft(drawn: type, schema: Schema) -> Schema:
+    table = table_schema(drawn, schema["$defs"])
+    properties = {key: {"anyOf": [value, _DRAW]} for key, value in table["properties"].items()}
+    return {**table, "properties": properties, "additionalProperties": True}
 
 
 def draft_keys(rows: list[KeyReference]) -> Iterator[KeyReference]:
@@ -214,29 +209,3 @@ def draft_keys(rows: list[KeyReference]) -> Iterator[KeyReference]:
         for prefix, kind in own.items():
             if row.key.startswith(prefix) and not following.startswith(prefix):
                 yield from (replace(one, where=WHERE) for one in key_references(kind, prefix))
-
-
-def _draft(plain: Schema, drawn: Schema) -> Schema:
-    """An entry that draws: any value of a plain one may be drawn, and only its number is required."""
-    required = [key for key in ("behaviour",) if key in plain["properties"]]
-    numbers = {key: value for key, value in drawn["properties"].items() if value.get("type") == "number"}
-    draft: Schema = {
-        "type": "object",
-        "description": f"Some of these, drawn by the seed of the layout. {plain['description']}",
-        "properties": {
-            **_drawable(plain["properties"], "DrawOrShares"),
-            **drawn["properties"],
-            **_drawable(numbers, "Draw"),
-        },
-        "required": ["count", *required],
-    }
-    return draft if required else {**draft, "additionalProperties": False}  # a person's may be a plug-in's
-
-
-def _drawable(properties: dict[str, Any], draw: str) -> dict[str, Any]:
-    found = {}
-    for key, schema in properties.items():
-        kept = {word: schema[word] for word in ("description", "default") if word in schema}
-        value = {word: item for word, item in schema.items() if word not in kept}
-        found[key] = {**kept, "anyOf": [value, {"$ref": f"#/$defs/{draw}"}]}
-    return found

@@ -23,7 +23,8 @@ import numpy as np
 
 from mjnav import config
 from mjnav.config import Length, Range, below, settle
-from mjnav.config.marks import Choice, bare, describe, mark, options
+from mjnav.config.marks import Choice, bare, mark, options
+from mjnav.config.table import describe
 from mjnav.errors import InvalidValue, unknown_name
 from mjnav.scenarios.ranges import MAX_POINTS, Point
 

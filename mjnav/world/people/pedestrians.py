@@ -12,10 +12,10 @@ the track has led meanwhile, as near to others as touching. A person who has lef
 sensors and a tick of the loop, so that trackers drop the track and nobody jumps from one tick to the next.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from importlib import import_module
 from math import hypot, isfinite
-from types import MappingProxyType
 from typing import Any, Protocol
 
 import numpy as np
@@ -27,19 +27,19 @@ from mjnav.messages import Array, WorldState
 from mjnav.plugins import BehaviourPlugin
 from mjnav.rng import stream
 from mjnav.scenarios.crowd.tracks import TrackSplines
-from mjnav.scenarios.people import AGAIN, CLEAR_OF_ROBOT, MAX_WALKING_SPEED, Area, Replay, Walker
+from mjnav.scenarios.people import AGAIN, CLEAR_OF_ROBOT, MAX_WALKING_SPEED, Area, Behaviour, Replay, Walker
 from mjnav.scenarios.ranges import Point
-from mjnav.scenarios.spec import ConstantVelocity, Orca, Scenario, SocialForce, StopAndGo, Waypoints
+from mjnav.scenarios.spec import Scenario
 from mjnav.scenarios.ways import ways_of
 from mjnav.sealed import sealed_message
 from mjnav.world.engine import Engine
 from mjnav.world.people.temperament import Temperaments
-from mjnav.world.people.walk import Replayed, Route, Straight, Walk
+from mjnav.world.people.walk import Walk
 
 # ----------------------------------------------------------------------- behaviours of a user's own
 
 
-class Behaviour(Protocol):
+class OwnBehaviour(Protocol):
     """How one person walks: made as Class(scenario, person, rng, parameters) for each person who has it.
 
     `person` is the person's place in `scenario.people` and in the arrays of a WorldState, `rng` a generator of its own
@@ -267,29 +267,10 @@ def _at(area: Area, share: Array) -> Array:
 # --------------------------------------------------------------------------------------- all people
 
 
-def _social_force(scenario: Scenario, index: Indices, seed: int) -> Walk:
-    from mjnav.world.people.avoiding import SocialForceWalk
-
-    return SocialForceWalk(scenario, index, seed)
-
-
-def _orca(scenario: Scenario, index: Indices, seed: int) -> Walk:
-    from mjnav.world.people.avoiding import OrcaWalk
-
-    return OrcaWalk(scenario, index, seed)
-
-
-WALKS: Mapping[type, Callable[[Scenario, Indices, int], Walk]] = MappingProxyType(
-    {
-        ConstantVelocity: Straight,
-        StopAndGo: Straight,
-        Waypoints: Route,
-        SocialForce: _social_force,
-        Orca: _orca,
-        Replay: Replayed,
-        BehaviourPlugin: OwnWalk,
-    }
-)
+def _made_walk(behaviour: Behaviour | BehaviourPlugin, scenario: Scenario, index: Indices, seed: int) -> Walk:
+    """The walk that a behaviour names, for all people who have it."""
+    module, _, name = behaviour.walk.partition(":")
+    return getattr(import_module(f"mjnav.world.people.{module}"), name)(scenario, index, seed)
 
 
 class Pedestrians:
@@ -306,8 +287,8 @@ class Pedestrians:
             first, last = int(index[0]), int(index[-1]) + 1
             together = last - first == len(index)  # a slice is written to in a third of the time
             place = slice(first, last) if together else index
-            behaviour, sees = kind
-            walk = WALKS[behaviour](scenario, index, seed)
+            sees = kind[1]
+            walk = _made_walk(people[first].behaviour, scenario, index, seed)
             temperaments = None if walk.tempers or not sees else Temperaments(scenario, index)
             self._straight[place] = not walk.sidesteps
             self._groups.append((place, sees, walk, temperaments))

@@ -1,4 +1,4 @@
-"""Estimators, behaviours and noise of a user's own in a run: their seeds, what they may touch, what they may return."""
+"""Plug-ins of every kind in a run: their seeds, what they may touch, what they may return."""
 
 from dataclasses import dataclass, replace
 
@@ -11,6 +11,7 @@ from mjnav.estimation.base import robot_belief
 from mjnav.loop.realtime.first_time import first_time_work
 from mjnav.messages import Decision, Status
 from mjnav.noise import Gaussian
+from mjnav.prediction import Crowd, Futures
 from mjnav.scenarios import dumps
 from mjnav.scenarios.load import loads
 
@@ -97,6 +98,7 @@ def test_the_robot_does_not_exist_for_a_person_who_does_not_see_it(monkeypatch):
         (lambda self, b: replace(b, weights=b.weights * 0.5), "weights must be >= 0 and sum to 1: the least is"),
         (lambda self, b: replace(b, mean=b.mean * np.nan), "mean holds a number that is not finite"),
         (lambda self, b: replace(b, particles=b.particles[:, :2]), "particles has shape (500, 2) in place of (500, 3)"),
+        (lambda self, b: replace(b, mean="far"), "mean is no array of numbers"),
         (lambda self, b: replace(b, particles=b.particles * 1e300), "particles holds a number beyond 1e+12"),
         (lambda self, b: replace(b, time=np.nan), "InvalidValue: time: found nan; allowed: a finite number [s] ("),
         (lambda self, b: b.mean, "update() returned a ndarray in place of a RobotBelief"),
@@ -179,3 +181,42 @@ def test_errors_name_the_arguments_of_python():
         assert str(raised.value).startswith(f"{argument}: ")
     with pytest.raises(InvalidValue, match=r"^overrides: people\.0\.radius: found 9\.0"):
         mjnav.load_scenario("crossing1", ["people.0.radius=9"])
+
+
+class Stays:
+    """Everybody stays where they are; `spoil` changes what it returns."""
+
+    def __init__(self, scenario, seed, parameters):
+        self.num = scenario.prediction.num_steps
+
+    def spoil(self, futures):
+        return futures
+
+    def predict(self, crowd: Crowd):
+        with pytest.raises(ValueError, match="read-only"):
+            crowd.samples[...] = 0.0
+        paths = np.repeat(crowd.samples[:, :, None, :2], self.num + 1, axis=2)
+        return self.spoil(Futures.along(paths, 0.4))
+
+
+def test_a_predictor_of_ones_own_decides_where_people_are():
+    with mjnav.Simulation(mjnav.load_scenario("crossing1", {**QUICK, "prediction.model": Stays})) as simulation:
+        person = simulation.observe().obstacles[0]
+    assert (person.future == person.position[:, None]).all()
+    assert not person.velocity.any()
+
+
+@pytest.mark.parametrize(
+    ("spoil", "said"),
+    [
+        (lambda f: None, "predict() returned a NoneType in place of Futures"),
+        (lambda f: replace(f, ahead=f.ahead[:, :3]), "ahead has shape (1, 3, 12, 2) in place of (1, 25, 12, 2)"),
+        (lambda f: replace(f, position=f.position * np.nan), "position holds a number that is not finite"),
+        (lambda f: replace(f, step=0.0), "step must be a finite number > 0, not 0.0"),
+    ],
+)
+def test_a_future_that_is_none_ends_the_run(spoil, said, monkeypatch):
+    monkeypatch.setattr(Stays, "spoil", lambda self, futures: spoil(futures))
+    with pytest.raises(MjnavError) as raised:
+        mjnav.run(mjnav.load_scenario("crossing1", {**QUICK, "prediction.model": Stays}))
+    assert said in str(raised.value)
