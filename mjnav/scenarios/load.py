@@ -15,7 +15,7 @@ from mjnav.output_files import path_text
 from mjnav.scenarios import library
 from mjnav.scenarios import toml as files
 from mjnav.scenarios.check import check, check_memory, check_robot_way
-from mjnav.scenarios.crowd.importing import put_crowd
+from mjnav.scenarios.crowd import put_crowd
 from mjnav.scenarios.layout.placing import draft_of
 from mjnav.scenarios.overrides import Overrides, apply, overrides_of
 from mjnav.scenarios.spec import Control, Draft, Scenario

@@ -20,7 +20,7 @@ from mjnav.scenarios.bodies import LaneSpec as LaneSpec
 from mjnav.scenarios.bodies import Pillar as Pillar
 from mjnav.scenarios.bodies import Table as Table
 from mjnav.scenarios.bodies import Wall as Wall
-from mjnav.scenarios.crowd.spec import Crowd as Crowd
+from mjnav.scenarios.crowd import Crowd as Crowd
 from mjnav.scenarios.faults import Faults as Faults
 from mjnav.scenarios.known_map import KnownBodies, MapDifference
 from mjnav.scenarios.latency import Latency as Latency
