@@ -21,6 +21,8 @@ from mjnav.scenarios.bodies import Pillar as Pillar
 from mjnav.scenarios.bodies import Table as Table
 from mjnav.scenarios.bodies import Wall as Wall
 from mjnav.scenarios.crowd import Crowd as Crowd
+from mjnav.scenarios.draws import Draft as Draft
+from mjnav.scenarios.draws import Layout as Layout
 from mjnav.scenarios.faults import Faults as Faults
 from mjnav.scenarios.known_map import KnownBodies, MapDifference
 from mjnav.scenarios.latency import Latency as Latency
@@ -33,8 +35,6 @@ from mjnav.scenarios.people import SocialForce as SocialForce
 from mjnav.scenarios.people import StopAndGo as StopAndGo
 from mjnav.scenarios.people import Waypoints as Waypoints
 from mjnav.scenarios.prediction import Prediction as Prediction
-from mjnav.scenarios.random_scene import Draft as Draft
-from mjnav.scenarios.random_scene import Layout as Layout
 from mjnav.scenarios.ranges import MAX_BODIES, MAX_POINTS, MAX_TIME, Angle, Coordinate, Point, Rate, Seed, Size
 from mjnav.scenarios.sensors import Sensors as Sensors
 from mjnav.scenarios.top_view import top_view
