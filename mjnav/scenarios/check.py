@@ -21,15 +21,14 @@ controls touches nothing.
 
 from bisect import bisect_left
 from itertools import combinations, pairwise, product
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from mjnav.errors import InvalidValue
+from mjnav.geometry.floor import TOUCH, FreeSpace
 from mjnav.messages import Array
 from mjnav.scenarios.bodies import (
-    TOUCH,
     Box,
     Disc,
     Strip,
@@ -41,16 +40,11 @@ from mjnav.scenarios.bodies import (
     wall_box,
 )
 from mjnav.scenarios.faults import check_kidnappings
-from mjnav.scenarios.latency import Latency
 from mjnav.scenarios.people import ConstantVelocity, Person, Replay, Row, StopAndGo, Walker
 from mjnav.scenarios.ranges import Point
 from mjnav.scenarios.sensors import check_lidar
-from mjnav.scenarios.spec import Control, Robot, Scenario
+from mjnav.scenarios.spec import Control, Latency, Robot, Scenario
 from mjnav.scenarios.ways import check_routes, check_trips, floor_of_robot
-
-if TYPE_CHECKING:
-    from mjnav.geometry.floor import FreeSpace
-
 
 # ------------------------------------------------------------------------------ keys without effect
 
@@ -141,10 +135,7 @@ def robot_has_a_way(scenario: Scenario, room: float = 0.0) -> bool:
     return _space(scenario).connects(points, robot.radius + room, tolerance=robot.goal_tolerance)
 
 
-def _space(scenario: Scenario) -> "FreeSpace":
-    from mjnav.geometry.floor import FreeSpace
-    from mjnav.scenarios.ways import floor_of_robot
-
+def _space(scenario: Scenario) -> FreeSpace:
     points = [scenario.robot.start[:2], *scenario.robot.route]
     return FreeSpace.of(floor_of_robot(scenario.walls, scenario.tables, scenario.pillars), points)
 
