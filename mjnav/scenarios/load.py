@@ -16,8 +16,8 @@ from mjnav.scenarios import library
 from mjnav.scenarios import toml as files
 from mjnav.scenarios.check import check, check_memory, check_robot_way
 from mjnav.scenarios.crowd import put_crowd
+from mjnav.scenarios.drafts import draft_of
 from mjnav.scenarios.overrides import Overrides, apply, overrides_of
-from mjnav.scenarios.random_scene import draft_of
 from mjnav.scenarios.spec import Control, Draft, Scenario
 from mjnav.scenarios.toml import parse, read_regular, toml_text
 

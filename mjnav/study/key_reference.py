@@ -23,10 +23,10 @@ from mjnav.noise import CHANNELS
 from mjnav.noise.profiles import DISTRIBUTIONS
 from mjnav.plugins import CONTROLLER, Kind, registered
 from mjnav.plugins.find import BEHAVIOUR, DISTRIBUTION, LOCALIZER, PREDICTOR, TRACKER
+from mjnav.scenarios.drafts import draft_keys, with_draws
 from mjnav.scenarios.library import is_random
 from mjnav.scenarios.people import TEMPERAMENTS
 from mjnav.scenarios.prediction import MODELS
-from mjnav.scenarios.random_scene import draft_keys, with_draws
 from mjnav.scenarios.spec import BEHAVIOURS, ENGINES, Control, Scenario
 from mjnav.study.study_file import StudyFile, studies
 
