@@ -13,14 +13,14 @@ import numpy as np
 
 from mjnav.cli.terminal.tables import print_table
 from mjnav.messages import Array
-from mjnav.scenarios.crowd.importing import import_crowd, in_window, people_of
-from mjnav.scenarios.crowd.spec import Crowd
-from mjnav.scenarios.crowd.tracks import Track, TrackSplines
+from mjnav.scenarios.crowd import Crowd, Track, TrackSplines, in_window, people_of
+from mjnav.scenarios.crowd_import import import_crowd
 from mjnav.scenarios.load import loads
 from mjnav.scenarios.spec import Scenario
 from mjnav.scenarios.toml import toml_text
 from mjnav.world.simulator import Simulator
 
+FRAME_RATE = 25.0  # [Hz] of ETH and UCY
 LENGTH = 30.0  # [s] of a window
 EVERY = 0.1  # [s]
 OFF = 0.05  # [m] from the track, beyond which somebody is off it
@@ -46,7 +46,7 @@ def deviations(tracks: list[Track], scenario: Scenario, first: float, last: floa
 
 def measured(path: Path, people: str, engine: str, radius: float) -> tuple[str, ...]:
     """A row of the table."""
-    imported = import_crowd(path, {}, LENGTH)
+    imported = import_crowd(path, {"frame_rate": FRAME_RATE}, LENGTH)
     end = max(track.rows[-1, 0] for track in imported.tracks.tracks)
     windows = num = touched = 0
     all_of_them = []
@@ -54,7 +54,7 @@ def measured(path: Path, people: str, engine: str, radius: float) -> tuple[str, 
         tracks = in_window(imported.tracks.tracks, first, first + LENGTH)
         if not tracks:
             continue
-        crowd = Crowd(str(path), imported.rate.frame_rate, window=(first, first + LENGTH), people=people, radius=radius)
+        crowd = Crowd(str(path), FRAME_RATE, window=(first, first + LENGTH), people=people, radius=radius)
         tables = {
             "schema": 1,
             "name": "deviation",

@@ -46,6 +46,9 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--every", type=float, default=0.4, metavar="S", help="seconds between predictions that count; 0.4 by default"
     )
+    parser.add_argument(
+        "--frame-rate", type=float, metavar="HZ", help="what a recording's column of frames counts a second"
+    )
     parser.add_argument("--seed", type=int, metavar="N", help="seed, in place of the run file's")
     scene_options.overrides(parser)
     parser.add_argument("--json", action="store_true", help="one JSON object in place of text")
@@ -56,10 +59,13 @@ def execute(arguments: argparse.Namespace) -> int:
     check_whole("--samples", arguments.samples, 1)
     if not 0.0 < arguments.every < 1e6:
         raise InvalidValue("--every", arguments.every, "a number of seconds > 0")
+    if arguments.frame_rate is not None and not 0.0 < arguments.frame_rate <= 1e6:
+        raise InvalidValue("--frame-rate", arguments.frame_rate, "a number > 0 and <= 1000000 Hz")
     from mjnav.study.prediction import Plan, measure
 
     models = tuple(dict.fromkeys(arguments.model or MODELS))
-    plan = Plan(models, arguments.exact, arguments.samples, arguments.every, arguments.seed, tuple(arguments.overrides))
+    asked = arguments.exact, arguments.samples, arguments.every, arguments.seed, tuple(arguments.overrides)
+    plan = Plan(models, *asked, arguments.frame_rate)
     with compile_notice():
         found = measure(arguments.source, plan)
     if arguments.json:

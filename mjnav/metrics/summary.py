@@ -15,7 +15,7 @@ from mjnav.metrics import safety as fault
 from mjnav.metrics import social as proximity
 from mjnav.metrics import tracking as gospa
 from mjnav.metrics import tracking as identity
-from mjnav.scenarios.layout.placing import is_avoidable
+from mjnav.scenarios.check import is_avoidable
 from mjnav.scenarios.spec import Scenario
 
 INFEASIBLE = ("infeasible_nominal", "infeasible")

@@ -6,7 +6,7 @@ import numpy as np
 
 from mjnav.messages import Array
 from mjnav.report.inspection import shown_people
-from mjnav.scenarios.known_map import KnownBodies
+from mjnav.scenarios.bodies import KnownBodies
 from mjnav.scenarios.spec import Scenario, Table
 from mjnav.scenarios.ways import planned_legs
 

@@ -10,14 +10,25 @@ For the check of overlaps a body is a disc or a rectangle seen from above. Walls
 may stand in a wall (half column), and bodies may touch. Every other overlap is refused, except that of two people at
 the start: they step apart (`overlapping_people`). The robot fits under tables and meets their legs only; people, and
 bodies as high as the table, meet its top.
+
+An oracle (`is_avoidable`) tells whether any control of the robot avoids all contact in the first seconds of a scene.
+People who start close ahead of a fast robot, or walk at one that stands, cannot be avoided by anybody: such a start
+tests no method. The oracle knows all. It rolls out a robot that is at rest at the start, as in every run, under
+controls that hold one speed and turn rate, then another, within the robot's limits of speed and acceleration; people
+walk on as they would unseen (`foreseen`); walls, pillars and tables' legs stand. A start is avoidable where one of the
+controls touches nothing.
 """
 
-from itertools import combinations, pairwise
-from typing import TYPE_CHECKING
+from bisect import bisect_left
+from itertools import combinations, pairwise, product
+
+import numpy as np
+from numpy.typing import NDArray
 
 from mjnav.errors import InvalidValue
+from mjnav.geometry.floor import TOUCH, FreeSpace
+from mjnav.messages import Array
 from mjnav.scenarios.bodies import (
-    TOUCH,
     Box,
     Disc,
     Strip,
@@ -29,14 +40,11 @@ from mjnav.scenarios.bodies import (
     wall_box,
 )
 from mjnav.scenarios.faults import check_kidnappings
-from mjnav.scenarios.latency import Latency
+from mjnav.scenarios.people import ConstantVelocity, Person, Replay, Row, StopAndGo, Walker
+from mjnav.scenarios.ranges import Point
 from mjnav.scenarios.sensors import check_lidar
-from mjnav.scenarios.spec import Control, Scenario
-from mjnav.scenarios.ways import check_routes, check_trips
-
-if TYPE_CHECKING:
-    from mjnav.geometry.floor import FreeSpace
-
+from mjnav.scenarios.spec import Control, Latency, Robot, Scenario
+from mjnav.scenarios.ways import check_routes, check_trips, floor_of_robot
 
 # ------------------------------------------------------------------------------ keys without effect
 
@@ -127,10 +135,7 @@ def robot_has_a_way(scenario: Scenario, room: float = 0.0) -> bool:
     return _space(scenario).connects(points, robot.radius + room, tolerance=robot.goal_tolerance)
 
 
-def _space(scenario: Scenario) -> "FreeSpace":
-    from mjnav.geometry.floor import FreeSpace
-    from mjnav.scenarios.ways import floor_of_robot
-
+def _space(scenario: Scenario) -> FreeSpace:
     points = [scenario.robot.start[:2], *scenario.robot.route]
     return FreeSpace.of(floor_of_robot(scenario.walls, scenario.tables, scenario.pillars), points)
 
@@ -193,3 +198,120 @@ def _keep_apart(disc: Disc, other: Disc | Box, key: str, found: object) -> None:
     missing = disc.radius - other.distance(disc.centre)
     if missing > TOUCH:
         raise InvalidValue(key, found, f"a place clear of {other.key}, {missing:.3f} m further away")
+
+
+# --------------------------------------------------------------------------- people's ways foreseen
+
+
+MAX_ROUNDS = 100  # of a loop that are foreseen
+
+
+def foreseen(person: Person, times: Array) -> Array:
+    """Where the person is at each of `times` [s], ascending: (T, 2) [m]; NaN while they are not there.
+
+    Straight walkers go at their velocity, walkers along straight legs, recorded people straight from row to row of
+    their track; people of behaviours of one's own stand. Who leaves at the end of a way is gone: where they come again
+    is not foreseen.
+    """
+    enters = person.enters or 0.0
+    there = (times >= enters) & (times < (np.inf if person.leaves is None else person.leaves))
+    since = np.maximum(times - enters, 0.0)
+    match person.behaviour:
+        case Replay(track=track):
+            where = _on_track(track, times)
+        case ConstantVelocity(velocity=velocity):
+            where = person.start + since[:, None] * velocity
+        case StopAndGo(velocity=velocity, go_time=go, stop_time=stop):
+            walked = _walking(np.maximum(times, enters), go, stop) - _walking(np.array([enters]), go, stop)
+            where = person.start + walked[:, None] * velocity
+        case Walker() as walk:
+            where, left = _on_legs(person.start, walk, walk.speed * since)
+            within = walk.leaves_within
+            there &= np.full(len(times), True) if within is None else left > within
+        case _:
+            where = np.tile(person.start, (len(times), 1))
+    return np.where(there[:, None], where, np.nan)
+
+
+def _on_track(track: tuple[Row, ...], times: Array) -> Array:
+    """(T, 2) [m] at `times` (T,) [s]."""
+    rows = np.array(track[: bisect_left(track, times[-1], key=lambda row: row[0]) + 1])
+    return np.stack([np.interp(times, rows[:, 0], rows[:, k]) for k in (1, 2)], axis=1)
+
+
+def _walking(times: Array, go: float, stop: float) -> Array:
+    """For how long of [0, time] who walks and stands in turns has walked, (T,) [s]."""
+    rounds, rest = np.divmod(times, go + stop)
+    return go * rounds + np.minimum(rest, go)
+
+
+def _on_legs(start: Point, walk: Walker, walked: Array) -> tuple[Array, Array]:
+    """After `walked` [m] (T,): where a walker is, (T, 2), and how far it still is to the last point, (T,) [m]."""
+    points = [start, *walk.waypoints]
+    if walk.loop and len(walk.waypoints) > 1:
+        around = sum(np.hypot(b[0] - a[0], b[1] - a[1]) for a, b in pairwise([*walk.waypoints, walk.waypoints[0]]))
+        rounds = int(walked[-1] / around) + 1 if around > 0.0 else 0
+        points += walk.waypoints * min(rounds, MAX_ROUNDS)
+    corners = np.array(points, float)
+    along = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(corners, axis=0).T))])  # [m] of each corner
+    where = np.stack([np.interp(walked, along, corners[:, k]) for k in (0, 1)], axis=1)
+    return where, along[-1] - walked
+
+
+# --------------------------------------------------------------------------------------- the oracle
+
+
+HORIZON = 3.0  # [s]
+STEP = 0.05  # [s]; a person at 1.3 m/s moves 65 mm
+SWITCH = 1.0  # [s] after which a control goes on to its second speed and turn rate
+SPEEDS = (0.0, 0.5, 1.0)  # shares of the highest speed; of the lowest too where the robot may reverse
+TURNS = (-1.0, -0.4, 0.0, 0.4, 1.0)  # shares of the highest turn rate
+
+
+def is_avoidable(scenario: Scenario) -> bool:
+    """Whether one of the sampled controls touches nothing within HORIZON."""
+    robot, times = scenario.robot, STEP * np.arange(1, round(HORIZON / STEP) + 1, dtype=float)
+    fastest = max(robot.max_speed, -robot.min_speed)
+    near: list[tuple[Person, Array]] = []  # who can meet the robot, and where they are at `times`, (T, 2)
+    standing = True  # whether a robot that stands touches nobody
+    for person in scenario.people:
+        walked = foreseen(person, times)
+        gaps = np.hypot(walked[:, 0] - robot.start[0], walked[:, 1] - robot.start[1]) - person.radius - robot.radius
+        if (gaps <= fastest * times).any():  # NaN for who is not there
+            near.append((person, walked))
+            standing &= not _touches(gaps[None], person).any()
+    if standing:
+        return True
+    clear = _rollouts(robot, len(times))  # (K, T, 2) of which those stay that touch nothing
+    for person, walked in near:
+        gaps = np.hypot(*np.moveaxis(clear - walked, -1, 0)) - person.radius - robot.radius
+        clear = clear[~_touches(gaps, person).any(axis=1)]
+    floor = floor_of_robot(scenario.walls, scenario.tables, scenario.pillars)
+    return bool((floor.clearance(clear) >= robot.radius).all(axis=1).any()) if len(clear) else False
+
+
+def _touches(gaps: Array, person: Person) -> NDArray[np.bool_]:
+    """(K, T) where surfaces (K, T) [m] apart touch. A newcomer waits until the robot has left the place."""
+    if person.from_the_start:
+        return gaps < 0.0
+    return (gaps < 0.0) & np.logical_or.accumulate(gaps >= 0.0, axis=1)
+
+
+def _rollouts(robot: Robot, num: int) -> Array:
+    """Positions of the robot under every control after each of `num` steps, (K, num, 2) [m]."""
+    speeds = sorted({share * robot.max_speed for share in SPEEDS} | {robot.min_speed})
+    turns = [share * robot.max_turn_rate for share in TURNS]
+    wanted = np.array([(*one, *other) for one, other in product(product(speeds, turns), repeat=2)])  # (K, 4)
+    x, y, heading = (np.full(len(wanted), value) for value in robot.start)
+    v, omega = np.zeros(len(wanted)), np.zeros(len(wanted))
+    out = np.empty((len(wanted), num, 2))
+    for k in range(num):
+        target = wanted[:, :2] if k * STEP < SWITCH else wanted[:, 2:]
+        v = v + np.clip(target[:, 0] - v, -robot.max_acceleration * STEP, robot.max_acceleration * STEP)
+        omega = omega + np.clip(
+            target[:, 1] - omega, -robot.max_turn_acceleration * STEP, robot.max_turn_acceleration * STEP
+        )
+        heading = heading + omega * STEP
+        x, y = x + v * np.cos(heading) * STEP, y + v * np.sin(heading) * STEP
+        out[:, k, 0], out[:, k, 1] = x, y
+    return out

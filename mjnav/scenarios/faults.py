@@ -11,7 +11,8 @@ from typing import Annotated
 
 from mjnav.config import Choice, Key, Length, Range, below, settle
 from mjnav.errors import InvalidValue
-from mjnav.scenarios.bodies import TOUCH, Box, Disc
+from mjnav.geometry.floor import TOUCH
+from mjnav.scenarios.bodies import Box, Disc
 from mjnav.scenarios.ranges import MAX_BODIES, MAX_TIME, Angle, Coordinate
 
 Time = Annotated[float, Range(0.0, MAX_TIME, "s")]

@@ -30,8 +30,8 @@ def describe(folder: str = "") -> tuple[tuple[str, str], ...]:
 
 
 def is_random(name: str) -> bool:
-    """Whether a shipped scene is drawn anew for every seed; see `mjnav.scenarios.layout`."""
-    from mjnav.scenarios.layout.placing import draft_of
+    """Whether a shipped scene is drawn anew for every seed; see `mjnav.scenarios.random_scene`."""
+    from mjnav.scenarios.drafts import draft_of
 
     text = (data_folder("runs") / f"{name}.toml").read_text(encoding="utf-8")
     return draft_of(tomllib.loads(text)) is not None

@@ -15,8 +15,8 @@ from mjnav.output_files import path_text
 from mjnav.scenarios import library
 from mjnav.scenarios import toml as files
 from mjnav.scenarios.check import check, check_memory, check_robot_way
-from mjnav.scenarios.crowd.importing import put_crowd
-from mjnav.scenarios.layout.placing import draft_of
+from mjnav.scenarios.crowd import put_crowd
+from mjnav.scenarios.drafts import draft_of
 from mjnav.scenarios.overrides import Overrides, apply, overrides_of
 from mjnav.scenarios.plugged import with_places
 from mjnav.scenarios.spec import Control, Draft, Scenario
@@ -115,7 +115,7 @@ def _layout_of(document: dict[str, Any], draft: Draft) -> Scenario:
 
 
 def _resolved(document: dict[str, Any], draft: Draft) -> Scenario:
-    from mjnav.scenarios.layout.resolve import resolved  # loads compiled code, which only random scenes need here
+    from mjnav.scenarios.random_scene import resolved  # loads compiled code, which only random scenes need here
 
     return resolved(document, draft)
 

@@ -60,6 +60,7 @@ class LidarModel(Constant):
     missing: ByRange = ((0.0, 0.0),)
 
 
+_ASSUMED: dict[str, Any] = {"beam_width": BEAM_WIDTH, "mixed": MIXED_SHARE, "missing": ((0.0, MISSING_SHARE),)}
 LIDARS: Mapping[str, LidarModel] = MappingProxyType(
     {
         "ideal": LidarModel(source="none: exact ranges with the noise profile's law, all beams at one moment"),
@@ -73,9 +74,7 @@ LIDARS: Mapping[str, LidarModel] = MappingProxyType(
             bias=((0.0, 0.0075), (0.5, 0.0075), (0.5, 0.0125), (3.5, 0.0875)),
             spread=((0.0, 0.005), (0.5, 0.005), (0.5, 0.00875), (3.5, 0.06125)),
             resolution=MILLIMETRE,
-            beam_width=BEAM_WIDTH,
-            mixed=MIXED_SHARE,
-            missing=((0.0, MISSING_SHARE),),
+            **_ASSUMED,
         ),
         # 2300 ranges a second at 5 turns. +-10 mm below 0.3 m, +-3 % to 6 m, +-5 % to 8 m; no other precision is given.
         "lds-02": LidarModel(
@@ -87,9 +86,7 @@ LIDARS: Mapping[str, LidarModel] = MappingProxyType(
             bias=((0.0, 0.005), (0.3, 0.005), (0.3, 0.0045), (6.0, 0.09), (6.0, 0.15), (8.0, 0.2)),
             spread=((0.0, 0.005), (0.3, 0.005), (0.3, 0.0045), (6.0, 0.09), (6.0, 0.15), (8.0, 0.2)),
             resolution=MILLIMETRE,
-            beam_width=BEAM_WIDTH,
-            mixed=MIXED_SHARE,
-            missing=((0.0, MISSING_SHARE),),
+            **_ASSUMED,
         ),
         # Resolution 0.5 mm below 1.5 m, 1 % of the range beyond, read as the precision; no accuracy is given.
         "rplidar-a1": LidarModel(
@@ -101,9 +98,7 @@ LIDARS: Mapping[str, LidarModel] = MappingProxyType(
             bias=((0.0, 0.0),),
             spread=((0.0, 0.00025), (1.5, 0.00025), (1.5, 0.0075), (12.0, 0.06)),
             resolution=0.25 * MILLIMETRE,
-            beam_width=BEAM_WIDTH,
-            mixed=MIXED_SHARE,
-            missing=((0.0, MISSING_SHARE),),
+            **_ASSUMED,
         ),
         # Accuracy +-30 mm below 10 m, then +-50 mm; std of repeated ranges 10 mm, then 30 mm, given as such.
         "utm-30lx": LidarModel(
@@ -116,9 +111,7 @@ LIDARS: Mapping[str, LidarModel] = MappingProxyType(
             bias=((0.0, 0.015), (10.0, 0.015), (10.0, 0.025), (30.0, 0.025)),
             spread=((0.0, 0.01), (10.0, 0.01), (10.0, 0.03), (30.0, 0.03)),
             resolution=MILLIMETRE,
-            beam_width=BEAM_WIDTH,
-            mixed=MIXED_SHARE,
-            missing=((0.0, MISSING_SHARE),),
+            **_ASSUMED,
         ),
     }
 )

@@ -1,7 +1,5 @@
 """Floors and ways in a scene: the obstacles of the robot and of people, and people's planned ways around them.
 
-The robot passes under tables and meets their legs; people walk around the whole table.
-
 The check of a run file and the people in a run plan the same ways around walls and furniture.
 
 A route is planned leg by leg. A person who walks from waypoint to waypoint walks straight where the straight leg stays
@@ -13,8 +11,7 @@ constant velocity walks until something stops them.
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
-from math import ceil, cos, hypot, sin
-from typing import TypeVar
+from math import ceil, hypot
 
 import numpy as np
 
@@ -24,21 +21,40 @@ from mjnav.geometry.floor import Floor
 from mjnav.geometry.shortest_way import EXCESS, WayMap
 from mjnav.messages import Array
 from mjnav.motion.unicycle import LIDAR_HEIGHT
-from mjnav.scenarios.bodies import Box, Disc, Pillar, Strip, Table, Wall, met_by_people
-from mjnav.scenarios.known_map import KnownBodies
+from mjnav.scenarios.bodies import (
+    B,
+    Box,
+    Disc,
+    KnownBodies,
+    Pillar,
+    Strip,
+    Table,
+    Wall,
+    met_by_people,
+    met_by_robot,
+)
 from mjnav.scenarios.people import REACHED, Person, Walker
 from mjnav.scenarios.ranges import Point
 
 # ------------------------------------------------------------------------------------------- floors
 
 
-B = TypeVar("B", Wall, Table, Pillar)
+def floor_of(shapes: Iterable[Disc | Box]) -> Floor:
+    """The floor on which they stand; discs come before boxes, both in their order."""
+    shapes = list(shapes)
+    discs = [(*disc.centre, disc.radius) for disc in shapes if isinstance(disc, Disc)]
+    boxes = [(*box.centre, *box.along, *box.half) for box in shapes if isinstance(box, Box)]
+    return Floor(np.array(discs, float).reshape(-1, 3), np.array(boxes, float).reshape(-1, 6))
 
 
 def floor_of_robot(walls: Iterable[Wall], tables: Iterable[Table], pillars: Iterable[Pillar]) -> Floor:
     """Legs, then pillars, as discs; walls as boxes."""
-    legs = [(*leg, table.leg_radius) for table in tables for leg in table.legs]
-    return _floor([*legs, *map(_pillar_disc, pillars)], map(_wall_box, walls))
+    return floor_of(met_by_robot(walls, tables, pillars))
+
+
+def floor_of_people(walls: Iterable[Wall], tables: Iterable[Table], pillars: Iterable[Pillar]) -> Floor:
+    """Pillars as discs; walls, then tables' tops, as boxes."""
+    return floor_of(met_by_people(walls, tables, pillars))
 
 
 def floor_of_lidar(known: KnownBodies) -> Floor:
@@ -46,33 +62,8 @@ def floor_of_lidar(known: KnownBodies) -> Floor:
     return floor_of_robot(_high(known.walls), _high(known.tables), _high(known.pillars))
 
 
-def floor_of_people(walls: Iterable[Wall], tables: Iterable[Table], pillars: Iterable[Pillar]) -> Floor:
-    """Pillars as discs; walls, then tables' tops, as boxes."""
-    return _floor(map(_pillar_disc, pillars), [*map(_wall_box, walls), *map(_top_box, tables)])
-
-
-def _floor(discs: Iterable[tuple[float, ...]], boxes: Iterable[tuple[float, ...]]) -> Floor:
-    return Floor(np.array(list(discs), float).reshape(-1, 3), np.array(list(boxes), float).reshape(-1, 6))
-
-
 def _high(bodies: Iterable[B]) -> list[B]:
     return [body for body in bodies if body.height > LIDAR_HEIGHT]
-
-
-def _pillar_disc(pillar: Pillar) -> tuple[float, ...]:
-    return *pillar.position, pillar.radius
-
-
-def _wall_box(wall: Wall) -> tuple[float, ...]:
-    (x0, y0), (x1, y1) = wall.start, wall.end
-    length = hypot(x1 - x0, y1 - y0)
-    along = ((x1 - x0) / length, (y1 - y0) / length)
-    return 0.5 * (x0 + x1), 0.5 * (y0 + y1), *along, 0.5 * length, 0.5 * wall.thickness
-
-
-def _top_box(table: Table) -> tuple[float, ...]:
-    half = (0.5 * side + table.leg_radius for side in table.size)
-    return *table.position, cos(table.yaw), sin(table.yaw), *half
 
 
 # ------------------------------------------------------------------------------------ people's ways
@@ -87,7 +78,7 @@ class Ways(Constant):
     """The ways of all people of a scene; what one of them needed serves the next, and copies of a simulation."""
 
     def __init__(self, floor: Floor):
-        """`floor` has what people walk around: `mjnav.scenarios.ways.floor_of_people`."""
+        """`floor` has what people walk around: `floor_of_people`."""
         self.floor = floor
         self._maps: dict[float, WayMap] = {}
 
@@ -173,7 +164,6 @@ def planned_legs(
 ) -> Iterator[Leg]:
     """The legs of all who have waypoints and move, in order."""
     bodies = met_by_people(walls, tables, pillars)
-    ways = None
     for i, person in enumerate(people):
         walk = person.behaviour
         if not isinstance(walk, Walker) or walk.speed == 0.0:
@@ -183,11 +173,7 @@ def planned_legs(
             if body is None:
                 yield Leg(i, index, start, end, "", (end,))
                 continue
-            if ways is None:
-                from mjnav.scenarios.ways import ways_of  # loads compiled code, which few scenes need here
-
-                ways = ways_of(tuple(walls), tuple(tables), tuple(pillars))
-            found = ways.plan(start, end, person.radius)
+            found = ways_of(tuple(walls), tuple(tables), tuple(pillars)).plan(start, end, person.radius)
             if found is None:
                 nearest = min(bodies, key=lambda body: body.distance(end))
                 body = nearest if nearest.distance(end) < person.radius - REACHED else body
@@ -199,6 +185,5 @@ def planned_legs(
 def _first_in_the_way(start: Point, end: Point, radius: float, bodies: Sequence[Disc | Box]) -> Disc | Box | None:
     """What a disc meets on the straight leg, the body nearest to its start; None where the leg is free."""
     length = hypot(end[0] - start[0], end[1] - start[1])
-    share = min(REACHED / length, 0.5) if length > 0.0 else 0.0
-    strip = Strip(start, end, share, radius)
+    strip = Strip(start, end, min(REACHED / length, 0.5) if length > 0.0 else 0.0, radius)
     return min((body for body in bodies if strip.meets(body)), key=lambda body: body.distance(start), default=None)

@@ -23,7 +23,7 @@ from mjnav.messages import RobotLimits
 from mjnav.noise import CHANNELS
 from mjnav.noise.profiles import DISTRIBUTIONS
 from mjnav.plugins import BEHAVIOUR, CONTROLLER, DISTRIBUTION, LOCALIZER, PREDICTOR, TRACKER, Kind, registered
-from mjnav.scenarios.layout.resolve import draft_keys, with_draws
+from mjnav.scenarios.drafts import draft_keys, with_draws
 from mjnav.scenarios.library import is_random
 from mjnav.scenarios.people import TEMPERAMENTS
 from mjnav.scenarios.prediction import MODELS

@@ -35,9 +35,8 @@ from mjnav.metrics.prediction import LEVELS, PathScores, path_scores
 from mjnav.prediction import Crowd, Predictor, make_predictor
 from mjnav.recording.read.log import open_log
 from mjnav.rng import stream
-from mjnav.scenarios.crowd.reader import Recording, read_recording
-from mjnav.scenarios.crowd.tracks import Placement, TrackSplines, guess_frame_rate, tracks_of
-from mjnav.scenarios.crowd.tracks import Track as RecordedTrack
+from mjnav.scenarios import crowd as crowds
+from mjnav.scenarios.crowd import Recording, TrackSplines, read_recording, tracks_of
 from mjnav.scenarios.overrides import Override
 from mjnav.scenarios.people import ConstantVelocity, Person
 from mjnav.scenarios.spec import Scenario
@@ -227,7 +226,7 @@ class Frames:
 
     step: float  # [s]
     places: Mapping[str, Mapping[int, Array]]  # by person and number of the step: (2,) [m]
-    tracks: tuple[RecordedTrack, ...]
+    tracks: tuple[crowds.Track, ...]
 
     @classmethod
     def of(cls, recording: Recording, frame_rate: float) -> "Frames":
@@ -236,7 +235,7 @@ class Frames:
         if step == 0.0:
             raise InvalidValue("", f"{len(recording.labels)} people", "a recording with people in two rows or more")
         places: dict[str, dict[int, Array]] = {}
-        tracks = tracks_of(recording, frame_rate, Placement(), 1.5 * step).tracks
+        tracks = tracks_of(recording, crowds.Crowd("", frame_rate, max_gap=1.5 * step)).tracks
         for track in tracks:
             number = track.rows[:, 0] / step
             whole = np.abs(number - number.round()) < 1e-3
@@ -292,7 +291,7 @@ class Frames:
 class _TrackedPiece:
     """A recorded track, as a tracker sees it through noisy detections."""
 
-    def __init__(self, track: RecordedTrack, scenario: Scenario, index: int, seed: int):
+    def __init__(self, track: crowds.Track, scenario: Scenario, index: int, seed: int):
         self._label = track.label
         self._spline = TrackSplines([track.rows])
         self.start, self.end = float(track.rows[0, 0]), float(track.rows[-1, 0])
@@ -333,6 +332,7 @@ class Plan:
     every: float = 0.4  # [s] between predictions that count, of a run
     seed: int | None = None  # of the run, and of what is drawn besides
     overrides: tuple[str | Override, ...] = ()
+    frame_rate: float | None = None  # [Hz] of a recording's column of frames
 
 
 @dataclass(frozen=True, slots=True)
@@ -377,8 +377,10 @@ def measure(source: str, plan: Plan, progress: Callable[[float], None] = lambda 
 
 def _recording(source: str, plan: Plan) -> Measured:
     recording = read_recording(source)
-    guess = guess_frame_rate(recording)
-    frames = Frames.of(recording, 25.0 if guess is None else guess.frame_rate)
+    if plan.frame_rate is None:
+        allowed = "what the recording's column of frames counts a second, as 25 for most files of ETH and UCY"
+        raise InvalidValue("--frame-rate", None, allowed)
+    frames = Frames.of(recording, plan.frame_rate)
     of_models = [scenarios.loads(_NOWHERE, _with_model(plan, model)) for model in plan.models]
     seed, what = plan.seed or 0, f"{source}, every window of 8 frames seen, {frames.step:g} s apart"
     believed = partial(frames.believed, plan.samples, of_models[0], seed)

@@ -2,7 +2,7 @@
 
     search = { count = 24, weight = { low = 1.0, high = 30.0, log = true }, degree = { one_of = [1, 2, 3] } }
 
-A value that is drawn stands as in a random scene (`scenarios.layout.draws`). Of a parameter that is a whole number,
+A value that is drawn stands as in a random scene (`scenarios.draws`). Of a parameter that is a whole number,
 whole numbers are drawn; of a method of one's own, and of other keys of a run file, where the ends are whole numbers.
 """
 
@@ -16,7 +16,7 @@ from mjnav.config import Beside, Range, below, keys, settle
 from mjnav.control.registry import shipped_parameters
 from mjnav.errors import InvalidValue, unknown_name
 from mjnav.rng import stream
-from mjnav.scenarios.layout.values import ANY, check_value, draw_value, is_draw, kind_of
+from mjnav.scenarios.draws import ANY, check_value, draw_value, is_draw, kind_of
 from mjnav.scenarios.ranges import Seed
 from mjnav.scenarios.spec import Control
 

@@ -11,7 +11,7 @@ from mjnav.estimation import make_localizer, make_tracker
 from mjnav.loop.episode import Episode
 from mjnav.loop.simulation import Simulation, SimulationOver
 from mjnav.messages import Beliefs, Decision, Status
-from mjnav.scenarios.crowd.spec import Crowd
+from mjnav.scenarios.crowd import Crowd
 
 ENGINES = ("mujoco", "kinematic")
 

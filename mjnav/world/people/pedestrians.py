@@ -26,7 +26,7 @@ from mjnav.geometry.compiled import Flags, Indices, Matrix, Vector, exact
 from mjnav.messages import Array, WorldState
 from mjnav.plugins import BehaviourPlugin
 from mjnav.rng import stream
-from mjnav.scenarios.crowd.tracks import TrackSplines
+from mjnav.scenarios.crowd import TrackSplines
 from mjnav.scenarios.people import AGAIN, CLEAR_OF_ROBOT, MAX_WALKING_SPEED, Area, Behaviour, Replay, Walker
 from mjnav.scenarios.ranges import Point
 from mjnav.scenarios.spec import Scenario

@@ -13,7 +13,7 @@ import numpy as np
 
 from mjnav.geometry.compiled import Flags, Indices, Matrix, Vector, exact
 from mjnav.messages import Array, WorldState
-from mjnav.scenarios.crowd.tracks import TrackSplines
+from mjnav.scenarios.crowd import TrackSplines
 from mjnav.scenarios.people import MAX_WALKING_SPEED, PERIOD, REACHED, Replay, Walker
 from mjnav.scenarios.ranges import Point
 from mjnav.scenarios.spec import ConstantVelocity, Scenario, StopAndGo

@@ -5,7 +5,7 @@ import pytest
 
 import mjnav
 from mjnav.errors import InvalidValue
-from mjnav.scenarios.crowd.reader import read_recording
+from mjnav.scenarios.crowd import read_recording
 from mjnav.study.prediction import Frames, Plan, measure
 
 QUICK = ("physics.engine=kinematic", "time_limit=3", "prediction.horizon=0.8")
@@ -24,7 +24,7 @@ def recording(tmp_path):
 
 
 def test_constant_velocity_over_a_recording_by_hand(recording):
-    found = measure(str(recording), Plan(("constant_velocity",), samples=3, exact=True))
+    found = measure(str(recording), Plan(("constant_velocity",), samples=3, exact=True, frame_rate=25.0))
     figures = found.models["constant_velocity"]
     # Rows 7 to 11 are seen with 8 frames before and 12 after: five windows of each of two people.
     assert (figures.people, figures.predictions, found.step, found.steps) == (2, 10, 0.4, 12)
@@ -39,7 +39,7 @@ def test_constant_velocity_over_a_recording_by_hand(recording):
 
 def test_a_tracker_sees_a_recording_through_noise_and_without_noise_nearly_as_it_is(recording):
     quiet, noisy = (
-        measure(str(recording), Plan(("constant_velocity",), overrides=(f"noise.profile={name}",)))
+        measure(str(recording), Plan(("constant_velocity",), overrides=(f"noise.profile={name}",), frame_rate=25.0))
         for name in ("none", "pearson")
     )
     for found in (quiet, noisy):

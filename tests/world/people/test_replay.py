@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from mjnav.scenarios.crowd.tracks import TrackSplines
+from mjnav.scenarios.crowd import TrackSplines
 from mjnav.scenarios.people import ConstantVelocity, Person, Replay
 from mjnav.world.people.walk import CATCH_UP
 from mjnav.world.simulator import Simulator

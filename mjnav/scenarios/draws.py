@@ -1,4 +1,4 @@
-"""Drawn values of a random scene: what may stand in place of a plain value, how it is checked and drawn.
+"""Drawn values of a random scene, and its table [layout].
 
     speed = { low = 0.3, high = 1.2 }                                  # uniform; of whole numbers, both ends too
     speed = { low = 0.1, high = 10.0, log = true }                     # its logarithm is uniform
@@ -13,7 +13,8 @@ Arrays may have draws among their items: velocity = [{ low = -0.5, high = 0.5 },
 The value of a key is checked against what the key allows before it is drawn.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass, is_dataclass
 from math import exp, inf, log
 from types import MappingProxyType
@@ -26,9 +27,51 @@ from mjnav.config import Length, Range, below, settle
 from mjnav.config.marks import Choice, bare, mark, options
 from mjnav.config.table import describe
 from mjnav.errors import InvalidValue, unknown_name
-from mjnav.scenarios.ranges import MAX_POINTS, Point
+from mjnav.scenarios.ranges import MAX_POINTS, Point, Seed
 
-# ----------------------------------------------------------------------------------- kinds of draws
+# -------------------------------------------------------------------------------- the table [layout]
+
+
+# What a layout is drawn for -> the remainder, modulo the number of purposes, of the whole numbers that its streams
+# start from: no layout seed of one purpose is ever one of another.
+PURPOSES = MappingProxyType({"reporting": 0, "training": 1})
+
+
+@dataclass(frozen=True, slots=True)
+class Layout:
+    """Which layout is drawn, and what it keeps to. In a scene that draws nothing, a record of where it came from."""
+
+    seed: Annotated[Seed | None, "of the layout alone; by default the run's"] = None
+    purpose: Annotated[
+        str, Choice(PURPOSES), "what the layout is for: no layout seed of one purpose is one of the other"
+    ] = "reporting"
+    gap: Annotated[
+        Annotated[float, Range(0.0, 100.0, "m")] | None,
+        "least distance of drawn furniture from all else; by default the robot's diameter and 0.4 m",
+    ] = None
+    tries: Annotated[int, Range(1, 10_000), "number of layouts that are drawn before the scene is refused"] = 200
+
+    def __post_init__(self):
+        settle(self)
+
+    def root(self) -> int:
+        """The whole number from which all streams of this layout start."""
+        return (self.seed or 0) * len(PURPOSES) + PURPOSES[self.purpose]
+
+    @property
+    def label(self) -> str | None:
+        """Purpose and seed, "reporting 7"; None where no seed is known, as nothing was drawn."""
+        return None if self.seed is None else f"{self.purpose} {self.seed}"
+
+
+@dataclass(frozen=True, slots=True)
+class Draft:
+    """The tables of a run file that draw something, as they stand there, with [layout]; by key."""
+
+    tables: Mapping[str, Any]
+
+
+# ------------------------------------------------------------------------------------ kinds of draws
 
 
 # The stream of a value by its key, the same one whenever it is asked for.
@@ -55,7 +98,7 @@ class Uniform:
 
     def __post_init__(self):
         settle(self)
-        _check_drawn_ends(self.low, self.high)
+        _check_order("high", self.low, self.high)
         if self.log and self.low <= 0.0:
             raise InvalidValue("low", self.low, "a number > 0, with log = true")
 
@@ -71,7 +114,12 @@ class Normal:
 
     def __post_init__(self):
         settle(self)
-        _check_drawn_ends(-inf if self.low is None else self.low, inf if self.high is None else self.high)
+        _check_order("high", *self.ends)
+
+    @property
+    def ends(self) -> tuple[float, float]:
+        """The least and the largest value."""
+        return -inf if self.low is None else self.low, inf if self.high is None else self.high
 
 
 @dataclass(frozen=True, slots=True)
@@ -85,7 +133,8 @@ class OneOf:
         settle(self)
         if self.shares is not None and len(self.shares) != len(self.one_of):
             raise InvalidValue("shares", list(self.shares), f"{len(self.one_of)} numbers, one a value")
-        _check_drawn_shares("shares", self.shares)
+        with below("shares"):
+            _check_shares(self.shares or (1.0,))
 
 
 @dataclass(frozen=True, slots=True)
@@ -100,7 +149,7 @@ class InArea:
     def __post_init__(self):
         settle(self)
         if isinstance(self.count, tuple):
-            _check_drawn_ends(*self.count, key="count.1")
+            _check_order("count.1", *self.count)
 
 
 # The key that tells a draw from a table of another meaning, and what that table is.
@@ -146,7 +195,7 @@ def draw_number(draw: Uniform | Normal, limits: Range | None, whole: bool, rng: 
         if whole:
             return int(rng.integers(int(draw.low), int(draw.high) + 1))
         return float(rng.uniform(draw.low, draw.high))
-    low, high = -inf if draw.low is None else draw.low, inf if draw.high is None else draw.high
+    low, high = draw.ends
     for _ in range(MAX_REDRAWS):
         value = float(rng.normal(draw.mean, draw.std))
         value = round(value) if whole else value
@@ -162,168 +211,150 @@ def draw_share(shares: tuple[float, ...], rng: np.random.Generator) -> int:
     return int(np.searchsorted(edges / edges[-1], rng.random(), side="right").clip(0, len(shares) - 1))
 
 
-def _check_drawn_ends(low: float, high: float, key: str = "high") -> None:
+def _check_order(key: str, low: float, high: float) -> None:
     if high < low:
         raise InvalidValue(key, high, f"a number from the least one ({low:g}) on")
 
 
-def _check_drawn_shares(key: str, shares: tuple[float, ...] | None) -> None:
-    if shares is not None and not sum(shares) > 0.0:
-        raise InvalidValue(key, list(shares), "shares of which at least one is more than 0")
+def _check_shares(shares: tuple[float, ...]) -> None:
+    if not sum(shares) > 0.0:
+        raise InvalidValue("", list(shares), "shares of which at least one is more than 0")
 
 
 # ---------------------------------------------------------------------------------- values of a key
 
 
 ANY = Any  # the hint of a key of which nothing is known
-
-
-def check_value(hint: Any, value: Any) -> None:
-    """Raises InvalidValue where a value, or anything that may be drawn for it, is not what its key allows."""
-    kind = _kind(hint, value)
-    if kind in (Uniform, Normal):
-        _check_ends(hint, value, required=kind is Uniform)
-    draw = _draw(hint, value)
-    if isinstance(draw, OneOf):
-        for i, item in enumerate(draw.one_of):
-            with below("one_of"), below(str(i)):
-                check_value(hint, item)
-    elif isinstance(draw, InArea):
-        _check_points(hint, draw, value)
-    elif _is_shares(hint, value):
-        _check_shares(hint, value)
-    elif isinstance(value, Mapping) and (fields := _fields(hint)) is not None and is_draw(value):
-        for key, item in value.items():
-            with below(key):
-                check_value(fields.get(key, ANY), item)
-    elif isinstance(value, list) and is_draw(value):
-        for i, (item_hint, item) in enumerate(_items(hint, value)):
-            with below(str(i)):
-                check_value(item_hint, item)
-    elif draw is None and hint is not ANY:
-        config.settled(hint, value)
-
-
-def draw_value(hint: Any, value: Any, key: str, streams: Streams) -> Any:
-    """The value as a plain run file has it: itself, or one that is drawn from the streams of its key."""
-    draw = _draw(hint, value)
-    if isinstance(draw, OneOf):
-        chosen = draw_share(draw.shares or (1.0,) * len(draw.one_of), streams(key))
-        return draw_value(hint, draw.one_of[chosen], f"{key}.{chosen}", streams)
-    if isinstance(draw, Uniform | Normal):
-        number = _number_hint(hint, value)
-        whole = bare(number) is int if number is not None else _are_whole(value)
-        with below(key):
-            return draw_number(draw, mark(number, Range), whole, streams(key))
-    if isinstance(draw, InArea):
-        if draw.count is None:
-            return draw_point(draw.area, streams(key))
-        count = draw_count(draw.count, streams(f"{key}.count"))
-        return [draw_point(draw.area, streams(f"{key}.{i}")) for i in range(count)]
-    if _is_shares(hint, value):
-        return list(value)[draw_share(tuple(value.values()), streams(key))]
-    if isinstance(value, Mapping) and (fields := _fields(hint)) is not None:
-        return {one: draw_value(fields.get(one, ANY), item, f"{key}.{one}", streams) for one, item in value.items()}
-    if isinstance(value, list) and is_draw(value):
-        pairs = enumerate(_items(hint, value))
-        return [draw_value(item_hint, item, f"{key}.{i}", streams) for i, (item_hint, item) in pairs]
-    return value
+Draw = Callable[[str, Streams], Any]  # the plain value of a key, from the streams of its key
 
 
 def is_drawn(hint: Any, value: Any) -> bool:
     """Whether a value is drawn, or has a drawn one in it."""
-    return is_draw(value) or _is_shares(hint, value)
+    return is_draw(value) or _choice_of_shares(hint, value) is not None
 
 
-def _draw(hint: Any, value: Any) -> Any:
-    """The draw that a table stands for, checked; None where it is none."""
-    kind = _kind(hint, value)
-    return None if kind is None else config.read(kind, value)
+def check_value(hint: Any, value: Any) -> None:
+    """Raises InvalidValue where a value, or anything that may be drawn for it, is not what its key allows."""
+    drawing(hint, value)
 
 
-def _kind(hint: Any, value: Any) -> type | None:
+def draw_value(hint: Any, value: Any, key: str, streams: Streams) -> Any:
+    """The value as a plain run file has it: itself, or one that is drawn from the streams of its key."""
+    return drawing(hint, value)(key, streams)
+
+
+def drawing(hint: Any, value: Any) -> Draw:
+    """What draws the value of a key of type `hint`. Raises InvalidValue where the key does not allow all of it."""
+    choice = _choice_of_shares(hint, value)
+    if choice is not None:
+        return _drawing_of_shares(choice, value)
     kind = kind_of(value) if isinstance(value, Mapping) else None
-    return None if kind is None or _is_shares(hint, value) else kind
+    if kind is not None:
+        return _drawing_of_kind(hint, value, config.read(kind, value))
+    if not is_draw(value):
+        if hint is not ANY:
+            config.settled(hint, value)
+        return lambda key, streams: value
+    if isinstance(value, Mapping):
+        table = next((bare(one) for one in options(hint) or (hint,) if is_dataclass(bare(one))), None)
+        if table is None and hint is not ANY:
+            raise InvalidValue("", value, describe(hint))
+        hints = {} if table is None else {name: field.hint for name, field in config.keys(table).items()}
+        parts = {name: _part(name, hints.get(name, ANY), item) for name, item in value.items()}
+        return lambda key, streams: {name: part(f"{key}.{name}", streams) for name, part in parts.items()}
+    items = [_part(str(i), item_hint, item) for i, (item_hint, item) in enumerate(_items(hint, value))]
+    return lambda key, streams: [item(f"{key}.{i}", streams) for i, item in enumerate(items)]
 
 
-def _check_ends(hint: Any, value: Mapping[str, Any], *, required: bool) -> None:
-    """The ends of a range are numbers that the key allows. Raises InvalidValue."""
-    number = _number_hint(hint, value)
-    for end in ("low", "high"):
-        if number is None:
-            continue
-        if end in value:
-            with below(end):
-                config.settled(number, value[end])
-        elif required and {"low", "high", "log"} >= {*value}:  # another key is told first
-            raise InvalidValue(end, None, f"{describe(number)}; this key is required")
+def _part(name: str, hint: Any, value: Any) -> Draw:
+    with below(name):
+        return drawing(hint, value)
 
 
-def _number_hint(hint: Any, value: Any) -> Any:
-    """The alternative of a type that is a number; None where nothing is known. Raises InvalidValue."""
-    if hint is ANY:
-        return None
+def _drawing_of_kind(hint: Any, value: Mapping[str, Any], draw: Uniform | Normal | OneOf | InArea) -> Draw:
+    match draw:
+        case OneOf(one_of, shares):
+            with below("one_of"):
+                parts = [_part(str(i), hint, item) for i, item in enumerate(one_of)]
+
+            def one_of_them(key: str, streams: Streams) -> Any:
+                chosen = draw_share(shares or (1.0,) * len(parts), streams(key))
+                return parts[chosen](f"{key}.{chosen}", streams)
+
+            return one_of_them
+        case InArea(area, count):
+            _check_points(hint, draw, value)
+            if count is None:
+                return lambda key, streams: draw_point(area, streams(key))
+
+            def points(key: str, streams: Streams) -> list[list[float]]:
+                number = draw_count(count, streams(f"{key}.count"))
+                return [draw_point(area, streams(f"{key}.{i}")) for i in range(number)]
+
+            return points
     number = next((one for one in options(hint) or (hint,) if bare(one) in (float, int)), None)
-    if number is None:
+    ends = {end: value[end] for end in ("low", "high") if end in value}
+    if number is None and hint is not ANY:
         raise InvalidValue("", value, describe(hint))
-    return number
+    if number is not None:
+        for end, limit in ends.items():
+            with below(end):
+                config.settled(number, limit)
+    are_whole = bool(ends) and all(isinstance(limit, int) for limit in ends.values())
+    whole = are_whole if number is None else bare(number) is int
+
+    def a_number(key: str, streams: Streams) -> float | int:
+        with under(key):
+            return draw_number(draw, mark(number, Range), whole, streams(key))
+
+    return a_number
+
+
+@contextmanager
+def under(key: str) -> Iterator[None]:
+    """Errors from inside carry a dotted key in front of theirs."""
+    try:
+        yield
+    except InvalidValue as error:
+        raise error.within(key) from None
 
 
 def _check_points(hint: Any, draw: InArea, value: Any) -> None:
     if hint is ANY:
         return
-    found = [[0.0, 0.0]] * 2 if isinstance(draw.count, tuple) else [[0.0, 0.0]] * (draw.count or 0)
+    num = 2 if isinstance(draw.count, tuple) else draw.count or 0
     try:
-        config.settled(hint, found if draw.count is not None else [0.0, 0.0])
+        config.settled(hint, [0.0, 0.0] if draw.count is None else [[0.0, 0.0]] * num)
     except InvalidValue:
         allowed = f"{describe(hint)}; an area with a count is an array of points, without one a point"
         raise InvalidValue("", dict(value), allowed) from None
 
 
-def _is_shares(hint: Any, value: Any) -> bool:
-    """Whether a table gives the shares of names: of a key that takes one name of several."""
-    if not isinstance(value, Mapping) or hint is ANY:
-        return False
-    choice = _choice(hint)
-    return choice is not None and kind_of(value) is not OneOf
+def _choice_of_shares(hint: Any, value: Any) -> Choice | None:
+    """The names of which a table gives the shares; None where it is no such table, or the key takes no names."""
+    if not isinstance(value, Mapping) or hint is ANY or kind_of(value) is OneOf:
+        return None
+    return next((choice for one in options(hint) or (hint,) if (choice := mark(one, Choice)) is not None), None)
 
 
-def _check_shares(hint: Any, value: Mapping[str, Any]) -> None:
-    choice = _choice(hint)
+def _drawing_of_shares(choice: Choice, value: Mapping[str, Any]) -> Draw:
     for name, share in value.items():
-        if choice is not None and name not in choice.names:
+        if name not in choice.names:
             raise unknown_name("", name, choice.names)
         with below(name):
-            config.settled(float, share)
-            Range(0.0, 1e9).check("", share)
-    if not sum(value.values()) > 0.0:
-        raise InvalidValue("", dict(value), "shares of which at least one is more than 0")
-
-
-def _choice(hint: Any) -> Choice | None:
-    return next((found for one in options(hint) or (hint,) if (found := mark(one, Choice)) is not None), None)
-
-
-def _fields(hint: Any) -> dict[str, Any] | None:
-    """The types of the keys of a table, where a dataclass says them."""
-    kind = next((bare(one) for one in options(hint) or (hint,) if is_dataclass(bare(one))), None)
-    return None if kind is None else {key: field.hint for key, field in config.keys(kind).items()}
+            config.settled(Share, share)
+    names, shares = list(value), tuple(value.values())
+    _check_shares(shares)
+    return lambda key, streams: names[draw_share(shares, streams(key))]
 
 
 def _items(hint: Any, value: list) -> list[tuple[Any, Any]]:
     """The items of an array, each with its type. Raises InvalidValue for another number of them."""
-    kind = next((bare(one) for one in options(hint) or (hint,) if get_origin(bare(one)) is tuple), None)
-    if kind is None:
-        if hint is not ANY:
-            raise InvalidValue("", value, describe(hint))
+    if hint is ANY:
         return [(ANY, item) for item in value]
+    kind = next((bare(one) for one in options(hint) or (hint,) if get_origin(bare(one)) is tuple), None)
     hints = get_args(kind)
-    hints = hints[:1] * len(value) if hints[-1] is Ellipsis else hints
+    hints = hints[:1] * len(value) if hints and hints[-1] is Ellipsis else hints
     if len(hints) != len(value):
         raise InvalidValue("", value, describe(hint))
     return list(zip(hints, value, strict=True))
-
-
-def _are_whole(value: Mapping[str, Any]) -> bool:
-    ends = [value[end] for end in ("low", "high") if end in value]
-    return bool(ends) and all(isinstance(end, int) and not isinstance(end, bool) for end in ends)
