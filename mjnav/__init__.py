@@ -17,8 +17,8 @@ if TYPE_CHECKING:
     from mjnav.notebook import open_log
     from mjnav.report.log_pictures import render
     from mjnav.report.run_page.of_logs import report
-    from mjnav.study.compare.compare_results import compare
     from mjnav.study.key_reference import names
+    from mjnav.study.results import compare
     from mjnav.study.sweep_study import sweep
 
 __all__ = ["Simulation", "compare", "load_scenario", "names", "open_log", "render", "replay", "report", "run", "sweep"]
@@ -27,7 +27,7 @@ __all__ = ["Simulation", "compare", "load_scenario", "names", "open_log", "rende
 _API = MappingProxyType(
     {
         "Simulation": "mjnav.loop.simulation",
-        "compare": "mjnav.study.compare.compare_results",
+        "compare": "mjnav.study.results",
         "load_scenario": "mjnav.loop.prepare",
         "names": "mjnav.study.key_reference",
         "open_log": "mjnav.notebook",

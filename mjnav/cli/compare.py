@@ -2,26 +2,32 @@
 
 import argparse
 import json
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
+from dataclasses import asdict
 from datetime import date
+from math import isfinite
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
-from mjnav.cli.options import rank, require
+from mjnav.cli.options import require
 from mjnav.cli.terminal.progress import progress, tell
-from mjnav.cli.terminal.tables import print_drawn
+from mjnav.cli.terminal.tables import print_drawn, print_table
 from mjnav.errors import InputError, InvalidValue
 from mjnav.metrics.definitions import GROUPS
 from mjnav.output_files import output_path, replacement
-from mjnav.study import requirements as cell_figures
+from mjnav.study import requirements
+from mjnav.study.cells import Labels
 from mjnav.study.compare.chosen_figures import DEFAULT_FIGURES, SETS, WIN_BY
-from mjnav.study.requirements import of_cells
+from mjnav.study.compare.estimates import Estimate
+from mjnav.study.compare.ranking import RULE, RankedSetting, rank
 from mjnav.study.results import find_results, kept_study
 from mjnav.study.store.store import Store
 from mjnav.study.study_file import StudyFile
 
 if TYPE_CHECKING:
+    from rich.console import Console
+
     from mjnav.study.compare.study_comparison import StudyComparison
 
 
@@ -49,58 +55,122 @@ def configure(parser: argparse.ArgumentParser) -> None:
         "--ratios", action="store_true", help="below costs, ratios to the reference's in place of differences"
     )
     parser.add_argument("-o", "--output", action="append", metavar="FILE", help="also to a .csv, .tex or .html file")
-    rank.configure(parser)
+    parser.add_argument(
+        "--rank",
+        action="store_true",
+        help="in place of tables: the settings of each method by their score, and the best as a line of a study file",
+    )
     require.configure(parser, "hall/rkhs: success>=0.95")
     parser.add_argument("--json", action="store_true", help="one JSON object in place of text")
+
+
+# Options that only some of a command's three forms take.
+OF_METHODS = ("reference", "pool", "pool_all", "rivals", "ratios", "win_by")
+OF_TABLES = ("after", *OF_METHODS, "figure", "output", "require")
 
 
 def execute(arguments: argparse.Namespace) -> int:
     """Prints the tables, and writes them to files."""
     if arguments.rank:
-        rank.check(arguments)
-        store, study = find_results(arguments.study)
-        rank.write(store, study or _kept(store), as_json=arguments.json)
-        return 0
+        _refuse(arguments, OF_TABLES, "for tables; --rank prints the settings of one study")
+        return _rank(arguments)
     if arguments.after is not None:
+        _refuse(arguments, OF_METHODS, "for the tables of one study; with AFTER each cell is compared with itself")
         return _before_after(arguments)
-    forms = _forms()
-    outputs = [output_path("--output", given, *forms) for given in arguments.output or ()]
-    store, study = find_results(arguments.study)
-    study = study or _kept(store)
-    required = require.parsed(arguments)
-    results = _read(store, study, arguments, cell_figures.figures_for(required))
-    answers = of_cells(required, cell_figures.of_study(results))
-    for path in outputs:
-        with replacement(path) as partial:
-            partial.write_text(forms[path.suffix.lower()](path, store, study, results), encoding="utf-8")
-    if arguments.json:
-        from mjnav.report.comparison.tidy import document
+    return _methods(arguments)
 
-        print(json.dumps({**document(results), **require.documents(answers)}))
-        return require.exit_code(answers)
-    from mjnav.report.comparison import text, worst_text
+
+def _refuse(arguments: argparse.Namespace, options: tuple[str, ...], reason: str) -> None:
+    """Raises InputError for an option that would do nothing."""
+    for name in options:
+        if getattr(arguments, name):
+            option = "AFTER" if name == "after" else f"--{name.replace('_', '-')}"
+            raise InputError(f"{option} is {reason}")
+
+
+def _methods(arguments: argparse.Namespace) -> int:
+    from mjnav.report.comparison import text
+    from mjnav.report.comparison.documents import csv_text, document
+    from mjnav.report.comparison.latex import latex
+    from mjnav.study.compare.study_comparison import compare_study
     from mjnav.study.compare.worst_seeds import run_commands, worst_seeds
 
-    commands = run_commands(study, store.study()) if study is not None else {}
-    worst = worst_seeds(store, results.study)
-    print_drawn(lambda console: text.write(results, console))
-    print_drawn(lambda console: worst_text.write(results, worst, commands, console))
-    for path in outputs:
-        print(f"{path}: {path.stat().st_size / 1000:.0f} kB")
+    forms = (".csv", ".tex", ".html", ".htm")
+    outputs = [output_path("--output", given, *forms) for given in arguments.output or ()]
+    store, study = _results(arguments.study)
+    required = require.parsed(arguments)
+    with progress("compare", 100.0, "%") as show, _figure_option():
+        results = compare_study(
+            store,
+            study,
+            reference=arguments.reference,
+            figures=[*(arguments.figure or DEFAULT_FIGURES), *requirements.figures_for(required)],
+            pool=arguments.pool,
+            pool_all=arguments.pool_all,
+            win_by=arguments.win_by or WIN_BY,
+            rivals=arguments.rivals,
+            ratios=arguments.ratios,
+            progress=lambda done, total: show(100.0 * done / total),
+        )
+
+    def content(path: Path) -> str:
+        match path.suffix.lower():
+            case ".csv":
+                return csv_text(results)
+            case ".tex":
+                return latex(results)
+            case _:
+                return _page(path, store, study, results)
+
+    def draw(console: "Console") -> None:
+        commands = run_commands(study, store.study()) if study is not None else {}
+        text.write(results, console)
+        text.write_worst(results, worst_seeds(store, results.study), commands, console)
+
+    answers = requirements.of_cells(required, requirements.of_study(results))
+    return _finish(arguments, dict.fromkeys(outputs, content), lambda: document(results), draw, answers)
+
+
+def _before_after(arguments: argparse.Namespace) -> int:
+    from mjnav.report.comparison import text
+    from mjnav.report.comparison.documents import changes_csv, changes_document
+    from mjnav.study.compare.before_after import before_after
+
+    outputs = [output_path("--output", given, ".csv") for given in arguments.output or ()]
+    store = find_results(arguments.study)[0]
+    after, study = _results(arguments.after)
+    required = require.parsed(arguments)
+    figures = [*(arguments.figure or DEFAULT_FIGURES), *requirements.figures_for(required)]
+    with _figure_option():
+        results = before_after(store, after, figures=figures, study=study)
+    answers = requirements.of_cells(required, requirements.of_before_after(results))
+    return _finish(
+        arguments,
+        dict.fromkeys(outputs, lambda path: changes_csv(results)),
+        lambda: changes_document(results),
+        lambda console: text.write_changes(results, console),
+        answers,
+    )
+
+
+def _finish(
+    arguments: argparse.Namespace,
+    outputs: Mapping[Path, Callable[[Path], str]],
+    document: Callable[[], Mapping[str, Any]],
+    draw: Callable[["Console"], None],
+    answers: list[requirements.Answer],
+) -> int:
+    """Writes the files, prints one form of the results, and answers the requirements."""
+    for path, content in outputs.items():
+        with replacement(path) as partial:
+            partial.write_text(content(path), encoding="utf-8")
+    if arguments.json:
+        print(json.dumps({**document(), **require.documents(answers)}))
+    else:
+        print_drawn(draw)
+        for path in outputs:
+            print(f"{path}: {path.stat().st_size / 1000:.0f} kB")
     return require.exit_code(answers)
-
-
-def _forms() -> Mapping[str, Callable[[Path, Store, StudyFile | None, "StudyComparison"], str]]:
-    """What a file of a name holds."""
-    from mjnav.report.comparison.latex import latex
-    from mjnav.report.comparison.tidy import csv_text
-
-    return {
-        ".csv": lambda path, store, study, results: csv_text(results),
-        ".tex": lambda path, store, study, results: latex(results),
-        ".html": _page,
-        ".htm": _page,
-    }
 
 
 def _page(path: Path, store: Store, study: StudyFile | None, results: "StudyComparison") -> str:
@@ -111,66 +181,15 @@ def _page(path: Path, store: Store, study: StudyFile | None, results: "StudyComp
     return html(results, background(store, study, results, page=path, made=made))
 
 
-def _kept(store: Store) -> StudyFile | None:
-    """The study file that the sweep left beside its results."""
-    if not store.study():
-        return None
-    try:
-        return kept_study(store)
-    except InputError as error:
-        tell(f"{error}; what is missing, and labels, are not known")
-        return None
-
-
-def _read(
-    store: Store, study: StudyFile | None, arguments: argparse.Namespace, required: Sequence[str]
-) -> "StudyComparison":
-    from mjnav.study.compare.study_comparison import compare_study
-
-    with progress("compare", 100.0, "%") as show, _figure_option():
-        return compare_study(
-            store,
-            study,
-            reference=arguments.reference,
-            figures=[*_figures(arguments), *required],
-            pool=arguments.pool,
-            pool_all=arguments.pool_all,
-            win_by=arguments.win_by or WIN_BY,
-            rivals=arguments.rivals,
-            ratios=arguments.ratios,
-            progress=lambda done, total: show(100.0 * done / total),
-        )
-
-
-def _before_after(arguments: argparse.Namespace) -> int:
-    from mjnav.report.comparison import before_after as before_after_text
-    from mjnav.report.comparison import before_after as before_after_tidy
-    from mjnav.study.compare.before_after import before_after
-
-    if arguments.reference is not None:
-        raise InputError("--reference is for the methods of one study; with AFTER each method is compared with itself")
-    for option in ("pool", "pool_all", "rivals", "ratios", "win_by"):
-        if getattr(arguments, option):
-            name = f"--{option.replace('_', '-')}"
-            raise InputError(f"{name} is for the tables of one study; with AFTER each cell is compared with itself")
-    outputs = [output_path("--output", given, ".csv") for given in arguments.output or ()]
-    store = find_results(arguments.study)[0]
-    after, study = find_results(arguments.after)
-    required = require.parsed(arguments)
-    with _figure_option():
-        figures = [*_figures(arguments), *cell_figures.figures_for(required, after=True)]
-        found = before_after(store, after, figures=figures, study=study or _kept(after))
-    answers = of_cells(required, cell_figures.of_before_after(found))
-    for path in outputs:
-        with replacement(path) as partial:
-            partial.write_text(before_after_tidy.csv_text(found), encoding="utf-8")
-    if arguments.json:
-        print(json.dumps({**before_after_tidy.document(found), **require.documents(answers)}))
-        return require.exit_code(answers)
-    print_drawn(lambda console: before_after_text.write(found, console))
-    for path in outputs:
-        print(f"{path}: {path.stat().st_size / 1000:.0f} kB")
-    return require.exit_code(answers)
+def _results(given: str) -> tuple[Store, StudyFile | None]:
+    """The results, and the study file that was named, or that the sweep left beside its results."""
+    store, study = find_results(given)
+    if study is None and store.study():
+        try:
+            study = kept_study(store)
+        except InputError as error:
+            tell(f"{error}; what is missing, and labels, are not known")
+    return store, study
 
 
 @contextmanager
@@ -181,10 +200,63 @@ def _figure_option() -> Iterator[None]:
     except InvalidValue as error:
         if error.key not in ("figure", "reference", "win_by"):
             raise
-        raise InvalidValue(
-            f"--{error.key.replace('_', '-')}", error.found, error.allowed, nearest=error.nearest
-        ) from None
+        option = f"--{error.key.replace('_', '-')}"
+        raise InvalidValue(option, error.found, error.allowed, nearest=error.nearest) from None
 
 
-def _figures(arguments: argparse.Namespace) -> Sequence[str]:
-    return DEFAULT_FIGURES if arguments.figure is None else arguments.figure
+# --------------------------------------------------------------------------------------------- --rank
+
+HEADS = ("n", "score", "success %", "collision %", "time [s]", "control cost", "values")
+
+
+def _rank(arguments: argparse.Namespace) -> int:
+    """Prints the settings of every method, the best first. Raises InputError."""
+    store, study = _results(arguments.study)
+    rankings = rank(store, study)
+    if arguments.json:
+        methods = [
+            {
+                "method": ranking.method,
+                "controller": ranking.controller,
+                "missing": ranking.num_missing,
+                "settings": [_setting(setting) for setting in ranking.settings],
+            }
+            for ranking in rankings
+        ]
+        print(json.dumps({"schema": 1, "rule": RULE, "methods": methods}))
+        return 0
+    labels = Labels.of(study).methods
+    for ranking in rankings:
+        rows = [(labels.get(setting.label, setting.label), *_line(setting)) for setting in ranking.settings]
+        print_table(rows, (ranking.shown, *HEADS), numbers=range(1, 7))
+        if ranking.settings:
+            print(f"best: {ranking.settings[0].toml}")
+        if ranking.num_missing:
+            print(f"{ranking.num_missing} episodes are missing: the order is not final")
+        print()
+    print(RULE)
+    return 0
+
+
+def _line(setting: RankedSetting) -> tuple[str, ...]:
+    from mjnav.report.figure_text import Format
+
+    def shown(e: Estimate, form: Format) -> str:
+        return str(form.shown(e, e.num))
+
+    of, failed = setting.figures, f" ({setting.failed} failed)" if setting.failed else ""
+    return (
+        f"{setting.episodes}{failed}",
+        shown(setting.score, Format(3)),
+        *(shown(of[name], Format(0, 100.0)) for name in ("success", "collision")),
+        *(shown(Estimate(of[name].value, None, of[name].num), Format(1)) for name in ("time_s", "control_cost")),
+        ", ".join(f"{key} = {value}" for key, value in setting.values.items()) or "as they stand",
+    )
+
+
+def _setting(setting: RankedSetting) -> dict[str, Any]:
+    document = asdict(setting)
+    figures = document.pop("figures")
+    return document | {
+        name: {**e, "value": e["value"] if isfinite(e["value"]) else None} for name, e in figures.items()
+    }

@@ -12,19 +12,21 @@ Requirements may be about the figures of a run, of each cell of a table, or of a
 import operator
 import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, fields
 from fnmatch import fnmatchcase
+from itertools import combinations
 from math import isfinite
 from types import MappingProxyType
 
 from mjnav.errors import InputError, InvalidValue, unknown_name
 from mjnav.loop.result import RunSummary
-from mjnav.metrics.safety import KINDS
+from mjnav.metrics.safety import KINDS as TOUCHED
 from mjnav.metrics.summary import Figures
-from mjnav.study.compare.before_after import BETTER, OTHER, WORSE, BeforeAfter
+from mjnav.study.compare.before_after import KINDS, BeforeAfter
+from mjnav.study.compare.cell_rows import CellPlace
 from mjnav.study.compare.chosen_figures import is_cost, numbers
-from mjnav.study.compare.compare import MethodRow
-from mjnav.study.compare.study_comparison import CellPlace, StudyComparison
+from mjnav.study.compare.study_comparison import MethodRow, StudyComparison
 from mjnav.study.store.row import FIGURES, is_own
 
 # --------------------------------------------------------------------------------------- requirements
@@ -57,31 +59,28 @@ class Requirement:
     @classmethod
     def parse(cls, text: str) -> "Requirement":
         """The requirement that a text states. Raises InvalidValue."""
-        found = _FORM.fullmatch(text.strip())
-        if found is None:
+        parts = _FORM.fullmatch(text.strip())
+        if parts is None:
             raise InvalidValue("", text, ALLOWED, file=OPTION)
-        word = found["value"]
-        try:
-            value: float | str = _WORDS[word] if word in _WORDS else float(word)
-        except ValueError:
-            value = word
-        if isinstance(value, str) and found["operator"] != "==":
-            raise InvalidValue(found["figure"], word, f"a number behind {found['operator']}", file=OPTION)
+        word = parts["value"]
+        value: float | str = word
+        with suppress(ValueError):
+            value = _WORDS[word] if word in _WORDS else float(word)
+        if isinstance(value, str) and parts["operator"] != "==":
+            raise InvalidValue(parts["figure"], word, f"a number behind {parts['operator']}", file=OPTION)
         if isinstance(value, float) and not isfinite(value):
-            raise InvalidValue(found["figure"], word, "a finite number", file=OPTION)
-        return cls(text, (found["where"] or "").strip(), found["figure"], found["operator"], value)
+            raise InvalidValue(parts["figure"], word, "a finite number", file=OPTION)
+        return cls(text, (parts["where"] or "").strip(), parts["figure"], parts["operator"], value)
 
-    def met_by(self, found: Value) -> bool:
+    def met_by(self, figure: Value) -> bool:
         """Whether a figure of this value meets it."""
-        if isinstance(found, str) or isinstance(self.value, str):
-            return found == self.value
-        return found is not None and _OPERATORS[self.operator](found, self.value)
+        if isinstance(figure, str) or isinstance(self.value, str):
+            return figure == self.value
+        return figure is not None and _OPERATORS[self.operator](figure, self.value)
 
     def covers(self, cell: Sequence[str]) -> bool:
         """Whether it is about the cell of these labels: scene, setting and method."""
-        scene, setting, method = cell
-        pairs = (f"{scene}/{setting}", f"{scene}/{method}", f"{setting}/{method}")
-        names = (scene, setting, method, *pairs, f"{scene}/{setting}/{method}")
+        names = ["/".join(part) for num in (1, 2, 3) for part in combinations(cell, num)]
         return not self.where or any(self.where == name or fnmatchcase(name, self.where) for name in names)
 
 
@@ -91,7 +90,7 @@ class Answer:
 
     requirement: Requirement
     found: Value
-    cell: tuple[str, str, str] | None = None  # scene, setting and method; None of a run
+    cell: CellPlace | None = None  # None of a run
 
     @property
     def met(self) -> bool:
@@ -111,32 +110,32 @@ class Answer:
 
 def of_run(requirements: Iterable[Requirement], figures: Mapping[str, object]) -> list[Answer]:
     """What the requirements find among the figures of a run. Raises InvalidValue for a figure that is not there."""
-    return [Answer(one, _value(figures[check_figure(one, figures)])) for one in requirements]
+    return [Answer(each, _value(figures[check_figure(each, figures)])) for each in requirements]
 
 
-def of_cells(
-    requirements: Iterable[Requirement], cells: Mapping[tuple[str, str, str], Mapping[str, object]]
-) -> list[Answer]:
+def of_cells(requirements: Iterable[Requirement], cells: "Cells") -> list[Answer]:
     """What the requirements find in the cells of a table, each cell's figures by name.
 
     Raises InvalidValue for a figure that is not there, InputError for a requirement on no cell.
     """
     answers = []
-    for one in requirements:
-        covered = [cell for cell in cells if one.covers(cell)]
+    for each in requirements:
+        covered = [cell for cell in cells if each.covers(cell)]
         if not covered:
             named = "; ".join("/".join(cell) for cell in list(cells)[:5])
-            raise InputError(f"{OPTION} {one.text}: no cell is {one.where!r}; there are {named}")
-        answers += [Answer(one, _value(cells[cell][check_figure(one, cells[cell])]), cell) for cell in covered]
+            raise InputError(f"{OPTION} {each.text}: no cell is {each.where!r}; there are {named}")
+        for cell in covered:
+            if each.figure not in cells[cell]:
+                raise unknown_name(OPTION, each.figure, [*cells[cell], *numbers()])
+            answers.append(Answer(each, _value(cells[cell][each.figure]), cell))
     return answers
 
 
 def run_figures() -> list[str]:
     """The figures of any run: its summary's keys, those of inner tables joined by "_" as in the rows of a sweep."""
-    kinds = [f"collisions_{kind}" for kind in KINDS]
-    inner = [name for name in FIGURES if name in kinds or name.startswith("compute_ms_")]
-    own = [field.name for field in (*fields(Figures), *fields(RunSummary)) if field.name in FIGURES]
-    return [*own, *inner]
+    touched = [f"collisions_{kind}" for kind in TOUCHED]
+    inner = [name for name in FIGURES if name in touched or name.startswith("compute_ms_")]
+    return [*(field.name for field in (*fields(Figures), *fields(RunSummary)) if field.name in FIGURES), *inner]
 
 
 def check_figure(requirement: Requirement, names: Iterable[str]) -> str:
@@ -147,10 +146,10 @@ def check_figure(requirement: Requirement, names: Iterable[str]) -> str:
     return requirement.figure
 
 
-def _value(found: object) -> Value:
-    if found is None or isinstance(found, str):
-        return found
-    value = float(found)  # type: ignore[arg-type]
+def _value(figure: object) -> Value:
+    if figure is None or isinstance(figure, str):
+        return figure
+    value = float(figure)  # type: ignore[arg-type]
     return value if isfinite(value) else None
 
 
@@ -161,67 +160,46 @@ def _text(value: Value) -> str:
 # ----------------------------------------------------------------------------------- figures of cells
 
 
-COUNTS = ("episodes", "failed", "missing")
-PLAIN = ("infeasible_share", "decision_ms", "decision_p99_ms")
 WIN_SHARE = "win_share"  # of the pairs that are no ties, against the reference
 RATIO = "_ratio"  # end of the name of a ratio of costs to the reference: time_s_ratio
-PAIRS = ("pairs", "identical", BETTER, WORSE, OTHER)
 CHANGE = "_change"  # end of the name of a paired difference: success_change
 
 Cells = Mapping[CellPlace, Mapping[str, object]]
 
 
-def figures_for(required: Iterable[Requirement], *, after: bool = False) -> list[str]:
-    """The columns that a table needs for these requirements; with `after`, a table of before and after.
-
-    Raises InvalidValue for a figure that such a table cannot have.
-    """
+def figures_for(required: Iterable[Requirement]) -> list[str]:
+    """The columns that a table needs for these requirements; unknown names are left to `of_cells`."""
     known = numbers()
-    others = [*PLAIN, WIN_SHARE, *(PAIRS if after else COUNTS)]
-    end = CHANGE if after else RATIO
-    found = []
-    for requirement in required:
-        name = requirement.figure if requirement.figure in known else requirement.figure.removesuffix(end)
-        if name not in known and requirement.figure not in others and not is_own(name):
-            raise unknown_name(OPTION, requirement.figure, (*known, *others))
-        if name in known or is_own(name):
-            found.append(name)
-    return found
+    names = [r.figure if r.figure in known else r.figure.removesuffix(CHANGE).removesuffix(RATIO) for r in required]
+    return [name for name in names if name in known or is_own(name)]
 
 
 def of_study(results: StudyComparison) -> Cells:
     """The point estimates of every cell, and how many episodes it has."""
     return {
-        place: _figures(row)
-        | _ratios(row)
-        | {"episodes": row.num, "failed": row.num_failed, "missing": results.missing.get(place, 0)}
-        for table in results.tables
-        for row in table.rows
-        for place in [(table.scene, table.setting, row.method)]
+        (table.scene, table.setting, row.method): _figures(row)
+        | {"episodes": row.num, "failed": row.num_failed, "missing": row.num_missing}
+        for table, row in results.rows
     }
 
 
-def of_before_after(found: BeforeAfter) -> Cells:
+def of_before_after(results: BeforeAfter) -> Cells:
     """The point estimates after, the paired differences, and how many pairs changed in which way."""
     return {
-        (cell.scene, cell.setting, cell.method): _figures(cell.after)
-        | {f"{name}{CHANGE}": change.estimate.value for name, change in cell.after.differences.items()}
+        cell.place: _figures(cell.after)
         | {"pairs": cell.pairs, "identical": cell.identical}
-        | {kind: len(cell.named(kind)) for kind in (BETTER, WORSE, OTHER)}
-        for cell in found.cells
+        | {kind: len(cell.named(kind)) for kind in KINDS}
+        for cell in results.cells
     }
 
 
 def _figures(row: MethodRow) -> dict[str, object]:
-    own: dict[str, object] = {name: estimate.value for name, estimate in row.figures.items()}
-    own |= {name: getattr(row, name) for name in PLAIN}
-    return own | {WIN_SHARE: None if row.wins is None else row.wins.share}
-
-
-def _ratios(row: MethodRow) -> dict[str, object]:
-    """Of every cost the ratio to the reference's; None where it is undefined."""
-    found: dict[str, object] = {}
-    for name in filter(is_cost, row.figures):
-        ratio = row.differences[name].ratio if name in row.differences else None
-        found[f"{name}{RATIO}"] = None if ratio is None else ratio.value
-    return found
+    """The figures of a row, its differences from the reference, and of every cost the ratio; None where undefined."""
+    figures: dict[str, object] = {name: estimate.value for name, estimate in row.figures.items()}
+    figures |= {**row.plain, WIN_SHARE: None if row.wins is None else row.wins.share}
+    for name in row.figures:
+        change = row.differences.get(name)
+        figures[f"{name}{CHANGE}"] = None if change is None else change.estimate.value
+        if is_cost(name):
+            figures[f"{name}{RATIO}"] = None if change is None or change.ratio is None else change.ratio.value
+    return figures

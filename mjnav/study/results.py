@@ -1,17 +1,24 @@
-"""Where the results of studies are, and the study files that their sweeps left beside them."""
+"""Where the results of studies are, the study files that their sweeps left beside them, and `mjnav.compare` of them."""
 
 import os
+from collections.abc import Sequence
+from contextlib import suppress
 from pathlib import Path
+from typing import Any, overload
 
 from mjnav.errors import InputError, unknown_name
+from mjnav.loop.prepare import OUT_FOLDER
 from mjnav.output_files import path_text
+from mjnav.study.compare.before_after import BeforeAfter, before_after
+from mjnav.study.compare.chosen_figures import DEFAULT_FIGURES, WIN_BY
+from mjnav.study.compare.study_comparison import StudyComparison, compare_study
 from mjnav.study.store.store import STUDY_FILE, Store
 from mjnav.study.study_file import StudyFile, load_study, studies
 
-OUT_FOLDER = Path("runs/out")
+PathText = str | os.PathLike[str]
 
 
-def find_results(given: str | os.PathLike[str]) -> tuple[Store, StudyFile | None]:
+def find_results(given: PathText) -> tuple[Store, StudyFile | None]:
     """The results of a study's name or file, or in a folder, and the study file where one was named.
 
     Raises InputError where there are none.
@@ -23,7 +30,7 @@ def find_results(given: str | os.PathLike[str]) -> tuple[Store, StudyFile | None
     return store, study
 
 
-def _find(given: str | os.PathLike[str]) -> tuple[Path, StudyFile | None]:
+def _find(given: PathText) -> tuple[Path, StudyFile | None]:
     name = path_text("study", given, "a study by name, a study file or a folder of results")
     if name.endswith(".toml") or (isinstance(given, str) and name in studies()):
         study = load_study(given)
@@ -33,10 +40,51 @@ def _find(given: str | os.PathLike[str]) -> tuple[Path, StudyFile | None]:
             return folder, None
     if "/" in name:
         raise InputError(f"{name}: no such folder")
-    there = [folder.name for folder in OUT_FOLDER.glob("*") if folder.is_dir()]
-    raise unknown_name("study", name, {*studies(), *there}, also="a study file or a folder of results")
+    folders = [folder.name for folder in OUT_FOLDER.glob("*") if folder.is_dir()]
+    raise unknown_name("study", name, {*studies(), *folders}, also="a study file or a folder of results")
 
 
 def kept_study(store: Store) -> StudyFile | None:
     """The study file that the last sweep left beside its results, if any. Raises InputError where it is not valid."""
     return load_study(store.folder / STUDY_FILE) if store.study() else None
+
+
+@overload
+def compare(
+    results: PathText,
+    after: None = None,
+    *,
+    reference: str | None = None,
+    figures: Sequence[str] = DEFAULT_FIGURES,
+    pool: bool = False,
+    pool_all: bool = False,
+    win_by: str = WIN_BY,
+    rivals: bool = False,
+) -> StudyComparison: ...
+@overload
+def compare(results: PathText, after: PathText, *, figures: Sequence[str] = DEFAULT_FIGURES) -> BeforeAfter: ...
+def compare(
+    results: PathText, after: PathText | None = None, *, figures: Sequence[str] = DEFAULT_FIGURES, **options: Any
+) -> StudyComparison | BeforeAfter:
+    """Compares the methods of one study's results, or two folders of results seed by seed.
+
+    `results` and `after` are a study's name or file, whose results are below runs/out, or a folder. `figures` are
+    names of columns of numbers, or of groups of them (`mjnav list metrics` has all), beside the rates of success and
+    collision.
+
+    The other options are of one study's results. `reference` is the name of the method that the others of a table are
+    compared with, by default the first. `pool` makes one table for each setting, of the episodes of all scenes, and
+    `pool_all` one of all episodes. `win_by` is the cost that decides a pair of successes for the win ratio; `rivals`
+    has it of every two methods, too.
+
+    Raises InputError where there are no results, or none in common; InvalidValue for an unknown figure or reference;
+    MjnavError for a damaged file.
+    """
+    store, study = find_results(results)
+    if after is None:
+        return compare_study(store, study or kept_study(store), figures=figures, **options)
+    other, study = find_results(after)
+    if study is None:
+        with suppress(InputError):  # a file that cannot be read gives no labels
+            study = kept_study(other)
+    return before_after(store, other, figures=figures, study=study, **options)

@@ -18,8 +18,7 @@ from mjnav.scenarios.overrides import Overrides, overrides_of
 from mjnav.scenarios.ranges import MAX_TIME
 from mjnav.study.cells import resolve
 from mjnav.study.compare.chosen_figures import DEFAULT_FIGURES
-from mjnav.study.compare.result_tables import html_table
-from mjnav.study.compare.study_comparison import StudyComparison, compare_study
+from mjnav.study.compare.study_comparison import StudyComparison, compare_study, html_table
 from mjnav.study.keep import NONE
 from mjnav.study.results import OUT_FOLDER, kept_study
 from mjnav.study.store.row import Row

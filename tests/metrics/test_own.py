@@ -12,7 +12,7 @@ from mjnav.errors import InvalidValue
 from mjnav.metrics import Figure
 from mjnav.study.cells import Cell
 from mjnav.study.compare.cell_rows import cell_rows
-from mjnav.study.compare.compare import compare
+from mjnav.study.compare.study_comparison import compare
 from mjnav.study.store.row import Row, own_columns
 
 QUICK = {"physics.engine": "kinematic", "time_limit": 0.3}

@@ -1,4 +1,7 @@
-"""Comparisons as text, CSV, JSON, LaTeX and HTML: the same figures in all of them, whatever the labels are."""
+"""Comparisons as text, CSV, JSON, LaTeX and HTML: the same figures in all of them, whatever the labels are.
+
+Also: every table says whether its people see the robot, and how many layouts it has.
+"""
 
 import csv
 import io
@@ -14,18 +17,20 @@ import pytest
 from rich.cells import cell_len
 from rich.console import Console
 
-from mjnav.report.comparison.forest import CHARACTER, Forest, ForestRow, forest_svg, forests
+from mjnav.report.comparison.documents import changes_csv, changes_document, csv_text, document
+from mjnav.report.comparison.forest import CHARACTER, LABELS, forest_svg, forests
 from mjnav.report.comparison.html import background, html
 from mjnav.report.comparison.latex import escaped, latex
-from mjnav.report.comparison.shown import shown_table
-from mjnav.report.comparison.text import write
-from mjnav.report.comparison.tidy import csv_text, document
-from mjnav.study.compare.chosen_figures import RATES
+from mjnav.report.comparison.shown import PLAIN, shown_tables, sight
+from mjnav.report.comparison.text import write, write_changes
+from mjnav.report.figure_text import Shown
+from mjnav.study.compare.before_after import before_after
+from mjnav.study.compare.chosen_figures import RATES, is_rate
 from mjnav.study.compare.estimates import Estimate
 from mjnav.study.compare.study_comparison import compare_study
 from mjnav.study.store.store import Store
 from mjnav.study.study_file import load_study, study_text
-from tests.study.made_up import row
+from tests.study.made_up import row as episode
 
 pytest.importorskip("pyarrow", reason="the sweep extra is not installed")
 
@@ -54,7 +59,7 @@ def results_of(tmp_path_factory):
         store, rng = Store(folder), np.random.default_rng(0)
         base = rng.gamma(4.0, size=num)
         rows = [
-            row(
+            episode(
                 method,
                 seed,
                 float(base[seed] + 0.8 * i + rng.normal(scale=0.1)),
@@ -84,87 +89,100 @@ def hostile(results_of):
     return results_of(HOSTILE, study="", num=6, setting=HOSTILE[0])
 
 
-def text(results, width=100):
+def text(results, width=100, draw=write):
     file = io.StringIO()
-    write(results, Console(width=width, highlight=False, markup=False, emoji=False, file=file))
+    draw(results, Console(width=width, highlight=False, markup=False, emoji=False, file=file))
     return file.getvalue()
 
 
-def numbers(shown):
-    """Value, interval, count and mark of a printed figure."""
-    found = re.fullmatch(r"(\S+)(?: \[(\S+), (\S+)\])?(?: \((\d+)\))?( \*)?", shown)
-    assert found, shown
-    value, low, high, count, mark = found.groups()
-    return value, (low, high) if low else None, int(count) if count else None, bool(mark)
-
-
-def check_printed(shown, e, p, num, scale):
-    """A printed figure is the estimate rounded to the decimals that it is printed with."""
-    value, interval, count, mark = numbers(shown)
-    assert mark == (p is not None and p < 0.05)
-    assert count == (e.num if e.num != num else None)
+def check_rounded(shown, e, p, num, scale):
+    """What is shown of an estimate is its value and interval, rounded to the decimals that it is shown with."""
+    assert shown.marked == (p is not None and p < 0.05 and isfinite(e.value))
+    assert shown.count == (f"({e.num})" if e.num != num else "")
     if not isfinite(e.value):
-        assert (value, interval) == ("-", None)
+        assert (shown.value, shown.interval) == ("-", "")
         return
-    half = 0.5 * 10.0 ** -len(value.partition(".")[2]) * (1 + 1e-9)
-    for printed, exact in zip((value, *(interval or ())), (e.value, *(e.interval or ())), strict=True):
+    half = 0.5 * 10.0 ** -len(shown.value.partition(".")[2]) * (1 + 1e-9)
+    ends = [end for end in shown.interval.strip("[]").split(", ") if end]
+    for printed, exact in zip((shown.value, *ends), (e.value, *(e.interval or ())), strict=True):
         assert float(printed) == pytest.approx(scale * exact, abs=half)
 
 
 def check_ratio(shown, wins, num):
-    """A printed win ratio has three digits of its value and of the ends of its interval."""
-    if wins is None:
-        assert shown == ""
-        return
-    value, interval, count, mark = numbers(shown)
-    assert interval is not None
-    assert mark == (wins.p < 0.05)
-    assert count == (wins.pairs if wins.pairs != num else None)
-    for printed, exact in zip((value, *interval), (wins.value, *wins.interval), strict=True):
+    """What is shown of a win ratio are three digits of its value and of the ends of its interval."""
+    ends = shown.interval.strip("[]").split(", ")
+    assert shown.marked == (wins.p < 0.05)
+    assert shown.count == (f"({wins.pairs})" if wins.pairs != num else "")
+    for printed, exact in zip((shown.value, *ends), (wins.value, *wins.interval), strict=True):
         assert printed == "∞" if exact == np.inf else float(printed) == pytest.approx(exact, rel=0.005, abs=5e-4)
 
 
-def printed_rows(lines, titles):
-    """Cells by title of the lines below a header, whose columns start where the titles do."""
-    starts = [lines[0].index(title) for title in titles]
-    ends = [*starts[1:], None]
-    return [{t: line[a:b].strip() for t, a, b in zip(titles, starts, ends, strict=True)} for line in lines[1:]]
+def test_every_figure_of_every_method_is_shown_rounded(results):
+    for table in results.tables:
+        (shown,) = shown_tables(table)
+        assert [column.figure for column in shown.columns] == ["episodes", *RATES, "win_ratio", *PLAIN, *FIGURES]
+        assert shown.methods == METHODS
+        for column in shown.columns[1:]:
+            scale = 100.0 if is_rate(column.figure) or column.figure == "infeasible_share" else 1.0
+            for row, cell in zip(table.rows, column.cells, strict=True):
+                if column.figure == "win_ratio":
+                    assert (str(cell.own) == "") == (row.wins is None)
+                    if row.wins is not None:
+                        check_ratio(cell.own, row.wins, row.num)
+                elif column.figure in PLAIN:
+                    plain = Estimate(row.plain[column.figure], None, row.num)
+                    check_rounded(cell.own, plain, None, row.num, scale)
+                else:
+                    check_rounded(cell.own, row.figures[column.figure], None, row.num, scale)
+                    assert (cell.below is None) == (row.method == table.reference)
+                    if cell.below is not None:
+                        change = row.differences[column.figure]
+                        check_rounded(cell.below, change.estimate, change.p, row.num, scale)
 
 
-def test_the_text_has_every_figure_of_every_method_rounded(results):
-    blocks = text(results, width=1000).split("\n\n")[: len(results.tables)]
-    plain = ["infeasible %", "decision ms", "decision p99 ms"]
-    titles = ["method", "n", "success %", "collision %", "win_ratio", *plain, *FIGURES]
-    for table, block in zip(results.tables, blocks, strict=True):
-        title, *lines = block.splitlines()
-        assert title.rstrip() == f"{table.scene}, {table.setting}; one layout; reference {table.reference}"
-        lines = iter(printed_rows(lines, titles))
-        for method in table.rows:
-            own = next(lines)
-            assert own["method"] == method.method
-            assert own["infeasible %"] == f"{100 * method.infeasible_share:.1f}"
-            assert own["decision ms"] == f"{method.decision_ms:.2f}"
-            assert own["decision p99 ms"] == f"{method.decision_p99_ms:.2f}"
-            check_ratio(own["win_ratio"], method.wins, method.num)
-            below = next(lines) if method.differences else {}
-            for figure, e in method.figures.items():
-                title, scale = (f"{figure} %", 100.0) if figure in RATES else (figure, 1.0)
-                check_printed(own[title], e, None, method.num, scale)
-                if method.differences:
-                    d = method.differences[figure]
-                    check_printed(below[title], d.estimate, d.p, method.num, scale)
-        assert next(lines, None) is None
-
-
-def test_what_is_rounded_by_hand_is_printed_so(results):
-    first, second, *_ = (row.cells[0] for row in shown_table(results, results.tables[0]).rows)
-    assert first.figure == "success"
+def test_what_is_rounded_by_hand_is_shown_so(results):
+    (shown,) = shown_tables(results.tables[0])
+    first, second, *_ = shown.columns[1].cells
+    assert shown.columns[1].title == "success %"
     assert str(first.own) == "100 [89, 100]"  # 30 of 30
     assert str(second.own) == "90 [74, 96] (29)"  # all but 8, 17, 26; 4 failed
-    assert first.below is None
+    assert [str(cell.own) for cell in shown.columns[0].cells] == ["30", "30 (1 failed)", "28/30", "30"]
 
 
-@pytest.mark.parametrize("width", [60, 80, 100, 160])
+def latex_rows(tabular):
+    """The rows of a tabular, as cells."""
+    lines = [line for line in tabular.splitlines() if line.endswith(r" \\")]
+    return [re.split(r"(?<!\\)&", line.removesuffix(r" \\")) for line in lines]
+
+
+def plain_text(row):
+    """The cells of a row of LaTeX as a terminal has them."""
+    signs = {r"\footnotesize ": "", "$-$": "-", "$^*$": "*", r"$\infty$": "∞", "{": "", "}": ""}
+    return [re.sub("|".join(map(re.escape, signs)), lambda found: signs[found[0]], cell.strip()) for cell in row]
+
+
+def test_text_page_and_latex_print_the_same_cells(results):
+    blocks = text(results, width=1000).split("\n\n")[: len(results.tables)]
+    page, tex = Page(html(results)).printed, map(plain_text, latex_rows(latex(results)))
+    tex = (row for row in tex if row[0] != "method")
+    for table, block in zip(results.tables, blocks, strict=True):
+        (shown,) = shown_tables(table)
+        title, header, *lines = block.splitlines()
+        assert title.rstrip() == f"{table.scene}, {table.setting}; one layout; reference {table.reference}"
+        assert re.split(" {2,}", header.strip()) == ["method", *(column.title.rstrip() for column in shown.columns)]
+        words = re.split(" {2,}|\n", "  ".join(line.strip() for line in lines))
+        cells = [part for _, row in shown.rows for cell in row for part in (cell.own, cell.below) if part]
+        printed = [str(part) for part in cells if str(part)]
+        assert sorted(words) == sorted([*printed, *METHODS])
+        assert [next(page) for _ in cells] == [str(part).replace(" *", "") for part in cells]
+        for _, row in shown.rows:
+            for parts in ([cell.own for cell in row], [cell.below or Shown("") for cell in row]):
+                if any(map(str, parts)):
+                    assert next(tex)[1:] == [str(part).replace(" *", "*") for part in parts]
+    assert next(page, None) is None
+
+
+@pytest.mark.parametrize("width", [60, 100])
 def test_no_line_is_wider_than_the_terminal_and_nothing_is_lost(results, hostile, width):
     for each in (results, hostile):
         wide = set(re.findall(r"\S+ \[[^]\s]+, \S+\](?: \(\d+\))?(?: \*)?", text(each, width=2000)))
@@ -174,101 +192,97 @@ def test_no_line_is_wider_than_the_terminal_and_nothing_is_lost(results, hostile
 
 
 def test_a_column_has_the_decimals_of_its_narrowest_interval(results):
-    methods = shown_table(results, results.tables[0]).rows
-    for column in zip(*(method.cells for method in methods), strict=True):
-        if column[0].figure not in ("time_s", "control_cost"):
-            continue
-        differences = [cell.difference.estimate for cell in column[1:]]
-        intervals = [e.interval for e in (*(cell.estimate for cell in column), *differences) if e.interval]
-        assert len(intervals) == 3 + 2  # nothing is known of the last method
-        decimals = len(column[0].own.value.partition(".")[2])
-        assert 1.0 <= min(0.5 * (high - low) for low, high in intervals) * 10.0**decimals < 10.0
+    (shown,) = shown_tables(results.tables[0])
+    for column in shown.columns:
+        if column.figure in ("time_s", "control_cost"):
+            estimates = [part.estimate for cell in column.cells for part in (cell.own, cell.below) if part is not None]
+            halves = [0.5 * (e.interval[1] - e.interval[0]) for e in estimates if e.interval]
+            assert len(halves) == 3 + 2  # nothing is known of the last method
+            assert 1.0 <= min(halves) * 10.0 ** len(column.cells[0].own.value.partition(".")[2]) < 10.0
 
 
-def test_the_csv_has_a_line_for_every_figure_in_full_precision(results):
+def test_the_document_has_every_figure_in_full_precision(results):
+    listed = json.loads(json.dumps(document(results), allow_nan=False))
+    for table, of_table in zip(results.tables, listed["tables"], strict=True):
+        assert (of_table["scene"], of_table["reference"]) == (table.scene, table.reference)
+        for row, of_row in zip(table.rows, of_table["methods"], strict=True):
+            assert (of_row["method"], of_row["episodes"], of_row["failed"]) == (row.method, row.num, row.num_failed)
+            assert all(of_row[figure] == value for figure, value in row.plain.items())
+            for figure, e in row.figures.items():
+                values = of_row["figures"][figure]
+                assert (values["value"], values["n"]) == (e.value if isfinite(e.value) else None, e.num)
+                assert (values["low"], values["high"]) == (e.interval or (None, None))
+                change = row.differences.get(figure)
+                assert (values["difference"] is None) == (change is None)
+                if change is not None:
+                    e, values = change.estimate, values["difference"]
+                    assert (values["value"], values["pairs"]) == (e.value if isfinite(e.value) else None, e.num)
+                    assert (values["low"], values["high"]) == (e.interval or (None, None))
+                    assert values["p_holm"] == change.p
+            if row.wins is not None:
+                assert (of_row["win_ratio"]["value"], of_row["win_ratio"]["p_holm"]) == (row.wins.value, row.wins.p)
+    assert (listed["episodes"], listed["missing"], listed["failed"]) == (236, 4, 2)
+    assert listed["causes"] == {"ZeroDivisionError: half way": 2}
+
+
+def test_the_csv_has_a_line_for_every_figure_of_the_document(results):
     lines = list(csv.DictReader(io.StringIO(csv_text(results))))
     by_key = {(line["scene"], line["method"], line["figure"]): line for line in lines}
     assert len(by_key) == len(lines) == 2 * len(METHODS) * (len(RATES) + len(FIGURES) + 3) + 2 * 3
 
-    def same(found, exact):
-        assert found == ("" if exact is None or not isfinite(exact) else repr(exact))
+    def same(line, columns, values, keys):
+        for column, key in zip(columns, keys, strict=True):
+            value = None if values is None else values[key]
+            assert line[column] == ("" if value is None else str(value))
 
-    for table in results.tables:
-        for method in table.rows:
-            for figure, e in method.figures.items():
-                line = by_key[table.scene, method.method, figure]
-                same(line["value"], e.value)
-                for name, end in zip(("low", "high"), e.interval or (None, None), strict=True):
-                    same(line[name], end)
-                assert (line["n"], line["episodes"]) == (str(e.num), str(method.num))
-                assert line["failed"] == str(method.num_failed)
-                if figure not in method.differences:
-                    assert [line[key] for key in ("reference", "difference", "pairs", "p_holm")] == [""] * 4
-                    continue
-                d = method.differences[figure]
-                assert (line["reference"], line["pairs"]) == (table.reference, str(d.estimate.num))
-                same(line["difference"], d.estimate.value)
-                for name, end in zip(("diff_low", "diff_high"), d.estimate.interval or (None, None), strict=True):
-                    same(line[name], end)
-                same(line["p_holm"], d.p)
-            assert by_key[table.scene, method.method, "decision_ms"]["value"] == repr(method.decision_ms)
-            if method.wins is not None:
-                line = by_key[table.scene, method.method, "win_ratio"]
-                same(line["value"], method.wins.value)
-                same(line["p_holm"], method.wins.p)
-                assert [line[key] for key in ("wins", "losses", "ties")] == [
-                    str(num) for num in (method.wins.wins, method.wins.losses, method.wins.ties)
-                ]
-            assert by_key[table.scene, method.method, "infeasible_share"]["value"] == repr(method.infeasible_share)
-    assert {line["missing"] for line in lines if line["method"] == "mean"} == {"2"}
-
-
-def test_the_document_has_the_same(results):
-    found = json.loads(json.dumps(document(results), allow_nan=False))
-    for table, listed in zip(results.tables, found["tables"], strict=True):
-        assert (listed["scene"], listed["reference"]) == (table.scene, table.reference)
-        for method, one in zip(table.rows, listed["methods"], strict=True):
-            assert (one["method"], one["episodes"], one["failed"]) == (method.method, method.num, method.num_failed)
-            for figure, e in method.figures.items():
-                assert one["figures"][figure]["value"] == (e.value if isfinite(e.value) else None)
-                d = method.differences.get(figure)
-                assert (one["figures"][figure]["difference"] is None) == (d is None)
-                if d is not None:
-                    assert one["figures"][figure]["difference"]["p_holm"] == d.p
-    assert (found["episodes"], found["missing"], found["failed"]) == (236, 4, 2)
-    assert found["causes"] == {"ZeroDivisionError: half way": 2}
+    for table in document(results)["tables"]:
+        for row in table["methods"]:
+            for figure, values in row["figures"].items():
+                line = by_key[table["scene"], row["method"], figure]
+                same(line, ("value", "low", "high", "n"), values, ("value", "low", "high", "n"))
+                keys = ("value", "low", "high", "pairs", "p_holm")
+                same(line, ("difference", "diff_low", "diff_high", "pairs", "p_holm"), values["difference"], keys)
+                same(line, ("ratio", "ratio_low", "ratio_high"), values["ratio"], ("value", "low", "high"))
+                same(line, ("episodes", "failed", "missing"), row, ("episodes", "failed", "missing"))
+                assert line["reference"] == (table["reference"] if values["difference"] else "")
+            for figure in PLAIN:
+                assert by_key[table["scene"], row["method"], figure]["value"] == str(row[figure])
+            if row["win_ratio"] is not None:
+                keys = ("value", "low", "high", "wins", "losses", "ties", "win_share", "pairs", "p_holm")
+                same(by_key[table["scene"], row["method"], "win_ratio"], keys, row["win_ratio"], keys)
 
 
 def test_what_is_missing_and_what_failed_is_told(results, hostile):
     told = " ".join(text(results, 2000).split())
     assert "Incomplete: 4 of the study's 240 episodes are missing, 2 of 30 seeds in 2 of 8 cells." in told
     assert "2 episodes failed, and count in n alone: 2 × ZeroDivisionError: half way." in told
-    assert "28/30" in told
-    assert "30 (1 failed)" in told
     assert "No study file is there" in text(hostile, 2000)
     assert "The fewest seeds of a cell are 4" in text(hostile, 2000)
 
 
 class Page(HTMLParser):
-    """The table cells of a page, and whether its tags are balanced."""
+    """The figures that a page prints, the heads of its rows, and whether its tags are balanced."""
 
     def __init__(self, page):
         super().__init__()
-        self.open, self.tags, self.cells, self.labels = [], [], [], []
-        self._in_label = self._in_figure = False
+        self.open, self.tags, self.figures, self.labels = [], [], [], []
+        self._texts = None  # those that text goes on
         self.feed(page)
+
+    @property
+    def printed(self):
+        """Each figure as a terminal has it, without stars."""
+        return (" ".join(text.replace("−", "-").replace("*", "").split()) for _, text in self.figures)
 
     def handle_starttag(self, tag, attrs):
         attributes = dict(attrs)
         self.tags.append((tag, attributes))
-        self._in_label = (tag, attributes.get("scope")) == ("th", "row")
-        if tag == "td":
-            self.cells.append([attributes, []])
-        elif tag == "div" and "data-value" in attributes:
-            self.cells[-1][1].append([attributes, ""])
-            self._in_figure = True
-        elif self._in_label:
+        if (tag, attributes.get("scope")) == ("th", "row"):
             self.labels.append("")
+            self._texts = self.labels
+        elif tag == "div" and "data-value" in attributes:
+            self.figures.append((attributes, ""))
+            self._texts = self.figures
         if tag not in ("meta", "link"):
             self.open.append(tag)
 
@@ -277,48 +291,27 @@ class Page(HTMLParser):
 
     def handle_endtag(self, tag):
         assert self.open.pop() == tag
-        self._in_figure = self._in_figure and tag != "div"
+        self._texts = None if tag in ("th", "div") else self._texts
 
     def handle_data(self, data):
-        if self.open[-1:] == ["th"] and self._in_label:
+        if self._texts is self.labels:
             self.labels[-1] += data
-        elif self._in_figure:
-            self.cells[-1][1][-1][1] += data
+        elif self._texts is self.figures:
+            attributes, text = self.figures[-1]
+            self.figures[-1] = (attributes, text + data)
 
 
-def in_order(printed, mark):
-    """What a page prints of a figure, with the mark at its end as in a terminal."""
-    return " ".join(printed.replace("−", "-").replace("*", "").split()) + " *" * mark
-
-
-def test_the_page_has_every_figure_printed_and_in_full_precision(results):
-    cells = iter(cell for cell in Page(html(results)).cells if "data-figure" in cell[0])
-    plain = ("infeasible_share", "decision_ms", "decision_p99_ms")
-    order = [*RATES, "win_ratio", *plain, *FIGURES]
+def test_the_page_bears_every_figure_in_full_precision(results):
+    bear = iter(attributes for attributes, _ in Page(html(results)).figures)
     for table in results.tables:
-        for method in table.rows:
-            for figure in order:
-                attributes, parts = next(cells)
-                assert attributes["data-figure"] == figure
-                if figure in plain:
-                    assert float(attributes["data-value"]) == getattr(method, figure)
-                    continue
-                if figure == "win_ratio":
-                    if method.wins is None:
-                        assert (attributes["data-value"], parts) == ("", [])
-                    else:
-                        printed = parts[0][1]
-                        check_ratio(in_order(printed, "*" in printed), method.wins, method.num)
-                    continue
-                scale = 100.0 if figure in RATES else 1.0
-                d = method.differences.get(figure)
-                estimates = [method.figures[figure]] + ([d.estimate] if d else [])
-                for i, (e, (raw, printed)) in enumerate(zip(estimates, parts, strict=True)):
-                    mark = bool(i) and "*" in printed
-                    check_printed(in_order(printed, mark), e, d.p if d and i else None, method.num, scale)
-                    assert raw["data-value"] == (repr(e.value) if isfinite(e.value) else "")
-                    assert raw["data-low"] == ("" if e.interval is None else repr(e.interval[0]))
-    assert next(cells, None) is None
+        (shown,) = shown_tables(table)
+        parts = [part for _, row in shown.rows for cell in row for part in (cell.own, cell.below) if part]
+        for part in parts:
+            attributes, e = next(bear), part.estimate
+            value = "" if e is None or not isfinite(e.value) else repr(e.value)
+            low, high = ("", "") if e is None or e.interval is None else map(repr, e.interval)
+            assert (attributes["data-value"], attributes["data-low"], attributes["data-high"]) == (value, low, high)
+            assert attributes["data-p"] == ("" if part.p is None else repr(part.p))
 
 
 def test_the_page_asks_for_nothing_and_runs_nothing_but_its_own(results, hostile):
@@ -341,19 +334,9 @@ def test_the_page_asks_for_nothing_and_runs_nothing_but_its_own(results, hostile
         assert {value[1:] for value in asked if value.startswith("#")} <= set(ids)
 
 
-def test_headings_have_words_units_and_the_name_that_an_option_takes(results):
-    headings = [a for tag, a in Page(html(results)).tags if tag == "th" and a.get("scope") == "col"]
-    titles = [a["title"] for a in headings if "title" in a]
-    for figure in (*RATES, "win_ratio", "infeasible_share", "decision_ms", "decision_p99_ms", *FIGURES):
-        assert [len(title) > len(figure) + 5 for title in titles if title.startswith(f"{figure}: ")] == [True] * 2, (
-            figure
-        )
-    assert "control cost <span>[m²/s³]</span>" in html(results)
-
-
 def test_a_chart_draws_the_intervals_of_the_table(results):
     table = results.tables[0]
-    drawn = {forest.title: forest for forest in forests(table, results.figures)}
+    drawn = {re.search("<figcaption>(.*?) <small>", svg)[1]: svg for svg in forests(table)}
     assert list(drawn) == [
         "success [%]",
         "collision [%]",
@@ -361,19 +344,22 @@ def test_a_chart_draws_the_intervals_of_the_table(results):
         "control cost [m²/s³]",
         "least clearance [m]",
     ]  # nothing is known of the greatest deviation
-    for one in drawn["control cost [m²/s³]"].rows:
-        (method,) = (method for method in table.rows if method.method == one.label)
-        difference = method.differences["control_cost"]
-        assert one.estimate == difference.estimate
-        assert one.marked == (difference.p is not None and difference.p < 0.05)
-    svg = forest_svg(drawn["success [%]"])
-    lines = re.findall(r'class="interval" x1="([\d.]+)" x2="([\d.]+)"', svg)
-    points = re.findall(r'<circle cx="([\d.]+)"', svg)
-    assert len(lines) == len(points) == 4
-    for (low, high), point, method in zip(lines, points, table.rows, strict=True):
-        assert float(low) <= float(point) <= float(high) <= 350.0
-        (a, b), value = method.figures["success"].interval, method.figures["success"].value
-        assert float(point) - float(low) == pytest.approx((float(high) - float(low)) * (value - a) / (b - a), abs=0.11)
+
+    def check(svg, estimates):
+        lines = re.findall(r'class="interval" x1="([\d.]+)" x2="([\d.]+)"', svg)
+        points = re.findall(r'<circle cx="([\d.]+)"', svg)
+        assert len(lines) == len(points) == len(estimates)
+        for (low, high), point, e in zip(lines, points, estimates, strict=True):
+            assert float(low) <= float(point) <= float(high) <= 350.0
+            share = (e.value - e.interval[0]) / (e.interval[1] - e.interval[0])
+            assert float(point) - float(low) == pytest.approx((float(high) - float(low)) * share, abs=0.11)
+
+    check(drawn["success [%]"], [row.figures["success"] for row in table.rows])
+    changes = [row.differences["control_cost"] for row in table.rows[1:3]]
+    check(drawn["control cost [m²/s³]"], [change.estimate for change in changes])
+    assert re.findall('<g class="(.*?)">', drawn["control cost [m²/s³]"]) == [
+        "marked" if change.p < 0.05 else "open" for change in changes
+    ]
 
 
 def test_the_page_says_how_it_was_made_and_leads_to_the_worst_seeds(tmp_path):
@@ -381,7 +367,7 @@ def test_the_page_says_how_it_was_made_and_leads_to_the_worst_seeds(tmp_path):
     text = "# mjnav sweep crossings --set robot.radius=0.3\n" + study_text(study)
     store, log = Store(tmp_path / "results"), "logs/crossing1-pearson-saa-7-0123456789abcdef.mcap"
     rows = [
-        row(
+        episode(
             "saa",
             seed,
             1.0 + seed,
@@ -407,6 +393,8 @@ def test_the_page_says_how_it_was_made_and_leads_to_the_worst_seeds(tmp_path):
 
     page = shown()
     assert "Page made on 2026-01-02 by mjnav 1" in page
+    assert 'title="control_cost: ' in page
+    assert "control cost <span>[m²/s³]</span>" in page
     assert "weight = 2.0" in page
     assert "robot.radius=0.3" in page.partition("Study file")[2]
     worst = page.partition("Worst seeds")[2].partition("</table>")[0]
@@ -436,12 +424,6 @@ def test_hostile_labels_are_text_everywhere(hostile):
     methods = {line["method"] for line in csv.DictReader(io.StringIO(csv_text(hostile), newline=""))}
     assert methods == set(HOSTILE)
     assert {m["method"] for m in document(hostile)["tables"][0]["methods"]} == set(HOSTILE)
-
-
-def latex_rows(tabular):
-    """The rows of a tabular, as cells."""
-    lines = [line for line in tabular.splitlines() if line.endswith(r" \\")]
-    return [re.split(r"(?<!\\)&", line.removesuffix(r" \\")) for line in lines]
 
 
 def test_latex_tables_have_one_cell_a_column_and_balanced_braces(results, hostile):
@@ -527,10 +509,10 @@ def test_programs_read_names_with_the_labels_beside_them(labelled):
 
 def test_a_chart_tells_long_labels_apart():
     labels = [f"mine.py:Controller weight={weight} horizon={horizon}" for weight in (1, 10) for horizon in (2.0, 4.0)]
-    forest = Forest("time", "", tuple(ForestRow(label, Estimate(1.0, (0.5, 1.5), 9)) for label in labels))
-    drawn = re.findall(r'<text class="label"[^>]*>([^<]*)</text>', forest_svg(forest))
+    rows = [(label, Shown("1", "[0, 2]", estimate=Estimate(1.0, (0.5, 1.5), 9))) for label in labels]
+    drawn = re.findall(r'<text class="label"[^>]*><title>[^<]*</title>([^<]*)</text>', forest_svg("time", "", rows))
     assert len(set(drawn)) == len(labels)
-    assert max(map(len, drawn)) * CHARACTER <= forest.label_width
+    assert max(map(len, drawn)) * CHARACTER <= LABELS[1]
 
 
 def test_latex_escapes_what_it_would_read():
@@ -548,3 +530,43 @@ def test_latex_compiles_and_is_no_wider_than_the_line(hostile, tmp_path):
     done = subprocess.run(command, cwd=tmp_path, check=True, capture_output=True, timeout=60)
     assert b"Output written on a.pdf" in done.stdout
     assert b"Overfull" not in done.stdout
+
+
+def people_and_layouts(folder, cost=1.0):
+    """One scene in which nobody sees the robot, one in which all do, one without people; the first draws 2 layouts."""
+    store = Store(folder)
+    with store.writing(""):
+        store.append(
+            [episode("rkhs", seed, cost + seed, scene=scene, people_see_robot=see,
+                     layout=f"reporting {seed // 2}" if scene == "blind" else None)
+             for scene, see in (("blind", "none"), ("seeing", "all"), ("empty", None)) for seed in range(4)]
+        )  # fmt: skip
+    return store
+
+
+def test_every_form_says_whether_people_see_the_robot_and_how_many_layouts_there_are(tmp_path):
+    store = people_and_layouts(tmp_path / "a")
+    results = compare_study(store, None, figures=["time_s"])
+    assert [line for line in text(results, 200).splitlines() if line.endswith("reference rkhs")] == [
+        "blind, default; 2 layouts; people do not see the robot; reference rkhs",
+        "empty, default; one layout; reference rkhs",
+        "seeing, default; one layout; people see the robot; reference rkhs",
+    ]
+    assert "<small>2 layouts; people do not see the robot; differences from rkhs</small>" in html(results)
+    assert r"\caption{seeing, default; one layout; people see the robot: rates" in latex(results)
+    lines = csv.DictReader(io.StringIO(csv_text(results)))
+    assert {(line["scene"], line["people_see_robot"], line["layouts"]) for line in lines} == {
+        ("blind", "none", "2"), ("seeing", "all", "1"), ("empty", "", "1")
+    }  # fmt: skip
+    tables = document(results)["tables"]
+    assert [(table["people_see_robot"], table["layouts"]) for table in tables] == [("none", 2), (None, 1), ("all", 1)]
+    found = before_after(store, people_and_layouts(tmp_path / "b", 2.0), figures=["time_s"])
+    assert "blind, default, rkhs: 4 pairs; people do not see the robot" in text(found, 200, write_changes)
+    assert [cell["people_see_robot"] for cell in changes_document(found)["cells"]] == ["none", None, "all"]
+    seen = {(line["scene"], line["people_see_robot"]) for line in csv.DictReader(io.StringIO(changes_csv(found)))}
+    assert seen == {("blind", "none"), ("empty", ""), ("seeing", "all")}
+    several = "people see the robot by seed: 1 of 5, 2 of 5, 3 of 4 and 1 more"
+    assert (sight(["3 of 5"]), sight(["1 of 5", "2 of 5", "3 of 4", "none"])) == (
+        "3 of 5 people see the robot",
+        several,
+    )

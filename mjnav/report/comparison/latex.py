@@ -1,13 +1,10 @@
 """Comparisons as LaTeX tables for \\input: booktabs, every label escaped, no wider than the line."""
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator
 
 from mjnav.printable import printable
-from mjnav.report.comparison.notes import layouts, meaning, sight, warnings
-from mjnav.report.comparison.shown import ALPHA, NEVER, Shown, shown_table
-from mjnav.report.comparison.text import ABOUT, shown_between
-from mjnav.report.figure_names import figure_name
-from mjnav.study.compare.compare import Comparison
+from mjnav.report.comparison.shown import ShownTable, about, meaning, shown_tables, warnings
+from mjnav.report.figure_text import ALPHA, NEVER, Shown
 from mjnav.study.compare.study_comparison import StudyComparison
 
 _ESCAPES = str.maketrans(
@@ -25,24 +22,36 @@ _ESCAPES = str.maketrans(
         **{c: f"\\{c}" for c in "{}$&#_%"},
     }
 )
-
-_SCALED_DOWN = r"\resizebox{\ifdim\width>\linewidth\linewidth\else\width\fi}{!}"  # what is wider than the line
-
-_MARK = rf"$^*$ where $p < {ALPHA:g}$ (Holm)"
+_TABLE = r"""
+\begin{table}
+\centering
+\caption{%s}
+\resizebox{\ifdim\width>\linewidth\linewidth\else\width\fi}{!}{\begin{tabular}{@{}l%s@{}}
+\toprule
+%s
+\midrule
+%s
+\bottomrule
+\end{tabular}}
+\end{table}"""
 
 
 def latex(results: StudyComparison) -> str:
     """A table for every scene and setting. It needs \\usepackage{booktabs,graphicx} and \\usepackage[T1]{fontenc}."""
-    results = results.labelled
     lines = [
         f"% {printable(f'mjnav compare: {results.study}', '?')}",
         r"% \usepackage{booktabs,graphicx} \usepackage[T1]{fontenc}",
         *(f"% {printable(sentence, '?')}" for sentence in (*meaning(results), *warnings(results))),
     ]
+    kind = "paired differences from (of costs: ratios to)" if results.ratios else "paired differences from"
     for table in results.tables:
-        lines += ["", *_table(results, table)]
-        if table.rivals:
-            lines += ["", *_rivals(table)]
+        place = "; ".join([table.title, *about(table)])
+        below = rf"; below, {kind} {table.reference_label}" if table.reference else ""
+        for shown in shown_tables(table, ratios=results.ratios):
+            what = f"{place}: {shown.title or 'rates and means'} with 95 % intervals{below * (not shown.title)}"
+            caption = rf"{escaped(what)}; $^*$ where $p < {ALPHA:g}$ (Holm)."
+            head = _row(escaped(text) for text in ("method", *(str(column.name) for column in shown.columns)))
+            lines.append(_TABLE % (caption, "r" * len(shown.columns), head, "\n".join(_rows(shown))))
     return "\n".join([*lines, ""])
 
 
@@ -51,47 +60,12 @@ def escaped(text: str) -> str:
     return printable(text, "?").translate(_ESCAPES)
 
 
-def _table(results: StudyComparison, table: Comparison) -> Iterator[str]:
-    shown = shown_table(results, table)
-    below = ""
-    if table.reference:
-        kind = "paired differences from (of costs: ratios to)" if results.ratios else "paired differences from"
-        below = rf"; below, {kind} {escaped(table.reference)}, {_MARK}"
-    rows = []
-    for row in shown.rows:
-        rows.append(_row([escaped(row.method), escaped(row.episodes), *(_cell(cell.own) for cell in row.cells)]))
-        if any(cell.below is not None for cell in row.cells):
-            under = [rf"\footnotesize {_cell(cell.below)}" if cell.below is not None else "" for cell in row.cells]
-            rows.append(_row(["", "", *under]))
-    caption = rf"{_place(table)}: rates and means with 95\,\% intervals{below}."
-    yield from _tabular(caption, ("method", "n", *map(str, map(figure_name, shown.figures))), rows)
-
-
-def _rivals(table: Comparison) -> Iterator[str]:
-    """The win ratio of every two methods."""
-    methods = [row.method for row in table.rows]
-    rows = [_row([escaped(one), *(_cell(shown_between(table, one, other)) for other in methods)]) for one in methods]
-    caption = rf"{_place(table)}: {ABOUT}, with 95\,\% intervals, {_MARK}."
-    yield from _tabular(caption, ("method", *methods), rows)
-
-
-def _place(table: Comparison) -> str:
-    known = filter(None, (f"{table.scene}, {table.setting}", layouts(table.num_layouts), sight(table.people)))
-    return escaped("; ".join(known))
-
-
-def _tabular(caption: str, heads: Sequence[str], rows: Iterable[str]) -> Iterator[str]:
-    yield r"\begin{table}"
-    yield r"\centering"
-    yield rf"\caption{{{caption}}}"
-    yield _SCALED_DOWN + rf"{{\begin{{tabular}}{{@{{}}l{'r' * (len(heads) - 1)}@{{}}}}"
-    yield r"\toprule"
-    yield _row(map(escaped, heads))
-    yield r"\midrule"
-    yield from rows
-    yield r"\bottomrule"
-    yield r"\end{tabular}}"
-    yield r"\end{table}"
+def _rows(shown: ShownTable) -> Iterator[str]:
+    for method, cells in shown.rows:
+        yield _row([escaped(method), *(_cell(cell.own) for cell in cells)])
+        if any(cell.below is not None for cell in cells):
+            below = [rf"\footnotesize {_cell(cell.below)}" if cell.below is not None else "" for cell in cells]
+            yield _row(["", *below])
 
 
 def _row(cells: Iterable[str]) -> str:
@@ -100,6 +74,5 @@ def _row(cells: Iterable[str]) -> str:
 
 
 def _cell(shown: Shown) -> str:
-    parts = (shown.value, shown.interval, shown.count)
-    text = " ".join(part for part in parts if part).replace("-", "$-$")
+    text = " ".join(part for part in (shown.value, shown.interval, shown.count) if part).replace("-", "$-$")
     return text.replace("×", r"$\times$").replace(NEVER, r"$\infty$") + "$^*$" * shown.marked

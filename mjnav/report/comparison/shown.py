@@ -1,187 +1,264 @@
-"""The figures of a comparison as they are printed, the same in text, LaTeX and HTML.
+"""A comparison's tables as they are shown: the same cells, words and sentences in text, LaTeX and HTML.
 
-A column has as many decimals as its narrowest interval needs for one digit of its half width: 12.34 [11.82, 12.91],
-and the difference +0.61 [+0.20, +1.10] below it, or the ratio of a cost ×0.95 [0.91, 0.99]. Ratios have three digits.
+A row is a method, a column a figure: its estimate, and below it the difference from the reference, or the ratio to it.
+The win ratios of every two methods are one more table, in which a row is compared with a column.
 """
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from math import floor, isfinite, isnan, log10, nan
+from types import MappingProxyType
 
-from mjnav.study.compare.chosen_figures import RATES, is_cost, is_rate
-from mjnav.study.compare.compare import Comparison, MethodRow
-from mjnav.study.compare.estimates import Difference, Estimate, WinRatio
-from mjnav.study.compare.study_comparison import StudyComparison
+from mjnav.printable import printable
+from mjnav.report.figure_text import FigureName, Format, Shown, column_format, definition, figure_name, shown_ratio
+from mjnav.study.compare.chosen_figures import FAULT, RATES, is_cost, is_rate, over_all
+from mjnav.study.compare.estimates import RESAMPLES, Estimate, WinRatio
+from mjnav.study.compare.study_comparison import Comparison, MethodRow, StudyComparison
 
-ALPHA = 0.05  # below it a difference is marked
-MAX_DECIMALS = 6
-NEGLIGIBLE = 1e-4  # of the widest interval: what is narrower is rounding
-DASH = "-"
-NEVER = "\N{INFINITY}"  # the win ratio of a method that lost no pair
-WINS = "win_ratio"
-PLAIN = ("infeasible %", "decision ms", "decision p99 ms")  # titles of the columns without intervals
+# -------------------------------------------------------------------------------------------- tables
 
-
-@dataclass(frozen=True, slots=True)
-class Shown:
-    """An estimate in parts; "-" and nothing where it is undefined."""
-
-    value: str
-    interval: str = ""  # [low, high]
-    count: str = ""  # (4): how many seeds, where they are not all of the row's
-    marked: bool = False
-
-    def __str__(self) -> str:
-        return " ".join(part for part in (self.value, self.interval, self.count, "*" * self.marked) if part)
+# Figures without intervals: what a terminal calls them, and how they are printed.
+PLAIN: Mapping[str, tuple[str, Format]] = MappingProxyType(
+    {
+        "infeasible_share": ("infeasible %", Format(1, 100.0)),
+        "decision_ms": ("decision ms", Format(2)),
+        "decision_p99_ms": ("decision p99 ms", Format(2)),
+    }
+)
+WINS, EPISODES = "win_ratio", "episodes"
+RIVALS = "win ratio, row against column"
 
 
 @dataclass(frozen=True, slots=True)
-class ShownCell:
+class Cell:
     """One figure of one method."""
 
-    figure: str
     own: Shown
-    value: float
-    estimate: Estimate | None = None  # of which `own` was made; None of a figure without an interval
     below: Shown | None = None  # the difference from the reference; None of the reference itself and without one
-    difference: Difference | None = None  # of which `below` was made
-    as_ratio: bool = False  # whether `below` is of the difference's ratio
 
 
 @dataclass(frozen=True, slots=True)
-class ShownRow:
-    """One method."""
+class Column:
+    """A figure, or the method that a row is compared with."""
 
-    method: str
-    episodes: str
-    cells: tuple[ShownCell, ...]
+    figure: str  # as `--figure` takes it
+    title: str  # in a terminal
+    name: FigureName  # in print
+    about: str  # what it is
+    cells: tuple[Cell, ...]  # one a row
 
 
 @dataclass(frozen=True, slots=True)
 class ShownTable:
-    """One scene under one setting."""
+    """Columns under a title; `methods` are the heads of the rows."""
 
-    titles: tuple[str, ...]  # of the cells, as `--figure` takes them
-    figures: tuple[str, ...]  # the same without units
-    rows: tuple[ShownRow, ...]
-
-
-@dataclass(frozen=True, slots=True)
-class _Column:
-    """A figure of one table."""
-
-    figure: str
     title: str
-    decimals: int
-    scale: float  # 100 for what is shown in per cent
-    ratios: bool  # whether ratios are shown below costs
+    methods: tuple[str, ...]
+    columns: tuple[Column, ...]
 
-    def cell(self, row: MethodRow) -> ShownCell:
-        """The method's own figure and its difference from the reference."""
-        e, found = row.figures[self.figure], row.differences.get(self.figure)
-        own = self._shown(e, row.num, "")
-        if found is None:
-            return ShownCell(self.figure, own, e.value, e)
-        as_ratio, marked = self.ratios and is_cost(self.figure), is_marked(found.p)
-        if as_ratio:
-            below = shown_ratio(found.ratio, row.num, "×", marked=marked)
-        else:
-            below = self._shown(found.estimate, row.num, "+", marked=marked)
-        return ShownCell(self.figure, own, e.value, e, below, found, as_ratio)
-
-    def _shown(self, e: Estimate, num: int, sign: str, *, marked: bool = False) -> Shown:
-        count = f"({e.num})" if e.num != num else ""
-        if not isfinite(e.value):
-            return Shown(DASH, count=count)
-        low_high = [self._number(end, sign) for end in e.interval or ()]
-        return Shown(self._number(e.value, sign), f"[{', '.join(low_high)}]" * bool(low_high), count, marked)
-
-    def _number(self, value: float, sign: str) -> str:
-        rounded = round(self.scale * value, self.decimals) + 0.0  # no -0.0
-        return f"{rounded:{sign if rounded else ''}.{self.decimals}f}"
+    @property
+    def rows(self) -> Iterator[tuple[str, list[Cell]]]:
+        """Each method with its cells."""
+        for i, method in enumerate(self.methods):
+            yield method, [column.cells[i] for column in self.columns]
 
 
-def is_marked(p: float | None) -> bool:
-    """Whether a p-value gets a mark."""
-    return p is not None and p < ALPHA
-
-
-def shown_ratio(e: Estimate | None, num: int, sign: str = "", *, marked: bool = False) -> Shown:
-    """A ratio: 0.953 [0.912, 0.995]; `num` is how many seeds the row has."""
-    if e is None or isnan(e.value):
-        return Shown(DASH, count="" if e is None or e.num == num else f"({e.num})")
-    interval = "" if e.interval is None else f"[{', '.join(map(_digits, e.interval))}]"
-    return Shown(sign + _digits(e.value), interval, f"({e.num})" if e.num != num else "", marked)
-
-
-def _digits(ratio: float) -> str:
-    if not isfinite(ratio):
-        return NEVER
-    return f"{ratio:.{0 if ratio >= 100.0 else 1 if ratio >= 10.0 else 2 if ratio >= 1.0 else 3}f}"
-
-
-def shown_wins(wins: WinRatio, num: int) -> Shown:
-    """A win ratio."""
-    return shown_ratio(of_wins(wins), num, marked=is_marked(wins.p))
-
-
-def of_wins(wins: WinRatio) -> Estimate:
-    """A win ratio as an estimate: its value and interval, and of how many pairs."""
-    return Estimate(wins.value, wins.interval, wins.pairs)
-
-
-def shown_table(results: StudyComparison, table: Comparison) -> ShownTable:
-    """All figures of a table: rates, what has no interval, and the figures asked for."""
-    rates, figures = _columns(table, RATES), _columns(table, results.figures, ratios=results.ratios)
-    compared = any(row.wins is not None for row in table.rows)
-    rows = []
-    for row in table.rows:
-        plain = (
-            ShownCell("infeasible_share", _plain(row.infeasible_share, 100.0, 1), row.infeasible_share),
-            ShownCell("decision_ms", _plain(row.decision_ms, 1.0, 2), row.decision_ms),
-            ShownCell("decision_p99_ms", _plain(row.decision_p99_ms, 1.0, 2), row.decision_p99_ms),
+def shown_tables(table: Comparison, *, ratios: bool = False) -> Iterator[ShownTable]:
+    """The figures of a table, and where they were asked for, the win ratios of every two methods."""
+    methods = tuple(row.label for row in table.rows)
+    figures = [name for name in table.rows[0].figures if name not in RATES]
+    columns = [
+        Column(
+            EPISODES, "n", FigureName(EPISODES), "rows, and of how many where some are missing", _each(table, _episodes)
         )
-        wins = [_wins(row)] if compared else []
-        cells = (*(column.cell(row) for column in rates), *wins, *plain, *(column.cell(row) for column in figures))
-        missing = results.missing[table.scene, table.setting, row.method]
-        rows.append(ShownRow(row.method, _episodes(row, missing), cells))
-    first = [WINS] if compared else []
-    titles = (*(column.title for column in rates), *first, *PLAIN, *(column.title for column in figures))
-    names = (*RATES, *first, "infeasible_share", "decision_ms", "decision_p99_ms", *results.figures)
-    return ShownTable(titles, names, tuple(rows))
+    ]
+    columns += [_figure(table, figure, ratios=False) for figure in RATES]
+    if any(row.wins is not None for row in table.rows):
+        wins = _each(table, lambda row: Cell(_wins(row.wins, row)))
+        columns.append(Column(WINS, WINS, figure_name(WINS), _about(WINS), wins))
+    for figure, (title, form) in PLAIN.items():
+        values = _each(table, lambda row, figure=figure, form=form: _plain(row, figure, form))
+        columns.append(Column(figure, title, figure_name(figure), _about(figure), values))
+    columns += [_figure(table, figure, ratios=ratios) for figure in figures]
+    yield ShownTable("", methods, tuple(columns))
+    if table.rivals:
+        against = [(row, dict(table.rivals_of(row.method))) for row in table.rows]
+        yield ShownTable(
+            RIVALS,
+            methods,
+            tuple(
+                Column(
+                    WINS,
+                    other.label,
+                    FigureName(f"against {other.label}"),
+                    "",
+                    tuple(Cell(_wins(of.get(other.method), row)) for row, of in against),
+                )
+                for other in table.rows
+            ),
+        )
 
 
-def _wins(row: MethodRow) -> ShownCell:
-    if row.wins is None:
-        return ShownCell(WINS, Shown(""), nan)
-    return ShownCell(WINS, shown_wins(row.wins, row.num), row.wins.value, of_wins(row.wins))
+def _each(table: Comparison, cell: Callable[[MethodRow], Cell]) -> tuple[Cell, ...]:
+    return tuple(cell(row) for row in table.rows)
 
 
-def _plain(value: float, scale: float, decimals: int) -> Shown:
-    return Shown(f"{scale * value:.{decimals}f}" if isfinite(value) else DASH)
+def _about(figure: str) -> str:
+    return f"{figure}: {definition(figure)}"
 
 
-def _columns(table: Comparison, figures: Iterable[str], *, ratios: bool = False) -> list[_Column]:
-    found = []
-    for figure in figures:
-        scale = 100.0 if is_rate(figure) else 1.0
-        title = f"{figure} %" if is_rate(figure) else figure
-        found.append(_Column(figure, title, _decimals(table, figure, scale), scale, ratios))
-    return found
-
-
-def _decimals(table: Comparison, figure: str, scale: float) -> int:
-    estimates = [row.figures[figure] for row in table.rows]
-    if not is_rate(figure):  # whose differences are no finer than they
-        estimates += [row.differences[figure].estimate for row in table.rows if figure in row.differences]
-    halves = [0.5 * scale * (e.interval[1] - e.interval[0]) for e in estimates if e.interval is not None]
-    least = min((half for half in halves if half > NEGLIGIBLE * max(halves)), default=0.0)
-    if not least:  # values that are all the same
-        return 0 if is_rate(figure) else 3
-    return min(max(-floor(log10(least)), 0), MAX_DECIMALS)
-
-
-def _episodes(row: MethodRow, missing: int) -> str:
+def _episodes(row: MethodRow) -> Cell:
     """How many episodes: 20, 18/20 where some are missing, 20 (1 failed)."""
-    wanted = f"/{row.num + missing}" if missing else ""
-    return f"{row.num}{wanted}" + f" ({row.num_failed} failed)" * bool(row.num_failed)
+    wanted = f"/{row.num + row.num_missing}" if row.num_missing else ""
+    failed = f"({row.num_failed} failed)" if row.num_failed else ""
+    return Cell(Shown(f"{row.num}{wanted}", count=failed, estimate=Estimate(row.num, None, row.num)))
+
+
+def _plain(row: MethodRow, figure: str, form: Format) -> Cell:
+    return Cell(form.shown(Estimate(row.plain[figure], None, row.num), row.num))
+
+
+def _wins(wins: WinRatio | None, row: MethodRow) -> Shown:
+    """Nothing of a method against itself."""
+    if wins is None:
+        return Shown("")
+    return shown_ratio(Estimate(wins.value, wins.interval, wins.pairs), row.num, p=wins.p)
+
+
+def _figure(table: Comparison, figure: str, *, ratios: bool) -> Column:
+    rate = is_rate(figure)
+    estimates = [row.figures[figure] for row in table.rows]
+    if not rate:  # whose differences are no finer than they
+        estimates += [row.differences[figure].estimate for row in table.rows if row.differences]
+    form = column_format(estimates, rate=rate)
+
+    def cell(row: MethodRow) -> Cell:
+        own, change = form.shown(row.figures[figure], row.num), row.differences.get(figure)
+        if change is None:
+            return Cell(own)
+        if ratios and is_cost(figure):
+            return Cell(own, shown_ratio(change.ratio, row.num, "×", change.p))
+        return Cell(own, form.shown(change.estimate, row.num, "+", change.p))
+
+    title = f"{figure} %" if rate else figure
+    return Column(figure, title, figure_name(figure), _about(figure), _each(table, cell))
+
+
+# ----------------------------------------------------------------------------------- what a table is of
+
+
+MAX_BEHAVIOURS = 3
+
+
+def about(table: Comparison) -> list[str]:
+    """How many layouts a table has, and whether its people see the robot."""
+    layouts = "one layout" if table.num_layouts == 1 else f"{table.num_layouts} layouts"
+    return [layouts, *filter(None, [sight(table.people)])]
+
+
+def sight(people: Sequence[str]) -> str:
+    """In words, from the values of `people_see_robot` in a table's rows; "" without people or where it is not known."""
+    match tuple(people):
+        case ():
+            return ""
+        case ("all",):
+            return "people see the robot"
+        case ("none",):
+            return "people do not see the robot"
+        case (some,):
+            return f"{some} people see the robot"
+        case several:
+            more = f" and {len(several) - MAX_BEHAVIOURS} more" if len(several) > MAX_BEHAVIOURS else ""
+            return f"people see the robot by seed: {', '.join(several[:MAX_BEHAVIOURS])}{more}"
+
+
+# ------------------------------------------------------------------------------- meaning and warnings
+
+
+FEW_SEEDS = 20  # below it a percentile bootstrap's interval is too narrow
+MAX_NAMED = 5
+
+
+def meaning(results: StudyComparison) -> Iterator[str]:
+    """What figures, intervals, differences and marks are."""
+    of_all = [figure for figure in results.figures if over_all(figure) and not is_rate(figure)]
+    of_all_text = f" ({', '.join(of_all)}: over all)" * bool(of_all)
+    below = "ratios of means (×), of other figures differences," if results.ratios else "differences"
+    fault = "; fault % a person touched by the robot's fault" * (FAULT in results.figures)
+    yield (
+        f"success % is the goal reached without contact, in time; collision % any contact{fault}; with Wilson 95 % "
+        "intervals."
+    )
+    yield (
+        f"Other figures are means over the seeds that succeeded{of_all_text}, with 95 % bootstrap intervals "
+        f"({RESAMPLES} resamples); in parentheses from how many seeds, where not from all n."
+    )
+    yield (
+        f"Below them are {below} against the table's reference, over the seeds on which both succeeded "
+        "(rates, and what is over all: over all common seeds), with paired bootstrap intervals."
+    )
+    for by in sorted({table.win_by for table, row in results.rows if row.wins is not None}):
+        yield (
+            "win_ratio is the number of pairs in which a method did better than the other over those in which it did "
+            f"worse. A contact is worst, then a goal not reached in time; two successes are compared by {by}; what is "
+            "equal is a tie. Its interval is Wilson's of the share of wins among the pairs that are no ties."
+        )
+    yield (
+        "* p < 0.05 by a sign-flip test on the pairs (rates: McNemar's; win ratios: binomial), with Holm's "
+        "correction over the methods of a table, each figure by itself."
+    )
+    yield (
+        "infeasible % is the share of all ticks at which nothing met the constraints; decision ms and decision p99 ms "
+        "are medians over episodes of their median and 99th percentile of the wall time of a decision."
+    )
+    if results.settings_per_table > 1:
+        yield (
+            f"{results.scenes_per_table} scenes and {results.settings_per_table} settings in one table: a pair is one "
+            "scene, setting and seed. Intervals and p-values are of layouts (in a scene that draws nothing, of seeds), "
+            "each with its episodes in all settings: means by drawing layouts, rates with Rao and Scott's design "
+            "effect, tests by sign flips."
+        )
+    elif results.scenes_per_table > 1:
+        yield f"{results.scenes_per_table} scenes in one table: a pair is one scene and seed."
+
+
+def warnings(results: StudyComparison) -> Iterator[str]:
+    """What is missing, what failed, and what calls for care."""
+    rows = [row for _, row in results.rows]
+    if results.num_seeds is None:
+        yield "No study file is there to say which episodes are missing."
+    if results.num_missing:
+        wanted = results.num_episodes + results.num_missing
+        text = f"Incomplete: {results.num_missing} of the study's {wanted} episodes are missing"
+        lacking = [row.num_missing for row in rows if row.num_missing]
+        if lacking:
+            least, most = min(lacking), max(lacking)
+            seeds = (results.num_seeds or 0) * results.scenes_per_table
+            span = f"{least}" if least == most else f"{least} to {most}"
+            text += f", {span} of {seeds} seeds in {len(lacking)} of {len(rows)} cells"
+        yield f"{text}. `mjnav sweep --resume` adds them."
+    if results.absent:
+        cells = [f"scene {scene}, setting {setting}, method {method}" for scene, setting, method in results.absent]
+        yield f"{len(cells)} cells have no episode at all: {_some(cells)}."
+    if results.causes:
+        causes = [f"{count} × {cause}" for cause, count in results.causes.most_common()]
+        yield f"{results.causes.total()} episodes failed, and count in n alone: {_some(causes)}."
+    fewest = min((row.num_units for row in rows), default=0)
+    if fewest < FEW_SEEDS:
+        what = "layouts" if results.settings_per_table > 1 else "seeds"
+        yield f"The fewest {what} of a cell are {fewest}: bootstrap intervals of fewer than {FEW_SEEDS} are too narrow."
+    without = [table.title for table in results.tables if not table.reference]
+    if without:
+        yield f"Without the reference, and so without differences: {_some(without)}."
+    if len(results.revisions) > 1:
+        yield f"Rows of several revisions of mjnav: {_some(results.revisions)}."
+    for inconsistency in results.inconsistencies:
+        yield f"Not all rows were made alike: {printable(str(inconsistency))}."
+    if len(results.machines) > 1:
+        yield f"Times of decisions are wall clock of {len(results.machines)} machines, and do not compare between them."
+    if results.others:
+        yield f"Rows of other studies in the folder are left out: {_some(results.others)}."
+
+
+def _some(names: Sequence[str]) -> str:
+    more = f"; {len(names) - MAX_NAMED} more" if len(names) > MAX_NAMED else ""
+    return printable("; ".join(names[:MAX_NAMED])) + more

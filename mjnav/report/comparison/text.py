@@ -1,11 +1,12 @@
 """Comparisons for a terminal: columns that do not fit side by side go below one another, under the same methods.
 
-The win ratios of every two methods are a table in which a row is compared with a column; `win_ratio_between` and
-`shown_between` give its entries in the same way to text, LaTeX and HTML.
+Of a study, its tables and the worst seeds of each cell; of two folders of results, what changed, each cell's figures,
+and the seeds that ended otherwise.
 """
 
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+import shlex
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
 
 from rich.cells import cell_len
 from rich.console import Console
@@ -13,63 +14,75 @@ from rich.table import Table
 from rich.text import Text
 
 from mjnav.printable import printable
-from mjnav.report.comparison.notes import layouts, meaning, sight, warnings
-from mjnav.report.comparison.shown import Shown, ShownCell, shown_table, shown_wins
-from mjnav.study.compare.compare import Comparison
-from mjnav.study.compare.estimates import WinRatio
+from mjnav.report.comparison.shown import Cell, ShownTable, about, meaning, shown_tables, warnings
+from mjnav.report.figure_text import ALPHA, is_marked
+from mjnav.study.compare.before_after import AFTER, BEFORE, BETTER, KINDS, BeforeAfter, CellChange
+from mjnav.study.compare.cell_rows import CellPlace
+from mjnav.study.compare.chosen_figures import WIN_BY
+from mjnav.study.compare.estimates import RESAMPLES
 from mjnav.study.compare.study_comparison import StudyComparison
+from mjnav.study.compare.worst_seeds import WorstSeed
+from mjnav.study.keep import kept_log
 
-ABOUT = "win ratio, row against column"
-
-
-def win_ratio_between(table: Comparison, method: str, other: str) -> WinRatio | None:
-    """Of two methods of a table that was made with rivals; None of a method against itself."""
-    for found in table.rivals:
-        if (found.method, found.other) == (method, other):
-            return found.ratio
-        if (found.other, found.method) == (method, other):
-            return found.ratio.inverse
-    return None
-
-
-def shown_between(table: Comparison, method: str, other: str) -> Shown:
-    """The same as it is printed; nothing of a method against itself."""
-    found = win_ratio_between(table, method, other)
-    return Shown("") if found is None else shown_wins(found, _episodes(table, method))
-
-
-def _episodes(table: Comparison, method: str) -> int:
-    return next(row.num for row in table.rows if row.method == method)
+# ----------------------------------------------------------------------------------------- one table
 
 
 GAP = 2  # [characters] between columns
 MAX_LABEL = 0.4  # of the width; longer labels are folded
 
 
-@dataclass(frozen=True, slots=True)
-class _Printed:
-    """A column, its cells of one or two lines."""
+def write_table(shown: ShownTable, console: Console) -> None:
+    """In bands of as many columns as fit beside the methods."""
+    methods = [Text(printable(method)) for method in shown.methods]
+    label = min(_width("method", methods), max(int(MAX_LABEL * console.width), len("method")))
+    bands: list[list[tuple[str, list[Text], int]]] = []
+    free = 0
+    for column in shown.columns:
+        title, cells = printable(column.title), list(map(_text, column.cells))
+        width = _width(title, cells)
+        if not bands or free < GAP + width:
+            bands.append([])
+            free = console.width - label
+        bands[-1].append((title, cells, width))
+        free -= GAP + width
+    for band in bands:
+        table = Table(box=None, padding=(0, GAP, 0, 0), pad_edge=False, header_style="underline")
+        table.add_column("method", overflow="fold", max_width=label)
+        for title, _, width in band:
+            table.add_column(title, no_wrap=True, overflow="ignore", min_width=width)
+        for row in zip(methods, *(cells for _, cells, _ in band), strict=True):
+            table.add_row(*row)
+        console.print(table)
 
-    title: str
-    cells: tuple[Text, ...]
 
-    @property
-    def width(self) -> int:
-        return max(cell_len(line) for text in (self.title, *map(str, self.cells)) for line in text.split("\n"))
+def _width(title: str, cells: Sequence[Text]) -> int:
+    return max(cell_len(line) for text in (title, *map(str, cells)) for line in text.split("\n"))
+
+
+def _text(cell: Cell) -> Text:
+    """A method's own figure, and below it the difference."""
+    text = Text().append(str(cell.own), "bold" if cell.own.marked else "")
+    if cell.below is not None:
+        text.append(f"\n{cell.below}", "bold" if cell.below.marked else "dim")
+    return text
+
+
+# --------------------------------------------------------------------------------------------- a study
+
+
+MAX_CELLS = 10  # whose worst seeds are printed; a page has all
 
 
 def write(results: StudyComparison, console: Console) -> None:
     """All tables, then what they mean and what is missing."""
-    results = results.labelled
     for table in results.tables:
-        reference = f"reference {table.reference}" if table.reference else ""
-        known = filter(None, (layouts(table.num_layouts), sight(table.people), reference))
-        about = "".join(f"; {printable(part)}" for part in known)
-        console.print(Text(f"{printable(table.scene)}, {printable(table.setting)}", "bold").append(about, "not bold"))
-        write_table(results, table, console)
-        if table.rivals:
-            console.print(f"\n{ABOUT}", style="bold")
-            _write_columns(*_rivals(table), console=console)
+        parts = [*about(table), *([f"reference {table.reference_label}"] if table.reference else [])]
+        heading = Text(printable(table.title), "bold")
+        console.print(heading.append("".join(f"; {printable(part)}" for part in parts), "not bold"))
+        for shown in shown_tables(table, ratios=results.ratios):
+            if shown.title:
+                console.print(f"\n{shown.title}", style="bold")
+            write_table(shown, console)
         console.print()
     for sentence in meaning(results):
         console.print(sentence, style="dim")
@@ -77,62 +90,126 @@ def write(results: StudyComparison, console: Console) -> None:
         console.print(sentence, style="bold")
 
 
-def write_table(results: StudyComparison, table: Comparison, console: Console) -> None:
-    """One table."""
-    _write_columns(*_columns(results, table), console=console)
+def write_worst(
+    results: StudyComparison,
+    worst: Mapping[CellPlace, Sequence[WorstSeed]],
+    commands: Mapping[CellPlace, str],
+    console: Console,
+) -> None:
+    """A line for each cell with failures, and below it the command that shows its worst seed."""
+    num = 0
+    for table, row in results.rows:
+        place = (table.scene, table.setting, row.method)
+        seeds = [seed for seed in worst.get(place, ()) if not seed.succeeded]
+        num += bool(seeds)
+        if not seeds or num > MAX_CELLS:
+            continue
+        if num == 1:
+            console.print("\nworst seeds", style="bold")
+        seen = "; ".join(f"seed {seed.seed} {seed.why}" for seed in seeds)
+        console.print(printable(f"  {table.title}, {row.label}: {seen}"))
+        command = _report(results.folder, [seed.log for seed in seeds])
+        if command is None and place in commands:
+            log_name = f"seed{seeds[0].seed}.mcap"
+            command = f"{commands[place]} --seed {seeds[0].seed} --log {log_name}; mjnav report {log_name}"
+        if command is not None:
+            console.print(printable(f"    {command}"), style="dim", soft_wrap=True)  # to be copied: one line
+    if num > MAX_CELLS:
+        console.print(f"  and in {num - MAX_CELLS} more cells: -o FILE.html has all")
 
 
-def _write_columns(label: _Printed, *others: _Printed, console: Console) -> None:
-    for band in _bands(label, others, console.width):
-        console.print(_table(label, band, console.width))
+def _report(folder: str, logs: Sequence[str | None]) -> str | None:
+    """The command that shows the first of the logs that was kept."""
+    kept = (log for name in logs if (log := kept_log(Path(folder), name)) is not None)
+    return next((shlex.join(["mjnav", "report", str(log)]) for log in kept), None)
 
 
-def _columns(results: StudyComparison, table: Comparison) -> Iterator[_Printed]:
-    shown = shown_table(results, table)
-    yield _Printed("method", tuple(Text(printable(row.method)) for row in shown.rows))
-    yield _Printed("n", tuple(Text(row.episodes) for row in shown.rows))
-    for i, title in enumerate(shown.titles):
-        yield _Printed(title, tuple(_text(row.cells[i]) for row in shown.rows))
+# ---------------------------------------------------------------------------------------- two folders
 
 
-def _rivals(table: Comparison) -> Iterator[_Printed]:
-    methods = [row.method for row in table.rows]
-    yield _Printed("method", tuple(Text(printable(method)) for method in methods))
-    for other in methods:
-        cells = [shown_between(table, method, other) for method in methods]
-        yield _Printed(printable(other), tuple(Text(str(cell), "bold" if cell.marked else "") for cell in cells))
+MAX_KEYS = 20  # that are printed
+MAX_SEEDS = 20  # of a cell and a kind
+MAX_NAMED = 5  # cells in one folder only
+MEANING = (
+    "All is over the seeds that both folders have: success % is the goal reached without contact, in time; "
+    "collision % any contact; with Wilson 95 % intervals.",
+    f"Other figures are means over the seeds that succeeded, with 95 % bootstrap intervals ({RESAMPLES} resamples); in "
+    "parentheses from how many seeds, where not from all n.",
+    "Signed figures are after - before, over the seeds that succeeded in both (rates, clearances, distances: "
+    "over all), with paired bootstrap intervals.",
+    "win_ratio is the number of pairs that are better after over those that are worse: a contact is worst, then a "
+    f"goal not reached in time; two successes are compared by {WIN_BY}.",
+    "* p < 0.05 by a sign-flip test on the pairs (rates: McNemar's exact test; win ratios: binomial), with Holm's "
+    "correction over the cells, each figure by itself.",
+)
 
 
-def _text(cell: ShownCell) -> Text:
-    """A method's own figure, and below it the difference."""
-    text = Text(str(cell.own))
-    if cell.below is not None:
-        text.append(f"\n{cell.below}", "bold" if cell.below.marked else "dim")
-    return text
+def write_changes(results: BeforeAfter, console: Console) -> None:
+    """What changed between two folders, the cells, a summary."""
+    console.print(f"before  {printable(results.before)}\nafter   {printable(results.after)}\n", style="bold")
+    made_with = "what the rows were made with" if results.changed else "The rows were made with the same."
+    console.print(made_with, style="bold")
+    for change in results.changed[:MAX_KEYS]:
+        num = len(results.cells)
+        where = "" if change.cells == num else f"  (in {change.cells} of {num} cells)"
+        console.print(printable(f"  {change.what}: {change.before} -> {change.after}{where}"))
+    if len(results.changed) > MAX_KEYS:
+        console.print(f"  and {len(results.changed) - MAX_KEYS} more: --json has all")
+    console.print()
+    for cell in results.cells:
+        identical = [f"{cell.pairs} pairs", *([f"{cell.identical} of them identical"] if cell.identical else [])]
+        heading = Text(printable(", ".join(cell.labels)), "bold")
+        console.print(heading.append(f": {'; '.join([', '.join(identical), *about(cell.table)[1:]])}", "not bold"))
+        if cell.identical < cell.pairs:
+            write_table(next(shown_tables(cell.table)), console)
+        for kind in KINDS:
+            for line in _seeds(results, cell, kind):
+                console.print(line)
+        console.print()
+    for sentence in MEANING:
+        console.print(sentence, style="dim")
+    for sentence in summary(results):
+        console.print(printable(sentence), style="bold")
 
 
-def _label_width(label: _Printed, width: int) -> int:
-    return min(label.width, max(int(MAX_LABEL * width), len(label.title)))
+def summary(results: BeforeAfter) -> Iterator[str]:
+    """How much got better and worse, and what has no partner, in sentences."""
+    better, worse, other = map(results.num_seeds, KINDS)
+    pairs, identical = sum(cell.pairs for cell in results.cells), sum(cell.identical for cell in results.cells)
+    yield (
+        f"Of {pairs} pairs {better} are better, {worse} worse, {other} failed otherwise, "
+        f"{identical} are identical to the last bit."
+    )
+    changes = [cell.after.differences["success"] for cell in results.cells]
+    gains = [change.estimate.value > 0.0 for change in changes if is_marked(change.p)]
+    yield (
+        f"Success is higher in {gains.count(True)} and lower in {gains.count(False)} of {len(changes)} cells "
+        f"with p < {ALPHA:g}."
+    )
+    for which, places in ((BEFORE, results.only_before), (AFTER, results.only_after)):
+        if places:
+            names = "; ".join(", ".join(results.labels.place(place)) for place in places[:MAX_NAMED])
+            more = f"; {len(places) - MAX_NAMED} more" if len(places) > MAX_NAMED else ""
+            yield f"Only {which}: {names}{more}."
+    for cell in results.cells:
+        if cell.pairs < max(cell.num_before, cell.num_after):
+            seeds = f"{cell.num_before} seeds before, {cell.num_after} after, {cell.pairs} in both"
+            yield f"{', '.join(cell.labels)}: {seeds}."
 
 
-def _bands(label: _Printed, others: Sequence[_Printed], width: int) -> Iterator[list[_Printed]]:
-    """As many columns as fit beside the label, then the next."""
-    band: list[_Printed] = []
-    left = free = width - _label_width(label, width)
-    for column in others:
-        if band and left < GAP + column.width:
-            yield band
-            band, left = [], free
-        band.append(column)
-        left -= GAP + column.width
-    yield band
-
-
-def _table(label: _Printed, band: list[_Printed], width: int) -> Table:
-    table = Table(box=None, padding=(0, GAP, 0, 0), pad_edge=False, header_style="underline")
-    table.add_column(label.title, overflow="fold", max_width=_label_width(label, width))
-    for column in band:
-        table.add_column(column.title, no_wrap=True, overflow="ignore", min_width=column.width)
-    for cells in zip(label.cells, *(column.cells for column in band), strict=True):
-        table.add_row(*cells)
-    return table
+def _seeds(results: BeforeAfter, cell: CellChange, kind: str) -> Iterator[str]:
+    """The seeds of a cell that changed in one way, by outcome before and after; then the command that shows one."""
+    seeds = cell.named(kind)
+    ways: dict[tuple[str, str], list[int]] = {}
+    for seed in seeds:
+        ways.setdefault((seed.before, seed.after), []).append(seed.seed)
+    for (before, after), numbers in ways.items():
+        word = "seed" if len(numbers) == 1 else "seeds"
+        more = f" and {len(numbers) - MAX_SEEDS} more" if len(numbers) > MAX_SEEDS else ""
+        yield f"  {kind:7} {word} {', '.join(map(str, numbers[:MAX_SEEDS]))}{more}: {before} -> {after}"
+    if kind == BETTER:
+        command = _report(results.before, [seed.before_log for seed in seeds])
+    else:
+        command = _report(results.after, [seed.after_log for seed in seeds])
+    if command is not None:
+        yield f"          {command}"

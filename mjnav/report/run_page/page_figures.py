@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from mjnav.messages import Array, Trajectory
 from mjnav.metrics.consistency import COVERED, people_nees, region, robot_nees, robot_particles
-from mjnav.report.figure_names import by_group, definition, unit
+from mjnav.report.figure_text import by_group, definition, unit
 from mjnav.report.look.document import term
 from mjnav.report.run_page.packed import Packer
 from mjnav.scenarios.spec import Scenario

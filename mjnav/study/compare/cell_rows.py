@@ -1,8 +1,8 @@
-"""The rows of a sweep by cell: a scene under a setting and a method."""
+"""The rows of a sweep by cell: a scene under a setting and a method; and the cells of several scenes joined to one."""
 
 import re
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import TYPE_CHECKING
 
@@ -11,27 +11,31 @@ from numpy.typing import NDArray
 
 from mjnav.messages import Array
 from mjnav.study.compare.chosen_figures import COLLISIONS, HAPPENED, LAYOUT, PEOPLE, over_all
+from mjnav.study.store.row import CELL, COLUMNS, STRING, own_columns
 from mjnav.study.store.row import COLUMN as OWN_COLUMN
-from mjnav.study.store.row import COLUMNS, STRING, own_columns
 
 if TYPE_CHECKING:
     import pyarrow
 
+CellPlace = tuple[str, str, str]  # scene, setting and method
+
 
 @dataclass(frozen=True)
 class CellRows:
-    """The rows of one cell by seed: columns as arrays (n,), null as NaN."""
+    """The rows of one cell by seed: columns of numbers as arrays (n,), null as NaN; texts as arrays (n,) of objects."""
 
     scene: str
     setting: str
     method: str
     columns: Mapping[str, Array]
-    people: tuple[str, ...] = ()  # the values of `PEOPLE`, each once; none where they are not known or nobody is there
-    layouts: tuple[str, ...] = ()  # the values of `LAYOUT`, each once; none of a scene that draws nothing
-    layout_by_row: tuple[str | None, ...] = ()  # the same row by row; () where it is not known
-    units: NDArray[np.intp] | None = (
-        None  # (n,) whole numbers: rows of one unit of evidence share one; None: each is its own
-    )
+    texts: Mapping[str, NDArray[np.object_]] = field(default_factory=dict)
+    units: NDArray[np.intp] | None = None  # (n,): rows of one unit of evidence share a number; None: each is its own
+    num_missing: int = 0  # seeds of the study that have no row
+
+    @property
+    def place(self) -> CellPlace:
+        """Scene, setting and method."""
+        return self.scene, self.setting, self.method
 
     @property
     def seeds(self) -> Array:
@@ -48,10 +52,6 @@ class CellRows:
         """Which episodes have no result, (n,)."""
         return np.isnan(self.columns["success"])
 
-    def units_of(self, places: NDArray[np.intp]) -> NDArray[np.intp] | None:
-        """The units of some rows."""
-        return None if self.units is None else self.units[places]
-
     def values(self, figure: str) -> Array:
         """A figure by seed, (n,); NaN where the seed does not count."""
         if figure == "collision":
@@ -60,51 +60,101 @@ class CellRows:
             counts = sum(self.columns[name] for name in HAPPENED[figure])
             return np.where(np.isnan(counts), np.nan, counts > 0)
         values = self.columns[figure]
-        if over_all(figure):
-            return values
-        return np.where(self.columns["success"] == 1, values, np.nan)
+        return values if over_all(figure) else np.where(self.columns["success"] == 1, values, np.nan)
+
+    def distinct(self, text: str) -> tuple[str, ...]:
+        """The values of a column of texts, each once; none where it is not known."""
+        return tuple(sorted({value for value in self.texts.get(text, ()) if value is not None}))
+
+    def taken(self, rows: NDArray[np.intp]) -> "CellRows":
+        """The cell with some of its rows."""
+        columns, texts = ({key: c[rows] for key, c in table.items()} for table in (self.columns, self.texts))
+        return replace(self, columns=columns, texts=texts, units=self.units_of(rows))
+
+    def units_of(self, rows: NDArray[np.intp]) -> NDArray[np.intp] | None:
+        """The units of some rows."""
+        return None if self.units is None else self.units[rows]
 
 
 def cell_rows(table: "pyarrow.Table", methods: Sequence[str] = ()) -> list[CellRows]:
     """The rows of a table by cell: sorted by scene and setting, then in the order of `methods`, labels without a grid.
 
-    Text columns other than the labels are left out; the column of users' own metrics becomes one for each figure.
+    The column of users' own metrics becomes one column for each figure.
     """
-    names = [name for name in table.column_names if COLUMNS[name].type != STRING]
-    columns = {name: table[name].cast("double").to_numpy(zero_copy_only=False) for name in names}
+    texts = [name for name in table.column_names if COLUMNS[name].type == STRING and name not in (*CELL, OWN_COLUMN)]
+    numbers = [name for name in table.column_names if COLUMNS[name].type != STRING]
+    columns = {name: table[name].cast("double").to_numpy(zero_copy_only=False) for name in numbers}
     columns["seed"] = table["seed"].to_numpy()
     if OWN_COLUMN in table.column_names:
         columns |= own_columns(table[OWN_COLUMN].to_pylist())
+    of_text = {name: np.array(table[name].to_pylist(), dtype=object) for name in texts}
     labels = list(zip(*(table[name].to_pylist() for name in ("scene", "setting", "method")), strict=True))
-    places: dict[tuple[str, str, str], list[int]] = {}
+    places: dict[CellPlace, list[int]] = {}
     for place in np.argsort(columns["seed"], kind="stable").tolist():
         places.setdefault(labels[place], []).append(place)
 
-    def order(cell: tuple[str, str, str]) -> tuple:
+    def order(cell: CellPlace) -> tuple:
         scene, setting, method = cell
         known = [i for i, label in enumerate(methods) if method == label or method.startswith(f"{label} ")]
         return natural(scene), natural(setting), max(known, key=lambda i: len(methods[i]), default=0), natural(method)
 
-    def texts(column: str, places: Sequence[int]) -> tuple[str | None, ...]:
-        return tuple(table[column].take(places).to_pylist()) if column in table.column_names else ()
-
-    return [
-        CellRows(
-            *label,
-            {name: column[places[label]] for name, column in columns.items()},
-            people=_each_once(texts(PEOPLE, places[label])),
-            layouts=_each_once(layouts := texts(LAYOUT, places[label])),
-            layout_by_row=layouts,
-        )
-        for label in sorted(places, key=order)
-    ]
-
-
-def _each_once(values: Sequence[str | None]) -> tuple[str, ...]:
-    return tuple(sorted({value for value in values if value is not None}))
+    return [CellRows(*label, columns, of_text).taken(np.array(places[label])) for label in sorted(places, key=order)]
 
 
 def natural(text: str) -> list[tuple[float, str]]:
     """A key by which weight=3.0 comes before weight=10.0."""
     parts = re.split(r"(\d+\.?\d*(?:e[+-]?\d+)?)", text)
     return [(float(part), "") if i % 2 else (0.0, part) for i, part in enumerate(parts)]
+
+
+def pooled(cells: Sequence[CellRows], *, settings: bool = False) -> list[CellRows]:
+    """One cell for each setting and method, with the rows of all scenes; with `settings` one for each method.
+
+    Its seeds number (seed, setting, scene), so that a difference pairs the episodes of one scene, setting and seed.
+    Scenes and settings count by the number of their episodes: alike, in a study that is complete. What several settings
+    have of one layout is one unit of evidence; in a scene of one layout, what they have of one seed.
+    """
+    scenes = list(dict.fromkeys(cell.scene for cell in cells))
+    labels = list(dict.fromkeys(cell.setting for cell in cells))
+    settings = settings and len(labels) > 1
+    groups: dict[tuple[str, str], list[CellRows]] = {}
+    for cell in cells:
+        groups.setdefault((f"{len(labels)} settings" if settings else cell.setting, cell.method), []).append(cell)
+    layouts = {name: {layout for c in cells if c.scene == name for layout in c.distinct(LAYOUT)} for name in scenes}
+    drawn = {name for name in scenes if len(layouts[name]) > 1}
+    joined = []
+    for (setting, method), group in groups.items():
+        columns = {key: np.concatenate([cell.columns[key] for cell in group]) for key in group[0].columns}
+        columns["seed"] = np.concatenate(
+            [
+                (cell.seeds * len(labels) + labels.index(cell.setting)) * len(scenes) + scenes.index(cell.scene)
+                for cell in group
+            ]
+        )
+        texts = {
+            PEOPLE: np.concatenate([cell.texts[PEOPLE] for cell in group]),
+            LAYOUT: np.array([layout for cell in group for layout in _layouts(cell)], dtype=object),
+        }
+        order, units = np.argsort(columns["seed"]), None
+        if settings:
+            keys = [key for cell in group for key in _evidence(cell, drawn)]
+            numbers = {key: number for number, key in enumerate(dict.fromkeys(keys[place] for place in order))}
+            units = np.array([numbers[key] for key in keys])
+        scene = scenes[0] if len(scenes) == 1 else f"{len(scenes)} scenes"
+        cell = CellRows(scene, setting, method, columns, texts, units, sum(cell.num_missing for cell in group))
+        joined.append(cell.taken(order))
+    return joined
+
+
+def _layouts(cell: CellRows) -> list[str | None]:
+    """The layouts of a cell's rows under names that no other scene has; a scene that draws nothing has one."""
+    draws = bool(cell.distinct(LAYOUT))
+    return [None if draws and layout is None else f"{cell.scene} {layout}" for layout in cell.texts[LAYOUT]]
+
+
+def _evidence(cell: CellRows, drawn: Collection[str]) -> list[str]:
+    """What the rows of a unit of evidence share: the layout; in a scene of one, or where it is not known, the seed."""
+    return [
+        f"{cell.scene} {seed}" if layout is None or cell.scene not in drawn else f"{cell.scene}, {layout}"
+        for seed, layout in zip(cell.seeds, cell.texts[LAYOUT], strict=True)
+    ]

@@ -22,7 +22,7 @@ from dataclasses import dataclass, replace
 from functools import lru_cache
 from itertools import combinations
 from math import inf, nan
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -116,28 +116,26 @@ def by_unit(values: Array, units: NDArray[np.intp] | None) -> Array:
 
 def differences(cells: Sequence[CellRows], base: CellRows, figures: Sequence[str]) -> list[dict[str, Difference]]:
     """cell - base for every cell over the common seeds, the p-values without correction."""
-    changes: list[Array] = []  # of every cell, of every figure
-    sums: list[Array] = []
-    costs: list[Array] = []
-    for cell in cells:
-        here, there = common(cell, base)
-        units = cell.units_of(here)
-        for figure in figures:
-            own, others = cell.values(figure)[here], base.values(figure)[there]
-            changes.append(own - others)
-            sums.append(by_unit(changes[-1], units))
-            costs.append(_costs(own, others, units) if is_cost(figure) else np.empty((2, 0)))
-    intervals = iter(_by_length(sums, _ratios))
-    flipped = iter(_by_length(sums, _p_values))
-    quotients = iter(_by_length(costs, _ratios))
-    following = iter(zip(changes, costs, strict=True))
+    pairs = [(cell, *common(cell, base)) for cell in cells]
+    values = [
+        (cell.values(figure)[here], base.values(figure)[there]) for cell, here, there in pairs for figure in figures
+    ]
+    units = [cell.units_of(here) for cell, here, _ in pairs for _ in figures]
+    sums = [by_unit(own - others, unit) for (own, others), unit in zip(values, units, strict=True)]
+    costs = [
+        _costs(*pair, unit) if is_cost(figure) else np.empty((2, 0))
+        for pair, unit, figure in zip(values, units, [*figures] * len(pairs), strict=True)
+    ]
+    computed = zip(
+        values, costs, _by_length(sums, _ratios), _by_length(sums, _p_values), _by_length(costs, _ratios), strict=True
+    )
 
     def one(cell: CellRows, figure: str) -> Difference:
-        change, cost = next(following)
-        p, quotient = next(flipped), next(quotients)
+        (own, others), cost, interval, p, quotient = next(computed)
+        change = own - others
         if is_rate(figure) and p is not None and cell.units is None:
             p = mcnemar(int((change > 0).sum()), int((change < 0).sum()))
-        estimate = _estimate(change, next(intervals))
+        estimate = _estimate(change, interval)
         ratio = Estimate(float(np.divide(*cost.sum(axis=1))), quotient, estimate.num) if cost.size else None
         return Difference(estimate, p, ratio)
 
@@ -224,6 +222,9 @@ class WinRatio:
         return WinRatio(self.losses, self.wins, self.ties, ends, self.p)
 
 
+Test = TypeVar("Test", Difference, WinRatio)
+
+
 @dataclass(frozen=True, slots=True)
 class Rivals:
     """Two methods of a table, and the win ratio of the first against the second."""
@@ -245,11 +246,6 @@ def win_ratio(cell: CellRows, base: CellRows, by: str) -> WinRatio:
     return WinRatio(wins, losses, ties, interval, _p_value(scores, units))
 
 
-def win_ratios(cells: Sequence[CellRows], base: CellRows, by: str) -> list[WinRatio]:
-    """Of every cell against `base`, with Holm's correction over them."""
-    return corrected([win_ratio(cell, base, by) for cell in cells])
-
-
 def all_rivals(cells: Sequence[CellRows], by: str) -> tuple[Rivals, ...]:
     """Every two cells of a table, the earlier one first, with Holm's correction over all of these pairs."""
     pairs = list(combinations(cells, 2))
@@ -257,10 +253,10 @@ def all_rivals(cells: Sequence[CellRows], by: str) -> tuple[Rivals, ...]:
     return tuple(Rivals(cell.method, other.method, ratio) for (cell, other), ratio in zip(pairs, ratios, strict=True))
 
 
-def corrected(ratios: Sequence[WinRatio]) -> list[WinRatio]:
-    """The same with Holm's correction over all that have pairs."""
-    adjusted = iter(holm([ratio.p for ratio in ratios if ratio.p is not None]))
-    return [ratio if ratio.p is None else replace(ratio, p=next(adjusted)) for ratio in ratios]
+def corrected(tests: Sequence[Test]) -> list[Test]:
+    """Differences or win ratios with Holm's correction over all that have a p-value."""
+    adjusted = iter(holm([test.p for test in tests if test.p is not None]))
+    return [test if test.p is None else replace(test, p=next(adjusted)) for test in tests]
 
 
 def _standing(cell: CellRows, by: str) -> Array:

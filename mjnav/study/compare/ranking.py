@@ -11,7 +11,7 @@ from mjnav.scenarios.toml import parse, value_text
 from mjnav.study.cells import Variant, flat, variants
 from mjnav.study.compare.cell_rows import CellRows, cell_rows
 from mjnav.study.compare.estimates import Estimate, bootstrap, estimate
-from mjnav.study.compare.study_comparison import NEEDED, check_distinct
+from mjnav.study.compare.study_comparison import NEEDED, check_distinct, rows_of
 from mjnav.study.store.store import Store
 from mjnav.study.study_file import StudyFile
 
@@ -30,8 +30,8 @@ class RankedSetting:
     label: str  # "rkhs #7"
     values: Mapping[str, object]  # of the grid or the search, by key as a method's `set` takes them
     toml: str  # `set = { ... }` of a study's method that has this setting
-    num: int  # episodes
-    num_failed: int  # of them, those without a result
+    episodes: int
+    failed: int  # of them, those without a result
     score: Estimate
     figures: Mapping[str, Estimate]  # rates of success and collision; time [s] and control cost of the successes
 
@@ -55,25 +55,24 @@ def rank(store: Store, study: StudyFile | None) -> tuple[MethodRanking, ...]:
     """
     if study is None:
         raise InputError(f"{store.folder}: no study file is kept there, which says what the settings are")
-    table = store.rows([*NEEDED, "time_s", "control_cost"])
-    places = [i for i, name in enumerate(table["study"].to_pylist()) if name == study.name]
-    if not places:
+    table = rows_of(store.rows([*NEEDED, "time_s", "control_cost"]), study.name)
+    if not table.num_rows:
         raise InputError(f"{store.folder}: no rows of study {study.name!r}")
-    cells = cell_rows(table.take(places).drop_columns(["study"]))
+    cells = cell_rows(table)
     check_distinct(cells, store)
     limits = _time_limits(store, study)
-    worlds = {(cell.scene, cell.setting) for cell in cells}
-    rows: dict[str, list[CellRows]] = {}
+    num_worlds = len({(cell.scene, cell.setting) for cell in cells})
+    by_method: dict[str, list[CellRows]] = {}
     for cell in cells:
-        rows.setdefault(cell.method, []).append(cell)
-    found: list[MethodRanking] = []
+        by_method.setdefault(cell.method, []).append(cell)
+    rankings: list[MethodRanking] = []
     for method in study.methods:
         own = {v.names[1]: v for v in variants(study, ["any"]) if v.method is method}
-        ranked = [_ranked(own[label], rows[label], limits) for label in own if label in rows]
-        ranked.sort(key=lambda one: -one.score.value)
-        missing = len(own) * len(worlds) * len(study.all_seeds) - sum(one.num for one in ranked)
-        found.append(MethodRanking(method.identifier, method.shown, method.controller, tuple(ranked), missing))
-    return tuple(found)
+        ranked = [_ranked(own[name], by_method[name], limits) for name in own if name in by_method]
+        ranked.sort(key=lambda setting: -setting.score.value)
+        missing = len(own) * num_worlds * len(study.all_seeds) - sum(setting.episodes for setting in ranked)
+        rankings.append(MethodRanking(method.identifier, method.shown, method.controller, tuple(ranked), missing))
+    return tuple(rankings)
 
 
 def scores(cell: CellRows, time_limit: float) -> Array:
@@ -85,24 +84,19 @@ def scores(cell: CellRows, time_limit: float) -> Array:
 
 def _ranked(variant: Variant, cells: Sequence[CellRows], limits: Mapping[tuple[str, str], float]) -> RankedSetting:
     own = np.concatenate([scores(cell, limits[cell.scene, cell.setting]) for cell in cells])
-    together = _together(cells)
+    columns = {key: np.concatenate([cell.columns[key] for cell in cells]) for key in cells[0].columns}
+    together = CellRows("all scenes", "", cells[0].method, columns)
     values = {key.removeprefix("control."): value for key, value in variant.own.items()}
     pairs = {**{key.removeprefix("control."): value for key, value in flat(variant.method.set).items()}, **values}
     return RankedSetting(
         label=variant.names[1],
         values=values,
         toml=f"set = {value_text(pairs)}",
-        num=len(own),
-        num_failed=int(together.failed.sum()),
+        episodes=len(own),
+        failed=int(together.failed.sum()),
         score=Estimate(float(own.mean()), bootstrap(len(own)).interval(own), len(own)),
         figures={figure: estimate(together, figure) for figure in _FIGURES},
     )
-
-
-def _together(cells: Sequence[CellRows]) -> CellRows:
-    """All rows of a setting as one cell."""
-    columns = {key: np.concatenate([cell.columns[key] for cell in cells]) for key in cells[0].columns}
-    return CellRows("all scenes", "", cells[0].method, columns)
 
 
 def _time_limits(store: Store, study: StudyFile) -> dict[tuple[str, str], float]:

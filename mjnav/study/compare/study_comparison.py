@@ -1,28 +1,50 @@
-"""A folder of a study's results as tables, with the missing and the failed episodes."""
+"""The methods of a sweep compared: figures with intervals, and differences from a reference method.
+
+Rates have Wilson intervals. Means are over the seeds that succeeded, or over all where `metrics.definitions` says so,
+with bootstrap intervals. Differences are means over the seeds of both methods that count, with paired bootstrap
+intervals. Their p-values come from sign-flip tests (rates: McNemar's) with Holm's correction over the methods compared
+with one reference. Win ratios are those of `estimates`.
+
+`compare` makes the tables of cells; `compare_study` those of a folder of results, with the missing and the failed
+episodes.
+"""
 
 from collections import Counter
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from html import escape
+from math import isfinite, nan
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from mjnav.errors import InputError
+from mjnav.errors import InputError, unknown_name
+from mjnav.messages import Array
 from mjnav.study.cells import Labels, variants
-from mjnav.study.compare.cell_rows import CellRows, cell_rows
+from mjnav.study.compare.cell_rows import CellPlace, CellRows, cell_rows, pooled
 from mjnav.study.compare.chosen_figures import (
     COLLISIONS,
     DEFAULT_FIGURES,
     LAYOUT,
     PEOPLE,
+    RATES,
     WIN_BY,
     check_figures,
     check_win_by,
     columns_for,
     expanded,
 )
-from mjnav.study.compare.compare import Comparison, compare, pooled
-from mjnav.study.compare.result_tables import html_table, percent
+from mjnav.study.compare.estimates import (
+    Difference,
+    Estimate,
+    Rivals,
+    WinRatio,
+    all_rivals,
+    corrected,
+    differences,
+    estimates,
+    win_ratio,
+)
 from mjnav.study.store.row import check_own
 from mjnav.study.store.store import Store
 from mjnav.study.study_file import StudyFile
@@ -31,11 +53,166 @@ from mjnav.study.sweep.changes import Inconsistency, inconsistencies
 if TYPE_CHECKING:
     import pyarrow
 
-NEEDED = ("study", "scene", "setting", "method", "seed", "success", *COLLISIONS, "ticks", "infeasible_ticks")
-DECISION = ("compute_ms_control_p50", "compute_ms_control_p99")
+# The columns that every table is made of.
+NEEDED = (
+    *("study", "scene", "setting", "method", "seed", "success", *COLLISIONS, PEOPLE, LAYOUT),
+    *("ticks", "infeasible_ticks", "compute_ms_control_p50", "compute_ms_control_p99"),
+)
 TEXTS = ("error", "revision", "machine")
+NO_LABELS = Labels()
 
-CellPlace = tuple[str, str, str]  # scene, setting and method
+# --------------------------------------------------------------------------------------------- tables
+
+
+@dataclass(frozen=True, slots=True)
+class MethodRow:
+    """A method's line of a table."""
+
+    method: str
+    label: str  # that people read in its place
+    num: int  # episodes
+    num_failed: int  # of them, those without a result
+    num_missing: int  # seeds of the study without a row
+    num_layouts: int  # of those with a result: one of a scene that draws nothing
+    num_units: int  # of evidence: episodes, or where several are of one layout, layouts
+    figures: Mapping[str, Estimate]  # RATES and those asked for
+    differences: Mapping[str, Difference]  # the same; empty for the reference itself
+    plain: Mapping[str, float]  # infeasible share of all ticks; medians over episodes of times of decisions
+    wins: WinRatio | None = None  # against the reference; None of the reference itself and without one
+
+
+@dataclass(frozen=True, slots=True)
+class Comparison:
+    """The methods in one scene and setting."""
+
+    scene: str
+    setting: str
+    setting_label: str
+    reference: str
+    rows: tuple[MethodRow, ...]
+    people: tuple[str, ...] = ()  # how many people see the robot: the values of `PEOPLE`, each once
+    num_layouts: int = 1  # that its episodes have, all methods together: one of a scene that draws nothing
+    win_by: str = WIN_BY  # the cost that decides between two successes
+    rivals: tuple[Rivals, ...] = ()  # every two methods, where they were asked for
+
+    @property
+    def title(self) -> str:
+        """For people."""
+        return f"{self.scene}, {self.setting_label}"
+
+    @property
+    def reference_label(self) -> str:
+        """What people read in the place of the reference."""
+        return next((row.label for row in self.rows if row.method == self.reference), self.reference)
+
+    def rivals_of(self, method: str) -> Iterator[tuple[str, WinRatio]]:
+        """The win ratios of a method against every other one."""
+        for pair in self.rivals:
+            if pair.method == method:
+                yield pair.other, pair.ratio
+            elif pair.other == method:
+                yield pair.method, pair.ratio.inverse
+
+
+def compare(
+    cells: Sequence[CellRows],
+    *,
+    reference: str | None = None,
+    figures: Sequence[str] = DEFAULT_FIGURES,
+    win_by: str = WIN_BY,
+    rivals: bool = False,
+    labels: Labels = NO_LABELS,
+) -> Iterator[Comparison]:
+    """One table for every scene and setting, in the order of `cells`; with `rivals` also every two methods' win ratio.
+
+    `reference` is a method's name, by default the first. Raises InvalidValue for an unknown method or figure.
+    """
+    check_figures(figures)
+    check_win_by(win_by)
+    methods = {cell.method for cell in cells}
+    if reference is not None and reference not in methods:
+        raise unknown_name("reference", reference, methods)
+    tables: dict[tuple[str, str], list[CellRows]] = {}
+    for cell in cells:
+        tables.setdefault((cell.scene, cell.setting), []).append(cell)
+    for (scene, setting), of_table in tables.items():
+        base = next((cell for cell in of_table if cell.method == (reference or of_table[0].method)), None)
+        yield Comparison(
+            scene,
+            setting,
+            labels.settings.get(setting, setting),
+            base.method if base is not None else "",
+            tuple(_rows(of_table, base, (*RATES, *figures), win_by, labels)),
+            _distinct(PEOPLE, of_table),
+            max(len(_distinct(LAYOUT, of_table)), 1),
+            win_by,
+            all_rivals(of_table, win_by) if rivals else (),
+        )
+
+
+def _rows(
+    cells: Sequence[CellRows], base: CellRows | None, figures: Sequence[str], win_by: str, labels: Labels
+) -> list[MethodRow]:
+    changes: dict[str, Mapping[str, Difference]] = {}
+    wins: dict[str, WinRatio] = {}
+    if base is not None:
+        others = [cell for cell in cells if cell is not base]
+        changes = dict(zip((cell.method for cell in others), differences(others, base, figures), strict=True))
+        wins = {cell.method: win_ratio(cell, base, win_by) for cell in others}
+    rows = [
+        MethodRow(
+            method=cell.method,
+            label=labels.methods.get(cell.method, cell.method),
+            num=len(cell.seeds),
+            num_failed=int(cell.failed.sum()),
+            num_missing=cell.num_missing,
+            num_layouts=max(len(cell.distinct(LAYOUT)), 1),
+            num_units=len(cell.seeds if cell.units is None else np.unique(cell.units)),
+            figures=own,
+            differences=changes.get(cell.method, {}),
+            plain={
+                "infeasible_share": _ratio(cell.columns["infeasible_ticks"], cell.columns["ticks"]),
+                "decision_ms": _median(cell.columns["compute_ms_control_p50"]),
+                "decision_p99_ms": _median(cell.columns["compute_ms_control_p99"]),
+            },
+            wins=wins.get(cell.method),
+        )
+        for cell, own in zip(cells, estimates(cells, figures), strict=True)
+    ]
+    return corrected_rows(rows)
+
+
+def corrected_rows(rows: Sequence[MethodRow]) -> list[MethodRow]:
+    """Rows with Holm's correction over all that are compared with another, of each figure by itself."""
+    compared = [row for row in rows if row.wins is not None]
+    of_figures = {
+        name: iter(corrected([row.differences[name] for row in compared]))
+        for name in (compared[0].differences if compared else ())
+    }
+    wins = iter(corrected([row.wins for row in compared if row.wins is not None]))
+    return [
+        row
+        if row.wins is None
+        else replace(row, differences={name: next(tests) for name, tests in of_figures.items()}, wins=next(wins))
+        for row in rows
+    ]
+
+
+def _distinct(text: str, cells: Sequence[CellRows]) -> tuple[str, ...]:
+    return tuple(sorted({value for cell in cells for value in cell.distinct(text)}))
+
+
+def _ratio(part: Array, whole: Array) -> float:
+    total = np.nansum(whole)
+    return float(np.nansum(part) / total) if total else nan
+
+
+def _median(values: Array) -> float:
+    known = values[np.isfinite(values)]
+    return float(np.median(known)) if known.size else nan
+
+
+# --------------------------------------------------------------------------------------------- studies
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,39 +224,30 @@ class StudyComparison:
     figures: tuple[str, ...]  # that are compared, without the rates
     tables: tuple[Comparison, ...]
     num_seeds: int | None  # of the study file; None without one
-    missing: Mapping[CellPlace, int]  # number of seeds without a row, by cell
-    absent: tuple[CellPlace, ...]  # cells of the study without any row
+    absent: tuple[CellPlace, ...]  # cells of the study without any row, as people read them
     causes: Counter[str]  # of failures
     revisions: tuple[str, ...]  # of mjnav, with which the rows were made
+    machines: tuple[str, ...]  # that ran the episodes
     others: tuple[str, ...]  # studies whose rows are left out
     inconsistencies: tuple[Inconsistency, ...]  # differences in programs, processors and a cell's scenario
     scenes_per_table: int = 1  # all of the study's, where they are pooled
     settings_per_table: int = 1  # and the same
-    machines: tuple[str, ...] = ()  # that ran the episodes
     ratios: bool = False  # whether tables show ratios of costs to the reference's in place of differences
-    labels: Labels = field(default_factory=Labels)  # of the study file
 
     @property
-    def labelled(self) -> "StudyComparison":
-        """The same for people to read: with labels in the place of names."""
-        place = self.labels.place
-        return replace(
-            self,
-            tables=tuple(_labelled(table, self.labels) for table in self.tables),
-            missing={place(cell): lack for cell, lack in self.missing.items()},
-            absent=tuple(map(place, self.absent)),
-            labels=Labels(),
-        )
+    def rows(self) -> list[tuple[Comparison, MethodRow]]:
+        """Every line with its table."""
+        return [(table, row) for table in self.tables for row in table.rows]
 
     @property
     def num_episodes(self) -> int:
         """Rows, including those of failed episodes."""
-        return sum(row.num for table in self.tables for row in table.rows)
+        return sum(row.num for _, row in self.rows)
 
     @property
     def num_missing(self) -> int:
         """Episodes of the study file that have no row."""
-        return sum(self.missing.values()) + len(self.absent) * (self.num_seeds or 0)
+        return sum(row.num_missing for _, row in self.rows) + len(self.absent) * (self.num_seeds or 0)
 
     def __repr__(self) -> str:
         return f"StudyComparison({self.folder!r}: {self.num_episodes} episodes, tables: {len(self.tables)})"
@@ -88,9 +256,8 @@ class StudyComparison:
         """The rates of all methods, as notebooks show them; `mjnav compare -o FILE.html` has every figure."""
         heads = ("scene", "setting", "method", "n", "success %", "collision %")
         rows = [
-            (t.scene, t.setting, r.method, r.num, percent(r.figures["success"]), percent(r.figures["collision"]))
-            for t in self.labelled.tables
-            for r in t.rows
+            (t.scene, t.setting_label, r.label, r.num, percent(r.figures["success"]), percent(r.figures["collision"]))
+            for t, r in self.rows
         ]
         return html_table(f"{self.study} in {self.folder}; Wilson 95 % intervals", heads, rows)
 
@@ -100,7 +267,7 @@ def compare_study(
     study: StudyFile | None,
     *,
     reference: str | None = None,
-    figures: Sequence[str],
+    figures: Sequence[str] = DEFAULT_FIGURES,
     pool: bool = False,
     pool_all: bool = False,
     win_by: str = WIN_BY,
@@ -121,53 +288,42 @@ def compare_study(
     check_win_by(win_by)
     if not store.has_rows():
         raise InputError(f"{store.folder}: no results of a sweep")
-    table = store.rows(list(dict.fromkeys((*NEEDED, PEOPLE, LAYOUT, *DECISION, win_by, *TEXTS, *columns_for(asked)))))
+    table = store.rows(list(dict.fromkeys((*NEEDED, win_by, *TEXTS, *columns_for(asked)))))
     table, name, others = _of_study(table, study, store)
-    cells = cell_rows(table.drop_columns(list(TEXTS)), [method.identifier for method in study.methods] if study else ())
+    cells = cell_rows(table, [method.identifier for method in study.methods] if study else ())
     check_distinct(cells, store)
     check_own(asked, cells[0].columns)
     figures = _defined(asked, figures, cells)
     wanted = np.array(study.all_seeds if study else [])
-    missing = Counter({(c.scene, c.setting, c.method): len(np.setdiff1d(wanted, c.seeds)) for c in cells})
-    absent = tuple(place for place in _cells_of(study, cells) if place not in missing)
+    cells = [replace(cell, num_missing=len(np.setdiff1d(wanted, cell.seeds))) for cell in cells]
+    places = {cell.place for cell in cells}
+    labels = Labels.of(study)
     num_scenes = len({cell.scene for cell in cells}) if pool or pool_all else 1
     num_settings = len({cell.setting for cell in cells}) if pool_all else 1
+    absent = tuple(labels.place(place) for place in _cells_of(study, cells) if place not in places)
     if pool or pool_all:
         cells = pooled(cells, settings=pool_all)
-        missing, of_cells = Counter(), missing
-        for (_, setting, method), lack in of_cells.items():
-            missing[cells[0].scene, cells[0].setting if pool_all else setting, method] += lack
-    places = list(dict.fromkeys((cell.scene, cell.setting) for cell in cells))
+    num_tables = len({(cell.scene, cell.setting) for cell in cells})
     tables = []
-    for comparison in compare(cells, reference=reference, figures=figures, win_by=win_by, rivals=rivals):
-        tables.append(comparison)
-        progress(len(tables), len(places))
+    for made in compare(cells, reference=reference, figures=figures, win_by=win_by, rivals=rivals, labels=labels):
+        tables.append(made)
+        progress(len(tables), num_tables)
     return StudyComparison(
         folder=str(store.folder),
         study=name,
         figures=figures,
         tables=tuple(tables),
         num_seeds=len(wanted) if study else None,
-        missing=missing,
         absent=absent,
         causes=Counter(error for error in table["error"].to_pylist() if error is not None),
         revisions=tuple(sorted(table["revision"].unique().to_pylist())),
+        machines=tuple(sorted(table["machine"].unique().to_pylist())),
         others=others,
         inconsistencies=inconsistencies(store, name),
         scenes_per_table=num_scenes,
         settings_per_table=num_settings,
-        machines=tuple(sorted(table["machine"].unique().to_pylist())),
         ratios=ratios,
-        labels=Labels.of(study),
     )
-
-
-def _labelled(table: Comparison, labels: Labels) -> Comparison:
-    of = labels.methods
-    scene, setting, reference = labels.place((table.scene, table.setting, table.reference))
-    rows = tuple(replace(row, method=of.get(row.method, row.method)) for row in table.rows)
-    rivals = tuple(replace(r, method=of.get(r.method, r.method), other=of.get(r.other, r.other)) for r in table.rivals)
-    return replace(table, scene=scene, setting=setting, reference=reference, rows=rows, rivals=rivals)
 
 
 def _defined(asked: Sequence[str], figures: Sequence[str], cells: Sequence[CellRows]) -> tuple[str, ...]:
@@ -180,22 +336,19 @@ def _defined(asked: Sequence[str], figures: Sequence[str], cells: Sequence[CellR
         return tuple(asked)
     by_name = expanded(figures[num:])
 
-    def known(figure: str) -> bool:
+    def measured(figure: str) -> bool:
         return any(np.isfinite(cell.columns[name]).any() for cell in cells for name in columns_for([figure]))
 
-    return tuple(figure for figure in asked if figure not in DEFAULT_FIGURES or figure in by_name or known(figure))
+    return tuple(figure for figure in asked if figure not in DEFAULT_FIGURES or figure in by_name or measured(figure))
 
 
 def _of_study(
     table: "pyarrow.Table", study: StudyFile | None, store: Store
 ) -> tuple["pyarrow.Table", str, tuple[str, ...]]:
     """The rows of one study, its name, and the other studies, whose rows are left out."""
-    import pyarrow.compute as compute
-
     names = sorted(table["study"].unique().to_pylist())
     if study is not None and study.name in names:
-        others = tuple(name for name in names if name != study.name)
-        return table.filter(compute.field("study") == study.name), study.name, others
+        return rows_of(table, study.name), study.name, tuple(name for name in names if name != study.name)
     if len(names) > 1:
         raise InputError(f"{store.folder}: rows of several studies: {', '.join(names)}")
     if study is not None:
@@ -203,13 +356,24 @@ def _of_study(
     return table, names[0], ()
 
 
+def rows_of(table: "pyarrow.Table", study: str) -> "pyarrow.Table":
+    """The rows of one study."""
+    import pyarrow.compute as compute
+
+    return table.filter(compute.field("study") == study)
+
+
 def _cells_of(study: StudyFile | None, cells: Iterable[CellRows]) -> list[CellPlace]:
     """The study's cells; of scenes given by path, those that have rows."""
     if study is None:
         return []
-    named = [scene for scene in study.scenes if "/" not in scene and not scene.endswith(".toml")]
-    scenes = list(dict.fromkeys([*named, *(cell.scene for cell in cells)]))
+    scenes = list(dict.fromkeys([*shipped_scenes(study), *(cell.scene for cell in cells)]))
     return [(variant.scene, *variant.names) for variant in variants(study, scenes)]
+
+
+def shipped_scenes(study: StudyFile) -> list[str]:
+    """The scenes that the study names; not those that it gives by path."""
+    return [scene for scene in study.scenes if "/" not in scene and not scene.endswith(".toml")]
 
 
 def check_distinct(cells: Iterable[CellRows], store: Store) -> None:
@@ -221,3 +385,24 @@ def check_distinct(cells: Iterable[CellRows], store: Store) -> None:
                 f"{store.folder}: scene {cell.scene}, setting {cell.setting}, method {cell.method} has seed {twice[0]} "
                 "under two scenarios: the study was changed between sweeps; sweep it into a folder of its own with -o"
             )
+
+
+# ------------------------------------------------------------------------------------------- notebooks
+
+
+def html_table(caption: str, heads: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
+    """An HTML table; the first cell of a row is its head."""
+    top = "".join(f"<th scope='col'>{escape(head)}</th>" for head in heads)
+    body = ""
+    for first, *others in rows:
+        cells = "".join(f"<td>{escape(str(cell))}</td>" for cell in others)
+        body += f"<tr><th scope='row'>{escape(str(first))}</th>{cells}</tr>"
+    return f"<table><caption>{escape(caption)}</caption><thead><tr>{top}</tr></thead><tbody>{body}</tbody></table>"
+
+
+def percent(rate: Estimate) -> str:
+    """A rate with its interval, in per cent."""
+    if not isfinite(rate.value):
+        return "-"
+    interval = "" if rate.interval is None else f" [{', '.join(f'{100.0 * end:.0f}' for end in rate.interval)}]"
+    return f"{100.0 * rate.value:.0f}{interval}"

@@ -5,17 +5,17 @@
 
 import json
 import shlex
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import Any
 
 import numpy as np
 
-from mjnav.messages import Array
-from mjnav.study.cells import Variant, flat, variants
+from mjnav.study.cells import flat, variants
+from mjnav.study.compare.cell_rows import CellPlace, CellRows, cell_rows
 from mjnav.study.compare.chosen_figures import COLLISIONS
-from mjnav.study.compare.study_comparison import CellPlace
+from mjnav.study.compare.study_comparison import rows_of, shipped_scenes
+from mjnav.study.store.row import PLACE_IN_STUDY
 from mjnav.study.store.store import MARK, Store
 from mjnav.study.study_file import StudyFile
 
@@ -27,19 +27,15 @@ def run_commands(study: StudyFile, text: str) -> Mapping[CellPlace, str]:
     opened: scenes that are given by path have no command.
     """
     given = list(_given(text))
-    shipped = [scene for scene in study.scenes if "/" not in scene and not scene.endswith(".toml")]
-    return {
-        (variant.scene, *variant.names): shlex.join(_words(study, variant, given))
-        for variant in variants(study, shipped)
-    }
-
-
-def _words(study: StudyFile, variant: Variant, given: Sequence[str]) -> Iterator[str]:
-    yield from ("mjnav", "run", variant.scene, "--controller", variant.method.controller)
-    for key, value in {**flat(study.set), **variant.overrides}.items():
-        yield from ("--set", f"{key}={value if isinstance(value, str) else json.dumps(value)}")
-    for override in given:
-        yield from ("--set", override)
+    commands = {}
+    for variant in variants(study, shipped_scenes(study)):
+        values = {**flat(study.set), **variant.overrides}
+        pairs = [f"{key}={value if isinstance(value, str) else json.dumps(value)}" for key, value in values.items()]
+        words = ["mjnav", "run", variant.scene, "--controller", variant.method.controller]
+        for override in (*pairs, *given):
+            words += ["--set", override]
+        commands[variant.scene, *variant.names] = shlex.join(words)
+    return commands
 
 
 def _given(text: str) -> Iterator[str]:
@@ -57,7 +53,6 @@ def _given(text: str) -> Iterator[str]:
 
 PER_CELL = 3
 MAX_CAUSE = 120  # characters of why an episode failed
-_COLUMNS = ("study", "scene", "setting", "method", "seed", "success", "outcome", "min_clearance_m", "error", "log")
 
 
 @dataclass(frozen=True, slots=True)
@@ -75,37 +70,26 @@ def worst_seeds(store: Store, study: str, *, per_cell: int = PER_CELL) -> Mappin
 
     Raises MjnavError as `Store.rows` does.
     """
-    table = store.rows([*_COLUMNS, *COLLISIONS])
-    columns = {name: table[name].to_pylist() for name in ("study", "scene", "setting", "method")}
-    success = table["success"].cast("double").to_numpy(zero_copy_only=False)
-    clearance = table["min_clearance_m"].cast("double").to_numpy(zero_copy_only=False)
-    hit = np.sum([table[name].cast("double").to_numpy(zero_copy_only=False) for name in COLLISIONS], axis=0) > 0
-    found: dict[CellPlace, list[int]] = {}
-    for place in np.lexsort((clearance, _severity(success, hit))).tolist():
-        if columns["study"][place] == study:
-            cell = (columns["scene"][place], columns["setting"][place], columns["method"][place])
-            rows = found.setdefault(cell, [])
-            if len(rows) < per_cell:
-                rows.append(place)
-    return {
-        cell: tuple(_worst_seed(table.slice(row, 1).to_pylist()[0]) for row in rows) for cell, rows in found.items()
-    }
+    columns = (*PLACE_IN_STUDY, "success", "outcome", "min_clearance_m", "error", "log", *COLLISIONS)
+    worst = {}
+    for cell in cell_rows(rows_of(store.rows(columns), study)):
+        success = cell.columns["success"]
+        severity = np.where(cell.failed, 0, np.where(cell.collided == 1, 1, np.where(success == 0, 2, 3)))
+        order = np.lexsort((cell.columns["min_clearance_m"], severity))
+        worst[cell.place] = tuple(_worst_seed(cell, row) for row in order[:per_cell].tolist())
+    return worst
 
 
-def _severity(success: Array, hit: Array) -> Array:
-    """0 of an episode without a result, 1 of a collision, 2 of another failure, 3 of a success."""
-    return np.where(np.isnan(success), 0, np.where(hit, 1, np.where(success == 0, 2, 3)))
-
-
-def _worst_seed(row: Mapping[str, Any]) -> WorstSeed:
-    if row["error"] is not None:
-        why = f"failed: {row['error'][:MAX_CAUSE]}"
-    elif hits := [name.removeprefix("collisions_") for name in COLLISIONS if row[name]]:
-        why = f"touched a {' and a '.join(hits)}"
-    elif not row["success"]:
-        why = row["outcome"] or "no success"
-    elif row["min_clearance_m"] is None:
-        why = "success"
+def _worst_seed(cell: CellRows, row: int) -> WorstSeed:
+    error, outcome, log = (cell.texts[name][row] for name in ("error", "outcome", "log"))
+    touched = [name.removeprefix("collisions_") for name in COLLISIONS if cell.columns[name][row] > 0]
+    succeeded, clearance = bool(cell.columns["success"][row] == 1), cell.columns["min_clearance_m"][row]
+    if error is not None:
+        why = f"failed: {error[:MAX_CAUSE]}"
+    elif touched:
+        why = f"touched a {' and a '.join(touched)}"
+    elif not succeeded:
+        why = outcome or "no success"
     else:
-        why = f"success, least clearance {row['min_clearance_m']:.2f} m"
-    return WorstSeed(row["seed"], why, row["log"], bool(row["success"]))
+        why = "success" if np.isnan(clearance) else f"success, least clearance {clearance:.2f} m"
+    return WorstSeed(int(cell.seeds[row]), why, log, succeeded)

@@ -16,7 +16,7 @@ from mjnav.cli.main import main
 from mjnav.loop.prepare import load_scenario
 from mjnav.messages import Event
 from mjnav.recording import Recorder, open_log
-from mjnav.report.figure_names import definition
+from mjnav.report.figure_text import definition
 from mjnav.report.inspection import inspect
 from mjnav.report.run_page import page_figures
 from mjnav.report.run_page.page import page

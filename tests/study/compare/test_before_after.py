@@ -8,9 +8,10 @@ from rich.console import Console
 
 from mjnav.errors import InputError, InvalidValue, MjnavError
 from mjnav.metrics.intervals import mcnemar
-from mjnav.report.comparison.before_after import csv_text, document, write
+from mjnav.report.comparison.documents import changes_csv, changes_document
+from mjnav.report.comparison.text import write_changes
 from mjnav.study.compare.before_after import before_after
-from mjnav.study.compare.compare_results import compare
+from mjnav.study.results import compare
 from mjnav.study.store.store import Store
 from mjnav.study.study_file import load_study
 from tests.study.made_up import row
@@ -114,13 +115,13 @@ def test_people_read_labels_and_programs_names_with_them(folders, tmp_path):
     )
     found = before_after(*folders, study=load_study(tmp_path / "labelled.toml"))
     file = io.StringIO()
-    write(found, Console(width=200, file=file))
+    write_changes(found, Console(width=200, file=file))
     assert "\ns, default, Ours: " in file.getvalue()
     assert "s, default, a" not in file.getvalue()
-    (cell,) = [cell for cell in document(found)["cells"] if cell["method"] == "a"]
+    (cell,) = [cell for cell in changes_document(found)["cells"] if cell["method"] == "a"]
     assert cell["method_label"] == "Ours"
-    assert "Ours" in csv_text(found)
-    assert "<td>Ours</td>" in found._repr_html_()
+    assert "Ours" in changes_csv(found)
+    assert repr(found).startswith(f"BeforeAfter({found.before!r}, {found.after!r}: {2 * NUM} pairs, ")
 
 
 def test_folders_that_cannot_be_compared_are_refused_with_the_reason(folders, tmp_path):
@@ -146,11 +147,3 @@ def test_folders_that_cannot_be_compared_are_refused_with_the_reason(folders, tm
     shard.write_bytes(shard.read_bytes()[:-9])
     with pytest.raises(MjnavError, match=f"{shard}: damaged"):
         compare(before.folder, after.folder)
-
-
-def test_its_repr_is_one_line_and_a_notebook_shows_a_row_for_each_cell(folders):
-    found = before_after(*folders)
-    pairs = sum(cell.pairs for cell in found.cells)
-    assert repr(found).startswith(f"BeforeAfter({found.before!r}, {found.after!r}: {pairs} pairs, ")
-    assert "\n" not in repr(found)
-    assert found._repr_html_().count("<tr>") == 1 + len(found.cells)

@@ -64,7 +64,7 @@ def test_the_score_is_the_stated_one_and_the_best_mean_comes_first(store, study)
     assert [one.label for one in mine.settings] == ["mine #1", "mine #3", "mine #2"]
     found = [one.score.value for one in mine.settings]
     np.testing.assert_allclose(found, [1.0 - 20.0 / 100.0 - 0.02, 0.0, (1.0 - 0.1 - 0.01 - 1.0 + 0.0 - 1.0) / 4])
-    assert [(one.num, one.num_failed) for one in mine.settings] == [(4, 0), (1, 0), (4, 1)]
+    assert [(one.episodes, one.failed) for one in mine.settings] == [(4, 0), (1, 0), (4, 1)]
     assert (mine.num_missing, mean.num_missing, mean.controller) == (3, 3, "mean")
     assert mine.settings[2].figures["collision"].value == pytest.approx(1 / 3)
 
@@ -108,5 +108,3 @@ def test_an_interrupted_search_goes_on_also_with_a_larger_count(study, tmp_path,
     first, second = json.loads(capsys.readouterr().out)["methods"]
     assert {one["label"] for one in first["settings"]} == {f"mine #{i}" for i in range(1, 5)}
     assert (first["missing"], second["missing"], first["settings"][0]["episodes"]) == (0, 0, 2)
-    assert main(["compare", str(store.folder), "--rank", "--pool"]) == 2
-    assert "--pool is for tables" in capsys.readouterr().err

@@ -1,15 +1,186 @@
-"""What a folder of results says of a study: which rows are its, what is missing, what went wrong."""
+"""Tables of a sweep's rows, against figures worked out by hand from the same rows; and what is missing from a study."""
+
+import math
 
 import numpy as np
 import pytest
 
 from mjnav.errors import InputError, InvalidValue
-from mjnav.study.compare.study_comparison import compare_study
+from mjnav.metrics.definitions import FIGURES, GROUPS, STRING
+from mjnav.metrics.intervals import wilson
+from mjnav.study.compare.cell_rows import cell_rows, natural
+from mjnav.study.compare.chosen_figures import DEFAULT_FIGURES, RATES, check_figures, expanded, numbers
+from mjnav.study.compare.study_comparison import compare, compare_study
+from mjnav.study.store.row import COLUMNS
 from mjnav.study.store.store import Store
 from mjnav.study.study_file import load_study
 from tests.study.made_up import row
 
-pytest.importorskip("pyarrow", reason="the sweep extra is not installed")
+pyarrow = pytest.importorskip("pyarrow", reason="the sweep extra is not installed")
+
+# ----------------------------------------------------------------------------------- tables of cells
+
+
+def table(rows):
+    schema = pyarrow.schema([(name, pyarrow.type_for_alias(column.type)) for name, column in COLUMNS.items()])
+    return pyarrow.Table.from_pylist([row.values() for row in rows], schema=schema)
+
+
+def compared(rows, methods=("a", "b"), **options):
+    return list(compare(cell_rows(table(rows), methods), **{"figures": ("control_cost", "min_clearance_m"), **options}))
+
+
+def test_differences_are_of_common_successes_and_clearances_of_all():
+    a = [row("a", seed, 1.0 + seed) for seed in range(4)]
+    b = [row("b", 0, 3.0), row("b", 1, 9.0, hit=True), row("b", 2, 3.5), row("b", 7, 100.0)]
+    (found,) = compared([*b, *a])
+    assert found.reference == "a"
+    first, second = found.rows
+    assert (first.method, first.num, first.figures["control_cost"].value) == ("a", 4, 2.5)
+    assert first.differences == {}
+    assert second.figures["success"].value == 0.75
+    assert second.figures["collision"].value == 0.25
+    assert second.figures["control_cost"].value == pytest.approx((3.0 + 3.5 + 100.0) / 3)
+    assert second.differences["control_cost"].estimate.value == pytest.approx((2.0 + 0.5) / 2)  # seeds 0 and 2
+    assert second.differences["control_cost"].estimate.num == 2
+    assert second.differences["min_clearance_m"].estimate.value == pytest.approx((2.0 - 2.01 + 0.5) / 3)
+    assert second.differences["success"].estimate.value == pytest.approx(-1 / 3)
+    assert second.plain["infeasible_share"] == pytest.approx(1 / 40)
+    assert second.plain["decision_ms"] == pytest.approx(np.median([3.0, 9.0, 3.5, 100.0]))
+
+
+def test_a_ratio_is_of_the_means_over_common_successes():
+    a = [row("a", 0, 1.0), row("a", 1, 4.0), row("a", 2, 50.0, hit=True)]
+    b = [row("b", 0, 0.5), row("b", 1, 3.0), row("b", 2, 5.0), row("b", 3, 7.0)]
+    (found,) = compared([*a, *b])
+    ratio = found.rows[1].differences["control_cost"].ratio
+    assert (ratio.value, ratio.num) == (pytest.approx(3.5 / 5.0), 2)
+    assert ratio.interval == pytest.approx((0.5, 0.75))  # of either pair alone
+    assert found.rows[1].differences["min_clearance_m"].ratio is None  # of which more is better
+    assert found.rows[1].differences["success"].ratio is None
+    (free,) = compared([row("a", 0, 0.0), row("b", 0, 1.0)])
+    assert free.rows[1].differences["control_cost"].ratio is None  # of a cost of nothing
+
+
+def test_an_episode_without_a_result_counts_as_failed_and_in_nothing_else():
+    rows = [row("a", seed, 1.0) for seed in range(3)]
+    rows += [row("b", 0, 2.0), row("b", 1, 0.0, error="it broke"), row("b", 2, 2.0)]
+    (found,) = compared(rows)
+    b = found.rows[1]
+    assert (b.num, b.num_failed) == (3, 1)
+    assert (b.figures["success"].value, b.figures["success"].num) == (1.0, 2)
+    assert b.differences["control_cost"].estimate.num == 2
+
+
+def test_p_values_are_corrected_over_the_methods():
+    rng = np.random.default_rng(0)
+    base = rng.normal(10.0, 1.0, size=30)
+    rows = [row("a", seed, float(base[seed])) for seed in range(30)]
+    for name, shift in (("b", 0.0), ("c", 0.0), ("d", 2.0)):
+        rows += [row(name, seed, float(base[seed] + shift + rng.normal(scale=0.3))) for seed in range(30)]
+    (found,) = compared(rows, methods=("a", "b", "c", "d"))
+    p = {r.method: r.differences["control_cost"].p for r in found.rows if r.differences}
+    assert p["d"] == pytest.approx(3 / 5001)  # the least that the flips can give, times three methods
+    assert p["b"] > 0.05
+    assert p["c"] > 0.05
+
+
+def test_methods_come_in_the_order_of_the_study_and_their_values_as_numbers():
+    names = ["rkhs weight=10.0", "mean", "rkhs weight=3.0", "rkhs d=3"]
+    rows = [row(name, 0, 1.0) for name in names]
+    (found,) = compared(rows, methods=("mean", "rkhs", "rkhs d=3"))
+    assert [r.method for r in found.rows] == ["mean", "rkhs weight=3.0", "rkhs weight=10.0", "rkhs d=3"]
+    assert natural("a 9") < natural("a 10.5") < natural("a 1e2")
+
+
+def test_every_scene_has_a_table_and_one_without_the_reference_has_no_differences():
+    rows = [row("a", 0, 1.0), row("b", 0, 2.0), row("b", 0, 2.0, scene="t")]
+    one, other = compared(rows, reference="a")
+    assert (one.scene, other.scene) == ("s", "t")
+    assert one.rows[1].differences["control_cost"].estimate.value == 1.0
+    assert (other.reference, other.rows[0].differences) == ("", {})
+
+
+def test_what_nothing_defines_is_no_number():
+    (found,) = compared([row("a", 0, 1.0, hit=True), row("b", 0, 1.0)])
+    assert math.isnan(found.rows[0].figures["control_cost"].value)
+    assert found.rows[0].figures["control_cost"].interval is None
+    (apart,) = compared([row("a", 0, 1.0), row("b", 1, 2.0)])
+    for table in (found, apart):
+        d = table.rows[1].differences["control_cost"]
+        assert (d.estimate.num, d.p, d.estimate.interval) == (0, None, None)
+
+
+def test_methods_with_other_seeds_are_compared_as_each_would_be_alone():
+    rng = np.random.default_rng(1)
+    rows = [row(name, seed, float(rng.gamma(3.0)), hit=seed % 7 == 3) for name in "abc" for seed in range(25)]
+    rows = [r for r in rows if not (r.method == "c" and r.seed < 5)]
+    (together,) = compared(rows, methods=tuple("abc"))
+    for i, name in enumerate("bc", start=1):
+        (alone,) = compared([r for r in rows if r.method in ("a", name)], methods=("a", name))
+        for figure in ("success", "collision", "control_cost", "min_clearance_m"):
+            d, own = together.rows[i].differences[figure].estimate, together.rows[i].figures[figure]
+            assert d.value == alone.rows[1].differences[figure].estimate.value
+            assert d.interval == pytest.approx(alone.rows[1].differences[figure].estimate.interval, rel=1e-6)
+            assert own.interval == pytest.approx(alone.rows[1].figures[figure].interval, rel=1e-6)
+
+
+# ------------------------------------------------------------------------------- figures of a table
+
+
+@pytest.fixture
+def ten_seeds(tmp_path):
+    """Ten seeds: three hit a person, two of these by the robot's fault; one ran out of time."""
+    store = Store(tmp_path)
+    rows = []
+    for seed in range(10):
+        hit, late = seed < 3, seed == 5
+        figures = {"robot_at_fault": 2 if seed < 2 else 0, "timeout": late, "min_human_distance_m": 0.1 * seed}
+        figures |= {"people_see_robot": "none" if seed < 9 else "all", "stalled_s": float(seed)}
+        if late:
+            figures["success"] = False
+        rows.append(row("rkhs", seed, 1.0 + seed, hit=hit, **figures))
+    with store.writing(""):
+        store.append(rows)
+    return store
+
+
+def test_a_truth_of_each_episode_is_a_rate_over_all_of_them(ten_seeds):
+    (table,) = compare_study(ten_seeds, None, figures=["fault", "timeout", "min_human_distance_m", "stalled_s"]).tables
+    found = table.rows[0].figures
+    assert {name: (found[name].value, found[name].num) for name in ("success", "collision", "fault", "timeout")} == {
+        "success": (0.6, 10), "collision": (0.3, 10), "fault": (0.2, 10), "timeout": (0.1, 10)
+    }  # fmt: skip
+    assert found["fault"].interval == wilson(2, 10)
+    assert found["min_human_distance_m"].value == pytest.approx(0.45)  # over all
+    assert found["stalled_s"].num == 6  # over those that succeeded
+    assert table.people == ("all", "none")
+
+
+def test_default_figures_that_no_row_has_are_left_out_and_those_asked_for_stay(ten_seeds):
+    known = compare_study(ten_seeds, None, figures=DEFAULT_FIGURES).figures
+    assert known == ("fault", "time_s", "control_cost", "min_clearance_m", "stalled_s", "min_human_distance_m")
+    asked = compare_study(ten_seeds, None, figures=["path_ratio"])
+    assert asked.figures == ("path_ratio",)
+    assert np.isnan(asked.tables[0].rows[0].figures["path_ratio"].value)
+    beside = compare_study(ten_seeds, None, figures=[*DEFAULT_FIGURES, "path_ratio"]).figures
+    assert beside == (*known[:3], "path_ratio", *known[3:])
+
+
+def test_a_group_stands_for_its_numbers():
+    found = expanded(["social", "time_s", "ending"])
+    assert found[: len(GROUPS["social"]) - 0] == tuple(GROUPS["social"])
+    assert found.count("time_s") == 1
+    assert not set(found) & {*RATES, *(name for name, one in FIGURES.items() if one.type == STRING)}
+    check_figures(found)
+    for group in GROUPS:
+        assert set(expanded([group])) <= set(numbers())
+    with pytest.raises(InvalidValue, match="did you mean 'social'"):
+        check_figures(["socail"])
+
+
+# -------------------------------------------------------------------------------- folders of results
+
 
 STUDY = """
 schema = 1
@@ -51,8 +222,9 @@ def cell(method, seeds, setting="noise.profile=pearson", scene="crossing1", **co
 def test_missing_seeds_are_counted_against_the_study_cell_by_cell(store, study):
     store.append([*cell("mean", [1, 3, 7]), *cell("rkhs weight=1", [3, 100]), *cell("rkhs weight=10.0", [3, 1])])
     found = read(store, study)
-    place = ("crossing1", "noise.profile=pearson")
-    assert found.missing == {(*place, "mean"): 0, (*place, "rkhs weight=1"): 2, (*place, "rkhs weight=10.0"): 1}
+    assert [(row.method, row.num_missing) for _, row in found.rows] == [
+        ("mean", 0), ("rkhs weight=1", 2), ("rkhs weight=10.0", 1)
+    ]  # fmt: skip
     assert found.num_seeds == 3
     methods = ("mean", "rkhs weight=1", "rkhs weight=10.0")
     assert found.absent == tuple(("crossing1", "noise.profile=bimodal", method) for method in methods)
@@ -65,13 +237,6 @@ def test_a_scene_given_by_path_is_asked_for_where_there_are_rows_of_it(store, st
     found = read(store, study)
     assert ("corner", "noise.profile=bimodal", "mean") in found.absent
     assert {scene for scene, _, _ in found.absent} == {"crossing1", "corner"}
-
-
-def test_without_a_study_nothing_is_missing(store):
-    store.append(cell("mean", [1]))
-    found = read(store)
-    assert (found.num_seeds, found.num_missing, found.absent) == (None, 0, ())
-    assert found.study == "made up"
 
 
 def test_rows_of_another_study_are_left_out_and_told(store, study):
@@ -95,6 +260,8 @@ def test_causes_and_revisions_are_those_of_the_rows(store):
     store.append([row("b", 2, 1.0, revision="2")])
     found = read(store)
     assert (found.causes, found.revisions) == ({"it broke": 2}, ("1", "2"))
+    assert (found.num_seeds, found.num_missing, found.absent) == (None, 0, ())  # without a study
+    assert found._repr_html_().count("<tr>") == 3
     assert [(r.num, r.num_failed) for r in found.tables[0].rows] == [(2, 1), (2, 1)]
 
 
@@ -120,19 +287,6 @@ def test_unknown_names_are_refused_with_the_nearest(store, options, key, nearest
     assert (refused.value.key, refused.value.nearest) == (key, nearest)
 
 
-def test_an_empty_folder_is_refused(store):
-    with pytest.raises(InputError, match="no results of a sweep"):
-        read(store)
-
-
-def test_its_repr_is_one_line_and_a_notebook_shows_a_row_for_each_method(store):
-    store.append([*cell("a<b", range(4)), *cell("b", range(4))])
-    found = read(store)
-    assert repr(found) == f"StudyComparison({str(store.folder)!r}: 8 episodes, tables: 1)"
-    assert found._repr_html_().count("<tr>") == 3
-    assert "a&lt;b" in found._repr_html_()
-
-
 def test_pooled_scenes_pair_within_a_scene_and_count_every_layout(store, study):
     def episodes(scene, method, costs):
         return [row(method, seed, cost, scene=scene, setting="noise.profile=pearson") for seed, cost in costs.items()]
@@ -152,9 +306,8 @@ def test_pooled_scenes_pair_within_a_scene_and_count_every_layout(store, study):
     assert (mean.num, mean.figures["control_cost"].value) == (6, pytest.approx(77.0 / 6.0))
     of_pairs = rkhs.differences["control_cost"].estimate
     assert (of_pairs.value, of_pairs.num) == (pytest.approx((0.5 + 0.5 + 3.0 + 4.0) / 4.0), 4)
-    place = ("2 scenes", "noise.profile=pearson")
-    assert {key: num for key, num in found.missing.items() if num} == {(*place, "rkhs weight=1"): 2}
-    assert found.num_missing == read(store, study).num_missing
+    assert (mean.num_missing, rkhs.num_missing) == (0, 2)
+    assert found.num_missing == read(store, study).num_missing == read(store, study, pool_all=True).num_missing
 
 
 def test_settings_that_repeat_each_other_make_nothing_surer(store):
@@ -191,12 +344,3 @@ def test_a_layout_of_several_seeds_is_one_unit_and_a_failed_episode_its_own(stor
         store.append([*rows, row("a", 6, 1.0, setting=setting, error="it broke")])
     (table,) = read(store, pool_all=True).tables
     assert (table.rows[0].num, table.rows[0].num_units, table.num_layouts) == (14, 4, 3)
-
-
-def test_missing_episodes_are_counted_over_all_settings(store, study):
-    store.append([*cell("mean", [1, 3, 7]), *cell("rkhs weight=1", [3]), *cell("rkhs weight=10.0", [3, 1])])
-    store.append(cell("mean", [1], setting="noise.profile=bimodal"))
-    found = read(store, study, pool_all=True)
-    place = ("crossing1", "2 settings")
-    assert found.missing == {(*place, "mean"): 2, (*place, "rkhs weight=1"): 2, (*place, "rkhs weight=10.0"): 1}
-    assert found.num_missing == read(store, study).num_missing

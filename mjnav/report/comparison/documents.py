@@ -1,0 +1,229 @@
+"""Comparisons for programs: one JSON document, or one CSV row a figure; full precision, undefined is null or empty."""
+
+import csv
+import io
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import asdict
+from math import isfinite
+from typing import Any
+
+from mjnav.recording.export.csv_tables import neutral
+from mjnav.report.figure_text import unit
+from mjnav.study.compare.before_after import AFTER, BEFORE, KINDS, BeforeAfter, CellChange
+from mjnav.study.compare.cell_rows import CellPlace
+from mjnav.study.compare.estimates import Difference, Estimate, WinRatio
+from mjnav.study.compare.study_comparison import Comparison, MethodRow, StudyComparison
+
+Document = dict[str, Any]
+
+# ----------------------------------------------------------------------------------------- one figure
+
+
+def defined(value: float) -> float | None:
+    """A figure, None where it is undefined."""
+    return value if isfinite(value) else None
+
+
+def _estimate(e: Estimate, num: str) -> Document:
+    low, high = e.interval or (None, None)
+    return {"value": defined(e.value), "low": low, "high": high, num: e.num}
+
+
+def _difference(change: Difference) -> Document:
+    return {**_estimate(change.estimate, "pairs"), "p_holm": change.p}
+
+
+def _wins(wins: WinRatio | None) -> Document | None:
+    """A win ratio with its counts; what is infinite is None."""
+    if wins is None:
+        return None
+    low, high = (None, None) if wins.interval is None else map(defined, wins.interval)
+    counts = {"wins": wins.wins, "losses": wins.losses, "ties": wins.ties, "pairs": wins.pairs}
+    share = {"win_share": defined(wins.share)}
+    return {"value": defined(wins.value), "low": low, "high": high, **share, **counts, "p_holm": wins.p}
+
+
+def _people(table: Comparison) -> str | None:
+    """How many people see the robot: "all", "none", "3 of 5", or several with commas; None where there are none."""
+    return ", ".join(table.people) or None
+
+
+# -------------------------------------------------------------------------------------------- a study
+
+
+def document(results: StudyComparison) -> Document:
+    """What `mjnav compare --json` prints."""
+    return {
+        "schema": 1,
+        "study": results.study,
+        "folder": results.folder,
+        "episodes": results.num_episodes,
+        "missing": results.num_missing if results.num_seeds is not None else None,
+        "failed": results.causes.total(),
+        "causes": dict(results.causes.most_common()),
+        "revisions": list(results.revisions),
+        "made_with": [{"what": found.what, "rows": dict(found.rows)} for found in results.inconsistencies],
+        "tables": [
+            {
+                "scene": table.scene,
+                "setting": table.setting,
+                "setting_label": table.setting_label,
+                "reference": table.reference or None,
+                "people_see_robot": _people(table),
+                "layouts": table.num_layouts,
+                "win_by": table.win_by,
+                "methods": [_method(results, row) for row in table.rows],
+                "rivals": [
+                    {"method": pair.method, "other": pair.other, "win_ratio": _wins(pair.ratio)}
+                    for pair in table.rivals
+                ],
+            }
+            for table in results.tables
+        ],
+    }
+
+
+def _method(results: StudyComparison, row: MethodRow) -> Document:
+    figures: dict[str, Document] = {}
+    for figure, e in row.figures.items():
+        change = row.differences.get(figure)
+        ratio = None if change is None or change.ratio is None else _estimate(change.ratio, "pairs")
+        figures[figure] = {
+            **_estimate(e, "n"),
+            "difference": None if change is None else _difference(change),
+            "ratio": ratio,
+        }
+    return {
+        "method": row.method,
+        "method_label": row.label,
+        "episodes": row.num,
+        "failed": row.num_failed,
+        "layouts": row.num_layouts,
+        "units": row.num_units,
+        "missing": row.num_missing if results.num_seeds is not None else None,
+        "figures": figures,
+        **{figure: defined(value) for figure, value in row.plain.items()},
+        "win_ratio": _wins(row.wins),
+    }
+
+
+HEADER = (
+    *("scene", "setting", "method", "episodes", "failed", "missing"),
+    *("figure", "value", "low", "high", "n"),
+    *("reference", "difference", "diff_low", "diff_high", "pairs", "p_holm", "people_see_robot", "layouts", "unit"),
+    *("ratio", "ratio_low", "ratio_high", "wins", "losses", "ties", "win_share"),
+    *("setting_label", "method_label"),
+)
+RIVAL_WIN_RATIO = "rival_win_ratio"  # the figure of lines of two methods, whose Holm correction is over all such pairs
+
+
+def csv_text(results: StudyComparison) -> str:
+    """A line for every figure of every method in every scene and setting."""
+    return _csv(HEADER, (line for table, row in results.rows for line in _lines(results, table, row)))
+
+
+def _lines(results: StudyComparison, table: Comparison, row: MethodRow) -> Iterator[Document]:
+    of_row = _method(results, row)
+    place = {key: of_row[key] for key in ("method", "episodes", "failed", "missing", "layouts", "method_label")}
+    place |= {"scene": table.scene, "setting": table.setting, "setting_label": table.setting_label}
+    place |= {"people_see_robot": _people(table)}
+    for figure, values in of_row["figures"].items():
+        line = {**place, "figure": figure, "unit": unit(figure), **_named(values, "", "value")}
+        if values["difference"] is not None:
+            line |= {"reference": table.reference, **_named(values["difference"], "diff_", "difference")}
+        if values["ratio"] is not None:
+            line |= _named(values["ratio"], "ratio_", "ratio")
+        yield line
+    for figure in row.plain:
+        yield {**place, "figure": figure, "value": of_row[figure], "unit": unit(figure)}
+    if row.wins is not None:
+        yield {**place, "figure": "win_ratio", "reference": table.reference, **(_wins(row.wins) or {})}
+    for other, wins in table.rivals_of(row.method):
+        yield {**place, "figure": RIVAL_WIN_RATIO, "reference": other, **(_wins(wins) or {})}
+
+
+def _named(values: Document, prefix: str, name: str) -> Document:
+    """An estimate's entries as columns: its value under a name, the ends of its interval with a prefix."""
+    ends = {f"{prefix}low": values["low"], f"{prefix}high": values["high"]}
+    counts = {key: values[key] for key in ("n", "pairs", "p_holm") if key in values}
+    return {name: values["value"], **ends, **counts}
+
+
+def _csv(header: Sequence[str], lines: Iterable[Mapping[str, object]]) -> str:
+    file = io.StringIO(newline="")
+    writer = csv.DictWriter(file, header, restval="", lineterminator="\n")
+    writer.writeheader()
+    writer.writerows({key: neutral(value) for key, value in line.items()} for line in lines)
+    return file.getvalue()
+
+
+# ---------------------------------------------------------------------------------------- two folders
+
+
+def changes_document(results: BeforeAfter) -> Document:
+    """What `mjnav compare BEFORE AFTER --json` prints."""
+    return {
+        "schema": 1,
+        "before": results.before,
+        "after": results.after,
+        "changed": [asdict(change) for change in results.changed],
+        "cells": [
+            {
+                **_place(cell.place),
+                "setting_label": cell.labels[1],
+                "method_label": cell.labels[2],
+                "episodes_before": cell.num_before,
+                "episodes_after": cell.num_after,
+                "pairs": cell.pairs,
+                "identical": cell.identical,
+                "people_see_robot": _people(cell.table),
+                "win_ratio": _wins(cell.after.wins),
+                "seeds": [asdict(seed) for seed in cell.seeds],
+                "figures": _changes(cell),
+            }
+            for cell in results.cells
+        ],
+        "only_before": [_place(place) for place in results.only_before],
+        "only_after": [_place(place) for place in results.only_after],
+    }
+
+
+def _place(place: CellPlace) -> Document:
+    return dict(zip(("scene", "setting", "method"), place, strict=True))
+
+
+def _changes(cell: CellChange) -> dict[str, Document]:
+    return {
+        figure: {
+            BEFORE: _estimate(cell.before.figures[figure], "n"),
+            AFTER: _estimate(cell.after.figures[figure], "n"),
+            "difference": _difference(change),
+        }
+        for figure, change in cell.after.differences.items()
+    }
+
+
+CHANGES_HEADER = (
+    *("scene", "setting", "method", "pairs", "identical", *KINDS, "figure"),
+    *("before", "before_low", "before_high", "before_n", "after", "after_low", "after_high", "after_n"),
+    *("difference", "diff_low", "diff_high", "diff_pairs", "p_holm", "people_see_robot"),
+    *("setting_label", "method_label"),
+)
+
+
+def changes_csv(results: BeforeAfter) -> str:
+    """A line for every figure of every cell."""
+    return _csv(CHANGES_HEADER, (line for cell in results.cells for line in _change_lines(cell)))
+
+
+def _change_lines(cell: CellChange) -> Iterator[Document]:
+    place = {**_place(cell.place), "setting_label": cell.labels[1], "method_label": cell.labels[2]}
+    place |= {"pairs": cell.pairs, "identical": cell.identical, "people_see_robot": _people(cell.table)}
+    place |= {kind: len(cell.named(kind)) for kind in KINDS}
+    for figure, values in _changes(cell).items():
+        line = {**place, "figure": figure}
+        for side, prefix in ((BEFORE, "before_"), (AFTER, "after_"), ("difference", "diff_")):
+            own = dict(values[side])
+            line |= {side: own.pop("value"), "p_holm": own.pop("p_holm", None)}
+            line |= {f"{prefix}{key}": value for key, value in own.items()}
+        yield line
