@@ -14,6 +14,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from html import escape
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
 from matplotlib.figure import Figure
@@ -30,13 +31,16 @@ from mjnav.report.look.document import frame
 
 FINDINGS, DATA, PICTURE, PRINT = "findings.json", "data.csv", "figure.png", "figure.pdf"
 FEW = "few"
-KINDS = {  # of a finding, a class of its HTML -> its mark, what it is called
-    FEW: ("", "too few runs"),  # in every setting, so that the claim cannot be judged at all
-    **{
-        verdict.name.lower(): (mark, verdict.value)
-        for verdict, mark in zip(Verdict, ("✓", "◐", "±", "✗", "?"), strict=True)
-    },
-}
+KINDS: Mapping[str, tuple[str, str]] = MappingProxyType(  # of a finding, a class of its HTML -> its mark, its name
+    {
+        FEW: ("", "too few runs"),  # in every setting, so that the claim cannot be judged at all
+        "holds": ("✓", Verdict.HOLDS.value),
+        "partly": ("◐", Verdict.PARTLY.value),
+        "mixed": ("±", Verdict.MIXED.value),
+        "fails": ("✗", Verdict.FAILS.value),
+        "open": ("?", Verdict.OPEN.value),
+    }
+)
 REVISION = re.compile(r"\b([0-9a-f]{10})[0-9a-f]{30}\b")  # of git, of which the first digits are enough
 ABOUT = (
     "What the figures and comparisons of Nair et al., “Non Holonomic Collision Avoidance under Non-Parametric "

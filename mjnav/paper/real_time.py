@@ -87,16 +87,21 @@ def measure(scenarios: Sequence[Scenario], quick: bool, progress: Progress) -> D
     for done, samples in enumerate(sizes, 1):
         sight = {"samples": samples, "sensing_range": inf, "max_obstacles": 1_000_000}
         sized = crowd(changed(scenario, scenario.control.method, **sight), OBSTACLES)
-        observations: list[Observation] = []
-        asked = count()
-        watch = lambda record, seen=observations: seen.append(record.seen)  # noqa: E731
-        Episode(sized, watch=watch, stop=lambda asked=asked: next(asked) >= ticks).run()
+        observations = _observations(sized, ticks)
         times += _decisions(sized, observations, repeat if samples < 100 else 1)
         if samples <= (SAMPLES if quick else GRAM_SAMPLES):
             times += _gram(sized, observations, 3 if quick or samples == GRAM_SAMPLES else 20)
         progress(done, len(sizes))
     p = controller.problem_parameters
     return DecisionTimes(scenario.control.period, p.num_v * p.num_omega + 2, tuple(times))
+
+
+def _observations(scenario: Scenario, num: int) -> list[Observation]:
+    """What the first ticks of a run observe."""
+    observations: list[Observation] = []
+    asked = count()
+    Episode(scenario, watch=lambda record: observations.append(record.seen), stop=lambda: next(asked) >= num).run()
+    return observations
 
 
 def _decisions(scenario: Scenario, observations: Sequence[Observation], repeat: int) -> Iterator[Times]:
