@@ -92,9 +92,9 @@ def _figures() -> Iterable[str]:
 
 
 def _paper_items() -> Iterable[str]:
-    from mjnav.paper import MODULES
+    from mjnav.paper import ITEMS
 
-    return MODULES
+    return ITEMS
 
 
 def _nothing() -> Iterable[str]:

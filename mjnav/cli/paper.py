@@ -35,8 +35,8 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 def execute(arguments: argparse.Namespace) -> int:
     """Runs what is missing, then draws and judges every item. Resumes an interrupted run."""
+    from mjnav.paper import ITEMS, load
     from mjnav.paper.episodes import studies
-    from mjnav.paper.items import ITEMS
     from mjnav.paper.page import page
     from mjnav.study.store.store import Store
 
@@ -47,7 +47,7 @@ def execute(arguments: argparse.Namespace) -> int:
     workers = sweep_options.checked_workers(arguments)
     seeds = arguments.seeds if arguments.seeds is not None else QUICK_SEEDS if arguments.quick else None
     folder = Path(arguments.output or (QUICK_FOLDER if arguments.quick else FOLDER))
-    wanted = studies([ITEMS[name] for name in names], seeds)
+    wanted = studies(map(load, names), seeds)
     store = Store(folder / ROWS)
     scheduler = workers.scheduler()
     with interruptible() as stop:
@@ -87,15 +87,9 @@ def _run(
     with progress("paper", len(every), "episodes") as show:
         for part in (every[:num_cells], every):
             report = sweep(
-                part,
-                store,
-                scheduler,
-                text=f"# {arguments.command_line}\n",
-                resume=True,
-                accept_changed=arguments.accept_changed,
-                stop=stop,
-                progress=lambda done, row: show(done),
-            )
+                part, store, scheduler, text=f"# {arguments.command_line}\n", resume=True,
+                accept_changed=arguments.accept_changed, stop=stop, progress=lambda done, row: show(done),
+            )  # fmt: skip
             if report.interrupted:
                 return False
             if len(part) < len(every) and report.run:
@@ -112,19 +106,19 @@ def _publish(
 ) -> None:
     """Measures, judges and draws one item. With `draw` nothing is measured again."""
     from mjnav.loop.prepare import load_scenario
-    from mjnav.paper.episodes import rows
-    from mjnav.paper.item import StudyItem, judge
-    from mjnav.paper.items import ITEMS
-    from mjnav.paper.published import Basis, publish, read
+    from mjnav.paper import load
+    from mjnav.paper.claims import StudyItem, judge
+    from mjnav.paper.episodes import Basis, rows, table_of
+    from mjnav.paper.page import publish, read
 
-    item, command = ITEMS[name], f"mjnav paper --only {name}{' --quick' * quick}"
+    item, command = load(name), f"mjnav paper --only {name}{' --quick' * quick}"
     if isinstance(item, StudyItem):
-        found = rows(store, [study for study in wanted if study.file.name in {file.name for file in item.studies}])
-        if not found.cells:
-            others = f"; {found.left_out} are of other scenarios or seeds" if found.left_out else ""
+        data, basis = rows(store, [study for study in wanted if study.file.name in item.studies], command)
+        if not data:
+            others = f"; {basis.left_out} are of other scenarios or seeds" if basis.left_out else ""
             tell(f"{name}: no episode was run yet{others}")
             return
-        data, table, basis = found.cells, found.estimates(), Basis.of_episodes(command, found)
+        table = table_of(data)
     elif draw:
         if read(folder / name) is None:
             tell(f"{name}: not measured yet")

@@ -1,26 +1,37 @@
-"""The figures and claims of Nair et al. (arXiv 2112.13034), measured again: one file a figure.
+"""The figures and claims of Nair et al. (arXiv 2112.13034), measured again.
 
-A figure's file holds its claims, the study or the measurement that they are judged by, and the picture; `items` lists
-them all, `page` puts what became of them on one page.
+An item is a figure with its claims. It is judged by the episodes of studies (`runs/studies/paper-*.toml`) or by a
+measurement of its own; `claims` says how, `page` puts what became of all items on one page.
 """
 
 from collections.abc import Mapping
+from importlib import import_module
 from types import MappingProxyType
+from typing import TYPE_CHECKING
 
-MODULES: Mapping[str, str] = MappingProxyType(  # the name of an item -> the file in which its ITEM is, in their order
+if TYPE_CHECKING:
+    from mjnav.paper.claims import Item
+
+ITEMS: Mapping[str, str] = MappingProxyType(  # the name of an item -> module:name of it, in the order of the page
     {
-        "surface": "cost_surface",
-        "snapshots": "snapshots",
-        "paths": "paths",
-        "degree": "degree",
-        "table": "table",
-        "lane": "lane",
-        "one": "one",
-        "many": "many",
-        "kld": "kld",
-        "pareto": "pareto",
-        "shape": "shape",
-        "factors": "factors",
-        "real_time": "real_time",
+        "surface": "surface:SURFACE",
+        "snapshots": "distributions:SNAPSHOTS",
+        "paths": "distributions:PATHS",
+        "degree": "comparisons:DEGREE",
+        "table": "comparisons:TABLE",
+        "lane": "comparisons:LANE",
+        "one": "comparisons:ONE",
+        "many": "comparisons:MANY",
+        "kld": "comparisons:KLD",
+        "pareto": "pareto:PARETO",
+        "shape": "comparisons:SHAPE",
+        "factors": "comparisons:FACTORS",
+        "real_time": "real_time:REAL_TIME",
     }
 )
+
+
+def load(name: str) -> "Item":
+    """The item of a name in ITEMS."""
+    module, _, constant = ITEMS[name].partition(":")
+    return getattr(import_module(f"mjnav.paper.{module}"), constant)

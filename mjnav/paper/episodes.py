@@ -1,74 +1,44 @@
-"""The episodes that the items rest on: what their studies share, the order in which they are run, and their rows.
+"""The runs that the items rest on: the episodes of studies, their rows, and decisions that are taken again.
 
 All studies share one store and take turns, seed by seed: where a run is interrupted, every cell has as many episodes.
 """
 
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
-from types import MappingProxyType
-from typing import Any
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any, TypeVar
 
 import numpy as np
 
-from mjnav.paper.item import Item, StudyItem
+from mjnav.loop.provenance import revision
+from mjnav.paper.claims import Item, StudyItem
+from mjnav.scenarios.spec import Scenario
 from mjnav.study.cells import Cell, resolve
 from mjnav.study.compare.cell_rows import CellRows, cell_rows
 from mjnav.study.compare.estimates import estimate
 from mjnav.study.compare.study_comparison import check_distinct
 from mjnav.study.store.row import COLUMNS, PLACE_IN_STUDY
 from mjnav.study.store.store import Store
-from mjnav.study.study_file import MethodEntry, Overrides, SeedRange, SettingEntry, StudyFile
+from mjnav.study.study_file import StudyFile, load_study, study_text
+from mjnav.study.sweep.sweep import trials as trials_of
 from mjnav.study.trial import Trial
 
-NUM_SEEDS = 200  # a cell, from 0 on
-# The paper's samples: a reading less draws of its noise. Filtered ones are those of the particle filters.
-ROBOT_DIRECT: Overrides = MappingProxyType({"estimation.robot.source": "direct"})
-DIRECT: Overrides = MappingProxyType({**ROBOT_DIRECT, "estimation.obstacles.source": "direct"})
-SAMPLES = (SettingEntry("direct", DIRECT), SettingEntry("filtered"))
-# The paper's MATLAB setting is kinematic; MuJoCo has wheels, motors and contacts.
-WORLDS: Overrides = MappingProxyType(
-    {"physics.engine": ["kinematic", "mujoco"], "noise.profile": ["pearson", "bimodal"]}
-)
-# All with the same effort: of five values, the least control cost without a collision on the seeds of paper-tuning.
-TUNED: Mapping[str, MethodEntry] = MappingProxyType(
-    {
-        "rkhs d=1": MethodEntry("rkhs", "rkhs d=1", {"degree": 1, "weight": 1.0}),
-        "rkhs d=2": MethodEntry("rkhs", "rkhs d=2", {"degree": 2, "weight": 0.3}),
-        "rkhs d=3": MethodEntry("rkhs", "rkhs d=3", {"degree": 3, "weight": 0.3}),
-        "gaussian-linearised": MethodEntry("gaussian-linearised", set={"delta": 0.1}),
-        "gaussian-moments": MethodEntry("gaussian-moments", set={"eta": 0.7}),
-        "kld": MethodEntry("kld", set={"weight": 3.0}),
-        "saa": MethodEntry("saa", set={"eta": 0.9}),
-    }
-)
+T = TypeVar("T")
+# The paper's samples, as `--set` takes them: a reading less draws of its noise, in place of a particle filter's.
+DIRECT = ("estimation.robot.source=direct", "estimation.obstacles.source=direct")
 
 
-def options(values: Overrides) -> tuple[str, ...]:
-    """Values as `--set` takes them."""
-    return tuple(f"{key}={value}" for key, value in values.items())
+@dataclass(frozen=True, slots=True)
+class Basis:
+    """What an item's findings rest on: the numbers are of episodes, 0 of a measurement."""
 
-
-def study(
-    name: str,
-    scenes: Iterable[str],
-    methods: Iterable[MethodEntry],
-    *,
-    settings: tuple[SettingEntry, ...] = SAMPLES,
-    grid: Overrides = WORLDS,
-    common: Overrides = MappingProxyType({}),
-) -> StudyFile:
-    """The study "paper-<name>", by default in every world with direct and with filtered samples."""
-    return StudyFile(
-        schema=1,
-        name=f"paper-{name}",
-        scenes=tuple(scenes),
-        methods=tuple(methods),
-        seeds=SeedRange(NUM_SEEDS),
-        set=common,
-        grid=grid,
-        settings=settings,
-        source=f"paper-{name}",
-    )
+    command: str
+    parameters: Mapping[str, str] = field(default_factory=dict)  # texts by title
+    revision: str = field(default_factory=revision)
+    asked_for: int = 0
+    episodes: int = 0
+    failed: int = 0
+    left_out: int = 0  # rows of other scenarios or seeds
+    absent: Sequence[str] = ()  # cells without any episode
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,75 +48,21 @@ class PaperStudy:
     file: StudyFile
     cells: tuple[Cell, ...]
 
-    @property
-    def text(self) -> str:
-        """What it varies, a line each."""
-        file, seeds = self.file, self.file.all_seeds
-        lines = [f"scenes: {', '.join(file.scenes)}; seeds {seeds[0]} to {seeds[-1]}; {_listed(file.set)}"]
-        lines += [f"every combination of: {_listed(file.grid)}"] if file.grid else []
-        lines += [f"setting {setting.name}: {_listed(setting.set)}" for setting in file.settings]
-        lines += [f"method {m.identifier}: {m.controller}, {_listed({**m.set, **m.grid})}" for m in file.methods]
-        return "\n".join(line.rstrip("; ,:") for line in lines)
-
-
-def _listed(values: Overrides) -> str:
-    return ", ".join(f"{key} = {value}" for key, value in values.items())
-
 
 def studies(items: Iterable[Item], seeds: int | None = None) -> tuple[PaperStudy, ...]:
     """The studies of these items, each once, with `seeds` seeds in place of their own. Raises InvalidValue."""
-    files = {file.name: file for item in items if isinstance(item, StudyItem) for file in item.studies}
-    sized = [file if seeds is None else file.with_seeds(seeds) for file in files.values()]
-    return tuple(PaperStudy(file, resolve(file)) for file in sized)
+    names = dict.fromkeys(name for item in items if isinstance(item, StudyItem) for name in item.studies)
+    files = [load_study(name) if seeds is None else load_study(name).with_seeds(seeds) for name in names]
+    return tuple(PaperStudy(file, resolve(file)) for file in files)
 
 
 def trials(wanted: Sequence[PaperStudy]) -> list[Trial]:
     """Every cell's first seed, then every cell's second, ..."""
-    most = max((len(study.file.all_seeds) for study in wanted), default=0)
-    return [
-        Trial(study.file.name, cell, study.file.all_seeds[k])
-        for k in range(most)
-        for study in wanted
-        if k < len(study.file.all_seeds)
-        for cell in study.cells
-    ]
+    every = [trial for study in wanted for trial in trials_of(study.file, study.cells)]
+    return sorted(every, key=lambda trial: trial.seed)
 
 
-@dataclass(frozen=True, slots=True)
-class ItemRows:
-    """The rows that an item rests on, and what of them is missing."""
-
-    studies: tuple[PaperStudy, ...]
-    cells: list[CellRows]
-    asked: int  # episodes of its studies
-    absent: tuple[str, ...]  # cells without any row
-    left_out: int  # rows of its studies under other scenarios or seeds than are asked for
-
-    @property
-    def num(self) -> int:
-        """Episodes that were run, failed ones too."""
-        return sum(len(cell.seeds) for cell in self.cells)
-
-    @property
-    def num_failed(self) -> int:
-        """Of them, those without a result."""
-        return sum(int(cell.failed.sum()) for cell in self.cells)
-
-    def estimates(self) -> list[dict[str, Any]]:
-        """Every numeric figure of every cell with its interval and number of seeds, one a row."""
-        names = ["collision", *(name for name, column in COLUMNS.items() if column.type != "string" and name != "seed")]
-        table = []
-        for cell in self.cells:
-            for name in names:
-                e = estimate(cell, name)
-                if e.num:
-                    low, high = e.interval or (None, None)
-                    place = {"scene": cell.scene, "setting": cell.setting, "method": cell.method}
-                    table.append({**place, "figure": name, "mean": e.value, "low": low, "high": high, "seeds": e.num})
-        return table
-
-
-def rows(store: Store, wanted: Sequence[PaperStudy]) -> ItemRows:
+def rows(store: Store, wanted: Sequence[PaperStudy], command: str = "") -> tuple[list[CellRows], Basis]:
     """The rows of these studies, of their present cells and seeds alone, methods in the studies' order.
 
     Raises InputError where a cell has a seed twice.
@@ -154,20 +70,51 @@ def rows(store: Store, wanted: Sequence[PaperStudy]) -> ItemRows:
     table = store.rows(list(COLUMNS))
     keys = list(zip(*(table[name].to_pylist() for name in (*PLACE_IN_STUDY, "scenario")), strict=True))
     table = table.drop_columns(["scenario"])
-    found, absent, num_asked, left_out = [], [], 0, 0
+    cells: list[CellRows] = []
+    absent, num_asked, left_out = [], 0, 0
     for study in wanted:
-        name = study.file.name
-        asked = {
-            (*Trial(name, cell, seed).place, cell.document) for cell in study.cells for seed in study.file.all_seeds
-        }
-        cells = cell_rows(
-            table.filter(np.array([key in asked for key in keys], bool)),
-            [method.identifier for method in study.file.methods],
-        )
-        check_distinct(cells, store)
-        there = {(cell.scene, cell.setting, cell.method) for cell in cells}
-        found += cells
-        absent += [cell.label for cell in study.cells if (cell.scene, cell.setting, cell.method) not in there]
+        asked = {(*trial.place, trial.cell.document) for trial in trials([study])}
+        methods = [method.identifier for method in study.file.methods]
+        of_study = cell_rows(table.filter(np.array([key in asked for key in keys], bool)), methods)
+        check_distinct(of_study, store)
+        run = {(cell.scene, cell.setting, cell.method) for cell in of_study}
+        cells += of_study
+        absent += [cell.label for cell in study.cells if (cell.scene, cell.setting, cell.method) not in run]
         num_asked += len(asked)
-        left_out += sum(key[0] == name and key not in asked for key in keys)
-    return ItemRows(tuple(wanted), found, num_asked, tuple(absent), left_out)
+        left_out += sum(key[0] == study.file.name and key not in asked for key in keys)
+    return cells, Basis(
+        command,
+        {study.file.name: study_text(study.file) for study in wanted},
+        asked_for=num_asked,
+        episodes=sum(len(cell.seeds) for cell in cells),
+        failed=sum(int(cell.failed.sum()) for cell in cells),
+        left_out=left_out,
+        absent=absent,
+    )
+
+
+def table_of(cells: Iterable[CellRows]) -> list[dict[str, Any]]:
+    """Every numeric figure of every cell with its interval and number of seeds, one a row."""
+    names = ["collision", *(name for name, column in COLUMNS.items() if column.type != "string" and name != "seed")]
+    table = []
+    for cell in cells:
+        place = {"scene": cell.scene, "setting": cell.setting, "method": cell.method}
+        for name in names:
+            e = estimate(cell, name)
+            if e.num:
+                low, high = e.interval or (None, None)
+                table.append({**place, "figure": name, "mean": e.value, "low": low, "high": high, "seeds": e.num})
+    return table
+
+
+def changed(scenario: Scenario, method: str, **parameters: Any) -> Scenario:
+    """The scenario under another method or parameters; its own parameters stay with its own method."""
+    control = scenario.control
+    kept = control.parameters if control.method == method else {}
+    return replace(scenario, control=replace(control, method=method, parameters={**kept, **parameters}))
+
+
+def spread(values: Sequence[T], num: int) -> Iterator[T]:
+    """At most `num` of the values, evenly spaced, the first and the last included."""
+    for i in dict.fromkeys(np.linspace(0, len(values) - 1, num).round().astype(int).tolist() if values else ()):
+        yield values[i]

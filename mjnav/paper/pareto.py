@@ -5,38 +5,20 @@ over mean clearance is read off, by linear interpolation, at the clearance in th
 Resampling the seeds resamples both curves.
 """
 
-from collections.abc import Iterator, Mapping, Sequence
-from types import MappingProxyType
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from mjnav.messages import Array
-from mjnav.paper.bars import AXES, with_result
-from mjnav.paper.contrast import Contrast, bootstrap_p, claim, short, undefined
-from mjnav.paper.episodes import DIRECT, study
-from mjnav.paper.item import Cells, Claim, StudyItem
-from mjnav.paper.style import TWO_COLUMNS, color, legend, new_figure, style
+from mjnav.paper.claims import Cells, Claim, StudyItem, at_seeds, bootstrap_p, measured, short
+from mjnav.paper.draw import AXES, TWO_COLUMNS, color, legend, new_figure, style, with_result
 from mjnav.rng import stream
 from mjnav.study.compare.cell_rows import CellRows
-from mjnav.study.compare.estimates import Difference, Estimate, estimate
-from mjnav.study.study_file import MethodEntry, SettingEntry
+from mjnav.study.compare.estimates import Difference, Estimate, estimate, paired
 
-CURVES = (  # as in paper-tuning, which has one more scene and other seeds
-    MethodEntry("rkhs", "rkhs d=1", {"degree": 1}, {"weight": [0.3, 1.0, 3.0, 10.0, 30.0]}),
-    MethodEntry("rkhs", "rkhs d=2", {"degree": 2}, {"weight": [0.1, 0.3, 1.0, 3.0, 10.0]}),
-    MethodEntry("rkhs", "rkhs d=3", {"degree": 3}, {"weight": [0.1, 0.3, 1.0, 3.0, 10.0]}),
-    MethodEntry("gaussian-linearised", grid={"delta": [0.3, 0.1, 0.05, 0.02, 0.01]}),
-    MethodEntry("gaussian-moments", grid={"eta": [0.5, 0.7, 0.8, 0.9, 0.95]}),
-    MethodEntry("kld", grid={"weight": [0.3, 1.0, 3.0, 10.0, 30.0]}),
-    MethodEntry("saa", grid={"eta": [0.7, 0.8, 0.9, 0.95, 0.99]}),
-)
-SETTINGS = (
-    SettingEntry("kinematic, direct", {"physics.engine": "kinematic", **DIRECT}),
-    SettingEntry("mujoco, filtered", {"physics.engine": "mujoco"}),
-)
-NOISES: Mapping[str, object] = MappingProxyType({"noise.profile": ["pearson", "bimodal"]})
+METHODS = ("rkhs d=1", "rkhs d=2", "rkhs d=3", "gaussian-linearised", "gaussian-moments", "kld", "saa")
 PAIRS = (
     ("rkhs d=1", "gaussian-linearised"),
     ("rkhs d=3", "gaussian-linearised"),
@@ -54,9 +36,13 @@ def claims(cells: Cells) -> Iterator[Claim]:
     """Cost and deviation at equal clearance, for pairs of methods."""
     for figure, what, unit in FIGURES:
         for method, rival in PAIRS:
-            found = [_at_equal_clearance(cells, setting, method, rival, figure) for setting in _settings(cells)]
+            tests = []
+            for setting in _settings(cells):
+                ours, theirs = _curve(cells, setting, method), _curve(cells, setting, rival)
+                where, change = _at_equal_clearance(setting, ours, theirs, figure)
+                tests.append(measured(where, change, -1, unit))
             text = f"At equal clearance, {method} takes {what} than {rival}"
-            yield claim(text, "what one operating point cannot show", found, -1, unit)
+            yield Claim(text, "what one operating point cannot show", tests)
 
 
 def _settings(cells: Cells) -> list[str]:
@@ -69,13 +55,15 @@ def _curve(cells: Cells, setting: str, method: str) -> list[CellRows]:
     return [cell for cell in cells if cell.setting == setting and cell.method.startswith(f"{method} ")]
 
 
-def _at_equal_clearance(cells: Cells, setting: str, method: str, rival: str, figure: str) -> Contrast:
-    ours, theirs, where = _curve(cells, setting, method), _curve(cells, setting, rival), short(setting)
-    if not ours or not theirs:
-        return undefined(where)
-    seeds = sorted(set.intersection(*(set(cell.seeds.tolist()) for cell in (*ours, *theirs))))
+def _at_equal_clearance(
+    setting: str, ours: Sequence[CellRows], theirs: Sequence[CellRows], figure: str
+) -> tuple[str, Difference]:
+    """Where the curves are read off, and their difference there."""
+    where = short(setting)
+    both = [set(cell.seeds.tolist()) for cell in (*ours, *theirs)]
+    seeds = sorted(set.intersection(*both)) if ours and theirs else []
     if not seeds:
-        return undefined(where)
+        return where, paired(np.empty(0))
     rng = stream(0, "paper.pareto", setting)
     # How often each resample has each seed; the first has each once.
     drawn = rng.multinomial(len(seeds), np.full(len(seeds), 1.0 / len(seeds)), RESAMPLES)
@@ -84,23 +72,22 @@ def _at_equal_clearance(cells: Cells, setting: str, method: str, rival: str, fig
     known = [points[0, np.isfinite(points[0]).all(1), 0] for points in (a, b)]
     low, high = max(x.min(initial=np.inf) for x in known), min(x.max(initial=-np.inf) for x in known)
     if not (low < high and all(x.size for x in known)):
-        return undefined(f"{where}, no clearance in common")
+        return f"{where}, no clearance in common", paired(np.empty(0))
     at = 0.5 * (low + high)
     change = np.array([_read_off(x, at) - _read_off(y, at) for x, y in zip(a, b, strict=True)])
     resampled = change[1:][np.isfinite(change[1:])]
     least, most = np.quantile(resampled, [0.025, 0.975]).tolist()
-    counted = [int(np.isfinite(cell.values(figure)[np.isin(cell.seeds, seeds)]).sum()) for cell in (*ours, *theirs)]
-    found = Estimate(float(change[0]), (least, most), min(filter(None, counted)))
-    return Contrast(f"{where}, at {at:.2f} m", Difference(found, bootstrap_p(resampled)))
+    sizes = [int(np.isfinite(at_seeds(cell, seeds, figure)).sum()) for cell in (*ours, *theirs)]
+    e = Estimate(float(change[0]), (least, most), min(filter(None, sizes)))
+    return f"{where}, at {at:.2f} m", Difference(e, bootstrap_p(resampled))
 
 
-def _points(cells: Sequence[CellRows], seeds: list[int], figure: str, counts: Array) -> Array:
+def _points(cells: Sequence[CellRows], seeds: Sequence[int], figure: str, counts: Array) -> Array:
     """Mean clearance and mean figure of every cell under every resample, (R, K, 2)."""
     points = np.empty((len(counts), len(cells), 2))
     for k, cell in enumerate(cells):
-        at = np.isin(cell.seeds, seeds)
         for i, name in enumerate(("min_clearance_m", figure)):
-            values = cell.values(name)[at]
+            values = at_seeds(cell, seeds, name)
             known = np.isfinite(values)
             sums, sizes = counts @ np.where(known, values, 0.0), counts @ known
             points[:, k, i] = np.divide(sums, sizes, out=np.full(len(counts), np.nan), where=sizes > 0.0)
@@ -122,10 +109,11 @@ def picture(cells: Cells) -> Figure:
         panels = figure.subplots(len(figures), max(len(settings), 1), sharex="col", sharey="row", squeeze=False)
         for column, setting in zip(panels.T, settings, strict=False):
             for axes, name in zip(column, figures, strict=True):
-                for method in CURVES:
-                    _draw_curve(axes, _curve(cells, setting, method.identifier), method.identifier, name)
+                for method in METHODS:
+                    _draw_curve(axes, _curve(cells, setting, method), method, name)
+                axes.grid()
             of_setting = [cell for cell in cells if cell.setting == setting]
-            column[0].set_title(f"{short(setting)}, {with_result(of_setting)}")
+            column[0].set_title(f"{short(setting)}\n{with_result(of_setting)}")
         for row, name in zip(panels, figures, strict=True):
             row[0].set_ylabel(AXES[name])
         for axes in panels[-1]:
@@ -134,27 +122,22 @@ def picture(cells: Cells) -> Figure:
     return figure
 
 
-def _draw_curve(axes: Axes, cells: Cells, method: str, name: str) -> None:
-    if not cells:
-        return
-    clearance = np.array([estimate(cell, "min_clearance_m").value for cell in cells])
-    order = np.argsort(clearance)
-    found = [estimate(cells[i], name) for i in order]
-    axes.plot(clearance[order], [e.value for e in found], color=color(method), marker="o", markersize=2.0, label=method)
-    for x, e in zip(clearance[order], found, strict=True):
+def _draw_curve(axes: Axes, cells: Sequence[CellRows], method: str, name: str) -> None:
+    points = [(estimate(cell, "min_clearance_m").value, estimate(cell, name)) for cell in cells]
+    points.sort(key=lambda point: point[0])
+    shade = color(method)
+    axes.plot([x for x, _ in points], [e.value for _, e in points], color=shade, marker="o", markersize=2, label=method)
+    for x, e in points:
         if e.interval is not None:
-            axes.vlines(x, *e.interval, color=color(method), linewidth=0.6, alpha=0.6)
-    axes.grid()
+            axes.vlines(x, *e.interval, color=shade, linewidth=0.6, alpha=0.6)
 
 
-ITEM = StudyItem(
-    title="Every method over its own parameter",
-    studies=(study("pareto", ["crossing3"], CURVES, settings=SETTINGS, grid=NOISES),),
-    claims=claims,
-    picture=picture,
-    limits=(
-        "rkhs and kld weigh their risk against the goal, saa and the Gaussian methods forbid what exceeds a bound. So "
-        "a difference between them at equal clearance is one of soft against hard constraints as much as of matching: "
-        "it does not say what matching itself saves."
-    ),
+PARETO = StudyItem(
+    "Every method over its own parameter",
+    ("paper-pareto",),
+    claims,
+    picture,
+    "rkhs and kld weigh their risk against the goal, saa and the Gaussian methods forbid what exceeds a bound. So a "
+    "difference between them at equal clearance is one of soft against hard constraints as much as of matching: it "
+    "does not say what matching itself saves.",
 )

@@ -13,9 +13,9 @@ from html.parser import HTMLParser
 
 import pytest
 
+from mjnav.paper import load
+from mjnav.paper.claims import Verdict, judge
 from mjnav.paper.episodes import rows, studies
-from mjnav.paper.item import Verdict, judge
-from mjnav.paper.items import ITEMS
 from mjnav.study.store.row import FIGURES
 from mjnav.study.store.store import Store
 from mjnav.study.trial import Trial
@@ -72,14 +72,14 @@ class Text(HTMLParser):
 def drawn(tmp_path_factory):
     """The folder, what the command said, the findings by item and claim, the page's text."""
     folder = tmp_path_factory.mktemp("paper")
-    wanted, store = studies(ITEMS[name] for name in (*DRAWN, "one")), Store(folder / "rows")
+    wanted, store = studies(load(name) for name in (*DRAWN, "one")), Store(folder / "rows")
     left = list(rows_of(wanted))
     random.Random(0).shuffle(left)
     store.folder.mkdir(parents=True)
     store.append(left)
     words = [sys.executable, "-m", "mjnav.cli.main", "paper", "--draw", "--only", *DRAWN, "surface", "-o", str(folder)]
     said = subprocess.run(words, capture_output=True, text=True, check=False)
-    findings = {"one": {f.claim: asdict(f) for f in judge(ITEMS["one"].claims(rows(store, wanted[-1:]).cells))}}
+    findings = {"one": {f.claim: asdict(f) for f in judge(load("one").claims(rows(store, wanted[-1:])[0]))}}
     for name in DRAWN:
         document = json.loads((folder / name / "findings.json").read_text())
         findings[name] = {finding["claim"]: finding for finding in document["findings"]}

@@ -6,15 +6,16 @@ from dataclasses import replace
 
 import pytest
 
-from mjnav.paper import items
+from mjnav.paper import episodes
+from mjnav.study.study_file import load_study
 
 pytest.importorskip("pyarrow", reason="the sweep extra is not installed")
 
 
 def test_an_item_is_run_drawn_and_judged_and_nothing_is_run_twice(mjnav, tmp_path, monkeypatch):
-    (study,) = items.ITEMS["table"].studies
+    study = load_study("paper-table")
     short = replace(study, set={**study.set, "time_limit": 0.5})
-    monkeypatch.setattr(items, "ITEMS", {**items.ITEMS, "table": replace(items.ITEMS["table"], studies=(short,))})
+    monkeypatch.setattr(episodes, "load_study", {"paper-table": short}.__getitem__)
     said = mjnav("paper", "--only", "table", "--seeds", 1, "-o", "out", "--workers", 1)
     assert (said.code, said.err) == (0, "")
     lines = said.out.splitlines()

@@ -9,6 +9,7 @@ import pytest
 from mjnav.study.cells import variants
 from mjnav.study.compare.cell_rows import CellRows
 from mjnav.study.store.row import FIGURES
+from mjnav.study.study_file import load_study
 
 NUM = 40
 NOISE = np.random.default_rng(0).normal(scale=0.05, size=NUM)
@@ -38,7 +39,7 @@ def cells_of():
 
     def cells(item, change: Change = lambda scene, setting, method: {}) -> list[CellRows]:
         found = []
-        for study in item.studies:
+        for study in map(load_study, item.studies):
             for variant in variants(study, study.scenes):
                 place = (variant.scene, *variant.names)
                 found.append(cell(place[2], scene=place[0], setting=place[1], **change(*place)))

@@ -1,17 +1,16 @@
 """What an item leaves behind, and the page that is made of it."""
 
 import csv
-import json
 from html.parser import HTMLParser
 
 import pytest
 from matplotlib.figure import Figure
 
 from mjnav.errors import InputError
-from mjnav.paper.item import Finding, Verdict
-from mjnav.paper.items import ITEMS
-from mjnav.paper.page import page
-from mjnav.paper.published import DATA, FINDINGS, PICTURE, PRINT, Basis, publish, read
+from mjnav.paper import ITEMS, load
+from mjnav.paper.claims import Finding, Verdict
+from mjnav.paper.episodes import Basis
+from mjnav.paper.page import DATA, FINDINGS, PICTURE, PRINT, page, publish, read
 
 HOSTILE = '</td><script>alert("1")</script>'
 FINDING = Finding("It is <so>", "figure 1", Verdict.HOLDS, "first: 1 < 2\nsecond: 2 > 1")
@@ -36,16 +35,11 @@ def test_an_item_leaves_its_figure_its_data_and_its_findings(folder):
     assert [row["method"] for row in rows] == [HOSTILE, "b, c", "'=1+1"]
     assert [row["mean"] for row in rows] == [str(0.1 + 0.2), "", "-1.0"]
     found = read(lane)
-    assert (found.findings, found.basis.command, found.corrected) == ((FINDING,), HOSTILE, True)
+    assert (found.findings, found.basis.command) == ((FINDING,), HOSTILE)
 
 
-def test_a_folder_of_an_earlier_version_is_read_and_a_damaged_one_is_refused(tmp_path):
+def test_a_damaged_folder_is_refused(tmp_path):
     assert read(tmp_path) is None
-    findings = [{"claim": "c", "source": "s", "verdict": "holds", "evidence": "e"}]
-    earlier = {"revision": "1", "command": "mjnav paper", "episodes": 3, "asked for": 4, "failed": 1, "left out": 2}
-    (tmp_path / FINDINGS).write_text(json.dumps({**earlier, "absent": [], "parameters": {}, "findings": findings}))
-    found = read(tmp_path)
-    assert (found.basis.asked_for, found.basis.left_out, found.corrected) == (4, 2, False)
     for damaged in ("{", "[]", "{}", '{"findings": [{}]}', '{"findings": [], "unknown": 1}'):
         (tmp_path / FINDINGS).write_text(damaged)
         with pytest.raises(InputError, match=r"findings\.json: no findings of an item"):
@@ -114,7 +108,7 @@ def test_what_too_few_runs_cannot_decide_is_said_once(tmp_path):
 
 def test_what_a_comparison_cannot_say_stands_with_its_figure(tmp_path):
     publish(tmp_path / "pareto", Figure(), ROWS, [FINDING], Basis("mjnav paper --only pareto"))
-    assert ITEMS["pareto"].limits
+    assert load("pareto").limits
     tags = _Tags()
     tags.feed(page(tmp_path, ""))
-    assert tags.text.count(ITEMS["pareto"].limits) == 1
+    assert tags.text.count(load("pareto").limits) == 1

@@ -3,10 +3,10 @@
 import pytest
 from matplotlib.figure import Figure
 
-from mjnav.paper.item import Finding, Verdict
-from mjnav.paper.items import ITEMS
-from mjnav.paper.page import page
-from mjnav.paper.published import Basis, publish
+from mjnav.paper import load
+from mjnav.paper.claims import Finding, Verdict
+from mjnav.paper.episodes import Basis
+from mjnav.paper.page import page, publish
 from mjnav.recording import Recorder, open_log
 from mjnav.report.comparison.html import background, html
 from mjnav.report.inspection import inspect
@@ -160,7 +160,7 @@ def test_claims_are_found_by_verdict_and_by_words(opened):
     view = opened("paper")
     claims, items = view.locator(".claim:visible"), view.locator(".item:visible")
     assert (claims.count(), items.count()) == (6, 2)
-    assert view.locator("nav a").all_inner_texts() == [ITEMS[name].title for name in ("table", "lane")]
+    assert view.locator("nav a").all_inner_texts() == [load(name).title for name in ("table", "lane")]
     view.select_option("#verdict", "holds")
     assert (claims.count(), items.count()) == (2, 2)
     assert view.inner_text("#shown") == "2 of 6 claims"

@@ -1,4 +1,4 @@
-"""Every item of the registry: its verdicts on rows whose answers are known, and its picture of gaps."""
+"""Every item that is judged by studies: its verdicts on rows whose answers are known, and its picture of gaps."""
 
 import re
 
@@ -6,13 +6,17 @@ import numpy as np
 import pytest
 from matplotlib.text import Text
 
-from mjnav.paper import factors, pareto
-from mjnav.paper.item import StudyItem, Verdict, judge
-from mjnav.paper.items import ITEMS
+from mjnav.paper import ITEMS, load, pareto
+from mjnav.paper.claims import StudyItem, Verdict, judge
+from mjnav.paper.comparisons import LEVELS
+from mjnav.paper.draw import bars, color
+from mjnav.paper.episodes import studies, trials
+from mjnav.study.cells import variants
+from mjnav.study.study_file import load_study
 
 HOLDS, FAILS, OPEN = Verdict.HOLDS, Verdict.FAILS, Verdict.OPEN
 SEEDS = np.arange(40)
-STUDY_ITEMS = [name for name, item in ITEMS.items() if isinstance(item, StudyItem)]
+STUDY_ITEMS = [name for name in ITEMS if isinstance(load(name), StudyItem)]
 FARTHER, LARGER = "stays farther from the lane's boundary than", "keeps a larger distance from the obstacle than"
 EQUAL = "At equal clearance, rkhs d=1 takes"
 SHAPE = "saa gives less control cost with samples of the noise's own shape than with"
@@ -44,7 +48,7 @@ LOST = columns("", success=np.where(SEEDS < 10, 0.0, 1.0))
 MISSING = columns("", ticks_without_nominal=np.where(SEEDS == 3, 2.0, 0.0))
 COSTLY = columns("crossing2.*gauss", control_cost=2.0)
 MIRRORED = columns("mirrored.*saa", control_cost=2.0)
-FORM, PREVIEW = (f"{name} saves" for name in list(factors.FACTORS)[:2])
+FORM, PREVIEW = (f"{name} saves" for name in list(LEVELS)[:2])
 # item, columns that are changed, the claim's beginning, its verdict, a part of the evidence
 CASES = [
     ("degree", columns("d=3$", min_clearance_m=1.5), f"Degree 3 {LARGER} degree 1, at one", HOLDS, "8 for it"),
@@ -99,7 +103,7 @@ def fewer_resamples(monkeypatch):
 
 @pytest.mark.parametrize(("name", "change", "claim", "verdict", "evidence"), CASES)
 def test_a_claim_is_judged_by_its_own_cells(cells_of, name, change, claim, verdict, evidence):
-    findings = judge(ITEMS[name].claims(cells_of(ITEMS[name], change)))
+    findings = judge(load(name).claims(cells_of(load(name), change)))
     found = next(finding for finding in findings if finding.claim.startswith(claim))
     assert found.verdict == verdict
     assert evidence in found.evidence
@@ -134,11 +138,51 @@ def failed(cells):
     [*((name, left) for name in STUDY_ITEMS for left in (gappy, failed)), ("table", complete), ("shape", complete)],
 )
 def test_every_item_is_judged_and_drawn_whatever_is_left(cells_of, name, left):
-    item, cells = ITEMS[name], left(cells_of(ITEMS[name]))
+    item, cells = load(name), left(cells_of(load(name)))
     findings = judge(item.claims(cells))
     assert {finding.verdict for finding in findings} == ({OPEN} if left is failed else {f.verdict for f in findings})
     words = [text.get_text() for text in item.picture(cells).findobj(Text)]
     for text in (*words, *(finding.evidence for finding in findings)):
         assert not re.search(r"\b(?:nan|inf|None)\b", text)
-    assert ("undefined" in words) == (left is failed and name not in ("one", "pareto"))
-    assert ("not run" in words) == (left is gappy and name not in ("one", "pareto"))
+    assert ("undefined" in words) == (left is failed and name != "pareto")
+    assert ("not run" in words) == (left is gappy and name != "pareto")
+
+
+def test_the_episodes_of_all_items_take_turns_seed_by_seed():
+    wanted = studies([load("lane"), load("table")], 3)
+    every = trials(wanted)
+    assert len({trial.id for trial in every}) == len(every) == 3 * sum(len(study.cells) for study in wanted)
+    assert [trial.seed for trial in every] == sorted(trial.seed for trial in every)
+
+
+def test_a_study_that_two_items_share_is_run_once():
+    assert [study.file.name for study in studies(map(load, ("one", "many", "kld")), 1)] == ["paper-one", "paper-many"]
+
+
+def test_methods_are_tuned_on_other_seeds_among_the_values_of_the_pareto_study():
+    tuning, pareto = load_study("paper-tuning"), load_study("paper-pareto")
+    assert min(tuning.all_seeds) > max(pareto.all_seeds)
+    first, second = ({v.names: v.overrides for v in variants(study, ["crossing3"])} for study in (tuning, pareto))
+    assert first == second
+    swept = {method.identifier: method.grid for method in pareto.methods}
+    for name in ("paper-one", "paper-many", "paper-shape"):
+        for method in load_study(name).methods:
+            if not method.grid:
+                ((key, values),) = swept[method.identifier].items()
+                assert method.set[key] in list(values)
+
+
+def test_gaps_have_a_word_and_titles_say_how_many_episodes_have_a_result(made_up):
+    failed = {"success": np.where(np.arange(40) < 1, 1.0, np.nan), "time_to_avoid_s": np.full(40, np.nan)}
+    cells = [made_up("rkhs d=1", setting="here", **failed), made_up("kld", setting="here")]
+    figure = bars([*cells, made_up("kld", setting="there")], ("rkhs d=1", "kld"), ["control_cost", "time_to_avoid_s"])
+    assert [axes.get_title() for axes in figure.axes[:2]] == ["here\nn = 1–40", "there\nn = 40"]
+    words = [[text.get_text() for text in axes.texts] for axes in figure.axes]
+    assert words == [[], ["not run"], ["undefined"], ["not run"]]
+
+
+def test_methods_that_stand_side_by_side_have_colours_of_their_own():
+    labels = ("rkhs d=1", "rkhs d=2", "rkhs d=3", "gaussian-linearised", "kld", "saa", "mean")
+    etas = [f"gaussian-moments eta={eta}" for eta in (0.5, 0.7, 0.99)]
+    assert len({color(label) for label in (*labels, *etas)}) == 10
+    assert len({color(label) for label in ("d=1", "d=2", "d=3", "d=1 matched", "d=2 matched", "d=3 matched")}) == 6

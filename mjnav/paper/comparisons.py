@@ -1,0 +1,339 @@
+"""The items that compare methods by the episodes of studies: what each claims, and its bars."""
+
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from itertools import product
+from types import MappingProxyType
+
+import numpy as np
+
+from mjnav.messages import Array
+from mjnav.metrics.intervals import mcnemar, wilson
+from mjnav.paper.claims import LEAST_PAIRS, Cells, Claim, Measured, StudyItem, by_place, contrasts, effect, measured
+from mjnav.paper.draw import bars
+from mjnav.study.compare.cell_rows import CellRows
+from mjnav.study.compare.estimates import Estimate, common, estimate, paired
+
+# figure -> what a method takes where the figure is less, and its unit
+LESS: Mapping[str, tuple[str, str]] = MappingProxyType(
+    {
+        "control_cost": ("less control cost", "m²/s³"),
+        "mean_deviation_m": ("less deviation from the way", "m"),
+        "path_ratio": ("a shorter way", ""),
+        "time_to_avoid_s": ("less time to avoid", "s"),
+        "compute_ms_control_p50": ("less time to decide", "ms"),
+        "collision": ("fewer collisions", ""),
+    }
+)
+MEASURES = ("control_cost", "mean_deviation_m", "path_ratio", "time_to_avoid_s")
+RKHS = ("rkhs d=1", "rkhs d=2", "rkhs d=3")
+LINEARISED = "gaussian-linearised"
+ETAS = (0.5, 0.6, 0.7, 0.8, 0.9, 0.95, 0.99)
+MOMENTS: Mapping[float, str] = MappingProxyType({eta: f"gaussian-moments eta={eta}" for eta in ETAS})
+TUNED_ETA = 0.7  # by paper-tuning
+
+
+def _item(
+    title: str,
+    studies: Sequence[str],
+    claims: Callable[[Cells], Iterable[Claim]],
+    methods: Sequence[str],
+    figures: Sequence[str],
+    limits: str = "",
+) -> StudyItem:
+    """An item whose picture are the bars of these methods."""
+    return StudyItem(title, tuple(studies), claims, lambda cells: bars(cells, methods, figures), limits)
+
+
+def _takes_less(cells: Cells, method: str, rival: str, figure: str, source: str, where: str = "") -> Claim:
+    what, unit = LESS[figure]
+    return Claim(
+        f"{where}{method} takes {what} than {rival}", source, contrasts(cells, method, rival, figure, -1, unit)
+    )
+
+
+# ------------------------------------------------------------------------------- the degree of the kernel
+
+# Degree d multiplies the weight of the mean's term by d (offset 1). So degrees are compared at one weight, as in the
+# paper, and at weights that make the mean's term weigh alike.
+DEGREES = ("d=1", "d=2", "d=3", "d=2 matched", "d=3 matched")
+HOW: Mapping[str, str] = MappingProxyType({"": "at one weight", " matched": "at matched weights of the mean's term"})
+
+
+def _degree(cells: Cells) -> Iterator[Claim]:
+    """d = 3 against d = 1."""
+    for figure, what, unit in (
+        ("mean_safe_share", "avoids a larger share of the samples (eta)", ""),
+        ("min_clearance_m", "keeps a larger distance from the obstacle", "m"),
+        ("mean_deviation_m", "leaves the way farther", "m"),
+        ("control_cost", "costs more control", "m²/s³"),
+    ):
+        for suffix, how in HOW.items():
+            tests = contrasts(cells, f"d=3{suffix}", "d=1", figure, +1, unit)
+            yield Claim(f"Degree 3 {what} than degree 1, {how}", "figure 5, section V-C", tests)
+
+
+def _lane(cells: Cells) -> Iterator[Claim]:
+    """Degrees 2 and 3 against 1; distances are means over time, of the robot's edge from the nearer boundary."""
+    for (suffix, how), d in product(HOW.items(), (2, 3)):
+        tests = contrasts(cells, f"d={d}{suffix}", "d=1", "mean_lane_clearance_m", +1, "m")
+        text = f"Degree {d} stays farther from the lane's boundary than degree 1, {how}"
+        yield Claim(text, "figure 6c, d, section V-B", tests)
+
+
+DEGREE = _item(
+    "The degree of the kernel, against one obstacle",
+    ["paper-degree"],
+    _degree,
+    DEGREES,
+    ["mean_safe_share", "min_clearance_m", "mean_deviation_m", "control_cost"],
+    "Degree 1 is the squared difference of the two means, after the samples are clipped: it sees no other moment of "
+    "the distributions.",
+)
+LANE = _item(
+    "The lane: distance from its boundary",
+    ["paper-lane"],
+    _lane,
+    DEGREES,
+    ["mean_lane_clearance_m", "min_lane_clearance_m", "mean_deviation_m"],
+)
+
+
+# ------------------------------------------------------------------------------------------ the table
+
+BETWEEN, AROUND = "between the legs", "around"
+HALF_WIDTH = 0.75  # [m] from the way to a leg: a run that leaves the way by more goes around
+
+
+def between_legs(cell: CellRows) -> Array:
+    """Of the runs that reached the goal without contact, which went between the legs; (n,) of 0 and 1."""
+    deviation = cell.values("max_deviation_m")
+    return (deviation[np.isfinite(deviation)] < HALF_WIDTH).astype(float)
+
+
+def _table(cells: Cells) -> Iterator[Claim]:
+    """Whether most runs took the way that the paper shows."""
+    for method, name, way in (
+        ("d=1", "Degree 1", BETWEEN),
+        ("d=1 matched", "Degree 1, as heavy as degree 3,", BETWEEN),
+        ("d=3", "Degree 3", AROUND),
+    ):
+        tests = [_most(where, cell, way) for where, cell in by_place(cells, method).items()]
+        yield Claim(f"{name} goes {way} in most runs", "figure 6a, b, section V-B", tests)
+
+
+def _most(where: str, cell: CellRows, way: str) -> Measured:
+    """The exact binomial test of one half."""
+    between = between_legs(cell)
+    took = between if way == BETWEEN else 1.0 - between
+    num, failed = int(took.sum()), int(cell.failed.sum())
+    lost = f"{len(cell.seeds) - took.size - failed} more did not reach the goal unharmed"
+    lost += f", {failed} episodes failed" if failed else ""
+    interval = wilson(num, took.size)
+    if interval is None:
+        return Measured(False, None, f"{where}: no run reached the goal without contact, {lost}")
+    low, high = (100.0 * end for end in interval)
+    line = f"{where}: {100.0 * took.mean():.1f} % [{low:.1f}, {high:.1f}] of {took.size} runs, {lost}"
+    return Measured(2 * num > took.size, mcnemar(num, took.size - num) if took.size >= LEAST_PAIRS else None, line)
+
+
+def _between_or(cell: CellRows, figure: str) -> Estimate:
+    """A figure; "between" is the share of runs between the legs."""
+    if figure != "between":
+        return estimate(cell, figure)
+    between = between_legs(cell)
+    value = float(between.mean()) if between.size else np.nan
+    return Estimate(value, wilson(int(between.sum()), between.size), between.size)
+
+
+TABLE = StudyItem(
+    "The table: between its legs or around it",
+    ("paper-table",),
+    _table,
+    lambda cells: bars(cells, ("d=1", "d=2", "d=3", "d=1 matched"), ["between", "collision"], _between_or),
+)
+
+
+# ------------------------------------------------------------------------- against other methods, as tuned
+
+
+def _one(cells: Cells) -> Iterator[Claim]:
+    """The measures, what the moment surrogate's eta does to its feasibility, and assumption 1."""
+    for rival, figure, method in product((LINEARISED, MOMENTS[TUNED_ETA]), MEASURES, RKHS):
+        yield _takes_less(cells, method, rival, figure, "figure 7, section V-C")
+    by_eta = {eta: by_place(cells, method) for eta, method in MOMENTS.items()}
+    places = dict.fromkeys(where for placed in by_eta.values() for where in placed)
+    tests = [
+        _less_feasible(where, {eta: placed[where] for eta, placed in by_eta.items() if where in placed})
+        for where in places
+    ]
+    text = "The moment surrogate finds nothing that meets its constraint the more often, the higher the eta it asks for"
+    yield Claim(text, "figure 7, section V-C", tests)
+    nominal = [_nominal(where, cell) for where, cell in by_place(cells, "rkhs d=1").items()]
+    yield Claim("A nominal control always exists", "assumption 1", nominal)
+
+
+def _less_feasible(where: str, by_eta: Mapping[float, CellRows]) -> Measured:
+    """That the share of ticks without a control that meets the constraint grows from the least eta to the most."""
+    shares = ", ".join(f"{eta:g}: {_percent(_tick_share(cell, 'ticks_without_own'))}" for eta, cell in by_eta.items())
+    change = np.empty(0)
+    if ETAS[0] in by_eta and ETAS[-1] in by_eta:
+        high, low = by_eta[ETAS[-1]], by_eta[ETAS[0]]
+        without = [cell.columns["ticks_without_own"] / cell.columns["ticks"] for cell in (high, low)]
+        at_high, at_low = common(high, low)
+        change = without[0][at_high] - without[1][at_low]
+    return measured(f"{where}: share of ticks by eta {shares}; from the least to the most", paired(change), +1)
+
+
+def _tick_share(cell: CellRows, column: str) -> float:
+    """The share of all ticks of a cell that `column` counts; NaN without ticks."""
+    ticks = np.nansum(cell.columns["ticks"])
+    return float(np.nansum(cell.columns[column]) / ticks) if ticks else np.nan
+
+
+def _percent(share: float) -> str:
+    return f"{100.0 * share:.1f} %" if np.isfinite(share) else "no result"
+
+
+def _nominal(where: str, cell: CellRows) -> Measured:
+    """That some control met the constraints at the mean at every tick. One counterexample refutes it, with p = 0."""
+    always = cell.columns["ticks_without_nominal"][~cell.failed] == 0
+    interval = wilson(int(always.sum()), always.size)
+    if interval is None:
+        return Measured(False, None, f"{where}: no episode has a result")
+    low, high = (100.0 * end for end in interval)
+    line = (
+        f"{where}: at every tick in {100.0 * always.mean():.1f} % [{low:.1f}, {high:.1f}] of {always.size} runs; "
+        f"missing at {100.0 * _tick_share(cell, 'ticks_without_nominal'):.2f} % of ticks"
+    )
+    return Measured(bool(always.all()), 0.0 if always.size >= LEAST_PAIRS else None, line)
+
+
+def _many(cells: Cells) -> Iterator[Claim]:
+    """Every measure for every number of obstacles."""
+    for figure, number in product(MEASURES, (1, 2, 3)):
+        of_scene = [cell for cell in cells if cell.scene == f"crossing{number}"]
+        where = f"With {number} obstacle{'s' * (number > 1)}, "
+        yield _takes_less(of_scene, "rkhs d=3", LINEARISED, figure, "figure 8, section V-D", where)
+
+
+KLD_FIGURES = ("control_cost", "mean_deviation_m", "compute_ms_control_p50", "collision")
+
+
+def _one_and_three(cells: Cells) -> Cells:
+    return [cell for cell in cells if cell.scene in ("crossing1", "crossing3")]
+
+
+def _kld(cells: Cells) -> Iterator[Claim]:
+    """rkhs against kld with one and with three obstacles: a claim of the authors' work before."""
+    for figure, method in product(KLD_FIGURES, ("rkhs d=1", "rkhs d=3")):
+        yield _takes_less(_one_and_three(cells), method, "kld", figure, "Poonganam et al., RA-L 2020")
+
+
+LIMITS = (
+    "The robot of these scenes may stop, and a method that waits for a person deviates little. So a claim on deviation "
+    "that does not hold here says nothing of a robot that cannot stop: for such a one (the code of the paper's group "
+    "drives at 0.4 m/s or more) the paper's claim was found to hold. The methods also differ in that rkhs weighs its "
+    "risk and its rivals forbid."
+)
+ONE = _item(
+    "One obstacle: control cost, deviation, time to avoid",
+    ["paper-one"],
+    _one,
+    (*RKHS, LINEARISED, *(MOMENTS[eta] for eta in (ETAS[0], TUNED_ETA, ETAS[-1]))),
+    ["control_cost", "mean_deviation_m", "time_to_avoid_s", "infeasible_ticks"],
+    LIMITS,
+)
+MANY = _item(
+    "One, two and three obstacles",
+    ["paper-one", "paper-many"],
+    _many,
+    ("rkhs d=3", LINEARISED),
+    ["control_cost", "mean_deviation_m", "time_to_avoid_s", "collision"],
+    LIMITS,
+)
+KLD = StudyItem(
+    "Matching by MMD against matching by KL divergence",
+    ("paper-one", "paper-many"),
+    _kld,
+    lambda cells: bars(_one_and_three(cells), ("rkhs d=1", "rkhs d=3", "kld"), KLD_FIGURES),
+)
+
+
+# ------------------------------------------------------------------------ what a method owes to its surroundings
+
+SHAPE_METHODS = ("rkhs d=1", "rkhs d=3", "kld", "saa", "gaussian-moments")
+
+
+def _shape(cells: Cells) -> Iterator[Claim]:
+    """Samples of the noise's own shape against mirrored and Gaussian ones, by method."""
+    at = {(cell.method, cell.setting): cell for cell in cells}
+    for method, wrong, figure in product(SHAPE_METHODS, ("mirrored", "gaussian"), ("collision", "control_cost")):
+        what, unit = LESS[figure]
+        pairs = {
+            noise: (at.get((method, f"{noise}, true")), at.get((method, f"{noise}, {wrong}")))
+            for noise in ("pearson", "bimodal")
+        }
+        text = f"{method} gives {what} with samples of the noise's own shape than with {wrong} ones"
+        tests = [effect(noise, [pair], figure, -1, unit) for noise, pair in pairs.items()]
+        yield Claim(text, "the premise, section I", tests)
+
+
+# name -> its level in the paper and here, as a setting's label has them
+LEVELS: Mapping[str, tuple[str, str]] = MappingProxyType(
+    {
+        "The segment form of the cone in place of the line form": ("form=line", "form=segment"),
+        "A preview of 0.4 s in place of one period": ("preview=0.1", "preview=0.4"),
+        "Prediction of the delay": ("prediction=false", "prediction=true"),
+    }
+)
+ENGINES = ("kinematic", "mujoco")
+RIVALS: Mapping[str, str] = MappingProxyType(
+    {"mean": "constraints at the mean (mean)", "saa": "a bound on the share of samples that collide (saa)"}
+)
+FACTOR_METHODS = ("rkhs", "saa", "mean")
+
+
+def _factors(cells: Cells) -> Iterator[Claim]:
+    """Each factor's effect on collisions and cost for each method, and the method's own.
+
+    The effect of a factor is the mean over the other two of the difference between its levels, seed by seed.
+    """
+    at = {(cell.method, cell.setting): cell for cell in cells}
+    source = "what the paper does not vary"
+    for figure, what, unit in (("collision", "avoids collisions", ""), ("control_cost", "saves control", "m²/s³")):
+        settings = {
+            engine: [f"{engine}, {' '.join(levels)}" for levels in product(*LEVELS.values())] for engine in ENGINES
+        }
+        for name, (before, after) in LEVELS.items():
+            tests = []
+            for method, engine in product(FACTOR_METHODS, ENGINES):
+                changed = [setting for setting in settings[engine] if after in setting]
+                pairs = [(at.get((method, s)), at.get((method, s.replace(after, before)))) for s in changed]
+                tests.append(effect(f"{method}, {engine}", pairs, figure, -1, unit))
+            yield Claim(f"{name} {what}", source, tests)
+        for rival, description in RIVALS.items():
+            tests = [
+                effect(engine, [(at.get(("rkhs", s)), at.get((rival, s))) for s in settings[engine]], figure, -1, unit)
+                for engine in ENGINES
+            ]
+            text = f"Matching by a weight (rkhs) {what}, against {description}, the factors being equal"
+            yield Claim(text, source, tests)
+
+
+SHAPE = _item(
+    "Does the method use the shape of the noise?",
+    ["paper-shape"],
+    _shape,
+    SHAPE_METHODS,
+    ["collision", "min_clearance_m", "control_cost", "mean_deviation_m"],
+)
+FACTORS = _item(
+    "Cone form, preview, prediction of the delay",
+    ["paper-factors"],
+    _factors,
+    FACTOR_METHODS,
+    ["collision", "control_cost", "mean_deviation_m", "min_clearance_m"],
+    "The claim that matching takes less control than saa is withdrawn: rkhs weighs its risk against the goal, saa "
+    "forbids what exceeds a bound, so the difference is one of a soft against a hard constraint as much as of "
+    "matching. What is left is that this rkhs, at this weight, differs from this saa, at this bound.",
+)
