@@ -6,15 +6,13 @@ messages and gives the number of poses, rows or messages in each file or topic.
 
 import os
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from contextlib import contextmanager
 from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
-from tempfile import TemporaryDirectory
 from types import MappingProxyType, ModuleType
 
-from mjnav.errors import InputError, InvalidValue, MjnavError, missing_extra, unknown_name
-from mjnav.recording.log_format import check_folder
+from mjnav.errors import InputError, InvalidValue, missing_extra, unknown_name
+from mjnav.recording.log_format import appearing, check_folder
 from mjnav.recording.read.log import Log, LogMessage
 from mjnav.recording.read.tables import not_ours
 
@@ -78,7 +76,7 @@ def export(
             raise InputError(f"{log.path}: {topic}: {why}")
     module = _load(form)
     chosen = tuple(topic for topic in chosen or module.TOPICS if topic not in log.unreadable)
-    with new_folder(path) as folder, not_ours(log.path):
+    with appearing(check_new_folder(path)) as folder, not_ours(log.path):
         return module.write(log, chosen, _reported(log.messages(*chosen), progress), folder)
 
 
@@ -120,19 +118,3 @@ def check_new_folder(path: str | os.PathLike[str]) -> Path:
         raise InputError(f"{given}: exists already, and an export never replaces anything; choose another name")
     check_folder(given, path.parent)
     return path
-
-
-@contextmanager
-def new_folder(path: str | os.PathLike[str]) -> Iterator[Path]:
-    """A path at which to make and fill a folder, which moves to `path` at the end; nothing is left after an exception.
-
-    Raises InputError as `check_new_folder` does, MjnavError where the disk refuses something.
-    """
-    target = check_new_folder(path)
-    try:
-        with TemporaryDirectory(prefix=f".{target.name}-", dir=target.parent) as beside:
-            folder = Path(beside, target.name)
-            yield folder
-            folder.rename(target)
-    except OSError as error:
-        raise MjnavError(f"{path}: writing failed: {error.strerror or error}") from error
