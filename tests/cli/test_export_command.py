@@ -69,12 +69,11 @@ def test_several_topics_are_asked_for_one_by_one(mjnav, whole, tmp_path):
     [
         (
             ("--format", "rosbag"),
-            "--format: found 'rosbag'; allowed: csv, parquet, rosbag2, rrd, tum; did you mean 'rosbag2'?",
+            "--format: found 'rosbag'; allowed: csv, parquet, rosbag2, tum; did you mean 'rosbag2'?",
         ),
         (("--format", "csv", "--topic", "/scann"), "did you mean '/scan'?"),
         (("--format", "tum", "--topic", "/scan"), "--topic needs --format csv or parquet"),
         (("--format", "csv", "--topic", ""), "--topic: found ''; allowed: /belief/obstacles, "),
-        (("--format", "rrd"), "OUT: found 'out'; allowed: a file name that ends in .rrd"),
         ((), "the following arguments are required: --format"),
     ],
 )

@@ -11,8 +11,7 @@ from rosbags.typesys import Stores, get_typestore
 from mjnav.motion.unicycle import LIDAR_HEIGHT, integrate
 from mjnav.recording.export import ros_messages
 from mjnav.recording.export.export import export
-from mjnav.recording.export.ros_map import occupancy_grid
-from mjnav.recording.export.ros_odometry import moved_covariance
+from mjnav.recording.export.ros_messages import built, moved_covariance, occupancy_grid
 from mjnav.scenarios.sensors import LidarSpec
 from mjnav.scenarios.spec import Robot, Scenario, Sensors
 from mjnav.world.floor_plan import FloorPlan
@@ -40,12 +39,11 @@ def test_the_tree_of_frames_is_that_of_rep_105(log, bag):
 def test_a_lidar_that_turns_says_when_it_took_each_beam_and_where_it_stands():
     lidar = Sensors(lidar=LidarSpec("utm-30lx", mount=(0.1, 0.05, 0.4))).scanner
     start, end = lidar.angles[[0, -1]]
-    scan = ros_messages.scan(
-        LaserScan(start_angle=start, end_angle=end, ranges=[1.0] * 1081), 0, lidar=lidar, period=0.1
-    )
+    logged = LaserScan(start_angle=start, end_angle=end, ranges=[1.0] * 1081)
+    scan = built("sensor_msgs/msg/LaserScan", ros_messages.scan(logged, 0, lidar=lidar, period=0.1))
     assert scan.time_increment * np.arange(1081) == pytest.approx(lidar.turn_offsets)
     assert (scan.scan_time, scan.range_min, scan.range_max) == (0.025, 0.1, 30.0)
-    (mount,) = ros_messages.mount(lidar).transforms
+    (mount,) = built("tf2_msgs/msg/TFMessage", ros_messages.mount(lidar)).transforms
     assert same(mount.transform.translation) == (0.1, 0.05, LIDAR_HEIGHT)
     assert 2.0 * atan2(mount.transform.rotation.z, mount.transform.rotation.w) == pytest.approx(0.4)
 
@@ -104,9 +102,9 @@ def test_the_map_has_every_obstacle_and_nothing_else(log, bag):
 
 def test_a_map_of_a_huge_room_is_coarser():
     scenario = Scenario("far", Robot(start=(0.0, 0.0, 0.0), goal=(9000.0, 9000.0)))
-    grid = occupancy_grid(scenario)
-    assert max(grid.info.width, grid.info.height) <= 2000
-    assert grid.info.resolution == pytest.approx(9002.0 / 1999)
+    grid = built("nav_msgs/msg/OccupancyGrid", occupancy_grid(scenario))
+    assert max(grid.info.width, grid.info.height) <= 1001
+    assert grid.info.resolution == pytest.approx(9003.0 / 999)
 
 
 def test_each_person_has_an_odometry_with_its_speed_along_its_way(log, bag):
