@@ -299,7 +299,10 @@ def detections(document: Mapping, now: int) -> Fields | None:
 
 def scan_detections(document: Mapping, now: int) -> Fields:
     """The positions of mjnav.Detections; their radii and covariances are shapes of /scene."""
-    return {"header": header(now), "poses": [_pose(*_floats(one["position"]), 0.0) for one in document["detections"]]}
+    return {
+        "header": header(now),
+        "poses": [_pose(*_floats(one["position"]), heading=0.0) for one in document["detections"]],
+    }
 
 
 def _table(cloud: Any) -> np.ndarray:
