@@ -52,7 +52,7 @@ def test_the_command_fits_the_installation(installer, origin, prefix, command, t
 
 def test_every_extra_of_this_environment_has_a_command(monkeypatch, tmp_path):
     extras = set(distribution("mjnav").metadata.get_all("Provides-Extra") or ())
-    assert {"gym", "live", "pandas", "rerun", "ros2", "sweep", "video"} <= extras
+    assert {"gym", "live", "pandas", "ros2", "sweep", "video"} <= extras
     monkeypatch.chdir(tmp_path)
     for extra in extras:
         text = str(missing_extra("a package", extra))

@@ -8,7 +8,7 @@ from mjnav.cli.terminal.guard import interruptible
 from mjnav.cli.terminal.progress import progress
 from mjnav.errors import DamagedLogError
 from mjnav.recording import Log, open_log
-from mjnav.recording.export.export import FORMATS, check_format, check_output, export
+from mjnav.recording.export.export import FORMATS, check_format, check_new_folder, export
 
 BY_TOPIC = tuple(name for name, form in FORMATS.items() if form.by_topic)
 
@@ -16,12 +16,12 @@ BY_TOPIC = tuple(name for name, form in FORMATS.items() if form.by_topic)
 def configure(parser: argparse.ArgumentParser) -> None:
     """The command's options."""
     parser.add_argument("log", metavar="LOG", help="the log of a run")
-    parser.add_argument("output", metavar="OUT", help="a folder that does not exist yet; rrd: a file, OUT.rrd")
+    parser.add_argument("output", metavar="OUT", help="a folder that does not exist yet")
     parser.add_argument(
         "--format",
         metavar="|".join(FORMATS),
         required=True,
-        help="trajectories for evo; a table a topic for pandas, or typed for DuckDB; a ROS 2 bag; a rerun recording",
+        help="trajectories for evo; a table a topic for pandas, or typed for DuckDB; a ROS 2 bag",
     )
     parser.add_argument(
         "--topic", action="append", metavar="NAME", help="csv, parquet: this topic only; may be repeated"
@@ -35,7 +35,7 @@ def execute(arguments: argparse.Namespace) -> int:
     check_format(form)
     check_needs("--topic", f"--format {' or '.join(BY_TOPIC)}", given=bool(topics), met=form in BY_TOPIC)
     check_format(form, topics)
-    check_output(form, arguments.output)
+    check_new_folder(arguments.output)
     log = _opened(arguments.log)
     with interruptible() as asked, progress(form, total=log.duration or 0.0) as show:
 

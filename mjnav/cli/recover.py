@@ -7,8 +7,7 @@ from pathlib import Path
 
 from mjnav.cli.terminal.guard import interruptible
 from mjnav.cli.terminal.progress import progress
-from mjnav.recording.recover.recover import recover
-from mjnav.recording.recover.recovery import Recovery
+from mjnav.recording.recover import Recovery, recover
 
 _SHOWN = 8  # damaged places
 _MAX_TOPICS = 500  # listed
@@ -35,7 +34,9 @@ def execute(arguments: argparse.Namespace) -> int:
 
         recovery = recover(log, arguments.out, on_byte=step)
     if arguments.json:
-        print(json.dumps({"schema": 1, "log": arguments.log, "out": arguments.out, **asdict(recovery)}))
+        # changed_bit: earlier versions could put one changed bit right
+        found = {"schema": 1, "log": arguments.log, "out": arguments.out, "changed_bit": None, **asdict(recovery)}
+        print(json.dumps(found))
     else:
         _print(recovery, arguments.out)
     return 0
@@ -45,11 +46,10 @@ def _print(found: Recovery, out: str) -> None:
     print(f"{out}: {_headline(found)}")
     topics = sorted(found.topics.keys() | found.topics_lost.keys())
     width = min(max(map(len, topics), default=0), _MAX_WIDTH)
-    lost = "lost" if found.messages_lost_is_exact else "lost, at least"
-    print(f"  {'messages':{width}}  {'kept':>8}  {lost:>8}")
+    print(f"  {'messages':{width}}  {'kept':>8}  {'lost':>8}")
     for topic in topics[:_MAX_TOPICS]:
-        missing = found.topics_lost.get(topic, 0)
-        print(f"  {topic:{width}}  {found.topics.get(topic, 0):8}  {missing:{max(8, len(lost))}}")
+        lost = found.topics_lost.get(topic, 0) if found.messages_lost_is_exact else "?"
+        print(f"  {topic:{width}}  {found.topics.get(topic, 0):8}  {lost:>8}")
     if len(topics) > _MAX_TOPICS:
         print(f"  {len(topics) - _MAX_TOPICS} topics more, which --json has")
     _print_names("attachments", found.attachments, found.attachments_lost)
@@ -73,10 +73,7 @@ def _print_names(what: str, kept: list[str], lost: list[str]) -> None:
 def _headline(found: Recovery) -> str:
     if found.how == "intact":
         return "the log is intact and was copied as it is; nothing was lost"
-    if found.changed_bit is not None:
-        place, bit = divmod(found.changed_bit, 8)
-        return f"bit {bit} of byte {place} was changed and is put right; nothing was lost"
-    kept, lost = f"{found.messages} messages kept", found.messages_lost
-    if found.messages_lost_is_exact or (not lost and not found.ranges):
-        return f"{kept}, {lost or 'none'} lost"
-    return f"{kept}, {f'at least {lost} lost' if lost else 'how many were lost is not known'}"
+    lost = (
+        f"{found.messages_lost or 'none'} lost" if found.messages_lost_is_exact else "how many were lost is not known"
+    )
+    return f"{found.messages} messages kept, {lost}"

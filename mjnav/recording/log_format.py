@@ -5,14 +5,16 @@ Format 2: /candidates holds arrays; the lines are /candidates/arcs, in a log tha
 """
 
 import os
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from types import MappingProxyType
 from typing import IO
 
 from mcap.writer import CompressionType, Writer
 
-from mjnav.errors import InputError
+from mjnav.errors import InputError, MjnavError
 from mjnav.output_files import path_text
 
 # metadata, and attachments
@@ -79,6 +81,21 @@ def check_folder(path: str | os.PathLike, folder: Path) -> None:
         raise InputError(f"{path}: there is no folder {folder}")
     if not os.access(folder, os.W_OK | os.X_OK):
         raise InputError(f"{path}: the folder {folder} is not writable")
+
+
+@contextmanager
+def appearing(path: Path) -> Iterator[Path]:
+    """Where to make a file or a folder, which moves to `path` when it is whole; after an exception nothing is left.
+
+    Raises MjnavError where the disk refuses something.
+    """
+    try:
+        with TemporaryDirectory(prefix=f".{path.name}-", dir=path.absolute().parent) as beside:
+            partial = Path(beside, path.name)
+            yield partial
+            partial.rename(path)
+    except OSError as error:
+        raise MjnavError(f"{path}: writing failed: {error.strerror or error}") from error
 
 
 def check_version(path: Path, run: Mapping[str, str]) -> None:

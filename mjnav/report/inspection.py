@@ -346,9 +346,7 @@ def _missing(log: Log, not_json: Mapping[str, int], ticks: InspectedTicks | None
     elif log.result is None:
         yield "no mjnav/result: the run did not end"
     for part in log.lost[:NUM_SHOWN]:
-        messages = sum(part.messages.values())
-        held = f", at least {messages} messages" if messages else ""
-        yield f"bytes {part.start} to {part.end}: {part.why}{held}"
+        yield f"bytes {part.start} to {part.end}: {part.why}"
     if len(log.lost) > NUM_SHOWN:
         yield f"bytes in {len(log.lost) - NUM_SHOWN} more places"
     if ticks is not None and ticks.missing:

@@ -12,7 +12,6 @@ import lz4.frame
 import pytest
 import zstandard
 from foxglove_schemas_protobuf.SceneUpdate_pb2 import SceneUpdate
-from mcap.writer import MCAP0_MAGIC
 
 from mjnav.recording import Recorder
 from mjnav.recording.read.records import CONTENTS_PER_BYTE as CONTENTS
@@ -85,21 +84,6 @@ def long_names(sound: bytes) -> bytes:
     return with_chunks(sound, *(chunk(channel(i + 100, b"/%d" % i + bytes(1_000_000))) for i in range(100)))
 
 
-def overlapping_attachments(sound: bytes) -> bytes:
-    """Every 40 bytes an attachment that goes to the end of the file."""
-    count = 40_000
-    pieces = []
-    for i in range(count):
-        rest = 40 * (count - i)
-        head = struct.pack("<BQ", 9, rest - 13) + bytes(16) + text(b"") + text(b"")[:3]
-        pieces.append(head.ljust(40, b"\0"))
-    return sound[:-8] + b"\xff" * 9 + b"".join(pieces) + MCAP0_MAGIC
-
-
-def what_may_be_records(sound: bytes) -> bytes:
-    return sound[: len(sound) // 2] + b"\xff" * 9 + (b"\x01" + bytes(8) + b"\x05" + bytes(7)) * 60_000
-
-
 def repeated_lines(sound: bytes) -> bytes:
     """A line whose corners are named by a byte each, of an entity whose name is long."""
     update = SceneUpdate()
@@ -126,8 +110,6 @@ BOMBS = {
     tiny_messages: ("inspect", "recover", "csv"),
     tiny_channels: ("inspect", "recover"),
     long_names: ("inspect",),
-    overlapping_attachments: ("inspect", "recover"),
-    what_may_be_records: ("inspect", "recover"),
     repeated_lines: ("csv",),
 }
 

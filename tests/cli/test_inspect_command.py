@@ -89,9 +89,9 @@ def test_what_can_be_read_of_a_damaged_log_is_printed_and_the_damage_told(mjnav,
     said = mjnav("inspect", log)
     assert said.code == 3
     assert said.out.splitlines()[0] == "timeout: 0.3 s of simulated time; the file is damaged"
-    assert said.err.startswith(f"mjnav: {log}: damaged before byte ")
+    assert said.err.startswith(f"mjnav: {log}: damaged: bytes ")
     assert len(said.err.splitlines()) == 1
-    assert "chunk whose checksum does not fit" in said.out
+    assert "a chunk that does not match its checksum" in said.out
     printed = mjnav("inspect", log, "--json")
     assert (printed.code, printed.err) == (3, said.err)
     found = json.loads(printed.out)

@@ -199,26 +199,6 @@ def test_a_damaged_log_is_read_before_and_behind_the_damage(tmp_path):
     assert found["figures"]["ticks"] == 11
 
 
-@pytest.mark.parametrize("content_too", [False, True])
-def test_a_damaged_length_in_a_log_without_an_end_is_no_end(tmp_path, content_too):
-    path = tmp_path / "a.mcap"
-    record(path, ticks=12, result=False)
-    content = path.read_bytes()
-    ((data_end, _),) = places(content, DATA_END)
-    start, end = list(places(content, CHUNK))[4]
-    content = bytearray(content[:data_end])
-    content[start + 3] ^= 0x80  # 8 MB
-    content[(start + end) // 2] ^= content_too
-    path.write_bytes(content)
-    found = inspect(path)
-    assert found["truncated"]
-    assert found["ticks"]["whole"] == 10 + (not content_too)
-    if content_too:
-        assert found["damage"]["error"] == f"{path}: damaged from byte {start} on: {end - start} bytes are no record"
-    else:
-        assert found["damage"] is None
-
-
 @pytest.mark.parametrize("damage", ["none", "cut"])
 def test_another_programs_log_has_a_table_of_topics_and_nothing_else(tmp_path, damage):
     path = tmp_path / "ros.mcap"

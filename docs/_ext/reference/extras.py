@@ -7,7 +7,6 @@ PURPOSE = {
     "gym": "the Gymnasium environments",
     "live": "`mjnav run --live`: a run in Foxglove or Lichtblick while it goes",
     "pandas": "tables of a log as DataFrames, and Parquet files",
-    "rerun": "a log for the Rerun viewer",
     "ros2": "`mjnav export --format rosbag2`",
     "sweep": "`mjnav sweep`, `mjnav compare`, `mjnav paper`",
     "video": "`mjnav render -o FILE.mp4`",

@@ -6,15 +6,13 @@ messages and gives the number of poses, rows or messages in each file or topic.
 
 import os
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from contextlib import contextmanager
 from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
-from tempfile import TemporaryDirectory
 from types import MappingProxyType, ModuleType
 
-from mjnav.errors import InputError, InvalidValue, MjnavError, missing_extra, unknown_name
-from mjnav.recording.log_format import check_folder
+from mjnav.errors import InputError, missing_extra, unknown_name
+from mjnav.recording.log_format import appearing, check_folder
 from mjnav.recording.read.log import Log, LogMessage
 from mjnav.recording.read.tables import not_ours
 
@@ -26,7 +24,6 @@ class Format:
     module: str
     counts: str
     by_topic: bool = False
-    suffix: str = ""  # of the one file that it writes in place of a folder
 
 
 FORMATS: Mapping[str, Format] = MappingProxyType(
@@ -35,13 +32,10 @@ FORMATS: Mapping[str, Format] = MappingProxyType(
         "csv": Format("mjnav.recording.export.csv_tables", "rows", by_topic=True),
         "parquet": Format("mjnav.recording.export.parquet", "rows", by_topic=True),
         "rosbag2": Format("mjnav.recording.export.rosbag2", "messages"),
-        "rrd": Format("mjnav.recording.export.rerun_file", "rows", suffix=".rrd"),
     }
 )
 # package that a format imports -> what it is called in registries, and the extra that brings it
-_OPTIONAL = MappingProxyType(
-    {"rosbags": ("rosbags", "ros2"), "pyarrow": ("pyarrow", "pandas"), "rerun": ("rerun-sdk", "rerun")}
-)
+_OPTIONAL = MappingProxyType({"rosbags": ("rosbags", "ros2"), "pyarrow": ("pyarrow", "pandas")})
 
 
 def check_format(name: str, topics: Iterable[str] = ()) -> None:
@@ -69,7 +63,7 @@ def export(
     """
     chosen = tuple(dict.fromkeys(topics))
     check_format(form, chosen)
-    check_output(form, path)
+    target = check_new_folder(path)
     log.check_ours()
     if log.duration is None:
         raise InputError(f"{log.path}: holds no messages to export")
@@ -78,7 +72,7 @@ def export(
             raise InputError(f"{log.path}: {topic}: {why}")
     module = _load(form)
     chosen = tuple(topic for topic in chosen or module.TOPICS if topic not in log.unreadable)
-    with new_folder(path) as folder, not_ours(log.path):
+    with appearing(target) as folder, not_ours(log.path):
         return module.write(log, chosen, _reported(log.messages(*chosen), progress), folder)
 
 
@@ -102,14 +96,6 @@ def _reported(messages: Iterator[LogMessage], progress: Callable[[float], None])
         yield message
 
 
-def check_output(form: str, path: str | os.PathLike[str]) -> Path:
-    """The path of what a format can write there. Raises InputError as `check_new_folder`, and for another suffix."""
-    suffix = FORMATS[form].suffix
-    if not os.fspath(path).endswith(suffix):
-        raise InvalidValue("OUT", os.fspath(path), f"a file name that ends in {suffix}")
-    return check_new_folder(path)
-
-
 def check_new_folder(path: str | os.PathLike[str]) -> Path:
     """The path of a folder that could be made, or that is there and empty; creates nothing.
 
@@ -120,19 +106,3 @@ def check_new_folder(path: str | os.PathLike[str]) -> Path:
         raise InputError(f"{given}: exists already, and an export never replaces anything; choose another name")
     check_folder(given, path.parent)
     return path
-
-
-@contextmanager
-def new_folder(path: str | os.PathLike[str]) -> Iterator[Path]:
-    """A path at which to make and fill a folder, which moves to `path` at the end; nothing is left after an exception.
-
-    Raises InputError as `check_new_folder` does, MjnavError where the disk refuses something.
-    """
-    target = check_new_folder(path)
-    try:
-        with TemporaryDirectory(prefix=f".{target.name}-", dir=target.parent) as beside:
-            folder = Path(beside, target.name)
-            yield folder
-            folder.rename(target)
-    except OSError as error:
-        raise MjnavError(f"{path}: writing failed: {error.strerror or error}") from error

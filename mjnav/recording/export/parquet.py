@@ -12,7 +12,7 @@ from pathlib import Path
 
 from pyarrow.parquet import ParquetWriter
 
-from mjnav.recording.read.arrow_tables import arrow_batch, arrow_schema
+from mjnav.recording.read.data_frame import arrow_batch, arrow_schema
 from mjnav.recording.read.log import Log, LogMessage
 from mjnav.recording.read.tables import TABLES as TOPICS
 from mjnav.recording.read.tables import blocks

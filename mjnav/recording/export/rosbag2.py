@@ -6,119 +6,100 @@ base_link_truth. A topic without a ROS type is JSON in a std_msgs/String. The ru
 """
 
 import json
-from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Sequence
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from google.protobuf.json_format import MessageToDict
 from rosbags.interfaces import Qos, QosDurability, QosHistory, QosLiveliness, QosReliability, QosTime
 from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, Writer
-from rosbags.typesys import Stores, get_typestore
-from rosbags.typesys.stores.ros2_humble import std_msgs__msg__String as String
 
-from mjnav.recording.export import ros_map, ros_markers, ros_messages, ros_odometry
+from mjnav.recording.export import ros_messages as ros
 from mjnav.recording.read.log import Log, LogMessage
 from mjnav.scenarios.spec import Robot, Scenario
 
 VERSION = 8  # of the metadata; Humble cannot read the quality of service as version 9 writes it
-_NO_LIMIT = QosTime(0, 0)
+LATCHED = ("/map", "/tf_static", "/scene")  # a late subscriber gets the last one
 
 
-def _quality(durability: QosDurability, depth: int) -> Qos:
-    """Reliable, which reliable and best-effort subscribers accept."""
-    history, reliability, liveliness = QosHistory.KEEP_LAST, QosReliability.RELIABLE, QosLiveliness.SYSTEM_DEFAULT
-    return Qos(history, depth, reliability, durability, _NO_LIMIT, _NO_LIMIT, liveliness, _NO_LIMIT, False)
-
-
-STREAM = _quality(QosDurability.VOLATILE, 10)
-LATCHED = _quality(QosDurability.TRANSIENT_LOCAL, 1)  # a late subscriber gets the last one
-
-
-@dataclass(frozen=True, slots=True)
-class RosTopic:
-    """A topic of the bag. `encode` makes its message, or None, of the log's message and its time [ns]."""
+class RosTopic(NamedTuple):
+    """A topic of the bag, and how its messages are made."""
 
     name: str
     type: str
-    encode: Callable[[Any, int], Any]
-    quality: Qos = STREAM
-
-
-def _as_text(value: Any, _: int) -> String:
-    document = value if isinstance(value, dict) else MessageToDict(value, preserving_proto_field_name=True)
-    return String(json.dumps(document))
-
-
-def _text(name: str) -> RosTopic:
-    return RosTopic(name, "std_msgs/msg/String", _as_text)
+    convert: ros.Convert
 
 
 def ros_topics(scenario: Scenario) -> dict[str, tuple[RosTopic, ...]]:
     """The bag's topics by those of the log; the log's /robot/truth and /robot/estimate repeat /robot/state."""
     poses, cloud = "geometry_msgs/msg/PoseArray", "sensor_msgs/msg/PointCloud2"
-    markers = "visualization_msgs/msg/MarkerArray"
-    sensors, odometry = scenario.sensors, "nav_msgs/msg/Odometry"
-    scan = partial(ros_messages.scan, lidar=sensors.scanner, period=1.0 / sensors.rate)
+    markers, odometry = "visualization_msgs/msg/MarkerArray", "nav_msgs/msg/Odometry"
+    sensors = scenario.sensors
+    scan = partial(ros.scan, lidar=sensors.scanner, period=1.0 / sensors.rate)
+    names = [f"person{i}" for i in range(len(scenario.people))]  # a topic each: ROS has no list of odometries
+    table = [
+        ("/tf", "/tf", "tf2_msgs/msg/TFMessage", ros.transforms),
+        ("/robot/state", "/robot/truth", odometry, ros.truth),
+        ("/robot/state", "/robot/estimate", "geometry_msgs/msg/PoseWithCovarianceStamped", ros.estimate),
+        ("/people/truth", "/people/truth", poses, ros.people),
+        ("/people/estimate", "/people/estimate", poses, ros.people),
+        ("/people/estimate", "/people/detections", poses, ros.detections),
+        *(
+            (f"/people/{kind}", f"/people/{name}/{kind}", odometry, partial(ros.person, name=name))
+            for kind in ("truth", "estimate")
+            for name in names
+        ),
+        ("/detections", "/detections", poses, ros.scan_detections),
+        ("/odometry", "/odom", odometry, ros.WheelOdometry(scenario)),
+        ("/odometry", "/odometry", "geometry_msgs/msg/TwistStamped", ros.odometry),
+        ("/odometry", "/imu", "sensor_msgs/msg/Imu", ros.gyro),
+        ("/odometry", "/measured_pose", "geometry_msgs/msg/PoseStamped", ros.measured_pose),
+        ("/scan", "/scan", "sensor_msgs/msg/LaserScan", scan),
+        ("/command", "/cmd_vel", "geometry_msgs/msg/TwistStamped", ros.command),
+        ("/belief/robot", "/belief/robot", poses, ros.particle_poses),
+        ("/belief/robot", "/belief/robot/points", cloud, ros.particles),
+        ("/belief/obstacles", "/belief/obstacles/points", cloud, ros.particles),
+        ("/scene", "/scene", markers, ros.markers),
+        ("/candidates", "/candidates", markers, ros.candidate_markers),
+        ("/plan", "/plan", "nav_msgs/msg/Path", ros.plan),
+        ("/events", "/events", "rcl_interfaces/msg/Log", ros.event),
+        *((name, name, "std_msgs/msg/String", _as_text) for name in ("/contacts", "/decision", "/cone", "/tick")),
+    ]
+    found: dict[str, tuple[RosTopic, ...]] = {}
+    for logged, *topic in table:
+        found[logged] = (*found.get(logged, ()), RosTopic(*topic))
+    return found
 
-    def people(kind: str) -> list[RosTopic]:
-        """A topic for each person: ROS has no list of odometries."""
-        names = [f"person{i}" for i in range(len(scenario.people))]
-        encoders = [partial(ros_odometry.person, name=name) for name in names]
-        return [RosTopic(f"/people/{name}/{kind}", odometry, of) for name, of in zip(names, encoders, strict=True)]
 
-    return {
-        "/tf": (RosTopic("/tf", "tf2_msgs/msg/TFMessage", ros_messages.transforms),),
-        "/robot/state": (
-            RosTopic("/robot/truth", odometry, ros_messages.truth),
-            RosTopic("/robot/estimate", "geometry_msgs/msg/PoseWithCovarianceStamped", ros_messages.estimate),
-        ),
-        "/people/truth": (RosTopic("/people/truth", poses, ros_messages.people), *people("truth")),
-        "/people/estimate": (
-            RosTopic("/people/estimate", poses, ros_messages.people),
-            RosTopic("/people/detections", poses, ros_messages.detections),
-            *people("estimate"),
-        ),
-        "/detections": (RosTopic("/detections", poses, ros_messages.scan_detections),),
-        "/odometry": (
-            RosTopic("/odom", odometry, ros_odometry.WheelOdometry(scenario)),
-            RosTopic("/odometry", "geometry_msgs/msg/TwistStamped", ros_messages.odometry),
-            RosTopic("/imu", "sensor_msgs/msg/Imu", ros_messages.gyro),
-            RosTopic("/measured_pose", "geometry_msgs/msg/PoseStamped", ros_messages.measured_pose),
-        ),
-        "/scan": (RosTopic("/scan", "sensor_msgs/msg/LaserScan", scan),),
-        "/command": (RosTopic("/cmd_vel", "geometry_msgs/msg/TwistStamped", ros_messages.command),),
-        "/belief/robot": (
-            RosTopic("/belief/robot", poses, ros_messages.particle_poses),
-            RosTopic("/belief/robot/points", cloud, ros_messages.particles),
-        ),
-        "/belief/obstacles": (RosTopic("/belief/obstacles/points", cloud, ros_messages.particles),),
-        "/scene": (RosTopic("/scene", markers, ros_markers.markers, LATCHED),),
-        "/candidates": (RosTopic("/candidates", markers, ros_markers.candidate_markers),),
-        "/plan": (RosTopic("/plan", "nav_msgs/msg/Path", ros_messages.plan),),
-        "/events": (RosTopic("/events", "rcl_interfaces/msg/Log", ros_messages.event),),
-        **{name: (_text(name),) for name in ("/contacts", "/decision", "/cone", "/tick")},
-    }
+def _as_text(value: Any, _: int) -> ros.Fields:
+    document = value if isinstance(value, dict) else MessageToDict(value, preserving_proto_field_name=True)
+    return {"data": json.dumps(document)}
 
 
 TOPICS = tuple(ros_topics(Scenario("any", Robot(start=(0.0, 0.0, 0.0), goal=(1.0, 0.0)))))
-_CLOCK = RosTopic("/clock", "rosgraph_msgs/msg/Clock", lambda _, now: ros_messages.clock(now))
+_CLOCK = RosTopic("/clock", "rosgraph_msgs/msg/Clock", lambda _, now: {"clock": ros.stamp(now)})  # for use_sim_time
 
 
-def _latched(scenario: Scenario) -> tuple[RosTopic, ...]:
-    """What is said once, at the beginning."""
-    grid = RosTopic("/map", "nav_msgs/msg/OccupancyGrid", lambda _, now: ros_map.occupancy_grid(scenario), LATCHED)
-    lidar = scenario.sensors.scanner
-    mount = RosTopic("/tf_static", "tf2_msgs/msg/TFMessage", lambda _, now: ros_messages.mount(lidar), LATCHED)
+def _said_once(scenario: Scenario) -> tuple[RosTopic, ...]:
+    """What is said at the beginning."""
+    grid = RosTopic("/map", "nav_msgs/msg/OccupancyGrid", lambda _, now: ros.occupancy_grid(scenario))
+    mount = RosTopic("/tf_static", "tf2_msgs/msg/TFMessage", lambda _, now: ros.mount(scenario.sensors.scanner))
     return (grid, mount)
+
+
+def _quality(topic: str) -> Qos:
+    """Reliable, which reliable and best-effort subscribers accept."""
+    durability, depth = (QosDurability.TRANSIENT_LOCAL, 1) if topic in LATCHED else (QosDurability.VOLATILE, 10)
+    history, reliability, liveliness = QosHistory.KEEP_LAST, QosReliability.RELIABLE, QosLiveliness.SYSTEM_DEFAULT
+    no_limit = QosTime(0, 0)
+    return Qos(history, depth, reliability, durability, no_limit, no_limit, liveliness, no_limit, False)
 
 
 def write(log: Log, topics: Sequence[str], messages: Iterator[LogMessage], folder: Path) -> dict[str, int]:
     """The bag; gives the number of messages in each of its topics. Its chunks are compressed with Zstandard."""
-    store = get_typestore(Stores.ROS2_HUMBLE)
     scenario = log.scenario()
-    table, latched = ros_topics(scenario), _latched(scenario)
+    table, said_once = ros_topics(scenario), _said_once(scenario)
     writer = Writer(folder, version=VERSION, storage_plugin=StoragePlugin.MCAP)
     writer.set_compression(CompressionMode.STORAGE, CompressionFormat.ZSTD)
     for key, value in (log.run or {}).items():
@@ -126,19 +107,19 @@ def write(log: Log, topics: Sequence[str], messages: Iterator[LogMessage], folde
     with writer:
         counts: dict[str, int] = {}
         connections = {}
-        for topic in (_CLOCK, *latched, *(topic for name in topics for topic in table[name])):
+        for topic in (_CLOCK, *said_once, *(topic for name in topics for topic in table[name])):
             connections[topic.name] = writer.add_connection(
-                topic.name, topic.type, typestore=store, offered_qos_profiles=[topic.quality]
+                topic.name, topic.type, typestore=ros.TYPES, offered_qos_profiles=[_quality(topic.name)]
             )
             counts[topic.name] = 0
         now = -1
         for name, time_ns, _, value in messages:
             clock = (_CLOCK,) if time_ns > now else ()
-            first, latched = latched, ()
+            first, said_once = said_once, ()
             now = max(now, time_ns)
             for topic in (*clock, *first, *table[name]):
-                if (message := topic.encode(value, time_ns)) is not None:
-                    data = store.serialize_cdr(message, topic.type)
+                if (fields := topic.convert(value, time_ns)) is not None:
+                    data = ros.TYPES.serialize_cdr(ros.built(topic.type, fields), topic.type)
                     writer.write(connections[topic.name], time_ns, data)
                     counts[topic.name] += 1
     return counts

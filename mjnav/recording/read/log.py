@@ -7,7 +7,7 @@ import json
 import os
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
@@ -32,7 +32,6 @@ from mjnav.recording.log_format import (
     unreadable_topics,
 )
 from mjnav.recording.read.data_frame import data_frame
-from mjnav.recording.read.intact_records import intact_records
 from mjnav.recording.read.records import LostBytes, read_records
 from mjnav.recording.read.tables import LogMessage as LogMessage
 from mjnav.recording.read.tables import TopicSummary as TopicSummary
@@ -92,7 +91,6 @@ class Log:
     unregistered: int  # messages of which no record says the topic
     lost: tuple[LostBytes, ...] = ()
     error: DamagedLogError | None = None  # None where nothing but the end is missing
-    searched: bool = False  # its records were searched for, past damage or up to where the writer was killed
 
     def __repr__(self) -> str:
         run = self.run or {}
@@ -217,7 +215,7 @@ class Log:
         """Each message of these topics with its schema and channel."""
         schemas: dict[int, records.Schema] = {}
         channels: dict[int, tuple[records.Schema | None, records.Channel]] = {}
-        for record in (found for found, _ in intact_records(self.path)) if self.searched else read_records(self.path):
+        for record in read_records(self.path):
             if isinstance(record, records.Message):
                 if record.channel_id in channels:
                     yield *channels[record.channel_id], record
@@ -240,31 +238,13 @@ def decoder(schema: Schema) -> Callable[[bytes], Any]:
 def open_log(path: str | os.PathLike[str], *, allow_damage: bool = False) -> Log:
     """Reads a log from end to end and verifies every checksum.
 
-    A file whose writer was killed is read as far as it goes. With `allow_damage`, a damaged one is read a second time,
-    for all that is intact before and behind the damage, and `Log.error` says what is wrong.
+    A file whose writer was killed is read as far as it goes. With `allow_damage`, damaged records of any other are left
+    out, and `Log.error` says what is wrong.
 
     Raises InputError where the file is missing or not MCAP, and, unless allowed, DamagedLogError where a checksum fails
     or nothing in it can be read.
     """
     path, error = Path(path_text("log", path)), None
-    try:
-        log = _log(path, read_records(path))
-        if not (allow_damage and log.lost):
-            return log
-    except DamagedLogError as damaged:
-        if not allow_damage:
-            raise
-        error = DamagedLogError(str(damaged))  # a new one: that one's traceback holds the chunk it was about
-    log = _log(path, (record for record, _ in intact_records(path)))
-    holes = [lost for lost in log.lost if lost.end < log.size]
-    if error is None and holes:
-        size = sum(lost.end - lost.start for lost in holes)
-        error = DamagedLogError(f"{path}: damaged from byte {holes[0].start} on: {size} bytes are no record")
-    return replace(log, error=error, searched=True)
-
-
-def _log(path: Path, found: Iterator[records.McapRecord | LostBytes]) -> Log:
-    """What these records say, added up."""
     metadata: dict[str, dict[str, str]] = {}
     attachments: dict[str, bytes] = {}
     topics: dict[str, TopicSummary] = {}
@@ -272,7 +252,7 @@ def _log(path: Path, found: Iterator[records.McapRecord | LostBytes]) -> Log:
     topic_of: dict[int, TopicSummary] = {}  # by channel
     lost: list[LostBytes] = []
     truncated, unregistered = True, 0
-    for record in found:
+    for record in read_records(path):
         if isinstance(record, records.Message):
             if (topic := topic_of.get(record.channel_id)) is None:
                 unregistered += 1
@@ -291,6 +271,10 @@ def _log(path: Path, found: Iterator[records.McapRecord | LostBytes]) -> Log:
             truncated = False
         elif isinstance(record, LostBytes):
             lost.append(record)
+            if record.is_damage and error is None:
+                error = DamagedLogError(f"{path}: damaged: bytes {record.start} to {record.end}: {record.why}")
+                if not allow_damage:
+                    raise error
     run = metadata.get(RUN)
     if run is not None:
         check_version(path, run)
@@ -307,6 +291,7 @@ def _log(path: Path, found: Iterator[records.McapRecord | LostBytes]) -> Log:
         truncated=truncated,
         unregistered=unregistered,
         lost=tuple(lost),
+        error=error,
     )
 
 

@@ -75,7 +75,7 @@ def test_tables_and_a_ros_path_say_the_same(tmp_path, scenario, made_up):
     assert fan.groupby("rollout")["cost"].first().tolist() == plan.fan_cost.astype("f4").tolist()
     np.testing.assert_array_equal(violation["h"], plan.violation.astype("f4"))
     (message,) = log.messages("/plan")
-    poses = ros_messages.plan(message.value, message.time_ns).poses
+    poses = ros_messages.built("nav_msgs/msg/Path", ros_messages.plan(message.value, message.time_ns)).poses
     assert [(pose.pose.position.x, pose.pose.position.y) for pose in poses] == [
         *map(tuple, plan.path.astype("f4").tolist())
     ]

@@ -197,10 +197,3 @@ def test_only_the_topics_asked_for_are_written(log, tmp_path):
     assert counts == {"command.csv": 6, "people_estimate.csv": 17, "people_detections.csv": 15}
     names = sorted(path.name for path in (tmp_path / "out").iterdir())
     assert names == ["columns.csv", "command.csv", "people_detections.csv", "people_estimate.csv"]
-
-
-def test_a_topic_without_messages_has_an_empty_table(driven, tmp_path):
-    assert driven.topics["/contacts"].messages > 0
-    counts = export(driven, "csv", tmp_path / "out", topics=["/contacts"])
-    assert counts == {"contacts.csv": 0}
-    assert (tmp_path / "out" / "contacts.csv").read_text() == "tick,time,kind,name,force,seen\n"

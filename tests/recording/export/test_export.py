@@ -7,7 +7,7 @@ from mcap.writer import Writer
 
 from mjnav.errors import DamagedLogError, InputError, MjnavError
 from mjnav.recording import open_log
-from mjnav.recording.export.export import FORMATS, export, new_folder
+from mjnav.recording.export.export import FORMATS, check_new_folder, export
 
 
 @pytest.mark.parametrize("form", FORMATS)
@@ -18,7 +18,7 @@ def test_an_export_that_is_interrupted_leaves_nothing(recorded, tmp_path, form, 
             raise error
 
     with pytest.raises(error):
-        export(open_log(recorded), form, tmp_path / f"out{FORMATS[form].suffix}", progress=interrupted)
+        export(open_log(recorded), form, tmp_path / "out", progress=interrupted)
     assert list(tmp_path.iterdir()) == []
 
 
@@ -34,16 +34,14 @@ def test_a_foreign_message_is_an_error_of_one_line_and_leaves_nothing(recorded, 
         writer.add_message(channel, 0, b'{"tick": 0, "place": [1, 2, 3]}', 0)
         writer.finish()
     with pytest.raises(DamagedLogError, match=r"holds a message that is not one of mjnav's \(KeyError\('\w+'\)\)$"):
-        export(open_log(path), form, tmp_path / f"out{FORMATS[form].suffix}")
+        export(open_log(path), form, tmp_path / "out")
     assert list(tmp_path.iterdir()) == [path]
 
 
-def test_an_empty_folder_is_filled(tmp_path):
+def test_an_empty_folder_is_filled(recorded, tmp_path):
     (tmp_path / "out").mkdir()
-    with new_folder(tmp_path / "out") as folder:
-        folder.mkdir()
-        (folder / "a").write_text("whole")
-    assert (tmp_path / "out" / "a").read_text() == "whole"
+    export(open_log(recorded), "tum", tmp_path / "out")
+    assert (tmp_path / "out" / "robot_truth.tum").exists()
     assert [path.name for path in tmp_path.iterdir()] == ["out"]
 
 
@@ -57,8 +55,8 @@ def test_an_existing_file_or_folder_is_kept(tmp_path, kind):
         (path / "mine").touch()
     else:
         path.symlink_to(tmp_path / "nowhere")
-    with pytest.raises(InputError, match="exists already"), new_folder(path):
-        pytest.fail("the export started")
+    with pytest.raises(InputError, match="exists already"):
+        check_new_folder(path)
     assert [found.name for found in tmp_path.iterdir()] == ["out"]
 
 
@@ -73,12 +71,12 @@ def test_a_folder_that_appears_during_the_export_is_kept(recorded, tmp_path):
 
 
 def test_the_parent_folder_must_exist_and_be_writable(tmp_path):
-    with pytest.raises(InputError, match="there is no folder"), new_folder(tmp_path / "none" / "out"):
-        pass
+    with pytest.raises(InputError, match="there is no folder"):
+        check_new_folder(tmp_path / "none" / "out")
     (tmp_path / "file").touch()
-    with pytest.raises(InputError, match="there is no folder"), new_folder(tmp_path / "file" / "out"):
-        pass
+    with pytest.raises(InputError, match="there is no folder"):
+        check_new_folder(tmp_path / "file" / "out")
     if os.geteuid() != 0:  # to root everything is writable
         (tmp_path / "closed").mkdir(mode=0o555)
-        with pytest.raises(InputError, match="not writable"), new_folder(tmp_path / "closed" / "out"):
-            pass
+        with pytest.raises(InputError, match="not writable"):
+            check_new_folder(tmp_path / "closed" / "out")

@@ -1,1 +1,0 @@
-"""What is intact in a damaged log, as a whole log."""
