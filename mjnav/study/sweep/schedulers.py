@@ -76,6 +76,7 @@ Scheduler = Callable[[Iterable[Trial]], Rows]
 
 CONNECT_TIMEOUT = 10.0  # [s]
 CLOSE_TIMEOUT = 2.0  # [s] for closing the connection
+PATIENCE = 30.0  # [s] without an answer after which a scheduler is lost; its event loop may be busy for a while
 WINDOW = 4  # trials submitted for each thread of the workers: while one runs, the next are sent
 LEAST_WINDOW = 32  # trials submitted without any worker: an adaptive cluster grows with its load
 DIED = "the worker died"
@@ -100,11 +101,11 @@ def _run(trial: Trial, heart: Heartbeat) -> Row:
     return row
 
 
-def dask(address: str, max_seconds: float = MAX_SECONDS) -> Scheduler:
+def dask(address: str, max_seconds: float = MAX_SECONDS, *, patience: float = PATIENCE) -> Scheduler:
     """On the workers of the Dask scheduler at `address`; the trials of a worker that dies are given to others.
 
     Raises InputError where nothing answers at the address or distributed is not installed. The generator raises
-    MjnavError where the connection to the scheduler is lost. A scheduler that is stopped is waited for.
+    MjnavError where the scheduler is lost: the connection is closed, or there is no answer for `patience` [s].
     """
     _check_address(address)
 
@@ -114,7 +115,8 @@ def dask(address: str, max_seconds: float = MAX_SECONDS) -> Scheduler:
         client = _connect(address)
         try:
             while True:
-                window = max(LEAST_WINDOW, WINDOW * sum(client.nthreads().values()))
+                threads = client.sync(client.scheduler.ncores, workers=None, callback_timeout=patience)
+                window = max(LEAST_WINDOW, WINDOW * sum(threads.values()))
                 for trial in islice(source, max(0, window - len(under_way))):
                     future = client.submit(run_in_thread, trial, max_seconds, key=f"mjnav-{trial.id}")
                     under_way[future] = trial
@@ -127,6 +129,8 @@ def dask(address: str, max_seconds: float = MAX_SECONDS) -> Scheduler:
                     yield None
                     continue
                 yield _row(future, under_way.pop(future))
+        except TimeoutError:
+            raise MjnavError(f"the scheduler at {address} is lost: no answer for {patience:g} s") from None
         except (OSError, CancelledError):
             raise MjnavError(f"the scheduler at {address} is lost: the connection was closed") from None
         finally:

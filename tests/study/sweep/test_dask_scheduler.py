@@ -45,6 +45,7 @@ def cluster(tmp_path):
             process.wait()
 
 
+@pytest.mark.nightly
 def test_dask_gives_the_serial_rows_and_tells_a_lost_scheduler_in_a_line(
     cluster, tmp_path, small_trials, serial_hashes
 ):
@@ -60,6 +61,12 @@ def test_dask_gives_the_serial_rows_and_tells_a_lost_scheduler_in_a_line(
     assert (report.run, report.failed, len(rows)) == (16, 0, 16)
     assert {row["id"]: row["state_hash"] for row in rows} == serial_hashes
 
+    silent, impatient = Store(tmp_path / "silent"), dask(address, patience=1.0)
+    with pytest.raises(MjnavError, match=f"the scheduler at {address} is lost: no answer for 1 s"):
+        sweep(small_trials, silent, impatient, progress=lambda done, row: scheduler.send_signal(signal.SIGSTOP))
+    scheduler.send_signal(signal.SIGCONT)
+    assert 0 < len(silent.done()) < 16
+
     cut = Store(tmp_path / "cut")
     with pytest.raises(MjnavError, match=f"the scheduler at {address} is lost: the connection was closed"):
         sweep(small_trials, cut, dask(address), progress=lambda done, row: scheduler.kill())
@@ -69,6 +76,7 @@ def test_dask_gives_the_serial_rows_and_tells_a_lost_scheduler_in_a_line(
         dask(address)
 
 
+@pytest.mark.nightly
 def test_a_tls_address_wants_settings_and_works_with_them(tmp_path, small_trials, serial_hashes, monkeypatch):
     cert, key, where = tmp_path / "cert.pem", tmp_path / "key.pem", tmp_path / "scheduler.json"
     made = f"openssl req -x509 -newkey rsa:2048 -nodes -days 1 -subj /CN=mjnav -keyout {key} -out {cert}"
