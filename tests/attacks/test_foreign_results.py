@@ -2,6 +2,7 @@
 
 import os
 from collections.abc import Callable
+from itertools import cycle
 
 import pytest
 
@@ -90,8 +91,10 @@ FOREIGN = (
 )
 
 
-@pytest.mark.parametrize("words", [(), ("--resume", "--accept-changed"), ("--retry-failed",), ("--dry-run",)])
-@pytest.mark.parametrize("foreign", FOREIGN)
+WORDS = ((), ("--resume", "--accept-changed"), ("--retry-failed",), ("--dry-run",))
+
+
+@pytest.mark.parametrize(("foreign", "words"), list(zip(FOREIGN, cycle(WORDS), strict=False)))
 def test_a_file_that_no_sweep_wrote_is_refused_and_stays(refused, tmp_path, foreign, words):
     (tmp_path / "results").mkdir()
     foreign(tmp_path / "results")

@@ -17,8 +17,16 @@ from collections.abc import Callable, Iterator, Set
 from contextlib import contextmanager, suppress
 
 from mjnav.cli.terminal.progress import tell
-from mjnav.loop.faults.heartbeat import ASK, Heartbeat, Watchdog, dumped_frames
-from mjnav.loop.faults.process_end import describe_end, dump_of, dump_to, read_dump
+from mjnav.loop.faults.heartbeat import (
+    ASK,
+    Heartbeat,
+    Watchdog,
+    describe_end,
+    dump_of,
+    dump_to,
+    dumped_frames,
+    read_dump,
+)
 
 # -------------------------------------------------------------------------------------------- signals
 

@@ -3,7 +3,7 @@
 import traceback
 
 from mjnav.errors import InvalidValue, MjnavError, PluginFault, message, said
-from mjnav.loop.faults.location import location
+from mjnav.loop.faults.heartbeat import location
 from mjnav.loop.result import Result
 from mjnav.messages import Event
 

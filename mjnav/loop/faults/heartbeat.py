@@ -1,4 +1,5 @@
-"""The limit on an episode's wall time, kept in the process that runs it and in the process that watches it.
+"""The limit on an episode's wall time, kept in the process that runs it and in the process that watches it; how and
+where in the user's code a process ended.
 
 A `Heartbeat` is called at every tick, and raises `TimeUp` when the time is over. An episode that hangs inside a tick
 does not call it. The `Watchdog` in another process then sends a signal whose handler raises `TimeUp` where the episode
@@ -6,17 +7,23 @@ hangs; compiled code does not run handlers, so its process is ended. Wall time d
 up, and an episode that is given up has no result.
 """
 
+import faulthandler
 import os
 import re
+import select
 import signal
+import sysconfig
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
+from pathlib import Path
 from traceback import FrameSummary, extract_stack
 from types import FrameType
 
 from mjnav.errors import MjnavError
-from mjnav.loop.faults.location import location
+
+# ------------------------------------------------------------------------------------------ heartbeat
+
 
 MAX_SECONDS = 3600.0  # [s] of wall time that an episode may take by default
 START = 120.0  # [s] more until its first tick: kernels may have to be compiled
@@ -25,8 +32,6 @@ GRACE = 3.0  # [s] without a tick after which an episode beyond its time counts 
 END_TIMEOUT = 5.0  # [s] between the request to end and the end of the process
 INTERVAL = 1.0  # [s] between two beats that are sent
 ASK, DUMP = signal.SIGUSR1, signal.SIGUSR2  # end the tick that hangs; say where the process is (faulthandler)
-
-_FRAME = re.compile(r'^  File "(.+)", line (\d+) in (.+)$', re.MULTILINE)  # of faulthandler, innermost first
 
 
 class TimeUp(MjnavError):
@@ -142,6 +147,64 @@ class Watchdog:
 def hang(limit: float, where: str | None) -> str:
     """The reason for ending an episode that hangs, and where it did."""
     return f"a tick hangs{f' ({where})' if where else ''}: ended after {limit:g} s on the wall (--max-seconds)"
+
+
+# -------------------------------------------------------------------------------- where and how it ended
+
+
+_FRAME = re.compile(r'^  File "(.+)", line (\d+) in (.+)$', re.MULTILINE)  # of faulthandler, innermost first
+_MAX_DUMP = 1 << 16  # [bytes]; faulthandler writes at most 100 frames
+_PATIENCE = 0.5  # [s] until a dump begins
+_PAUSE = 0.1  # [s] between two pieces of it: it is written in many
+
+
+def location(frames: Iterable[FrameSummary], *, users_only: bool = False) -> str | None:
+    """ "file:line, in function" of a stack, outermost frame first.
+
+    That is the innermost frame of the user's own code, or else of mjnav's unless `users_only`: not that of a library
+    below it.
+    """
+    frames = [frame for frame in frames if Path(frame.filename).is_file()]
+    package = Path(__file__).parents[2]
+    libraries = [Path(sysconfig.get_path(name)) for name in ("stdlib", "purelib", "platlib")]
+    ours = [frame for frame in frames if Path(frame.filename).is_relative_to(package)]
+    users = [frame for frame in frames if not any(map(Path(frame.filename).is_relative_to, (package, *libraries)))]
+    for found in (users,) if users_only else (users, ours, frames):
+        if found:
+            return f"{found[-1].filename}:{found[-1].lineno}, in {found[-1].name}"
+    return None
+
+
+def dump_to(descriptor: int) -> None:
+    """Dumps the stack to `descriptor` on a fatal signal and on DUMP, without the interpreter's lock."""
+    faulthandler.enable(descriptor, all_threads=False)  # type: ignore[arg-type] - a descriptor, as documented
+    faulthandler.register(DUMP, descriptor, all_threads=False)  # type: ignore[arg-type]
+
+
+def dump_of(process: int, descriptor: int) -> str:
+    """The stack that the process dumps when it is asked to; empty where it does not answer."""
+    os.kill(process, DUMP)
+    return read_dump(descriptor, _PATIENCE)
+
+
+def read_dump(descriptor: int, patience: float = 0.0) -> str:
+    """What has been dumped to `descriptor`."""
+    text = b""
+    while select.select([descriptor], [], [], _PAUSE if text else patience)[0]:
+        if not (piece := os.read(descriptor, _MAX_DUMP)):
+            break
+        text += piece
+    return text.decode(errors="replace")
+
+
+def describe_end(exit_code: int, dump: str) -> str:
+    """How a process ended, from its exit code or minus the signal that ended it, and where, if it dumped its stack."""
+    named = {one.value: one.name for one in signal.Signals}
+    what = (
+        f"exit code {exit_code}, as os._exit does" if exit_code >= 0 else named.get(-exit_code, f"signal {-exit_code}")
+    )
+    where = location(dumped_frames(dump))
+    return f"{what} ({where})" if where else what
 
 
 def dumped_frames(text: str) -> list[FrameSummary]:

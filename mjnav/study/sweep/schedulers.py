@@ -10,14 +10,14 @@ compiled code that never returns, the process ends: Dask gives the trial to anot
 heartbeat to Dask, which ends the worker after `distributed.scheduler.worker-ttl`.
 """
 
-import asyncio
 import ctypes
 import logging
 import os
 import socket
 import sys
 import threading
-from collections.abc import Callable, Coroutine, Generator, Iterable, Iterator
+from collections.abc import Callable, Generator, Iterable, Iterator
+from concurrent.futures import CancelledError
 from contextlib import contextmanager, suppress
 from itertools import islice
 from queue import Empty, SimpleQueue
@@ -27,10 +27,9 @@ from mjnav.errors import InvalidValue, MjnavError, missing_extra
 from mjnav.loop.faults.fault import describe_fault
 from mjnav.loop.faults.heartbeat import END_TIMEOUT, MAX_SECONDS, STALL, Heartbeat, TimeUp
 from mjnav.study.keep import LogFault
-from mjnav.study.kept_logs import wants_log, with_log
 from mjnav.study.store.row import Row
 from mjnav.study.sweep.workers import POLL, TimeLimit, as_done
-from mjnav.study.trial import Trial, failed_row, run_trial
+from mjnav.study.trial import Trial, failed_row, run_trial, wants_log, with_log
 
 _POLL = 0.5  # [s]
 
@@ -114,32 +113,26 @@ def dask(address: str, max_seconds: float = MAX_SECONDS, *, patience: float = PA
         source, done = iter(trials), SimpleQueue[Any]()
         under_way: dict[Any, Trial] = {}
         client = _connect(address)
-        pulse = _Pulse(client, address, patience)
-
-        def fetch(future: Any) -> None:
-            """Requests the row of a trial that is done; called on a thread of the client."""
-            if future.status != "finished":
-                done.put((future, None))
-                return
-            asked = _ask(client, client.gather(future, asynchronous=True))
-            asked.add_done_callback(lambda answer: done.put((future, answer)))
-
         try:
             while True:
-                for trial in islice(source, max(0, pulse.window - len(under_way))):
+                threads = client.sync(client.scheduler.ncores, workers=None, callback_timeout=patience)
+                window = max(LEAST_WINDOW, WINDOW * sum(threads.values()))
+                for trial in islice(source, max(0, window - len(under_way))):
                     future = client.submit(run_in_thread, trial, max_seconds, key=f"mjnav-{trial.id}")
                     under_way[future] = trial
-                    future.add_done_callback(fetch)
+                    future.add_done_callback(done.put)
                 if not under_way:
                     return
                 try:
-                    future, answer = done.get(timeout=POLL)
+                    future = done.get(timeout=POLL)
                 except Empty:
-                    pulse.beat()
                     yield None
                     continue
-                pulse.heard()
-                yield _row(future, answer, under_way.pop(future), address)
+                yield _row(future, under_way.pop(future))
+        except TimeoutError:
+            raise MjnavError(f"the scheduler at {address} is lost: no answer for {patience:g} s") from None
+        except (OSError, CancelledError):
+            raise MjnavError(f"the scheduler at {address} is lost: the connection was closed") from None
         finally:
             with suppress(Exception):  # the scheduler may be gone
                 client.cancel(list(under_way))
@@ -148,54 +141,12 @@ def dask(address: str, max_seconds: float = MAX_SECONDS, *, patience: float = PA
     return run
 
 
-class _Pulse:
-    """Checks that the scheduler is there, without waiting for it.
-
-    Silence is counted in polls, not by the clock: a sweep that was itself stopped for a while has not lost it.
-    """
-
-    def __init__(self, client: Any, address: str, patience: float):
-        self.window = LEAST_WINDOW  # trials to submit ahead
-        self._client, self._address, self._patience = client, address, patience
-        self._question: Any = None
-        self._silent = 0  # polls
-
-    def heard(self) -> None:
-        """The scheduler sent something."""
-        self._silent = 0
-
-    def beat(self) -> None:
-        """A poll without an answer. Raises MjnavError where the scheduler is lost."""
-        if self._question is None:
-            self._question = _ask(self._client, self._client.scheduler.ncores(workers=None))
-        elif self._question.done():
-            if self._question.cancelled() or self._question.exception() is not None:
-                raise _lost(self._address)
-            self.window = max(LEAST_WINDOW, WINDOW * sum(self._question.result().values()))
-            self._question = None
-            self.heard()
-        else:
-            self._silent += 1
-            if self._silent * POLL > self._patience:
-                raise MjnavError(f"the scheduler at {self._address} is lost: no answer for {self._patience:g} s")
-
-
-def _ask(client: Any, question: Coroutine[Any, Any, Any]) -> Any:
-    """The future answer, computed on the client's own thread."""
-    return asyncio.run_coroutine_threadsafe(question, client.loop.asyncio_loop)
-
-
-def _lost(address: str) -> MjnavError:
-    return MjnavError(f"the scheduler at {address} is lost: the connection was closed")
-
-
-def _row(future: Any, answer: Any, trial: Trial, address: str) -> Row:
+def _row(future: Any, trial: Trial) -> Row:
+    """The row of a trial that is done. Raises OSError or CancelledError where the scheduler is lost, and LogFault."""
     from distributed import KilledWorker
 
-    if answer is not None and not answer.cancelled() and answer.exception() is None:
-        return answer.result()
-    if future.status != "error":  # neither a row nor an error arrived
-        raise _lost(address)
+    if future.status != "error":
+        return future.result()
     error = future.exception()
     if isinstance(error, LogFault):
         raise error
@@ -238,22 +189,7 @@ def _connect(address: str) -> Any:
     for name in logging.root.manager.loggerDict:
         if name.partition(".")[0] == "distributed":
             logging.getLogger(name).setLevel(logging.CRITICAL)  # errors are reported in one line
-    made = SimpleQueue[Any]()
-
-    def make() -> None:
-        try:
-            made.put(Client(address, timeout=CONNECT_TIMEOUT, set_as_default=False))
-        except Exception as error:
-            made.put(error)
-
-    # On a thread of its own: Client waits forever for a scheduler that accepts the connection and sends nothing.
-    threading.Thread(target=make, daemon=True).start()
     try:
-        client = made.get(timeout=2.0 * CONNECT_TIMEOUT)
-    except Empty:
-        client = TimeoutError(f"no answer for {2.0 * CONNECT_TIMEOUT:g} s")
-    if isinstance(client, OSError):
-        raise MjnavError(f"no Dask scheduler answers at {address}: {client}")
-    if isinstance(client, Exception):
-        raise client
-    return client
+        return Client(address, timeout=CONNECT_TIMEOUT, set_as_default=False)
+    except OSError as error:
+        raise MjnavError(f"no Dask scheduler answers at {address}: {error}") from None

@@ -1,15 +1,16 @@
 """A sweep: runs the episodes that a store lacks, and writes their rows while it runs."""
 
+import os
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import closing
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from pathlib import Path
 
 from mjnav.errors import InputError, MjnavError
 from mjnav.loop.provenance import OWN_SOURCES, changes
 from mjnav.study.cells import Cell
-from mjnav.study.keep import NONE, check_kind
-from mjnav.study.kept_logs import keeping
+from mjnav.study.keep import ALL, LOGS, NONE, Keep, check_kind, log_name, make_logs_folder
 from mjnav.study.store.row import Row
 from mjnav.study.store.store import Store
 from mjnav.study.study_file import StudyFile
@@ -59,6 +60,23 @@ def check(wanted: Sequence[Trial], store: Store, *, resume: bool, failed: bool =
             f"{store.folder}: not the same as when its rows were made: {changes_line(found)}. Nothing was written: "
             "-o names another folder; --accept-changed keeps the rows that are there and adds the missing ones"
         )
+
+
+def keeping(trials: Iterable[Trial], folder: Path, kind: str) -> Iterator[Trial]:
+    """The trials, their logs kept in a folder of results as `kind`, one of KINDS, says.
+
+    Makes the folder of logs, and removes what is left of these trials there. Raises InputError.
+    """
+    check_kind(kind)
+    if kind == NONE and not (folder / LOGS).exists():
+        yield from trials
+        return
+    if kind != NONE:
+        make_logs_folder(folder)
+    for trial in trials:
+        keep = Keep(os.path.abspath(folder), log_name(trial.cell_place[1:], trial.seed, trial.id), kind == ALL)
+        keep.remove()
+        yield trial if kind == NONE else replace(trial, keep=keep)
 
 
 def sweep(

@@ -21,8 +21,17 @@ from types import MappingProxyType, ModuleType
 from typing import Any, TypeVar
 
 from mjnav.errors import MjnavError, said
-from mjnav.loop.faults.heartbeat import ASK, MAX_SECONDS, Heartbeat, Watchdog, dumped_frames
-from mjnav.loop.faults.process_end import describe_end, dump_of, dump_to, read_dump
+from mjnav.loop.faults.heartbeat import (
+    ASK,
+    MAX_SECONDS,
+    Heartbeat,
+    Watchdog,
+    describe_end,
+    dump_of,
+    dump_to,
+    dumped_frames,
+    read_dump,
+)
 
 Task = TypeVar("Task")
 Answer = TypeVar("Answer")

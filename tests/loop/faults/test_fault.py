@@ -9,7 +9,7 @@ import pytest
 
 from mjnav.errors import MjnavError
 from mjnav.loop.faults.fault import RunFault, describe_fault, fault_events
-from mjnav.loop.faults.location import location
+from mjnav.loop.faults.heartbeat import location
 
 
 def raised(call) -> Exception:

@@ -11,11 +11,10 @@ from mjnav.cli.main import main
 from mjnav.control.methods.rkhs import Rkhs
 from mjnav.errors import InputError, InvalidValue
 from mjnav.study.keep import kept_log
-from mjnav.study.kept_logs import keeping, wants_log, with_log
 from mjnav.study.store.store import Store
 from mjnav.study.sweep.schedulers import local
-from mjnav.study.sweep.sweep import sweep
-from mjnav.study.trial import run_trial
+from mjnav.study.sweep.sweep import keeping, sweep
+from mjnav.study.trial import run_trial, wants_log, with_log
 
 ROOM = 2**20  # [bytes] for the rows that are left
 DISK = 2**21  # [bytes]: fewer than the logs of the small study take
