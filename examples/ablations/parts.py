@@ -15,7 +15,6 @@ import numpy as np
 from scipy.spatial.distance import pdist, squareform
 
 from mjnav.config import Range
-from mjnav.control.kernels.mppi_rollout import Rollouts
 from mjnav.control.methods.rkhs_plan import RkhsPlan, RkhsPlanParameters
 from mjnav.control.parameters import LEAST, Count, Positive
 from mjnav.control.planner import Risks
@@ -24,6 +23,7 @@ from mjnav.control.problem.obstacles import Reach
 from mjnav.control.problem.problem import Problem
 from mjnav.geometry.way_field import WayField
 from mjnav.messages import Array, KnownMap
+from mjnav.motion.rollouts import Rollouts
 from mjnav.rkhs.gaussian import gaussian_mmd_squared
 from mjnav.rkhs.mmd import PolynomialKernel, moment_distance, raw_moments
 

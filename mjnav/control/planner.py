@@ -34,7 +34,6 @@ import numpy as np
 from mjnav.config import Range
 from mjnav.control.base import ProblemController, status_of
 from mjnav.control.kernels.guides import ways_left
-from mjnav.control.kernels.mppi_rollout import ControlLimits, Rollouts
 from mjnav.control.parameters import MOST, Count, GoalParameters, Positive, Seconds, Share, Weight, check_memory
 from mjnav.control.problem.candidates import cheapest
 from mjnav.control.problem.fan import KEPT, Plan, carried_on, guided, guides, perturbations, shown_plan, softmin
@@ -45,6 +44,7 @@ from mjnav.control.problem.problem import Problem
 from mjnav.geometry.floor import Floor, floor_of_map
 from mjnav.geometry.way_field import WayField, WayGrid
 from mjnav.messages import Array, CandidateCosts, Decision, KnownMap, Observation, RobotLimits, Status
+from mjnav.motion.rollouts import ControlLimits, Rollouts
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

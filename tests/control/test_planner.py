@@ -8,10 +8,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from mjnav.control import Status, make_controller
-from mjnav.control.kernels.mppi_rollout import Rollouts
 from mjnav.control.planner import effort, progress
 from mjnav.messages import KnownMap, ObstacleSamples, RobotLimits
 from mjnav.metrics.effort import control_cost
+from mjnav.motion.rollouts import Rollouts
 
 FEW = {"rollouts": 20}
 SLOW = RobotLimits(max_acceleration=0.3, max_turn_rate=1.5, max_turn_acceleration=0.5)

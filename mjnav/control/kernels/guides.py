@@ -1,14 +1,19 @@
 """Guides: controls that lead a robot on simple ways, from which a planner's rollouts start.
 
 A guide stands for `wait` seconds, then drives for `hold` seconds along a fixed direction, and then the way to the goal.
-Forwards it faces where it goes; with a negative speed it backs off.
+Forwards it faces where it goes; with a negative speed it backs off. `approach` drives straight to the goal.
 """
 
 import numpy as np
 
-from mjnav.control.kernels.mppi_rollout import chord, turn_by
-from mjnav.geometry.compiled import Matrix, Vector, kernel
+from mjnav.control.parameters import GoalParameters
+from mjnav.geometry.angles import shortest_turn
+from mjnav.geometry.compiled import Matrix, Vector, kernel, scalar
 from mjnav.geometry.way_field import WayGrid, way_lookup
+from mjnav.messages import Array
+from mjnav.motion.rollouts import ControlLimits, chord
+
+turn_by = scalar(shortest_turn)
 
 
 @kernel
@@ -69,3 +74,58 @@ def ways_left(left: Matrix, by_x: Matrix, by_y: Matrix, x: Matrix, y: Matrix, at
     for t in range(x.shape[0]):
         for k in range(x.shape[1]):
             left[t, k], by_x[t, k], by_y[t, k] = way_lookup(way, at[0] + x[t, k], at[1] + y[t, k])
+
+
+@kernel
+def _approach(
+    out: Matrix,
+    heading: float,
+    goal_x: float,
+    goal_y: float,
+    first: Matrix,
+    bounds: Matrix,
+    change: Vector,
+    speed: float,
+    approach_time: float,
+    preview: float,
+    step: float,
+):
+    """Controls (2, T) that turn to the goal and drive there, from the origin at `heading`.
+
+    first and bounds (2, 2): lowest and highest (v, omega), of the first control and of all; `change` (2,) is the most
+    from one to the next.
+    """
+    x, y = 0.0, 0.0
+    for t in range(out.shape[1]):
+        dx, dy = goal_x - x, goal_y - y
+        distance = np.sqrt(dx * dx + dy * dy)
+        turn = turn_by(np.arctan2(dy, dx) - heading) if distance > 0.0 else 0.0
+        out[0, t] = min(speed, distance / approach_time) * max(np.cos(turn), 0.0)
+        out[1, t] = turn / preview
+        for c in range(2):
+            low, high = first[0, c], first[1, c]
+            if t > 0:
+                before = out[c, t - 1]
+                low, high = max(bounds[0, c], before - change[c]), min(bounds[1, c], before + change[c])
+            out[c, t] = min(max(out[c, t], low), high)
+        half = 0.5 * step * out[1, t]
+        length = chord(out[0, t], half, step)
+        x += length * np.cos(heading + half)
+        y += length * np.sin(heading + half)
+        heading += 2.0 * half
+
+
+def approach(
+    goal: Array, heading: float, limits: ControlLimits, speed: float, step: float, num: int, parameters: GoalParameters
+) -> Array:
+    """`num` controls (2, T) within the limits, straight to `goal` (2,), which is relative to the robot.
+
+    The robot turns to the goal within the preview, and drives as fast as the goal cost wants it to, `speed` [m/s] far
+    from the goal, slower while it faces another way.
+    """
+    out = np.empty((2, num))
+    _approach(
+        out, heading, goal[0], goal[1], limits.first, limits.all, limits.change, speed, parameters.approach_time,
+        parameters.preview, step,
+    )  # fmt: skip
+    return out

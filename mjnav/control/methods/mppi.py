@@ -28,7 +28,7 @@ import numpy as np
 
 from mjnav.config import Range
 from mjnav.control.base import ProblemController, status_of
-from mjnav.control.kernels.mppi_rollout import ControlLimits, Rollouts, approach
+from mjnav.control.kernels.guides import approach
 from mjnav.control.parameters import MOST, Count, GoalParameters, LaneWeights, Positive, Seconds, Share, Weight
 from mjnav.control.problem.candidates import cheapest
 from mjnav.control.problem.fan import KEPT, NO_VIOLATION, STAND, Plan, carried_on, perturbations, shown_plan, softmin
@@ -37,6 +37,7 @@ from mjnav.control.problem.mppi_risk import Risk, Surroundings
 from mjnav.control.problem.obstacles import Reach, walls_in_reach
 from mjnav.control.problem.problem import Problem
 from mjnav.messages import Array, CandidateCosts, Decision, Observation, RobotLimits, Status
+from mjnav.motion.rollouts import ControlLimits, Rollouts
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

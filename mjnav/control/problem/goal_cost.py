@@ -13,11 +13,11 @@ from math import floor, pi
 
 import numpy as np
 
-from mjnav.control.kernels.mppi_rollout import Rollouts
 from mjnav.control.parameters import GoalParameters
 from mjnav.control.problem.candidates import Candidates
 from mjnav.geometry.compiled import Matrix, elementwise, exact
 from mjnav.messages import Array, RobotLimits
+from mjnav.motion.rollouts import Rollouts
 
 TINY = 1e-300  # [m], so that the way to a goal that is reached has a length
 

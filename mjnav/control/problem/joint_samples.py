@@ -13,11 +13,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from mjnav.constraints.walls import lane_distance
-from mjnav.control.kernels.mppi_rollout import Rollouts
 from mjnav.control.kernels.violation import DEEPEST, meet_discs, meet_lane, meet_walls
 from mjnav.control.problem.obstacles import Reach, positions_at
 from mjnav.control.problem.problem import Problem
 from mjnav.messages import Array, ObstacleSamples
+from mjnav.motion.rollouts import Rollouts
 
 
 def robot_offsets(problem: Problem) -> Array:

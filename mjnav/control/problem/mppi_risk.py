@@ -13,12 +13,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from mjnav.control.kernels.mppi_rollout import Rollouts
 from mjnav.control.problem.joint_samples import lane_excesses, robot_offsets
 from mjnav.control.problem.obstacles import Discs, Reach, positions_at
 from mjnav.control.problem.problem import Problem
 from mjnav.geometry.compiled import Indices, Matrix, Vector, kernel
 from mjnav.messages import Array, ObstacleSamples
+from mjnav.motion.rollouts import Rollouts
 
 SLACK = 1e-9  # relative, by which a cloud's reach is rounded up
 TINY = 1e-300

@@ -8,11 +8,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from mjnav.control import Status, make_controller
-from mjnav.control.kernels.mppi_rollout import ControlLimits, approach
+from mjnav.control.kernels.guides import approach
 from mjnav.control.parameters import Parameters
 from mjnav.control.problem.fan import Plan, perturbations, softmin
 from mjnav.geometry.angles import circular_mean
 from mjnav.messages import RobotLimits
+from mjnav.motion.rollouts import ControlLimits
 from mjnav.motion.unicycle import integrate, reachable
 from mjnav.recording.encode.json_messages import encode_decision
 

@@ -1,20 +1,16 @@
-"""Rollouts: control sequences within the robot's limits and the paths they lead along.
+"""Rollouts: sequences of (v, omega) within the robot's limits and the paths along exact arcs that they lead along.
 
 Arrays are (T, K), step by rollout, so that the innermost loops run over the rollouts. Positions are relative to the
-robot's mean position; step t ends (t + 1) `step` seconds after the decision takes effect.
+robot's at the start, a planner's to the mean one; step t ends (t + 1) `step` seconds after the start.
 """
 
 from dataclasses import dataclass
 
 import numpy as np
 
-from mjnav.control.parameters import GoalParameters
-from mjnav.geometry.angles import shortest_turn
-from mjnav.geometry.compiled import Matrix, Vector, kernel, scalar
+from mjnav.geometry.compiled import Matrix, kernel, scalar
 from mjnav.messages import Array, RobotLimits
 from mjnav.motion.unicycle import control_bounds, reachable
-
-turn_by = scalar(shortest_turn)
 
 
 @scalar
@@ -44,45 +40,6 @@ def _drive(heading: Matrix, x: Matrix, y: Matrix, v: Matrix, omega: Matrix, step
             x[t + 1, k] = x[t, k] + length * np.cos(heading[t, k] + half)
             y[t + 1, k] = y[t, k] + length * np.sin(heading[t, k] + half)
             heading[t + 1, k] = heading[t, k] + 2.0 * half
-
-
-@kernel
-def _approach(
-    out: Matrix,
-    heading: float,
-    goal_x: float,
-    goal_y: float,
-    first: Matrix,
-    bounds: Matrix,
-    change: Vector,
-    speed: float,
-    approach_time: float,
-    preview: float,
-    step: float,
-):
-    """Controls (2, T) that turn to the goal and drive there, from the origin at `heading`.
-
-    first and bounds (2, 2): lowest and highest (v, omega), of the first control and of all; `change` (2,) is the most
-    from one to the next.
-    """
-    x, y = 0.0, 0.0
-    for t in range(out.shape[1]):
-        dx, dy = goal_x - x, goal_y - y
-        distance = np.sqrt(dx * dx + dy * dy)
-        turn = turn_by(np.arctan2(dy, dx) - heading) if distance > 0.0 else 0.0
-        out[0, t] = min(speed, distance / approach_time) * max(np.cos(turn), 0.0)
-        out[1, t] = turn / preview
-        for c in range(2):
-            low, high = first[0, c], first[1, c]
-            if t > 0:
-                before = out[c, t - 1]
-                low, high = max(bounds[0, c], before - change[c]), min(bounds[1, c], before + change[c])
-            out[c, t] = min(max(out[c, t], low), high)
-        half = 0.5 * step * out[1, t]
-        length = chord(out[0, t], half, step)
-        x += length * np.cos(heading + half)
-        y += length * np.sin(heading + half)
-        heading += 2.0 * half
 
 
 @dataclass(frozen=True, slots=True)
@@ -140,19 +97,3 @@ class Rollouts:
     def omega(self) -> Array:
         """(T, K) [rad/s]."""
         return self.controls[1]
-
-
-def approach(
-    goal: Array, heading: float, limits: ControlLimits, speed: float, step: float, num: int, parameters: GoalParameters
-) -> Array:
-    """`num` controls (2, T) within the limits, straight to `goal` (2,), which is relative to the robot.
-
-    The robot turns to the goal within the preview, and drives as fast as the goal cost wants it to, `speed` [m/s] far
-    from the goal, slower while it faces another way.
-    """
-    out = np.empty((2, num))
-    _approach(
-        out, heading, goal[0], goal[1], limits.first, limits.all, limits.change, speed, parameters.approach_time,
-        parameters.preview, step,
-    )  # fmt: skip
-    return out
