@@ -16,10 +16,12 @@ from itertools import count
 
 import scipy.optimize  # noqa: F401 - the figures load it when a run has ended
 from numba.core import event
+from numba.core.dispatcher import Dispatcher
+from numba.np.ufunc.dufunc import DUFunc
 
 import mjnav
 from mjnav.control import names
-from mjnav.geometry.compiled import Kernel, load_kernels
+from mjnav.geometry.compiled import load_kernels
 from mjnav.loop.episode import Episode
 from mjnav.loop.faults.fault import RunFault
 from mjnav.scenarios import library
@@ -40,12 +42,13 @@ PEOPLE = (
 
 def known() -> set[str]:
     """Every kernel of mjnav for the types that it is loaded for, and every module."""
-    loaded = set(sys.modules)
+    found = set(sys.modules)
     for module in [vars(module) for name, module in list(sys.modules.items()) if name.startswith("mjnav.")]:
-        for kernel in [value for value in module.values() if isinstance(value, Kernel) and "compiled" in vars(value)]:
-            dispatcher = getattr(kernel.compiled, "_dispatcher", kernel.compiled)
-            loaded |= {f"{kernel.__qualname__}{signature}" for signature in dispatcher.overloads}
-    return loaded
+        for value in module.values():
+            kernel = value._dispatcher if isinstance(value, DUFunc) else value
+            if isinstance(value, Dispatcher | DUFunc):
+                found |= {f"{kernel.py_func.__qualname__}{signature}" for signature in kernel.overloads}
+    return found
 
 
 @contextmanager

@@ -34,23 +34,28 @@ print(sum(e.is_start for _, e in recorder.buffer), moments.tobytes().hex())
 """
 # Prints each kernel and the functions outside it that are in its machine code.
 FOREIGN = """
+import sys
 from contextlib import suppress
 from importlib import import_module
 from pkgutil import walk_packages
+from numba.core.dispatcher import Dispatcher
+from numba.np.ufunc.dufunc import DUFunc
 import mjnav
-from mjnav.geometry import compiled
+from mjnav.geometry.compiled import load_kernels
 for module in walk_packages(mjnav.__path__, "mjnav."):
     if not module.name.endswith("__main__"):
         with suppress(ImportError):  # of an extra that is not installed
             import_module(module.name)
-compiled.load_kernels()
-for each in compiled._kernels:
-    dispatcher = getattr(each.compiled, "_dispatcher", each.compiled)
-    for kernel in dispatcher.overloads.values():
-        mangled = kernel.fndesc.mangled_name.removeprefix("_ZN")
-        functions = kernel.library._get_module_for_linking().functions
-        foreign = [f.name for f in functions if not f.is_declaration and mangled not in f.name]
-        print(kernel.fndesc.qualname, *foreign)
+load_kernels()
+modules = [module for name, module in sys.modules.items() if name.startswith("mjnav.")]
+for value in {id(value): value for module in modules for value in vars(module).values()}.values():
+    dispatcher = value._dispatcher if isinstance(value, DUFunc) else value
+    if isinstance(dispatcher, Dispatcher):
+        for kernel in dispatcher.overloads.values():
+            own = kernel.fndesc.mangled_name.removeprefix("_ZN")
+            functions = kernel.library._get_module_for_linking().functions
+            foreign = [f.name for f in functions if not f.is_declaration and own not in f.name]
+            print(kernel.fndesc.qualname, *foreign)
 """
 
 
