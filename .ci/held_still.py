@@ -33,7 +33,19 @@ SCENES = (
 METHODS = ("rkhs", "rkhs-plan", "orca", "mppi")
 ENGINES = ("mujoco", "kinematic")
 SOURCES = ("told", "lidar")
-CLOCK = ("ms", "seconds", "real_time", "deadline", "jitter", "version", "digest", "revision", "scenario", "log", "replay")
+CLOCK = (
+    "ms",
+    "seconds",
+    "real_time",
+    "deadline",
+    "jitter",
+    "version",
+    "digest",
+    "revision",
+    "scenario",
+    "log",
+    "replay",
+)
 TOLERANCE = 1e-9
 
 
@@ -62,7 +74,11 @@ def _differences(name: str, before: Any, after: Any) -> list[str]:
     if isinstance(before, list) and isinstance(after, list) and len(before) == len(after):
         pairs = enumerate(zip(before, after, strict=True))
         return [line for i, pair in pairs for line in _differences(f"{name}.{i}", *pair)]
-    if isinstance(before, float) and isinstance(after, float) and abs(before - after) <= TOLERANCE * max(1, abs(before)):
+    if (
+        isinstance(before, float)
+        and isinstance(after, float)
+        and abs(before - after) <= TOLERANCE * max(1, abs(before))
+    ):
         return []
     return [] if before == after else [f"{name}: {before!r} -> {after!r}"]
 
