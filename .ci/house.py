@@ -17,9 +17,30 @@ from types import FrameType
 
 HOUSE = Path(__file__).parents[1] / "mjnav"
 BUDGETS = {  # code lines
+    ".": 894,
+    "cli": 2970,
+    "config": 568,
+    "constraints": 361,
+    "control": 3121,
+    "estimation": 2899,
+    "filters": 297,
+    "geometry": 1100,
+    "gym": 293,
+    "loop": 3205,
+    "metrics": 2348,
+    "motion": 451,
+    "noise": 692,
+    "paper": 1538,
+    "prediction": 376,
+    "recording": 3553,
+    "report": 3106,
+    "rkhs": 97,
+    "scenarios": 3212,
+    "study": 3693,
+    "world": 2568,
 }
-MOST_FILES = 397
-MOST_IMPORTS = 0.107  # of all code lines
+MOST_FILES = 336
+MOST_IMPORTS = 0.104  # of all code lines
 SILENT = {tokenize.COMMENT, tokenize.NL, tokenize.NEWLINE, tokenize.INDENT, tokenize.DEDENT, tokenize.ENDMARKER}
 SCOPES = (ast.Module, ast.ClassDef, ast.FunctionDef, ast.AsyncFunctionDef)
 

@@ -75,6 +75,7 @@ def browser():
         chromium.close()
 
 
+@pytest.mark.nightly
 @pytest.mark.skipif(CHROMIUM is None, reason="there is no chromium")
 def test_a_browser_gets_messages_on_pages_that_may_connect_alone(browser, site, live):
     server, refused = live

@@ -14,6 +14,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 import numpy as np
+import pytest
 from hypothesis import HealthCheck, event, given, settings
 from hypothesis import strategies as st
 
@@ -137,6 +138,7 @@ def survive(document: dict, log: bool) -> str:
         return "ran"
 
 
+@pytest.mark.nightly
 @fuzzed
 @given(run_files(SCENES), st.integers(0, 4))
 def test_any_run_file_runs_five_ticks_or_is_refused(document, logged):

@@ -66,6 +66,7 @@ def test_an_episode_that_hangs_or_exits_is_a_failed_row_among_the_others(study, 
     assert {row["outcome"] for row in rows if row["error"] is not None} == {None}
 
 
+@pytest.mark.nightly
 def test_an_interrupt_keeps_what_is_finished_also_where_an_episode_hangs(study, sweep, tmp_path):
     study("Hung")
     with sweep() as process:

@@ -15,6 +15,8 @@ from mjnav.metrics.timing import compute_ms
 from mjnav.recording.read.trajectory import TrajectoryBuilder
 from mjnav.scenarios import load
 
+pytestmark = pytest.mark.nightly
+
 HOUR = 36_000  # ticks
 TICKS = 400
 

@@ -38,6 +38,7 @@ def check_rows(store: Store) -> None:
     ]
 
 
+@pytest.mark.nightly
 def test_a_worker_that_begins_after_an_edit_ends_the_sweep_with_one_line(own_trials, tmp_path):
     store = Store(tmp_path / "out")
 
@@ -53,6 +54,7 @@ def test_a_worker_that_begins_after_an_edit_ends_the_sweep_with_one_line(own_tri
     assert multiprocessing.active_children() == []
 
 
+@pytest.mark.nightly
 def test_a_worker_that_lacks_the_controller_ends_the_sweep_with_one_line(own_trials, tmp_path):
     store = Store(tmp_path / "out")
 

@@ -97,6 +97,7 @@ def test_a_slow_tick_is_the_loops_and_compiling_is_first_time_work(start, tmp_pa
     assert sum(counts.values()) == report["deadline_misses"]
 
 
+@pytest.mark.nightly
 @pytest.mark.skipif(len(os.sched_getaffinity(0)) < 2, reason="one CPU only: the probe watches before the test")
 def test_a_stop_of_all_is_the_machines_and_of_the_loop_alone_is_not(start, tmp_path):
     log = tmp_path / "a.mcap"

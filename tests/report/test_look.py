@@ -18,6 +18,8 @@ from mjnav.study.study_file import load_study
 from tests.recording.conftest import MadeUpRun, make_scenario
 from tests.study.made_up import row
 
+pytestmark = pytest.mark.nightly
+
 pytest.importorskip("pyarrow", reason="the sweep extra is not installed")
 
 METHODS = ("a method with a name that no phone has the room for in one line", "saa", "mean")

@@ -14,6 +14,8 @@ from mjnav.report.inspection import inspect
 from mjnav.report.run_page.page_figures import flatten, shown
 from tests.recording.conftest import MadeUpRun, make_scenario
 
+pytestmark = pytest.mark.nightly
+
 HOSTILE = '"></script><script>window.hacked=1</script><img src=x onerror="window.hacked=2">'
 DESK, PHONE = {"width": 1400, "height": 900}, {"width": 375, "height": 740}
 

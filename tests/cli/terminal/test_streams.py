@@ -47,7 +47,11 @@ def folder(tmp_path, mjnav):
     return tmp_path
 
 
-@pytest.mark.parametrize("environment", ENVIRONMENTS, ids=lambda found: "-".join(found.values()))
+@pytest.mark.parametrize(
+    "environment",
+    [ENVIRONMENTS[0], *(pytest.param(environment, marks=pytest.mark.nightly) for environment in ENVIRONMENTS[1:])],
+    ids=lambda environment: "-".join(environment.values()),
+)
 def test_every_command_prints_on_a_stream_that_is_not_utf_8(folder, environment):
     done = subprocess.run(
         [sys.executable, "-c", PROGRAM, *WORDS], cwd=folder, env={**os.environ, **environment}, capture_output=True

@@ -125,6 +125,7 @@ def test_the_folder_of_logs_is_no_link(tmp_path, small_trials):
         sweep(small_trials[:1], Store(tmp_path / "out"), in_process, keep_logs="all")
 
 
+@pytest.mark.nightly
 def test_a_full_disk_is_a_line_and_the_sweep_goes_on_with_room(small_study, serial_hashes, small_disk, capsys):
     with small_disk(DISK) as disk:
         words = ["sweep", str(small_study), "-o", str(disk / "out"), "--workers", "1"]

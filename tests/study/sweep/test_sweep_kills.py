@@ -6,6 +6,8 @@ import sys
 import time
 from pathlib import Path
 
+import pytest
+
 from mjnav.cli.main import main
 from mjnav.study.store.store import Store
 
@@ -70,6 +72,7 @@ def test_a_killed_driver_leaves_no_worker_and_its_sweep_goes_on(small_study, ser
     assert "of them are done" in capsys.readouterr().out
 
 
+@pytest.mark.nightly
 def test_a_full_disk_is_a_line_and_the_sweep_goes_on_with_room(small_study, serial_hashes, small_disk, capsys):
     with small_disk(DISK) as disk:
         words = ["sweep", str(small_study), "-o", str(disk / "out"), "--workers", "1", "--json"]
