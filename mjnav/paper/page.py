@@ -88,6 +88,7 @@ def read(folder: Path) -> Published | None:
     path = folder / FINDINGS
     try:
         document = json.loads(path.read_text(encoding="utf-8"))
+        document.pop("correction", None)  # which versions before wrote
         findings = tuple(Finding(**{**part, "verdict": Verdict(part["verdict"])}) for part in document.pop("findings"))
         return Published(findings, Basis(**document))
     except FileNotFoundError:

@@ -45,9 +45,10 @@ def test_what_is_imported_over_several_steps_counts(sources):
     assert sources("lab_a", **files) == {"lab_a.py", "lab_b.py", "lab_c.py"}
 
 
-def test_what_is_imported_in_a_function_counts(sources):
-    files = {"lab_lazy": "def later():\n    import lab_late\n", "lab_late": ""}
-    assert sources("lab_lazy", **files) == {"lab_lazy.py", "lab_late.py"}
+def test_what_is_imported_in_a_function_or_by_name_counts(sources):
+    text = "import importlib\ndef later():\n    import lab_late\n    importlib.import_module('lab_named')\n"
+    files = {"lab_lazy": text, "lab_late": "", "lab_named": ""}
+    assert sources("lab_lazy", **files) == {"lab_lazy.py", "lab_late.py", "lab_named.py"}
 
 
 def test_a_package_counts_with_its_parents_and_relative_imports(sources, tmp_path):
@@ -68,10 +69,10 @@ def test_installed_packages_pythons_own_and_mjnav_do_not_count(sources):
     assert sources("lab_installed", lab_installed=text) == {"lab_installed.py"}
 
 
-def test_a_broken_or_circular_sibling_does_no_harm(sources):
+def test_a_broken_or_circular_sibling_is_digested_and_does_no_harm(sources):
     text = "def later():\n    import lab_broken, lab_round\n"
     files = {"lab_round": text, "lab_broken": "def (:\n"}
-    assert sources("lab_round", **files) == {"lab_round.py"}
+    assert sources("lab_round", **files) == {"lab_round.py", "lab_broken.py"}
 
 
 def test_a_digest_is_of_the_content_and_finding_it_imports_nothing(sources, tmp_path):
