@@ -31,8 +31,8 @@ def write_big_log(scene: str, path: Path, size: int) -> None:
     from mcap import records
 
     import mjnav
-    from mjnav.recording.log_format import RESULT, mcap_writer
-    from mjnav.recording.read.records import read_records
+    from mjnav.log.log_format import RESULT, mcap_writer
+    from mjnav.log.read.records import read_records
 
     run = path.with_name(f"once-{path.name}")
     mjnav.run(mjnav.load_scenario(scene), log=run)

@@ -19,10 +19,10 @@ from time import perf_counter
 import numpy as np
 from scipy.optimize import linear_sum_assignment
 
-from mjnav.estimation.lidar.detector import Detector, ScanDetections
 from mjnav.loop.prepare import load_scenario
 from mjnav.messages import Array, RobotBelief, WorldState
-from mjnav.scenarios.spec import Scenario
+from mjnav.robot.estimation.lidar.detector import Detector, ScanDetections
+from mjnav.scene.spec import Scenario
 from mjnav.world.simulator import Simulator
 
 PERIOD = 0.1  # [s]

@@ -18,7 +18,7 @@ import numpy as np
 import mjnav.gym  # noqa: F401
 from mjnav.loop.prepare import load_scenario
 from mjnav.loop.simulation import Simulation
-from mjnav.scenarios.spec import Scenario
+from mjnav.scene.spec import Scenario
 
 COMMAND = np.array([0.5, 0.0], np.float32)
 

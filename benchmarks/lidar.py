@@ -12,8 +12,8 @@ from time import process_time
 
 import numpy as np
 
-from mjnav.scenarios.sensors import LIDARS, LidarSpec
-from mjnav.scenarios.spec import ConstantVelocity, Noise, Person, Physics, Pillar, Robot, Scenario, Sensors, Table, Wall
+from mjnav.scene.sensors import LIDARS, LidarSpec
+from mjnav.scene.spec import ConstantVelocity, Noise, Person, Physics, Pillar, Robot, Scenario, Sensors, Table, Wall
 from mjnav.world.simulator import Simulator
 
 ENGINES = ("mujoco", "kinematic")

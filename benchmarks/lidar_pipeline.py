@@ -13,12 +13,12 @@ from time import process_time
 
 import numpy as np
 
-from mjnav.estimation import make_localizer, make_tracker
-from mjnav.estimation.base import assumed_noise
-from mjnav.estimation.lidar.likelihood_field import LikelihoodField
 from mjnav.loop.prepare import load_scenario
-from mjnav.scenarios.spec import Person, Scenario, Waypoints
-from mjnav.scenarios.ways import floor_of_lidar
+from mjnav.robot.estimation import make_localizer, make_tracker
+from mjnav.robot.estimation.base import assumed_noise
+from mjnav.robot.estimation.lidar.likelihood_field import LikelihoodField
+from mjnav.scene.spec import Person, Scenario, Waypoints
+from mjnav.scene.ways import floor_of_lidar
 from mjnav.world.simulator import Simulator
 
 # beams, particles of the pose, particles of each person, people; the second row is the budget's

@@ -18,13 +18,13 @@ import numpy as np
 
 import mjnav
 from mjnav.errors import InputError
-from mjnav.estimation import make_localizer
-from mjnav.estimation.base import assumed_noise
-from mjnav.estimation.lidar.likelihood_field import LikelihoodField
 from mjnav.loop.prepare import load_scenario
 from mjnav.messages import Array, Reading
-from mjnav.scenarios.spec import Scenario
-from mjnav.scenarios.ways import floor_of_lidar
+from mjnav.robot.estimation import make_localizer
+from mjnav.robot.estimation.base import assumed_noise
+from mjnav.robot.estimation.lidar.likelihood_field import LikelihoodField
+from mjnav.scene.spec import Scenario
+from mjnav.scene.ways import floor_of_lidar
 
 BEAMS, PARTICLES = (15, 30, 60, 120, 360), (200, 500, 2000)
 INSIDE_95 = 5.991  # 95 % quantile of chi-squared with 2 degrees of freedom

@@ -15,7 +15,7 @@ from pathlib import Path
 from mjnav.loop.prepare import load_scenario
 from mjnav.loop.realtime.stress import crowd, shuttling
 from mjnav.loop.run import run
-from mjnav.scenarios.spec import Scenario
+from mjnav.scene.spec import Scenario
 
 PEOPLE = (1, 2, 5, 10, 20, 50, 100)
 SAMPLES = (25, 50, 100, 200, 400)

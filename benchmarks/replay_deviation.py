@@ -13,11 +13,11 @@ import numpy as np
 
 from mjnav.cli.terminal.tables import print_table
 from mjnav.messages import Array
-from mjnav.scenarios.crowd import Crowd, Track, TrackSplines, in_window, people_of
-from mjnav.scenarios.crowd_import import import_crowd
-from mjnav.scenarios.load import loads
-from mjnav.scenarios.spec import Scenario
-from mjnav.scenarios.toml import toml_text
+from mjnav.scene.crowd import Crowd, Track, TrackSplines, in_window, people_of
+from mjnav.scene.crowd_import import import_crowd
+from mjnav.scene.load import loads
+from mjnav.scene.spec import Scenario
+from mjnav.scene.toml import toml_text
 from mjnav.world.simulator import Simulator
 
 FRAME_RATE = 25.0  # [Hz] of ETH and UCY

@@ -16,7 +16,7 @@ COMMAND = [sys.executable, "-m", "mjnav.cli.main"]
 # The first tick of the run proper: the ticks that warm up have no log.
 TO_FIRST_TICK = """
 import os, sys, time
-from mjnav.recording.write.writer import Recorder
+from mjnav.log.write.writer import Recorder
 def first(self, record):
     print(time.clock_gettime(time.CLOCK_MONOTONIC), flush=True)
     os._exit(0)

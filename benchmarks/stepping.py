@@ -17,7 +17,7 @@ from mjnav.loop.episode import Episode
 from mjnav.loop.prepare import load_scenario
 from mjnav.loop.run import warm_up
 from mjnav.loop.simulation import Simulation
-from mjnav.scenarios.spec import Scenario
+from mjnav.scene.spec import Scenario
 
 BRANCHES = 30
 WARM_STEPS = 10  # before a branch is timed

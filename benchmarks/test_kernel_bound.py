@@ -23,8 +23,8 @@ from math import inf
 import numpy as np
 import pytest
 
+from mjnav.compile.compiled import kernel
 from mjnav.control import make_controller
-from mjnav.geometry.compiled import kernel
 
 SIZE, REPEATS = 512, 200  # float64: an array fills an eighth of the first cache
 MULTIPLY_ADDS = 16

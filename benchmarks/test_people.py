@@ -12,8 +12,8 @@ import numpy as np
 import pytest
 
 from mjnav.messages import WorldState
-from mjnav.scenarios.people import PERIOD, TEMPERAMENTS, Diagonal, Trip
-from mjnav.scenarios.spec import Orca, Person, Physics, Pillar, Robot, Scenario, SocialForce, Wall, Waypoints
+from mjnav.scene.people import PERIOD, TEMPERAMENTS, Diagonal, Trip
+from mjnav.scene.spec import Orca, Person, Physics, Pillar, Robot, Scenario, SocialForce, Wall, Waypoints
 from mjnav.world.kinematic_engine import KinematicEngine
 from mjnav.world.people.pedestrians import Pedestrians
 

@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 
 from mjnav.control import make_controller
-from mjnav.estimation.base import person_track
 from mjnav.messages import KnownMap
-from mjnav.prediction import Crowd, make_predictor
-from mjnav.scenarios import load
+from mjnav.robot.estimation.base import person_track
+from mjnav.robot.prediction import Crowd, make_predictor
+from mjnav.scene import load
 
 NUM_PEOPLE = 12
 WALLS = np.array([[[-6.0, -3.5], [30.0, -3.5]], [[-6.0, 3.5], [30.0, 3.5]]])

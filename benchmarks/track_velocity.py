@@ -19,13 +19,13 @@ from functools import partial
 
 import numpy as np
 
-from mjnav.estimation import TRACKERS, estimator_class
-from mjnav.estimation.base import FilterSettings
-from mjnav.estimation.lidar.tracker import KalmanLidarTracker, LidarTracker
-from mjnav.estimation.particle import ParticleTracker, PersonMotion
 from mjnav.messages import Array, Detection, Reading, RobotBelief
 from mjnav.noise import profile
 from mjnav.rng import stream
+from mjnav.robot.estimation import TRACKERS, estimator_class
+from mjnav.robot.estimation.base import FilterSettings
+from mjnav.robot.estimation.lidar.tracker import KalmanLidarTracker, LidarTracker
+from mjnav.robot.estimation.particle import ParticleTracker, PersonMotion
 
 PERIOD, SPEED, CHANGE, TICKS, SETTLED = 0.1, 1.2, 100, 160, 20
 LAGS, BANDS = (1, 2, 3, 5, 10), (0.5, 1.5)

@@ -4,7 +4,7 @@ import os
 from dataclasses import dataclass, fields
 from html import escape
 
-from mjnav.recording.read import log as recording
+from mjnav.log.read import log as recording
 
 
 @dataclass(frozen=True, slots=True, repr=False)

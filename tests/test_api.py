@@ -14,7 +14,7 @@ from mjnav.errors import InputError, InvalidValue
 from mjnav.loop.replay import Replay
 from mjnav.loop.result import Result
 from mjnav.notebook import Log
-from mjnav.scenarios.spec import Scenario
+from mjnav.scene.spec import Scenario
 
 SCENE = ("crossing1", {"physics.engine": "kinematic", "time_limit": 1.0})
 

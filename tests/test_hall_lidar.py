@@ -6,7 +6,7 @@ import pytest
 
 from mjnav.loop.episode import Episode
 from mjnav.loop.prepare import load_scenario
-from mjnav.scenarios.library import data_folder
+from mjnav.scene.library import data_folder
 
 QUICK = ("physics.engine=kinematic", "time_limit=3")
 

@@ -7,13 +7,13 @@ import pytest
 
 import mjnav
 from mjnav.errors import InvalidValue, MjnavError
-from mjnav.estimation.base import robot_belief
 from mjnav.loop.realtime.first_time import first_time_work
 from mjnav.messages import Decision, Status
 from mjnav.noise import Gaussian
-from mjnav.prediction import Crowd, Futures
-from mjnav.scenarios import dumps
-from mjnav.scenarios.load import loads
+from mjnav.robot.estimation.base import robot_belief
+from mjnav.robot.prediction import Crowd, Futures
+from mjnav.scene import dumps
+from mjnav.scene.load import loads
 
 QUICK = {"physics.engine": "kinematic", "time_limit": 0.5}
 

@@ -5,7 +5,7 @@ from xml.etree import ElementTree
 import pytest
 
 from mjnav import load_scenario, open_log, run
-from mjnav.scenarios import loads, names
+from mjnav.scene import loads, names
 
 SCENE = ("crossing1", {"physics.engine": "kinematic", "time_limit": 1.0})
 

@@ -4,7 +4,7 @@ import json
 
 import pytest
 
-from mjnav import control, noise, scenarios
+from mjnav import control, noise, scene
 from mjnav.loop.episode import Episode
 from mjnav.loop.prepare import load_scenario
 
@@ -14,7 +14,7 @@ def summary(*overrides: str, scene: str = "hall", controller: str | None = None)
 
 
 BASIC = ("crossing1", "crossing2", "crossing3", "five", "hall", "lane", "table")
-WITH_CROWDS = tuple(name for name in scenarios.names() if name not in (*BASIC, "hall-lidar"))  # test_hall_lidar.py
+WITH_CROWDS = tuple(name for name in scene.names() if name not in (*BASIC, "hall-lidar"))  # test_hall_lidar.py
 METHODS = tuple(control.names())
 
 

@@ -11,8 +11,8 @@ from matplotlib.patches import Circle, Rectangle
 from mjnav.geometry.distances import placed
 from mjnav.messages import Array, Reading
 from mjnav.noise.profiles import profile
-from mjnav.scenarios.sensors import LIDARS, LidarSpec
-from mjnav.scenarios.spec import ConstantVelocity, Noise, Person, Physics, Pillar, Robot, Scenario, Sensors, Wall
+from mjnav.scene.sensors import LIDARS, LidarSpec
+from mjnav.scene.spec import ConstantVelocity, Noise, Person, Physics, Pillar, Robot, Scenario, Sensors, Wall
 from mjnav.world.simulator import Simulator
 
 BLUE, VERMILION, GREY, GREEN, PURPLE = "#0072b2", "#d55e00", "#8a8a8a", "#009e73", "#cc79a7"

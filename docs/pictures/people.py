@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Circle
 
 from mjnav.messages import Array
-from mjnav.scenarios.spec import Orca, Person, Robot, Scenario, SocialForce, Wall
+from mjnav.scene.spec import Orca, Person, Robot, Scenario, SocialForce, Wall
 from mjnav.world.simulator import Simulator
 
 COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#56b4e9", "#e69f00", "#f0e442", "#8a8a8a")

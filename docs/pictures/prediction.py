@@ -8,7 +8,7 @@ from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 
 import mjnav
-from mjnav.scenarios import load
+from mjnav.scene import load
 
 BLUE, VERMILION, GREY = "#0072b2", "#d55e00", "#8a8a8a"
 MODELS = ("constant_velocity", "mixture", "social_force")

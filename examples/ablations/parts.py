@@ -14,7 +14,6 @@ from typing import Annotated, Any
 import numpy as np
 from scipy.spatial.distance import pdist, squareform
 
-from mjnav.config import Range
 from mjnav.control.methods.rkhs_plan import RkhsPlan, RkhsPlanParameters
 from mjnav.control.parameters import LEAST, Count, Positive
 from mjnav.control.planner import Risks
@@ -26,6 +25,7 @@ from mjnav.messages import Array, KnownMap
 from mjnav.motion.rollouts import Rollouts
 from mjnav.rkhs.gaussian import gaussian_mmd_squared
 from mjnav.rkhs.mmd import PolynomialKernel, moment_distance, raw_moments
+from mjnav.settings import Range
 
 Distance = Callable[[Array], Array]  # of violations (K, S): (K,)
 

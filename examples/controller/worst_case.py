@@ -11,10 +11,10 @@ from typing import Annotated
 
 import numpy as np
 
-from mjnav.config import Range
 from mjnav.control.base import WeightedController, sample_risk
 from mjnav.control.parameters import WeightedParameters
 from mjnav.control.problem.problem import Problem
+from mjnav.settings import Range
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

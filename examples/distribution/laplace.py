@@ -13,7 +13,7 @@ from typing import Annotated
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mjnav.config import Range, settle
+from mjnav.settings import Range, settle
 
 Size = int | tuple[int, ...]
 

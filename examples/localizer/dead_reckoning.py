@@ -11,13 +11,13 @@ from typing import Annotated
 
 import numpy as np
 
-from mjnav.config import Range, settle
-from mjnav.estimation import assumed_noise
-from mjnav.estimation.base import robot_belief
 from mjnav.messages import Reading, RobotBelief
 from mjnav.motion.unicycle import integrate_rows
 from mjnav.rng import stream
-from mjnav.scenarios.spec import Scenario
+from mjnav.robot.estimation import assumed_noise
+from mjnav.robot.estimation.base import robot_belief
+from mjnav.scene.spec import Scenario
+from mjnav.settings import Range, settle
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -15,16 +15,16 @@ from typing import Annotated
 
 import numpy as np
 
-from mjnav.config import Range, settle
-from mjnav.estimation import assumed_noise
-from mjnav.estimation.base import robot_belief
-from mjnav.estimation.lidar.scan import MotionHistory, TwistSensors, scan_points
 from mjnav.geometry.distance_field import DistanceField
 from mjnav.messages import Reading, RobotBelief
 from mjnav.motion.unicycle import integrate
 from mjnav.rng import stream
-from mjnav.scenarios.spec import Scenario
-from mjnav.scenarios.ways import floor_of_lidar
+from mjnav.robot.estimation import assumed_noise
+from mjnav.robot.estimation.base import robot_belief
+from mjnav.robot.estimation.lidar.scan import MotionHistory, TwistSensors, scan_points
+from mjnav.scene.spec import Scenario
+from mjnav.scene.ways import floor_of_lidar
+from mjnav.settings import Range, settle
 
 DRIFT = np.array([0.02, 0.02, 0.02])  # [m, m, rad] std of the odometry's error from scan to scan
 

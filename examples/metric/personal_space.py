@@ -12,10 +12,10 @@ from typing import Annotated
 
 import numpy as np
 
-from mjnav.config import Range, settle
 from mjnav.messages import Trajectory
 from mjnav.metrics import Figure
-from mjnav.scenarios.spec import Scenario
+from mjnav.scene.spec import Scenario
+from mjnav.settings import Range, settle
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 import mjnav
-from mjnav.scenarios.spec import ConstantVelocity, Person, Pillar, Scenario, Waypoints
+from mjnav.scene.spec import ConstantVelocity, Person, Pillar, Scenario, Waypoints
 
 EMPTY = mjnav.load_scenario(
     "crossing1", {"physics.engine": "kinematic", "physics.timestep": 0.01, "noise.profile": "pearson"}

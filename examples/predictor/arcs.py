@@ -14,9 +14,9 @@ from typing import Annotated
 
 import numpy as np
 
-from mjnav.config import Range, settle
-from mjnav.prediction import Crowd, Futures
-from mjnav.scenarios.spec import Scenario
+from mjnav.robot.prediction import Crowd, Futures
+from mjnav.scene.spec import Scenario
+from mjnav.settings import Range, settle
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -14,11 +14,11 @@ from typing import Annotated
 
 import numpy as np
 
-from mjnav.config import Range, settle
-from mjnav.estimation.base import person_names, person_track
 from mjnav.messages import Reading, Track
 from mjnav.rng import stream
-from mjnav.scenarios.spec import Scenario
+from mjnav.robot.estimation.base import person_names, person_track
+from mjnav.scene.spec import Scenario
+from mjnav.settings import Range, settle
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -11,12 +11,12 @@ from typing import Annotated
 
 import numpy as np
 
-from mjnav.config import Range, settle
-from mjnav.estimation.base import person_track
-from mjnav.estimation.lidar.detector import Detector
 from mjnav.messages import Reading, RobotBelief, Track
 from mjnav.rng import stream
-from mjnav.scenarios.spec import Scenario
+from mjnav.robot.estimation.base import person_track
+from mjnav.robot.estimation.lidar.detector import Detector
+from mjnav.scene.spec import Scenario
+from mjnav.settings import Range, settle
 
 ALPHA, BETA = 0.4, 0.1
 SPREAD = np.array([0.08, 0.08, 0.2, 0.2])  # [m, m, m/s, m/s] std of the samples

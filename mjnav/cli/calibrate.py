@@ -17,8 +17,8 @@ from mjnav.loop.prepare import episode_label, load_scenario
 from mjnav.loop.run import WARM_UP_TICKS
 from mjnav.metrics.prediction import Bin, Calibration, Interval
 from mjnav.output_files import output_path, written
-from mjnav.scenarios.ranges import MAX_SEED
-from mjnav.scenarios.spec import Scenario
+from mjnav.scene.ranges import MAX_SEED
+from mjnav.scene.spec import Scenario
 from mjnav.study.calibration import EVENT, SETTINGS, CalibrationPlan, calibrate, forecasts, run_label
 from mjnav.study.sweep.workers import TimeLimit
 

@@ -49,7 +49,7 @@ def _complete(command: str, action: argparse.Action) -> None:
 
 
 def _scenes() -> Iterable[str]:
-    from mjnav.scenarios import names
+    from mjnav.scene import names
 
     return names()
 
@@ -79,7 +79,7 @@ def _run_keys() -> Iterable[str]:
 
 
 def _topics() -> Iterable[str]:
-    from mjnav.recording.log_format import TOPICS
+    from mjnav.log.log_format import TOPICS
 
     return TOPICS
 

@@ -7,8 +7,8 @@ from mjnav.cli.options.common import check_needs
 from mjnav.cli.terminal.guard import interruptible
 from mjnav.cli.terminal.progress import progress
 from mjnav.errors import DamagedLogError
-from mjnav.recording import Log, open_log
-from mjnav.recording.export.export import FORMATS, check_format, check_new_folder, export
+from mjnav.log import Log, open_log
+from mjnav.log.export.export import FORMATS, check_format, check_new_folder, export
 
 BY_TOPIC = tuple(name for name, form in FORMATS.items() if form.by_topic)
 

@@ -13,10 +13,10 @@ from mjnav.cli.terminal.tables import print_lines, print_table
 from mjnav.errors import InvalidValue
 from mjnav.output_files import new_path, written
 from mjnav.printable import printable
-from mjnav.scenarios.crowd_import import RADII, Imported, choose_window, import_crowd, scene_tables, scene_text
-from mjnav.scenarios.load import loads
-from mjnav.scenarios.overrides import Override, apply, overrides_of
-from mjnav.scenarios.people import MAX_WALKING_SPEED
+from mjnav.scene.crowd_import import RADII, Imported, choose_window, import_crowd, scene_tables, scene_text
+from mjnav.scene.load import loads
+from mjnav.scene.overrides import Override, apply, overrides_of
+from mjnav.scene.people import MAX_WALKING_SPEED
 
 LENGTH, MAX_LENGTH = 30.0, 1e6  # [s] of a window
 _MAX_WINDOWS = 60  # in text

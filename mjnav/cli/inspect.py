@@ -33,7 +33,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 def execute(arguments: argparse.Namespace) -> int:
     """Prints what can be read; 0 for any readable beginning of a log. Raises DamagedLogError after printing."""
-    from mjnav.recording.encode.json_messages import dumps
+    from mjnav.log.encode.json_messages import dumps
     from mjnav.report.inspection import inspect
 
     found = inspect(arguments.log)

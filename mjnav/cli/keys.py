@@ -9,8 +9,8 @@ from typing import Any
 
 from mjnav.cli.options.common import check_needs
 from mjnav.cli.terminal.tables import print_table
-from mjnav.config.reference import KeyReference
-from mjnav.scenarios.toml import value_text
+from mjnav.scene.toml import value_text
+from mjnav.settings.reference import KeyReference
 from mjnav.study.key_reference import keys_below, run_keys, study_keys
 
 

@@ -13,13 +13,13 @@ from mjnav.cli.terminal.guard import interruptible
 from mjnav.cli.terminal.progress import compile_notice, progress
 from mjnav.cli.terminal.tables import print_lines, width
 from mjnav.errors import InvalidValue
+from mjnav.log.log_format import check_path
 from mjnav.loop.prepare import load_scenario
 from mjnav.loop.realtime.rate_test import RateTest, rate_test
 from mjnav.loop.realtime.stress import crowd, shuttling
 from mjnav.loop.run import warm_up
 from mjnav.metrics.timing import FAIL, FIRST_TIME, LOOP, MACHINE, PASS, RULES, Miss, histogram
-from mjnav.recording.log_format import check_path
-from mjnav.scenarios.spec import Scenario
+from mjnav.scene.spec import Scenario
 
 MAX_NAMED = 10  # misses that are named in text
 _BY = {LOOP: "the loop", MACHINE: "the machine", FIRST_TIME: "first-time work"}

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from mjnav.cli.terminal.guard import interruptible
 from mjnav.cli.terminal.progress import progress
-from mjnav.recording.recover import Recovery, recover
+from mjnav.log.recover import Recovery, recover
 
 _SHOWN = 8  # damaged places
 _MAX_TOPICS = 500  # listed

@@ -8,8 +8,8 @@ from mjnav.cli.options.common import check_needs
 from mjnav.cli.terminal.guard import interruptible
 from mjnav.cli.terminal.progress import progress
 from mjnav.errors import InvalidValue
+from mjnav.log import Log, open_log
 from mjnav.output_files import output_path, written
-from mjnav.recording import Log, open_log
 from mjnav.report.log_pictures import FILM_SIZE, FPS, PICTURE_SIZE, SIDES, Film, picture, require_codec
 
 _FILM_ONLY = ("fps", "speed", "from", "to")

@@ -27,8 +27,8 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 def execute(arguments: argparse.Namespace) -> int:
     """Prints the comparison; 0 where nothing differs, 1 where something does."""
+    from mjnav.log import open_log
     from mjnav.loop.replay import replay
-    from mjnav.recording import open_log
 
     log = open_log(arguments.log)
     with compile_notice(), interruptible() as interrupted, progress("replay", log.duration or 0.0) as show:

@@ -18,7 +18,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 def execute(arguments: argparse.Namespace) -> int:
     """Writes the page. Raises DamagedLogError after that where a log is damaged: the page has what is intact."""
-    from mjnav.recording.read.log import open_log
+    from mjnav.log.read.log import open_log
     from mjnav.report.run_page.of_logs import shown
     from mjnav.report.run_page.page import MAX_RUNS, page
 

@@ -12,10 +12,10 @@ from mjnav.cli.terminal.guard import interruptible
 from mjnav.cli.terminal.progress import compile_notice, progress, tell
 from mjnav.cli.terminal.tables import print_lines
 from mjnav.errors import unknown_name
+from mjnav.log.log_format import check_path
 from mjnav.loop.pacer import POLICIES
 from mjnav.loop.prepare import episode_label, load_scenario
 from mjnav.metrics.own import Measured
-from mjnav.recording.log_format import check_path
 
 
 def configure(parser: argparse.ArgumentParser) -> None:

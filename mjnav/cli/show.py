@@ -5,7 +5,7 @@ import argparse
 from mjnav.cli.options.scene_options import overrides
 from mjnav.errors import unknown_name
 from mjnav.output_files import new_path, written
-from mjnav.scenarios import data_folder, dumps, load, names
+from mjnav.scene import data_folder, dumps, load, names
 from mjnav.study.study_file import FOLDER, studies
 
 

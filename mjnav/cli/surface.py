@@ -13,11 +13,12 @@ from mjnav.cli.terminal.progress import compile_notice, progress
 from mjnav.control.decision_surface import DecisionSurface, decision_surface, require_candidates
 from mjnav.control.parameters import WINDOWS
 from mjnav.errors import InvalidValue
-from mjnav.loop.prepare import OUT_FOLDER, build_controller, file_stem, load_scenario, make_out_folder
+from mjnav.loop.prepare import OUT_FOLDER, file_stem, load_scenario, make_out_folder
 from mjnav.loop.run import column_names, record_at, warm_up
 from mjnav.messages import Status
 from mjnav.output_files import output_path, written
-from mjnav.scenarios.spec import Scenario
+from mjnav.robot.controller import build_controller
+from mjnav.scene.spec import Scenario
 
 GRID = 61  # controls an axis; odd, so that driving straight on is one of them
 GRID_RANGE = (2, 200)  # 200 x 200 controls against 625 pairs of samples take 200 MB

@@ -21,7 +21,7 @@ Approach to Collision Avoidance".
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mjnav.geometry.compiled import Matrix, Vector, kernel
+from mjnav.compile.compiled import Matrix, Vector, kernel
 from mjnav.messages import Array
 
 STRAIGHT = 1e-12  # [1/m] of curvature below which an arc is a straight line

@@ -16,8 +16,8 @@ from types import MappingProxyType
 import numpy as np
 from numpy.typing import ArrayLike
 
+from mjnav.compile.compiled import kernel, scalar
 from mjnav.errors import InvalidValue, unknown_name
-from mjnav.geometry.compiled import kernel, scalar
 from mjnav.messages import Array, finite, number
 
 LINE, RAY, SEGMENT = 0, 1, 2

@@ -36,8 +36,8 @@ chapter 4. The random order in that programme serves the expected time only; her
 import numpy as np
 from numpy.typing import ArrayLike
 
+from mjnav.compile.compiled import Matrix, Vector, kernel, scalar
 from mjnav.errors import InvalidValue
-from mjnav.geometry.compiled import Matrix, Vector, kernel, scalar
 from mjnav.messages import Array
 
 # -------------------------------------------------------------------------- half-plane of an obstacle

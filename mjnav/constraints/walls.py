@@ -12,8 +12,8 @@ A lane boundary is the line a x + b y + c = 0.
 import numpy as np
 from numpy.typing import ArrayLike
 
+from mjnav.compile.compiled import kernel, scalar
 from mjnav.errors import InvalidValue
-from mjnav.geometry.compiled import kernel, scalar
 from mjnav.messages import Array
 
 TINY = 1e-300

@@ -1,7 +1,7 @@
 """Parameters of the controllers: those that several methods share, their checks, and the memory that a decision takes.
 
 A method has the parameters that change its decisions, no others: each class below adds to the one before it, and a
-method's own starts from the last of them that it reads the whole of. A field says its range, as in `mjnav.config`;
+method's own starts from the last of them that it reads the whole of. A field says its range, as in `mjnav.settings`;
 parameters of your own may do so too, or call `at_least` in their `__post_init__`. The memory is checked before the
 first decision.
 """
@@ -10,9 +10,9 @@ from dataclasses import dataclass, fields
 from math import inf
 from typing import Annotated, Any
 
-from mjnav.config import Choice, Range, settle
 from mjnav.constraints.collision_cone import FORMS
 from mjnav.errors import InvalidValue
+from mjnav.settings import Choice, Range, settle
 
 RATED_PERIOD = 0.1  # [s] at which w_v and w_omega are
 CHANGE_WEIGHT = 0.01

@@ -31,7 +31,6 @@ from typing import Annotated, TypeVar
 
 import numpy as np
 
-from mjnav.config import Range
 from mjnav.control.base import ProblemController, status_of
 from mjnav.control.kernels.guides import ways_left
 from mjnav.control.parameters import MOST, Count, GoalParameters, Positive, Seconds, Share, Weight, check_memory
@@ -45,6 +44,7 @@ from mjnav.geometry.floor import Floor, floor_of_map
 from mjnav.geometry.way_field import WayField, WayGrid
 from mjnav.messages import Array, CandidateCosts, Decision, KnownMap, Observation, RobotLimits, Status
 from mjnav.motion.rollouts import ControlLimits, Rollouts
+from mjnav.settings import Range
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

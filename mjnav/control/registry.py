@@ -18,7 +18,15 @@ from mjnav.control.base import Controller
 from mjnav.control.parameters import CHANGE_WEIGHT, RATED_PERIOD, LoopParameters, check_memory
 from mjnav.errors import InvalidValue
 from mjnav.messages import Array, Decision, Observation, RobotLimits, number
-from mjnav.plugins import CONTROLLER, construct, find, name_of, own_parameters, parameters_type, registered_place
+from mjnav.settings.plugins import (
+    CONTROLLER,
+    construct,
+    find,
+    name_of,
+    own_parameters,
+    parameters_type,
+    registered_place,
+)
 
 # --------------------------------------------------------------------------- controllers of one's own
 

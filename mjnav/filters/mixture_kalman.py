@@ -16,8 +16,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from mjnav.compile.compiled import Cube, Indices, Matrix, Vector, exact, kernel, scalar
 from mjnav.constant import Constant
-from mjnav.geometry.compiled import Cube, Indices, Matrix, Vector, exact, kernel, scalar
 from mjnav.messages import Array
 
 # --------------------------------------------------------------------------------------------- filter

@@ -10,8 +10,8 @@ from math import atan2, cos, sin
 
 import numpy as np
 
+from mjnav.compile.compiled import Cube, Indices, Matrix, Vector, exact, kernel
 from mjnav.geometry.angles import wrapped
-from mjnav.geometry.compiled import Cube, Indices, Matrix, Vector, exact, kernel
 from mjnav.messages import Array
 
 # -------------------------------------------------------------------------------------------- weights

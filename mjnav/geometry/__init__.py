@@ -1,1 +1,1 @@
-"""Angles, poses and clearances: plain functions on arrays; and how mjnav compiles such functions."""
+"""Angles, poses, clearances and ways: plain functions on arrays."""

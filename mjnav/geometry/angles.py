@@ -8,7 +8,7 @@ from math import pi
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mjnav.geometry.compiled import scalar
+from mjnav.compile.compiled import scalar
 from mjnav.messages import Array
 
 HALF_TURN_TIE = 1e-9  # [rad] within which two ways round are equally far: rounding does not choose between them

@@ -13,9 +13,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
+from mjnav.compile.compiled import Matrix, kernel, scalar
 from mjnav.constant import Constant
 from mjnav.errors import InvalidValue
-from mjnav.geometry.compiled import Matrix, kernel, scalar
 from mjnav.geometry.floor import Floor
 from mjnav.messages import Array
 

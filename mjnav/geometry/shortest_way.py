@@ -14,8 +14,8 @@ from math import acos, ceil, cos, pi
 import numpy as np
 from numpy.typing import ArrayLike
 
+from mjnav.compile.compiled import Indices, Matrix, Vector, exact
 from mjnav.constant import Constant
-from mjnav.geometry.compiled import Indices, Matrix, Vector, exact
 from mjnav.geometry.floor import TOUCH, Floor, is_open, surface
 from mjnav.messages import Array
 

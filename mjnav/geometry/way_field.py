@@ -24,9 +24,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
+from mjnav.compile.compiled import Matrix, exact, kernel, scalar
 from mjnav.constant import Constant
 from mjnav.errors import InvalidValue
-from mjnav.geometry.compiled import Matrix, exact, kernel, scalar
 from mjnav.geometry.distance_field import interpolated
 from mjnav.geometry.floor import TOUCH, Floor, box_surface, disc_surface, is_open
 from mjnav.messages import Array

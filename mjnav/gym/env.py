@@ -12,19 +12,20 @@ from gymnasium import spaces
 from gymnasium.error import ResetNeeded
 from numpy.typing import ArrayLike, NDArray
 
-from mjnav.config import Range, below, settled
 from mjnav.control.parameters import LoopParameters
 from mjnav.control.policy import Actions, Encoder, Features
 from mjnav.errors import InvalidValue, unknown_name
 from mjnav.gym.picture import Drawing, Window
 from mjnav.gym.reward import PUBLISHED, Reward, Transition
 from mjnav.loop.events import COLLISION, GOAL
-from mjnav.loop.prepare import load_scenario, num_samples
+from mjnav.loop.prepare import load_scenario
 from mjnav.loop.simulation import Simulation
 from mjnav.messages import LARGEST, WorldState, finite
-from mjnav.scenarios.load import with_seed
-from mjnav.scenarios.overrides import Overrides
-from mjnav.scenarios.spec import Scenario
+from mjnav.robot.controller import num_samples
+from mjnav.scene.load import with_seed
+from mjnav.scene.overrides import Overrides
+from mjnav.scene.spec import Scenario
+from mjnav.settings import Range, below, settled
 from mjnav.world.engine import DivergedError
 from mjnav.world.viewer import has_display
 

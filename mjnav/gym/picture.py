@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mjnav.messages import Array, WorldState
-from mjnav.scenarios.spec import Scenario
+from mjnav.scene.spec import Scenario
 from mjnav.world.render import Renderer
 from mjnav.world.viewer import Viewer
 

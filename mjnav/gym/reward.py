@@ -17,7 +17,7 @@ from mjnav.geometry.distances import segment_distance
 from mjnav.loop.events import GOAL
 from mjnav.messages import Array, WorldState, number
 from mjnav.metrics.effort import control_cost
-from mjnav.scenarios.spec import Scenario
+from mjnav.scene.spec import Scenario
 
 COMFORT = 0.2  # [m] between surfaces, below which people feel uneasy; Chen et al. 2019
 

@@ -4,15 +4,15 @@ from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
+from mjnav.log.live import LiveServer
+from mjnav.log.write.writer import LogError
 from mjnav.loop.faults.fault import RunFault, describe_fault
 from mjnav.loop.pacer import FreePacer, Pacer, Start, Stopwatch
 from mjnav.loop.profile import Profile
 from mjnav.loop.result import Result
 from mjnav.loop.simulation import Attached, Simulation
 from mjnav.messages import Event, TickRecord
-from mjnav.recording.live import LiveServer
-from mjnav.recording.write.writer import LogError
-from mjnav.scenarios.spec import Scenario
+from mjnav.scene.spec import Scenario
 
 
 class Episode:

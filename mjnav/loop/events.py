@@ -13,8 +13,8 @@ from mjnav.geometry.distances import nearest_tracks
 from mjnav.messages import Array, Beliefs, Contact, Decision, Event, Status, Track, WorldState, triangle
 from mjnav.metrics.consistency import DEPLETED, DIVERGED, DIVERGED_TIME, nees, region
 from mjnav.metrics.safety import PERSON, judged
-from mjnav.scenarios.check import HORIZON, is_avoidable, overlapping_people
-from mjnav.scenarios.spec import Scenario
+from mjnav.scene.check import HORIZON, is_avoidable, overlapping_people
+from mjnav.scene.spec import Scenario
 
 # --------------------------------------------------------------------------------- diverged beliefs
 

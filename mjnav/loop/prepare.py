@@ -2,33 +2,28 @@
 
 import hashlib
 import os
-import re
 import sys
-from collections.abc import Mapping, Sequence
-from copy import deepcopy
-from dataclasses import fields, is_dataclass, replace
+from collections.abc import Sequence
+from dataclasses import replace
 from datetime import datetime
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
-import numpy as np
-
-from mjnav import scenarios
-from mjnav.config import below
-from mjnav.control import Controller, make_controller
-from mjnav.control.registry import shipped_parameters
+from mjnav import scene
 from mjnav.errors import InputError, InvalidValue
+from mjnav.log.log_format import check_path
 from mjnav.metrics.own import OwnMetrics
 from mjnav.noise import made
-from mjnav.plugins import BehaviourPlugin, DistributionPlugin, MetricPlugin, name_of
-from mjnav.recording.log_format import check_path
 from mjnav.rng import stream
-from mjnav.scenarios.check import refuse_idle
-from mjnav.scenarios.load import origin, with_seed
-from mjnav.scenarios.overrides import Overrides, overrides_of
-from mjnav.scenarios.plugged import plugins_of
-from mjnav.scenarios.spec import Scenario
+from mjnav.robot.controller import build_controller
+from mjnav.scene.check import refuse_idle
+from mjnav.scene.load import origin, with_seed
+from mjnav.scene.overrides import Overrides, overrides_of
+from mjnav.scene.plugged import plugins_of
+from mjnav.scene.spec import Scenario
+from mjnav.settings import below
+from mjnav.settings.plugins import BehaviourPlugin, DistributionPlugin, MetricPlugin, name_of
 
 # ------------------------------------------------------------------------------------------- checks
 
@@ -54,7 +49,7 @@ def load_scenario(
     """
     given = tuple(overrides_of(overrides))
     method = None if controller is None else name_of(controller)
-    scenario = scenarios.load(name_or_path, given, controller=method, seed=seed)
+    scenario = scene.load(name_or_path, given, controller=method, seed=seed)
     changed = {"control.method": "controller"} if controller is not None else {}
     changed |= {override.key: override.option for override in given}
     changed |= {key: name for key, name in ESTIMATORS.items() if {"localizer": localizer, "tracker": tracker}[name]}
@@ -141,60 +136,6 @@ def check_functions(**given: object) -> None:
 def episode_label(scenario: Scenario) -> str:
     """The scenario's episode in a line."""
     return f"{scenario.name}, {scenario.control.method}, seed {scenario.seed}"
-
-
-def build_controller(scenario: Scenario) -> Controller:
-    """The controller that the scenario names, with its parameters. Raises InvalidValue with the run file's key."""
-    control = scenario.control
-    parameters = {"preferred_speed": scenario.robot.preferred_speed, **control.parameters}
-    limits, parameters = deepcopy(
-        (scenario.robot.limits, parameters)
-    )  # the controller's own: the robot keeps its limits
-    try:
-        return make_controller(control.method, limits, control.period, **parameters)
-    except InvalidValue as error:
-        raise error.within("control", file=scenario.source or None) from None
-
-
-def num_samples(scenario: Scenario) -> int | None:
-    """How many samples of each belief the scenario's controller takes, said without making the controller.
-
-    None for one of a user's own, which may change its parameters when it is made.
-    """
-    control = scenario.control
-    parameters = {"preferred_speed": scenario.robot.preferred_speed, **control.parameters}
-    try:
-        known = shipped_parameters(control.method, control.period, **parameters)
-    except InvalidValue as error:
-        raise error.within("control", file=scenario.source or None) from None
-    return None if known is None else known.samples
-
-
-def resolved_parameters(scenario: Scenario) -> dict[str, Any]:
-    """Every parameter of the scenario's controller with its value, presets and defaults included, as JSON.
-
-    For a controller without a dataclass `parameters`, those that the scenario gives. Raises InvalidValue.
-    """
-    parameters = getattr(build_controller(scenario), "parameters", None)
-    if not is_dataclass(parameters) or isinstance(parameters, type):
-        return _plain(scenario.control.parameters)
-    return _plain(parameters)
-
-
-def _plain(value: Any) -> Any:
-    """A parameter as JSON; what JSON cannot express becomes Python's text for it, without addresses."""
-    match value:
-        case None | bool() | int() | float() | str():
-            return value
-        case Mapping():
-            return {str(key): _plain(item) for key, item in value.items()}
-        case list() | tuple():
-            return [_plain(item) for item in value]
-        case np.ndarray() | np.generic():
-            return value.tolist()
-    if is_dataclass(value) and not isinstance(value, type):
-        return {field.name: _plain(getattr(value, field.name)) for field in fields(value)}
-    return re.sub(r" at 0x[0-9a-f]+", "", repr(value))
 
 
 # ---------------------------------------------------------------------------------- path of the log

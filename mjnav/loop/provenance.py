@@ -25,12 +25,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from mjnav.geometry.compiled import FAST
-from mjnav.plugins import CONTROLLER, Given, Kind, Plugin, module_of
+from mjnav.compile.compiled import FAST
 from mjnav.printable import printable
-from mjnav.scenarios.library import data_folder
-from mjnav.scenarios.plugged import plugins_of
-from mjnav.scenarios.spec import Scenario
+from mjnav.scene.library import data_folder
+from mjnav.scene.plugged import plugins_of
+from mjnav.scene.spec import Scenario
+from mjnav.settings.plugins import CONTROLLER, Given, Kind, Plugin, module_of
 
 # ------------------------------------------------------------------------------------- source files
 
@@ -291,7 +291,7 @@ def _facts() -> Mapping[str, str]:
     from llvmlite import binding
     from numba.core import config
 
-    from mjnav.geometry.kernel_cache import SETTINGS, processor
+    from mjnav.compile.kernel_cache import SETTINGS, processor
 
     host = [binding.get_host_cpu_name(), *sorted(f for f, has in binding.get_host_cpu_features().items() if has)]
     name, *features = processor().split()

@@ -14,20 +14,20 @@ from typing import Any, NamedTuple
 
 from mjnav.control import names
 from mjnav.errors import InputError, UntrustedCode
+from mjnav.log.encode.topics import EVENTS, PLAN, TIMING, topics
+from mjnav.log.log_format import REPLAY
+from mjnav.log.read.log import Log, LogMessage, decoder, open_log
 from mjnav.loop.episode import Episode
 from mjnav.loop.events import ABORTED, GIVEN
 from mjnav.loop.faults.fault import RunFault
-from mjnav.loop.onboard.commands import replayed
 from mjnav.loop.prepare import check_functions, with_estimators
 from mjnav.loop.provenance import FACTS, OWN_SOURCES, changes, run_info
 from mjnav.loop.result import Result
 from mjnav.messages import PHASES, TickRecord, WorldState
-from mjnav.plugins import Given, name_of
-from mjnav.recording.encode.topics import EVENTS, PLAN, TIMING, topics
-from mjnav.recording.log_format import REPLAY
-from mjnav.recording.read.log import Log, LogMessage, decoder, open_log
-from mjnav.scenarios.plugged import plugins_of
-from mjnav.scenarios.spec import Scenario
+from mjnav.robot.commands import replayed
+from mjnav.scene.plugged import plugins_of
+from mjnav.scene.spec import Scenario
+from mjnav.settings.plugins import Given, name_of
 from mjnav.world.scene import parts_hash
 
 # ------------------------------------------------------------------------------ comparison of ticks

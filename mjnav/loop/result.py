@@ -7,7 +7,6 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
-from mjnav.loop.onboard.commands import Computed, LatencyModel, replayed
 from mjnav.loop.pacer import Scheduling
 from mjnav.loop.profile import Profile
 from mjnav.messages import PHASES, Trajectory
@@ -15,7 +14,8 @@ from mjnav.metrics.own import Measured
 from mjnav.metrics.social import Detour
 from mjnav.metrics.summary import Figures, summarise
 from mjnav.metrics.timing import compute_ms
-from mjnav.scenarios.spec import Scenario
+from mjnav.robot.commands import Computed, LatencyModel, replayed
+from mjnav.scene.spec import Scenario
 
 # -------------------------------------------------------------------------------------------- table
 

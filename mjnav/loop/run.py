@@ -13,20 +13,20 @@ from typing import Any
 
 import numpy as np
 
+from mjnav.compile.compiled import load_kernels
 from mjnav.control import names
 from mjnav.errors import InvalidValue
-from mjnav.estimation.base import person_names
-from mjnav.geometry.compiled import load_kernels
+from mjnav.log.live import LiveServer
 from mjnav.loop.episode import Episode
 from mjnav.loop.faults.fault import RunFault
-from mjnav.loop.onboard.seen_space import FloorMap
 from mjnav.loop.pacer import FreePacer, RealTimePacer, realtime_scheduling
 from mjnav.loop.prepare import as_scenario, check_functions, log_path
 from mjnav.loop.result import Result
 from mjnav.messages import Event, TickRecord
-from mjnav.recording.live import LiveServer
-from mjnav.scenarios.plugged import without_plugins
-from mjnav.scenarios.spec import Scenario
+from mjnav.robot.estimation.base import person_names
+from mjnav.robot.seen_space import FloorMap
+from mjnav.scene.plugged import without_plugins
+from mjnav.scene.spec import Scenario
 from mjnav.sealed import sealed_message
 
 # ------------------------------------------------------------------------------------------ warm-up

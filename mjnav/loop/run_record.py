@@ -7,8 +7,9 @@ from typing import Any
 
 import numpy as np
 
+from mjnav.log.read.trajectory import TrajectoryBuilder
+from mjnav.log.write.writer import Recorder
 from mjnav.loop.events import Events
-from mjnav.loop.onboard.navigator import Navigator
 from mjnav.loop.pacer import Start, Stopwatch
 from mjnav.loop.result import RunSummary
 from mjnav.messages import (
@@ -24,9 +25,8 @@ from mjnav.messages import (
     Trajectory,
     WorldState,
 )
-from mjnav.recording.read.trajectory import TrajectoryBuilder
-from mjnav.recording.write.writer import Recorder
-from mjnav.scenarios.spec import Scenario
+from mjnav.robot.navigator import Navigator
+from mjnav.scene.spec import Scenario
 from mjnav.sealed import sealed
 
 

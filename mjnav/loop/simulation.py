@@ -14,11 +14,10 @@ from typing import Any, Self
 import numpy as np
 
 from mjnav.errors import InputError, InvalidValue, MjnavError, own_code, said
-from mjnav.estimation.own import checked_beliefs
+from mjnav.log.live import LiveServer
+from mjnav.log.write.writer import Recorder
 from mjnav.loop.events import ABORTED, Events, Referee, warnings_of
 from mjnav.loop.faults.fault import fault_events
-from mjnav.loop.onboard.commands import given_decision
-from mjnav.loop.onboard.navigator import Navigator
 from mjnav.loop.pacer import Start, Stopwatch
 from mjnav.loop.prepare import as_scenario, log_path
 from mjnav.loop.provenance import run_info
@@ -29,11 +28,12 @@ from mjnav.messages import Array, Beliefs, Decision, Event, Observation, Reading
 from mjnav.metrics.own import OwnMetrics
 from mjnav.metrics.safety import sees_robot
 from mjnav.metrics.social import detour
-from mjnav.plugins import BehaviourPlugin
-from mjnav.recording.live import LiveServer
-from mjnav.recording.write.writer import Recorder
-from mjnav.scenarios.ranges import MAX_LENGTH
-from mjnav.scenarios.spec import Person, Scenario
+from mjnav.robot.commands import given_decision
+from mjnav.robot.estimation.own import checked_beliefs
+from mjnav.robot.navigator import Navigator
+from mjnav.scene.ranges import MAX_LENGTH
+from mjnav.scene.spec import Person, Scenario
+from mjnav.settings.plugins import BehaviourPlugin
 from mjnav.world.engine import DivergedError
 from mjnav.world.simulator import Simulator
 

@@ -11,10 +11,10 @@
 `simulation` composes what a tick needs and says when a run ends.
 """
 
-from mjnav.loop.onboard.navigator import Navigator
 from mjnav.loop.pacer import Stopwatch
 from mjnav.loop.run_record import RunRecord
 from mjnav.messages import Beliefs, Decision, Observation, Reading, WorldState
+from mjnav.robot.navigator import Navigator
 from mjnav.sealed import twin
 from mjnav.world.simulator import Simulator
 

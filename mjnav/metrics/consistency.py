@@ -24,7 +24,7 @@ import numpy as np
 from mjnav.geometry.angles import wrap
 from mjnav.messages import Array, Trajectory
 from mjnav.metrics.progress import by_blocks, stretches
-from mjnav.scenarios.spec import Scenario
+from mjnav.scene.spec import Scenario
 
 # --------------------------------------------------------------------------- errors and consistency
 

@@ -16,7 +16,7 @@ from mjnav.geometry.angles import wrap
 from mjnav.messages import Array, Trajectory
 from mjnav.metrics.progress import targets
 from mjnav.motion.unicycle import TRACK_WIDTH, integrate
-from mjnav.scenarios.spec import Scenario
+from mjnav.scene.spec import Scenario
 
 # ----------------------------------------------------------------------------------------- commands
 

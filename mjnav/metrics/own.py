@@ -9,10 +9,10 @@ from typing import Any, Protocol
 
 from mjnav.errors import InvalidValue, PluginFault, own_code, said
 from mjnav.messages import Trajectory
-from mjnav.plugins import MetricPlugin
-from mjnav.scenarios.plugged import metrics_of
-from mjnav.scenarios.spec import Scenario
+from mjnav.scene.plugged import metrics_of
+from mjnav.scene.spec import Scenario
 from mjnav.sealed import sealed_message
+from mjnav.settings.plugins import MetricPlugin
 
 
 @dataclass(frozen=True, slots=True)

@@ -36,8 +36,8 @@ from math import ceil, sqrt
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from mjnav.compile.compiled import Cube, Matrix, Vector, kernel
 from mjnav.errors import InvalidValue
-from mjnav.geometry.compiled import Cube, Matrix, Vector, kernel
 from mjnav.messages import Array
 
 # --------------------------------------------------------------------- calibration of probabilities

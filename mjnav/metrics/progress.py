@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 
 from mjnav.geometry.distances import segment_distance
 from mjnav.messages import Array, Trajectory
-from mjnav.scenarios.people import REACHED
-from mjnav.scenarios.ranges import Point
-from mjnav.scenarios.spec import Person, Scenario
+from mjnav.scene.people import REACHED
+from mjnav.scene.ranges import Point
+from mjnav.scene.spec import Person, Scenario
 
 # -------------------------------------------------------------------- stretches and blocks of ticks
 

@@ -21,8 +21,8 @@ from mjnav.geometry.distances import segment_distance
 from mjnav.messages import Array, Contact, Trajectory
 from mjnav.metrics.effort import STALLED_SPEED
 from mjnav.metrics.progress import ROWS
-from mjnav.scenarios.people import REGULAR
-from mjnav.scenarios.spec import Scenario, Wall
+from mjnav.scene.people import REGULAR
+from mjnav.scene.spec import Scenario, Wall
 
 # -------------------------------------------------------------------- clearance, contacts and lanes
 

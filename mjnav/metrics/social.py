@@ -30,7 +30,7 @@ from mjnav.messages import Array, Trajectory
 from mjnav.metrics.effort import velocity
 from mjnav.metrics.progress import by_blocks, passings
 from mjnav.metrics.safety import thing_distance
-from mjnav.scenarios.spec import Scenario
+from mjnav.scene.spec import Scenario
 
 # ---------------------------------------------------------------------------------------- proximity
 

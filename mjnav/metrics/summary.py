@@ -15,8 +15,8 @@ from mjnav.metrics import safety as fault
 from mjnav.metrics import social as proximity
 from mjnav.metrics import tracking as gospa
 from mjnav.metrics import tracking as identity
-from mjnav.scenarios.check import is_avoidable
-from mjnav.scenarios.spec import Scenario
+from mjnav.scene.check import is_avoidable
+from mjnav.scene.spec import Scenario
 
 INFEASIBLE = ("infeasible_nominal", "infeasible")
 

@@ -32,7 +32,7 @@ from numpy.typing import NDArray
 from mjnav.geometry.distances import GATE, nearest_pairs
 from mjnav.messages import Array, Trajectory
 from mjnav.metrics.progress import ROWS, stretches
-from mjnav.scenarios.spec import Scenario
+from mjnav.scene.spec import Scenario
 
 # -------------------------------------------------------------------------------- people and tracks
 

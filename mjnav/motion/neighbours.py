@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from mjnav.geometry.compiled import Indices, Matrix, exact
+from mjnav.compile.compiled import Indices, Matrix, exact
 from mjnav.messages import Array
 
 MAX_CELLS_A_POINT = 4  # more would be empty

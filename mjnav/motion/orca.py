@@ -16,8 +16,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from mjnav.compile.compiled import Flags, Indices, Matrix, Vector, exact
 from mjnav.constraints.velocity_obstacle import leave_velocity_obstacle, nearest_within
-from mjnav.geometry.compiled import Flags, Indices, Matrix, Vector, exact
 from mjnav.geometry.floor import box_surface
 from mjnav.motion.neighbours import near, sort_into_cells
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from mjnav.geometry.compiled import Matrix, kernel, scalar
+from mjnav.compile.compiled import Matrix, kernel, scalar
 from mjnav.messages import Array, RobotLimits
 from mjnav.motion.unicycle import control_bounds, reachable
 

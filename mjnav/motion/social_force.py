@@ -35,7 +35,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from mjnav.geometry.compiled import Flags, Indices, Matrix, Vector, exact
+from mjnav.compile.compiled import Flags, Indices, Matrix, Vector, exact
 from mjnav.geometry.floor import box_surface, disc_surface
 from mjnav.motion.neighbours import near, sort_into_cells
 

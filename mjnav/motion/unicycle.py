@@ -12,8 +12,8 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import ArrayLike
 
+from mjnav.compile.compiled import Matrix, Vector, kernel, scalar
 from mjnav.geometry.angles import wrap, wrapped
-from mjnav.geometry.compiled import Matrix, Vector, kernel, scalar
 from mjnav.messages import Array, RobotLimits
 
 # --------------------------------------------------------------------------------------------- arrays

@@ -10,10 +10,10 @@ from typing import Annotated, Any, Protocol
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mjnav.config import Range
 from mjnav.errors import InvalidValue, PluginFault, own_code, said
 from mjnav.messages import LARGEST, Array
-from mjnav.plugins import DistributionPlugin
+from mjnav.settings import Range
+from mjnav.settings.plugins import DistributionPlugin
 
 MOST = 1e4  # of an argument in the channel's unit: as far as coordinates go
 Mean = Annotated[float, Range(-MOST, MOST), "expectation, in the channel's unit"]

@@ -7,12 +7,12 @@ from typing import Annotated
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mjnav.config import Length, Range, settle
 from mjnav.constant import Constant
 from mjnav.errors import InvalidValue
 from mjnav.messages import Array
 from mjnav.noise.base import MOST, Mean, OnRealLine, Size, Spread
 from mjnav.noise.pearson import HALF_LOG_2PI, StudentLaw
+from mjnav.settings import Length, Range, settle
 
 _WEIGHT_SUM_TOLERANCE = 1e-6  # weights are written with a few digits: 0.333, 0.333, 0.334
 MAX_SAMPLES = 10_000  # a likelihood costs each of them at each of its thousands of cells

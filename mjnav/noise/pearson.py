@@ -21,13 +21,13 @@ from typing import Annotated, Protocol
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mjnav.config import Range, settle
 from mjnav.constant import Constant
 from mjnav.errors import InvalidValue
 from mjnav.messages import Array
 from mjnav.noise.base import Mean, Size, Spread
 from mjnav.noise.pearson_iv import TypeIVLaw
 from mjnav.noise.pearson_iv import stirling_remainder as R
+from mjnav.settings import Range, settle
 
 # ----------------------------------------------------------------------------------------------- laws
 

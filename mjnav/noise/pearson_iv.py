@@ -26,7 +26,7 @@ from math import atan2, exp, inf, log, log1p, pi, sin, sqrt
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mjnav.geometry.compiled import Indices, Matrix, Vector, exact
+from mjnav.compile.compiled import Indices, Matrix, Vector, exact
 from mjnav.messages import Array
 from mjnav.noise.base import Size
 

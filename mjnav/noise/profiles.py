@@ -10,12 +10,12 @@ from typing import Annotated, Any
 
 import numpy as np
 
-from mjnav.config import Variants, settled
 from mjnav.errors import unknown_name
 from mjnav.noise.base import Distribution
 from mjnav.noise.distributions import Empirical, Gaussian, Mixture, StudentT, Uniform, Zero
 from mjnav.noise.pearson import Pearson
-from mjnav.plugins import DistributionPlugin
+from mjnav.settings import Variants, settled
+from mjnav.settings.plugins import DistributionPlugin
 
 # ------------------------------------------------------------------------------ distributions by name
 

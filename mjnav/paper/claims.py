@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike
 from mjnav.messages import Array
 from mjnav.metrics.intervals import SharedBootstrap, holm, paired_bootstrap
 from mjnav.rng import stream
-from mjnav.scenarios.spec import Scenario
+from mjnav.scene.spec import Scenario
 from mjnav.study.compare.cell_rows import CellRows
 from mjnav.study.compare.estimates import Difference, Estimate, difference, paired
 

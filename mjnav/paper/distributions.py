@@ -22,15 +22,15 @@ from matplotlib.patches import Circle
 from mjnav.control.base import MatchingController
 from mjnav.errors import InvalidValue
 from mjnav.loop.episode import Episode
-from mjnav.loop.prepare import build_controller
 from mjnav.messages import Array, ConeDistribution, TickRecord
 from mjnav.metrics.intervals import wilson
 from mjnav.motion.unicycle import integrate
 from mjnav.paper import draw
 from mjnav.paper.claims import Claim, Measured, MeasuredItem, Progress, mean_by_run, shown
 from mjnav.paper.episodes import DIRECT, changed
-from mjnav.scenarios.load import with_seed
-from mjnav.scenarios.spec import Scenario
+from mjnav.robot.controller import build_controller
+from mjnav.scene.load import with_seed
+from mjnav.scene.spec import Scenario
 
 BINS = 30
 

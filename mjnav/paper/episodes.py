@@ -11,7 +11,7 @@ import numpy as np
 
 from mjnav.loop.provenance import revision
 from mjnav.paper.claims import Item, StudyItem
-from mjnav.scenarios.spec import Scenario
+from mjnav.scene.spec import Scenario
 from mjnav.study.cells import Cell, resolve
 from mjnav.study.compare.cell_rows import CellRows, cell_rows
 from mjnav.study.compare.estimates import estimate

@@ -20,13 +20,13 @@ from typing import Any
 from matplotlib.figure import Figure
 
 from mjnav.errors import InputError
+from mjnav.log.export.csv_tables import neutral
 from mjnav.loop.provenance import revision
 from mjnav.output_files import replacement
 from mjnav.paper import ITEMS, load
 from mjnav.paper.claims import LEAST_PAIRS, LEAST_RUNS, TOO_FEW, Finding, Verdict
 from mjnav.paper.draw import style
 from mjnav.paper.episodes import Basis
-from mjnav.recording.export.csv_tables import neutral
 from mjnav.report.look.document import frame
 
 FINDINGS, DATA, PICTURE, PRINT = "findings.json", "data.csv", "figure.png", "figure.pdf"

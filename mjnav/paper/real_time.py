@@ -19,7 +19,6 @@ from matplotlib.lines import Line2D
 from mjnav.control.methods.rkhs import Rkhs
 from mjnav.errors import InvalidValue
 from mjnav.loop.episode import Episode
-from mjnav.loop.prepare import build_controller
 from mjnav.loop.realtime.stress import crowd
 from mjnav.messages import Array, Observation
 from mjnav.paper import draw
@@ -27,7 +26,8 @@ from mjnav.paper.claims import Claim, Measured, MeasuredItem, Progress, bootstra
 from mjnav.paper.episodes import DIRECT, changed, spread
 from mjnav.rkhs.mmd import mmd_squared_gram
 from mjnav.rng import stream
-from mjnav.scenarios.spec import Scenario
+from mjnav.robot.controller import build_controller
+from mjnav.scene.spec import Scenario
 
 DEGREES = (1, 2, 3)
 SAMPLES, OBSTACLES = 25, 5  # the paper's

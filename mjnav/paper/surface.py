@@ -27,7 +27,6 @@ from mjnav.control.problem.candidates import Candidates, candidate_grid
 from mjnav.control.problem.goal_cost import GoalCost
 from mjnav.errors import InvalidValue
 from mjnav.loop.episode import Episode
-from mjnav.loop.prepare import build_controller
 from mjnav.messages import Array, Observation, TickRecord
 from mjnav.metrics.intervals import mcnemar, wilson
 from mjnav.motion.unicycle import reachable
@@ -35,8 +34,9 @@ from mjnav.paper.claims import LEAST_RUNS, Claim, Measured, MeasuredItem, Progre
 from mjnav.paper.episodes import DIRECT, changed, spread
 from mjnav.report.decision_surface_figure import decision_surface_figure
 from mjnav.rkhs.mmd import moment_distance
-from mjnav.scenarios.load import with_seed
-from mjnav.scenarios.spec import Scenario
+from mjnav.robot.controller import build_controller
+from mjnav.scene.load import with_seed
+from mjnav.scene.spec import Scenario
 
 Cost = Callable[[Array, Array], Array]  # of controls v, omega (K,): (K,)
 

@@ -15,16 +15,16 @@ from typing import Any
 import numpy as np
 
 from mjnav.errors import InputError
+from mjnav.log.read.log import Log, TopicSummary, open_log
+from mjnav.log.read.ticks import EVERY_TICK, LoggedRun
 from mjnav.messages import PHASES, Array, Trajectory
 from mjnav.metrics import consistency
 from mjnav.metrics.safety import sees_robot
 from mjnav.metrics.summary import summarise
 from mjnav.metrics.timing import compute_ms, quantiles
-from mjnav.recording.read.log import Log, TopicSummary, open_log
-from mjnav.recording.read.ticks import EVERY_TICK, LoggedRun
 from mjnav.report.worst_moments import WorstMoment, worst_moments
-from mjnav.scenarios.people import REGULAR, Person
-from mjnav.scenarios.spec import BEHAVIOURS, Scenario
+from mjnav.scene.people import REGULAR, Person
+from mjnav.scene.spec import BEHAVIOURS, Scenario
 
 # -------------------------------------------------------------------------------------------- beliefs
 

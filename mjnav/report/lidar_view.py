@@ -11,13 +11,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from mjnav.log.log_format import epoch_ns
+from mjnav.log.read.log import Log
 from mjnav.messages import Array
 from mjnav.noise import Distribution, profile
-from mjnav.plugins import DistributionPlugin
-from mjnav.recording.log_format import epoch_ns
-from mjnav.recording.read.log import Log
-from mjnav.scenarios.sensors import Lidar
-from mjnav.scenarios.spec import Scenario
+from mjnav.scene.sensors import Lidar
+from mjnav.scene.spec import Scenario
+from mjnav.settings.plugins import DistributionPlugin
 
 
 def goes_by_scans(scenario: Scenario) -> bool:

@@ -20,10 +20,10 @@ from numpy.typing import NDArray
 
 from mjnav.errors import DamagedLogError, InputError, InvalidValue, missing_extra
 from mjnav.geometry.angles import wrap
+from mjnav.log.encode.plan import decode_plan
+from mjnav.log.read.log import Log, open_log
 from mjnav.messages import Array, PlanShown, Trajectory, WorldState, number
 from mjnav.output_files import output_path, replacement, written
-from mjnav.recording.encode.plan import decode_plan
-from mjnav.recording.read.log import Log, open_log
 from mjnav.report.lidar_view import LidarViews
 
 if TYPE_CHECKING:

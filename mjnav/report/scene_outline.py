@@ -6,9 +6,9 @@ import numpy as np
 
 from mjnav.messages import Array
 from mjnav.report.inspection import shown_people
-from mjnav.scenarios.bodies import KnownBodies
-from mjnav.scenarios.spec import Scenario, Table
-from mjnav.scenarios.ways import planned_legs
+from mjnav.scene.bodies import KnownBodies
+from mjnav.scene.spec import Scenario, Table
+from mjnav.scene.ways import planned_legs
 
 
 def scene_outline(scenario: Scenario) -> dict[str, Any]:

@@ -7,12 +7,12 @@ from math import inf, isfinite
 
 import numpy as np
 
+from mjnav.log.read.ticks import LoggedRun
 from mjnav.messages import PHASES, Array
 from mjnav.metrics import consistency, progress, safety
 from mjnav.metrics.safety import touches
 from mjnav.metrics.summary import INFEASIBLE
-from mjnav.recording.read.ticks import LoggedRun
-from mjnav.scenarios.spec import Scenario
+from mjnav.scene.spec import Scenario
 
 NUM_MOMENTS = 5
 CLEARANCE = "clearance"  # the kind

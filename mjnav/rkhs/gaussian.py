@@ -13,7 +13,7 @@ stays below 150.
 
 import numpy as np
 
-from mjnav.geometry.compiled import Matrix, Vector, kernel
+from mjnav.compile.compiled import Matrix, Vector, kernel
 from mjnav.messages import Array
 
 FARTHEST = 8.0  # bandwidths, beyond which samples are not told apart

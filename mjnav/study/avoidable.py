@@ -10,9 +10,9 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from mjnav.errors import InputError, InvalidValue
+from mjnav.log.read.log import open_log
 from mjnav.metrics.intervals import Interval, wilson
 from mjnav.metrics.oracle.avoidable import LEADS, Judgement, judged
-from mjnav.recording.read.log import open_log
 from mjnav.study.keep import kept_log
 from mjnav.study.results import find_results
 from mjnav.study.store.store import Store

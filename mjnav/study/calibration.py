@@ -44,21 +44,22 @@ from math import inf
 
 import numpy as np
 
+from mjnav.compile.compiled import Cube, Matrix, Vector, kernel
 from mjnav.constraints.collision_cone import collision_cone, cone_segment
 from mjnav.control.parameters import Parameters
 from mjnav.control.problem.problem import Problem
 from mjnav.errors import InvalidValue, unknown_name
 from mjnav.geometry.angles import wrap
-from mjnav.geometry.compiled import Cube, Matrix, Vector, kernel
 from mjnav.loop.episode import Episode
-from mjnav.loop.prepare import build_controller, episode_label
+from mjnav.loop.prepare import episode_label
 from mjnav.messages import Array, Decision, Observation, ObstacleSamples, RobotLimits, TickRecord, WorldState
 from mjnav.metrics.prediction import Calibration, calibration
 from mjnav.motion.unicycle import ramp_mean
 from mjnav.noise import NOISE_WINDOW, Distribution
 from mjnav.rng import stream
-from mjnav.scenarios.load import with_seed
-from mjnav.scenarios.spec import Scenario
+from mjnav.robot.controller import build_controller
+from mjnav.scene.load import with_seed
+from mjnav.scene.spec import Scenario
 from mjnav.study.sweep.workers import TimeLimit, in_order
 
 # ---------------------------------------------------------------------------------------------- event

@@ -9,10 +9,11 @@ from itertools import product
 from pathlib import Path
 
 from mjnav.errors import InvalidValue
-from mjnav.loop.prepare import load_scenario, resolved_parameters
-from mjnav.plugins import placed
-from mjnav.scenarios import dumps
-from mjnav.scenarios.overrides import Override
+from mjnav.loop.prepare import load_scenario
+from mjnav.robot.controller import resolved_parameters
+from mjnav.scene import dumps
+from mjnav.scene.overrides import Override
+from mjnav.settings.plugins import placed
 from mjnav.study.study_file import MethodEntry, Overrides, SettingEntry, StudyFile, scene_path
 
 DEFAULT_SETTING = "default"

@@ -14,9 +14,9 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from mjnav.errors import InputError, MjnavError, unknown_name
+from mjnav.log.log_format import check_path
+from mjnav.log.write.writer import LogError
 from mjnav.loop.faults.fault import RunFault
-from mjnav.recording.log_format import check_path
-from mjnav.recording.write.writer import LogError
 
 LOGS = "logs"  # the folder, below that of the results
 ID_DIGITS = 16  # of the episode's id, in the name of its log

@@ -13,21 +13,21 @@ from dataclasses import replace
 from difflib import get_close_matches
 from types import MappingProxyType
 
-from mjnav import control, noise, scenarios
-from mjnav.config.reference import INDEX, KeyReference, key_references
-from mjnav.config.table import Schema, first_line, json_schema, table_schema, with_variants
+from mjnav import control, noise, scene
 from mjnav.control import make_controller
 from mjnav.control.registry import shipped_parameters
 from mjnav.errors import InvalidValue, unknown_name
 from mjnav.messages import RobotLimits
 from mjnav.noise import CHANNELS
 from mjnav.noise.profiles import DISTRIBUTIONS
-from mjnav.plugins import BEHAVIOUR, CONTROLLER, DISTRIBUTION, LOCALIZER, PREDICTOR, TRACKER, Kind, registered
-from mjnav.scenarios.drafts import draft_keys, with_draws
-from mjnav.scenarios.library import is_random
-from mjnav.scenarios.people import TEMPERAMENTS
-from mjnav.scenarios.prediction import MODELS
-from mjnav.scenarios.spec import BEHAVIOURS, ENGINES, Control, Scenario
+from mjnav.scene.drafts import draft_keys, with_draws
+from mjnav.scene.library import is_random
+from mjnav.scene.people import TEMPERAMENTS
+from mjnav.scene.prediction import MODELS
+from mjnav.scene.spec import BEHAVIOURS, ENGINES, Control, Scenario
+from mjnav.settings.plugins import BEHAVIOUR, CONTROLLER, DISTRIBUTION, LOCALIZER, PREDICTOR, TRACKER, Kind, registered
+from mjnav.settings.reference import INDEX, KeyReference, key_references
+from mjnav.settings.table import Schema, first_line, json_schema, table_schema, with_variants
 from mjnav.study.study_file import StudyFile, studies
 
 # ------------------------------------------------------------------------------------------ catalogue
@@ -47,7 +47,7 @@ def _with_registered(kind: Kind, shipped: Mapping[str, str], prefix: str = "") -
 
 def _filters() -> dict[str, str]:
     """The values of estimation.robot and estimation.obstacles: source with filter, or localizer and tracker."""
-    from mjnav.estimation import LOCALIZERS, TRACKERS, estimator_class
+    from mjnav.robot.estimation import LOCALIZERS, TRACKERS, estimator_class
 
     found: dict[str, str] = {}
     for place, registry, kind in (("robot", LOCALIZERS, LOCALIZER), ("obstacles", TRACKERS, TRACKER)):
@@ -58,10 +58,10 @@ def _filters() -> dict[str, str]:
 
 def _topics() -> dict[str, str]:
     """The topics of a log, with the schema of their messages."""
-    from mjnav.recording.encode.topics import topics
-    from mjnav.recording.log_format import TOPICS
+    from mjnav.log.encode.topics import topics
+    from mjnav.log.log_format import TOPICS
 
-    schemas = {topic.name: topic.schema.name for topic in topics(scenarios.load("crossing1"))}
+    schemas = {topic.name: topic.schema.name for topic in topics(scene.load("crossing1"))}
     return {name: f"{text} ({schemas[name]})" for name, text in TOPICS.items()}
 
 
@@ -75,7 +75,7 @@ def _metrics() -> dict[str, str]:
 
 def _scenes() -> dict[str, str]:
     """The shipped scenes; those that every seed draws anew say so."""
-    return {name: text + " (drawn by seed)" * is_random(name) for name, text in scenarios.describe()}
+    return {name: text + " (drawn by seed)" * is_random(name) for name, text in scene.describe()}
 
 
 # kind -> what finds its names, each with a sentence

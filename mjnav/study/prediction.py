@@ -22,24 +22,24 @@ from pathlib import Path
 
 import numpy as np
 
-from mjnav import scenarios
+from mjnav import scene
 from mjnav.errors import InvalidValue
-from mjnav.estimation import make_tracker
-from mjnav.estimation.base import person_names, person_track
 from mjnav.filters.particles import shuffled
-from mjnav.loop.onboard.seen_space import FloorMap
+from mjnav.log.read.log import open_log
 from mjnav.loop.simulation import Simulation
 from mjnav.messages import Array, KnownMap, Reading, Track, Trajectory, symmetric
 from mjnav.metrics.intervals import Interval, SharedBootstrap
 from mjnav.metrics.prediction import LEVELS, PathScores, path_scores
-from mjnav.prediction import Crowd, Predictor, make_predictor
-from mjnav.recording.read.log import open_log
 from mjnav.rng import stream
-from mjnav.scenarios import crowd as crowds
-from mjnav.scenarios.crowd import Recording, TrackSplines, read_recording, tracks_of
-from mjnav.scenarios.overrides import Override
-from mjnav.scenarios.people import ConstantVelocity, Person
-from mjnav.scenarios.spec import Scenario
+from mjnav.robot.estimation import make_tracker
+from mjnav.robot.estimation.base import person_names, person_track
+from mjnav.robot.prediction import Crowd, Predictor, make_predictor
+from mjnav.robot.seen_space import FloorMap
+from mjnav.scene import crowd as crowds
+from mjnav.scene.crowd import Recording, TrackSplines, read_recording, tracks_of
+from mjnav.scene.overrides import Override
+from mjnav.scene.people import ConstantVelocity, Person
+from mjnav.scene.spec import Scenario
 
 # ------------------------------------------------------------------------------------------ forecasts
 
@@ -354,13 +354,13 @@ def measure(source: str, plan: Plan, progress: Callable[[float], None] = lambda 
     """
     if source.endswith(".mcap"):
         log = open_log(source)
-        text = scenarios.dumps(log.scenario())
-        load = partial(scenarios.loads, text, file=source)
+        text = scene.dumps(log.scenario())
+        load = partial(scene.loads, text, file=source)
         trajectory, what = log.trajectory(), f"{source}, of {log.scenario().name}"
     elif not source.endswith(".toml") and Path(source).is_file():
         return _recording(source, plan)
     else:
-        load = partial(scenarios.load, source)
+        load = partial(scene.load, source)
         overrides = (Override("stop_on_collision", False), *_with_model(plan, plan.models[0]))
         scenario = replace(load(overrides, seed=plan.seed), prediction=None)
         trajectory = _walked(scenario, plan, progress)
@@ -381,7 +381,7 @@ def _recording(source: str, plan: Plan) -> Measured:
         allowed = "what the recording's column of frames counts a second, as 25 for most files of ETH and UCY"
         raise InvalidValue("--frame-rate", None, allowed)
     frames = Frames.of(recording, plan.frame_rate)
-    of_models = [scenarios.loads(_NOWHERE, _with_model(plan, model)) for model in plan.models]
+    of_models = [scene.loads(_NOWHERE, _with_model(plan, model)) for model in plan.models]
     seed, what = plan.seed or 0, f"{source}, every window of 8 frames seen, {frames.step:g} s apart"
     believed = partial(frames.believed, plan.samples, of_models[0], seed)
     moments = partial(frames.moments, plan.samples) if plan.exact else believed

@@ -12,13 +12,13 @@ from functools import cache
 from math import inf
 from typing import Annotated, Any
 
-from mjnav.config import Beside, Range, below, keys, settle
 from mjnav.control.registry import shipped_parameters
 from mjnav.errors import InvalidValue, unknown_name
 from mjnav.rng import stream
-from mjnav.scenarios.draws import ANY, check_value, draw_value, is_draw, kind_of
-from mjnav.scenarios.ranges import Seed
-from mjnav.scenarios.spec import Control
+from mjnav.scene.draws import ANY, check_value, draw_value, is_draw, kind_of
+from mjnav.scene.ranges import Seed
+from mjnav.scene.spec import Control
+from mjnav.settings import Beside, Range, below, keys, settle
 
 MAX_COUNT = 10_000
 MAX_REDRAWS = 1000  # of a setting, until it is none of those before

@@ -33,13 +33,13 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Annotated
 
-from mjnav.config import Length, Range, Text, read_document, settle, tables
 from mjnav.errors import InvalidValue, unknown_name
 from mjnav.output_files import path_text
-from mjnav.scenarios.library import data_folder, describe
-from mjnav.scenarios.load import read_text
-from mjnav.scenarios.ranges import MAX_SEED, Seed
-from mjnav.scenarios.toml import parse, toml_text
+from mjnav.scene.library import data_folder, describe
+from mjnav.scene.load import read_text
+from mjnav.scene.ranges import MAX_SEED, Seed
+from mjnav.scene.toml import parse, toml_text
+from mjnav.settings import Length, Range, Text, read_document, settle, tables
 from mjnav.study.search import Search
 
 FOLDER = "studies"  # below runs/

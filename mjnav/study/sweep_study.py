@@ -9,13 +9,13 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
-from mjnav.config import Range, below, settled
+from mjnav.log.read.data_frame import check_pandas
 from mjnav.loop.faults.heartbeat import MAX_SECONDS
 from mjnav.loop.prepare import check_functions
 from mjnav.output_files import path_text
-from mjnav.recording.read.data_frame import check_pandas
-from mjnav.scenarios.overrides import Overrides, overrides_of
-from mjnav.scenarios.ranges import MAX_TIME
+from mjnav.scene.overrides import Overrides, overrides_of
+from mjnav.scene.ranges import MAX_TIME
+from mjnav.settings import Range, below, settled
 from mjnav.study.cells import resolve
 from mjnav.study.compare.chosen_figures import DEFAULT_FIGURES
 from mjnav.study.compare.study_comparison import StudyComparison, compare_study, html_table

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import Any
 
-from mjnav import scenarios
+from mjnav import scene
 from mjnav.errors import InvalidValue
 from mjnav.loop.episode import Episode
 from mjnav.loop.faults.fault import RunFault, describe_fault
@@ -18,10 +18,10 @@ from mjnav.loop.result import Result
 from mjnav.loop.run import warm_up
 from mjnav.metrics.effort import time_to_avoid
 from mjnav.metrics.safety import lane_clearance
-from mjnav.plugins import Plugin
-from mjnav.scenarios.load import with_seed
-from mjnav.scenarios.plugged import plugins_of
-from mjnav.scenarios.spec import Scenario
+from mjnav.scene.load import with_seed
+from mjnav.scene.plugged import plugins_of
+from mjnav.scene.spec import Scenario
+from mjnav.settings.plugins import Plugin
 from mjnav.study.cells import DEFAULT_SETTING, Cell
 from mjnav.study.keep import Keep, raise_log_fault
 from mjnav.study.sample_shape import SampleShape
@@ -125,7 +125,7 @@ def made_with(controller: str, document: str) -> Mapping[str, str]:
 def _plugins(document: str) -> tuple[Plugin, ...]:
     """The plug-ins of a run file's text, of which nothing is imported; a text that is none names none."""
     try:
-        return tuple(plugins_of(scenarios.loads(document)).values())
+        return tuple(plugins_of(scene.loads(document)).values())
     except InvalidValue:
         return ()
 
@@ -201,6 +201,6 @@ def prepared(trial: Trial) -> Scenario:
 @lru_cache(KEPT_SCENARIOS)
 def _prepared(document: str) -> Scenario:
     """The scenario of a run file's text, all that its episodes use compiled: timings count from the first episode."""
-    scenario = scenarios.loads(document)
+    scenario = scene.loads(document)
     warm_up(scenario)
     return scenario

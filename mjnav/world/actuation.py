@@ -2,10 +2,10 @@
 
 import numpy as np
 
-from mjnav.geometry.compiled import Matrix, Vector, exact
+from mjnav.compile.compiled import Matrix, Vector, exact
 from mjnav.messages import Array
 from mjnav.motion.unicycle import command_bounds
-from mjnav.scenarios.spec import Scenario
+from mjnav.scene.spec import Scenario
 from mjnav.world.draws import Draws
 
 

@@ -13,8 +13,8 @@ from numpy.typing import ArrayLike
 
 from mjnav.messages import Array
 from mjnav.motion.unicycle import LIDAR_HEIGHT
-from mjnav.scenarios.ranges import Point
-from mjnav.scenarios.spec import Scenario
+from mjnav.scene.ranges import Point
+from mjnav.scene.spec import Scenario
 from mjnav.world.scene import scene_points
 
 TRAIL_STEP = 0.04  # [m] below which two points of a trail are one

@@ -16,8 +16,8 @@ from mjnav.geometry.angles import wrap
 from mjnav.messages import Array, Reading
 from mjnav.motion.unicycle import integrate, twist_of_wheels, wheel_speeds
 from mjnav.rng import stream
-from mjnav.scenarios.faults import Blocked, ChannelFaults, Faults, Slip, WheelFaults
-from mjnav.scenarios.spec import Scenario
+from mjnav.scene.faults import Blocked, ChannelFaults, Faults, Slip, WheelFaults
+from mjnav.scene.spec import Scenario
 from mjnav.world.draws import NEVER, Grid
 from mjnav.world.engine import Engine
 

@@ -4,12 +4,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from mjnav.compile.compiled import Matrix, exact
 from mjnav.constant import Constant
-from mjnav.geometry.compiled import Matrix, exact
 from mjnav.geometry.floor import box_distance
 from mjnav.messages import Array
-from mjnav.scenarios.spec import Scenario
-from mjnav.scenarios.ways import floor_of_robot
+from mjnav.scene.spec import Scenario
+from mjnav.scene.ways import floor_of_robot
 
 
 @dataclass(frozen=True, slots=True)

@@ -8,16 +8,15 @@ what blocks it, or else stays for that step. A robot whose way is blocked stays,
 import numpy as np
 from numpy.typing import ArrayLike
 
+from mjnav.compile.compiled import Indices, Matrix, Vector, exact
 from mjnav.geometry.angles import wrap
-from mjnav.geometry.compiled import Indices, Matrix, Vector, exact
 from mjnav.geometry.distances import placed
-from mjnav.geometry.floor import box_distance, surface
+from mjnav.geometry.floor import box_distance, cast, surface
 from mjnav.messages import Array
 from mjnav.motion.unicycle import LIDAR_HEIGHT, wheel_speeds
-from mjnav.scenarios.spec import Scenario
+from mjnav.scene.spec import Scenario
 from mjnav.world.engine import ContactLog
 from mjnav.world.floor_plan import FloorPlan
-from mjnav.world.lidar import cast
 
 # --------------------------------------------------------------------- one step of people and robot
 

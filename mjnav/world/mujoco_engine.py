@@ -19,12 +19,12 @@ import mujoco
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mjnav.geometry.compiled import Matrix, Vector, exact
+from mjnav.compile.compiled import Matrix, Vector, exact
 from mjnav.geometry.distances import placed
 from mjnav.messages import Array
 from mjnav.motion.unicycle import LIDAR_HEIGHT, wheel_speeds
-from mjnav.scenarios.ranges import MAX_LENGTH
-from mjnav.scenarios.spec import Scenario
+from mjnav.scene.ranges import MAX_LENGTH
+from mjnav.scene.spec import Scenario
 from mjnav.world.engine import ContactLog, DivergedError
 from mjnav.world.floor_plan import FloorPlan
 from mjnav.world.scene import SEEN_BY_LIDAR, compose

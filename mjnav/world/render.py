@@ -21,8 +21,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from mjnav.errors import InputError
 from mjnav.messages import Array, WorldState
-from mjnav.scenarios.spec import Scenario
-from mjnav.scenarios.ways import planned_legs
+from mjnav.scene.spec import Scenario
+from mjnav.scene.ways import planned_legs
 from mjnav.world.decoration import (
     draw_detections,
     draw_fan,

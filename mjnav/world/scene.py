@@ -14,8 +14,8 @@ import mujoco
 import numpy as np
 
 from mjnav.messages import Array
-from mjnav.scenarios.library import data_folder
-from mjnav.scenarios.spec import Person, Pillar, Robot, Scenario, Table, Wall
+from mjnav.scene.library import data_folder
+from mjnav.scene.spec import Person, Pillar, Robot, Scenario, Table, Wall
 
 PARTS = ("scene", "robot", "pedestrian", "table", "pillar")
 SEEN_BY_LIDAR, UNSEEN, DECORATION = 0, 1, 2  # geom groups, as in models/

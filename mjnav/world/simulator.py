@@ -11,8 +11,8 @@ from numpy.typing import ArrayLike
 from mjnav.errors import InvalidValue
 from mjnav.messages import Array, Reading, WorldState
 from mjnav.noise import NOISE_WINDOW
-from mjnav.scenarios.people import PERIOD
-from mjnav.scenarios.spec import Scenario
+from mjnav.scene.people import PERIOD
+from mjnav.scene.spec import Scenario
 from mjnav.world.actuation import Actuation
 from mjnav.world.draws import Grid, whole_steps
 from mjnav.world.engine import Engine

@@ -10,7 +10,7 @@ from typing import Any, Self
 
 from mjnav.errors import InputError
 from mjnav.messages import Array, WorldState
-from mjnav.scenarios.spec import Scenario
+from mjnav.scene.spec import Scenario
 from mjnav.world.decoration import draw_route, draw_trail
 from mjnav.world.render import Stage, overview
 from mjnav.world.scene import scene_points

@@ -20,11 +20,11 @@ from numba.core.dispatcher import Dispatcher
 from numba.np.ufunc.dufunc import DUFunc
 
 import mjnav
+from mjnav.compile.compiled import load_kernels
 from mjnav.control import names
-from mjnav.geometry.compiled import load_kernels
 from mjnav.loop.episode import Episode
 from mjnav.loop.faults.fault import RunFault
-from mjnav.scenarios import library
+from mjnav.scene import library
 
 RATES = (5, 10, 20, 50, 100, 200)  # [Hz]
 ROBOT = (

@@ -12,12 +12,12 @@ from typing import Any, get_args, get_origin
 
 from hypothesis import strategies as st
 
-from mjnav.config import Beside, Choice, Named, Range, Variants, keys
-from mjnav.config.marks import bare, mark, options
 from mjnav.control.registry import METHODS
-from mjnav.scenarios.people import Trip
-from mjnav.scenarios.prediction import Prediction
-from mjnav.scenarios.spec import Control, Crowd, LaneSpec, Latency, Scenario
+from mjnav.scene.people import Trip
+from mjnav.scene.prediction import Prediction
+from mjnav.scene.spec import Control, Crowd, LaneSpec, Latency, Scenario
+from mjnav.settings import Beside, Choice, Named, Range, Variants, keys
+from mjnav.settings.marks import bare, mark, options
 
 Table = dict[str, Any]
 Path = tuple[str | int, ...]

@@ -13,11 +13,11 @@ import pytest
 import zstandard
 from foxglove_schemas_protobuf.SceneUpdate_pb2 import SceneUpdate
 
-from mjnav.recording import Recorder
-from mjnav.recording.read.records import CONTENTS_PER_BYTE as CONTENTS
-from mjnav.recording.read.records import FREE_CONTENTS
-from tests.recording.conftest import MadeUpRun, make_scenario
-from tests.recording.mutated_logs import CHUNK, MESSAGE, Record, joined, split
+from mjnav.log import Recorder
+from mjnav.log.read.records import CONTENTS_PER_BYTE as CONTENTS
+from mjnav.log.read.records import FREE_CONTENTS
+from tests.log.conftest import MadeUpRun, make_scenario
+from tests.log.mutated_logs import CHUNK, MESSAGE, Record, joined, split
 
 MEMORY = 600 * 2**20  # [bytes] that a reader may grow by, and
 A_BYTE = 300  # so many for each of the file

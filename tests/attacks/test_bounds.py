@@ -5,14 +5,14 @@ from contextlib import contextmanager
 import pytest
 
 import mjnav
-from mjnav import scenarios
+from mjnav import scene
 from mjnav.cli.main import main
-from mjnav.config.marks import Range, mark
 from mjnav.errors import InvalidValue
 from mjnav.loop.episode import Episode
 from mjnav.loop.faults.fault import RunFault
 from mjnav.loop.prepare import MAX_STEM, file_stem
 from mjnav.noise import CHANNELS
+from mjnav.settings.marks import Range, mark
 from mjnav.study.study_file import load_study
 from mjnav.world.engine import DivergedError
 from tests.attacks.run_files import LEAVES, is_number
@@ -82,7 +82,7 @@ TOO_MANY = {
 def test_numbers_too_large_together_are_refused_with_the_memory_they_take(key):
     text, message = TOO_MANY[key]
     with pytest.raises(InvalidValue) as raised:
-        scenarios.loads(text)
+        scene.loads(text)
     assert raised.value.key == key
     assert message in str(raised.value)
 
@@ -91,7 +91,7 @@ def test_numbers_too_large_together_are_refused_with_the_memory_they_take(key):
 @pytest.mark.parametrize("robot", ["particle", "ekf"])
 def test_a_run_with_the_widest_noise_allowed_ends(engine, robot):
     """The robot may be thrown out of the room, and the physics lost; nothing of mjnav's own breaks."""
-    scenario = scenarios.load("hall", [
+    scenario = scene.load("hall", [
         f"physics.engine={engine}", f"estimation.robot.filter={robot}", "time_limit=2", "stop_on_collision=false",
         *(f"noise.{channel}={{distribution='gaussian', std=1e4}}" for channel in CHANNELS),
     ])  # fmt: skip
@@ -111,7 +111,7 @@ def suppress_lost_physics():
 def test_a_log_is_named_after_a_name_of_a_hundred_wide_characters(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     names = ["界" * 100, "界" * 99 + "面"]
-    logs = [mjnav.run(scenarios.load("crossing1", [f"name={n}", "time_limit=0.2"]), log=True) for n in names]
+    logs = [mjnav.run(scene.load("crossing1", [f"name={n}", "time_limit=0.2"]), log=True) for n in names]
     files = sorted(path.name for path in (tmp_path / "runs" / "out").iterdir())
     assert files == sorted(result.summary["log"].rpartition("/")[2] for result in logs)
     assert all(name.startswith("界" * 40) and len(name.encode()) < 255 for name in files)
@@ -119,10 +119,10 @@ def test_a_log_is_named_after_a_name_of_a_hundred_wide_characters(tmp_path, monk
 
 
 def test_names_that_are_shortened_alike_get_different_files():
-    stems = [file_stem(scenarios.load("crossing1", [f"name={'界' * 99}{end}"]), "now") for end in ("a", "b")]
+    stems = [file_stem(scene.load("crossing1", [f"name={'界' * 99}{end}"]), "now") for end in ("a", "b")]
     assert stems[0] != stems[1]
     assert all(len(stem.encode()) <= MAX_STEM for stem in stems)
-    assert file_stem(scenarios.load("crossing1"), "now") == "crossing1-rkhs-0-now"
+    assert file_stem(scene.load("crossing1"), "now") == "crossing1-rkhs-0-now"
 
 
 @pytest.mark.parametrize(
@@ -130,7 +130,7 @@ def test_names_that_are_shortened_alike_get_different_files():
 )
 def test_a_name_that_no_file_could_have_is_refused(name):
     with pytest.raises(InvalidValue, match=r"^overrides: name: found "):
-        scenarios.load("crossing1", [f'name="{name}"'])
+        scene.load("crossing1", [f'name="{name}"'])
 
 
 def test_a_study_name_too_long_for_a_folder_is_refused(tmp_path):

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import mjnav
-from mjnav import scenarios
+from mjnav import scene
 from mjnav.control.parameters import Parameters
 from mjnav.messages import Decision, RobotLimits, Status
 from mjnav.metrics.summary import summarise
@@ -62,7 +62,7 @@ class Reversing(Chosen):
 
 def run(monkeypatch, kind, **options):
     monkeypatch.setattr("mjnav.control.registry.find", lambda *_: kind)
-    return mjnav.run(scenarios.loads(SCENE.format(method=f"own:{kind.__name__}")), **options)
+    return mjnav.run(scene.loads(SCENE.format(method=f"own:{kind.__name__}")), **options)
 
 
 def test_a_decision_beyond_the_limits_is_clipped_to_them(monkeypatch, tmp_path):

@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 from numba import njit
 
+from mjnav.compile.compiled import load_kernels
 from mjnav.control import names
 from mjnav.filters.particles import ess
-from mjnav.geometry.compiled import load_kernels
 from mjnav.loop.pacer import RealTimePacer
 from tests.attacks.first_time_work import PEOPLE, RATES, ROBOT, first_time_work, late_work, settings
 

@@ -13,8 +13,8 @@ import pytest
 
 from mjnav import load_scenario
 from mjnav.errors import InvalidValue
-from mjnav.recording.live import LiveServer, why_refused
-from tests.recording.conftest import make_scenario
+from mjnav.log.live import LiveServer, why_refused
+from tests.log.conftest import make_scenario
 
 pytest.importorskip("foxglove", reason="foxglove-sdk is not installed")
 playwright = pytest.importorskip("playwright.sync_api")

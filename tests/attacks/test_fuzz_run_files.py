@@ -23,9 +23,9 @@ from mjnav.errors import InputError
 from mjnav.loop.episode import Episode
 from mjnav.loop.faults.fault import RunFault
 from mjnav.loop.prepare import load_scenario
-from mjnav.scenarios import dumps, library, loads
-from mjnav.scenarios.spec import Scenario
-from mjnav.scenarios.toml import toml_text
+from mjnav.scene import dumps, library, loads
+from mjnav.scene.spec import Scenario
+from mjnav.scene.toml import toml_text
 from mjnav.study.cells import resolve
 from mjnav.study.study_file import load_study
 from mjnav.world.engine import DivergedError

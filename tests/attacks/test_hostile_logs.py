@@ -9,7 +9,7 @@ import pytest
 
 from mjnav.cli.main import main
 from tests.attacks.test_bombs import channel, chunk, text, with_chunks, written
-from tests.recording.mutated_logs import MESSAGE, Record, joined, split
+from tests.log.mutated_logs import MESSAGE, Record, joined, split
 
 METADATA, CHANNEL = 12, 4
 _MESSAGE = struct.Struct("<HIQQ")
@@ -83,8 +83,8 @@ def test_a_list_nested_too_deeply_for_the_interpreter_is_damage(sound, folder, c
 
 
 def test_a_page_with_new_names_in_every_tick_is_refused(sound, folder, capsys, monkeypatch):
-    monkeypatch.setattr("mjnav.recording.read.records.FREE_EXPORT", 0)  # few names are too many
-    monkeypatch.setattr("mjnav.recording.read.records.EXPORT", 1)
+    monkeypatch.setattr("mjnav.log.read.records.FREE_EXPORT", 0)  # few names are too many
+    monkeypatch.setattr("mjnav.log.read.records.EXPORT", 1)
 
     def more(document, tick):
         document["people"] += [{**document["people"][0], "name": f"{tick}.{i}"} for i in range(2000)]

@@ -7,11 +7,11 @@ import pytest
 
 from mjnav.cli.main import main
 from mjnav.control import names
+from mjnav.log import Recorder
 from mjnav.loop.episode import Episode
 from mjnav.loop.prepare import load_scenario
 from mjnav.loop.provenance import run_info
-from mjnav.recording import Recorder
-from mjnav.scenarios import dumps
+from mjnav.scene import dumps
 
 STUDY = """
 schema = 1

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from mjnav.recording import open_log
+from mjnav.log import open_log
 
 pytestmark = pytest.mark.xdist_group("real time")
 

@@ -11,7 +11,7 @@ from mcap.writer import Writer
 import mjnav
 from mjnav.cli.main import main
 from mjnav.errors import InputError
-from mjnav.scenarios import dumps, load
+from mjnav.scene import dumps, load
 
 MODULE = "from mjnav.control.methods.mean import Mean\n\nclass Own(Mean): ...\n"
 STUDY = """

@@ -8,12 +8,12 @@ from itertools import count
 import numpy as np
 import pytest
 
+from mjnav.log.read.trajectory import TrajectoryBuilder
 from mjnav.loop.episode import Episode
 from mjnav.messages import TickRecord, TickTiming, Trajectory
 from mjnav.metrics.summary import summarise
 from mjnav.metrics.timing import compute_ms
-from mjnav.recording.read.trajectory import TrajectoryBuilder
-from mjnav.scenarios import load
+from mjnav.scene import load
 
 pytestmark = pytest.mark.nightly
 

@@ -12,7 +12,7 @@ from mjnav.cli.main import main
 
 PROGRAM = """
 import numpy as np
-from mjnav.geometry.compiled import exact
+from mjnav.compile.compiled import exact
 
 @exact
 def twice(x):

@@ -15,7 +15,7 @@ import numpy as np
 from numba.core import event
 recorder = event.RecordingListener()
 event.register("numba:compile", recorder)
-from mjnav.geometry.compiled import load_kernels
+from mjnav.compile.compiled import load_kernels
 from mjnav.motion.unicycle import integrate_rows
 load_kernels()
 moved = integrate_rows(np.array([[0.0, 0.0, 3.0]]), np.array([1.0]), np.array([1.0]), 1.0)

@@ -13,9 +13,9 @@ import pytest
 from mcap.writer import Writer
 
 import mjnav
+from mjnav.log.export.csv_tables import neutral
 from mjnav.printable import printable
-from mjnav.recording.export.csv_tables import neutral
-from mjnav.scenarios import dumps, load
+from mjnav.scene import dumps, load
 
 HOSTILE = "[red]\x1b]0;owned\x07\x1b[2J\x9b31m\u202eabc\u200b\u2066\x7f\x08"
 SHORT = ("--set", "time_limit=0.3", "--set", "physics.engine=kinematic")

@@ -7,7 +7,7 @@ import signal
 
 import pytest
 
-from mjnav import scenarios
+from mjnav import scene
 from mjnav.study.calibration import SETTINGS
 
 SHORT = ("--set", "time_limit=1.0", "--set", "physics.engine=kinematic", "--draws", "100", "--seeds", "2")
@@ -84,5 +84,5 @@ def test_an_interrupt_is_one_line(mjnav, monkeypatch, number):
 
 
 def test_a_scenario_can_be_sent_to_a_worker():
-    scenario = scenarios.load("hall", ["noise.odometry.v={distribution='student_t', std=0.1, df=4.0}"])
+    scenario = scene.load("hall", ["noise.odometry.v={distribution='student_t', std=0.1, df=4.0}"])
     assert pickle.loads(pickle.dumps(scenario)) == scenario

@@ -4,7 +4,7 @@ import subprocess
 
 import pytest
 
-from mjnav import control, scenarios
+from mjnav import control, scene
 from mjnav.cli.main import COMMANDS
 from mjnav.study.study_file import studies
 
@@ -36,7 +36,7 @@ def folder(tmp_path_factory):
     ("line", "words"),
     [
         ("mjnav ", {*COMMANDS}),
-        ("mjnav run ", {*scenarios.names(), "mine.toml"}),
+        ("mjnav run ", {*scene.names(), "mine.toml"}),
         ("mjnav run hall --no-log --controller m", {n for n in control.names() if n[0] == "m"}),
         ("mjnav run hall --controller p", {"policy.py", *(n for n in control.names() if n[0] == "p")}),
         ("mjnav run hall --overruns ", {"skip", "abort"}),
@@ -60,7 +60,7 @@ def test_the_other_shells_get_the_same_names(mjnav, shell, head):
     said = mjnav("completion", shell)
     assert (said.code, said.err) == (0, "")
     assert said.out.startswith(head)
-    for name in (*COMMANDS, *scenarios.names(), *studies(), *control.names()):
+    for name in (*COMMANDS, *scene.names(), *studies(), *control.names()):
         assert name in said.out
 
 

@@ -5,9 +5,9 @@ from pathlib import Path
 
 import pytest
 
-from mjnav.scenarios import load
-from mjnav.scenarios.people import Replay
-from tests.scenarios.conftest import made_up
+from mjnav.scene import load
+from mjnav.scene.people import Replay
+from tests.scene.conftest import made_up
 
 
 @pytest.fixture

@@ -2,10 +2,10 @@
 
 import json
 
-from mjnav import control, noise, scenarios
-from mjnav.recording.log_format import TOPICS
-from mjnav.scenarios.people import TEMPERAMENTS
-from mjnav.scenarios.spec import BEHAVIOURS, ENGINES
+from mjnav import control, noise, scene
+from mjnav.log.log_format import TOPICS
+from mjnav.scene.people import TEMPERAMENTS
+from mjnav.scene.spec import BEHAVIOURS, ENGINES
 from mjnav.study.key_reference import kinds
 from mjnav.study.study_file import studies
 
@@ -14,11 +14,11 @@ def test_it_names_everything_that_a_run_file_may_name(mjnav):
     said = mjnav("list")
     assert (said.code, said.err) == (0, "")
     words = said.out.split()
-    for name in (*scenarios.names(), *studies(), *control.names(), *noise.profile_names(), *BEHAVIOURS):
+    for name in (*scene.names(), *studies(), *control.names(), *noise.profile_names(), *BEHAVIOURS):
         assert name in words
     for name in (*noise.CHANNELS, *noise.names(), *ENGINES, *TOPICS):
         assert name in words
-    for _, text in scenarios.describe():
+    for _, text in scene.describe():
         assert text
         assert text in said.out
 
@@ -27,7 +27,7 @@ def test_json_is_one_object(mjnav):
     said = mjnav("list", "--json")
     listed = json.loads(said.out)
     assert list(listed) == ["schema", *(kind.replace(" ", "_") for kind in kinds())]
-    assert tuple(listed["scenes"]) == scenarios.names()
+    assert tuple(listed["scenes"]) == scene.names()
     assert listed["studies"] == studies()
     assert tuple(listed["controllers"]) == control.names()
     assert tuple(listed["noise_profiles"]) == noise.profile_names()

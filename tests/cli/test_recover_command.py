@@ -16,10 +16,10 @@ from mcap.stream_reader import StreamReader
 
 import mjnav as package
 from mjnav.cli.main import main
-from mjnav.recording import open_log
-from mjnav.recording.log_format import RECOVERED
-from mjnav.recording.recover import recover
-from tests.recording.mutated_logs import damaged
+from mjnav.log import open_log
+from mjnav.log.log_format import RECOVERED
+from mjnav.log.recover import recover
+from tests.log.mutated_logs import damaged
 
 RUN = ("run", "crossing1", "--set", "time_limit=2.0", "--log")
 

@@ -5,7 +5,7 @@ import sys
 
 import pytest
 
-from mjnav.scenarios import loads
+from mjnav.scene import loads
 
 SHORT = ("--set", "time_limit=0.5", "--controller", "mean")
 
@@ -25,7 +25,7 @@ def test_a_run_that_is_the_same_again_is_one_line(mjnav, log):
 def test_one_that_is_not_says_where_it_begins_and_exits_with_1(mjnav, log, monkeypatch):
     other = 'noise.pose.x={distribution="gaussian", std=0.08}'
     # of the scenario in a log
-    monkeypatch.setattr("mjnav.recording.read.log.loads", lambda text, **known: loads(text, [other], **known))
+    monkeypatch.setattr("mjnav.log.read.log.loads", lambda text, **known: loads(text, [other], **known))
     said = mjnav("replay", log)
     first, second, *_ = said.out.splitlines()
     assert said.code == 1

@@ -8,10 +8,10 @@ from pathlib import Path
 
 import pytest
 
-from mjnav import scenarios
+from mjnav import scene
 from mjnav.cli.run import describe
-from mjnav.loop.onboard.navigator import Navigator
-from mjnav.recording import open_log
+from mjnav.log import open_log
+from mjnav.robot.navigator import Navigator
 
 pytestmark = pytest.mark.xdist_group("real time")
 
@@ -128,7 +128,7 @@ def test_tracks_are_told_of_unless_each_person_had_one_and_nobody_else(mjnav):
 
 def test_a_path_and_several_overrides_are_taken(mjnav, tmp_path):
     path = tmp_path / "mine.toml"
-    path.write_text(scenarios.dumps(scenarios.load("crossing1")))
+    path.write_text(scene.dumps(scene.load("crossing1")))
     overrides = ("--set", "control.rate=5", "--set", "people.0.radius=0.4", "--set", "name=other")
     printed = json.loads(mjnav("run", path, "--json", "--no-log", *overrides, "--set", "time_limit=0.4").out)
     assert (printed["scene"], printed["ticks"]) == ("other", 2)

@@ -1,6 +1,6 @@
 """`mjnav show`."""
 
-from mjnav.scenarios import data_folder, load
+from mjnav.scene import data_folder, load
 
 
 def test_a_shipped_file_is_printed_as_it_is(mjnav, tmp_path):

@@ -9,8 +9,9 @@ import pytest
 from PIL import Image
 
 from mjnav.control.decision_surface import decision_surface
-from mjnav.loop.prepare import build_controller, load_scenario
+from mjnav.loop.prepare import load_scenario
 from mjnav.loop.run import column_names, record_at
+from mjnav.robot.controller import build_controller
 
 QUICK = ("--grid", "5", "--set", "physics.engine=kinematic")
 KEYS = "schema scene controller seed time_s status window grid chosen nominal minimum picture data"

@@ -21,7 +21,7 @@ from pathlib import Path
 from mjnav.cli.main import COMMANDS, main
 from mjnav.cli.terminal.guard import guarded
 
-HEAVY = ("matplotlib.pyplot", "mjnav.recording.export.export", "mjnav.study.compare.study_comparison")
+HEAVY = ("matplotlib.pyplot", "mjnav.log.export.export", "mjnav.study.compare.study_comparison")
 
 
 def warm_up() -> None:

@@ -2,8 +2,8 @@ import numpy as np
 from hypothesis import example, given
 from hypothesis import strategies as st
 
+from mjnav.compile.compiled import exact
 from mjnav.geometry.angles import LEAST, wrap, wrapped
-from mjnav.geometry.compiled import exact
 
 
 @exact

@@ -5,8 +5,8 @@ from dataclasses import dataclass
 
 import pytest
 
-from mjnav import scenarios
-from mjnav.scenarios import Scenario
+from mjnav import scene
+from mjnav.scene import Scenario
 
 ROOM = """
 schema = 1
@@ -74,10 +74,10 @@ def clock() -> FakeClock:
 @pytest.fixture
 def room() -> Make:
     """A furnished room with one person; overrides as `--set` takes them."""
-    return lambda *overrides, **options: scenarios.loads(ROOM, overrides, **options)
+    return lambda *overrides, **options: scene.loads(ROOM, overrides, **options)
 
 
 @pytest.fixture
 def empty() -> Make:
     """Open floor in the kinematic engine; overrides as `--set` takes them."""
-    return lambda *overrides, **options: scenarios.loads(EMPTY, overrides, **options)
+    return lambda *overrides, **options: scene.loads(EMPTY, overrides, **options)

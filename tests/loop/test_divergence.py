@@ -5,9 +5,9 @@ import pytest
 
 import mjnav
 from mjnav import load_scenario
+from mjnav.log import open_log
 from mjnav.loop.events import DivergenceWatch
 from mjnav.messages import Beliefs, RobotBelief, Track, WorldState
-from mjnav.recording import open_log
 
 WEIGHTS = np.full(4, 0.25)
 

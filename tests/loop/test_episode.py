@@ -10,17 +10,17 @@ import numpy as np
 import pytest
 
 import mjnav
-from mjnav import control, scenarios
+from mjnav import control
 from mjnav.control.methods.mean import Mean
 from mjnav.errors import InputError
+from mjnav.log import open_log
 from mjnav.loop import run as run_module
 from mjnav.loop.episode import Episode
 from mjnav.loop.faults.fault import RunFault
-from mjnav.loop.onboard import navigator as navigator_module
-from mjnav.loop.onboard.navigator import Navigator
 from mjnav.loop.pacer import RealTimePacer
 from mjnav.metrics import summarise
-from mjnav.recording import open_log
+from mjnav.robot import navigator as navigator_module
+from mjnav.robot.navigator import Navigator
 
 ENGINES = ("mujoco", "kinematic")
 
@@ -289,7 +289,7 @@ def test_a_log_that_appears_after_the_check_is_not_replaced(room, tmp_path):
 
 @pytest.mark.parametrize("scene", ["hall", "lane", "crossing2"])
 def test_metrics_of_the_log_are_those_of_memory(tmp_path, scene):
-    scenario = scenarios.load(scene, ("time_limit=3",))
+    scenario = scene.load(scene, ("time_limit=3",))
     result = Episode(scenario, log=tmp_path / "a.mcap").run()
     log = open_log(tmp_path / "a.mcap")
     again = summarise(log.trajectory(), log.scenario(), outcome=log.result["outcome"])

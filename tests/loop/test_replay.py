@@ -11,7 +11,7 @@ from mcap.reader import make_reader
 from mcap.writer import Writer
 
 import mjnav
-from mjnav import scenarios
+from mjnav import scene
 from mjnav.errors import DamagedLogError, InputError
 from mjnav.loop.episode import Episode
 from mjnav.loop.faults.fault import RunFault
@@ -87,7 +87,7 @@ def logged(room, path):
     ],
 )
 def test_every_kind_of_run_is_the_same_again(path, scene, overrides):
-    result = Episode(scenarios.load(scene, ("time_limit=1.5", *overrides)), log=path).run()
+    result = Episode(scene.load(scene, ("time_limit=1.5", *overrides)), log=path).run()
     found = replay(path)
     assert found.differences == ()
     assert (found.identical, found.complete, found.missing) == (True, True, 0)
@@ -180,11 +180,7 @@ def test_a_controller_of_ones_own_from_the_working_folder(room, path, tmp_path, 
 
 def test_under_another_seed_the_first_difference_is_what_was_measured(logged):
     def reseeded(name, data):
-        return (
-            scenarios.dumps(changed(scenarios.loads(data.decode()), seed=1)).encode()
-            if name == "scenario.toml"
-            else data
-        )
+        return scene.dumps(changed(scene.loads(data.decode()), seed=1)).encode() if name == "scenario.toml" else data
 
     found = replay(rewrite(logged, attachment=reseeded))
     assert (found.identical, found.tick, found.time) == (False, 0, 0.0)

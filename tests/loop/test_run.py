@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 import mjnav
-from mjnav import scenarios
+from mjnav import scene
 from mjnav.errors import InputError, InvalidValue
+from mjnav.log import open_log
 from mjnav.loop.prepare import default_log_path, load_scenario
-from mjnav.recording import open_log
 
 SHORT = ("time_limit=0.4",)
 
@@ -18,7 +18,7 @@ SHORT = ("time_limit=0.4",)
 def test_a_scenario_a_name_and_a_path_give_the_same_run(tmp_path):
     scenario = load_scenario("crossing1", SHORT)
     path = tmp_path / "mine.toml"
-    path.write_text(scenarios.dumps(scenario))
+    path.write_text(scene.dumps(scenario))
     hashes = {mjnav.run(which).summary["state_hash"] for which in (scenario, path, str(path))}
     assert len(hashes) == 1
 
@@ -90,6 +90,6 @@ def test_errors_in_a_methods_parameters_name_where_they_came_from(tmp_path):
     with pytest.raises(InvalidValue, match=r"^controller: control\.method: "):
         load_scenario("crossing1", controller="rkh")
     path = tmp_path / "mine.toml"
-    path.write_text(scenarios.dumps(load_scenario("crossing1")).replace("[control]", "[control]\ndegre = 2"))
+    path.write_text(scene.dumps(load_scenario("crossing1")).replace("[control]", "[control]\ndegre = 2"))
     with pytest.raises(InvalidValue, match=rf"^{re.escape(str(path))}: control\.degre: "):
         load_scenario(path)

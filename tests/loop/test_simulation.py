@@ -7,11 +7,11 @@ import pytest
 
 import mjnav
 from mjnav.errors import InputError, InvalidValue
-from mjnav.estimation import make_localizer, make_tracker
 from mjnav.loop.episode import Episode
 from mjnav.loop.simulation import Simulation, SimulationOver
 from mjnav.messages import Beliefs, Decision, Status
-from mjnav.scenarios.crowd import Crowd
+from mjnav.robot.estimation import make_localizer, make_tracker
+from mjnav.scene.crowd import Crowd
 
 ENGINES = ("mujoco", "kinematic")
 
@@ -159,7 +159,7 @@ def test_without_estimators_there_are_no_beliefs_and_what_they_would_say_is_null
 
 
 def test_it_makes_no_controller_that_is_not_asked(room, monkeypatch):
-    monkeypatch.setattr("mjnav.loop.onboard.navigator.build_controller", lambda scenario: 1 // 0)
+    monkeypatch.setattr("mjnav.robot.navigator.build_controller", lambda scenario: 1 // 0)
     simulation = Simulation(room("time_limit=0.2"))
     while not simulation.done:
         assert simulation.observe().robot_pose.shape == (25, 3)

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from mjnav.cli.main import main
+from mjnav.log import open_log
 from mjnav.loop.prepare import load_scenario
 from mjnav.loop.run import run
 from mjnav.metrics.summary import summarise
-from mjnav.recording import open_log
 
 
 @pytest.fixture(scope="module")

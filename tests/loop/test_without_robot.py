@@ -7,8 +7,8 @@ import pytest
 
 import mjnav
 from mjnav.loop.simulation import people_without_robot
-from mjnav.plugins import BehaviourPlugin
-from mjnav.scenarios.spec import Person, Waypoints
+from mjnav.scene.spec import Person, Waypoints
+from mjnav.settings.plugins import BehaviourPlugin
 
 
 class Aside:

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from mjnav.messages import Trajectory, triangle
-from mjnav.scenarios.spec import ConstantVelocity, Person, Robot, Scenario
+from mjnav.scene.spec import ConstantVelocity, Person, Robot, Scenario
 
 PERIOD = 0.1
 

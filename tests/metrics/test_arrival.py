@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from mjnav.metrics import progress as arrival
-from mjnav.scenarios.spec import Person, Waypoints
+from mjnav.scene.spec import Person, Waypoints
 from tests.metrics.conftest import make_scenario, make_trajectory
 
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from mjnav.metrics.social import Detour, detour
-from mjnav.scenarios.spec import ConstantVelocity, Person, Waypoints
+from mjnav.scene.spec import ConstantVelocity, Person, Waypoints
 from tests.metrics.conftest import make_scenario, make_trajectory
 
 

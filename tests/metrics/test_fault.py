@@ -5,8 +5,8 @@ import pytest
 
 from mjnav.messages import Contact
 from mjnav.metrics import safety as fault
-from mjnav.scenarios.people import SocialForce
-from mjnav.scenarios.spec import ConstantVelocity, Person
+from mjnav.scene.people import SocialForce
+from mjnav.scene.spec import ConstantVelocity, Person
 from tests.metrics.conftest import make_scenario, make_trajectory
 
 

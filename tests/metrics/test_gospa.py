@@ -11,7 +11,7 @@ from stonesoup.metricgenerator.ospametric import GOSPAMetric
 from stonesoup.types.state import State
 
 from mjnav.metrics.tracking import CUTOFF, gospa, gospa_squared
-from mjnav.scenarios.spec import Estimation, ObstacleEstimation
+from mjnav.scene.spec import Estimation, ObstacleEstimation
 
 # Coordinates on a grid, so that ties and pairs at the cut-off itself come up.
 points = st.lists(st.tuples(*[st.integers(0, 12).map(lambda n: 0.25 * n)] * 2), max_size=4)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from mjnav.metrics.consistency import recoveries
-from mjnav.scenarios.faults import Faults, Kidnapping
+from mjnav.scene.faults import Faults, Kidnapping
 
 TICKS = 60  # of 0.1 s; the robot stands at x = 0, from tick 20 on at x = 5
 

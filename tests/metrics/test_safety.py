@@ -9,7 +9,7 @@ from hypothesis.extra.numpy import arrays
 from mjnav.messages import Contact
 from mjnav.metrics import safety
 from mjnav.metrics.progress import ROWS
-from mjnav.scenarios.spec import LaneSpec, Pillar, Table, Wall
+from mjnav.scene.spec import LaneSpec, Pillar, Table, Wall
 
 coordinates = st.floats(-10, 10)
 routes = arrays(float, st.tuples(st.integers(1, 6), st.just(2)), elements=coordinates)

@@ -5,7 +5,7 @@ import pytest
 
 from mjnav.metrics import social
 from mjnav.motion.social_force import FORMS, accelerations
-from mjnav.scenarios.spec import Pillar, Wall
+from mjnav.scene.spec import Pillar, Wall
 from tests.metrics.conftest import make_scenario, make_trajectory
 
 LAW = FORMS["moussaid"]._replace(cut=100.0, drive=0.0, lookahead=0.0, obstacle_strength=0.0)

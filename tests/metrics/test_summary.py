@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from mjnav.messages import Contact
 from mjnav.metrics import summarise
-from mjnav.scenarios.spec import LaneSpec, Pillar, Table, Wall
+from mjnav.scene.spec import LaneSpec, Pillar, Table, Wall
 from tests.metrics.conftest import make_scenario, make_trajectory
 
 

@@ -8,7 +8,7 @@ import pytest
 from mjnav.control.decision_surface import decision_surface
 from mjnav.errors import InvalidValue
 from mjnav.loop.episode import Episode
-from mjnav.loop.prepare import build_controller, load_scenario
+from mjnav.loop.prepare import load_scenario
 from mjnav.motion.unicycle import reachable
 from mjnav.paper import surface
 from mjnav.paper.claims import Verdict, judge
@@ -24,6 +24,7 @@ from mjnav.paper.surface import (
     on_grid,
     slope_jump,
 )
+from mjnav.robot.controller import build_controller
 
 LOW, HIGH = np.array([0.0, -1.5]), np.array([1.0, 1.5])
 

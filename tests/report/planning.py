@@ -5,9 +5,9 @@ from pathlib import Path
 
 import numpy as np
 
+from mjnav.log import Recorder
 from mjnav.messages import PlanShown
-from mjnav.recording import Recorder
-from tests.recording.conftest import MadeUpRun, make_scenario
+from tests.log.conftest import MadeUpRun, make_scenario
 
 NUM_TICKS = 4
 VIOLATION = np.array([0.0, 0.0, 0.05, 0.999, 1.0, 2.0, 0.0, 0.0])  # half of them at 0, a quarter at a contact

@@ -8,7 +8,7 @@ import numpy as np
 import mjnav
 from mjnav.loop.prepare import load_scenario
 from mjnav.messages import Beliefs, Detection, RobotBelief, Track
-from mjnav.scenarios.spec import Scenario
+from mjnav.scene.spec import Scenario
 
 ERROR = np.array([0.1, -0.05, 0.02])  # of the believed pose [m, m, rad]
 

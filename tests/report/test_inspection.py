@@ -9,11 +9,11 @@ from mcap.writer import Writer
 
 import mjnav
 from mjnav.errors import InputError
+from mjnav.log import Recorder, open_log
 from mjnav.loop.prepare import load_scenario
-from mjnav.recording import Recorder, open_log
 from mjnav.report.inspection import inspect as inspected
-from mjnav.scenarios import dumps
-from tests.recording.conftest import MadeUpRun, make_scenario
+from mjnav.scene import dumps
+from tests.log.conftest import MadeUpRun, make_scenario
 
 KEYS = [
     "schema",

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from mjnav.cli.main import main
-from mjnav.recording import open_log
+from mjnav.log import open_log
 from mjnav.report.lidar_view import BelievedWay, ShownScan, scan_points
 from tests.report.scanning import ERROR, by_lidar, write_log
 from tests.report.test_page_in_browser import DESK, pixels

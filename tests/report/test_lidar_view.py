@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 import mjnav
+from mjnav.log import open_log
 from mjnav.loop.prepare import load_scenario
-from mjnav.recording import open_log
 from mjnav.report.lidar_view import LidarViews
 from tests.report.scanning import by_lidar, write_log
 

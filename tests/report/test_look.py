@@ -3,11 +3,11 @@
 import pytest
 from matplotlib.figure import Figure
 
+from mjnav.log import Recorder, open_log
 from mjnav.paper import load
 from mjnav.paper.claims import Finding, Verdict
 from mjnav.paper.episodes import Basis
 from mjnav.paper.page import page, publish
-from mjnav.recording import Recorder, open_log
 from mjnav.report.comparison.html import background, html
 from mjnav.report.inspection import inspect
 from mjnav.report.run_page.page import page as run_page
@@ -15,7 +15,7 @@ from mjnav.report.run_page.playback import playback
 from mjnav.study.compare.study_comparison import compare_study
 from mjnav.study.store.store import Store
 from mjnav.study.study_file import load_study
-from tests.recording.conftest import MadeUpRun, make_scenario
+from tests.log.conftest import MadeUpRun, make_scenario
 from tests.study.made_up import row
 
 pytestmark = pytest.mark.nightly

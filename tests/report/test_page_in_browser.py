@@ -12,7 +12,7 @@ from mjnav.cli.main import main
 from mjnav.loop.prepare import load_scenario
 from mjnav.report.inspection import inspect
 from mjnav.report.run_page.page_figures import flatten, shown
-from tests.recording.conftest import MadeUpRun, make_scenario
+from tests.log.conftest import MadeUpRun, make_scenario
 
 pytestmark = pytest.mark.nightly
 
@@ -29,7 +29,7 @@ def pages(tmp_path_factory):
         mjnav.run(load_scenario("hall", overrides, controller=controller, seed=3), log=folder / f"{name}.mcap")
     scenario, made_up = make_scenario(1), MadeUpRun(num_people=1, num_candidates=20)
     info = {"scene": HOSTILE, "controller": HOSTILE, "seed": "3"}
-    with mjnav.recording.Recorder(folder / "hostile.mcap", scenario, info, "<mujoco/>") as recorder:
+    with mjnav.log.Recorder(folder / "hostile.mcap", scenario, info, "<mujoco/>") as recorder:
         for tick in range(2):
             recorder.write(made_up.record(tick))
         recorder.finish(made_up.truth(2), {"outcome": HOSTILE})

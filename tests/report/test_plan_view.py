@@ -3,7 +3,7 @@
 import numpy as np
 
 from mjnav.cli.main import main
-from mjnav.recording import open_log
+from mjnav.log import open_log
 from mjnav.report.log_pictures import PlanViews
 from tests.report.planning import written
 from tests.report.test_page_in_browser import DESK, pixels

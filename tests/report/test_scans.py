@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from foxglove_schemas_protobuf.LaserScan_pb2 import LaserScan
 
-from mjnav.recording import open_log
+from mjnav.log import open_log
 from mjnav.report.lidar_view import BelievedWay, ShownScan, goes_by_scans, scan_points
-from mjnav.scenarios.spec import Robot, Scenario
+from mjnav.scene.spec import Robot, Scenario
 from tests.report.scanning import ERROR, by_lidar, write_log
 
 

@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from mjnav.log.read.ticks import LoggedRun
 from mjnav.messages import PHASES, Contact
-from mjnav.recording.read.ticks import LoggedRun
 from mjnav.report.worst_moments import NUM_MOMENTS, worst_moments
 from tests.metrics.conftest import make_scenario, make_trajectory
 
@@ -32,7 +32,7 @@ def only(kind, moments):
 
 
 def test_the_closest_approach_names_the_body_and_the_step():
-    from mjnav.scenarios.spec import Pillar
+    from mjnav.scene.spec import Pillar
 
     scenario = replace(make_scenario(), pillars=(Pillar((1.55, 0.9)), Pillar((3.05, -0.7))))
     moment = only("clearance", worst_moments(make_run(), scenario))
@@ -106,7 +106,7 @@ def test_there_are_at_most_five_of_different_kinds():
 
 
 def test_the_least_clearance_is_among_the_five_however_many_are_more_severe():
-    from mjnav.scenarios.spec import Pillar
+    from mjnav.scene.spec import Pillar
 
     timing = np.full((TICKS, len(PHASES) + 2), 10**9, np.int64)
     timing[:, 0] = np.arange(TICKS)

@@ -6,9 +6,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from mjnav import scenarios
+from mjnav import scene
 from mjnav.messages import Observation, ObstacleSamples, WorldState
-from mjnav.scenarios import Scenario
+from mjnav.scene import Scenario
 from mjnav.study.cells import resolve
 from mjnav.study.study_file import load_study
 from mjnav.study.sweep.sweep import trials
@@ -49,13 +49,13 @@ engine = "kinematic"
 @pytest.fixture
 def pillar() -> Callable[..., Scenario]:
     """A pillar nearly straight ahead; overrides as `--set` takes them."""
-    return lambda *overrides, **options: scenarios.loads(ONE_PILLAR, overrides, **options)
+    return lambda *overrides, **options: scene.loads(ONE_PILLAR, overrides, **options)
 
 
 @pytest.fixture
 def person() -> Callable[..., Scenario]:
     """A person who comes towards the robot; overrides as `--set` takes them."""
-    return lambda *overrides, **options: scenarios.loads(ONE_PERSON, overrides, **options)
+    return lambda *overrides, **options: scene.loads(ONE_PERSON, overrides, **options)
 
 
 def known_state(

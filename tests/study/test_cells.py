@@ -6,7 +6,7 @@ import pytest
 
 from mjnav.errors import InvalidValue
 from mjnav.loop.prepare import load_scenario
-from mjnav.scenarios import loads
+from mjnav.scene import loads
 from mjnav.study.cells import resolve
 from mjnav.study.study_file import load_study
 

@@ -14,12 +14,12 @@ from hypothesis import HealthCheck, assume, given, settings
 from hypothesis import strategies as st
 from jsonschema import Draft202012Validator
 
-from mjnav.config import settled
 from mjnav.errors import InvalidValue
 from mjnav.loop.prepare import load_scenario
 from mjnav.noise import CHANNELS
-from mjnav.scenarios import data_folder, loads
-from mjnav.scenarios.toml import toml_text
+from mjnav.scene import data_folder, loads
+from mjnav.scene.toml import toml_text
+from mjnav.settings import settled
 from mjnav.study.cells import resolve
 from mjnav.study.key_reference import keys_below, run_keys, run_schema, study_keys, study_schema
 from mjnav.study.study_file import load_study

@@ -7,8 +7,8 @@ import pytest
 from scipy.stats import chisquare, kstest
 
 from mjnav.errors import InvalidValue
-from mjnav.scenarios import loads
-from mjnav.scenarios.draws import Uniform, draw_number
+from mjnav.scene import loads
+from mjnav.scene.draws import Uniform, draw_number
 from mjnav.study.cells import resolve
 from mjnav.study.search import Search
 from mjnav.study.study_file import load_study

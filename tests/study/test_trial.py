@@ -6,11 +6,11 @@ from typing import Any
 import pyarrow as pa
 import pytest
 
-from mjnav import scenarios
+from mjnav import scene
 from mjnav.loop.episode import Episode
 from mjnav.loop.provenance import FACTS, provenance
 from mjnav.metrics import definitions
-from mjnav.scenarios.spec import Control, Layout
+from mjnav.scene.spec import Control, Layout
 from mjnav.study.cells import Cell, resolve
 from mjnav.study.store.row import COLUMNS
 from mjnav.study.study_file import MethodEntry, StudyFile
@@ -42,7 +42,7 @@ def test_a_row_has_every_column_and_every_figure_of_the_summary(small_trials):
     row = run_trial(trial).values()
     assert list(row) == list(COLUMNS)
     assert (row["error"], row["log"]) == (None, None)
-    scenario = replace(scenarios.loads(trial.cell.document), seed=trial.seed)
+    scenario = replace(scene.loads(trial.cell.document), seed=trial.seed)
     summary = flatten(Episode(scenario).run().summary)
     assert set(summary) - set(row) == NOT_IN_A_ROW
     timed = {name for name in summary if name.startswith("compute_ms")} | {"real_time_factor", "log", "schema"}
@@ -110,5 +110,5 @@ def test_every_method_meets_the_same_layout_under_a_seed_and_the_row_repeats_it(
     ]
     assert all(one == other for one, other in layouts)
     assert layouts[0][0].people != layouts[1][0].people
-    again = scenarios.loads(cells[0].document, seed=3)
+    again = scene.loads(cells[0].document, seed=3)
     assert (again.layout, again.people) == (Layout(3, "training"), layouts[0][0].people)

@@ -2,7 +2,7 @@ from collections.abc import Callable
 
 import pytest
 
-from mjnav.scenarios.spec import Noise, Person, Physics, Pillar, Robot, Scenario, Table, Wall, Waypoints
+from mjnav.scene.spec import Noise, Person, Physics, Pillar, Robot, Scenario, Table, Wall, Waypoints
 
 ENGINES = ("mujoco", "kinematic")
 

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from mjnav.scenarios.spec import ConstantVelocity, Person, Pillar, Table, Wall
+from mjnav.scene.spec import ConstantVelocity, Person, Pillar, Table, Wall
 from mjnav.world import mujoco_engine
 from mjnav.world.simulator import Simulator
 

@@ -12,7 +12,7 @@ from mjnav.world import render as offscreen
 DRAW = """
 import numpy as np
 from mjnav.messages import WorldState
-from mjnav.scenarios.spec import Robot, Scenario
+from mjnav.scene.spec import Robot, Scenario
 from mjnav.world.render import render
 nobody = np.zeros((0, 2))
 state = WorldState(0.0, np.zeros(3), np.zeros(2), nobody, nobody)

@@ -7,8 +7,8 @@ import pytest
 
 from mjnav import load_scenario
 from mjnav.errors import InputError
-from mjnav.scenarios import loads
-from mjnav.scenarios.people import ConstantVelocity
+from mjnav.scene import loads
+from mjnav.scene.people import ConstantVelocity
 from mjnav.world.render import Renderer
 from mjnav.world.simulator import Simulator
 

@@ -5,7 +5,7 @@ import pytest
 
 from mjnav.messages import Array
 from mjnav.motion.unicycle import integrate
-from mjnav.scenarios.spec import Scenario
+from mjnav.scene.spec import Scenario
 from mjnav.world.simulator import Simulator
 
 FAST = {"max_acceleration": 100.0, "max_turn_acceleration": 300.0}

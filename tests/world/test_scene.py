@@ -3,8 +3,8 @@ import numpy as np
 import pytest
 
 from mjnav.motion.unicycle import LIDAR_HEIGHT
-from mjnav.scenarios.sensors import LidarSpec
-from mjnav.scenarios.spec import ConstantVelocity, Person, Pillar, Sensors, Table
+from mjnav.scene.sensors import LidarSpec
+from mjnav.scene.spec import ConstantVelocity, Person, Pillar, Sensors, Table
 from mjnav.world.scene import DECORATION, UNSEEN, compose
 from mjnav.world.simulator import Simulator
 

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from mjnav.scenarios.spec import ConstantVelocity, Person, Sensors
+from mjnav.scene.spec import ConstantVelocity, Person, Sensors
 from mjnav.world.simulator import Simulator
 
 

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from mjnav.errors import InvalidValue
-from mjnav.scenarios.spec import Control, Sensors
+from mjnav.scene.spec import Control, Sensors
 from mjnav.world.simulator import Simulator
 
 COMMANDS = [(0.5, 0.3), (0.9, -1.0), (0.2, 1.5), (0.6, 0.0), (0.0, 0.0)]

@@ -2,8 +2,8 @@
 
 from collections.abc import Sequence
 
-from mjnav.config.reference import KeyReference
-from mjnav.scenarios.toml import value_text
+from mjnav.scene.toml import value_text
+from mjnav.settings.reference import KeyReference
 
 from .markdown import escape
 

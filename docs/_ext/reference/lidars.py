@@ -3,7 +3,7 @@
 from itertools import pairwise
 from math import degrees
 
-from mjnav.scenarios.sensors import LIDARS, ByRange, LidarModel
+from mjnav.scene.sensors import LIDARS, ByRange, LidarModel
 
 from .markdown import escape
 

@@ -1,9 +1,9 @@
 """What a learned policy sees, with the bounds of a robot with the default limits."""
 
-from mjnav.config import keys
 from mjnav.control.policy import Encoder, Features
 from mjnav.control.policy.blocks import BLOCKS, PERSON, ROBOT
 from mjnav.messages import RobotLimits
+from mjnav.settings import keys
 
 from .markdown import escape
 

@@ -1,8 +1,8 @@
 """The topics of a log, with their schemas."""
 
+from mjnav.log.encode.topics import topics
+from mjnav.log.log_format import TOPICS
 from mjnav.loop.prepare import load_scenario
-from mjnav.recording.encode.topics import topics
-from mjnav.recording.log_format import TOPICS
 
 from .markdown import escape
 

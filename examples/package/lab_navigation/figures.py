@@ -6,7 +6,7 @@ import numpy as np
 
 from mjnav.messages import Trajectory
 from mjnav.metrics import Figure
-from mjnav.scenarios.spec import Scenario
+from mjnav.scene.spec import Scenario
 
 STANDS_BELOW = 0.02  # [m/s]
 

@@ -5,9 +5,9 @@ from typing import Annotated
 
 import numpy as np
 
-from mjnav.config import Range, settle
 from mjnav.messages import WorldState
-from mjnav.scenarios.spec import Scenario
+from mjnav.scene.spec import Scenario
+from mjnav.settings import Range, settle
 
 PERIOD = 0.02  # [s] at which a behaviour is asked
 

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from mjnav.cli.terminal.progress import tell
 from mjnav.errors import InvalidValue
-from mjnav.scenarios.spec import Scenario
+from mjnav.scene.spec import Scenario
 
 if TYPE_CHECKING:
     from mjnav.study.requirements import Answer, Requirement

@@ -8,9 +8,9 @@ from dataclasses import dataclass
 from mjnav.cli.options.common import check_needs
 from mjnav.cli.terminal.progress import tell
 from mjnav.errors import InvalidValue
+from mjnav.log.live import PORT, LiveServer
 from mjnav.messages import TickRecord
-from mjnav.recording.live import PORT, LiveServer
-from mjnav.scenarios.spec import Scenario
+from mjnav.scene.spec import Scenario
 
 MAX_REFUSED = 5  # reasons that are reported
 

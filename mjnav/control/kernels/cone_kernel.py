@@ -28,9 +28,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from mjnav.compile.compiled import Cube, Flags, Indices, Matrix, Vector, kernel, scalar
 from mjnav.constraints.collision_cone import LINE, RAY, SEGMENT, cone_line, cone_ray, cone_segment
 from mjnav.constraints.walls import wall_segment
-from mjnav.geometry.compiled import Cube, Flags, Indices, Matrix, Vector, kernel, scalar
 from mjnav.messages import Array
 
 # ------------------------------------------------------------------------------------------ arguments

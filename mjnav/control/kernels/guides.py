@@ -6,9 +6,9 @@ Forwards it faces where it goes; with a negative speed it backs off. `approach` 
 
 import numpy as np
 
+from mjnav.compile.compiled import Matrix, Vector, kernel, scalar
 from mjnav.control.parameters import GoalParameters
 from mjnav.geometry.angles import shortest_turn
-from mjnav.geometry.compiled import Matrix, Vector, kernel, scalar
 from mjnav.geometry.way_field import WayGrid, way_lookup
 from mjnav.messages import Array
 from mjnav.motion.rollouts import ControlLimits, chord

@@ -18,8 +18,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from mjnav.compile.compiled import Matrix, kernel, scalar
 from mjnav.control.kernels.cone_kernel import Samples
-from mjnav.geometry.compiled import Matrix, kernel, scalar
 from mjnav.messages import Array
 
 NUM_CELLS = 64  # of 625 samples: moves means and deviations by 0.2 % of the range at most, weights by 0.005

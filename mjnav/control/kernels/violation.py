@@ -10,7 +10,7 @@ A row of `h` (K, S) belongs to a rollout, so that the innermost loops run over t
 
 import numpy as np
 
-from mjnav.geometry.compiled import Cube, Matrix, Vector, kernel
+from mjnav.compile.compiled import Cube, Matrix, Vector, kernel
 
 TINY = 1e-300
 DEEPEST = 2.0  # a violation above it counts no more

@@ -18,11 +18,11 @@ from typing import Annotated
 
 import numpy as np
 
+from mjnav.compile.compiled import Vector, kernel
 from mjnav.control.base import ConstrainedController, stored_risk
 from mjnav.control.kernels.cone_kernel import Samples
 from mjnav.control.parameters import Parameters, Share
 from mjnav.control.problem.problem import Problem
-from mjnav.geometry.compiled import Vector, kernel
 from mjnav.messages import Array
 
 HALVINGS, FEW = 12, 8  # see _value_at_risk; they decide its speed, not its result

@@ -24,7 +24,6 @@ from typing import Annotated
 
 import numpy as np
 
-from mjnav.config import Range
 from mjnav.constraints.arc import contact_distance
 from mjnav.constraints.walls import lane_distance
 from mjnav.control.base import GridController
@@ -32,6 +31,7 @@ from mjnav.control.parameters import LEAST, MOST, GridParameters, Weight
 from mjnav.control.problem.candidates import least_violating
 from mjnav.control.problem.problem import Problem
 from mjnav.messages import Array, CandidateCosts, Status
+from mjnav.settings import Range
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -28,7 +28,7 @@ from typing import Annotated, NamedTuple
 
 import numpy as np
 
-from mjnav.config import Range
+from mjnav.compile.compiled import Cube, Matrix, Vector, kernel
 from mjnav.constraints.collision_cone import STANDSTILL
 from mjnav.control.base import ConstrainedController
 from mjnav.control.parameters import GridParameters
@@ -36,8 +36,8 @@ from mjnav.control.problem.obstacles import Discs
 from mjnav.control.problem.problem import Problem
 from mjnav.control.problem.samples import lane_samples
 from mjnav.geometry.angles import wrap
-from mjnav.geometry.compiled import Cube, Matrix, Vector, kernel
 from mjnav.messages import Array, Lanes
+from mjnav.settings import Range
 
 COINCIDENT = 1e-9  # [m, m/s] below which a vector has no direction
 PARALLEL = 1e-12  # [m^2/s] cross product of velocity and wall below which they do not cross

@@ -26,7 +26,7 @@ from typing import Annotated
 
 import numpy as np
 
-from mjnav.config import Choice, Range
+from mjnav.compile.compiled import kernel
 from mjnav.control.base import ConstrainedController
 from mjnav.control.kernels.cone_kernel import Samples
 from mjnav.control.methods.gaussian_linearised import probability
@@ -35,9 +35,9 @@ from mjnav.control.problem.obstacles import Discs, blocks, straightened
 from mjnav.control.problem.problem import Problem
 from mjnav.control.problem.samples import SampleCone, lane_samples
 from mjnav.geometry.angles import wrap
-from mjnav.geometry.compiled import kernel
 from mjnav.messages import Array, ObstacleSamples, RobotLimits
 from mjnav.rng import stream
+from mjnav.settings import Choice, Range
 
 TAILS = ("cantelli", "quantile")
 ROBOT_STATE = 7  # x, y, heading, dv, domega, left and right lane offset

@@ -26,7 +26,6 @@ from typing import Annotated
 
 import numpy as np
 
-from mjnav.config import Range
 from mjnav.control.base import ProblemController, status_of
 from mjnav.control.kernels.guides import approach
 from mjnav.control.parameters import MOST, Count, GoalParameters, LaneWeights, Positive, Seconds, Share, Weight
@@ -38,6 +37,7 @@ from mjnav.control.problem.obstacles import Reach, walls_in_reach
 from mjnav.control.problem.problem import Problem
 from mjnav.messages import Array, CandidateCosts, Decision, Observation, RobotLimits, Status
 from mjnav.motion.rollouts import ControlLimits, Rollouts
+from mjnav.settings import Range
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

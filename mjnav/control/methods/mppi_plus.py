@@ -18,7 +18,6 @@ from typing import Annotated
 
 import numpy as np
 
-from mjnav.config import Range
 from mjnav.control.parameters import MOST, LaneWeights, Positive, Share, Weight
 from mjnav.control.planner import Planner, PlannerParameters, Risks
 from mjnav.control.problem.joint_samples import JointSamples
@@ -26,6 +25,7 @@ from mjnav.control.problem.mppi_risk import Surroundings
 from mjnav.control.problem.obstacles import Reach
 from mjnav.control.problem.problem import Problem
 from mjnav.motion.rollouts import Rollouts
+from mjnav.settings import Range
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -31,7 +31,6 @@ from typing import Annotated
 
 import numpy as np
 
-from mjnav.config import Range
 from mjnav.constraints.velocity_obstacle import nearest_velocity, velocity_obstacle_exits
 from mjnav.constraints.walls import lane_distance
 from mjnav.control.base import ProblemController, status_of
@@ -40,6 +39,7 @@ from mjnav.control.problem.problem import Problem
 from mjnav.geometry.angles import shortest_turn
 from mjnav.messages import Array, Decision, Observation, Status
 from mjnav.motion.unicycle import reachable
+from mjnav.settings import Range
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -21,12 +21,12 @@ from typing import Annotated
 
 import numpy as np
 
-from mjnav.config import Range
 from mjnav.control.base import MatchingController
 from mjnav.control.parameters import MatchingParameters, Positive
 from mjnav.control.problem.problem import Problem
 from mjnav.messages import Array
 from mjnav.rkhs.mmd import PolynomialKernel, moment_distance, raw_moments
+from mjnav.settings import Range
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -25,7 +25,6 @@ from typing import Annotated
 
 import numpy as np
 
-from mjnav.config import Range
 from mjnav.control.parameters import LEAST, MOST, Count, Seconds, Weight
 from mjnav.control.planner import Planner, PlannerParameters, Risks
 from mjnav.control.problem.joint_samples import JointSamples
@@ -34,6 +33,7 @@ from mjnav.control.problem.problem import Problem
 from mjnav.messages import Array
 from mjnav.motion.rollouts import Rollouts
 from mjnav.rkhs.mmd import PolynomialKernel, distance_from_dirac
+from mjnav.settings import Range
 
 Margin = Annotated[float, Range(LEAST, MOST, "m")]
 

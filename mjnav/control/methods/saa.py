@@ -17,11 +17,11 @@ from typing import Annotated
 
 import numpy as np
 
+from mjnav.compile.compiled import Matrix, Vector, kernel
 from mjnav.control.base import ConstrainedController, stored_risk
 from mjnav.control.kernels.cone_kernel import Samples
 from mjnav.control.parameters import GridParameters, Share
 from mjnav.control.problem.problem import Problem
-from mjnav.geometry.compiled import Matrix, Vector, kernel
 from mjnav.messages import Array
 
 

@@ -29,11 +29,11 @@ from typing import Annotated
 
 import numpy as np
 
-from mjnav.config import Choice, Length, Range, settle
 from mjnav.geometry.angles import circular_mean, wrap
 from mjnav.geometry.distances import segment_distance
 from mjnav.messages import Array, Observation, ObstacleSamples, RobotLimits
 from mjnav.motion.unicycle import command_bounds
+from mjnav.settings import Choice, Length, Range, settle
 
 BLOCKS = ("robot", "people", "scan", "grid")
 

@@ -13,9 +13,9 @@ from math import floor, pi
 
 import numpy as np
 
+from mjnav.compile.compiled import Matrix, elementwise, exact
 from mjnav.control.parameters import GoalParameters
 from mjnav.control.problem.candidates import Candidates
-from mjnav.geometry.compiled import Matrix, elementwise, exact
 from mjnav.messages import Array, RobotLimits
 from mjnav.motion.rollouts import Rollouts
 

@@ -13,10 +13,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from mjnav.compile.compiled import Indices, Matrix, Vector, kernel
 from mjnav.control.problem.joint_samples import lane_excesses, robot_offsets
 from mjnav.control.problem.obstacles import Discs, Reach, positions_at
 from mjnav.control.problem.problem import Problem
-from mjnav.geometry.compiled import Indices, Matrix, Vector, kernel
 from mjnav.messages import Array, ObstacleSamples
 from mjnav.motion.rollouts import Rollouts
 

@@ -16,10 +16,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from mjnav.compile.compiled import Indices, ReadOnlyCube, ReadOnlyMatrix, exact, kernel
 from mjnav.constraints.walls import point_to_segment
 from mjnav.control.kernels.cone_kernel import ConeBlocks
 from mjnav.control.parameters import Parameters
-from mjnav.geometry.compiled import Indices, ReadOnlyCube, ReadOnlyMatrix, exact, kernel
 from mjnav.messages import Array, Observation, ObstacleSamples, RobotLimits
 
 

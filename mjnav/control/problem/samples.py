@@ -26,6 +26,7 @@ from math import inf
 import numpy as np
 from numpy.typing import NDArray
 
+from mjnav.compile.compiled import Matrix, Vector, kernel
 from mjnav.constraints.collision_cone import RAY, SEGMENT
 from mjnav.constraints.walls import lane_distance
 from mjnav.control.kernels.cone_kernel import (
@@ -41,7 +42,6 @@ from mjnav.control.kernels.cone_kernel import (
     velocity_circles,
 )
 from mjnav.control.parameters import Parameters
-from mjnav.geometry.compiled import Matrix, Vector, kernel
 from mjnav.messages import Array, Lanes
 
 # ---------------------------------------------------------------------------------------------- lanes

@@ -10,6 +10,7 @@ from tempfile import TemporaryDirectory
 
 import numpy as np
 
+from mjnav.log.log_format import check_path
 from mjnav.loop.episode import Episode
 from mjnav.loop.events import ABORTED
 from mjnav.loop.pacer import MAX_CATCH_UP, Pacer, RealTimePacer, Scheduling, Start, realtime_scheduling
@@ -31,8 +32,7 @@ from mjnav.metrics.timing import (
     wakeup_us,
     with_stolen,
 )
-from mjnav.recording.log_format import check_path
-from mjnav.scenarios.spec import Scenario
+from mjnav.scene.spec import Scenario
 
 
 @dataclass(frozen=True, slots=True)

@@ -19,12 +19,12 @@ from math import ceil, hypot
 
 import numpy as np
 
-from mjnav.config import Range
 from mjnav.errors import InvalidValue
 from mjnav.rng import stream
-from mjnav.scenarios.check import check
-from mjnav.scenarios.ranges import MAX_POINTS, MAX_RATE, MAX_TIME, MIN_RATE
-from mjnav.scenarios.spec import Person, Scenario, Waypoints
+from mjnav.scene.check import check
+from mjnav.scene.ranges import MAX_POINTS, MAX_RATE, MAX_TIME, MIN_RATE
+from mjnav.scene.spec import Person, Scenario, Waypoints
+from mjnav.settings import Range
 
 # --------------------------------------------------------------------------------------------- load
 

@@ -32,8 +32,8 @@ from mjnav.metrics.oracle.rollouts import HORIZON, KNOT, Base, Bodies, Way, firs
 from mjnav.metrics.progress import legs_behind, targets
 from mjnav.metrics.safety import Touch, beginnings, touches
 from mjnav.metrics.social import radii
-from mjnav.scenarios.spec import Scenario
-from mjnav.scenarios.ways import floor_of_robot
+from mjnav.scene.spec import Scenario
+from mjnav.scene.ways import floor_of_robot
 
 # ---------------------------------------------------------------------------- what the oracle knows
 

@@ -21,7 +21,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from mjnav.geometry.compiled import Cube, Matrix, ReadOnlyCube, Vector, exact
+from mjnav.compile.compiled import Cube, Matrix, ReadOnlyCube, Vector, exact
 from mjnav.geometry.floor import box_distance, point_segment, segment_box
 from mjnav.geometry.way_field import WayGrid, way_lookup
 from mjnav.messages import Array, RobotLimits

@@ -15,15 +15,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from mjnav.estimation.lidar.likelihood_field import LikelihoodField
-from mjnav.estimation.lidar.localizer import TEMPER
 from mjnav.messages import Array
 from mjnav.report.lidar_view import BelievedWay, ShownScan, range_noise, scan_points
 from mjnav.report.run_page.packed import LARGEST, Packer
 from mjnav.report.run_page.run_frames import RunFrames
 from mjnav.report.scene_outline import body_outline
-from mjnav.scenarios.spec import Scenario
-from mjnav.scenarios.ways import floor_of_lidar
+from mjnav.robot.estimation.lidar.likelihood_field import LikelihoodField
+from mjnav.robot.estimation.lidar.localizer import TEMPER
+from mjnav.scene.spec import Scenario
+from mjnav.scene.ways import floor_of_lidar
 
 # ------------------------------------------------------------------------------ histograms of samples
 

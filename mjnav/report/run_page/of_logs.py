@@ -6,8 +6,8 @@ from html import escape
 from pathlib import Path
 
 from mjnav.errors import InputError, InvalidValue
+from mjnav.log.read.log import Log, open_log
 from mjnav.output_files import output_path, replacement
-from mjnav.recording.read.log import Log, open_log
 from mjnav.report.inspection import Inspection, inspect
 from mjnav.report.run_page.page import MAX_RUNS, page
 from mjnav.report.run_page.playback import Playback, playback

@@ -18,7 +18,7 @@ from mjnav.metrics.consistency import COVERED, people_nees, region, robot_nees, 
 from mjnav.report.figure_text import by_group, definition, unit
 from mjnav.report.look.document import term
 from mjnav.report.run_page.packed import Packer
-from mjnav.scenarios.spec import Scenario
+from mjnav.scene.spec import Scenario
 
 MOST = 1e6  # of NEES over its bound: what is infinite is drawn there
 

@@ -14,7 +14,7 @@ from html import escape
 from types import MappingProxyType
 from typing import Any
 
-from mjnav.recording.encode.json_messages import dumps
+from mjnav.log.encode.json_messages import dumps
 from mjnav.report.inspection import Inspection, ShownPerson
 from mjnav.report.run_page.page_figures import element, figure_table, flatten, shown
 from mjnav.report.run_page.playback import Playback

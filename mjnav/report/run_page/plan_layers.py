@@ -16,9 +16,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from mjnav.log.encode.candidates import NUM_LEVELS, level_bounds
+from mjnav.log.encode.plan import MOST_PEOPLE, MOST_SAMPLES, SUFFIX
 from mjnav.messages import Array, PlanShown
-from mjnav.recording.encode.candidates import NUM_LEVELS, level_bounds
-from mjnav.recording.encode.plan import MOST_PEOPLE, MOST_SAMPLES, SUFFIX
 from mjnav.report.run_page.packed import Packer
 
 # ----------------------------------------------------------------------------------------- candidates

@@ -8,10 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mjnav.errors import InputError
+from mjnav.log.encode.candidates import NUM_LEVELS, PREVIEW
+from mjnav.log.read.log import Log
 from mjnav.messages import PHASES, Array
 from mjnav.metrics.safety import clearance
-from mjnav.recording.encode.candidates import NUM_LEVELS, PREVIEW
-from mjnav.recording.read.log import Log
 from mjnav.report.lidar_view import BelievedWay
 from mjnav.report.run_page.layers import cone_bins, pack_lidar
 from mjnav.report.run_page.packed import Packer

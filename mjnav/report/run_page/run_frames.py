@@ -9,14 +9,14 @@ import numpy as np
 from mjnav.control.parameters import Parameters
 from mjnav.errors import DamagedLogError, InputError
 from mjnav.geometry.distances import ellipse_95
+from mjnav.log.encode.particles import decode_particles
+from mjnav.log.encode.plan import decode_plan
+from mjnav.log.log_format import epoch_ns
+from mjnav.log.read.log import Log
+from mjnav.log.read.records import EXPORT, FREE_EXPORT, Budget
+from mjnav.log.read.ticks import NOT_OURS
+from mjnav.log.read.trajectory import track_number
 from mjnav.messages import PHASES, Array
-from mjnav.recording.encode.particles import decode_particles
-from mjnav.recording.encode.plan import decode_plan
-from mjnav.recording.log_format import epoch_ns
-from mjnav.recording.read.log import Log
-from mjnav.recording.read.records import EXPORT, FREE_EXPORT, Budget
-from mjnav.recording.read.ticks import NOT_OURS
-from mjnav.recording.read.trajectory import track_number
 from mjnav.report.lidar_view import ShownScan, goes_by_scans
 from mjnav.report.run_page.plan_layers import CandidateRanks, ShownPlan, Ways, candidate_ranks, predicted_ways
 

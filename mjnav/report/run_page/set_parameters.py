@@ -5,8 +5,8 @@ from collections.abc import Iterator, Mapping
 from dataclasses import is_dataclass
 from typing import Any
 
-from mjnav.config import keys, tables
-from mjnav.scenarios.spec import Scenario
+from mjnav.scene.spec import Scenario
+from mjnav.settings import keys, tables
 
 # What the map shows, or the page in another place.
 _ELSEWHERE = ("schema", "name", "description", "seed", "walls", "tables", "pillars", "people", "lanes", "log")

@@ -7,7 +7,7 @@ import numpy as np
 
 from mjnav.errors import InputError
 from mjnav.messages import Array
-from mjnav.scenarios.toml import parse, value_text
+from mjnav.scene.toml import parse, value_text
 from mjnav.study.cells import Variant, flat, variants
 from mjnav.study.compare.cell_rows import CellRows, cell_rows
 from mjnav.study.compare.estimates import Estimate, bootstrap, estimate

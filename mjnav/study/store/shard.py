@@ -19,7 +19,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from mjnav.errors import MjnavError, missing_extra
-from mjnav.scenarios.toml import read_regular
+from mjnav.scene.toml import read_regular
 from mjnav.study.store.row import COLUMNS, PLACE_IN_STUDY
 
 if TYPE_CHECKING:

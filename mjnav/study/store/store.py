@@ -27,7 +27,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from mjnav.errors import InputError, MjnavError
-from mjnav.scenarios.toml import read_regular
+from mjnav.scene.toml import read_regular
 from mjnav.study.keep import remove_logs
 from mjnav.study.store.row import COLUMNS, PLACE_IN_STUDY, Row
 from mjnav.study.store.shard import DONE, FAILED, SHARD, digest, parquet, read_shard, schema

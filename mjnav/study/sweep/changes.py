@@ -8,7 +8,7 @@ from typing import Any
 
 from mjnav.errors import InvalidValue
 from mjnav.loop.provenance import FACTS, NOT_RECORDED, OWN_SOURCES, changes, shown
-from mjnav.scenarios.toml import parse
+from mjnav.scene.toml import parse
 from mjnav.study.cells import Cell
 from mjnav.study.store.row import CELL, MADE_WITH
 from mjnav.study.store.store import Store

@@ -11,16 +11,16 @@ from typing import TypeVar
 
 import numpy as np
 
-from mjnav.geometry.compiled import Flags, Indices, Matrix, Vector, exact
+from mjnav.compile.compiled import Flags, Indices, Matrix, Vector, exact
 from mjnav.messages import Array, WorldState
 from mjnav.motion.orca import OrcaSettings, velocities
 from mjnav.motion.social_force import FORMS, SocialForce, accelerations
 from mjnav.rng import stream
-from mjnav.scenarios.people import MAX_WALKING_SPEED, PERIOD, Avoiding, Orca
-from mjnav.scenarios.people import SocialForce as SocialForceKeys
-from mjnav.scenarios.ranges import Point
-from mjnav.scenarios.spec import Scenario
-from mjnav.scenarios.ways import floor_of_people
+from mjnav.scene.people import MAX_WALKING_SPEED, PERIOD, Avoiding, Orca
+from mjnav.scene.people import SocialForce as SocialForceKeys
+from mjnav.scene.ranges import Point
+from mjnav.scene.spec import Scenario
+from mjnav.scene.ways import floor_of_people
 from mjnav.world.draws import Normal, Uniform
 from mjnav.world.people.temperament import Temperaments
 from mjnav.world.people.walk import Route, Walk

@@ -4,13 +4,13 @@ from math import nan
 
 import numpy as np
 
-from mjnav.geometry.compiled import Flags, Indices, Matrix, Vector, exact
+from mjnav.compile.compiled import Flags, Indices, Matrix, Vector, exact
 from mjnav.geometry.floor import is_open
 from mjnav.geometry.shortest_way import WayMap
 from mjnav.messages import Array
-from mjnav.scenarios.people import REACHED
-from mjnav.scenarios.spec import Scenario
-from mjnav.scenarios.ways import end_of, ways_of
+from mjnav.scene.people import REACHED
+from mjnav.scene.spec import Scenario
+from mjnav.scene.ways import end_of, ways_of
 
 NEAR = 0.3  # [m] before a corner from which the person looks past it at every decision
 LOOK = 5  # decisions, 0.1 s, after which people look whether something stands in their way

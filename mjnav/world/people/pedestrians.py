@@ -21,17 +21,17 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import ArrayLike
 
+from mjnav.compile.compiled import Flags, Indices, Matrix, Vector, exact
 from mjnav.errors import PluginFault
-from mjnav.geometry.compiled import Flags, Indices, Matrix, Vector, exact
 from mjnav.messages import Array, WorldState
-from mjnav.plugins import BehaviourPlugin
 from mjnav.rng import stream
-from mjnav.scenarios.crowd import TrackSplines
-from mjnav.scenarios.people import AGAIN, CLEAR_OF_ROBOT, MAX_WALKING_SPEED, Area, Behaviour, Replay, Walker
-from mjnav.scenarios.ranges import Point
-from mjnav.scenarios.spec import Scenario
-from mjnav.scenarios.ways import ways_of
+from mjnav.scene.crowd import TrackSplines
+from mjnav.scene.people import AGAIN, CLEAR_OF_ROBOT, MAX_WALKING_SPEED, Area, Behaviour, Replay, Walker
+from mjnav.scene.ranges import Point
+from mjnav.scene.spec import Scenario
+from mjnav.scene.ways import ways_of
 from mjnav.sealed import sealed_message
+from mjnav.settings.plugins import BehaviourPlugin
 from mjnav.world.engine import Engine
 from mjnav.world.people.temperament import Temperaments
 from mjnav.world.people.walk import Walk

@@ -22,12 +22,12 @@ from types import MappingProxyType
 
 import numpy as np
 
-from mjnav.geometry.compiled import Flags, Indices, Matrix, Vector, exact
+from mjnav.compile.compiled import Flags, Indices, Matrix, Vector, exact
 from mjnav.messages import Array, WorldState
-from mjnav.scenarios.people import CURIOUS, IMPASSIVE, PERIOD, REGULAR, SCARED, THREATENING, YIELDS
-from mjnav.scenarios.ranges import Point
-from mjnav.scenarios.spec import Scenario
-from mjnav.scenarios.ways import floor_of_people
+from mjnav.scene.people import CURIOUS, IMPASSIVE, PERIOD, REGULAR, SCARED, THREATENING, YIELDS
+from mjnav.scene.ranges import Point
+from mjnav.scene.spec import Scenario
+from mjnav.scene.ways import floor_of_people
 from mjnav.world.people.walk import ARRIVAL_TIME, NEARLY
 
 # Each person's numbers are floats: NumPy takes ten times as long for arrays of two.

@@ -11,12 +11,12 @@ from typing import ClassVar
 
 import numpy as np
 
-from mjnav.geometry.compiled import Flags, Indices, Matrix, Vector, exact
+from mjnav.compile.compiled import Flags, Indices, Matrix, Vector, exact
 from mjnav.messages import Array, WorldState
-from mjnav.scenarios.crowd import TrackSplines
-from mjnav.scenarios.people import MAX_WALKING_SPEED, PERIOD, REACHED, Replay, Walker
-from mjnav.scenarios.ranges import Point
-from mjnav.scenarios.spec import ConstantVelocity, Scenario, StopAndGo
+from mjnav.scene.crowd import TrackSplines
+from mjnav.scene.people import MAX_WALKING_SPEED, PERIOD, REACHED, Replay, Walker
+from mjnav.scene.ranges import Point
+from mjnav.scene.spec import ConstantVelocity, Scenario, StopAndGo
 from mjnav.world.people.guide import Guide
 
 ARRIVAL_TIME = 0.8  # [s] in which the distance to the last waypoint falls to 1/e

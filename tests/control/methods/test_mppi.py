@@ -12,10 +12,10 @@ from mjnav.control.kernels.guides import approach
 from mjnav.control.parameters import Parameters
 from mjnav.control.problem.fan import Plan, perturbations, softmin
 from mjnav.geometry.angles import circular_mean
+from mjnav.log.encode.json_messages import encode_decision
 from mjnav.messages import RobotLimits
 from mjnav.motion.rollouts import ControlLimits
 from mjnav.motion.unicycle import integrate, reachable
-from mjnav.recording.encode.json_messages import encode_decision
 
 LIMITS = RobotLimits(max_speed=1.1, min_speed=-0.2, max_turn_rate=1.4, max_acceleration=1.5, max_turn_acceleration=4.0)
 PERIOD = 0.15

@@ -9,8 +9,8 @@ import pytest
 
 import mjnav
 from mjnav.loop.provenance import mjnav_sources, plugin_sources
-from mjnav.plugins import CONTROLLER
-from mjnav.scenarios.library import data_folder
+from mjnav.scene.library import data_folder
+from mjnav.settings.plugins import CONTROLLER
 
 
 @pytest.fixture

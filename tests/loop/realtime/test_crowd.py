@@ -5,15 +5,15 @@ from math import hypot
 
 import pytest
 
-from mjnav import scenarios
+from mjnav import scene
 from mjnav.errors import InvalidValue
 from mjnav.loop.realtime.stress import crowd
-from mjnav.scenarios.check import check
+from mjnav.scene.check import check
 
 
 @pytest.mark.parametrize("num", [0, 2, 5])
 def test_the_first_people_of_the_scene_are_kept(num):
-    hall = scenarios.load("hall")
+    hall = scene.load("hall")
     assert len(hall.people) == 5
     found = crowd(hall, num)
     assert found.people == hall.people[:num]
@@ -21,7 +21,7 @@ def test_the_first_people_of_the_scene_are_kept(num):
 
 
 def test_more_are_placed_clear_of_everything():
-    hall = scenarios.load("hall")
+    hall = scene.load("hall")
     found = crowd(hall, 40)
     assert len(found.people) == 40
     assert found.people[:5] == hall.people
@@ -32,7 +32,7 @@ def test_more_are_placed_clear_of_everything():
         others += [(pillar.position, pillar.radius) for pillar in hall.pillars]
         for (x, y), radius in others:
             assert hypot(person.start[0] - x, person.start[1] - y) >= person.radius + radius
-    assert scenarios.loads(scenarios.dumps(found)).people == found.people
+    assert scene.loads(scene.dumps(found)).people == found.people
 
 
 def test_they_follow_the_seed_and_a_larger_crowd_holds_the_smaller(room):
@@ -61,7 +61,7 @@ def test_a_room_that_is_full_takes_no_more():
     to = [1.6, 0.6]
     """
     with pytest.raises(InvalidValue, match=r"people: found 50; allowed: at most [1-4]: there is no room for more"):
-        crowd(scenarios.loads(text), 50)
+        crowd(scene.loads(text), 50)
 
 
 def test_fewer_than_none_are_refused(room):

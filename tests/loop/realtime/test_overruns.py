@@ -6,14 +6,14 @@ from typing import Any
 
 import pytest
 
+from mjnav.log import open_log
+from mjnav.log.write import sink as sink_module
+from mjnav.log.write.writer import Recorder, Writer
 from mjnav.loop.episode import Episode
-from mjnav.loop.onboard.navigator import Navigator
 from mjnav.loop.pacer import FreePacer, RealTimePacer
 from mjnav.loop.realtime.rate_test import RateTest, rate_test
 from mjnav.loop.realtime.stress import shuttling
-from mjnav.recording import open_log
-from mjnav.recording.write import sink as sink_module
-from mjnav.recording.write.writer import Recorder, Writer
+from mjnav.robot.navigator import Navigator
 from mjnav.world.simulator import Simulator
 
 pytestmark = pytest.mark.xdist_group("real time")

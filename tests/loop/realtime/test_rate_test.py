@@ -10,15 +10,15 @@ import pytest
 from hypothesis import assume, example, given
 from hypothesis import strategies as st
 
-from mjnav import scenarios
+from mjnav import scene
 from mjnav.errors import InputError, InvalidValue
+from mjnav.log import open_log
+from mjnav.log.write import sink as sink_module
 from mjnav.loop.episode import Episode
 from mjnav.loop.pacer import RealTimePacer
 from mjnav.loop.realtime.rate_test import rate_test
 from mjnav.loop.realtime.stress import shuttling
 from mjnav.messages import PHASES
-from mjnav.recording import open_log
-from mjnav.recording.write import sink as sink_module
 
 pytestmark = pytest.mark.xdist_group("real time")
 
@@ -35,7 +35,7 @@ timestep = 4.761904761904762e-4  # 1 / 2100: of the sensors' rates that the test
 
 
 def space(*overrides: str):
-    return scenarios.loads(SPACE, overrides)
+    return scene.loads(SPACE, overrides)
 
 
 # -------------------------------------------------------------------------------------- the time step
@@ -85,7 +85,7 @@ def least_time(scenario) -> float:
 def test_the_route_is_longer_than_can_be_driven(route, tolerance, speed, duration):
     points = [list(point) for point in route]
     overrides = (f"robot.waypoints={points}", f"robot.goal_tolerance={tolerance}", f"robot.max_speed={speed}")
-    original = scenarios.loads(SPACE.replace("goal = [3.0, 0.0]", ""), overrides)
+    original = scene.loads(SPACE.replace("goal = [3.0, 0.0]", ""), overrides)
     longest = max(hypot(b[0] - a[0], b[1] - a[1]) for a, b in pairwise([(0.0, 0.0), *route]))
     assume(longest >= 2.0 * tolerance + 0.2)
     num_trips = 2 * ceil(duration * speed / (2.0 * (longest - 2.0 * tolerance))) + 1
@@ -106,7 +106,7 @@ def test_a_duration_of_too_many_points_is_refused_with_the_longest_possible():
 
 
 def test_a_goal_too_near_is_refused_with_what_is_missing():
-    loop = scenarios.loads(SPACE.replace("goal = [3.0, 0.0]", "waypoints = [[0.5, 0.0], [0.0, 0.0]]"))
+    loop = scene.loads(SPACE.replace("goal = [3.0, 0.0]", "waypoints = [[0.5, 0.0], [0.0, 0.0]]"))
     with pytest.raises(InvalidValue, match=r"robot\.waypoints: .*allowed: a way to drive"):
         shuttling(loop, 50.0, 1.0)
     near = space("robot.goal=[0.79, 0.0]")

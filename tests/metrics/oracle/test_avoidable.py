@@ -7,7 +7,7 @@ import pytest
 
 from mjnav.messages import Contact
 from mjnav.metrics.oracle.avoidable import Foreknown, judged, true_paths
-from mjnav.scenarios.spec import Wall
+from mjnav.scene.spec import Wall
 from tests.metrics.conftest import make_scenario, make_trajectory
 
 ROWS = 31  # 3 s

@@ -5,8 +5,8 @@ import pytest
 
 import mjnav
 from mjnav import load_scenario
+from mjnav.log import open_log
 from mjnav.metrics.consistency import DEPLETED
-from mjnav.recording import open_log
 from mjnav.report.run_page.playback import playback
 from tests.report.run_page.test_predicted_ways import stored
 

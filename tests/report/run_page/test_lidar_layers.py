@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from mjnav.recording import open_log
+from mjnav.log import open_log
 from mjnav.report.inspection import inspect
 from mjnav.report.run_page.page import page
 from mjnav.report.run_page.playback import playback

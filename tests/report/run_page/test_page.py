@@ -13,16 +13,16 @@ from mcap.writer import Writer
 
 import mjnav
 from mjnav.cli.main import main
+from mjnav.log import Recorder, open_log
 from mjnav.loop.prepare import load_scenario
 from mjnav.messages import Event
-from mjnav.recording import Recorder, open_log
 from mjnav.report.figure_text import definition
 from mjnav.report.inspection import inspect
 from mjnav.report.run_page import page_figures
 from mjnav.report.run_page.page import page
 from mjnav.report.run_page.page_figures import flatten, shown
 from mjnav.report.run_page.playback import playback
-from tests.recording.conftest import MadeUpRun, make_scenario
+from tests.log.conftest import MadeUpRun, make_scenario
 
 KINEMATIC = "physics.engine=kinematic"
 HOSTILE = '"></script><script>alert(1)</script><img src=x onerror=alert(2)> & \u2028 Straße 走'

@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 
-from mjnav.estimation.lidar.likelihood_field import LikelihoodField
+from mjnav.log import open_log
 from mjnav.noise import profile
-from mjnav.recording import open_log
 from mjnav.report.lidar_view import BelievedWay, ShownScan, scan_points
 from mjnav.report.run_page.layers import LEVELS, SIDE, likelihood_levels
-from mjnav.scenarios.ways import floor_of_lidar
+from mjnav.robot.estimation.lidar.likelihood_field import LikelihoodField
+from mjnav.scene.ways import floor_of_lidar
 from tests.report.scanning import by_lidar, write_log
 
 

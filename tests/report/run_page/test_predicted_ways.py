@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 import mjnav
+from mjnav.log import open_log
+from mjnav.log.encode.plan import SUFFIX
 from mjnav.loop.prepare import load_scenario
-from mjnav.recording import open_log
-from mjnav.recording.encode.plan import SUFFIX
 from mjnav.report.run_page.plan_layers import POINTS
 from mjnav.report.run_page.playback import playback
 from tests.report.run_page.test_packed import unpacked

@@ -6,7 +6,7 @@ import pytest
 from mjnav import control
 from mjnav.errors import InvalidValue
 from mjnav.loop.episode import Episode
-from mjnav.loop.prepare import build_controller
+from mjnav.robot.controller import build_controller
 from mjnav.study import calibration as study
 from mjnav.study.calibration import (
     SETTINGS,

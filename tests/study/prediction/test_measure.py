@@ -5,7 +5,7 @@ import pytest
 
 import mjnav
 from mjnav.errors import InvalidValue
-from mjnav.scenarios.crowd import read_recording
+from mjnav.scene.crowd import read_recording
 from mjnav.study.prediction import Frames, Plan, measure
 
 QUICK = ("physics.engine=kinematic", "time_limit=3", "prediction.horizon=0.8")

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from mjnav.rng import stream
-from mjnav.scenarios.faults import (
+from mjnav.scene.faults import (
     BiasWalk,
     ChannelFaults,
     Dropout,

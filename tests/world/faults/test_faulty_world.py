@@ -9,7 +9,7 @@ import pytest
 from mjnav.geometry.angles import wrap
 from mjnav.messages import Reading
 from mjnav.motion.unicycle import integrate
-from mjnav.scenarios.faults import (
+from mjnav.scene.faults import (
     Blocked,
     ChannelFaults,
     Dropout,
@@ -22,7 +22,7 @@ from mjnav.scenarios.faults import (
     Stuck,
     WheelFaults,
 )
-from mjnav.scenarios.spec import Pillar, Scenario
+from mjnav.scene.spec import Pillar, Scenario
 from mjnav.world.simulator import Simulator
 
 COMMAND = (0.5, 0.3)

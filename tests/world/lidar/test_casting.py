@@ -3,8 +3,8 @@ import pytest
 
 from mjnav.geometry.distances import beam_angles
 from mjnav.motion.unicycle import LIDAR_HEIGHT
-from mjnav.scenarios.sensors import LidarSpec
-from mjnav.scenarios.spec import ConstantVelocity, Person, Pillar, Sensors, Table, Wall
+from mjnav.scene.sensors import LidarSpec
+from mjnav.scene.spec import ConstantVelocity, Person, Pillar, Sensors, Table, Wall
 from mjnav.world.simulator import Simulator
 
 AHEAD = 180  # the beam along the heading, of 360

@@ -5,7 +5,7 @@ import pytest
 from scipy import stats
 
 from mjnav.noise import profile
-from mjnav.scenarios.sensors import LidarSpec, Sensors
+from mjnav.scene.sensors import LidarSpec, Sensors
 from mjnav.world.lidar import Returns, footprint
 
 NUM = 10_000

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 import mjnav
-from mjnav.scenarios.sensors import LidarSpec
-from mjnav.scenarios.spec import ConstantVelocity, Person, Pillar, Sensors, Wall
+from mjnav.scene.sensors import LidarSpec
+from mjnav.scene.spec import ConstantVelocity, Person, Pillar, Sensors, Wall
 from mjnav.world.simulator import Simulator
 
 CLEAN = {"mixed": 0.0, "missing": 0.0, "bias": 0.0, "spread": 0.0, "resolution": 0.0, "min_range": 0.0}

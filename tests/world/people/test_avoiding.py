@@ -10,9 +10,9 @@ import pytest
 from mjnav.errors import InvalidValue
 from mjnav.messages import WorldState
 from mjnav.motion.social_force import FORMS
-from mjnav.scenarios.people import FORM_NAMES, Diagonal
-from mjnav.scenarios.spec import Orca, Person, Pillar, Scenario, SocialForce, Table, Wall
-from mjnav.scenarios.ways import floor_of_people
+from mjnav.scene.people import FORM_NAMES, Diagonal
+from mjnav.scene.spec import Orca, Person, Pillar, Scenario, SocialForce, Table, Wall
+from mjnav.scene.ways import floor_of_people
 from mjnav.world.people.avoiding import law_of
 from mjnav.world.people.pedestrians import Pedestrians
 from mjnav.world.simulator import Simulator

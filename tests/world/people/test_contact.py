@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from mjnav.scenarios.spec import ConstantVelocity, Person, Physics, Pillar, Robot, Scenario, Wall, Waypoints
+from mjnav.scene.spec import ConstantVelocity, Person, Physics, Pillar, Robot, Scenario, Wall, Waypoints
 from mjnav.world.kinematic_engine import KinematicEngine
 from mjnav.world.people.pedestrians import sidestepped
 from mjnav.world.simulator import Simulator

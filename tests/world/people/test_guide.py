@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from mjnav.scenarios import loads
-from mjnav.scenarios.ways import Ways, floor_of_people
+from mjnav.scene import loads
+from mjnav.scene.ways import Ways, floor_of_people
 from mjnav.world.people.guide import LOOK, REPLAN, Guide
 from mjnav.world.people.pedestrians import Presence
 from mjnav.world.simulator import Simulator

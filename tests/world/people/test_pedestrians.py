@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from mjnav.messages import WorldState
-from mjnav.scenarios.spec import ConstantVelocity, Person, Pillar, Robot, Scenario, StopAndGo, Table, Wall, Waypoints
+from mjnav.scene.spec import ConstantVelocity, Person, Pillar, Robot, Scenario, StopAndGo, Table, Wall, Waypoints
 from mjnav.world.people.pedestrians import Pedestrians
 from mjnav.world.people.walk import ARRIVAL_TIME
 from mjnav.world.simulator import Simulator

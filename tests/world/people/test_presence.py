@@ -5,8 +5,8 @@ import pytest
 
 import mjnav
 from mjnav.loop.simulation import Simulation
-from mjnav.scenarios.people import Trip
-from mjnav.scenarios.spec import ConstantVelocity, Person, Pillar, SocialForce, Wall, Waypoints
+from mjnav.scene.people import Trip
+from mjnav.scene.spec import ConstantVelocity, Person, Pillar, SocialForce, Wall, Waypoints
 from mjnav.world.simulator import Simulator
 
 FAR = (0.0, -8.0, 0.0)

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from mjnav.scenarios.crowd import TrackSplines
-from mjnav.scenarios.people import ConstantVelocity, Person, Replay
+from mjnav.scene.crowd import TrackSplines
+from mjnav.scene.people import ConstantVelocity, Person, Replay
 from mjnav.world.people.walk import CATCH_UP
 from mjnav.world.simulator import Simulator
 

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from mjnav.messages import WorldState
-from mjnav.scenarios.people import TEMPERAMENTS
-from mjnav.scenarios.spec import ConstantVelocity, Orca, Person, SocialForce, Wall, Waypoints
+from mjnav.scene.people import TEMPERAMENTS
+from mjnav.scene.spec import ConstantVelocity, Orca, Person, SocialForce, Wall, Waypoints
 from mjnav.world.people.pedestrians import Pedestrians
 from mjnav.world.people.temperament import FIELD_OF_VIEW, PERIOD
 from mjnav.world.simulator import Simulator

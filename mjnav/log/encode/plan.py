@@ -1,0 +1,180 @@
+"""Encodes what a method that plans ahead compared, and draws the plan and the predicted ways of people in /scene.
+
+/plan holds the plan, its rollouts and the violations of its samples as arrays of float32: a metre to the micrometre,
+half the bytes.
+
+The entity `plan` of /scene draws the plan that the robot follows, where the robot would stand at the plan's end, and
+the rollouts beside it.
+
+The entities `..._future` of /scene draw how the people closest to the robot are predicted to go on, a line a sample.
+"""
+
+from collections.abc import Sequence
+from functools import lru_cache
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+from foxglove_schemas_protobuf.Color_pb2 import Color
+from foxglove_schemas_protobuf.CylinderPrimitive_pb2 import CylinderPrimitive
+from foxglove_schemas_protobuf.LinePrimitive_pb2 import LinePrimitive
+from foxglove_schemas_protobuf.Point3_pb2 import Point3
+from foxglove_schemas_protobuf.SceneEntity_pb2 import SceneEntity
+from foxglove_schemas_protobuf.Vector3_pb2 import Vector3
+
+from mjnav.log.encode import geometry as wire
+from mjnav.log.encode.candidates import LEVEL_HEADERS, RESOLUTION, level_bounds, line_header
+from mjnav.log.encode.geometry import WORLD_FRAME, pose
+from mjnav.log.encode.schemas import Fields, Schema, protobuf_schema
+from mjnav.messages import Array, Observation, PlanShown, Track
+
+# ----------------------------------------------------------------------------------------------- plan
+
+
+_PLAN: Fields = (
+    ("step", "double", False),  # [s] between the positions of a path
+    ("path", "float", True),  # x, y [m] in the map after each step, of the plan that is followed
+    ("fan", "float", True),  # the same of each rollout shown, one after the other, cheapest first
+    ("fan_cost", "float", True),  # of each
+    ("violation", "float", True),  # of each joint sample under the plan; empty of a method without
+    ("feasible", "bool", False),
+)
+
+
+def plan_schema() -> Schema:
+    """mjnav.Plan; all paths have as many positions as the plan's."""
+    return protobuf_schema("mjnav.Plan", {"mjnav.Plan": _PLAN})
+
+
+@np.errstate(over="ignore")  # a cost beyond float32 becomes infinite
+def encode_plan(plan: PlanShown) -> bytes:
+    """mjnav.Plan."""
+    return b"".join(
+        (
+            wire.double(1, plan.step),
+            wire.packed_floats(2, plan.path),
+            wire.packed_floats(3, plan.fan),
+            wire.packed_floats(4, plan.fan_cost),
+            wire.packed_floats(5, plan.violation),
+            wire.integer(6, plan.feasible),
+        )
+    )
+
+
+def decode_plan(message: Any) -> PlanShown:
+    """The inverse of `encode_plan`, from the decoded message. Raises ValueError where the sizes do not agree."""
+    path, fan, cost, violation = (
+        np.array(getattr(message, name), float) for name in ("path", "fan", "fan_cost", "violation")
+    )
+    if path.size % 2 or fan.size != cost.size * path.size:
+        raise ValueError(f"a path of {path.size} numbers, {cost.size} rollouts of {fan.size} in all")
+    path = path.reshape(-1, 2)
+    return PlanShown(message.step, path, fan.reshape(cost.size, *path.shape), cost, violation, message.feasible)
+
+
+# ---------------------------------------------------------------------------------- plan in the scene
+
+
+FAN_POINTS = 5  # drawn of a rollout, evenly over its time, the last is its end
+HEIGHT = 0.04  # [m]
+
+_BLUE, _PALE_BLUE = Color(r=0.1, g=0.25, b=1.0, a=1.0), Color(r=0.1, g=0.25, b=1.0, a=0.35)
+_RED, _PALE_RED = Color(r=0.9, g=0.1, b=0.1, a=1.0), Color(r=0.9, g=0.1, b=0.1, a=0.35)
+_FEASIBLE, _INFEASIBLE = line_header(0.05, HEIGHT, _BLUE), line_header(0.05, HEIGHT, _RED)
+_ENTITY = wire.delimited(2, WORLD_FRAME.encode()) + wire.delimited(3, b"plan")
+
+
+def plan_entity(plan: PlanShown, radius: float) -> bytes:
+    """The entity `plan`, but for time and lifetime: its fan by the order of cost, the plan, the robot at its end.
+
+    A plan that is not feasible is red. `radius` is the robot's [m].
+    """
+    if not len(plan.path):
+        return _ENTITY
+    num, size, kept = len(plan.fan), len(plan.path), min(FAN_POINTS, len(plan.path))
+    fan = plan.fan[:, np.linspace(0, size - 1, kept).astype(int)]
+    corners = _points(np.concatenate([fan.reshape(-1, 2), plan.path]))
+    parts, begin = [_ENTITY], 0
+    for header, (first, last) in zip(LEVEL_HEADERS, pairwise(level_bounds(num)), strict=True):
+        if first < last:
+            end = begin + (last - first) * kept * wire.POINT_SIZE
+            parts.append(wire.delimited(11, header + corners[begin:end] + _segments(last - first, kept)))
+            begin = end
+    header = _FEASIBLE if plan.feasible else _INFEASIBLE
+    parts.append(wire.delimited(11, header + corners[begin:] + _segments(1, size)))
+    x, y = plan.path[-1].tolist()
+    stand = _STAND if plan.feasible else _RED_STAND
+    parts.append(wire.delimited(10, stand.fill((x, y, 2.0 * radius, 2.0 * radius))))
+    return b"".join(parts)
+
+
+def _points(places: Array) -> bytes:
+    """Field `points` of a line, for each of places (n, 2)."""
+    table = wire.point_table(5, len(places))
+    table["x"], table["y"] = (np.rint(places / RESOLUTION) * RESOLUTION).T
+    return table.tobytes()
+
+
+@lru_cache(maxsize=16)  # a few numbers of rollouts in a level, and the plan's
+def _segments(num: int, size: int) -> bytes:
+    """Field `indices` of a line: the segments of `num` paths of `size` points, one path after the other."""
+    corners = np.arange(num * size, dtype="<u4").reshape(num, size)
+    return wire.delimited(8, np.stack([corners[:, :-1], corners[:, 1:]], axis=-1).tobytes())
+
+
+def _stand(color: Color) -> wire.Template:
+    """A thin cylinder of which x, y, width and depth are open."""
+
+    def encode(holes: Sequence[float]) -> bytes:
+        x, y, width, depth = holes
+        return CylinderPrimitive(
+            pose=pose(x, y, 0.5 * HEIGHT),
+            size=Vector3(x=width, y=depth, z=HEIGHT),
+            bottom_scale=1.0,
+            top_scale=1.0,
+            color=color,
+        ).SerializeToString()
+
+    return wire.Template(encode, 4)
+
+
+_STAND, _RED_STAND = _stand(_PALE_BLUE), _stand(_PALE_RED)
+
+
+# ---------------------------------------------------------------------- predicted people in the scene
+
+
+MOST_PEOPLE = 3  # nearest first
+MOST_SAMPLES = 8
+SUFFIX = "_future"  # of an entity's name, after the track's
+
+_ORANGE = Color(r=1.0, g=0.6, b=0.1, a=0.5)
+
+
+def future_entities(observation: Observation | None, tracks: Sequence[Track]) -> list[bytes]:
+    """An entity `person0_future` each, but for time and lifetime; none where everybody is taken to walk straight on."""
+    if observation is None or all(disc.future is None for disc in observation.obstacles):
+        return []
+    people = list(zip(tracks, observation.obstacles, strict=False))  # furniture follows the people
+    robot = observation.robot_pose[:, :2].mean(axis=0)
+    people.sort(key=lambda person: float(np.hypot(*(person[1].position.mean(axis=0) - robot))))
+    return [
+        _entity(track.name, np.concatenate([disc.position[:MOST_SAMPLES, None], disc.future[:MOST_SAMPLES]], axis=1))
+        for track, disc in people[:MOST_PEOPLE]
+        if disc.future is not None
+    ]
+
+
+def _entity(name: str, paths: Array) -> bytes:
+    lines = [
+        LinePrimitive(
+            type=LinePrimitive.LINE_STRIP,
+            thickness=2.0,
+            scale_invariant=True,
+            points=[Point3(x=x, y=y, z=HEIGHT) for x, y in path],
+            color=_ORANGE,
+        )
+        for path in paths.tolist()
+    ]
+    entity = SceneEntity(frame_id=WORLD_FRAME, id=f"{name}{SUFFIX}", frame_locked=True, lines=lines)
+    return entity.SerializeToString()

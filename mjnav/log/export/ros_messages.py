@@ -1,0 +1,397 @@
+"""The log's messages as messages of ROS 2, whose types are the same in every distribution from Humble to Lyrical.
+
+A function takes a message of the log and its time [ns] and gives the fields of the ROS message, nested as ROS has them;
+a field that it leaves out is zero or empty. `built` makes the message of a type from them.
+
+People are nav_msgs/Odometry: every ROS 2 has this type, and RViz draws it; messages for people (people_msgs,
+derived_object_msgs) have to be built. A twist is in the frame of its child, which faces the way it moves: linear.x is a
+person's speed.
+"""
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from math import atan2, cos, hypot, isnan, sin, sqrt
+from typing import Any
+
+import numpy as np
+from foxglove_schemas_protobuf.Log_pb2 import Log as Event
+from foxglove_schemas_protobuf.SceneUpdate_pb2 import SceneUpdate
+from rosbags.interfaces import Nodetype
+from rosbags.typesys import Stores, get_typestore
+from rosbags.typesys.stores.ros2_humble import rcl_interfaces__msg__Log as Line
+from rosbags.typesys.stores.ros2_humble import sensor_msgs__msg__PointField as PointField
+from rosbags.typesys.stores.ros2_humble import visualization_msgs__msg__Marker as Marker
+
+from mjnav.geometry.distances import WHOLE_TURN
+from mjnav.geometry.floor import FreeSpace
+from mjnav.log.encode.candidates import decode_candidates, encode_arcs
+from mjnav.log.encode.geometry import (
+    LIDAR_FRAME,
+    ODOMETRY_FRAME,
+    ROBOT_FRAME,
+    TRUE_FRAME,
+    WORLD_FRAME,
+    rotation,
+    time_ns,
+)
+from mjnav.log.encode.particles import decode_particles
+from mjnav.log.encode.plan import decode_plan
+from mjnav.log.read.tables import segments
+from mjnav.messages import Array
+from mjnav.motion.unicycle import LIDAR_HEIGHT
+from mjnav.scene.sensors import Lidar
+from mjnav.scene.spec import Scenario
+from mjnav.scene.ways import floor_of_robot
+
+Fields = dict[str, Any]
+Convert = Callable[[Any, int], Fields | None]  # from a message of the log and its time [ns]; None: no message
+
+TYPES = get_typestore(Stores.ROS2_HUMBLE)
+
+
+def built(kind: str, given: Any) -> Any:
+    """The message of a type from its fields: a mapping, or an object such as a protobuf message with the same names."""
+    definitions = TYPES.fielddefs[kind][1]
+    fields = given if isinstance(given, Mapping) else {name: getattr(given, name) for name, _ in definitions}
+    return TYPES.types[kind](**{name: _field(*form, fields.get(name)) for name, form in definitions})
+
+
+def _field(node: Nodetype, form: Any, given: Any) -> Any:
+    """A field's value; zero or empty for None."""
+    if node == Nodetype.BASE:
+        return {"string": "", "bool": False}.get(form[0], 0) if given is None else given
+    if node == Nodetype.NAME:
+        return built(form, {} if given is None else given)
+    (item, kind), length = form
+    if item == Nodetype.BASE:
+        return np.zeros(length, kind[0]) if given is None else np.asarray(given, kind[0])
+    return [built(kind, one) for one in given or ()]
+
+
+def stamp(nanoseconds: int) -> Fields:
+    """Simulated time."""
+    seconds, nanos = divmod(nanoseconds, 1_000_000_000)
+    return {"sec": seconds, "nanosec": nanos}
+
+
+def header(nanoseconds: int, frame: str = WORLD_FRAME) -> Fields:
+    """Stamped with simulated time."""
+    return {"stamp": stamp(nanoseconds), "frame_id": frame}
+
+
+def _measured(message: Any) -> int:
+    """The time stamp [ns] of a protobuf message."""
+    return message.timestamp.ToNanoseconds()
+
+
+def _pose(x: float, y: float, heading: float) -> Fields:
+    return {"position": {"x": x, "y": y}, "orientation": rotation(heading)}
+
+
+def _twist(v: float, omega: float) -> Fields:
+    return {"linear": {"x": v}, "angular": {"z": omega}}
+
+
+def _floats(values: Sequence[float | None]) -> list[float]:
+    """With NaN for JSON's null."""
+    return np.array(values, float).tolist()
+
+
+def _covariance(matrix: Any) -> Array:
+    """The six by six entries of ROS, row by row, from those of x, y and the turn about z, (3, 3)."""
+    covariance = np.zeros((6, 6))
+    covariance[np.ix_([0, 1, 5], [0, 1, 5])] = np.array(matrix, float)
+    return covariance.ravel()
+
+
+# --------------------------------------------------------------------------------------------- robot
+
+
+def transforms(message: Any, _: int) -> Fields:
+    """foxglove.FrameTransforms, but for what never changes: that is /tf_static."""
+    return {
+        "transforms": [
+            _transform(_measured(moved), moved.parent_frame_id, moved.child_frame_id, moved.translation, moved.rotation)
+            for moved in message.transforms
+            if moved.child_frame_id != LIDAR_FRAME
+        ]
+    }
+
+
+def mount(lidar: Lidar) -> Fields:
+    """Where the lidar is on the robot."""
+    x, y, yaw = lidar.mount.tolist()
+    shift = {"x": x, "y": y, "z": LIDAR_HEIGHT}
+    return {"transforms": [_transform(0, ROBOT_FRAME, LIDAR_FRAME, shift, rotation(yaw))]}
+
+
+def _transform(now: int, parent: str, child: str, shift: Any, turn: Any) -> Fields:
+    moved = {"translation": shift, "rotation": turn}
+    return {"header": header(now, parent), "child_frame_id": child, "transform": moved}
+
+
+def truth(document: Mapping, now: int) -> Fields:
+    """The true pose and twist of mjnav.RobotState; no covariance."""
+    return {
+        "header": header(now),
+        "child_frame_id": TRUE_FRAME,
+        "pose": {"pose": _pose(*_floats(document["pose"]))},
+        "twist": {"twist": _twist(*_floats(document["twist"]))},
+    }
+
+
+def estimate(document: Mapping, now: int) -> Fields | None:
+    """The believed pose of mjnav.RobotState; None without an estimate."""
+    if (believed := document["estimate"]) is None:
+        return None
+    pose = {"pose": _pose(*_floats(believed["mean"])), "covariance": _covariance(believed["covariance"])}
+    return {"header": header(now), "pose": pose}
+
+
+def odometry(document: Mapping, _: int) -> Fields:
+    """The wheels' mean twist since the reading before."""
+    twist = _twist(*_floats([document["v"], document["omega"]]))
+    return {"header": header(time_ns(document["time"]), ROBOT_FRAME), "twist": twist}
+
+
+def measured_pose(document: Mapping, _: int) -> Fields:
+    """The pose sensor's of mjnav.Odometry."""
+    return {"header": header(time_ns(document["time"])), "pose": _pose(*_floats(document["pose"]))}
+
+
+def gyro(document: Mapping, _: int) -> Fields:
+    """The yaw rate; -1 marks orientation and acceleration as missing (sensor_msgs/Imu)."""
+    (rate,) = _floats([document["gyro"]])
+    missing = [-1.0, *[0.0] * 8]
+    return {
+        "header": header(time_ns(document["time"]), ROBOT_FRAME),
+        "orientation": rotation(0.0),
+        "orientation_covariance": missing,
+        "angular_velocity": {"z": rate},
+        "linear_acceleration_covariance": missing,
+    }
+
+
+class WheelOdometry:
+    """/odom: the pose that the wheels' twists lead to from the start, and the last twist.
+
+    The twist's covariance is that of the noise of its channels. The pose's is what this adds up to, to first order and
+    for independent readings: P' = F P F^T + G Q G^T, with the Jacobians F and G of one step along an arc by the pose
+    and by (v, omega). Noise with a mean, a bias, is not in them.
+    """
+
+    def __init__(self, scenario: Scenario):
+        channels = scenario.noise.distributions()
+        self._noise = np.diag([channels["odometry.v"].std ** 2, channels["odometry.omega"].std ** 2])
+        self._covariance = np.zeros((3, 3))
+
+    def __call__(self, document: Mapping, _: int) -> Fields | None:
+        """Of mjnav.Odometry; None where an older log does not have the pose."""
+        if "odometry_pose" not in document:
+            return None
+        x, y, heading = _floats(document["odometry_pose"])
+        interval, v, omega = _floats([document["interval"], document["v"], document["omega"]])
+        self._covariance = moved_covariance(self._covariance, self._noise, heading, v, omega, interval)
+        noise = np.zeros((3, 3))
+        noise[np.ix_((0, 2), (0, 2))] = self._noise
+        return {
+            "header": header(time_ns(document["time"]), ODOMETRY_FRAME),
+            "child_frame_id": ROBOT_FRAME,
+            "pose": {"pose": _pose(x, y, heading), "covariance": _covariance(self._covariance)},
+            "twist": {"twist": _twist(v, omega), "covariance": _covariance(noise)},
+        }
+
+
+def moved_covariance(before: Array, noise: Array, heading: float, v: float, omega: float, interval: float) -> Array:
+    """The pose's covariance (3, 3) after a step that ends at `heading`; `noise` is that of (v, omega), (2, 2).
+
+    The step is taken along its chord: x' = x + v T cos(m), y' = y + v T sin(m), with m = heading - omega T / 2.
+    """
+    middle = heading - 0.5 * omega * interval
+    c, s, way = cos(middle), sin(middle), v * interval
+    by_pose = np.array([[1.0, 0.0, -way * s], [0.0, 1.0, way * c], [0.0, 0.0, 1.0]])
+    by_twist = interval * np.array([[c, -0.5 * way * s], [s, 0.5 * way * c], [0.0, 1.0]])
+    return by_pose @ before @ by_pose.T + by_twist @ noise @ by_twist.T
+
+
+def command(document: Mapping, now: int) -> Fields:
+    """The command in force from now on."""
+    return {"header": header(now, ROBOT_FRAME), "twist": _twist(*_floats([document["v"], document["omega"]]))}
+
+
+def plan(message: Any, now: int) -> Fields:
+    """The plan that is followed, of mjnav.Plan; each pose is stamped with the time for which it is planned.
+
+    Each heading is that of the way from the position before; the first is that of the way to the second.
+    """
+    found = decode_plan(message)
+    headings = [atan2(dy, dx) for dx, dy in np.diff(found.path, axis=0).tolist()]
+    headings = [*(headings[:1] or [0.0] * len(found.path)), *headings]
+    poses = [
+        {"header": header(now + time_ns(number * found.step)), "pose": _pose(x, y, heading)}
+        for number, ((x, y), heading) in enumerate(zip(found.path.tolist(), headings, strict=True), start=1)
+    ]
+    return {"header": header(now), "poses": poses}
+
+
+def event(message: Any, _: int) -> Fields:
+    """foxglove.Log."""
+    level = {Event.INFO: Line.INFO, Event.WARNING: Line.WARN, Event.ERROR: Line.ERROR}.get(message.level, Line.DEBUG)
+    return {"stamp": stamp(_measured(message)), "level": level, "name": message.name, "msg": message.message}
+
+
+def scan(message: Any, _: int, *, lidar: Lidar, period: float) -> Fields:
+    """foxglove.LaserScan; a beam without a return has an infinite range (REP 117).
+
+    A lidar that turns takes its beams one after the other; `period` [s] is that of scans that are taken at once.
+    """
+    angle = (message.end_angle - message.start_angle) / max(1, len(message.ranges) - 1)
+    return {
+        "header": header(_measured(message), message.frame_id),
+        "angle_min": message.start_angle,
+        "angle_max": message.end_angle,
+        "angle_increment": angle,
+        "time_increment": 0.0 if lidar.rate is None else angle / (WHOLE_TURN * lidar.rate),
+        "scan_time": period if lidar.rate is None else 1.0 / lidar.rate,
+        "range_min": lidar.min_range,
+        "range_max": lidar.max_range,
+        "ranges": message.ranges,
+    }
+
+
+# --------------------------------------------------------------------------------- people, particles
+
+
+def people(document: Mapping, now: int) -> Fields:
+    """The position of each person who is there, facing its velocity."""
+    states = [_floats([*person["position"], *person["velocity"]]) for person in document["people"]]
+    poses = [_pose(x, y, atan2(vy, vx)) for x, y, vx, vy in states if not isnan(x)]
+    return {"header": header(now), "poses": poses}
+
+
+def person(document: Mapping, now: int, *, name: str) -> Fields | None:
+    """One person of mjnav.People, whose heading is that of the velocity; None where it is not there."""
+    found = next((one for one in document["people"] if one["name"] == name), None)
+    if found is None or found["position"][0] is None:
+        return None
+    (x, y), (vx, vy) = _floats(found["position"]), _floats(found["velocity"])
+    heading = atan2(vy, vx)
+    place, motion = np.zeros((3, 3)), np.zeros((3, 3))
+    if "covariance" in found:
+        covariance = np.array(found["covariance"], float)
+        turn = np.array([[cos(heading), sin(heading)], [-sin(heading), cos(heading)]])
+        place[:2, :2] = covariance[:2, :2]
+        motion[:2, :2] = turn @ covariance[2:, 2:] @ turn.T
+    return {
+        "header": header(now),
+        "child_frame_id": name,
+        "pose": {"pose": _pose(x, y, heading), "covariance": _covariance(place)},
+        "twist": {"twist": _twist(hypot(vx, vy), 0.0), "covariance": _covariance(motion)},
+    }
+
+
+def detections(document: Mapping, now: int) -> Fields | None:
+    """The detected positions; None where the tick had no reading."""
+    if "detections" not in document:
+        return None
+    places = [_floats(place) for place in document["detections"]]
+    return {"header": header(now), "poses": [_pose(x, y, 0.0) for x, y in places if not isnan(x)]}
+
+
+def scan_detections(document: Mapping, now: int) -> Fields:
+    """The positions of mjnav.Detections; their radii and covariances are shapes of /scene."""
+    return {
+        "header": header(now),
+        "poses": [_pose(*_floats(one["position"]), heading=0.0) for one in document["detections"]],
+    }
+
+
+def _table(cloud: Any) -> np.ndarray:
+    """The particles of a cloud as float32, (n, columns)."""
+    return np.stack(list(decode_particles(cloud).values()), axis=-1).astype("<f4")
+
+
+def particle_poses(cloud: Any, _: int) -> Fields:
+    """Particles whose first columns are x, y and heading, as arrows; without their weights."""
+    poses = [_pose(*row) for row in _table(cloud)[:, :3].tolist()]
+    return {"header": header(_measured(cloud), cloud.frame_id), "poses": poses}
+
+
+def particles(cloud: Any, _: int) -> Fields:
+    """Every column of a foxglove.PointCloud, with z = 0 after x and y, which viewers require."""
+    table = np.insert(_table(cloud), 2, 0.0, axis=1)
+    names = [column.name for column in cloud.fields]
+    names.insert(2, "z")
+    float32 = PointField.FLOAT32
+    return {
+        "header": header(_measured(cloud), cloud.frame_id),
+        "height": 1,
+        "width": len(table),
+        "fields": [{"name": name, "offset": 4 * i, "datatype": float32, "count": 1} for i, name in enumerate(names)],
+        "point_step": 4 * len(names),
+        "row_step": table.nbytes,
+        "data": table.reshape(-1).view(np.uint8),
+        "is_dense": bool(np.isfinite(table).all()),
+    }
+
+
+# ----------------------------------------------------------------------------------- map and markers
+
+OCCUPIED = 100  # nav_msgs/OccupancyGrid; 0 is free
+
+
+def occupancy_grid(scenario: Scenario) -> Fields:
+    """Walls, legs of tables and pillars in the frame map; people and lanes are not in it.
+
+    A cell is occupied where its centre is at most half a diagonal from an obstacle, so that thin legs are not lost, and
+    everything else is free. It is the map that the robot has.
+    """
+    robot, known = scenario.robot, scenario.known_bodies
+    floor = floor_of_robot(known.walls, known.tables, known.pillars)
+    space = FreeSpace.of(floor, [robot.start[:2], *robot.route])
+    occupied = space.clearance <= sqrt(0.5) * space.cell
+    height, width = occupied.shape
+    x, y = (centre - 0.5 * space.cell for centre in space.low)
+    info = {"resolution": space.cell, "width": width, "height": height, "origin": _pose(x, y, 0.0)}
+    return {"header": header(0), "info": info, "data": (OCCUPIED * occupied).ravel()}
+
+
+def markers(update: Any, now: int) -> Fields:
+    """foxglove.SceneUpdate: the entity's name is the namespace, in which each message replaces the one before."""
+    return {
+        "markers": [
+            {
+                "header": header(now, entity.frame_id),
+                "ns": entity.id,
+                "id": number,
+                "pose": shape.pose,
+                "color": shape.color,
+                "lifetime": stamp(entity.lifetime.ToNanoseconds()),
+                "frame_locked": entity.frame_locked,
+                **fields,
+            }
+            for entity in update.entities
+            for number, (shape, fields) in enumerate(_shapes(entity))
+        ]
+    }
+
+
+def candidate_markers(message: Any, now: int) -> Fields:
+    """mjnav.Candidates as coloured arcs, the same as those of /candidates/arcs."""
+    found = decode_candidates(message)
+    return markers(SceneUpdate.FromString(encode_arcs(1e-9 * now, found.pose, found.decision, found.costs)), now)
+
+
+def _shapes(entity: Any) -> Iterator[tuple[Any, Fields]]:
+    """The Foxglove primitives, each with what its kind of marker has."""
+    for cube in entity.cubes:
+        yield cube, {"type": Marker.CUBE, "scale": cube.size}
+    for cylinder in entity.cylinders:
+        yield cylinder, {"type": Marker.CYLINDER, "scale": cylinder.size}
+    for arrow in entity.arrows:
+        size = {"x": arrow.shaft_length + arrow.head_length, "y": arrow.head_diameter, "z": arrow.head_diameter}
+        yield arrow, {"type": Marker.ARROW, "scale": size}
+    for text in entity.texts:
+        yield text, {"type": Marker.TEXT_VIEW_FACING, "scale": {"z": text.font_size}, "text": text.text}
+    for line in entity.lines:
+        corners = [end for ends in segments(line) for end in ends]
+        yield line, {"type": Marker.LINE_LIST, "scale": {"x": line.thickness}, "points": corners}

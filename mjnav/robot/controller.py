@@ -1,0 +1,68 @@
+"""The controller that a run file names, with its parameters."""
+
+import re
+from collections.abc import Mapping
+from copy import deepcopy
+from dataclasses import fields, is_dataclass
+from typing import Any
+
+import numpy as np
+
+from mjnav.control import Controller, make_controller
+from mjnav.control.registry import shipped_parameters
+from mjnav.errors import InvalidValue
+from mjnav.scene.spec import Scenario
+
+
+def build_controller(scenario: Scenario) -> Controller:
+    """The controller that the scenario names, with its parameters. Raises InvalidValue with the run file's key."""
+    control = scenario.control
+    parameters = {"preferred_speed": scenario.robot.preferred_speed, **control.parameters}
+    limits, parameters = deepcopy(
+        (scenario.robot.limits, parameters)
+    )  # the controller's own: the robot keeps its limits
+    try:
+        return make_controller(control.method, limits, control.period, **parameters)
+    except InvalidValue as error:
+        raise error.within("control", file=scenario.source or None) from None
+
+
+def num_samples(scenario: Scenario) -> int | None:
+    """How many samples of each belief the scenario's controller takes, said without making the controller.
+
+    None for one of a user's own, which may change its parameters when it is made.
+    """
+    control = scenario.control
+    parameters = {"preferred_speed": scenario.robot.preferred_speed, **control.parameters}
+    try:
+        known = shipped_parameters(control.method, control.period, **parameters)
+    except InvalidValue as error:
+        raise error.within("control", file=scenario.source or None) from None
+    return None if known is None else known.samples
+
+
+def resolved_parameters(scenario: Scenario) -> dict[str, Any]:
+    """Every parameter of the scenario's controller with its value, presets and defaults included, as JSON.
+
+    For a controller without a dataclass `parameters`, those that the scenario gives. Raises InvalidValue.
+    """
+    parameters = getattr(build_controller(scenario), "parameters", None)
+    if not is_dataclass(parameters) or isinstance(parameters, type):
+        return _plain(scenario.control.parameters)
+    return _plain(parameters)
+
+
+def _plain(value: Any) -> Any:
+    """A parameter as JSON; what JSON cannot express becomes Python's text for it, without addresses."""
+    match value:
+        case None | bool() | int() | float() | str():
+            return value
+        case Mapping():
+            return {str(key): _plain(item) for key, item in value.items()}
+        case list() | tuple():
+            return [_plain(item) for item in value]
+        case np.ndarray() | np.generic():
+            return value.tolist()
+    if is_dataclass(value) and not isinstance(value, type):
+        return {field.name: _plain(getattr(value, field.name)) for field in fields(value)}
+    return re.sub(r" at 0x[0-9a-f]+", "", repr(value))

@@ -1,0 +1,246 @@
+"""What the robot carries: estimators, prediction, route, controller and the commands under way."""
+
+import reprlib
+from functools import cached_property
+
+import numpy as np
+
+from mjnav.control import Controller
+from mjnav.errors import InvalidValue, PluginFault
+from mjnav.filters.particles import shuffled
+from mjnav.geometry.angles import circular_mean
+from mjnav.messages import (
+    Array,
+    Beliefs,
+    Decision,
+    Event,
+    Lanes,
+    Observation,
+    ObstacleSamples,
+    Reading,
+    RobotBelief,
+    Scan,
+    Track,
+)
+from mjnav.motion.unicycle import command_bounds
+from mjnav.rng import stream
+from mjnav.robot.caution import Caution
+from mjnav.robot.commands import CommandHistory, RobotPrediction, checked_decision, make_latency
+from mjnav.robot.controller import build_controller, num_samples
+from mjnav.robot.estimation import Localizer, Tracker, assumed_noise, make_localizer, make_tracker
+from mjnav.robot.estimation.base import DRAWS
+from mjnav.robot.prediction import Crowd, RobotNow, make_predictor
+from mjnav.robot.sanity import Sanity
+from mjnav.robot.seen_space import FloorMap
+from mjnav.scene.spec import Scenario
+from mjnav.sealed import sealed, sealed_costs, sealed_plan
+
+
+class Navigator:
+    """The robot's side of a tick: estimate, predict, decide, actuate (`loop.tick`).
+
+    It knows the scenario's map and noise, and sees the world through readings alone.
+    """
+
+    def __init__(self, scenario: Scenario, seed: int, controller: Controller | None = None, *, estimators: bool = True):
+        """The scenario's own controller is made when it is first asked for, unless another is given.
+
+        Without `estimators` the beliefs are those that somebody else hands over.
+        """
+        self._scenario = scenario
+        if controller is not None:
+            self.controller = controller
+        self.floor_map = FloorMap(scenario)
+        self._sanity = Sanity(scenario)
+        self._caution = Caution(scenario, self._sanity) if estimators else None
+        self._believed: RobotBelief | None = None  # by the robot's own estimators, of the tick that is predicted
+        self._effect = 0.0  # [s] at which a decision of that tick takes effect
+        self._localizer: Localizer | None = make_localizer(scenario, seed) if estimators else None
+        self._tracker: Tracker | None = make_tracker(scenario, seed) if estimators else None
+        self._seed = seed
+        self._draws: dict[str, np.random.Generator] = {}  # from beliefs that are handed over, by the body's name
+        noise = assumed_noise(scenario)
+        limits = scenario.robot.limits
+        self._robot_prediction = RobotPrediction(noise, limits, seed)
+        self._predictor = make_predictor(scenario, seed)
+        self._history = CommandHistory(limits)
+        self._low, self._high = command_bounds(limits)
+        self.latency = make_latency(scenario, seed)
+        self.period = scenario.control.period
+        self._predicts = scenario.control.prediction
+        self._lanes = scenario.lanes
+        self._lane_noise = noise["lane.offset"]
+        self._lane_rng = stream(seed, "prediction", "lane.offset")
+        self._route = [np.array(point) for point in scenario.robot.route]
+        self._tolerance = scenario.robot.goal_tolerance
+        self._decided = np.zeros(2)
+        self._lidar = scenario.sensors.scanner
+        self._scanned: Reading | None = None  # the latest one with a scan
+
+    @cached_property
+    def controller(self) -> Controller:
+        """Decides."""
+        return build_controller(self._scenario)
+
+    @cached_property
+    def _num_samples(self) -> int:
+        known = None if "controller" in self.__dict__ else num_samples(self._scenario)
+        return self.controller.parameters.samples if known is None else known
+
+    @property
+    def goal(self) -> Array:
+        """The point of the route that the robot is on its way to, (2,)."""
+        return self._route[0]
+
+    @property
+    def on_last_leg(self) -> bool:
+        """Whether only the goal is left of the route."""
+        return len(self._route) == 1
+
+    def estimate(self, readings: tuple[Reading, ...], beliefs: Beliefs | None) -> Beliefs | None:
+        """The beliefs after the readings; those before where there are none. The first tick always has one.
+
+        Without estimators there are none.
+        """
+        readings = tuple(map(self._sanity.checked, readings))
+        self._scanned = next((reading for reading in reversed(readings) if reading.scan.size), self._scanned)
+        if self._localizer is None or self._tracker is None:
+            return None
+        for reading in readings:
+            robot = self._localizer.update(reading)
+            beliefs = Beliefs(robot, self._tracker.update(reading, robot), self._tracker.detections)
+            if self._caution is not None:
+                self._caution.follow(reading, beliefs)
+        if beliefs is None:
+            raise RuntimeError("the first tick has no reading")
+        self.follow_route(beliefs.robot.mean)
+        return beliefs
+
+    def take_events(self) -> tuple[Event, ...]:
+        """What the robot noticed since the last call."""
+        return self._sanity.take_events() + (() if self._caution is None else self._caution.take_events())
+
+    def follow_route(self, pose: Array) -> None:
+        """Goes on to the next point of the route where this one is reached from a pose (3,)."""
+        while not self.on_last_leg and np.hypot(*(pose[:2] - self.goal)) <= self._tolerance:
+            self._route.pop(0)
+
+    def predict(self, tick: int, beliefs: Beliefs, *, own: bool = True) -> Observation:
+        """Samples of all beliefs at the moment at which the decision of this tick takes effect.
+
+        The beliefs are those of `estimate`, or with `own` false somebody else's. Without prediction the moment is taken
+        to be now: the robot's samples stay where they are, and people are carried no further than to the time of the
+        robot's belief. Its arrays are sealed, and all else in it is made anew.
+        """
+        num = self._num_samples
+        belief = beliefs.robot
+        self._believed = belief if own else None
+        self._effect = self.latency.expected(tick)
+        effect = self.latency.expected(tick) if self._predicts else belief.time
+        self._history.forget(belief.time)
+        stretches = self._history.stretches(belief.time, effect)
+        robot, people = self._own_samples(num) if own else self._samples_of(beliefs, num)
+        pose, noise = self._robot_prediction.robot(robot, belief.time, effect, stretches)
+        return Observation(
+            robot_pose=sealed(pose),
+            control_noise=sealed(noise),
+            twist=sealed(self._decided),
+            obstacles=(*self._predict_people(beliefs.people, people, effect, pose), *self.floor_map.discs),
+            goal=sealed(self.goal),
+            walls=sealed(self.floor_map.walls(pose[:, :2].mean(axis=0))),
+            lanes=self._observe_lanes(num),
+            time=effect,
+            scan=self._observe_scan(),
+            map=self.floor_map.known,
+        )
+
+    def _predict_people(
+        self, tracks: tuple[Track, ...], drawn: tuple[Array, ...], effect: float, pose: Array
+    ) -> list[ObstacleSamples]:
+        """Everybody from the moment of effect on, at which the robot's poses are (N, 3)."""
+        samples = np.array(drawn).reshape(-1, self._num_samples, 4)
+        robot = None if self._scenario.prediction is None else self._robot_now(pose)
+        people = self._predictor.predict(Crowd(tracks, samples, effect, self.floor_map.known, robot))
+        positions, velocities = sealed(people.position), sealed(people.velocity)
+        radii = [track.radius for track in tracks]
+        if people.ahead is None:
+            return [ObstacleSamples(*person) for person in zip(positions, velocities, radii, strict=True)]
+        rows = zip(positions, velocities, radii, sealed(people.ahead), strict=True)
+        return [ObstacleSamples(*person, people.step) for person in rows]
+
+    def _robot_now(self, pose: Array) -> RobotNow:
+        """The robot at its mean of poses (N, 3), moving as was decided last."""
+        heading = circular_mean(pose[:, 2])
+        velocity = self._decided[0] * np.array([np.cos(heading), np.sin(heading)])
+        return RobotNow(pose[:, :2].mean(axis=0), velocity, self._scenario.robot.radius)
+
+    def decide(self, observation: Observation) -> Decision:
+        """The controller's decision, brought within the robot's limits and within what the robot knows.
+
+        Raises PluginFault for what is no decision of finite numbers.
+        """
+        decision = self.controller.decide(observation)
+        name = self._scenario.control.method
+        if not isinstance(decision, Decision):
+            found = f"{reprlib.repr(decision)} ({type(decision).__name__})"
+            raise PluginFault(f"{name}: decide() returned {found} in place of a Decision")
+        try:
+            decision = self.limited(checked_decision(decision))
+        except InvalidValue as error:
+            raise PluginFault(f"{name}: decide() returned a Decision that cannot be used: {error}") from error
+        if self._caution is None or self._believed is None:
+            return decision
+        return self._caution.limited(decision, self._believed, self._effect)
+
+    def limited(self, decision: Decision) -> Decision:
+        """A decision of finite numbers within the robot's limits; what was chosen beyond them is its `wish`.
+
+        The acceleration limits are the base's, which ramps towards every command. A controller may go on to write to
+        what it returned: this is a copy.
+        """
+        wish = np.array([decision.v, decision.omega], float)
+        within = np.clip(wish, self._low, self._high)
+        costs = None if decision.costs is None else sealed_costs(decision.costs)
+        plan = None if decision.plan is None else sealed_plan(decision.plan)
+        v, omega = within.tolist()
+        changed = None if (within == wish).all() else (float(decision.v), float(decision.omega))
+        return Decision(v, omega, decision.status, costs, wish=changed, plan=plan)
+
+    def actuate(self, tick: int, decision: Decision, spent: float) -> tuple[Array, list[tuple[float, Array]]]:
+        """Puts a decision under way, after `spent` [s] of computing.
+
+        Returns the command in force when the period begins, and those that take force within it, by their offset [s].
+        """
+        begin, end = tick * self.period, (tick + 1) * self.period
+        self._decided = np.array([decision.v, decision.omega])
+        self._history.append(self.latency.actual(tick, spent), self._decided)
+        return self._history.in_force(begin), self._history.switches(begin, end)
+
+    def _own_samples(self, num: int) -> tuple[Array, tuple[Array, ...]]:
+        """Of the estimators' latest beliefs: the robot's (num, 3), and (num, 4) of each person."""
+        assert self._localizer is not None, "own beliefs come from estimators"
+        assert self._tracker is not None
+        return self._localizer.draw(num), self._tracker.draw(num)
+
+    def _samples_of(self, beliefs: Beliefs, num: int) -> tuple[Array, tuple[Array, ...]]:
+        """The same of beliefs that were handed over."""
+        return self._draw("robot", beliefs.robot, num), tuple(self._draw(t.name, t, num) for t in beliefs.people)
+
+    def _draw(self, body: str, belief: RobotBelief | Track, num: int) -> Array:
+        """`num` particles by weight, from a stream that is named as the estimators': like beliefs, like samples."""
+        if body not in self._draws:
+            self._draws[body] = stream(self._seed, DRAWS, body)
+        return shuffled(belief.particles, belief.weights, num, self._draws[body])
+
+    def _observe_scan(self) -> Scan | None:
+        """The latest whole scan; a slow lidar has none for every reading."""
+        reading, lidar = self._scanned, self._lidar
+        if reading is None:
+            return None
+        return Scan(reading.time, lidar.angles, sealed(reading.scan), sealed(reading.scan_times), lidar.mount)
+
+    def _observe_lanes(self, num: int) -> Lanes | None:
+        if self._lanes is None:
+            return None
+        left, right = self._lane_noise.sample(self._lane_rng, (2, num))
+        return Lanes(self._lanes.left, self._lanes.right, sealed(left), sealed(right))

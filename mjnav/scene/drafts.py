@@ -1,0 +1,357 @@
+"""Drafts: entries of a run file that draw values, the keys that only they have, and plain tables drawn from them.
+
+The entries of people, tables, pillars and walls, and the robot, may draw values. Each value comes from a stream of its
+own, named after its place in the file ("people.2.0.speed" is the first person of the third entry), so that another
+entry, or another key, moves no draw.
+
+The last part adds drafts to the JSON Schema and to the reference of keys.
+"""
+
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, replace
+from math import atan2, cos, pi, sin
+from types import MappingProxyType
+from typing import Annotated, Any
+
+import numpy as np
+
+from mjnav import settings
+from mjnav.errors import InvalidValue, unknown_name
+from mjnav.scene.bodies import Pillar, Table, Wall
+from mjnav.scene.draws import (
+    ANY,
+    Area,
+    Draft,
+    Streams,
+    check_value,
+    draw_count,
+    draw_point,
+    drawing,
+    is_drawn,
+    under,
+)
+from mjnav.scene.people import AGAIN, BEHAVIOURS, MAX_WALKING_SPEED, ConstantVelocity, Person, StopAndGo, Trip
+from mjnav.scene.ranges import MAX_BODIES, MAX_LENGTH, Angle, Size
+from mjnav.scene.spec import Robot
+from mjnav.settings import Choice, Length, Range, below, settle
+from mjnav.settings.reference import INDEX, KeyReference, key_references
+from mjnav.settings.table import Schema, table_schema
+
+# ---------------------------------------------------------------------------- keys of random scenes
+
+
+_Number = Annotated[int, Range(0, MAX_BODIES)]
+Count = Annotated[
+    Annotated[tuple[_Number, _Number], "least, largest"] | _Number,
+    "how many are drawn, or the least and the largest number of them",
+]
+
+
+@dataclass(frozen=True, slots=True)
+class Drawn:
+    """An entry that stands for several bodies."""
+
+    count: Count
+
+    def __post_init__(self):
+        settle(self)
+        if isinstance(self.count, tuple) and self.count[1] < self.count[0]:
+            raise InvalidValue("count.1", self.count[1], f"a whole number from {self.count[0]} on")
+
+
+@dataclass(frozen=True, slots=True)
+class DrawnFurniture(Drawn):
+    """Tables or pillars."""
+
+    area: Annotated[Area | None, "in which `position` is drawn"] = None
+
+
+@dataclass(frozen=True, slots=True)
+class DrawnWalls(Drawn):
+    """Walls; `to` may be given by a length and a direction."""
+
+    area: Annotated[Area | None, "in which `from` is drawn"] = None
+    length: Annotated[Size | None, "from `from` to `to`"] = None
+    yaw: Annotated[Angle | None, "of the way from `from` to `to`, counter-clockwise from x"] = None
+
+
+@dataclass(frozen=True, slots=True)
+class DrawnPeople(Drawn):
+    """People; `velocity` may be given by a speed and a heading."""
+
+    area: Annotated[Area | None, "in which `start` is drawn"] = None
+    trips: Annotated[
+        Annotated[tuple[Trip, ...], Length(1, MAX_BODIES)] | None,
+        "of which one is drawn: `start` and the one waypoint lie in its areas",
+    ] = None
+    speed: Annotated[Annotated[float, Range(0.0, MAX_WALKING_SPEED, "m/s")] | None, "of people who have a velocity"] = (
+        None
+    )
+    heading: Annotated[Angle | None, "of their velocity; drawn from all directions where only speed is given"] = None
+    clear_of_robot: Annotated[
+        Annotated[float, Range(0.0, MAX_LENGTH, "m")] | None,
+        "least distance of `start` from the robot's, between the centres",
+    ] = None
+
+
+@dataclass(frozen=True, slots=True)
+class DrawnRobot:
+    """The robot's start and goal."""
+
+    start_area: Annotated[Area | None, "in which x and y of `start` are drawn"] = None
+    start_heading: Annotated[Angle | None, "of `start`; by default towards the first point of the route"] = None
+    goal_area: Annotated[Area | None, "in which `goal` is drawn"] = None
+    least_way: Annotated[
+        float, Range(0.0, MAX_LENGTH, "m"), "least distance of the goal from the start, along a straight line"
+    ] = 0.0
+
+    def __post_init__(self):
+        settle(self)
+
+
+# --------------------------------------------------------------------- drawn values as plain tables
+
+
+Values = dict[str, Any]
+
+
+def _furniture(values: Values, streams: Streams, table: Mapping[str, Any]) -> Values:
+    if "area" in values:
+        values["position"] = draw_point(values.pop("area"), streams("area"))
+    return values
+
+
+def _wall(values: Values, streams: Streams, table: Mapping[str, Any]) -> Values:
+    if "area" in values:
+        values["from"] = draw_point(values.pop("area"), streams("area"))
+    if "from" in values and "length" in values:
+        length, yaw = values.pop("length"), values.pop("yaw", 0.0)
+        values["to"] = [values["from"][0] + length * cos(yaw), values["from"][1] + length * sin(yaw)]
+    return values
+
+
+def _person(values: Values, streams: Streams, table: Mapping[str, Any]) -> Values:
+    comes_again = values.get("at_end") == AGAIN  # who comes again draws further trips, in the run
+    if not comes_again:
+        values.pop("clear_of_robot", None)
+    if "trips" in values and "start" not in values:
+        trips = values["trips"] if comes_again else values.pop("trips")
+        trip = trips[int(streams("trips").integers(len(trips)))]
+        values["start"] = draw_point(trip["from"], streams("trips.from"))
+        values.setdefault("waypoints", [draw_point(trip["to"], streams("trips.to"))])
+    if "area" in values:
+        values["start"] = draw_point(values.pop("area"), streams("area"))
+    behaviour = BEHAVIOURS.get(str(values.get("behaviour")))
+    is_straight = behaviour in (ConstantVelocity, StopAndGo)  # whose velocity a speed and a heading stand for
+    if is_straight and "velocity" not in values and "speed" in values:
+        heading = values.get("heading")
+        heading = float(streams("heading").uniform(-pi, pi)) if heading is None else heading
+        values["velocity"] = [values["speed"] * cos(heading), values["speed"] * sin(heading)]
+    drop = {"heading", "speed"} if is_straight else {"heading"}
+    if isinstance(table.get("behaviour"), Mapping):  # the keys that only other behaviours have
+        of_others = {key for other in BEHAVIOURS.values() for key in settings.keys(other)}
+        drop |= of_others - (set() if behaviour is None else set(settings.keys(behaviour)))
+    return {key: value for key, value in values.items() if key not in drop}
+
+
+def _robot(values: Values, streams: Streams, table: Mapping[str, Any]) -> Values:
+    if "goal_area" in values:
+        values["goal"] = draw_point(values.pop("goal_area"), streams("goal_area"))
+    heading = values.pop("start_heading", None)
+    if "start_area" in values:
+        x, y = draw_point(values.pop("start_area"), streams("start_area"))
+        goal = (values.get("goal") or values.get("waypoints", [[x + 1.0, y]])[0])[:2]
+        values["start"] = [x, y, atan2(goal[1] - y, goal[0] - x) if heading is None else heading]
+    values.pop("least_way", None)
+    return values
+
+
+# ------------------------------------------------------------------------------------------ entries
+
+
+@dataclass(frozen=True, slots=True)
+class Kind:
+    """The entries of one array of a run file, or the robot."""
+
+    plain: type  # what an entry becomes
+    drawn: type  # the keys that only a draft has
+    redrawn: tuple[str, ...]  # keys that are drawn again where a body has no room
+    exclusive: tuple[tuple[str, str], ...]  # keys of which an entry has one
+    as_plain: Callable[[Values, Streams, Mapping[str, Any]], Values]  # the plain table, of values and the draft's table
+
+
+KINDS: Mapping[str, Kind] = MappingProxyType(
+    {
+        "walls": Kind(
+            Wall, DrawnWalls, ("area", "from", "to", "length", "yaw"), (("area", "from"), ("length", "to")), _wall
+        ),
+        "tables": Kind(Table, DrawnFurniture, ("area", "position", "yaw"), (("area", "position"),), _furniture),
+        "pillars": Kind(Pillar, DrawnFurniture, ("area", "position"), (("area", "position"),), _furniture),
+        "people": Kind(
+            Person,
+            DrawnPeople,
+            ("area", "start", "trips", "waypoints"),
+            (("area", "start"), ("area", "trips")),
+            _person,
+        ),
+    }
+)
+ROBOT = Kind(
+    Robot,
+    DrawnRobot,
+    ("start", "start_heading", "goal", "waypoints"),
+    (("start_area", "start"), ("goal_area", "goal"), ("goal_area", "waypoints")),
+    _robot,
+)
+
+
+@dataclass(frozen=True, slots=True)
+class Entry:
+    """A table of a run file under its key, "people.2" or "robot"."""
+
+    kind: Kind
+    key: str
+    table: Mapping[str, Any]
+
+    @property
+    def name(self) -> str:
+        """Of the array, "people"."""
+        return self.key.partition(".")[0]
+
+    @property
+    def is_drawn(self) -> bool:
+        """Whether it draws something. Raises InvalidValue for a body that draws and does not say how many there are."""
+        draws = any(is_drawn(hint, self.table[key]) for key, hint in self._plain_hints().items() if key in self.table)
+        if self.kind is ROBOT:
+            return draws or not settings.keys(DrawnRobot).keys().isdisjoint(self.table)
+        if draws and "count" not in self.table:
+            raise InvalidValue(f"{self.key}.count", None, "count = 1 or more, in an entry that draws values")
+        return "count" in self.table
+
+    @property
+    def is_placed(self) -> bool:
+        """Whether its place is drawn."""
+        hints = self._plain_hints()
+        places = [key for key in self.kind.redrawn if key in self.table and key in hints]
+        return not settings.keys(self.kind.drawn).keys().isdisjoint(self.table) or any(
+            is_drawn(hints[key], self.table[key]) for key in places
+        )
+
+    def check(self) -> None:
+        """Raises InvalidValue for a key that is not known and for what may not be drawn."""
+        hints = self._hints()
+        with under(self.key):
+            for key, value in self.table.items():
+                if key not in hints and not self._plugins():
+                    raise unknown_name(key, key, hints)
+                with below(key):
+                    check_value(hints.get(key, ANY), value)
+            if "count" in self.table:
+                settings.read(self.kind.drawn, {"count": self.table["count"]})
+            for key, other in self.kind.exclusive:
+                if key in self.table and other in self.table:
+                    raise InvalidValue(key, self.table[key], f"{key} or {other}, not both")
+
+    def num(self, streams: Streams) -> int:
+        """How many bodies the entry stands for in this layout."""
+        count = self.table["count"]
+        return draw_count(tuple(count) if isinstance(count, list) else count, streams(f"{self.key}.count"))
+
+    def bodies(self, prefix: str, streams: Streams) -> Iterator[tuple[Values, Any]]:
+        """A body as a plain table and as read from it, each time in another place, without end.
+
+        `prefix` is the key of the body's streams. Raises InvalidValue.
+        """
+
+        def of_body(part: str) -> np.random.Generator:
+            return streams(f"{prefix}.{part}")
+
+        hints = self._hints()
+        draws = {key: drawing(hints.get(key, ANY), value) for key, value in self.table.items() if key != "count"}
+        with under(self.key):
+            fixed = {key: draw(key, of_body) for key, draw in draws.items() if key not in self.kind.redrawn}
+            while True:
+                placed = {key: draws[key](key, of_body) for key in self.kind.redrawn if key in draws}
+                table = self.kind.as_plain({**fixed, **placed}, of_body, self.table)
+                yield table, settings.read(self.kind.plain, table)
+
+    def _plain_hints(self) -> dict[str, Any]:
+        """The types of the keys that a plain entry may have; of a person those of every behaviour, too."""
+        found = {key: field.hint for key, field in settings.keys(self.kind.plain).items() if not field.beside}
+        if self.kind.plain is Person:
+            for behaviour in BEHAVIOURS.values():
+                found |= {key: field.hint for key, field in settings.keys(behaviour).items()}
+            found["behaviour"] = Annotated[str, Choice((*BEHAVIOURS, *self._plugins()))]
+        return found
+
+    def _hints(self) -> dict[str, Any]:
+        drawn = {key: field.hint for key, field in settings.keys(self.kind.drawn).items()}
+        return {**drawn, **self._plain_hints()}
+
+    def _plugins(self) -> tuple[str, ...]:
+        """The behaviours of a user's own that may be drawn, whose keys are not known."""
+        value = self.table.get("behaviour")
+        names = [*value, *value.get("one_of", ())] if isinstance(value, Mapping) else [value]
+        return tuple(name for name in names if isinstance(name, str) and ":" in name)
+
+
+def entries_of(document: Mapping[str, Any]) -> Iterator[Entry]:
+    """The entries of all arrays; what is no table in an array is left to the reader."""
+    for name, kind in KINDS.items():
+        items = document.get(name)
+        for i, item in enumerate(items if isinstance(items, list) else ()):
+            if isinstance(item, Mapping):
+                yield Entry(kind, f"{name}.{i}", item)
+
+
+def robot_of(document: Mapping[str, Any]) -> Entry:
+    """The table of the robot."""
+    table = document.get("robot")
+    return Entry(ROBOT, "robot", table if isinstance(table, Mapping) else {})
+
+
+def draft_of(document: Mapping[str, Any]) -> Draft | None:
+    """The tables of a run file that draw something; None where none does."""
+    drawn = {entry.name for entry in (*entries_of(document), robot_of(document)) if entry.is_drawn}
+    if not drawn:
+        return None
+    return Draft({key: value for key, value in document.items() if key in drawn or key == "layout"})
+
+
+# ---------------------------------------------------------------- JSON Schema and reference of keys
+
+
+WHERE = "random scenes"
+_DRAW = {"anyOf": [{"type": "object"}, {"type": "array", "contains": {"type": "object"}}]}
+_SOME_DRAW = {"not": {"additionalProperties": {"not": _DRAW}}}
+
+
+def with_draws(schema: Schema) -> Schema:
+    """The schema of a run file whose robot and arrays of bodies may be drafts, too.
+
+    A draft may have a draw in place of any value, so that its schema names its own keys alone.
+    """
+    for name, kind in KINDS.items():
+        items = schema["properties"][name]["items"]
+        schema["properties"][name]["items"] = {"anyOf": [items, _draft(kind.drawn, schema)]}
+    is_draft = [{"required": ["start_area"]}, {"required": ["goal_area"]}, _SOME_DRAW]
+    robot = {**_draft(DrawnRobot, schema), "anyOf": is_draft}
+    schema["properties"]["robot"] = {"anyOf": [schema["properties"]["robot"], robot]}
+    return schema
+
+
+def _draft(drawn: type, schema: Schema) -> Schema:
+    table = table_schema(drawn, schema["$defs"])
+    properties = {key: {"anyOf": [value, _DRAW]} for key, value in table["properties"].items()}
+    return {**table, "properties": properties, "additionalProperties": True}
+
+
+def draft_keys(rows: list[KeyReference]) -> Iterator[KeyReference]:
+    """The rows of a run file's keys, with those of random scenes behind the others of their table."""
+    own = {f"{name}.{INDEX}.": kind.drawn for name, kind in KINDS.items()} | {"robot.": DrawnRobot}
+    for i, row in enumerate(rows):
+        yield row
+        following = rows[i + 1].key if i + 1 < len(rows) else ""
+        for prefix, kind in own.items():
+            if row.key.startswith(prefix) and not following.startswith(prefix):
+                yield from (replace(one, where=WHERE) for one in key_references(kind, prefix))

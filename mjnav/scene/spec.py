@@ -1,0 +1,388 @@
+"""A run file as frozen dataclasses. Each checks its own values; `check` checks what lies between them.
+
+Field names are the run file's keys, but `start` and `end` of a wall, which the file calls `from` and `to`.
+"""
+
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass, field, replace
+from html import escape
+from types import MappingProxyType
+from typing import Annotated, Any
+
+import numpy as np
+
+from mjnav.constant import Constant
+from mjnav.errors import InvalidValue
+from mjnav.messages import RobotLimits
+from mjnav.noise import CHANNELS, Distribution, NamedDistribution, made, profile, profile_names
+from mjnav.scene.bodies import KnownBodies as KnownBodies
+from mjnav.scene.bodies import LaneSpec as LaneSpec
+from mjnav.scene.bodies import MapDifference as MapDifference
+from mjnav.scene.bodies import Pillar as Pillar
+from mjnav.scene.bodies import Table as Table
+from mjnav.scene.bodies import Wall as Wall
+from mjnav.scene.crowd import Crowd as Crowd
+from mjnav.scene.draws import Draft as Draft
+from mjnav.scene.draws import Layout as Layout
+from mjnav.scene.faults import Faults as Faults
+from mjnav.scene.people import BEHAVIOURS as BEHAVIOURS
+from mjnav.scene.people import Behaviour as Behaviour
+from mjnav.scene.people import ConstantVelocity as ConstantVelocity
+from mjnav.scene.people import Orca as Orca
+from mjnav.scene.people import Person as Person
+from mjnav.scene.people import SocialForce as SocialForce
+from mjnav.scene.people import StopAndGo as StopAndGo
+from mjnav.scene.people import Waypoints as Waypoints
+from mjnav.scene.prediction import Prediction as Prediction
+from mjnav.scene.ranges import MAX_BODIES, MAX_POINTS, MAX_TIME, Angle, Coordinate, Point, Rate, Seed, Size
+from mjnav.scene.sensors import Sensors as Sensors
+from mjnav.scene.top_view import top_view
+from mjnav.settings import Beside, Choice, Length, Named, Range, Text, below, settle
+from mjnav.settings.plugins import LocalizerPlugin, MetricPlugin, TrackerPlugin, placed
+
+_PREFERRED_SPEED = 0.8  # [m/s]
+ENGINES: Mapping[str, str] = MappingProxyType(
+    {
+        "mujoco": "MuJoCo physics: wheels that slip, forces of contact, people who can be pushed.",
+        "kinematic": "A unicycle and discs that stop at what they touch: several times as fast.",
+    }
+)
+_PARTICLES = Range(2, 1_000_000)
+MAX_METRICS = 100
+Name = Annotated[
+    str,
+    Text(
+        r"[^/]*[^/. ][^/]*",
+        100,
+        'up to 100 printable characters without "/", not dots alone: logs are named after it',
+    ),
+]
+
+
+@dataclass(frozen=True, slots=True)
+class Robot:
+    """Where the robot starts, where it goes and what it can do."""
+
+    start: Annotated[tuple[Coordinate, Coordinate, Angle], "x, y and heading of the first moment"]
+    goal: Annotated[Point | None, "where the run ends; or give waypoints"] = None
+    waypoints: Annotated[
+        tuple[Point, ...], Length(0, MAX_POINTS), "points to drive through, the last of them the goal"
+    ] = ()
+    goal_tolerance: Annotated[Size, "distance within which the goal is reached"] = 0.3
+    preferred_speed: Annotated[float, Range(0.01, 10.0, "m/s"), "speed on a free way, at most max_speed"] = (
+        _PREFERRED_SPEED
+    )
+    max_speed: Annotated[float, Range(0.01, 10.0, "m/s"), "highest speed forwards"] = 1.0
+    min_speed: Annotated[float, Range(-10.0, 10.0, "m/s"), "lowest speed; below 0 the robot may reverse"] = 0.0
+    max_turn_rate: Annotated[float, Range(0.01, 100.0, "rad/s"), "in both directions"] = 1.5
+    max_acceleration: Annotated[float, Range(0.01, 100.0, "m/s²"), "of commands, also to brake"] = 1.0
+    max_turn_acceleration: Annotated[float, Range(0.01, 1000.0, "rad/s²"), "of commands"] = 3.0
+    radius: Annotated[float, Range(0.2, 0.5, "m"), "of the round body"] = 0.22
+
+    def __post_init__(self):
+        settle(self)
+        if self.goal is None and not self.waypoints:
+            raise InvalidValue("goal", None, "goal = [x, y] or waypoints = [[x, y], ...]: one of the two is required")
+        if self.goal is not None and self.waypoints:
+            raise InvalidValue("waypoints", self.waypoints, "goal or waypoints, not both")
+        limits = self.limits  # checks what lies between them
+        Range(0.01, limits.max_speed, "m/s").check("preferred_speed", self.preferred_speed)
+
+    @staticmethod
+    def dependent_defaults(arguments: Mapping[str, Any]) -> dict[str, Any]:
+        """A robot that is slower than the default of preferred_speed prefers its full speed."""
+        return {"preferred_speed": min(_PREFERRED_SPEED, arguments.get("max_speed", _PREFERRED_SPEED))}
+
+    @property
+    def route(self) -> tuple[Point, ...]:
+        """The points to reach, the last of which is the goal."""
+        return (self.goal,) if self.goal is not None else self.waypoints
+
+    def route_key(self, place: int) -> str:
+        """The run file's key of a point of the route."""
+        return "robot.goal" if self.goal is not None else f"robot.waypoints.{place}"
+
+    @property
+    def limits(self) -> RobotLimits:
+        """The limits as controllers take them."""
+        return RobotLimits(
+            max_speed=self.max_speed,
+            min_speed=self.min_speed,
+            max_turn_rate=self.max_turn_rate,
+            max_acceleration=self.max_acceleration,
+            max_turn_acceleration=self.max_turn_acceleration,
+            radius=self.radius,
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class Noise:
+    """A profile for all channels, and distributions of single channels in place of the profile's."""
+
+    profile: Annotated[str, Choice(profile_names()), "noise of all channels"] = "pearson"
+    channels: Annotated[
+        Mapping[str, NamedDistribution],
+        Named(CHANNELS, "CHANNEL"),
+        Beside(),
+        "noise of one channel in place of the profile's",
+    ] = field(default_factory=dict)
+
+    def __post_init__(self):
+        settle(self)
+
+    def distributions(self) -> dict[str, Distribution]:
+        """The distribution of every channel. One of a user's own is imported here, and checked."""
+        return {**profile(self.profile), **{name: made(channel) for name, channel in self.channels.items()}}
+
+
+@dataclass(frozen=True, slots=True)
+class RobotEstimation:
+    """How the robot's pose is estimated."""
+
+    source: Annotated[
+        str,
+        Choice(("pose", "lidar", "direct")),
+        "pose: filtered readings of the pose sensor; lidar: filtered scans, odometry and gyro; direct: one reading of "
+        "the pose sensor minus draws of its noise",
+    ] = "pose"
+    filter: Annotated[str, Choice(("particle", "ekf")), "of the pose; none where source is direct"] = "particle"
+    particles: Annotated[
+        int, _PARTICLES, "number of particles or draws; where source is lidar the most that the particle filter takes"
+    ] = 500
+    start: Annotated[
+        Annotated[str, Choice(("known", "global"))] | None,
+        "where source is lidar: known, about robot.start, or global, anywhere on the map's floor; by default known",
+    ] = None
+    localizer: Annotated[
+        str | LocalizerPlugin | None, "package.module:Class or file.py:Class, in place of source and filter"
+    ] = None
+
+    def __post_init__(self):
+        with below("localizer"):
+            object.__setattr__(self, "localizer", LocalizerPlugin.of(self.localizer))
+        settle(self)
+
+
+@dataclass(frozen=True, slots=True)
+class ObstacleEstimation:
+    """How each person's position and velocity are estimated."""
+
+    source: Annotated[
+        str,
+        Choice(("detections", "lidar", "direct")),
+        "detections: filtered, with identity; lidar: found in scans and filtered; direct: one detection minus draws of "
+        "its noise",
+    ] = "detections"
+    filter: Annotated[
+        str,
+        Choice(("particle", "rao-blackwell", "kalman")),
+        "of each person; rao-blackwell: each particle is a history of walks, turns and stops with a Kalman filter of "
+        "its own, as particle is where source is lidar; none where source is direct",
+    ] = "particle"
+    particles: Annotated[int, _PARTICLES, "number of particles or draws of each person"] = 200
+    tracker: Annotated[
+        str | TrackerPlugin | None, "package.module:Class or file.py:Class, in place of source and filter"
+    ] = None
+
+    def __post_init__(self):
+        with below("tracker"):
+            object.__setattr__(self, "tracker", TrackerPlugin.of(self.tracker))
+        settle(self)
+
+
+@dataclass(frozen=True, slots=True)
+class Estimation:
+    """The estimators; with `assumed_profile` they believe in another noise than the world's."""
+
+    robot: RobotEstimation = RobotEstimation()
+    obstacles: ObstacleEstimation = ObstacleEstimation()
+    assumed_profile: Annotated[
+        Annotated[str, Choice(profile_names())] | None, "noise that the estimators believe in; the world's by default"
+    ] = None
+    map: Annotated[
+        MapDifference | None, "of the map that estimators and controller have; by default it is the world's"
+    ] = None
+
+    def __post_init__(self):
+        settle(self)
+
+
+Delay = Annotated[float, Range(0.0, 1000.0, "s")]  # up to a hundred periods of the slowest loop, as control.delay
+MAX_PENDING = 1000  # commands that are decided but not yet in force
+
+
+@dataclass(frozen=True, slots=True)
+class Latency:
+    """A decision takes effect when it has been computed, at the next physics step; in place of `delay`.
+
+    `sampled` takes that time from a trace: drawn from it, or in the order in which it was recorded, over and over.
+    `measured` takes the time that this machine needed: such a run cannot be repeated, but its log holds a scenario that
+    does repeat it.
+    """
+
+    model: Annotated[str, Choice(("sampled", "measured")), "sampled: from the trace; measured: this machine's"] = (
+        "sampled"
+    )
+    trace: Annotated[tuple[Delay, ...], "compute times, or in a file the path of a text file of them"] = ()
+    order: Annotated[str, Choice(("drawn", "recorded")), "in which a trace's times are taken"] = "drawn"
+    planned: Annotated[Delay | None, "what the prediction counts on: else the trace's median, or half a period"] = None
+
+    def __post_init__(self):
+        settle(self)
+        if self.model == "sampled" and not self.trace:
+            raise InvalidValue("trace", None, "compute times [s], or the path of a text file of them")
+        if self.model == "measured" and self.trace:
+            raise InvalidValue("trace", self.trace, 'a trace for model "sampled" only')
+
+    def expected(self, period: float) -> float:
+        """What the prediction counts on where the control period is `period`, both [s]."""
+        if self.planned is not None:
+            return self.planned
+        return float(np.median(self.trace)) if self.trace else 0.5 * period
+
+    def check_expected(self, period: float) -> None:
+        """Refuses to carry beliefs through more than MAX_PENDING commands at every tick."""
+        if self.expected(period) > MAX_PENDING * period:
+            found = f"{self.expected(period):g} s at a period of {period:g} s"
+            raise InvalidValue(
+                "planned", found, f"at most {MAX_PENDING} periods: every tick predicts through all of them"
+            )
+
+
+@dataclass(frozen=True, slots=True)
+class Control:
+    """The controller by name, its own parameters, and when its decisions take effect."""
+
+    method: Annotated[str, "a name that `mjnav list` prints, package.module:Class or file.py:Class"] = "rkhs"
+    rate: Annotated[Rate, "decisions a second"] = 10.0
+    delay: Annotated[int, Range(0, 100, "periods"), "number of periods after which a decision takes effect"] = 1
+    latency: Annotated[Latency | None, "when a decision takes effect, in place of delay"] = None
+    prediction: Annotated[bool, "carry beliefs to the moment at which the decision takes effect"] = True
+    parameters: Annotated[Mapping[str, object], Beside()] = field(default_factory=dict)
+
+    def __post_init__(self):
+        settle(self)
+        object.__setattr__(self, "method", placed(self.method))
+        if self.latency is not None:
+            with below("latency"):
+                self.latency.check_expected(self.period)
+
+    @property
+    def period(self) -> float:
+        """[s]"""
+        return 1.0 / self.rate
+
+
+@dataclass(frozen=True, slots=True)
+class Physics:
+    """The engine and its step."""
+
+    engine: Annotated[str, Choice(ENGINES), "mujoco: wheels and contacts; kinematic: a unicycle and discs, quicker"] = (
+        "mujoco"
+    )
+    timestep: Annotated[float, Range(1e-5, 0.02, "s"), "of the physics"] = 0.002
+
+    def __post_init__(self):
+        settle(self)
+
+
+@dataclass(frozen=True, slots=True)
+class LogContent:
+    """What a log holds beside the data. It changes nothing in the run."""
+
+    drawings: Annotated[
+        bool, "also shapes of the candidates, for programs that draw only what a log holds as shapes"
+    ] = False
+    wall_time: Annotated[bool, "stamps are the time of day, counted on from the start in simulated time"] = False
+
+    def __post_init__(self):
+        settle(self)
+
+
+@dataclass(frozen=True, slots=True)
+class Scenario(Constant):
+    """One run: everything but the code that decides what happens."""
+
+    name: Annotated[Name, "of the scene, in results and in the names of logs"]
+    robot: Robot
+    schema: Annotated[int, Range(1, 1), "version of this format"] = 1
+    description: Annotated[str, "one line that `mjnav list` prints"] = ""
+    seed: Annotated[Seed, "of all random streams of the run"] = 0
+    time_limit: Annotated[float, Range(0.0, MAX_TIME, "s", open_low=True), "simulated time at which the run ends"] = (
+        60.0
+    )
+    stop_on_collision: Annotated[bool, "end the run at the first contact"] = True
+    walls: Annotated[tuple[Wall, ...], Length(0, MAX_BODIES)] = ()
+    tables: Annotated[tuple[Table, ...], Length(0, MAX_BODIES)] = ()
+    pillars: Annotated[tuple[Pillar, ...], Length(0, MAX_BODIES)] = ()
+    lanes: LaneSpec | None = None
+    people: Annotated[tuple[Person, ...], Length(0, MAX_BODIES)] = ()
+    crowd: Annotated[Crowd | None, "people from a recording; loading the file puts them behind `people`"] = None
+    noise: Noise = Noise()
+    sensors: Sensors = Sensors()  # noqa: RUF009 - it is frozen
+    estimation: Estimation = Estimation()
+    control: Control = Control()
+    physics: Physics = Physics()
+    # These are not in a dump unless they were given: the names of a study's cells are made of those.
+    people_see_robot: Annotated[bool | None, "in place of sees_robot of every person, for the whole scene at once"] = (
+        None
+    )
+    layout: Layout | None = None
+    prediction: Prediction | None = None
+    faults: Faults | None = None
+    log: LogContent | None = None
+    metrics: Annotated[
+        Annotated[tuple[str | MetricPlugin, ...], Length(0, MAX_METRICS)] | None,
+        "of one's own, each package.module:Class or file.py:Class",
+    ] = None
+    source: str = field(default="", compare=False)  # the file it came from, for messages
+    draft: Draft | None = field(default=None, compare=False, repr=False)  # of a random scene, what it was drawn from
+
+    def __post_init__(self):
+        if isinstance(self.metrics, list | tuple):
+            object.__setattr__(self, "metrics", tuple(_metrics(self.metrics)))
+        settle(self)
+        if self.people_see_robot is not None:
+            people = tuple(replace(person, sees_robot=self.people_see_robot) for person in self.people)
+            object.__setattr__(self, "people", people)
+        for key, rate in (("control.rate", self.control.rate), ("sensors.rate", self.sensors.rate)):
+            steps = 1.0 / (rate * self.physics.timestep)
+            if round(steps) < 1 or abs(steps - round(steps)) > 1e-6 * steps:
+                raise InvalidValue(
+                    key,
+                    rate,
+                    f"a rate whose period is a whole number of steps of physics.timestep ({self.physics.timestep:g} s)",
+                )
+
+        with below("estimation"), below("map"):
+            _ = self.known_bodies
+
+    @property
+    def known_bodies(self) -> KnownBodies:
+        """What stands on the map that estimators and controller have."""
+        world = KnownBodies.of(self.walls, self.tables, self.pillars)
+        return world if self.estimation.map is None else self.estimation.map.applied(world)
+
+    def __repr__(self) -> str:
+        counts = ((len(getattr(self, f"{kind}s")), kind) for kind in ("wall", "table", "pillar"))
+        parts = [f"{n} {kind}{'s' * (n > 1)}" for n, kind in counts if n]
+        parts += ["lanes"] * (self.lanes is not None)
+        if self.people:
+            parts.append(f"{len(self.people)} {'people' if len(self.people) > 1 else 'person'}")
+        holds = ", ".join(parts) or "nothing but the robot"
+        return f"Scenario({self.name!r}, {self.control.method}, seed {self.seed}: {holds}; noise {self.noise.profile})"
+
+    def _repr_html_(self) -> str:
+        """The scene from above, as notebooks show it."""
+        robot = self.robot
+        bodies = (*self.walls, *self.tables, *self.pillars)
+        start = (robot.start, robot.radius)
+        picture = top_view(start, robot.route, robot.goal_tolerance, bodies, self.lanes, self.people)
+        return f"<div>{picture}<br/><code>{escape(repr(self))}</code></div>"
+
+
+def _metrics(given: Iterable[Any]) -> Iterator[Any]:
+    """Each metric by its name, class or object as a plug-in."""
+    for i, metric in enumerate(given):
+        with below("metrics"), below(str(i)):
+            yield MetricPlugin.of(metric)

@@ -1,0 +1,47 @@
+from dataclasses import replace
+from math import atan2, cos, sin
+
+import numpy as np
+from foxglove_schemas_protobuf.FrameTransforms_pb2 import FrameTransforms
+
+from mjnav.log.encode import geometry
+from mjnav.log.encode.geometry import encode_mount
+from mjnav.motion.unicycle import LIDAR_HEIGHT
+
+MOUNT = encode_mount(np.array([0.1, -0.05, 0.3]))
+
+
+def heading(quaternion) -> float:
+    return 2.0 * atan2(quaternion.z, quaternion.w)
+
+
+def test_the_tree_of_frames_leads_to_the_belief_by_way_of_odometry(made_up):
+    record = made_up.record(3)
+    odometry = np.array([1.5, -0.3, 2.9])
+    record = replace(record, reading=replace(record.reading, odometry_pose=odometry))
+    message = FrameTransforms.FromString(geometry.encode_transforms(record, MOUNT))
+    tree = {t.child_frame_id: t for t in message.transforms}
+    assert {child: t.parent_frame_id for child, t in tree.items()} == {
+        "base_link_truth": "map",
+        "odom": "map",
+        "base_link": "odom",
+        "lidar": "base_link",
+    }
+    poses = {child: matrix(t.translation.x, t.translation.y, heading(t.rotation)) for child, t in tree.items()}
+    np.testing.assert_allclose(poses["odom"] @ poses["base_link"], matrix(*record.belief.mean), atol=1e-12)
+    np.testing.assert_allclose(poses["base_link_truth"], matrix(*record.truth.robot_pose), atol=1e-12)
+    np.testing.assert_allclose(poses["base_link"], matrix(*odometry), atol=1e-12)
+    np.testing.assert_allclose(poses["lidar"], matrix(0.1, -0.05, 0.3), atol=1e-12)
+    assert tree["lidar"].translation.z == LIDAR_HEIGHT
+    assert {t.timestamp.ToNanoseconds() for t in message.transforms} == {300_000_000}
+
+
+def test_between_readings_only_the_truth_moves(made_up):
+    record = made_up.record(3, reading=None)
+    message = FrameTransforms.FromString(geometry.encode_transforms(record, MOUNT, epoch=10**18))
+    assert [t.child_frame_id for t in message.transforms] == ["base_link_truth"]
+    assert message.transforms[0].timestamp.ToNanoseconds() == 10**18 + 300_000_000
+
+
+def matrix(x: float, y: float, theta: float) -> np.ndarray:
+    return np.array([[cos(theta), -sin(theta), x], [sin(theta), cos(theta), y], [0.0, 0.0, 1.0]])

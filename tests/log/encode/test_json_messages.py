@@ -1,0 +1,108 @@
+import json
+from dataclasses import replace
+
+import numpy as np
+
+from mjnav.log.encode import json_messages
+from mjnav.log.encode.topics import document_schema
+from mjnav.log.read import ticks as documents
+from mjnav.messages import Decision, Detection, Status
+
+KINDS = {"object": dict, "array": list, "string": str, "boolean": bool, "integer": int, "number": int | float}
+
+
+def conforms(value: object, schema: dict, path: str = "") -> None:
+    """Checks the part of JSON Schema that viewers know; any value may be null, and a list of lists has no schema."""
+    assert value is None or isinstance(value, KINDS[schema["type"]]), (path, value)
+    if isinstance(value, dict):
+        unknown = {key: part for key, part in value.items() if key not in schema["properties"]}
+        assert all(isinstance(part[0], list) for part in unknown.values()), path
+        assert set(schema["required"]) <= set(value), path
+        for key in value.keys() - unknown:
+            conforms(value[key], schema["properties"][key], f"{path}.{key}")
+    elif isinstance(value, list):
+        for part in value:
+            conforms(part, schema["items"], f"{path}[]")
+
+
+def by_scan(record):
+    """The record as of a robot that tracks people by its scans."""
+    tracks = tuple(
+        replace(track, name=f"track{7 + i}", age=1.5, unseen=0.2 * i) for i, track in enumerate(record.tracks)
+    )
+    found = (Detection(record.truth.time, np.array([1.0, 2.0]), np.diag([0.01, 0.04]), 0.3, 12),)
+    return replace(record, tracks=tracks, detections=found)
+
+
+def encoded(record, timing) -> list[tuple[str, bytes]]:
+    return [
+        ("mjnav.RobotState", json_messages.encode_robot(record.tick, record.truth, record.belief)),
+        ("mjnav.RobotState", json_messages.encode_robot(record.tick, record.truth, None)),
+        ("mjnav.Odometry", json_messages.encode_odometry(record.reading)),
+        ("mjnav.Command", json_messages.encode_command(record.tick, record.command)),
+        ("mjnav.Decision", json_messages.encode_decision(record.tick, record.decision)),
+        ("mjnav.Decision", json_messages.encode_decision(record.tick, Decision(0.0, 0.0, Status.STOPPED))),
+        ("mjnav.People", json_messages.encode_people_truth(record.tick, record.truth)),
+        ("mjnav.People", json_messages.encode_people_estimate(record)),
+        ("mjnav.People", json_messages.encode_people_estimate(replace(record, reading=None, tracks=()))),
+        ("mjnav.People", json_messages.encode_people_estimate(by_scan(record))),
+        ("mjnav.Detections", json_messages.encode_detections(record.tick, by_scan(record).detections)),
+        ("mjnav.Contacts", json_messages.encode_contacts(record.tick, record.truth)),
+        ("mjnav.TickTiming", json_messages.encode_timing(timing)),
+    ]
+
+
+def test_every_message_conforms_to_its_schema(made_up, contact):
+    record = made_up.record(7)
+    record = replace(record, truth=replace(record.truth, contacts=(contact,)))
+    seen = set()
+    for name, data in encoded(record, made_up.timing(7)):
+        conforms(json.loads(data), json.loads(document_schema(name).data), name)
+        seen.add(name)
+    assert seen == set(json_messages.MESSAGES)
+
+
+def test_numbers_that_json_lacks_become_null(made_up):
+    record = made_up.record(0)
+    truth = replace(record.truth, robot_pose=np.array([np.nan, np.inf, 1.0]))
+    data = json_messages.encode_robot(0, truth, record.belief)
+    assert json.loads(data)["pose"] == [None, None, 1.0]
+    decoded = documents.decode_truth(
+        json.loads(data),
+        json.loads(json_messages.encode_people_truth(0, truth)),
+        json.loads(json_messages.encode_contacts(0, truth)),
+    )
+    np.testing.assert_array_equal(decoded.robot_pose, [np.nan, np.nan, 1.0])
+
+
+def test_a_decision_shows_its_nominal_control_and_what_the_chosen_one_cost(made_up):
+    decision = made_up.record(0).decision
+    costs = decision.costs
+    document = json.loads(json_messages.encode_decision(5, decision))
+    chosen = int(np.argmin(costs.total))
+    assert document["cost"]["total"] == costs.total[chosen]
+    assert document["cost"]["cone"] == costs.cone[chosen].tolist()
+    assert document["nominal"] == {"v": costs.v[costs.nominal], "omega": costs.omega[costs.nominal]}
+
+
+def test_a_decision_that_is_no_candidate_has_no_cost(made_up):
+    decision = replace(made_up.record(0).decision, v=0.123456)
+    assert json.loads(json_messages.encode_decision(0, decision))["cost"] is None
+
+
+def test_a_track_that_came_about_by_scans_says_its_age_and_how_long_it_was_not_seen(made_up):
+    record = made_up.record(3)
+    named, found = (json.loads(json_messages.encode_people_estimate(one)) for one in (record, by_scan(record)))
+    assert {"age", "unseen"}.isdisjoint(named["people"][0])
+    assert [(p["name"], p["age"], p["unseen"]) for p in found["people"][:2]] == [
+        ("track7", 1.5, 0.0),
+        ("track8", 1.5, 0.2),
+    ]
+    (detection,) = json.loads(json_messages.encode_detections(3, by_scan(record).detections))["detections"]
+    assert detection == {
+        "time": record.truth.time,
+        "position": [1.0, 2.0],
+        "covariance": [[0.01, 0.0], [0.0, 0.04]],
+        "radius": 0.3,
+        "beams": 12,
+    }

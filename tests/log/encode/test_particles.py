@@ -1,0 +1,68 @@
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from foxglove_schemas_protobuf.PackedElementField_pb2 import PackedElementField
+from foxglove_schemas_protobuf.PointCloud_pb2 import PointCloud
+
+from mjnav.geometry.angles import wrap
+from mjnav.log.encode.particles import decode_particles, encode_robot_particles, encode_track_particles
+
+
+def test_the_robots_particles_read_back_as_finely_as_is_said(made_up):
+    belief = made_up.record(0).belief
+    turned = belief.particles + np.array([0.0, 0.0, 3.0])  # some beyond pi
+    belief = replace(belief, particles=turned, weights=made_up.rng.dirichlet(np.ones(len(turned))))
+    found = decode_particles(PointCloud.FromString(encode_robot_particles(belief)))
+    assert list(found) == ["x", "y", "theta", "weight"]
+    for i, name in enumerate(("x", "y")):
+        np.testing.assert_array_equal(found[name], turned[:, i].astype("f4"))
+    assert np.abs(wrap(found["theta"] - turned[:, 2])).max() <= 0.5001e-4
+    np.testing.assert_allclose(found["weight"], belief.weights, rtol=1e-4, atol=belief.weights.max() / 131_000)
+
+
+def test_the_tracks_particles_name_their_track_and_each_has_weights_of_its_own(made_up):
+    tracks = made_up.record(0).tracks
+    tracks = tuple(replace(t, weights=made_up.rng.dirichlet(np.full(200, 0.1))) for t in tracks)
+    found = decode_particles(PointCloud.FromString(encode_track_particles(0.0, tracks)))
+    assert list(found) == ["x", "y", "vx", "vy", "weight", "track"]
+    for place, track in enumerate(tracks):
+        rows = found["track"] == place
+        np.testing.assert_array_equal(found["x"][rows], track.particles[:, 0].astype("f4"))
+        np.testing.assert_array_equal(found["y"][rows], track.particles[:, 1].astype("f4"))
+        for i, name in enumerate(("vx", "vy"), start=2):
+            np.testing.assert_allclose(found[name][rows], track.particles[:, i], atol=0.5001e-3)
+        np.testing.assert_allclose(found["weight"][rows], track.weights, rtol=1e-3, atol=track.weights.max() / 131_000)
+
+
+def test_what_16_bits_cannot_hold_is_brought_to_what_they_can(made_up):
+    belief, (track, *_) = made_up.record(0).belief, made_up.record(0).tracks
+    belief = replace(belief, weights=np.where(np.arange(500) < 2, np.nan, belief.weights))
+    assert (decode_particles(PointCloud.FromString(encode_robot_particles(belief)))["weight"][:2] == 0.0).all()
+    particles = track.particles.copy()
+    particles[:3, 2] = np.nan, 1e9, -np.inf
+    cloud = PointCloud.FromString(encode_track_particles(0.0, (replace(track, particles=particles),)))
+    assert decode_particles(cloud)["vx"][:3].tolist() == [-32.768, 32.767, -32.768]
+
+
+def test_no_tracks_are_an_empty_cloud():
+    cloud = PointCloud.FromString(encode_track_particles(0.1, ()))
+    assert (cloud.data, cloud.point_stride) == (b"", 16)
+    assert decode_particles(cloud)["weight"].size == 0
+
+
+def test_the_float32_columns_of_format_1_are_read():
+    names, table = ("x", "y", "theta", "weight"), np.array([[1.0, 2.0, 0.5, 0.25], [3.0, 4.0, -0.5, 0.75]], "<f4")
+    fields = [PackedElementField(name=n, offset=4 * i, type=PackedElementField.FLOAT32) for i, n in enumerate(names)]
+    found = decode_particles(PointCloud(fields=fields, point_stride=16, data=table.tobytes()))
+    assert {name: values.tolist() for name, values in found.items()} == {
+        name: table[:, i].tolist() for i, name in enumerate(names)
+    }
+
+
+@pytest.mark.parametrize("changes", [{"point_stride": 3}, {"data": b"odd"}, {"fields": []}])
+def test_what_is_no_cloud_of_particles_is_refused(made_up, changes):
+    cloud = PointCloud.FromString(encode_robot_particles(made_up.record(0).belief))
+    sound = {"fields": list(cloud.fields), "point_stride": cloud.point_stride, "data": cloud.data}
+    with pytest.raises((ValueError, LookupError)):
+        decode_particles(PointCloud(**{**sound, **changes}))

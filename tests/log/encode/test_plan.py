@@ -1,0 +1,107 @@
+"""A plan in a log: read back, drawn, in tables, and in nobody else's log."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from mcap.reader import make_reader
+
+from mjnav.log import Recorder, open_log
+from mjnav.log.encode.plan import FAN_POINTS, decode_plan, encode_plan, plan_schema
+from mjnav.log.export import ros_messages
+from mjnav.log.read.tables import lines
+from mjnav.sealed import sealed_plan
+
+ARRAYS = ("path", "fan", "fan_cost", "violation")
+
+
+def assert_same(found, plan):
+    assert (found.step, found.feasible) == (plan.step, plan.feasible)
+    for name in ARRAYS:
+        np.testing.assert_array_equal(getattr(found, name), getattr(plan, name).astype("f4"))
+
+
+@pytest.mark.parametrize("sizes", [(32, 20, 48), (1, 1, 0), (0, 3, 200)])
+def test_a_plan_reads_back_through_its_own_schema(made_up, message_class, sizes):
+    plan = made_up.plan(*sizes)
+    assert_same(decode_plan(message_class(plan_schema()).FromString(encode_plan(plan))), plan)
+
+
+def test_paths_that_differ_in_length_are_refused(made_up, message_class):
+    data = encode_plan(made_up.plan())
+    with pytest.raises(ValueError, match="a path of 40 numbers, 33 rollouts of 1280 in all"):
+        decode_plan(message_class(plan_schema()).FromString(data + b"\x22\x04\x00\x00\x80\x3f"))
+    plan = made_up.plan()
+    with pytest.raises(ValueError, match=r"shapes \(20, 2\), \(31, 20, 2\), \(32,\), \(48,\)"):
+        sealed_plan(replace(plan, fan=plan.fan[1:]))
+
+
+def written(path, scenario, records):
+    with Recorder(path, scenario, {"scene": "made-up"}, "<mujoco/>") as recorder:
+        for record in records:
+            recorder.write(record)
+    return open_log(path)
+
+
+def test_a_log_has_plans_of_the_ticks_that_have_one(tmp_path, scenario, made_up):
+    records = [made_up.planned(tick) if tick in (2, 3, 5) else made_up.record(tick) for tick in range(6)]
+    log = written(tmp_path / "a.mcap", scenario, records)
+    found = {message.sequence: message for message in log.messages("/plan")}
+    assert [*found] == [2, 3, 5]
+    for tick, message in found.items():
+        assert message.time_ns == tick * 100_000_000
+        assert_same(decode_plan(message.value), records[tick].decision.plan)
+
+
+def test_a_log_without_plans_does_not_know_the_topic(tmp_path, scenario, made_up):
+    path = tmp_path / "a.mcap"
+    written(path, scenario, [made_up.record(0)])
+    with open(path, "rb") as file:
+        summary = make_reader(file).get_summary()
+    assert "/plan" not in {channel.topic for channel in summary.channels.values()}
+    assert "mjnav.Plan" not in {schema.name for schema in summary.schemas.values()}
+    assert b"plan" not in b"".join(message.value.SerializeToString() for message in open_log(path).messages("/scene"))
+
+
+def test_tables_and_a_ros_path_say_the_same(tmp_path, scenario, made_up):
+    record = made_up.planned(4)
+    plan = record.decision.plan
+    log = written(tmp_path / "a.mcap", scenario, [record])
+    ahead = 0.2 * np.arange(1, 21)
+    path, fan, violation = (log.table(name) for name in ("/plan", "plan_fan", "plan_violation"))
+    np.testing.assert_allclose(path[["ahead", "x", "y"]], np.column_stack([ahead, plan.path]), rtol=1e-6)
+    assert set(path["feasible"]) == {plan.feasible}
+    np.testing.assert_allclose(fan[["x", "y"]], plan.fan.reshape(-1, 2), rtol=1e-6)
+    assert fan.groupby("rollout")["cost"].first().tolist() == plan.fan_cost.astype("f4").tolist()
+    np.testing.assert_array_equal(violation["h"], plan.violation.astype("f4"))
+    (message,) = log.messages("/plan")
+    poses = ros_messages.built("nav_msgs/msg/Path", ros_messages.plan(message.value, message.time_ns)).poses
+    assert [(pose.pose.position.x, pose.pose.position.y) for pose in poses] == [
+        *map(tuple, plan.path.astype("f4").tolist())
+    ]
+    assert [pose.header.stamp.nanosec for pose in poses[:2]] == [600_000_000, 800_000_000]
+    turn = 2 * np.arctan2(poses[3].pose.orientation.z, poses[3].pose.orientation.w)
+    assert np.hypot(*(plan.path[3] - plan.path[2])) * np.cos(turn) == pytest.approx(
+        plan.path[3, 0] - plan.path[2, 0], abs=1e-5
+    )
+
+
+def test_the_scene_draws_the_plan_whole_and_its_fan_by_the_order_of_cost(tmp_path, scenario, made_up):
+    record = made_up.planned(0)
+    plan = record.decision.plan
+    (message,) = written(tmp_path / "a.mcap", scenario, [record]).messages("/scene")
+    (entity,) = [entity for entity in message.value.entities if entity.id == "plan"]
+    *fan, followed = entity.lines
+    assert [len(line.points) for line in fan] == [4 * FAN_POINTS] * 8
+    corners = np.array([[point.x, point.y] for line in fan for point in line.points]).reshape(32, FAN_POINTS, 2)
+    np.testing.assert_allclose(corners, plan.fan[:, [0, 4, 9, 14, 19]], atol=2**-11)
+    assert fan[0].color.g > fan[-1].color.g  # from green to red
+    drawn = [row for row in lines(message.value) if row[0] == "plan"]
+    assert len(drawn) == 32 * (FAN_POINTS - 1) + 19
+    ends = np.array([row[2:4] for row in drawn[-19:]] + [drawn[-1][5:7]])
+    np.testing.assert_allclose(ends, plan.path, atol=2**-11)
+    assert (followed.color.b > followed.color.r) == plan.feasible
+    (stand,) = entity.cylinders
+    assert [stand.pose.position.x, stand.pose.position.y] == pytest.approx(plan.path[-1])
+    assert stand.size.x == 2 * scenario.robot.radius
+    assert entity.lifetime.ToNanoseconds() == 200_000_000

@@ -1,0 +1,86 @@
+from dataclasses import replace
+from math import atan2
+
+import numpy as np
+import pytest
+from foxglove_schemas_protobuf.SceneUpdate_pb2 import SceneUpdate
+
+from mjnav.log.encode.scene import SceneEncoder
+from mjnav.messages import Detection
+from mjnav.scene.spec import Robot, Scenario
+
+
+@pytest.fixture
+def entities(scenario, made_up):
+    truth = made_up.truth(4)
+    update = SceneUpdate.FromString(SceneEncoder(scenario).encode(truth))
+    return truth, {entity.id: entity for entity in update.entities}
+
+
+def test_a_wall_is_a_box_between_its_ends(scenario, entities):
+    _, named = entities
+    wall, cube = scenario.walls[1], named["walls"].cubes[1]
+    assert (cube.pose.position.x, cube.pose.position.y) == (5.0, 3.0)
+    assert (cube.size.x, cube.size.y, cube.size.z) == (14.0, wall.thickness, wall.height)
+    assert cube.pose.position.z == wall.height / 2
+
+
+def test_a_table_stands_on_four_legs_below_its_top(scenario, entities):
+    _, named = entities
+    table, entity = scenario.tables[1], named["table1"]
+    legs = [(leg.pose.position.x, leg.pose.position.y) for leg in entity.cylinders]
+    np.testing.assert_allclose(legs, table.legs)
+    top = entity.cubes[0]
+    assert top.pose.position.z + top.size.z / 2 == pytest.approx(table.height)
+    assert 2 * atan2(top.pose.orientation.z, top.pose.orientation.w) == pytest.approx(table.yaw)
+    assert entity.cylinders[0].size.z == pytest.approx(top.pose.position.z - top.size.z / 2)
+
+
+def test_an_empty_room_is_drawn(made_up):
+    made_up.num_people = 0
+    scenario = Scenario(name="empty", robot=Robot(start=(0.0, 0.0, 0.0), goal=(1.0, 0.0)))
+    update = SceneUpdate.FromString(SceneEncoder(scenario).encode(made_up.truth(0)))
+    assert [entity.id for entity in update.entities] == ["walls", "pillars", "lanes", "goal", "robot"]
+
+
+def test_a_person_has_a_name_and_the_estimate_its_own_entity_beside_it(scenario, made_up):
+    record = made_up.record(4)
+    track = replace(record.tracks[2], mean=np.array([1.0, 2.0, -0.3, 0.4]))
+    update = SceneUpdate.FromString(SceneEncoder(scenario, 10**18).encode(record.truth, (track,)))
+    named = {entity.id: entity for entity in update.entities}
+    for i, (x, y) in enumerate(record.truth.people_position.tolist()):
+        (body,), (text,) = named[f"person{i}"].cylinders, named[f"person{i}"].texts
+        assert (body.pose.position.x, body.pose.position.y, body.size.x) == (x, y, 2 * scenario.people[i].radius)
+        assert (text.pose.position.x, text.pose.position.y, text.text) == (x, y, f"person{i}")
+    believed = named["person2_estimate"]
+    assert believed.timestamp.ToNanoseconds() == 10**18 + 400_000_000
+    assert believed.lifetime.ToNanoseconds() == 200_000_000
+    (disc,), (arrow,) = believed.cylinders, believed.arrows
+    assert (disc.pose.position.x, disc.pose.position.y) == (arrow.pose.position.x, arrow.pose.position.y) == (1.0, 2.0)
+    assert 2 * atan2(arrow.pose.orientation.z, arrow.pose.orientation.w) == pytest.approx(atan2(0.4, -0.3))
+    assert arrow.shaft_length == pytest.approx(0.5)
+    assert [name for name in named if name.endswith("_estimate")] == ["person2_estimate"]
+
+
+def test_a_track_by_scans_is_labelled_and_pale_while_it_is_not_seen(scenario, made_up):
+    record = made_up.record(4)
+    first, second = (replace(track, mean=np.array([1.0, 2.0, 0.1, 0.0])) for track in record.tracks[:2])
+    tracks = (replace(first, name="track7", radius=0.25, age=2.0), replace(second, name="track8", age=2.0, unseen=0.3))
+    update = SceneUpdate.FromString(SceneEncoder(scenario).encode(record.truth, tracks))
+    named = {entity.id: entity for entity in update.entities}
+    seen, coasting = named["track7_estimate"], named["track8_estimate"]
+    assert (seen.texts[0].text, seen.texts[0].pose.position.x, seen.cylinders[0].size.x) == ("track7", 1.0, 0.5)
+    assert seen.cylinders[0].color.a > coasting.cylinders[0].color.a
+
+
+def test_a_detection_is_a_disc_with_its_95_percent_ellipse(scenario, made_up):
+    record = made_up.record(4)
+    found = Detection(0.4, np.array([3.0, -1.0]), np.array([[0.01, 0.0], [0.0, 0.04]]), 0.3, 12)
+    update = SceneUpdate.FromString(SceneEncoder(scenario).encode(record.truth, (), None, (found, found)))
+    (entity,) = (one for one in update.entities if one.id == "detections")
+    assert entity.lifetime.ToNanoseconds() == 200_000_000
+    body, region = entity.cylinders[2:]
+    assert (body.pose.position.x, body.pose.position.y, body.size.x, body.size.y) == (3.0, -1.0, 0.6, 0.6)
+    assert (region.size.x, region.size.y) == pytest.approx((0.4 * 5.991**0.5, 0.2 * 5.991**0.5))
+    turn = 2 * atan2(region.pose.orientation.z, region.pose.orientation.w)
+    assert abs(turn) == pytest.approx(np.pi / 2)  # the longer axis is y

@@ -1,0 +1,199 @@
+"""Tables for pandas: one for each topic, and every figure of every message in them."""
+
+import csv
+from itertools import chain
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from mjnav.log.encode.particles import decode_particles
+from mjnav.log.encode.topics import topics
+from mjnav.log.export.csv_tables import TOPICS
+from mjnav.log.export.export import export
+
+
+@pytest.fixture(scope="module")
+def folder(log, tmp_path_factory):
+    path = tmp_path_factory.mktemp("csv") / "out"
+    for name, count in export(log, "csv", path).items():
+        with open(path / name, newline="") as file:
+            assert len(list(csv.reader(file))) == 1 + count
+    return path
+
+
+def read(folder, name: str) -> pd.DataFrame:
+    return pd.read_csv(folder / f"{name}.csv")
+
+
+def stamped(log, topic):
+    """Tick, time and value of each message."""
+    return [(message.sequence, message.time_ns / 1e9, message.value) for message in log.messages(topic)]
+
+
+def test_every_topic_of_a_log_has_its_tables(scenario):
+    assert set(TOPICS) == {topic.name for topic in topics(scenario)}
+    names = [table.name for tables in TOPICS.values() for table in tables]
+    assert len(names) == len(set(names))
+
+
+def state(value):
+    believed = value["estimate"]
+    figures = ("ess", "recovered")
+    estimate = believed and [*believed["mean"], *chain(*believed["covariance"]), *(believed[key] for key in figures)]
+    return [[*value["pose"], *value["twist"], *(estimate or [None] * 14)]]
+
+
+def decision(value):
+    nominal, cost = value["nominal"] or {}, value["cost"] or {"lane": [None, None]}
+    chosen = [value["v"], value["omega"], value["status"], value["advice"] or None]
+    return [[*chosen, nominal.get("v"), nominal.get("omega"), cost.get("goal"), *cost["lane"], cost.get("total")]]
+
+
+def tracks(value):
+    return [
+        [*person["position"], *person["velocity"], *chain(*person["covariance"]), person["radius"], person["ess"]]
+        for person in value["people"]
+    ]
+
+
+def covariance(*names):
+    return [f"covariance_{a}_{b}" for a in names for b in names]
+
+
+POSE_COVARIANCE = " ".join(f"estimate_{name}" for name in covariance("x", "y", "theta"))
+STATE = f"x y theta v omega estimate_x estimate_y estimate_theta {POSE_COVARIANCE} estimate_ess estimate_recovered"
+COSTS = "nominal_v nominal_omega cost_goal cost_lane_left cost_lane_right cost_total"
+PHASES = "sense_ns estimate_ns control_ns record_ns advance_ns"
+# table, its topic, its columns, and the rows of a message
+FLAT = [
+    ("robot_state", "/robot/state", STATE, state),
+    (
+        "people_estimate",
+        "/people/estimate",
+        f"x y vx vy {' '.join(covariance('x', 'y', 'vx', 'vy'))} radius ess",
+        tracks,
+    ),
+    (
+        "people_truth",
+        "/people/truth",
+        "name x y vx vy",
+        lambda v: [[person["name"], *person["position"], *person["velocity"]] for person in v["people"]],
+    ),
+    ("people_detections", "/people/estimate", "detection x y", lambda v: _numbered(v.get("detections", ()))),
+    (
+        "odometry",
+        "/odometry",
+        "measured interval v omega gyro x y theta odometry_x odometry_y odometry_theta",
+        lambda v: [[v["time"], v["interval"], v["v"], v["omega"], v["gyro"], *v["pose"], *v["odometry_pose"]]],
+    ),
+    ("command", "/command", "v omega", lambda v: [[v["v"], v["omega"]]]),
+    ("tick", "/tick", f"{PHASES} lateness_ns deadline_missed", lambda v: [list(v.values())[1:]]),
+    ("decision", "/decision", f"v omega status advice {COSTS}", decision),
+    ("decision_cone", "/decision", "constraint cost", lambda v: enumerate((v["cost"] or {}).get("cone", ()))),
+]
+
+
+def _numbered(rows):
+    return [[number, *row] for number, row in enumerate(rows)]
+
+
+@pytest.mark.parametrize(("name", "topic", "columns", "rows"), FLAT, ids=[name for name, *_ in FLAT])
+def test_every_figure_of_a_document_is_in_its_row_to_the_last_bit(log, folder, name, topic, columns, rows):
+    table, names = read(folder, name), ["tick", "time", *columns.split()]
+    expected = [[tick, time, *row] for tick, time, value in stamped(log, topic) for row in rows(value)]
+    assert len(table) == len(expected) > 0
+    for column, values in zip(names, zip(*expected, strict=True), strict=True):
+        assert [None if value != value else value for value in table[column].tolist()] == list(values), column
+
+
+def test_contacts_are_as_recorded(folder):
+    rows = read(folder, "contacts").to_numpy().tolist()
+    assert rows == [[3, 0.3, "person", "person2", 12.5, 0.43]] + [[6, 0.6, "person", "person2", 12.5, 0.43]] * 2
+
+
+def test_a_scan_has_a_row_a_beam(log, folder):
+    table = read(folder, "scan")
+    ranges = np.array([value.ranges for _, _, value in stamped(log, "/scan")])
+    np.testing.assert_array_equal(table["range"].to_numpy().reshape(-1, 360), ranges)
+    assert np.isinf(table["range"]).any()
+    np.testing.assert_allclose(table["angle"], 2 * np.pi * table["beam"] / 360 - np.pi, atol=1e-12)
+    assert sorted(set(table["tick"])) == [0, 1, 3, 4, 5]
+
+
+def test_particles_are_as_logged(log, folder):
+    for topic, columns in [("/belief/robot", "x y theta weight"), ("/belief/obstacles", "x y vx vy weight track")]:
+        table = read(folder, topic[1:].replace("/", "_"))
+        assert list(table.columns) == ["tick", "time", *columns.split()]
+        clouds = [np.stack([*decode_particles(cloud).values()], -1) for _, _, cloud in stamped(log, topic)]
+        found = table.iloc[:, 2:].to_numpy(np.float32)
+        np.testing.assert_array_equal(found, np.concatenate(clouds).astype(np.float32))
+
+
+def test_samples_and_desired_samples_of_the_cone_are_labelled(log, folder):
+    table = read(folder, "cone")
+    for tick, _, value in stamped(log, "/cone"):
+        of_tick = table[table["tick"] == tick]
+        assert set(of_tick["obstacle"]) == {"person1"}
+        assert set(of_tick["safe_share"]) == {value.safe_share}
+        for kind in ("samples", "desired"):
+            found = of_tick.loc[of_tick["kind"] == kind, "f"].to_numpy(np.float32)
+            np.testing.assert_array_equal(found, np.array(getattr(value, kind), np.float32))
+
+
+def test_the_scene_has_a_row_a_solid_and_a_segment(log, folder):
+    scenario, solids = log.scenario(), read(folder, "scene")
+    assert sorted(set(solids["tick"])) == list(range(7))
+    first = solids[solids["tick"] == 0].groupby(["entity", "shape"]).size().to_dict()
+    assert first == {
+        ("walls", "box"): 2,
+        **{(f"table{i}", shape): n for i in (0, 1) for shape, n in (("box", 1), ("cylinder", 4))},
+        ("pillars", "cylinder"): 2,
+        ("goal", "cylinder"): 1,
+        ("robot", "cylinder"): 1,
+        ("robot", "arrow"): 1,
+        **{(f"person{i}", "cylinder"): 1 for i in range(3)},
+        **{(f"person{i}_estimate", shape): 1 for i in range(3) for shape in ("cylinder", "arrow")},
+    }
+    people = solids[solids["entity"].str.fullmatch(r"person\d+")]
+    assert people[["x", "y"]].to_numpy().tolist() == read(folder, "people_truth")[["x", "y"]].to_numpy().tolist()
+    assert set(people["size_x"]) == {2 * scenario.people[0].radius}
+    arrow = solids[solids["shape"] == "arrow"].iloc[0]
+    assert arrow["frame"] == "base_link_truth"
+    assert arrow["size_x"] == pytest.approx(scenario.robot.radius)
+    lanes = read(folder, "scene_lines")
+    one = lanes[lanes["tick"] == 3][["entity", "line", "from_x", "from_y", "to_x", "to_y"]].to_numpy().tolist()
+    assert one == [["lanes", 0, 0.0, 2.5, 10.0, 2.5], ["lanes", 1, 0.0, -2.5, 10.0, -2.5]]
+
+
+def test_every_candidate_has_a_row_with_its_costs_and_what_it_was(log, folder):
+    table, cone = read(folder, "candidates"), read(folder, "candidates_cone")
+    assert table["tick"].value_counts().to_dict() == dict.fromkeys((0, 1, 3, 4, 5), 21)  # tick 2 had none
+    for tick, _, decision in stamped(log, "/decision"):
+        if decision["cost"] is None:
+            continue
+        rows = (table["tick"] == tick) & table["role"].str.contains("chosen", na=False)
+        ((_, chosen),) = table[rows].iterrows()
+        assert (chosen["v"], chosen["omega"]) == (decision["v"], decision["omega"])
+        assert np.float32(chosen["total"]) == np.float32(decision["cost"]["total"])
+        terms = cone[(cone["tick"] == tick) & (cone["candidate"] == chosen["candidate"])]
+        assert np.float32(terms["cost"]).tolist() == np.float32(decision["cost"]["cone"]).tolist()
+
+
+def test_columns_csv_names_every_column_of_every_table_in_order(folder):
+    units = pd.read_csv(folder / "columns.csv", keep_default_na=False)
+    tables = sorted(path.stem for path in folder.iterdir() if path.stem != "columns")
+    assert sorted(set(units["table"])) == tables
+    for name in tables:
+        assert units.loc[units["table"] == name, "column"].tolist() == list(read(folder, name).columns)
+    unit = units.set_index(["table", "column"])["unit"].to_dict()
+    assert unit["command", "omega"] == "rad/s"
+    assert unit["people_estimate", "covariance_x_vy"] == "m*m/s"
+    assert unit["decision", "status"] == ""
+
+
+def test_only_the_topics_asked_for_are_written(log, tmp_path):
+    counts = export(log, "csv", tmp_path / "out", topics=["/command", "/people/estimate", "/command"])
+    assert counts == {"command.csv": 6, "people_estimate.csv": 17, "people_detections.csv": 15}
+    names = sorted(path.name for path in (tmp_path / "out").iterdir())
+    assert names == ["columns.csv", "command.csv", "people_detections.csv", "people_estimate.csv"]

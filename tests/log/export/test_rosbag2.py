@@ -1,0 +1,371 @@
+"""A ROS 2 bag: read back field by field, and by programs other than the one that wrote it."""
+
+import json
+from collections import Counter
+from math import atan2, cos, hypot, isinf, pi, sin
+
+import numpy as np
+import pytest
+from foxglove_schemas_protobuf.LaserScan_pb2 import LaserScan
+from rosbags.interfaces import QosDurability, QosReliability
+from rosbags.rosbag2 import Reader
+from rosbags.typesys import Stores, get_typestore
+from ruamel.yaml import YAML
+
+from mjnav.log.encode.particles import decode_particles
+from mjnav.log.encode.topics import topics
+from mjnav.log.export import ros_messages
+from mjnav.log.export.export import export
+from mjnav.log.export.ros_messages import built, moved_covariance, occupancy_grid
+from mjnav.log.export.rosbag2 import TOPICS, ros_topics
+from mjnav.motion.unicycle import LIDAR_HEIGHT, integrate
+from mjnav.scene.sensors import LidarSpec
+from mjnav.scene.spec import Robot, Scenario, Sensors
+from mjnav.world.floor_plan import FloorPlan
+
+LATER = (Stores.ROS2_IRON, Stores.ROS2_JAZZY, Stores.ROS2_KILTED, Stores.ROS2_LYRICAL)
+
+
+def logged(log, topic):
+    """Time [ns] and value of each of the log's messages."""
+    return [(message.time_ns, message.value) for message in log.messages(topic)]
+
+
+def pairs(log, topic, bag, ros_topic):
+    """The log's values with the bag's messages, which have the same times."""
+    ours, theirs = logged(log, topic), bag[ros_topic]
+    assert [time for time, _ in ours] == [time for time, _ in theirs]
+    assert ours
+    return [(time, value, message) for (time, value), (_, message) in zip(ours, theirs, strict=True)]
+
+
+def assert_header(header, time_ns: int, frame: str = "map") -> None:
+    assert (header.stamp.sec, header.stamp.nanosec, header.frame_id) == (*divmod(time_ns, 10**9), frame)
+
+
+def assert_pose(pose, x: float, y: float, heading: float) -> None:
+    p, q = pose.position, pose.orientation
+    assert (p.x, p.y, p.z) == (x, y, 0.0)
+    assert (q.x, q.y, q.z, q.w) == (0.0, 0.0, sin(heading / 2), cos(heading / 2))
+
+
+def same(vector) -> tuple[float, ...]:
+    return vector.x, vector.y, vector.z
+
+
+# ------------------------------------------------------------------------------------------- the bag
+
+
+def test_every_topic_of_a_log_is_in_the_bag(scenario):
+    said_twice = {"/robot/truth", "/robot/estimate", "/candidates/arcs"}  # by /robot/state and /candidates
+    assert set(TOPICS) == {topic.name for topic in topics(scenario)} - said_twice
+
+
+def test_the_bags_description_is_what_is_in_it(log, folder, bag):
+    with Reader(folder) as reader:
+        counts = {connection.topic: connection.msgcount for connection in reader.connections}
+        assert counts == {topic: len(bag[topic]) for topic in counts}
+        assert reader.message_count == sum(counts.values())
+        assert {connection.ext.serialization_format for connection in reader.connections} == {"cdr"}
+        quality = {connection.topic: connection.ext.offered_qos_profiles for connection in reader.connections}
+        assert {profile.reliability for (profile,) in quality.values()} == {QosReliability.RELIABLE}
+        latched = [topic for topic, (profile,) in quality.items() if profile.durability != QosDurability.VOLATILE]
+        assert sorted(latched) == ["/map", "/scene", "/tf_static"]
+        assert {quality[topic][0].durability for topic in latched} == {QosDurability.TRANSIENT_LOCAL}
+    said = YAML(typ="safe").load(folder / "metadata.yaml")["rosbag2_bagfile_information"]
+    assert said["custom_data"] == log.run
+    assert (said["version"], said["storage_identifier"], said["relative_file_paths"]) == (8, "mcap", ["bag.mcap"])
+    for part in (said, said["files"][0]):
+        assert part["starting_time"] == {"nanoseconds_since_epoch": 0}
+        assert part["duration"] == {"nanoseconds": 600_000_000}
+        assert part["message_count"] == sum(counts.values())
+    assert sorted(path.name for path in folder.iterdir()) == ["bag.mcap", "metadata.yaml"]
+
+
+def test_its_types_are_the_same_in_every_distribution_since_humble(scenario):
+    humble = get_typestore(Stores.ROS2_HUMBLE)
+    types = {topic.type for group in ros_topics(scenario).values() for topic in group}
+    assert len(types) >= 11
+    for name in types | {"rosgraph_msgs/msg/Clock", "nav_msgs/msg/OccupancyGrid"}:
+        for store in LATER:
+            assert get_typestore(store).hash_rihs01(name) == humble.hash_rihs01(name)
+
+
+def test_evos_error_of_the_bag_is_the_results(driven, tmp_path, tmp_path_factory, monkeypatch):
+    monkeypatch.setenv("HOME", str(tmp_path_factory.mktemp("home")))  # where evo keeps its settings
+    from evo.core import metrics, sync
+    from evo.tools import file_interface
+
+    export(driven, "rosbag2", tmp_path / "bag")
+    with Reader(tmp_path / "bag") as reader:
+        pair = [file_interface.read_bag_trajectory(reader, f"/robot/{name}") for name in ("truth", "estimate")]
+    error = metrics.APE(metrics.PoseRelation.translation_part)
+    error.process_data(sync.associate_trajectories(*pair))
+    rmse = error.get_statistic(metrics.StatisticsType.rmse)
+    assert rmse == pytest.approx(driven.result["localization_rmse_m"], abs=1e-12)
+
+
+# ---------------------------------------------------------------------------------------- the robot
+
+
+def test_the_truth_is_an_odometry_without_covariance(log, bag):
+    for time, value, message in pairs(log, "/robot/state", bag, "/robot/truth"):
+        assert_header(message.header, time)
+        assert message.child_frame_id == "base_link_truth"
+        assert_pose(message.pose.pose, *value["pose"])
+        assert same(message.twist.twist.linear) == (value["twist"][0], 0.0, 0.0)
+        assert same(message.twist.twist.angular) == (0.0, 0.0, value["twist"][1])
+        assert not message.pose.covariance.any()
+        assert not message.twist.covariance.any()
+
+
+def test_the_estimates_covariance_is_that_of_x_y_and_yaw(log, bag):
+    believed = [(time, value["estimate"]) for time, value in logged(log, "/robot/state") if value["estimate"]]
+    assert len(believed) == len(bag["/robot/estimate"]) == 6
+    for (time, estimate), (stamp, message) in zip(believed, bag["/robot/estimate"], strict=True):
+        assert stamp == time
+        assert_header(message.header, time)
+        assert_pose(message.pose.pose, *estimate["mean"])
+        covariance = message.pose.covariance.reshape(6, 6)
+        for i, row in zip((0, 1, 5), estimate["covariance"], strict=True):
+            assert [covariance[i, 0], covariance[i, 1], covariance[i, 5]] == row
+        assert np.count_nonzero(covariance) == np.count_nonzero(estimate["covariance"])
+
+
+def test_odometry_becomes_a_turn_rate_and_a_measured_pose_too(log, bag):
+    for time, value, message in pairs(log, "/odometry", bag, "/imu"):
+        assert_header(message.header, time, "base_link")
+        assert same(message.angular_velocity) == (0.0, 0.0, value["gyro"])
+        assert message.orientation_covariance[0] == message.linear_acceleration_covariance[0] == -1.0
+    for time, value, message in pairs(log, "/odometry", bag, "/measured_pose"):
+        assert_header(message.header, time)
+        assert_pose(message.pose, *value["pose"])
+
+
+def test_a_scan_keeps_its_beams_and_their_infinities(log, bag):
+    missed = 0
+    for time, value, message in pairs(log, "/scan", bag, "/scan"):
+        assert_header(message.header, time, "lidar")
+        np.testing.assert_array_equal(message.ranges, np.array(value.ranges, np.float32))
+        assert message.angle_min == np.float32(-pi)
+        assert message.angle_increment == pytest.approx(2 * pi / 360)
+        assert message.angle_max == pytest.approx(pi - 2 * pi / 360)
+        assert message.scan_time == pytest.approx(1 / log.scenario().sensors.rate)
+        assert (message.range_min, message.range_max) == (0.0, log.scenario().sensors.lidar_range)
+        missed += sum(map(isinf, message.ranges))
+    assert missed > 0
+
+
+@pytest.mark.parametrize(("topic", "ros_topic"), [("/command", "/cmd_vel"), ("/odometry", "/odometry")])
+def test_commands_and_odometry_are_stamped_twists(log, bag, topic, ros_topic):
+    for time, value, message in pairs(log, topic, bag, ros_topic):
+        assert_header(message.header, time, "base_link")
+        assert same(message.twist.linear) == (value["v"], 0.0, 0.0)
+        assert same(message.twist.angular) == (0.0, 0.0, value["omega"])
+
+
+# ------------------------------------------------------------------------------- people and particles
+
+
+def test_people_who_are_there_face_the_way_they_walk(log, bag):
+    for topic in ("/people/truth", "/people/estimate"):
+        for time, value, message in pairs(log, topic, bag, topic):
+            assert_header(message.header, time)
+            there = [person for person in value["people"] if None not in person["position"]]
+            for person, pose in zip(there, message.poses, strict=True):
+                assert [pose.position.x, pose.position.y] == person["position"]
+                turn = 2 * np.arctan2(pose.orientation.z, pose.orientation.w)
+                speed = np.hypot(*person["velocity"])
+                assert [speed * cos(turn), speed * sin(turn)] == pytest.approx(person["velocity"], abs=1e-12)
+    places = [value["detections"] for _, value in logged(log, "/people/estimate") if "detections" in value]
+    found = [[[pose.position.x, pose.position.y] for pose in message.poses] for _, message in bag["/people/detections"]]
+    assert found == places
+    assert len(places) == 5
+
+
+def test_particles_keep_every_column(log, bag):
+    for topic, columns in [("/belief/robot", "x y z theta weight"), ("/belief/obstacles", "x y z vx vy weight track")]:
+        names = columns.split()
+        for time, value, message in pairs(log, topic, bag, f"{topic}/points"):
+            assert_header(message.header, time)
+            assert [field.name for field in message.fields] == names
+            assert [field.offset for field in message.fields] == list(range(0, 4 * len(names), 4))
+            table = message.data.view("<f4").reshape(message.width, len(names))
+            assert (message.point_step, message.row_step) == (4 * len(names), table.nbytes)
+            assert not table[:, 2].any()
+            ours = np.stack([*decode_particles(value).values()], -1).astype(np.float32)
+            np.testing.assert_array_equal(np.delete(table, 2, axis=1), ours)
+    for _, value, message in pairs(log, "/belief/robot", bag, "/belief/robot"):
+        ours = np.stack([*decode_particles(value).values()], -1).astype(np.float32)
+        assert len(message.poses) == 500
+        for row, pose in zip(ours.tolist(), message.poses, strict=True):
+            assert_pose(pose, *row[:3])
+
+
+# ---------------------------------------------------------------------------- frames, motion and map
+
+
+def test_the_tree_of_frames_is_that_of_rep_105(log, bag):
+    assert len(bag["/tf_static"]) == 1
+    (mount,) = bag["/tf_static"][0][1].transforms
+    assert (mount.header.frame_id, mount.child_frame_id, same(mount.transform.translation)) == (
+        "base_link",
+        "lidar",
+        (0.0, 0.0, LIDAR_HEIGHT),
+    )
+    for _, value, message in pairs(log, "/tf", bag, "/tf"):
+        moving = [moved for moved in value.transforms if moved.child_frame_id != "lidar"]
+        assert len(moving) in (1, 3)
+        for ours, theirs in zip(moving, message.transforms, strict=True):
+            assert_header(theirs.header, ours.timestamp.ToNanoseconds(), ours.parent_frame_id)
+            assert theirs.child_frame_id == ours.child_frame_id
+            assert same(theirs.transform.translation) == same(ours.translation)
+            assert theirs.transform.rotation.z == ours.rotation.z
+
+
+def test_a_lidar_that_turns_says_when_it_took_each_beam_and_where_it_stands():
+    lidar = Sensors(lidar=LidarSpec("utm-30lx", mount=(0.1, 0.05, 0.4))).scanner
+    start, end = lidar.angles[[0, -1]]
+    logged = LaserScan(start_angle=start, end_angle=end, ranges=[1.0] * 1081)
+    scan = built("sensor_msgs/msg/LaserScan", ros_messages.scan(logged, 0, lidar=lidar, period=0.1))
+    assert scan.time_increment * np.arange(1081) == pytest.approx(lidar.turn_offsets)
+    assert (scan.scan_time, scan.range_min, scan.range_max) == (0.025, 0.1, 30.0)
+    (mount,) = built("tf2_msgs/msg/TFMessage", ros_messages.mount(lidar)).transforms
+    assert same(mount.transform.translation) == (0.1, 0.05, LIDAR_HEIGHT)
+    assert 2.0 * atan2(mount.transform.rotation.z, mount.transform.rotation.w) == pytest.approx(0.4)
+
+
+def test_odom_is_where_the_wheels_lead_with_the_variance_of_their_noise(driven, tmp_path):
+    export(driven, "rosbag2", tmp_path / "bag")
+    with Reader(tmp_path / "bag") as reader:
+        store = get_typestore(Stores.ROS2_JAZZY)
+        odometry = [store.deserialize_cdr(data, c.msgtype) for c, _, data in reader.messages() if c.topic == "/odom"]
+        tf = [store.deserialize_cdr(data, c.msgtype) for c, _, data in reader.messages() if c.topic == "/tf"]
+    documents = [value for _, value in logged(driven, "/odometry")]
+    assert len(odometry) == len(documents) > 10
+    noise, pose = driven.scenario().noise.distributions(), np.zeros(3)
+    for value, message, moved in zip(documents, odometry, tf[: len(odometry)], strict=True):
+        pose = integrate(pose, value["v"], value["omega"], value["interval"])
+        assert value["odometry_pose"] == pose.tolist()
+        assert (message.header.frame_id, message.child_frame_id) == ("odom", "base_link")
+        assert_pose(message.pose.pose, *pose.tolist())
+        (by_odometry,) = [t.transform for t in moved.transforms if t.child_frame_id == "base_link"]
+        assert same(by_odometry.translation) == same(message.pose.pose.position)
+        assert (message.twist.twist.linear.x, message.twist.twist.angular.z) == (value["v"], value["omega"])
+        twist = message.twist.covariance.reshape(6, 6)
+        assert twist[0, 0] == noise["odometry.v"].std ** 2
+        assert twist[5, 5] == noise["odometry.omega"].std ** 2
+        assert np.count_nonzero(twist) == 2
+
+
+def test_the_covariance_of_odom_is_that_of_many_noisy_ways():
+    twists, std = [(0.5, 0.4), (0.7, -0.2), (0.6, 0.9)] * 4, np.array([0.02, 0.05])
+    covariance, pose, rng = np.zeros((3, 3)), np.zeros(3), np.random.default_rng(0)
+    poses = np.zeros((20_000, 3))
+    for twist in twists:
+        pose = integrate(pose, *twist, 0.1)
+        covariance = moved_covariance(covariance, np.diag(std**2), pose[2], *twist, 0.1)
+        noisy = np.array(twist) + std * rng.normal(size=(len(poses), 2))
+        poses = integrate(poses, noisy[:, 0], noisy[:, 1], 0.1)
+    np.testing.assert_allclose(np.cov(poses.T), covariance, rtol=0.05, atol=2e-7)
+
+
+def test_the_map_has_every_obstacle_and_nothing_else(log, bag):
+    ((_, message),) = bag["/map"]
+    info, scenario = message.info, log.scenario()
+    assert_header(message.header, 0)
+    assert info.resolution == np.float32(0.05)
+    cells = message.data.reshape(info.height, info.width)
+    assert set(np.unique(cells)) == {0, 100}
+    x = info.origin.position.x + (np.arange(info.width) + 0.5) * 0.05
+    y = info.origin.position.y + (np.arange(info.height) + 0.5) * 0.05
+    plan = FloorPlan.of(scenario)
+    for i in range(0, info.height, 3):
+        for j in range(0, info.width, 3):
+            assert (cells[i, j] == 100) == (plan.distance(x[j], y[i]) <= 0.05 * np.sqrt(0.5)), (x[j], y[i])
+    for leg in scenario.tables[0].legs:
+        assert cells[np.argmin(np.abs(y - leg[1])), np.argmin(np.abs(x - leg[0]))] == 100
+
+
+def test_a_map_of_a_huge_room_is_coarser():
+    scenario = Scenario("far", Robot(start=(0.0, 0.0, 0.0), goal=(9000.0, 9000.0)))
+    grid = built("nav_msgs/msg/OccupancyGrid", occupancy_grid(scenario))
+    assert max(grid.info.width, grid.info.height) <= 1001
+    assert grid.info.resolution == pytest.approx(9003.0 / 999)
+
+
+def test_each_person_has_an_odometry_with_its_speed_along_its_way(log, bag):
+    for kind in ("truth", "estimate"):
+        for name in ("person0", "person1", "person2"):
+            found = dict(bag[f"/people/{name}/{kind}"])
+            states = [(t, one) for t, v in logged(log, f"/people/{kind}") for one in v["people"] if one["name"] == name]
+            states = [(time, one) for time, one in states if None not in one["position"]]
+            assert list(found) == [time for time, _ in states]
+            for time, one in states:
+                message, (vx, vy) = found[time], one["velocity"]
+                assert_header(message.header, time)
+                assert message.child_frame_id == name
+                heading = atan2(vy, vx)
+                x, y = one["position"]
+                assert_pose(message.pose.pose, x, y, heading)
+                assert same(message.twist.twist.linear) == (hypot(vx, vy), 0.0, 0.0)
+                twist = message.twist.covariance.reshape(6, 6)[:2, :2]
+                turn = np.array([[cos(heading), -sin(heading)], [sin(heading), cos(heading)]])
+                expected = np.array(one["covariance"])[2:, 2:] if kind == "estimate" else np.zeros((2, 2))
+                np.testing.assert_allclose(turn @ twist @ turn.T, expected, atol=1e-12)
+    assert len(bag["/people/person0/estimate"]) == 4  # one of six ticks is without this track, in another it is nowhere
+
+
+# --------------------------------------------------------------------------------- markers and words
+
+
+def test_the_scene_is_drawn_with_markers(log, bag):
+    box, cylinder, arrow, lines, text = 1, 3, 0, 5, 9
+    tracks = {time: len(value["people"]) for time, value in logged(log, "/people/estimate")}
+    for time, value, message in pairs(log, "/scene", bag, "/scene"):
+        kinds, believed = Counter(marker.type for marker in message.markers), tracks.get(time, 0)
+        assert kinds == {box: 4, cylinder: 15 + believed, arrow: 1 + believed, lines: 2, text: 3}
+        assert len({(marker.ns, marker.id) for marker in message.markers}) == len(message.markers)
+        for marker in message.markers:
+            assert_header(marker.header, time, "base_link_truth" if marker.ns == "robot" else "map")
+            lifetime = 200_000_000 if marker.ns.endswith("_estimate") else 0
+            assert (marker.action, marker.lifetime.sec, marker.lifetime.nanosec) == (0, 0, lifetime)
+            assert marker.color.a > 0
+        entities = {entity.id: entity for entity in value.entities}
+        for name in ("person0", "person1", "person2"):
+            (marker, label) = [marker for marker in message.markers if marker.ns == name]
+            (body,) = entities[name].cylinders
+            assert same(marker.pose.position) == same(body.pose.position)
+            assert same(marker.scale) == same(body.size)
+            assert (marker.color.r, marker.color.g) == (np.float32(body.color.r), np.float32(body.color.g))
+            assert (label.text, label.scale.z) == (name, pytest.approx(0.3))
+        (left, _) = [marker for marker in message.markers if marker.ns == "lanes"]
+        assert [same(point) for point in left.points] == [(0.0, 2.5, 0.0), (10.0, 2.5, 0.0)]
+        assert left.scale.x == 0.05
+
+
+def test_candidates_are_drawn_as_arcs_from_the_believed_pose(log, bag):
+    states = dict(logged(log, "/robot/state"))
+    for time, value, message in pairs(log, "/candidates", bag, "/candidates"):
+        *thin, chosen = message.markers
+        assert sum(len(marker.points) for marker in thin) == 4 * len(value.v)  # two segments each
+        assert len(chosen.points) == 4
+        x, y, _ = states[time]["estimate"]["mean"]
+        assert same(chosen.points[0]) == pytest.approx((x, y, 0.0), abs=2**-11)
+        assert chosen.scale.x > 5 * thin[0].scale.x
+
+
+def test_topics_without_a_ros_type_are_json(log, bag):
+    for topic in ("/contacts", "/decision", "/tick"):
+        for _, value, message in pairs(log, topic, bag, topic):
+            assert json.loads(message.data) == value
+    for _, value, message in pairs(log, "/cone", bag, "/cone"):
+        cone = json.loads(message.data)
+        assert (cone["obstacle"], cone["safe_share"]) == ("person1", value.safe_share)
+        np.testing.assert_array_equal(np.float32(cone["samples"]), np.array(value.samples, np.float32))
+
+
+def test_events_are_lines_of_a_ros_log(log, bag):
+    for time, value, message in pairs(log, "/events", bag, "/events"):
+        assert (message.level, message.name, message.msg) == (30, "contact", value.message)
+        assert message.stamp.sec * 10**9 + message.stamp.nanosec == time

@@ -1,0 +1,306 @@
+import gzip
+import json
+import resource
+import subprocess
+import sys
+import threading
+import time
+from dataclasses import replace
+from pathlib import Path
+
+import mcap.records as records
+import pytest
+from mcap.reader import NonSeekingReader, make_reader
+from mcap.stream_reader import StreamReader
+from mcap.writer import MCAP0_MAGIC, Writer
+from mcap_protobuf.decoder import DecoderFactory
+
+from mjnav.errors import InputError
+from mjnav.log import Recorder, check_path, open_log
+from mjnav.log.log_format import FRAMES, FRAMES_KEY
+from mjnav.log.write.sink import QUEUE_SIZE
+from mjnav.log.write.writer import LogError
+from mjnav.scene import loads
+from mjnav.scene.spec import LogContent
+
+TOPICS = {
+    "/tf": "foxglove.FrameTransforms",
+    "/scene": "foxglove.SceneUpdate",
+    "/scan": "foxglove.LaserScan",
+    "/belief/robot": "foxglove.PointCloud",
+    "/belief/obstacles": "foxglove.PointCloud",
+    "/candidates": "mjnav.Candidates",
+    "/robot/truth": "foxglove.PoseInFrame",
+    "/robot/estimate": "foxglove.PoseInFrame",
+    "/robot/state": "mjnav.RobotState",
+    "/odometry": "mjnav.Odometry",
+    "/command": "mjnav.Command",
+    "/decision": "mjnav.Decision",
+    "/people/truth": "mjnav.People",
+    "/people/estimate": "mjnav.People",
+    "/cone": "mjnav.ConeDistribution",
+    "/tick": "mjnav.TickTiming",
+    "/contacts": "mjnav.Contacts",
+    "/events": "foxglove.Log",
+}
+FINAL_TOPICS = {"/tf", "/scene", "/robot/truth", "/robot/state", "/people/truth", "/contacts"}
+RESULT = {"outcome": "goal", "success": True, "time_s": 12.345, "collisions": {"person": 0}, "lane_violation_s": None}
+
+
+@pytest.fixture
+def log_path(tmp_path, scenario, made_up, event) -> Path:
+    path = tmp_path / "run.mcap"
+    with Recorder(path, scenario, {"seed": "3", "scene": "made-up"}, "<mujoco/>") as recorder:
+        for tick in range(4):
+            recorder.write(made_up.record(tick, events=(event,) if tick == 2 else ()))
+            recorder.write_timing(made_up.timing(tick))
+        recorder.finish(made_up.truth(4), RESULT, (event,))
+    return path
+
+
+def test_mcaps_own_reader_decodes_every_topic_by_the_schema_in_the_file(log_path):
+    class Json(DecoderFactory):
+        def decoder_for(self, message_encoding, schema):
+            return json.loads if message_encoding == "json" and schema.encoding == "jsonschema" else None
+
+    with open(log_path, "rb") as file:
+        reader = make_reader(file, validate_crcs=True, decoder_factories=[DecoderFactory(), Json()])
+        decoded = list(reader.iter_decoded_messages())
+    assert {(message.channel.topic, message.schema.name) for message in decoded} == set(TOPICS.items())
+    times = {}
+    for message in decoded:
+        times.setdefault(message.channel.topic, []).append(message.message.log_time)
+        if message.schema.encoding == "jsonschema":
+            assert json.loads(message.schema.data)["title"] == message.schema.name
+    whole = [0, 100_000_000, 200_000_000, 300_000_000]
+    for topic, at in times.items():
+        assert at == (
+            [200_000_000, 400_000_000] if topic == "/events" else whole + [400_000_000] * (topic in FINAL_TOPICS)
+        ), topic
+
+
+def test_the_run_comes_first_and_the_result_last(log_path):
+    with open(log_path, "rb") as file:
+        found = [
+            record
+            for record in StreamReader(file, emit_chunks=True).records
+            if isinstance(record, records.Metadata | records.Attachment | records.Chunk)
+        ]
+    assert (found[0].name, found[0].metadata) == (
+        "mjnav/run",
+        {"log_format": "2", "seed": "3", "scene": "made-up", FRAMES_KEY: FRAMES},
+    )
+    assert [record.name for record in found[1:4]] == ["scenario.toml", "model.xml.gz", "foxglove-layout.json"]
+    assert found[-1].name == "mjnav/result"
+    assert all(isinstance(record, records.Chunk) for record in found[4:-1])
+
+
+def test_the_attachments_are_the_run_file_and_the_model(log_path, scenario):
+    log = open_log(log_path)
+    assert loads(log.attachments["scenario.toml"].decode()) == scenario
+    assert gzip.decompress(log.attachments["model.xml.gz"]) == b"<mujoco/>"
+
+
+def test_the_file_appears_with_the_first_tick(tmp_path, scenario, made_up):
+    path = tmp_path / "run.mcap"
+    with Recorder(path, scenario, {}, "<mujoco/>") as recorder:
+        assert not path.exists()
+        recorder.write(made_up.record(0))
+        assert path.read_bytes()[:8] == MCAP0_MAGIC
+
+
+def test_the_logs_thread_runs_before_the_first_tick(tmp_path, scenario):
+    before = threading.active_count()
+    with Recorder(tmp_path / "run.mcap", scenario, {}, "<mujoco/>", threaded=True):
+        assert threading.active_count() == before + 1
+    assert threading.active_count() == before
+
+
+def test_a_recorder_that_wrote_nothing_leaves_nothing(tmp_path, scenario):
+    with Recorder(tmp_path / "run.mcap", scenario, {}, "<mujoco/>"):
+        pass
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_file_that_came_in_between_is_not_overwritten(tmp_path, scenario, made_up):
+    path = tmp_path / "run.mcap"
+    with Recorder(path, scenario, {}, "<mujoco/>") as recorder:
+        path.write_text("mine")
+        with pytest.raises(InputError, match="cannot be written"):
+            recorder.write(made_up.record(0))
+    assert path.read_text() == "mine"
+
+
+def test_paths_that_cannot_be_written_are_refused_and_nothing_is_made(tmp_path):
+    (tmp_path / "file").write_text("")
+    (tmp_path / "dangling").symlink_to(tmp_path / "nowhere")
+    for path in (
+        tmp_path,
+        tmp_path / "file",
+        tmp_path / "file" / "x.mcap",
+        tmp_path / "dangling",
+        tmp_path / "new" / "x.mcap",
+    ):
+        with pytest.raises(InputError) as error:
+            check_path(path)
+        assert error.value.exit_code == 2
+    assert check_path(tmp_path / "x.mcap") == tmp_path / "x.mcap"
+    assert not (tmp_path / "new").exists()
+
+
+def test_nothing_can_be_written_after_the_end(tmp_path, scenario, made_up):
+    with Recorder(tmp_path / "run.mcap", scenario, {}, "<mujoco/>") as recorder:
+        with pytest.raises(ValueError, match="after the tick"):
+            recorder.write_timing(made_up.timing(0))
+        recorder.write(made_up.record(0))
+        recorder.finish(made_up.truth(1), {})
+        with pytest.raises(ValueError, match="nothing after its end"):
+            recorder.write(made_up.record(1))
+    assert open_log(tmp_path / "run.mcap").topics["/command"].messages == 1
+
+
+def test_a_tick_without_reading_candidates_or_cone_leaves_those_topics_out(tmp_path, scenario, made_up):
+    record = made_up.record(0, reading=None, cone=None, tracks=())
+    record = replace(record, decision=replace(record.decision, costs=None))
+    with Recorder(tmp_path / "run.mcap", scenario, {}, "<mujoco/>") as recorder:
+        recorder.write(record)
+        recorder.finish(made_up.truth(1), {"outcome": "goal"})
+    empty = {name for name, topic in open_log(tmp_path / "run.mcap").topics.items() if topic.messages == 0}
+    assert empty == {"/scan", "/odometry", "/detections", "/cone", "/candidates", "/events", "/tick"}
+
+
+@pytest.mark.parametrize("drawings", [None, False, True])
+def test_a_log_has_drawings_where_its_run_file_asks_for_them(tmp_path, scenario, made_up, drawings):
+    scenario = scenario if drawings is None else replace(scenario, log=LogContent(drawings))
+    with Recorder(tmp_path / "run.mcap", scenario, {}, "<mujoco/>") as recorder:
+        recorder.write(made_up.record(0))
+    log = open_log(tmp_path / "run.mcap")
+    assert log.scenario() == scenario
+    assert ("/candidates/arcs" in log.topics) == bool(drawings)
+    assert log.topics["/candidates"].messages == 1
+
+
+@pytest.mark.parametrize("threaded", [False, True])
+def test_a_full_disk_is_an_error_of_one_line_and_what_was_written_stays(tmp_path, scenario, made_up, threaded):
+    path, record = tmp_path / "run.mcap", made_up.record(0)
+    limits = resource.getrlimit(resource.RLIMIT_FSIZE)
+    recorder = Recorder(path, scenario, {}, "<mujoco/>", threaded=threaded)
+
+    def run_on():
+        with recorder:
+            for tick in range(1000):
+                recorder.write(made_up.at(record, tick))
+            recorder.finish(made_up.truth(1000), {"outcome": "timeout"})
+
+    resource.setrlimit(resource.RLIMIT_FSIZE, (400_000, limits[1]))
+    try:
+        with pytest.raises(
+            LogError, match=r"writing failed: File too large; it can be read at least up to [0-9.]+ s$"
+        ) as raised:
+            run_on()
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, limits)
+    log = open_log(path)
+    kept = sequences(log, "/command")
+    assert kept == list(range(len(kept)))
+    assert f"up to {0.1 * kept[-1]:.1f} s" in str(raised.value)
+    assert 200_000 < path.stat().st_size <= 400_000
+
+
+def test_a_disk_that_has_no_room_for_the_beginning_is_left_without_a_file(tmp_path, scenario):
+    limits = resource.getrlimit(resource.RLIMIT_FSIZE)
+    with Recorder(tmp_path / "run.mcap", scenario, {}, "<mujoco/>") as recorder:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (1000, limits[1]))
+        try:
+            with pytest.raises(LogError, match="File too large; nothing of it is left"):
+                recorder.open()
+        finally:
+            resource.setrlimit(resource.RLIMIT_FSIZE, limits)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_every_reading_of_a_tick_is_there_at_its_own_time(tmp_path, scenario, made_up):
+    first, second = (made_up.record(tick) for tick in (0, 3))
+    before = tuple(replace(second.reading, time=time) for time in (0.1, 0.2))
+    with Recorder(tmp_path / "run.mcap", scenario, {}, "<mujoco/>") as recorder:
+        recorder.write(first)
+        recorder.write(replace(second, tick=1, readings_before=before))
+    log = open_log(tmp_path / "run.mcap")
+    for topic in ("/odometry", "/scan"):
+        found = [(message.sequence, message.time_ns) for message in log.messages(topic)]
+        assert found == [(0, 0), (1, 100_000_000), (1, 200_000_000), (1, 300_000_000)]
+    assert [message.value["time"] for message in log.messages("/odometry")] == pytest.approx([0.0, 0.1, 0.2, 0.3])
+
+
+# -------------------------------------------------------------------------------------- dropped ticks
+
+
+@pytest.fixture
+def disk(monkeypatch):
+    """A disk that takes nothing until `go_on` is set."""
+
+    class Disk:
+        entered, go_on = threading.Event(), threading.Event()
+
+    add_message = Writer.add_message
+
+    def blocking(self, *arguments):
+        Disk.entered.set()
+        Disk.go_on.wait()
+        add_message(self, *arguments)
+
+    monkeypatch.setattr(Writer, "add_message", blocking)
+    yield Disk
+    Disk.go_on.set()
+
+
+def sequences(log, topic: str) -> list[int]:
+    return [message.sequence for message in log.messages(topic)]
+
+
+def test_a_log_that_cannot_keep_up_counts_what_it_drops_and_readers_see_the_gap(tmp_path, scenario, made_up, disk):
+    path, first = tmp_path / "a.mcap", made_up.record(0)
+    whole = QUEUE_SIZE // 2  # ticks that fill the queue: of each its messages and its timing
+    with Recorder(path, scenario, {}, "<mujoco/>", threaded=True) as recorder:
+        recorder.write(first)
+        disk.entered.wait()  # the thread has taken the first batch out of the queue
+        recorder.write_timing(made_up.timing(0))
+        for tick in range(1, whole + 4):
+            recorder.write(made_up.at(first, tick))
+            recorder.write_timing(made_up.timing(tick))
+        assert recorder.dropped == 7  # the timing of one tick, and both parts of three
+        disk.go_on.set()
+        recorder.finish(made_up.truth(whole + 4), {"outcome": "goal"})
+        assert recorder.dropped == 7
+    log = open_log(path)
+    assert (log.complete, log.result["outcome"]) == (True, "goal")
+    assert sequences(log, "/command") == [*range(whole + 1)]
+    assert sequences(log, "/tick") == [*range(whole)]
+    assert sequences(log, "/robot/truth") == [*range(whole + 1), whole + 4]  # the end is never dropped
+    trajectory = log.trajectory()  # reaches to the gap
+    assert (len(trajectory.command), len(trajectory.time), len(trajectory.timing)) == (whole, whole + 1, whole)
+
+
+@pytest.mark.parametrize("sink", ["direct", "thread"])
+@pytest.mark.parametrize(("pause", "lifetime"), [(0.0, 0.6), (0.003, 0.93), (0.05, 0.71)])
+def test_a_killed_writer_loses_at_most_the_last_moments(tmp_path, pause, lifetime, sink):
+    path = tmp_path / "run.mcap"
+    command = [sys.executable, str(Path(__file__).parent / "killed_writer.py"), str(path), str(pause), sink]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
+        first = process.stdout.readline()
+        time.sleep(lifetime)
+        process.kill()
+        lines = (first + process.stdout.read()).split("\n")[:-1]  # the last may be cut off
+        handed_over = [line.split() for line in lines]
+    log = open_log(path)
+    assert (log.complete, log.truncated, log.run["scene"]) == (False, True, "made-up")
+    kept = sequences(log, "/command")  # of ticks; where the disk cannot keep up, a thread's log drops some between them
+    assert kept == sorted(set(kept))
+    assert len(kept) == kept[-1] + 1 or (sink, pause) == ("thread", 0.0)
+    if kept[-1] + 1 < len(handed_over):
+        lost = float(handed_over[-1][1]) - float(handed_over[kept[-1] + 1][1])
+        assert lost <= 0.3
+    assert len(kept) <= len(handed_over) + 1
+    assert len(log.trajectory().status) >= (len(kept) - 2 if len(kept) == kept[-1] + 1 else 1)
+    with open(path, "rb") as file:
+        assert next(NonSeekingReader(file).iter_metadata()).name == "mjnav/run"

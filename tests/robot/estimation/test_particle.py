@@ -1,0 +1,242 @@
+"""The bootstrap filters of the robot's pose and of people."""
+
+import numpy as np
+import pytest
+from filterpy.common import Q_discrete_white_noise
+from filterpy.kalman import KalmanFilter
+from scipy.linalg import block_diag
+
+from mjnav.geometry.angles import wrap
+from mjnav.messages import Reading
+from mjnav.noise import make_distribution, profile
+from mjnav.robot.estimation.base import FilterSettings
+from mjnav.robot.estimation.particle import ParticleLocalizer, ParticleTracker, PersonMotion
+
+SETTLED = 20  # readings after which the start is forgotten
+PEOPLE = ((0.0, 0.0, 1.0, 0.0), (3.0, 1.0, 0.0, -1.2), (5.0, 5.0, -0.5, 0.5))
+
+# --------------------------------------------------------------------------------------- localizer
+
+
+def track(localizer, readings, truth):
+    """Beliefs, and errors (T, 3) of their means."""
+    beliefs = [localizer.update(reading) for reading in readings]
+    errors = np.array([belief.mean for belief in beliefs]) - truth
+    errors[:, 2] = wrap(errors[:, 2])
+    return beliefs, errors
+
+
+def test_errors_fall_well_below_the_sensors_and_the_belief_is_consistent_under_skewed_noise(drive, pearson):
+    nees, squares = [], []
+    for seed in range(8):
+        beliefs, errors = track(ParticleLocalizer(pearson, 500, seed), *drive(pearson, seed, ticks=150))
+        nees += [e @ np.linalg.solve(b.covariance, e) for b, e in zip(beliefs, errors, strict=True)][SETTLED:]
+        squares.append(errors[SETTLED:] ** 2)
+    rmse = np.sqrt(np.mean(np.concatenate(squares), axis=0))
+    assert np.all(rmse < [0.35, 0.35, 0.5] * np.array([pearson[f"pose.{c}"].std for c in ("x", "y", "theta")]))
+    assert 2.0 < np.mean(nees) < 4.5  # 3 for an exact Gaussian posterior
+    assert np.mean(np.array(nees) < 7.815) > 0.88  # the 95 % region of three degrees of freedom
+
+
+def test_only_the_right_sign_of_the_noise_leaves_the_pose_unbiased(drive, mirrored, pearson):
+    noise = pearson | {"pose.x": make_distribution("pearson", mean=0.0, std=0.08, skew=1.6, kurtosis=7.0)}
+    reflected = noise | {"pose.x": mirrored(noise["pose.x"])}
+
+    def errors_x(believed):
+        runs = [track(ParticleLocalizer(believed, 300, s), *drive(noise, s, 120, v=0.0)) for s in range(8)]
+        return np.array([errors[SETTLED:, 0].mean() for _, errors in runs])
+
+    right, wrong = errors_x(noise), errors_x(reflected)
+    assert abs(right.mean()) < 0.012
+    assert abs(wrong.mean()) > 0.025
+    assert np.sqrt(np.mean(wrong**2)) > 3.0 * np.sqrt(np.mean(right**2))
+
+
+def test_odometry_noise_is_subtracted(drive, pearson):
+    biased = pearson | {"odometry.v": make_distribution("gaussian", mean=0.3, std=0.01)}
+    _, errors = track(ParticleLocalizer(biased, 500, 0), *drive(biased, 0, ticks=200, omega=0.0))
+    assert abs(errors[SETTLED:, 0].mean()) < 0.02  # added, the robot would run 6 cm ahead at every reading
+
+
+def test_a_heading_that_crosses_pi_is_followed(drive, pearson):
+    readings, truth = drive(pearson, 1, ticks=200, v=0.3, omega=0.5, start=(0.0, 0.0, 3.0))
+    assert np.abs(np.diff(truth[:, 2])).max() > 6.0
+    beliefs, errors = track(ParticleLocalizer(pearson, 500, 1), readings, truth)
+    assert np.abs(errors[SETTLED:, 2]).max() < 0.1
+    assert max(belief.covariance[2, 2] for belief in beliefs[SETTLED:]) < 0.05**2
+    assert all(np.all(np.abs(belief.particles[:, 2]) <= np.pi) for belief in beliefs)
+
+
+def test_a_robot_carried_away_is_found_after_the_patience_and_once(drive, pearson):
+    readings, _ = drive(pearson, 2, ticks=60)
+    elsewhere, truth = drive(pearson, 3, ticks=60, start=(4.0, -3.0, 2.0))
+    localizer = ParticleLocalizer(pearson, 500, 2)
+    for reading in readings:
+        assert not localizer.update(reading).recovered
+    beliefs, errors = track(localizer, elsewhere[1:], truth[1:])
+    assert [belief.recovered for belief in beliefs] == [False, False, True] + [False] * 56
+    assert np.abs(errors[SETTLED:, :2]).max() < 0.08
+
+
+def test_one_outlier_neither_moves_the_belief_nor_spreads_it_again(drive, pearson):
+    readings, truth = drive(pearson, 4, ticks=60)
+    readings[50].pose[:] += [3.0, -3.0, 2.0]
+    beliefs, errors = track(ParticleLocalizer(pearson, 500, 4), readings, truth)
+    assert not any(belief.recovered for belief in beliefs)
+    assert np.abs(errors[50:, :2]).max() < 0.08
+
+
+def test_a_belief_stays_as_it_was_handed_over_and_drawing_does_not_disturb_the_filter(drive, pearson):
+    readings, _ = drive(pearson, 6, ticks=30)
+    localizer, quiet = ParticleLocalizer(pearson, 200, 6), ParticleLocalizer(pearson, 200, 6)
+    beliefs = [localizer.update(reading) for reading in readings[:10]]
+    copies = [(b.particles.copy(), b.weights.copy(), b.mean.copy()) for b in beliefs]
+    for reading in readings[10:]:
+        localizer.update(reading)
+        latest = localizer.draw(25)
+    for belief, copy in zip(beliefs, copies, strict=True):
+        for now, then in zip((belief.particles, belief.weights, belief.mean), copy, strict=True):
+            assert np.array_equal(now, then)
+    for reading in readings:
+        expected = quiet.update(reading)
+    assert latest.shape == (25, 3)
+    assert np.array_equal(localizer.update(readings[-1]).particles, quiet.update(readings[-1]).particles)
+    assert expected.time == readings[-1].time
+
+
+def test_draws_follow_the_weights_and_have_no_order(drive, pearson):
+    localizer = ParticleLocalizer(pearson, 500, 10)
+    readings, _ = drive(pearson, 10, ticks=40)
+    for reading in readings:
+        belief = localizer.update(reading)
+    drawn = np.array([localizer.draw(25) for _ in range(400)])
+    std = np.sqrt(np.diagonal(belief.covariance))
+    assert np.all(np.abs(drawn.mean(axis=(0, 1)) - belief.mean) < 0.05 * std)
+    assert drawn.std(axis=(0, 1)) == pytest.approx(std, rel=0.05)
+    by_place = np.abs(drawn.mean(axis=0) - belief.mean) / std  # (25, 3)
+    assert by_place.max() < 5.0 / np.sqrt(400)  # every place in the order has the belief's mean
+
+
+# ----------------------------------------------------------------------------------------- tracker
+
+
+def true_states(ticks, people=PEOPLE):
+    """(T, P, 4)"""
+    people = np.asarray(people)
+    states = np.repeat(people[None], ticks, axis=0)
+    states[..., :2] += 0.1 * np.arange(ticks)[:, None, None] * people[:, 2:]
+    return states
+
+
+def test_many_particles_have_the_posterior_of_filterpys_kalman_filter():
+    std, walking, sway, dt = 0.12, 1.0, 0.8, 0.1
+    motion = PersonMotion(walking_speed=walking, sway=sway, turn_rate=0.0)
+    settings = FilterSettings(epsilon=1e-9, roughening=0.0)
+    rng = np.random.default_rng(0)
+    truth = true_states(12, PEOPLE[:1])[:, :, :2]
+    measured = truth + std * rng.standard_normal(truth.shape)
+    noise = dict(profile("gaussian"))
+    assert noise["detection.x"].std == pytest.approx(std)
+    tracker = ParticleTracker(noise, 20_000, [0.3], 0, settings, motion)
+
+    kalman = KalmanFilter(dim_x=4, dim_z=2)  # x, vx, y, vy: filterpy's order
+    kalman.F = block_diag(*2 * [[[1.0, dt], [0.0, 1.0]]])
+    kalman.H = np.array([[1.0, 0, 0, 0], [0, 0, 1.0, 0]])
+    kalman.R *= std**2
+    kalman.Q = block_diag(*2 * [Q_discrete_white_noise(2, dt, var=sway**2 / dt)])  # acceleration, held for dt
+    kalman.x = np.array([measured[0, 0, 0], 0.0, measured[0, 0, 1], 0.0])
+    kalman.P = np.diag([std**2, walking**2, std**2, walking**2])
+    order = [0, 2, 1, 3]
+    for k, z in enumerate(measured):
+        reading = Reading(dt * k, dt * bool(k), np.zeros(2), 0.0, np.zeros(3), z, np.zeros(0))
+        (belief,) = tracker.update(reading)
+        if k:
+            kalman.predict()
+            kalman.update(z[0])
+        scale = np.sqrt(np.diagonal(kalman.P)[order])
+        assert np.all(np.abs(belief.mean - kalman.x[order]) < 0.06 * scale)
+        expected = kalman.P[np.ix_(order, order)] / np.outer(scale, scale)
+        assert belief.covariance / np.outer(scale, scale) == pytest.approx(expected, abs=0.06)
+
+
+def test_errors_fall_well_below_the_detections(drive, pearson):
+    errors, coverage = [], []
+    for seed in range(4):
+        tracker = ParticleTracker(pearson, 200, [0.3] * 3, seed)
+        readings, _ = drive(pearson, seed, ticks=150, people=PEOPLE)
+        for k, (reading, states) in enumerate(zip(readings, true_states(150), strict=True)):
+            for person, state in zip(tracker.update(reading), states, strict=True):
+                if k >= SETTLED:
+                    error = person.mean - state
+                    errors.append(error)
+                    coverage.append(error @ np.linalg.solve(person.covariance, error) < 9.488)
+    rmse = np.sqrt(np.mean(np.square(errors), axis=0))
+    assert np.all(rmse[:2] < 0.6 * pearson["detection.x"].std)
+    assert np.all(rmse[2:] < 0.3)
+    assert np.mean(coverage) > 0.93  # of the 95 % region; these people never turn, the filter allows for it
+
+
+def test_a_person_carried_away_is_found_and_the_others_are_not_disturbed(drive, pearson):
+    readings, _ = drive(pearson, 0, ticks=60, people=PEOPLE)
+    alone = ParticleTracker(pearson, 200, [0.3] * 3, 0)
+    undisturbed = [alone.update(reading) for reading in readings]
+    for reading in readings[40:]:
+        reading.detections[1] += [5.0, -4.0]
+    tracker = ParticleTracker(pearson, 200, [0.3] * 3, 0)
+    tracks = [tracker.update(reading) for reading in readings]
+    assert [k for k, row in enumerate(tracks) if row[1].recovered] == [42]
+    assert np.abs(tracks[-1][1].mean[:2] - true_states(60)[-1, 1, :2] - [5.0, -4.0]).max() < 0.2
+    for row, expected in zip(tracks, undisturbed, strict=True):
+        for p in (0, 2):
+            assert np.array_equal(row[p].particles, expected[p].particles)
+
+
+def test_draws_of_different_people_are_independent_in_order(drive, pearson):
+    readings, _ = drive(pearson, 0, ticks=30, people=PEOPLE)
+    tracker = ParticleTracker(pearson, 200, [0.2, 0.3, 0.4], 0)
+    for reading in readings:
+        tracks = tracker.update(reading)
+    draws = [tracker.draw(25) for _ in range(300)]
+    assert [d.shape for d in draws[0]] == [(25, 4)] * 3
+    assert [person.radius for person in tracks] == [0.2, 0.3, 0.4]
+    correlation = np.mean([np.corrcoef(a[:, 0], b[:, 0])[0, 1] for a, b, _ in draws])
+    assert abs(correlation) < 4.0 / np.sqrt(300 * 24)
+
+
+def test_readings_without_noise_are_followed_exactly_enough_and_without_a_nan(drive):
+    noise = dict(profile("none"))
+    readings, poses = drive(noise, 0, ticks=80, people=PEOPLE)
+    localizer, tracker = ParticleLocalizer(noise, 500, 8), ParticleTracker(noise, 200, [0.3] * 3, 0)
+    for k, (reading, pose, states) in enumerate(zip(readings, poses, true_states(80), strict=True)):
+        belief = localizer.update(reading)
+        assert np.abs(belief.mean - pose).max() < 1e-3
+        assert np.isfinite(belief.covariance).all()
+        assert not belief.recovered
+        for person, state in zip(tracker.update(reading), states, strict=True):
+            assert np.isfinite(person.covariance).all()
+            assert not person.recovered
+            if k >= SETTLED:
+                assert np.abs(person.mean[:2] - state[:2]).max() < 0.01
+                assert np.abs(person.mean[2:] - state[2:]).max() < 0.1
+
+
+def test_stops_and_turns_have_their_probabilities_and_the_gaussian_model_their_variance():
+    num, rng = 200_000, np.random.default_rng(0)
+
+    def step(motion, velocity):
+        state = np.concatenate([np.zeros((num, 2)), velocity], axis=1)[None]
+        return motion.predict(state, 0.1, rng.random((1, num)), rng.standard_normal((1, num, 2)))[0]
+
+    motion = PersonMotion(turn_rate=2.0, stop_share=0.25)
+    state = step(motion, np.tile([30.0, 0.0], (num, 1)))
+    q = 1.0 - np.exp(-0.2)
+    stopped = np.all(state[:, 2:] == 0.0, axis=1)
+    turned = (state[:, 2] < 15.0) & ~stopped
+    assert stopped.mean() == pytest.approx(0.25 * q, abs=0.003)
+    assert turned.mean() == pytest.approx(0.75 * q, abs=0.003)
+    assert state[turned, 2:].std() == pytest.approx(motion.walking_speed, rel=0.02)
+    assert state[stopped, 0] == pytest.approx(1.5)  # half the interval at the old velocity
+    usual = PersonMotion()
+    velocity = usual.walking_speed * rng.standard_normal((num, 2))
+    change = step(usual, velocity)[:, 2:] - velocity
+    assert np.cov(change.T) == pytest.approx(usual.variances(0.1)[0] * np.eye(2), rel=0.03, abs=0.01)

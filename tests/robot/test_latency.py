@@ -1,0 +1,150 @@
+"""When decisions take effect."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import mjnav
+from mjnav import scene
+from mjnav.errors import InvalidValue
+from mjnav.log import open_log
+from mjnav.loop.episode import Episode
+from mjnav.robot.commands import make_latency
+
+MEASURED = 'control.latency={model="measured"}'
+
+
+def sampled(*trace: float, **more: object) -> str:
+    keys = "".join(f", {key}={value!r}" for key, value in more.items())
+    return f'control.latency={{model="sampled", trace={list(trace)}{keys}}}'
+
+
+def effects(scenario, num: int = 6) -> list[float]:
+    """Moment of effect of each tick's decision behind the tick [s]; as if computing took no time."""
+    model = make_latency(scenario, scenario.seed)
+    return [model.actual(tick, 0.0) - tick * scenario.control.period for tick in range(num)]
+
+
+def state_hash(scenario) -> str:
+    return Episode(scenario).run().summary["state_hash"]
+
+
+@pytest.mark.parametrize("delay", [0, 1, 3])
+def test_whole_periods_are_expected_and_happen(empty, delay):
+    scenario = empty(f"control.delay={delay}")
+    model = make_latency(scenario, 0)
+    assert effects(scenario) == pytest.approx([0.1 * delay] * 6)
+    assert model.expected(4) == model.actual(4, 0.08)
+
+
+def test_a_trace_of_one_is_a_constant_rounded_up_to_a_step(empty):
+    assert effects(empty(sampled(0.0301))) == pytest.approx([0.032] * 6)
+    assert effects(empty(sampled(0.03))) == pytest.approx([0.030] * 6)
+    assert effects(empty(sampled(0.0))) == pytest.approx([0.0] * 6)
+
+
+def test_a_recorded_trace_comes_in_its_order_again_and_again(empty):
+    found = effects(empty(sampled(0.01, 0.02, 0.25, 0.04, order="recorded")))
+    assert found == pytest.approx([0.01, 0.02, 0.25, 0.04, 0.01, 0.02])
+
+
+def test_a_drawn_trace_follows_the_seed_and_all_of_its_values_come(empty):
+    trace = (0.01, 0.02, 0.04)
+    first, again, other = (effects(empty(sampled(*trace), seed=seed), 60) for seed in (1, 1, 2))
+    assert first == again != other
+    assert {round(value, 6) for value in first} == set(trace)
+
+
+def test_the_prediction_counts_on_the_median_of_the_trace_unless_it_is_told(empty):
+    assert make_latency(empty(sampled(0.01, 0.05, 0.02)), 0).expected(2) == pytest.approx(0.22)
+    assert make_latency(empty(sampled(0.01, planned=0.07)), 0).expected(2) == pytest.approx(0.27)
+    assert make_latency(empty(MEASURED), 0).expected(2) == pytest.approx(0.25)
+
+
+def test_a_latency_of_one_period_is_a_delay_of_one(room):
+    assert state_hash(room(sampled(0.1))) == state_hash(room("control.delay=1"))
+    assert state_hash(room(sampled(0.0))) == state_hash(room("control.delay=0"))
+    assert state_hash(room(sampled(0.04))) != state_hash(room("control.delay=1"))
+
+
+@pytest.mark.parametrize("engine", ["mujoco", "kinematic"])
+def test_a_command_takes_force_within_the_period(empty, engine):
+    """At full throttle from rest, what was driven after the first period says when the command came."""
+    driven = {}
+    for latency in (0.0, 0.03, 0.06):
+        records = []
+        scenario = empty(sampled(latency), f"physics.engine={engine}", "noise.profile=none", "time_limit=0.3")
+        Episode(scenario, watch=records.append).run()
+        driven[latency] = records[1].truth.robot_pose[0]
+    assert driven[0.0] > driven[0.03] > driven[0.06] > 0.0
+    if engine == "kinematic":
+        for latency, distance in driven.items():
+            assert distance == pytest.approx(0.5 * (0.1 - latency) ** 2, abs=2e-4)
+
+
+def test_latency_beyond_the_period_delays_and_never_reorders(room):
+    scenario = room(sampled(0.23, 0.01, order="recorded"))
+    records = []
+    Episode(scenario, watch=records.append).run()
+    decided = [np.array([r.decision.v, r.decision.omega]) for r in records]
+    # Decision 0 takes force at 0.23; 1, computed at 0.11, waits for it and takes its place; 2 comes at 0.43, with 3.
+    assert np.array_equal(records[2].command, np.zeros(2))
+    assert np.array_equal(records[3].command, decided[1])
+    assert np.array_equal(records[4].command, decided[1])
+    assert np.array_equal(records[5].command, decided[3])
+
+
+def test_a_measured_run_is_repeated_by_the_scenario_in_its_log(room, tmp_path):
+    path = tmp_path / "a.mcap"
+    result = mjnav.run(room(MEASURED), log=path)
+    trace = result.replay.control.latency.trace
+    assert len(trace) == result.summary["ticks"]
+    assert all(0.0 < value < 5.0 for value in trace)
+    logged = scene.loads(open_log(path).attachments["replay.toml"].decode())
+    assert logged == result.replay
+    assert state_hash(logged) == result.summary["state_hash"]
+
+
+def test_a_run_that_repeats_itself_needs_no_other_scenario(room, tmp_path):
+    scenario = room(sampled(0.02))
+    result = mjnav.run(scenario, log=tmp_path / "a.mcap")
+    assert result.replay is scenario
+    assert "replay.toml" not in open_log(tmp_path / "a.mcap").attachments
+
+
+def test_a_trace_may_stand_in_a_file_beside_the_run_file_or_in_the_working_folder(tmp_path, monkeypatch):
+    text = 'schema = 1\nname = "a"\n[robot]\nstart = [0.0, 0.0, 0.0]\ngoal = [1.0, 0.0]\n[control]\nlatency = {}\n'
+    (tmp_path / "sub").mkdir()
+    (tmp_path / "sub" / "trace.txt").write_text("# seconds\n0.01, 0.02\n\n0.03 # slow\n")
+    run_file = tmp_path / "sub" / "a.toml"
+    run_file.write_text(text.replace("{}", '{ trace = "trace.txt" }'))
+    found = scene.load(run_file)
+    assert found.control.latency.trace == (0.01, 0.02, 0.03)
+    assert scene.loads(scene.dumps(found)).control == found.control
+    monkeypatch.chdir(tmp_path)
+    other = scene.loads(text, ['control.latency.trace="sub/trace.txt"'], folder=tmp_path)
+    assert other.control.latency.trace == (0.01, 0.02, 0.03)
+
+
+@pytest.mark.parametrize(
+    ("latency", "message"),
+    [
+        ('{model="sampeld", trace=[0.1]}', "did you mean 'sampled'?"),
+        ("{}", "control.latency.trace: found nothing; allowed: compute times [s], or the path of a text file"),
+        ('{trace="none.txt"}', "control.latency.trace: found 'none.txt'; allowed: a text file of numbers that can be"),
+        ('{trace="bad.txt"}', "found 'fast'; allowed: numbers, one or more a line (line 2 of "),
+        ("{trace=[0.1, -0.1]}", "control.latency.trace.1: found -0.1; allowed: a number from 0 to 1000 s"),
+        ("{trace=[nan]}", "control.latency.trace.0: found nan"),
+        ('{model="measured", trace=[0.1]}', "control.latency.trace: found"),
+        ('{trace=[0.1], order="sorted"}', "control.latency.order: found 'sorted'; allowed: drawn, recorded"),
+        ("{trace=[0.1], planned=-1.0}", "control.latency.planned: found -1.0"),
+        ("{trace=[0.1], delay=1}", "control.latency.delay: found 'delay'; allowed: model, order, planned, trace"),
+    ],
+)
+def test_a_latency_that_makes_no_sense_is_refused(empty, tmp_path, monkeypatch, latency, message):
+    (tmp_path / "bad.txt").write_text("0.1\nfast\n")
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(InvalidValue) as raised:
+        empty(f"control.latency={latency}", folder=Path())
+    assert message in str(raised.value)

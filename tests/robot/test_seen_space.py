@@ -1,0 +1,137 @@
+"""What a scan saw that neither the map nor a track explains, and the way that it leaves."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from mjnav.messages import Reading
+from mjnav.motion.unicycle import integrate
+from mjnav.robot.estimation import assumed_noise
+from mjnav.robot.estimation.base import person_track
+from mjnav.robot.seen_space import HIDDEN, SeenSpace, free_arc
+from mjnav.scene.load import load
+from mjnav.scene.spec import Scenario
+from mjnav.world.simulator import Simulator
+
+RADIUS = 0.22
+
+
+def stepped(points: np.ndarray, v: float, omega: float, radius: float) -> float:
+    """The same as `free_arc` by driving 3 m in steps of a millimetre."""
+    way = 0.001 * np.arange(3000)
+    turned = omega / abs(v) * way
+    along = way * np.sinc(0.5 * turned / np.pi)
+    centres = np.sign(v) * np.stack([along * np.cos(0.5 * turned), along * np.sin(0.5 * turned)], axis=1)
+    np.testing.assert_allclose(centres[-1], integrate(np.zeros(3), v, omega, way[-1] / abs(v))[:2], atol=1e-9)
+    inside = np.hypot(*np.moveaxis(points - centres[:, None], -1, 0)) < radius  # (3000, n)
+    inside[:, inside[0] & (np.sign(v) * points[:, 0] <= 0.0)] = False  # it leaves these behind
+    entered = np.where(inside.any(axis=0), way[inside.argmax(axis=0)], np.inf)
+    return float(np.sort(entered)[1])
+
+
+coordinate = st.floats(-2.0, 2.0)
+
+
+@given(
+    st.lists(st.tuples(coordinate, coordinate), min_size=2, max_size=6),
+    st.floats(0.1, 1.0),
+    st.floats(-1.5, 1.5),
+    st.booleans(),
+)
+def test_the_free_way_is_that_of_a_disc_that_drives_until_two_points_are_in_it(points, v, omega, back):
+    points = np.array(points)
+    v = -v if back else v
+    found, expected = free_arc(points, v, omega, RADIUS), stepped(points, v, omega, RADIUS)
+    if min(found, expected) < 2.9:
+        # Where a point is only grazed, millimetres decide.
+        grazed = {free_arc(points, v, omega, RADIUS + d) for d in (-2e-3, 2e-3)}
+        assert found == pytest.approx(expected, abs=2e-3) or min(grazed) - 2e-3 <= expected <= max(grazed) + 2e-3
+
+
+def test_a_single_point_is_no_obstacle_and_two_are():
+    ahead = np.array([[1.0, 0.0], [1.0, 0.0]])
+    assert free_arc(ahead[:1], 0.5, 0.0, RADIUS) == np.inf
+    assert free_arc(ahead, 0.5, 0.0, RADIUS) == pytest.approx(1.0 - RADIUS)
+    assert free_arc(ahead, -0.5, 0.0, RADIUS) == np.inf
+
+
+def space_of(scenario: Scenario) -> SeenSpace:
+    return SeenSpace(scenario, assumed_noise(scenario))
+
+
+def first_reading(scenario: Scenario) -> Reading:
+    return Simulator(scenario, 1).sense()[0]
+
+
+KEYS = {"physics.engine": "kinematic", "noise.profile": "none", "people": []}
+PILLAR = {**KEYS, "pillars": [{"position": [1.5, 0.0], "radius": 0.2}]}
+START = np.zeros(3)
+
+
+def test_what_the_map_has_is_no_limit_and_what_it_misses_is():
+    for missing, expected in (([], np.inf), (["pillar0"], 1.5 - 0.2 - RADIUS)):
+        scenario = load("crossing1", {**PILLAR, "estimation.map.missing": missing} if missing else PILLAR)
+        space = space_of(scenario)
+        space.follow(first_reading(scenario), START, ())
+        assert space.free_way(0.0, 0.5, 0.0, RADIUS) == pytest.approx(expected, abs=0.01)
+
+
+def test_who_is_tracked_is_no_limit():
+    scenario = load("crossing1", {**PILLAR, "estimation.map.missing": ["pillar0"]})
+    person = person_track("track0", 0.0, 0.2, np.array([[1.5, 0.0, 0.0, 0.0]]))
+    space = space_of(scenario)
+    space.follow(first_reading(scenario), START, (person,))
+    assert space.free_way(0.0, 0.5, 0.0, RADIUS) == np.inf
+
+
+def test_a_robot_that_is_not_where_it_believes_does_not_take_what_it_sees_for_the_map():
+    scenario = load("crossing1", PILLAR)
+    space = space_of(scenario)
+    space.follow(first_reading(scenario), np.array([0.0, 5.0, 0.0]), ())
+    assert space.free_way(0.0, 0.5, 0.0, RADIUS) < 1.2
+
+
+@pytest.mark.parametrize("value", [0.0, np.inf])
+def test_a_gap_counts_from_where_a_thin_thing_would_go_unseen_in_it(value):
+    """Covered beams are 0; beams without a return count as blind where the map has a wall."""
+    scenario = load("crossing1", {**KEYS, "walls": [{"from": [4.0, -9.0], "to": [4.0, 9.0]}]})
+    reading, angles = first_reading(scenario), scenario.sensors.scanner.angles
+    for half_width in (0.02, 0.1):
+        ranges = reading.scan.copy()
+        ranges[np.abs(angles) < half_width] = value
+        space = space_of(scenario)
+        space.follow(replace(reading, scan=ranges), START, ())
+        blind = int((np.abs(angles) < half_width).sum())
+        distance = HIDDEN / np.sin(0.5 * (blind + 1) * 2.0 * np.pi / 360)
+        way = space.free_way(0.0, 0.5, 0.0, RADIUS)
+        assert way == pytest.approx(distance - RADIUS, abs=0.02 * distance)
+        assert space.free_way(0.0, -0.5, 0.0, RADIUS) == np.inf
+
+
+def test_beams_that_meet_nothing_in_the_open_are_free_space():
+    scenario = load("crossing1", KEYS)
+    space = space_of(scenario)
+    space.follow(first_reading(scenario), START, ())
+    assert space.free_way(0.0, 0.5, 0.0, RADIUS) == np.inf
+
+
+def test_what_lies_beyond_the_field_of_view_is_not_seen():
+    scenario = load("crossing1", {**KEYS, "sensors.lidar.field_of_view": 4.0})
+    space = space_of(scenario)
+    space.follow(first_reading(scenario), START, ())
+    assert space.free_way(0.0, 0.5, 0.0, RADIUS) == np.inf
+    assert space.free_way(0.0, -0.5, 0.0, RADIUS) == 0.0
+
+
+def test_the_way_shrinks_as_the_robot_drives_on_without_a_new_scan():
+    scenario = load("crossing1", {**PILLAR, "estimation.map.missing": ["pillar0"]})
+    space, reading = space_of(scenario), first_reading(scenario)
+    space.follow(reading, START, ())
+    before = space.free_way(0.0, 0.5, 0.0, RADIUS)
+    later = replace(reading, time=1.0, interval=1.0, odometry=np.array([0.5, 0.0]), gyro=0.0, scan=np.zeros(0))
+    space.follow(later, np.array([0.5, 0.0, 0.0]), ())
+    assert space.free_way(1.0, 0.5, 0.0, RADIUS) == pytest.approx(before - 0.5, abs=0.01)
+    assert space.age(1.0) == pytest.approx(1.0)
