@@ -3,7 +3,7 @@
 Colours are Okabe and Ito's, which all readers can tell apart; lines differ in dashes or markers as well.
 """
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from types import MappingProxyType
 from typing import Any
@@ -16,8 +16,9 @@ from matplotlib.patches import Patch
 
 from mjnav.messages import Array
 from mjnav.paper.claims import Cells, by_place, place, short
+from mjnav.report.figure_text import figure_name
 from mjnav.study.compare.cell_rows import CellRows
-from mjnav.study.compare.estimates import Estimate, estimate
+from mjnav.study.compare.estimates import estimate
 
 TWO_COLUMNS = 7.16  # [inches] of print
 ROW_HEIGHT = 1.25  # [inches] of bars
@@ -62,21 +63,6 @@ LABELS: Mapping[str, str] = MappingProxyType(  # how a label begins or ends -> i
         "saa": "#882255",
     }
 )
-AXES: Mapping[str, str] = MappingProxyType(
-    {
-        "collision": "collision rate",
-        "control_cost": "control cost [m²/s³]",
-        "mean_deviation_m": "deviation [m]",
-        "min_clearance_m": "least clearance [m]",
-        "time_to_avoid_s": "time to avoid [s]",
-        "mean_safe_share": "safe share of samples",
-        "mean_lane_clearance_m": "mean distance [m]",
-        "min_lane_clearance_m": "least distance [m]",
-        "compute_ms_control_p50": "decision [ms]",
-        "infeasible_ticks": "infeasible ticks",
-        "between": "between the legs",
-    }
-)
 
 
 @contextmanager
@@ -104,13 +90,14 @@ def legend(figure: Figure, panels: Iterable[Axes], *, ncols: int) -> None:
     figure.legend(handles.values(), handles.keys(), loc="outside lower center", ncols=ncols)
 
 
-def bars(
-    cells: Cells,
-    methods: Sequence[str],
-    figures: Sequence[str],
-    estimate_of: Callable[[CellRows, str], Estimate] = estimate,
-) -> Figure:
-    """A row of panels for each of `figures` (columns in AXES), a panel a setting, in it a group of bars a scene.
+def axis(figure: str) -> tuple[str, float]:
+    """An axis's label for a figure, and what its values are multiplied by: rates are shown in per cent."""
+    name = figure_name(figure)
+    return f"{name.words}\n[{name.unit}]" if name.unit else name.words, 100.0 if name.unit == "%" else 1.0
+
+
+def bars(cells: Cells, methods: Sequence[str], figures: Sequence[str]) -> Figure:
+    """A row of panels for each of `figures`, a panel a setting, in it a group of bars a scene.
 
     Bars are means (rates: shares), whiskers 95 % intervals over seeds. A panel's title says how many episodes with a
     result its cells have.
@@ -123,13 +110,11 @@ def bars(
         for row, name in zip(panels, figures, strict=True):
             for axes, setting in zip(row, settings, strict=False):
                 for group, scene in enumerate(scenes):
-                    _group(
-                        axes, group, {m: at.get(place(scene, setting)) for m, at in placed.items()}, name, estimate_of
-                    )
+                    _group(axes, group, {m: at.get(place(scene, setting)) for m, at in placed.items()}, name)
                 names = [scene.removeprefix("crossing") for scene in scenes]
                 axes.set_xticks(range(len(scenes)), names if len(scenes) > 1 else [""])
                 axes.grid(axis="y")
-            row[0].set_ylabel(AXES[name])
+            row[0].set_ylabel(axis(name)[0])
         for axes, setting in zip(panels[0], settings, strict=False):
             used = [cell for cell in cells if cell.setting == setting and cell.method in methods]
             words = short(setting).replace(", ", " ").split(" ")
@@ -141,27 +126,19 @@ def bars(
     return figure
 
 
-def _group(
-    axes: Axes,
-    group: int,
-    cells: Mapping[str, CellRows | None],
-    name: str,
-    estimate_of: Callable[[CellRows, str], Estimate],
-) -> None:
+def _group(axes: Axes, group: int, cells: Mapping[str, CellRows | None], name: str) -> None:
     """The bars of one scene, around x = group; a word where there is none."""
-    width = 0.84 / len(cells)
+    width, scale = 0.84 / len(cells), axis(name)[1]
     for i, (method, cell) in enumerate(cells.items()):
         x = group + (i - 0.5 * (len(cells) - 1)) * width
-        e = None if cell is None else estimate_of(cell, name)
+        e = None if cell is None else estimate(cell, name)
         if e is None or not np.isfinite(e.value):
-            axes.text(
-                x, 0.02, "not run" if e is None else "undefined", transform=axes.get_xaxis_transform(), ha="center",
-                rotation=90.0, color=GREY, fontsize=5.0,
-            )  # fmt: skip
+            word, across = "not run" if e is None else "undefined", axes.get_xaxis_transform()
+            axes.text(x, 0.02, word, transform=across, ha="center", rotation=90.0, color=GREY, fontsize=5.0)
             continue
-        axes.bar(x, e.value, width=0.95 * width, color=color(method))
+        axes.bar(x, scale * e.value, width=0.95 * width, color=color(method))
         if e.interval is not None:
-            axes.vlines(x, *e.interval, color=INK, linewidth=0.7)
+            axes.vlines(x, scale * e.interval[0], scale * e.interval[1], color=INK, linewidth=0.7)
 
 
 def with_result(cells: Cells) -> str:

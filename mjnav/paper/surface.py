@@ -13,7 +13,6 @@ samples.
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from math import inf
 from time import perf_counter
 from types import MappingProxyType
 from typing import Any
@@ -32,7 +31,7 @@ from mjnav.metrics.intervals import mcnemar, wilson
 from mjnav.motion.unicycle import reachable
 from mjnav.paper.claims import LEAST_RUNS, Claim, Measured, MeasuredItem, Progress, mean_by_run, shown
 from mjnav.paper.episodes import DIRECT, changed, spread
-from mjnav.report.decision_surface_figure import decision_surface_figure
+from mjnav.report.decision_figures import decision_surface_figure
 from mjnav.rkhs.mmd import moment_distance
 from mjnav.robot.controller import build_controller
 from mjnav.scene.load import with_seed
@@ -40,17 +39,19 @@ from mjnav.scene.spec import Scenario
 
 Cost = Callable[[Array, Array], Array]  # of controls v, omega (K,): (K,)
 
-PUBLISHED, UNCLIPPED = "as published", "d = 3, not clipped"
+PUBLISHED = "as published"
 VARIANTS: Mapping[str, tuple[str, Mapping[str, Any]]] = MappingProxyType(  # method, and its parameters that are changed
     {
         "d = 1": ("rkhs", {"degree": 1}),
         "d = 2": ("rkhs", {"degree": 2}),
         "d = 3": ("rkhs", {"degree": 3}),
         PUBLISHED: ("rkhs-paper", {}),
-        UNCLIPPED: ("rkhs", {"degree": 3, "clip": inf}),
     }
 )
-TUNED = ("d = 1", "d = 2", "d = 3")
+GROUPS: Mapping[str, tuple[str, ...]] = MappingProxyType(
+    {PUBLISHED: (PUBLISHED,), "as tuned here, d = 1, 2, 3": ("d = 1", "d = 2", "d = 3")}
+)
+SOURCE = "figure 3, section V-A"
 NEAR = 0.01  # of a cost: what counts as worse, and as the same
 STEPS = (1e-3, 1e-4)  # [rad/s] of the slopes
 KINK = 0.3  # the jump of the smaller step over that of the larger: 0.1 where smooth, 1 at a kink
@@ -69,7 +70,6 @@ class Search:
 
     control: Array  # (2,) v, omega
     cost: float
-    points: int  # at which the cost was computed
     seconds: float
 
 
@@ -88,11 +88,6 @@ class Searches:
     def column(self, name: str, variants: Sequence[str] = tuple(VARIANTS)) -> Array:
         """A column's values for these variants, (n,)."""
         return np.array([row[name] for row in self.table if row["variant"] in variants])
-
-    def against_grid(self, variants: Sequence[str]) -> Array:
-        """1 where SLSQP ends more than NEAR above the grid, -1 where as far below it, (n,)."""
-        searched, grid = self.column("slsqp_cost", variants), self.column("grid_cost", variants)
-        return (searched > (1.0 + NEAR) * grid).astype(float) - (grid > (1.0 + NEAR) * searched)
 
 
 # --------------------------------------------------------------------------------------------- searches
@@ -124,7 +119,7 @@ def on_grid(cost: Cost, controller: Rkhs, observation: Observation) -> Search:
     total = cost(grid.v, grid.omega)
     best = int(np.argmin(total))
     seconds = perf_counter() - began
-    return Search(np.array([grid.v[best], grid.omega[best]]), float(total[best]), total.size, seconds)
+    return Search(np.array([grid.v[best], grid.omega[best]]), float(total[best]), seconds)
 
 
 def by_gradient(cost: Cost, low: Array, high: Array) -> Search:
@@ -151,7 +146,7 @@ def by_gradient(cost: Cost, low: Array, high: Array) -> Search:
     minimize(with_slope, start, jac=True, method="SLSQP", bounds=[(0.0, 1.0)] * 2, options={"ftol": TOLERANCE})
     seconds = perf_counter() - began
     best, at = min(seen, key=lambda pair: pair[0])
-    return Search(low + at * size, best, len(_FIVE) * len(seen), seconds)
+    return Search(low + at * size, best, seconds)
 
 
 def slope_jump(cost: Cost, v: float, low: float, high: float, step: float) -> float:
@@ -223,7 +218,6 @@ def _compared(scenario: Scenario, record: TickRecord, name: str) -> dict[str, An
         "grid_s": grid.seconds,
         "slsqp_cost": searched.cost,
         "slsqp_s": searched.seconds,
-        "slsqp_points": searched.points,
         "slope_jump": jumps[1],
         "jump_ratio": jumps[1] / jumps[0] if jumps[0] > 0.0 else 0.0,
     }
@@ -233,70 +227,44 @@ def _compared(scenario: Scenario, record: TickRecord, name: str) -> dict[str, An
 
 
 def claims(data: Searches) -> Iterator[Claim]:
-    """On the cost's kinks, the gradient method's ends and its time; the published method, then the tuned one."""
-    names = (((PUBLISHED,), "as published"), (TUNED, "as tuned here, d = 1, 2, 3"))
-    for claim in (_kinks, _ends):
-        for variants, name in names:
-            yield claim(data, variants, name)
-    yield _time(data)
-
-
-def _kinks(data: Searches, variants: Sequence[str], name: str) -> Claim:
-    num = len(data.table) // len(VARIANTS)
-    kinked = np.any(data.column("jump_ratio", variants).reshape(num, -1) > KINK, axis=1)
-    clipped, free = (100 * np.median(data.column("slope_jump", [which])) for which in ("d = 3", UNCLIPPED))
-    why = (
-        "The line form has a derivative wherever robot and obstacle do not move alike."
-        if name == PUBLISHED
-        else f"They come from the clip: with d = 3, the jump is {clipped:.2g} % with it and {free:.2g} % without. "
-        "Where t* meets its bounds f is stationary in it, and the slope is continuous."
-    )
-    # The exact binomial test of one half.
-    enough = len(np.unique(data.column("run"))) >= LEAST_RUNS
-    p = mcnemar(int(kinked.sum()), int((~kinked).sum())) if enough else None
-    jump = 100 * np.median(data.column("slope_jump", variants))
-    return Claim(
-        f"The cost over (v, ω), {name}, is not smooth.",
-        "figure 3, section V-A",
-        [Measured(bool(kinked.mean() > 0.5), p)],
-        f"Kinks along ω through the chosen control, the desired distributions held, at {_share(kinked)} of {num} "
-        f"decisions. The slope's largest jump within {STEPS[1]:g} rad/s is {jump:.2g} % of its range (median). {why}",
-    )
-
-
-def _ends(data: Searches, variants: Sequence[str], name: str) -> Claim:
-    against, run = data.against_grid(variants), data.column("run", variants)
-    difference = mean_by_run(run, 100.0 * against, _seed(data), "surface")
-    e = difference.estimate
-    return Claim(
-        f"A gradient method finds worse controls than sampling them, on the cost {name}.",
-        "figure 3, section V-A",
-        [Measured(e.value > 0.0, difference.p)],
-        f"SLSQP on {len(data.table) // len(VARIANTS)} decisions of {e.num} runs, in what one period reaches: more than "
-        f"{100 * NEAR:g} % worse than the 20 × 20 grid in {_share(against > 0)}, as much better in "
-        f"{_share(against < 0)}, a difference of {shown(e, 'points', signed=True)} by runs.",
-    )
-
-
-def _time(data: Searches) -> Claim:
-    compared = (*TUNED, PUBLISHED)
-    grid, searched = data.column("grid_s", compared), data.column("slsqp_s", compared)
-    slower = mean_by_run(data.column("run", compared), np.log2(searched / grid), _seed(data), "surface")
-    ratio = slower.estimate
-    interval = "" if ratio.interval is None else f" [{2.0 ** ratio.interval[0]:.1f}, {2.0 ** ratio.interval[1]:.1f}]"
-    return Claim(
+    """On the cost's kinks, the gradient method's ends and its time."""
+    num, seed = len(data.table) // len(VARIANTS), int(data.table[0]["seed"])
+    for name, variants in GROUPS.items():
+        kinked = np.any(data.column("jump_ratio", variants).reshape(num, -1) > KINK, axis=1)
+        # The exact binomial test of one half.
+        enough = len(np.unique(data.column("run"))) >= LEAST_RUNS
+        p = mcnemar(int(kinked.sum()), int((~kinked).sum())) if enough else None
+        yield Claim(
+            f"The cost over (v, ω), {name}, is not smooth.",
+            SOURCE,
+            [Measured(bool(kinked.mean() > 0.5), p)],
+            f"Kinks along ω through the chosen control, the desired distributions held, at {_share(kinked)} of {num} "
+            f"decisions. The slope's largest jump within {STEPS[1]:g} rad/s is "
+            f"{100 * np.median(data.column('slope_jump', variants)):.2g} % of its range (median).",
+        )
+    for name, variants in GROUPS.items():
+        searched, grid = data.column("slsqp_cost", variants), data.column("grid_cost", variants)
+        worse, better = searched > (1.0 + NEAR) * grid, grid > (1.0 + NEAR) * searched
+        points = 100.0 * (worse.astype(float) - better)
+        difference = mean_by_run(data.column("run", variants), points, seed, "surface")
+        e = difference.estimate
+        yield Claim(
+            f"A gradient method finds worse controls than sampling them, on the cost {name}.",
+            SOURCE,
+            [Measured(e.value > 0.0, difference.p)],
+            f"SLSQP on {num} decisions of {e.num} runs, in what one period reaches: more than {100 * NEAR:g} % worse "
+            f"than the 20 × 20 grid in {_share(worse)}, as much better in {_share(better)}, a difference of "
+            f"{shown(e, 'points', signed=True)} by runs.",
+        )
+    searched, grid = data.column("slsqp_s"), data.column("grid_s")
+    slower = mean_by_run(data.column("run"), np.log2(searched / grid), seed, "surface")
+    yield Claim(
         "Sampling the controls takes less time than a gradient method.",
-        "figure 3, section V-A",
-        [Measured(ratio.value > 0.0, slower.p)],
-        f"On this machine SLSQP takes {2.0**ratio.value:.1f}{interval} times as long as the grid in what one period "
-        f"reaches (geometric mean): {1e3 * np.median(searched):.2g} ms against {1e3 * np.median(grid):.2g} (medians of "
-        f"{grid.size} searches in {ratio.num} runs). It computes fewer costs, "
-        f"{np.median(data.column('slsqp_points', compared)):.0f} in place of 402, one after another.",
+        SOURCE,
+        [Measured(slower.estimate.value > 0.0, slower.p)],
+        f"log2 of the time of SLSQP over that of the grid, on this machine: {shown(slower.estimate)} by runs; medians "
+        f"{1e3 * np.median(searched):.2g} ms and {1e3 * np.median(grid):.2g} ms.",
     )
-
-
-def _seed(data: Searches) -> int:
-    return int(data.table[0]["seed"])
 
 
 def _share(events: NDArray[np.bool_]) -> str:

@@ -8,11 +8,10 @@ those of a mean over people (bootstrap, the same people drawn for every figure).
 
 Moments of a run hold what was believed of the people, or what was true of them, tick by tick.
 
-Moments of a recording of people hold the recorded positions, or what a tracker believes from noisy detections. They
-follow the protocol of Pellegrini et al. 2009 and of those who followed: a person counts who was seen at 8 frames in a
-row, and is predicted over the next 12, all 0.4 s apart; every such window counts. With exact positions the velocity is
-that of the last step. A tracker detects everybody between the frames too, on a cubic spline through the recorded
-positions.
+Moments of a recording of people hold the recorded positions. They follow the protocol of Pellegrini et al. 2009 and of
+those who followed: a person counts who was seen at 8 frames in a row, and is predicted over the next 12, all 0.4 s
+apart; every such window counts. The velocity is that of the last step. What a tracker would believe of such people is
+measured in a scene that `mjnav import crowd` makes of the recording.
 """
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -24,21 +23,18 @@ import numpy as np
 
 from mjnav import scene
 from mjnav.errors import InvalidValue
-from mjnav.filters.particles import shuffled
 from mjnav.log.read.log import open_log
 from mjnav.loop.simulation import Simulation
-from mjnav.messages import Array, KnownMap, Reading, Track, Trajectory, symmetric
+from mjnav.messages import Array, KnownMap, Track, Trajectory, symmetric
 from mjnav.metrics.intervals import Interval, SharedBootstrap
 from mjnav.metrics.prediction import LEVELS, PathScores, path_scores
 from mjnav.rng import stream
-from mjnav.robot.estimation import make_tracker
 from mjnav.robot.estimation.base import person_names, person_track
 from mjnav.robot.prediction import Crowd, Predictor, make_predictor
 from mjnav.robot.seen_space import FloorMap
 from mjnav.scene import crowd as crowds
-from mjnav.scene.crowd import Recording, TrackSplines, read_recording, tracks_of
+from mjnav.scene.crowd import Recording, read_recording, tracks_of
 from mjnav.scene.overrides import Override
-from mjnav.scene.people import ConstantVelocity, Person
 from mjnav.scene.spec import Scenario
 
 # ------------------------------------------------------------------------------------------ forecasts
@@ -226,7 +222,6 @@ class Frames:
 
     step: float  # [s]
     places: Mapping[str, Mapping[int, Array]]  # by person and number of the step: (2,) [m]
-    tracks: tuple[crowds.Track, ...]
 
     @classmethod
     def of(cls, recording: Recording, frame_rate: float) -> "Frames":
@@ -235,84 +230,38 @@ class Frames:
         if step == 0.0:
             raise InvalidValue("", f"{len(recording.labels)} people", "a recording with people in two rows or more")
         places: dict[str, dict[int, Array]] = {}
-        tracks = tracks_of(recording, crowds.Crowd("", frame_rate, max_gap=1.5 * step)).tracks
-        for track in tracks:
+        for track in tracks_of(recording, crowds.Crowd("", frame_rate, max_gap=1.5 * step)).tracks:
             number = track.rows[:, 0] / step
             whole = np.abs(number - number.round()) < 1e-3
-            found = places.setdefault(track.label, {})
-            found.update(zip(number[whole].round().astype(int).tolist(), track.rows[whole, 1:], strict=True))
-        return cls(step, places, tracks)
+            steps = number[whole].round().astype(int).tolist()
+            places.setdefault(track.label, {}).update(zip(steps, track.rows[whole, 1:], strict=True))
+        return cls(step, places)
 
     def whereabouts(self, person: str, times: Array) -> Array:
         """Where a person was at times (n,) [s]: (n, 2) [m], linear between steps; NaN where they were not there."""
-        found, nowhere = self.places[person], np.full(2, np.nan)
+        places, nowhere = self.places[person], np.full(2, np.nan)
         before = np.floor(times / self.step + 1e-6).astype(int)
         share = (times / self.step - before).clip(min=0.0)[:, None]
-        first = np.array([found.get(k, nowhere) for k in before.tolist()])
-        then = np.array([found.get(k + 1, nowhere) for k in before.tolist()])
+        first = np.array([places.get(k, nowhere) for k in before.tolist()])
+        then = np.array([places.get(k + 1, nowhere) for k in before.tolist()])
         return np.where(share < 1e-6, first, first + share * (then - first))
 
     def moments(self, num: int) -> Iterator[Moment]:
         """One moment a frame, with everybody who was there a step before too; `num` samples, all alike."""
-        last = max(max(found) for found in self.places.values())
+        last = max(map(max, self.places.values()))
         seen = dict.fromkeys(self.places, 0)
         for k in range(last + 1):
             tracks, samples, scored = [], [], []
-            for person, found in self.places.items():
-                seen[person] = seen[person] + 1 if k in found else 0
+            for person, places in self.places.items():
+                seen[person] = seen[person] + 1 if k in places else 0
                 if seen[person] < 2:
                     continue
-                state = np.concatenate([found[k], (found[k] - found[k - 1]) / self.step])
+                state = np.concatenate([places[k], (places[k] - places[k - 1]) / self.step])
                 tracks.append(person_track(person, k * self.step, RADIUS, state[None]))
                 samples.append(np.tile(state, (num, 1)))
                 if seen[person] >= SEEN:
                     scored.append(person)
             yield Moment(k * self.step, tuple(tracks), np.array(samples).reshape(-1, num, 4), tuple(scored))
-
-    def believed(self, num: int, scenario: Scenario, seed: int) -> Iterator[Moment]:
-        """One moment a reading of the scenario's sensors; predictions count at the frames.
-
-        Everybody has a tracker of their own, which the scenario chooses, from where they come in to where they leave.
-        """
-        pieces = [_TrackedPiece(track, scenario, i, seed) for i, track in enumerate(self.tracks)]
-        last = max(piece.end for piece in pieces)
-        for k in range(round(last * scenario.sensors.rate) + 1):
-            time = k / scenario.sensors.rate
-            frame = time / self.step
-            at_frame = abs(frame - round(frame)) < 1e-6
-            found = [
-                piece.update(time, num) for piece in pieces if piece.start <= time + 1e-9 and time <= piece.end + 1e-9
-            ]
-            scored = [track.name for track, seen, _ in found if at_frame and seen >= (SEEN - 1) * self.step - 1e-9]
-            samples = np.array([drawn for _, _, drawn in found]).reshape(-1, num, 4)
-            yield Moment(time, tuple(track for track, _, _ in found), samples, tuple(scored))
-
-
-class _TrackedPiece:
-    """A recorded track, as a tracker sees it through noisy detections."""
-
-    def __init__(self, track: crowds.Track, scenario: Scenario, index: int, seed: int):
-        self._label = track.label
-        self._spline = TrackSplines([track.rows])
-        self.start, self.end = float(track.rows[0, 0]), float(track.rows[-1, 0])
-        person = Person(start=(0.0, 0.0), behaviour=ConstantVelocity((0.0, 0.0)), radius=RADIUS)
-        own = int(stream(seed, "prediction.recording", str(index)).integers(2**32))
-        self._tracker = make_tracker(replace(scenario, people=(person,)), own)
-        noise = scenario.noise.distributions()
-        self._noise = [(noise[f"detection.{axis}"], stream(own, f"detection.{axis}")) for axis in "xy"]
-        self._draws = stream(own, "prediction.draws")
-        self._before: float | None = None
-
-    def update(self, time: float, num: int) -> tuple[Track, float, Array]:
-        """The track after a detection at `time`, for how long the person has been there [s], and samples (num, 4)."""
-        error = np.array([noise.sample(rng, 1)[0] for noise, rng in self._noise])
-        interval = 0.0 if self._before is None else time - self._before
-        self._before = time
-        detections = self._spline.positions(time) + error
-        reading = Reading(time, interval, np.zeros(2), 0.0, np.zeros(3), detections, np.zeros(0))
-        (track,) = self._tracker.update(reading)
-        drawn = shuffled(track.particles, track.weights, num, self._draws)
-        return replace(track, name=self._label), time - self.start, drawn
 
 
 # ------------------------------------------------------------------------------------------ measuring
@@ -327,7 +276,7 @@ class Plan:
     """What is asked for."""
 
     models: tuple[str, ...]
-    exact: bool = False  # the truth in place of the tracker's beliefs
+    exact: bool = False  # the truth in place of the tracker's beliefs; always so of a recording
     samples: int = 25
     every: float = 0.4  # [s] between predictions that count, of a run
     seed: int | None = None  # of the run, and of what is drawn besides
@@ -346,7 +295,7 @@ class Measured:
     models: dict[str, ModelFigures]
 
 
-def measure(source: str, plan: Plan, progress: Callable[[float], None] = lambda time: None) -> Measured:
+def measure(source: str, plan: Plan) -> Measured:
     """The figures of every model over `source`.
 
     That is a log (.mcap), a recording (any other file but .toml), or a scene, by name or run file: its people walk
@@ -363,15 +312,16 @@ def measure(source: str, plan: Plan, progress: Callable[[float], None] = lambda 
         load = partial(scene.load, source)
         overrides = (Override("stop_on_collision", False), *_with_model(plan, plan.models[0]))
         scenario = replace(load(overrides, seed=plan.seed), prediction=None)
-        trajectory = _walked(scenario, plan, progress)
+        with Simulation(scenario, estimators=not plan.exact) as simulation:
+            while not simulation.done:
+                simulation.step(0.0, 0.0)
+            trajectory = simulation.trajectory
         what = f"{scenario.name}, seed {scenario.seed}, the robot at its start"
     of_models = [load(_with_model(plan, model)) for model in plan.models]
     floor = FloorMap(of_models[0]).known
     seed = of_models[0].seed if plan.seed is None else plan.seed
 
-    def seen() -> Iterable[Moment]:
-        return moments(trajectory, of_models[0], exact=plan.exact, num=plan.samples, every=plan.every, seed=seed)
-
+    seen = partial(moments, trajectory, of_models[0], exact=plan.exact, num=plan.samples, every=plan.every, seed=seed)
     return _measured(what, plan, of_models, seen, partial(whereabouts, trajectory), floor, seed)
 
 
@@ -382,10 +332,9 @@ def _recording(source: str, plan: Plan) -> Measured:
         raise InvalidValue("--frame-rate", None, allowed)
     frames = Frames.of(recording, plan.frame_rate)
     of_models = [scene.loads(_NOWHERE, _with_model(plan, model)) for model in plan.models]
-    seed, what = plan.seed or 0, f"{source}, every window of 8 frames seen, {frames.step:g} s apart"
-    believed = partial(frames.believed, plan.samples, of_models[0], seed)
-    moments = partial(frames.moments, plan.samples) if plan.exact else believed
-    return _measured(what, plan, of_models, moments, frames.whereabouts, None, seed)
+    what = f"{source}, every window of 8 frames seen, {frames.step:g} s apart"
+    seen = partial(frames.moments, plan.samples)
+    return _measured(what, replace(plan, exact=True), of_models, seen, frames.whereabouts, None, plan.seed or 0)
 
 
 def _measured(
@@ -409,12 +358,3 @@ def _measured(
 
 def _with_model(plan: Plan, model: str) -> tuple[str | Override, ...]:
     return (Override("prediction.model", model, "--model"), *plan.overrides)
-
-
-def _walked(scenario: Scenario, plan: Plan, progress: Callable[[float], None]) -> Trajectory:
-    """A run in which the robot stands."""
-    with Simulation(scenario, estimators=not plan.exact) as simulation:
-        while not simulation.done:
-            simulation.step(0.0, 0.0)
-            progress(simulation.time)
-        return simulation.trajectory

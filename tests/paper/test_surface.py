@@ -15,7 +15,6 @@ from mjnav.paper.claims import Verdict, judge
 from mjnav.paper.episodes import changed, spread
 from mjnav.paper.surface import (
     KINK,
-    UNCLIPPED,
     VARIANTS,
     by_gradient,
     claims,
@@ -64,7 +63,7 @@ def test_on_its_candidates_and_beyond_it_equals_the_decision_s_cost(scenario, re
         assert cost(v, omega) == pytest.approx(wide.total.ravel(), rel=1e-9)
         best = on_grid(cost, controller, record.seen)
         assert best.control.tolist() == [decision.v, decision.omega]
-        assert (best.cost, best.points) == (pytest.approx(costs.total.min()), 402)
+        assert best.cost == pytest.approx(costs.total.min())
         low, high = reachable(record.seen.twist, controller.limits, controller.period)
         assert (low <= best.control).all()
         assert (best.control <= high).all()
@@ -73,15 +72,15 @@ def test_on_its_candidates_and_beyond_it_equals_the_decision_s_cost(scenario, re
 @pytest.mark.parametrize(
     ("least", "end"), [((0.3, 0.4), (0.3, 0.4)), ((0.3, 9.0), (0.3, 1.5)), ((-2.0, -9.0), (0.0, -1.5))]
 )
-@pytest.mark.parametrize("scale", [1e-4, 1e6])
-def test_the_gradient_method_finds_the_least_of_a_bowl_within_the_window(least, end, scale):
+def test_the_gradient_method_finds_the_least_of_a_bowl_within_the_window(least, end):
+    scale = 1e6
+
     def bowl(v, omega):
         return scale * (1.0 + (v - least[0]) ** 2 + 0.2 * (omega - least[1]) ** 2)
 
     best = by_gradient(bowl, LOW, HIGH)
     assert best.control == pytest.approx(np.array(end), abs=1e-3)
     assert best.cost == pytest.approx(float(bowl(*map(np.array, end))), rel=1e-6)
-    assert best.points % 5 == 0
 
 
 def test_a_slope_s_jump_falls_with_the_step_unless_there_is_a_kink():
@@ -100,11 +99,8 @@ def test_a_slope_s_jump_falls_with_the_step_unless_there_is_a_kink():
     assert slope_jump(lambda v, omega: np.ones_like(omega), 0.5, -1.5, 1.5, 0.1) == 0.0
 
 
-def test_the_clip_makes_kinks_and_nothing_else_does(data):
-    clipped, free = (data.column("slope_jump", [name]) for name in ("d = 3", UNCLIPPED))
-    assert np.median(clipped) > 20.0 * np.median(free)
-    ratios = [data.column("jump_ratio", [name]) for name in ("d = 3", UNCLIPPED)]
-    assert ratios[0].max() > KINK > ratios[1].max()  # without the clip, in proportion to the step
+def test_the_clip_makes_kinks(data):
+    assert data.column("jump_ratio", ["d = 3"]).max() > KINK > data.column("jump_ratio", ["as published"]).max()
 
 
 def many_runs(data, change):

@@ -37,17 +37,6 @@ def test_constant_velocity_over_a_recording_by_hand(recording):
     assert figures.figures["energy_m"][0] == pytest.approx(figures.figures["ade_m"][0])  # samples that are all alike
 
 
-def test_a_tracker_sees_a_recording_through_noise_and_without_noise_nearly_as_it_is(recording):
-    quiet, noisy = (
-        measure(str(recording), Plan(("constant_velocity",), overrides=(f"noise.profile={name}",), frame_rate=25.0))
-        for name in ("none", "pearson")
-    )
-    for found in (quiet, noisy):
-        assert found.models["constant_velocity"].predictions == 10
-    first = np.array([found.models["constant_velocity"].by_horizon["error_m"][0][0] for found in (quiet, noisy)], float)
-    assert first[0] < min(0.1, first[1])
-
-
 def test_where_people_were_between_steps_and_beyond_their_rows(recording):
     frames = Frames.of(read_recording(recording), 25.0)
     found = frames.whereabouts("3", np.array([0.4, 1.0, 2.0, 2.2]))
