@@ -2,6 +2,7 @@
 
 import argparse
 import json
+from dataclasses import asdict
 from typing import TYPE_CHECKING
 
 from mjnav.cli.options import scene_options
@@ -11,8 +12,7 @@ from mjnav.cli.terminal.tables import print_table
 from mjnav.errors import InvalidValue
 
 if TYPE_CHECKING:
-    from mjnav.metrics.intervals import Interval
-    from mjnav.study.prediction import Measured
+    from mjnav.study.prediction import Figure, Measured
 
 MODELS = ("constant_velocity", "mixture", "social_force")
 HEADS = {
@@ -73,67 +73,44 @@ def execute(arguments: argparse.Namespace) -> int:
     with compile_notice():
         measured = measure(arguments.source, plan)
     if arguments.json:
-        print(json.dumps({"schema": 1, **_document(measured), "samples": arguments.samples}))
+        print(json.dumps({"schema": 1, **asdict(measured), "samples": arguments.samples}))
     else:
         _print(measured)
     return 0
 
 
 def _print(measured: "Measured") -> None:
+    from mjnav.study.prediction import BY_HORIZON
+
     first, *others = measured.models
     one = measured.models[first]
-    print(measured.what)
+    print(measured.source)
     people = f"{one.people} {'person' if one.people == 1 else 'people'}"
-    source = "exact positions" if measured.exact else "beliefs of the tracker"
+    knowledge = "exact positions" if measured.exact else "beliefs of the tracker"
     means = "; means over people, [95 %]" if one.people > 1 else ""
-    ahead = f"{measured.steps} steps of {measured.step:g} s"
-    print(f"{one.predictions} predictions of {people}, {ahead}, from {source}{means}")
+    ahead = f"{measured.steps} steps of {measured.step_s:g} s"
+    print(f"{one.predictions} predictions of {people}, {ahead}, from {knowledge}{means}")
     if not one.predictions:
         print("nobody was there long enough")
         return
     print()
-    rows = [(name, *(_text(*of.figures[key]) for key in of.figures)) for name, of in measured.models.items()]
+    rows = [(name, *map(_text, of.figures.values())) for name, of in measured.models.items()]
     print_table(rows, ("model", *(HEADS[key] for key in one.figures)), numbers=range(1, len(one.figures) + 1))
-    windows = [f"{name} {of.by_window[0]:.2f} / {of.by_window[1]:.2f}" for name, of in measured.models.items()]
-    print(f"\nmeans over predictions, ADE / FDE [m]: {', '.join(windows)}")
+    windows = {name: "{ade_m:.2f} / {fde_m:.2f}".format_map(of.by_window) for name, of in measured.models.items()}
+    print(f"\nmeans over predictions, ADE / FDE [m]: {', '.join(f'{name} {text}' for name, text in windows.items())}")
     for name in others:
-        print(f"energy [m], {name} less {first}: {_text(*measured.models[name].beyond_first)}")
-    heads = ("model", "ahead", *(HEADS[key] for key in one.by_horizon))
+        print(f"energy [m], {name} less {first}: {_text(measured.models[name].energy_beyond_first)}\n")
+    heads = ("model", "ahead", *(HEADS[key] for key in BY_HORIZON))
     rows = [
-        (name, f"{(h + 1) * measured.step:.1f} s", *(_text(*of.by_horizon[key][h]) for key in of.by_horizon))
+        (name, f"{row['time_s']:.1f} s", *(_text(row[key]) for key in BY_HORIZON))
         for name, of in measured.models.items()
-        for h in range(measured.steps)
+        for row in of.by_horizon
     ]
-    print()
     print_table(rows, heads, numbers=range(1, len(heads)))
 
 
-def _text(value: float | None, interval: "Interval") -> str:
-    if value is None:
-        return "-"
-    if interval is None:
-        return f"{value:.2f}"
-    low, high = (round(end, 2) + 0.0 for end in interval)  # no -0.00
-    return f"{value:.2f} [{low:.2f}, {high:.2f}]"
-
-
-def _document(measured: "Measured") -> dict[str, object]:
-    def figure(value: float | None, interval: "Interval") -> dict[str, object]:
-        return {"value": value, "interval": interval}
-
-    models = {
-        name: {
-            "people": of.people,
-            "predictions": of.predictions,
-            "by_window": {"ade_m": of.by_window[0], "fde_m": of.by_window[1]},
-            "energy_beyond_first": figure(*of.beyond_first),
-            "figures": {key: figure(*values) for key, values in of.figures.items()},
-            "by_horizon": [
-                {"time_s": (h + 1) * measured.step, **{key: figure(*of.by_horizon[key][h]) for key in of.by_horizon}}
-                for h in range(measured.steps if of.predictions else 0)
-            ],
-        }
-        for name, of in measured.models.items()
-    }
-    about = {"source": measured.what, "step_s": measured.step, "steps": measured.steps, "exact": measured.exact}
-    return {**about, "models": models}
+def _text(figure: "Figure") -> str:
+    if figure.value is None or figure.interval is None:
+        return "-" if figure.value is None else f"{figure.value:.2f}"
+    low, high = (round(end, 2) + 0.0 for end in figure.interval)  # no -0.00
+    return f"{figure.value:.2f} [{low:.2f}, {high:.2f}]"

@@ -14,7 +14,6 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
-from mjnav.messages import Array
 from mjnav.paper.claims import Cells, by_place, place, short
 from mjnav.report.figure_text import figure_name
 from mjnav.study.compare.cell_rows import CellRows
@@ -41,28 +40,9 @@ _RC: Mapping[Any, Any] = MappingProxyType(
     }
 )
 
-INK, GREY, PALE = "#222222", "#8c8c8c", "#d9d9d9"
+INK, GREY = "#222222", "#8c8c8c"
 BLUE, SKY, GREEN, ORANGE, VERMILION = "#0072b2", "#56b4e9", "#009e73", "#e69f00", "#d55e00"
-# The degree of the kernel: one hue, darker as it grows; another where the mean's term weighs as much as of degree 1.
-DEGREES: Mapping[int, str] = MappingProxyType({1: "#7fbfe6", 2: "#2b8cc4", 3: "#08416b"})
-LABELS: Mapping[str, str] = MappingProxyType(  # how a label begins or ends -> its colour
-    {
-        "d=1": DEGREES[1],
-        "d=2": DEGREES[2],
-        "d=3": DEGREES[3],
-        "d=1 matched": "#f3d9c4",
-        "d=2 matched": "#e6b07f",
-        "d=3 matched": "#a85a10",
-        "rkhs": BLUE,
-        "gaussian-linearised": VERMILION,
-        "gaussian-moments": ORANGE,
-        "gaussian-moments eta=0.5": "#f7d794",
-        "gaussian-moments eta=0.99": "#8f6200",
-        "kld": GREEN,
-        "mean": GREY,
-        "saa": "#882255",
-    }
-)
+COLOURS = (SKY, BLUE, "#08416b", VERMILION, ORANGE, GREEN, "#882255", GREY)  # of methods, in the order of a figure
 
 
 @contextmanager
@@ -75,13 +55,6 @@ def style() -> Iterator[None]:
 def new_figure(width: float, height: float) -> Figure:
     """An empty figure of this size [inches], without pyplot's shared state. To be called within `style`."""
     return Figure(figsize=(width, height), dpi=DPI, layout="constrained")
-
-
-def color(label: str) -> str:
-    """The colour of a method's label: that of the longest entry of LABELS which it begins or ends with."""
-    fitting = [name for name in LABELS if label.startswith(name) or label.endswith(name)]
-    degrees = [name for name in fitting if name.startswith("d=")]
-    return LABELS[max(degrees or fitting, key=len)] if fitting else INK
 
 
 def legend(figure: Figure, panels: Iterable[Axes], *, ncols: int) -> None:
@@ -121,7 +94,7 @@ def bars(cells: Cells, methods: Sequence[str], figures: Sequence[str]) -> Figure
             axes.set_title("\n".join([*words, with_result(used)]), fontsize=6.0)
         if len(scenes) > 1:
             panels[-1, panels.shape[1] // 2].set_xlabel("obstacles")
-        handles = [Patch(facecolor=color(method), label=method) for method in methods]
+        handles = [Patch(facecolor=color, label=method) for method, color in zip(methods, COLOURS, strict=False)]
         figure.legend(handles=handles, loc="outside lower center", ncols=min(len(methods), 5))
     return figure
 
@@ -129,14 +102,14 @@ def bars(cells: Cells, methods: Sequence[str], figures: Sequence[str]) -> Figure
 def _group(axes: Axes, group: int, cells: Mapping[str, CellRows | None], name: str) -> None:
     """The bars of one scene, around x = group; a word where there is none."""
     width, scale = 0.84 / len(cells), axis(name)[1]
-    for i, (method, cell) in enumerate(cells.items()):
+    for i, (cell, color) in enumerate(zip(cells.values(), COLOURS, strict=False)):
         x = group + (i - 0.5 * (len(cells) - 1)) * width
         e = None if cell is None else estimate(cell, name)
         if e is None or not np.isfinite(e.value):
             word, across = "not run" if e is None else "undefined", axes.get_xaxis_transform()
             axes.text(x, 0.02, word, transform=across, ha="center", rotation=90.0, color=GREY, fontsize=5.0)
             continue
-        axes.bar(x, scale * e.value, width=0.95 * width, color=color(method))
+        axes.bar(x, scale * e.value, width=0.95 * width, color=color)
         if e.interval is not None:
             axes.vlines(x, scale * e.interval[0], scale * e.interval[1], color=INK, linewidth=0.7)
 
@@ -145,12 +118,3 @@ def with_result(cells: Cells) -> str:
     """How many episodes with a result these cells have: n = 12–200."""
     counts = [int((~cell.failed).sum()) for cell in cells] or [0]
     return f"n = {min(counts)}" if min(counts) == max(counts) else f"n = {min(counts)}–{max(counts)}"
-
-
-def distributions(axes: Axes, edges: Array, samples: Mapping[str, tuple[Array, Mapping[str, Any]]]) -> None:
-    """Histograms of f / R² by label, as shares of their samples (n,), each with options of `stairs`; unsafe above 0."""
-    axes.axvspan(0.0, edges[-1], color=VERMILION, alpha=0.08, linewidth=0.0)
-    for label, (values, options) in samples.items():
-        shares = np.histogram(np.clip(values, edges[0], edges[-1]), edges)[0] / max(1, values.size)
-        axes.stairs(shares, edges, label=label, **options)
-    axes.set(yscale="log", ylim=(1e-3, 1.0), xlim=(edges[0], edges[-1]), xlabel="f / R²")

@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 
 from mjnav.messages import Array
 from mjnav.paper.claims import Cells, Claim, StudyItem, at_seeds, measured, short
-from mjnav.paper.draw import TWO_COLUMNS, axis, color, legend, new_figure, style, with_result
+from mjnav.paper.draw import COLOURS, TWO_COLUMNS, axis, legend, new_figure, style, with_result
 from mjnav.report.figure_text import unit
 from mjnav.rng import stream
 from mjnav.study.compare.cell_rows import CellRows
@@ -119,8 +119,8 @@ def picture(cells: Cells) -> Figure:
         panels = figure.subplots(len(figures), max(len(settings), 1), sharex="col", sharey="row", squeeze=False)
         for column, setting in zip(panels.T, settings, strict=False):
             for axes, name in zip(column, figures, strict=True):
-                for method in METHODS:
-                    _draw_curve(axes, _curve(cells, setting, method), method, name)
+                for method, color in zip(METHODS, COLOURS, strict=False):
+                    _draw_curve(axes, _curve(cells, setting, method), method, name, color)
                 axes.grid()
             of_setting = [cell for cell in cells if cell.setting == setting]
             column[0].set_title(f"{short(setting)}\n{with_result(of_setting)}")
@@ -132,15 +132,15 @@ def picture(cells: Cells) -> Figure:
     return figure
 
 
-def _draw_curve(axes: Axes, cells: Sequence[CellRows], method: str, name: str) -> None:
+def _draw_curve(axes: Axes, cells: Sequence[CellRows], method: str, name: str, color: str) -> None:
     points = [(estimate(cell, "min_clearance_m").value, estimate(cell, name)) for cell in cells]
     points.sort(key=lambda point: point[0])
-    scale, shade = axis(name)[1], color(method)
+    scale = axis(name)[1]
     x, y = [x for x, _ in points], [scale * e.value for _, e in points]
-    axes.plot(x, y, color=shade, marker="o", markersize=2, label=method)
+    axes.plot(x, y, color=color, marker="o", markersize=2, label=method)
     for at, e in points:
         if e.interval is not None:
-            axes.vlines(at, scale * e.interval[0], scale * e.interval[1], color=shade, linewidth=0.6, alpha=0.6)
+            axes.vlines(at, scale * e.interval[0], scale * e.interval[1], color=color, linewidth=0.6, alpha=0.6)
 
 
 PARETO = StudyItem(

@@ -18,6 +18,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -74,8 +75,7 @@ def forecasts(
     """
     ahead = step * np.arange(1, num + 1, dtype=float)
     for moment in moments:
-        found = predictor.predict(Crowd(moment.tracks, moment.samples, moment.time, floor))
-        paths = found.paths(step, num)
+        paths = predictor.predict(Crowd(moment.tracks, moment.samples, moment.time, floor)).paths(step, num)
         for p, track in enumerate(moment.tracks):
             if track.name in moment.scored:
                 observed = whereabouts(track.name, moment.time + ahead)
@@ -86,41 +86,55 @@ def forecasts(
 # ---------------------------------------------------------------------------------- figures of models
 
 
-FIGURES = ("ade_m", "fde_m", "min_ade_m", "energy_m", *(f"inside_{100 * level:g}" for level in LEVELS))
-BY_HORIZON = ("error_m", "energy_m", *(f"inside_{100 * level:g}" for level in LEVELS))
+INSIDE = tuple(f"inside_{100 * level:g}" for level in LEVELS)
+FIGURES = ("ade_m", "fde_m", "min_ade_m", "energy_m", *INSIDE)
+BY_HORIZON = ("error_m", "energy_m", *INSIDE)
+
+
+@dataclass(frozen=True, slots=True)
+class Figure:
+    """A mean over people, and its interval at 95 %; one person's figure has none."""
+
+    value: float | None = None
+    interval: Interval = None
 
 
 @dataclass(frozen=True, slots=True)
 class ModelFigures:
-    """The figures of one model: a mean over people, and its interval at 95 %; one person's figures have none."""
+    """The figures of one model."""
 
     people: int
     predictions: int
-    figures: Mapping[str, tuple[float | None, Interval]]  # of FIGURES; means over the predicted times, but fde_m
-    beyond_first: tuple[float | None, Interval]  # energy_m less that of the first model, person by person
-    by_window: tuple[float | None, float | None]  # ADE and FDE [m] as means over predictions, as others publish them
-    by_horizon: Mapping[str, tuple[tuple[float | None, Interval], ...]]  # of BY_HORIZON, at each predicted time
+    by_window: Mapping[str, float | None]  # ADE and FDE [m] as means over predictions, as others publish them
+    energy_beyond_first: Figure  # energy_m less that of the first model, person by person
+    figures: Mapping[str, Figure]  # of FIGURES; means over the predicted times, but fde_m
+    by_horizon: Sequence[Mapping[str, Any]]  # of each predicted time: `time_s`, and a Figure for each of BY_HORIZON
 
 
-def model_figures(found: Mapping[str, Sequence[Forecast]]) -> dict[str, ModelFigures]:
+def model_figures(forecasts: Mapping[str, Sequence[Forecast]], step: float) -> dict[str, ModelFigures]:
     """The figures of each model, by name. Every model has predicted the same people at the same moments."""
-    people = sorted({forecast.person for forecasts in found.values() for forecast in forecasts})
+    people = sorted({forecast.person for of_model in forecasts.values() for forecast in of_model})
     if not people:
-        return {name: ModelFigures(0, 0, {}, (None, None), (None, None), {}) for name in found}
+        nothing = ModelFigures(0, 0, {"ade_m": None, "fde_m": None}, Figure(), {}, [])
+        return dict.fromkeys(forecasts, nothing)
     bootstrap = SharedBootstrap(len(people), stream(0, "prediction.bootstrap"), resamples=2000)
-    first = next(iter(found.values()))
-    return {name: _figures(forecasts, first, people, bootstrap) for name, forecasts in found.items()}
+    first = next(iter(forecasts.values()))
+    return {name: _figures(of_model, first, people, bootstrap, step) for name, of_model in forecasts.items()}
 
 
 def _figures(
-    forecasts: Sequence[Forecast], first: Sequence[Forecast], people: Sequence[str], bootstrap: SharedBootstrap
+    forecasts: Sequence[Forecast],
+    first: Sequence[Forecast],
+    people: Sequence[str],
+    bootstrap: SharedBootstrap,
+    step: float,
 ) -> ModelFigures:
     place = {person: i for i, person in enumerate(people)}
     unit = np.array([place[forecast.person] for forecast in forecasts])
     scores = [forecast.scores for forecast in forecasts]
     inside = np.array([s.inside for s in scores])  # (n, H, L)
     series = {"error_m": np.array([s.error for s in scores]), "energy_m": np.array([s.energy for s in scores])}
-    series |= {f"inside_{100 * level:g}": inside[:, :, i] for i, level in enumerate(LEVELS)}
+    series |= {name: inside[:, :, i] for i, name in enumerate(INSIDE)}
     whole = {
         "ade_m": series["error_m"].mean(axis=1),
         "fde_m": series["error_m"][:, -1],
@@ -129,7 +143,7 @@ def _figures(
     }
     count = np.bincount(unit, minlength=len(people))
 
-    def means(values: Array) -> list[tuple[float | None, Interval]]:
+    def means(values: Array) -> list[Figure]:
         """Of values (n, F): a mean over people for each column."""
         sums = np.zeros((len(people), values.shape[1]))
         np.add.at(sums, unit, values)
@@ -137,20 +151,23 @@ def _figures(
         averages = by_person.mean(axis=1)
         intervals = bootstrap.intervals(by_person) if len(people) > 1 else [None] * len(averages)
         return [
-            (float(average) if np.isfinite(average) else None, interval)
+            Figure(float(average) if np.isfinite(average) else None, interval)
             for average, interval in zip(averages, intervals, strict=True)
         ]
 
     energy_of_first = np.array([forecast.scores.energy.mean() for forecast in first])
     (beyond_first,) = means((whole["energy_m"] - energy_of_first)[:, None])
-    figures = dict(zip(FIGURES, means(np.column_stack([whole[name] for name in FIGURES])), strict=True))
+    by_horizon = zip(*(means(series[name]) for name in BY_HORIZON), strict=True)
     return ModelFigures(
         people=len(people),
         predictions=len(forecasts),
-        figures=figures,
-        beyond_first=beyond_first,
-        by_window=(float(whole["ade_m"].mean()), float(whole["fde_m"].mean())),
-        by_horizon={name: tuple(means(series[name])) for name in BY_HORIZON},
+        by_window={name: float(whole[name].mean()) for name in ("ade_m", "fde_m")},
+        energy_beyond_first=beyond_first,
+        figures=dict(zip(FIGURES, means(np.column_stack([whole[name] for name in FIGURES])), strict=True)),
+        by_horizon=[
+            {"time_s": (h + 1) * step, **dict(zip(BY_HORIZON, of_time, strict=True))}
+            for h, of_time in enumerate(by_horizon)
+        ],
     )
 
 
@@ -288,8 +305,8 @@ class Plan:
 class Measured:
     """The figures of each model, and what they were measured on."""
 
-    what: str  # in a line
-    step: float  # [s]
+    source: str  # in a line
+    step_s: float
     steps: int
     exact: bool
     models: dict[str, ModelFigures]
@@ -346,14 +363,14 @@ def _measured(
     floor: KnownMap | None,
     seed: int,
 ) -> Measured:
-    found: dict[str, list[Forecast]] = {}
+    of_model: dict[str, list[Forecast]] = {}
     step, steps = 0.0, 0
     for model, scenario in zip(plan.models, of_models, strict=True):
         assert scenario.prediction is not None  # the plan names its model
         step, steps = scenario.prediction.step, scenario.prediction.num_steps
         predictor = make_predictor(scenario, seed)
-        found[model] = list(forecasts(moments(), predictor, whereabouts, step, steps, floor))
-    return Measured(what, step, steps, plan.exact, model_figures(found))
+        of_model[model] = list(forecasts(moments(), predictor, whereabouts, step, steps, floor))
+    return Measured(what, step, steps, plan.exact, model_figures(of_model, step))
 
 
 def _with_model(plan: Plan, model: str) -> tuple[str | Override, ...]:

@@ -9,7 +9,7 @@ from matplotlib.text import Text
 from mjnav.paper import ITEMS, load, pareto
 from mjnav.paper.claims import StudyItem, Verdict, judge
 from mjnav.paper.comparisons import LEVELS
-from mjnav.paper.draw import bars, color
+from mjnav.paper.draw import bars
 from mjnav.paper.episodes import studies, trials
 from mjnav.study.cells import variants
 from mjnav.study.study_file import load_study
@@ -156,10 +156,3 @@ def test_gaps_have_a_word_and_titles_say_how_many_episodes_have_a_result(made_up
     assert [axes.get_title() for axes in figure.axes[:2]] == ["here\nn = 1–40", "there\nn = 40"]
     words = [[text.get_text() for text in axes.texts] for axes in figure.axes]
     assert words == [[], ["not run"], ["undefined"], ["not run"]]
-
-
-def test_methods_that_stand_side_by_side_have_colours_of_their_own():
-    labels = ("rkhs d=1", "rkhs d=2", "rkhs d=3", "gaussian-linearised", "kld", "saa", "mean")
-    etas = [f"gaussian-moments eta={eta}" for eta in (0.5, 0.7, 0.99)]
-    assert len({color(label) for label in (*labels, *etas)}) == 10
-    assert len({color(label) for label in ("d=1", "d=2", "d=3", "d=1 matched", "d=2 matched", "d=3 matched")}) == 6

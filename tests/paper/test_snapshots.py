@@ -7,11 +7,10 @@ import numpy as np
 import pytest
 
 from mjnav.constraints import collision_cone
-from mjnav.errors import InvalidValue
 from mjnav.loop.prepare import load_scenario
 from mjnav.paper import snapshots
 from mjnav.paper.claims import Verdict, judge
-from mjnav.paper.episodes import DIRECT, changed
+from mjnav.paper.episodes import DIRECT
 from mjnav.paper.snapshots import (
     GAP,
     GOAL,
@@ -92,20 +91,13 @@ def test_shares_decide_the_claims(data, shares, safe, pushed):
     found = judge(snapshot_claims(as_many_runs(data, shares)))
     assert [finding.verdict for finding in found] == [safe, pushed]
     assert f"{100 * (shares[MATCHED] - shares[GOAL]):+.3g} points" in found[1].evidence
-    assert "0 [0.0, 2.6] ended in a collision" in found[0].evidence
+    assert "0 of the runs ended in a collision" in found[0].evidence
 
 
 def test_two_runs_decide_nothing(data):
     assert [finding.verdict for finding in judge(snapshot_claims(data))] == [Verdict.OPEN] * 2
     unmoved = tuple(replace(snapshot, matters=False) for snapshot in data.decisions)
     assert judge(snapshot_claims(replace(data, decisions=unmoved))) == ()
-
-
-def test_a_method_that_matches_nothing_and_an_empty_room_are_refused(scenario):
-    with pytest.raises(InvalidValue, match="method"):
-        measure(changed(scenario, "saa"))
-    with pytest.raises(InvalidValue, match="people"):
-        measure(replace(scenario, people=(), time_limit=0.3))
 
 
 def test_every_snapshot_has_a_column_all_samples_in_its_histograms_and_leaves_no_style(data):

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from mjnav.control.decision_surface import decision_surface
-from mjnav.errors import InvalidValue
 from mjnav.loop.episode import Episode
 from mjnav.loop.prepare import load_scenario
 from mjnav.motion.unicycle import reachable
@@ -14,14 +13,12 @@ from mjnav.paper import surface
 from mjnav.paper.claims import Verdict, judge
 from mjnav.paper.episodes import changed, spread
 from mjnav.paper.surface import (
-    KINK,
     VARIANTS,
     by_gradient,
     claims,
     continuous_cost,
     goal_cost_excess,
     on_grid,
-    slope_jump,
 )
 from mjnav.robot.controller import build_controller
 
@@ -83,26 +80,6 @@ def test_the_gradient_method_finds_the_least_of_a_bowl_within_the_window(least, 
     assert best.cost == pytest.approx(float(bowl(*map(np.array, end))), rel=1e-6)
 
 
-def test_a_slope_s_jump_falls_with_the_step_unless_there_is_a_kink():
-    def kink(v, omega):
-        return np.abs(omega - 0.1234) + omega**2
-
-    def smooth(v, omega):
-        return np.cos(3.0 * omega)
-
-    steps = (1e-1, 1e-2, 1e-3)
-    # The slope runs from -4 to 4, and jumps by 2 within one step, or two.
-    assert [slope_jump(kink, 0.5, -1.5, 1.5, step) for step in steps[1:]] == pytest.approx([0.25, 0.25], rel=0.4)
-    falls = [slope_jump(smooth, 0.5, -1.5, 1.5, step) for step in steps]
-    assert falls[0] / falls[1] == pytest.approx(10.0, rel=0.1)
-    assert falls[1] / falls[2] == pytest.approx(10.0, rel=0.1)
-    assert slope_jump(lambda v, omega: np.ones_like(omega), 0.5, -1.5, 1.5, 0.1) == 0.0
-
-
-def test_the_clip_makes_kinks(data):
-    assert data.column("jump_ratio", ["d = 3"]).max() > KINK > data.column("jump_ratio", ["as published"]).max()
-
-
 def many_runs(data, change):
     """The data as if its decisions were from eight runs, every row changed."""
     num = len(data.table) // len(VARIANTS)
@@ -118,17 +95,3 @@ def test_the_gradient_method_s_ends_decide_the_claim_that_they_are_worse(data, f
     found = many_runs(data, lambda row: {"slsqp_cost": factor * row["grid_cost"]})
     ends = [f for f in judge(claims(found)) if "finds worse controls" in f.claim]
     assert [f.verdict for f in ends] == [expected] * 2
-
-
-@pytest.mark.parametrize(("ratio", "expected"), [(1.0, Verdict.HOLDS), (0.1, Verdict.FAILS)])
-def test_jumps_that_stay_are_kinks_and_those_that_fall_are_not(data, ratio, expected):
-    found = many_runs(data, lambda row: {"jump_ratio": ratio})
-    kinks = [f for f in judge(claims(found)) if "not smooth" in f.claim]
-    assert [f.verdict for f in kinks] == [expected] * 2
-
-
-def test_a_method_without_candidates_and_runs_without_obstacles_are_refused(scenario):
-    with pytest.raises(InvalidValue, match="control"):
-        measure(changed(scenario, "orca"))
-    with pytest.raises(InvalidValue, match="obstacle"):
-        measure(replace(scenario, people=(), time_limit=0.5))
