@@ -46,15 +46,14 @@ def test_a_line_a_run_and_a_table_of_the_methods(mjnav, logs):
     assert (said.code, said.err) == (0, "")
     heads, hit, late, _, _, mean, rkhs, note = said.out.splitlines()
     assert heads.split("  ")[0] == "method"
-    assert hit.split()[:5] == ["mean", "dead", "end", "0", "collision"]
-    assert " person0 at " in hit
+    assert hit.split()[:6] == ["mean", "dead", "end", "0", "collision", "person0"]
     assert "  the robot " in hit
     assert hit.split()[-6:-2] == ["no", "no", "-", "-"]
     assert late.split()[:4] == ["rkhs", "crossing1", "0", "timeout"]
-    assert late.split()[4:9] == ["-", "-", "-", "-", "no"]
-    assert mean.split()[:3] == ["mean", "1", "1"]
+    assert late.split()[4:10] == ["-", "-", "-", "-", "-", "no"]
+    assert mean.split()[:2] == ["mean", "1"]
     assert "0 of 1, 0 % [0, 79]" in mean
-    assert rkhs.split()[:4] == ["rkhs", "1", "0", "0"]
+    assert rkhs.split()[:3] == ["rkhs", "1", "-"]
     assert note == "shares with 95 % intervals; times are means a run"
 
 
@@ -64,6 +63,7 @@ def test_json_is_the_same_every_time_and_counts_a_log_once(mjnav, logs):
     found = json.loads(printed, parse_constant=pytest.fail)
     hit, late = found["logs"]
     assert hit["collision"]["name"] == "person0"
+    assert hit["collision"]["who_moved"].startswith("the robot ")
     assert (hit["collision"]["avoidable_2s_before"], hit["collision"]["avoidable_1s_before"]) == (False, False)
     assert (late["collision"], late["timeout_avoidable"], hit["timeout_avoidable"]) == (None, False, None)
     inspected = json.loads(mjnav("inspect", logs / "a.mcap", "--json").out)["figures"]

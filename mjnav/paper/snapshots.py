@@ -1,17 +1,13 @@
-"""What matching does to the samples of the closest obstacle: five people (figure 4), and one by degree (figure 5).
+"""What matching does to the samples of the closest of five people (figure 4).
 
-`SNAPSHOTS`: at every decision the samples of f for the closest person in reach are computed under three controls: the
-one that the goal alone would choose, the nominal control (the constraints at the mean), and the one that matching
-chose. A decision matters where the first and the last differ. The first run is drawn at five hard decisions: those
-with the fewest safe samples under the goal's control, at least 0.7 s apart, once velocities are known.
-
-`PATHS`: ways past one person, and the distributions at each run's hardest decision: where the fewest samples were
-safe. The claims on them are judged by the item `degree`, on many seeds of the same.
+At every decision the samples of f for the closest person in reach are computed under three controls: the one that the
+goal alone would choose, the nominal control (the constraints at the mean), and the one that matching chose. A decision
+matters where the first and the last differ. The first run is drawn at five hard decisions: those with the fewest safe
+samples under the goal's control, at least 0.7 s apart, once velocities are known.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -20,21 +16,17 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Circle
 
 from mjnav.control.base import MatchingController
-from mjnav.errors import InvalidValue
 from mjnav.loop.episode import Episode
-from mjnav.messages import Array, ConeDistribution, TickRecord
-from mjnav.metrics.intervals import wilson
+from mjnav.messages import Array, TickRecord
 from mjnav.motion.unicycle import integrate
 from mjnav.paper import draw
 from mjnav.paper.claims import Claim, Measured, MeasuredItem, Progress, mean_by_run, shown
-from mjnav.paper.episodes import DIRECT, changed
+from mjnav.paper.episodes import DIRECT
 from mjnav.robot.controller import build_controller
 from mjnav.scene.load import with_seed
 from mjnav.scene.spec import Scenario
 
 BINS = 30
-
-# ------------------------------------------------------------------------------------- five people
 
 SOURCE = "figure 4, section V-B"
 CONTROLS = ("goal alone", "nominal", "matched")
@@ -97,15 +89,10 @@ class Snapshots:
 
 
 def measure_snapshots(scenarios: Sequence[Scenario], quick: bool, progress: Progress) -> Snapshots:
-    """From runs of the first scenario, from its seed on.
-
-    Raises InvalidValue for a method that does not match distributions, and where nobody comes into reach.
-    """
+    """From runs of the first scenario, whose method matches distributions, from its seed on."""
     num_runs = 2 if quick else 30
     controller = build_controller(scenarios[0])
-    if not isinstance(controller, MatchingController):
-        method = scenarios[0].control.method
-        raise InvalidValue("control.method", method, "one that matches distributions: rkhs, rkhs-paper")
+    assert isinstance(controller, MatchingController)
     decisions: list[Snapshot] = []
     outcomes: list[str] = []
     for run in range(num_runs):
@@ -114,8 +101,6 @@ def measure_snapshots(scenarios: Sequence[Scenario], quick: bool, progress: Prog
         snapshots = (_snapshot(run, record, controller, len(scenario.people)) for record in records)
         decisions += [snapshot for snapshot in snapshots if snapshot is not None]
         progress(run + 1, num_runs)
-    if not decisions:
-        raise InvalidValue("scenarios", scenarios[0].name, "one in which people come into reach")
     return Snapshots(scenarios[0], tuple(outcomes), tuple(decisions))
 
 
@@ -140,23 +125,20 @@ def snapshot_claims(data: Snapshots) -> Iterator[Claim]:
     share, run = np.array([s.share for s in decisions]), [s.run for s in decisions]
     matched, seed = share[:, MATCHED], data.scenario.seed
     safe = mean_by_run(run, 100.0 * (matched >= ALL_SAFE), seed, "snapshots.safe", boundary=50.0)
-    mean = mean_by_run(run, 100.0 * matched, seed, "snapshots.mean").estimate
-    num_runs, hits = len(data.outcomes), data.outcomes.count("collision")
-    low, high = wilson(hits, num_runs) or (0.0, 1.0)
+    num_runs = len(data.outcomes)
     count = f"{len(share)} decisions of {num_runs} runs in which the closest person mattered"
     yield Claim(
         "With matched distributions the closest obstacle's samples are free of collision more often than not.",
         SOURCE,
         [Measured(safe.estimate.value > 50.0, safe.p)],
-        f"At least {100 * ALL_SAFE:g} % of the samples are safe in {shown(safe.estimate, '%')} of {count}. On "
-        f"average {shown(mean, '%')} are. Of {num_runs} runs {hits} [{num_runs * low:.1f}, {num_runs * high:.1f}] "
-        "ended in a collision.",
+        f"At least {100 * ALL_SAFE:g} % of the samples are safe in {shown(safe.estimate, '%')} of {count}. "
+        f"{data.outcomes.count('collision')} of the runs ended in a collision.",
     )
     gains = {
-        name: mean_by_run(run, 100.0 * (matched - share[:, other]), seed, f"snapshots.{CONTROLS[other]}")
-        for other, name in ((GOAL, "control that the goal alone would choose"), (NOMINAL, "nominal control"))
+        CONTROLS[other]: mean_by_run(run, 100.0 * (matched - share[:, other]), seed, f"snapshots.{CONTROLS[other]}")
+        for other in (GOAL, NOMINAL)
     }
-    texts = [f"{shown(gain.estimate, 'points', signed=True)} against the {name}" for name, gain in gains.items()]
+    texts = [f"{shown(gain.estimate, 'points', signed=True)} against {name}" for name, gain in gains.items()]
     yield Claim(
         "Matching moves the distribution of the collision cone towards the one that is free of collision.",
         SOURCE,
@@ -174,19 +156,28 @@ def draw_snapshots(data: Snapshots) -> Figure:
         for (top, foot), snapshot in zip(panels.T, snapshots, strict=False):
             _draw_map(top, snapshot, data.scenario)
             top.set_title(f"{snapshot.time:.1f} s", loc="left")
-            samples = {
-                "matched": (snapshot.f[MATCHED], {"fill": True, "color": COLOURS[MATCHED], "alpha": 0.45}),
-                "under the goal alone": (snapshot.f[GOAL], {"color": COLOURS[GOAL], "linestyle": "--"}),
-                "desired": (snapshot.desired, {"color": draw.INK}),
-            }
-            low = min(float(values.min(initial=0.0)) for values, _ in samples.values())
-            draw.distributions(foot, np.linspace(low, 1.0, BINS + 1), samples)
+            _draw_distributions(foot, snapshot)
             matched, goal = (100 * snapshot.share[which] for which in (MATCHED, GOAL))
             foot.set_title(f"safe: {matched:.0f} %, else {goal:.0f} %", fontsize=6.0)
         panels[0, 0].set_ylabel("from the robot [m]")
         panels[1, 0].set_ylabel("share of samples")
         draw.legend(figure, panels[1], ncols=3)
     return figure
+
+
+def _draw_distributions(axes: Axes, snapshot: Snapshot) -> None:
+    """Histograms of f / R² as shares of the samples; unsafe above 0."""
+    samples: Mapping[str, tuple[Array, Mapping[str, Any]]] = {
+        "matched": (snapshot.f[MATCHED], {"fill": True, "color": COLOURS[MATCHED], "alpha": 0.45}),
+        "under the goal alone": (snapshot.f[GOAL], {"color": COLOURS[GOAL], "linestyle": "--"}),
+        "desired": (snapshot.desired, {"color": draw.INK}),
+    }
+    edges = np.linspace(min(float(values.min(initial=0.0)) for values, _ in samples.values()), 1.0, BINS + 1)
+    axes.axvspan(0.0, edges[-1], color=draw.VERMILION, alpha=0.08, linewidth=0.0)
+    for label, (values, options) in samples.items():
+        shares = np.histogram(values, edges)[0] / max(1, values.size)
+        axes.stairs(shares, edges, label=label, **options)
+    axes.set(yscale="log", ylim=(1e-3, 1.0), xlim=(edges[0], edges[-1]), xlabel="f / R²")
 
 
 def _draw_map(axes: Axes, s: Snapshot, scenario: Scenario) -> None:
@@ -217,99 +208,4 @@ SNAPSHOTS = MeasuredItem(
     measure_snapshots,
     snapshot_claims,
     draw_snapshots,
-)
-
-
-# ---------------------------------------------------------------------------- one person, by degree
-
-VARIANTS: Mapping[str, tuple[int, float]] = MappingProxyType(  # as in the study paper-degree: degree, weight
-    {"d=1": (1, 1.0), "d=2": (2, 1.0), "d=3": (3, 1.0), "d=2 matched": (2, 1.0 / 2.0), "d=3 matched": (3, 1.0 / 3.0)}
-)
-
-
-@dataclass(frozen=True, slots=True)
-class Way:
-    """One run."""
-
-    variant: str
-    seed: int
-    path: Array  # (T + 1, 2) of the robot
-    people: Array  # (T + 1, P, 2)
-    hardest: ConeDistribution  # at the decision with the fewest safe samples
-
-
-@dataclass(frozen=True, slots=True)
-class Ways:
-    """Every run of every variant."""
-
-    ways: tuple[Way, ...]
-
-    def rows(self) -> list[dict[str, Any]]:
-        """One for every run; the deviation is from the x axis, which the goal lies on."""
-        return [
-            {"variant": way.variant, "seed": way.seed, "least_safe_share": way.hardest.safe_share}
-            | {"max_deviation_m": float(np.abs(way.path[:, 1]).max())}
-            for way in self.ways
-        ]
-
-
-def measure_ways(scenarios: Sequence[Scenario], quick: bool, progress: Progress) -> Ways:
-    """Runs every variant under the seeds of the first scenario, in which somebody comes into reach."""
-    scenario, num_seeds = scenarios[0], 3 if quick else 20
-    ways: list[Way] = []
-    for name, (degree, weight) in VARIANTS.items():
-        of_variant = changed(scenario, "rkhs", degree=degree, weight=weight)
-        for seed in range(scenario.seed, scenario.seed + num_seeds):
-            cones: list[ConeDistribution] = []
-
-            def watch(record: TickRecord, cones: list[ConeDistribution] = cones) -> None:
-                if record.cone is not None:
-                    cones.append(record.cone)
-
-            trajectory = Episode(with_seed(of_variant, seed), watch=watch, cones=True).run().trajectory
-            hardest = min(cones, key=lambda cone: cone.safe_share)
-            ways.append(Way(name, seed, trajectory.robot_pose[:, :2], trajectory.people_position, hardest))
-            progress(len(ways), num_seeds * len(VARIANTS))
-    return Ways(tuple(ways))
-
-
-def draw_ways(data: Ways) -> Figure:
-    """A column a variant: the ways of all seeds, and the distributions of all seeds together."""
-    with draw.style():
-        figure = draw.new_figure(draw.TWO_COLUMNS, 3.2)
-        panels = figure.subplots(2, len(VARIANTS), height_ratios=(1.4, 1.0), sharey="row")
-        for (top, foot), (name, (_, weight)) in zip(panels.T, VARIANTS.items(), strict=True):
-            ways = [way for way in data.ways if way.variant == name]
-            for way in ways:
-                for person in range(way.people.shape[1]):
-                    top.plot(*way.people[:, person].T, color=draw.ORANGE, linewidth=0.6, alpha=0.4)
-                top.plot(*way.path.T, color=draw.color(name), linewidth=0.7, alpha=0.7)
-            top.set(title=f"{name}, λ = {weight:.2g}", ylim=(-2.0, 2.0), xlabel="x [m]")
-            current, desired = (
-                np.concatenate([getattr(way.hardest, part) for way in ways]) for part in ("samples", "desired")
-            )
-            low, high = (float(end(way.hardest.samples.min() for way in data.ways)) for end in (min, max))
-            draw.distributions(
-                foot,
-                np.linspace(low, max(1.0, high), BINS + 1),
-                {
-                    "current": (current, {"fill": True, "color": draw.BLUE, "alpha": 0.5}),
-                    "desired": (desired, {"color": draw.INK}),
-                },
-            )
-            share = np.mean([way.hardest.safe_share for way in ways])
-            foot.set_title(f"safe, least of a run: {100.0 * share:.1f} %", fontsize=6.0)
-        panels[0, 0].set_ylabel("y [m]")
-        panels[1, 0].set_ylabel("share of samples")
-        draw.legend(figure, panels[1], ncols=2)
-    return figure
-
-
-PATHS = MeasuredItem(
-    "The degree of the kernel: ways and distributions",
-    ("crossing1",),
-    (*DIRECT, "physics.engine=kinematic"),
-    measure_ways,
-    lambda data: (),
-    draw_ways,
 )

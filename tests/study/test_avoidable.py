@@ -31,11 +31,11 @@ def test_a_studys_logs_come_by_method_setting_and_seed_with_its_names_of_methods
     ]
     folder = kept(tmp_path, rows)
     found, said = sources(str(folder))
-    assert found == tuple(
+    assert list(found) == [
         Source(folder / log(place), method)
         for place, method in ((3, "a, blind"), (4, "a"), (2, "b"), (1, "b"))
-    )  # fmt: skip
-    assert str(said) == (
+    ]  # fmt: skip
+    assert said == (
         f"{folder}: logs of 4 of 5 episodes, every failure among them: shares are the study's, times at rest those of "
         "these runs alone"
     )
@@ -45,8 +45,9 @@ def test_a_studys_logs_come_by_method_setting_and_seed_with_its_names_of_methods
 def test_failures_without_logs_are_told_and_a_study_without_any_is_refused(tmp_path):
     folder = kept(tmp_path, [row("a", 1, 1.0, hit=True), row("a", 2, 1.0, hit=True, log=log(2)), row("a", 3, 1.0)])
     _, said = sources(str(folder))
-    assert str(said) == (
-        f"{folder}: logs of 1 of 3 episodes; 1 of 2 failures have none: mjnav sweep --keep-logs failures keeps them"
+    assert said == (
+        f"{folder}: logs of 1 of 3 episodes; 1 of 2 failures have none: "
+        "mjnav sweep STUDY --keep-logs failures keeps those of episodes that fail"
     )
     (folder / log(2)).unlink()
     with pytest.raises(InputError, match="kept no logs; mjnav sweep STUDY --keep-logs failures"):

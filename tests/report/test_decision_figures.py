@@ -1,4 +1,4 @@
-"""The picture of a cost surface: what it shows, and where."""
+"""Pictures of single decisions: what they show, and where."""
 
 import numpy as np
 import pytest
@@ -7,7 +7,8 @@ from matplotlib.colors import AsinhNorm, to_rgb
 
 from mjnav.control.decision_surface import DecisionSurface
 from mjnav.messages import CandidateCosts, Decision, Status
-from mjnav.report.decision_surface_figure import CHOSEN, FORBIDDEN, decision_surface_figure
+from mjnav.metrics.prediction import calibration
+from mjnav.report.decision_figures import CHOSEN, FORBIDDEN, calibration_figure, decision_surface_figure
 
 GOAL, CONE, LANE, TOTAL = range(4)
 V, OMEGA = np.linspace(0.0, 1.0, 21), np.linspace(-1.5, 1.5, 31)
@@ -50,29 +51,13 @@ def colour_at(picture, axes, v, omega) -> np.ndarray:
     return picture[picture.shape[0] - 1 - round(y), round(x)]
 
 
-def legend(figure) -> list[str]:
-    return [text.get_text() for text in figure.legends[0].get_texts()]
-
-
-@pytest.mark.parametrize("chosen", [CHOICE, (0.0, -1.5), (1.0, 1.5)])
+@pytest.mark.parametrize("chosen", [CHOICE, (1.0, 1.5), NOMINAL])
 def test_the_chosen_control_is_where_its_speed_and_turn_rate_are(chosen):
     figure = decision_surface_figure(surface(chosen=chosen), "")
     picture = pixels(figure)
     for axes in figure.axes[:4]:
         assert colour_at(picture, axes, *chosen) == pytest.approx(to_rgb(CHOSEN["markerfacecolor"]), abs=0.02)
         assert colour_at(picture, axes, 0.5, 0.75) != pytest.approx(to_rgb(CHOSEN["markerfacecolor"]), abs=0.1)
-
-
-def test_the_nominal_control_is_marked_around_the_chosen_one_where_equal():
-    figure = decision_surface_figure(surface(chosen=NOMINAL), "")
-    without = decision_surface_figure(surface(chosen=NOMINAL, nominal=(0.1, -1.2)), "")
-    picture, other = pixels(figure), pixels(without)
-    for axes in figure.axes[:4]:
-        assert colour_at(picture, axes, *NOMINAL) == pytest.approx(to_rgb(CHOSEN["markerfacecolor"]), abs=0.02)
-        x, y = axes.transData.transform(NOMINAL)
-        row, column = picture.shape[0] - 1 - round(y), round(x)
-        ring = np.s_[row - 16 : row + 17, column - 16 : column + 17]
-        assert (picture[ring] != other[ring]).any(axis=-1).sum() > 50
 
 
 def test_colours_grow_with_the_cost_along_the_right_axes():
@@ -103,11 +88,37 @@ def test_a_range_of_many_decades_is_told_apart_at_its_low_end():
 def test_what_is_forbidden_is_grey_and_in_the_legend():
     figure = decision_surface_figure(surface(forbidden=lambda v, omega: v > 0.55), "")
     picture = pixels(figure)
-    assert legend(figure) == ["chosen", "nominal", "reachable in one period", "forbidden"]
-    greys = {FORBIDDEN["facecolor"], FORBIDDEN["edgecolor"]}
+    labels = [text.get_text() for text in figure.legends[0].get_texts()]
+    assert labels == ["chosen", "nominal", "reachable in one period", "forbidden"]
     right = [colour_at(picture, figure.axes[TOTAL], 0.85, omega) for omega in np.linspace(-1.4, 0.6, 60)]
     assert np.ptp(right, axis=1).max() < 0.02  # no hue
-    for grey in greys:
+    for grey in (FORBIDDEN["facecolor"], FORBIDDEN["edgecolor"]):
         assert min(np.abs(colour - to_rgb(grey)).max() for colour in right) < 0.05
     assert np.ptp(colour_at(picture, figure.axes[TOTAL], 0.1, 1.0)) > 0.1
     assert np.ptp(colour_at(picture, figure.axes[GOAL], 0.85, -1.0)) > 0.1
+
+
+def test_reliability_has_a_panel_a_setting_and_a_curve_a_method():
+    rng, num = np.random.default_rng(0), 200
+
+    def biased(bias):
+        q = rng.uniform(0.0, 0.8, num)
+        return calibration(q + bias, q, np.arange(num) % 10, rng, resamples=100)
+
+    calibrations = {method: {"direct": biased(0.0), "filtered": biased(0.1)} for method in ("rkhs", "mean", "saa")}
+    figure = calibration_figure(calibrations, "somewhere")
+    curves, counts = figure.axes[:2], figure.axes[2:]
+    assert [axes.get_title() for axes in curves] == ["direct", "filtered"]
+    for setting, curve, count in zip(("direct", "filtered"), curves, counts, strict=True):
+        for method, line, bars in zip(calibrations, curve.get_lines()[1:], count.get_lines(), strict=True):
+            bins = [b for b in calibrations[method][setting].bins if b.count]
+            assert line.get_xydata() == pytest.approx(np.array([(b.predicted, b.observed) for b in bins]))
+            assert bars.get_ydata().tolist() == [b.count for b in bins]
+    (legend,) = figure.legends
+    assert [text.get_text() for text in legend.get_texts()] == [f"{method}\n0.000, 0.100" for method in calibrations]
+
+
+def test_no_forecasts_make_a_picture_too(tmp_path):
+    nothing = calibration([], [], [], np.random.default_rng(0))
+    calibration_figure({"rkhs": {"direct": nothing}}, "").savefig(tmp_path / "a.png")
+    assert (tmp_path / "a.png").stat().st_size > 1000
