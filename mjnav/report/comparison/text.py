@@ -199,7 +199,7 @@ def summary(results: BeforeAfter) -> Iterator[str]:
 
 def _seeds(results: BeforeAfter, cell: CellChange, kind: str) -> Iterator[str]:
     """The seeds of a cell that changed in one way, by outcome before and after; then the command that shows one."""
-    seeds = cell.named(kind)
+    seeds = cell.seeds_of(kind)
     ways: dict[tuple[str, str], list[int]] = {}
     for seed in seeds:
         ways.setdefault((seed.before, seed.after), []).append(seed.seed)
