@@ -4,13 +4,13 @@ import os
 from collections.abc import Sequence
 from contextlib import suppress
 from pathlib import Path
-from typing import Any, overload
+from typing import Any
 
 from mjnav.errors import InputError, unknown_name
 from mjnav.loop.prepare import OUT_FOLDER
 from mjnav.output_files import path_text
 from mjnav.study.compare.before_after import BeforeAfter, before_after
-from mjnav.study.compare.chosen_figures import DEFAULT_FIGURES, WIN_BY
+from mjnav.study.compare.chosen_figures import DEFAULT_FIGURES
 from mjnav.study.compare.study_comparison import StudyComparison, compare_study
 from mjnav.study.store.store import STUDY_FILE, Store
 from mjnav.study.study_file import StudyFile, load_study, studies
@@ -49,20 +49,6 @@ def kept_study(store: Store) -> StudyFile | None:
     return load_study(store.folder / STUDY_FILE) if store.study() else None
 
 
-@overload
-def compare(
-    results: PathText,
-    after: None = None,
-    *,
-    reference: str | None = None,
-    figures: Sequence[str] = DEFAULT_FIGURES,
-    pool: bool = False,
-    pool_all: bool = False,
-    win_by: str = WIN_BY,
-    rivals: bool = False,
-) -> StudyComparison: ...
-@overload
-def compare(results: PathText, after: PathText, *, figures: Sequence[str] = DEFAULT_FIGURES) -> BeforeAfter: ...
 def compare(
     results: PathText, after: PathText | None = None, *, figures: Sequence[str] = DEFAULT_FIGURES, **options: Any
 ) -> StudyComparison | BeforeAfter:

@@ -18,7 +18,7 @@ from mjnav.scene.ranges import MAX_TIME
 from mjnav.settings import Range, below, settled
 from mjnav.study.cells import resolve
 from mjnav.study.compare.chosen_figures import DEFAULT_FIGURES
-from mjnav.study.compare.study_comparison import StudyComparison, compare_study, html_table
+from mjnav.study.compare.study_comparison import StudyComparison, compare_study
 from mjnav.study.keep import NONE
 from mjnav.study.results import OUT_FOLDER, kept_study
 from mjnav.study.store.row import Row
@@ -30,7 +30,6 @@ from mjnav.study.sweep.sweep import sweep as sweep_trials
 
 Workers = Annotated[int, Range(1, 10_000, "processes")]
 Seconds = Annotated[float, Range(0.0, MAX_TIME, "s", open_low=True, or_inf=True)]
-MAX_CAUSES = 5  # of failures that a notebook shows
 
 if TYPE_CHECKING:
     import pyarrow
@@ -64,17 +63,6 @@ class SweepResult:
             f"SweepResult({self.study!r} in {str(self.folder)!r}: {s.kept + s.run} of {s.episodes} episodes, "
             f"{s.failed} failed)"
         )
-
-    def _repr_html_(self) -> str:
-        """What was run, as notebooks show it."""
-        s = self.summary
-        rows = [
-            ("episodes", f"{s.kept + s.run} of {s.episodes}"),
-            ("of this sweep", f"{s.run} in {s.seconds:.1f} s"),
-            ("failed", s.failed),
-            *((cause, count) for cause, count in self.causes.most_common(MAX_CAUSES)),
-        ]
-        return html_table(f"{self.study} in {self.folder}", ("", ""), rows)
 
     def compare(self, *, reference: str | None = None, figures: Sequence[str] = DEFAULT_FIGURES) -> StudyComparison:
         """The methods in tables, as `mjnav.compare` gives them."""

@@ -11,7 +11,7 @@ import pytest
 
 from mjnav.errors import InputError, MjnavError
 from mjnav.study.store.row import COLUMNS, Row
-from mjnav.study.store.store import Store
+from mjnav.study.store.store import Store, digest
 from tests.study import made_up
 
 
@@ -63,7 +63,7 @@ def test_no_thread_frees_what_was_read(store):
     program = """if True:
         import os, sys
         from pathlib import Path
-        import mjnav.study.store.shard as shard
+        import mjnav.study.store.store as shard
         shard.parquet()
         threads = lambda: len(os.listdir("/proc/self/task"))
         before = threads()
@@ -77,7 +77,7 @@ def test_failures_are_counted_by_cause_and_forgotten_together(store):
     store.append([row(0), row(1, "a"), row(2, "b")])
     store.append([row(3, "a")])
     assert (store.causes(), store.num_failed()) == ({"a": 2, "b": 1}, 3)
-    assert store.forget_failures() == 3
+    store.forget_failures()
     assert (seeds(store), store.num_failed()) == ({0}, 0)
 
 
@@ -90,7 +90,7 @@ def test_an_id_in_two_shards_is_told(store):
 
 def test_what_a_killed_writer_left_is_not_read_and_goes(store):
     store.append([row(0)])
-    left = store.folder / "part-000001-abcdef01.parquet.tmp"
+    left = store.folder / ".mjnav-1.tmp"
     left.write_bytes(b"PAR1 half of a sh")
     theirs = store.folder / "notes.tmp"
     theirs.write_text("not ours")
@@ -108,7 +108,7 @@ import time
 from mjnav.study.store.store import Store
 from tests.study import made_up
 with Store({str(folder)!r}).writing("# mjnav the first"):
-    open({str(folder / "part-000000-abcdef01.parquet.tmp")!r}, "w").close()
+    open({str(folder / ".mjnav-1.tmp")!r}, "w").close()
     open({str(folder / "notes.tmp")!r}, "w").close()
     print("writing", flush=True)
     time.sleep(60)
@@ -136,9 +136,8 @@ def test_a_shard_that_cannot_be_read_is_told_in_a_line(store):
 def test_a_column_that_came_later_is_null_in_older_shards(store):
     store.append([row(0)])
     (shard,) = store.folder.glob("*.parquet")
-    older = shard.with_name("part-000000-1f6c0a12.parquet")  # as they were named, without a digest
-    pq.write_table(pq.read_table(shard).drop_columns(["time_s", "row_schema"]), older)
-    shard.unlink()
+    pq.write_table(pq.read_table(shard).drop_columns(["time_s", "row_schema"]), shard)
+    shard.rename(shard.with_name(f"part-000000-{digest(shard.read_bytes())}.parquet"))
     store.append([row(1)])
     assert sorted(store.rows(["id", "time_s", "row_schema"]).to_pylist(), key=str) == [
         {"id": "0000", "time_s": None, "row_schema": None},
