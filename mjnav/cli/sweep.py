@@ -12,8 +12,8 @@ from mjnav.cli.options import scene_options, sweep_options
 from mjnav.cli.terminal.guard import interruptible
 from mjnav.cli.terminal.progress import pace, progress, tell
 from mjnav.errors import InputError, MjnavError, unknown_name
+from mjnav.loop.prepare import OUT_FOLDER
 from mjnav.study.keep import KINDS
-from mjnav.study.results import OUT_FOLDER
 from mjnav.study.store.row import Row
 from mjnav.study.study_file import load_study, study_text
 

@@ -7,14 +7,11 @@ import csv
 import io
 import json
 import re
-import shutil
-import subprocess
 from html.parser import HTMLParser
 from math import isfinite
 
 import numpy as np
 import pytest
-from rich.cells import cell_len
 from rich.console import Console
 
 from mjnav.report.comparison.documents import changes_csv, changes_document, csv_text, document
@@ -172,15 +169,6 @@ def test_text_page_and_latex_print_the_same_cells(results):
     assert next(page, None) is None
 
 
-@pytest.mark.parametrize("width", [60, 100])
-def test_no_line_is_wider_than_the_terminal_and_nothing_is_lost(results, hostile, width):
-    for each in (results, hostile):
-        wide = set(re.findall(r"\S+ \[[^]\s]+, \S+\](?: \(\d+\))?(?: \*)?", text(each, width=2000)))
-        printed = text(each, width)
-        assert max(cell_len(line) for line in printed.splitlines()) <= width
-        assert not {figure for figure in wide if figure not in printed}
-
-
 def test_the_document_has_every_figure_in_full_precision(results):
     listed = json.loads(json.dumps(document(results), allow_nan=False))
     for table, of_table in zip(results.tables, listed["tables"], strict=True):
@@ -331,7 +319,7 @@ def test_the_page_says_how_it_was_made_and_leads_to_the_worst_seeds(tmp_path):
     page = shown()
     assert 'title="control_cost: ' in page
     assert "control cost <span>[m²/s³]</span>" in page
-    assert "weight = 2.0" in page
+    assert "&quot;weight&quot;: 2.0" in page
     assert "robot.radius=0.3" in page.partition("Study file")[2]
     worst = page.partition("Worst seeds")[2].partition("</table>")[0]
     seeds = re.findall(r'<td data-value="(\d+)">\d+</td><td>([^<]*)</td><td>(.*?)</td>', worst)
@@ -440,17 +428,6 @@ def test_programs_read_names_with_the_labels_beside_them(labelled):
     assert (table["setting"], table["setting_label"], table["reference"]) == ("default", "As it is", "rkhs")
     assert [row["method"] for row in table["methods"]] == list(PLUGINS)
     assert table["methods"][0]["method_label"] == "Ours, 50 %"
-
-
-@pytest.mark.skipif(shutil.which("pdflatex") is None, reason="pdflatex is not installed")
-def test_latex_compiles_and_is_no_wider_than_the_line(hostile, tmp_path):
-    preamble = r"\documentclass{article}\usepackage[T1]{fontenc}\usepackage{booktabs,graphicx}"
-    body = latex(hostile).replace("走", "")
-    (tmp_path / "a.tex").write_text(f"{preamble}\\begin{{document}}\n{body}\\end{{document}}\n")
-    command = ["pdflatex", "-interaction=nonstopmode", "-halt-on-error", "a.tex"]
-    done = subprocess.run(command, cwd=tmp_path, check=True, capture_output=True, timeout=60)
-    assert b"Output written on a.pdf" in done.stdout
-    assert b"Overfull" not in done.stdout
 
 
 def people_and_layouts(folder, cost=1.0):

@@ -8,7 +8,6 @@ The background is what the page says of a study beside its tables: how it was ma
 episodes.
 """
 
-import json
 import os
 import re
 import shlex
@@ -112,24 +111,13 @@ def _parameters(store: Store, results: StudyComparison) -> str:
         if name == results.study and method is not None and control is not None:
             parameters.setdefault(method, []).append(control)
     rows = (
-        (labels.get(method, method), f"<td>{'<br>'.join(_text(_listed(text)) for text in texts)}</td>")
+        (labels.get(method, method), f"<td>{'<br>'.join(map(_text, texts))}</td>")
         for method, texts in parameters.items()
     )
     table = _table([_head("method"), _head("parameters, with defaults")], rows, "seeds")
     lines = "\n".join(map(printable, store.study().split("\n")))
     study = f"<details><summary>Study file</summary><pre>{escape(lines)}</pre></details>" if lines else ""
     return f"<h2>Parameters</h2><details><summary>Parameters of the methods</summary>{table}</details>{study}"
-
-
-def _listed(text: str) -> str:
-    """The values of a JSON object, name by name."""
-    try:
-        document = json.loads(text)
-    except ValueError:
-        document = None
-    if not isinstance(document, dict):
-        return text
-    return ", ".join(f"{name} = {json.dumps(value)}" for name, value in document.items())
 
 
 def _worst(table: Comparison, worst: Mapping[CellPlace, Sequence[WorstSeed]], way: Way) -> str:

@@ -103,12 +103,6 @@ def test_what_changed_is_named_with_both_values(folders):
     }
 
 
-def test_cells_in_one_folder_only_are_told(folders):
-    found = before_after(*folders)
-    assert found.only_before == (("s", "default", "c"),)
-    assert found.only_after == (("s", "default", "d"),)
-
-
 def test_people_read_labels_and_programs_names_with_them(folders, tmp_path):
     (tmp_path / "labelled.toml").write_text(
         'schema = 1\nname = "x"\nscenes = ["s"]\nmethods = [{ controller = "a", label = "Ours" }]\n'

@@ -42,12 +42,6 @@ def test_what_was_added_is_there(store):
     assert (store.study(), store.has_rows()) == ("# mjnav the study", True)
 
 
-def test_an_empty_store_has_no_rows(tmp_path):
-    store = Store(tmp_path / "nowhere")
-    assert (store.done(), len(store.rows()), store.has_rows(), store.study()) == (set(), 0, False, "")
-    assert not store.folder.exists()
-
-
 def test_shards_are_zstd_and_duckdb_reads_them(store):
     duckdb = pytest.importorskip("duckdb")
     store.append([row(number) for number in range(3)])
@@ -73,32 +67,11 @@ def test_no_thread_frees_what_was_read(store):
     subprocess.run([sys.executable, "-c", program, path], check=True)
 
 
-def test_failures_are_counted_by_cause_and_forgotten_together(store):
-    store.append([row(0), row(1, "a"), row(2, "b")])
-    store.append([row(3, "a")])
-    assert (store.causes(), store.num_failed()) == ({"a": 2, "b": 1}, 3)
-    store.forget_failures()
-    assert (seeds(store), store.num_failed()) == ({0}, 0)
-
-
 def test_an_id_in_two_shards_is_told(store):
     store.append([row(0)])
     store.append([row(0)])
     with pytest.raises(MjnavError, match="an episode stands in two shards"):
         store.rows()
-
-
-def test_what_a_killed_writer_left_is_not_read_and_goes(store):
-    store.append([row(0)])
-    left = store.folder / ".mjnav-1.tmp"
-    left.write_bytes(b"PAR1 half of a sh")
-    theirs = store.folder / "notes.tmp"
-    theirs.write_text("not ours")
-    assert seeds(store) == {0}
-    again = Store(store.folder)
-    with pytest.raises(InputError, match="another sweep writes to it"), again.writing(""):
-        pass
-    assert left.exists()
 
 
 def test_a_writer_that_comes_after_a_killed_one_cleans_up(tmp_path):
@@ -123,14 +96,6 @@ with Store({str(folder)!r}).writing("# mjnav the first"):
     with Store(folder).writing("# mjnav the second"):
         assert sorted(path.name for path in folder.iterdir()) == ["lock", "notes.tmp", "study.toml"]
     assert Store(folder).study() == "# mjnav the second"
-
-
-def test_a_shard_that_cannot_be_read_is_told_in_a_line(store):
-    store.append([row(0)])
-    (shard,) = store.folder.glob("*.parquet")
-    shard.write_bytes(shard.read_bytes()[:-20])
-    with pytest.raises(MjnavError, match=rf"{shard}: damaged \(.*\); remove it, then --resume runs its episodes again"):
-        store.done()
 
 
 def test_a_column_that_came_later_is_null_in_older_shards(store):
@@ -164,9 +129,3 @@ def test_what_the_disk_refuses_leaves_the_store_as_it_was(store):
     assert sorted(store.folder.iterdir()) == before
     store.append([row(1)])
     assert seeds(store) == {0, 1}
-
-
-def test_a_folder_that_cannot_be_made_is_told(tmp_path):
-    (tmp_path / "file").write_text("")
-    with pytest.raises(InputError, match="file/results: "), Store(tmp_path / "file" / "results").writing(""):
-        pass
