@@ -188,7 +188,7 @@ def of_before_after(results: BeforeAfter) -> Cells:
     return {
         cell.place: _figures(cell.after)
         | {"pairs": cell.pairs, "identical": cell.identical}
-        | {kind: len(cell.named(kind)) for kind in KINDS}
+        | {kind: len(cell.seeds_of(kind)) for kind in KINDS}
         for cell in results.cells
     }
 
