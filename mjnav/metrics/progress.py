@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from mjnav.geometry.distances import segment_distance
 from mjnav.messages import Array, Trajectory
+from mjnav.metrics.definitions import HIGHER, INTEGER, LOWER, TABLE_1, Definition, figures
 from mjnav.scene.people import REACHED
 from mjnav.scene.ranges import Point
 from mjnav.scene.spec import Person, Scenario
@@ -57,6 +58,15 @@ def passings(person: Person, position: Array) -> NDArray[np.int64]:
     return np.array(rows, np.int64)
 
 
+@figures(
+    "ending",
+    Definition(
+        "aggregated_time_s",
+        "sum of the times that the robot and all people whose route ends took to their goals",
+        better=LOWER, source=TABLE_1, words="time of all to their goals",
+        null="nobody's route ends, or not all arrived",
+    ),
+)  # fmt: skip
 def aggregated_time(trajectory: Trajectory, scenario: Scenario, *, outcome: str | None) -> float | None:
     """Sum of the times that the robot and all people whose route ends took to their goals [s].
 
@@ -115,11 +125,31 @@ def length(corners: Array) -> float:
     return float(np.hypot(*np.diff(corners, axis=0).T).sum())
 
 
+@figures(
+    "path",
+    Definition(
+        "path_length_m", "length of the driven path",
+        better=LOWER, equation=r"\sum_k \lvert p_{k+1} - p_k\rvert", source=TABLE_1,
+    ),
+)  # fmt: skip
 def path_length(trajectory: Trajectory) -> float:
     """The way that the robot's centre went [m]."""
     return length(trajectory.robot_pose[:, :2])
 
 
+@figures("path", Definition("straight_line_m", "length of the polyline from the start over the waypoints to the goal"))
+def straight_line(scenario: Scenario) -> float:
+    """The length of the way [m]."""
+    return length(way(scenario))
+
+
+@figures(
+    "path",
+    Definition(
+        "path_ratio", "path_length_m / straight_line_m",
+        better=LOWER, words="path over straight line", null="a polyline without length",
+    ),
+)  # fmt: skip
 def path_ratio(trajectory: Trajectory, scenario: Scenario) -> float | None:
     """The path's length over the way's; None where the way has no length."""
     straight = length(way(scenario))
@@ -145,6 +175,19 @@ def lateral_distance(points: Array, corners: Array) -> Array:
     return np.where(beyond, sideways, np.take_along_axis(distance, nearest[..., None], -1)[..., 0])
 
 
+@figures(
+    "path",
+    Definition(
+        "mean_deviation_m",
+        "lateral distance from the polyline of start, waypoints and goal, mean over time by trapezoids; "
+        "beyond an end it is the distance from the line prolonged, so that being early or late is no deviation",
+        better=LOWER, words="mean deviation", equation=r"\frac{1}{t_T - t_0}\int \delta(t)\,dt",
+    ),
+    Definition(
+        "max_deviation_m", "lateral distance from the polyline of start, waypoints and goal, maximum",
+        better=LOWER, words="greatest deviation", equation=r"\max_k \delta(t_k)",
+    ),
+)  # fmt: skip
 def deviation(trajectory: Trajectory, scenario: Scenario) -> tuple[float, float]:
     """Mean over time (trapezoids) and maximum of the lateral distance from the way [m]."""
     corners = way(scenario)
@@ -178,6 +221,13 @@ def way_left(trajectory: Trajectory, scenario: Scenario) -> Array:
     return np.hypot(*(trajectory.robot_pose[:, :2] - route[target]).T) + legs_behind(scenario)[target]
 
 
+@figures(
+    "ending",
+    Definition(
+        "failures_to_progress", "how often the robot came no 0.1 m nearer to the goal, along its route, in 5 s",
+        type=INTEGER, better=LOWER, source=TABLE_1, over_all=True,
+    ),
+)  # fmt: skip
 def failures_to_progress(trajectory: Trajectory, scenario: Scenario) -> int:
     """How often the robot came no PROGRESS nearer to its goal, along the route, in PROGRESS_TIME.
 
@@ -194,6 +244,16 @@ def failures_to_progress(trajectory: Trajectory, scenario: Scenario) -> int:
     return count
 
 
+@figures(
+    "path",
+    Definition(
+        "spl",
+        "success weighted by path length: 0 without success, else straight_line_m over the longer of "
+        "path_length_m and itself",
+        better=HIGHER, words="success weighted by path length", equation=r"S\,\ell / \max(\ell, L)",
+        source="Anderson et al. (2018)", null="a polyline without length", over_all=True,
+    ),
+)  # fmt: skip
 def spl(trajectory: Trajectory, scenario: Scenario, *, success: bool) -> float | None:
     """Success weighted by path length, S l / max(l, L), with L the path and l the way's length; None where l is 0.
 

@@ -14,11 +14,13 @@ The robot approaches with u.n, the person with -w.n.
 
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
 from mjnav.geometry.distances import segment_distance
 from mjnav.messages import Array, Contact, Trajectory
+from mjnav.metrics.definitions import HIGHER, INTEGER, LOWER, NOBODY, STRING, TABLE_1, Definition, figures
 from mjnav.metrics.effort import STALLED_SPEED
 from mjnav.metrics.progress import ROWS
 from mjnav.scene.people import REGULAR
@@ -31,8 +33,7 @@ PERSON = "person"
 KINDS: tuple[str, ...] = (PERSON, "table", "wall", "pillar")
 
 
-@dataclass(frozen=True, slots=True)
-class Clearances:
+class Clearances(NamedTuple):
     """Distances of the robot's surface from others [m], negative in contact; None where there are no such bodies."""
 
     least: float | None
@@ -41,6 +42,31 @@ class Clearances:
     mean_thing: float | None  # over the steps, of the least in each
 
 
+@figures(
+    "path",
+    Definition(
+        "min_clearance_m",
+        "least distance of the robot's surface from any other, over straight moves between ticks; 0 or "
+        "negative in contact, but for a millimetre in the kinematic engine. Table tops do not count",
+        better=HIGHER, words="least clearance", null="an empty room", over_all=True,
+    ),
+    Definition(
+        "min_human_distance_m",
+        "least distance of the robot's surface from a person's, over straight moves between ticks", group="social",
+        better=HIGHER, words="least distance from people", null=NOBODY, source=TABLE_1, over_all=True,
+    ),
+    Definition(
+        "min_obstacle_clearance_m", "min_clearance_m from walls, legs of tables and pillars alone",
+        better=HIGHER, words="least clearance from things", source=f"{TABLE_1}: clearing distance",
+        null="nothing but people", over_all=True,
+    ),
+    Definition(
+        "mean_obstacle_clearance_m",
+        "the same, mean over the ticks of the least distance in each",
+        words="mean clearance from things", source=f"{TABLE_1}: clearing distance",
+        null="nothing but people", over_all=True,
+    ),
+)  # fmt: skip
 def clearances(trajectory: Trajectory, scenario: Scenario) -> Clearances:
     """Over straight moves from tick to tick, as `clearance`."""
     people: list[Array] = []
@@ -170,6 +196,23 @@ def beginnings(contacts: Iterable[Contact], period: float) -> list[Contact]:
     return begun
 
 
+@figures(
+    "ending",
+    *(
+        Definition(
+            f"collisions.{kind}",
+            f"contacts with a {kind}; the same body seen again within two control periods counts once",
+            type=INTEGER, better=LOWER, source=TABLE_1, over_all=True, words=f"contacts with a {kind}",
+        )
+        for kind in KINDS
+    ),
+)  # fmt: skip
+def collision_counts(trajectory: Trajectory, scenario: Scenario) -> tuple[int, ...]:
+    """`collisions` of each of KINDS."""
+    counts = collisions(trajectory.contacts, scenario.control.period)
+    return tuple(counts[kind] for kind in KINDS)
+
+
 def collisions(contacts: Iterable[Contact], period: float) -> dict[str, int]:
     """How often the robot began to touch something, by kind."""
     count: dict[str, int] = dict.fromkeys(KINDS, 0)
@@ -178,6 +221,13 @@ def collisions(contacts: Iterable[Contact], period: float) -> dict[str, int]:
     return count
 
 
+@figures(
+    "path",
+    Definition(
+        "lane_violation_s", "time for which any part of the robot was beyond a lane's boundary, linear between ticks",
+        better=LOWER, words="time over a lane's edge", null="no lanes",
+    ),
+)  # fmt: skip
 def lane_violation(trajectory: Trajectory, scenario: Scenario) -> float | None:
     """How long any part of the robot was over a boundary [s]; None without lanes.
 
@@ -193,6 +243,16 @@ def lane_violation(trajectory: Trajectory, scenario: Scenario) -> float | None:
     return float(share @ np.diff(trajectory.time))
 
 
+@figures(
+    "path",
+    *(
+        Definition(
+            f"{name}_lane_clearance_m", f"from the robot's edge to the nearer boundary, {text}; negative beyond it",
+            better=HIGHER, words=f"{words} distance from the lane's edge", null="no lanes", over_all=True,
+        )
+        for name, words, text in (("min", "least", "minimum"), ("mean", "mean", "mean over time"))
+    ),
+)  # fmt: skip
 def lane_clearance(trajectory: Trajectory, scenario: Scenario) -> tuple[float, float] | None:
     """Distance of the robot's edge from the nearer boundary, its least and its mean over time [m]; None without lanes.
 
@@ -238,6 +298,35 @@ class Touch:
         return f"the robot moved at {self.speed:.2f} m/s: {whose}"
 
 
+@figures(
+    "ending",
+    Definition(
+        "collisions_moving",
+        "contacts with people while the robot moved: its speed at the tick before was above 0.1 m/s",
+        type=INTEGER, better=LOWER, source="Tsoi et al. (2022): robot on person", over_all=True,
+        words="contacts with people while moving",
+    ),
+    Definition(
+        "collisions_at_rest",
+        "contacts with people while the robot stood: its speed at the tick before was at most 0.1 m/s",
+        type=INTEGER, source="Tsoi et al. (2022): person on robot", over_all=True,
+        words="contacts with people at rest",
+    ),
+    Definition(
+        "robot_at_fault",
+        "contacts with people that are the robot's fault: it moved, and the person does not see it or "
+        "approached no faster than it did",
+        type=INTEGER, better=LOWER, over_all=True, words="contacts that are the robot's fault",
+        source="at rest: passive motion safety, Macek et al. (2009); halves: van den Berg et al. (2011)",
+    ),
+)  # fmt: skip
+def fault_counts(trajectory: Trajectory, scenario: Scenario) -> tuple[int, int, int]:
+    """How many touches there were while the robot moved, while it stood, and by its fault."""
+    found = touches(trajectory, scenario)
+    moving = sum(touch.moving for touch in found)
+    return moving, len(found) - moving, sum(touch.at_fault for touch in found)
+
+
 def touches(trajectory: Trajectory, scenario: Scenario) -> tuple[Touch, ...]:
     """Every beginning of a contact with a person, in order of time."""
     begun = beginnings(trajectory.contacts, scenario.control.period)
@@ -281,6 +370,15 @@ def sees_robot(scenario: Scenario) -> tuple[bool, ...]:
     )
 
 
+@figures(
+    "ending",
+    Definition(
+        "people_see_robot",
+        'how many people see the robot and take account of it: "all", "none", or "3 of 5". Who walks on '
+        "whatever happens takes none, whatever sees_robot says",
+        type=STRING, null=NOBODY,
+    ),
+)  # fmt: skip
 def people_see_robot(scenario: Scenario) -> str | None:
     """How many do: "all", "none" or "3 of 5"; None without people."""
     sees = sees_robot(scenario)
