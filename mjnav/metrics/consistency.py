@@ -66,41 +66,40 @@ def track_error(trajectory: Trajectory) -> Array:
 
 @figures(
     "knowledge",
-    Definition(
-        "localization_rmse_m", "error of the robot's estimated position, root of the mean square",
-        better=LOWER, words="error of the robot's belief", null="no ticks",
-        equation=r"\sqrt{\frac{1}{T}\sum_k \lvert\hat p_k - p_k\rvert^2}",
-    ),
+    Definition("localization_rmse_m", better=LOWER, words="error of the robot's belief", null="no ticks",
+               equation=r"\sqrt{\frac{1}{T}\sum_k \lvert\hat p_k - p_k\rvert^2}"),
 )  # fmt: skip
 def localization_rmse(trajectory: Trajectory) -> float | None:
-    """Root mean square distance between the estimated and the true position of the robot [m]; None without ticks."""
+    """Root mean square distance between the estimated and the true position of the robot [m]; None without ticks.
+
+    * localization_rmse_m: error of the robot's estimated position, root of the mean square
+    """
     return _rms(trajectory.estimate[:, :2], trajectory.robot_pose[:-1, :2])
 
 
 @figures(
     "knowledge",
-    Definition(
-        "tracking_rmse_m",
-        "error of people's estimated positions, root of the mean square over ticks and people with a track",
-        better=LOWER, words="error of beliefs of people", null=_NOBODY_TRACKED,
-    ),
+    Definition("tracking_rmse_m", better=LOWER, words="error of beliefs of people", null=_NOBODY_TRACKED),
 )  # fmt: skip
 def tracking_rmse(trajectory: Trajectory) -> float | None:
-    """The same for people, over all ticks and people with a track [m]; None where nobody was tracked."""
+    """The same for people, over all ticks and people with a track [m]; None where nobody was tracked.
+
+    * tracking_rmse_m: error of people's estimated positions, root of the mean square over ticks and people with a track
+    """
     return _rms(trajectory.tracks[..., :2], trajectory.people_position[:-1])
 
 
 @figures(
     "knowledge",
-    Definition(
-        "seen_tracking_rmse_m",
-        "the same of tracks that were detected in the last 0.3 s, without those of people who are hidden; "
-        "where the sensor says who is who, all of them",
-        better=LOWER, words="error of beliefs of people in sight", null=_NOBODY_TRACKED, over_all=True,
-    ),
+    Definition("seen_tracking_rmse_m", better=LOWER, words="error of beliefs of people in sight",
+               null=_NOBODY_TRACKED, over_all=True),
 )  # fmt: skip
 def seen_tracking_rmse(trajectory: Trajectory) -> float | None:
-    """The same where the track was detected within SEEN; None where nobody was."""
+    """The same where the track was detected within SEEN; None where nobody was.
+
+    * seen_tracking_rmse_m: the same of tracks that were detected in the last 0.3 s, without those of people who are
+      hidden; where the sensor says who is who, all of them
+    """
     hidden = trajectory.track_states[trajectory.track_states[:, 6] > SEEN]
     if not len(hidden):
         return tracking_rmse(trajectory)
@@ -173,52 +172,47 @@ def region(probability: float, num: int) -> float:
     return 2.0 * float(gammaincinv(0.5 * num, probability))
 
 
-def _judged(of: str, who: str, what: str, num: int, null: str, diverged: str) -> tuple[Definition, ...]:
-    """Mean NEES, coverage and divergences of the beliefs of the robot, or of people, with `num` numbers each."""
-    return (
-        Definition(
-            f"{of}_nees", f"normalised estimation error squared of {what}; {num} for a consistent estimate, more where "
-            "it is too sure of itself",
-            words=f"NEES of {who} ({num} is right)", null=f"{null}, or {_CERTAIN}", source=_BAR_SHALOM, over_all=True,
-            equation=r"\frac{1}{T}\sum_k e_k^\top P_k^{-1} e_k",
-        ),
-        Definition(
-            f"{of}_coverage", f"share of them in which the truth lies in the 95 % region of mean and covariance of "
-            f"{what}; 0.95 for a consistent Gaussian estimate",
-            words=f"coverage of {who} (0.95 is right)", null=null, source=_BAR_SHALOM, over_all=True,
-            equation=rf"e_k^\top P_k^{{-1}} e_k \le \chi^2_{num}(0.95)",
-        ),
-        Definition(
-            f"{of}_divergences", f"times that {diverged} for 1 s or longer",
-            type=INTEGER, better=LOWER, words=f"divergences of {'tracks' if of == 'people' else who}", over_all=True,
-        ),
-    )  # fmt: skip
-
-
 @figures(
     "consistency",
-    *_judged(
-        "robot", "the robot", "the robot's x, y and heading over ticks", 3, "no belief",
-        "the true pose lay outside of the 99.9 % region",
-    ),
+    Definition("robot_nees", words="NEES of the robot (3 is right)", null=f"no belief, or {_CERTAIN}",
+               source=_BAR_SHALOM, equation=r"\frac{1}{T}\sum_k e_k^\top P_k^{-1} e_k"),
+    Definition("robot_coverage", words="coverage of the robot (0.95 is right)", null="no belief", source=_BAR_SHALOM,
+               equation=r"e_k^\top P_k^{-1} e_k \le \chi^2_{3}(0.95)"),
+    Definition("robot_divergences", type=INTEGER, better=LOWER, words="divergences of the robot's belief"),
+    over_all=True,
 )  # fmt: skip
 def robot_consistency(trajectory: Trajectory) -> tuple[float | None, float | None, int]:
-    """NEES, coverage and divergences of the robot's estimate."""
-    found = of_robot(trajectory)
-    return found.nees, found.coverage, found.divergences
+    """NEES, coverage and divergences of the robot's estimate.
+
+    * robot_nees: normalised estimation error squared of the robot's x, y and heading, mean over ticks; 3 for a
+      consistent estimate, more where it is too sure of itself
+    * robot_coverage: share of ticks at which the true pose lies in the 95 % region of the belief's mean and covariance;
+      0.95 for a consistent Gaussian estimate
+    * robot_divergences: times that the true pose lay outside of the 99.9 % region for 1 s or longer
+    """
+    judged = of_robot(trajectory)
+    return judged.nees, judged.coverage, judged.divergences
 
 
 @figures(
     "consistency",
-    *_judged(
-        "people", "people", "people's x, y, vx and vy over ticks and people with a track", 4, _NOBODY_TRACKED,
-        "a person lay outside of the 99.9 % region of the track",
-    ),
+    Definition("people_nees", words="NEES of people (4 is right)", null=f"{_NOBODY_TRACKED}, or {_CERTAIN}",
+               source=_BAR_SHALOM),
+    Definition("people_coverage", words="coverage of people (0.95 is right)", null=_NOBODY_TRACKED,
+               source=_BAR_SHALOM, equation=r"e_k^\top P_k^{-1} e_k \le \chi^2_{4}(0.95)"),
+    Definition("people_divergences", type=INTEGER, better=LOWER, words="divergences of tracks"),
+    over_all=True,
 )  # fmt: skip
 def people_consistency(trajectory: Trajectory) -> tuple[float | None, float | None, int]:
-    """The same of people's tracks."""
-    found = of_people(trajectory)
-    return found.nees, found.coverage, found.divergences
+    """The same of people's tracks.
+
+    * people_nees: normalised estimation error squared of people's x, y, vx and vy, mean over ticks and people with a
+      track; 4 for a consistent estimate
+    * people_coverage: share of ticks and people with a track at which the person lies in the track's 95 % region
+    * people_divergences: times that a person lay outside of the 99.9 % region of the track for 1 s or longer
+    """
+    judged = of_people(trajectory)
+    return judged.nees, judged.coverage, judged.divergences
 
 
 def of_robot(trajectory: Trajectory) -> Consistency:
@@ -273,33 +267,27 @@ def depleted_share(ess: Array, particles: Array | float) -> float | None:
 @figures(
     "consistency",
     *(
-        Definition(
-            f"ess_{name}.{of}", f"effective sample size of {belief}, before resampling, {name} over ticks",
-            better=HIGHER, words=f"{name} effective sample size of {of}", null=null, over_all=True,
-            source="Kong, Liu and Wong (1994)", equation=r"\left(\sum_i w_i\right)^2 / \sum_i w_i^2",
-        )
+        Definition(f"ess_{name}.{of}", f"effective sample size of {belief}, before resampling, {name} over ticks",
+                   better=HIGHER, words=f"{name} effective sample size of {of}", null=null, over_all=True,
+                   source="Kong, Liu and Wong (1994)", equation=r"\left(\sum_i w_i\right)^2 / \sum_i w_i^2")
         for name in ("min", "mean")
         for of, belief, null in (("robot", "the robot's belief", "no belief"),
                                  ("people", "people's tracks", _NOBODY_TRACKED))
     ),
-    Definition(
-        "robot_depleted_share",
-        "share of ticks at which the effective sample size of the robot's belief is below 2 % of the number "
-        "of its particles",
-        better=LOWER, words="share of time depleted, robot", null="no belief", over_all=True,
-    ),
-    Definition(
-        "people_depleted_share", "the same of people's tracks, over ticks and people with a track",
-        better=LOWER, words="share of time depleted, people", null=_NOBODY_TRACKED, over_all=True,
-    ),
-    Definition(
-        "recoveries",
-        "times that a filter was spread again, because its belief explained no reading for some time",
-        type=INTEGER, words="recoveries of filters", over_all=True,
-    ),
+    Definition("robot_depleted_share", better=LOWER, words="share of time depleted, robot", null="no belief",
+               over_all=True),
+    Definition("people_depleted_share", better=LOWER, words="share of time depleted, people", null=_NOBODY_TRACKED,
+               over_all=True),
+    Definition("recoveries", type=INTEGER, words="recoveries of filters", over_all=True),
 )  # fmt: skip
 def effective_sizes(trajectory: Trajectory, scenario: Scenario) -> tuple[float | None, ...]:
-    """How many particles counted, for the robot and for people: the least, the mean, shares depleted; recoveries."""
+    """How many particles counted, for the robot and for people: the least, the mean, shares depleted; recoveries.
+
+    * robot_depleted_share: share of ticks at which the effective sample size of the robot's belief is below 2 % of the
+      number of its particles
+    * people_depleted_share: the same of people's tracks, over ticks and people with a track
+    * recoveries: times that a filter was spread again, because its belief explained no reading for some time
+    """
     robot, people = trajectory.robot_ess, trajectory.people_ess
     return (
         *(of(ess) for of in (least, mean) for ess in (robot, people)),
@@ -346,24 +334,19 @@ STEADY = 1.0  # [s]
 
 @figures(
     "consistency",
-    Definition(
-        "kidnappings", "times that the robot was put elsewhere",
-        type=INTEGER, null="without [faults] kidnap", over_all=True,
-    ),
-    Definition(
-        "kidnappings_recovered",
-        "of these those after which its belief came within 0.5 m and 0.3 rad of its pose for 1 s, or to the "
-        "next or the end of the run",
-        type=INTEGER, better=HIGHER, null="without [faults] kidnap", over_all=True,
-    ),
-    Definition(
-        "kidnap_recovery_s",
-        "time from a kidnapping to that, the longest of those after which it came about",
-        better=LOWER, words="recovery after a kidnapping", null="none, or none recovered", over_all=True,
-    ),
+    Definition("kidnappings", type=INTEGER, null="without [faults] kidnap"),
+    Definition("kidnappings_recovered", type=INTEGER, better=HIGHER, null="without [faults] kidnap"),
+    Definition("kidnap_recovery_s", better=LOWER, words="recovery after a kidnapping", null="none, or none recovered"),
+    over_all=True,
 )  # fmt: skip
 def kidnappings(trajectory: Trajectory, scenario: Scenario) -> tuple[int, int, float | None] | None:
-    """How many took place, after how many the robot knew again, and the longest time it took [s]; None without any."""
+    """How many took place, after how many the robot knew again, and the longest time it took [s]; None without any.
+
+    * kidnappings: times that the robot was put elsewhere
+    * kidnappings_recovered: of these those after which its belief came within 0.5 m and 0.3 rad of its pose for 1 s, or
+      to the next or the end of the run
+    * kidnap_recovery_s: time from a kidnapping to that, the longest of those after which it came about
+    """
     times = recoveries(trajectory, scenario)
     if times is None:
         return None

@@ -1,16 +1,18 @@
 """What a figure is: its name, unit, definition and source, written once beside the function that computes it.
 
-    @figures("path", Definition("path_length_m", "length of the driven path", better=LOWER))
+    @figures("path", Definition("path_length_m", better=LOWER))
     def path_length(trajectory: Trajectory) -> float:
 
-The summary, the columns of a sweep, tables, pages and the documentation are made from these definitions.
+What it is, in words, stands in the function's docstring, in a list: "* path_length_m: length of the driven path". What
+all figures of a function have in common is said once, behind them. The summary, the columns of a sweep, tables, pages
+and the documentation are made from these definitions.
 """
 
 import re
 from collections.abc import Callable, Mapping
 from dataclasses import KW_ONLY, dataclass, replace
 from functools import update_wrapper
-from inspect import signature
+from inspect import cleandoc, signature
 from types import MappingProxyType
 from typing import Any, Generic, ParamSpec, TypeVar
 
@@ -25,6 +27,7 @@ NOBODY = "no people"
 _UNITS: Mapping[str, str] = MappingProxyType(
     {"m": "m", "s": "s", "ms": "ms", "rad": "rad", "m_s": "m/s", "m_s2": "m/s²", "m_s3": "m/s³"}
 )
+_ENTRY = re.compile(r"^\* (\S+): (.+(?:\n  .+)*)", re.MULTILINE)
 _UNIT = re.compile(rf"_({'|'.join(sorted(_UNITS, key=len, reverse=True))})(?=\.|$)")
 
 
@@ -33,7 +36,7 @@ class Definition:
     """One figure. `equation` is LaTeX, in the symbols of docs/method/figures.md."""
 
     name: str  # its key in `mjnav run --json`, behind that of its table and a dot where it is in one
-    text: str  # what it is, in a line
+    text: str = ""  # what it is, in a line; of a function's figure, from the function's docstring
     _: KW_ONLY
     type: str = NUMBER
     unit: str = ""  # "" of a plain number, a truth or a text; else it is taken from the end of the name
@@ -93,8 +96,23 @@ class FigureFunction(Generic[Parameters, Found]):
 
 
 def figures(
-    group: str, *definitions: Definition
+    group: str, *definitions: Definition, **shared: Any
 ) -> Callable[[Callable[Parameters, Found]], FigureFunction[Parameters, Found]]:
-    """Decorates the function that computes figures with what they are; `group` as `mjnav compare --figure` has it."""
-    grouped = tuple(replace(one, group=one.group or group) for one in definitions)
-    return lambda function: FigureFunction(function, grouped)
+    """Decorates a function with the definitions of what it computes; `shared` are fields that all of them have.
+
+    `group` is the one that `mjnav compare --figure` takes. What a definition does not say itself stands in the
+    docstring of the function: "* NAME: what it is".
+    """
+
+    def decorated(function: Callable[Parameters, Found]) -> FigureFunction[Parameters, Found]:
+        entries = _ENTRY.findall(cleandoc(function.__doc__ or ""))
+        texts = {name: " ".join(text.split()) for name, text in entries}
+        return FigureFunction(
+            function,
+            tuple(
+                replace(one, text=one.text or texts.get(one.name, ""), group=one.group or group, **shared)
+                for one in definitions
+            ),
+        )
+
+    return decorated

@@ -38,34 +38,28 @@ def control_cost(command: Array, period: float) -> float:
 
 @figures(
     "motion",
-    Definition(
-        "control_cost",
-        "sum of (dv^2 + (track_width/2)^2 domega^2)/dt over the commands, from rest: both terms are changes "
-        "of the wheels' speeds",
-        unit="m²/s³", better=LOWER,
-        equation=r"\sum_k \left((v_k - v_{k-1})^2 + (b/2)^2 (\omega_k - \omega_{k-1})^2\right)/\Delta t",
-    ),
+    Definition("control_cost", unit="m²/s³", better=LOWER,
+               equation=r"\sum_k \left((v_k - v_{k-1})^2 + (b/2)^2 (\omega_k - \omega_{k-1})^2\right)/\Delta t"),
 )  # fmt: skip
 def command_cost(trajectory: Trajectory, scenario: Scenario) -> float:
-    """`control_cost` of a run's commands."""
+    """`control_cost` of a run's commands.
+
+    * control_cost: sum of (dv^2 + (track_width/2)^2 domega^2)/dt over the commands, from rest: both terms are changes
+      of the wheels' speeds
+    """
     return control_cost(trajectory.command, scenario.control.period)
 
 
-@figures(
-    "path",
-    Definition(
-        "time_to_avoid_s",
-        "from the first to the last tick at which 1 s of the nominal control ends more than 0.2 rad to the side of the "
-        "next waypoint; ticks before the first that keeps the way do not count; 0 where it never leaves",
-        better=LOWER, null="no nominal control",
-    ),
-)  # fmt: skip
+@figures("path", Definition("time_to_avoid_s", better=LOWER, null="no nominal control"))
 def time_to_avoid(trajectory: Trajectory, scenario: Scenario) -> float | None:
     """From the first tick at which the nominal control leaves the way to the goal until the last [s].
 
     It leaves the way where PREVIEW seconds of it, from the estimated pose, end more than LEAVING_ANGLE to the side of
     the next waypoint, as seen from that pose. The turn from the start towards the goal does not count: ticks before the
     first that keeps the way are left out. 0 where it never leaves, None without nominal controls.
+
+    * time_to_avoid_s: from the first to the last tick at which 1 s of the nominal control ends more than 0.2 rad to the
+      side of the next waypoint; ticks before the first that keeps the way do not count; 0 where it never leaves
     """
     given = np.isfinite(trajectory.nominal).all(-1)
     if not given.any():
@@ -152,31 +146,28 @@ def smoothness(trajectory: Trajectory) -> tuple[float | None, ...]:
     return tuple(value for of in (velocity, acceleration, jerk) for value in extremes(of(trajectory)))
 
 
-@figures(
-    "motion",
-    Definition("stalled_s", "time with a true speed below 0.1 m/s", better=LOWER, words="time stalled", source=TABLE_1),
-)
+@figures("motion", Definition("stalled_s", better=LOWER, words="time stalled", source=TABLE_1))
 def stalled_time(trajectory: Trajectory) -> float:
     """How long the robot was slower than STALLED_SPEED [s]; each tick's speed stands for the period after it.
 
     Source: Francis et al. (2023), table 1.
+
+    * stalled_s: time with a true speed below 0.1 m/s
     """
     return _time(trajectory, np.abs(trajectory.robot_twist[:, 0]) < STALLED_SPEED)
 
 
 @figures(
     "motion",
-    Definition(
-        "not_moving_s",
-        "time with a true speed below 0.001 m/s and a turn rate below 0.01 rad/s; actuation noise alone "
-        "moves a robot faster",
-        better=LOWER, words="time not moving", source=f"{HUNAVSIM}; Tsoi et al. (2022)",
-    ),
+    Definition("not_moving_s", better=LOWER, words="time not moving", source=f"{HUNAVSIM}; Tsoi et al. (2022)"),
 )  # fmt: skip
 def time_not_moving(trajectory: Trajectory) -> float:
     """How long the robot neither drove nor turned [s]: below NOT_MOVING_SPEED and NOT_MOVING_TURN_RATE.
 
     Source: HuNavSim, Perez-Higueras et al. (2023), after SEAN 2.0, Tsoi et al. (2022).
+
+    * not_moving_s: time with a true speed below 0.001 m/s and a turn rate below 0.01 rad/s; actuation noise alone moves
+      a robot faster
     """
     v, omega = np.abs(trajectory.robot_twist).T
     return _time(trajectory, (v < NOT_MOVING_SPEED) & (omega < NOT_MOVING_TURN_RATE))
@@ -184,16 +175,15 @@ def time_not_moving(trajectory: Trajectory) -> float:
 
 @figures(
     "motion",
-    Definition(
-        "heading_change_rad", "sum of the changes of the heading from tick to tick, each without its sign",
-        better=LOWER, words="cumulative heading change", equation=r"\sum_k \lvert \theta_{k+1} - \theta_k\rvert",
-        source="Perez-Higueras et al. (2018)",
-    ),
+    Definition("heading_change_rad", better=LOWER, words="cumulative heading change",
+               equation=r"\sum_k \lvert \theta_{k+1} - \theta_k\rvert", source="Perez-Higueras et al. (2018)"),
 )  # fmt: skip
 def heading_change(trajectory: Trajectory) -> float:
     """sum_k |theta_{k+1} - theta_k|, each difference in (-pi, pi] [rad].
 
     Source: Perez-Higueras, Caballero & Merino, Int. J. of Social Robotics 10 (2018) 235.
+
+    * heading_change_rad: sum of the changes of the heading from tick to tick, each without its sign
     """
     return float(np.abs(wrap(np.diff(trajectory.robot_pose[:, 2]))).sum())
 

@@ -48,56 +48,28 @@ FIGURES: Mapping[str, Definition] = MappingProxyType(
     {name: one for group in GROUPS.values() for name, one in group.items()}
 )
 # What `compare` computes from the columns of many episodes.
-DERIVED: Mapping[str, Definition] = MappingProxyType(
-    {
-        one.name: one
-        for one in (
-            Definition(
-                "collision", "the robot touched a person, a table, a wall or a pillar",
-                type=TRUTH, better=LOWER, over_all=True,
-            ),
-            Definition(
-                "fault", "the robot touched a person, and it was its fault: robot_at_fault is above 0",
-                type=TRUTH, better=LOWER, over_all=True, words="person hit by the robot's fault",
-            ),
-            Definition(
-                "collision_moving", "the robot touched a person while it moved: collisions_moving is above 0",
-                type=TRUTH, better=LOWER, over_all=True, words="person hit by the robot while moving",
-            ),
-            Definition(
-                "collision_at_rest", "a person touched the robot while it stood: collisions_at_rest is above 0",
-                type=TRUTH, over_all=True, words="person walked into the robot at rest",
-            ),
-            Definition(
-                "collision_thing", "the robot touched a table, a wall or a pillar",
-                type=TRUTH, better=LOWER, over_all=True, words="thing hit",
-            ),
-            Definition(
-                "win_ratio",
-                "pairs of the same seed in which the method did better than the reference, over those in which it did "
-                "worse: a contact is worst, then a goal not reached in time; of two successes the cost that --win-by "
-                "names decides, time_s by default",
-                better=HIGHER, null="no pair that the method lost", source="Pocock et al. (2012)",
-            ),
-            Definition(
-                "infeasible_share",
-                "share of all ticks at which nothing met the constraints: the sum of infeasible_ticks over the sum of "
-                "ticks",
-                better=LOWER, words="ticks without a control",
-            ),
-            Definition(
-                "decision_ms", "wall time of a decision: median over episodes of compute_ms_control_p50",
-                better=LOWER, words="time of a decision",
-            ),
-            Definition(
-                "decision_p99_ms",
-                "wall time that 99 % of an episode's decisions keep below: median over episodes of "
-                "compute_ms_control_p99",
-                better=LOWER, words="time of a decision, p99",
-            ),
-        )
-    }
-)  # fmt: skip
+DERIVED: Mapping[str, Definition] = MappingProxyType({one.name: one for one in (
+    Definition("collision", "the robot touched a person, a table, a wall or a pillar",
+               type=TRUTH, better=LOWER, over_all=True),
+    Definition("fault", "the robot touched a person, and it was its fault: robot_at_fault is above 0",
+               type=TRUTH, better=LOWER, over_all=True, words="person hit by the robot's fault"),
+    Definition("collision_moving", "the robot touched a person while it moved: collisions_moving is above 0",
+               type=TRUTH, better=LOWER, over_all=True, words="person hit by the robot while moving"),
+    Definition("collision_at_rest", "a person touched the robot while it stood: collisions_at_rest is above 0",
+               type=TRUTH, over_all=True, words="person walked into the robot at rest"),
+    Definition("collision_thing", "the robot touched a table, a wall or a pillar",
+               type=TRUTH, better=LOWER, over_all=True, words="thing hit"),
+    Definition("win_ratio", "pairs of the same seed in which the method did better than the reference, over those in "
+               "which it did worse: a contact is worst, then a goal not reached in time; of two successes the cost that "
+               "--win-by names decides, time_s by default",
+               better=HIGHER, null="no pair that the method lost", source="Pocock et al. (2012)"),
+    Definition("infeasible_share", "share of all ticks at which nothing met the constraints: the sum of "
+               "infeasible_ticks over the sum of ticks", better=LOWER, words="ticks without a control"),
+    Definition("decision_ms", "wall time of a decision: median over episodes of compute_ms_control_p50",
+               better=LOWER, words="time of a decision"),
+    Definition("decision_p99_ms", "wall time that 99 % of an episode's decisions keep below: median over episodes of "
+               "compute_ms_control_p99", better=LOWER, words="time of a decision, p99"),
+)})  # fmt: skip
 
 
 def summarise(trajectory: Trajectory, scenario: Scenario, *, outcome: str | None) -> dict[str, Any]:

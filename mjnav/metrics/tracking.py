@@ -111,32 +111,23 @@ class Gospa(NamedTuple):
 
 @figures(
     "knowledge",
-    Definition(
-        "gospa_m",
-        "how far the set of tracks is from that of the people to be tracked: GOSPA with alpha = 2, p = 2 and "
-        "c = 1 m, root of the mean square over ticks",
-        better=LOWER, words="GOSPA", null=_NO_TRACKER, source=_GOSPA, over_all=True,
-        equation=r"\sqrt{\frac{1}{T}\sum_k \min_g (a_k + b_k + c_k)}",
-    ),
-    Definition(
-        "gospa_localization_m",
-        "its first part, of the distances; the squares of the three parts add up to that of gospa_m",
-        better=LOWER, words="GOSPA, distances", null=_NO_TRACKER, source=_GOSPA, over_all=True,
-        equation=r"a_k = \sum_{(i,j)\in g} \lvert\hat p_{kj} - p_{ki}\rvert^2",
-    ),
-    Definition(
-        "gospa_missed_m", "its second part, of people without a track",
-        better=LOWER, words="GOSPA, missed", null=_NO_TRACKER, source=_GOSPA, over_all=True,
-        equation=r"b_k = \frac{c^2}{2}\left(n_k - \lvert g\rvert\right)",
-    ),
-    Definition(
-        "gospa_false_m", "its third part, of tracks that are nobody's",
-        better=LOWER, words="GOSPA, false", null=_NO_TRACKER, source=_GOSPA, over_all=True,
-        equation=r"c_k = \frac{c^2}{2}\left(m_k - \lvert g\rvert\right)",
-    ),
+    Definition("gospa_m", words="GOSPA", equation=r"\sqrt{\frac{1}{T}\sum_k \min_g (a_k + b_k + c_k)}"),
+    Definition("gospa_localization_m", words="GOSPA, distances",
+               equation=r"a_k = \sum_{(i,j)\in g} \lvert\hat p_{kj} - p_{ki}\rvert^2"),
+    Definition("gospa_missed_m", words="GOSPA, missed",
+               equation=r"b_k = \frac{c^2}{2}\left(n_k - \lvert g\rvert\right)"),
+    Definition("gospa_false_m", words="GOSPA, false", equation=r"c_k = \frac{c^2}{2}\left(m_k - \lvert g\rvert\right)"),
+    better=LOWER, null=_NO_TRACKER, source=_GOSPA, over_all=True,
 )  # fmt: skip
 def gospa(trajectory: Trajectory, scenario: Scenario) -> Gospa | None:
-    """Of all ticks with a belief; None without any, and in scenes without people."""
+    """Of all ticks with a belief; None without any, and in scenes without people.
+
+    * gospa_m: how far the set of tracks is from that of the people to be tracked: GOSPA with alpha = 2, p = 2 and c = 1
+      m, root of the mean square over ticks
+    * gospa_localization_m: its first part, of the distances; the squares of the three parts add up to that of gospa_m
+    * gospa_missed_m: its second part, of people without a track
+    * gospa_false_m: its third part, of tracks that are nobody's
+    """
     if not scenario.people:
         return None
     total, ticks = np.zeros(3), 0
@@ -190,35 +181,26 @@ class Identity(NamedTuple):
 
 @figures(
     "knowledge",
-    Definition(
-        "identity_switches",
-        "times that a person's track has another number than the track before; 0 where the sensor says who is who",
-        type=INTEGER, better=LOWER, null=_NO_TRACKER, source=_CLEAR_MOT, over_all=True,
-    ),
-    Definition(
-        "track_fragmentations", "times that a person is tracked again after a time without a track",
-        type=INTEGER, better=LOWER, null=_NO_TRACKER, source="Li, Huang and Nevatia (2009)", over_all=True,
-    ),
-    Definition(
-        "false_tracks", "tracks that are nobody's, mean over ticks",
-        better=LOWER, words="false tracks at a time", null=_NO_TRACKER, source=_CLEAR_MOT, over_all=True,
-    ),
-    Definition(
-        "tracked_share",
-        "share of the time in which people are to be tracked, summed over them, in which they have a track within 1 m",
-        better=HIGHER, words="share of time with a track", null=_NO_TRACKER, source=_CLEAR_MOT, over_all=True,
-    ),
-    Definition(
-        "first_track_delay_s",
-        "time from when a person is to be tracked to the first track, mean over people; who never has one "
-        "counts with all of the time",
-        better=LOWER, words="delay of the first track", null=_NO_TRACKER, over_all=True,
-    ),
+    Definition("identity_switches", type=INTEGER, better=LOWER, source=_CLEAR_MOT),
+    Definition("track_fragmentations", type=INTEGER, better=LOWER, source="Li, Huang and Nevatia (2009)"),
+    Definition("false_tracks", better=LOWER, words="false tracks at a time", source=_CLEAR_MOT),
+    Definition("tracked_share", better=HIGHER, words="share of time with a track", source=_CLEAR_MOT),
+    Definition("first_track_delay_s", better=LOWER, words="delay of the first track"),
+    null=_NO_TRACKER, over_all=True,
 )  # fmt: skip
 def identity(trajectory: Trajectory, scenario: Scenario) -> Identity | None:
     """Of all ticks with a belief; None without any, and in scenes without people.
 
     A person who never had a track counts in the delay with the time in which it was to be tracked.
+
+    * identity_switches: times that a person's track has another number than the track before; 0 where the sensor says
+      who is who
+    * track_fragmentations: times that a person is tracked again after a time without a track
+    * false_tracks: tracks that are nobody's, mean over ticks
+    * tracked_share: share of the time in which people are to be tracked, summed over them, in which they have a track
+      within 1 m
+    * first_track_delay_s: time from when a person is to be tracked to the first track, mean over people; who never has
+      one counts with all of the time
     """
     believed = int(np.isfinite(trajectory.estimate[:, 0]).sum())
     if not scenario.people or not believed:
