@@ -13,7 +13,7 @@ from mjnav.cli.options import require
 from mjnav.cli.terminal.progress import tell
 from mjnav.cli.terminal.tables import print_drawn, print_table
 from mjnav.errors import InputError, InvalidValue
-from mjnav.metrics.definitions import GROUPS
+from mjnav.metrics.summary import GROUPS
 from mjnav.output_files import output_path, replacement
 from mjnav.study import requirements
 from mjnav.study.cells import Labels

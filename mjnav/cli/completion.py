@@ -85,7 +85,7 @@ def _topics() -> Iterable[str]:
 
 
 def _figures() -> Iterable[str]:
-    from mjnav.metrics.definitions import GROUPS
+    from mjnav.metrics.summary import GROUPS
     from mjnav.study.compare.chosen_figures import SETS, numbers
 
     return (*SETS, *GROUPS, *numbers())

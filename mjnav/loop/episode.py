@@ -85,7 +85,7 @@ class Episode:
                 raise error
         what = "; ".join(dict.fromkeys(map(describe_fault, errors)))
         place = f"; the log is {self._log}" if self._log and not any(isinstance(e, LogError) for e in errors) else ""
-        ticks = simulation.tick if result is None else result.run.figures.ticks
+        ticks = simulation.tick if result is None else result.run.figures["ticks"]
         text = f"{simulation.outcome} after {simulation.truth.time:.1f} s, {ticks} ticks: {what}{place}"
         raise RunFault(text, result) from errors[0]
 

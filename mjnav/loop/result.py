@@ -4,7 +4,6 @@ from collections.abc import Iterator, Mapping
 from dataclasses import asdict, dataclass, field, replace
 from html import escape
 from pathlib import Path
-from types import MappingProxyType
 from typing import Any
 
 from mjnav.loop.pacer import Scheduling
@@ -12,7 +11,7 @@ from mjnav.loop.profile import Profile
 from mjnav.messages import PHASES, Trajectory
 from mjnav.metrics.own import Measured
 from mjnav.metrics.social import Detour
-from mjnav.metrics.summary import Figures, summarise
+from mjnav.metrics.summary import FIGURES, summarise
 from mjnav.metrics.timing import compute_ms
 from mjnav.robot.commands import Computed, LatencyModel, replayed
 from mjnav.scene.spec import Scenario
@@ -20,20 +19,11 @@ from mjnav.scene.spec import Scenario
 # -------------------------------------------------------------------------------------------- table
 
 
-# key of the summary -> what it is, and its form
-_ROWS: Mapping[str, tuple[str, str]] = MappingProxyType(
-    {
-        "time_s": ("time", "{:.1f} s"),
-        "min_clearance_m": ("least clearance", "{:.2f} m"),
-        "min_human_distance_m": ("least distance from people", "{:.2f} m"),
-        "path_length_m": ("path", "{:.2f} m"),
-        "mean_deviation_m": ("mean deviation", "{:.2f} m"),
-        "max_deviation_m": ("largest deviation", "{:.2f} m"),
-        "control_cost": ("control cost", "{:.2f} m²/s³"),
-        "localization_rmse_m": ("robot's estimate, RMSE", "{:.3f} m"),
-        "tracking_rmse_m": ("people's estimates, RMSE", "{:.3f} m"),
-        "real_time_factor": ("speed", "{:.1f} × real time"),
-    }
+# Figures of the table.
+_ROWS = (
+    *("time_s", "min_clearance_m", "min_human_distance_m", "path_length_m", "mean_deviation_m", "max_deviation_m"),
+    *("control_cost", "localization_rmse_m", "tracking_rmse_m", "people_see_robot", "infeasible_ticks", "ticks"),
+    "real_time_factor",
 )
 
 
@@ -46,12 +36,11 @@ def result_table(summary: Mapping[str, Any]) -> str:
 
 def _rows(summary: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
     yield "collisions", ", ".join(f"{n} × {kind}" for kind, n in summary["collisions"].items() if n) or "none"
-    for key, (name, form) in _ROWS.items():
-        if summary[key] is not None:
-            yield name, form.format(summary[key])
-    if summary["people_see_robot"] is not None:
-        yield "people who see the robot", str(summary["people_see_robot"])
-    yield "infeasible", f"{summary['infeasible_ticks']} of {summary['ticks']} ticks"
+    for key in _ROWS:
+        value = summary[key]
+        if value is not None:
+            text = f"{value:.3g}" if isinstance(value, float) else str(value)
+            yield FIGURES[key].words, f"{text} {FIGURES[key].unit}".rstrip()
     for name, value in summary["metrics"].items():
         if value is not None:
             yield name, f"{value:.4g}"
@@ -73,7 +62,7 @@ class RunSummary:
     scene: str
     controller: str
     seed: int
-    figures: Figures
+    figures: Mapping[str, Any]  # by name, as `metrics.summary.summarise` gives them
     compute_ms: Mapping[str, Mapping[str, float | None]]  # phase -> p50, p99, max
     real_time_factor: float | None
     deadline_misses: int
@@ -115,12 +104,10 @@ class Result:
 
     def __repr__(self) -> str:
         s = self.run
-        clearance = s.figures.min_clearance_m
+        clearance = s.figures["min_clearance_m"]
         nearest = "" if clearance is None else f", least clearance {clearance:.2f} m"
-        return (
-            f"Result({s.scene!r}, {s.controller}, seed {s.seed}: {s.figures.outcome} after {s.figures.time_s:.1f} s"
-            f"{nearest}, {s.figures.ticks} ticks)"
-        )
+        ended = f"{s.figures['outcome']} after {s.figures['time_s']:.1f} s"
+        return f"Result({s.scene!r}, {s.controller}, seed {s.seed}: {ended}{nearest}, {s.figures['ticks']} ticks)"
 
     def _repr_html_(self) -> str:
         """The figures as a table, as notebooks show it."""

@@ -149,9 +149,9 @@ def record_at(scenario: Scenario, time: float, *, progress: Callable[[float], No
 
     result = Episode(scenario, stop=stop, watch=watch, progress=progress).run()
     figures = result.run.figures
-    end = figures.time_s
+    end = figures["time_s"]
     if not latest or (latest[0].tick < index and end * (1.0 + ROUNDING) < time):
-        raise InvalidValue("time", time, f"0 to {end:g} s: there the run ended ({figures.outcome})")
+        raise InvalidValue("time", time, f"0 to {end:g} s: there the run ended ({figures['outcome']})")
     return latest[0]
 
 

@@ -14,13 +14,36 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mjnav.messages import PHASES
+from mjnav.metrics.definitions import HIGHER, INTEGER, LOWER, Definition, figures
 
 # ----------------------------------------------------------------------------------- computing time
 
 
 REPORTED = ("sense", "estimate", "control", "record")
+CLOCK = (  # what the loop measures
+    Definition("real_time_factor", "simulated time over wall time, from tick 0 on", better=HIGHER,
+               null="no time passed", group="computing"),
+    Definition("deadline_misses", "ticks that ended after the next was due; 0 where the run was not paced",
+               type=INTEGER, better=LOWER, group="computing"),
+)  # fmt: skip
 
 
+@figures(
+    "computing",
+    *(
+        Definition(f"compute_ms.{phase}.{level}", f"wall time of {what}; {quantile}",
+                   words=f"time of {short}, {quantile}")
+        for phase, short, what in (
+            ("sense", "sensing", "the sensors' readings"),
+            ("estimate", "estimation", "the filters and the prediction"),
+            ("control", "a decision", "a decision of the controller"),
+            ("record", "recording", "the record of the tick, the log included"),
+            ("tick", "a tick", "a whole tick, physics included"),
+        )
+        for level, quantile in (("p50", "median"), ("p99", "99 % quantile"), ("max", "maximum"))
+    ),
+    better=LOWER, null="no ticks",
+)  # fmt: skip
 def compute_ms(timing: NDArray[np.int64]) -> dict[str, dict[str, float | None]]:
     """Median, 99 % quantile and maximum of the time by phase and of the whole tick, physics included [ms].
 

@@ -67,7 +67,7 @@ def _topics() -> dict[str, str]:
 
 def _metrics() -> dict[str, str]:
     """The figures of a run and of `mjnav compare`, each with unit, definition and source; not the user's own."""
-    from mjnav.metrics.definitions import DERIVED, GROUPS
+    from mjnav.metrics.summary import DERIVED, GROUPS
 
     found = {name: f"{group}: {one.line}" for group, figures in GROUPS.items() for name, one in figures.items()}
     return found | {name: f"compare: {one.line}" for name, one in DERIVED.items()}

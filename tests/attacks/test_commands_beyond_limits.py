@@ -1,7 +1,5 @@
 """Decisions beyond the robot's limits are clipped, and the log says so."""
 
-from dataclasses import asdict
-
 import numpy as np
 import pytest
 
@@ -84,7 +82,7 @@ def test_the_log_has_the_wish_beside_the_command_and_one_event(monkeypatch, tmp_
     events = [message.value.message for message in log.messages("/events") if message.value.name == "clipped"]
     assert len(events) == 1
     assert events[0].startswith("the controller chose 50 m/s, -1e+300 rad/s, which is beyond the robot's limits; ")
-    again = asdict(summarise(log.trajectory(), log.scenario(), outcome="timeout"))
+    again = summarise(log.trajectory(), log.scenario(), outcome="timeout")
     assert {key: result.summary[key] for key in again} == again
 
 

@@ -2,7 +2,7 @@
 
 import json
 import re
-from dataclasses import asdict, replace
+from dataclasses import replace
 from itertools import count
 from typing import ClassVar
 
@@ -293,7 +293,7 @@ def test_metrics_of_the_log_are_those_of_memory(tmp_path, scene):
     result = Episode(scenario, log=tmp_path / "a.mcap").run()
     log = open_log(tmp_path / "a.mcap")
     again = summarise(log.trajectory(), log.scenario(), outcome=log.result["outcome"])
-    for name, value in asdict(again).items():
+    for name, value in again.items():
         expected = result.summary[name]
         assert value == (pytest.approx(expected, rel=1e-9, abs=1e-9) if isinstance(value, float) else expected), name
     assert log.result["state_hash"] == result.summary["state_hash"]

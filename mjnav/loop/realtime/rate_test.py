@@ -175,17 +175,17 @@ def _assess(
     schedule = Schedule(
         period=control.period,
         wall=1e-9 * (noting.began[-1] - noting.began[0]),
-        lateness=np.array([start.lateness for start in noting.starts[: figures.ticks]], np.int64),
+        lateness=np.array([start.lateness for start in noting.starts[: figures["ticks"]]], np.int64),
         overrun=np.array([start.missed * (start.lateness + start.skipped * period) for start in after], np.int64),
         phases=result.trajectory.timing[:, 1 : 1 + len(PHASES)],
         busy=np.array(noting.ended[1:], np.int64) - np.array(noting.began[:-1], np.int64),
         skipped=sum(start.skipped for start in after),
         log_dropped=result.log_dropped,
         stolen=float(taken[0] / taken[1]) if taken[1] > 0 else 0.0,
-        interrupted=figures.outcome == ABORTED,
+        interrupted=figures["outcome"] == ABORTED,
         max_catch_up=MAX_CATCH_UP,
     )
-    began = np.array(noting.began[: figures.ticks], np.int64)
+    began = np.array(noting.began[: figures["ticks"]], np.int64)
     stood_still = with_stolen(
         schedule, overlap(schedule, began, gaps.everywhere), stolen(noting.usage_began[:-1], noting.usage_ended[1:])
     )

@@ -1,6 +1,6 @@
 """The methods of a sweep compared: figures with intervals, and differences from a reference method.
 
-Rates have Wilson intervals. Means are over the seeds that succeeded, or over all where `metrics.definitions` says so,
+Rates have Wilson intervals. Means are over the seeds that succeeded, or over all where a figure's definition says so,
 with bootstrap intervals. Differences are means over the seeds of both methods that count, with paired bootstrap
 intervals. Their p-values come from sign-flip tests (rates: McNemar's) with Holm's correction over the methods compared
 with one reference. Win ratios are those of `estimates`.

@@ -10,8 +10,8 @@ import mjnav
 from mjnav.log import open_log
 from mjnav.log.encode.plan import SUFFIX
 from mjnav.loop.prepare import load_scenario
-from mjnav.report.run_page.plan_layers import POINTS
 from mjnav.report.run_page.playback import playback
+from mjnav.report.run_page.run_frames import POINTS
 from tests.report.run_page.test_packed import unpacked
 
 
