@@ -3,10 +3,8 @@
 import numpy as np
 import pytest
 
-from mjnav.errors import InputError, InvalidValue
-from mjnav.metrics.definitions import STRING
+from mjnav.errors import InputError
 from mjnav.metrics.intervals import wilson
-from mjnav.metrics.summary import FIGURES, GROUPS
 from mjnav.study.compare.cell_rows import cell_rows, natural
 from mjnav.study.compare.chosen_figures import DEFAULT_FIGURES
 from mjnav.study.compare.study_comparison import compare, compare_study
