@@ -20,7 +20,7 @@ from typing import Any
 from matplotlib.figure import Figure
 
 from mjnav.errors import InputError
-from mjnav.log.export.csv_tables import neutral
+from mjnav.log.export.table_files import neutral
 from mjnav.loop.provenance import revision
 from mjnav.output_files import replacement
 from mjnav.paper import ITEMS, load

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
-from mjnav.log.read.data_frame import check_pandas
+from mjnav.log.read.tables import check_pandas
 from mjnav.loop.faults.heartbeat import MAX_SECONDS
 from mjnav.loop.prepare import check_functions
 from mjnav.output_files import path_text

@@ -18,10 +18,10 @@ from mjnav.log.encode.candidates import (
     encode_candidates,
     encode_cone,
 )
-from mjnav.log.encode.geometry import ScanEncoder, encode_mount
+from mjnav.log.encode.json_messages import document_schema
 from mjnav.log.encode.plan import encode_plan, plan_schema
+from mjnav.log.encode.protobuf import Schema, foxglove_schema
 from mjnav.log.encode.scene import SceneEncoder
-from mjnav.log.encode.schemas import Schema, foxglove_schema, json_schema
 from mjnav.messages import Event, Reading, TickRecord, WorldState
 from mjnav.scene.spec import Scenario
 
@@ -63,11 +63,6 @@ def _arcs(record: TickRecord, epoch: int) -> bytes | None:
     return encode_arcs(record.truth.time, belief.mean, (decision.v, decision.omega), decision.costs, epoch)
 
 
-def document_schema(name: str) -> Schema:
-    """The JSON Schema of one of mjnav's messages."""
-    return json_schema(name, json_messages.MESSAGES[name])
-
-
 def topics(scenario: Scenario, epoch: int = 0) -> tuple[Topic, ...]:
     """Every topic of a run, in the order in which a tick writes them. /events and /tick have writers of their own.
 
@@ -75,7 +70,6 @@ def topics(scenario: Scenario, epoch: int = 0) -> tuple[Topic, ...]:
     """
     scene = SceneEncoder(scenario, epoch)
     lidar = scenario.sensors.scanner
-    scan, mount = ScanEncoder(lidar, epoch), encode_mount(lidar.mount)
     pose, cloud = foxglove_schema(PoseInFrame), foxglove_schema(PointCloud)
     scene_update, people = foxglove_schema(SceneUpdate), document_schema("mjnav.People")
     by_scan = scenario.estimation.obstacles.source == LIDAR
@@ -83,7 +77,7 @@ def topics(scenario: Scenario, epoch: int = 0) -> tuple[Topic, ...]:
         Topic(
             "/tf",
             foxglove_schema(FrameTransforms),
-            lambda r: geometry.encode_transforms(r, mount, epoch),
+            lambda r: geometry.encode_transforms(r, lidar.mount, epoch),
             lambda tick, final: geometry.encode_true_transform(final, epoch),
         ),
         Topic(
@@ -121,8 +115,8 @@ def topics(scenario: Scenario, epoch: int = 0) -> tuple[Topic, ...]:
         Topic(
             "/scan",
             foxglove_schema(LaserScan),
-            lambda r: r.reading and scan.encode(r.reading),
-            encode_reading=scan.encode,
+            lambda r: r.reading and geometry.encode_scan(r.reading, lidar, epoch),
+            encode_reading=lambda reading: geometry.encode_scan(reading, lidar, epoch),
         ),
         Topic(
             "/odometry",
