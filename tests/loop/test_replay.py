@@ -16,7 +16,7 @@ from mjnav.errors import DamagedLogError, InputError
 from mjnav.loop.episode import Episode
 from mjnav.loop.faults.fault import RunFault
 from mjnav.loop.provenance import provenance
-from mjnav.loop.replay import COMPARED, TickComparison, logged_ticks, replay
+from mjnav.loop.replay import TickComparison, replay
 from mjnav.world.mujoco_engine import MujocoEngine
 
 OWN = """
@@ -225,7 +225,7 @@ def test_a_plan_that_is_another_is_told_and_one_that_an_earlier_log_lacks_is_not
     Episode(room("control.method=mppi"), log=path, watch=records.append).run()
     log, record = mjnav.open_log(path), records[3]
     comparison = TickComparison(log.scenario())
-    _, documents = [*logged_ticks(log.messages(*COMPARED))][3]
+    _, documents = [*comparison.logged(log)][3]
     assert comparison.tick(documents, record) == []
     plan = changed(record.decision.plan, fan_cost=record.decision.plan.fan_cost + 1.0)
     found = comparison.tick(documents, changed(record, decision=changed(record.decision, plan=plan)))
