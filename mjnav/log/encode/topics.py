@@ -1,8 +1,7 @@
 """The table of topics: what a tick writes, with which schema."""
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
-from types import MappingProxyType
+from dataclasses import dataclass, field
 
 from foxglove_schemas_protobuf.FrameTransforms_pb2 import FrameTransforms
 from foxglove_schemas_protobuf.LaserScan_pb2 import LaserScan
@@ -42,7 +41,7 @@ class Topic:
     encode: Callable[[TickRecord], bytes | None] | None = None
     encode_final: Callable[[int, WorldState], bytes] | None = None  # of the state in which the run ended
     encode_reading: Callable[[Reading], bytes | None] | None = None  # of each reading before the tick's last
-    compared: Mapping[str, tuple[str, ...]] = MappingProxyType({})  # by a replay: keys by the part of a tick
+    compared: Mapping[str, tuple[str, ...]] = field(default_factory=dict)  # by a replay: keys by the part of a tick
     drawing: bool = False  # shows what another topic says: for the live view, and in a log on request
     occasional: bool = False  # a log has it from its first message on, and not where there is none
 

@@ -138,11 +138,15 @@ def _covariance(columns: Columns) -> dict[str, Column]:
     return {f"covariance_{a}_{b}": Column("float64", f"{units[a]}*{units[b]}") for a in units for b in units}
 
 
+_OPTIONAL = ("age", "unseen", "wish", "odometry_pose")  # keys: older logs do not have the last
+
+
 def _documents(name: str, fields: Mapping[str, Column | Columns], each: str | None = None) -> Table:
     """A table with a row for each JSON document, or for each object in the document's list `each`.
 
     `fields` has the columns by the key of their values, as "estimate.mean" for one within another: several for nested
-    lists, and one, which is called as the key, for a scalar. What is null or missing gives as many missing values.
+    lists, and one, which is called as the key, for a scalar. What is null, or of _OPTIONAL and missing, gives as many
+    missing values.
     """
     named = {key: {key.replace(".", "_"): c} if isinstance(c, Column) else c for key, c in fields.items()}
     keys = [(key.split("."), len(columns)) for key, columns in named.items()]
@@ -156,7 +160,7 @@ def _documents(name: str, fields: Mapping[str, Column | Columns], each: str | No
 
 def _scalars(value: Any, path: Sequence[str], count: int) -> list[Any]:
     for key in path:
-        value = None if value is None else value.get(key)
+        value = None if value is None else value.get(key) if key in _OPTIONAL else value[key]
     return [None] * count if value is None else _flat(value)
 
 
@@ -266,7 +270,7 @@ _TRACK = {**_PERSON, "covariance": _covariance(_STATE), "radius": _M, "ess": _PU
 _TRACK |= {"age": _S, "unseen": _S}
 _DETECTION = {"time": {"measured": _S}, "position": _PLACE, "covariance": _covariance(_PLACE), "radius": _M}
 _ODOMETRY = {"time": {"measured": _S}, "interval": _S, **_TWIST, "gyro": _RAD_S, "pose": _PLANAR}
-_ODOMETRY |= {"odometry_pose": _prefixed("odometry", _PLANAR)}  # older logs do not have it
+_ODOMETRY |= {"odometry_pose": _prefixed("odometry", _PLANAR)}
 _DECISION = {**_TWIST, "status": _TEXT, "advice": _TEXT, "nominal.v": _M_S, "nominal.omega": _RAD_S}
 _DECISION |= {"cost.goal": _PURE, "cost.lane": {"cost_lane_left": _PURE, "cost_lane_right": _PURE}}
 _DECISION |= {"cost.total": _PURE, "wish.v": _M_S, "wish.omega": _RAD_S}
