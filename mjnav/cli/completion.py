@@ -79,9 +79,9 @@ def _run_keys() -> Iterable[str]:
 
 
 def _topics() -> Iterable[str]:
-    from mjnav.log.log_format import TOPICS
+    from mjnav.study.key_reference import names
 
-    return TOPICS
+    return names("topics")
 
 
 def _figures() -> Iterable[str]:

@@ -9,7 +9,6 @@ from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from types import MappingProxyType
 from typing import IO
 
 from mcap.writer import CompressionType, Writer
@@ -25,33 +24,6 @@ FORMAT = 2
 FORMAT_KEY = "log_format"  # of the metadata mjnav/run; format 1 does not have it
 EPOCH_KEY = "epoch_ns"  # how much later than simulated time the stamps are [ns]; only in a log in wall time
 FRAMES_KEY, FRAMES = "frames", "map, odom, base_link, lidar; base_link_truth"  # earlier logs call the truth base_link
-
-# Every topic of a log in the order in which a tick writes them, in a sentence.
-TOPICS: Mapping[str, str] = MappingProxyType(
-    {
-        "/tf": "The frames of the robot and of its lidar in the map, believed and true.",
-        "/robot/truth": "The robot's true pose.",
-        "/robot/estimate": "The mean of the belief about the robot's pose.",
-        "/robot/state": "The robot's true pose and twist, and mean and covariance of the belief about its pose.",
-        "/people/truth": "Every person's true position and velocity.",
-        "/people/estimate": "Every person's believed position and velocity with covariance; detections with identity.",
-        "/contacts": "What the robot touched since the tick before, and with which force.",
-        "/scene": "Walls, tables, pillars, lanes, goal, robot and people as shapes that viewers draw.",
-        "/scan": "The ranges of each whole scan of the lidar, stamped with the time of its first beam.",
-        "/odometry": "Wheel odometry, gyro and pose sensor.",
-        "/detections": "What a scan shows that the map does not explain, where people are tracked by scans.",
-        "/belief/robot": "The particles of the belief about the robot's pose.",
-        "/belief/obstacles": "The particles of the beliefs about the people.",
-        "/decision": "The control that the method chose, its status, and the terms of its cost.",
-        "/command": "The command that is in force from the tick on.",
-        "/cone": "Samples of the constraint of the closest obstacle at the chosen control, beside the desired ones.",
-        "/candidates": "Every candidate control with the terms of its cost.",
-        "/candidates/arcs": "The candidates as coloured arcs: in a live view, and in a log with log.drawings = true.",
-        "/plan": "The plan that is followed, some of the rollouts weighed, the violation: of methods that plan ahead.",
-        "/events": "Contacts, infeasible decisions, filters that were reset, faults, in words.",
-        "/tick": "How long each phase of the tick took, and how late it began.",
-    }
-)
 
 CHUNK_SIZE = 192 * 1024  # [bytes] before compression; LZ4 takes 40 % less time a tick than Zstandard and 20 % more room
 

@@ -9,14 +9,13 @@ from dataclasses import dataclass, replace
 from itertools import groupby
 from math import isnan
 from pathlib import Path
-from types import MappingProxyType
 from typing import Any, NamedTuple
 
 from mjnav.control import names
 from mjnav.errors import InputError, UntrustedCode
 from mjnav.log.encode.topics import EVENTS, PLAN, TIMING, topics
 from mjnav.log.log_format import REPLAY
-from mjnav.log.read.log import Log, LogMessage, decoder, open_log
+from mjnav.log.read.log import Log, decoder, open_log
 from mjnav.loop.episode import Episode
 from mjnav.loop.events import ABORTED, GIVEN
 from mjnav.loop.faults.fault import RunFault
@@ -33,25 +32,7 @@ from mjnav.world.scene import parts_hash
 # ------------------------------------------------------------------------------ comparison of ticks
 
 
-SCAN = "/scan"
-# part of a tick, its topic, the keys of that topic's documents: causes before effects
-_FIELDS = (
-    ("truth", "/robot/state", ("time", "pose", "twist")),
-    ("truth", "/people/truth", ("people",)),
-    ("truth", "/contacts", ("contacts",)),
-    ("reading", "/odometry", ("time", "interval", "v", "omega", "gyro", "pose")),
-    ("reading", "/people/estimate", ("detections",)),
-    ("reading", SCAN, ("ranges",)),
-    ("estimate", "/robot/state", ("estimate",)),
-    ("detections", "/detections", ("detections",)),
-    ("tracks", "/people/estimate", ("people",)),
-    ("decision", "/decision", ("nominal", "cost", "wish", "caution", "v", "omega", "status")),
-    ("decision", PLAN, ("step", "path", "fan", "fan_cost", "violation", "feasible")),
-    ("command", "/command", ("v", "omega")),
-)
-# Topics whose messages are no documents, and what is compared of them.
-_ARRAYS = MappingProxyType({topic: keys for _, topic, keys in _FIELDS if topic in (SCAN, PLAN)})
-COMPARED = tuple(dict.fromkeys(topic for _, topic, _ in _FIELDS))
+PARTS = ("truth", "reading", "estimate", "detections", "tracks", "decision", "command")  # of a tick: causes first
 
 Documents = Mapping[str, Sequence[Any]]  # of one tick, by topic
 
@@ -81,15 +62,6 @@ class LoggedTick(NamedTuple):
     documents: Documents
 
 
-def logged_ticks(messages: Iterable[LogMessage]) -> Iterator[LoggedTick]:
-    """The messages of the topics in COMPARED, tick by tick as they come."""
-    for tick, group in groupby(messages, key=lambda message: message.sequence):
-        documents: dict[str, list[Any]] = {}
-        for message in group:
-            documents.setdefault(message.topic, []).append(_document(message.topic, message.value))
-        yield LoggedTick(tick, documents)
-
-
 class TickComparison:
     """Compares ticks with those in a log of the same scenario, to the last bit.
 
@@ -97,9 +69,21 @@ class TickComparison:
     """
 
     def __init__(self, scenario: Scenario, *, gaps: bool = False):
-        self._topics = [topic for topic in topics(scenario) if topic.name in COMPARED]
+        self._topics = [topic for topic in topics(scenario) if topic.compared]
+        self._fields = [
+            (p, topic.name, topic.compared[p]) for p in PARTS for topic in self._topics if p in topic.compared
+        ]
         self._decoders = {topic.name: decoder(topic.schema) for topic in self._topics}
         self._gaps = gaps
+
+    def logged(self, log: Log) -> Iterator[LoggedTick]:
+        """What is compared of the ticks of a log, one by one."""
+        messages = log.messages(*(topic.name for topic in self._topics))
+        for tick, group in groupby(messages, key=lambda message: message.sequence):
+            documents: dict[str, list[Any]] = {}
+            for message in group:
+                documents.setdefault(message.topic, []).append(self._document(message.topic, message.value))
+            yield LoggedTick(tick, documents)
 
     def tick(self, logged: Documents, record: TickRecord) -> list[FieldDifference]:
         """What differs in one tick, causes first."""
@@ -121,13 +105,21 @@ class TickComparison:
         )
 
     def _decoded(self, topic: str, data: bytes) -> Any:
-        return _document(topic, self._decoders[topic](data))
+        return self._document(topic, self._decoders[topic](data))
+
+    def _document(self, topic: str, value: Any) -> Any:
+        """A message's value; of a protobuf message, what is compared, with None for NaN, which is equal to nothing."""
+        if isinstance(value, dict):
+            return value
+        return {
+            key: _comparable(getattr(value, key)) for _, name, keys in self._fields if name == topic for key in keys
+        }
 
     def _compare(self, logged: Documents, again: Documents) -> list[FieldDifference]:
         found: list[FieldDifference] = []
         if all(logged.get(topic, []) == documents for topic, documents in again.items()):
             return found
-        for part, topic, keys in _FIELDS:
+        for part, topic, keys in self._fields:
             before, after = logged.get(topic, ()), again.get(topic, ())
             if before == after or (not before and (self._gaps or topic == PLAN)):  # earlier logs have no plans
                 continue
@@ -163,13 +155,6 @@ def _leaves(value: Any, name: str) -> Iterator[tuple[str, Any]]:
             yield from _leaves(part, f"{name}.{part['name'] if known else i}")
     else:
         yield name, value
-
-
-def _document(topic: str, value: Any) -> Any:
-    """A message's value; of a protobuf message, what is compared, with None for NaN, which is equal to nothing."""
-    if topic not in _ARRAYS:
-        return value
-    return {key: _comparable(getattr(value, key)) for key in _ARRAYS[topic]}
 
 
 def _comparable(value: Any) -> Any:
@@ -297,7 +282,7 @@ class _Follower:
     def __init__(self, log: Log, scenario: Scenario, known: int | None, *, renamed: bool):
         gaps = log.truncated or log.recovered is not None
         self._comparison = TickComparison(scenario, gaps=gaps)
-        self._logged = logged_ticks(log.messages(*COMPARED))
+        self._logged = self._comparison.logged(log)
         self._next = next(self._logged, None)
         self._result = log.result
         self._total = None if log.result is None else log.result.get("ticks")  # of the run

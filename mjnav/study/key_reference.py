@@ -59,10 +59,8 @@ def _filters() -> dict[str, str]:
 def _topics() -> dict[str, str]:
     """The topics of a log, with the schema of their messages."""
     from mjnav.log.encode.topics import topics
-    from mjnav.log.log_format import TOPICS
 
-    schemas = {topic.name: topic.schema.name for topic in topics(scene.load("crossing1"))}
-    return {name: f"{text} ({schemas[name]})" for name, text in TOPICS.items()}
+    return {topic.name: f"{topic.text} ({topic.schema.name})" for topic in topics(scene.load("crossing1"))}
 
 
 def _metrics() -> dict[str, str]:

@@ -13,7 +13,8 @@ import pytest
 
 from mjnav import load_scenario
 from mjnav.errors import InvalidValue
-from mjnav.log.live import LiveServer, why_refused
+from mjnav.log.front_door import why_refused
+from mjnav.log.live import LiveServer
 from tests.log.conftest import make_scenario
 
 pytest.importorskip("foxglove", reason="foxglove-sdk is not installed")

@@ -3,7 +3,6 @@
 import json
 
 from mjnav import control, noise, scene
-from mjnav.log.log_format import TOPICS
 from mjnav.scene.people import TEMPERAMENTS
 from mjnav.scene.spec import BEHAVIOURS, ENGINES
 from mjnav.study.key_reference import kinds
@@ -16,7 +15,7 @@ def test_it_names_everything_that_a_run_file_may_name(mjnav):
     words = said.out.split()
     for name in (*scene.names(), *studies(), *control.names(), *noise.profile_names(), *BEHAVIOURS):
         assert name in words
-    for name in (*noise.CHANNELS, *noise.names(), *ENGINES, *TOPICS):
+    for name in (*noise.CHANNELS, *noise.names(), *ENGINES, "/tf", "/plan"):
         assert name in words
     for _, text in scene.describe():
         assert text

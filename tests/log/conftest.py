@@ -159,17 +159,12 @@ def made_up() -> MadeUpRun:
     return MadeUpRun()
 
 
-@pytest.fixture
-def message_class():
-    """Makes the class of a protobuf message from the schema that a log carries."""
-
-    def made(schema):
-        pool = DescriptorPool()
-        for file in FileDescriptorSet.FromString(schema.data).file:
-            pool.Add(file)
-        return GetMessageClass(pool.FindMessageTypeByName(schema.name))
-
-    return made
+def message_class(schema):
+    """The class of a protobuf message from the schema that a log carries."""
+    pool = DescriptorPool()
+    for file in FileDescriptorSet.FromString(schema.data).file:
+        pool.Add(file)
+    return GetMessageClass(pool.FindMessageTypeByName(schema.name))
 
 
 @pytest.fixture

@@ -19,7 +19,8 @@ from mcap.records import Channel, Message, Schema
 from mjnav import load_scenario, run
 from mjnav.errors import InputError
 from mjnav.log import Recorder, open_log
-from mjnav.log.live import MAX_CONNECTIONS, LiveServer
+from mjnav.log.front_door import MAX_CONNECTIONS
+from mjnav.log.live import LiveServer
 from mjnav.log.read.records import read_records
 
 pytestmark = pytest.mark.xdist_group("real time")
@@ -156,7 +157,7 @@ def write(recorder: Recorder, made_up, num_ticks: int = NUM_TICKS) -> None:
 SERVER = """
 import ctypes, os, resource, sys
 from mjnav.loop.pacer import _lock_memory
-from mjnav.log import live as front_door
+from mjnav.log import front_door
 from mjnav.log.live import LiveServer
 from tests.log.conftest import make_scenario
 

@@ -5,8 +5,7 @@ import pytest
 from mjnav.cli.main import main
 from mjnav.errors import InputError
 from mjnav.log import Recorder, open_log
-from mjnav.log.encode.topics import topics
-from mjnav.log.log_format import FORMAT_KEY, TOPICS
+from mjnav.log.log_format import FORMAT_KEY
 from mjnav.log.write import writer
 
 WRITER = {"version.mjnav": "0.1.0", "git_revision": "07a3331", "scene": "made-up"}
@@ -52,8 +51,3 @@ def test_all_else_of_format_1_is_read(written):
 def test_a_later_format_is_refused_in_one_line(written, later):
     with pytest.raises(InputError, match=r"of log format '.{1,20}'; this version of mjnav reads 1 and 2$"):
         open_log(written(later))
-
-
-def test_every_topic_that_a_run_writes_has_a_sentence(scenario):
-    assert list(TOPICS) == [topic.name for topic in topics(scenario)]
-    assert all(text.endswith(".") and len(text) <= 110 for text in TOPICS.values())

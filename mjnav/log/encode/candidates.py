@@ -10,6 +10,7 @@ it, and a log has it where its run file says `[log] drawings = true`.
 /cone holds the constraint's samples for the closest obstacle at the chosen control.
 """
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import lru_cache
 from itertools import pairwise
@@ -18,11 +19,19 @@ from typing import Any
 import numpy as np
 from foxglove_schemas_protobuf.Color_pb2 import Color
 from foxglove_schemas_protobuf.LinePrimitive_pb2 import LinePrimitive
+from foxglove_schemas_protobuf.SceneEntity_pb2 import SceneEntity
 from numpy.typing import ArrayLike
 
-from mjnav.log.encode import geometry as wire
-from mjnav.log.encode.geometry import WORLD_FRAME, pose, time_ns
-from mjnav.log.encode.schemas import Fields, Schema, protobuf_schema
+from mjnav.log.encode.geometry import WORLD_FRAME, pose, stamp
+from mjnav.log.encode.protobuf import (
+    POINT_SIZE,
+    Fields,
+    Schema,
+    delimited,
+    encode_fields,
+    encode_points,
+    protobuf_schema,
+)
 from mjnav.messages import Array, CandidateCosts, ConeDistribution, Decision
 from mjnav.motion.unicycle import integrate
 
@@ -62,27 +71,24 @@ def chosen_candidate(decision: Decision) -> int | None:
     return int(same[np.argmin(costs.total[same])]) if same.size else None
 
 
-@np.errstate(over="ignore")  # a cost beyond float32 becomes infinite
 def encode_candidates(pose: Array, decision: Decision, costs: CandidateCosts) -> bytes:
     """mjnav.Candidates of a decision taken at the believed pose (3,)."""
     chosen = chosen_candidate(decision)
-    cone = np.ascontiguousarray(costs.cone.T, "<f4")
-    used = np.logical_or.reduce(cone, axis=1).tolist()
-    columns = [wire.packed_floats(1, cone[j]) if used[j] else b"" for j in range(len(used))]
-    return b"".join(
-        (
-            wire.packed_doubles(1, pose),
-            wire.packed_doubles(2, (decision.v, decision.omega)),
-            wire.packed_doubles(3, costs.v),
-            wire.packed_doubles(4, costs.omega),
-            wire.packed_floats(5, costs.goal),
-            *(wire.delimited(6, column) for column in columns),
-            wire.packed_floats(7, costs.lane[:, 0]),
-            wire.packed_floats(8, costs.lane[:, 1]),
-            wire.packed_floats(9, costs.total),
-            wire.integer(10, costs.nominal),
-            wire.integer(11, NONE_CHOSEN if chosen is None else chosen),
-        )
+    columns = np.ascontiguousarray(costs.cone.T)
+    used = columns.any(axis=1).tolist()
+    return encode_fields(
+        _CANDIDATES,
+        pose,
+        (decision.v, decision.omega),
+        costs.v,
+        costs.omega,
+        costs.goal,
+        [encode_fields(_COLUMN, columns[j]) if used[j] else b"" for j in range(len(used))],
+        costs.lane[:, 0],
+        costs.lane[:, 1],
+        costs.total,
+        costs.nominal,
+        NONE_CHOSEN if chosen is None else chosen,
     )
 
 
@@ -115,11 +121,9 @@ def decode_candidates(message: Any) -> LoggedCandidates:
     return LoggedCandidates(pose.reshape(3), decision.reshape(2), costs, chosen)
 
 
-# ----------------------------------------------------------------------------------------------- arcs
+# ---------------------------------------------------------------------------------------- drawn paths
 
 
-PREVIEW = 1.0  # [s] that an arc is drawn ahead
-NUM_CORNERS = 2  # of an arc, beside its start
 NUM_LEVELS = 8  # of colour
 RESOLUTION = 2.0**-10  # [m]; drawn coordinates are whole multiples, whose doubles compress to a third
 
@@ -136,9 +140,7 @@ def _level_color(level: int) -> Color:
     return Color(r=0.85 * min(1.0, 2.0 * share), g=0.8 * min(1.0, 2.0 - 2.0 * share), b=0.15, a=0.5)
 
 
-LEVEL_HEADERS = tuple(line_header(0.006, 0.02, _level_color(level)) for level in range(NUM_LEVELS))
-_DECIDED = line_header(0.05, 0.03, Color(r=0.1, g=0.25, b=1.0, a=1.0))
-_ENTITY = wire.delimited(2, WORLD_FRAME.encode()) + wire.delimited(3, b"candidates")
+_LEVELS = tuple(line_header(0.006, 0.02, _level_color(level)) for level in range(NUM_LEVELS))
 
 
 def level_bounds(num_candidates: int) -> list[int]:
@@ -146,24 +148,30 @@ def level_bounds(num_candidates: int) -> list[int]:
     return [num_candidates * i // NUM_LEVELS for i in range(NUM_LEVELS + 1)]
 
 
-@lru_cache(maxsize=32)  # two for each number of candidates, and one
-def _segments(num_arcs: int) -> bytes:
-    """Indices of the segments of arcs that share point 0 and have NUM_CORNERS points of their own."""
-    ends = np.empty((num_arcs, NUM_CORNERS, 2), "<u4")
-    ends[..., 1] = 1 + np.arange(num_arcs * NUM_CORNERS).reshape(num_arcs, NUM_CORNERS)
-    ends[:, 1:, 0] = ends[:, :-1, 1]
-    ends[:, 0, 0] = 0
-    return ends.tobytes()
+def drawn_paths(paths: Array, header: bytes | None = None) -> Iterator[bytes]:
+    """Fields `lines` of an entity: paths (n, points, 2) on the floor, coloured by their order, or all with `header`."""
+    n, size, _ = paths.shape
+    points = encode_points(5, np.rint(paths.reshape(-1, 2) / RESOLUTION) * RESOLUTION)
+    levels = zip(_LEVELS, pairwise(level_bounds(n)), strict=True) if header is None else [(header, (0, n))]
+    for line, (first, last) in levels:
+        if first < last:
+            place = slice(first * size * POINT_SIZE, last * size * POINT_SIZE)
+            yield delimited(11, line + points[place] + _segments(last - first, size))
 
 
-def _line(header: bytes, start: Array, v: Array, omega: Array) -> bytes:
-    """Field `lines` of the entity: the arcs of n controls from the pose `start` (3,)."""
-    shares = np.arange(1, NUM_CORNERS + 1) / NUM_CORNERS
-    corners = np.stack([integrate(start, v, omega, PREVIEW * share)[:, :2] for share in shares], axis=1)
-    points = np.rint(np.vstack([start[:2], corners.reshape(-1, 2)]) / RESOLUTION) * RESOLUTION
-    table = wire.point_table(5, len(points))
-    table["x"], table["y"] = points.T
-    return wire.delimited(11, header + table.tobytes() + wire.delimited(8, _segments(len(v))))
+@lru_cache(maxsize=32)  # a few numbers of paths in a level
+def _segments(n: int, size: int) -> bytes:
+    """Field `indices` of a line: the segments of n paths of `size` points, one path after the other."""
+    corners = np.arange(n * size, dtype="<u4").reshape(n, size)
+    return delimited(8, np.stack([corners[:, :-1], corners[:, 1:]], axis=-1).tobytes())
+
+
+# ----------------------------------------------------------------------------------------------- arcs
+
+
+PREVIEW = 1.0  # [s] that an arc is drawn ahead
+NUM_CORNERS = 2  # of an arc, beside its start
+_DECIDED = line_header(0.05, 0.03, Color(r=0.1, g=0.25, b=1.0, a=1.0))
 
 
 def encode_arcs(time: float, estimate: Array, control: ArrayLike, costs: CandidateCosts, epoch: int = 0) -> bytes:
@@ -173,34 +181,35 @@ def encode_arcs(time: float, estimate: Array, control: ArrayLike, costs: Candida
     may cost a thousand times another, and a linear scale would paint all others alike.
     """
     order = np.argsort(costs.total, kind="stable")
-    bounds = pairwise(level_bounds(order.size))
-    groups = [
-        (header, order[first:last]) for header, (first, last) in zip(LEVEL_HEADERS, bounds, strict=True) if first < last
-    ]
-    lines = [_line(header, estimate, costs.v[group], costs.omega[group]) for header, group in groups]
-    v, omega = np.asarray(control, float)
-    lines.append(_line(_DECIDED, estimate, np.array([v]), np.array([omega])))
-    return wire.delimited(2, wire.timestamp(1, time_ns(time, epoch)) + _ENTITY + b"".join(lines))
+    decided = np.asarray(control, float).reshape(1, 2)
+    entity = SceneEntity(timestamp=stamp(time, epoch), frame_id=WORLD_FRAME, id="candidates").SerializeToString()
+    candidates = drawn_paths(_arcs(estimate, costs.v[order], costs.omega[order]))
+    chosen = drawn_paths(_arcs(estimate, *decided.T), _DECIDED)
+    return delimited(2, b"".join((entity, *candidates, *chosen)))
+
+
+def _arcs(start: Array, v: Array, omega: Array) -> Array:
+    """The arcs of n controls from the pose (3,): (n, 1 + NUM_CORNERS, 2)."""
+    times = np.linspace(0.0, PREVIEW, NUM_CORNERS + 1)
+    return np.stack([integrate(start, v, omega, time)[:, :2] for time in times], axis=1)
 
 
 # ----------------------------------------------------------------------------------------------- cone
 
 
+_CONE: Fields = (
+    ("obstacle", "string", False),
+    ("samples", "float", True),  # F
+    ("desired", "float", True),  # F^des
+    ("safe_share", "double", False),
+)
+
+
 def cone_schema() -> Schema:
     """mjnav.ConeDistribution: hundreds of samples a tick as JSON text take longer than the whole tick."""
-    fields = (("obstacle", "string", False), ("samples", "float", True), ("desired", "float", True))
-    return protobuf_schema(
-        "mjnav.ConeDistribution", {"mjnav.ConeDistribution": (*fields, ("safe_share", "double", False))}
-    )
+    return protobuf_schema("mjnav.ConeDistribution", {"mjnav.ConeDistribution": _CONE})
 
 
 def encode_cone(cone: ConeDistribution) -> bytes:
-    """F and F^des as float32, the safe share exactly."""
-    return b"".join(
-        (
-            wire.delimited(1, cone.obstacle.encode()),
-            wire.packed_floats(2, cone.samples),
-            wire.packed_floats(3, cone.desired),
-            wire.double(4, cone.safe_share),
-        )
-    )
+    """mjnav.ConeDistribution."""
+    return encode_fields(_CONE, cone.obstacle, cone.samples, cone.desired, cone.safe_share)

@@ -7,14 +7,15 @@ infinities become null.
 import json
 from collections.abc import Mapping, Sequence
 from math import isfinite
-from types import MappingProxyType
-from typing import Annotated, Any
+from types import MappingProxyType, NoneType, UnionType
+from typing import Annotated, Any, Union, get_args, get_origin, get_type_hints
 
 import msgspec
 import numpy as np
 from msgspec import UNSET, Meta, Struct, UnsetType
 
 from mjnav.log.encode.candidates import chosen_candidate
+from mjnav.log.encode.protobuf import Schema
 from mjnav.messages import (
     PHASES,
     Array,
@@ -200,6 +201,44 @@ MESSAGES: Mapping[str, type[Struct]] = MappingProxyType(
         "mjnav.TickTiming": Timing,
     }
 )
+
+# --------------------------------------------------------------------------------------------- schemas
+
+_TYPES = MappingProxyType({float: "number", int: "integer", bool: "boolean", str: "string"})
+
+
+def document_schema(name: str) -> Schema:
+    """The JSON Schema of one of MESSAGES, in the part of the language that viewers know.
+
+    A Foxglove-like viewer drops a topic whose schema has two types for one value, references or lists of lists. So a
+    number may be null, where it is not finite, and an object that is absent; and matrices, which messages have,
+    are not in their schemas.
+    """
+    schema = {"$schema": "https://json-schema.org/draft/2020-12/schema", "title": name, **_object(MESSAGES[name])}
+    return Schema(name, "jsonschema", json.dumps(schema).encode())
+
+
+def _object(message: type[Struct]) -> dict[str, Any]:
+    hints = get_type_hints(message, include_extras=True)
+    properties = {key: schema for key, hint in hints.items() if (schema := _property(hint))}
+    required = [field.name for field in msgspec.structs.fields(message) if field.required and field.name in properties]
+    return {"type": "object", "properties": properties, "required": required}
+
+
+def _property(hint: Any) -> dict[str, Any]:
+    """The schema of a field by its type; empty for a matrix."""
+    if get_origin(hint) in (Union, UnionType):
+        return _property(next(option for option in get_args(hint) if option not in (NoneType, UnsetType)))
+    if get_origin(hint) is Annotated:
+        kind, meta = get_args(hint)
+        description = {"description": meta.description} if meta.description else {}
+        return {} if meta.extra else {**_property(kind), **description}
+    if get_origin(hint) is list:
+        return {"type": "array", "items": _property(get_args(hint)[0])}
+    if get_origin(hint) is np.ndarray:
+        return {"type": "array", "items": {"type": "number"}}
+    return {"type": _TYPES[hint]} if hint in _TYPES else _object(hint)
+
 
 # --------------------------------------------------------------------------------------------- encoders
 

@@ -5,7 +5,7 @@ heading by 0.05 mrad, a speed by 0.5 mm/s and a weight by a part in 131 070 of t
 particles tell, at two thirds of the bytes.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from types import MappingProxyType
 from typing import Any
 
@@ -14,34 +14,35 @@ from foxglove_schemas_protobuf.PackedElementField_pb2 import PackedElementField
 from foxglove_schemas_protobuf.PointCloud_pb2 import PointCloud
 
 from mjnav.geometry.angles import wrap
-from mjnav.log.encode import geometry as wire
-from mjnav.log.encode.geometry import WORLD_FRAME, pose, time_ns
+from mjnav.log.encode.geometry import WORLD_FRAME, pose, stamp
 from mjnav.messages import Array, RobotBelief, Track
 
 STEPS = MappingProxyType({"theta": 10_000, "vx": 1000, "vy": 1000})  # of the integers: in a radian, in a metre a second
 TINY = 1e-300  # a weight
 LARGEST_WEIGHT = 65535  # the integer of a belief's largest weight
 
-_ROBOT = np.dtype([("position", "<f4", 2), ("theta", "<i2"), ("weight", "<u2")])
-_TRACKS = np.dtype([("position", "<f4", 2), ("velocity", "<i2", 2), ("weight", "<u2"), ("track", "<u2")])
+_PLACE = [("x", "<f4"), ("y", "<f4")]
+_ROBOT = np.dtype([*_PLACE, ("theta", "<i2"), ("weight", "<u2")])
+_TRACKS = np.dtype([*_PLACE, ("vx", "<i2"), ("vy", "<i2"), ("weight", "<u2"), ("track", "<u2")])
 _FIELD = PackedElementField
 _TYPES = MappingProxyType({"<f4": _FIELD.FLOAT32, "<i2": _FIELD.INT16, "<u2": _FIELD.UINT16})
 
 
-def _cloud_header(columns: Mapping[str, str], stride: int) -> bytes:
-    """foxglove.PointCloud, but for its time and data, of points with these columns one behind the other."""
-    cloud = PointCloud(frame_id=WORLD_FRAME, pose=pose(0.0, 0.0), point_stride=stride)
-    offset = 0
-    for name, kind in columns.items():
-        cloud.fields.add(name=name, offset=offset, type=_TYPES[kind])
-        offset += np.dtype(kind).itemsize
+def _cloud(time: float, epoch: int, table: np.ndarray) -> bytes:
+    """foxglove.PointCloud of the rows of a table."""
+    fields = [
+        PackedElementField(name=name, offset=offset, type=_TYPES[kind.str])
+        for name, (kind, offset) in (table.dtype.fields or {}).items()
+    ]
+    cloud = PointCloud(
+        timestamp=stamp(time, epoch),
+        frame_id=WORLD_FRAME,
+        pose=pose(0.0, 0.0),
+        point_stride=table.itemsize,
+        fields=fields,
+        data=table.tobytes(),
+    )
     return cloud.SerializeToString()
-
-
-_PLACE = {"x": "<f4", "y": "<f4"}
-_ROBOT_CLOUD = _cloud_header({**_PLACE, "theta": "<i2", "weight": "<u2"}, _ROBOT.itemsize)
-_STATE = {**_PLACE, "vx": "<i2", "vy": "<i2"}
-_TRACKS_CLOUD = _cloud_header({**_STATE, "weight": "<u2", "track": "<u2"}, _TRACKS.itemsize)
 
 
 def _integers(values: Array, steps: int) -> Array:
@@ -59,21 +60,21 @@ def _shares(beliefs: Sequence[Array]) -> Array:
 def encode_robot_particles(belief: RobotBelief, epoch: int = 0) -> bytes:
     """foxglove.PointCloud of x, y, theta and weight."""
     table = np.empty(belief.weights.size, _ROBOT)
-    table["position"] = belief.particles[:, :2]
+    table["x"], table["y"] = belief.particles[:, :2].T
     table["theta"] = _integers(wrap(belief.particles[:, 2]), STEPS["theta"])
     table["weight"] = _shares([belief.weights])
-    return wire.timestamp(1, time_ns(belief.time, epoch)) + _ROBOT_CLOUD + wire.delimited(6, table.tobytes())
+    return _cloud(belief.time, epoch, table)
 
 
 def encode_track_particles(time: float, tracks: tuple[Track, ...], epoch: int = 0) -> bytes:
     """foxglove.PointCloud of all tracks' x, y, vx, vy, weight, and the track's place in the tuple."""
     particles = np.concatenate([np.empty((0, 4)), *(track.particles for track in tracks)])
     table = np.empty(len(particles), _TRACKS)
-    table["position"] = particles[:, :2]
-    table["velocity"] = _integers(particles[:, 2:], STEPS["vx"])
+    table["x"], table["y"] = particles[:, :2].T
+    table["vx"], table["vy"] = _integers(particles[:, 2:], STEPS["vx"]).T
     table["weight"] = _shares([track.weights for track in tracks])
     table["track"] = np.repeat(np.arange(len(tracks)), [track.weights.size for track in tracks])
-    return wire.timestamp(1, time_ns(time, epoch)) + _TRACKS_CLOUD + wire.delimited(6, table.tobytes())
+    return _cloud(time, epoch, table)
 
 
 def decode_particles(cloud: Any) -> dict[str, Array]:

@@ -10,8 +10,6 @@ The entities `..._future` of /scene draw how the people closest to the robot are
 """
 
 from collections.abc import Sequence
-from functools import lru_cache
-from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -22,10 +20,9 @@ from foxglove_schemas_protobuf.Point3_pb2 import Point3
 from foxglove_schemas_protobuf.SceneEntity_pb2 import SceneEntity
 from foxglove_schemas_protobuf.Vector3_pb2 import Vector3
 
-from mjnav.log.encode import geometry as wire
-from mjnav.log.encode.candidates import LEVEL_HEADERS, RESOLUTION, level_bounds, line_header
+from mjnav.log.encode.candidates import drawn_paths, line_header
 from mjnav.log.encode.geometry import WORLD_FRAME, pose
-from mjnav.log.encode.schemas import Fields, Schema, protobuf_schema
+from mjnav.log.encode.protobuf import Fields, Schema, encode_fields, protobuf_schema
 from mjnav.messages import Array, Observation, PlanShown, Track
 
 # ----------------------------------------------------------------------------------------------- plan
@@ -46,19 +43,9 @@ def plan_schema() -> Schema:
     return protobuf_schema("mjnav.Plan", {"mjnav.Plan": _PLAN})
 
 
-@np.errstate(over="ignore")  # a cost beyond float32 becomes infinite
 def encode_plan(plan: PlanShown) -> bytes:
     """mjnav.Plan."""
-    return b"".join(
-        (
-            wire.double(1, plan.step),
-            wire.packed_floats(2, plan.path),
-            wire.packed_floats(3, plan.fan),
-            wire.packed_floats(4, plan.fan_cost),
-            wire.packed_floats(5, plan.violation),
-            wire.integer(6, plan.feasible),
-        )
-    )
+    return encode_fields(_PLAN, plan.step, plan.path, plan.fan, plan.fan_cost, plan.violation, plan.feasible)
 
 
 def decode_plan(message: Any) -> PlanShown:
@@ -81,7 +68,6 @@ HEIGHT = 0.04  # [m]
 _BLUE, _PALE_BLUE = Color(r=0.1, g=0.25, b=1.0, a=1.0), Color(r=0.1, g=0.25, b=1.0, a=0.35)
 _RED, _PALE_RED = Color(r=0.9, g=0.1, b=0.1, a=1.0), Color(r=0.9, g=0.1, b=0.1, a=0.35)
 _FEASIBLE, _INFEASIBLE = line_header(0.05, HEIGHT, _BLUE), line_header(0.05, HEIGHT, _RED)
-_ENTITY = wire.delimited(2, WORLD_FRAME.encode()) + wire.delimited(3, b"plan")
 
 
 def plan_entity(plan: PlanShown, radius: float) -> bytes:
@@ -89,56 +75,22 @@ def plan_entity(plan: PlanShown, radius: float) -> bytes:
 
     A plan that is not feasible is red. `radius` is the robot's [m].
     """
+    entity = SceneEntity(frame_id=WORLD_FRAME, id="plan")
     if not len(plan.path):
-        return _ENTITY
-    num, size, kept = len(plan.fan), len(plan.path), min(FAN_POINTS, len(plan.path))
-    fan = plan.fan[:, np.linspace(0, size - 1, kept).astype(int)]
-    corners = _points(np.concatenate([fan.reshape(-1, 2), plan.path]))
-    parts, begin = [_ENTITY], 0
-    for header, (first, last) in zip(LEVEL_HEADERS, pairwise(level_bounds(num)), strict=True):
-        if first < last:
-            end = begin + (last - first) * kept * wire.POINT_SIZE
-            parts.append(wire.delimited(11, header + corners[begin:end] + _segments(last - first, kept)))
-            begin = end
-    header = _FEASIBLE if plan.feasible else _INFEASIBLE
-    parts.append(wire.delimited(11, header + corners[begin:] + _segments(1, size)))
+        return entity.SerializeToString()
     x, y = plan.path[-1].tolist()
-    stand = _STAND if plan.feasible else _RED_STAND
-    parts.append(wire.delimited(10, stand.fill((x, y, 2.0 * radius, 2.0 * radius))))
-    return b"".join(parts)
-
-
-def _points(places: Array) -> bytes:
-    """Field `points` of a line, for each of places (n, 2)."""
-    table = wire.point_table(5, len(places))
-    table["x"], table["y"] = (np.rint(places / RESOLUTION) * RESOLUTION).T
-    return table.tobytes()
-
-
-@lru_cache(maxsize=16)  # a few numbers of rollouts in a level, and the plan's
-def _segments(num: int, size: int) -> bytes:
-    """Field `indices` of a line: the segments of `num` paths of `size` points, one path after the other."""
-    corners = np.arange(num * size, dtype="<u4").reshape(num, size)
-    return wire.delimited(8, np.stack([corners[:, :-1], corners[:, 1:]], axis=-1).tobytes())
-
-
-def _stand(color: Color) -> wire.Template:
-    """A thin cylinder of which x, y, width and depth are open."""
-
-    def encode(holes: Sequence[float]) -> bytes:
-        x, y, width, depth = holes
-        return CylinderPrimitive(
-            pose=pose(x, y, 0.5 * HEIGHT),
-            size=Vector3(x=width, y=depth, z=HEIGHT),
-            bottom_scale=1.0,
-            top_scale=1.0,
-            color=color,
-        ).SerializeToString()
-
-    return wire.Template(encode, 4)
-
-
-_STAND, _RED_STAND = _stand(_PALE_BLUE), _stand(_PALE_RED)
+    stand = CylinderPrimitive(
+        pose=pose(x, y, 0.5 * HEIGHT),
+        size=Vector3(x=2.0 * radius, y=2.0 * radius, z=HEIGHT),
+        bottom_scale=1.0,
+        top_scale=1.0,
+        color=_PALE_BLUE if plan.feasible else _PALE_RED,
+    )
+    entity.cylinders.append(stand)
+    size = len(plan.path)
+    fan = plan.fan[:, np.linspace(0, size - 1, min(FAN_POINTS, size), dtype=int)]
+    followed = drawn_paths(plan.path[np.newaxis], _FEASIBLE if plan.feasible else _INFEASIBLE)
+    return b"".join((entity.SerializeToString(), *drawn_paths(fan), *followed))
 
 
 # ---------------------------------------------------------------------- predicted people in the scene

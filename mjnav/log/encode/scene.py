@@ -6,8 +6,7 @@ tracked by scans, estimates are `track7_estimate` and labelled, those that the l
 `detections` are discs with their 95 % ellipses.
 """
 
-from collections.abc import Sequence
-from functools import lru_cache
+from collections.abc import Iterator, Sequence
 from math import atan2, cos, hypot, isnan, sin
 
 from foxglove_schemas_protobuf.ArrowPrimitive_pb2 import ArrowPrimitive
@@ -17,15 +16,16 @@ from foxglove_schemas_protobuf.CylinderPrimitive_pb2 import CylinderPrimitive
 from foxglove_schemas_protobuf.LinePrimitive_pb2 import LinePrimitive
 from foxglove_schemas_protobuf.Point3_pb2 import Point3
 from foxglove_schemas_protobuf.SceneEntity_pb2 import SceneEntity
+from foxglove_schemas_protobuf.SceneEntityDeletion_pb2 import SceneEntityDeletion
 from foxglove_schemas_protobuf.SceneUpdate_pb2 import SceneUpdate
 from foxglove_schemas_protobuf.TextPrimitive_pb2 import TextPrimitive
 from foxglove_schemas_protobuf.Vector3_pb2 import Vector3
 from google.protobuf.duration_pb2 import Duration
 
 from mjnav.geometry.distances import ellipse_95
-from mjnav.log.encode import geometry as wire
-from mjnav.log.encode.geometry import TRUE_FRAME, WORLD_FRAME, pose, time_ns
+from mjnav.log.encode.geometry import TRUE_FRAME, WORLD_FRAME, pose, rotation, stamp, time_ns
 from mjnav.log.encode.plan import future_entities, plan_entity
+from mjnav.log.encode.protobuf import delimited
 from mjnav.messages import Detection, Observation, PlanShown, Track, WorldState
 from mjnav.scene.spec import Scenario, Table
 
@@ -46,7 +46,7 @@ _GREEN = Color(r=0.15, g=0.75, b=0.3, a=0.6)
 _BLUE = Color(r=0.15, g=0.4, b=0.9, a=0.9)
 _RED = Color(r=0.9, g=0.35, b=0.25, a=0.8)
 _ORANGE = Color(r=1.0, g=0.6, b=0.1, a=0.7)
-_PALE_ORANGE = Color(r=1.0, g=0.6, b=0.1, a=0.25)
+_PALE = 0.25  # alpha of a track that is not seen
 _TEAL, _PALE_TEAL = Color(r=0.0, g=0.5, b=0.5, a=1.0), Color(r=0.0, g=0.6, b=0.6, a=0.4)
 _BLACK = Color(r=0.1, g=0.1, b=0.1, a=1.0)
 
@@ -146,20 +146,20 @@ def _still(scenario: Scenario) -> bytes:
 class SceneEncoder:
     """Every message holds the whole scene, so that a reader who jumps to any moment sees it.
 
-    What stands still is encoded once: joined messages are one message with the entities of both.
+    What stands still is encoded once: joined messages are one message with the entities of both. The entities of people
+    are kept, and only what moves is set anew.
     """
 
     def __init__(self, scenario: Scenario, epoch: int = 0):
         self._epoch = epoch
         self._still = _still(scenario)
         self._radius = scenario.robot.radius
-        self._people = [_person(f"person{i}", person.radius) for i, person in enumerate(scenario.people)]
+        self._people = {f"person{i}": _person(f"person{i}", body.radius) for i, body in enumerate(scenario.people)}
+        self._tracks: dict[str, SceneEntity] = {}  # of those that live
         self._seen = scenario.sensors.longest_pause - SAME_TIME  # [s] that a track may be unseen between two scans
-        self._named = frozenset(f"person{i}" for i in range(len(scenario.people)))
         # A person who is no longer tracked disappears.
-        lifetime = Duration()
-        lifetime.FromNanoseconds(time_ns(2.0 * scenario.control.period))
-        self._lifetime = wire.delimited(4, lifetime.SerializeToString())
+        self._lifetime = Duration()
+        self._lifetime.FromNanoseconds(time_ns(2.0 * scenario.control.period))
 
     def encode(
         self,
@@ -169,112 +169,81 @@ class SceneEncoder:
         detections: tuple[Detection, ...] = (),
         plan: PlanShown | None = None,
     ) -> bytes:
-        """The scene at one moment: where people are seen and believed to be, how they and the robot are to go on."""
-        time = wire.timestamp(1, time_ns(truth.time, self._epoch))
-        parts = [self._still]
-        for i, (person, (x, y)) in enumerate(zip(self._people, truth.people_position.tolist(), strict=True)):
+        """foxglove.SceneUpdate: where people are seen and believed to be, how they and the robot are to go on."""
+        time = stamp(truth.time, self._epoch)
+        present = SceneEntity(timestamp=time).SerializeToString()
+        passing = SceneEntity(timestamp=time, lifetime=self._lifetime).SerializeToString()
+        parts, entities = [self._still], []
+        for (name, person), (x, y) in zip(self._people.items(), truth.people_position.tolist(), strict=True):
             if isnan(x):  # not there: viewers keep an entity until it is deleted
-                parts.append(wire.delimited(1, time + wire.delimited(3, f"person{i}".encode())))
+                gone = SceneEntityDeletion(timestamp=time, id=name)
+                parts.append(SceneUpdate(deletions=[gone]).SerializeToString())
             else:
-                parts.append(wire.delimited(2, time + person.fill((x, y, x, y))))
-        for track in tracks:
-            x, y, vx, vy = track.mean.tolist()
-            half, length, width = 0.5 * atan2(vy, vx), AHEAD * hypot(vx, vy), 2.0 * track.radius
-            holes = (x, y, sin(half), cos(half), length, x, y, width, width)
-            if track.name in self._named:
-                believed = _estimate(track.name).fill(holes)
-            else:
-                believed = _track(track.name, coasts=track.unseen > self._seen).fill((*holes, x, y))
-            parts.append(wire.delimited(2, time + self._lifetime + believed))
+                for shape in (person.cylinders[0], person.texts[0]):
+                    shape.pose.position.x, shape.pose.position.y = x, y
+                entities.append(present + person.SerializeToString())
+        kept = self._tracks
+        self._tracks = {t.name: kept.get(t.name) or _track(t.name, labelled=t.name not in self._people) for t in tracks}
+        believed = [self._believed(track) for track in tracks]
         if detections:
-            discs = b"".join(_detected(one) for one in detections)
-            parts.append(wire.delimited(2, time + self._lifetime + _DETECTIONS + discs))
-        parts += [wire.delimited(2, time + self._lifetime + future) for future in future_entities(observation, tracks)]
+            believed.append(_entity("detections", cylinders=_bodies(detections)).SerializeToString())
+        believed += future_entities(observation, tracks)
         if plan is not None:
-            parts.append(wire.delimited(2, time + self._lifetime + plan_entity(plan, self._radius)))
-        return b"".join(parts)
+            believed.append(plan_entity(plan, self._radius))
+        entities += [passing + entity for entity in believed]
+        return b"".join((*parts, *(delimited(2, entity) for entity in entities)))
 
+    def _believed(self, track: Track) -> bytes:
+        """A disc with an arrow along the velocity.
 
-def _person(name: str, radius: float) -> wire.Template:
-    """A person's entity, but for its time; x and y of the body and of the name above it are open."""
-
-    def encode(holes: Sequence[float]) -> bytes:
-        x, y, text_x, text_y = holes
-        text = TextPrimitive(
-            pose=pose(text_x, text_y, PERSON_HEIGHT + LETTERS),
-            billboard=True,
-            font_size=LETTERS,
-            color=_BLACK,
-            text=name,
-        )
-        return _entity(name, cylinders=[_cylinder(x, y, radius, PERSON_HEIGHT, _RED)], texts=[text]).SerializeToString()
-
-    return wire.Template(encode, 4)
-
-
-@lru_cache(maxsize=1024)  # one for each person of a run
-def _estimate(name: str) -> wire.Template:
-    """A believed person's entity, but for its time and lifetime.
-
-    Open are x, y, the rotation's z, w and the length of the arrow along the velocity, and x, y and width of the disc.
-    """
-
-    def encode(holes: Sequence[float]) -> bytes:
-        return _believed(name, holes, _ORANGE).SerializeToString()
-
-    return wire.Template(encode, 9)
-
-
-@lru_cache(maxsize=1024)  # two for each track that lives
-def _track(name: str, *, coasts: bool) -> wire.Template:
-    """As `_estimate`, of a track that carries no person's name: pale where it coasts, with its name at x and y."""
-
-    def encode(holes: Sequence[float]) -> bytes:
-        entity = _believed(name, holes[:-2], _PALE_ORANGE if coasts else _ORANGE)
-        x, y = holes[-2:]
-        place = pose(x, y, LETTERS)
-        entity.texts.add(pose=place, billboard=True, font_size=0.5 * LETTERS, color=_BLACK, text=name)
+        A track that carries no person's name has its own name above it, and is pale where the latest scan does not
+        show it.
+        """
+        entity, named = self._tracks[track.name], track.name in self._people
+        (disc,), (arrow,) = entity.cylinders, entity.arrows
+        x, y, vx, vy = track.mean.tolist()
+        for shape in (disc, arrow, *entity.texts):
+            shape.pose.position.x, shape.pose.position.y = x, y
+        half = 0.5 * atan2(vy, vx)
+        arrow.pose.orientation.z, arrow.pose.orientation.w = sin(half), cos(half)
+        arrow.shaft_length = AHEAD * hypot(vx, vy)
+        disc.size.x = disc.size.y = 2.0 * track.radius
+        disc.color.a = arrow.color.a = _PALE if not named and track.unseen > self._seen else _ORANGE.a
         return entity.SerializeToString()
 
-    return wire.Template(encode, 11)
 
-
-def _believed(name: str, holes: Sequence[float], color: Color) -> SceneEntity:
-    arrow_x, arrow_y, z, w, length, x, y, width, depth = holes
-    place = pose(arrow_x, arrow_y, ESTIMATE_HEIGHT)
-    place.orientation.z, place.orientation.w = z, w
-    arrow = ArrowPrimitive(
-        pose=place, shaft_length=length, shaft_diameter=0.05, head_length=0.1, head_diameter=0.12, color=color
+def _person(name: str, radius: float) -> SceneEntity:
+    """A person's body, and its name above it."""
+    return _entity(
+        name,
+        cylinders=[_cylinder(0.0, 0.0, radius, PERSON_HEIGHT, _RED)],
+        texts=[_text(name, PERSON_HEIGHT + LETTERS, LETTERS)],
     )
-    disc = _cylinder(x, y, 0.0, ESTIMATE_HEIGHT, color)
-    disc.size.x, disc.size.y = width, depth
-    return _entity(f"{name}_estimate", cylinders=[disc], arrows=[arrow])
 
 
-_DETECTIONS = _entity("detections").SerializeToString()
+def _track(name: str, *, labelled: bool) -> SceneEntity:
+    arrow = ArrowPrimitive(
+        pose=pose(0.0, 0.0, ESTIMATE_HEIGHT), shaft_diameter=0.05, head_length=0.1, head_diameter=0.12, color=_ORANGE
+    )
+    return _entity(
+        f"{name}_estimate",
+        cylinders=[_cylinder(0.0, 0.0, 0.0, ESTIMATE_HEIGHT, _ORANGE)],
+        arrows=[arrow],
+        texts=[_text(name, LETTERS, 0.5 * LETTERS)] if labelled else [],
+    )
 
 
-def _flat_ellipse(color: Color) -> wire.Template:
-    """A thin cylinder on the floor, of which x, y, the rotation's z, w, width and depth are open."""
-
-    def encode(holes: Sequence[float]) -> bytes:
-        x, y, z, w, width, depth = holes
-        flat = _cylinder(x, y, 0.0, FLAT, color)
-        flat.pose.orientation.z, flat.pose.orientation.w = z, w
-        flat.size.x, flat.size.y = width, depth
-        return flat.SerializeToString()
-
-    return wire.Template(encode, 6)
+def _text(text: str, height: float, size: float) -> TextPrimitive:
+    return TextPrimitive(pose=pose(0.0, 0.0, height), billboard=True, font_size=size, color=_BLACK, text=text)
 
 
-_DISC, _REGION = _flat_ellipse(_PALE_TEAL), _flat_ellipse(_TEAL)
-
-
-def _detected(found: Detection) -> bytes:
-    """Field `cylinders` twice: the body, and the 95 % region of its centre."""
-    x, y = found.position.tolist()
-    longer, shorter, direction = ellipse_95(found.covariance)
-    half, width = 0.5 * direction, 2.0 * found.radius
-    body = _DISC.fill((x, y, 0.0, 1.0, width, width))
-    region = _REGION.fill((x, y, sin(half), cos(half), 2.0 * longer, 2.0 * shorter))
-    return wire.delimited(10, body) + wire.delimited(10, region)
+def _bodies(detections: Sequence[Detection]) -> Iterator[CylinderPrimitive]:
+    """Two discs each: the body, and the 95 % region of its centre."""
+    for detection in detections:
+        x, y = detection.position.tolist()
+        longer, shorter, direction = ellipse_95(detection.covariance)
+        yield _cylinder(x, y, detection.radius, FLAT, _PALE_TEAL)
+        region = _cylinder(x, y, 0.0, FLAT, _TEAL)
+        region.pose.orientation.CopyFrom(rotation(direction))
+        region.size.x, region.size.y = 2.0 * longer, 2.0 * shorter
+        yield region

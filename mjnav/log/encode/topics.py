@@ -1,7 +1,7 @@
 """The table of topics: what a tick writes, with which schema."""
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
 
 from foxglove_schemas_protobuf.FrameTransforms_pb2 import FrameTransforms
 from foxglove_schemas_protobuf.LaserScan_pb2 import LaserScan
@@ -18,10 +18,10 @@ from mjnav.log.encode.candidates import (
     encode_candidates,
     encode_cone,
 )
-from mjnav.log.encode.geometry import ScanEncoder, encode_mount
+from mjnav.log.encode.json_messages import document_schema
 from mjnav.log.encode.plan import encode_plan, plan_schema
+from mjnav.log.encode.protobuf import Schema, foxglove_schema
 from mjnav.log.encode.scene import SceneEncoder
-from mjnav.log.encode.schemas import Schema, foxglove_schema, json_schema
 from mjnav.messages import Event, Reading, TickRecord, WorldState
 from mjnav.scene.spec import Scenario
 
@@ -33,15 +33,23 @@ EVENTS = "/events"
 
 @dataclass(frozen=True, slots=True)
 class Topic:
-    """One topic of the log; an encoder may be missing or, where there is nothing to say, return None."""
+    """One topic of the log, in one place; an encoder may be missing or, where there is nothing to say, return None."""
 
     name: str
+    text: str  # what it holds, in a sentence
     schema: Schema
     encode: Callable[[TickRecord], bytes | None] | None = None
     encode_final: Callable[[int, WorldState], bytes] | None = None  # of the state in which the run ended
     encode_reading: Callable[[Reading], bytes | None] | None = None  # of each reading before the tick's last
+    compared: Mapping[str, tuple[str, ...]] = field(default_factory=dict)  # by a replay: keys by the part of a tick
     drawing: bool = False  # shows what another topic says: for the live view, and in a log on request
     occasional: bool = False  # a log has it from its first message on, and not where there is none
+
+
+def _true(name: str, text: str, schema: Schema, encode: Callable[[int, WorldState], bytes], *compared: str) -> Topic:
+    """A topic of the truth alone, which it compares: of each tick, and of the state in which the run ended."""
+    keys = {"truth": compared} if compared else {}
+    return Topic(name, text, schema, lambda r: encode(r.tick, r.truth), encode, compared=keys)
 
 
 def encode_event(time: float, event: Event, epoch: int = 0) -> bytes:
@@ -63,11 +71,6 @@ def _arcs(record: TickRecord, epoch: int) -> bytes | None:
     return encode_arcs(record.truth.time, belief.mean, (decision.v, decision.omega), decision.costs, epoch)
 
 
-def document_schema(name: str) -> Schema:
-    """The JSON Schema of one of mjnav's messages."""
-    return json_schema(name, json_messages.MESSAGES[name])
-
-
 def topics(scenario: Scenario, epoch: int = 0) -> tuple[Topic, ...]:
     """Every topic of a run, in the order in which a tick writes them. /events and /tick have writers of their own.
 
@@ -75,80 +78,146 @@ def topics(scenario: Scenario, epoch: int = 0) -> tuple[Topic, ...]:
     """
     scene = SceneEncoder(scenario, epoch)
     lidar = scenario.sensors.scanner
-    scan, mount = ScanEncoder(lidar, epoch), encode_mount(lidar.mount)
     pose, cloud = foxglove_schema(PoseInFrame), foxglove_schema(PointCloud)
     scene_update, people = foxglove_schema(SceneUpdate), document_schema("mjnav.People")
     by_scan = scenario.estimation.obstacles.source == LIDAR
     return (
         Topic(
             "/tf",
+            "The frames of the robot and of its lidar in the map, believed and true.",
             foxglove_schema(FrameTransforms),
-            lambda r: geometry.encode_transforms(r, mount, epoch),
+            lambda r: geometry.encode_transforms(r, lidar.mount, epoch),
             lambda tick, final: geometry.encode_true_transform(final, epoch),
         ),
-        Topic(
+        _true(
             "/robot/truth",
+            "The robot's true pose.",
             pose,
-            lambda r: geometry.encode_pose(r.truth.time, r.truth.robot_pose, epoch),
-            lambda tick, final: geometry.encode_pose(final.time, final.robot_pose, epoch),
+            lambda tick, truth: geometry.encode_pose(truth.time, truth.robot_pose, epoch),
         ),
-        Topic("/robot/estimate", pose, lambda r: r.belief and geometry.encode_pose(r.truth.time, r.belief.mean, epoch)),
+        Topic(
+            "/robot/estimate",
+            "The mean of the belief about the robot's pose.",
+            pose,
+            lambda r: r.belief and geometry.encode_pose(r.truth.time, r.belief.mean, epoch),
+        ),
         Topic(
             "/robot/state",
+            "The robot's true pose and twist, and mean and covariance of the belief about its pose.",
             document_schema("mjnav.RobotState"),
             lambda r: json_messages.encode_robot(r.tick, r.truth, r.belief),
             lambda tick, final: json_messages.encode_robot(tick, final, None),
+            compared={"truth": ("time", "pose", "twist"), "estimate": ("estimate",)},
         ),
-        Topic(
+        _true(
             "/people/truth",
+            "Every person's true position and velocity.",
             people,
-            lambda r: json_messages.encode_people_truth(r.tick, r.truth),
             json_messages.encode_people_truth,
+            "people",
         ),
-        Topic("/people/estimate", people, json_messages.encode_people_estimate),
         Topic(
+            "/people/estimate",
+            "Every person's believed position and velocity with covariance; detections with identity.",
+            people,
+            json_messages.encode_people_estimate,
+            compared={"reading": ("detections",), "tracks": ("people",)},
+        ),
+        _true(
             "/contacts",
+            "What the robot touched since the tick before, and with which force.",
             document_schema("mjnav.Contacts"),
-            lambda r: json_messages.encode_contacts(r.tick, r.truth),
             json_messages.encode_contacts,
+            "contacts",
         ),
         Topic(
             "/scene",
+            "Walls, tables, pillars, lanes, goal, robot and people as shapes that viewers draw.",
             scene_update,
             lambda r: scene.encode(r.truth, r.tracks, r.observation, r.detections, r.decision.plan),
             lambda tick, final: scene.encode(final),
         ),
         Topic(
             "/scan",
+            "The ranges of each whole scan of the lidar, stamped with the time of its first beam.",
             foxglove_schema(LaserScan),
-            lambda r: r.reading and scan.encode(r.reading),
-            encode_reading=scan.encode,
+            lambda r: r.reading and geometry.encode_scan(r.reading, lidar, epoch),
+            encode_reading=lambda reading: geometry.encode_scan(reading, lidar, epoch),
+            compared={"reading": ("ranges",)},
         ),
         Topic(
             "/odometry",
+            "Wheel odometry, gyro and pose sensor.",
             document_schema("mjnav.Odometry"),
             lambda r: r.reading and json_messages.encode_odometry(r.reading),
             encode_reading=json_messages.encode_odometry,
+            compared={"reading": ("time", "interval", "v", "omega", "gyro", "pose")},
         ),
         Topic(
             "/detections",
+            "What a scan shows that the map does not explain, where people are tracked by scans.",
             document_schema("mjnav.Detections"),
             lambda r: (
                 json_messages.encode_detections(r.tick, r.detections)
                 if r.detections or (by_scan and r.reading is not None and r.reading.scan.size)
                 else None
             ),
+            compared={"detections": ("detections",)},
         ),
-        Topic("/belief/robot", cloud, lambda r: r.belief and particles.encode_robot_particles(r.belief, epoch)),
-        Topic("/belief/obstacles", cloud, lambda r: particles.encode_track_particles(r.truth.time, r.tracks, epoch)),
         Topic(
-            "/decision", document_schema("mjnav.Decision"), lambda r: json_messages.encode_decision(r.tick, r.decision)
+            "/belief/robot",
+            "The particles of the belief about the robot's pose.",
+            cloud,
+            lambda r: r.belief and particles.encode_robot_particles(r.belief, epoch),
         ),
-        Topic("/command", document_schema("mjnav.Command"), lambda r: json_messages.encode_command(r.tick, r.command)),
-        Topic("/cone", cone_schema(), lambda r: r.cone and encode_cone(r.cone)),
-        Topic("/candidates", candidates_schema(), _candidates),
-        Topic("/candidates/arcs", scene_update, lambda r: _arcs(r, epoch), drawing=True),
-        Topic(PLAN, plan_schema(), lambda r: r.decision.plan and encode_plan(r.decision.plan), occasional=True),
-        Topic(EVENTS, foxglove_schema(Log)),
-        Topic(TIMING, document_schema("mjnav.TickTiming")),
+        Topic(
+            "/belief/obstacles",
+            "The particles of the beliefs about the people.",
+            cloud,
+            lambda r: particles.encode_track_particles(r.truth.time, r.tracks, epoch),
+        ),
+        Topic(
+            "/decision",
+            "The control that the method chose, its status, and the terms of its cost.",
+            document_schema("mjnav.Decision"),
+            lambda r: json_messages.encode_decision(r.tick, r.decision),
+            compared={"decision": ("nominal", "cost", "wish", "caution", "v", "omega", "status")},
+        ),
+        Topic(
+            "/command",
+            "The command that is in force from the tick on.",
+            document_schema("mjnav.Command"),
+            lambda r: json_messages.encode_command(r.tick, r.command),
+            compared={"command": ("v", "omega")},
+        ),
+        Topic(
+            "/cone",
+            "Samples of the constraint of the closest obstacle at the chosen control, beside the desired ones.",
+            cone_schema(),
+            lambda r: r.cone and encode_cone(r.cone),
+        ),
+        Topic("/candidates", "Every candidate control with the terms of its cost.", candidates_schema(), _candidates),
+        Topic(
+            "/candidates/arcs",
+            "The candidates as coloured arcs: in a live view, and in a log with log.drawings = true.",
+            scene_update,
+            lambda r: _arcs(r, epoch),
+            drawing=True,
+        ),
+        Topic(
+            PLAN,
+            "The plan that is followed, some of the rollouts weighed, the violation: of methods that plan ahead.",
+            plan_schema(),
+            lambda r: r.decision.plan and encode_plan(r.decision.plan),
+            compared={"decision": ("step", "path", "fan", "fan_cost", "violation", "feasible")},
+            occasional=True,
+        ),
+        Topic(
+            EVENTS, "Contacts, infeasible decisions, filters that were reset, faults, in words.", foxglove_schema(Log)
+        ),
+        Topic(
+            TIMING,
+            "How long each phase of the tick took, and how late it began.",
+            document_schema("mjnav.TickTiming"),
+        ),
     )

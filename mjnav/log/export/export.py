@@ -1,49 +1,118 @@
 """A log as a folder that other programs read, in one of FORMATS: all of the folder or nothing of it.
 
-A format is a module with `TOPICS`, the topics of the log that it knows, and `write`, which fills a folder from their
-messages and gives the number of poses, rows or messages in each file or topic.
+TUM is the format of the TUM RGB-D benchmark, which evo reads: a file for each trajectory, a pose a line. Of the robot:
+robot_truth.tum and robot_estimate.tum; of each person: person0_truth.tum and person0_estimate.tum. Times are simulated
+seconds, exact to the nanosecond and the same in all files; every number reads back to the last bit. A person has no
+heading of its own and faces its velocity.
+
+Source: https://cvg.cit.tum.de/data/datasets/rgbd-dataset/file_formats
 """
 
 import os
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from importlib import import_module
+from math import atan2, cos, sin
 from pathlib import Path
-from types import MappingProxyType, ModuleType
+from types import MappingProxyType
+from typing import Any
 
 from mjnav.errors import InputError, missing_extra, unknown_name
+from mjnav.log.export.table_files import TOPICS, write_csv, write_parquet
 from mjnav.log.log_format import appearing, check_folder
 from mjnav.log.read.log import Log, LogMessage
 from mjnav.log.read.tables import not_ours
 
+# --------------------------------------------------------------------------------- trajectories (TUM)
+
+TUM_TOPICS = ("/robot/state", "/people/truth", "/people/estimate")
+_HEADER = "# timestamp tx ty tz qx qy qz qw\n"
+
+
+def write_tum(log: Log, topics: Sequence[str], messages: Iterator[LogMessage], folder: Path) -> dict[str, int]:
+    """One file a trajectory; gives the number of poses in each. A pose that is not finite is left out."""
+    lines: dict[str, list[str]] = {}  # in memory: there may be more tracks than files that can be open
+    for message in messages:
+        time = _seconds(message.time_ns)
+        for name, (x, y, heading) in _poses(message):
+            z, w = sin(0.5 * heading), cos(0.5 * heading)
+            lines.setdefault(name, []).append(f"{time} {x!r} {y!r} 0 0 0 {z!r} {w!r}\n")
+    folder.mkdir()
+    for name in sorted(lines):
+        (folder / name).write_text(_HEADER + "".join(lines[name]), encoding="utf-8")
+    return {name: len(lines[name]) for name in sorted(lines)}
+
+
+def _seconds(time_ns: int) -> str:
+    """Nanoseconds as seconds, every digit."""
+    seconds, nanos = divmod(time_ns, 1_000_000_000)
+    return f"{seconds}.{nanos:09d}"
+
+
+def _poses(message: LogMessage) -> Iterator[tuple[str, list[float]]]:
+    """File names with x, y [m], heading [rad]."""
+    document = message.value
+    if message.topic == "/robot/state":
+        poses = {"robot_truth": document["pose"], "robot_estimate": (document["estimate"] or {}).get("mean")}
+    else:
+        kind = message.topic.rpartition("/")[2]
+        poses = {f"{person['name']}_{kind}": _walking(person) for person in document["people"]}
+    for name, pose in poses.items():
+        if pose is not None and None not in pose:
+            yield f"{name.replace('/', '_')}.tum", pose
+
+
+def _walking(person: Mapping[str, Any]) -> list[float] | None:
+    """x, y and the direction of the velocity; None where something is not finite."""
+    vx, vy = person["velocity"]
+    return None if vx is None or vy is None else [*person["position"], atan2(vy, vx)]
+
+
+# -------------------------------------------------------------------------------------------- formats
+
 
 @dataclass(frozen=True, slots=True)
 class Format:
-    """The module that writes a format, what it counts, and whether it takes --topic."""
+    """How a log is written in a format.
 
-    module: str
+    `write` fills a folder from the messages of some `topics`, all unless the user chooses `by_topic`, and gives the
+    number of what it `counts` in each file or topic. `needs` names a package, and the extra that brings it.
+    """
+
+    write: Callable[[Log, Sequence[str], Iterator[LogMessage], Path], dict[str, int]]
+    topics: Collection[str]
     counts: str
     by_topic: bool = False
+    needs: tuple[str, str] | None = None
+
+
+def _write_bag(log: Log, topics: Sequence[str], messages: Iterator[LogMessage], folder: Path) -> dict[str, int]:
+    from mjnav.log.export.rosbag2 import write
+
+    return write(log, messages, folder)
 
 
 FORMATS: Mapping[str, Format] = MappingProxyType(
     {
-        "tum": Format("mjnav.log.export.tum", "poses"),
-        "csv": Format("mjnav.log.export.csv_tables", "rows", by_topic=True),
-        "parquet": Format("mjnav.log.export.parquet", "rows", by_topic=True),
-        "rosbag2": Format("mjnav.log.export.rosbag2", "messages"),
+        "tum": Format(write_tum, TUM_TOPICS, "poses"),
+        "csv": Format(write_csv, TOPICS, "rows", by_topic=True),
+        "parquet": Format(write_parquet, TOPICS, "rows", by_topic=True, needs=("pyarrow", "pandas")),
+        "rosbag2": Format(_write_bag, TOPICS, "messages", needs=("rosbags", "ros2")),
     }
 )
-# package that a format imports -> what it is called in registries, and the extra that brings it
-_OPTIONAL = MappingProxyType({"rosbags": ("rosbags", "ros2"), "pyarrow": ("pyarrow", "pandas")})
 
 
 def check_format(name: str, topics: Iterable[str] = ()) -> None:
     """Raises InputError where there is no such format, what it needs is not installed, or it knows none of a topic."""
-    known = _load(name).TOPICS
+    if name not in FORMATS:
+        raise unknown_name("--format", name, FORMATS)
+    if (needs := FORMATS[name].needs) is not None:
+        try:
+            __import__(needs[0])
+        except ImportError:
+            raise missing_extra(*needs) from None
     for topic in topics:
-        if topic not in known:
-            raise unknown_name("--topic", topic, known)
+        if topic not in FORMATS[name].topics:
+            raise unknown_name("--topic", topic, FORMATS[name].topics)
 
 
 def export(
@@ -70,22 +139,9 @@ def export(
     for topic, why in log.unreadable.items():
         if topic in chosen:
             raise InputError(f"{log.path}: {topic}: {why}")
-    module = _load(form)
-    chosen = tuple(topic for topic in chosen or module.TOPICS if topic not in log.unreadable)
+    chosen = tuple(topic for topic in chosen or FORMATS[form].topics if topic not in log.unreadable)
     with appearing(target) as folder, not_ours(log.path):
-        return module.write(log, chosen, _reported(log.messages(*chosen), progress), folder)
-
-
-def _load(name: str) -> ModuleType:
-    if name not in FORMATS:
-        raise unknown_name("--format", name, FORMATS)
-    try:
-        return import_module(FORMATS[name].module)
-    except ModuleNotFoundError as error:
-        package = (error.name or "").partition(".")[0]
-        if package not in _OPTIONAL:
-            raise
-        raise missing_extra(*_OPTIONAL[package]) from None
+        return FORMATS[form].write(log, chosen, _reported(log.messages(*chosen), progress), folder)
 
 
 def _reported(messages: Iterator[LogMessage], progress: Callable[[float], None]) -> Iterator[LogMessage]:

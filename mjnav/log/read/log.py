@@ -17,7 +17,7 @@ from mcap_protobuf.decoder import DecoderFactory
 
 from mjnav.errors import DamagedLogError, InputError
 from mjnav.log.encode.geometry import OLD_FRAMES
-from mjnav.log.encode.schemas import Schema
+from mjnav.log.encode.protobuf import Schema
 from mjnav.log.log_format import (
     FRAMES_KEY,
     RECOVERED,
@@ -28,11 +28,8 @@ from mjnav.log.log_format import (
     epoch_ns,
     unreadable_topics,
 )
-from mjnav.log.read.data_frame import data_frame
 from mjnav.log.read.records import LostBytes, read_records
-from mjnav.log.read.tables import LogMessage as LogMessage
-from mjnav.log.read.tables import TopicSummary as TopicSummary
-from mjnav.log.read.tables import find_table
+from mjnav.log.read.tables import LogMessage, data_frame, find_table
 from mjnav.log.read.ticks import TICK, TIMING, BadDocument, LoggedRun, TickAssembler
 from mjnav.messages import Trajectory
 from mjnav.output_files import path_text
@@ -74,6 +71,50 @@ def _parts(value: Any) -> Iterator[Any]:
 
 
 MAX_NESTING = 500  # brackets in a value of metadata
+
+
+@dataclass(slots=True)
+class TopicSummary:
+    """What one topic holds. Times are simulated nanoseconds; sequence numbers are ticks where mjnav wrote the log."""
+
+    schema: str
+    messages: int = 0
+    first_ns: int | None = None
+    last_ns: int | None = None
+    max_gap_ns: int | None = None  # the longest time between two successive messages
+    max_gap_at_ns: int | None = None  # when it began
+    first_sequence: int | None = None
+    last_sequence: int | None = None
+    skipped: int = 0  # sequence numbers between those of successive messages
+    bytes: int = 0  # of the messages, before compression
+
+    @property
+    def hz(self) -> float | None:
+        """Messages a second over the topic's own span; None where they span no time."""
+        if self.first_ns is None or self.last_ns is None or self.last_ns <= self.first_ns:
+            return None
+        return (self.messages - 1) / (1e-9 * (self.last_ns - self.first_ns))
+
+    def add(self, time_ns: int, sequence: int, size: int) -> None:
+        """Counts one more message."""
+        self.messages += 1
+        self.bytes += size
+        if self.last_ns is None or self.last_sequence is None:
+            self.first_ns, self.first_sequence = time_ns, sequence
+        else:
+            gap = time_ns - self.last_ns
+            if self.max_gap_ns is None or gap > self.max_gap_ns:
+                self.max_gap_ns, self.max_gap_at_ns = max(0, gap), self.last_ns
+            if sequence > self.last_sequence + 1:
+                self.skipped += sequence - self.last_sequence - 1
+        self.last_ns, self.last_sequence = time_ns, sequence
+
+    def shift(self, epoch: int) -> None:
+        """Counts times from `epoch` [ns] on."""
+        if self.first_ns is not None and self.last_ns is not None:
+            self.first_ns, self.last_ns = self.first_ns - epoch, self.last_ns - epoch
+        if self.max_gap_at_ns is not None:
+            self.max_gap_at_ns -= epoch
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,35 +1,37 @@
 """The tables of a log: their columns with types and units, and the rows that the messages of each topic give.
 
-`LogMessage` is one decoded message; `TopicSummary` is what is known of a topic once all of its messages were counted.
-
 The shapes of a foxglove.SceneUpdate become rows of numbers: solids, and the segments of lines.
 
-`TABLES` names the tables of each topic; a table gives the rows of one message.
+`TABLES` names the tables of each topic. A topic of JSON documents says only which keys its columns are; a table of
+another topic has a function that gives the rows of one message.
 
 `blocks` collects the rows, some thousand at a time. CSV files, Parquet files and data frames are made of these blocks.
 """
 
+import json
 import struct
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
-from itertools import chain, pairwise
+from itertools import chain, groupby, pairwise
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from foxglove_schemas_protobuf.LinePrimitive_pb2 import LinePrimitive
 from foxglove_schemas_protobuf.Log_pb2 import Log as Event
 
-from mjnav.errors import DamagedLogError, unknown_name
+from mjnav.errors import DamagedLogError, missing_extra, unknown_name
 from mjnav.log.encode.particles import decode_particles
 from mjnav.log.encode.plan import decode_plan
 from mjnav.log.read.records import EXPORT, FREE_EXPORT, Budget
 from mjnav.log.read.ticks import NOT_OURS
 from mjnav.messages import PHASES
 
-# -------------------------------------------------------------------------------- messages and topics
+if TYPE_CHECKING:
+    import pyarrow
+    from pandas import DataFrame
 
 
 class LogMessage(NamedTuple):
@@ -41,54 +43,10 @@ class LogMessage(NamedTuple):
     value: Any
 
 
-@dataclass(slots=True)
-class TopicSummary:
-    """What one topic holds. Times are simulated nanoseconds; sequence numbers are ticks where mjnav wrote the log."""
-
-    schema: str
-    messages: int = 0
-    first_ns: int | None = None
-    last_ns: int | None = None
-    max_gap_ns: int | None = None  # the longest time between two successive messages
-    max_gap_at_ns: int | None = None  # when it began
-    first_sequence: int | None = None
-    last_sequence: int | None = None
-    skipped: int = 0  # sequence numbers between those of successive messages
-    bytes: int = 0  # of the messages, before compression
-
-    @property
-    def hz(self) -> float | None:
-        """Messages a second over the topic's own span; None where they span no time."""
-        if self.first_ns is None or self.last_ns is None or self.last_ns <= self.first_ns:
-            return None
-        return (self.messages - 1) / (1e-9 * (self.last_ns - self.first_ns))
-
-    def add(self, time_ns: int, sequence: int, size: int) -> None:
-        """Counts one more message."""
-        self.messages += 1
-        self.bytes += size
-        if self.last_ns is None or self.last_sequence is None:
-            self.first_ns, self.first_sequence = time_ns, sequence
-        else:
-            gap = time_ns - self.last_ns
-            if self.max_gap_ns is None or gap > self.max_gap_ns:
-                self.max_gap_ns, self.max_gap_at_ns = max(0, gap), self.last_ns
-            if sequence > self.last_sequence + 1:
-                self.skipped += sequence - self.last_sequence - 1
-        self.last_ns, self.last_sequence = time_ns, sequence
-
-    def shift(self, epoch: int) -> None:
-        """Counts times from `epoch` [ns] on."""
-        if self.first_ns is not None and self.last_ns is not None:
-            self.first_ns, self.last_ns = self.first_ns - epoch, self.last_ns - epoch
-        if self.max_gap_at_ns is not None:
-            self.max_gap_at_ns -= epoch
-
-
 # ---------------------------------------------------------------------------------- shapes of a scene
 
 
-def pose_figures(position: Any, turn: Any) -> list[float]:
+def _pose_figures(position: Any, turn: Any) -> list[float]:
     """x, y, z of a point and of a quaternion, and its w."""
     return [position.x, position.y, position.z, turn.x, turn.y, turn.z, turn.w]
 
@@ -106,7 +64,7 @@ def solids(update: Any) -> Iterator[tuple[Any, ...]]:
                     size = [solid.shaft_length + solid.head_length, solid.head_diameter, solid.head_diameter]
                 else:
                     size = [solid.size.x, solid.size.y, solid.size.z]
-                placed = pose_figures(solid.pose.position, solid.pose.orientation)
+                placed = _pose_figures(solid.pose.position, solid.pose.orientation)
                 yield entity.id, shape, number, entity.frame_id, *placed, *size, *_color(solid.color)
 
 
@@ -160,29 +118,14 @@ class Table:
         return {**FIRST, **self.own_columns}
 
 
-# --------------------------------------------------------------------------------------------- columns
-
-_TEXT, _FLAG, _NUMBER, _PURE = Column("string"), Column("bool"), Column("int64"), Column("float64")
-FIRST: Columns = MappingProxyType({"tick": _NUMBER, "time": Column("float64", "s")})
-
-
-def _in(unit: str, *names: str) -> dict[str, Column]:
-    """Columns of numbers in this unit."""
-    return dict.fromkeys(names, Column("float64", unit))
+_TEXT, _FLAG, _NUMBER, _SINGLE = (Column(kind) for kind in ("string", "bool", "int64", "float32"))
+_PURE, _S, _M, _RAD, _M_S, _RAD_S, _N = (Column("float64", unit) for unit in ("", "s", "m", "rad", "m/s", "rad/s", "N"))
+FIRST: Columns = MappingProxyType({"tick": _NUMBER, "time": _S})
 
 
 def _single(columns: Columns) -> dict[str, Column]:
     """The same columns in single precision, as the log has them."""
     return {name: replace(column, type="float32") for name, column in columns.items()}
-
-
-_TWIST = {**_in("m/s", "v"), **_in("rad/s", "omega")}
-_PLANAR = {**_in("m", "x", "y"), **_in("rad", "theta")}
-_POINT = _in("m", "x", "y", "z")
-_POSE = {**_POINT, **_in("", "qx", "qy", "qz", "qw")}
-_COLOR = _in("", "red", "green", "blue", "alpha")
-_STATE = {**_in("m", "x", "y"), **_in("m/s", "vx", "vy")}
-_BELIEF = {"ess": _PURE, "recovered": _FLAG}
 
 
 def _prefixed(prefix: str, columns: Columns) -> dict[str, Column]:
@@ -195,64 +138,47 @@ def _covariance(columns: Columns) -> dict[str, Column]:
     return {f"covariance_{a}_{b}": Column("float64", f"{units[a]}*{units[b]}") for a in units for b in units}
 
 
-_ESTIMATE = _prefixed("estimate", {**_PLANAR, **_covariance(_PLANAR), **_BELIEF})
+_OPTIONAL = ("age", "unseen", "wish", "odometry_pose")  # keys: older logs do not have the last
+
+
+def _documents(name: str, fields: Mapping[str, Column | Columns], each: str | None = None) -> Table:
+    """A table with a row for each JSON document, or for each object in the document's list `each`.
+
+    `fields` has the columns by the key of their values, as "estimate.mean" for one within another: several for nested
+    lists, and one, which is called as the key, for a scalar. What is null, or of _OPTIONAL and missing, gives as many
+    missing values.
+    """
+    named = {key: {key.replace(".", "_"): c} if isinstance(c, Column) else c for key, c in fields.items()}
+    keys = [(key.split("."), len(columns)) for key, columns in named.items()]
+
+    def rows(document: Mapping) -> Rows:
+        for item in (document,) if each is None else document[each]:
+            yield [scalar for path, count in keys for scalar in _scalars(item, path, count)]
+
+    return Table(name, {k: column for columns in named.values() for k, column in columns.items()}, rows)
+
+
+def _scalars(value: Any, path: Sequence[str], count: int) -> list[Any]:
+    for key in path:
+        value = None if value is None else value.get(key) if key in _OPTIONAL else value[key]
+    return [None] * count if value is None else _flat(value)
+
+
+def _flat(value: Any) -> list[Any]:
+    """The scalars of nested lists, in order."""
+    return [scalar for part in value for scalar in _flat(part)] if isinstance(value, list) else [value]
 
 
 # ------------------------------------------------------------------------------------------------ rows
 
 
-def _flat(*parts: Any) -> list[Any]:
-    """The scalars of nested lists, in order."""
-    return [scalar for part in parts for scalar in (_flat(*part) if isinstance(part, list) else [part])]
-
-
-def _row(*keys: str) -> Callable[[Mapping], Rows]:
-    """One row a document, of the values of these keys."""
-    return lambda document: [_flat(*(document[key] for key in keys))]
-
-
-def _each(name: str, *keys: str) -> Callable[[Mapping], Rows]:
-    """A row for each object in the list of this name."""
-    return lambda document: (_flat(*(item[key] for key in keys)) for item in document[name])
-
-
-def _state(document: Mapping) -> Rows:
-    believed = document["estimate"]
-    if believed is None:
-        estimate = [None] * len(_ESTIMATE)
-    else:
-        estimate = [believed[key] for key in ("mean", "covariance", "ess", "recovered")]
-    yield _flat(document["pose"], document["twist"], estimate)
+def _float32(values: Any) -> list[float]:
+    """As they are in single precision."""
+    return np.array(values, "<f4").tolist()
 
 
 def _detections(document: Mapping) -> Rows:
-    for number, position in enumerate(document.get("detections", ())):
-        yield _flat(number, position)
-
-
-def _tracks(document: Mapping) -> Rows:
-    for track in document["people"]:
-        yield _flat(*(track[key] for key in _TRACK_KEYS), track.get("age"), track.get("unseen"))
-
-
-def _odometry(document: Mapping) -> Rows:
-    integrated = document.get("odometry_pose", [None] * len(_PLANAR))  # older logs do not have it
-    yield _flat(*(document[key] for key in ("time", "interval", "v", "omega", "gyro", "pose")), integrated)
-
-
-def _decision(document: Mapping) -> Rows:
-    nominal, cost = document["nominal"] or {}, document["cost"] or {}
-    wish = document.get("wish") or {}
-    yield [
-        *(document[key] for key in ("v", "omega", "status", "advice")),
-        nominal.get("v"),
-        nominal.get("omega"),
-        cost.get("goal"),
-        *cost.get("lane", (None, None)),
-        cost.get("total"),
-        wish.get("v"),
-        wish.get("omega"),
-    ]
+    return ((number, *position) for number, position in enumerate(document.get("detections", ())))
 
 
 def _decision_cone(document: Mapping) -> Rows:
@@ -263,11 +189,6 @@ def _cone(cone: Any) -> Rows:
     for kind in ("samples", "desired"):
         for value in _float32(getattr(cone, kind)):
             yield cone.obstacle, cone.safe_share, kind, value
-
-
-def _float32(values: Any) -> list[float]:
-    """As they are in single precision."""
-    return np.array(values, "<f4").tolist()
 
 
 def _candidates(message: Any) -> Rows:
@@ -317,12 +238,12 @@ def _scan(scan: Any) -> Rows:
 
 
 def _placed(message: Any) -> Rows:
-    yield message.frame_id, *pose_figures(message.pose.position, message.pose.orientation)
+    yield message.frame_id, *_pose_figures(message.pose.position, message.pose.orientation)
 
 
 def _transforms(message: Any) -> Rows:
     for transform in message.transforms:
-        moved = pose_figures(transform.translation, transform.rotation)
+        moved = _pose_figures(transform.translation, transform.rotation)
         yield transform.parent_frame_id, transform.child_frame_id, *moved
 
 
@@ -332,96 +253,86 @@ def _event(event: Any) -> Rows:
 
 # -------------------------------------------------------------------------------------------- the tables
 
-_SOLID = {
-    "entity": _TEXT,
-    "shape": _TEXT,
-    "number": _NUMBER,
-    "frame": _TEXT,
-    **_POSE,
-    **_prefixed("size", _POINT),
-    **_COLOR,
-}
+_PLACE, _VELOCITY, _TWIST = {"x": _M, "y": _M}, {"vx": _M_S, "vy": _M_S}, {"v": _M_S, "omega": _RAD_S}
+_PLANAR, _STATE, _POINT = {**_PLACE, "theta": _RAD}, {**_PLACE, **_VELOCITY}, {**_PLACE, "z": _M}
+_POSE = {**_POINT, **dict.fromkeys(("qx", "qy", "qz", "qw"), _PURE)}
+_COLOR = dict.fromkeys(("red", "green", "blue", "alpha"), _PURE)
 _LINE = {"entity": _TEXT, "line": _NUMBER, **_prefixed("from", _POINT), **_prefixed("to", _POINT), **_COLOR}
-_TERMS = _in("", "goal", "lane_left", "lane_right", "total")
-_CHOICES = {
-    **_TWIST,
-    "status": _TEXT,
-    "advice": _TEXT,
-    **_prefixed("nominal", _TWIST),
-    **_prefixed("cost", _TERMS),
-    **_prefixed("wish", _TWIST),
-}
-_ODOMETRY = {
-    **_in("s", "measured", "interval"),
-    **_TWIST,
-    **_in("rad/s", "gyro"),
-    **_PLANAR,
-    **_prefixed("odometry", _PLANAR),
-}
-_TRACK = {"name": _TEXT, **_STATE, **_covariance(_STATE), **_in("m", "radius"), **_BELIEF, **_in("s", "age", "unseen")}
-_TRACK_KEYS = ("name", "position", "velocity", "covariance", "radius", "ess", "recovered")
-_PLACE = _in("m", "x", "y")
-_DETECTION = {**_in("s", "measured"), **_PLACE, **_covariance(_PLACE), **_in("m", "radius"), "beams": _NUMBER}
-_DETECTION_KEYS = ("time", "position", "covariance", "radius", "beams")
-_CONTACT = {"kind": _TEXT, "name": _TEXT, **_in("N", "force"), **_in("s", "seen")}
-_CANDIDATE = {"candidate": _NUMBER, **_TWIST, **_single(_TERMS), "role": _TEXT}
-_CONE = {"obstacle": _TEXT, "safe_share": _PURE, "kind": _TEXT, "f": Column("float32")}
-_CONE_COSTS = {"candidate": _NUMBER, "constraint": _NUMBER, "cost": Column("float32")}
-_PARTICLES = _single({**_STATE, "weight": _PURE})
-_WAY = {**_in("s", "ahead"), **_single(_PLACE)}
-_POSES = {"frame": _TEXT, **_POSE}
-_FRAMES = {"parent": _TEXT, "child": _TEXT, **_POSE}
-_BEAMS = {"beam": _NUMBER, **_in("rad", "angle"), **_in("m", "range")}
+_SOLID = {"entity": _TEXT, "shape": _TEXT, "number": _NUMBER, "frame": _TEXT}
+_SOLID |= {**_POSE, **_prefixed("size", _POINT), **_COLOR}
+_AHEAD = {"ahead": _S, **_single(_PLACE)}
+_CANDIDATE = {"candidate": _NUMBER, **_TWIST, **dict.fromkeys(("goal", "lane_left", "lane_right", "total"), _SINGLE)}
+_ESTIMATE = {"estimate.mean": _prefixed("estimate", _PLANAR)}
+_ESTIMATE |= {"estimate.covariance": _prefixed("estimate", _covariance(_PLANAR))}
+_ESTIMATE |= {"estimate.ess": _PURE, "estimate.recovered": _FLAG}
+_PERSON = {"name": _TEXT, "position": _PLACE, "velocity": _VELOCITY}
+_TRACK = {**_PERSON, "covariance": _covariance(_STATE), "radius": _M, "ess": _PURE, "recovered": _FLAG}
+_TRACK |= {"age": _S, "unseen": _S}
+_DETECTION = {"time": {"measured": _S}, "position": _PLACE, "covariance": _covariance(_PLACE), "radius": _M}
+_ODOMETRY = {"time": {"measured": _S}, "interval": _S, **_TWIST, "gyro": _RAD_S, "pose": _PLANAR}
+_ODOMETRY |= {"odometry_pose": _prefixed("odometry", _PLANAR)}
+_DECISION = {**_TWIST, "status": _TEXT, "advice": _TEXT, "nominal.v": _M_S, "nominal.omega": _RAD_S}
+_DECISION |= {"cost.goal": _PURE, "cost.lane": {"cost_lane_left": _PURE, "cost_lane_right": _PURE}}
+_DECISION |= {"cost.total": _PURE, "wish.v": _M_S, "wish.omega": _RAD_S}
 _TIMING = {**{f"{phase}_ns": Column("int64", "ns") for phase in (*PHASES, "lateness")}, "deadline_missed": _FLAG}
 
+_TABLES: tuple[tuple[str, Table], ...] = (
+    ("/robot/state", _documents("robot_state", {"pose": _PLANAR, "twist": _TWIST, **_ESTIMATE})),
+    ("/robot/truth", Table("robot_truth", {"frame": _TEXT, **_POSE}, _placed)),
+    ("/robot/estimate", Table("robot_estimate", {"frame": _TEXT, **_POSE}, _placed)),
+    ("/tf", Table("tf", {"parent": _TEXT, "child": _TEXT, **_POSE}, _transforms)),
+    ("/people/truth", _documents("people_truth", _PERSON, each="people")),
+    ("/people/estimate", _documents("people_estimate", _TRACK, each="people")),
+    ("/people/estimate", Table("people_detections", {"detection": _NUMBER, **_PLACE}, _detections)),
+    ("/detections", _documents("detections", {**_DETECTION, "beams": _NUMBER}, each="detections")),
+    (
+        "/contacts",
+        _documents("contacts", {"kind": _TEXT, "name": _TEXT, "force": _N, "time": {"seen": _S}}, each="contacts"),
+    ),
+    ("/odometry", _documents("odometry", _ODOMETRY)),
+    ("/scan", Table("scan", {"beam": _NUMBER, "angle": _RAD, "range": _M}, _scan)),
+    ("/belief/robot", Table("belief_robot", _single({**_PLANAR, "weight": _PURE}), _particles)),
+    (
+        "/belief/obstacles",
+        Table("belief_obstacles", {**_single({**_STATE, "weight": _PURE}), "track": _NUMBER}, _particles),
+    ),
+    ("/decision", _documents("decision", _DECISION)),
+    ("/decision", Table("decision_cone", {"constraint": _NUMBER, "cost": _PURE}, _decision_cone)),
+    ("/command", _documents("command", _TWIST)),
+    ("/cone", Table("cone", {"obstacle": _TEXT, "safe_share": _PURE, "kind": _TEXT, "f": _SINGLE}, _cone)),
+    ("/candidates", Table("candidates", {**_CANDIDATE, "role": _TEXT}, _candidates)),
+    (
+        "/candidates",
+        Table("candidates_cone", {"candidate": _NUMBER, "constraint": _NUMBER, "cost": _SINGLE}, _candidates_cone),
+    ),
+    ("/candidates/arcs", Table("candidates_arcs", _LINE, lines)),
+    ("/plan", Table("plan", {**_AHEAD, "feasible": _FLAG}, _plan)),
+    ("/plan", Table("plan_fan", {"rollout": _NUMBER, "cost": _SINGLE, **_AHEAD}, _plan_fan)),
+    ("/plan", Table("plan_violation", {"sample": _NUMBER, "h": _SINGLE}, _plan_violation)),
+    ("/scene", Table("scene", _SOLID, solids)),
+    ("/scene", Table("scene_lines", _LINE, lines)),
+    ("/events", Table("events", dict.fromkeys(("level", "name", "text"), _TEXT), _event)),
+    ("/tick", _documents("tick", _TIMING)),
+)
 # topic -> its tables
 TABLES: Mapping[str, tuple[Table, ...]] = MappingProxyType(
-    {
-        "/robot/state": (Table("robot_state", {**_PLANAR, **_TWIST, **_ESTIMATE}, _state),),
-        "/robot/truth": (Table("robot_truth", _POSES, _placed),),
-        "/robot/estimate": (Table("robot_estimate", _POSES, _placed),),
-        "/tf": (Table("tf", _FRAMES, _transforms),),
-        "/people/truth": (
-            Table("people_truth", {"name": _TEXT, **_STATE}, _each("people", "name", "position", "velocity")),
-        ),
-        "/people/estimate": (
-            Table("people_estimate", _TRACK, _tracks),
-            Table("people_detections", {"detection": _NUMBER, **_in("m", "x", "y")}, _detections),
-        ),
-        "/detections": (Table("detections", _DETECTION, _each("detections", *_DETECTION_KEYS)),),
-        "/contacts": (Table("contacts", _CONTACT, _each("contacts", "kind", "name", "force", "time")),),
-        "/odometry": (Table("odometry", _ODOMETRY, _odometry),),
-        "/scan": (Table("scan", _BEAMS, _scan),),
-        "/belief/robot": (Table("belief_robot", _single({**_PLANAR, "weight": _PURE}), _particles),),
-        "/belief/obstacles": (Table("belief_obstacles", {**_PARTICLES, "track": _NUMBER}, _particles),),
-        "/decision": (
-            Table("decision", _CHOICES, _decision),
-            Table("decision_cone", {"constraint": _NUMBER, "cost": _PURE}, _decision_cone),
-        ),
-        "/command": (Table("command", _TWIST, _row("v", "omega")),),
-        "/cone": (Table("cone", _CONE, _cone),),
-        "/candidates": (
-            Table("candidates", _CANDIDATE, _candidates),
-            Table("candidates_cone", _CONE_COSTS, _candidates_cone),
-        ),
-        "/candidates/arcs": (Table("candidates_arcs", _LINE, lines),),
-        "/plan": (
-            Table("plan", {**_WAY, "feasible": _FLAG}, _plan),
-            Table("plan_fan", {"rollout": _NUMBER, "cost": Column("float32"), **_WAY}, _plan_fan),
-            Table("plan_violation", {"sample": _NUMBER, "h": Column("float32")}, _plan_violation),
-        ),
-        "/scene": (Table("scene", _SOLID, solids), Table("scene_lines", _LINE, lines)),
-        "/events": (Table("events", dict.fromkeys(("level", "name", "text"), _TEXT), _event),),
-        "/tick": (Table("tick", _TIMING, _row(*_TIMING)),),
-    }
+    {topic: tuple(table for _, table in tables) for topic, tables in groupby(_TABLES, key=lambda entry: entry[0])}
 )
+
+
+def find_table(name: str) -> tuple[str, Table]:
+    """The topic and the table of this name; of a topic's name its first table. Raises InvalidValue with the nearest."""
+    found = {table.name: (topic, table) for topic, tables in TABLES.items() for table in tables}
+    found |= {topic: (topic, tables[0]) for topic, tables in TABLES.items()}
+    if name not in found:
+        raise unknown_name("table", name, found)
+    return found[name]
 
 
 # ------------------------------------------------------------------------------------- blocks of rows
 
 
 BLOCK = 16_384  # rows
-_LONG_TEXT = 1 << 20  # characters, beyond which a block is smaller: every row may hold a long text of its own
 _NUMBER_SIZE = 20  # [bytes] of a number
 
 
@@ -432,40 +343,6 @@ class Block(NamedTuple):
     columns: Sequence[Sequence[Any]]
 
 
-class _Rows:
-    """Rows of one table that wait to become a block."""
-
-    def __init__(self, table: Table):
-        self._table = table
-        self._texts = [i for i, column in enumerate(table.columns.values()) if column.type == "string"]
-        self._rows: list[tuple] = []
-        self._characters = 0
-
-    def __len__(self) -> int:
-        return len(self._rows)
-
-    @property
-    def full(self) -> bool:
-        return len(self._rows) >= BLOCK or self._characters > _LONG_TEXT
-
-    def add(self, row: tuple) -> None:
-        """Raises ValueError for a row that has not a value for each column."""
-        if len(row) != len(self._table.columns):
-            raise ValueError(f"{self._table.name}: {len(row)} values for {len(self._table.columns)} columns")
-        self._rows.append(row)
-        self._characters += sum(len(row[i]) for i in self._texts if isinstance(row[i], str))
-
-    def block(self, budget: Budget, path: Path) -> Block:
-        """All rows, which are gone afterwards."""
-        columns = list(zip(*self._rows, strict=True))
-        numbers = len(self._rows) * (len(columns) - len(self._texts))
-        if not budget.allows_export(self._characters + _NUMBER_SIZE * numbers):
-            what = f"{FREE_EXPORT} bytes and {EXPORT} for each of the log's"
-            raise DamagedLogError(f"{path}: damaged: its tables would take more than {what}")
-        self._rows, self._characters = [], 0
-        return Block(self._table, columns)
-
-
 def blocks(path: Path, tables: Iterable[Table], messages: Iterable[LogMessage]) -> Iterator[Block]:
     """The rows that these messages of the log at `path` give in these tables, in their order.
 
@@ -473,21 +350,34 @@ def blocks(path: Path, tables: Iterable[Table], messages: Iterable[LogMessage]) 
     into a DamagedLogError where a message is not one of mjnav's.
     """
     budget = Budget(path.stat().st_size)
-    waiting = {table.name: _Rows(table) for table in tables}
-    chosen = {
-        topic: [(table, waiting[table.name]) for table in found if table.name in waiting]
-        for topic, found in TABLES.items()
-    }
+    waiting: dict[str, list[tuple]] = {table.name: [] for table in tables}
+    chosen = {topic: [table for table in found if table.name in waiting] for topic, found in TABLES.items()}
     for message in messages:
         first = (message.sequence, message.time_ns / 1e9)
-        for table, rows in chosen[message.topic]:
+        for table in chosen[message.topic]:
+            rows = waiting[table.name]
             for row in table.rows(message.value):
-                rows.add((*first, *row))
-                if rows.full:
-                    yield rows.block(budget, path)
-    for rows in waiting.values():
-        if rows:
-            yield rows.block(budget, path)
+                rows.append((*first, *row))
+                if len(rows) >= BLOCK:
+                    yield _block(table, rows, budget, path)
+                    rows.clear()
+    for table in (table for found in chosen.values() for table in found):
+        if waiting[table.name]:
+            yield _block(table, waiting[table.name], budget, path)
+
+
+def _block(table: Table, rows: Sequence[tuple], budget: Budget, path: Path) -> Block:
+    columns = list(zip(*rows, strict=True))
+    if len(columns) != len(table.columns):
+        raise ValueError(f"{table.name}: {len(columns)} values for {len(table.columns)} columns")
+    size = sum(
+        sum(len(text or "") for text in values) if column.type == "string" else _NUMBER_SIZE * len(rows)
+        for column, values in zip(table.columns.values(), columns, strict=True)
+    )
+    if not budget.allows_export(size):
+        what = f"{FREE_EXPORT} bytes and {EXPORT} for each of the log's"
+        raise DamagedLogError(f"{path}: damaged: its tables would take more than {what}")
+    return Block(table, columns)
 
 
 @contextmanager
@@ -501,10 +391,52 @@ def not_ours(path: Path) -> Iterator[None]:
         raise DamagedLogError(f"{path}: holds a message that is not one of mjnav's ({error!r})") from error
 
 
-def find_table(name: str) -> tuple[str, Table]:
-    """The topic and the table of this name; of a topic's name its first table. Raises InvalidValue with the nearest."""
-    found = {table.name: (topic, table) for topic, tables in TABLES.items() for table in tables}
-    found |= {topic: (topic, tables[0]) for topic, tables in TABLES.items()}
-    if name not in found:
-        raise unknown_name("table", name, found)
-    return found[name]
+# ------------------------------------------------------------------------------------- typed columns
+
+
+def arrow_schema(table: Table) -> "pyarrow.Schema":
+    """The types of a table's columns. Each field's metadata has its `unit`, and the schema's all `units` as JSON."""
+    import pyarrow
+
+    fields = [
+        pyarrow.field(name, pyarrow.type_for_alias(column.type), metadata={"unit": column.unit})
+        for name, column in table.columns.items()
+    ]
+    units = {name: column.unit for name, column in table.columns.items()}
+    return pyarrow.schema(fields, metadata={"units": json.dumps(units)})
+
+
+def arrow_batch(block: Block) -> "pyarrow.RecordBatch":
+    """The rows of a block; null where a value is missing. Raises ValueError or TypeError for another type."""
+    import pyarrow
+
+    schema = arrow_schema(block.table)
+    columns = [pyarrow.array(values, type=field.type) for values, field in zip(block.columns, schema, strict=True)]
+    return pyarrow.record_batch(columns, schema=schema)
+
+
+def check_pandas() -> None:
+    """Raises InputError where pandas or pyarrow is not installed."""
+    for package in ("pandas", "pyarrow"):
+        try:
+            __import__(package)
+        except ImportError:
+            raise missing_extra(package, "pandas") from None
+
+
+def data_frame(path: Path, table: Table, messages: Iterable[LogMessage]) -> "DataFrame":
+    """The rows that these messages of the log at `path` give in the table; `attrs["units"]` has the units by column.
+
+    Raises as `check_pandas`, and DamagedLogError where a message is not one of mjnav's.
+    """
+    check_pandas()
+    import pandas
+    import pyarrow
+
+    with not_ours(path):
+        batches = [arrow_batch(block) for block in blocks(path, [table], messages)]
+    found = pyarrow.Table.from_batches(batches, schema=arrow_schema(table))
+    nullable = {pyarrow.bool_(): pandas.BooleanDtype()}
+    frame = found.to_pandas(types_mapper=nullable.get)
+    frame.attrs["units"] = {name: column.unit for name, column in table.columns.items()}
+    return frame

@@ -4,15 +4,14 @@
 """
 
 import re
+from array import array
 from collections.abc import Mapping
 from dataclasses import dataclass
-from math import nan, prod
-from mmap import MAP_ANONYMOUS, MAP_PRIVATE, PAGESIZE, mmap
+from math import nan
 from sys import intern
-from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from mjnav.geometry.distances import nearest_tracks
 from mjnav.messages import (
@@ -66,37 +65,6 @@ def track_number(name: str) -> int | None:
     return None if found is None else int(found[1])
 
 
-class _Rows:
-    """Rows of numbers in mapped memory, which grows by mapping more pages instead of copying.
-
-    A heap would copy the rows and fragment; pages that are not written yet take no memory.
-    """
-
-    def __init__(self, shape: tuple[int, ...], kind: type[np.float64] | type[np.int64] = np.float64):
-        self._shape, self._kind = shape, kind
-        self._memory = mmap(-1, PAGESIZE, flags=MAP_PRIVATE | MAP_ANONYMOUS)
-        self._count = 0
-
-    def add(self, row: ArrayLike) -> None:
-        data = np.asarray(row, self._kind).tobytes()
-        if self._memory.tell() + len(data) > len(self._memory):
-            self._memory.resize(2 * len(self._memory) + len(data))
-        self._memory.write(data)
-        self._count += 1
-
-    def __deepcopy__(self, memo: dict[int, Any]) -> "_Rows":
-        twin = _Rows(self._shape, self._kind)
-        twin._memory.resize(len(self._memory))
-        twin._memory.write(self._memory[: self._memory.tell()])
-        twin._count = self._count
-        return twin
-
-    def finish(self) -> NDArray[Any]:
-        """All rows, not copied; no more can be added."""
-        numbers = np.frombuffer(self._memory, self._kind, self._count * prod(self._shape))
-        return numbers.reshape(self._count, *self._shape)
-
-
 class TrajectoryBuilder:
     """Collects ticks; `finish`, called once, takes the state in which the run ended and returns the arrays.
 
@@ -105,11 +73,12 @@ class TrajectoryBuilder:
     """
 
     def __init__(self):
-        self._rows: dict[str, _Rows] = {}
+        self._rows: dict[str, array[float]] = {}  # the numbers of each column, one row after another
+        self._num_people = 0
         self._places: dict[str, int] = {}  # of a track's person by its name
         self._status: list[str] = []
         self._contacts: list[Contact] = []
-        self._timing = _Rows((len(PHASES) + 2,), np.int64)
+        self._timing: array[int] = array("q")
         self._clipped = self._cautious = self._misses = 0  # ticks
         self._recoveries = 0
 
@@ -151,26 +120,26 @@ class TrajectoryBuilder:
 
         Beliefs that no reading has `updated` are those of the tick before.
         """
-        rows = self._rows or self._begin(len(truth.people_position))
-        for name in TRUTH:
-            rows[name].add(getattr(truth, name))
+        self._add_truth(truth)
         robot = NO_ESTIMATE if estimate is None else estimate
-        rows["estimate"].add(robot.mean)
-        rows["estimate_triangle"].add(triangle(robot.covariance))
-        rows["robot_ess"].add(robot.ess)
-        rows["robot_particles"].add(robot.particles)
-        means, ess = np.full((len(self._places), 4), np.nan), np.full(len(self._places), np.nan)
-        covariances = np.full((len(self._places), 4, 4), np.nan)
+        means, ess = np.full((self._num_people, 4), np.nan), np.full(self._num_people, np.nan)
+        covariances = np.full((self._num_people, 4, 4), np.nan)
         for person, track in self._by_person(tracks, truth).items():
             means[person], covariances[person], ess[person] = track.mean, track.covariance, track.ess
-        rows["tracks"].add(means)
-        rows["track_triangle"].add(triangle(covariances))
-        rows["people_ess"].add(ess)
+        self._add(
+            estimate=robot.mean,
+            estimate_triangle=triangle(robot.covariance),
+            robot_ess=robot.ess,
+            robot_particles=robot.particles,
+            tracks=means,
+            track_triangle=triangle(covariances),
+            people_ess=ess,
+            command=command,
+            decision=decision,
+            nominal=nominal,
+        )
         if updated:
             self._recoveries += robot.recovered + sum(track.recovered for track in tracks.values())
-        rows["command"].add(command)
-        rows["decision"].add(decision)
-        rows["nominal"].add(nominal)
         self._status.append(intern(status))
         self._contacts.extend(truth.contacts)
         self._clipped += clipped
@@ -185,48 +154,52 @@ class TrajectoryBuilder:
                 found[person] = track
             elif (number := track_number(name)) is not None:
                 unnamed.append(track)
-                self._rows["track_states"].add((len(self), number, *track.mean, track.unseen))
+                self._add(track_states=(len(self), number, *track.mean, track.unseen))
         return found | nearest_tracks(truth.people_position, unnamed)
 
     def add_timing(self, timing: TickTiming) -> None:
         """The timing of one tick; it may be missing for some."""
-        self._timing.add((timing.tick, *timing.phases, timing.lateness))
+        self._timing.extend((timing.tick, *timing.phases, timing.lateness))
         self._misses += timing.deadline_missed
 
     def finish(self, final: WorldState) -> Trajectory:
         """All ticks, and the state in which the run ended."""
-        rows = self._rows or self._begin(len(final.people_position))
-        for name in TRUTH:
-            rows[name].add(getattr(final, name))
+        self._add_truth(final)
+        p = self._num_people
+        shapes = {
+            **dict.fromkeys(("time", "robot_ess", "robot_particles"), ()),
+            **dict.fromkeys(("robot_pose", "estimate"), (3,)),
+            **dict.fromkeys(("robot_twist", "command", "decision", "nominal"), (2,)),
+            **dict.fromkeys(("people_position", "people_velocity"), (p, 2)),
+            "estimate_triangle": (6,),
+            "tracks": (p, 4),
+            "track_triangle": (p, 10),
+            "people_ess": (p,),
+        }
+        ticks = len(self)
+        columns = {
+            name: np.frombuffer(self._rows.get(name, b"")).reshape(ticks + (name in TRUTH), *shape)
+            for name, shape in shapes.items()
+        }
         return Trajectory(
-            **{name: column.finish() for name, column in rows.items()},
+            **columns,
+            track_states=np.frombuffer(self._rows.get("track_states", b"")).reshape(-1, 7),
             status=tuple(self._status),
             contacts=(*self._contacts, *final.contacts),
-            timing=self._timing.finish(),
+            timing=np.frombuffer(self._timing, np.int64).reshape(-1, len(PHASES) + 2),
             deadline_misses=self._misses,
             clipped_ticks=self._clipped,
             cautious_ticks=self._cautious,
             recoveries=self._recoveries,
         )
 
-    def _begin(self, num_people: int) -> dict[str, _Rows]:
-        """The columns."""
-        p = num_people
-        shapes = {
-            "time": (),
-            "robot_pose": (3,),
-            "robot_twist": (2,),
-            "people_position": (p, 2),
-            "people_velocity": (p, 2),
-            "estimate": (3,),
-            "estimate_triangle": (6,),
-            "tracks": (p, 4),
-            "track_triangle": (p, 10),
-            **dict.fromkeys(("robot_ess", "robot_particles"), ()),
-            "people_ess": (p,),
-            **dict.fromkeys(("command", "decision", "nominal"), (2,)),
-            "track_states": (7,),
-        }
-        self._places = {f"person{i}": i for i in range(p)}
-        self._rows = {name: _Rows(shape) for name, shape in shapes.items()}
-        return self._rows
+    def _add_truth(self, truth: WorldState) -> None:
+        if not self._rows:
+            self._num_people = len(truth.people_position)
+            self._places = {f"person{i}": i for i in range(self._num_people)}
+        self._add(**{name: getattr(truth, name) for name in TRUTH})
+
+    def _add(self, **rows: ArrayLike) -> None:
+        """A row of each of these columns."""
+        for name, row in rows.items():
+            self._rows.setdefault(name, array("d")).frombytes(np.asarray(row, float).tobytes())

@@ -7,7 +7,7 @@ from dataclasses import asdict
 from math import isfinite
 from typing import Any
 
-from mjnav.log.export.csv_tables import neutral
+from mjnav.log.export.table_files import neutral
 from mjnav.report.figure_text import unit
 from mjnav.study.compare.before_after import AFTER, BEFORE, KINDS, BeforeAfter, CellChange
 from mjnav.study.compare.cell_rows import CellPlace

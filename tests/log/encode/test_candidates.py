@@ -2,19 +2,26 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from foxglove_schemas_protobuf.SceneUpdate_pb2 import SceneUpdate
 
 from mjnav.log.encode.candidates import (
+    NUM_CORNERS,
+    PREVIEW,
+    RESOLUTION,
     candidates_schema,
     chosen_candidate,
     cone_schema,
     decode_candidates,
+    encode_arcs,
     encode_candidates,
     encode_cone,
 )
 from mjnav.messages import ConeDistribution
+from mjnav.motion.unicycle import integrate
+from tests.log.conftest import message_class
 
 
-def logged(record, message_class):
+def logged(record):
     """What the log says of the candidates of a tick, by the schema that it carries."""
     data = encode_candidates(record.belief.mean, record.decision, record.decision.costs)
     return decode_candidates(message_class(candidates_schema()).FromString(data))
@@ -25,13 +32,13 @@ def with_costs(record, **changes):
 
 
 @pytest.mark.parametrize("num_candidates", [1, 402])
-def test_every_candidate_reads_back_with_each_term_of_its_cost(made_up, message_class, num_candidates):
+def test_every_candidate_reads_back_with_each_term_of_its_cost(made_up, num_candidates):
     made_up.num_candidates = num_candidates
     record = made_up.record(0)
     costs = record.decision.costs
     cone = costs.cone.copy()
     cone[:, 2] = 0.0
-    found = logged(with_costs(record, cone=cone), message_class)
+    found = logged(with_costs(record, cone=cone))
     for exact in ("v", "omega", "nominal"):
         np.testing.assert_array_equal(getattr(found.costs, exact), getattr(costs, exact))
     for name, values in (("goal", costs.goal), ("cone", cone), ("lane", costs.lane), ("total", costs.total)):
@@ -41,11 +48,11 @@ def test_every_candidate_reads_back_with_each_term_of_its_cost(made_up, message_
     assert found.chosen == int(np.argmin(costs.total))
 
 
-def test_costs_that_are_not_finite_or_too_large_for_a_float32_read_back_as_such(made_up, message_class):
+def test_costs_that_are_not_finite_or_too_large_for_a_float32_read_back_as_such(made_up):
     record = made_up.record(0)
     total = record.decision.costs.total.copy()
     total[:4] = np.inf, np.nan, 1e300, -1e300
-    found = logged(with_costs(record, total=total), message_class)
+    found = logged(with_costs(record, total=total))
     np.testing.assert_array_equal(found.costs.total[:4], [np.inf, np.nan, np.inf, -np.inf])
 
 
@@ -58,12 +65,12 @@ def test_the_chosen_candidate_is_the_cheapest_with_the_control_that_was_wished_f
     assert chosen_candidate(replace(decision, costs=None)) is None
 
 
-def test_a_decision_that_is_no_candidate_has_none_chosen(made_up, message_class):
+def test_a_decision_that_is_no_candidate_has_none_chosen(made_up):
     record = made_up.record(0)
-    assert logged(replace(record, decision=replace(record.decision, v=0.123)), message_class).chosen is None
+    assert logged(replace(record, decision=replace(record.decision, v=0.123))).chosen is None
 
 
-def test_arrays_that_differ_in_length_or_columns_by_the_million_are_refused(made_up, message_class):
+def test_arrays_that_differ_in_length_or_columns_by_the_million_are_refused(made_up):
     record = made_up.record(0)
     data = encode_candidates(record.belief.mean, record.decision, record.decision.costs)
     decode = message_class(candidates_schema()).FromString
@@ -73,10 +80,59 @@ def test_arrays_that_differ_in_length_or_columns_by_the_million_are_refused(made
         decode_candidates(decode(data + b"\x32\x00" * 50_000))
 
 
-def test_the_cone_distribution_reads_back_through_its_own_schema(message_class):
+def test_the_cone_distribution_reads_back_through_its_own_schema():
     samples, desired = np.linspace(-3.0, 1.0, 625), np.linspace(-2.0, 0.0, 17)
     data = encode_cone(ConeDistribution("person4", samples, desired, 0.1 + 0.2))
     message = message_class(cone_schema()).FromString(data)
     assert (message.obstacle, message.safe_share) == ("person4", 0.1 + 0.2)
     np.testing.assert_array_equal(np.array(message.samples, "f4"), samples.astype("f4"))
     np.testing.assert_array_equal(np.array(message.desired, "f4"), desired.astype("f4"))
+
+
+# ----------------------------------------------------------------------------------------------- arcs
+
+
+def arcs(line) -> np.ndarray:
+    """Corners of each arc with its start, (n, 1 + NUM_CORNERS, 2), as a reader of the indices draws them."""
+    points = np.array([(p.x, p.y) for p in line.points])
+    segments = points[np.array(line.indices)].reshape(-1, NUM_CORNERS, 2, 2)
+    np.testing.assert_array_equal(segments[:, 1:, 0], segments[:, :-1, 1])  # each begins where the last ended
+    return np.concatenate([segments[:, :1, 0], segments[:, :, 1]], axis=1)
+
+
+def drawn(record, **changes):
+    decision = record.decision
+    costs = replace(decision.costs, **changes)
+    data = encode_arcs(record.truth.time, record.belief.mean, (decision.v, decision.omega), costs)
+    (entity,) = SceneUpdate.FromString(data).entities
+    return entity
+
+
+@pytest.mark.parametrize("num_candidates", [1, 3, 17, 402])
+def test_every_candidate_is_drawn_once_and_the_chosen_one_bold(made_up, num_candidates):
+    made_up.num_candidates = num_candidates
+    record = made_up.record(0)
+    costs = record.decision.costs
+    *thin, bold = drawn(record).lines
+    lines = np.concatenate([arcs(line) for line in thin])
+    assert len(lines) == num_candidates
+    order = np.argsort(costs.total)
+    end = integrate(record.belief.mean, costs.v[order], costs.omega[order], PREVIEW)
+    np.testing.assert_allclose(lines[:, -1], end[:, :2], atol=RESOLUTION)
+    np.testing.assert_allclose(lines[:, 0] - record.belief.mean[:2], 0.0, atol=RESOLUTION)
+    np.testing.assert_array_equal(arcs(bold)[0], lines[0])
+    assert bold.thickness > 5 * thin[0].thickness
+
+
+def test_cheap_candidates_are_green_and_dear_ones_red(made_up):
+    *thin, _ = drawn(made_up.record(0)).lines
+    greenness = [line.color.g - line.color.r for line in thin]
+    assert greenness == sorted(greenness, reverse=True)
+    assert greenness[0] > 0 > greenness[-1]
+
+
+def test_candidates_of_infinite_cost_are_drawn(made_up):
+    record = made_up.record(0)
+    costs = record.decision.costs
+    *thin, _ = drawn(record, total=np.where(costs.v > 0.5, np.inf, costs.total)).lines
+    assert sum(len(arcs(line)) for line in thin) == 402

@@ -1,14 +1,16 @@
 from dataclasses import replace
-from math import atan2, cos, sin
+from math import atan2, cos, pi, sin
 
 import numpy as np
+import pytest
 from foxglove_schemas_protobuf.FrameTransforms_pb2 import FrameTransforms
+from foxglove_schemas_protobuf.LaserScan_pb2 import LaserScan
 
 from mjnav.log.encode import geometry
-from mjnav.log.encode.geometry import encode_mount
 from mjnav.motion.unicycle import LIDAR_HEIGHT
+from mjnav.scene.sensors import LidarSpec, Sensors
 
-MOUNT = encode_mount(np.array([0.1, -0.05, 0.3]))
+MOUNT = np.array([0.1, -0.05, 0.3])
 
 
 def heading(quaternion) -> float:
@@ -45,3 +47,22 @@ def test_between_readings_only_the_truth_moves(made_up):
 
 def matrix(x: float, y: float, theta: float) -> np.ndarray:
     return np.array([[cos(theta), -sin(theta), x], [sin(theta), cos(theta), y], [0.0, 0.0, 1.0]])
+
+
+def test_beam_i_points_to_two_pi_i_over_the_number_less_pi(made_up):
+    reading = made_up.record(1).reading
+    scan = LaserScan.FromString(geometry.encode_scan(reading, Sensors().scanner))
+    angles = np.linspace(scan.start_angle, scan.end_angle, len(scan.ranges))
+    np.testing.assert_allclose(angles, 2 * pi * np.arange(360) / 360 - pi, atol=1e-12)
+    np.testing.assert_array_equal(np.array(scan.ranges), reading.scan)
+    assert scan.frame_id == "lidar"
+    assert scan.pose.orientation.w == 1.0
+    assert scan.timestamp.ToNanoseconds() == 100_000_000
+
+
+def test_a_scan_of_a_lidar_that_turns_has_the_field_of_view_and_the_time_of_its_first_beam(made_up):
+    lidar = Sensors(lidar=LidarSpec("utm-30lx", beams=5)).scanner
+    reading = replace(made_up.record(3).reading, scan=np.arange(5.0), scan_times=0.2 + 0.01 * np.arange(5))
+    scan = LaserScan.FromString(geometry.encode_scan(reading, lidar, epoch=10**18))
+    assert np.linspace(scan.start_angle, scan.end_angle, 5) == pytest.approx(np.radians([-135, -67.5, 0, 67.5, 135]))
+    assert scan.timestamp.ToNanoseconds() == 10**18 + 200_000_000

@@ -4,7 +4,7 @@ from dataclasses import replace
 import numpy as np
 
 from mjnav.log.encode import json_messages
-from mjnav.log.encode.topics import document_schema
+from mjnav.log.encode.json_messages import document_schema
 from mjnav.log.read import ticks as documents
 from mjnav.messages import Decision, Detection, Status
 
@@ -83,11 +83,6 @@ def test_a_decision_shows_its_nominal_control_and_what_the_chosen_one_cost(made_
     assert document["cost"]["total"] == costs.total[chosen]
     assert document["cost"]["cone"] == costs.cone[chosen].tolist()
     assert document["nominal"] == {"v": costs.v[costs.nominal], "omega": costs.omega[costs.nominal]}
-
-
-def test_a_decision_that_is_no_candidate_has_no_cost(made_up):
-    decision = replace(made_up.record(0).decision, v=0.123456)
-    assert json.loads(json_messages.encode_decision(0, decision))["cost"] is None
 
 
 def test_a_track_that_came_about_by_scans_says_its_age_and_how_long_it_was_not_seen(made_up):

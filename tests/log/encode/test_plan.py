@@ -8,9 +8,9 @@ from mcap.reader import make_reader
 
 from mjnav.log import Recorder, open_log
 from mjnav.log.encode.plan import FAN_POINTS, decode_plan, encode_plan, plan_schema
-from mjnav.log.export import ros_messages
 from mjnav.log.read.tables import lines
 from mjnav.sealed import sealed_plan
+from tests.log.conftest import message_class
 
 ARRAYS = ("path", "fan", "fan_cost", "violation")
 
@@ -22,12 +22,12 @@ def assert_same(found, plan):
 
 
 @pytest.mark.parametrize("sizes", [(32, 20, 48), (1, 1, 0), (0, 3, 200)])
-def test_a_plan_reads_back_through_its_own_schema(made_up, message_class, sizes):
+def test_a_plan_reads_back_through_its_own_schema(made_up, sizes):
     plan = made_up.plan(*sizes)
     assert_same(decode_plan(message_class(plan_schema()).FromString(encode_plan(plan))), plan)
 
 
-def test_paths_that_differ_in_length_are_refused(made_up, message_class):
+def test_paths_that_differ_in_length_are_refused(made_up):
     data = encode_plan(made_up.plan())
     with pytest.raises(ValueError, match="a path of 40 numbers, 33 rollouts of 1280 in all"):
         decode_plan(message_class(plan_schema()).FromString(data + b"\x22\x04\x00\x00\x80\x3f"))
@@ -61,29 +61,6 @@ def test_a_log_without_plans_does_not_know_the_topic(tmp_path, scenario, made_up
     assert "/plan" not in {channel.topic for channel in summary.channels.values()}
     assert "mjnav.Plan" not in {schema.name for schema in summary.schemas.values()}
     assert b"plan" not in b"".join(message.value.SerializeToString() for message in open_log(path).messages("/scene"))
-
-
-def test_tables_and_a_ros_path_say_the_same(tmp_path, scenario, made_up):
-    record = made_up.planned(4)
-    plan = record.decision.plan
-    log = written(tmp_path / "a.mcap", scenario, [record])
-    ahead = 0.2 * np.arange(1, 21)
-    path, fan, violation = (log.table(name) for name in ("/plan", "plan_fan", "plan_violation"))
-    np.testing.assert_allclose(path[["ahead", "x", "y"]], np.column_stack([ahead, plan.path]), rtol=1e-6)
-    assert set(path["feasible"]) == {plan.feasible}
-    np.testing.assert_allclose(fan[["x", "y"]], plan.fan.reshape(-1, 2), rtol=1e-6)
-    assert fan.groupby("rollout")["cost"].first().tolist() == plan.fan_cost.astype("f4").tolist()
-    np.testing.assert_array_equal(violation["h"], plan.violation.astype("f4"))
-    (message,) = log.messages("/plan")
-    poses = ros_messages.built("nav_msgs/msg/Path", ros_messages.plan(message.value, message.time_ns)).poses
-    assert [(pose.pose.position.x, pose.pose.position.y) for pose in poses] == [
-        *map(tuple, plan.path.astype("f4").tolist())
-    ]
-    assert [pose.header.stamp.nanosec for pose in poses[:2]] == [600_000_000, 800_000_000]
-    turn = 2 * np.arctan2(poses[3].pose.orientation.z, poses[3].pose.orientation.w)
-    assert np.hypot(*(plan.path[3] - plan.path[2])) * np.cos(turn) == pytest.approx(
-        plan.path[3, 0] - plan.path[2, 0], abs=1e-5
-    )
 
 
 def test_the_scene_draws_the_plan_whole_and_its_fan_by_the_order_of_cost(tmp_path, scenario, made_up):

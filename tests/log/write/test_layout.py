@@ -10,7 +10,7 @@ from mjnav.log import open_log
 from mjnav.log.encode.geometry import TRUE_FRAME
 from mjnav.log.encode.topics import topics
 
-SHIPPED = (files("mjnav") / "recording" / "write" / "foxglove-layout.json").read_bytes()
+SHIPPED = (files("mjnav") / "log" / "write" / "foxglove-layout.json").read_bytes()
 LAYOUT = json.loads(SHIPPED)
 PANELS = LAYOUT["configById"]
 DRAWN = (  # what a 3-D panel can show

@@ -1,16 +1,23 @@
-"""Tables for pandas: one for each topic, and every figure of every message in them."""
+"""A log's tables as CSV files, data frames and Parquet files: every figure of every message, with types and units."""
 
 import csv
+import json
+import math
+import subprocess
+import sys
 from itertools import chain
 
+import duckdb
 import numpy as np
 import pandas as pd
+import pyarrow.parquet
 import pytest
 
+from mjnav.errors import InputError
 from mjnav.log.encode.particles import decode_particles
 from mjnav.log.encode.topics import topics
-from mjnav.log.export.csv_tables import TOPICS
 from mjnav.log.export.export import export
+from mjnav.log.read.tables import TABLES
 
 
 @pytest.fixture(scope="module")
@@ -32,8 +39,8 @@ def stamped(log, topic):
 
 
 def test_every_topic_of_a_log_has_its_tables(scenario):
-    assert set(TOPICS) == {topic.name for topic in topics(scenario)}
-    names = [table.name for tables in TOPICS.values() for table in tables]
+    assert set(TABLES) == {topic.name for topic in topics(scenario)}
+    names = [table.name for tables in TABLES.values() for table in tables]
     assert len(names) == len(set(names))
 
 
@@ -107,11 +114,6 @@ def test_every_figure_of_a_document_is_in_its_row_to_the_last_bit(log, folder, n
         assert [None if value != value else value for value in table[column].tolist()] == list(values), column
 
 
-def test_contacts_are_as_recorded(folder):
-    rows = read(folder, "contacts").to_numpy().tolist()
-    assert rows == [[3, 0.3, "person", "person2", 12.5, 0.43]] + [[6, 0.6, "person", "person2", 12.5, 0.43]] * 2
-
-
 def test_a_scan_has_a_row_a_beam(log, folder):
     table = read(folder, "scan")
     ranges = np.array([value.ranges for _, _, value in stamped(log, "/scan")])
@@ -128,17 +130,6 @@ def test_particles_are_as_logged(log, folder):
         clouds = [np.stack([*decode_particles(cloud).values()], -1) for _, _, cloud in stamped(log, topic)]
         found = table.iloc[:, 2:].to_numpy(np.float32)
         np.testing.assert_array_equal(found, np.concatenate(clouds).astype(np.float32))
-
-
-def test_samples_and_desired_samples_of_the_cone_are_labelled(log, folder):
-    table = read(folder, "cone")
-    for tick, _, value in stamped(log, "/cone"):
-        of_tick = table[table["tick"] == tick]
-        assert set(of_tick["obstacle"]) == {"person1"}
-        assert set(of_tick["safe_share"]) == {value.safe_share}
-        for kind in ("samples", "desired"):
-            found = of_tick.loc[of_tick["kind"] == kind, "f"].to_numpy(np.float32)
-            np.testing.assert_array_equal(found, np.array(getattr(value, kind), np.float32))
 
 
 def test_the_scene_has_a_row_a_solid_and_a_segment(log, folder):
@@ -197,3 +188,76 @@ def test_only_the_topics_asked_for_are_written(log, tmp_path):
     assert counts == {"command.csv": 6, "people_estimate.csv": 17, "people_detections.csv": 15}
     names = sorted(path.name for path in (tmp_path / "out").iterdir())
     assert names == ["columns.csv", "command.csv", "people_detections.csv", "people_estimate.csv"]
+
+
+# ------------------------------------------------------------------------ data frames and Parquet
+
+NAMES = [table.name for tables in TABLES.values() for table in tables]
+
+
+@pytest.fixture(scope="module")
+def folders(log, tmp_path_factory):
+    """The CSV files and the Parquet files of one log."""
+    path = tmp_path_factory.mktemp("tables")
+    for form in ("csv", "parquet"):
+        export(log, form, path / form)
+    return path
+
+
+def values(frame: pd.DataFrame) -> list[list]:
+    """Rows of plain values, None for what is missing."""
+    missing = frame.isna().to_numpy()
+    cells = [column.tolist() for _, column in frame.astype(object).items()]
+    return [
+        [None if missing[i, j] else row[j] for j in range(len(row))] for i, row in enumerate(zip(*cells, strict=True))
+    ]
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_a_table_is_the_same_from_python_csv_parquet_and_duckdb(log, folders, name):
+    frame = log.table(name)
+    typed = {"boolean": "boolean", "float32": "float32"}
+    kinds = {column: typed[str(kind)] for column, kind in frame.dtypes.items() if str(kind) in typed}
+    csv = pd.read_csv(folders / "csv" / f"{name}.csv", dtype=kinds)
+    assert list(frame.columns) == list(csv.columns)
+    texts = [column for column, kind in frame.dtypes.items() if str(kind) == "str"]
+    csv[texts] = csv[texts].astype("str").fillna("")  # an empty text and a missing one are the same in CSV
+    assert values(frame) == values(csv)
+    path = folders / "parquet" / f"{name}.parquet"
+    parquet = pd.read_parquet(path)
+    assert values(parquet) == values(frame)
+    rows = duckdb.sql(f"from '{path}'").fetchall()
+    found = [[None if isinstance(v, float) and math.isnan(v) else v for v in row] for row in rows]
+    assert found == values(frame)
+
+
+def test_units_are_in_the_frame_in_each_field_and_in_the_file(log, folders):
+    frame, path = log.table("/command"), folders / "parquet" / "command.parquet"
+    assert frame.attrs["units"] == {"tick": "", "time": "s", "v": "m/s", "omega": "rad/s"}
+    schema = pyarrow.parquet.read_schema(path)
+    assert {field.name: field.metadata[b"unit"].decode() for field in schema} == frame.attrs["units"]
+    assert [str(field.type) for field in schema] == ["int64", "double", "double", "double"]
+    query = f"select decode(value) from parquet_kv_metadata('{path}') where decode(key) = 'units'"
+    assert json.loads(duckdb.sql(query).fetchall()[0][0]) == frame.attrs["units"]
+    assert str(pyarrow.parquet.read_schema(folders / "parquet" / "belief_robot.parquet").field("x").type) == "float"
+
+
+def test_a_topic_without_messages_is_an_empty_typed_table(driven):
+    frame = driven.table("/candidates/arcs")
+    assert len(frame) == 0
+    assert frame["from_x"].dtype == np.float64
+
+
+def test_an_unknown_name_gives_the_nearest(log):
+    with pytest.raises(InputError, match=r"did you mean '/people/estimate'\?"):
+        log.table("/people/estimates")
+
+
+def test_without_pandas_the_extra_is_named(recorded):
+    code = (
+        "import sys; sys.modules['pandas'] = None; import mjnav; from mjnav.errors import InputError\n"
+        "try: mjnav.open_log(sys.argv[1]).table('/command')\nexcept InputError as error: print(error)"
+    )
+    said = subprocess.run([sys.executable, "-c", code, recorded], capture_output=True, text=True, check=True).stdout
+    assert said.startswith("pandas is not installed")
+    assert "install" in said or "--extra pandas" in said  # a command of this environment: tests/test_installation.py
