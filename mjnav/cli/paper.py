@@ -1,7 +1,6 @@
 """`mjnav paper`: the figures and comparisons of Nair et al., run, judged and put on a page."""
 
 import argparse
-import time
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -9,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 from mjnav.cli.main import INTERRUPTED
 from mjnav.cli.options import sweep_options
 from mjnav.cli.terminal.guard import interruptible
-from mjnav.cli.terminal.progress import pace, progress, tell
+from mjnav.cli.terminal.progress import progress, tell
 from mjnav.errors import unknown_name
 from mjnav.output_files import written
 
@@ -69,10 +68,7 @@ def execute(arguments: argparse.Namespace) -> int:
 def _run(
     wanted: "Sequence[PaperStudy]", store: "Store", scheduler: "Scheduler", stop: Any, arguments: argparse.Namespace
 ) -> bool:
-    """Runs the episodes that the store lacks; false where interrupted.
-
-    Every cell's first seed is run first, and tells how long the rest takes.
-    """
+    """Runs the episodes that the store lacks; false where interrupted."""
     from mjnav.paper.episodes import trials
     from mjnav.study.sweep.sweep import check, sweep
 
@@ -83,18 +79,13 @@ def _run(
     num_cells = sum(len(study.cells) for study in wanted)
     missing = len(every) - len({trial.place for trial in every} & store.done())
     print(f"{num_cells} cells, {len(every)} episodes, {missing} of them to run", flush=True)
-    began = time.monotonic()
     with progress("paper", len(every), "episodes") as show:
-        for part in (every[:num_cells], every):
-            report = sweep(
-                part, store, scheduler, text=f"# {arguments.command_line}\n", resume=True,
-                accept_changed=arguments.accept_changed, stop=stop, progress=lambda done, row: show(done),
-            )  # fmt: skip
-            if report.interrupted:
-                return False
-            if len(part) < len(every) and report.run:
-                left = len({trial.place for trial in every} - store.done())
-                print(f"the rest: {pace(report.run, left, time.monotonic() - began)}", flush=True)
+        report = sweep(
+            every, store, scheduler, text=f"# {arguments.command_line}\n", resume=True,
+            accept_changed=arguments.accept_changed, stop=stop, progress=lambda done, row: show(done),
+        )  # fmt: skip
+    if report.interrupted:
+        return False
     if report.failed:
         causes = "; ".join(f"{count} × {cause}" for cause, count in store.causes().most_common(3))
         tell(f"{report.failed} episodes failed: {causes}")

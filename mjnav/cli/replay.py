@@ -32,13 +32,7 @@ def execute(arguments: argparse.Namespace) -> int:
 
     log = open_log(arguments.log)
     with compile_notice(), interruptible() as interrupted, progress("replay", log.duration or 0.0) as show:
-        found = replay(
-            log,
-            trust=arguments.trust,
-            controller=arguments.controller,
-            stop=interrupted,
-            progress=show,
-        )
+        found = replay(log, trust=arguments.trust, controller=arguments.controller, stop=interrupted, progress=show)
     if interrupted():
         tell(f"interrupted after {found.ticks} ticks, {'all identical' if found.identical else 'which differ'}")
         return INTERRUPTED

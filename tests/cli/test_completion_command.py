@@ -36,11 +36,11 @@ def folder(tmp_path_factory):
     ("line", "words"),
     [
         ("mjnav ", {*COMMANDS}),
-        ("mjnav run ", {*scene.names(), "mine.toml"}),
+        ("mjnav run ", {*scene.names(), *FILES, "script"}),
         ("mjnav run hall --no-log --controller m", {n for n in control.names() if n[0] == "m"}),
         ("mjnav run hall --controller p", {"policy.py", *(n for n in control.names() if n[0] == "p")}),
         ("mjnav run hall --overruns ", {"skip", "abort"}),
-        ("mjnav sweep ", {*studies(), "mine.toml"}),
+        ("mjnav sweep ", {*studies(), *FILES, "script"}),
         ("mjnav report hall.mcap ", {"hall.mcap"}),
         ("mjnav schema ", {"run", "study"}),
         ("mjnav keys robot.goal", {"robot.goal", "robot.goal_area", "robot.goal_tolerance"}),
