@@ -14,7 +14,6 @@ from mjnav.cli.terminal.tables import print_lines
 from mjnav.errors import InvalidValue
 from mjnav.log.log_format import check_path
 from mjnav.loop.prepare import load_scenario
-from mjnav.loop.realtime.rate_test import rate_test
 from mjnav.loop.realtime.stress import crowd, shuttling
 from mjnav.loop.run import warm_up
 from mjnav.metrics.timing import FAIL, PASS, RULES
@@ -41,6 +40,8 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 def execute(arguments: argparse.Namespace) -> int:
     """Runs the tests and prints their verdicts; 1 where the test, or every test of a sweep, fails."""
+    from mjnav.loop.realtime.rate_test import rate_test
+
     single = arguments.sweep is None
     check_needs("--log", "a single test", given=arguments.log is not None, met=single)
     if arguments.log is not None:

@@ -56,13 +56,11 @@ def _filters() -> dict[str, str]:
     return found
 
 
-def _topics() -> dict[str, str]:
-    """The topics of a log, with the schema of their messages."""
-    from mjnav.log.encode.topics import topics
+def _topics() -> Mapping[str, str]:
+    """The topics of a log."""
     from mjnav.log.log_format import TOPICS
 
-    schemas = {topic.name: topic.schema.name for topic in topics(scene.load("crossing1"))}
-    return {name: f"{text} ({schemas[name]})" for name, text in TOPICS.items()}
+    return TOPICS
 
 
 def _metrics() -> dict[str, str]:
