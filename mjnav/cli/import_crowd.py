@@ -17,7 +17,6 @@ from mjnav.scene.load import loads
 from mjnav.scene.overrides import apply, overrides_of
 
 LENGTH, MAX_LENGTH = 30.0, 1e6  # [s] of a window
-_MAX_WINDOWS = 60  # in text
 _OPTIONS = {"frame_rate": "--frame-rate", "duration": "--duration"}
 
 
@@ -143,18 +142,15 @@ def _print(document: dict[str, Any]) -> None:
     """The same for people: a line for each figure, the windows as a table."""
     figures = {key: value for key, value in document.items() if key not in ("schema", "windows", "wrote")}
     print_lines([f"  {key:17}  {_text(value)}" for key, value in figures.items()])
-    windows = document["windows"]
     print()
     rows = [
         (
             f"{w['start']:g} to {w['end']:g} s",
             *(_text(w[key]) for key in ("people", "most_at_once", "closest_at_start")),
         )
-        for w in windows[:_MAX_WINDOWS]
+        for w in document["windows"]
     ]
     print_table(rows, ("window", "people", "most at once", "closest at start [m]"), numbers=(1, 2, 3))
-    if len(windows) > _MAX_WINDOWS:
-        print(f"{len(windows) - _MAX_WINDOWS} windows more, which --json has")
     if document["wrote"] is not None:
         print()
         print_lines([f"{key:10}  {_text(value)}" for key, value in document["wrote"].items()])

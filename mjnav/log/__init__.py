@@ -5,30 +5,16 @@ names below are imported when they are first asked for.
 """
 
 from importlib import import_module
-from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from mjnav.log.log_format import check_path
-    from mjnav.log.read.log import Log, TopicSummary, open_log
-    from mjnav.log.read.trajectory import TrajectoryBuilder
+    from mjnav.log.read.log import Log, open_log
     from mjnav.log.write.writer import Recorder
 
-__all__ = ["Log", "Recorder", "TopicSummary", "TrajectoryBuilder", "check_path", "open_log"]
-
-_PLACES = MappingProxyType(
-    {
-        "Log": "read.log",
-        "Recorder": "write.writer",
-        "TopicSummary": "read.log",
-        "TrajectoryBuilder": "read.trajectory",
-        "check_path": "log_format",
-        "open_log": "read.log",
-    }
-)
+__all__ = ["Log", "Recorder", "open_log"]
 
 
 def __getattr__(name: str) -> Any:
-    if name not in _PLACES:
+    if name not in __all__:
         raise AttributeError(f"module 'mjnav.log' has no attribute {name!r}")
-    return getattr(import_module(f"mjnav.log.{_PLACES[name]}"), name)
+    return getattr(import_module(f"mjnav.log.{'write.writer' if name == 'Recorder' else 'read.log'}"), name)
