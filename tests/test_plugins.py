@@ -7,7 +7,7 @@ import pytest
 
 import mjnav
 from mjnav.errors import InvalidValue, MjnavError
-from mjnav.loop.realtime.first_time import first_time_work
+from mjnav.loop.realtime.machine import first_time_work
 from mjnav.messages import Decision, Status
 from mjnav.noise import Gaussian
 from mjnav.robot.estimation.base import robot_belief

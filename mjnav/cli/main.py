@@ -106,7 +106,7 @@ def _exit_code(argv: list[str], guard: Guard) -> int:
         _drop_output()
         return 0
     except MjnavError as error:
-        if common.wants_traceback(argv):
+        if "--traceback" in argv:  # also where the words cannot be parsed
             import traceback
 
             traceback.print_exc()

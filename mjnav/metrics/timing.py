@@ -6,9 +6,7 @@ loaded, a module imported) where it would have met it without that. All else is 
 computed by replaying the schedule with the time taken off.
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from math import inf
 
 import numpy as np
 from numpy.typing import NDArray
@@ -186,15 +184,6 @@ def blamed(schedule: Schedule, beyond: NDArray[np.floating], tick: int) -> tuple
     since = beyond[first : tick + 1]
     number, cause = np.unravel_index(np.argmax(since), since.shape)
     return first + int(number), CAUSES[int(cause)]
-
-
-def histogram(values: NDArray[np.floating], edges: Sequence[float]) -> list[tuple[float, float, int]]:
-    """(low, high, count) of the bins between the edges, from the first that is not empty to the last."""
-    bounds = [-inf, *edges, inf]
-    counts = np.histogram(values, bounds)[0].tolist()
-    rows = list(zip(bounds[:-1], bounds[1:], counts, strict=True))
-    filled = [i for i, count in enumerate(counts) if count]
-    return rows[filled[0] : filled[-1] + 1] if filled else []
 
 
 # ----------------------------------------------------------------------- causes of missed deadlines

@@ -1,11 +1,7 @@
 """`mjnav calibrate`: what it prints, what it draws and what it refuses."""
 
-import json
 import pickle
 import re
-import signal
-
-import pytest
 
 from mjnav import scene
 from mjnav.study.calibration import SETTINGS
@@ -28,45 +24,6 @@ def test_every_method_and_setting_has_a_row_and_a_curve_and_the_picture_is_drawn
             first = lines.index(f"{method}, {setting}")
             rows = lines[first + 2 : first + 11]
             assert sum(int(re.split(r"  +", row.strip())[1]) for row in rows) == 4
-
-
-def test_json_is_one_object_and_nothing_else_and_one_seed_has_no_intervals(mjnav):
-    words = ("calibrate", "crossing1", "--json", "--first", "7", "--every", "3", *SHORT)
-    printed = json.loads(mjnav(*words).out, parse_constant=pytest.fail)
-    assert (printed["schema"], printed["scene"], printed["seeds"]) == (1, "crossing1", [7, 8])
-    assert (printed["every"], printed["draws"], printed["picture"]) == (3, 100, None)
-    assert printed["event"] == {"form": "segment", "horizon_s": 5.0, "preview_s": 0.4, "margin_m": 0.0}
-    assert tuple(printed["methods"]["rkhs"]) == SETTINGS
-    direct = printed["methods"]["rkhs"]["direct"]
-    assert (direct["count"], direct["num_groups"], sum(b["count"] for b in direct["bins"])) == (6, 2, 6)
-    alone = json.loads(mjnav(*words, "--seeds", "1").out)["methods"]["rkhs"]["direct"]
-    assert (alone["count"], alone["bias_interval"], alone["ece_interval"]) == (3, None, None)
-
-
-@pytest.mark.parametrize(
-    ("words", "line"),
-    [
-        (["hal"], "did you mean 'hall'?"),
-        (["hall", "--seeds", "0"], "mjnav: --seeds: found 0; allowed: a whole number >= 1"),
-        (["hall", "--first", str(2**63 - 1)], "mjnav: --first: found 9223372036854775807; allowed:"),
-        (["hall", "-o", "curve.pdf"], "mjnav: --output: found 'curve.pdf'; allowed: a file name that ends in .png"),
-    ],
-)
-def test_bad_input_is_refused_before_anything_starts(mjnav, monkeypatch, words, line):
-    monkeypatch.setattr("mjnav.cli.calibrate.warm_up", pytest.fail)
-    said = mjnav("calibrate", *words)
-    assert (said.code, said.out) == (2, "")
-    assert line in said.err
-    assert "Traceback" not in said.err
-
-
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-def test_an_interrupt_is_one_line(mjnav, monkeypatch, number):
-    before = signal.getsignal(number)
-    monkeypatch.setattr("mjnav.cli.calibrate.calibrate", lambda *_, **__: signal.raise_signal(number))
-    said = mjnav("calibrate", "crossing1", *SHORT)
-    assert (said.code, said.out, said.err) == (130, "", "mjnav: interrupted\n")
-    assert signal.getsignal(number) is before
 
 
 def test_a_scenario_can_be_sent_to_a_worker():

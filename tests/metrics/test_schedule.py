@@ -13,7 +13,6 @@ from mjnav.metrics.timing import (
     PASS,
     RULES,
     Schedule,
-    histogram,
     longest_overrun,
     verdict,
     wakeup_us,
@@ -170,20 +169,6 @@ def test_a_schedule_that_was_never_in_time_has_someone_to_blame_too():
         "control",
         31.0,
     )
-
-
-# ------------------------------------------------------------------------------------------ histogram
-
-
-def test_the_histogram_has_rows_from_the_first_bin_in_use_to_the_last():
-    values = np.array([2.0, 4.9, 5.0, 21.0, 30.0, 49.0, 49.0])
-    assert histogram(values, (2, 5, 10, 20, 50, 100)) == [(2, 5, 2), (5, 10, 1), (10, 20, 0), (20, 50, 4)]
-
-
-def test_what_lies_beyond_the_edges_is_counted_and_nothing_is_no_row():
-    inf = float("inf")
-    assert histogram(np.array([-1.0, 0.5, 1.5, 1e9]), (1, 2)) == [(-inf, 1, 2), (1, 2, 1), (2, inf, 1)]
-    assert histogram(np.zeros(0), (1, 2)) == []
 
 
 def test_the_printed_rules_name_the_shares_that_decide():

@@ -16,8 +16,8 @@ from mcap.writer import MCAP0_MAGIC, Writer
 from mcap_protobuf.decoder import DecoderFactory
 
 from mjnav.errors import InputError
-from mjnav.log import Recorder, check_path, open_log
-from mjnav.log.log_format import FRAMES, FRAMES_KEY
+from mjnav.log import Recorder, open_log
+from mjnav.log.log_format import FRAMES, FRAMES_KEY, check_path
 from mjnav.log.write.sink import QUEUE_SIZE
 from mjnav.log.write.writer import LogError
 from mjnav.scene import loads
