@@ -25,7 +25,17 @@ from mjnav.scene.library import is_random
 from mjnav.scene.people import TEMPERAMENTS
 from mjnav.scene.prediction import MODELS
 from mjnav.scene.spec import BEHAVIOURS, ENGINES, Control, Scenario
-from mjnav.settings.plugins import BEHAVIOUR, CONTROLLER, DISTRIBUTION, LOCALIZER, PREDICTOR, TRACKER, Kind, registered
+from mjnav.settings.plugins import (
+    BehaviourPlugin,
+    ControllerPlugin,
+    DistributionPlugin,
+    LocalizerPlugin,
+    Plugin,
+    PredictorPlugin,
+    TrackerPlugin,
+    owner,
+    registered,
+)
 from mjnav.settings.reference import INDEX, KeyReference, key_references
 from mjnav.settings.table import Schema, first_line, json_schema, table_schema, with_variants
 from mjnav.study.study_file import StudyFile, studies
@@ -33,15 +43,15 @@ from mjnav.study.study_file import StudyFile, studies
 # ------------------------------------------------------------------------------------------ catalogue
 
 
-def _with_registered(kind: Kind, shipped: Mapping[str, str], prefix: str = "") -> dict[str, str]:
+def _with_registered(kind: type[Plugin], shipped: Mapping[str, str], prefix: str = "") -> dict[str, str]:
     """mjnav's own, and what installed packages register, with the package's name: nothing of it is imported."""
     found = dict(shipped)
-    for name, entries in sorted(registered(kind).items()):
-        owners = " and ".join(f"from {entry.owner} ({entry.place})" for entry in entries)
+    for name, points in registered(kind).items():
+        owners = " and ".join(f"from {owner(point)} ({point.value})" for point in points)
         if prefix + name in shipped:
             found[prefix + name] += f"; also {owners}, so that neither can be named"
         else:
-            found[prefix + name] = owners + (", so that neither can be named" if len(entries) > 1 else "")
+            found[prefix + name] = owners + (", so that neither can be named" if len(points) > 1 else "")
     return found
 
 
@@ -50,9 +60,9 @@ def _filters() -> dict[str, str]:
     from mjnav.robot.estimation import LOCALIZERS, TRACKERS, estimator_class
 
     found: dict[str, str] = {}
-    for place, registry, kind in (("robot", LOCALIZERS, LOCALIZER), ("obstacles", TRACKERS, TRACKER)):
+    for place, registry, kind in (("robot", LOCALIZERS, LocalizerPlugin), ("obstacles", TRACKERS, TrackerPlugin)):
         shipped = {f"{place}.{name}": first_line(estimator_class(path)) for name, path in registry.items()}
-        found |= _with_registered(kind, shipped, f"{place}.{kind.name}.")
+        found |= _with_registered(kind, shipped, f"{place}.{kind.noun}.")
     return found
 
 
@@ -83,18 +93,20 @@ _KINDS: Mapping[str, Callable[[], Mapping[str, str]]] = MappingProxyType(
     {
         "scenes": _scenes,
         "studies": studies,
-        "controllers": lambda: _with_registered(CONTROLLER, control.describe()),
+        "controllers": lambda: _with_registered(ControllerPlugin, control.describe()),
         "noise profiles": noise.describe_profiles,
         "behaviours": lambda: _with_registered(
-            BEHAVIOUR, {name: first_line(kind) for name, kind in sorted(BEHAVIOURS.items())}
+            BehaviourPlugin, {name: first_line(kind) for name, kind in sorted(BEHAVIOURS.items())}
         ),
         "temperaments": lambda: TEMPERAMENTS,
         "channels": lambda: noise.CHANNEL_MEANINGS,
         "distributions": lambda: _with_registered(
-            DISTRIBUTION, {name: first_line(kind) for name, kind in DISTRIBUTIONS.items()}
+            DistributionPlugin, {name: first_line(kind) for name, kind in DISTRIBUTIONS.items()}
         ),
         "filters": _filters,
-        "predictors": lambda: _with_registered(PREDICTOR, {name: first_line(kind) for name, kind in MODELS.items()}),
+        "predictors": lambda: _with_registered(
+            PredictorPlugin, {name: first_line(kind) for name, kind in MODELS.items()}
+        ),
         "engines": lambda: ENGINES,
         "topics": _topics,
         "metrics": _metrics,
