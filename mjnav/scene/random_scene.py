@@ -21,11 +21,7 @@ from mjnav.rng import stream
 from mjnav.scene.bodies import Pillar, Table, Wall
 from mjnav.scene.check import check, check_memory, is_avoidable, robot_has_a_way
 from mjnav.scene.drafts import KINDS, Entry, Values, entries_of, robot_of
-from mjnav.scene.draws import (
-    Draft,
-    Layout,
-    under,
-)
+from mjnav.scene.draws import Draft, Layout
 from mjnav.scene.people import Person
 from mjnav.scene.ranges import Point, Seed
 from mjnav.scene.spec import Robot, Scenario
@@ -185,7 +181,7 @@ class _Drawing:
         room = Room(2.0 * body.radius + _GAP if gap is None else gap, robot=None if robot.is_placed else body)
         for entry in entries_of(document):
             if not entry.is_drawn:
-                with under(entry.key):
+                with below(*entry.key.split(".")):
                     getattr(room, entry.name).append(settings.read(entry.kind.plain, entry.table))
         for kind in ("walls", "tables", "pillars"):
             self._place(kind, tables, room)

@@ -428,12 +428,12 @@ def shown_key(key: str) -> str:
 
 
 @contextmanager
-def below(key: str) -> Iterator[None]:
-    """Errors from inside carry `key` in front of theirs."""
+def below(*keys: str) -> Iterator[None]:
+    """Errors from inside carry `keys`, one in the other, in front of theirs."""
     try:
         yield
     except InvalidValue as error:
-        raise error.within(shown_key(key)) if key else error from None
+        raise error.within(".".join(shown_key(key) for key in keys if key)) from None
 
 
 # ---------------------------------------------------------------------------------------- JSON Schema
