@@ -268,10 +268,10 @@ def _drawing_of_kind(hint: Any, value: Mapping[str, Any], draw: Uniform | Normal
                 return parts[chosen](f"{key}.{chosen}", streams)
 
             return one_of_them
-        case InArea(area, None):
-            _check_points(hint, value, [0.0, 0.0])
-            return lambda key, streams: draw_point(area, streams(key))
         case InArea(area, count):
+            if count is None:
+                _check_points(hint, value, [0.0, 0.0])
+                return lambda key, streams: draw_point(area, streams(key))
             _check_points(hint, value, [[0.0, 0.0]] * (2 if isinstance(count, tuple) else count))
 
             def points(key: str, streams: Streams) -> list[list[float]]:

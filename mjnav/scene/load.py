@@ -19,6 +19,7 @@ from mjnav.scene.crowd import put_crowd
 from mjnav.scene.drafts import draft_of
 from mjnav.scene.overrides import Overrides, apply, overrides_of
 from mjnav.scene.plugged import with_places
+from mjnav.scene.random_scene import resolved
 from mjnav.scene.spec import Control, Draft, Scenario
 from mjnav.scene.toml import parse, read_regular, toml_text
 
@@ -104,20 +105,14 @@ def _layout_of(document: dict[str, Any], draft: Draft) -> Scenario:
     """The layout of a random scene's tables, drawn once for all controllers: only the loop's keys have a part in it."""
     control = document.get("control")
     if not isinstance(control, dict):
-        return _resolved(document, draft)
+        return resolved(document, draft)
     try:
         tables = json.dumps({**document, "control": {key: control[key] for key in _LOOP if key in control}})
     except (TypeError, ValueError):  # what JSON cannot hold, such as a date
-        return _resolved(document, draft)
+        return resolved(document, draft)
     drawn = _drawn(tables)
     with settings.below("control"):
         return replace(drawn, control=settings.read(Control, control))
-
-
-def _resolved(document: dict[str, Any], draft: Draft) -> Scenario:
-    from mjnav.scene.random_scene import resolved  # loads compiled code, which only random scenes need here
-
-    return resolved(document, draft)
 
 
 def with_seed(scenario: Scenario, seed: int) -> Scenario:
@@ -144,7 +139,7 @@ def _drawn(tables: str) -> Scenario:
     document = json.loads(tables)
     draft = draft_of(document)
     assert draft is not None  # asked for random scenes alone
-    return _resolved(document, draft)
+    return resolved(document, draft)
 
 
 def dumps(scenario: Scenario, *, draft: bool = False) -> str:
