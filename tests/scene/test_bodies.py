@@ -6,7 +6,7 @@ import pytest
 import mjnav
 from mjnav.errors import InvalidValue
 from mjnav.robot.seen_space import FloorMap
-from mjnav.scene import dumps, loads
+from mjnav.scene import loads
 from mjnav.scene.ways import floor_of_lidar, floor_of_robot
 
 ROOM = """
@@ -35,14 +35,6 @@ height = 0.3
 
 def known(text):
     return loads(ROOM + "[estimation.map]\n" + text).known_bodies
-
-
-def test_without_the_table_the_map_is_the_world():
-    scenario = loads(ROOM)
-    bodies = scenario.known_bodies
-    assert (bodies.walls, bodies.tables, bodies.pillars) == (scenario.walls, scenario.tables, scenario.pillars)
-    assert bodies.names == ("wall0", "wall1", "table0", "table1", "pillar0", "pillar1")
-    assert "map" not in dumps(scenario)
 
 
 def test_what_is_left_keeps_its_name_and_what_the_map_has_beyond_the_world_is_named_on():
@@ -76,14 +68,6 @@ def test_a_name_that_is_none_is_refused_with_the_nearest_one(key):
         known(f'{key} = ["pillar0", "tabel1"]\n')
     with pytest.raises(InvalidValue, match="the scene has no walls"):
         mjnav.load_scenario("crossing1", {f"estimation.map.{key}": ["table0"]})
-
-
-def test_a_scenario_with_a_map_of_its_own_comes_back_from_its_dump():
-    text = 'shift = [0.1, 0, 0]\nmissing = ["pillar0"]\n[[estimation.map.walls]]\nfrom = [1, 1]\nto = [2, 1]\n'
-    scenario = loads(ROOM + "[estimation.map]\n" + text)
-    again = loads(dumps(scenario))
-    assert again == scenario
-    assert again.known_bodies == scenario.known_bodies
 
 
 def test_controllers_go_by_the_map_and_the_world_stays_as_it_is():

@@ -46,13 +46,6 @@ def test_an_estimator_takes_off_the_bias_of_a_calibrated_lidar_alone():
     assert Sensors(lidar=LidarSpec(calibrated=False)).scanner.known_bias(2.0, law) == law.mean == -0.035
 
 
-def test_a_smaller_field_of_view_has_a_beam_at_either_end():
-    lidar = Sensors(lidar=LidarSpec("utm-30lx")).scanner
-    assert lidar.angles[[0, 540, 1080]] == pytest.approx(np.radians([-135.0, 0.0, 135.0]))
-    assert np.diff(lidar.angles) == pytest.approx(np.radians(0.25))
-    assert lidar.turn_offsets[-1] == pytest.approx(0.75 * 0.025)
-
-
 @pytest.mark.parametrize("model", LIDARS)
 def test_own_figures_take_the_place_of_the_model_s(model):
     own = LidarSpec(
@@ -88,12 +81,3 @@ def test_what_cannot_be_is_refused_at_its_key():
     refused("lidar.max_range", **{"lidar.model": "lds-01", "lidar.max_range": 0.1})
     refused("lidar.bias.1.0", **{"lidar.bias": [[1.0, 0.0], [0.5, 0.0]]})
     refused("lidar.mount", **{"lidar.mount": [0.2, 0.2, 0.0]})
-
-
-@pytest.mark.parametrize(
-    ("sensors", "pause"),
-    [({}, 0.1), ({"rate": 20.0}, 0.05), ({"lidar.model": "lds-01"}, 0.2), ({"lidar.model": "rplidar-a1"}, 0.2)],
-)
-def test_a_scan_comes_at_the_latest_after_whole_periods_that_make_up_a_turn(sensors, pause):
-    given = {f"sensors.{key}": value for key, value in sensors.items()}
-    assert load("crossing1", given).sensors.longest_pause == pytest.approx(pause)

@@ -12,7 +12,7 @@ from mjnav.errors import InvalidValue
 from mjnav.geometry.shortest_way import WayMap
 from mjnav.scene import dumps, loads
 from mjnav.scene.check import is_avoidable
-from mjnav.scene.draws import PURPOSES, Layout, draw_point
+from mjnav.scene.draws import PURPOSES, Layout
 from mjnav.scene.load import with_seed
 from mjnav.scene.ways import floor_of_people, floor_of_robot
 
@@ -78,15 +78,6 @@ def test_layouts_of_many_seeds_are_as_their_ranges_say():
     assert {len(walk.waypoints) for walk in walkers} == {1, 2, 3}
     assert len(walkers) / len(people) == pytest.approx(0.75, abs=4 * np.sqrt(0.75 * 0.25 / len(people)))
     assert len({dumps(scene) for scene in scenes}) == len(scenes)
-
-
-def test_a_point_is_uniform_over_several_areas():
-    areas = (((0.0, 0.0), (1.0, 1.0)), ((5.0, 3.0), (2.0, 0.0)))
-    rng = np.random.default_rng(1)
-    points = np.array([draw_point(areas, rng) for _ in range(2000)])
-    right = points[points[:, 0] > 1.5]
-    assert len(right) / len(points) == pytest.approx(0.9, abs=0.03)
-    assert kstest(right[:, 0], uniform(2.0, 3.0).cdf).pvalue > 1e-3
 
 
 def test_another_entry_or_key_moves_no_draw():

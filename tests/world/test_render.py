@@ -7,8 +7,6 @@ import pytest
 
 from mjnav import load_scenario
 from mjnav.errors import InputError
-from mjnav.scene import loads
-from mjnav.scene.people import ConstantVelocity
 from mjnav.world.render import Renderer
 from mjnav.world.simulator import Simulator
 
@@ -40,12 +38,6 @@ def changed(before, after) -> int:
     return int((np.abs(before.astype(int) - after).max(axis=2) > 16).sum())
 
 
-def test_a_picture_has_the_size_asked_for_and_shows_something(renderer, state):
-    picture = renderer.draw(state)
-    assert (picture.shape, picture.dtype) == ((180, 320, 3), np.uint8)
-    assert len(np.unique(picture.reshape(-1, 3), axis=0)) > 100
-
-
 def test_a_picture_depends_on_nothing_that_was_drawn_before(renderer, scenario, state):
     first = renderer.draw(state)
     moved = replace(state, robot_pose=state.robot_pose + 0.5)
@@ -74,41 +66,3 @@ def test_trail_tracks_and_text_are_drawn_over_the_scene(renderer, state):
     assert changed(drawn, renderer.draw(state, plan=plan, fan=[plan, plan], feasible=False)) > 20
     tracks = [[0.0, -1.0, 1.0, 0.0]]
     assert changed(renderer.draw(state, tracks=tracks), renderer.draw(state, tracks=tracks, coasts=[True])) > 20
-
-
-def test_a_trail_is_as_good_with_every_tick_of_a_robot_that_stands(renderer, state):
-    corners = np.array([[-0.8, -1.0], [0.0, -1.0], [0.0, 0.5]])
-    standing = np.repeat(corners, 400, axis=0)
-    assert (renderer.draw(state, trail=corners) == renderer.draw(state, trail=standing)).all()
-
-
-def test_only_who_is_there_has_a_way_on_the_floor(renderer):
-    text = """
-        schema = 1
-        name = "around"
-        robot = { start = [-4, -2, 0], goal = [4, -2] }
-        walls = [{ from = [0, -1], to = [0, 1] }]
-        people = [{ start = [-2, 0], behaviour = "waypoints", waypoints = [[2, 0]] }]
-    """
-    scenario = loads(text)
-    there = Simulator(scenario, 0).state()
-    away = replace(there, people_position=np.full((1, 2), np.nan))
-    straight = replace(scenario, people=(replace(scenario.people[0], behaviour=ConstantVelocity((1.0, 0.0))),))
-    with (
-        Renderer(scenario, there.robot_pose[None, :2], size=SIZE, quick=True) as walker,
-        Renderer(straight, there.robot_pose[None, :2], size=SIZE, quick=True) as other,
-    ):
-        assert changed(walker.draw(there), other.draw(there)) > 50
-        assert np.array_equal(walker.draw(away), other.draw(away))
-
-
-def test_several_renderers_in_turn_each_draw_their_own_scene(renderer, state):
-    alone = renderer.draw(state)
-    other = load_scenario("crossing1")
-    at = Simulator(other, 0).state()
-    with Renderer(other, at.robot_pose[None, :2], size=SIZE, quick=True) as second:
-        elsewhere = second.draw(at)
-        assert (renderer.draw(state) == alone).all()
-        assert (second.draw(at) == elsewhere).all()
-    assert (renderer.draw(state) == alone).all()
-    assert changed(alone, elsewhere) > 1000

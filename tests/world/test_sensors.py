@@ -39,12 +39,6 @@ def test_encoders_without_noise_match_the_motion(scene, engine):
     np.testing.assert_allclose(odometry[-1], [0.7, 0.5], atol=0.005)
 
 
-def test_the_yaw_rate_is_right_across_half_turns(scene, engine):
-    simulator = Simulator(scene(engine=engine, start=(0.0, 0.0, 3.0), sensors=Sensors(rate=0.2)), 0)
-    simulator.advance(5.0, (0.0, 1.5))
-    assert simulator.sense()[-1].gyro == pytest.approx(1.5 - 1.5 * 0.5 / 2 / 5.0, abs=0.02)
-
-
 def test_without_noise_pose_and_detections_are_the_truth(scene, engine):
     people = (Person((2.0, 1.0), ConstantVelocity((0.5, 0.0))), Person((2.0, -1.0), ConstantVelocity((-0.2, 0.1))))
     simulator = Simulator(scene(engine=engine, people=people), 0)

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from mjnav.scene.spec import ConstantVelocity, Person, Physics, Pillar, Robot, Scenario, Wall, Waypoints
+from mjnav.scene.spec import ConstantVelocity, Person, Physics, Pillar, Robot, Scenario, Wall
 from mjnav.world.kinematic_engine import KinematicEngine
 from mjnav.world.people.pedestrians import sidestepped
 from mjnav.world.simulator import Simulator
@@ -79,20 +79,6 @@ def test_two_who_meet_head_on_get_past_each_other(scene, engine, offset):
     assert position[-1, 1, 0] < -0.5
     if offset == 0.0:
         assert position[-1, 0, 1] < 0.0 < position[-1, 1, 1]  # each to their own right
-
-
-def test_who_walks_into_a_wall_at_an_angle_slides_along_it(scene, engine):
-    person = Person((0.0, 0.0), ConstantVelocity((0.5, 1.0)))
-    position = walked(scene(engine=engine, start=FAR, people=(person,), walls=(Wall((-5.0, 1.0), (9.0, 1.0)),)), 4.0)
-    assert position[-1, 0, 0] > 1.5
-    assert position[:, 0, 1].max() < 0.66
-
-
-def test_a_crowd_with_one_aim_does_not_overlap(scene, engine):
-    starts = [(1.5 * np.cos(a), 1.5 * np.sin(a)) for a in np.linspace(0.0, 2.0 * np.pi, 6, endpoint=False)]
-    people = tuple(Person(start, Waypoints(((0.0, 0.0),), loop=False)) for start in starts)
-    position = walked(scene(engine=engine, start=FAR, people=people), 3.0)
-    assert gaps(position, np.full(6, 0.3)).min() > -TOLERANCE[engine]
 
 
 @pytest.mark.parametrize("second", [(0.3, 0.1), (0.0, 0.0)])

@@ -76,15 +76,6 @@ def test_a_newcomer_waits_until_people_and_robot_have_gone(scene, engine):
     assert 1.9 <= came[2] < 2.4
 
 
-def test_who_is_at_the_end_leaves_for_good(scene, engine):
-    leaving = Waypoints(((1.0, 0.0),), loop=False, at_end="leave")
-    simulator = Simulator(scene(engine=engine, start=FAR, people=(Person((0.0, 0.0), leaving),)), 0)
-    simulator.advance(0.7, (0.0, 0.0))
-    assert there(simulator) == [True]
-    simulator.advance(3.0, (0.0, 0.0))
-    assert there(simulator) == [False]
-
-
 @pytest.mark.parametrize("behaviour", [Waypoints, SocialForce])
 def test_trips_begin_and_end_in_their_areas_clear_of_furniture_and_robot_and_are_drawn_by_seed(scene, behaviour):
     walk = behaviour(waypoints=((1.0, 2.0),), clear_of_robot=1.5, **AGAIN)

@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from mjnav.messages import WorldState
-from mjnav.scene.people import TEMPERAMENTS
-from mjnav.scene.spec import ConstantVelocity, Orca, Person, SocialForce, Wall, Waypoints
+from mjnav.scene.spec import ConstantVelocity, Orca, Person, SocialForce, Wall
 from mjnav.world.people.pedestrians import Pedestrians
 from mjnav.world.people.temperament import FIELD_OF_VIEW, PERIOD
 from mjnav.world.simulator import Simulator
@@ -65,15 +64,6 @@ def test_patience_ends(taken, temperament, patience):
     decisions = round(patience / PERIOD)
     assert taken(temperament, (2.0, 1.0), times=decisions - 1) != [1.0, 0.0]
     assert taken(temperament, (2.0, 1.0), times=decisions + 2) == [1.0, 0.0]
-
-
-def test_a_temperament_opens_a_persons_eyes_and_the_impassive_see_no_robot():
-    blind, seeing = Waypoints(((1.0, 0.0),)), Orca(waypoints=((1.0, 0.0),))
-    for name in TEMPERAMENTS:
-        assert Person((0.0, 0.0), blind, temperament=name).sees == (name not in ("regular", "impassive"))
-        assert Person((0.0, 0.0), seeing, temperament=name).sees == (name != "impassive")
-        assert not Person((0.0, 0.0), seeing, temperament=name, sees_robot=False).sees
-    assert not Person((0.0, 0.0), blind).sees
 
 
 @pytest.mark.parametrize("behaviour", [SocialForce, Orca])
