@@ -63,15 +63,6 @@ def test_a_behaviour_has_its_own_stream_a_person_that_follows_the_seed():
     assert not np.allclose(velocity[:, 0], other.trajectory.people_velocity[:, 0])
 
 
-def test_the_robot_does_not_exist_for_a_person_who_does_not_see_it(monkeypatch):
-    met = []
-    monkeypatch.setattr(Drawn, "velocity", lambda self, world: met.append(world) or (0.0, 0.0))
-    for sees, exists in ({}, True), ({"people.0.sees_robot": False}, False):
-        met.clear()
-        mjnav.run(mjnav.load_scenario("crossing1", {**QUICK, "people.0.behaviour": Drawn, **sees}))
-        assert {np.isfinite([*world.robot_pose, *world.robot_twist]).all() for world in met} == {exists}
-
-
 @pytest.mark.parametrize(
     ("spoil", "said"),
     [

@@ -9,7 +9,6 @@ from mjnav.cli.main import main
 from mjnav.errors import InvalidValue
 from mjnav.loop.episode import Episode
 from mjnav.loop.faults.fault import RunFault
-from mjnav.loop.prepare import MAX_STEM, file_stem
 from mjnav.noise import CHANNELS
 from mjnav.settings.marks import Range, mark
 from mjnav.world.engine import DivergedError
@@ -104,13 +103,6 @@ def suppress_lost_physics():
     except RunFault as fault:
         if not isinstance(fault.__cause__, DivergedError):
             raise
-
-
-def test_names_that_are_shortened_alike_get_different_files():
-    stems = [file_stem(scene.load("crossing1", [f"name={'界' * 99}{end}"]), "now") for end in ("a", "b")]
-    assert stems[0] != stems[1]
-    assert all(len(stem.encode()) <= MAX_STEM for stem in stems)
-    assert file_stem(scene.load("crossing1"), "now") == "crossing1-rkhs-0-now"
 
 
 @pytest.mark.parametrize(

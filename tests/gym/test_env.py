@@ -155,16 +155,6 @@ def test_eight_in_a_vector_are_eight_single_ones(mode):
         envs.close()
 
 
-def test_options_run_another_scene_of_the_same_robot():
-    with scene() as env:
-        blocks, _ = env.reset(seed=0, options={"scene": "five"})
-        assert blocks["people"][:, 0].sum() == 4  # the fifth is further than 10 m away
-        with pytest.raises(InvalidValue, match=r"options\.scene\.robot"):
-            env.reset(options={"scene": "table"})
-        with pytest.raises(InvalidValue, match=r"options: found 'scen'; .*did you mean 'scene'"):
-            env.reset(options={"scen": "five"})
-
-
 @pytest.mark.parametrize(
     ("wrong", "message"),
     [

@@ -60,10 +60,3 @@ def test_a_mirrored_profile_has_the_densities_of_the_other_side(name, channel):
     there, mirrored = profile(name)[channel], profile(f"{name}-mirrored")[channel]
     np.testing.assert_allclose(mirrored.logpdf(x), there.logpdf(-x), rtol=1e-9)
     assert (mirrored.mean, mirrored.std) == pytest.approx((-there.mean, there.std), abs=1e-12)
-
-
-@pytest.mark.parametrize("channel", CHANNELS)
-def test_bimodal_has_mean_zero_and_the_default_std(channel):
-    noise = profile("bimodal")[channel]
-    assert noise.mean == pytest.approx(0.0, abs=1e-15)
-    assert noise.std == pytest.approx(PEARSON[channel][1], rel=1e-12)

@@ -55,13 +55,6 @@ def test_a_shift_moves_tables_and_pillars_and_turns_each_about_its_own_centre():
     assert bodies.pillars[0].position == pytest.approx((5.1, 0.8))
 
 
-def test_a_shift_can_be_that_of_a_single_body_and_of_a_wall():
-    bodies = known(f'shift = [0.5, 0.0, {0.5 * np.pi}]\nshifted = ["wall1"]\n')
-    assert bodies.walls[1].start == pytest.approx((3.5, 1.0))
-    assert bodies.walls[1].end == pytest.approx((3.5, 3.0))
-    assert bodies.tables == loads(ROOM).tables
-
-
 @pytest.mark.parametrize("key", ["missing", "shifted"])
 def test_a_name_that_is_none_is_refused_with_the_nearest_one(key):
     with pytest.raises(InvalidValue, match=rf"estimation.map.{key}.1: found 'tabel1'; .*did you mean 'table1'"):

@@ -1,7 +1,5 @@
 """Recorded crowds: rows of a file become a recording, tracks, splines and people."""
 
-from math import pi
-
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -126,11 +124,6 @@ def test_a_jump_makes_two_tracks_and_a_single_row_is_left_out(tracks):
     assert (found.num_gaps, found.num_jumps, found.num_single) == (0, 1, 1)
 
 
-def test_a_recording_is_scaled_mirrored_rotated_and_moved_in_this_order():
-    placing = crowd(scale=2.0, mirror=True, rotation=0.5 * pi, offset=(10.0, 20.0))
-    np.testing.assert_allclose(placing.placed(np.array([[1.0, 0.0], [0.0, 1.0]])), [[10.0, 22.0], [12.0, 20.0]])
-
-
 def test_splines_pass_through_every_row_whatever_the_other_tracks_are():
     rng = np.random.default_rng(5)
     tracks = []
@@ -202,19 +195,6 @@ def test_a_window_counts_from_its_beginning_and_bends_nobodys_track(recording):
         for time in np.arange(enters, leaves, 0.3):
             np.testing.assert_allclose(here.positions(time), there.positions(time + 12.3), atol=1e-3)
         np.testing.assert_allclose(person["start"], here.positions(enters)[0], atol=1e-6)
-
-
-def test_who_reacts_walks_from_the_recorded_start_to_the_recorded_end_at_the_recorded_speed(recording):
-    replayed, reacting = people_of(crowd(), recording), people_of(crowd(people="react"), recording)
-    assert [person["start"] for person in reacting if person["at_end"] == "stay"] == [[6.0, 4.0]]
-    for before, after in zip(replayed, reacting, strict=True):
-        assert (before["start"], before.get("enters")) == (after["start"], after.get("enters"))
-        assert after["behaviour"] == "social_force"
-        if after["at_end"] == "leave":
-            track = np.array(before["track"])
-            way = np.hypot(*np.diff(track[:, 1:], axis=0).T).sum()
-            assert after["waypoints"] == [track[-1, 1:].tolist()]
-            assert after["speed"] == pytest.approx(way / np.ptp(track[:, 0]), rel=1e-4)
 
 
 def test_a_run_file_names_its_recording_from_its_own_folder_and_the_loaded_scene_needs_it_no_more(

@@ -4,7 +4,7 @@ import pytest
 
 from mjnav.errors import InvalidValue
 from mjnav.scene import dumps, loads
-from mjnav.scene.spec import LaneSpec, StopAndGo, Waypoints
+from mjnav.scene.spec import StopAndGo, Waypoints
 
 TEXT = """
 schema = 1
@@ -51,18 +51,6 @@ def test_one_key_says_for_all_people_whether_they_see_the_robot():
 )
 def test_a_value_that_is_no_toml_is_a_string(text, value):
     assert loads(TEXT, [f"description={text}"]).description == value
-
-
-def test_a_list_that_the_file_leaves_to_its_default_is_indexed_too():
-    assert loads(TEXT, ["tables.0.size.1=2.0"]).tables[0].size == (1.6, 2.0)
-
-
-def test_tables_are_made_as_needed():
-    scenario = loads(
-        TEXT, ["noise.gyro.distribution=gaussian", "noise.gyro.std=0.5", "lanes={left=[0,1,0],right=[0,1,1]}"]
-    )
-    assert scenario.noise.distributions()["gyro"].std == 0.5
-    assert scenario.lanes == LaneSpec((0.0, 1.0, 0.0), (0.0, 1.0, 1.0))
 
 
 def test_waypoints_and_goal_replace_one_another():

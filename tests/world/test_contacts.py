@@ -29,14 +29,6 @@ def test_a_contact_names_what_the_robot_ran_into(scene, engine, kind):
         assert all(contact.force == 0.0 for contact in seen)
 
 
-@pytest.mark.parametrize("kind", ["table", "wall", "pillar"])
-def test_the_robot_never_passes_through_fixed_things(scene, engine, kind):
-    simulator = Simulator(scene(engine=engine, **AHEAD[kind]), 0)
-    for _ in range(40):
-        simulator.advance(0.1, (1.0, 0.0))
-        assert simulator.state().robot_pose[0] < 1.3
-
-
 def test_robot_and_person_never_overlap_in_the_kinematic_engine_and_can_part_again(scene):
     person = Person((1.5, 0.0), ConstantVelocity((-1.0, 0.0)))
     simulator = Simulator(scene(engine="kinematic", people=(person,)), 0)

@@ -48,18 +48,3 @@ def test_without_noise_pose_and_detections_are_the_truth(scene, engine):
     assert reading.time == state.time
     np.testing.assert_allclose(reading.pose, state.robot_pose, atol=1e-12)
     np.testing.assert_array_equal(reading.detections, state.people_position)
-
-
-def test_every_channel_has_its_own_noise_of_its_own_size(scene):
-    people = tuple(Person((2.0, y), ConstantVelocity((0.0, 0.0))) for y in (-1.0, 1.0))
-    sensors = Sensors(rate=100.0, lidar_beams=1)
-    simulator = Simulator(scene(engine="kinematic", profile="gaussian", people=people, sensors=sensors), 5)
-    truth = simulator.state().people_position
-    for _ in range(100):
-        simulator.advance(0.1, (0.0, 0.0))
-    readings = simulator.sense()
-    detections = np.array([reading.detections - truth for reading in readings]).reshape(-1, 4)
-    assert detections.std(0) == pytest.approx([0.12] * 4, rel=0.15)
-    correlation = np.corrcoef(detections.T) - np.eye(4)
-    assert np.abs(correlation).max() < 0.15
-    assert all(-np.pi < reading.pose[2] <= np.pi for reading in readings)

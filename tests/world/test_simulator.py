@@ -66,16 +66,6 @@ def test_a_command_may_change_within_a_call(scene, engine):
     assert together.state_hash() == apart.state_hash()
 
 
-def test_the_state_starts_where_the_scenario_says(clutter, engine):
-    simulator = Simulator(clutter(engine=engine, start=(0.3, -0.2, 2.0)), 0)
-    state = simulator.state()
-    assert state.time == 0.0
-    np.testing.assert_allclose(state.robot_pose, [0.3, -0.2, 2.0], atol=1e-12)
-    np.testing.assert_array_equal(state.robot_twist, [0.0, 0.0])
-    np.testing.assert_allclose(state.people_position, [[3.0, 0.0], [3.2, -0.8]])
-    np.testing.assert_allclose(np.hypot(*state.people_velocity.T), [1.0, 1.0])
-
-
 def test_times_and_commands_that_cannot_be_are_refused(scene):
     simulator = Simulator(scene(engine="kinematic"), 0)
     with pytest.raises(InvalidValue, match=r"duration: found 0\.003; allowed: a whole number of steps of 0\.002 s"):

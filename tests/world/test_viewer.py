@@ -52,10 +52,3 @@ def test_a_run_that_is_watched_ends_in_the_same_state(display, capsys, engine):
     assert main(["run", "crossing1", "--view", "--no-real-time", "--no-log", "--json", *words]) == 0
     summary = json.loads(capsys.readouterr().out)
     assert summary["state_hash"] == run(load_scenario("crossing1", settings)).summary["state_hash"]
-
-
-def test_closing_the_window_ends_the_run_in_order(display, capsys, monkeypatch):
-    show = Viewer.show
-    monkeypatch.setattr(Viewer, "show", lambda viewer, state: (show(viewer, state), viewer._window.close()))
-    assert main(["run", "crossing1", "--view", "--no-log", "--json", "--set", "time_limit=600"]) == 0
-    assert json.loads(capsys.readouterr().out)["outcome"] == "aborted"

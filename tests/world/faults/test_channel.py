@@ -60,12 +60,6 @@ def test_lost_messages_are_those_whose_draw_is_below_the_share():
     assert np.isnan(found).tolist() == (draws < 0.3).tolist()
 
 
-def test_messages_with_nan_hold_the_other_values():
-    found = heard(ChannelFaults(nan=NotANumber(start=2.0)))
-    assert [m is not None and bool(np.isnan(m.rows[0, 0])) for m in found] == [False] * 20 + [True] * 20
-    assert [m.rows[0, 1] for m in found if m is not None] == TRUE
-
-
 def test_outliers_are_off_by_their_size_as_often_as_their_share_says():
     channel = FaultyChannel("lidar", ChannelFaults(outliers=Outliers(share=0.2, size=3.0)), (1000, 1), 1)
     found = channel.pass_on(0.0, Message(0.0, np.zeros((1000, 1)), np.zeros(0)))

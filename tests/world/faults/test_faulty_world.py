@@ -13,7 +13,6 @@ from mjnav.scene.faults import (
     Dropout,
     Faults,
     Kidnapping,
-    Late,
     LidarFaults,
     Slip,
     WheelFaults,
@@ -71,24 +70,6 @@ def test_a_kidnapping_is_noticed_by_the_pose_sensor_and_the_lidar_alone(scene, e
     np.testing.assert_allclose(moved, expected, atol=5e-3 if engine == "mujoco" else 1e-9)
 
 
-def test_a_kidnapped_robot_is_put_down_when_nobody_stands_there(clutter, engine):
-    place = (1.75, 0.05, 0.0)  # on the way of both people
-    world = Simulator(clutter(engine=engine, faults=Faults(Kidnapping(1.0, place))), 1)
-    contacts = []
-    for _ in range(100):
-        world.advance(0.05, (0.0, 0.0))
-        state = world.state()
-        contacts += state.contacts
-        if np.hypot(*(state.robot_pose[:2] - place[:2])) < 0.05:
-            break
-    else:
-        pytest.fail("the robot never came there")
-    assert not contacts
-    assert state.time >= 1.0
-    distance = np.hypot(*(state.people_position - place[:2]).T)
-    assert distance.min() > 0.22 + 0.2
-
-
 @pytest.mark.parametrize("factor", [0.0, 0.5])
 def test_slipping_wheels_turn_as_commanded_and_move_the_robot_less(scene, engine, factor):
     _, plain = drive(scene(engine=engine))
@@ -133,16 +114,6 @@ def test_a_reading_names_what_did_not_arrive_and_the_others_stay_as_they_are(clu
     for other in set(SENSORS.values()) - {field}:
         np.testing.assert_array_equal(of(readings, other), of(plain, other))
     assert np.isfinite(of(readings, "odometry_pose")).all()
-
-
-def test_late_messages_say_how_old_they_are(scene):
-    faults = Faults(pose=ChannelFaults(late=Late(delay=0.25)), lidar=LidarFaults(late=Late(delay=0.2)))
-    _, plain = drive(scene(engine="kinematic", pillars=(Pillar((2.0, 3.0)),)))
-    _, late = drive(scene(engine="kinematic", pillars=(Pillar((2.0, 3.0)),), faults=faults))
-    assert late[5].ages == (("pose", pytest.approx(0.3)),)
-    np.testing.assert_array_equal(late[5].pose, plain[2].pose)
-    np.testing.assert_array_equal(late[5].scan, plain[3].scan)
-    np.testing.assert_allclose(late[5].scan_times, plain[3].time)
 
 
 def test_covered_beams_measure_the_cover_and_the_others_what_they_did(scene: Callable[..., Scenario]):

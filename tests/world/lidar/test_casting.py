@@ -42,15 +42,6 @@ def test_a_disc_is_seen_as_a_disc(scene, engine, things, radius):
     assert ranges[AHEAD] == pytest.approx(2.0 - radius, abs=1e-9)
 
 
-def test_under_a_table_only_the_legs_are_seen(scene, engine):
-    ranges = scan(scene(engine=engine, start=(0.0, 0.0, 0.0), tables=(Table((0.0, 0.0), size=(1.6, 0.8)),)))
-    hits = np.isfinite(ranges)
-    half_width = np.arcsin(0.03 / np.hypot(0.8, 0.4))
-    corners = np.arctan2([0.4, 0.4, -0.4, -0.4], [0.8, -0.8, -0.8, 0.8])
-    to_leg = np.abs(np.angle(np.exp(1j * (beam_angles(360)[:, None] - corners)))).min(1)
-    np.testing.assert_array_equal(hits, to_leg < half_width)
-
-
 def test_what_is_lower_than_the_lidar_is_not_seen(scene, engine):
     low = scene(
         engine=engine,

@@ -7,11 +7,8 @@ import numpy as np
 import pytest
 
 from mjnav.messages import WorldState
-from mjnav.motion.social_force import FORMS
-from mjnav.scene.people import FORM_NAMES, Diagonal
-from mjnav.scene.spec import Orca, Person, Pillar, Scenario, SocialForce, Table, Wall
-from mjnav.scene.ways import floor_of_people
-from mjnav.world.people.avoiding import law_of
+from mjnav.scene.people import Diagonal
+from mjnav.scene.spec import Orca, Person, Scenario, SocialForce
 from mjnav.world.people.pedestrians import Pedestrians
 from mjnav.world.simulator import Simulator
 
@@ -45,21 +42,6 @@ def test_people_who_cross_pass_without_touching_and_arrive(scene, engine, law):
         assert np.hypot(*(positions[:, i] - positions[:, j]).T).min() > 0.59
     for person, end in zip(scenario.people, positions[-1], strict=True):
         assert end == pytest.approx(person.behaviour.waypoints[-1], abs=0.15)
-
-
-@pytest.mark.parametrize("law", LAWS)
-def test_people_go_through_a_door_one_after_the_other_and_keep_clear_of_walls_and_furniture(scene, law):
-    fixed = {
-        "walls": (Wall((0.0, -4.0), (0.0, -0.5)), Wall((0.0, 0.5), (0.0, 4.0))),
-        "tables": (Table((2.5, 1.0)),),
-        "pillars": (Pillar((1.6, -0.6)),),
-    }
-    people = tuple(Person((-2.0, y), to(law, (4.5, y))) for y in (-0.8, 0.0, 0.8))
-    scenario = scene(engine="kinematic", start=FAR, people=people, **fixed)
-    positions = walked(scenario, 14.0)
-    assert (positions[-1, :, 0] > 4.0).all()
-    floor = floor_of_people(scenario.walls, scenario.tables, scenario.pillars)
-    assert floor.clearance(positions).min() > 0.25
 
 
 @pytest.mark.parametrize("law", LAWS)
@@ -120,14 +102,3 @@ def test_a_change_of_mind_turns_the_way_by_45_degrees_for_good(scene):
     assert (turned[1:] >= turned[:-1]).all()
     share = turned.mean(axis=1)
     assert share[[0, 3, 4, 7, 8]] == pytest.approx([0.4, 0.4, 0.64, 0.64, 0.784], abs=3.5 * sqrt(0.25 / 200))
-
-
-def test_constants_that_are_given_take_the_place_of_the_forms(scene):
-    assert set(FORMS) == set(FORM_NAMES)
-    for form in FORM_NAMES:
-        assert law_of(SocialForce(waypoints=((1.0, 0.0),), form=form)) == FORMS[form]
-    given = SocialForce(waypoints=((1.0, 0.0),), form="moussaid", strength=1.0, relaxation_time=0.5, cut=3.0)
-    expected = FORMS["moussaid"]._replace(strength=1.0, relaxation_time=0.5, drive=0.0, cut=3.0)
-    assert law_of(given) == expected
-    half = SocialForce(waypoints=((1.0, 0.0),), form="helbing", field_of_view=pi)
-    assert law_of(half).view_cosine == pytest.approx(0.0, abs=1e-12)

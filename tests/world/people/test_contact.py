@@ -7,7 +7,6 @@ from hypothesis import strategies as st
 
 from mjnav.scene.spec import ConstantVelocity, Person, Physics, Pillar, Robot, Scenario, Wall
 from mjnav.world.kinematic_engine import KinematicEngine
-from mjnav.world.people.pedestrians import sidestepped
 from mjnav.world.simulator import Simulator
 
 FAR = (0.0, -8.0, 0.0)
@@ -87,13 +86,3 @@ def test_people_who_overlap_at_the_start_step_apart_and_are_not_thrown(scene, en
     position = walked(scene(engine=engine, start=FAR, people=people), 2.0)
     assert -TOLERANCE[engine] < gaps(position[-1], np.array([0.3, 0.3])).min() < 0.12
     assert np.hypot(*np.diff(position, axis=0).T).max() < 0.4 * 0.02  # [m] in 0.02 s
-
-
-def test_who_is_not_in_the_way_turns_nobody_aside():
-    desired = np.array([[1.0, 0.0], [0.0, 1.0], [-1.0, 0.0], [1.0, 0.0]])
-    position = np.array([[0.0, 0.0], [0.0, -0.62], [-0.62, 0.0], [np.nan, np.nan]])
-    turned = sidestepped(desired, position, np.full(4, 0.3), np.zeros(4, bool))
-    np.testing.assert_array_equal(
-        turned[[0, 2, 3]], desired[[0, 2, 3]]
-    )  # the one beside, the one ahead who goes, nobody
-    np.testing.assert_allclose(turned[1], [0.6, 0.0])  # round the one ahead, to the right
