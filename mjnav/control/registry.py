@@ -17,7 +17,7 @@ from typing import Any
 from mjnav.control.base import Controller
 from mjnav.control.parameters import CHANGE_WEIGHT, RATED_PERIOD, LoopParameters, check_memory
 from mjnav.errors import InvalidValue
-from mjnav.messages import Array, Decision, Observation, RobotLimits, number
+from mjnav.messages import RobotLimits, number
 from mjnav.settings.plugins import (
     ControllerPlugin,
     construct,
@@ -37,15 +37,8 @@ class Completed:
     def __init__(self, controller: Any, parameters: LoopParameters):
         self._controller = controller
         self.parameters: LoopParameters = getattr(controller, "parameters", parameters)
-
-    def decide(self, observation: Observation) -> Decision:
-        """The controller's decision."""
-        return self._controller.decide(observation)
-
-    def closest_cone(self, observation: Observation, decision: Decision) -> tuple[int, Array, Array] | None:
-        """What the controller has for the log; None where it has no such method."""
-        found = getattr(self._controller, "closest_cone", None)
-        return None if found is None else found(observation, decision)
+        self.decide: Any = controller.decide
+        self.closest_cone: Any = getattr(controller, "closest_cone", lambda observation, decision: None)
 
 
 def completed_controller(name: str, controller: Any, parameters: LoopParameters | None = None) -> Controller:

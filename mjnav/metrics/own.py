@@ -9,7 +9,7 @@ from typing import Any, Protocol
 
 from mjnav.errors import InvalidValue, PluginFault, own_code, said
 from mjnav.messages import Trajectory
-from mjnav.scene.plugged import metrics_of
+from mjnav.scene.plugged import plugins_of
 from mjnav.scene.spec import Scenario
 from mjnav.sealed import sealed_message
 from mjnav.settings.plugins import MetricPlugin
@@ -52,12 +52,14 @@ class OwnMetrics:
         self._scenario = scenario
         self._metrics: list[tuple[str, Any]] = []
         self.figures: Mapping[str, Figure] = {}
-        for i, plugin in enumerate(metrics_of(scenario)):
+        for key, plugin in plugins_of(scenario).items():
+            if not isinstance(plugin, MetricPlugin):
+                continue
             try:
                 metric = plugin.make()
                 self.figures = MappingProxyType({**self.figures, **_figures(plugin, metric, self.figures)})
             except InvalidValue as error:
-                raise error.within(f"metrics.{i}", file=scenario.source or None) from None
+                raise error.within(key, file=scenario.source or None) from None
             self._metrics.append((plugin.name, metric))
 
     def measured(self, trajectory: Trajectory) -> Measured:

@@ -18,10 +18,10 @@ from mjnav.scene.check import check, check_memory, check_robot_way
 from mjnav.scene.crowd import put_crowd
 from mjnav.scene.drafts import draft_of
 from mjnav.scene.overrides import Overrides, apply, overrides_of
-from mjnav.scene.plugged import with_places
 from mjnav.scene.random_scene import resolved
 from mjnav.scene.spec import Control, Draft, Scenario
 from mjnav.scene.toml import parse, read_regular, toml_text
+from mjnav.settings.plugins import placed
 
 _LOOP = ("rate", "delay", "latency")  # keys of [control] that belong to the loop, not to the method
 _KEPT_LAYOUTS = 64  # of random scenes, in a process: all methods of a study meet one before the next
@@ -63,7 +63,7 @@ def loads(
     """
     document = parse(text, file)
     if folder is not None:
-        document = with_places(document, folder)
+        document = _with_places(document, folder)
     changed: dict[str, str] = {}  # key -> the argument that set it
     if controller is not None:
         control = document.get("control")
@@ -86,6 +86,17 @@ def loads(
     except InvalidValue as error:
         raise error.within(file=origin(error.key, file, changed)) from None
     return replace(scenario, source=file)
+
+
+def _with_places(part: Any, folder: Path) -> Any:
+    """The tables of a run file in `folder`, in which every "file.py:Class" that lies there has its absolute path."""
+    if isinstance(part, str):
+        return placed(part, folder)
+    if isinstance(part, dict):
+        return {key: _with_places(item, folder) for key, item in part.items()}
+    if isinstance(part, list):
+        return [_with_places(item, folder) if isinstance(item, str | dict) else item for item in part]
+    return part
 
 
 def _scenario(document: dict[str, Any], *, recorded: bool = False) -> Scenario:
