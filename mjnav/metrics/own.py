@@ -73,11 +73,10 @@ class OwnMetrics:
             try:
                 with PluginFault.told(name, "measure()"):
                     values = dict(metric.measure(trajectory, self._scenario))
-                    misfits = [*_misfits(name, values, metric.figures)]
+                    faults += _misfits(name, values, metric.figures)
                     found |= {figure: _number(values.get(figure)) for figure in metric.figures}
             except PluginFault as fault:
-                misfits = [str(fault)]
-            faults += misfits
+                faults.append(str(fault))
         return Measured(self.figures, {name: found.get(name) for name in self.figures}, tuple(faults))
 
 
