@@ -52,9 +52,8 @@ class OwnMetrics:
         self._scenario = scenario
         self._metrics: list[tuple[str, Any]] = []
         self.figures: Mapping[str, Figure] = {}
-        for key, plugin in plugins_of(scenario).items():
-            if not isinstance(plugin, MetricPlugin):
-                continue
+        metrics = {key: plugin for key, plugin in plugins_of(scenario).items() if isinstance(plugin, MetricPlugin)}
+        for key, plugin in metrics.items():
             try:
                 metric = plugin.make()
                 self.figures = MappingProxyType({**self.figures, **_figures(plugin, metric, self.figures)})

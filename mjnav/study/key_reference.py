@@ -55,10 +55,8 @@ def _filters() -> dict[str, str]:
     from mjnav.robot.estimation import LOCALIZERS, TRACKERS, estimator_class
 
     found: dict[str, str] = {}
-    for place, registry, kind in (
-        ("robot", LOCALIZERS, plugins.LocalizerPlugin),
-        ("obstacles", TRACKERS, plugins.TrackerPlugin),
-    ):
+    places = (("robot", LOCALIZERS, plugins.LocalizerPlugin), ("obstacles", TRACKERS, plugins.TrackerPlugin))
+    for place, registry, kind in places:
         shipped = {f"{place}.{name}": first_line(estimator_class(path)) for name, path in registry.items()}
         found |= _with_registered(kind, shipped, f"{place}.{kind.noun}.")
     return found
