@@ -7,7 +7,7 @@ import mjnav
 from mjnav.errors import InvalidValue
 from mjnav.robot.seen_space import FloorMap
 from mjnav.scene import loads
-from mjnav.scene.ways import floor_of_lidar, floor_of_robot
+from mjnav.scene.ways import floor_of_robot
 
 ROOM = """
 schema = 1
@@ -73,9 +73,3 @@ def test_controllers_go_by_the_map_and_the_world_stays_as_it_is():
     with mjnav.Simulation(scenario, log=False) as simulation:
         assert len(simulation.observe().obstacles) == len(floor.names)
         assert len(simulation.scenario.tables) == 2
-
-
-def test_the_lidar_passes_over_what_is_lower_than_itself():
-    bodies = loads(ROOM).known_bodies
-    assert len(floor_of_lidar(bodies).discs) == 8 + 1
-    assert len(floor_of_lidar(bodies).boxes) == 2

@@ -110,14 +110,6 @@ def tracks(read):
     return tracks
 
 
-def test_a_long_gap_makes_two_tracks_and_a_short_one_is_bridged(tracks):
-    rows = [*walk(1, range(0, 20, 4)), *walk(1, range(28, 40, 4)), *walk(1, range(80, 100, 4))]
-    found = tracks(rows)
-    assert [len(track.rows) for track in found.tracks] == [8, 5]
-    assert (found.num_gaps, found.num_bridged, found.num_jumps, found.num_single) == (1, 1, 0, 0)
-    assert len(tracks(rows, max_gap=5.0).tracks) == 1
-
-
 def test_a_jump_makes_two_tracks_and_a_single_row_is_left_out(tracks):
     found = tracks([*walk(1, range(0, 20, 4)), *walk(1, range(20, 40, 4), y=9.0), (0, 2, 5.0, 5.0)])
     assert [len(track.rows) for track in found.tracks] == [5, 5]

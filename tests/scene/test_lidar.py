@@ -6,7 +6,7 @@ import pytest
 from mjnav.errors import InvalidValue
 from mjnav.noise import Zero, profile
 from mjnav.scene.load import dumps, load, loads
-from mjnav.scene.sensors import LIDARS, LidarSpec, Sensors
+from mjnav.scene.sensors import LidarSpec, Sensors
 
 LAW = profile("pearson")["lidar.range"]
 
@@ -44,25 +44,6 @@ def test_an_estimator_takes_off_the_bias_of_a_calibrated_lidar_alone():
     assert unknown.known_bias(2.0, LAW) == 0.0
     law = profile("measured")["lidar.range"]
     assert Sensors(lidar=LidarSpec(calibrated=False)).scanner.known_bias(2.0, law) == law.mean == -0.035
-
-
-@pytest.mark.parametrize("model", LIDARS)
-def test_own_figures_take_the_place_of_the_model_s(model):
-    own = LidarSpec(
-        model,
-        beams=7,
-        field_of_view=1.0,
-        rate=3.0,
-        min_range=0.3,
-        max_range=5.0,
-        bias=0.01,
-        spread=[(1, 0.1), (2, 0.3)],
-    )
-    lidar = Sensors(lidar=own).scanner
-    assert lidar.angles == pytest.approx(np.linspace(-0.5, 0.5, 7))
-    assert (lidar.rate, lidar.min_range, lidar.max_range) == (3.0, 0.3, 5.0)
-    assert lidar.bias([0.0, 9.0], LAW) == pytest.approx(0.01)
-    assert lidar.std([0.0, 1.0, 1.5, 2.0, 9.0], LAW) == pytest.approx([0.1, 0.1, 0.2, 0.3, 0.3])
 
 
 def test_a_lidar_survives_the_way_to_text_and_back():

@@ -29,23 +29,6 @@ def test_a_contact_names_what_the_robot_ran_into(scene, engine, kind):
         assert all(contact.force == 0.0 for contact in seen)
 
 
-def test_robot_and_person_never_overlap_in_the_kinematic_engine_and_can_part_again(scene):
-    person = Person((1.5, 0.0), ConstantVelocity((-1.0, 0.0)))
-    simulator = Simulator(scene(engine="kinematic", people=(person,)), 0)
-    for _ in range(20):
-        simulator.advance(0.1, (1.0, 0.0))
-        state = simulator.state()
-        assert np.hypot(*(state.people_position[0] - state.robot_pose[:2])) >= 0.52 - 1e-9
-    assert simulator.state().contacts[0].name == "person0"
-    for _ in range(15):
-        simulator.advance(0.1, (0.0, 1.5))
-    assert simulator.state().robot_pose[2] > 1.0  # it may turn
-    for _ in range(20):
-        simulator.advance(0.1, (1.0, 0.0))
-    assert simulator.state().contacts == ()
-    assert simulator.state().robot_pose[1] > 1.0  # and drive off
-
-
 @pytest.mark.parametrize("seed", range(6))
 def test_steps_taken_in_batches_miss_no_contact(clutter, monkeypatch, seed):
     """Against the same run with every step looked at."""

@@ -46,11 +46,6 @@ def test_errors_have_the_maker_s_size_and_the_profile_s_shape(model, distance, b
     np.testing.assert_allclose(np.round((errors + distance) / lidar.resolution) * lidar.resolution, errors + distance)
 
 
-def test_nothing_returns_from_beyond_the_limits_or_from_too_near():
-    ranges = measured(np.array([0.05, 0.119, 0.121, 3.49, 3.6, np.inf]), model="lds-01", **CLEAN)
-    np.testing.assert_allclose(ranges, [np.inf, np.inf, 0.121, 3.49, np.inf, np.inf])
-
-
 def test_the_share_of_missing_returns_is_that_of_the_range():
     shares = [[1.0, 0.1], [3.0, 0.5]]
     for distance, share in ((0.5, 0.1), (2.0, 0.3), (3.0, 0.5)):

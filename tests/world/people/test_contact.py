@@ -48,27 +48,6 @@ def test_no_two_people_come_closer_than_touching_whatever_they_want(data):
         assert (np.hypot(*(position - engine.robot_pose()[:2]).T) - radii).min() > robot.radius - 1e-6
 
 
-def test_a_dense_crowd_moves_alike_whether_a_call_makes_one_step_or_many():
-    # Each call looks only for those whom it can bring together: one step at a time these are others.
-    rng = np.random.default_rng(0)
-    starts = 0.62 * np.stack(np.meshgrid(np.arange(6), np.arange(6)), -1).reshape(-1, 2) + rng.uniform(
-        -0.05, 0.05, (36, 2)
-    )
-    people = tuple(Person((x, y), ConstantVelocity((0.0, 0.0))) for x, y in starts.tolist())
-    pillars, walls = (Pillar((4.2, 1.0)), Pillar((1.0, 4.2))), (Wall((-1.0, -0.8), (5.0, -0.8)),)
-    robot, physics = Robot((-0.9, 0.0, 0.0), (9.0, 0.0)), Physics("kinematic")
-    scenario = Scenario("t", robot, people=people, pillars=pillars, walls=walls, physics=physics)
-    at_once, singly = (KinematicEngine(scenario, np.zeros((36, 2))) for _ in range(2))
-    for _ in range(10):
-        wanted, twists = rng.uniform(-3.0, 3.0, (36, 2)), np.tile([0.5, 0.3], (40, 1))
-        for engine in (at_once, singly):
-            engine.walk(wanted)
-        at_once.advance(twists)
-        for row in twists:
-            singly.advance(row[None])
-        assert at_once.state_bytes() == singly.state_bytes()
-
-
 @pytest.mark.parametrize("offset", [0.0, 0.2])
 def test_two_who_meet_head_on_get_past_each_other(scene, engine, offset):
     people = (Person((0.0, 0.0), ConstantVelocity((1.0, 0.0))), Person((2.0, offset), ConstantVelocity((-1.0, 0.0))))

@@ -8,7 +8,7 @@ import pytest
 from mjnav.messages import WorldState
 from mjnav.scene.spec import ConstantVelocity, Person, Wall
 from mjnav.world.people.pedestrians import Pedestrians
-from mjnav.world.people.temperament import FIELD_OF_VIEW, PERIOD
+from mjnav.world.people.temperament import FIELD_OF_VIEW
 
 WALK = (1.0, 0.0)  # of everybody, from the origin
 
@@ -56,10 +56,3 @@ def test_the_robot_counts_while_it_is_seen(taken, temperament, sight):
         assert same(2.0 * cos(angle), 2.0 * sin(angle)) != seen
     assert same(2.0, 0.0, walls=(Wall((1.5, -1.0), (1.5, 1.0)),))
     assert same(2.0, 0.0, sees_robot=False)
-
-
-@pytest.mark.parametrize(("temperament", "patience"), [("yields", 30.0), ("curious", 30.0), ("threatening", 40.0)])
-def test_patience_ends(taken, temperament, patience):
-    decisions = round(patience / PERIOD)
-    assert taken(temperament, (2.0, 1.0), times=decisions - 1) != [1.0, 0.0]
-    assert taken(temperament, (2.0, 1.0), times=decisions + 2) == [1.0, 0.0]
