@@ -30,7 +30,7 @@ from mjnav.printable import printable
 from mjnav.scene.library import data_folder
 from mjnav.scene.plugged import plugins_of
 from mjnav.scene.spec import Scenario
-from mjnav.settings.plugins import CONTROLLER, Given, Kind, Plugin, module_of
+from mjnav.settings.plugins import ControllerPlugin, Given, Plugin, module_of
 
 # ------------------------------------------------------------------------------------- source files
 
@@ -59,7 +59,7 @@ def _digest(content: bytes) -> str:
     return hashlib.sha256(content).hexdigest()[:DIGITS]
 
 
-def plugin_sources(kind: Kind, name: str) -> Mapping[str, str]:
+def plugin_sources(kind: type[Plugin], name: str) -> Mapping[str, str]:
     """The digest of every file behind a plug-in, by the file's path from its import folder.
 
     These are its module and, over any number of steps, what that imports: at the top of a file, in a function, or by
@@ -220,9 +220,9 @@ NOT_RECORDED = "written by an earlier version of mjnav, which did not record"
 
 def provenance(method: str, plugins: Iterable[Plugin] = ()) -> Mapping[str, str]:
     """Every fact of this process, of the controller `method` and of the other plug-ins, which have been made before."""
-    own = dict(plugin_sources(CONTROLLER, method))
+    own = dict(plugin_sources(ControllerPlugin, method))
     for plugin in plugins:
-        own |= plugin_sources(plugin.kind, plugin.name)
+        own |= plugin_sources(type(plugin), plugin.name)
     own = dict(sorted(own.items()))
     return MappingProxyType({**_facts(), OWN_SOURCES: json.dumps(dict(own)) if own else ""})
 

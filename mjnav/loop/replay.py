@@ -269,8 +269,8 @@ def _refuse_code(path: Path, logged: Scenario, scenario: Scenario) -> None:
     given = {plugin.name for plugin in plugins_of(scenario).values() if isinstance(plugin.name, Given)}
     for key, plugin in plugins_of(scenario).items():
         if plugin.name not in given and plugins_of(logged).get(key) == plugin:
-            other = {"localizer": "localizer=CLASS", "tracker": "tracker=CLASS"}.get(plugin.kind.name)
-            raise UntrustedCode(f"{path}: its {plugin.kind.name} ({key}) is {plugin.name!r}", other=other)
+            other = {"localizer": "localizer=CLASS", "tracker": "tracker=CLASS"}.get(plugin.noun)
+            raise UntrustedCode(f"{path}: its {plugin.noun} ({key}) is {plugin.name!r}", other=other)
 
 
 class _Follower:

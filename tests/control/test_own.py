@@ -263,8 +263,6 @@ def test_a_class_of_a_file_finds_its_neighbours_wherever_it_lies(limits, working
     assert sys.path == before
     monkeypatch.chdir(working_folder / "one")
     assert type(make_controller("policy.py:Policy", limits, 0.1)._controller) is type(first._controller)
-    with pytest.raises(InvalidValue, match=r"did you mean 'policy.py:Policy'\?"):
-        make_controller("polcy.py:Policy", limits, 0.1)
     with pytest.raises(InvalidValue, match="speed: found 'fast'; allowed: a number"):
         make_controller("policy.py:Policy", limits, 0.1, speed="fast")
     with pytest.raises(InvalidValue, match=r"did you mean 'policy.py:Policy'\?"):

@@ -226,7 +226,7 @@ def _pack_lidar(packer: Packer, frames: RunFrames, scenario: Scenario, tracks: l
 def _scene_outline(scenario: Scenario) -> dict[str, Any]:
     """Walls as {from, to, thickness}, tables as {corners, legs, leg_radius}, pillars, lanes, ways and radii."""
     robot = scenario.robot
-    legs = planned_legs(scenario.people, scenario.walls, scenario.tables, scenario.pillars)
+    legs = planned_legs(scenario)
     return {
         "start": list(robot.start),
         "route": [list(point) for point in robot.route],
