@@ -112,10 +112,3 @@ def test_there_is_no_way_out_of_a_closed_room_and_none_through_a_gap_that_is_too
         doorway = [(0.0, s * (0.5 * gap + half), 0.5 * pi, half, 0.05) for s in (-1, 1)]
         found = WayMap(room(doorway, []), REACH).way([-2.0, 1.0], [2.0, 1.0])
         assert (found is not None) is passes
-
-
-def test_a_point_beside_a_wall_is_moved_to_where_the_disc_has_room():
-    ways = WayMap(room([], []), REACH)
-    assert ways.anchor([2.8, 0.0]) == pytest.approx([0.5 * SIDE - 0.05 - REACH, 0.0])
-    assert ways.anchor([2.8, -2.8]) == pytest.approx([2.6, -2.6])
-    assert ways.anchor([1.0, 1.0]) == pytest.approx([1.0, 1.0])

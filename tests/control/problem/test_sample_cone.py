@@ -55,17 +55,6 @@ def test_the_moments_are_means_of_powers_of_the_samples(observe, rule, degree):
                 assert moments[:, block, p - 1] == pytest.approx((f**p).mean(axis=0), rel=1e-12, abs=1e-12 * size)
 
 
-def test_some_blocks_above_are_out_of_reach_and_some_pairs_of_others(observe):
-    seen = set()
-    for seed in range(4):
-        problem = problem_of(observe(seed, num_obstacles=4, far=7.0))
-        c = problem.candidates
-        for samples in problem.cone.by_block(c.v, c.omega):
-            at_floor = (samples == -problem.parameters.clip).all(axis=1)
-            seen.add("block" if samples.shape[1] == 1 else "pairs" if at_floor.any() else "none")
-    assert seen == {"block", "pairs", "none"}
-
-
 @pytest.mark.parametrize("seed", range(6))
 def test_the_violation_of_a_moved_robot_is_that_of_a_robot_there(observe, seed):
     problem = problem_of(observe(seed, near=0.2, far=2.0, num_samples=1, most=1))
