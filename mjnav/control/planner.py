@@ -158,12 +158,7 @@ class Planner(ProblemController[P]):
         return Decision(v, omega, status, _message(problem, rows, new), plan=shown)
 
     def weigh(
-        self,
-        problem: Problem,
-        limits: ControlLimits,
-        way: WayGrid,
-        risks: Callable[[Rollouts], Risks],
-        wanted: Array,
+        self, problem: Problem, limits: ControlLimits, way: WayGrid, risks: Callable[[Rollouts], Risks], wanted: Array
     ) -> Weighed:
         """The rollouts of wanted controls (2, T, K), brought within the limits, and what they cost."""
         p, o, pose = self.parameters, problem.observation, problem.mean_pose
