@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 
 from mjnav.geometry.floor import Floor, floor_of_map
-from mjnav.geometry.shortest_way import WayMap, length
+from mjnav.geometry.shortest_way import WayMap
 from mjnav.geometry.way_field import WayField
 from mjnav.messages import KnownMap
 
 from .test_floor import EMPTY, box
-from .test_shortest_way import random_room, room
+from .test_shortest_way import length, random_room, room, shortest_way
 
 RADIUS = 0.35
 TOO_LONG = 0.25  # [m] that a way around up to three bodies may be too long by, of cells of 0.1 m
@@ -18,7 +18,7 @@ POINTS = np.random.default_rng(3).uniform(-6.0, 6.0, (500, 2))
 
 
 def exact_way(ways, start, goal):
-    found = ways.way(start, goal)
+    found = shortest_way(ways, start, goal)
     return np.inf if found is None else length([start, *found])
 
 

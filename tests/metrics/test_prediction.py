@@ -7,7 +7,6 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from mjnav.errors import InvalidValue
 from mjnav.metrics.prediction import EDGES, calibration, energy_score, path_scores
 
 PLACE = st.tuples(st.floats(-5.0, 5.0), st.floats(-5.0, 5.0))
@@ -146,20 +145,3 @@ def test_without_forecasts_there_is_nothing_to_say():
     c = of([], [])
     assert (c.count, c.num_groups, c.ece, c.bias, c.brier, c.ece_interval) == (0, 0, None, None, None, None)
     assert [b.count for b in c.bins] == [0] * len(EDGES)
-
-
-@pytest.mark.parametrize(
-    ("arguments", "message"),
-    [
-        ({"predicted": [0.5, 1.5]}, "predicted: found"),
-        ({"observed": [0.5, np.nan]}, "observed: found"),
-        ({"groups": [0]}, "allowed: as many as there are forecasts (2)"),
-        ({"edges": (0.1, 1.0)}, "edges: found (0.1, 1.0)"),
-        ({"edges": (0.0, 0.5, 0.5, 1.0)}, "numbers that rise from 0 to 1"),
-    ],
-)
-def test_bad_input_is_refused_by_its_name(arguments, message):
-    arguments = {"predicted": [0.1, 0.2], "observed": [0.0, 1.0], "groups": [0, 1]} | arguments
-    with pytest.raises(InvalidValue) as error:
-        calibration(rng=np.random.default_rng(0), **arguments)
-    assert message in str(error.value)

@@ -25,7 +25,7 @@ def test_an_encounter_in_whichever_step_of_a_long_run_is_seen(trajectory_through
         people = np.full((num, 1, 2), 50.0)
         people[step], people[step + 1] = [-30.0, 1.0], [30.0, 1.0]
         trajectory = trajectory_through(np.zeros((num, 2)), people=people)
-        assert safety.min_clearance(trajectory, scenario) == pytest.approx(1.0 - 0.3 - 0.25)
+        assert safety.clearances(trajectory, scenario).least == pytest.approx(1.0 - 0.3 - 0.25)
 
 
 def test_people_and_things_are_told_apart_and_who_is_not_there_is_at_no_distance(trajectory_through, scenario_with):
@@ -62,7 +62,7 @@ def test_every_step_has_its_own_clearance_from_every_body(trajectory_through, sc
     assert list(found) == list(from_centre)
     for name, distance in from_centre.items():
         assert found[name] == pytest.approx(np.array(distance) - size[name] - 0.25), name
-    assert safety.min_clearance(trajectory, scenario) == pytest.approx(1.5 - 0.3 - 0.25)
+    assert safety.clearances(trajectory, scenario).least == pytest.approx(1.5 - 0.3 - 0.25)
 
 
 def sampled_wall_distance(route, wall):

@@ -6,6 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from mjnav.control import make_controller
+from mjnav.control.kernels.cone_kernel import Samples
 from mjnav.control.methods.saa import colliding_share
 
 SMALL = {"num_v": 6, "num_omega": 7}
@@ -31,5 +32,5 @@ def test_a_share_of_exactly_one_less_eta_is_allowed(limits, num, percent):
     controller = make_controller("saa", limits, 0.1, eta=percent / 100)
     for count in range(num + 1):
         samples = np.where(np.arange(num) < count, 1.0, -1.0)[:, None]
-        allowed = colliding_share(samples)[0] <= controller.bound
+        allowed = colliding_share(Samples.of(samples))[0] <= controller.bound
         assert allowed == (Fraction(count, num) <= 1 - Fraction(percent, 100))

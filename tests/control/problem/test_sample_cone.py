@@ -33,9 +33,9 @@ def test_the_samples_are_the_constraints_of_all_pairs(observe, constraint_sample
     columns, _ = constraint_samples(problem)
     expected = [columns[column].T for column in cone.blocks.column]
     assert [len(f) for f in expected] == cone.sizes.tolist()
-    for block, (f, samples) in enumerate(zip(expected, cone.by_block(c.v, c.omega), strict=True)):
+    for block, (f, samples) in enumerate(zip(expected, cone.stored_by_block(c.v, c.omega), strict=True)):
         assert cone.samples(block, c.v, c.omega) == pytest.approx(f, rel=1e-9, abs=1e-11)
-        assert np.broadcast_to(samples, f.shape) == pytest.approx(f, rel=1e-9, abs=1e-11)
+        assert np.broadcast_to(samples.whole(), f.shape) == pytest.approx(f, rel=1e-9, abs=1e-11)
 
 
 @pytest.mark.parametrize("rule", RULES, ids=str)
