@@ -1,8 +1,6 @@
 """Users' own controllers: by module, by file, and as a class or an object."""
 
-import subprocess
 import sys
-from pathlib import Path
 
 import pytest
 
@@ -87,13 +85,8 @@ def test_a_class_below_the_protocol_alone_works_with_its_parameters(limits, obse
         ("own_package.own:Unfinished", "a controller, which has evaluate"),
         ("own_package.own:Untyped", "whose parameters_type is a dataclass below LoopParameters"),
         ("own_package.own:Lone", "made as Class(robot_limits, period, parameters) (TypeError: "),
-        ("own_package.own:", "found 'own_package.own:'; allowed: package.module:Class or file.py:Class, a controller"),
-        (":Slow", "allowed: package.module:Class or file.py:Class, a controller"),
-        ("../own:Slow", "allowed: package.module:Class or file.py:Class, a controller"),
         ("__main__:Slow", "the controller itself, handed over in Python"),
-        ("own_package.own:Slow()", "the controller itself, handed over in Python"),
         ("own_nowhere.py:Slow", "found 'own_nowhere.py:Slow'; allowed: a Python file that exists"),
-        ("a:b:c", "allowed: package.module:Class or file.py:Class, a controller"),
     ],
 )
 def test_what_is_no_controller_is_refused_with_what_it_lacks(limits, name, message):
@@ -126,9 +119,7 @@ class Policy(PolicyController):
 """
 
 
-def test_a_policy_that_cannot_open_its_file_is_refused_with_the_file_and_the_reason(
-    limits, tmp_path, monkeypatch, bound_by_permissions
-):
+def test_a_policy_that_cannot_open_its_file_is_refused_with_the_file_and_the_reason(limits, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "policy.py").write_text(OPENS)
     for reason in ("No such file or directory", "Is a directory"):
@@ -136,16 +127,6 @@ def test_a_policy_that_cannot_open_its_file_is_refused_with_the_file_and_the_rea
             make_controller("policy.py:Policy", limits, 0.1)
         assert str(raised.value) == f"the controller policy.py:Policy cannot open 'weights.txt': {reason}"
         (tmp_path / "weights.txt").mkdir(exist_ok=True)
-    (tmp_path / "folder.py").mkdir()
-    with pytest.raises(InputError, match=r"folder\.py:Policy cannot open '.*/folder\.py': Is a directory"):
-        make_controller("folder.py:Policy", limits, 0.1)
-    (tmp_path / "weights.txt").rmdir()
-    (tmp_path / "weights.txt").touch(mode=0)
-    program = Path(sys.executable).with_name("mjnav")
-    command = [*bound_by_permissions, program, "run", "crossing1", "--controller", "policy.py:Policy", "--no-log"]
-    done = subprocess.run(command, capture_output=True, text=True, check=False)
-    said = f"mjnav: the controller {tmp_path}/policy.py:Policy cannot open 'weights.txt': Permission denied\n"
-    assert (done.returncode, done.stderr) == (2, said)
 
 
 class Still:
