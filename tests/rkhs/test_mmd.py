@@ -112,6 +112,13 @@ def test_bad_input_is_refused_by_its_name(key, value):
     assert error.value.key == key
 
 
+def test_the_ends_of_the_range_are_kernels():
+    for value in (1e-9, 1e6):
+        coefficients = PolynomialKernel(10, value, value).coefficients
+        assert np.isfinite(coefficients).all()
+        assert coefficients[0] > 0.0
+
+
 def test_moments_are_taken_over_the_last_axis():
     x = np.array([[1.0, 2.0], [0.0, -3.0]])
     assert raw_moments(x, 3).tolist() == [[1.5, 2.5, 4.5], [-1.5, 4.5, -13.5]]
