@@ -70,6 +70,24 @@ class WayMap(Constant):
             return goal
         return None if found < 0 else self.corners[found]
 
+    def way(self, start: ArrayLike, goal: ArrayLike) -> Array | None:
+        """The points of the shortest way from `start` to a free place `goal`, both (2,), after the start: (k, 2) [m].
+
+        None where there is no way.
+        """
+        distances = self.distances(goal)
+        points, position = [], np.asarray(start, float)
+        goal = np.asarray(goal, float)
+        while len(points) <= len(self.corners):
+            following = self.next_point(position, goal, distances)
+            if following is None:
+                return None
+            points.append(following)
+            if np.array_equal(following, goal):
+                return np.array(points)
+            position = following
+        return None
+
 
 def _around_discs(floor: Floor, reach: float, excess: float) -> Sequence[Array]:
     """Regular polygons around the grown discs, counter-clockwise, (k, 2) each."""

@@ -138,3 +138,8 @@ def test_the_distance_does_not_depend_on_the_factor_of_the_lines_equation(positi
 def test_a_line_without_direction_is_refused(line):
     with pytest.raises(InvalidValue, match="allowed: a line"):
         lane_distance((0.0, 0.0), line)
+
+
+def test_a_position_that_is_not_in_the_plane_is_refused():
+    with pytest.raises(InvalidValue, match="position"):
+        lane_distance((0.0, 0.0, 0.0), (0.0, 1.0, 0.0))

@@ -106,3 +106,22 @@ def test_draws_that_are_all_alike_give_one_gaussian_of_the_least_std():
     found = fitted(np.full(100, 0.3), 3, least_std=0.01)
     assert (found.weights.tolist(), found.means.tolist()) == ([1.0], [[pytest.approx(0.3)]])
     assert found.covariances.ravel() == pytest.approx([1e-4])
+
+
+def test_two_sums_beside_each_other_are_independent():
+    x = fitted(np.random.default_rng(0).standard_gamma(2.0, 500), 2)
+    y = fitted(np.random.default_rng(1).standard_gamma(3.0, 500), 3)
+    both = x.beside(y)
+    assert both.weights.sum() == pytest.approx(1.0)
+    assert both.variance == pytest.approx(np.diag([x.variance[0, 0], y.variance[0, 0]]), abs=1e-12)
+
+
+def test_few_particles_stay_and_those_of_no_weight_go():
+    indices, new = kept(np.array([0.25, 0.0, 0.75]), 5, 0.3)
+    assert (indices.tolist(), new.tolist()) == ([0, 2], [0.25, 0.75])
+    assert new.sum() == 1.0
+
+
+def test_samples_of_a_particle_without_spread_are_its_mean():
+    mean, covariance = np.array([[1.0, 2.0, 3.0, 4.0]]), np.zeros((1, 4, 4))
+    assert sampled(np.zeros(2, int), mean, covariance, np.ones((2, 4))).tolist() == 2 * mean.tolist()

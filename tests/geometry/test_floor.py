@@ -8,8 +8,6 @@ from hypothesis import strategies as st
 from mjnav.geometry.floor import CELL, Floor, FreeSpace
 from mjnav.geometry.shortest_way import WayMap
 
-from .test_shortest_way import shortest_way
-
 STEPS = 400
 COORDINATE, SIZE = st.floats(-4.0, 4.0), st.floats(0.05, 2.0)
 EMPTY = np.zeros((0, 3)), np.zeros((0, 6))
@@ -79,5 +77,5 @@ def test_where_the_grid_sees_a_way_there_is_one_and_where_a_wider_disc_has_one_i
         ends = ends * [1, -1]
     space = FreeSpace.of(floor, ends)
     sees = space.connects(ends, RADIUS)
-    exact, wider = (shortest_way(WayMap(floor, reach), *ends) is not None for reach in (RADIUS, RADIUS + 2 * CELL))
+    exact, wider = (WayMap(floor, reach).way(*ends) is not None for reach in (RADIUS, RADIUS + 2 * CELL))
     assert wider <= sees <= exact <= (space.first_cut_off(ends, RADIUS) is None)

@@ -23,17 +23,6 @@ def length(points):
     return float(np.linalg.norm(np.diff(np.asarray(points, float), axis=0), axis=1).sum())
 
 
-def shortest_way(ways, start, goal):
-    """The points of the shortest way after the start, (k, 2) [m]; None where there is no way."""
-    distances, points = ways.distances(goal), [np.asarray(start, float)]
-    while not np.array_equal(points[-1], goal):
-        following = ways.next_point(points[-1], goal, distances)
-        if following is None or len(points) > len(ways.corners) + 1:
-            return None
-        points.append(following)
-    return np.array(points[1:])
-
-
 def around_a_box(half_length, half_thickness, away, reach):
     """From (-away, 0) to (away, 0) around a box at the origin: two tangents, two arcs and the straight side."""
     dx, dy = away - half_length, half_thickness
@@ -57,7 +46,7 @@ CASES = {
 def test_a_way_has_the_length_that_is_computed_by_hand(case):
     floor, expected = CASES[case]
     for excess, slack in ((EXCESS, 2.0 * EXCESS), (1e-4, 3e-4)):
-        found = shortest_way(WayMap(floor, REACH, excess), [-5.0, 0.0], [5.0, 0.0])
+        found = WayMap(floor, REACH, excess).way([-5.0, 0.0], [5.0, 0.0])
         assert found is not None
         assert expected - 1e-9 <= length([[-5.0, 0.0], *found]) <= expected + slack
 
@@ -104,7 +93,7 @@ def test_a_way_is_clear_of_all_bodies_and_as_short_as_the_shortest_on_a_fine_gri
     wide = REACH + STEP  # whoever has a way of this width has grid points beside it
     free = points[floor.clearance(points) >= wide]
     start, goal = (rng.choice(free[np.argsort(free[:, 0])][part]) for part in (slice(50), slice(-50, None)))
-    found = shortest_way(WayMap(floor, REACH), start, goal)
+    found = WayMap(floor, REACH).way(start, goal)
     expected = on_a_grid(floor, start, goal, REACH)
     if found is None:
         assert np.isinf(on_a_grid(floor, start, goal, REACH + EXCESS))
@@ -116,15 +105,15 @@ def test_a_way_is_clear_of_all_bodies_and_as_short_as_the_shortest_on_a_fine_gri
     corners = len(way) - 2
     # A line between two grid points may pass a corner nearer than both of them do, by less than STEP^2 / (4 REACH).
     assert length(way) <= expected + 1e-9 + 2.0 * corners * (EXCESS + STEP * STEP / REACH)
-    wider = shortest_way(WayMap(floor, wide), start, goal)
+    wider = WayMap(floor, wide).way(start, goal)
     if wider is not None:
         assert expected <= DIAGONAL * length([start, *wider]) + 4.0 * STEP
 
 
 def test_there_is_no_way_out_of_a_closed_room_and_none_through_a_gap_that_is_too_narrow():
-    assert shortest_way(WayMap(room([], []), REACH), [0.0, 0.0], [9.0, 0.0]) is None
+    assert WayMap(room([], []), REACH).way([0.0, 0.0], [9.0, 0.0]) is None
     for gap, passes in ((2.0 * REACH + 0.001, True), (2.0 * REACH - 0.001, False)):
         half = 0.5 * (0.5 * SIDE - 0.5 * gap)
         doorway = [(0.0, s * (0.5 * gap + half), 0.5 * pi, half, 0.05) for s in (-1, 1)]
-        found = shortest_way(WayMap(room(doorway, []), REACH), [-2.0, 1.0], [2.0, 1.0])
+        found = WayMap(room(doorway, []), REACH).way([-2.0, 1.0], [2.0, 1.0])
         assert (found is not None) is passes

@@ -9,7 +9,7 @@ from mjnav.geometry.way_field import WayField
 from mjnav.messages import KnownMap
 
 from .test_floor import EMPTY, box
-from .test_shortest_way import length, random_room, room, shortest_way
+from .test_shortest_way import length, random_room, room
 
 RADIUS = 0.35
 TOO_LONG = 0.25  # [m] that a way around up to three bodies may be too long by, of cells of 0.1 m
@@ -18,7 +18,7 @@ POINTS = np.random.default_rng(3).uniform(-6.0, 6.0, (500, 2))
 
 
 def exact_way(ways, start, goal):
-    found = shortest_way(ways, start, goal)
+    found = ways.way(start, goal)
     return np.inf if found is None else length([start, *found])
 
 

@@ -182,3 +182,14 @@ def test_the_next_kidnapping_ends_the_time_to_recover(trajectory_through, scenar
     found = recoveries(trajectory, kidnapped(scenario_with, 2.0, 4.0))
     assert found is not None
     assert found.times == (None, 1.0)
+
+
+def test_localization_rmse_by_hand(trajectory_through):
+    trajectory = trajectory_through([[0, 0], [1, 0], [2, 0]], estimate=np.array([[3.0, 4.0, 0.0], [1.0, 0.0, 0.0]]))
+    assert consistency.localization_rmse(trajectory) == pytest.approx(np.sqrt((25 + 0) / 2))
+
+
+def test_a_kidnapping_that_the_run_does_not_reach_does_not_count(trajectory_through, scenario_with):
+    found = recoveries(run(trajectory_through, wrong=[(20, 25)]), kidnapped(scenario_with, 2.0, 99.0))
+    assert found is not None
+    assert found.times == (0.5,)

@@ -164,3 +164,9 @@ def test_a_ratio_that_all_units_share_is_exact_and_without_wholes_there_is_none(
     shared = SharedBootstrap(8, np.random.default_rng(22), resamples=200)
     found = shared.ratios([0.5 * whole, 0.0 * whole], [whole, 0.0 * whole])
     assert found == [pytest.approx((0.5, 0.5)), None]
+
+
+def test_no_trials_have_no_rate():
+    assert wilson(0, 0) is None
+    with pytest.raises(InvalidValue, match="from 0 to the 3 trials"):
+        wilson(4, 3)

@@ -145,3 +145,18 @@ def test_without_forecasts_there_is_nothing_to_say():
     c = of([], [])
     assert (c.count, c.num_groups, c.ece, c.bias, c.brier, c.ece_interval) == (0, 0, None, None, None, None)
     assert [b.count for b in c.bins] == [0] * len(EDGES)
+
+
+def test_samples_that_are_all_alike_hold_nothing_else_and_a_wide_spread_all():
+    point, y = np.zeros((30, 1, 2)), np.array([[0.1, 0.0]])
+    assert path_scores(point, y).inside.tolist() == [[0.0, 0.0, 0.0]]
+    assert np.isnan(path_scores(point[:1], y).inside).all()
+    wide = 50.0 * np.random.default_rng(1).normal(size=(30, 1, 2))
+    middle = wide[np.argsort(np.hypot(*wide[:, 0].T))[:1], 0]
+    assert path_scores(wide, middle + 0.01).inside[0, 2] == 1.0
+
+
+def test_two_groups_are_enough_for_an_interval():
+    # The two draws of one group twice have probability 1/4 each: the interval's ends.
+    c = of([0.3, 0.4], [0.0, 1.0])
+    assert c.bias_interval == pytest.approx((-0.6, 0.3))

@@ -148,3 +148,7 @@ def test_the_figures_of_a_long_run_are_those_of_all_its_states(trajectory_throug
     distance = np.abs(route[:, 1])  # from the way along the x axis
     expected = np.trapezoid(distance) / (num - 1), distance.max()
     assert progress.deviation(trajectory, scenario_with()) == pytest.approx(expected)
+
+
+def test_a_single_state_deviates_by_its_distance(trajectory_through, scenario_with):
+    assert progress.deviation(trajectory_through([[2.0, 0.75]]), scenario_with()) == pytest.approx((0.75, 0.75))

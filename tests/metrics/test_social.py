@@ -131,3 +131,11 @@ def test_without_waypoints_only_the_places_are_compared_and_only_while_they_are_
 
 def test_nobody_has_none():
     assert compared([], np.zeros((3, 0, 2)), np.zeros((3, 0, 2))) == Detour()
+
+
+def test_without_people_there_are_none_and_without_things_none_of_theirs():
+    assert social.social_forces(make_trajectory([[0, 0]] * 3), make_scenario()) is None
+    scenario = replace(make_scenario(num_people=1))
+    found = social.social_forces(make_trajectory([[0, 0]] * 3, people=[[[2.0, 0.0]]] * 3), scenario)
+    assert found is not None
+    assert found.work == found.on_people + found.on_robot

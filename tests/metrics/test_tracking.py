@@ -167,3 +167,9 @@ def test_the_pairs_are_those_of_clear_mot(trajectory_through, scenario_with):
         trajectory = run_of(trajectory_through, people, tracks)
         found = track_numbers(trajectory, scenario_with(num_people=3))
         assert found.tolist() == one_tick_after_the_other(people, tracks).tolist()
+
+
+def test_no_people_and_no_belief_have_none(trajectory_through, scenario_with):
+    assert identity(trajectory_through([[0, 0], [1, 0]]), scenario_with()) is None
+    blind = trajectory_through([[0, 0], [1, 0]], people=np.zeros((2, 1, 2)), estimate=np.full((1, 3), np.nan))
+    assert identity(blind, scenario_with(num_people=1)) is None

@@ -63,8 +63,7 @@ def test_a_layout_is_apart_by_the_gap_has_a_way_and_reads_back_to_itself(seed):
     for one, other in combinations(scene.people, 2):
         assert np.hypot(*np.subtract(one.start, other.start)) >= one.radius + other.radius
     ways = WayMap(floor_of_robot(scene.walls, scene.tables, scene.pillars), scene.robot.radius)
-    goal = scene.robot.goal
-    assert ways.next_point(scene.robot.start[:2], goal, ways.distances(goal)) is not None
+    assert ways.way(scene.robot.start[:2], scene.robot.goal) is not None
     assert is_avoidable(scene)
     assert loads(dumps(scene)) == scene == loads(dumps(scene, draft=True)) == with_seed(drawn(SCENE, 0), seed)
 
