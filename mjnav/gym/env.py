@@ -41,7 +41,7 @@ class SceneEnv(gymnasium.Env[Blocks, NDArray[Any]]):
 
     `scene` is a shipped name, a run file or a Scenario, and `overrides` are values by dotted key for the first two, as
     in `mjnav.load_scenario`. `features` are the blocks that are observed, by name or as `Features`;
-    `mjnav.control.policy.blocks` says what stands in them, and the truth is never among them. `actions` is
+    `mjnav.control.policy` says what stands in them, and the truth is never among them. `actions` is
     "normalised", from -1 to 1 over the robot's limits, or "si", (v [m/s], omega [rad/s]). `reward` has the weights of
     the terms of `mjnav.gym.reward`. `size` is a picture's (width, height) in pixels.
 

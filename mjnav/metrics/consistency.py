@@ -145,24 +145,12 @@ def nees(error: Array, triangle: Array) -> Array:
 
 def robot_nees(trajectory: Trajectory) -> Array:
     """The NEES of the robot's x, y and heading at each tick, (T,)."""
-    columns = trajectory.estimate, trajectory.robot_pose[:-1], trajectory.estimate_triangle
-
-    def of_rows(estimate: Array, pose: Array, triangle: Array) -> Array:
-        error = estimate - pose
-        error[:, 2] = wrap(error[:, 2])
-        return nees(error, triangle)
-
-    return by_blocks(of_rows, *columns)
+    return by_blocks(nees, robot_error(trajectory), trajectory.estimate_triangle)
 
 
 def people_nees(trajectory: Trajectory) -> Array:
     """The NEES of each person's x, y, vx and vy at each tick, (T, P); NaN without a track."""
-
-    def of_rows(tracks: Array, position: Array, velocity: Array, triangle: Array) -> Array:
-        return nees(tracks - np.concatenate([position, velocity], axis=-1), triangle)
-
-    truth = trajectory.people_position[:-1], trajectory.people_velocity[:-1]
-    return by_blocks(of_rows, trajectory.tracks, *truth, trajectory.track_triangle)
+    return by_blocks(nees, track_error(trajectory), trajectory.track_triangle)
 
 
 def region(probability: float, num: int) -> float:

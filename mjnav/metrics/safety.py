@@ -66,23 +66,14 @@ def clearances(trajectory: Trajectory, scenario: Scenario) -> Clearances:
     things: list[Array] = []
     for part in _parts(trajectory):
         found = clearance(part, scenario)
-        for steps, names in ((people, _is_person), (things, lambda name: not _is_person(name))):
-            columns = [distance for name, distance in found.items() if names(name)]
+        for steps, of_people in ((people, True), (things, False)):
+            columns = [distance for name, distance in found.items() if name.startswith(PERSON) == of_people]
             if columns:
                 steps.append(np.fmin.reduce(columns))
     person, thing = _least(people), _least(things)
     mean = float(np.mean(np.concatenate(things))) if things else None
     known = [least for least in (person, thing) if least is not None]
     return Clearances(min(known, default=None), person, thing, mean)
-
-
-def min_clearance(trajectory: Trajectory, scenario: Scenario) -> float | None:
-    """Least distance between the robot's surface and any other [m]; None in an empty room, negative in contact."""
-    return clearances(trajectory, scenario).least
-
-
-def _is_person(name: str) -> bool:
-    return name.startswith(PERSON)
 
 
 def _least(steps: Sequence[Array]) -> float | None:

