@@ -7,7 +7,7 @@ from scipy import stats
 from mjnav.geometry.angles import wrap
 from mjnav.noise import profile
 from mjnav.robot.commands import CommandHistory, RobotPrediction, Stretch
-from mjnav.robot.prediction.base import carry_people
+from mjnav.robot.prediction import carry_people
 from mjnav.world.simulator import Simulator
 
 DELAYS = (0, 1, 3)
