@@ -12,9 +12,9 @@ from mjnav.cli.options import scene_options
 from mjnav.cli.options.common import check_whole
 from mjnav.cli.terminal.progress import compile_notice, progress, tell
 from mjnav.errors import InvalidValue
-from mjnav.loop.faults.heartbeat import Heartbeat
 from mjnav.loop.prepare import episode_label, load_scenario
 from mjnav.loop.run import WARM_UP_TICKS
+from mjnav.loop.supervision import Heartbeat
 from mjnav.metrics.prediction import Bin, Calibration, Interval
 from mjnav.output_files import output_path, written
 from mjnav.scene.ranges import MAX_SEED

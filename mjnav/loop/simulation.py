@@ -17,12 +17,12 @@ from mjnav.errors import InputError, InvalidValue, MjnavError, own_code, said
 from mjnav.log.live import LiveServer
 from mjnav.log.write.writer import Recorder
 from mjnav.loop.events import ABORTED, Events, Referee, warnings_of
-from mjnav.loop.faults.fault import fault_events
 from mjnav.loop.pacer import Start, Stopwatch
 from mjnav.loop.prepare import as_scenario, log_path
 from mjnav.loop.provenance import run_info
 from mjnav.loop.result import Result, result_of
 from mjnav.loop.run_record import RunRecord
+from mjnav.loop.supervision import fault_events
 from mjnav.loop.tick import Tick
 from mjnav.messages import Array, Beliefs, Decision, Event, Observation, Reading, TickRecord, Trajectory, WorldState
 from mjnav.metrics.own import OwnMetrics

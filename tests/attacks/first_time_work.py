@@ -23,7 +23,7 @@ import mjnav
 from mjnav.compile.compiled import load_kernels
 from mjnav.control import names
 from mjnav.loop.episode import Episode
-from mjnav.loop.faults.fault import RunFault
+from mjnav.loop.supervision import RunFault
 from mjnav.scene import library
 
 RATES = (5, 10, 20, 50, 100, 200)  # [Hz]

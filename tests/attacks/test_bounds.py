@@ -9,8 +9,8 @@ from mjnav import scene
 from mjnav.cli.main import main
 from mjnav.errors import InvalidValue
 from mjnav.loop.episode import Episode
-from mjnav.loop.faults.fault import RunFault
 from mjnav.loop.prepare import MAX_STEM, file_stem
+from mjnav.loop.supervision import RunFault
 from mjnav.noise import CHANNELS
 from mjnav.settings.marks import Range, mark
 from mjnav.study.study_file import load_study

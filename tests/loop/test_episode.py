@@ -16,8 +16,8 @@ from mjnav.errors import InputError
 from mjnav.log import open_log
 from mjnav.loop import run as run_module
 from mjnav.loop.episode import Episode
-from mjnav.loop.faults.fault import RunFault
 from mjnav.loop.pacer import RealTimePacer
+from mjnav.loop.supervision import RunFault
 from mjnav.metrics import summarise
 from mjnav.robot import navigator as navigator_module
 from mjnav.robot.navigator import Navigator

@@ -14,9 +14,9 @@ import mjnav
 from mjnav import scene
 from mjnav.errors import DamagedLogError, InputError
 from mjnav.loop.episode import Episode
-from mjnav.loop.faults.fault import RunFault
 from mjnav.loop.provenance import provenance
 from mjnav.loop.replay import COMPARED, TickComparison, logged_ticks, replay
+from mjnav.loop.supervision import RunFault
 from mjnav.world.mujoco_engine import MujocoEngine
 
 OWN = """

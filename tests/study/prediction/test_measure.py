@@ -76,7 +76,5 @@ def test_whoever_walks_straight_is_foretold_exactly_where_the_truth_is_known():
 
 
 def test_a_model_that_is_none_is_told_by_its_option():
-    with pytest.raises(
-        InvalidValue, match=r"^--model: prediction\.model: found 'constant'.*'constant_velocity'"
-    ):
+    with pytest.raises(InvalidValue, match=r"^--model: prediction\.model: found 'constant'.*'constant_velocity'"):
         measure("crossing1", Plan(("constant",), overrides=QUICK))
