@@ -68,7 +68,7 @@ def _by_person(truth: WorldState, tracks: tuple[Track, ...]) -> dict[int, Track]
     places = {f"person{i}": i for i in range(len(truth.people_position))}
     named = {places[track.name]: track for track in tracks if track.name in places}
     unnamed = [track for track in tracks if track.name not in places]
-    return named | nearest_tracks(truth.people_position, unnamed)
+    return named | nearest_tracks(truth.people_position, unnamed) if unnamed else named
 
 
 def _squared(errors: Array, covariances: Array) -> Array:

@@ -278,9 +278,9 @@ class Simulation:
         tick = self._usable("step()")
         if self.done:
             raise SimulationOver(f"step(): the simulation has ended: {self._outcome} after {self.time:g} s")
-        decision = given_decision(v, omega)
-        if decision is not tick.decision:
-            decision = self._robot.limited(decision)
+        decision = tick.decision
+        if decision is None or v is not decision or omega is not None:
+            decision = self._robot.limited(given_decision(v, omega))
         try:
             if self._perceived("step()").observation is None:
                 tick.predict()

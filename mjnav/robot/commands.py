@@ -23,7 +23,7 @@ import numpy as np
 from mjnav.errors import InvalidValue
 from mjnav.messages import Array, CandidateCosts, Decision, PlanShown, RobotLimits, Status, number
 from mjnav.motion.unicycle import integrate_rows, ramp_mean
-from mjnav.noise import NOISE_WINDOW, Distribution
+from mjnav.noise import NOISE_WINDOW, Distribution, sample_each
 from mjnav.rng import stream
 from mjnav.scene.spec import Latency, Scenario
 
@@ -192,13 +192,14 @@ class RobotPrediction:
     def __init__(self, noise: Mapping[str, Distribution], limits: RobotLimits, seed: int):
         channels = ("actuation.v", "actuation.omega")
         self._limits = limits
-        self._noise = tuple((noise[channel], stream(seed, "prediction", channel)) for channel in channels)
+        self._noise = [noise[channel] for channel in channels]
+        self._streams = [stream(seed, "prediction", channel) for channel in channels]
 
     def robot(self, pose: Array, start: float, end: float, stretches: Sequence[Stretch]) -> tuple[Array, Array]:
         """Poses (N, 3) at `end` from poses (N, 3) at `start`, and the actuation noise in force at `end`, (N, 2)."""
         first = _window(start)
         windows = _window(end) - first + 1
-        v, omega = (d.sample(rng, (windows, len(pose))) for d, rng in self._noise)
+        v, omega = sample_each(self._noise, self._streams, (windows, len(pose)))
         for stretch in stretches:
             begin, before = stretch.start, stretch.set_point
             while stretch.end - begin > ROUNDING:
