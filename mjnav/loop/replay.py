@@ -24,7 +24,7 @@ from mjnav.loop.provenance import FACTS, OWN_SOURCES, changes, run_info
 from mjnav.loop.result import Result
 from mjnav.loop.supervision import RunFault
 from mjnav.messages import PHASES, TickRecord, WorldState
-from mjnav.robot.commands import replayed
+from mjnav.robot.latency import replayed
 from mjnav.scene.plugged import plugins_of
 from mjnav.scene.spec import Scenario
 from mjnav.settings.plugins import Given, name_of

@@ -28,8 +28,8 @@ from mjnav.messages import Array, Beliefs, Decision, Event, Observation, Reading
 from mjnav.metrics.own import OwnMetrics
 from mjnav.metrics.safety import sees_robot
 from mjnav.metrics.social import detour
-from mjnav.robot.commands import given_decision
 from mjnav.robot.estimation.own import checked_beliefs
+from mjnav.robot.latency import given_decision
 from mjnav.robot.navigator import Navigator
 from mjnav.scene.ranges import MAX_LENGTH
 from mjnav.scene.spec import Person, Scenario
@@ -173,7 +173,7 @@ class Simulation:
             self._recorder,
             watch=attached.watch,
             cones=attached.cones or self._recorder is not None,
-            events=Events(scenario.control.period, sees=sees_robot(scenario)),
+            events=Events(sees_robot(scenario)),
         )
         self._record.note(*warnings_of(scenario))
         self._tick: Tick | None = None  # the present one; None until it is asked for

@@ -26,10 +26,10 @@ from mjnav.messages import (
 from mjnav.motion.unicycle import command_bounds
 from mjnav.rng import stream
 from mjnav.robot.caution import Caution
-from mjnav.robot.commands import CommandHistory, RobotPrediction, checked_decision, make_latency
 from mjnav.robot.controller import build_controller, num_samples
 from mjnav.robot.estimation import Localizer, Tracker, assumed_noise, make_localizer, make_tracker
 from mjnav.robot.estimation.base import DRAWS
+from mjnav.robot.latency import CommandHistory, RobotPrediction, checked_decision, make_latency
 from mjnav.robot.prediction import Crowd, RobotNow, make_predictor
 from mjnav.robot.sanity import Sanity
 from mjnav.robot.seen_space import FloorMap
