@@ -172,7 +172,7 @@ def _execute(argv: list[str], guard: Guard) -> int:
         except (Exception, KeyboardInterrupt):
             raise
         except BaseException as error:  # SystemExit that nothing else caught is no end of ours
-            from mjnav.loop.faults.fault import describe_fault
+            from mjnav.loop.supervision import describe_fault
 
             raise MjnavError(f"the command was ended from within: {describe_fault(error)}") from error
 

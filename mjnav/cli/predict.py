@@ -14,7 +14,6 @@ from mjnav.errors import InvalidValue
 if TYPE_CHECKING:
     from mjnav.study.prediction import Figure, Measured
 
-MODELS = ("constant_velocity", "mixture", "social_force")
 HEADS = {
     "ade_m": "ADE [m]",
     "fde_m": "FDE [m]",
@@ -39,7 +38,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
         nargs="+",
         action="extend",
         metavar="NAME",
-        help="one or more, each with its default parameters; by default all of mjnav's own",
+        help="one or more, each with its default parameters; constant_velocity by default",
     )
     parser.add_argument(
         "--exact",
@@ -65,9 +64,10 @@ def execute(arguments: argparse.Namespace) -> int:
         raise InvalidValue("--every", arguments.every, "a number of seconds > 0")
     if arguments.frame_rate is not None and not 0.0 < arguments.frame_rate <= 1e6:
         raise InvalidValue("--frame-rate", arguments.frame_rate, "a number > 0 and <= 1000000 Hz")
+    from mjnav.scene.prediction import CONSTANT_VELOCITY
     from mjnav.study.prediction import Plan, measure
 
-    models = tuple(dict.fromkeys(arguments.model or MODELS))
+    models = tuple(dict.fromkeys(arguments.model or (CONSTANT_VELOCITY,)))
     options = arguments.exact, arguments.samples, arguments.every, arguments.seed, tuple(arguments.overrides)
     plan = Plan(models, *options, arguments.frame_rate)
     with compile_notice():

@@ -61,8 +61,8 @@ def execute(arguments: argparse.Namespace) -> int:
     required = require.of_run(arguments, scenario)
     max_seconds = scene_options.checked_max_seconds(arguments, scenario.time_limit if real_time else 0.0)
     from mjnav.loop.events import warnings_of
-    from mjnav.loop.faults.fault import RunFault
     from mjnav.loop.run import run, warm_up
+    from mjnav.loop.supervision import RunFault
 
     for warning in warnings_of(scenario):
         tell(warning.text)

@@ -6,11 +6,11 @@ from pathlib import Path
 
 from mjnav.log.live import LiveServer
 from mjnav.log.write.writer import LogError
-from mjnav.loop.faults.fault import RunFault, describe_fault
 from mjnav.loop.pacer import FreePacer, Pacer, Start, Stopwatch
 from mjnav.loop.profile import Profile
 from mjnav.loop.result import Result
 from mjnav.loop.simulation import Attached, Simulation
+from mjnav.loop.supervision import RunFault, describe_fault
 from mjnav.messages import Event, TickRecord
 from mjnav.scene.spec import Scenario
 

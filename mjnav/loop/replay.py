@@ -18,12 +18,12 @@ from mjnav.log.log_format import REPLAY
 from mjnav.log.read.log import Log, decoder, open_log
 from mjnav.loop.episode import Episode
 from mjnav.loop.events import ABORTED, GIVEN
-from mjnav.loop.faults.fault import RunFault
 from mjnav.loop.prepare import check_functions, with_estimators
 from mjnav.loop.provenance import FACTS, OWN_SOURCES, changes, run_info
 from mjnav.loop.result import Result
+from mjnav.loop.supervision import RunFault
 from mjnav.messages import PHASES, TickRecord, WorldState
-from mjnav.robot.commands import replayed
+from mjnav.robot.latency import replayed
 from mjnav.scene.plugged import plugins_of
 from mjnav.scene.spec import Scenario
 from mjnav.settings.plugins import Given, name_of

@@ -1,6 +1,6 @@
 """Result of a run: its figures and its trajectory, and the figures as an HTML table for notebooks."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field, replace
 from html import escape
 from pathlib import Path
@@ -11,45 +11,10 @@ from mjnav.loop.profile import Profile
 from mjnav.messages import PHASES, Trajectory
 from mjnav.metrics.own import Measured
 from mjnav.metrics.social import Detour
-from mjnav.metrics.summary import FIGURES, summarise
+from mjnav.metrics.summary import summarise
 from mjnav.metrics.timing import compute_ms
-from mjnav.robot.commands import Computed, LatencyModel, replayed
+from mjnav.robot.latency import Computed, Latency, replayed
 from mjnav.scene.spec import Scenario
-
-# -------------------------------------------------------------------------------------------- table
-
-
-# Figures of the table.
-_ROWS = (
-    *("time_s", "min_clearance_m", "min_human_distance_m", "path_length_m", "mean_deviation_m", "max_deviation_m"),
-    *("control_cost", "localization_rmse_m", "tracking_rmse_m", "people_see_robot", "infeasible_ticks", "ticks"),
-    "real_time_factor",
-)
-
-
-def result_table(summary: Mapping[str, Any]) -> str:
-    """The table of a summary as `Result.summary` gives it; figures that are undefined are left out."""
-    rows = (f"<tr><th scope='row'>{escape(name)}</th><td>{escape(text)}</td></tr>" for name, text in _rows(summary))
-    title = f"{summary['scene']}, {summary['controller']}, seed {summary['seed']}: {summary['outcome']}"
-    return f"<table><caption>{escape(title)}</caption><tbody>{''.join(rows)}</tbody></table>"
-
-
-def _rows(summary: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
-    yield "collisions", ", ".join(f"{n} × {kind}" for kind, n in summary["collisions"].items() if n) or "none"
-    for key in _ROWS:
-        value = summary[key]
-        if value is not None:
-            text = f"{value:.3g}" if isinstance(value, float) else str(value)
-            yield FIGURES[key].words, f"{text} {FIGURES[key].unit}".rstrip()
-    for name, value in summary["metrics"].items():
-        if value is not None:
-            yield name, f"{value:.4g}"
-    if summary["log"]:
-        yield "log", str(summary["log"])
-
-
-# ------------------------------------------------------------------------------------------- result
-
 
 SCHEMA = 1  # of the summary
 NO_DETOUR = Detour()  # of a run for which nobody asked
@@ -110,8 +75,11 @@ class Result:
         return f"Result({s.scene!r}, {s.controller}, seed {s.seed}: {ended}{nearest}, {s.figures['ticks']} ticks)"
 
     def _repr_html_(self) -> str:
-        """The figures as a table, as notebooks show it."""
-        return result_table(self.summary)
+        """The figures that are defined as a table, as notebooks show it."""
+        figures = {key: value for key, value in self.summary.items() if isinstance(value, str | int | float)}
+        texts = {key: f"{value:.4g}" if isinstance(value, float) else str(value) for key, value in figures.items()}
+        rows = (f"<tr><th scope='row'>{key}</th><td>{escape(text)}</td></tr>" for key, text in texts.items())
+        return f"<table><caption>{escape(repr(self))}</caption><tbody>{''.join(rows)}</tbody></table>"
 
 
 def result_of(
@@ -120,7 +88,7 @@ def result_of(
     *,
     outcome: str | None,
     state_hash: str,
-    latency: LatencyModel,
+    latency: Latency,
     metrics: Measured,
     seconds: float | None = None,
     deadline_misses: int = 0,
@@ -145,7 +113,7 @@ def result_of(
     return Result(summary, trajectory, _replay(scenario, latency), log_dropped=log_dropped, metrics=metrics)
 
 
-def _replay(scenario: Scenario, latency: LatencyModel) -> Scenario:
+def _replay(scenario: Scenario, latency: Latency) -> Scenario:
     """The scenario with measured latencies written down."""
     control = scenario.control
     if control.latency is None or control.latency.model != "measured" or not isinstance(latency, Computed):

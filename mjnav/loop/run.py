@@ -18,10 +18,10 @@ from mjnav.control import names
 from mjnav.errors import InvalidValue
 from mjnav.log.live import LiveServer
 from mjnav.loop.episode import Episode
-from mjnav.loop.faults.fault import RunFault
 from mjnav.loop.pacer import FreePacer, RealTimePacer, realtime_scheduling
 from mjnav.loop.prepare import as_scenario, check_functions, log_path
 from mjnav.loop.result import Result
+from mjnav.loop.supervision import RunFault
 from mjnav.messages import Event, TickRecord
 from mjnav.robot.estimation.base import person_names
 from mjnav.robot.seen_space import FloorMap

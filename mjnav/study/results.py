@@ -15,8 +15,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from mjnav.errors import InputError, unknown_name
 from mjnav.log.read.data_frame import check_pandas
-from mjnav.loop.faults.heartbeat import MAX_SECONDS
 from mjnav.loop.prepare import OUT_FOLDER, check_functions
+from mjnav.loop.supervision import MAX_SECONDS
 from mjnav.output_files import path_text
 from mjnav.scene.overrides import Overrides, overrides_of
 from mjnav.scene.ranges import MAX_TIME

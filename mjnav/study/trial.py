@@ -12,10 +12,10 @@ from typing import Any
 from mjnav import scene
 from mjnav.errors import InvalidValue
 from mjnav.loop.episode import Episode
-from mjnav.loop.faults.fault import RunFault, describe_fault
 from mjnav.loop.provenance import digest, provenance, revision
 from mjnav.loop.result import Result
 from mjnav.loop.run import warm_up
+from mjnav.loop.supervision import RunFault, describe_fault
 from mjnav.metrics.summary import OF_EPISODES, measured
 from mjnav.scene.load import with_seed
 from mjnav.scene.plugged import plugins_of

@@ -21,7 +21,7 @@ import mjnav
 from mjnav.compile.compiled import Kernel, load_kernels
 from mjnav.control import names
 from mjnav.loop.episode import Episode
-from mjnav.loop.faults.fault import RunFault
+from mjnav.loop.supervision import RunFault
 from mjnav.scene import library
 
 RATES = (5, 10, 20, 50, 100, 200)  # [Hz]

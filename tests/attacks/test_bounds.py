@@ -8,7 +8,7 @@ from mjnav import scene
 from mjnav.cli.main import main
 from mjnav.errors import InvalidValue
 from mjnav.loop.episode import Episode
-from mjnav.loop.faults.fault import RunFault
+from mjnav.loop.supervision import RunFault
 from mjnav.noise import CHANNELS
 from mjnav.settings.marks import Range, mark
 from mjnav.world.engine import DivergedError

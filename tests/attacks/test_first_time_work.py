@@ -59,8 +59,6 @@ def test_nothing_is_loaded_late_at_the_second_reading(rate):
         "control.delay=2",
         "control.prediction=false",
         "people=[]",
-        "prediction.model=mixture",
-        "prediction.model=social_force",
         'noise.profile="none"',
         'noise.profile="bimodal"',
         'estimation.assumed_profile="none"',  # unexplained readings: the filters are spread again

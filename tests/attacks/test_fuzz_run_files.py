@@ -23,8 +23,8 @@ from hypothesis import strategies as st
 import mjnav
 from mjnav.errors import InputError
 from mjnav.loop.episode import Episode
-from mjnav.loop.faults.fault import RunFault
 from mjnav.loop.prepare import load_scenario
+from mjnav.loop.supervision import RunFault
 from mjnav.scene import dumps, library, loads
 from mjnav.scene.spec import Scenario
 from mjnav.scene.toml import toml_text

@@ -23,8 +23,7 @@ from queue import Empty, SimpleQueue
 from typing import Any
 
 from mjnav.errors import InvalidValue, MjnavError, missing_extra
-from mjnav.loop.faults.fault import describe_fault
-from mjnav.loop.faults.heartbeat import END_TIMEOUT, MAX_SECONDS, STALL, Heartbeat, TimeUp
+from mjnav.loop.supervision import END_TIMEOUT, MAX_SECONDS, STALL, Heartbeat, TimeUp, describe_fault
 from mjnav.study.keep import LogFault
 from mjnav.study.store.row import Row
 from mjnav.study.sweep.workers import POLL, TimeLimit, as_done

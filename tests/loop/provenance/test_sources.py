@@ -1,15 +1,12 @@
 """The files behind a controller of one's own: all that its module may import from the user's sources, and no others."""
 
-import hashlib
 import importlib
 import sys
 from pathlib import Path
 
 import pytest
 
-import mjnav
 from mjnav.loop.provenance import mjnav_sources, plugin_sources
-from mjnav.scene.library import data_folder
 from mjnav.settings.plugins import ControllerPlugin
 
 
@@ -82,12 +79,3 @@ def test_a_digest_is_of_the_content_and_finding_it_imports_nothing(sources, tmp_
     assert len(set(found.values())) == 2
     assert "lab_never" not in sys.modules
     assert Path(tmp_path / "lab_digest.py").exists()
-
-
-def test_mjnavs_own_sources_are_the_files_of_the_package_and_of_the_models_alone():
-    package, digest = Path(mjnav.__file__).parent, hashlib.sha256()
-    for folder, pattern in ((package, "*.py"), (data_folder("models"), "*")):
-        for path in sorted(path for path in folder.rglob(pattern) if path.is_file()):
-            content = path.read_bytes()
-            digest.update(f"{path.relative_to(folder).as_posix()}\0{len(content)}\0".encode() + content)
-    assert mjnav_sources() == digest.hexdigest()[:16]

@@ -2,6 +2,7 @@
 
 import gzip
 from base64 import b64decode
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -24,8 +25,9 @@ def stored(document, name, kind):
 
 @pytest.fixture(scope="module")
 def predicted(tmp_path_factory):
-    path = tmp_path_factory.mktemp("logs") / "mixture.mcap"
-    given = ("physics.engine=kinematic", "time_limit=1", "prediction.model=mixture")
+    path = tmp_path_factory.mktemp("logs") / "arcs.mcap"
+    arcs = Path(__file__).parents[3] / "examples" / "predictor" / "arcs.py"
+    given = ("physics.engine=kinematic", "time_limit=1", f"prediction.model={arcs}:Arcs")
     mjnav.run(load_scenario("five", given, seed=3), log=path)
     return open_log(path)
 

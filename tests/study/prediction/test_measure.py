@@ -1,5 +1,7 @@
 """Predictions measured over recordings, scenes and logs."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -9,7 +11,8 @@ from mjnav.scene.crowd import read_recording
 from mjnav.study.prediction import Frames, Plan, measure
 
 QUICK = ("physics.engine=kinematic", "time_limit=3", "prediction.horizon=0.8")
-MODELS = ("constant_velocity", "mixture", "social_force")
+ARCS = f"{Path(__file__).parents[3] / 'examples' / 'predictor' / 'arcs.py'}:Arcs"
+MODELS = ("constant_velocity", ARCS)
 
 
 @pytest.fixture
@@ -44,31 +47,23 @@ def test_where_people_were_between_steps_and_beyond_their_rows(recording):
     assert np.isnan(found[3]).all()
 
 
-def test_a_log_is_measured_again_with_the_same_figures_and_who_is_alone_goes_straight_on(tmp_path):
+def test_a_log_is_measured_again_with_the_same_figures_(tmp_path):
     scene = mjnav.load_scenario("crossing1", {"physics.engine": "kinematic", "time_limit": 3.0})
     mjnav.run(scene, seed=4, log=tmp_path / "a.mcap")
     first, again = (
         measure(str(tmp_path / "a.mcap"), Plan(MODELS, overrides=("prediction.horizon=0.8",))) for _ in range(2)
     )
     assert first == again
-    assert first.models["mixture"].predictions == 6
-    assert first.models["mixture"].figures["ade_m"].interval is None  # no interval of one person
-    straight = first.models["constant_velocity"].figures
-    forces = first.models["social_force"].figures  # one person, far from walls
-    assert [straight[key].value for key in straight] == pytest.approx([forces[key].value for key in straight])
+    assert first.models[ARCS].predictions == 6
+    assert first.models[ARCS].figures["ade_m"].interval is None  # no interval of one person
 
 
 def test_whoever_walks_straight_is_foretold_exactly_where_the_truth_is_known():
-    found = measure("crossing1", Plan(MODELS, exact=True, overrides=QUICK)).models
-    mixture = found["mixture"]
+    found = measure("crossing1", Plan(("constant_velocity",), exact=True, overrides=QUICK)).models
     assert found["constant_velocity"].figures["fde_m"].value == pytest.approx(0.0, abs=1e-6)
-    assert mixture.figures["fde_m"].value > 0.0
     assert found["constant_velocity"].energy_beyond_first.value == 0.0
-    assert found["mixture"].energy_beyond_first.value == pytest.approx(
-        found["mixture"].figures["energy_m"].value, abs=1e-6
-    )
 
 
 def test_a_model_that_is_none_is_told_by_its_option():
-    with pytest.raises(InvalidValue, match=r"^--model: prediction\.model: found 'mixtur'.*did you mean 'mixture'"):
-        measure("crossing1", Plan(("mixtur",), overrides=QUICK))
+    with pytest.raises(InvalidValue, match=r"^--model: prediction\.model: found 'constant'.*'constant_velocity'"):
+        measure("crossing1", Plan(("constant",), overrides=QUICK))

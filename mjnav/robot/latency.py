@@ -16,16 +16,16 @@ from bisect import bisect_right
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from math import ceil
-from typing import Protocol
 
 import numpy as np
 
 from mjnav.errors import InvalidValue
 from mjnav.messages import Array, CandidateCosts, Decision, PlanShown, RobotLimits, Status, number
 from mjnav.motion.unicycle import integrate_rows, ramp_mean
-from mjnav.noise import NOISE_WINDOW, Distribution
+from mjnav.noise import NOISE_WINDOW, Distribution, sample_each
 from mjnav.rng import stream
-from mjnav.scene.spec import Latency, Scenario
+from mjnav.scene import spec
+from mjnav.scene.spec import Scenario
 
 # ------------------------------------------------------------------------------- commands over time
 
@@ -105,18 +105,6 @@ class CommandHistory:
 # ------------------------------------------------------------------------------------------ latency
 
 
-class LatencyModel(Protocol):
-    """Moments of effect of the decision of each tick, in simulated time [s]."""
-
-    def expected(self, tick: int) -> float:
-        """What the prediction counts on."""
-        ...
-
-    def actual(self, tick: int, spent: float) -> float:
-        """What happens, where computing took `spent` [s] of wall time. Called once a tick, in order."""
-        ...
-
-
 class WholePeriods:
     """Decision k takes effect at (k + delay) T."""
 
@@ -124,11 +112,11 @@ class WholePeriods:
         self._period, self._delay = period, delay
 
     def expected(self, tick: int) -> float:
-        """See `LatencyModel`."""
+        """When the prediction counts on the decision of a tick to take effect [s]."""
         return (tick + self._delay) * self._period
 
     def actual(self, tick: int, spent: float) -> float:
-        """See `LatencyModel`; `spent` does not count."""
+        """When it does [s]: then, whatever was `spent` on it."""
         return self.expected(tick)
 
 
@@ -150,11 +138,11 @@ class Computed:
         self.trace: list[float] = []  # tau_k [s]
 
     def expected(self, tick: int) -> float:
-        """See `LatencyModel`."""
+        """When the prediction counts on the decision of a tick to take effect [s]."""
         return tick * self._period + self._planned
 
     def actual(self, tick: int, spent: float) -> float:
-        """See `LatencyModel`."""
+        """When it does [s], where computing it took `spent` [s] of wall time. Called once a tick, in order."""
         self.trace.append(self._taken(tick, spent))
         steps = ceil(self.trace[-1] / self._timestep - 1e-6)
         return tick * self._period + steps * self._timestep
@@ -165,7 +153,10 @@ class Computed:
         return self._times[tick % len(self._times) if self._rng is None else self._rng.integers(len(self._times))]
 
 
-def make_latency(scenario: Scenario, seed: int) -> WholePeriods | Computed:
+Latency = WholePeriods | Computed
+
+
+def make_latency(scenario: Scenario, seed: int) -> Latency:
     """The scenario's model."""
     control, timestep = scenario.control, scenario.physics.timestep
     latency = control.latency
@@ -178,9 +169,9 @@ def make_latency(scenario: Scenario, seed: int) -> WholePeriods | Computed:
     return Computed(control.period, timestep, planned, latency.trace, rng)
 
 
-def replayed(latency: Latency, period: float, trace: list[float]) -> Latency:
+def replayed(latency: spec.Latency, period: float, trace: list[float]) -> spec.Latency:
     """The latency that repeats a measured run: its own times in their order."""
-    return Latency("sampled", tuple(trace), "recorded", latency.expected(period))
+    return spec.Latency("sampled", tuple(trace), "recorded", latency.expected(period))
 
 
 # -------------------------------------------------------------------------- prediction of the robot
@@ -192,13 +183,14 @@ class RobotPrediction:
     def __init__(self, noise: Mapping[str, Distribution], limits: RobotLimits, seed: int):
         channels = ("actuation.v", "actuation.omega")
         self._limits = limits
-        self._noise = tuple((noise[channel], stream(seed, "prediction", channel)) for channel in channels)
+        self._noise = [noise[channel] for channel in channels]
+        self._streams = [stream(seed, "prediction", channel) for channel in channels]
 
     def robot(self, pose: Array, start: float, end: float, stretches: Sequence[Stretch]) -> tuple[Array, Array]:
         """Poses (N, 3) at `end` from poses (N, 3) at `start`, and the actuation noise in force at `end`, (N, 2)."""
         first = _window(start)
         windows = _window(end) - first + 1
-        v, omega = (d.sample(rng, (windows, len(pose))) for d, rng in self._noise)
+        v, omega = sample_each(self._noise, self._streams, (windows, len(pose)))
         for stretch in stretches:
             begin, before = stretch.start, stretch.set_point
             while stretch.end - begin > ROUNDING:

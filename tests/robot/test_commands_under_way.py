@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from mjnav.messages import RobotLimits
-from mjnav.robot.commands import CommandHistory
+from mjnav.robot.latency import CommandHistory
 
 DELAYS = (0, 1, 3)
 
@@ -34,23 +33,6 @@ def test_the_stretches_reach_from_the_belief_to_the_moment_of_effect_without_a_g
             assert stretches[-1].end == pytest.approx(effect)
             assert [a.end for a in stretches[:-1]] == pytest.approx([b.start for b in stretches[1:]])
         history.append(effect, np.array([0.05 * tick, 0.0]))
-
-
-def test_stretches_name_the_command_in_force_and_the_set_point_at_their_start():
-    limits = RobotLimits(max_acceleration=1.0, max_turn_acceleration=2.0)
-    history = CommandHistory(limits)
-    history.append(0.1, np.array([0.5, 0.3]))
-    history.append(0.2, np.array([0.05, 0.0]))
-    first, second, third = history.stretches(0.04, 0.26)
-    assert (first.start, first.end, second.start, second.end, third.start, third.end) == pytest.approx(
-        (0.04, 0.1, 0.1, 0.2, 0.2, 0.26)
-    )
-    assert [s.command.tolist() for s in (first, second, third)] == [[0.0, 0.0], [0.5, 0.3], [0.05, 0.0]]
-    assert first.set_point == pytest.approx([0.0, 0.0])
-    assert second.set_point == pytest.approx([0.0, 0.0])
-    assert third.set_point == pytest.approx([0.1, 0.2])  # 0.1 s at the limits
-    (late,) = history.stretches(0.23, 0.26)
-    assert late.set_point == pytest.approx([0.07, 0.14])
 
 
 @pytest.mark.parametrize("period", [0.02, 0.1, 0.2])
@@ -86,11 +68,3 @@ def test_commands_switch_within_a_period_in_order_and_none_overtakes_another(lim
     assert history.switches(0.3, 0.4) == []
     assert np.array_equal(history.in_force(0.3), third)
     assert [s.command[0] for s in history.stretches(0.1, 0.3)] == [0.0, 0.1, 0.3]
-
-
-def test_what_takes_force_when_a_period_ends_belongs_to_the_next(limits):
-    history = CommandHistory(limits)
-    history.append(0.2, np.array([0.1, 0.0]))
-    assert history.switches(0.1, 0.2) == []
-    assert history.switches(0.2, 0.3) == []
-    assert history.in_force(0.2)[0] == 0.1

@@ -17,7 +17,9 @@ import numpy as np
 
 from mjnav.errors import PluginFault
 from mjnav.messages import Array, KnownMap, Track
+from mjnav.scene.spec import Scenario
 from mjnav.sealed import checked_copy, sealed_message
+from mjnav.settings.plugins import PredictorPlugin
 from mjnav.short_repr import ShortRepr
 
 # ------------------------------------------------------------------------------------------ interface
@@ -131,3 +133,11 @@ class ConstantVelocity:
 def carry_people(samples: Array, duration: Array | float) -> tuple[Array, Array]:
     """Positions and velocities, (..., 2) each, after `duration` [s] from samples (..., 4) of x, y, vx, vy."""
     return samples[..., :2] + duration * samples[..., 2:], samples[..., 2:]
+
+
+def make_predictor(scenario: Scenario, seed: int) -> Predictor:
+    """The model that the scenario names, under the run's seed."""
+    model = None if scenario.prediction is None else scenario.prediction.model
+    if isinstance(model, PredictorPlugin):
+        return OwnPredictor(model.name, model.make(scenario, seed))
+    return ConstantVelocity()
