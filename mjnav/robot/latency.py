@@ -22,7 +22,7 @@ import numpy as np
 from mjnav.errors import InvalidValue
 from mjnav.messages import Array, CandidateCosts, Decision, PlanShown, RobotLimits, Status, number
 from mjnav.motion.unicycle import integrate_rows, ramp_mean
-from mjnav.noise import NOISE_WINDOW, Distribution, sample_each
+from mjnav.noise import NOISE_WINDOW, Distribution
 from mjnav.rng import stream
 from mjnav.scene import spec
 from mjnav.scene.spec import Scenario
@@ -183,14 +183,13 @@ class RobotPrediction:
     def __init__(self, noise: Mapping[str, Distribution], limits: RobotLimits, seed: int):
         channels = ("actuation.v", "actuation.omega")
         self._limits = limits
-        self._noise = [noise[channel] for channel in channels]
-        self._streams = [stream(seed, "prediction", channel) for channel in channels]
+        self._noise = [(noise[channel], stream(seed, "prediction", channel)) for channel in channels]
 
     def robot(self, pose: Array, start: float, end: float, stretches: Sequence[Stretch]) -> tuple[Array, Array]:
         """Poses (N, 3) at `end` from poses (N, 3) at `start`, and the actuation noise in force at `end`, (N, 2)."""
         first = _window(start)
         windows = _window(end) - first + 1
-        v, omega = sample_each(self._noise, self._streams, (windows, len(pose)))
+        v, omega = [channel.sample(rng, (windows, len(pose))) for channel, rng in self._noise]
         for stretch in stretches:
             begin, before = stretch.start, stretch.set_point
             while stretch.end - begin > ROUNDING:

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from mjnav.compile.compiled import Vector, kernel
 from mjnav.constant import Constant
-from mjnav.filters.particles import ess, shuffled, shuffled_each, weighted_moments
+from mjnav.filters.particles import ess, shuffled, weighted_moments
 from mjnav.messages import Array, Detection, Reading, RobotBelief, Track, finite
 from mjnav.noise import Distribution, make_distribution, profile
 from mjnav.rng import stream
@@ -275,7 +275,8 @@ class PeopleTracker:
         """Samples of the latest tracks, (num, 4) each, in random order; an error before the first reading."""
         if self._tracks is None:
             raise RuntimeError(NO_BELIEF)
-        return shuffled_each(self._tracks, num, [self._drawing[p] for p in self._tracked])
+        pairs = zip(self._tracked, self._tracks, strict=True)
+        return tuple([shuffled(track.particles, track.weights, num, self._drawing[p]) for p, track in pairs])
 
     def _conclude(self, time: float, posterior: Posterior, tracked: Sequence[int]) -> tuple[Track, ...]:
         """The latest tracks, of those who are `tracked`, from a posterior of all people."""

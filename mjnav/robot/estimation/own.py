@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from mjnav.errors import InputError, InvalidValue, PluginFault
-from mjnav.filters.particles import shuffled_each
+from mjnav.filters.particles import shuffled
 from mjnav.messages import LARGEST, Array, Beliefs, Detection, Reading, RobotBelief, Track, number
 from mjnav.rng import stream
 from mjnav.robot.estimation.base import DRAWS, PeopleTracker, PoseEstimator
@@ -183,7 +183,7 @@ class OwnScanTracker:
         """Samples of the latest tracks, (num, 4) each, in random order; an error before the first reading."""
         if self._tracks is None:
             raise RuntimeError("draw() needs tracks: call update() with a reading first")
-        return shuffled_each(self._tracks, num, [self._stream(track.name) for track in self._tracks])
+        return tuple([shuffled(t.particles, t.weights, num, self._stream(t.name)) for t in self._tracks])
 
     def _stream(self, name: str) -> np.random.Generator:
         if name not in self._streams:
