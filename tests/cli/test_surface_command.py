@@ -35,19 +35,6 @@ def test_picture_and_arrays_go_below_the_working_folder_named_by_the_moment(mjna
     assert picture.std() > 10.0  # not blank
 
 
-def test_json_is_one_object_with_the_documented_keys_and_nothing_else(mjnav):
-    said = mjnav("surface", "crossing1", "--at", "0.31", "-o", "a.png", "--json", *QUICK)
-    assert said.code == 0
-    printed = json.loads(said.out, parse_constant=pytest.fail)  # NaN and infinity are no JSON
-    assert list(printed) == KEYS.split()
-    assert (printed["schema"], printed["scene"], printed["controller"], printed["seed"]) == (1, "crossing1", "rkhs", 0)
-    assert (printed["time_s"], printed["status"]) == (pytest.approx(0.3), "ok")
-    assert (printed["window"], printed["grid"]) == ("bounds", 5)
-    assert (printed["picture"], printed["data"]) == ("a.png", "a.npz")
-    for control in ("chosen", "nominal", "minimum"):
-        assert sorted(printed[control]) == ["omega", "total", "v"]
-
-
 @pytest.mark.parametrize(("scene", "window"), [("hall", "bounds"), ("lane", "reachable")])
 def test_the_arrays_are_the_surface_of_the_moments_decision(mjnav, tmp_path, scene, window):
     options = ("--seed", "3", "--window", window, "--controller", "rkhs", *QUICK)
@@ -113,13 +100,4 @@ def test_what_cannot_be_used_is_refused_in_one_line(mjnav, tmp_path, words, frag
     assert len(said.err.splitlines()) == 1
     for fragment in fragments:
         assert fragment in said.err
-    assert files(tmp_path) == []
-
-
-def test_after_the_end_of_the_run_there_is_no_surface(mjnav, tmp_path):
-    said = mjnav("surface", "crossing1", "--at", "9", "--set", "robot.goal=[0.6, 0.0]", *QUICK)
-    assert (said.code, said.out) == (2, "")
-    assert re.fullmatch(
-        r"mjnav: --at: time: found 9.0; allowed: 0 to [0-9.]+ s: there the run ended \(goal\)\n", said.err
-    )
     assert files(tmp_path) == []
