@@ -6,6 +6,7 @@ import signal
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import asdict
+from itertools import product
 
 from mjnav.cli.options import scene_options
 from mjnav.cli.options.common import check_whole
@@ -96,44 +97,28 @@ def execute(arguments: argparse.Namespace) -> int:
 
 
 def _print(calibrations: Mapping[str, Mapping[str, Calibration]]) -> None:
-    """The methods side by side, then each one's reliability curve."""
-    rows = [
-        (
-            setting,
-            name,
-            str(c.count),
-            _share(c.predicted),
-            _share(c.observed),
-            f"{_share(c.bias, '+')}{_interval(c.bias_interval, '+')}",
-            f"{_share(c.ece)}{_interval(c.ece_interval)}",
-            _share(c.brier),
+    """The methods side by side, then the reliability curve of each."""
+    rows, bins = [], []
+    for setting, name in product(SETTINGS, calibrations):
+        c = calibrations[name][setting]
+        bias, error = _share(c.bias, c.bias_interval, "+"), _share(c.ece, c.ece_interval)
+        rows.append(
+            (setting, name, str(c.count), *map(_share, (c.predicted, c.observed)), bias, error, _share(c.brier))
         )
-        for setting in SETTINGS
-        for name, c in ((name, by_setting[setting]) for name, by_setting in calibrations.items())
-    ]
+        for b in c.bins:
+            mean, observed = _share(b.predicted), _share(b.observed, b.observed_interval)
+            bins.append((setting, name, str(b.count), f"{b.low:g} to {b.high:g}", mean, observed))
     heads = ("setting", "controller", "decisions", "predicted", "observed", "bias", "calibration error", "Brier")
     print_table(rows, heads, numbers=(2, 3, 4))
-    for name, by_setting in calibrations.items():
-        for setting, c in by_setting.items():
-            print(f"\n{name}, {setting}")
-            bins = [
-                (
-                    f"{b.low:g} to {b.high:g}",
-                    str(b.count),
-                    _share(b.predicted),
-                    f"{_share(b.observed)}{_interval(b.observed_interval)}",
-                )
-                for b in c.bins
-            ]
-            print_table(bins, ("predicted", "decisions", "mean", "observed"), numbers=(1, 2))
+    print()
+    print_table(bins, ("setting", "controller", "decisions", "predicted", "mean", "observed"), numbers=(2, 3, 4))
 
 
-def _share(value: float | None, sign: str = "") -> str:
-    return "-" if value is None else format(value, f"{sign}.3f")
-
-
-def _interval(interval: Interval | None, sign: str = "") -> str:
-    return "" if interval is None else f" [{', '.join(_share(end, sign) for end in interval)}]"
+def _share(value: float | None, interval: Interval | None = None, sign: str = "") -> str:
+    if value is None:
+        return "-"
+    ends = "" if interval is None else f" [{', '.join(format(end, f'{sign}.3f') for end in interval)}]"
+    return f"{value:{sign}.3f}{ends}"
 
 
 @contextmanager

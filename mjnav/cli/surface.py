@@ -113,17 +113,6 @@ def _text(control: dict[str, float | None] | None) -> str:
 
 def _arrays(s: DecisionSurface) -> dict[str, Any]:
     """What the file of arrays has, but for the names of the obstacles."""
-    return {
-        "v": s.v,
-        "omega": s.omega,
-        "goal": s.goal,
-        "cone": s.cone_term,
-        "lane": s.lane_term,
-        "total": s.total,
-        "cone_by_obstacle": s.cone,
-        "lane_by_side": s.lane,
-        "weighted": s.weighted,
-        "chosen": [s.decision.v, s.decision.omega],
-        "nominal": s.nominal,
-        "reachable": s.reachable,
-    }
+    names = ("v", "omega", "goal", "total", "weighted", "nominal", "reachable")
+    terms = {"cone": s.cone_term, "lane": s.lane_term, "cone_by_obstacle": s.cone, "lane_by_side": s.lane}
+    return {**{name: getattr(s, name) for name in names}, **terms, "chosen": [s.decision.v, s.decision.omega]}

@@ -8,7 +8,6 @@ sequential quadratic programming (SLSQP) from the middle.
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from time import perf_counter
 from types import MappingProxyType
 from typing import Any
 
@@ -17,7 +16,7 @@ from numpy.typing import NDArray
 
 from mjnav.control.decision_surface import DecisionSurface, decision_surface
 from mjnav.control.methods.rkhs import Rkhs
-from mjnav.control.problem.candidates import Candidates, candidate_grid
+from mjnav.control.problem.candidates import Candidates
 from mjnav.control.problem.goal_cost import GoalCost
 from mjnav.loop.episode import Episode
 from mjnav.messages import Array, Observation, TickRecord
@@ -47,26 +46,13 @@ GROUPS: Mapping[str, tuple[str, ...]] = MappingProxyType(
 )
 SOURCE = "figure 3, section V-A"
 NEAR = 0.01  # of a cost: what counts as worse, and as the same
-
-# Of SLSQP; gradients are central differences, so a control costs five points, in one call of the kernel.
-DIFFERENCE = 1e-6  # of the window's width
-TOLERANCE = 1e-9  # of the cost at the start
+TOLERANCE = 1e-9  # of SLSQP, of the cost at the start
 TINY = 1e-12  # below which a cost or a width is not divided by
-_FIVE = DIFFERENCE * np.array([[0.0, 0.0], [1.0, 0.0], [-1.0, 0.0], [0.0, 1.0], [0.0, -1.0]])
-
-
-@dataclass(frozen=True, slots=True)
-class Search:
-    """Where a search ended."""
-
-    control: Array  # (2,) v, omega
-    cost: float
-    seconds: float
 
 
 @dataclass(frozen=True, slots=True)
 class Searches:
-    """Searches on decisions, and one decision that is drawn. Times are this machine's."""
+    """Searches on decisions, and one decision that is drawn."""
 
     table: Sequence[Mapping[str, Any]]  # a row for every decision and variant
     drawn: str  # scene, seed and time of the decision
@@ -103,41 +89,27 @@ def continuous_cost(controller: Rkhs, observation: Observation) -> Cost:
     return cost
 
 
-def on_grid(cost: Cost, controller: Rkhs, observation: Observation) -> Search:
-    """The cheapest of the controller's own candidates, keep and brake among them."""
-    began, p = perf_counter(), controller.parameters
-    grid = candidate_grid(observation.twist, controller.limits, controller.period, p.num_v, p.num_omega, "reachable")
-    total = cost(grid.v, grid.omega)
-    best = int(np.argmin(total))
-    seconds = perf_counter() - began
-    return Search(np.array([grid.v[best], grid.omega[best]]), float(total[best]), seconds)
-
-
-def by_gradient(cost: Cost, low: Array, high: Array) -> Search:
-    """The best control that SLSQP computes between `low` and `high` (2,), from their middle.
+def by_gradient(cost: Cost, low: Array, high: Array) -> tuple[Array, float]:
+    """The best control (2,) that SLSQP computes between `low` and `high` (2,) from their middle, and its cost.
 
     The window is scaled to the unit square and the cost to 1 at the start, as the method's tolerances are absolute.
     """
     from scipy.optimize import minimize
 
-    size = np.maximum(high - low, TINY)
-    seen: list[tuple[float, Array]] = []
-    scale = 1.0
+    def cost_at(place: Array) -> float:
+        v, omega = low + place * (high - low)
+        return float(cost(np.array([v]), np.array([omega]))[0])
 
-    def with_slope(at: Array) -> tuple[float, Array]:
-        places = np.clip(np.clip(at, 0.0, 1.0) + _FIVE, 0.0, 1.0)
-        v, omega = np.ascontiguousarray((low + places * size).T)
-        y = cost(v, omega) / scale
-        seen.append((float(y[0]) * scale, places[0]))
-        slope = (y[[1, 3]] - y[[2, 4]]) / np.array([places[1, 0] - places[2, 0], places[3, 1] - places[4, 1]])
-        return float(y[0]), slope
-
-    began, start = perf_counter(), np.array([0.5, 0.5])
-    scale = max(with_slope(start)[0], TINY)
-    minimize(with_slope, start, jac=True, method="SLSQP", bounds=[(0.0, 1.0)] * 2, options={"ftol": TOLERANCE})
-    seconds = perf_counter() - began
-    best, at = min(seen, key=lambda pair: pair[0])
-    return Search(low + at * size, best, seconds)
+    scale = max(cost_at(np.array([0.5, 0.5])), TINY)
+    end = minimize(
+        lambda place: cost_at(place) / scale,
+        np.array([0.5, 0.5]),
+        jac="3-point",
+        method="SLSQP",
+        bounds=[(0.0, 1.0)] * 2,
+        options={"ftol": TOLERANCE},
+    )
+    return low + end.x * (high - low), cost_at(end.x)
 
 
 def goal_cost_excess(record: TickRecord) -> float:
@@ -178,25 +150,18 @@ def _controller(scenario: Scenario, name: str) -> Rkhs:
 def _compared(scenario: Scenario, record: TickRecord, name: str) -> dict[str, Any]:
     """What one decision shows of one variant."""
     controller = _controller(scenario, name)
-    cost = continuous_cost(controller, record.seen)
     window = reachable(record.seen.twist, controller.limits, controller.period)
-    on_grid(cost, controller, record.seen)  # so that no search's time includes what a decision computes once
-    grid = on_grid(cost, controller, record.seen)
-    searched = by_gradient(cost, *window)
-    return {
-        "variant": name,
-        "grid_cost": grid.cost,
-        "grid_s": grid.seconds,
-        "slsqp_cost": searched.cost,
-        "slsqp_s": searched.seconds,
-    }
+    _, searched = by_gradient(continuous_cost(controller, record.seen), *window)
+    costs = controller.decide(record.seen).costs
+    assert costs is not None
+    return {"variant": name, "grid_cost": float(costs.total.min()), "slsqp_cost": searched}
 
 
 # ---------------------------------------------------------------------------------------------- claims
 
 
 def claims(data: Searches) -> Iterator[Claim]:
-    """On where the gradient method ends, and its time."""
+    """On where the gradient method ends."""
     num, seed = len(data.table) // len(VARIANTS), int(data.table[0]["seed"])
     for name, variants in GROUPS.items():
         searched, grid = data.column("slsqp_cost", variants), data.column("grid_cost", variants)
@@ -212,15 +177,6 @@ def claims(data: Searches) -> Iterator[Claim]:
             f"than the 20 × 20 grid in {_share(worse)}, as much better in {_share(better)}, a difference of "
             f"{shown(e, 'points', signed=True)} by runs.",
         )
-    searched, grid = data.column("slsqp_s"), data.column("grid_s")
-    slower = mean_by_run(data.column("run"), np.log2(searched / grid), seed, "surface")
-    yield Claim(
-        "Sampling the controls takes less time than a gradient method.",
-        SOURCE,
-        [Measured(slower.estimate.value > 0.0, slower.p)],
-        f"log2 of the time of SLSQP over that of the grid, on this machine: {shown(slower.estimate)} by runs; medians "
-        f"{1e3 * np.median(searched):.2g} ms and {1e3 * np.median(grid):.2g} ms.",
-    )
 
 
 def _share(events: NDArray[np.bool_]) -> str:

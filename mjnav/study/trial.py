@@ -7,7 +7,10 @@ import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import lru_cache
+from math import nan, sqrt
 from typing import Any
+
+import numpy as np
 
 from mjnav import scene
 from mjnav.errors import InvalidValue
@@ -16,6 +19,8 @@ from mjnav.loop.provenance import digest, provenance, revision
 from mjnav.loop.result import Result
 from mjnav.loop.run import warm_up
 from mjnav.loop.supervision import RunFault, describe_fault
+from mjnav.messages import Array, TickRecord
+from mjnav.metrics.consistency import skew_and_kurtosis
 from mjnav.metrics.summary import OF_EPISODES, measured
 from mjnav.scene.load import with_seed
 from mjnav.scene.plugged import plugins_of
@@ -23,7 +28,6 @@ from mjnav.scene.spec import Scenario
 from mjnav.settings.plugins import Plugin
 from mjnav.study.cells import DEFAULT_SETTING, Cell
 from mjnav.study.keep import Keep, raise_log_fault
-from mjnav.study.sample_shape import SampleShape
 from mjnav.study.store.row import FIGURES, Row, Value
 
 ID_DIGITS = 32  # 128 bits: among a billion episodes, two have the same id with a probability of 1e-21
@@ -177,10 +181,10 @@ def _figures(result: Result, scenario: Scenario) -> dict[str, Value]:
 
 def flatten(summary: Mapping[str, Any], prefix: str = "") -> dict[str, Value]:
     """A run's summary with one key a figure: compute_ms_control_p50."""
-    found: dict[str, Value] = {}
+    flat: dict[str, Value] = {}
     for key, value in summary.items():
-        found |= flatten(value, f"{prefix}{key}_") if isinstance(value, Mapping) else {f"{prefix}{key}": value}
-    return found
+        flat |= flatten(value, f"{prefix}{key}_") if isinstance(value, Mapping) else {f"{prefix}{key}": value}
+    return flat
 
 
 def prepared(trial: Trial) -> Scenario:
@@ -194,3 +198,57 @@ def _prepared(document: str) -> Scenario:
     scenario = scene.loads(document)
     warm_up(scenario)
     return scenario
+
+
+# ---------------------------------------------------------------------------------- shape of the samples
+
+
+class SampleShape:
+    """Watches a run: skew and kurtosis of the samples' x and y, means over ticks, axes and people.
+
+    With the moments' g1 and g2 + 3 of n samples, these are the estimates that are unbiased for Gaussians of any n:
+
+        G1 = sqrt(n (n - 1)) / (n - 2) g1,   G2 = (n - 1) / ((n - 2) (n - 3)) ((n + 1) g2 + 6),   kurtosis G2 + 3.
+
+    Of few samples of a heavy tail both are too small. Source: Joanes & Gill, The Statistician 47 (1998) 183.
+
+    Also the share of the closest obstacle's samples that the chosen control avoids, where the run computes `cones`.
+    """
+
+    def __init__(self):
+        self._robot: list[Array] = []  # (N, 2) each
+        self._people: list[Array] = []
+        self._safe_shares: list[float] = []
+
+    def __call__(self, record: TickRecord) -> None:
+        """One more tick."""
+        observation = record.seen
+        self._robot.append(observation.robot_pose[:, :2])
+        self._people += [person.position for person in observation.obstacles[: len(record.tracks)]]
+        if record.cone is not None:
+            self._safe_shares.append(record.cone.safe_share)
+
+    def figures(self) -> dict[str, float | None]:
+        """The figures by column of a row; None where all samples are equal, or too few."""
+        shares = self._safe_shares
+        figures: dict[str, float | None] = {
+            "min_safe_share": min(shares, default=None),
+            "mean_safe_share": sum(shares) / len(shares) if shares else None,
+        }
+        for name, samples in (("robot", self._robot), ("people", self._people)):
+            skew, kurtosis = _unbiased(np.stack(samples, axis=1)) if samples else (nan, nan)
+            figures[f"{name}_skew"] = skew if np.isfinite(skew) else None
+            figures[f"{name}_kurtosis"] = kurtosis if np.isfinite(kurtosis) else None
+        return figures
+
+
+def _unbiased(samples: Array) -> tuple[float, float]:
+    """Means of G1 and G2 + 3 over the columns of (n, ...) that are not constant; NaN where all are."""
+    n = len(samples)
+    g1, kurtosis = skew_and_kurtosis(samples)
+    usable = np.isfinite(g1) & np.isfinite(kurtosis)
+    if n < 4 or not usable.any():
+        return nan, nan
+    g2 = kurtosis[usable].mean() - 3.0
+    skew = sqrt(n * (n - 1)) / (n - 2) * g1[usable].mean()
+    return float(skew), float((n - 1) / ((n - 2) * (n - 3)) * ((n + 1) * g2 + 6.0) + 3.0)

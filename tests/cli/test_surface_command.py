@@ -34,8 +34,7 @@ def test_picture_and_arrays_go_below_the_working_folder_named_by_the_moment(mjna
     assert picture.std() > 10.0  # not blank
 
 
-@pytest.mark.parametrize("scene", ["hall", "lane"])
-@pytest.mark.parametrize("window", ["bounds", "reachable"])
+@pytest.mark.parametrize(("scene", "window"), [("hall", "bounds"), ("lane", "reachable")])
 def test_the_arrays_are_the_surface_of_the_moments_decision(mjnav, tmp_path, scene, window):
     options = ("--seed", "3", "--window", window, "--controller", "rkhs", *QUICK)
     printed = json.loads(mjnav("surface", scene, "--at", "1.3", "-o", "a.png", "--json", *options).out)

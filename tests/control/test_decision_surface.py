@@ -91,28 +91,7 @@ def test_what_exceeds_the_bound_is_forbidden_and_the_rest_costs_its_way_to_the_g
     assert checked >= 3
 
 
-def test_the_bounds_are_the_limits_and_the_window_is_what_one_period_allows(observe, alone, limits):
-    controller, o = make_controller("mean", limits, PERIOD), alone(twist=(0.5, 1.4))
-    s = surface_of(controller, o, num=7)
-    assert (s.v[0], s.v[-1]) == (limits.min_speed, limits.max_speed)
-    assert (s.omega[0], s.omega[-1]) == (-limits.max_turn_rate, limits.max_turn_rate)
-    assert s.reachable == pytest.approx(np.array([[0.3, 0.8], [0.7, 1.5]]))
-    near = surface_of(controller, o, window="reachable", num=7)
-    assert np.array([[near.v[0], near.omega[0]], [near.v[-1], near.omega[-1]]]) == pytest.approx(s.reachable)
-    for axis in (s.v, s.omega, near.v, near.omega):
-        assert np.diff(axis) == pytest.approx(np.full(6, (axis[-1] - axis[0]) / 6))
-
-
 # ------------------------------------------------------------------------------------------- refusals
-
-
-@pytest.mark.parametrize(
-    ("options", "text"),
-    [({"window": "reachble"}, "did you mean 'reachable'"), ({"num": 1}, "num: found 1"), ({"num": 0}, "num: found 0")],
-)
-def test_windows_and_grids_that_make_no_sense_are_refused(observe, limits, options, text):
-    with pytest.raises(InvalidValue, match=text):
-        surface_of(make_controller("mean", limits, PERIOD), observe(0), **options)
 
 
 def test_a_method_without_candidates_is_refused_with_those_that_have_them():

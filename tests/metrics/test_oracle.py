@@ -72,45 +72,6 @@ def test_a_wall_straight_ahead_is_avoidable_where_braking_takes_less_than_the_wa
     assert found.touch is None
 
 
-def crossing(**limits):
-    """A person who walks at 1 m/s across the way of a robot that drives at 1 m/s, and touches it after 3 s."""
-    people = np.column_stack([np.full(ROWS, 3.0), 3.0 + 0.55 - TIMES])[:, None]
-    trajectory = make_trajectory(
-        np.column_stack([TIMES, np.zeros(ROWS)]),
-        people=people,
-        people_velocity=np.tile([0.0, -1.0], (ROWS, 1, 1)),
-        robot_twist=np.tile([1.0, 0.0], (ROWS, 1)),
-        contacts=(Contact("person", "person0", 0.0, TIMES[-1]),),
-    )
-    return trajectory, robot(make_scenario(num_people=1), **limits)
-
-
-def test_a_person_who_crosses_is_avoidable_with_room_to_brake_and_not_without():
-    trajectory, scenario = crossing()
-    found = judged(trajectory, scenario, outcome="collision").collision
-    assert found is not None
-    assert found.avoidable == (True, True)
-    assert found.touch is not None
-    assert found.touch.moving
-    hopeless = crossing(max_acceleration=0.05, max_turn_rate=0.01)  # 2 s of braking are 0.1 m
-    assert judged(*hopeless, outcome="collision").collision.avoidable == (False, False)
-
-
-def test_who_comes_at_a_robot_that_is_boxed_in_cannot_be_avoided_and_else_can():
-    people = np.column_stack([3.55 - TIMES, np.zeros(ROWS)])[:, None]
-    trajectory = standing(
-        people=people,
-        people_velocity=np.tile([-1.0, 0.0], (ROWS, 1, 1)),
-        contacts=(Contact("person", "person0", 0.0, TIMES[-1]),),
-    )
-    scenario = make_scenario(num_people=1)
-    outside = robot(scenario, start=(0.0, 0.0, np.pi / 2))
-    aside = replace(trajectory, robot_pose=np.tile([0.0, 0.0, np.pi / 2], (ROWS, 1)))
-    assert judged(aside, outside, outcome="collision").collision.avoidable == (True, True)
-    behind = replace(scenario, walls=(BOX[0], *BOX[2:]))
-    assert judged(trajectory, behind, outcome="collision").collision.avoidable == (False, False)
-
-
 def test_people_go_straight_on_behind_the_last_state_and_are_nowhere_while_they_are_away():
     people = np.array([[[0.0, 0.0], [5.0, 5.0]], [[0.1, 0.0], [np.nan] * 2], [[0.3, 0.0], [7.0, 7.0]]])
     trajectory = make_trajectory(
@@ -135,12 +96,6 @@ def test_a_time_out_is_avoidable_if_the_free_time_at_rest_is_enough_for_the_way_
     scenario = make_scenario(goal=(goal, 0.0))
     assert judged(standing(), scenario, outcome="timeout").timeout is avoidable
     assert judged(standing(), scenario, outcome="collision").timeout is None
-
-
-def test_a_person_who_stands_in_the_way_at_two_centimetres_leaves_the_way_round():
-    people = np.tile([0.57, 0.0], (ROWS, 1, 1))
-    rest = judged(standing(people=people), make_scenario(num_people=1), outcome="timeout").rest
-    assert rest.free == pytest.approx(3.0)
 
 
 def test_the_bottom_of_a_dead_end_is_no_way_to_a_goal_behind_it():

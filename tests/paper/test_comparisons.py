@@ -9,7 +9,6 @@ from matplotlib.text import Text
 from mjnav.paper import ITEMS, load, pareto
 from mjnav.paper.claims import StudyItem, Verdict, judge
 from mjnav.paper.comparisons import LEVELS
-from mjnav.paper.draw import bars
 from mjnav.paper.episodes import studies, trials
 from mjnav.study.cells import variants
 from mjnav.study.study_file import load_study
@@ -147,12 +146,3 @@ def test_methods_are_tuned_on_other_seeds_among_the_values_of_the_pareto_study()
             if not method.grid:
                 ((key, values),) = swept[method.identifier].items()
                 assert method.set[key] in list(values)
-
-
-def test_gaps_have_a_word_and_titles_say_how_many_episodes_have_a_result(made_up):
-    failed = {"success": np.where(np.arange(40) < 1, 1.0, np.nan), "time_to_avoid_s": np.full(40, np.nan)}
-    cells = [made_up("rkhs d=1", setting="here", **failed), made_up("kld", setting="here")]
-    figure = bars([*cells, made_up("kld", setting="there")], ("rkhs d=1", "kld"), ["control_cost", "time_to_avoid_s"])
-    assert [axes.get_title() for axes in figure.axes[:2]] == ["here\nn = 1–40", "there\nn = 40"]
-    words = [[text.get_text() for text in axes.texts] for axes in figure.axes]
-    assert words == [[], ["not run"], ["undefined"], ["not run"]]

@@ -60,22 +60,6 @@ def test_the_chosen_control_is_where_its_speed_and_turn_rate_are(chosen):
         assert colour_at(picture, axes, 0.5, 0.75) != pytest.approx(to_rgb(CHOSEN["markerfacecolor"]), abs=0.1)
 
 
-def test_colours_grow_with_the_cost_along_the_right_axes():
-    figure = decision_surface_figure(
-        surface(cone=lambda v, omega: 10.0 * v, lane=lambda v, omega: 10.0 * omega + 15.0), ""
-    )
-    picture = pixels(figure)
-    brightness = [
-        [colour_at(picture, axes, *u).sum() for u in ((0.1, -1.2), (0.9, -1.2), (0.1, 1.2))]
-        for axes in (figure.axes[CONE], figure.axes[LANE])
-    ]
-    (low, right, up), (low_too, right_too, up_too) = brightness
-    assert right > low + 0.5
-    assert up == pytest.approx(low, abs=0.02)
-    assert up_too > low_too + 0.5
-    assert right_too == pytest.approx(low_too, abs=0.02)
-
-
 def test_a_range_of_many_decades_is_told_apart_at_its_low_end():
     figure = decision_surface_figure(surface(cone=lambda v, omega: 1e-3 * 1e8**v), "")
     norms = [axes.collections[0].norm for axes in figure.axes[:4]]
