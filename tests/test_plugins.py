@@ -1,6 +1,6 @@
 """Plug-ins of every kind in a run: their seeds, what they may touch, what they may return."""
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -72,17 +72,6 @@ def test_a_behaviour_has_its_own_stream_a_person_that_follows_the_seed():
     assert not np.allclose(velocity[:, 0], other.trajectory.people_velocity[:, 0])
 
 
-@dataclass(frozen=True)
-class Counting:
-    count: int = 3
-
-
-def test_a_behaviour_has_no_parameter_that_is_called_count_which_says_how_many_are_drawn(monkeypatch):
-    monkeypatch.setattr(Drawn, "parameters_type", Counting, raising=False)
-    with pytest.raises(InvalidValue, match=r"people.0.behaviour.*parameters that are not called count"):
-        mjnav.load_scenario("crossing1", {**QUICK, "people.0.behaviour": Drawn})
-
-
 def test_the_robot_does_not_exist_for_a_person_who_does_not_see_it(monkeypatch):
     met = []
     monkeypatch.setattr(Drawn, "velocity", lambda self, world: met.append(world) or (0.0, 0.0))
@@ -138,13 +127,6 @@ def test_a_decision_that_is_none_ends_the_run_and_names_the_class(returned, said
     assert f"decide() returned {said}" in str(raised.value)
 
 
-@pytest.mark.parametrize("velocity", [(np.inf, 0.0), (4.0, 4.0), (1.0,)])
-def test_a_velocity_that_is_none_is_told_also_at_the_start(velocity, monkeypatch):
-    monkeypatch.setattr(Drawn, "velocity", lambda self, world: velocity)
-    with pytest.raises(MjnavError, match=r"Drawn: velocity\(\) returned"):
-        mjnav.run(mjnav.load_scenario("crossing1", {**QUICK, "people.0.behaviour": Drawn}))
-
-
 class Narrow:
     """Noise without a dataclass, given as an object."""
 
@@ -174,15 +156,6 @@ def test_draws_beyond_what_a_double_resolves_end_the_run_by_name(monkeypatch, tm
         mjnav.run(scene, log=tmp_path / "a.mcap")
 
 
-def test_errors_name_the_arguments_of_python():
-    for argument in ("controller", "localizer", "tracker"):
-        with pytest.raises(InvalidValue) as raised:
-            mjnav.load_scenario("crossing1", **{argument: "nonsense"})
-        assert str(raised.value).startswith(f"{argument}: ")
-    with pytest.raises(InvalidValue, match=r"^overrides: people\.0\.radius: found 9\.0"):
-        mjnav.load_scenario("crossing1", ["people.0.radius=9"])
-
-
 class Stays:
     """Everybody stays where they are; `spoil` changes what it returns."""
 
@@ -197,13 +170,6 @@ class Stays:
             crowd.samples[...] = 0.0
         paths = np.repeat(crowd.samples[:, :, None, :2], self.num + 1, axis=2)
         return self.spoil(Futures.along(paths, 0.4))
-
-
-def test_a_predictor_of_ones_own_decides_where_people_are():
-    with mjnav.Simulation(mjnav.load_scenario("crossing1", {**QUICK, "prediction.model": Stays})) as simulation:
-        person = simulation.observe().obstacles[0]
-    assert (person.future == person.position[:, None]).all()
-    assert not person.velocity.any()
 
 
 @pytest.mark.parametrize(

@@ -5,7 +5,7 @@ from xml.etree import ElementTree
 import pytest
 
 from mjnav import load_scenario, open_log, run
-from mjnav.scene import loads, names
+from mjnav.scene import names
 
 SCENE = ("crossing1", {"physics.engine": "kinematic", "time_limit": 1.0})
 
@@ -54,14 +54,3 @@ def test_a_scenario_is_a_picture_in_a_notebook(name):
         assert top < -y < top + height  # SVG's y goes down
     for x, y in bodies:
         assert any(abs(x - cx) < 1e-3 and abs(y - cy) < 1e-3 for cx, cy in circles)
-
-
-def test_the_picture_of_a_scenario_shows_ways_around_walls():
-    text = """schema = 1\nname = "around"\n[robot]\nstart = [-6, 0, 0]\ngoal = [9, 0]
-    [[walls]]\nfrom = [0, -2]\nto = [0, 2]
-    [[people]]\nstart = [-2, 0]\nbehaviour = "waypoints"\nwaypoints = [[2, 0]]\nloop = false"""
-    svg = ElementTree.fromstring(loads(text)._repr_html_())
-    ways = [one.get("points").split() for one in svg.iter() if one.tag.endswith("polyline")]
-    assert ["-2.000,0.000", "2.000,0.000"] not in ways
-    (way,) = (way for way in ways if (way[0], way[-1]) == ("-2.000,0.000", "2.000,0.000"))
-    assert all(abs(float(point.split(",")[1])) > 2.0 for point in way[1:-1])
