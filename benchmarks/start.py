@@ -1,4 +1,4 @@
-"""How long mjnav takes to start: `mjnav --help` as a whole, and `mjnav run` from process start to its first tick.
+"""How long mjnav takes to start: what only prints as a whole, and `mjnav run` from process start to its first tick.
 
     uv run python benchmarks/start.py [--cold]
 
@@ -54,8 +54,9 @@ def main() -> int:
             print(f"first ever, compiling: {seconds_to_first_tick(arguments.scene, cache):.2f} s to the first tick")
     warm = [seconds_to_first_tick(arguments.scene) for _ in range(arguments.repeat + 1)][1:]
     print(f"warm: {min(warm):.2f} s to the first tick (least of {len(warm)}, most {max(warm):.2f} s)")
-    helps = [seconds("--help") for _ in range(arguments.repeat)]
-    print(f"mjnav --help: {min(helps):.3f} s (least of {len(helps)}, most {max(helps):.3f} s)")
+    for words in ("--help", "keys", "list"):
+        taken = [seconds(words) for _ in range(arguments.repeat)]
+        print(f"mjnav {words}: {min(taken):.3f} s (least of {len(taken)}, most {max(taken):.3f} s)")
     return 0
 
 

@@ -1,7 +1,5 @@
 """The Python interface that `import mjnav` offers."""
 
-import subprocess
-import sys
 from importlib import import_module
 from pathlib import Path
 from typing import assert_type
@@ -10,7 +8,7 @@ import pytest
 from PIL.Image import Image
 
 import mjnav
-from mjnav.errors import InputError, InvalidValue
+from mjnav.errors import InvalidValue
 from mjnav.loop.replay import Replay
 from mjnav.loop.result import Result
 from mjnav.notebook import Log
@@ -41,12 +39,6 @@ def test_a_name_that_it_does_not_have_is_an_attribute_error():
         _ = mjnav.runn
 
 
-def test_importing_it_loads_nothing_heavy_and_prints_nothing():
-    code = "import sys, mjnav; print(sorted({'numpy', 'numba', 'mujoco', 'mcap', 'matplotlib'} & sys.modules.keys()))"
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert (done.stdout, done.stderr) == ("[]\n", "")
-
-
 def test_every_call_is_typed(path: Path, tmp_path: Path, capsys):
     """What pyright sees is what comes."""
     scenario = assert_type(mjnav.load_scenario(*SCENE), Scenario)
@@ -73,24 +65,6 @@ def test_the_folder_of_reports_is_also_the_call(path, tmp_path):
         mjnav.report([], tmp_path / "a.html")
 
 
-@pytest.mark.parametrize(
-    ("arguments", "told"),
-    [
-        ({"at": 99.0}, "at: found 99.0; allowed: a time from 0 to 1 s"),
-        ({"at": "end"}, r"at: found 'end'; allowed: a finite number \[s\]"),
-        ({"size": 640}, r"size: found 640; allowed: \(width, height\)"),
-        ({"output": "a.mp4", "fps": 2.5}, "fps: found 2.5; allowed: a whole number"),
-        ({"output": "a.mp4", "start": "a"}, "start: found 'a'; allowed: a finite number"),
-        ({"size": (10, 10)}, r"size: found \(10, 10\); allowed: \(width, height\)"),
-        ({"output": "a.gif"}, "output: found 'a.gif'; allowed: a file name that ends in .png or .mp4"),
-    ],
-)
-def test_what_cannot_be_drawn_is_refused_in_the_words_of_the_call(path, arguments, told, tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    with pytest.raises(InputError, match=f"^{told}"):
-        mjnav.render(path, **arguments)
-
-
 @pytest.mark.parametrize("wrong", ["a\0b.mcap", "\ud800.mcap", 3, None, b"a.mcap", ["a.mcap"]])
 @pytest.mark.parametrize(
     "call",
@@ -110,16 +84,3 @@ def test_what_cannot_be_drawn_is_refused_in_the_words_of_the_call(path, argument
 def test_what_is_no_path_is_refused_with_what_came_and_what_is_allowed(call, wrong):
     with pytest.raises(InvalidValue, match=r": found .*; allowed: "):
         call(wrong)
-
-
-def test_a_name_too_long_for_a_file_is_refused(tmp_path):
-    for call in (lambda name: mjnav.run("crossing1", log=name), mjnav.open_log, mjnav.compare):
-        with pytest.raises(InputError):
-            call(str(tmp_path / ("x" * 300)))
-
-
-def test_names_come_by_kind_with_a_sentence():
-    assert set(mjnav.names("engines")) == {"mujoco", "kinematic"}
-    assert "hall" in mjnav.names("scenes")
-    with pytest.raises(InvalidValue, match="did you mean 'engines'"):
-        mjnav.names("engine")

@@ -55,12 +55,6 @@ def test_errors_survive_the_way_between_processes():
     assert str(pickle.loads(pickle.dumps(error))) == str(error)
 
 
-def test_a_key_without_end_is_cut_in_the_message_only():
-    error = InvalidValue("k" * 5000, 3, "another").within("robot")
-    assert len(str(error)) < 200
-    assert error.key == f"robot.{'k' * 5000}"
-
-
 @pytest.mark.parametrize("extra", distribution("mjnav").metadata.get_all("Provides-Extra") or ())
 def test_a_missing_package_is_answered_with_a_command_for_this_environment_that_names_what_the_extra_needs(extra):
     text = str(missing_extra("a package", extra))

@@ -143,13 +143,6 @@ class Stays:
         return self.spoil(Futures.along(paths, 0.4))
 
 
-def test_a_predictor_of_ones_own_decides_where_people_are():
-    with mjnav.Simulation(mjnav.load_scenario("crossing1", {**QUICK, "prediction.model": Stays})) as simulation:
-        person = simulation.observe().obstacles[0]
-    assert (person.future == person.position[:, None]).all()
-    assert not person.velocity.any()
-
-
 @pytest.mark.parametrize(
     ("spoil", "said"),
     [

@@ -25,10 +25,10 @@ def execute(arguments: argparse.Namespace) -> int:
         except InvalidValue as error:
             raise InvalidValue("KIND", error.found, error.allowed, nearest=error.nearest) from None
     if arguments.json:
-        document = {kind.replace(" ", "_"): dict(found) for kind, found in listed.items()}
+        document = {kind.replace(" ", "_"): dict(entries) for kind, entries in listed.items()}
         print(json.dumps({"schema": 1, **document}))
         return 0
-    for kind, found in listed.items():
+    for kind, entries in listed.items():
         print(kind)
-        print_table([(f"  {name}", text) for name, text in found.items()])
+        print_table([(f"  {name}", text) for name, text in entries.items()])
     return 0

@@ -32,59 +32,67 @@ def execute(arguments: argparse.Namespace) -> int:
 
     log = open_log(arguments.log)
     with compile_notice(), interruptible() as interrupted, progress("replay", log.duration or 0.0) as show:
-        found = replay(log, trust=arguments.trust, controller=arguments.controller, stop=interrupted, progress=show)
+        comparison = replay(
+            log, trust=arguments.trust, controller=arguments.controller, stop=interrupted, progress=show
+        )
     if interrupted():
-        tell(f"interrupted after {found.ticks} ticks, {'all identical' if found.identical else 'which differ'}")
+        tell(
+            f"interrupted after {comparison.ticks} ticks, {'all identical' if comparison.identical else 'which differ'}"
+        )
         return INTERRUPTED
-    print(json.dumps(summary(found)) if arguments.json else describe(found))
-    return 0 if found.identical else 1
+    print(json.dumps(summary(comparison)) if arguments.json else describe(comparison))
+    return 0 if comparison.identical else 1
 
 
-def summary(found: "Replay") -> dict[str, Any]:
+def summary(comparison: "Replay") -> dict[str, Any]:
     """The object that `--json` prints."""
-    first = found.differences[0] if found.differences else None
+    first = comparison.differences[0] if comparison.differences else None
     return {
         "schema": 1,
-        "log": str(found.path),
-        "warnings": list(found.warnings),  # before what they may explain
-        "identical": found.identical,
-        "ticks": found.ticks,
-        "missing_ticks": found.missing,
-        "complete": found.complete,
-        "outcome": found.outcome,
-        "state_hash": found.state_hash,
+        "log": str(comparison.path),
+        "warnings": list(comparison.warnings),  # before what they may explain
+        "identical": comparison.identical,
+        "ticks": comparison.ticks,
+        "missing_ticks": comparison.missing,
+        "complete": comparison.complete,
+        "outcome": comparison.outcome,
+        "state_hash": comparison.state_hash,
         "first_difference": first
         and {
-            "tick": found.tick,
-            "time_s": found.time,
+            "tick": comparison.tick,
+            "time_s": comparison.time,
             "part": first.part,
             "field": first.field,
             "log": first.logged,
             "replay": first.again,
             "amount": first.amount,
         },
-        "differences": len(found.differences),
+        "differences": len(comparison.differences),
     }
 
 
-def describe(found: "Replay") -> str:
+def describe(comparison: "Replay") -> str:
     """The comparison, for people: first what is not as it was when the log was written, then what follows."""
-    lines = [f"warning: {printable(text)}" for text in found.warnings]
-    if found.identical and found.complete:
-        lines += [f"identical: {found.ticks} ticks, state hash {found.state_hash}"]
-    elif found.identical:
-        lines += [f"identical as far as the log goes: {found.ticks} ticks; its run did not end in order"]
+    lines = [f"warning: {printable(text)}" for text in comparison.warnings]
+    if comparison.identical and comparison.complete:
+        lines += [f"identical: {comparison.ticks} ticks, state hash {comparison.state_hash}"]
+    elif comparison.identical:
+        lines += [f"identical as far as the log goes: {comparison.ticks} ticks; its run did not end in order"]
     else:
-        lines += _differing(found)
-    if found.missing:
-        lines.append(f"  the log lacks {found.missing} ticks, which were not compared")
+        lines += _differing(comparison)
+    if comparison.missing:
+        lines.append(f"  the log lacks {comparison.missing} ticks, which were not compared")
     return "\n".join(lines)
 
 
-def _differing(found: "Replay") -> Iterator[str]:
-    first, parts = found.differences[0], dict.fromkeys(difference.part for difference in found.differences)
+def _differing(comparison: "Replay") -> Iterator[str]:
+    first, parts = comparison.differences[0], dict.fromkeys(difference.part for difference in comparison.differences)
     at_end = first.part in ("run", "result")
-    place = f"at the end, after {found.tick} ticks" if at_end else f"in tick {found.tick}, at {found.time:g} s"
+    place = (
+        f"at the end, after {comparison.tick} ticks"
+        if at_end
+        else f"in tick {comparison.tick}, at {comparison.time:g} s"
+    )
     apart = f", {first.amount:.3g} apart" if first.amount is not None else ""
-    yield f"differs {place}: {len(found.differences)} values, {', '.join(parts)}"
+    yield f"differs {place}: {len(comparison.differences)} values, {', '.join(parts)}"
     yield f"  {first.part:8}  {first.field}: {first.logged} in the log, {first.again} now{apart}"

@@ -2,23 +2,29 @@
 
 import argparse
 import json
-from collections.abc import Iterator
-from contextlib import ExitStack
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from mjnav.cli.main import INTERRUPTED
-from mjnav.cli.options import require, scene_options, views
+from mjnav.cli.options import require, scene_options
 from mjnav.cli.options.common import check_needs
 from mjnav.cli.terminal.guard import interruptible
 from mjnav.cli.terminal.progress import compile_notice, progress, tell
 from mjnav.cli.terminal.tables import print_lines
-from mjnav.errors import unknown_name
+from mjnav.errors import InvalidValue, unknown_name
+from mjnav.log.live import PORT, LiveServer
 from mjnav.log.log_format import check_path
 from mjnav.loop.pacer import POLICIES
 from mjnav.loop.prepare import episode_label, load_scenario
+from mjnav.messages import TickRecord
+from mjnav.scene.spec import Scenario
 
 if TYPE_CHECKING:
     from mjnav.loop.result import Result
+
+MAX_REFUSED = 5  # reasons for which --live refused a client that are reported
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
@@ -35,7 +41,15 @@ def configure(parser: argparse.ArgumentParser) -> None:
         metavar="skip|abort",
         help="at a missed deadline, skip periods (the default) or abort the run with exit code 1",
     )
-    views.configure(parser)
+    parser.add_argument("--live", action="store_true", help="serve the run to Foxglove or Lichtblick while it runs")
+    parser.add_argument("--port", type=int, metavar="N", help=f"port for --live; {PORT} by default, 0 for any free one")
+    parser.add_argument(
+        "--allow-origin",
+        action="append",
+        metavar="ORIGIN",
+        help="a page that may connect, such as https://viewer.example.org; Foxglove, Lichtblick and local pages may",
+    )
+    parser.add_argument("--view", action="store_true", help="show the run in a window; closing it ends the run")
     log = parser.add_mutually_exclusive_group()
     log.add_argument("--log", "-o", "--output", metavar="PATH", help="where the log goes; runs/out/ by default")
     log.add_argument("--no-log", action="store_true", help="write no log")
@@ -53,7 +67,7 @@ def execute(arguments: argparse.Namespace) -> int:
     overruns = arguments.overruns
     if overruns is not None and overruns not in POLICIES:
         raise unknown_name("--overruns", overruns, POLICIES)
-    real_time = views.looked_at(arguments) if arguments.real_time is None else arguments.real_time
+    real_time = (arguments.live or arguments.view) if arguments.real_time is None else arguments.real_time
     check_needs("--overruns", "--real-time, --live or --view", given=overruns is not None, met=real_time)
     if arguments.log is not None:
         check_path(arguments.log)
@@ -67,7 +81,7 @@ def execute(arguments: argparse.Namespace) -> int:
     for warning in warnings_of(scenario):
         tell(warning.text)
     with ExitStack() as stack:
-        seen = stack.enter_context(views.open_views(arguments, scenario))
+        seen = stack.enter_context(_views(arguments, scenario))
         heart = stack.enter_context(arguments.guard.episode(episode_label(scenario), max_seconds))
         with compile_notice():
             warm_up(scenario)
@@ -122,6 +136,47 @@ def _ending(summary: dict[str, Any]) -> str:
     """How a run ended, and where its log is, in one line."""
     place = f"; the log is {summary['log']}" if summary["log"] else ""
     return f"{summary['outcome']} after {summary['time_s']:.1f} s, {summary['ticks']} ticks{place}"
+
+
+@dataclass(frozen=True, slots=True)
+class _Views:
+    """The viewers of a run, as `mjnav.run` takes them."""
+
+    live: LiveServer | None = None
+    watch: Callable[[TickRecord], None] | None = None
+    closed: Callable[[], bool] = lambda: False  # whether the window was closed
+
+
+@contextmanager
+def _views(arguments: argparse.Namespace, scenario: Scenario) -> Iterator[_Views]:
+    """Opens the viewers and says where they are. Raises InputError where one cannot be opened."""
+    check_needs("--port", "--live", given=arguments.port is not None, met=arguments.live)
+    check_needs("--allow-origin", "--live", given=bool(arguments.allow_origin), met=arguments.live)
+    told: set[str] = set()
+
+    def refused(reason: str) -> None:
+        if reason not in told and len(told) < MAX_REFUSED:
+            told.add(reason)
+            tell(f"live: refused {reason}")
+
+    with ExitStack() as stack:
+        views = _Views()
+        if arguments.view:
+            from mjnav.world.viewer import Viewer
+
+            viewer = stack.enter_context(Viewer(scenario))
+            views = _Views(watch=lambda record: viewer.show(record.truth), closed=lambda: viewer.closed)
+        if arguments.live:
+            port = PORT if arguments.port is None else arguments.port
+            try:
+                origins = arguments.allow_origin or ()
+                live = stack.enter_context(LiveServer(scenario, port=port, origins=origins, refused=refused))
+            except InvalidValue as error:
+                option = "--port" if error.key == "port" else "--allow-origin"
+                raise InvalidValue(option, error.found, error.allowed) from None
+            tell(f"live at {live.url}: in Foxglove or Lichtblick, open a Foxglove WebSocket connection to it")
+            views = _Views(live, views.watch, views.closed)
+        yield views
 
 
 def describe(result: "Result") -> Iterator[str]:

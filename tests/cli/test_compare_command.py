@@ -75,15 +75,6 @@ def test_files_are_written_by_their_names(mjnav, study, tmp_path):
     assert (tmp_path / "again.csv").read_bytes() == (tmp_path / "t.csv").read_bytes()
 
 
-def test_a_kept_study_that_cannot_be_read_leaves_the_figures(mjnav, study, tmp_path):
-    (tmp_path / "runs/out/two methods/study.toml").write_text("# mjnav sweep of another version\n")
-    said = mjnav("compare", "two methods")
-    assert said.code == 0
-    assert said.err.startswith("mjnav: runs/out/two methods/study.toml: ")
-    assert said.err.endswith("; what is missing, and labels, are not known\n")
-    assert "No study file is there" in said.out
-
-
 def test_a_damaged_shard_is_told_in_a_line(mjnav, study, tmp_path):
     (tmp_path / "runs/out/two methods/part-000009-1f6c0a12.parquet").write_bytes(b"PAR1")
     said = mjnav("compare", "two.toml")

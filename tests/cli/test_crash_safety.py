@@ -73,21 +73,18 @@ class Stuck(Noting):
 class Started:
     """A run as a process of its own."""
 
-    def __init__(self, server: str, folder: Path, words: list[str], ignore: tuple[int, ...], pipe: bool):
+    def __init__(self, server: str, folder: Path, words: list[str]):
         self.folder = folder
-        folder.mkdir(exist_ok=True)
+        folder.mkdir()
         (folder / "mine.py").write_text(MINE)
         (folder / "noted").write_bytes(struct.pack("d", -1.0))
         self.log = folder / "logs" / "a.mcap"
-        self.log.parent.mkdir(exist_ok=True)
+        self.log.parent.mkdir()
         argv = ["run", "crossing1", "--log", "logs/a.mcap", *words]
-        reader, unread = os.pipe()
-        os.close(reader)
-        self._printed = [folder / f"{len(list(folder.iterdir()))}.{name}" for name in ("out", "err")]
+        self._printed = [folder / name for name in ("out", "err")]
         with open(os.devnull) as nothing, self._printed[0].open("w") as out, self._printed[1].open("w") as err:
-            descriptors = [nothing.fileno(), unread if pipe else out.fileno(), err.fileno()]
-            self._command = Command(server, argv, str(folder), os.environ, descriptors, ignore)
-        os.close(unread)
+            descriptors = [nothing.fileno(), out.fileno(), err.fileno()]
+            self._command = Command(server, argv, str(folder), os.environ, descriptors)
         self.code: int | None = None
 
     @property
@@ -122,12 +119,11 @@ class Started:
 
 @pytest.fixture
 def start(fork_server, tmp_path):
-    """Starts a run, in a folder of its own unless it is told which."""
+    """Starts a run in a folder of its own."""
     started = []
 
-    def start(*words: str, ignore=(), pipe=False, folder=None) -> Started:
-        folder = folder or tmp_path / str(len(started))
-        started.append(Started(fork_server, folder, [*words], tuple(ignore), pipe))
+    def start(*words: str) -> Started:
+        started.append(Started(fork_server, tmp_path / str(len(started)), [*words]))
         return started[-1]
 
     yield start
@@ -320,15 +316,6 @@ def test_whatever_a_plugin_raises_is_its_fault_and_said_in_a_line(mjnav, tmp_pat
     assert event in line
 
 
-@pytest.mark.parametrize("kind", ["controller", "localizer", "metric"])
-def test_an_interrupt_in_a_plugin_stays_one_and_the_log_is_whole(mjnav, tmp_path, kind):
-    (tmp_path / "faulty.py").write_text(FAULTY.format(moment="call", raised="KeyboardInterrupt"))
-    option, value = NAMED[kind]
-    said = mjnav("run", "crossing1", "--log", "a.mcap", *QUICK, option, value.format("faulty.py:Faulty"))
-    assert (said.code, said.out, said.err) == (130, "", "mjnav: interrupted\n")
-    assert not open_log(tmp_path / "a.mcap").truncated
-
-
 # ------------------------------------------------------------------------------------------- the disk
 
 
@@ -375,20 +362,3 @@ def test_a_log_that_is_deleted_or_cut_short_is_noticed_and_ends_the_run(start):
     log = open_log(cut.log)
     assert (log.complete, log.truncated) == (False, True)
     assert json.loads(cut.ended()[1])["outcome"] == "aborted"
-
-
-def test_of_two_runs_that_want_one_log_one_gets_it(start, tmp_path):
-    runs = [start("--json", "--set", "time_limit=1", folder=tmp_path / "one") for _ in range(3)]
-    ended = [run.ended() for run in runs]
-    assert sorted(code for code, _, _ in ended) == [0, 2, 2]
-    refused = [err for code, _, err in ended if code == 2]
-    assert all(re.fullmatch(r"mjnav: logs/a.mcap: .*exist.*\n", err, re.IGNORECASE) for err in refused)
-    (printed,) = (json.loads(out) for code, out, _ in ended if code == 0)
-    assert open_log(runs[0].log).result == printed
-
-
-def test_nobody_who_reads_costs_no_log(start):
-    run = start("--set", "time_limit=1", pipe=True)
-    code, _, err = run.ended()
-    assert (code, err) == (0, "")
-    assert open_log(run.log).result["outcome"] == "timeout"

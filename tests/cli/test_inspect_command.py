@@ -1,7 +1,6 @@
 """`mjnav inspect` on what `mjnav run` wrote, whole and damaged."""
 
 import json
-import subprocess
 
 import pytest
 
@@ -63,12 +62,3 @@ def test_what_can_be_read_of_a_damaged_log_is_printed_and_the_damage_told(mjnav,
     assert (printed.code, printed.err) == (3, said.err)
     found = json.loads(printed.out)
     assert (found["outcome"], len(found["damage"]["lost"])) == ("timeout", 1)
-
-
-def test_a_pipe_that_takes_only_the_first_line_is_no_error(start, log):
-    inspect = start("inspect", log)
-    head = subprocess.run(["head", "-n", "1"], stdin=inspect.stdout, capture_output=True, text=True, check=True)
-    inspect.stdout.close()
-    assert head.stdout == "timeout: 0.3 s of simulated time\n"
-    assert inspect.stderr.read() == ""
-    assert inspect.wait() == 0

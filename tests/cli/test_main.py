@@ -22,10 +22,6 @@ def test_alone_it_prints_its_help(mjnav):
     assert headings == ["run:", "look at a run:", "study:", "advanced:"]
 
 
-def test_the_version_is_the_packages(mjnav):
-    assert mjnav("--version").out == f"{version('mjnav')}\n"
-
-
 def test_a_reader_that_leaves_early_is_no_error():
     read, write = os.pipe()
     os.close(read)

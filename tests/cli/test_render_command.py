@@ -55,12 +55,6 @@ def test_a_film_has_the_frames_asked_for_of_a_scene_that_moves(mjnav, log, tmp_p
     assert files(tmp_path) == ["a.mp4"]
 
 
-def test_part_of_a_run_in_slow_motion(mjnav, log, tmp_path):
-    said = mjnav("render", log, "-o", "a.mp4", "--fps", 10, "--speed", 0.5, "--from", 0.3, "--to", 0.7, *SMALL)
-    assert said.out.startswith("a.mp4: 9 frames, 0.9 s, ")
-    assert len(frames(tmp_path / "a.mp4")) == 9
-
-
 def test_a_picture_has_its_size_and_moment(mjnav, log, tmp_path):
     said = mjnav("render", log, "-o", "a.png", "--at", 0.52, *SMALL)
     assert (said.code, said.out) == (0, "a.png: 0.5 s\n")

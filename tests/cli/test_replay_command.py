@@ -42,13 +42,6 @@ def test_one_that_is_not_says_where_it_begins_and_exits_with_1(mjnav, log, monke
     assert printed["differences"] > 3
 
 
-def test_a_log_without_its_end_is_said_to_be_one(mjnav, log):
-    log.write_bytes(log.read_bytes()[: log.stat().st_size // 2])
-    said = mjnav("replay", log)
-    assert said.code == 0
-    assert said.out.startswith("identical as far as the log goes: ")
-
-
 def test_a_controller_that_is_not_here_is_an_input_error_with_its_name(mjnav, tmp_path):
     (tmp_path / "gone_for_replay.py").write_text("from mjnav.control.methods.mean import Mean\nclass Own(Mean): pass\n")
     words = ("--controller", "gone_for_replay:Own", "--set", "time_limit=0.2")

@@ -6,7 +6,6 @@ from pathlib import Path
 
 import pytest
 
-from mjnav import scene
 from mjnav.log import open_log
 from mjnav.robot.navigator import Navigator
 
@@ -89,14 +88,6 @@ def test_on_request_the_first_missed_deadline_ends_the_run_and_the_log_says_whic
     last = printed["ticks"] - 1
     assert re.fullmatch(rf"tick {last} was still at work \d+\.\d ms after the deadline of the next, .*", event.message)
     assert (log.complete, log.result["outcome"]) == (True, "aborted")
-
-
-def test_a_path_and_several_overrides_are_taken(mjnav, tmp_path):
-    path = tmp_path / "mine.toml"
-    path.write_text(scene.dumps(scene.load("crossing1")))
-    overrides = ("--set", "control.rate=5", "--set", "people.0.radius=0.4", "--set", "name=other")
-    printed = json.loads(mjnav("run", path, "--json", "--no-log", *overrides, "--set", "time_limit=0.4").out)
-    assert (printed["scene"], printed["ticks"]) == ("other", 2)
 
 
 # ------------------------------------------------------------------------------------------- refusals

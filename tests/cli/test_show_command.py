@@ -12,14 +12,6 @@ def test_a_shipped_file_is_printed_as_it_is(mjnav, tmp_path):
     assert 'controller = "' in mjnav("show", "methods").out
 
 
-def test_it_replaces_no_file(mjnav, tmp_path):
-    (tmp_path / "mine.toml").write_text("mine")
-    said = mjnav("show", "hall", "-o", "mine.toml")
-    assert (said.code, said.err) == (2, "mjnav: mine.toml: exists already; choose another name\n")
-    assert (tmp_path / "mine.toml").read_text() == "mine"
-    assert mjnav("show", "hal").err.endswith("did you mean 'hall'?\n")
-
-
 def test_with_a_seed_a_scene_is_printed_as_that_run_has_it(mjnav, tmp_path):
     (tmp_path / "drawn.toml").write_text(mjnav("show", "rooms", "--seed", "5").out)
     assert load("./drawn.toml") == load("rooms", seed=5)

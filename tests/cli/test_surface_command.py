@@ -1,7 +1,6 @@
 """`mjnav surface`: what it prints, what it writes and what it refuses."""
 
 import json
-import re
 from pathlib import Path
 
 import numpy as np
@@ -62,12 +61,3 @@ def test_the_arrays_are_the_surface_of_the_moments_decision(mjnav, tmp_path, sce
 
 
 # ------------------------------------------------------------------------------------------- refusals
-
-
-def test_after_the_end_of_the_run_there_is_no_surface(mjnav, tmp_path):
-    said = mjnav("surface", "crossing1", "--at", "9", "--set", "robot.goal=[0.6, 0.0]", *QUICK)
-    assert (said.code, said.out) == (2, "")
-    assert re.fullmatch(
-        r"mjnav: --at: time: found 9.0; allowed: 0 to [0-9.]+ s: there the run ended \(goal\)\n", said.err
-    )
-    assert files(tmp_path) == []

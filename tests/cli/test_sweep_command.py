@@ -1,6 +1,5 @@
 """`mjnav sweep`: what it prints, where it puts results and what it refuses."""
 
-import json
 import signal
 
 import pytest
@@ -62,15 +61,6 @@ def test_results_are_added_to_on_request_only(sweep):
     assert said.out.splitlines()[1] == "2 of them are done"
     assert sweep("--seeds", 2, "-o", "elsewhere").code == 0
     assert len(Store("elsewhere").done()) == 4
-
-
-def test_json_is_one_object_and_nothing_else(sweep):
-    printed = json.loads(sweep("--json", "--seeds", 2).out)
-    assert (printed["schema"], printed["study"], printed["folder"]) == (1, "two methods", "runs/out/two methods")
-    assert {key: printed[key] for key in ("episodes", "kept", "run", "failed", "interrupted", "causes")} == {
-        "episodes": 4, "kept": 0, "run": 4, "failed": 0, "interrupted": False, "causes": {}
-    }  # fmt: skip
-    assert 0.0 < printed["episode_seconds"] < printed["seconds"]
 
 
 def test_an_episode_that_breaks_is_counted_by_its_cause_and_can_be_retried(sweep, tmp_path, monkeypatch):

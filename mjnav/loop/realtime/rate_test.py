@@ -30,7 +30,6 @@ class RateTest:
     """One test's outcome; `summary` is what `mjnav rate-test --json` prints."""
 
     schedule: timing.Schedule
-    blame: timing.Blame
     summary: dict[str, Any]
 
 
@@ -129,7 +128,7 @@ def rate_test(
         "state_hash": result.run.state_hash,
         "status": timing.verdict(blamed.own),
     }
-    return RateTest(schedule, blamed, summary)
+    return RateTest(schedule, summary)
 
 
 def _schedule(scenario: Scenario, result: Result, waits: Sequence[_Wait], stolen: float) -> timing.Schedule:

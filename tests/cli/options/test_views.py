@@ -20,13 +20,6 @@ def test_a_live_run_says_where_it_is_served_on_standard_error_only(mjnav):
     assert json.loads(said.out)["state_hash"] == json.loads(plain.out)["state_hash"]
 
 
-@pytest.mark.parametrize(("words", "paced"), [(("--live", "--port", "0"), True), ((), False)])
-def test_a_run_that_is_looked_at_is_paced(mjnav, words, paced):
-    if words:
-        pytest.importorskip("foxglove", reason="foxglove-sdk is not installed")
-    assert ("deadlines missed" in mjnav("run", "crossing1", *words, *SHORT).out) == paced
-
-
 def test_a_port_that_is_taken_is_one_line(mjnav, tmp_path):
     pytest.importorskip("foxglove", reason="foxglove-sdk is not installed")
     with socket.create_server(("127.0.0.1", 0)) as taken:

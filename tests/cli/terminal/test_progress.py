@@ -2,7 +2,6 @@
 
 import io
 import sys
-import time
 
 import pytest
 from numba import njit
@@ -36,16 +35,3 @@ def test_a_terminal_shows_progress_without_delaying_the_caller(monkeypatch):
         show(12.5)
     assert "hall" in terminal.getvalue()
     assert "12.5 of 60 s" in terminal.getvalue()
-
-
-def test_a_count_comes_with_its_rate_and_the_time_that_is_left(monkeypatch):
-    terminal = Terminal()
-    monkeypatch.setattr(sys, "stderr", terminal)
-    monkeypatch.setenv("TERM", "xterm")
-    monkeypatch.setenv("COLUMNS", "120")
-    with progress("small", 50, "episodes") as show:
-        show(40)
-        time.sleep(0.01)
-        show(41)
-    assert "41 of 50 episodes, " in terminal.getvalue()
-    assert " a second, " in terminal.getvalue()
