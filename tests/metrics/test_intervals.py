@@ -6,6 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy import stats
 
+from mjnav.errors import InvalidValue
 from mjnav.metrics.intervals import SharedBootstrap, clustered_wilson, holm, mcnemar, paired_bootstrap, wilson
 
 
