@@ -94,7 +94,7 @@ class Literal:
 
     def wall_f(self, ends, pose, velocity):
         radius = LIMITS.radius + self.p.safety_margin
-        f = float(wall_clearance(pose[:2], velocity, *ends, radius, self.p.wall_horizon))
+        f = float(wall_clearance(pose[:2], velocity, ends[0], ends[1], radius, self.p.wall_horizon))
         return f / radius**2 if self.p.normalise else f
 
     def lane_f(self, side, u, pose, noise, offset):
