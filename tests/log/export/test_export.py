@@ -1,6 +1,5 @@
 """An export of any format is there whole or not at all, and replaces nothing."""
 
-
 import numpy as np
 import pytest
 from mcap.writer import Writer

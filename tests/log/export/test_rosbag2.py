@@ -2,7 +2,7 @@
 
 import json
 from collections import Counter
-from math import atan2, cos, hypot, sin
+from math import atan2, cos, sin
 
 import numpy as np
 import pytest
@@ -218,24 +218,6 @@ def test_the_map_has_every_obstacle_and_nothing_else(log, bag):
             assert (cells[i, j] == 100) == (plan.distance(x[j], y[i]) <= 0.05 * np.sqrt(0.5)), (x[j], y[i])
     for leg in scenario.tables[0].legs:
         assert cells[np.argmin(np.abs(y - leg[1])), np.argmin(np.abs(x - leg[0]))] == 100
-
-
-def test_each_person_has_an_odometry_with_its_speed_along_its_way(log, bag):
-    for kind in ("truth", "estimate"):
-        for name in ("person0", "person1", "person2"):
-            found = dict(bag[f"/people/{name}/{kind}"])
-            states = [(t, one) for t, v in logged(log, f"/people/{kind}") for one in v["people"] if one["name"] == name]
-            states = [(time, one) for time, one in states if None not in one["position"]]
-            assert list(found) == [time for time, _ in states]
-            for time, one in states:
-                message, (vx, vy) = found[time], one["velocity"]
-                assert_header(message.header, time)
-                assert message.child_frame_id == name
-                heading = atan2(vy, vx)
-                x, y = one["position"]
-                assert_pose(message.pose.pose, x, y, heading)
-                assert same(message.twist.twist.linear) == (hypot(vx, vy), 0.0, 0.0)
-    assert len(bag["/people/person0/estimate"]) == 4  # one of six ticks is without this track, in another it is nowhere
 
 
 # --------------------------------------------------------------------------------- markers and words
