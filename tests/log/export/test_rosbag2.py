@@ -84,20 +84,6 @@ def test_its_types_are_the_same_in_every_distribution_since_humble(scenario):
             assert get_typestore(store).hash_rihs01(name) == humble.hash_rihs01(name)
 
 
-def test_evos_error_of_the_bag_is_the_results(driven, tmp_path, tmp_path_factory, monkeypatch):
-    monkeypatch.setenv("HOME", str(tmp_path_factory.mktemp("home")))  # where evo keeps its settings
-    from evo.core import metrics, sync
-    from evo.tools import file_interface
-
-    export(driven, "rosbag2", tmp_path / "bag")
-    with Reader(tmp_path / "bag") as reader:
-        pair = [file_interface.read_bag_trajectory(reader, f"/robot/{name}") for name in ("truth", "estimate")]
-    error = metrics.APE(metrics.PoseRelation.translation_part)
-    error.process_data(sync.associate_trajectories(*pair))
-    rmse = error.get_statistic(metrics.StatisticsType.rmse)
-    assert rmse == pytest.approx(driven.result["localization_rmse_m"], abs=1e-12)
-
-
 # ---------------------------------------------------------------------------------------- the robot
 
 

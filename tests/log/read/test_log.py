@@ -163,13 +163,3 @@ def test_a_document_that_is_no_json_and_a_broken_schema_are_damage(tmp_path):
     for topic in log.topics:
         with pytest.raises(DamagedLogError, match=f"{topic} holds what its schema does not say"):
             list(log.messages(topic))
-
-
-def test_records_of_unknown_opcodes_are_ignored(whole):
-    content = whole.read_bytes()
-    private = b"\xc8" + (7).to_bytes(8, "little") + b"private"
-    header_end = len(MCAP0_MAGIC) + 9 + content[len(MCAP0_MAGIC) + 1]
-    unfinished = content[: content.rindex(b"\x0f\x04\0\0\0\0\0\0\0")]
-    path = whole.parent / "private.mcap"
-    path.write_bytes(unfinished[:header_end] + private + unfinished[header_end:])
-    assert open_log(path).topics["/command"].messages == 12

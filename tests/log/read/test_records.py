@@ -20,12 +20,11 @@ from mcap.records import (
     Message,
     Metadata,
     Schema,
-    Statistics,
 )
 from mcap.stream_reader import StreamReader
 from mcap.writer import MCAP0_MAGIC
 
-from mjnav.log.read.records import CUT_OFF, LIMIT, BadRecord, Budget, LostBytes, read_records, unpacked
+from mjnav.log.read.records import LIMIT, BadRecord, Budget, LostBytes, read_records, unpacked
 from tests.log.mutated_logs import damaged
 
 
@@ -194,14 +193,3 @@ def test_where_a_damaged_length_leads_nowhere_all_that_follows_is_lost(whole):
         assert messages(records) == first + second
         (part,) = lost(records)
         assert (part.start, part.end, part.is_damage) == (start, len(content), True)
-
-
-def test_a_file_that_was_cut_off_is_not_damaged(whole):
-    content = whole.read_bytes()
-    start, end = places(content, Opcode.CHUNK)[2]
-    first, second, *_ = in_chunks(content)
-    records = read(whole.parent, content[: end - 5])
-    assert messages(records) == first + second
-    assert lost(records) == [LostBytes(start, end - 5, CUT_OFF)]
-    assert not lost(records)[0].is_damage
-    assert not any(isinstance(record, Footer | Statistics) for record in records)

@@ -78,21 +78,6 @@ def test_the_run_comes_first_and_the_result_last(log_path):
     assert all(isinstance(record, records.Chunk) for record in found[4:-1])
 
 
-def test_a_recorder_that_wrote_nothing_leaves_nothing(tmp_path, scenario):
-    with Recorder(tmp_path / "run.mcap", scenario, {}, "<mujoco/>"):
-        pass
-    assert not list(tmp_path.iterdir())
-
-
-def test_a_file_that_came_in_between_is_not_overwritten(tmp_path, scenario, made_up):
-    path = tmp_path / "run.mcap"
-    with Recorder(path, scenario, {}, "<mujoco/>") as recorder:
-        path.write_text("mine")
-        with pytest.raises(InputError, match="cannot be written"):
-            recorder.write(made_up.record(0))
-    assert path.read_text() == "mine"
-
-
 def test_paths_that_cannot_be_written_are_refused_and_nothing_is_made(tmp_path):
     (tmp_path / "file").write_text("")
     (tmp_path / "dangling").symlink_to(tmp_path / "nowhere")
