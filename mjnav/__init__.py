@@ -16,10 +16,9 @@ if TYPE_CHECKING:
     from mjnav.loop.simulation import Simulation
     from mjnav.notebook import open_log
     from mjnav.report.log_pictures import render
-    from mjnav.report.run_page.of_logs import report
+    from mjnav.report.run_page.page import report
     from mjnav.study.key_reference import names
-    from mjnav.study.results import compare
-    from mjnav.study.sweep_study import sweep
+    from mjnav.study.results import compare, sweep
 
 __all__ = ["Simulation", "compare", "load_scenario", "names", "open_log", "render", "replay", "report", "run", "sweep"]
 
@@ -33,9 +32,9 @@ _API = MappingProxyType(
         "open_log": "mjnav.notebook",
         "render": "mjnav.report.log_pictures",
         "replay": "mjnav.loop.replay",
-        "report": "mjnav.report.run_page.of_logs",
+        "report": "mjnav.report.run_page.page",
         "run": "mjnav.loop.run",
-        "sweep": "mjnav.study.sweep_study",
+        "sweep": "mjnav.study.results",
     }
 )
 

@@ -1,7 +1,9 @@
 """What mjnav raises, and the exit code that the command line gives for it."""
 
+import shlex
+import sys
 from collections.abc import Callable, Iterable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from difflib import get_close_matches
 from functools import partial
 from traceback import extract_tb
@@ -149,7 +151,18 @@ def unknown_name(key: str, found: str, names: Iterable[str], *, what: str = "", 
 
 
 def missing_extra(package: str, extra: str) -> InputError:
-    """The error for an optional package that is not installed, with the command that installs what the extra brings."""
-    from mjnav.installation import command_for
+    """The error for an optional package that is not installed, with the command that installs what the extra brings.
 
-    return InputError(f"{package} is not installed: {command_for(package, extra)}")
+    The command names the extra's own requirements, so that it works wherever mjnav itself came from.
+    """
+    from importlib.metadata import PackageNotFoundError, distribution
+
+    wanted, by_uv = [package], False
+    with suppress(PackageNotFoundError):  # run from a folder of sources alone
+        found = distribution("mjnav")
+        split = [requirement.replace('"', "'").split("; ") for requirement in found.requires or ()]
+        wanted = [words[0] for words in split if words[1:] == [f"extra == '{extra}'"]] or wanted
+        by_uv = (found.read_text("INSTALLER") or "").strip() == "uv"
+    install = ["uv", "pip", "install", "--python"] if by_uv else []
+    install += [sys.executable] if by_uv else [sys.executable, "-m", "pip", "install"]
+    return InputError(f"{package} is not installed: {shlex.join([*install, *wanted])}")

@@ -115,9 +115,6 @@ class RobotBelief(ShortRepr):
     ess: float  # effective sample size, before any resampling
     recovered: bool = False  # the likelihood had collapsed and the filter was spread again
 
-    def __post_init__(self):
-        number("time", self.time, "s")
-
 
 @dataclass(frozen=True, slots=True, repr=False)
 class Detection(ShortRepr):
@@ -145,9 +142,6 @@ class Track(ShortRepr):
     recovered: bool = False
     age: float = 0.0  # [s] since it began
     unseen: float = 0.0  # [s] since the last detection that belongs to it
-
-    def __post_init__(self):
-        number("time", self.time, "s")
 
 
 @dataclass(frozen=True, slots=True, repr=False)
@@ -306,10 +300,6 @@ class Decision(ShortRepr):
     wish: tuple[float, float] | None = None
     caution: str = ""
     plan: PlanShown | None = None
-
-    def __post_init__(self):
-        if self.wish is not None:
-            finite("wish", self.wish, 2)
 
     @property
     def clipped(self) -> bool:

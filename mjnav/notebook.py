@@ -12,7 +12,7 @@ class Log(recording.Log):
     """A log; a notebook shows it as the page of `mjnav report`."""
 
     def _repr_html_(self) -> str:
-        from mjnav.report.run_page.of_logs import frame
+        from mjnav.report.run_page.page import frame
 
         text = f"<code>{escape(repr(self))}</code>"
         if self.run is None:

@@ -21,6 +21,14 @@ def path_text(key: str, given: object, allowed: str = "a path, without null char
     return text
 
 
+def check_folder(path: str | os.PathLike, folder: Path) -> None:
+    """Raises InputError where the folder in which `path` is to be made is missing or not writable."""
+    if not os.path.isdir(folder):  # Path.is_dir raises for a name that is too long
+        raise InputError(f"{path}: there is no folder {folder}")
+    if not os.access(folder, os.W_OK | os.X_OK):
+        raise InputError(f"{path}: the folder {folder} is not writable")
+
+
 def output_path(option: str, given: str | os.PathLike[str], *suffixes: str) -> Path:
     """The path of a file that can be written; an existing file will be replaced. Creates nothing.
 
@@ -29,12 +37,11 @@ def output_path(option: str, given: str | os.PathLike[str], *suffixes: str) -> P
     path = Path(path_text(option, given))
     if path.suffix.lower() not in suffixes:
         raise InvalidValue(option, str(given), f"a file name that ends in {' or '.join(suffixes)}")
-    folder = path.absolute().parent
-    if not os.path.isdir(folder):  # Path.is_dir raises for a name that is too long
-        raise InputError(f"{path}: there is no folder {folder}")
-    if os.path.isdir(path):
+    if not os.path.exists(path):
+        check_folder(path, path.absolute().parent)
+    elif os.path.isdir(path):
         raise InputError(f"{path}: a folder")
-    if not os.access(path if os.path.exists(path) else folder, os.W_OK):
+    elif not os.access(path, os.W_OK):
         raise InputError(f"{path}: not writable")
     return path
 

@@ -62,10 +62,9 @@ def sealed_message(message: Any) -> Any:
     if isinstance(message, np.ndarray):
         return sealed(message)
     if isinstance(message, tuple):
-        return tuple(map(sealed_message, message))
-    if is_dataclass(message):
-        return type(message)(**{field.name: sealed_message(getattr(message, field.name)) for field in fields(message)})
-    return message
+        return tuple([sealed_message(part) for part in message])
+    names = _field_names(type(message))
+    return type(message)(*[sealed_message(getattr(message, name)) for name in names]) if names else message
 
 
 def twin(message: Any) -> Any:

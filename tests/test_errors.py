@@ -1,8 +1,11 @@
 import pickle
+import shlex
+import sys
+from importlib.metadata import distribution
 
 import pytest
 
-from mjnav.errors import InvalidValue, unknown_name
+from mjnav.errors import InvalidValue, missing_extra, unknown_name
 
 
 @pytest.mark.parametrize(
@@ -56,3 +59,15 @@ def test_a_key_without_end_is_cut_in_the_message_only():
     error = InvalidValue("k" * 5000, 3, "another").within("robot")
     assert len(str(error)) < 200
     assert error.key == f"robot.{'k' * 5000}"
+
+
+@pytest.mark.parametrize("extra", distribution("mjnav").metadata.get_all("Provides-Extra") or ())
+def test_a_missing_package_is_answered_with_a_command_for_this_environment_that_names_what_the_extra_needs(extra):
+    text = str(missing_extra("a package", extra))
+    head, _, command = text.partition(": ")
+    words = shlex.split(command)
+    assert head == "a package is not installed"
+    assert sys.executable in words
+    assert {"pip", "install"} < set(words)
+    assert len(shlex.split(command)) > words.index("install") + 1
+    assert extra != "sweep" or any(word.startswith("pyarrow") for word in words)

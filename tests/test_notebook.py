@@ -39,8 +39,8 @@ def test_the_frame_shows_the_run_and_says_nothing(log, tmp_path):
 def test_what_is_no_run_or_too_long_is_a_line(log, monkeypatch):
     from dataclasses import replace
 
-    from mjnav.report.run_page import of_logs
+    from mjnav.report.run_page import page
 
     assert replace(log, run=None)._repr_html_().startswith("<code>Log(")
-    monkeypatch.setattr(of_logs, "MAX_FRAME", 1000)
+    monkeypatch.setattr(page, "MAX_FRAME", 1000)
     assert "mjnav.report(log, 'page.html')" in log._repr_html_()

@@ -5,7 +5,6 @@ from xml.etree import ElementTree
 import pytest
 
 from mjnav import load_scenario, open_log, run
-from mjnav.scene import loads, names
 
 SCENE = ("crossing1", {"physics.engine": "kinematic", "time_limit": 1.0})
 
@@ -37,31 +36,6 @@ def test_what_holds_arrays_says_their_shapes_in_one_line(ran):
 def test_a_result_is_a_table_in_a_notebook(ran):
     table = ElementTree.fromstring(ran[0]._repr_html_())
     rows = {row[0].text: row[1].text for row in table.iter("tr")}
-    assert table.find("caption").text == "crossing1, rkhs, seed 3: timeout"
-    assert rows["least clearance"] == f"{ran[0].summary['min_clearance_m']:.2f} m"
-    assert rows["collisions"] == "none"
-
-
-@pytest.mark.parametrize("name", names())
-def test_a_scenario_is_a_picture_in_a_notebook(name):
-    scenario = load_scenario(name)
-    svg = ElementTree.fromstring(scenario._repr_html_()).find("{http://www.w3.org/2000/svg}svg")
-    left, top, width, height = map(float, svg.get("viewBox").split())
-    circles = [tuple(float(one.get(key)) for key in ("cx", "cy")) for one in svg.iter() if one.tag.endswith("circle")]
-    bodies = [scenario.robot.start[:2], scenario.robot.route[-1], *(person.start for person in scenario.people)]
-    for x, y in (*scenario.robot.route, *bodies):
-        assert left < x < left + width
-        assert top < -y < top + height  # SVG's y goes down
-    for x, y in bodies:
-        assert any(abs(x - cx) < 1e-3 and abs(y - cy) < 1e-3 for cx, cy in circles)
-
-
-def test_the_picture_of_a_scenario_shows_ways_around_walls():
-    text = """schema = 1\nname = "around"\n[robot]\nstart = [-6, 0, 0]\ngoal = [9, 0]
-    [[walls]]\nfrom = [0, -2]\nto = [0, 2]
-    [[people]]\nstart = [-2, 0]\nbehaviour = "waypoints"\nwaypoints = [[2, 0]]\nloop = false"""
-    svg = ElementTree.fromstring(loads(text)._repr_html_())
-    ways = [one.get("points").split() for one in svg.iter() if one.tag.endswith("polyline")]
-    assert ["-2.000,0.000", "2.000,0.000"] not in ways
-    (way,) = (way for way in ways if (way[0], way[-1]) == ("-2.000,0.000", "2.000,0.000"))
-    assert all(abs(float(point.split(",")[1])) > 2.0 for point in way[1:-1])
+    assert table.find("caption").text == repr(ran[0])
+    assert rows["min_clearance_m"] == f"{ran[0].summary['min_clearance_m']:.4g}"
+    assert rows["outcome"] == "timeout"

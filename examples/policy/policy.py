@@ -18,8 +18,7 @@ from pathlib import Path
 
 import numpy as np
 
-from mjnav.control.policy import Features, PolicyController
-from mjnav.control.policy.blocks import PERSON
+from mjnav.control.policy import PERSON, Features, PolicyController
 
 WEIGHTS = Path(__file__).with_name("weights.npz")
 

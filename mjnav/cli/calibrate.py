@@ -3,23 +3,21 @@
 import argparse
 import json
 import signal
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import asdict, replace
-from itertools import count
+from dataclasses import asdict
 
 from mjnav.cli.options import scene_options
 from mjnav.cli.options.common import check_whole
 from mjnav.cli.terminal.progress import compile_notice, progress, tell
+from mjnav.cli.terminal.tables import print_table
 from mjnav.errors import InvalidValue
-from mjnav.loop.faults.heartbeat import Heartbeat
-from mjnav.loop.prepare import episode_label, load_scenario
-from mjnav.loop.run import WARM_UP_TICKS
-from mjnav.metrics.prediction import Bin, Calibration, Interval
+from mjnav.loop.prepare import load_scenario
+from mjnav.loop.run import warm_up
+from mjnav.metrics.prediction import Calibration, Interval
 from mjnav.output_files import output_path, written
 from mjnav.scene.ranges import MAX_SEED
-from mjnav.scene.spec import Scenario
-from mjnav.study.calibration import EVENT, SETTINGS, CalibrationPlan, calibrate, forecasts, run_label
+from mjnav.study.calibration import EVENT, SETTINGS, CalibrationPlan, calibrate, run_label
 from mjnav.study.sweep.workers import TimeLimit
 
 PLAN = CalibrationPlan()
@@ -43,13 +41,6 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--draws", type=int, default=PLAN.draws, metavar="N", help=f"fresh draws a decision; {PLAN.draws} by default"
     )
-    parser.add_argument(
-        "--setting",
-        choices=(*SETTINGS, "all"),
-        default="all",
-        help="samples around the truth (direct); the filters' samples against the model of motion from the true state "
-        "(filtered) or against rollouts (rollout)",
-    )
     scene_options.overrides(parser)
     parser.add_argument("--workers", type=int, default=1, metavar="N", help="processes; 1 by default")
     scene_options.max_seconds(parser)
@@ -68,26 +59,23 @@ def execute(arguments: argparse.Namespace) -> int:
     picture = None if arguments.output is None else output_path("--output", arguments.output, ".png")
     names = dict.fromkeys(arguments.controller or [None])
     scenarios = [load_scenario(arguments.scene, arguments.overrides, controller=name) for name in names]
-    plan = CalibrationPlan(
-        SETTINGS if arguments.setting == "all" else (arguments.setting,), arguments.draws, arguments.every
-    )
+    plan = CalibrationPlan(arguments.draws, arguments.every)
     seeds = range(arguments.first, last + 1)
 
     with _terminable():
         with compile_notice():
             for scenario in scenarios:
-                with arguments.guard.episode(episode_label(scenario), max_seconds) as heart:
-                    _warm_up(scenario, plan, heart)
+                warm_up(scenario)
         with progress(scenarios[0].name, len(scenarios) * len(seeds), "runs") as show:
             limit = TimeLimit(run_label, max_seconds, tell)
-            found = calibrate(scenarios, seeds, plan, workers=arguments.workers, limit=limit, progress=show)
+            calibrations = calibrate(scenarios, seeds, plan, workers=arguments.workers, limit=limit, progress=show)
     runs = f"seed {last}" if len(seeds) == 1 else f"seeds {seeds[0]} to {last}"
-    heading = f"{scenarios[0].name}, {runs}, every {_nth(plan.every)}decision, {plan.draws} draws"
+    heading = f"{scenarios[0].name}, {runs}, every {plan.every} ticks, {plan.draws} draws"
     if picture is not None:
-        from mjnav.report.calibration_figure import calibration_figure
+        from mjnav.report.decision_figures import calibration_figure
 
         with written(picture) as file:
-            calibration_figure(found, heading).savefig(file, format="png")
+            calibration_figure(calibrations, heading).savefig(file, format="png")
     if arguments.json:
         about = {"scene": scenarios[0].name, "seeds": list(seeds), "every": plan.every, "draws": plan.draws}
         event = {
@@ -96,42 +84,48 @@ def execute(arguments: argparse.Namespace) -> int:
             "preview_s": EVENT.preview,
             "margin_m": EVENT.safety_margin,
         }
-        methods = {name: {setting: asdict(c) for setting, c in row.items()} for name, row in found.items()}
+        methods = {name: {setting: asdict(c) for setting, c in row.items()} for name, row in calibrations.items()}
         print(json.dumps({"schema": 1, **about, "event": event, "methods": methods, "picture": arguments.output}))
         return 0
     print(heading)
     print(f"event: the control, kept for {EVENT.horizon:g} s, hits a person, leg or pillar; [95 %] over seeds\n")
-    print(describe(found))
+    _print(calibrations)
     if picture is not None:
         print(f"\n{picture}")
     return 0
 
 
-def describe(found: dict[str, dict[str, Calibration]]) -> str:
+def _print(calibrations: Mapping[str, Mapping[str, Calibration]]) -> None:
     """The methods side by side, then each one's reliability curve."""
-    width = max(map(len, (*found, "controller")))
-    lines = [
-        f"{'setting':8}  {'controller':{width}}  decisions  predicted  observed  "
-        f"{'bias':24}  {'expected calibration error':26}  Brier"
+    rows = [
+        (
+            setting,
+            name,
+            str(c.count),
+            _share(c.predicted),
+            _share(c.observed),
+            f"{_share(c.bias, '+')}{_interval(c.bias_interval, '+')}",
+            f"{_share(c.ece)}{_interval(c.ece_interval)}",
+            _share(c.brier),
+        )
+        for setting in SETTINGS
+        for name, c in ((name, by_setting[setting]) for name, by_setting in calibrations.items())
     ]
-    for setting in next(iter(found.values())):
-        for name, row in found.items():
-            c = row[setting]
-            lines.append(
-                f"{setting:8}  {name:{width}}  {c.count:9}  {_share(c.predicted):>9}  {_share(c.observed):>8}  "
-                f"{_share(c.bias, '+') + _interval(c.bias_interval, '+'):24}  "
-                f"{_share(c.ece) + _interval(c.ece_interval):26}  {_share(c.brier)}"
-            )
-    for name, row in found.items():
-        for setting, c in row.items():
-            lines += ["", f"{name}, {setting}", "  predicted     decisions   mean  observed", *map(_row, c.bins)]
-    return "\n".join(lines)
-
-
-def _row(b: Bin) -> str:
-    span = "0" if b.high == 0.0 else f"{b.low:g} to {b.high:g}"
-    mean, observed = _share(b.predicted), f"{_share(b.observed)}{_interval(b.observed_interval)}"
-    return f"  {span:12}  {b.count:9}  {mean:>5}  {observed}"
+    heads = ("setting", "controller", "decisions", "predicted", "observed", "bias", "calibration error", "Brier")
+    print_table(rows, heads, numbers=(2, 3, 4))
+    for name, by_setting in calibrations.items():
+        for setting, c in by_setting.items():
+            print(f"\n{name}, {setting}")
+            bins = [
+                (
+                    f"{b.low:g} to {b.high:g}",
+                    str(b.count),
+                    _share(b.predicted),
+                    f"{_share(b.observed)}{_interval(b.observed_interval)}",
+                )
+                for b in c.bins
+            ]
+            print_table(bins, ("predicted", "decisions", "mean", "observed"), numbers=(1, 2))
 
 
 def _share(value: float | None, sign: str = "") -> str:
@@ -140,19 +134,6 @@ def _share(value: float | None, sign: str = "") -> str:
 
 def _interval(interval: Interval | None, sign: str = "") -> str:
     return "" if interval is None else f" [{', '.join(_share(end, sign) for end in interval)}]"
-
-
-def _nth(every: int) -> str:
-    if every == 1:
-        return ""
-    ending = "th" if every // 10 % 10 == 1 else {1: "st", 2: "nd", 3: "rd"}.get(every % 10, "th")
-    return f"{every}{ending} "
-
-
-def _warm_up(scenario: Scenario, plan: CalibrationPlan, heart: Heartbeat) -> None:
-    """Compiles what a run uses."""
-    asked = count()
-    forecasts(scenario, replace(plan, draws=1, every=1), stop=lambda: next(asked) >= WARM_UP_TICKS, progress=heart)
 
 
 @contextmanager

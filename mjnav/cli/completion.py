@@ -5,12 +5,13 @@ the names of the moment at which it was written.
 """
 
 import argparse
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Collection, Mapping
 from shlex import join, quote
-from types import MappingProxyType
 from typing import Any
 
 SHELLS = ("bash", "zsh", "fish")  # of shtab's, those in which the script was tried
+FILES = ("LOG", "PATH", "FILE", "OUT", "FILE.html", "FILE.toml", "OUT.png", "OUT.npz")  # metavars
+FOLDERS = ("FOLDER",)
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
@@ -30,154 +31,58 @@ def completion_script(shell: str) -> str:
 
     from mjnav.cli.main import COMMANDS, command_parser
 
+    names, names_or_files = _names(), _names_or_files()
     parser, commands = command_parser(COMMANDS)
-    for command, sub in commands.items():
+    for sub in commands.values():
         for action in sub._actions:
-            _complete(command, action)
+            metavar = str(action.metavar)
+            key = next((key for key in (*action.option_strings, metavar) if key in names or key in names_or_files), "")
+            if key in names:
+                action.choices = names[key]
+            elif key in names_or_files:
+                action.complete = _function(names_or_files[key])  # type: ignore[attr-defined]
+            elif "|" in metavar:
+                action.choices = metavar.split("|")
+            elif metavar in FILES + FOLDERS:
+                action.complete = shtab.FILE if metavar in FILES else shtab.DIRECTORY  # type: ignore[attr-defined]
     return shtab.complete(parser, shell)
 
 
-def _complete(command: str, action: argparse.Action) -> None:
-    """Sets what the values of an option or argument are completed with, where the parser does not know it."""
-    metavar = str(action.metavar)
-    kind = next((key for key in (f"{command} {metavar}", *action.option_strings, metavar) if key in _VALUES), None)
-    if kind is not None:
-        names, patterns = _VALUES[kind]
-        action.complete = _names_and_files(tuple(names()), patterns)  # type: ignore[attr-defined]
-    elif "|" in metavar:
-        action.choices = metavar.split("|")
-
-
-def _scenes() -> Iterable[str]:
-    from mjnav.scene import names
-
-    return names()
-
-
-def _studies() -> Iterable[str]:
-    from mjnav.study.study_file import studies
-
-    return studies()
-
-
-def _controllers() -> Iterable[str]:
-    from mjnav.study.key_reference import names
-
-    return names("controllers")
-
-
-def _kinds() -> Iterable[str]:
-    from mjnav.study.key_reference import kinds
-
-    return (kind.replace(" ", "-") for kind in kinds())
-
-
-def _run_keys() -> Iterable[str]:
-    from mjnav.study.key_reference import run_keys
-
-    return sorted({row.key for row in run_keys()})
-
-
-def _topics() -> Iterable[str]:
-    from mjnav.study.key_reference import names
-
-    return names("topics")
-
-
-def _figures() -> Iterable[str]:
-    from mjnav.metrics.definitions import GROUPS
-    from mjnav.study.compare.chosen_figures import SETS, numbers
-
-    return (*SETS, *GROUPS, *numbers())
-
-
-def _paper_items() -> Iterable[str]:
+def _names() -> Mapping[str, Collection[str]]:
+    """The values of options and arguments, by option or metavar."""
+    from mjnav.metrics.summary import GROUPS
     from mjnav.paper import ITEMS
+    from mjnav.study.compare.chosen_figures import SETS, numbers
+    from mjnav.study.key_reference import kinds, names, run_keys
 
-    return ITEMS
-
-
-def _nothing() -> Iterable[str]:
-    return ()
-
-
-FILES, FOLDERS = "*", "*/"
-
-# option, metavar, or command and metavar -> the names that it may have, and the pattern of its files
-_VALUES: Mapping[str, tuple[Callable[[], Iterable[str]], str | None]] = MappingProxyType(
-    {
-        "show SCENE": (lambda: (*_scenes(), *_studies()), None),
-        "SCENE": (_scenes, "*.toml"),
-        "STUDY": (_studies, "*.toml"),
-        "AFTER": (_studies, "*.toml"),
-        "--controller": (_controllers, "*.py"),
-        "--topic": (_topics, None),
-        "--figure": (_figures, None),
-        "--only": (_paper_items, None),
-        "KIND": (_kinds, None),
-        "PREFIX": (_run_keys, None),
-        "avoidable LOG": (_studies, "*.mcap"),
-        "LOG": (_nothing, "*.mcap"),
-        "PATH": (_nothing, FILES),
-        "FILE": (_nothing, FILES),
-        "OUT": (_nothing, FILES),
-        "FOLDER": (_nothing, FOLDERS),
-        "FILE.html": (_nothing, "*.html"),
-        "FILE.toml": (_nothing, "*.toml"),
-        "OUT.png": (_nothing, "*.png"),
-        "OUT.npz": (_nothing, "*.npz"),
+    return {
+        "--topic": [*names("topics")],
+        "--figure": [*SETS, *GROUPS, *numbers()],
+        "--only": [*ITEMS],
+        "KIND": [kind.replace(" ", "-") for kind in kinds()],
+        "PREFIX": sorted({row.key for row in run_keys()}),
     }
-)
 
 
-def _names_and_files(names: Sequence[str], pattern: str | None) -> Mapping[str, Any]:
-    """What shtab takes: the name of a shell function that completes, and its definition, for each shell."""
+def _names_or_files() -> Mapping[str, Collection[str]]:
+    """The names where a file may stand, too, by option or metavar."""
+    from mjnav.study.key_reference import names
+
+    studies = [*names("studies")]
+    return {"SCENE": [*names("scenes")], "STUDY": studies, "AFTER": studies, "--controller": [*names("controllers")]}
+
+
+def _function(names: Collection[str]) -> Mapping[str, Any]:
+    """What shtab takes: the name of a shell function that completes names and files, and its definition by shell."""
     import shtab
 
-    kind = "name" if pattern is None else "file"  # shtab makes bash end folders with a slash where it finds _file
-    function = f"_mjnav_{kind}_{shtab.sha((names, pattern))}"
-    return {
-        "bash": function,
-        "zsh": function,
-        "fish": f"({function})",
-        "preamble": {
-            "bash": _function(f"{function}() {{", _bash_lines(names, pattern), "}"),
-            "zsh": _function(f"{function}() {{", _zsh_lines(names, pattern), "}"),
-            "fish": _function(f"function {function}", _fish_lines(names, pattern), "end"),
-        },
-    }
-
-
-def _function(head: str, lines: Iterable[str], end: str) -> str:
-    return "\n".join([head, *(f"  {line}" for line in lines), end])
-
-
-def _bash_lines(names: Sequence[str], pattern: str | None) -> Iterable[str]:
-    if names:
-        yield f'compgen -W {quote(" ".join(names))} -- "$1"'
-    if pattern == FILES:
-        yield 'compgen -f -- "$1"'
-    elif pattern is not None:
-        if pattern != FOLDERS:
-            yield f'compgen -f -X {quote(f"!{pattern}")} -- "$1"'
-        yield 'compgen -d -- "$1"'
-
-
-def _zsh_lines(names: Sequence[str], pattern: str | None) -> Iterable[str]:
-    if names:
-        yield f"compadd -- {join(names)}"
-    if pattern == FOLDERS:
-        yield "_files -/"
-    elif pattern is not None:
-        yield f"_files -g {quote(pattern)}"
-
-
-def _fish_lines(names: Sequence[str], pattern: str | None) -> Iterable[str]:
-    if names:
-        yield f"printf '%s\\n' {join(names)}"
-    if pattern == FOLDERS:
-        yield "__fish_complete_directories (commandline -ct)"
-    elif pattern == FILES:
-        yield "__fish_complete_path (commandline -ct)"
-    elif pattern is not None:
-        yield f"__fish_complete_suffix {pattern.removeprefix('*')}"
+    function = f"_mjnav_file_{shtab.sha(tuple(names))}"  # where it finds _file, shtab makes bash end folders by a slash
+    lines = {
+        "bash": (f"{function}() {{", f'compgen -W {quote(" ".join(names))} -- "$1"', 'compgen -f -- "$1"', "}"),
+        "zsh": (f"{function}() {{", f"compadd -- {join(names)}", "_files", "}"),
+        "fish": (
+            f"function {function}", f"printf '%s\\n' {join(names)}", "__fish_complete_path (commandline -ct)", "end"
+        ),
+    }  # fmt: skip
+    preamble = {shell: "\n".join(words) for shell, words in lines.items()}
+    return {"bash": function, "zsh": function, "fish": f"({function})", "preamble": preamble}

@@ -176,7 +176,7 @@ def _print_topics(topics: "Mapping[str, InspectedTopic]") -> None:
 
 def _figures(figures: Mapping[str, Any]) -> Iterator[str]:
     """A line for each figure with its unit, group by group."""
-    from mjnav.metrics.definitions import FIGURES
+    from mjnav.metrics.summary import FIGURES
     from mjnav.report.figure_text import by_group
 
     width = min(max(map(len, figures), default=0), _MAX_WIDTH)

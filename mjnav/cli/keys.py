@@ -2,7 +2,6 @@
 
 import argparse
 import json
-from collections.abc import Sequence
 from dataclasses import asdict
 from math import isfinite
 from typing import Any
@@ -43,13 +42,9 @@ def execute(arguments: argparse.Namespace) -> int:
     if arguments.json:
         print(json.dumps({"schema": 1, "keys": [_document(row) for row in rows]}))
         return 0
-    _print(rows)
-    return 0
-
-
-def _print(rows: Sequence[KeyReference]) -> None:
     heads = ("key", "type", "unit", "allowed", "default", "meaning")
     print_table([(r.key, r.type, r.unit, r.allowed, _default(r), _meaning(r)) for r in rows], heads)
+    return 0
 
 
 def _default(row: KeyReference) -> str:

@@ -106,7 +106,7 @@ def _exit_code(argv: list[str], guard: Guard) -> int:
         _drop_output()
         return 0
     except MjnavError as error:
-        if common.wants_traceback(argv):
+        if "--traceback" in argv:  # also where the words cannot be parsed
             import traceback
 
             traceback.print_exc()
@@ -172,7 +172,7 @@ def _execute(argv: list[str], guard: Guard) -> int:
         except (Exception, KeyboardInterrupt):
             raise
         except BaseException as error:  # SystemExit that nothing else caught is no end of ours
-            from mjnav.loop.faults.fault import describe_fault
+            from mjnav.loop.supervision import describe_fault
 
             raise MjnavError(f"the command was ended from within: {describe_fault(error)}") from error
 

@@ -1,15 +1,14 @@
 """`mjnav paper`: the figures and comparisons of Nair et al., run, judged and put on a page."""
 
 import argparse
-import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from mjnav.cli.main import INTERRUPTED
 from mjnav.cli.options import sweep_options
 from mjnav.cli.terminal.guard import interruptible
-from mjnav.cli.terminal.progress import pace, progress, tell
+from mjnav.cli.terminal.progress import progress, tell
 from mjnav.errors import unknown_name
 from mjnav.output_files import written
 
@@ -51,12 +50,10 @@ def execute(arguments: argparse.Namespace) -> int:
     store = Store(folder / ROWS)
     scheduler = workers.scheduler()
     with interruptible() as stop:
-        if not arguments.draw and not _run(wanted, store, scheduler, stop, arguments):
-            tell("interrupted: the same command resumes, and --draw draws the episodes that are there")
-            return INTERRUPTED
+        complete = arguments.draw or _run(wanted, store, scheduler, stop, arguments)
         for name in names:
-            if stop():
-                tell("interrupted: the same command resumes")
+            if not complete or stop():
+                tell("interrupted: the same command resumes, and --draw draws the episodes that are there")
                 return INTERRUPTED
             _publish(name, folder, wanted, store, quick=arguments.quick, draw=arguments.draw)
     folder.mkdir(parents=True, exist_ok=True)
@@ -67,38 +64,40 @@ def execute(arguments: argparse.Namespace) -> int:
 
 
 def _run(
-    wanted: "Sequence[PaperStudy]", store: "Store", scheduler: "Scheduler", stop: Any, arguments: argparse.Namespace
+    wanted: "Sequence[PaperStudy]",
+    store: "Store",
+    scheduler: "Scheduler",
+    stop: Callable[[], bool],
+    arguments: argparse.Namespace,
 ) -> bool:
-    """Runs the episodes that the store lacks; false where interrupted.
-
-    Every cell's first seed is run first, and tells how long the rest takes.
-    """
+    """Runs the episodes that the store lacks; false where interrupted."""
     from mjnav.paper.episodes import trials
-    from mjnav.study.sweep.sweep import check, sweep
+    from mjnav.study.sweep.sweep import sweep
 
     every = trials(wanted)
     if not every:
         return True
-    check(every, store, resume=True, accept=arguments.accept_changed)
     num_cells = sum(len(study.cells) for study in wanted)
-    missing = len(every) - len({trial.place for trial in every} & store.done())
-    print(f"{num_cells} cells, {len(every)} episodes, {missing} of them to run", flush=True)
-    began = time.monotonic()
+
+    def begin(kept: int) -> None:
+        print(f"{num_cells} cells, {len(every)} episodes, {len(every) - kept} of them to run", flush=True)
+
     with progress("paper", len(every), "episodes") as show:
-        for part in (every[:num_cells], every):
-            report = sweep(
-                part, store, scheduler, text=f"# {arguments.command_line}\n", resume=True,
-                accept_changed=arguments.accept_changed, stop=stop, progress=lambda done, row: show(done),
-            )  # fmt: skip
-            if report.interrupted:
-                return False
-            if len(part) < len(every) and report.run:
-                left = len({trial.place for trial in every} - store.done())
-                print(f"the rest: {pace(report.run, left, time.monotonic() - began)}", flush=True)
+        report = sweep(
+            every,
+            store,
+            scheduler,
+            text=f"# {arguments.command_line}\n",
+            resume=True,
+            accept_changed=arguments.accept_changed,
+            stop=stop,
+            begin=begin,
+            progress=lambda done, row: show(done),
+        )
     if report.failed:
         causes = "; ".join(f"{count} × {cause}" for cause, count in store.causes().most_common(3))
         tell(f"{report.failed} episodes failed: {causes}")
-    return True
+    return not report.interrupted
 
 
 def _publish(

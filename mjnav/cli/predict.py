@@ -2,6 +2,7 @@
 
 import argparse
 import json
+from dataclasses import asdict
 from typing import TYPE_CHECKING
 
 from mjnav.cli.options import scene_options
@@ -11,10 +12,8 @@ from mjnav.cli.terminal.tables import print_table
 from mjnav.errors import InvalidValue
 
 if TYPE_CHECKING:
-    from mjnav.metrics.intervals import Interval
-    from mjnav.study.prediction import Measured
+    from mjnav.study.prediction import Figure, Measured
 
-MODELS = ("constant_velocity", "mixture", "social_force")
 HEADS = {
     "ade_m": "ADE [m]",
     "fde_m": "FDE [m]",
@@ -39,9 +38,13 @@ def configure(parser: argparse.ArgumentParser) -> None:
         nargs="+",
         action="extend",
         metavar="NAME",
-        help="one or more, each with its default parameters; by default all of mjnav's own",
+        help="one or more, each with its default parameters; constant_velocity by default",
     )
-    parser.add_argument("--exact", action="store_true", help="predict from the truth in place of a tracker's beliefs")
+    parser.add_argument(
+        "--exact",
+        action="store_true",
+        help="predict from the truth in place of a tracker's beliefs; always so of a recording",
+    )
     parser.add_argument("--samples", type=int, default=25, metavar="N", help="samples of each person; 25 by default")
     parser.add_argument(
         "--every", type=float, default=0.4, metavar="S", help="seconds between predictions that count; 0.4 by default"
@@ -61,71 +64,53 @@ def execute(arguments: argparse.Namespace) -> int:
         raise InvalidValue("--every", arguments.every, "a number of seconds > 0")
     if arguments.frame_rate is not None and not 0.0 < arguments.frame_rate <= 1e6:
         raise InvalidValue("--frame-rate", arguments.frame_rate, "a number > 0 and <= 1000000 Hz")
+    from mjnav.scene.prediction import CONSTANT_VELOCITY
     from mjnav.study.prediction import Plan, measure
 
-    models = tuple(dict.fromkeys(arguments.model or MODELS))
-    asked = arguments.exact, arguments.samples, arguments.every, arguments.seed, tuple(arguments.overrides)
-    plan = Plan(models, *asked, arguments.frame_rate)
+    models = tuple(dict.fromkeys(arguments.model or (CONSTANT_VELOCITY,)))
+    options = arguments.exact, arguments.samples, arguments.every, arguments.seed, tuple(arguments.overrides)
+    plan = Plan(models, *options, arguments.frame_rate)
     with compile_notice():
-        found = measure(arguments.source, plan)
+        measured = measure(arguments.source, plan)
     if arguments.json:
-        print(json.dumps({"schema": 1, **_document(found), "samples": arguments.samples}))
+        print(json.dumps({"schema": 1, **asdict(measured), "samples": arguments.samples}))
     else:
-        _print(found)
+        _print(measured)
     return 0
 
 
-def _print(found: "Measured") -> None:
-    one = next(iter(found.models.values()))
-    known = "exact positions" if found.exact else "beliefs of the tracker"
-    print(found.what)
+def _print(measured: "Measured") -> None:
+    from mjnav.study.prediction import BY_HORIZON
+
+    first, *others = measured.models
+    one = measured.models[first]
+    print(measured.source)
     people = f"{one.people} {'person' if one.people == 1 else 'people'}"
-    ahead = f"{found.steps} steps of {found.step:g} s"
+    knowledge = "exact positions" if measured.exact else "beliefs of the tracker"
     means = "; means over people, [95 %]" if one.people > 1 else ""
-    print(f"{one.predictions} predictions of {people}, {ahead}, from {known}{means}")
+    ahead = f"{measured.steps} steps of {measured.step_s:g} s"
+    print(f"{one.predictions} predictions of {people}, {ahead}, from {knowledge}{means}")
     if not one.predictions:
         print("nobody was there long enough")
         return
     print()
-    rows = [(name, *(_text(*of.figures[key]) for key in of.figures)) for name, of in found.models.items()]
+    rows = [(name, *map(_text, of.figures.values())) for name, of in measured.models.items()]
     print_table(rows, ("model", *(HEADS[key] for key in one.figures)), numbers=range(1, len(one.figures) + 1))
-    said = [f"{name} {of.by_window[0]:.2f} / {of.by_window[1]:.2f}" for name, of in found.models.items()]
-    print(f"\nmeans over predictions, ADE / FDE [m]: {', '.join(said)}")
-    first, *others = found.models
+    windows = {name: "{ade_m:.2f} / {fde_m:.2f}".format_map(of.by_window) for name, of in measured.models.items()}
+    print(f"\nmeans over predictions, ADE / FDE [m]: {', '.join(f'{name} {text}' for name, text in windows.items())}")
     for name in others:
-        print(f"energy [m], {name} less {first}: {_text(*found.models[name].beyond_first)}")
-    for name, of in found.models.items():
-        print(f"\n{name}")
-        rows = [
-            (f"{(h + 1) * found.step:.1f} s", *(_text(*of.by_horizon[key][h]) for key in of.by_horizon))
-            for h in range(found.steps)
-        ]
-        print_table(rows, ("ahead", *(HEADS[key] for key in of.by_horizon)), numbers=range(1, len(of.by_horizon) + 1))
+        print(f"energy [m], {name} less {first}: {_text(measured.models[name].energy_beyond_first)}\n")
+    heads = ("model", "ahead", *(HEADS[key] for key in BY_HORIZON))
+    rows = [
+        (name, f"{row['time_s']:.1f} s", *(_text(row[key]) for key in BY_HORIZON))
+        for name, of in measured.models.items()
+        for row in of.by_horizon
+    ]
+    print_table(rows, heads, numbers=range(1, len(heads)))
 
 
-def _text(value: float | None, interval: "Interval") -> str:
-    if value is None:
-        return "-"
-    low, high = (0.0, 0.0) if interval is None else (round(end, 2) + 0.0 for end in interval)  # no -0.00
-    return f"{value:.2f}" + ("" if interval is None else f" [{low:.2f}, {high:.2f}]")
-
-
-def _document(found: "Measured") -> dict[str, object]:
-    def one(value: float | None, interval: "Interval") -> dict[str, object]:
-        return {"value": value, "interval": interval}
-
-    models = {
-        name: {
-            "people": of.people,
-            "predictions": of.predictions,
-            "by_window": {"ade_m": of.by_window[0], "fde_m": of.by_window[1]},
-            "energy_beyond_first": one(*of.beyond_first),
-            "figures": {key: one(*figure) for key, figure in of.figures.items()},
-            "by_horizon": [
-                {"time_s": (h + 1) * found.step, **{key: one(*of.by_horizon[key][h]) for key in of.by_horizon}}
-                for h in range(found.steps if of.predictions else 0)
-            ],
-        }
-        for name, of in found.models.items()
-    }
-    return {"source": found.what, "step_s": found.step, "steps": found.steps, "exact": found.exact, "models": models}
+def _text(figure: "Figure") -> str:
+    if figure.value is None or figure.interval is None:
+        return "-" if figure.value is None else f"{figure.value:.2f}"
+    low, high = (round(end, 2) + 0.0 for end in figure.interval)  # no -0.00
+    return f"{figure.value:.2f} [{low:.2f}, {high:.2f}]"

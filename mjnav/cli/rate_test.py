@@ -2,31 +2,23 @@
 
 import argparse
 import json
-import sys
-from collections.abc import Callable, Iterator, Sequence
-from math import inf
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
 
 from mjnav.cli.main import INTERRUPTED
 from mjnav.cli.options import scene_options
 from mjnav.cli.options.common import check_needs
 from mjnav.cli.terminal.guard import interruptible
-from mjnav.cli.terminal.progress import compile_notice, progress
-from mjnav.cli.terminal.tables import print_lines, width
+from mjnav.cli.terminal.progress import compile_notice, progress, tell
+from mjnav.cli.terminal.tables import print_lines
 from mjnav.errors import InvalidValue
 from mjnav.log.log_format import check_path
 from mjnav.loop.prepare import load_scenario
-from mjnav.loop.realtime.rate_test import RateTest, rate_test
 from mjnav.loop.realtime.stress import crowd, shuttling
 from mjnav.loop.run import warm_up
-from mjnav.metrics.timing import FAIL, FIRST_TIME, LOOP, MACHINE, PASS, RULES, Miss, histogram
-from mjnav.scene.spec import Scenario
+from mjnav.metrics.timing import FAIL, PASS, RULES
 
 MAX_NAMED = 10  # misses that are named in text
-_BY = {LOOP: "the loop", MACHINE: "the machine", FIRST_TIME: "first-time work"}
-BAR = 40  # [characters] of the longest
-BEFORE_BARS = 31  # [characters] of a bar's name and count
-LATENESS_EDGES = (2, 5, 10, 20, 50, 100, 200, 500, 1000, 2000, 5000, 10_000, 20_000, 50_000, 100_000)  # [us]
-BUSY_EDGES = tuple(range(10, 160, 10))  # [% of the period]
 RATE = 50.0  # [Hz]
 
 
@@ -39,8 +31,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     rates = parser.add_mutually_exclusive_group()
     rates.add_argument("--rate", type=float, default=RATE, metavar="HZ", help=f"of control; {RATE:g} by default")
     rates.add_argument("--sweep", metavar="HZ,HZ,...", help="several rates: which is the highest that passes?")
-    parser.add_argument("--people", metavar="N,N,...", help="these numbers of people in place of the scene's")
-    parser.add_argument("--samples", metavar="N,N,...", help="these numbers of samples of each belief")
+    parser.add_argument("--people", type=int, metavar="N", help="this number of people in place of the scene's")
     parser.add_argument("--duration", type=float, default=60.0, metavar="S", help="of each test [s]; 60 by default")
     parser.add_argument("--stress", action="store_true", help="load every processor and the disk meanwhile")
     parser.add_argument("--log", "-o", "--output", metavar="PATH", help="keep the log of a single test")
@@ -48,184 +39,115 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 
 def execute(arguments: argparse.Namespace) -> int:
-    """Runs the tests and prints what came of them; 1 where the test, or every test of a sweep, fails."""
-    rates = [arguments.rate] if arguments.sweep is None else _numbers("--sweep", arguments.sweep, float)
-    people = [None] if arguments.people is None else _numbers("--people", arguments.people, int)
-    samples = [None] if arguments.samples is None else _numbers("--samples", arguments.samples, int)
-    cases = [(n, m, rate) for n in people for m in samples for rate in sorted(rates)]
-    check_needs("--log", "a single test", given=arguments.log is not None, met=len(cases) == 1)
+    """Runs the tests and prints their verdicts; 1 where the test, or every test of a sweep, fails."""
+    from mjnav.loop.realtime.rate_test import rate_test
+
+    single = arguments.sweep is None
+    check_needs("--log", "a single test", given=arguments.log is not None, met=single)
     if arguments.log is not None:
         check_path(arguments.log)
-    single = len(cases) == 1 and arguments.sweep is None
+    scenario = load_scenario(arguments.scene, arguments.overrides, controller=arguments.controller, seed=arguments.seed)
+    if arguments.people is not None:
+        scenario = crowd(scenario, arguments.people)
+    rates = [arguments.rate] if single else _rates(arguments.sweep)
+    cases = [shuttling(scenario, rate, arguments.duration) for rate in sorted(rates)]  # checked before the first runs
 
-    tests: list[tuple[int | None, int | None, RateTest]] = []
+    summaries: list[Mapping[str, Any]] = []
     with interruptible() as interrupted:
-        for case in _prepared(arguments, cases):
-            tests.append((*case[:2], _run(arguments, case, interrupted)))
-            if not single and not arguments.json:
-                print_lines([_line(*tests[-1])])
-                sys.stdout.flush()
+        for case in cases:
+            with compile_notice():
+                warm_up(case)
+            with progress(f"{case.name} at {case.control.rate:g} Hz", arguments.duration) as show:
+                test = rate_test(
+                    case, stressed=arguments.stress, log=arguments.log, stop=interrupted, progress=show, warmed_up=True
+                )
+            summaries.append(test.summary)
+            if not arguments.json:
+                print_lines([*describe(test.summary)] if single else [_line(test.summary)])
             if interrupted():
                 break
-    statuses = [test.status for *_, test in tests]
-    if single:
-        if arguments.json:
-            print(json.dumps(tests[0][2].summary))
-        else:
-            print_lines(describe(tests[0][2], width()).splitlines())
-    elif arguments.json:
-        print(json.dumps(_sweep_summary(tests)))
-    else:
-        print("\n".join(_highest(tests)))
+    highest = max((s["requested_hz"] for s in summaries if s["status"] == PASS), default=None)
+    if arguments.json:
+        setting = {"people": arguments.people, "samples": None}
+        sweep = {
+            "schema": 1,
+            "tests": [{**setting, **summary} for summary in summaries],
+            "highest_passing_hz": [{**setting, "hz": highest}],
+        }
+        print(json.dumps(summaries[0] if single else sweep))
+    elif not single:
+        print(f"the highest rate that passes is {highest:g} Hz" if highest else "no rate passes")
     if interrupted():
-        print("mjnav: interrupted", file=sys.stderr)
+        tell("interrupted")
         return INTERRUPTED
-    return 1 if all(status == FAIL for status in statuses) else 0
+    return 1 if all(summary["status"] == FAIL for summary in summaries) else 0
 
 
-Case = tuple[int | None, int | None, float, Scenario]
-
-
-def _prepared(arguments: argparse.Namespace, cases: Sequence[tuple[int | None, int | None, float]]) -> list[Case]:
-    """Each case with its scenario: all are checked before the first runs."""
-    prepared = []
-    for people, samples, rate in cases:
-        overrides = [*arguments.overrides, *([] if samples is None else [f"control.samples={samples}"])]
-        scenario = load_scenario(arguments.scene, overrides, controller=arguments.controller, seed=arguments.seed)
-        if people is not None:
-            scenario = crowd(scenario, people)
-        prepared.append((people, samples, rate, shuttling(scenario, rate, arguments.duration)))
-    return prepared
-
-
-def _run(arguments: argparse.Namespace, case: Case, stop: Callable[[], bool]) -> RateTest:
-    *_, rate, scenario = case
-    with compile_notice():
-        warm_up(scenario)
-    with progress(f"{scenario.name} at {rate:g} Hz", arguments.duration) as show:
-        return rate_test(
-            scenario, stressed=arguments.stress, log=arguments.log, stop=stop, progress=show, warmed_up=True
-        )
-
-
-def _numbers(key: str, text: str, kind: type) -> list:
-    """What a list of numbers on the command line says."""
+def _rates(text: str) -> list[float]:
+    """The rates of --sweep [Hz]."""
     try:
-        return [kind(word) for word in text.split(",")]
+        return [float(word) for word in text.split(",")]
     except ValueError:
-        whole = "whole numbers" if kind is int else "numbers"
-        raise InvalidValue(key, text, f"{whole} with commas between them") from None
+        raise InvalidValue("--sweep", text, "numbers with commas between them") from None
 
 
-def describe(test: RateTest, width: int) -> str:
-    """One test's report, for people; its bars are at most `width` [characters] from the left."""
-    s, m, got, schedule = test.summary, test.machine, test.machine.scheduling, test.schedule
-    wake, overrun, faults, gaps = test.wakeup_us, test.overrun, test.page_faults, test.gaps.summary
-    lines = [
-        f"{test.scene}, {test.controller}: {test.status} at {test.requested_hz:g} Hz",
-        f"  rate          {schedule.achieved_hz:.4g} Hz achieved, {schedule.ticks} ticks of "
-        f"{1e3 * schedule.period:.4g} ms ({1e3 * test.timestep:.3g} ms of physics a step), "
-        f"{_text(s['real_time_factor'], '.4f')} × real time",
-        f"  deadlines     {schedule.misses} of {schedule.ticks} missed{_causes(test)}, "
-        f"{schedule.skipped} periods skipped",
-        *_named(test.blame.misses),
-        "  overrun       "
-        + (f"{overrun.milliseconds:.2f} ms in tick {overrun.tick}, phase {overrun.phase}" if overrun else "none"),
-        f"  wake-up       {_text(wake['p50'], '.1f')} µs p50, {_text(wake['p99'], '.1f')} p99, "
-        f"{_text(wake['p999'], '.1f')} p99.9, {_text(wake['max'], '.1f')} max behind the deadline",
-        f"  log           {schedule.log_dropped} parts of ticks dropped",
-        f"  machine       {got.scheduler}; memory {got.memory}; {got.affinity} of {m.cpus}; {m.kernel}; "
-        f"{100 * schedule.stolen:.1f} % of the processors stolen",
+def describe(s: Mapping[str, Any]) -> Iterator[str]:
+    """One test's report, for people, of its summary."""
+    wake, gaps, blamed = s["wakeup_us"], s["machine_gaps"], s["longest_overrun"]
+    yield f"{s['scene']}, {s['controller']}: {s['status']} at {s['requested_hz']:g} Hz"
+    yield (
+        f"  rate          {s['achieved_hz']:.4g} Hz achieved, {s['ticks']} ticks of {1e3 / s['requested_hz']:.4g} ms "
+        f"({s['timestep_ms']:.3g} ms of physics a step), {_text(s['real_time_factor'], '.4f')} × real time"
+    )
+    yield f"  deadlines     {_missed(s)}, {s['skipped_periods']} periods skipped"
+    yield from _longest(s["missed"])
+    where = f" in tick {blamed['tick']}, phase {blamed['phase']}" if blamed else ""
+    yield f"  overrun       {s['longest_overrun_ms']:.2f} ms{where}"
+    levels = ", ".join(f"{_text(wake[key], '.1f')} {key}" for key in wake)
+    yield f"  wake-up       µs behind the deadline: {levels}"
+    yield f"  log           {s['log_dropped']} parts of ticks dropped"
+    yield (
+        f"  machine       {s['scheduler']}; memory {s['memory']}; {s['affinity']} of {s['cpus']}; {s['kernel']}; "
+        f"{100 * s['stolen']:.1f} % of the processors stolen"
+    )
+    yield (
         f"  its gaps      {gaps['count']}, longest {gaps['longest_ms']:.2f} ms, {gaps['total_ms']:.2f} ms in all, seen "
-        f"{gaps['seen']}",
-        f"  load          {m.load}; load average {m.load_average}",
-        f"  page faults   {_text(faults['p50'], '.0f')} a tick p50, {_text(faults['p99'], '.0f')} p99, "
-        f"{_text(faults['max'], '.0f')} max",
-        "  compute [ms]  p50     p99     max",
-    ]
-    for phase, values in test.compute_ms.items():
-        lines.append(f"    {phase:10}" + "".join(f"  {_text(values[key], '6.3f')}" for key in ("p50", "p99", "max")))
-    lines += ["", "  start of ticks behind their deadline [µs]"]
-    lines += _bars(histogram(schedule.lateness * 1e-3, LATENESS_EDGES), "", width)
-    lines += ["", "  work of ticks [% of the period]"]
-    lines += _bars(histogram(schedule.busy * 1e-7 / schedule.period, BUSY_EDGES), " %", width)
-    lines += ["", f"  {test.status}, by the first of these that holds:"]
-    lines += [f"    {name:12}  {rule}" for name, rule in RULES]
-    lines += ["    what was missed or skipped through the machine does not count"]
-    return "\n".join(lines)
+        f"{gaps['seen']}"
+    )
+    yield f"  load          {s['load']}; load average {s['load_average']}"
+    yield "  compute [ms]  p50     p99     max"
+    for phase, values in s["compute_ms"].items():
+        yield f"    {phase:10}" + "".join(f"  {_text(values[key], '6.3f')}" for key in ("p50", "p99", "max"))
+    yield f"  {s['status']}, by the first of these that holds:"
+    yield from (f"    {name:12}  {rule}" for name, rule in RULES)
+    yield "    what was missed or skipped through the machine does not count"
 
 
-def _causes(test: RateTest) -> str:
-    """How many deadlines were missed through whom."""
-    counts = [f"{count} by {_BY[cause]}" for cause, count in test.blame.counts.items()]
-    return f" ({', '.join(counts)})" if test.schedule.misses else ""
+def _missed(s: Mapping[str, Any]) -> str:
+    """How many deadlines were missed, and through what."""
+    causes = ", ".join(f"{count} by the {cause}" for cause, count in s["misses_by_cause"].items())
+    return f"{s['deadline_misses']} of {s['ticks']} missed" + (f" ({causes})" if s["deadline_misses"] else "")
 
 
-def _named(misses: Sequence[Miss]) -> Iterator[str]:
-    """A line for each of the longest."""
-    longest = sorted(misses, key=lambda miss: -miss.milliseconds)[:MAX_NAMED]
-    for miss in sorted(longest, key=lambda miss: miss.tick):
-        where = miss.phase if miss.since == miss.tick else f"{miss.phase} of tick {miss.since}"
-        yield f"    tick {miss.tick:<6d}  {miss.milliseconds:.2f} ms over, {where}: {_BY[miss.cause]}"
+def _longest(misses: Sequence[Mapping[str, Any]]) -> Iterator[str]:
+    """A line for each of the longest misses."""
+    longest = sorted(misses, key=lambda miss: -miss["milliseconds"])[:MAX_NAMED]
+    for miss in sorted(longest, key=lambda miss: miss["tick"]):
+        where = f"{miss['phase']} of tick {miss['since']}"
+        yield f"    tick {miss['tick']:<6d}  {miss['milliseconds']:.2f} ms over, {where}: the {miss['cause']}"
     if len(misses) > MAX_NAMED:
         yield f"    the longest {MAX_NAMED}"
 
 
-def _bars(rows: list[tuple[float, float, int]], unit: str, width: int) -> Iterator[str]:
-    longest = max(1, min(BAR, width - BEFORE_BARS))
-    most = max((count for *_, count in rows), default=1)
-    for low, high, count in rows:
-        name = (
-            f"under {high:g}{unit}"
-            if low == -inf
-            else f"over {low:g}{unit}"
-            if high == inf
-            else f"{low:g} to {high:g}{unit}"
-        )
-        bar = "█" * max(1, round(longest * count / most)) if count else ""
-        yield f"    {name:>16}  {count:7d}  {bar}".rstrip()
-
-
-def _line(people: int | None, samples: int | None, test: RateTest) -> str:
+def _line(s: Mapping[str, Any]) -> str:
     """One test of several."""
-    s = test.summary
-    with_what = "".join(f", {n} {what}" for n, what in ((people, "people"), (samples, "samples")) if n is not None)
-    tick = test.compute_ms["tick"]
+    tick = s["compute_ms"]["tick"]
+    share = 0.1 * (tick["p99"] or 0.0) * s["requested_hz"]
     return (
-        f"{test.requested_hz:6g} Hz{with_what}: {test.status:12}  {s['deadline_misses']} of {s['ticks']} missed"
-        f"{_causes(test)}, "
-        f"longest overrun {s['longest_overrun_ms']:.2f} ms; tick {_text(tick['p50'], '.2f')} ms p50, "
-        f"{_text(tick['p99'], '.2f')} p99, "
-        f"{100 * (tick['p99'] or 0.0) * 1e-3 / test.schedule.period:.0f} % of the period"
+        f"{s['requested_hz']:6g} Hz: {s['status']:12}  {_missed(s)}, longest overrun {s['longest_overrun_ms']:.2f} ms; "
+        f"tick {_text(tick['p50'], '.2f')} ms p50, {_text(tick['p99'], '.2f')} p99, {share:.0f} % of the period"
     )
 
 
-def _highest(tests: Sequence[tuple[int | None, int | None, RateTest]]) -> Iterator[str]:
-    for (people, samples), rate in _passing(tests).items():
-        of_what = [f"{n} {what}" for n, what in ((people, "people"), (samples, "samples")) if n is not None]
-        place = f"with {' and '.join(of_what)}: " if of_what else ""
-        yield f"{place}the highest rate that passes is {rate:g} Hz" if rate else f"{place}no rate passes"
-
-
-def _passing(tests: Sequence[tuple[int | None, int | None, RateTest]]) -> dict[tuple, float | None]:
-    """The highest rate that passes by people and samples."""
-    found: dict[tuple, float | None] = {}
-    for people, samples, test in tests:
-        best = found.setdefault((people, samples), None)
-        if test.status == PASS:
-            found[people, samples] = max(best or 0.0, test.requested_hz)
-    return found
-
-
-def _sweep_summary(tests: Sequence[tuple[int | None, int | None, RateTest]]) -> dict[str, object]:
-    return {
-        "schema": 1,
-        "tests": [{"people": people, "samples": samples, **test.summary} for people, samples, test in tests],
-        "highest_passing_hz": [
-            {"people": people, "samples": samples, "hz": rate} for (people, samples), rate in _passing(tests).items()
-        ],
-    }
-
-
-def _text(value: object, form: str) -> str:
+def _text(value: float | None, form: str) -> str:
     return "-" if value is None else format(value, form)

@@ -32,13 +32,7 @@ def execute(arguments: argparse.Namespace) -> int:
 
     log = open_log(arguments.log)
     with compile_notice(), interruptible() as interrupted, progress("replay", log.duration or 0.0) as show:
-        found = replay(
-            log,
-            trust=arguments.trust,
-            controller=arguments.controller,
-            stop=interrupted,
-            progress=show,
-        )
+        found = replay(log, trust=arguments.trust, controller=arguments.controller, stop=interrupted, progress=show)
     if interrupted():
         tell(f"interrupted after {found.ticks} ticks, {'all identical' if found.identical else 'which differ'}")
         return INTERRUPTED
@@ -88,17 +82,9 @@ def describe(found: "Replay") -> str:
 
 
 def _differing(found: "Replay") -> Iterator[str]:
-    parts = {part: [d for d in found.differences if d.part == part] for part in (d.part for d in found.differences)}
-    if found.differences[0].part in ("run", "result"):
-        place = f"at the end, after {found.tick} ticks"
-    else:
-        place = f"in tick {found.tick}, at {found.time:g} s"
+    first, parts = found.differences[0], dict.fromkeys(difference.part for difference in found.differences)
+    at_end = first.part in ("run", "result")
+    place = f"at the end, after {found.tick} ticks" if at_end else f"in tick {found.tick}, at {found.time:g} s"
+    apart = f", {first.amount:.3g} apart" if first.amount is not None else ""
     yield f"differs {place}: {len(found.differences)} values, {', '.join(parts)}"
-    for part, (first, *more) in parts.items():
-        others = f" (and {len(more)} more)" if more else ""
-        apart = f", {first.amount:.3g} apart" if first.amount is not None else ""
-        yield f"  {part:8}  {first.field}: {_text(first.logged)} in the log, {_text(first.again)} now{apart}{others}"
-
-
-def _text(value: object) -> str:
-    return "nothing" if value is None else str(value)
+    yield f"  {first.part:8}  {first.field}: {first.logged} in the log, {first.again} now{apart}"

@@ -1,11 +1,9 @@
 """`mjnav report LOG...`: one HTML page that shows what happened in a run, or in several side by side."""
 
 import argparse
-from collections.abc import Sequence
 from pathlib import Path
 
-from mjnav.errors import DamagedLogError, InputError, InvalidValue
-from mjnav.output_files import output_path, replacement
+from mjnav.errors import DamagedLogError, InputError
 
 MAX_STEM = 120  # characters of a page's name that is made of several logs' names
 
@@ -19,42 +17,26 @@ def configure(parser: argparse.ArgumentParser) -> None:
 def execute(arguments: argparse.Namespace) -> int:
     """Writes the page. Raises DamagedLogError after that where a log is damaged: the page has what is intact."""
     from mjnav.log.read.log import open_log
-    from mjnav.report.run_page.of_logs import shown
-    from mjnav.report.run_page.page import MAX_RUNS, page
+    from mjnav.report.run_page.page import report
 
-    logs = [Path(log) for log in arguments.logs]
-    if len(logs) > MAX_RUNS:
-        raise InvalidValue("LOG", len(logs), f"1 to {MAX_RUNS} logs on a page")
-    output = _output(arguments.output, logs)
-    found = [shown(open_log(log, allow_damage=True)) for log in logs]
-    text = page(found)
-    replaced = output.exists()
-    with replacement(output) as partial:
-        partial.write_text(text, encoding="utf-8")
-    print(f"{output}: {len(text.encode()) / 1000:.0f} kB{', replaced' if replaced else ''}")
-    for inspection, _ in found:
-        if inspection.damage is not None:
-            raise DamagedLogError(f"{inspection.damage.error}; the page shows what is intact")
+    logs = [open_log(log, allow_damage=True) for log in arguments.logs]
+    output = Path(arguments.output) if arguments.output else _beside([Path(log) for log in arguments.logs])
+    replaced = ", replaced" * output.exists()
+    report(logs, output)
+    print(f"{output}: {output.stat().st_size / 1000:.0f} kB{replaced}")
+    for log in logs:
+        if log.error is not None:
+            raise DamagedLogError(f"{log.error}; the page shows what is intact")
     return 0
 
 
-def _output(given: str | None, logs: Sequence[Path]) -> Path:
-    """Where the page goes. A name that nobody gave replaces nothing but a page."""
-    if given is None:
-        stem = "-".join(log.stem for log in logs)[:MAX_STEM]
-        output = output_path("--output", logs[0].with_name(f"{stem}.html"), ".html")
-        if output.exists() and not _is_page(output):
-            raise InputError(f"{output}: exists, and is no page of mjnav's; name another with -o")
-    else:
-        output = output_path("--output", given, ".html", ".htm")
-    for log in logs:
-        if output.exists() and log.exists() and output.samefile(log):
-            raise InvalidValue("--output", str(output), "another file than the log")
-    return output
-
-
-def _is_page(path: Path) -> bool:
+def _beside(logs: list[Path]) -> Path:
+    """A page named after the logs. A name that nobody gave replaces nothing but a page."""
     from mjnav.report.run_page.page import GENERATOR
 
-    with open(path, "rb") as file:
-        return f'content="{GENERATOR}"'.encode() in file.read(8192)
+    output = logs[0].with_name("-".join(log.stem for log in logs)[:MAX_STEM] + ".html")
+    if output.exists():
+        with open(output, "rb") as file:
+            if f'content="{GENERATOR}"'.encode() not in file.read(8192):
+                raise InputError(f"{output}: exists, and is no page of mjnav's; name another with -o")
+    return output

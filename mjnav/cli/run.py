@@ -2,8 +2,9 @@
 
 import argparse
 import json
+from collections.abc import Iterator
 from contextlib import ExitStack
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from mjnav.cli.main import INTERRUPTED
 from mjnav.cli.options import require, scene_options, views
@@ -15,7 +16,9 @@ from mjnav.errors import unknown_name
 from mjnav.log.log_format import check_path
 from mjnav.loop.pacer import POLICIES
 from mjnav.loop.prepare import episode_label, load_scenario
-from mjnav.metrics.own import Measured
+
+if TYPE_CHECKING:
+    from mjnav.loop.result import Result
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
@@ -58,8 +61,8 @@ def execute(arguments: argparse.Namespace) -> int:
     required = require.of_run(arguments, scenario)
     max_seconds = scene_options.checked_max_seconds(arguments, scenario.time_limit if real_time else 0.0)
     from mjnav.loop.events import warnings_of
-    from mjnav.loop.faults.fault import RunFault
     from mjnav.loop.run import run, warm_up
+    from mjnav.loop.supervision import RunFault
 
     for warning in warnings_of(scenario):
         tell(warning.text)
@@ -99,7 +102,7 @@ def execute(arguments: argparse.Namespace) -> int:
     if arguments.json:
         print(json.dumps({**result.summary, **require.documents(answers)}))
     else:
-        print_lines(describe(result.summary, result.real_time, result.log_dropped, result.metrics).splitlines())
+        print_lines([*describe(result)])
         if result.profile is not None:
             print(f"\n{result.profile.table()}")
     for text in result.metrics.faults:
@@ -121,92 +124,59 @@ def _ending(summary: dict[str, Any]) -> str:
     return f"{summary['outcome']} after {summary['time_s']:.1f} s, {summary['ticks']} ticks{place}"
 
 
-def describe(
-    summary: dict[str, Any], real_time: object | None = None, log_dropped: int = 0, metrics: Measured | None = None
-) -> str:
-    """How a run went, for people; `real_time` is what a paced run got, `log_dropped` what its log lacks, `metrics`
-    the figures of the user's own.
-    """
-    s = summary
+def describe(result: "Result") -> Iterator[str]:
+    """How a run went, for people, a line a subject."""
+    s = result.summary
+    compute, detour = s["compute_ms"], s["detour"]
     collisions = ", ".join(f"{n} × {kind}" for kind, n in s["collisions"].items() if n) or "none"
     if s["collisions"]["person"]:
         collisions += f"; {s['robot_at_fault']} by the robot's fault, {s['collisions_at_rest']} while it stood"
-    compute = s["compute_ms"]
-    phases = ", ".join(
-        f"{name} {compute[name]['p50']:.2f}" for name in compute if name != "tick" and compute[name]["p50"] is not None
-    )
-    lines = [
-        f"{s['scene']}, {s['controller']}, seed {s['seed']}: {s['outcome']} after {_number(s['time_s'], '.1f')} s",
-        f"  collisions      {collisions}",
-        f"  min clearance   {_number(s['min_clearance_m'], '.2f')} m",
-        f"  path            {_number(s['path_length_m'], '.2f')} m, straight {_number(s['straight_line_m'], '.2f')} m, "
-        f"deviation {_number(s['mean_deviation_m'], '.2f')} m mean, {_number(s['max_deviation_m'], '.2f')} m max",
-        f"  control cost    {_number(s['control_cost'], '.2f')}",
-        f"  estimates       robot {_number(s['localization_rmse_m'], '.3f')} m, "
-        f"people {_number(s['tracking_rmse_m'], '.3f')} m RMSE",
-        f"  infeasible      {s['infeasible_ticks']} of {s['ticks']} ticks",
-        f"  speed           {_number(s['real_time_factor'], '.1f')} × real time; "
-        f"tick {_number(compute['tick']['p50'], '.2f')} ms p50, {_number(compute['tick']['p99'], '.2f')} ms p99",
-        f"                  ms p50 by phase: {phases or '-'}",
-    ]  # fmt: skip
-    if (tracks := _tracks(s)) is not None:
-        lines.insert(6, f"  tracks          {tracks}")
-    if s["people_see_robot"] is not None:
-        lines.insert(3, f"  people          {_people(s)}")
-    if s["detour"]["displacement_m"] is not None:
-        lines.insert(4, f"  detour          {_detour(s['detour'])}")
-    for name, figure in (metrics.figures if metrics else {}).items():
-        lines.append(f"  {name:<15} {_number(s['metrics'][name], '.4g')} {figure.unit}".rstrip())
-    if real_time is not None:
-        lines.append(f"  real time       {s['deadline_misses']} of {s['ticks']} deadlines missed; {real_time}")
-    if s["clipped_ticks"]:
-        lines.append(
-            f"  clipped         {s['clipped_ticks']} of {s['ticks']} ticks: commands beyond the robot's limits"
-        )
-    if s["cautious_ticks"]:
-        lines.append(f"  cautious        {s['cautious_ticks']} of {s['ticks']} ticks: slower than decided, or stopped")
-    if s["kidnappings"]:
-        lines.append(f"  kidnappings     {_kidnappings(s)}")
+    yield f"{s['scene']}, {s['controller']}, seed {s['seed']}: {s['outcome']} after {_number(s['time_s'], '.1f')} s"
+    yield f"  collisions      {collisions}"
     if s["lane_violation_s"]:
-        lines.insert(2, f"  outside lanes   {s['lane_violation_s']:.1f} s")
-    if s["log"]:
-        lost = f" ({log_dropped} parts of ticks are missing: the disk could not keep up)" if log_dropped else ""
-        lines.append(f"  log             {s['log']}{lost}")
-    return "\n".join(lines)
-
-
-def _tracks(summary: dict[str, Any]) -> str | None:
-    """How the tracks are to the people; None where all had one all the time and no other was there."""
-    share, false, switches = (summary[key] for key in ("tracked_share", "false_tracks", "identity_switches"))
-    if share is None or (share > 0.995 and false < 0.005 and not switches):
-        return None
-    swapped = f"{switches} identity switch{'es' * (switches != 1)}"
-    found = f"{100.0 * share:.0f} % of people's time, {false:.2f} false at a time, {swapped}"
-    return f"{found}; GOSPA {summary['gospa_m']:.2f} m"
-
-
-def _people(s: dict[str, Any]) -> str:
-    """How close the robot came to people, and whether they see it."""
-    share = None if s["personal_space_share"] is None else 100.0 * s["personal_space_share"]
-    return (
-        f"least distance {_number(s['min_human_distance_m'], '.2f')} m, {_number(share, '.0f')} % of the time "
-        f"below 1.2 m; {s['people_see_robot']} see the robot"
+        yield f"  outside lanes   {s['lane_violation_s']:.1f} s"
+    yield f"  min clearance   {_number(s['min_clearance_m'], '.2f')} m"
+    if s["people_see_robot"] is not None:
+        share = None if s["personal_space_share"] is None else 100.0 * s["personal_space_share"]
+        yield (
+            f"  people          least distance {_number(s['min_human_distance_m'], '.2f')} m, {_number(share, '.0f')} %"
+            f" of the time below 1.2 m; {s['people_see_robot']} see the robot"
+        )
+    if detour["displacement_m"] is not None:
+        yield (
+            f"  detour          people are {_number(detour['displacement_m'], '.2f')} m from where they would be"
+            f" without the robot; {_number(detour['path_m'], '.2f')} m and {_number(detour['delay_s'], '.2f')} s more"
+            " to their waypoints"
+        )
+    yield (
+        f"  path            {_number(s['path_length_m'], '.2f')} m, straight {_number(s['straight_line_m'], '.2f')} m, "
+        f"deviation {_number(s['mean_deviation_m'], '.2f')} m mean, {_number(s['max_deviation_m'], '.2f')} m max"
     )
-
-
-def _detour(found: dict[str, float | None]) -> str:
-    """What the robot cost the people."""
-    apart = f"people are {_number(found['displacement_m'], '.2f')} m from where they would be without the robot"
-    if found["path_m"] is None:
-        return apart
-    return f"{apart}; {found['path_m']:.2f} m and {_number(found['delay_s'], '.2f')} s more to their waypoints"
-
-
-def _kidnappings(s: dict[str, Any]) -> str:
-    """Whether the robot knew again where it was."""
-    known = f"{s['kidnappings_recovered']} of {s['kidnappings']} after which the robot knew again where it was"
-    longest = s["kidnap_recovery_s"]
-    return known if longest is None else f"{known}, within {longest:.1f} s"
+    yield f"  control cost    {_number(s['control_cost'], '.2f')}"
+    yield (
+        f"  estimates       robot {_number(s['localization_rmse_m'], '.3f')} m, "
+        f"people {_number(s['tracking_rmse_m'], '.3f')} m RMSE"
+    )
+    yield f"  infeasible      {s['infeasible_ticks']} of {s['ticks']} ticks"
+    phases = ", ".join(f"{name} {_number(compute[name]['p50'], '.2f')}" for name in compute if name != "tick")
+    yield (
+        f"  speed           {_number(s['real_time_factor'], '.1f')} × real time; "
+        f"tick {_number(compute['tick']['p50'], '.2f')} ms p50, {_number(compute['tick']['p99'], '.2f')} ms p99"
+    )
+    yield f"                  ms p50 by phase: {phases}"
+    for name, figure in result.metrics.figures.items():
+        yield f"  {name:<15} {_number(s['metrics'][name], '.4g')} {figure.unit}".rstrip()
+    if result.real_time is not None:
+        yield f"  real time       {s['deadline_misses']} of {s['ticks']} deadlines missed; {result.real_time}"
+    if s["clipped_ticks"]:
+        yield f"  clipped         {s['clipped_ticks']} of {s['ticks']} ticks: commands beyond the robot's limits"
+    if s["cautious_ticks"]:
+        yield f"  cautious        {s['cautious_ticks']} of {s['ticks']} ticks: slower than decided, or stopped"
+    if s["kidnappings"]:
+        yield f"  kidnappings     the robot found itself again after {s['kidnappings_recovered']} of {s['kidnappings']}"
+    if s["log"]:
+        lost = f" ({result.log_dropped} parts of ticks are missing: the disk could not keep up)"
+        yield f"  log             {s['log']}{lost * bool(result.log_dropped)}"
 
 
 def _number(value: float | None, form: str) -> str:

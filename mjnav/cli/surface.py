@@ -2,7 +2,6 @@
 
 import argparse
 import json
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -18,7 +17,6 @@ from mjnav.loop.run import column_names, record_at, warm_up
 from mjnav.messages import Status
 from mjnav.output_files import output_path, written
 from mjnav.robot.controller import build_controller
-from mjnav.scene.spec import Scenario
 
 GRID = 61  # controls an axis; odd, so that driving straight on is one of them
 GRID_RANGE = (2, 200)  # 200 x 200 controls against 625 pairs of samples take 200 MB
@@ -34,18 +32,28 @@ def configure(parser: argparse.ArgumentParser) -> None:
         "--window", choices=WINDOWS, default="bounds", help="all between the limits (bounds, the default), or reachable"
     )
     parser.add_argument("--grid", type=int, default=GRID, metavar="N", help=f"N x N controls; {GRID} by default")
-    parser.add_argument("-o", "--output", metavar="OUT.png", help="where the picture goes; runs/out/ by default")
-    parser.add_argument("--data", metavar="OUT.npz", help="where the arrays go; beside the picture by default")
+    parser.add_argument(
+        "-o",
+        "--output",
+        metavar="OUT.png",
+        help="where the picture goes, and beside it the arrays; runs/out/ by default",
+    )
     parser.add_argument("--json", action="store_true", help="one JSON object in place of text")
 
 
 def execute(arguments: argparse.Namespace) -> int:
     """Runs the scene up to the moment, and costs and draws the decision that it came to."""
+    from mjnav.report.decision_figures import decision_surface_figure
+
     scenario = load_scenario(arguments.scene, arguments.overrides, controller=arguments.controller, seed=arguments.seed)
     controller = require_candidates(build_controller(scenario), scenario.control.method)
     check_whole("--grid", arguments.grid, *GRID_RANGE)
-    picture, data = _paths(arguments, scenario)
-    replaced = {path for path in (picture, data) if path.exists()}
+    if arguments.output is None:
+        make_out_folder()
+        picture = OUT_FOLDER / f"{file_stem(scenario, f'{arguments.at:g}s')}-surface.png"
+    else:
+        picture = output_path("--output", arguments.output, ".png")
+    data = picture.with_suffix(".npz")
 
     with compile_notice():
         warm_up(scenario)
@@ -64,45 +72,31 @@ def execute(arguments: argparse.Namespace) -> int:
         "window": arguments.window,
         "grid": arguments.grid,
     }
-    _save_picture(picture, surface, _heading(about))
-    _save_arrays(data, surface, column_names(scenario), about)
+    status = "" if record.decision.status == Status.OK else f" ({about['status'].replace('_', ' ')})"
+    heading = f"{scenario.name}, {about['controller']}, seed {scenario.seed}, {record.truth.time:.2f} s{status}"
+    with written(picture) as file:
+        decision_surface_figure(surface, heading).savefig(file, format="png")
+    with written(data) as file:
+        np.savez_compressed(file, **_arrays(surface), names=np.array(column_names(scenario), str), **about)
     controls = _controls(surface)
     if arguments.json:
         print(json.dumps({"schema": 1, **about, **controls, "picture": str(picture), "data": str(data)}))
         return 0
-    print(_heading(about))
-    for name, u in controls.items():
-        print(f"  {name:8}  {_text(u)}")
-    for name, path in (("picture", picture), ("arrays", data)):
-        print(f"  {name:8}  {path}{', replaced' if path in replaced else ''}")
+    print(heading)
+    for name, control in controls.items():
+        print(f"  {name:8}  {_text(control)}")
+    print(f"  picture   {picture}\n  arrays    {data}")
     return 0
-
-
-def _heading(about: dict[str, Any]) -> str:
-    status = "" if about["status"] == Status.OK else f" ({about['status'].replace('_', ' ')})"
-    return f"{about['scene']}, {about['controller']}, seed {about['seed']}, {about['time_s']:.2f} s{status}"
-
-
-def _paths(arguments: argparse.Namespace, scenario: Scenario) -> tuple[Path, Path]:
-    """Of the picture and of the arrays; those that were named are checked, the default folder is made."""
-    if arguments.output is None:
-        make_out_folder()
-        picture = OUT_FOLDER / f"{file_stem(scenario, f'{arguments.at:g}s')}-surface.png"
-        data = picture.with_suffix(".npz")
-    else:
-        picture = output_path("--output", arguments.output, ".png")
-        data = output_path("--data", picture.with_suffix(".npz"), ".npz")
-    return picture, data if arguments.data is None else output_path("--data", arguments.data, ".npz")
 
 
 def _controls(surface: DecisionSurface) -> dict[str, dict[str, float | None] | None]:
     """What was chosen, the nominal control, and the cheapest on the grid; null for what is infinite."""
     s, costs = surface, surface.costs
-    found = s.minimum
+    least = s.minimum
     return {
         "chosen": _control(s.decision.v, s.decision.omega, costs.total.min()),
         "nominal": _control(s.nominal[0], s.nominal[1], costs.total[costs.nominal]),
-        "minimum": None if found is None else _control(s.v[found[0]], s.omega[found[1]], s.total[found]),
+        "minimum": None if least is None else _control(s.v[least[0]], s.omega[least[1]], s.total[least]),
     }
 
 
@@ -117,30 +111,19 @@ def _text(control: dict[str, float | None] | None) -> str:
     return f"v {control['v']:.3f} m/s, ω {control['omega']:.3f} rad/s, total cost {total}"
 
 
-def _save_picture(path: Path, surface: DecisionSurface, title: str) -> None:
-    from mjnav.report.decision_surface_figure import decision_surface_figure
-
-    with written(path) as file:
-        decision_surface_figure(surface, title).savefig(file, format="png")
-
-
-def _save_arrays(path: Path, surface: DecisionSurface, names: tuple[str, ...], about: dict[str, Any]) -> None:
-    s = surface
-    with written(path) as file:
-        np.savez_compressed(
-            file,
-            v=s.v,
-            omega=s.omega,
-            goal=s.goal,
-            cone=s.cone_term,
-            lane=s.lane_term,
-            total=s.total,
-            cone_by_obstacle=s.cone,
-            lane_by_side=s.lane,
-            names=np.array(names, str),
-            weighted=s.weighted,
-            chosen=[s.decision.v, s.decision.omega],
-            nominal=s.nominal,
-            reachable=s.reachable,
-            **about,
-        )
+def _arrays(s: DecisionSurface) -> dict[str, Any]:
+    """What the file of arrays has, but for the names of the obstacles."""
+    return {
+        "v": s.v,
+        "omega": s.omega,
+        "goal": s.goal,
+        "cone": s.cone_term,
+        "lane": s.lane_term,
+        "total": s.total,
+        "cone_by_obstacle": s.cone,
+        "lane_by_side": s.lane,
+        "weighted": s.weighted,
+        "chosen": [s.decision.v, s.decision.omega],
+        "nominal": s.nominal,
+        "reachable": s.reachable,
+    }

@@ -17,11 +17,9 @@ process that loads the caller alone calls the copy.
 # pyright: reportAttributeAccessIssue=false
 # numba's modules carry no types.
 
-import sys
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property, update_wrapper
-from threading import Event
 from typing import TYPE_CHECKING, Annotated, Any, get_args, get_origin, get_type_hints
 
 import numpy as np
@@ -29,8 +27,6 @@ from numpy.typing import NDArray
 
 if TYPE_CHECKING:
     from numba import types
-
-    from mjnav.compile.kernel_cache import KernelCache
 
 
 # ------------------------------------------------------------------------------------- argument types
@@ -90,103 +86,89 @@ def _numba_type(hint: Any) -> "types.Type":
 
 # "contract" allows fused multiply-add, "reassoc" vector sums, "arcp" reciprocals, "nsz" ignores the sign of zero.
 FAST = frozenset({"contract", "reassoc", "arcp", "nsz"})
-_in_use = Event()  # of numba: from then on functions are handed to it where they are defined
 
 
-def kernel(function: Callable[..., Any]) -> Callable[..., Any]:
+def kernel(function: Callable[..., Any]) -> Any:
     """Compiles a loop over arrays."""
-    return _prepared(function, fastmath=set(FAST), error_model="numpy", nogil=True, forceinline=True)
+    return Kernel(function, fastmath=set(FAST), error_model="numpy", nogil=True, forceinline=True)
 
 
-def exact(function: Callable[..., Any]) -> Callable[..., Any]:
+def exact(function: Callable[..., Any]) -> Any:
     """Compiles a loop over arrays, every operation rounded as it is written: for indices and for draws that replay."""
-    return _prepared(function, error_model="numpy", nogil=True, forceinline=True)
+    return Kernel(function, error_model="numpy", nogil=True, forceinline=True)
 
 
-def elementwise(function: Callable[..., Any]) -> Callable[..., Any]:
+def elementwise(function: Callable[..., Any]) -> Any:
     """Compiles a function of numbers into one of arrays that broadcast, as NumPy's own are."""
-    return _prepared(function, elementwise=True)
+    return Kernel(function, elementwise=True)
 
 
-def scalar(function: Callable[..., Any]) -> Callable[..., Any]:
+def scalar(function: Callable[..., Any]) -> Any:
     """Compiles a function of numbers, inlined into the kernels that call it."""
-    return _prepared(function, fastmath=set(FAST), error_model="numpy", inline="always")
+    return Kernel(function, fastmath=set(FAST), error_model="numpy", inline="always")
 
 
-class Unprepared:
-    """A function that numba has not seen yet: whoever only reads names and parameters need not wait for numba.
+class Kernel:
+    """A function that numba compiles at its first call; until then numba, which takes a second, is not imported.
 
-    The first use of any of them imports numba and puts numba's own object in the place of each, in every module.
+    A kernel that calls another one has this object among its globals. Numba takes it for its own dispatcher, as it asks
+    for `_numba_type_`, `py_func` and `targetoptions`.
     """
 
-    def __init__(self, function: Callable[..., Any], options: dict[str, Any]):
-        self._function, self._options = function, options
+    def __init__(self, function: Callable[..., Any], *, elementwise: bool = False, **options: Any):
+        self.py_func, self.targetoptions = function, options
+        self._elementwise = elementwise
         update_wrapper(self, function)
+        _kernels.append(self)
 
     @cached_property
-    def prepared(self) -> Any:
-        """Numba's object."""
-        return _of_numba(self._function, **self._options)
+    def compiled(self) -> Any:
+        """Numba's dispatcher or universal function; the function itself under NUMBA_DISABLE_JIT."""
+        from numba import njit, vectorize
+
+        from mjnav.compile.kernel_cache import KernelCache
+
+        cache = KernelCache(self.py_func, self.targetoptions)
+        if self._elementwise:
+            compiled = vectorize(nopython=True)(self.py_func)
+            compiled._dispatcher.cache = cache
+        else:
+            compiled = njit(**self.targetoptions)(self.py_func)
+            if compiled is not self.py_func:
+                compiled._cache = cache
+        return compiled
+
+    @property
+    def _numba_type_(self) -> "types.Type":
+        from numba.core.registry import cpu_target
+
+        return cpu_target.typing_context.resolve_value_type(self.compiled)
 
     def __call__(self, *arguments: Any) -> Any:
         """What numba's object gives."""
-        prepare()
-        return self.prepared(*arguments)
+        return self.compiled(*arguments)
 
     def __getattr__(self, name: str) -> Any:
         if name.startswith("__"):  # asked for by copies and by whoever looks through a module
             raise AttributeError(name)
-        prepare()
-        return getattr(self.prepared, name)
+        return getattr(self.compiled, name)
+
+    def load(self) -> None:
+        """Loads, or compiles, the machine code for the types that the annotations declare, if they do."""
+        arguments = declared(self.py_func)
+        if arguments is None or self.compiled is self.py_func:
+            return
+        if not self._elementwise:
+            self.compiled.compile(arguments)
+        elif arguments not in [signature.args for signature in self.compiled._dispatcher.overloads]:
+            self.compiled.add(arguments)
 
 
-def _prepared(function: Callable[..., Any], **options: Any) -> Any:
-    return _of_numba(function, **options) if _in_use.is_set() else Unprepared(function, options)
-
-
-def _of_numba(function: Callable[..., Any], *, elementwise: bool = False, **options: Any) -> Any:
-    from numba import njit, vectorize
-
-    from mjnav.compile.kernel_cache import KernelCache
-
-    if elementwise:
-        made = vectorize(nopython=True)(function)
-        made._dispatcher.cache = KernelCache(made._dispatcher.py_func, made._dispatcher.targetoptions)
-        return made
-    made = njit(**options)(function)
-    if made is not function:  # as it is under NUMBA_DISABLE_JIT
-        made._cache = KernelCache(made.py_func, made.targetoptions)
-    return made
-
-
-def prepare() -> None:
-    """Puts numba's object in the place of every function that waits for it, at the first call."""
-    if _in_use.is_set():
-        return
-    _in_use.set()
-    for names in [getattr(module, "__dict__", {}) for module in list(sys.modules.values())]:
-        for name, value in list(names.items()):
-            if type(value) is Unprepared:
-                names[name] = value.prepared
+_kernels: list[Kernel] = []  # in the order of their definition
 
 
 def load_kernels() -> None:
     """Loads, or compiles, every kernel with annotated arguments in the modules of mjnav that are imported."""
-    from numba.core.dispatcher import Dispatcher
-    from numba.np.ufunc.dufunc import DUFunc
-
-    prepare()
-    modules = [module for name, module in list(sys.modules.items()) if name.startswith("mjnav.")]
-    for value in {id(value): value for module in modules for value in list(vars(module).values())}.values():
-        if isinstance(value, Dispatcher):
-            _load(value, value._cache, value.compile)
-        elif isinstance(value, DUFunc):
-            _load(value._dispatcher, value._dispatcher.cache, value.add)
-
-
-def _load(dispatcher: Any, cache: "KernelCache", compile_for: Callable[[Any], Any]) -> None:
-    arguments = declared(dispatcher.py_func)
-    known = {getattr(signature, "args", signature) for signature in dispatcher.overloads}
-    if arguments is not None and arguments not in known:
-        with cache.making(arguments):
-            compile_for(arguments)
+    for each in _kernels:
+        if each.py_func.__module__.startswith("mjnav."):
+            each.load()

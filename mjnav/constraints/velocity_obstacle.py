@@ -37,7 +37,6 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mjnav.compile.compiled import Matrix, Vector, kernel, scalar
-from mjnav.errors import InvalidValue
 from mjnav.messages import Array
 
 # -------------------------------------------------------------------------- half-plane of an obstacle
@@ -89,11 +88,8 @@ def velocity_obstacle_exits(
 ) -> tuple[Array, Array]:
     """n (B, 2) and n . u (B,) [m/s] for r and q (B, 2) and R (B,); `horizon` and `period` [s].
 
-    Every relative velocity w with n . (w - q) >= n . u keeps clear of the obstacle for `horizon`. Raises InvalidValue.
+    Every relative velocity w with n . (w - q) >= n . u keeps clear of the obstacle for `horizon`.
     """
-    for key, value in (("horizon", horizon), ("period", period)):
-        if not 0.0 < value < np.inf:
-            raise InvalidValue(key, value, "a finite number > 0")
     r, q = (np.ascontiguousarray(a, dtype=float).reshape(-1, 2) for a in (relative_position, relative_velocity))
     radius = np.ascontiguousarray(radius, dtype=float).reshape(-1)
     normal, depth = np.empty_like(r), np.empty(len(r))

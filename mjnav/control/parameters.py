@@ -7,7 +7,6 @@ first decision.
 """
 
 from dataclasses import dataclass, fields
-from math import inf
 from typing import Annotated, Any
 
 from mjnav.constraints.collision_cone import FORMS
@@ -36,19 +35,6 @@ def at_least(key: str, value: float, low: float, *, above: bool = False) -> None
     NaN is refused.
     """
     Range(low + LEAST if above else low, MOST, or_inf=True).check(key, value)
-
-
-def between(key: str, value: float, low: float, high: float) -> None:
-    """Refuses a value outside [low, high]; NaN is refused."""
-    Range(low, high).check(key, value)
-
-
-def finite(parameters: Any, *keys: str) -> None:
-    """Refuses an infinite value of any of `keys`; a pair's too."""
-    for key in keys:
-        value = getattr(parameters, key)
-        if inf in (value if isinstance(value, tuple) else (value,)):
-            raise InvalidValue(key, value, "a finite number")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -166,16 +152,14 @@ def check_memory(parameters: Any, braking: int = 0) -> None:
     counts once. Raises InvalidValue.
     """
     samples, num_v, num_omega, components, rollouts, steps, knots = (getattr(parameters, key, 1) for key in _SIZES)
-    bytes_of = {
-        "num_v": _COPIES * _NUMBER * num_v * num_omega * max(samples**2, components),
-        "rollouts": _COPIES * _NUMBER * rollouts * max((steps + braking) * samples, knots),
-    }
-    for key, size in bytes_of.items():
+    candidates = num_v * num_omega * max(samples**2, components)
+    braked = f" and {braking} of braking" if braking else ""
+    rolled_out = rollouts * max((steps + braking) * samples, knots)
+    for key, numbers, what in (
+        ("num_v", candidates, f"{num_v} x {num_omega} candidates"),
+        ("rollouts", rolled_out, f"{rollouts} rollouts of {steps} steps{braked}"),
+    ):
+        size = _COPIES * _NUMBER * numbers
         if size > MAX_BYTES:
-            if key == "num_v":
-                found = f"{num_v} x {num_omega} candidates, {samples} samples of each belief"
-            else:
-                tail = f" and {braking} of braking" if braking else ""
-                found = f"{rollouts} rollouts of {steps} steps{tail}, {samples} samples of each belief"
             allowed = f"what takes at most {MAX_BYTES / 1e9:g} GB of memory a decision; this takes {size / 1e9:.3g} GB"
-            raise InvalidValue(key, found, allowed)
+            raise InvalidValue(key, f"{what}, {samples} samples of each belief", allowed)

@@ -36,7 +36,7 @@ from mjnav.control.kernels.guides import ways_left
 from mjnav.control.parameters import MOST, Count, GoalParameters, Positive, Seconds, Share, Weight, check_memory
 from mjnav.control.problem.candidates import cheapest
 from mjnav.control.problem.fan import KEPT, Plan, carried_on, guided, guides, perturbations, shown_plan, softmin
-from mjnav.control.problem.goal_cost import mean_cost_along
+from mjnav.control.problem.goal_cost import mean_goal_cost
 from mjnav.control.problem.joint_samples import JointSamples
 from mjnav.control.problem.obstacles import Reach, walls_in_reach
 from mjnav.control.problem.problem import Problem
@@ -158,12 +158,7 @@ class Planner(ProblemController[P]):
         return Decision(v, omega, status, _message(problem, rows, new), plan=shown)
 
     def weigh(
-        self,
-        problem: Problem,
-        limits: ControlLimits,
-        way: WayGrid,
-        risks: Callable[[Rollouts], Risks],
-        wanted: Array,
+        self, problem: Problem, limits: ControlLimits, way: WayGrid, risks: Callable[[Rollouts], Risks], wanted: Array
     ) -> Weighed:
         """The rollouts of wanted controls (2, T, K), brought within the limits, and what they cost."""
         p, o, pose = self.parameters, problem.observation, problem.mean_pose
@@ -174,7 +169,8 @@ class Planner(ProblemController[P]):
         speed = min(p.preferred_speed, self.limits.max_speed)
         at_start = float(_ways_left(way, pose, HERE, HERE)[0][0, 0])
         goal = p.progress_weight * progress(left, at_start, speed * p.steps * p.step)
-        along = mean_cost_along(plans, left, by_x, by_y, o.twist, self.limits, self.period, p)
+        dx, dy = 0.0 - left * by_x, 0.0 - left * by_y  # never -0.0, whose bearing is pi, at a goal that is reached
+        along = mean_goal_cost(plans, dx, dy, o.twist, self.limits, self.period, p)
         goal += (p.goal_weight * along + p.effort_weight * effort(plans, o.twist, p.half_track)) / speed**2
         return Weighed(rollouts, goal, risks(rollouts))
 

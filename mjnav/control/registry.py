@@ -17,9 +17,9 @@ from typing import Any
 from mjnav.control.base import Controller
 from mjnav.control.parameters import CHANGE_WEIGHT, RATED_PERIOD, LoopParameters, check_memory
 from mjnav.errors import InvalidValue
-from mjnav.messages import Array, Decision, Observation, RobotLimits, number
+from mjnav.messages import RobotLimits, number
 from mjnav.settings.plugins import (
-    CONTROLLER,
+    ControllerPlugin,
     construct,
     find,
     name_of,
@@ -37,15 +37,8 @@ class Completed:
     def __init__(self, controller: Any, parameters: LoopParameters):
         self._controller = controller
         self.parameters: LoopParameters = getattr(controller, "parameters", parameters)
-
-    def decide(self, observation: Observation) -> Decision:
-        """The controller's decision."""
-        return self._controller.decide(observation)
-
-    def closest_cone(self, observation: Observation, decision: Decision) -> tuple[int, Array, Array] | None:
-        """What the controller has for the log; None where it has no such method."""
-        found = getattr(self._controller, "closest_cone", None)
-        return None if found is None else found(observation, decision)
+        self.decide: Any = controller.decide
+        self.closest_cone: Any = getattr(controller, "closest_cone", lambda observation, decision: None)
 
 
 def completed_controller(name: str, controller: Any, parameters: LoopParameters | None = None) -> Controller:
@@ -55,8 +48,8 @@ def completed_controller(name: str, controller: Any, parameters: LoopParameters 
     """
     parameters = parameters or LoopParameters()
     if not hasattr(getattr(controller, "parameters", parameters), "samples"):
-        allowed = f"{CONTROLLER.allowed}, whose parameters have `samples`, as LoopParameters do"
-        raise InvalidValue(CONTROLLER.key, name, allowed)
+        allowed = f"{ControllerPlugin.allowed()}, whose parameters have `samples`, as LoopParameters do"
+        raise InvalidValue(ControllerPlugin.key, name, allowed)
     if hasattr(controller, "parameters") and hasattr(controller, "closest_cone"):
         return controller
     return Completed(controller, parameters)
@@ -188,18 +181,18 @@ def make_controller(name: Any, robot_limits: RobotLimits, period: float, **param
     if not isinstance(robot_limits, RobotLimits):
         raise InvalidValue("robot_limits", robot_limits, "RobotLimits")
     method = METHODS.get(name)
-    registered_place(CONTROLLER, name, METHODS)
-    kind: Any = method.controller_class if method else find(CONTROLLER, name, METHODS)
+    registered_place(ControllerPlugin, name, METHODS)
+    kind: Any = method.controller_class if method else find(ControllerPlugin, name, METHODS)
     if not isclass(kind):
         return _object(name, kind, parameters)
     preset = _preset(method, period)
-    kind_of_parameters = parameters_type(CONTROLLER, name, kind, LoopParameters)
-    own = construct(CONTROLLER, name, partial(own_parameters, name, kind_of_parameters, parameters, preset))
+    kind_of_parameters = parameters_type(ControllerPlugin, name, kind, LoopParameters)
+    own = construct(ControllerPlugin, name, partial(own_parameters, name, kind_of_parameters, parameters, preset))
     check_memory(own)
     if method is not None:
         return method.controller_class(robot_limits, period, own)
-    made = construct(CONTROLLER, name, kind, robot_limits, period, own)
-    return construct(CONTROLLER, name, completed_controller, name, made, own)
+    made = construct(ControllerPlugin, name, kind, robot_limits, period, own)
+    return construct(ControllerPlugin, name, completed_controller, name, made, own)
 
 
 def shipped_parameters(name: str, period: float, **parameters: Any) -> LoopParameters | None:

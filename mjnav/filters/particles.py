@@ -6,13 +6,14 @@ Resampling is seeded, and takes the particles (n, d) of one filter. Roughening c
 brings.
 """
 
+from collections.abc import Sequence
 from math import atan2, cos, sin
 
 import numpy as np
 
 from mjnav.compile.compiled import Cube, Indices, Matrix, Vector, exact, kernel
 from mjnav.geometry.angles import wrapped
-from mjnav.messages import Array
+from mjnav.messages import Array, RobotBelief, Track
 
 # -------------------------------------------------------------------------------------------- weights
 
@@ -134,6 +135,14 @@ def shuffled(particles: Array, weights: Array, num: int, rng: np.random.Generato
     meets row i of another's, that order would correlate bodies that are independent.
     """
     return _ordered(particles, weights, rng.random(), rng.permutation(num))
+
+
+def shuffled_each(
+    beliefs: Sequence[RobotBelief | Track], num: int, streams: Sequence[np.random.Generator]
+) -> tuple[Array, ...]:
+    """`shuffled` draws from each of the beliefs, (num, d), by a stream of its own."""
+    pairs = zip(beliefs, streams, strict=True)
+    return tuple([shuffled(belief.particles, belief.weights, num, rng) for belief, rng in pairs])
 
 
 @exact

@@ -15,7 +15,6 @@ from numpy.typing import ArrayLike
 
 from mjnav.compile.compiled import Matrix, kernel, scalar
 from mjnav.constant import Constant
-from mjnav.errors import InvalidValue
 from mjnav.geometry.floor import Floor
 from mjnav.messages import Array
 
@@ -40,19 +39,15 @@ class DistanceField(Constant):
     grid: FieldGrid
 
     @classmethod
-    def of(cls, floor: Floor, cell: float = CELL, margin: float = MARGIN) -> "DistanceField":
-        """Of a floor, with nodes `cell` [m] apart, to `margin` [m] around all that stands there.
+    def of(cls, floor: Floor, cell: float = CELL) -> "DistanceField":
+        """Of a floor, with nodes `cell` [m] apart, to MARGIN around all that stands there.
 
-        A floor of more than MAX_CELLS along an axis has larger cells. Raises InvalidValue for a `cell` or a `margin`
-        that is not positive.
+        A floor of more than MAX_CELLS along an axis has larger cells.
         """
-        for name, value in (("cell", cell), ("margin", margin)):
-            if not 0.0 < value < np.inf:
-                raise InvalidValue(name, value, "a finite number > 0")
         bounds = floor.bounds
         if bounds is None:
             return cls(FieldGrid(np.zeros((0, 0)), 0.0, 0.0, cell))
-        low, high = bounds[0] - margin, bounds[1] + margin
+        low, high = bounds[0] - MARGIN, bounds[1] + MARGIN
         cell = max(cell, float((high - low).max()) / (MAX_CELLS - 1))
         columns, rows = (ceil(side / cell) + 1 for side in high - low)
         x, y = np.meshgrid(low[0] + cell * np.arange(columns), low[1] + cell * np.arange(rows))
@@ -60,21 +55,18 @@ class DistanceField(Constant):
 
     def clearance(self, points: ArrayLike) -> Array:
         """From each of `points` (n, 2) to the nearest surface [m], negative inside a body; inf on an empty floor."""
-        return _looked_up(_rows(points), self.grid)[:, 0]
-
-    def distance(self, points: ArrayLike) -> Array:
-        """From each of `points` (n, 2) to the nearest surface [m], from either side; inf on an empty floor."""
-        return np.abs(self.clearance(points))
+        return _looked_up(rows_of(points), self.grid)[:, 0]
 
     def gradient(self, points: ArrayLike) -> Array:
         """Of the clearance at `points` (n, 2), (n, 2): about the unit vector away from the nearest surface.
 
         That of the interpolation, which jumps at the sides of a cell; 0 on an empty floor.
         """
-        return _looked_up(_rows(points), self.grid)[:, 1:].copy()
+        return _looked_up(rows_of(points), self.grid)[:, 1:].copy()
 
 
-def _rows(points: ArrayLike) -> Array:
+def rows_of(points: ArrayLike) -> Array:
+    """Points (n, 2) as a kernel takes them."""
     return np.ascontiguousarray(np.asarray(points, float).reshape(-1, 2))
 
 

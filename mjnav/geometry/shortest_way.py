@@ -89,11 +89,6 @@ class WayMap(Constant):
         return None
 
 
-def length(points: ArrayLike) -> float:
-    """Of a polyline (k, 2) [m]."""
-    return float(np.linalg.norm(np.diff(np.asarray(points, float), axis=0), axis=1).sum())
-
-
 def _around_discs(floor: Floor, reach: float, excess: float) -> Sequence[Array]:
     """Regular polygons around the grown discs, counter-clockwise, (k, 2) each."""
     hulls = []

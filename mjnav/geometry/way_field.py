@@ -26,8 +26,7 @@ from numpy.typing import ArrayLike
 
 from mjnav.compile.compiled import Matrix, exact, kernel, scalar
 from mjnav.constant import Constant
-from mjnav.errors import InvalidValue
-from mjnav.geometry.distance_field import interpolated
+from mjnav.geometry.distance_field import interpolated, rows_of
 from mjnav.geometry.floor import TOUCH, Floor, box_surface, disc_surface, is_open
 from mjnav.messages import Array
 
@@ -262,21 +261,13 @@ class WayField(Constant):
 
     @classmethod
     def of(cls, floor: Floor, goal: ArrayLike, radius: float, points: ArrayLike = (), cell: float = CELL) -> "WayField":
-        """Of a disc of `radius` [m] to `goal` (2,), with nodes `cell` [m] apart around all bodies and `points` (k, 2).
-
-        Raises InvalidValue for a `radius` or a `cell` that is not positive, and for a goal that is not finite.
-        """
-        for name, value in (("radius", radius), ("cell", cell)):
-            if not 0.0 < value < np.inf:
-                raise InvalidValue(name, value, "a finite number > 0")
+        """Of a disc of `radius` [m] to `goal` (2,), with nodes `cell` [m] apart around bodies and `points` (k, 2)."""
         gx, gy = (float(v) for v in np.asarray(goal, float))
-        if not np.isfinite([gx, gy]).all():
-            raise InvalidValue("goal", (gx, gy), "two finite numbers")
         bounds = floor.bounds
         if bounds is None:
             return cls(WayGrid(np.zeros((0, 0)), gx, gy, cell, gx, gy))
         cell = min(cell, 0.75 * radius)  # a wall that the disc cannot pass is then wider than a cell's diagonal
-        ends = np.concatenate([[[gx, gy]], bounds[0][None] - radius, bounds[1][None] + radius, _rows(points)])
+        ends = np.concatenate([[[gx, gy]], bounds[0][None] - radius, bounds[1][None] + radius, rows_of(points)])
         low, high = ends.min(axis=0) - MARGIN * cell, ends.max(axis=0) + MARGIN * cell
         cell = max(cell, float((high - low).max()) / (MAX_CELLS - 1))
         columns, rows = (ceil(side / cell) + 1 for side in high - low)
@@ -289,7 +280,7 @@ class WayField(Constant):
 
     def way_left(self, points: ArrayLike) -> Array:
         """From each of `points` (n, 2) to the goal [m], (n,)."""
-        return _looked_up(_rows(points), self.grid)[:, 0].copy()
+        return _looked_up(rows_of(points), self.grid)[:, 0].copy()
 
     def direction(self, points: ArrayLike) -> Array:
         """The unit vector along which the way goes on from each of `points` (n, 2), (n, 2).
@@ -297,13 +288,9 @@ class WayField(Constant):
         That is -grad T of the interpolation, which jumps at the sides of a cell; straight to the goal where the way is
         open; 0 at the goal.
         """
-        slope = _looked_up(_rows(points), self.grid)[:, 1:]
+        slope = _looked_up(rows_of(points), self.grid)[:, 1:]
         size = np.linalg.norm(slope, axis=1, keepdims=True)
         return -slope / np.where(size > 0.0, size, 1.0)
-
-
-def _rows(points: ArrayLike) -> Array:
-    return np.ascontiguousarray(np.asarray(points, float).reshape(-1, 2))
 
 
 @scalar

@@ -4,6 +4,7 @@ import os
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from math import hypot
+from time import monotonic, sleep
 from typing import Annotated, Any
 
 import gymnasium
@@ -15,7 +16,6 @@ from numpy.typing import ArrayLike, NDArray
 from mjnav.control.parameters import LoopParameters
 from mjnav.control.policy import Actions, Encoder, Features
 from mjnav.errors import InvalidValue, unknown_name
-from mjnav.gym.picture import Drawing, Window
 from mjnav.gym.reward import PUBLISHED, Reward, Transition
 from mjnav.loop.events import COLLISION, GOAL
 from mjnav.loop.prepare import load_scenario
@@ -27,7 +27,8 @@ from mjnav.scene.overrides import Overrides
 from mjnav.scene.spec import Scenario
 from mjnav.settings import Range, below, settled
 from mjnav.world.engine import DivergedError
-from mjnav.world.viewer import has_display
+from mjnav.world.render import Renderer
+from mjnav.world.viewer import Viewer, has_display
 
 Side = Annotated[int, Range(1, 4096, "pixels")]  # of a picture
 MAX_DRAWN_SEED = 2**31  # of an episode whose reset names none
@@ -40,7 +41,7 @@ class SceneEnv(gymnasium.Env[Blocks, NDArray[Any]]):
 
     `scene` is a shipped name, a run file or a Scenario, and `overrides` are values by dotted key for the first two, as
     in `mjnav.load_scenario`. `features` are the blocks that are observed, by name or as `Features`;
-    `mjnav.control.policy.blocks` says what stands in them, and the truth is never among them. `actions` is
+    `mjnav.control.policy` says what stands in them, and the truth is never among them. `actions` is
     "normalised", from -1 to 1 over the robot's limits, or "si", (v [m/s], omega [rad/s]). `reward` has the weights of
     the terms of `mjnav.gym.reward`. `size` is a picture's (width, height) in pixels.
 
@@ -92,8 +93,9 @@ class SceneEnv(gymnasium.Env[Blocks, NDArray[Any]]):
         self.metadata = {"render_modes": modes, "render_fps": round(self._scenario.control.rate)}
         with below("size"):
             self._size = settled(tuple[Side, Side], size)
-        self._drawing: Drawing | None = None
-        self._window: Window | None = None
+        self._renderer: Renderer | None = None
+        self._window: Viewer | None = None
+        self._due = 0.0  # [s] of the clock, when the window shows the next state
         self._simulation: Simulation | None = None
 
     @property
@@ -170,9 +172,10 @@ class SceneEnv(gymnasium.Env[Blocks, NDArray[Any]]):
         """
         if self.render_mode != "rgb_array":
             return None
-        if self._drawing is None:
-            self._drawing = Drawing(self._scenario, self._size)
-        return self._drawing.draw(self.simulation.truth, self._trail)
+        if self._renderer is None:
+            floor = np.array([self._scenario.robot.start[:2], *(person.start for person in self._scenario.people)])
+            self._renderer = Renderer(self._scenario, floor, size=self._size, quick=True)
+        return self._renderer.draw(self.simulation.truth, trail=self._trail)
 
     def close(self) -> None:
         """Frees the picture's memory, or closes the window."""
@@ -185,12 +188,16 @@ class SceneEnv(gymnasium.Env[Blocks, NDArray[Any]]):
         return hypot(*(truth.robot_pose[:2] - self._scenario.robot.route[-1]).tolist())
 
     def _show(self) -> None:
+        """Shows the state in the window one control period after the one before, or at once where that is past."""
         if self.render_mode != "human":
             return
         if self._window is None:
-            self._window = Window(self._scenario)
+            self._window = Viewer(self._scenario)
         if len(self._trail) == 1:
-            self._window.begin()
+            self._window.forget_trail()
+            self._due = monotonic()
+        sleep(max(self._due - monotonic(), 0.0))
+        self._due = max(self._due, monotonic()) + self._scenario.control.period
         self._window.show(self.simulation.truth)
 
     def _load(self, scene: str | os.PathLike[str] | Scenario) -> Scenario:
@@ -211,10 +218,10 @@ class SceneEnv(gymnasium.Env[Blocks, NDArray[Any]]):
             raise InvalidValue("features.beams", self._features.beams, f"at most the lidar's beams ({beams})")
 
     def _end_pictures(self) -> None:
-        for picture in (self._drawing, self._window):
+        for picture in (self._renderer, self._window):
             if picture is not None:
                 picture.close()
-        self._drawing = self._window = None
+        self._renderer = self._window = None
 
 
 def _with_samples(scenario: Scenario) -> Scenario:

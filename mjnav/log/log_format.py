@@ -14,7 +14,7 @@ from typing import IO
 from mcap.writer import CompressionType, Writer
 
 from mjnav.errors import InputError, MjnavError
-from mjnav.output_files import path_text
+from mjnav.output_files import check_folder, path_text
 
 # metadata, and attachments
 RUN, RESULT, RECOVERED = "mjnav/run", "mjnav/result", "mjnav/recovered"
@@ -45,14 +45,6 @@ def check_path(path: str | os.PathLike) -> Path:
         raise InputError(f"{path}: exists already, and a log never replaces a file; choose another name")
     check_folder(path, path.absolute().parent)
     return path
-
-
-def check_folder(path: str | os.PathLike, folder: Path) -> None:
-    """Raises InputError where the folder in which `path` is to be made is missing or not writable."""
-    if not os.path.isdir(folder):
-        raise InputError(f"{path}: there is no folder {folder}")
-    if not os.access(folder, os.W_OK | os.X_OK):
-        raise InputError(f"{path}: the folder {folder} is not writable")
 
 
 @contextmanager

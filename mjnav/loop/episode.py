@@ -6,11 +6,11 @@ from pathlib import Path
 
 from mjnav.log.live import LiveServer
 from mjnav.log.write.writer import LogError
-from mjnav.loop.faults.fault import RunFault, describe_fault
 from mjnav.loop.pacer import FreePacer, Pacer, Start, Stopwatch
 from mjnav.loop.profile import Profile
 from mjnav.loop.result import Result
 from mjnav.loop.simulation import Attached, Simulation
+from mjnav.loop.supervision import RunFault, describe_fault
 from mjnav.messages import Event, TickRecord
 from mjnav.scene.spec import Scenario
 
@@ -85,7 +85,7 @@ class Episode:
                 raise error
         what = "; ".join(dict.fromkeys(map(describe_fault, errors)))
         place = f"; the log is {self._log}" if self._log and not any(isinstance(e, LogError) for e in errors) else ""
-        ticks = simulation.tick if result is None else result.run.figures.ticks
+        ticks = simulation.tick if result is None else result.run.figures["ticks"]
         text = f"{simulation.outcome} after {simulation.truth.time:.1f} s, {ticks} ticks: {what}{place}"
         raise RunFault(text, result) from errors[0]
 

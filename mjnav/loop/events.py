@@ -1,83 +1,17 @@
-"""Events of a run for its log: contacts, goal, time-out, lanes, diverged beliefs, and warnings.
+"""Events of a run for its log: contacts, goal, time-out, filters that were lost, and warnings.
 
-The referee and the watch on beliefs judge by the truth. The robot never hears of either: it cannot know that its belief
-has left the truth.
+The referee judges by the truth. The robot never hears of it.
 """
 
 from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from mjnav.geometry.angles import wrap
-from mjnav.geometry.distances import nearest_tracks
-from mjnav.messages import Array, Beliefs, Contact, Decision, Event, Status, Track, WorldState, triangle
-from mjnav.metrics.consistency import DEPLETED, DIVERGED, DIVERGED_TIME, nees, region
+from mjnav.messages import Beliefs, Contact, Decision, Event, Status, Track, WorldState
+from mjnav.metrics.consistency import DEPLETED
 from mjnav.metrics.safety import PERSON, judged
 from mjnav.scene.check import HORIZON, is_avoidable, overlapping_people
 from mjnav.scene.spec import Scenario
-
-# --------------------------------------------------------------------------------- diverged beliefs
-
-
-ROBOT = "robot"
-
-
-class DivergenceWatch:
-    """Tells once of each belief that is outside of its 99.9 % region for DIVERGED_TIME.
-
-    There are as many such events as the figures robot_divergences and people_divergences count.
-    """
-
-    def __init__(self, period: float):
-        """`period` is the time from tick to tick [s]."""
-        self._period = period
-        self._limit = {num: region(DIVERGED, num) for num in (3, 4)}
-        self._since: dict[str, float] = {}  # [s] since when it has been outside, by name
-        self._told: set[str] = set()
-
-    def of_tick(self, truth: WorldState, beliefs: Beliefs) -> Iterator[Event]:
-        """The events of one tick."""
-        outside = dict(self._outside(truth, beliefs))
-        self._since = {name: self._since.get(name, truth.time) for name in outside}
-        self._told &= outside.keys()
-        for name, distance in outside.items():
-            if name not in self._told and truth.time - self._since[name] + self._period >= DIVERGED_TIME - 1e-9:
-                self._told.add(name)
-                share = f"outside of its {100.0 * DIVERGED:g} % region for {DIVERGED_TIME:g} s"
-                yield Event("warning", "divergence", f"the belief about {name} is {distance:.2f} m off, {share}")
-
-    def _outside(self, truth: WorldState, beliefs: Beliefs) -> Iterator[tuple[str, float]]:
-        """Whose belief is outside, and how far from the truth [m]."""
-        error = beliefs.robot.mean - truth.robot_pose
-        error[2] = wrap(error[2])
-        if _squared(error[None], beliefs.robot.covariance[None])[0] > self._limit[3]:
-            yield ROBOT, float(np.hypot(*error[:2]))
-        tracks = _by_person(truth, beliefs.people)
-        if not tracks:
-            return
-        people = [*tracks]
-        states = np.concatenate([truth.people_position[people], truth.people_velocity[people]], axis=1)
-        errors = np.array([track.mean for track in tracks.values()]) - states
-        squared = _squared(errors, np.array([track.covariance for track in tracks.values()]))
-        for i in np.flatnonzero(squared > self._limit[4]).tolist():
-            yield f"person{people[i]}", float(np.hypot(*errors[i, :2]))
-
-
-def _by_person(truth: WorldState, tracks: tuple[Track, ...]) -> dict[int, Track]:
-    """Each person's track, by its name or, of tracks that carry none, by the assignment that figures use."""
-    places = {f"person{i}": i for i in range(len(truth.people_position))}
-    named = {places[track.name]: track for track in tracks if track.name in places}
-    unnamed = [track for track in tracks if track.name not in places]
-    return named | nearest_tracks(truth.people_position, unnamed)
-
-
-def _squared(errors: Array, covariances: Array) -> Array:
-    """The NEES of errors (B, n) with covariances (B, n, n), (B,)."""
-    try:
-        return (errors * np.linalg.solve(covariances, errors[..., None])[..., 0]).sum(axis=1)
-    except np.linalg.LinAlgError:
-        return nees(errors, triangle(covariances))
-
 
 # ------------------------------------------------------------------------------------------ referee
 
@@ -107,6 +41,7 @@ class Referee:
 # ------------------------------------------------------------------------------------------- events
 
 
+ROBOT = "robot"
 MAX_NAMED = 3  # pairs of people in a warning
 GIVEN = "given"  # the event of the first decision that is not the controller's
 
@@ -136,10 +71,9 @@ def _overlaps(scenario: Scenario) -> tuple[Event, ...]:
 class Events:
     """The events of one run, tick by tick. A status that lasts is told once, and so are commands beyond the limits."""
 
-    def __init__(self, period: float, *, sees: Sequence[bool] = ()):
-        """`period` is the time from tick to tick [s]; `sees` says of each person whether they see the robot."""
+    def __init__(self, sees: Sequence[bool] = ()):
+        """`sees` says of each person whether they see the robot."""
         self._sees = tuple(sees)
-        self._divergence = DivergenceWatch(period)
         self._before: WorldState | None = None  # the truth of the tick before
         self._waiting: tuple[Event, ...] = ()
         self._status = Status.OK
@@ -172,8 +106,8 @@ class Events:
         """
         events = [*self._waiting, *self._comings(truth), *map(self._contact, truth.contacts)]
         self._waiting, self._before = (), truth
-        if beliefs is not None:
-            events += [*(self._filters(beliefs) if updated else ()), *self._divergence.of_tick(truth, beliefs)]
+        if beliefs is not None and updated:
+            events += self._filters(beliefs)
         if decision.status != self._status:
             level = "info" if decision.status == Status.OK else "warning"
             text = ": ".join(part for part in (decision.status.value, decision.status.advice) if part)

@@ -14,14 +14,13 @@ import platform
 import shlex
 import subprocess
 import sys
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import suppress
 from functools import cache
-from importlib.machinery import ModuleSpec, PathFinder
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -30,7 +29,7 @@ from mjnav.printable import printable
 from mjnav.scene.library import data_folder
 from mjnav.scene.plugged import plugins_of
 from mjnav.scene.spec import Scenario
-from mjnav.settings.plugins import CONTROLLER, Given, Kind, Plugin, module_of
+from mjnav.settings.plugins import ControllerPlugin, Given, Plugin, module_of
 
 # ------------------------------------------------------------------------------------- source files
 
@@ -59,95 +58,56 @@ def _digest(content: bytes) -> str:
     return hashlib.sha256(content).hexdigest()[:DIGITS]
 
 
-def plugin_sources(kind: Kind, name: str) -> Mapping[str, str]:
+def plugin_sources(kind: type[Plugin], name: str) -> Mapping[str, str]:
     """The digest of every file behind a plug-in, by the file's path from its import folder.
 
-    These are its module and, over any number of steps, what that imports: at the top of a file, in a function, or by
-    `import_module` with the name written out. Packages that are installed, Python's own and mjnav are left out. Nothing
-    is imported to find them. Empty for what mjnav has under that name, and where the module is not loaded. Of a class
-    of a notebook, the digest of its text.
+    These are its module and, over any number of steps, the Python files that it imports: at the top of a file, in a
+    function, or by `import_module` with the name written out. Packages that are installed, Python's own and mjnav are
+    left out. Nothing is imported to find them. Empty for what mjnav has under that name, and where the module is not
+    loaded. Of a class of a notebook, the digest of its text.
     """
     module = module_of(kind, name)
     origin = getattr(module, "__file__", None)
     if module is not None and origin is not None:
-        return _files(module.__name__, str(Path(origin).resolve()))
+        return _files(module.__name__, Path(origin).resolve())
     if not isinstance(name, Given):
         return NONE
     return MappingProxyType({f"{name} as it was given": _digest(name.text().encode())})
 
 
 @cache
-def _files(name: str, origin: str) -> Mapping[str, str]:
+def _files(name: str, origin: Path) -> Mapping[str, str]:
     """`plugin_sources` of the module `name`, whose file is `origin`."""
-    path = Path(origin)
-    depth = name.count(".") + (path.name == "__init__.py")
-    root = path.parents[depth]
+    root = origin.parents[name.count(".") + (origin.name == "__init__.py")]
     top = name.partition(".")[0]
-    search = [str(root), *(entry for entry in sys.path if entry)]
+    folders = [Path(entry) for entry in (root, *sys.path) if entry and not _is_installed(Path(entry))]
     digests: dict[str, str] = {}
-    seen: set[str] = set()
-    waiting = list(_and_parents(name))
+    seen = {""}
+    waiting = [name]
     while waiting:
-        wanted = waiting.pop()
-        if wanted in seen:
+        module = waiting.pop()
+        first = module.partition(".")[0]
+        if module in seen or first == "mjnav" or (first in sys.stdlib_module_names and first != top):
             continue
-        seen.add(wanted)
-        found = _find(wanted, search)
-        if found is None or not _is_own(wanted, found.origin, top):
-            continue
-        file = Path(found.origin).resolve()
-        content = _content(file)
-        shown = file.relative_to(root).as_posix() if file.is_relative_to(root) else file.name
-        digests[shown] = _digest(content)
-        if file.suffix == ".py":
-            package = wanted if found.is_package else wanted.rpartition(".")[0]
-            waiting += (each for imported in _imports(content, package) for each in _and_parents(imported))
+        seen.add(module)
+        waiting += filter(None, [module.rpartition(".")[0]])
+        file = _module_file(module, [root] if first == top else folders)
+        if file is not None:
+            content = file.read_bytes()
+            digests[file.relative_to(root).as_posix() if file.is_relative_to(root) else file.name] = _digest(content)
+            waiting += _imports(content, module if file.name == "__init__.py" else module.rpartition(".")[0])
     return MappingProxyType(dict(sorted(digests.items())))
 
 
-class _Found(NamedTuple):
-    """A module's file."""
-
-    origin: str
-    is_package: bool
+def _is_installed(folder: Path) -> bool:
+    return any(part in INSTALLED for part in folder.parts)
 
 
-def _find(name: str, search: Sequence[str]) -> _Found | None:
-    """Where the module was loaded from, or else where Python would find it; None where it is no file.
-
-    Nothing is imported.
-    """
-    loaded = sys.modules.get(name)
-    if loaded is not None:
-        origin = getattr(loaded, "__file__", None)
-        return _Found(origin, hasattr(loaded, "__path__")) if origin else None
-    spec: ModuleSpec | None = None
-    path: Sequence[str] | None = search
-    for depth in range(name.count(".") + 1):
-        if path is None:
-            return None
-        spec = PathFinder.find_spec(".".join(name.split(".")[: depth + 1]), path)
-        if spec is None:
-            return None
-        path = spec.submodule_search_locations
-    if spec is None or spec.origin is None:
-        return None
-    return _Found(spec.origin, spec.submodule_search_locations is not None)
-
-
-def _is_own(name: str, origin: str, top: str) -> bool:
-    """Whether a module is of the user's sources rather than of an installed package, Python or mjnav."""
-    first = name.partition(".")[0]
-    if first == "mjnav" or (first in sys.stdlib_module_names and first != top):
-        return False
-    return first == top or not any(part in INSTALLED for part in Path(origin).parts)
-
-
-def _content(file: Path) -> bytes:
-    try:
-        return file.read_bytes()
-    except OSError:
-        return b""  # removed since: it counts as changed
+def _module_file(name: str, folders: Iterable[Path]) -> Path | None:
+    """The Python file of a module below the first of the folders that has it."""
+    paths = [folder.joinpath(*name.split(".")) for folder in folders]
+    files = [file for path in paths for file in (path / "__init__.py", path.parent / f"{path.name}.py")]
+    return next((file.resolve() for file in files if file.is_file()), None)
 
 
 def _imports(content: bytes, package: str) -> Iterator[str]:
@@ -162,8 +122,7 @@ def _imports(content: bytes, package: str) -> Iterator[str]:
                 yield from (alias.name for alias in names)
             case ast.ImportFrom(module=module, names=names, level=level):
                 base = _absolute(module or "", level, package)
-                yield base
-                yield from (f"{base}.{alias.name}" for alias in names)
+                yield from filter(None, [base, *(f"{base}.{alias.name}" for alias in names)])
             case ast.Call(func=function, args=[ast.Constant(value=str(name)), *_]) if _called(function) in IMPORTERS:
                 level = len(name) - len(name.lstrip("."))
                 yield _absolute(name[level:], level, package)
@@ -179,12 +138,6 @@ def _absolute(name: str, level: int, package: str) -> str:
         return name
     parts = package.split(".")
     return ".".join(part for part in (*parts[: len(parts) - level + 1], name) if part)
-
-
-def _and_parents(name: str) -> Iterator[str]:
-    """A module and the packages that are imported before it."""
-    parts = name.split(".")
-    return (".".join(parts[:end]) for end in range(1, len(parts) + 1) if all(parts[:end]))
 
 
 # -------------------------------------------------------------------------------------------- facts
@@ -220,9 +173,9 @@ NOT_RECORDED = "written by an earlier version of mjnav, which did not record"
 
 def provenance(method: str, plugins: Iterable[Plugin] = ()) -> Mapping[str, str]:
     """Every fact of this process, of the controller `method` and of the other plug-ins, which have been made before."""
-    own = dict(plugin_sources(CONTROLLER, method))
+    own = dict(plugin_sources(ControllerPlugin, method))
     for plugin in plugins:
-        own |= plugin_sources(plugin.kind, plugin.name)
+        own |= plugin_sources(type(plugin), plugin.name)
     own = dict(sorted(own.items()))
     return MappingProxyType({**_facts(), OWN_SOURCES: json.dumps(dict(own)) if own else ""})
 

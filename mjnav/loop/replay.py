@@ -18,12 +18,12 @@ from mjnav.log.log_format import REPLAY
 from mjnav.log.read.log import Log, decoder, open_log
 from mjnav.loop.episode import Episode
 from mjnav.loop.events import ABORTED, GIVEN
-from mjnav.loop.faults.fault import RunFault
 from mjnav.loop.prepare import check_functions, with_estimators
 from mjnav.loop.provenance import FACTS, OWN_SOURCES, changes, run_info
 from mjnav.loop.result import Result
+from mjnav.loop.supervision import RunFault
 from mjnav.messages import PHASES, TickRecord, WorldState
-from mjnav.robot.commands import replayed
+from mjnav.robot.latency import replayed
 from mjnav.scene.plugged import plugins_of
 from mjnav.scene.spec import Scenario
 from mjnav.settings.plugins import Given, name_of
@@ -269,8 +269,8 @@ def _refuse_code(path: Path, logged: Scenario, scenario: Scenario) -> None:
     given = {plugin.name for plugin in plugins_of(scenario).values() if isinstance(plugin.name, Given)}
     for key, plugin in plugins_of(scenario).items():
         if plugin.name not in given and plugins_of(logged).get(key) == plugin:
-            other = {"localizer": "localizer=CLASS", "tracker": "tracker=CLASS"}.get(plugin.kind.name)
-            raise UntrustedCode(f"{path}: its {plugin.kind.name} ({key}) is {plugin.name!r}", other=other)
+            other = {"localizer": "localizer=CLASS", "tracker": "tracker=CLASS"}.get(plugin.noun)
+            raise UntrustedCode(f"{path}: its {plugin.noun} ({key}) is {plugin.name!r}", other=other)
 
 
 class _Follower:

@@ -1,10 +1,9 @@
 """Result of a run: its figures and its trajectory, and the figures as an HTML table for notebooks."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field, replace
 from html import escape
 from pathlib import Path
-from types import MappingProxyType
 from typing import Any
 
 from mjnav.loop.pacer import Scheduling
@@ -12,55 +11,10 @@ from mjnav.loop.profile import Profile
 from mjnav.messages import PHASES, Trajectory
 from mjnav.metrics.own import Measured
 from mjnav.metrics.social import Detour
-from mjnav.metrics.summary import Figures, summarise
+from mjnav.metrics.summary import summarise
 from mjnav.metrics.timing import compute_ms
-from mjnav.robot.commands import Computed, LatencyModel, replayed
+from mjnav.robot.latency import Computed, Latency, replayed
 from mjnav.scene.spec import Scenario
-
-# -------------------------------------------------------------------------------------------- table
-
-
-# key of the summary -> what it is, and its form
-_ROWS: Mapping[str, tuple[str, str]] = MappingProxyType(
-    {
-        "time_s": ("time", "{:.1f} s"),
-        "min_clearance_m": ("least clearance", "{:.2f} m"),
-        "min_human_distance_m": ("least distance from people", "{:.2f} m"),
-        "path_length_m": ("path", "{:.2f} m"),
-        "mean_deviation_m": ("mean deviation", "{:.2f} m"),
-        "max_deviation_m": ("largest deviation", "{:.2f} m"),
-        "control_cost": ("control cost", "{:.2f} m²/s³"),
-        "localization_rmse_m": ("robot's estimate, RMSE", "{:.3f} m"),
-        "tracking_rmse_m": ("people's estimates, RMSE", "{:.3f} m"),
-        "real_time_factor": ("speed", "{:.1f} × real time"),
-    }
-)
-
-
-def result_table(summary: Mapping[str, Any]) -> str:
-    """The table of a summary as `Result.summary` gives it; figures that are undefined are left out."""
-    rows = (f"<tr><th scope='row'>{escape(name)}</th><td>{escape(text)}</td></tr>" for name, text in _rows(summary))
-    title = f"{summary['scene']}, {summary['controller']}, seed {summary['seed']}: {summary['outcome']}"
-    return f"<table><caption>{escape(title)}</caption><tbody>{''.join(rows)}</tbody></table>"
-
-
-def _rows(summary: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
-    yield "collisions", ", ".join(f"{n} × {kind}" for kind, n in summary["collisions"].items() if n) or "none"
-    for key, (name, form) in _ROWS.items():
-        if summary[key] is not None:
-            yield name, form.format(summary[key])
-    if summary["people_see_robot"] is not None:
-        yield "people who see the robot", str(summary["people_see_robot"])
-    yield "infeasible", f"{summary['infeasible_ticks']} of {summary['ticks']} ticks"
-    for name, value in summary["metrics"].items():
-        if value is not None:
-            yield name, f"{value:.4g}"
-    if summary["log"]:
-        yield "log", str(summary["log"])
-
-
-# ------------------------------------------------------------------------------------------- result
-
 
 SCHEMA = 1  # of the summary
 NO_DETOUR = Detour()  # of a run for which nobody asked
@@ -73,7 +27,7 @@ class RunSummary:
     scene: str
     controller: str
     seed: int
-    figures: Figures
+    figures: Mapping[str, Any]  # by name, as `metrics.summary.summarise` gives them
     compute_ms: Mapping[str, Mapping[str, float | None]]  # phase -> p50, p99, max
     real_time_factor: float | None
     deadline_misses: int
@@ -115,16 +69,17 @@ class Result:
 
     def __repr__(self) -> str:
         s = self.run
-        clearance = s.figures.min_clearance_m
+        clearance = s.figures["min_clearance_m"]
         nearest = "" if clearance is None else f", least clearance {clearance:.2f} m"
-        return (
-            f"Result({s.scene!r}, {s.controller}, seed {s.seed}: {s.figures.outcome} after {s.figures.time_s:.1f} s"
-            f"{nearest}, {s.figures.ticks} ticks)"
-        )
+        ended = f"{s.figures['outcome']} after {s.figures['time_s']:.1f} s"
+        return f"Result({s.scene!r}, {s.controller}, seed {s.seed}: {ended}{nearest}, {s.figures['ticks']} ticks)"
 
     def _repr_html_(self) -> str:
-        """The figures as a table, as notebooks show it."""
-        return result_table(self.summary)
+        """The figures that are defined as a table, as notebooks show it."""
+        figures = {key: value for key, value in self.summary.items() if isinstance(value, str | int | float)}
+        texts = {key: f"{value:.4g}" if isinstance(value, float) else str(value) for key, value in figures.items()}
+        rows = (f"<tr><th scope='row'>{key}</th><td>{escape(text)}</td></tr>" for key, text in texts.items())
+        return f"<table><caption>{escape(repr(self))}</caption><tbody>{''.join(rows)}</tbody></table>"
 
 
 def result_of(
@@ -133,7 +88,7 @@ def result_of(
     *,
     outcome: str | None,
     state_hash: str,
-    latency: LatencyModel,
+    latency: Latency,
     metrics: Measured,
     seconds: float | None = None,
     deadline_misses: int = 0,
@@ -158,7 +113,7 @@ def result_of(
     return Result(summary, trajectory, _replay(scenario, latency), log_dropped=log_dropped, metrics=metrics)
 
 
-def _replay(scenario: Scenario, latency: LatencyModel) -> Scenario:
+def _replay(scenario: Scenario, latency: Latency) -> Scenario:
     """The scenario with measured latencies written down."""
     control = scenario.control
     if control.latency is None or control.latency.model != "measured" or not isinstance(latency, Computed):

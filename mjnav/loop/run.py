@@ -18,10 +18,10 @@ from mjnav.control import names
 from mjnav.errors import InvalidValue
 from mjnav.log.live import LiveServer
 from mjnav.loop.episode import Episode
-from mjnav.loop.faults.fault import RunFault
 from mjnav.loop.pacer import FreePacer, RealTimePacer, realtime_scheduling
 from mjnav.loop.prepare import as_scenario, check_functions, log_path
 from mjnav.loop.result import Result
+from mjnav.loop.supervision import RunFault
 from mjnav.messages import Event, TickRecord
 from mjnav.robot.estimation.base import person_names
 from mjnav.robot.seen_space import FloorMap
@@ -149,9 +149,9 @@ def record_at(scenario: Scenario, time: float, *, progress: Callable[[float], No
 
     result = Episode(scenario, stop=stop, watch=watch, progress=progress).run()
     figures = result.run.figures
-    end = figures.time_s
+    end = figures["time_s"]
     if not latest or (latest[0].tick < index and end * (1.0 + ROUNDING) < time):
-        raise InvalidValue("time", time, f"0 to {end:g} s: there the run ended ({figures.outcome})")
+        raise InvalidValue("time", time, f"0 to {end:g} s: there the run ended ({figures['outcome']})")
     return latest[0]
 
 

@@ -131,7 +131,7 @@ class RunRecord:
     def end_log(self, final: WorldState, summary: RunSummary, replay: Scenario | None) -> None:
         """Writes the log's last state, its last events, the result and the scenario of a replay, if it has its own."""
         if self._recorder is not None:
-            events = self._events.at_end(final, str(summary.figures.outcome), self.log_dropped)
+            events = self._events.at_end(final, str(summary.figures["outcome"]), self.log_dropped)
             self._recorder.finish(final, summary.document(), events, replay)
 
     def _cone(

@@ -17,19 +17,19 @@ from mjnav.errors import InputError, InvalidValue, MjnavError, own_code, said
 from mjnav.log.live import LiveServer
 from mjnav.log.write.writer import Recorder
 from mjnav.loop.events import ABORTED, Events, Referee, warnings_of
-from mjnav.loop.faults.fault import fault_events
 from mjnav.loop.pacer import Start, Stopwatch
 from mjnav.loop.prepare import as_scenario, log_path
 from mjnav.loop.provenance import run_info
 from mjnav.loop.result import Result, result_of
 from mjnav.loop.run_record import RunRecord
+from mjnav.loop.supervision import fault_events
 from mjnav.loop.tick import Tick
 from mjnav.messages import Array, Beliefs, Decision, Event, Observation, Reading, TickRecord, Trajectory, WorldState
 from mjnav.metrics.own import OwnMetrics
 from mjnav.metrics.safety import sees_robot
 from mjnav.metrics.social import detour
-from mjnav.robot.commands import given_decision
 from mjnav.robot.estimation.own import checked_beliefs
+from mjnav.robot.latency import given_decision
 from mjnav.robot.navigator import Navigator
 from mjnav.scene.ranges import MAX_LENGTH
 from mjnav.scene.spec import Person, Scenario
@@ -173,7 +173,7 @@ class Simulation:
             self._recorder,
             watch=attached.watch,
             cones=attached.cones or self._recorder is not None,
-            events=Events(scenario.control.period, sees=sees_robot(scenario)),
+            events=Events(sees_robot(scenario)),
         )
         self._record.note(*warnings_of(scenario))
         self._tick: Tick | None = None  # the present one; None until it is asked for
@@ -278,9 +278,9 @@ class Simulation:
         tick = self._usable("step()")
         if self.done:
             raise SimulationOver(f"step(): the simulation has ended: {self._outcome} after {self.time:g} s")
-        decision = given_decision(v, omega)
-        if decision is not tick.decision:
-            decision = self._robot.limited(decision)
+        decision = tick.decision
+        if decision is None or v is not decision or omega is not None:
+            decision = self._robot.limited(given_decision(v, omega))
         try:
             if self._perceived("step()").observation is None:
                 tick.predict()

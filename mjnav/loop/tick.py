@@ -91,8 +91,9 @@ class Tick:
         watch.resume()
         command, switches = robot.actuate(self.k, decision, watch.elapsed)
         watch.lap("actuate")
-        record.strand(self._world.stranded)
-        record.note(*robot.take_events())
+        stranded, noticed = self._world.stranded, robot.take_events()
+        record.strand(stranded)
+        record.note(*noticed)
         asked = self.observation if decision is self.decision else None
         record.add(self.k, self.truth, readings, self.beliefs, self._recorded, decision, command, asked=asked)
         watch.lap("write")

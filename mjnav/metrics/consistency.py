@@ -23,6 +23,7 @@ import numpy as np
 
 from mjnav.geometry.angles import wrap
 from mjnav.messages import Array, Trajectory
+from mjnav.metrics.definitions import HIGHER, INTEGER, LOWER, Definition, figures
 from mjnav.metrics.progress import by_blocks, stretches
 from mjnav.scene.spec import Scenario
 
@@ -34,6 +35,9 @@ DIVERGED, DIVERGED_TIME = 0.999, 1.0  # an estimate has diverged where it lies o
 SEEN = 0.3  # [s] since the last detection of a track, for it to count as seen: more than a turn of the slowest lidar
 DEPLETED = 0.02  # a belief is depleted where its effective sample size is below this share of its particles
 _EXACT = 1e-12  # of the largest variance: a smaller one counts as none
+_NOBODY_TRACKED = "nobody was tracked"
+_CERTAIN = "a belief is certain of what is wrong"
+_BAR_SHALOM = "Bar-Shalom, Li and Kirubarajan (2001)"
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,18 +64,42 @@ def track_error(trajectory: Trajectory) -> Array:
     return trajectory.tracks - truth
 
 
+@figures(
+    "knowledge",
+    Definition("localization_rmse_m", better=LOWER, words="error of the robot's belief", null="no ticks",
+               equation=r"\sqrt{\frac{1}{T}\sum_k \lvert\hat p_k - p_k\rvert^2}"),
+)  # fmt: skip
 def localization_rmse(trajectory: Trajectory) -> float | None:
-    """Root mean square distance between the estimated and the true position of the robot [m]; None without ticks."""
+    """Root mean square distance between the estimated and the true position of the robot [m]; None without ticks.
+
+    * localization_rmse_m: error of the robot's estimated position, root of the mean square
+    """
     return _rms(trajectory.estimate[:, :2], trajectory.robot_pose[:-1, :2])
 
 
+@figures(
+    "knowledge",
+    Definition("tracking_rmse_m", better=LOWER, words="error of beliefs of people", null=_NOBODY_TRACKED),
+)  # fmt: skip
 def tracking_rmse(trajectory: Trajectory) -> float | None:
-    """The same for people, over all ticks and people with a track [m]; None where nobody was tracked."""
+    """The same for people, over all ticks and people with a track [m]; None where nobody was tracked.
+
+    * tracking_rmse_m: error of people's estimated positions, root of the mean square over ticks and people with a track
+    """
     return _rms(trajectory.tracks[..., :2], trajectory.people_position[:-1])
 
 
+@figures(
+    "knowledge",
+    Definition("seen_tracking_rmse_m", better=LOWER, words="error of beliefs of people in sight",
+               null=_NOBODY_TRACKED, over_all=True),
+)  # fmt: skip
 def seen_tracking_rmse(trajectory: Trajectory) -> float | None:
-    """The same where the track was detected within SEEN; None where nobody was."""
+    """The same where the track was detected within SEEN; None where nobody was.
+
+    * seen_tracking_rmse_m: the same of tracks that were detected in the last 0.3 s, without those of people who are
+      hidden; where the sensor says who is who, all of them
+    """
     hidden = trajectory.track_states[trajectory.track_states[:, 6] > SEEN]
     if not len(hidden):
         return tracking_rmse(trajectory)
@@ -117,24 +145,12 @@ def nees(error: Array, triangle: Array) -> Array:
 
 def robot_nees(trajectory: Trajectory) -> Array:
     """The NEES of the robot's x, y and heading at each tick, (T,)."""
-    columns = trajectory.estimate, trajectory.robot_pose[:-1], trajectory.estimate_triangle
-
-    def of_rows(estimate: Array, pose: Array, triangle: Array) -> Array:
-        error = estimate - pose
-        error[:, 2] = wrap(error[:, 2])
-        return nees(error, triangle)
-
-    return by_blocks(of_rows, *columns)
+    return by_blocks(nees, robot_error(trajectory), trajectory.estimate_triangle)
 
 
 def people_nees(trajectory: Trajectory) -> Array:
     """The NEES of each person's x, y, vx and vy at each tick, (T, P); NaN without a track."""
-
-    def of_rows(tracks: Array, position: Array, velocity: Array, triangle: Array) -> Array:
-        return nees(tracks - np.concatenate([position, velocity], axis=-1), triangle)
-
-    truth = trajectory.people_position[:-1], trajectory.people_velocity[:-1]
-    return by_blocks(of_rows, trajectory.tracks, *truth, trajectory.track_triangle)
+    return by_blocks(nees, track_error(trajectory), trajectory.track_triangle)
 
 
 def region(probability: float, num: int) -> float:
@@ -142,6 +158,49 @@ def region(probability: float, num: int) -> float:
     from scipy.special import gammaincinv
 
     return 2.0 * float(gammaincinv(0.5 * num, probability))
+
+
+@figures(
+    "consistency",
+    Definition("robot_nees", words="NEES of the robot (3 is right)", null=f"no belief, or {_CERTAIN}",
+               source=_BAR_SHALOM, equation=r"\frac{1}{T}\sum_k e_k^\top P_k^{-1} e_k"),
+    Definition("robot_coverage", words="coverage of the robot (0.95 is right)", null="no belief", source=_BAR_SHALOM,
+               equation=r"e_k^\top P_k^{-1} e_k \le \chi^2_{3}(0.95)"),
+    Definition("robot_divergences", type=INTEGER, better=LOWER, words="divergences of the robot's belief"),
+    over_all=True,
+)  # fmt: skip
+def robot_consistency(trajectory: Trajectory) -> tuple[float | None, float | None, int]:
+    """NEES, coverage and divergences of the robot's estimate.
+
+    * robot_nees: normalised estimation error squared of the robot's x, y and heading, mean over ticks; 3 for a
+      consistent estimate, more where it is too sure of itself
+    * robot_coverage: share of ticks at which the true pose lies in the 95 % region of the belief's mean and covariance;
+      0.95 for a consistent Gaussian estimate
+    * robot_divergences: times that the true pose lay outside of the 99.9 % region for 1 s or longer
+    """
+    judged = of_robot(trajectory)
+    return judged.nees, judged.coverage, judged.divergences
+
+
+@figures(
+    "consistency",
+    Definition("people_nees", words="NEES of people (4 is right)", null=f"{_NOBODY_TRACKED}, or {_CERTAIN}",
+               source=_BAR_SHALOM),
+    Definition("people_coverage", words="coverage of people (0.95 is right)", null=_NOBODY_TRACKED,
+               source=_BAR_SHALOM, equation=r"e_k^\top P_k^{-1} e_k \le \chi^2_{4}(0.95)"),
+    Definition("people_divergences", type=INTEGER, better=LOWER, words="divergences of tracks"),
+    over_all=True,
+)  # fmt: skip
+def people_consistency(trajectory: Trajectory) -> tuple[float | None, float | None, int]:
+    """The same of people's tracks.
+
+    * people_nees: normalised estimation error squared of people's x, y, vx and vy, mean over ticks and people with a
+      track; 4 for a consistent estimate
+    * people_coverage: share of ticks and people with a track at which the person lies in the track's 95 % region
+    * people_divergences: times that a person lay outside of the 99.9 % region of the track for 1 s or longer
+    """
+    judged = of_people(trajectory)
+    return judged.nees, judged.coverage, judged.divergences
 
 
 def of_robot(trajectory: Trajectory) -> Consistency:
@@ -193,6 +252,55 @@ def depleted_share(ess: Array, particles: Array | float) -> float | None:
     return float((share < DEPLETED).mean()) if share.size else None
 
 
+@figures(
+    "consistency",
+    *(
+        Definition(f"ess_{name}.{of}", f"effective sample size of {belief}, before resampling, {name} over ticks",
+                   better=HIGHER, words=f"{name} effective sample size of {of}", null=null, over_all=True,
+                   source="Kong, Liu and Wong (1994)", equation=r"\left(\sum_i w_i\right)^2 / \sum_i w_i^2")
+        for name in ("min", "mean")
+        for of, belief, null in (("robot", "the robot's belief", "no belief"),
+                                 ("people", "people's tracks", _NOBODY_TRACKED))
+    ),
+    Definition("robot_depleted_share", better=LOWER, words="share of time depleted, robot", null="no belief",
+               over_all=True),
+    Definition("people_depleted_share", better=LOWER, words="share of time depleted, people", null=_NOBODY_TRACKED,
+               over_all=True),
+    Definition("recoveries", type=INTEGER, words="recoveries of filters", over_all=True),
+)  # fmt: skip
+def effective_sizes(trajectory: Trajectory, scenario: Scenario) -> tuple[float | None, ...]:
+    """How many particles counted, for the robot and for people: the least, the mean, shares depleted; recoveries.
+
+    * robot_depleted_share: share of ticks at which the effective sample size of the robot's belief is below 2 % of the
+      number of its particles
+    * people_depleted_share: the same of people's tracks, over ticks and people with a track
+    * recoveries: times that a filter was spread again, because its belief explained no reading for some time
+    """
+    robot, people = trajectory.robot_ess, trajectory.people_ess
+    return (
+        *(of(ess) for of in (least, mean) for ess in (robot, people)),
+        depleted_share(robot, robot_particles(trajectory, scenario)),
+        depleted_share(people, scenario.estimation.obstacles.particles),
+        trajectory.recoveries,
+    )
+
+
+_SKEW = r"G_1 = \frac{\sqrt{n(n-1)}}{n-2}\, m_3/m_2^{3/2}"
+_KURTOSIS = r"G_2 + 3,\ G_2 = \frac{n-1}{(n-2)(n-3)}\left((n+1)\,g_2 + 6\right),\ g_2 = m_4/m_2^2 - 3"
+
+
+@figures(
+    "knowledge",
+    *(
+        Definition(
+            f"{of}_{shape}", f"{text}{gaussian}, of {whose} samples that the controller got",
+            equation=equation, null="no people; all samples equal; fewer than four", source="Joanes and Gill (1998)",
+        )
+        for of, whose, text in (("robot", "the robot's", "mean over ticks, x and y"),
+                                ("people", "people's", "mean over ticks, people, x and y"))
+        for shape, equation, gaussian in (("skew", _SKEW, ""), ("kurtosis", _KURTOSIS, "; 3 for a Gaussian"))
+    ),
+)  # fmt: skip
 def skew_and_kurtosis(samples: Array) -> tuple[Array, Array]:
     """Skew and kurtosis (3 for a Gaussian) of each column of samples (n, ...); NaN where all are alike.
 
@@ -212,28 +320,33 @@ ALIGNED = 0.3  # [rad]
 STEADY = 1.0  # [s]
 
 
-@dataclass(frozen=True, slots=True)
-class Recoveries:
-    """The kidnappings of a run that took place, and how long the robot needed after each [s]; None where it did not."""
+@figures(
+    "consistency",
+    Definition("kidnappings", type=INTEGER, null="without [faults] kidnap"),
+    Definition("kidnappings_recovered", type=INTEGER, better=HIGHER, null="without [faults] kidnap"),
+    Definition("kidnap_recovery_s", better=LOWER, words="recovery after a kidnapping", null="none, or none recovered"),
+    over_all=True,
+)  # fmt: skip
+def kidnappings(trajectory: Trajectory, scenario: Scenario) -> tuple[int, int, float | None] | None:
+    """How many took place, after how many the robot knew again, and the longest time it took [s]; None without any.
 
-    times: tuple[float | None, ...]
+    * kidnappings: times that the robot was put elsewhere
+    * kidnappings_recovered: of these those after which its belief came within 0.5 m and 0.3 rad of its pose for 1 s, or
+      to the next or the end of the run
+    * kidnap_recovery_s: time from a kidnapping to that, the longest of those after which it came about
+    """
+    times = recoveries(trajectory, scenario)
+    if times is None:
+        return None
+    recovered = [time for time in times if time is not None]
+    return len(times), len(recovered), max(recovered, default=None)
 
-    @property
-    def recovered(self) -> int:
-        """After how many of them it knew again."""
-        return sum(time is not None for time in self.times)
 
-    @property
-    def longest(self) -> float | None:
-        """The longest time of those after which it knew again [s]; None without any."""
-        return max((time for time in self.times if time is not None), default=None)
+def recoveries(trajectory: Trajectory, scenario: Scenario) -> tuple[float | None, ...] | None:
+    """How long the robot needed after each kidnapping that took place [s], None where it never knew again.
 
-
-def recoveries(trajectory: Trajectory, scenario: Scenario) -> Recoveries | None:
-    """Of each kidnapping; None in a run without any.
-
-    The robot may be put down later than the run file says, where somebody stands there: the tick counts at which it is
-    first seen elsewhere.
+    None in a run without any. The robot may be put down later than the run file says, where somebody stands there: the
+    tick counts at which it is first seen elsewhere.
     """
     if scenario.faults is None or not scenario.faults.kidnappings:
         return None
@@ -242,7 +355,7 @@ def recoveries(trajectory: Trajectory, scenario: Scenario) -> Recoveries | None:
     ends = [*(k for k in begun if k is not None and k < num), num]
     error = robot_error(trajectory)
     knows = (np.hypot(error[:, 0], error[:, 1]) <= NEAR) & (np.abs(error[:, 2]) <= ALIGNED)
-    return Recoveries(tuple(_recovery(trajectory.time, knows, first, end) for first, end in pairwise(ends)))
+    return tuple(_recovery(trajectory.time, knows, first, end) for first, end in pairwise(ends))
 
 
 def _recovery(time: np.ndarray, knows: np.ndarray, first: int, end: int) -> float | None:

@@ -7,13 +7,15 @@ within a period is not seen, and turning counts. So the figures of runs at diffe
 smooths.
 """
 
-from dataclasses import dataclass
+from collections.abc import Iterator
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from mjnav.geometry.angles import wrap
 from mjnav.messages import Array, Trajectory
+from mjnav.metrics.definitions import HUNAVSIM, LOWER, TABLE_1, Definition, figures
 from mjnav.metrics.progress import targets
 from mjnav.motion.unicycle import TRACK_WIDTH, integrate
 from mjnav.scene.spec import Scenario
@@ -34,12 +36,30 @@ def control_cost(command: Array, period: float) -> float:
     return float((change**2 @ [1.0, (0.5 * TRACK_WIDTH) ** 2]).sum() / period)
 
 
+@figures(
+    "motion",
+    Definition("control_cost", unit="m²/s³", better=LOWER,
+               equation=r"\sum_k \left((v_k - v_{k-1})^2 + (b/2)^2 (\omega_k - \omega_{k-1})^2\right)/\Delta t"),
+)  # fmt: skip
+def command_cost(trajectory: Trajectory, scenario: Scenario) -> float:
+    """`control_cost` of a run's commands.
+
+    * control_cost: sum of (dv^2 + (track_width/2)^2 domega^2)/dt over the commands, from rest: both terms are changes
+      of the wheels' speeds
+    """
+    return control_cost(trajectory.command, scenario.control.period)
+
+
+@figures("path", Definition("time_to_avoid_s", better=LOWER, null="no nominal control"))
 def time_to_avoid(trajectory: Trajectory, scenario: Scenario) -> float | None:
     """From the first tick at which the nominal control leaves the way to the goal until the last [s].
 
     It leaves the way where PREVIEW seconds of it, from the estimated pose, end more than LEAVING_ANGLE to the side of
     the next waypoint, as seen from that pose. The turn from the start towards the goal does not count: ticks before the
     first that keeps the way are left out. 0 where it never leaves, None without nominal controls.
+
+    * time_to_avoid_s: from the first to the last tick at which 1 s of the nominal control ends more than 0.2 rad to the
+      side of the next waypoint; ticks before the first that keeps the way do not count; 0 where it never leaves
     """
     given = np.isfinite(trajectory.nominal).all(-1)
     if not given.any():
@@ -65,8 +85,7 @@ NOT_MOVING_SPEED = 0.001  # [m/s], NOT_MOVING_TURN_RATE = 0.01 rad/s: Perez-Higu
 NOT_MOVING_TURN_RATE = 0.01  # [rad/s]
 
 
-@dataclass(frozen=True, slots=True)
-class Extremes:
+class Extremes(NamedTuple):
     """Minimum, mean and maximum over the ticks; None of nothing."""
 
     min: float | None
@@ -101,27 +120,70 @@ def extremes(vectors: Array) -> Extremes:
     return Extremes(float(size.min()), float(size.mean()), float(size.max()))
 
 
+def _definitions(what: str, unit: str, text: str, equation: str, better: str = "") -> Iterator[Definition]:
+    """Of minimum, mean and maximum of one quantity over the ticks; `unit` as names have it."""
+    for part, word in (("min", "minimum"), ("mean", "mean"), ("max", "maximum")):
+        yield Definition(
+            f"{part}_{what}_{unit}", f"{text}, {word} over the ticks", better=better if part != "min" else "",
+            words=f"{word} {what}", equation=equation, null="too few ticks", source=TABLE_1,
+        )  # fmt: skip
+
+
+@figures(
+    "motion",
+    *_definitions("speed", "m_s", "the robot's true speed", r"\lvert u_k\rvert"),
+    *_definitions(
+        "acceleration", "m_s2", "magnitude of the change of the robot's true velocity in the plane from tick to "
+        "tick, over the period: turning counts", r"\lvert a_k\rvert,\ a_k = (u_{k+1} - u_k)/\Delta t", LOWER,
+    ),
+    *_definitions(
+        "jerk", "m_s3", "magnitude of the change of that acceleration from tick to tick, over the period",
+        r"\lvert a_{k+1} - a_k\rvert/\Delta t", LOWER,
+    ),
+)  # fmt: skip
+def smoothness(trajectory: Trajectory) -> tuple[float | None, ...]:
+    """`extremes` of speed, acceleration and jerk."""
+    return tuple(value for of in (velocity, acceleration, jerk) for value in extremes(of(trajectory)))
+
+
+@figures("motion", Definition("stalled_s", better=LOWER, words="time stalled", source=TABLE_1))
 def stalled_time(trajectory: Trajectory) -> float:
     """How long the robot was slower than STALLED_SPEED [s]; each tick's speed stands for the period after it.
 
     Source: Francis et al. (2023), table 1.
+
+    * stalled_s: time with a true speed below 0.1 m/s
     """
     return _time(trajectory, np.abs(trajectory.robot_twist[:, 0]) < STALLED_SPEED)
 
 
+@figures(
+    "motion",
+    Definition("not_moving_s", better=LOWER, words="time not moving", source=f"{HUNAVSIM}; Tsoi et al. (2022)"),
+)  # fmt: skip
 def time_not_moving(trajectory: Trajectory) -> float:
     """How long the robot neither drove nor turned [s]: below NOT_MOVING_SPEED and NOT_MOVING_TURN_RATE.
 
     Source: HuNavSim, Perez-Higueras et al. (2023), after SEAN 2.0, Tsoi et al. (2022).
+
+    * not_moving_s: time with a true speed below 0.001 m/s and a turn rate below 0.01 rad/s; actuation noise alone moves
+      a robot faster
     """
     v, omega = np.abs(trajectory.robot_twist).T
     return _time(trajectory, (v < NOT_MOVING_SPEED) & (omega < NOT_MOVING_TURN_RATE))
 
 
+@figures(
+    "motion",
+    Definition("heading_change_rad", better=LOWER, words="cumulative heading change",
+               equation=r"\sum_k \lvert \theta_{k+1} - \theta_k\rvert", source="Perez-Higueras et al. (2018)"),
+)  # fmt: skip
 def heading_change(trajectory: Trajectory) -> float:
     """sum_k |theta_{k+1} - theta_k|, each difference in (-pi, pi] [rad].
 
     Source: Perez-Higueras, Caballero & Merino, Int. J. of Social Robotics 10 (2018) 235.
+
+    * heading_change_rad: sum of the changes of the heading from tick to tick, each without its sign
     """
     return float(np.abs(wrap(np.diff(trajectory.robot_pose[:, 2]))).sum())
 

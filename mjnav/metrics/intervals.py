@@ -11,11 +11,12 @@ from mjnav.messages import Array
 
 Interval = tuple[float, float] | None
 
+LEVEL = 0.95  # of every interval
 DIGITS = 6  # of an interval's ends, of the largest value
 MAX_SHARED = 200_000_000  # seeds drawn in all by a shared bootstrap: 0.8 GB
 
 
-def wilson(successes: float, trials: float, level: float = 0.95) -> tuple[float, float] | None:
+def wilson(successes: float, trials: float) -> tuple[float, float] | None:
     """Wilson's score interval of a rate; None without trials.
 
     (p + z^2/2n -+ z sqrt(p (1 - p)/n + z^2/4n^2)) / (1 + z^2/n) with p = successes/n and z the normal quantile.
@@ -25,7 +26,7 @@ def wilson(successes: float, trials: float, level: float = 0.95) -> tuple[float,
         raise InvalidValue("successes", successes, f"a number from 0 to the {trials} trials")
     if trials == 0:
         return None
-    z = NormalDist().inv_cdf(0.5 + 0.5 * level)
+    z = NormalDist().inv_cdf(0.5 + 0.5 * LEVEL)
     rate = successes / trials
     centre = rate + z * z / (2 * trials)
     half = z * sqrt(rate * (1.0 - rate) / trials + z * z / (4 * trials * trials))
@@ -35,7 +36,7 @@ def wilson(successes: float, trials: float, level: float = 0.95) -> tuple[float,
     return low, high
 
 
-def clustered_wilson(successes: ArrayLike, trials: ArrayLike, level: float = 0.95) -> tuple[float, float] | None:
+def clustered_wilson(successes: ArrayLike, trials: ArrayLike) -> tuple[float, float] | None:
     """Wilson's interval of a rate from units of several trials that resemble one another; None without trials.
 
     `successes` and `trials` are of each unit, (m,). The trials count as n / d, where the design effect d >= 1 is the
@@ -53,11 +54,11 @@ def clustered_wilson(successes: ArrayLike, trials: ArrayLike, level: float = 0.9
     num = in_unit.sum()
     p = of_unit.sum() / num
     effect = max(float(np.sum((of_unit - p * in_unit) ** 2) / (num * p * (1.0 - p))), 1.0)
-    return wilson(float(s.sum()) / effect, float(t.sum()) / effect, level)
+    return wilson(float(s.sum()) / effect, float(t.sum()) / effect)
 
 
 def paired_bootstrap(
-    a: ArrayLike, b: ArrayLike, rng: np.random.Generator, *, level: float = 0.95, resamples: int = 10_000
+    a: ArrayLike, b: ArrayLike, rng: np.random.Generator, *, resamples: int = 10_000
 ) -> tuple[float, float] | None:
     """Percentile bootstrap interval of the mean of a - b, where a[i] and b[i] come from the same seed; each (n,).
 
@@ -73,7 +74,7 @@ def paired_bootstrap(
     for first in range(0, resamples, block):
         count = min(block, resamples - first)
         means[first : first + count] = difference[rng.integers(difference.size, size=(count, difference.size))].mean(1)
-    low, high = np.quantile(means, [0.5 - 0.5 * level, 0.5 + 0.5 * level]).tolist()
+    low, high = np.quantile(means, [0.5 - 0.5 * LEVEL, 0.5 + 0.5 * LEVEL]).tolist()
     return low, high
 
 
@@ -91,17 +92,17 @@ class SharedBootstrap:
         self._counts = counts.astype(np.float32)  # (R, n) how often each seed was drawn
         self._signs = np.where(rng.integers(2, size=(resamples, num)), np.float32(1), np.float32(-1))
 
-    def interval(self, values: ArrayLike, level: float = 0.95) -> Interval:
+    def interval(self, values: ArrayLike) -> Interval:
         """Of the mean of values (n,); None where all are NaN."""
-        return self.intervals(np.asarray(values, float)[None], level)[0]
+        return self.intervals(np.asarray(values, float)[None])[0]
 
-    def intervals(self, values: ArrayLike, level: float = 0.95) -> list[Interval]:
+    def intervals(self, values: ArrayLike) -> list[Interval]:
         """Of the mean of each row of values (F, n)."""
         values = np.asarray(values, float)
         known = np.isfinite(values)
-        return self.ratios(np.where(known, values, 0.0), known, level)
+        return self.ratios(np.where(known, values, 0.0), known)
 
-    def ratios(self, parts: ArrayLike, wholes: ArrayLike, level: float = 0.95) -> list[Interval]:
+    def ratios(self, parts: ArrayLike, wholes: ArrayLike) -> list[Interval]:
         """Of the sum of `parts` over the sum of `wholes`, of each row (F, n); None where no whole is above 0.
 
         With `wholes` that count, and `parts` that are sums, it is a mean over units of several values; with the costs
@@ -111,12 +112,12 @@ class SharedBootstrap:
         defined = (wholes > 0.0).any(axis=1)
         found: list[Interval] = [None] * len(parts)
         if defined.any():
-            low, high = self._quantiles(parts[defined], wholes[defined], level)
+            low, high = self._quantiles(parts[defined], wholes[defined])
             for row, *interval in zip(np.flatnonzero(defined), low.tolist(), high.tolist(), strict=True):
                 found[row] = interval[0], interval[1]
         return found
 
-    def _quantiles(self, parts: Array, wholes: Array, level: float) -> Array:
+    def _quantiles(self, parts: Array, wholes: Array) -> Array:
         """The ends of the intervals of rows that each have a whole, (2, F)."""
         centre = (parts.sum(axis=1) / wholes.sum(axis=1))[:, None]
         # Single precision is for what is left.
@@ -127,7 +128,7 @@ class SharedBootstrap:
             means = (sums / sizes).astype(float)
         # A resample may have drawn only seeds that lack the value.
         quantile = np.quantile if sizes.all() else np.nanquantile
-        ends = centre[:, 0] + quantile(means, [0.5 - 0.5 * level, 0.5 + 0.5 * level], axis=1)
+        ends = centre[:, 0] + quantile(means, [0.5 - 0.5 * LEVEL, 0.5 + 0.5 * LEVEL], axis=1)
         # Differences below single precision are ignored.
         scale = np.max(np.abs(parts), axis=1) / np.max(wholes, axis=1)
         scale[scale == 0.0] = 1.0

@@ -9,7 +9,7 @@ from typing import Any, Protocol
 
 from mjnav.errors import InvalidValue, PluginFault, own_code, said
 from mjnav.messages import Trajectory
-from mjnav.scene.plugged import metrics_of
+from mjnav.scene.plugged import plugins_of
 from mjnav.scene.spec import Scenario
 from mjnav.sealed import sealed_message
 from mjnav.settings.plugins import MetricPlugin
@@ -52,12 +52,13 @@ class OwnMetrics:
         self._scenario = scenario
         self._metrics: list[tuple[str, Any]] = []
         self.figures: Mapping[str, Figure] = {}
-        for i, plugin in enumerate(metrics_of(scenario)):
+        metrics = {key: plugin for key, plugin in plugins_of(scenario).items() if isinstance(plugin, MetricPlugin)}
+        for key, plugin in metrics.items():
             try:
                 metric = plugin.make()
                 self.figures = MappingProxyType({**self.figures, **_figures(plugin, metric, self.figures)})
             except InvalidValue as error:
-                raise error.within(f"metrics.{i}", file=scenario.source or None) from None
+                raise error.within(key, file=scenario.source or None) from None
             self._metrics.append((plugin.name, metric))
 
     def measured(self, trajectory: Trajectory) -> Measured:
@@ -71,11 +72,10 @@ class OwnMetrics:
             try:
                 with PluginFault.told(name, "measure()"):
                     values = dict(metric.measure(trajectory, self._scenario))
-                    misfits = [*_misfits(name, values, metric.figures)]
+                    faults += _misfits(name, values, metric.figures)
                     found |= {figure: _number(values.get(figure)) for figure in metric.figures}
             except PluginFault as fault:
-                misfits = [str(fault)]
-            faults += misfits
+                faults.append(str(fault))
         return Measured(self.figures, {name: found.get(name) for name in self.figures}, tuple(faults))
 
 

@@ -29,7 +29,6 @@ density is as likely, and it lies inside with probability p exactly, whatever th
 edge counts in part.
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from math import ceil, sqrt
 
@@ -37,7 +36,6 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from mjnav.compile.compiled import Cube, Matrix, Vector, kernel
-from mjnav.errors import InvalidValue
 from mjnav.messages import Array
 
 # --------------------------------------------------------------------- calibration of probabilities
@@ -45,6 +43,8 @@ from mjnav.messages import Array
 
 # Narrow where risks are low: that is where a robot wants to be.
 EDGES: tuple[float, ...] = (0.0, 0.01, 0.05, 0.1, 0.2, 0.4, 0.6, 0.8, 1.0)
+
+COVERED = 0.95  # of the intervals
 
 Interval = tuple[float, float]
 
@@ -86,25 +86,14 @@ def calibration(
     groups: ArrayLike,
     rng: np.random.Generator,
     *,
-    edges: Sequence[float] = EDGES,
-    level: float = 0.95,
     resamples: int = 10_000,
 ) -> Calibration:
     """Of forecasts p, frequencies q and the group that each is from, (n,) each; p and q lie in [0, 1].
 
     Intervals are percentile bootstrap intervals that draw whole groups: forecasts of one run resemble one another.
-    `edges` rise from 0 to 1. Raises InvalidValue.
     """
-    p, q = np.asarray(predicted, float), np.asarray(observed, float)
-    for name, values in (("predicted", p), ("observed", q)):
-        if values.ndim != 1 or not ((values >= 0.0) & (values <= 1.0)).all():
-            raise InvalidValue(name, values, "numbers from 0 to 1, (n,)")
+    p, q, edge = np.asarray(predicted, float), np.asarray(observed, float), np.array(EDGES)
     names, group = np.unique(np.asarray(groups), return_inverse=True)
-    if not len(p) == len(q) == len(group):
-        raise InvalidValue("observed, groups", (len(q), len(group)), f"as many as there are forecasts ({len(p)})")
-    edge = np.asarray(edges, float)
-    if len(edge) < 2 or edge[0] != 0.0 or edge[-1] != 1.0 or not (np.diff(edge) > 0.0).all():
-        raise InvalidValue("edges", edges, "numbers that rise from 0 to 1")
 
     # Everything follows from three sums a group and bin.
     cell = group * len(edge) + np.searchsorted(edge, p)
@@ -122,8 +111,7 @@ def calibration(
             drawn[:, rows] = times @ sums
     spread = (sums[0] > 0.0).sum(axis=0) > 1  # (B,) of more than one group
     bins = tuple(
-        _bin(b, edge, total, drawn[:, :, b] if drawn is not None and spread[b] else None, level)
-        for b in range(len(edge))
+        _bin(b, edge, total, drawn[:, :, b] if drawn is not None and spread[b] else None) for b in range(len(edge))
     )
     if not len(p):
         return Calibration(0, 0, None, None, None, None, None, None, None, bins)
@@ -133,9 +121,9 @@ def calibration(
         predicted=float(p.mean()),
         observed=float(q.mean()),
         bias=float(_bias(total)),
-        bias_interval=None if drawn is None else _interval(_bias(drawn), level),
+        bias_interval=None if drawn is None else _interval(_bias(drawn)),
         ece=float(_ece(total)),
-        ece_interval=None if drawn is None else _interval(_ece(drawn), level),
+        ece_interval=None if drawn is None else _interval(_ece(drawn)),
         brier=float((q * (1.0 - p) ** 2 + (1.0 - q) * p**2).mean()),
         bins=bins,
     )
@@ -152,18 +140,18 @@ def _ece(sums: Array) -> NDArray[np.float64]:
     return np.abs(p - q).sum(axis=-1) / count.sum(axis=-1)
 
 
-def _bin(b: int, edge: Array, total: Array, drawn: Array | None, level: float) -> Bin:
+def _bin(b: int, edge: Array, total: Array, drawn: Array | None) -> Bin:
     count, p, q = total[:, b].tolist()
     interval = None
     if drawn is not None:
         there = drawn[0] > 0.0  # a draw of groups may leave a bin empty
-        interval = _interval(drawn[2, there] / drawn[0, there], level) if there.any() else None
+        interval = _interval(drawn[2, there] / drawn[0, there]) if there.any() else None
     low = float(edge[max(b - 1, 0)])
     return Bin(low, float(edge[b]), int(count), p / count if count else None, q / count if count else None, interval)
 
 
-def _interval(values: Array, level: float) -> Interval:
-    low, high = np.quantile(values, [0.5 - 0.5 * level, 0.5 + 0.5 * level]).tolist()
+def _interval(values: Array) -> Interval:
+    low, high = np.quantile(values, [0.5 - 0.5 * COVERED, 0.5 + 0.5 * COVERED]).tolist()
     return low, high
 
 

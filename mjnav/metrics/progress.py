@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from mjnav.geometry.distances import segment_distance
 from mjnav.messages import Array, Trajectory
+from mjnav.metrics.definitions import HIGHER, INTEGER, LOWER, TABLE_1, Definition, figures
 from mjnav.scene.people import REACHED
 from mjnav.scene.ranges import Point
 from mjnav.scene.spec import Person, Scenario
@@ -57,11 +58,18 @@ def passings(person: Person, position: Array) -> NDArray[np.int64]:
     return np.array(rows, np.int64)
 
 
+@figures(
+    "ending",
+    Definition("aggregated_time_s", better=LOWER, source=TABLE_1, words="time of all to their goals",
+               null="nobody's route ends, or not all arrived"),
+)  # fmt: skip
 def aggregated_time(trajectory: Trajectory, scenario: Scenario, *, outcome: str | None) -> float | None:
     """Sum of the times that the robot and all people whose route ends took to their goals [s].
 
     None where the robot did not reach its goal, where nobody's route ends, or where one of them has not arrived when
     the run ends. Source: Francis et al. (2023), table 1: the time that cooperative agents take to meet their goals.
+
+    * aggregated_time_s: sum of the times that the robot and all people whose route ends took to their goals
     """
     ending = [i for i, person in enumerate(scenario.people) if route_ends(person)]
     if outcome != "goal" or not ending:
@@ -115,13 +123,36 @@ def length(corners: Array) -> float:
     return float(np.hypot(*np.diff(corners, axis=0).T).sum())
 
 
+@figures(
+    "path",
+    Definition("path_length_m", better=LOWER, equation=r"\sum_k \lvert p_{k+1} - p_k\rvert", source=TABLE_1),
+)  # fmt: skip
 def path_length(trajectory: Trajectory) -> float:
-    """The way that the robot's centre went [m]."""
+    """The way that the robot's centre went [m].
+
+    * path_length_m: length of the driven path
+    """
     return length(trajectory.robot_pose[:, :2])
 
 
+@figures("path", Definition("straight_line_m"))
+def straight_line(scenario: Scenario) -> float:
+    """The length of the way [m].
+
+    * straight_line_m: length of the polyline from the start over the waypoints to the goal
+    """
+    return length(way(scenario))
+
+
+@figures(
+    "path",
+    Definition("path_ratio", better=LOWER, words="path over straight line", null="a polyline without length"),
+)  # fmt: skip
 def path_ratio(trajectory: Trajectory, scenario: Scenario) -> float | None:
-    """The path's length over the way's; None where the way has no length."""
+    """The path's length over the way's; None where the way has no length.
+
+    * path_ratio: path_length_m / straight_line_m
+    """
     straight = length(way(scenario))
     return path_length(trajectory) / straight if straight > 0.0 else None
 
@@ -145,8 +176,19 @@ def lateral_distance(points: Array, corners: Array) -> Array:
     return np.where(beyond, sideways, np.take_along_axis(distance, nearest[..., None], -1)[..., 0])
 
 
+@figures(
+    "path",
+    Definition("mean_deviation_m", words="mean deviation", equation=r"\frac{1}{t_T - t_0}\int \delta(t)\,dt"),
+    Definition("max_deviation_m", words="greatest deviation", equation=r"\max_k \delta(t_k)"),
+    better=LOWER,
+)  # fmt: skip
 def deviation(trajectory: Trajectory, scenario: Scenario) -> tuple[float, float]:
-    """Mean over time (trapezoids) and maximum of the lateral distance from the way [m]."""
+    """Mean over time (trapezoids) and maximum of the lateral distance from the way [m].
+
+    * mean_deviation_m: lateral distance from the polyline of start, waypoints and goal, mean over time by trapezoids;
+      beyond an end it is the distance from the line prolonged, so that being early or late is no deviation
+    * max_deviation_m: lateral distance from the polyline of start, waypoints and goal, maximum
+    """
     corners = way(scenario)
     distance = by_blocks(lambda points: lateral_distance(points, corners), trajectory.robot_pose[:, :2])
     duration = trajectory.time[-1] - trajectory.time[0]
@@ -178,11 +220,14 @@ def way_left(trajectory: Trajectory, scenario: Scenario) -> Array:
     return np.hypot(*(trajectory.robot_pose[:, :2] - route[target]).T) + legs_behind(scenario)[target]
 
 
+@figures("ending", Definition("failures_to_progress", type=INTEGER, better=LOWER, source=TABLE_1, over_all=True))
 def failures_to_progress(trajectory: Trajectory, scenario: Scenario) -> int:
     """How often the robot came no PROGRESS nearer to its goal, along the route, in PROGRESS_TIME.
 
     A failure that lasts counts once; the next begins only after the robot has come PROGRESS nearer. Source: Francis et
     al. (2023), table 1.
+
+    * failures_to_progress: how often the robot came no 0.1 m nearer to the goal, along its route, in 5 s
     """
     left = way_left(trajectory, scenario)
     count, since, nearest, failed = 0, float(trajectory.time[0]), float(left[0]), False
@@ -194,11 +239,19 @@ def failures_to_progress(trajectory: Trajectory, scenario: Scenario) -> int:
     return count
 
 
+@figures(
+    "path",
+    Definition("spl", better=HIGHER, words="success weighted by path length", equation=r"S\,\ell / \max(\ell, L)",
+               source="Anderson et al. (2018)", null="a polyline without length", over_all=True),
+)  # fmt: skip
 def spl(trajectory: Trajectory, scenario: Scenario, *, success: bool) -> float | None:
     """Success weighted by path length, S l / max(l, L), with L the path and l the way's length; None where l is 0.
 
     l is the polyline's length, not that of the shortest way around what stands in it. Source: Anderson et al., On
     Evaluation of Embodied Navigation Agents (2018).
+
+    * spl: success weighted by path length: 0 without success, else straight_line_m over the longer of path_length_m and
+      itself
     """
     straight = length(way(scenario))
     if straight == 0.0:

@@ -14,11 +14,13 @@ The robot approaches with u.n, the person with -w.n.
 
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
 from mjnav.geometry.distances import segment_distance
 from mjnav.messages import Array, Contact, Trajectory
+from mjnav.metrics.definitions import HIGHER, INTEGER, LOWER, NOBODY, STRING, TABLE_1, Definition, figures
 from mjnav.metrics.effort import STALLED_SPEED
 from mjnav.metrics.progress import ROWS
 from mjnav.scene.people import REGULAR
@@ -31,8 +33,7 @@ PERSON = "person"
 KINDS: tuple[str, ...] = (PERSON, "table", "wall", "pillar")
 
 
-@dataclass(frozen=True, slots=True)
-class Clearances:
+class Clearances(NamedTuple):
     """Distances of the robot's surface from others [m], negative in contact; None where there are no such bodies."""
 
     least: float | None
@@ -41,29 +42,38 @@ class Clearances:
     mean_thing: float | None  # over the steps, of the least in each
 
 
+@figures(
+    "path",
+    Definition("min_clearance_m", better=HIGHER, words="least clearance", null="an empty room"),
+    Definition("min_human_distance_m", group="social", better=HIGHER, words="least distance from people", null=NOBODY,
+               source=TABLE_1),
+    Definition("min_obstacle_clearance_m", better=HIGHER, words="least clearance from things",
+               source=f"{TABLE_1}: clearing distance", null="nothing but people"),
+    Definition("mean_obstacle_clearance_m", words="mean clearance from things",
+               source=f"{TABLE_1}: clearing distance", null="nothing but people"),
+    over_all=True,
+)  # fmt: skip
 def clearances(trajectory: Trajectory, scenario: Scenario) -> Clearances:
-    """Over straight moves from tick to tick, as `clearance`."""
+    """Over straight moves from tick to tick, as `clearance`.
+
+    * min_clearance_m: least distance of the robot's surface from any other, over straight moves between ticks; 0 or
+      negative in contact, but for a millimetre in the kinematic engine. Table tops do not count
+    * min_human_distance_m: least distance of the robot's surface from a person's, over straight moves between ticks
+    * min_obstacle_clearance_m: min_clearance_m from walls, legs of tables and pillars alone
+    * mean_obstacle_clearance_m: the same, mean over the ticks of the least distance in each
+    """
     people: list[Array] = []
     things: list[Array] = []
     for part in _parts(trajectory):
         found = clearance(part, scenario)
-        for steps, names in ((people, _is_person), (things, lambda name: not _is_person(name))):
-            columns = [distance for name, distance in found.items() if names(name)]
+        for steps, of_people in ((people, True), (things, False)):
+            columns = [distance for name, distance in found.items() if name.startswith(PERSON) == of_people]
             if columns:
                 steps.append(np.fmin.reduce(columns))
     person, thing = _least(people), _least(things)
     mean = float(np.mean(np.concatenate(things))) if things else None
     known = [least for least in (person, thing) if least is not None]
     return Clearances(min(known, default=None), person, thing, mean)
-
-
-def min_clearance(trajectory: Trajectory, scenario: Scenario) -> float | None:
-    """Least distance between the robot's surface and any other [m]; None in an empty room, negative in contact."""
-    return clearances(trajectory, scenario).least
-
-
-def _is_person(name: str) -> bool:
-    return name.startswith(PERSON)
 
 
 def _least(steps: Sequence[Array]) -> float | None:
@@ -170,6 +180,21 @@ def beginnings(contacts: Iterable[Contact], period: float) -> list[Contact]:
     return begun
 
 
+@figures(
+    "ending",
+    *(
+        Definition(f"collisions.{kind}", f"contacts with a {kind}; the same body seen again within two control periods "
+                   "counts once", words=f"contacts with a {kind}")
+        for kind in KINDS
+    ),
+    type=INTEGER, better=LOWER, source=TABLE_1, over_all=True,
+)  # fmt: skip
+def collision_counts(trajectory: Trajectory, scenario: Scenario) -> tuple[int, ...]:
+    """`collisions` of each of KINDS."""
+    counts = collisions(trajectory.contacts, scenario.control.period)
+    return tuple(counts[kind] for kind in KINDS)
+
+
 def collisions(contacts: Iterable[Contact], period: float) -> dict[str, int]:
     """How often the robot began to touch something, by kind."""
     count: dict[str, int] = dict.fromkeys(KINDS, 0)
@@ -178,10 +203,13 @@ def collisions(contacts: Iterable[Contact], period: float) -> dict[str, int]:
     return count
 
 
+@figures("path", Definition("lane_violation_s", better=LOWER, words="time over a lane's edge", null="no lanes"))
 def lane_violation(trajectory: Trajectory, scenario: Scenario) -> float | None:
     """How long any part of the robot was over a boundary [s]; None without lanes.
 
     Over the left one is d1 + radius > 0, over the right one d2 - radius < 0, linear between ticks.
+
+    * lane_violation_s: time for which any part of the robot was beyond a lane's boundary, linear between ticks
     """
     excess = _lane_excess(trajectory, scenario)
     if excess is None:
@@ -193,10 +221,17 @@ def lane_violation(trajectory: Trajectory, scenario: Scenario) -> float | None:
     return float(share @ np.diff(trajectory.time))
 
 
+@figures(
+    "path",
+    Definition("min_lane_clearance_m", words="least distance from the lane's edge"),
+    Definition("mean_lane_clearance_m", words="mean distance from the lane's edge"),
+    better=HIGHER, null="no lanes", over_all=True,
+)  # fmt: skip
 def lane_clearance(trajectory: Trajectory, scenario: Scenario) -> tuple[float, float] | None:
     """Distance of the robot's edge from the nearer boundary, its least and its mean over time [m]; None without lanes.
 
-    Negative where the robot is over a boundary.
+    * min_lane_clearance_m: from the robot's edge to the nearer boundary, minimum; negative beyond it
+    * mean_lane_clearance_m: the same, mean over time
     """
     excess = _lane_excess(trajectory, scenario)
     if excess is None:
@@ -236,6 +271,29 @@ class Touch:
             return "the robot stood"
         whose = "its own fault" if self.at_fault else "the person came faster"
         return f"the robot moved at {self.speed:.2f} m/s: {whose}"
+
+
+@figures(
+    "ending",
+    Definition("collisions_moving", better=LOWER, source="Tsoi et al. (2022): robot on person",
+               words="contacts with people while moving"),
+    Definition("collisions_at_rest", source="Tsoi et al. (2022): person on robot",
+               words="contacts with people at rest"),
+    Definition("robot_at_fault", better=LOWER, words="contacts that are the robot's fault",
+               source="at rest: passive motion safety, Macek et al. (2009); halves: van den Berg et al. (2011)"),
+    type=INTEGER, over_all=True,
+)  # fmt: skip
+def fault_counts(trajectory: Trajectory, scenario: Scenario) -> tuple[int, int, int]:
+    """How many touches there were while the robot moved, while it stood, and by its fault.
+
+    * collisions_moving: contacts with people while the robot moved: its speed at the tick before was above 0.1 m/s
+    * collisions_at_rest: contacts with people while the robot stood: its speed at the tick before was at most 0.1 m/s
+    * robot_at_fault: contacts with people that are the robot's fault: it moved, and the person does not see it or
+      approached no faster than it did
+    """
+    found = touches(trajectory, scenario)
+    moving = sum(touch.moving for touch in found)
+    return moving, len(found) - moving, sum(touch.at_fault for touch in found)
 
 
 def touches(trajectory: Trajectory, scenario: Scenario) -> tuple[Touch, ...]:
@@ -281,8 +339,13 @@ def sees_robot(scenario: Scenario) -> tuple[bool, ...]:
     )
 
 
+@figures("ending", Definition("people_see_robot", type=STRING, null=NOBODY, words="people who see the robot"))
 def people_see_robot(scenario: Scenario) -> str | None:
-    """How many do: "all", "none" or "3 of 5"; None without people."""
+    """How many do: "all", "none" or "3 of 5"; None without people.
+
+    * people_see_robot: how many people see the robot and take account of it: "all", "none", or "3 of 5". Who walks on
+      whatever happens takes none, whatever sees_robot says
+    """
     sees = sees_robot(scenario)
     if not sees:
         return None

@@ -23,10 +23,12 @@ not, and differ for that reason.
 """
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
 from mjnav.messages import Array, Trajectory
+from mjnav.metrics.definitions import HIGHER, HUNAVSIM, LOWER, NOBODY, TABLE_1, Definition, figures
 from mjnav.metrics.effort import velocity
 from mjnav.metrics.progress import by_blocks, passings
 from mjnav.metrics.safety import thing_distance
@@ -39,8 +41,7 @@ INTIMATE, PERSONAL, SOCIAL = 0.45, 1.2, 3.6  # [m] outer ends of the spaces; Hal
 COMPLIANT = 0.5  # [m] from which on space is kept; Francis et al. (2023), table 1
 
 
-@dataclass(frozen=True, slots=True)
-class Proximity:
+class Proximity(NamedTuple):
     """Shares of the states at the ticks."""
 
     mean_distance: float | None  # [m] from the nearest person, over the states at which somebody is there
@@ -67,8 +68,25 @@ def radii(scenario: Scenario) -> Array:
     return scenario.robot.radius + np.array([person.radius for person in scenario.people])
 
 
+@figures(
+    "social",
+    Definition("mean_human_distance_m", words="mean distance from the nearest person", source=HUNAVSIM),
+    Definition("space_compliance", better=HIGHER, source=TABLE_1),
+    *(
+        Definition(f"{name}_space_share", f"share of the ticks at which somebody's surface is less than {distance} m "
+                   "from the robot's", better=LOWER, words=f"share of time in {name} space",
+                   source=f"Hall (1966); {HUNAVSIM}")
+        for name, distance in (("intimate", INTIMATE), ("personal", PERSONAL), ("social", SOCIAL))
+    ),
+    null=NOBODY, over_all=True,
+)  # fmt: skip
 def proximity(trajectory: Trajectory, scenario: Scenario) -> Proximity | None:
-    """How close the robot was to the nearest person; None in a scene without people."""
+    """How close the robot was to the nearest person; None in a scene without people.
+
+    * mean_human_distance_m: distance of the robot's surface from the nearest person's, mean over the ticks at which
+      somebody is there
+    * space_compliance: share of the ticks at which every person's surface is at least 0.5 m from the robot's
+    """
     if not scenario.people:
         return None
     distance = nearest_person(trajectory, scenario)
@@ -82,6 +100,13 @@ def proximity(trajectory: Trajectory, scenario: Scenario) -> Proximity | None:
     )
 
 
+@figures(
+    "social",
+    Definition("min_time_to_collision_s", better=HIGHER, words="least time to collision", source=TABLE_1,
+               over_all=True,
+               equation=r"\min_{k,i} \min\{\tau \ge 0 : \lvert r_{ki} + \tau q_{ki}\rvert \le \rho + \rho_i\}",
+               null="nobody was ever on a collision course"),
+)  # fmt: skip
 def min_time_to_collision(trajectory: Trajectory, scenario: Scenario) -> float | None:
     """Least time after which robot and a person touch if both keep the velocities of the tick [s].
 
@@ -89,6 +114,9 @@ def min_time_to_collision(trajectory: Trajectory, scenario: Scenario) -> float |
     tau = (-r.q - sqrt((r.q)^2 - |q|^2 (|r|^2 - R^2))) / |q|^2 where r.q < 0 and the root is real, 0 in contact; the
     minimum over states and people, None where nobody was ever on a collision course. Source: Francis et al. (2023),
     table 1; Hayward, Near-miss determination through use of a scale of danger (1972).
+
+    * min_time_to_collision_s: time after which robot and a person would touch if both kept their velocities, minimum
+      over ticks and people
     """
     reach = radii(scenario)
 
@@ -122,8 +150,7 @@ OBSTACLE_RANGE = 0.2  # [m] B_o
 STRAIGHT = 1e-9  # [rad] of theta that are rounding: there sign(theta) is 0
 
 
-@dataclass(frozen=True, slots=True)
-class SocialForces:
+class SocialForces(NamedTuple):
     """Integrals over time of forces per unit of mass [m/s]; each tick's force stands for the period after it.
 
     HuNavSim adds up the samples in place of integrating: its sums are these over the sampling period. Its force on the
@@ -135,8 +162,24 @@ class SocialForces:
     work: float  # on_people + on_robot + |the force of the nearest thing on the robot|
 
 
+@figures(
+    "social",
+    Definition("social_force_on_people_m_s", words="social force on people",
+               equation=r"\sum_k \Delta t \sum_i \lvert f_{ir}\rvert"),
+    Definition("social_force_on_robot_m_s", words="social force on the robot",
+               equation=r"\sum_k \Delta t\, \lvert\sum_i f_{ri}\rvert"),
+    Definition("social_work_m_s", words="social work"),
+    better=LOWER, null=NOBODY, source=HUNAVSIM,
+)  # fmt: skip
 def social_forces(trajectory: Trajectory, scenario: Scenario) -> SocialForces | None:
-    """The forces of a run; None without people. People count whether they see the robot or not."""
+    """The forces of a run; None without people. People count whether they see the robot or not.
+
+    * social_force_on_people_m_s: sizes of the social forces of the robot on people, each as if they saw it, summed over
+      people and integrated over time, per unit of mass; law and constants are HuNavSim's
+    * social_force_on_robot_m_s: size of the sum of the social forces of people on the robot, integrated over time
+    * social_work_m_s: social_force_on_people_m_s + social_force_on_robot_m_s + that of the nearest wall, leg or pillar
+      on the robot
+    """
     if not scenario.people:
         return None
     columns = (trajectory.robot_pose, velocity(trajectory), trajectory.people_position, trajectory.people_velocity)
@@ -184,8 +227,26 @@ class Detour:
     displacement_m: float | None = None  # distance between the two positions at equal time, mean over time and people
 
 
+_NOT_ASKED = "not asked for, or no such people"
+
+
+@figures(
+    "social",
+    Definition("detour.path_m", words="detour of people", equation=r"\operatorname{mean}_i (L_i - L_i^0)"),
+    Definition("detour.delay_s", words="delay of people", equation=r"\operatorname{mean}_i (\tau_i - \tau_i^0)"),
+    Definition("detour.displacement_m", words="displacement of people",
+               equation=r"\operatorname{mean}_{k,i} \lvert p_i(t_k) - p_i^0(t_k)\rvert"),
+    better=LOWER, null=_NOT_ASKED, over_all=True,
+)  # fmt: skip
 def detour(trajectory: Trajectory, undisturbed: Array, scenario: Scenario) -> Detour:
-    """Of a run against `undisturbed` (T + 1, P, 2), where the people are at the same times without the robot [m]."""
+    """Of a run against `undisturbed` (T + 1, P, 2), where the people are at the same times without the robot [m].
+
+    * detour.path_m: what the robot adds to people's paths to the last waypoint that they reach with and without it,
+      mean over the people who reach one; asked for by --detour
+    * detour.delay_s: by how much later than without the robot people reach that waypoint, mean; asked for by --detour
+    * detour.displacement_m: distance between where people are and where they are at the same time without the robot,
+      mean over ticks and people; asked for by --detour
+    """
     paths, delays, displacements = [], [], []
     for i, person in enumerate(scenario.people):
         with_robot, without = _first_stay(trajectory.people_position[:, i]), _first_stay(undisturbed[:, i])

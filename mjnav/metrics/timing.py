@@ -6,21 +6,42 @@ loaded, a module imported) where it would have met it without that. All else is 
 computed by replaying the schedule with the time taken off.
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from math import inf
 
 import numpy as np
 from numpy.typing import NDArray
 
 from mjnav.messages import PHASES
+from mjnav.metrics.definitions import HIGHER, INTEGER, LOWER, Definition, figures
 
 # ----------------------------------------------------------------------------------- computing time
 
 
 REPORTED = ("sense", "estimate", "control", "record")
+CLOCK = (  # what the loop measures
+    Definition("real_time_factor", "simulated time over wall time, from tick 0 on", better=HIGHER,
+               null="no time passed", group="computing"),
+    Definition("deadline_misses", "ticks that ended after the next was due; 0 where the run was not paced",
+               type=INTEGER, better=LOWER, group="computing"),
+)  # fmt: skip
 
 
+@figures(
+    "computing",
+    *(
+        Definition(f"compute_ms.{phase}.{level}", f"wall time of {what}; {quantile}",
+                   words=f"time of {short}, {quantile}")
+        for phase, short, what in (
+            ("sense", "sensing", "the sensors' readings"),
+            ("estimate", "estimation", "the filters and the prediction"),
+            ("control", "a decision", "a decision of the controller"),
+            ("record", "recording", "the record of the tick, the log included"),
+            ("tick", "a tick", "a whole tick, physics included"),
+        )
+        for level, quantile in (("p50", "median"), ("p99", "99 % quantile"), ("max", "maximum"))
+    ),
+    better=LOWER, null="no ticks",
+)  # fmt: skip
 def compute_ms(timing: NDArray[np.int64]) -> dict[str, dict[str, float | None]]:
     """Median, 99 % quantile and maximum of the time by phase and of the whole tick, physics included [ms].
 
@@ -163,15 +184,6 @@ def blamed(schedule: Schedule, beyond: NDArray[np.floating], tick: int) -> tuple
     since = beyond[first : tick + 1]
     number, cause = np.unravel_index(np.argmax(since), since.shape)
     return first + int(number), CAUSES[int(cause)]
-
-
-def histogram(values: NDArray[np.floating], edges: Sequence[float]) -> list[tuple[float, float, int]]:
-    """(low, high, count) of the bins between the edges, from the first that is not empty to the last."""
-    bounds = [-inf, *edges, inf]
-    counts = np.histogram(values, bounds)[0].tolist()
-    rows = list(zip(bounds[:-1], bounds[1:], counts, strict=True))
-    filled = [i for i, count in enumerate(counts) if count]
-    return rows[filled[0] : filled[-1] + 1] if filled else []
 
 
 # ----------------------------------------------------------------------- causes of missed deadlines

@@ -25,16 +25,23 @@ switched.
 from collections.abc import Iterator
 from dataclasses import dataclass
 from math import sqrt
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from mjnav.geometry.distances import GATE, nearest_pairs
 from mjnav.messages import Array, Trajectory
+from mjnav.metrics.definitions import HIGHER, INTEGER, LOWER, Definition, figures
 from mjnav.metrics.progress import ROWS, stretches
 from mjnav.scene.spec import Scenario
 
 # -------------------------------------------------------------------------------- people and tracks
+
+
+_NO_TRACKER = "no people, or no belief"
+_GOSPA = "Rahmathullah, Garcia-Fernandez and Svensson (2017)"
+_CLEAR_MOT = "Bernardin and Stiefelhagen (2008)"
 
 
 @dataclass(frozen=True, slots=True)
@@ -93,8 +100,7 @@ def _numbered(trajectory: Trajectory, rows: slice) -> tuple[Array, Array]:
 CUTOFF = GATE  # [m], c: farther away a track is of no use to who has to avoid the person
 
 
-@dataclass(frozen=True, slots=True)
-class Gospa:
+class Gospa(NamedTuple):
     """Roots of the means of the squares over ticks [m]: total^2 = localization^2 + missed^2 + false^2."""
 
     total: float
@@ -103,8 +109,25 @@ class Gospa:
     false: float
 
 
+@figures(
+    "knowledge",
+    Definition("gospa_m", words="GOSPA", equation=r"\sqrt{\frac{1}{T}\sum_k \min_g (a_k + b_k + c_k)}"),
+    Definition("gospa_localization_m", words="GOSPA, distances",
+               equation=r"a_k = \sum_{(i,j)\in g} \lvert\hat p_{kj} - p_{ki}\rvert^2"),
+    Definition("gospa_missed_m", words="GOSPA, missed",
+               equation=r"b_k = \frac{c^2}{2}\left(n_k - \lvert g\rvert\right)"),
+    Definition("gospa_false_m", words="GOSPA, false", equation=r"c_k = \frac{c^2}{2}\left(m_k - \lvert g\rvert\right)"),
+    better=LOWER, null=_NO_TRACKER, source=_GOSPA, over_all=True,
+)  # fmt: skip
 def gospa(trajectory: Trajectory, scenario: Scenario) -> Gospa | None:
-    """Of all ticks with a belief; None without any, and in scenes without people."""
+    """Of all ticks with a belief; None without any, and in scenes without people.
+
+    * gospa_m: how far the set of tracks is from that of the people to be tracked: GOSPA with alpha = 2, p = 2 and c = 1
+      m, root of the mean square over ticks
+    * gospa_localization_m: its first part, of the distances; the squares of the three parts add up to that of gospa_m
+    * gospa_missed_m: its second part, of people without a track
+    * gospa_false_m: its third part, of tracks that are nobody's
+    """
     if not scenario.people:
         return None
     total, ticks = np.zeros(3), 0
@@ -118,7 +141,7 @@ def gospa(trajectory: Trajectory, scenario: Scenario) -> Gospa | None:
     return Gospa(sqrt(localization + missed + false), sqrt(localization), sqrt(missed), sqrt(false))
 
 
-def gospa_squared(people: Array, tracks: Array, cutoff: float = CUTOFF) -> Array:
+def gospa_squared(people: Array, tracks: Array) -> Array:
     """The parts localisation, missed and false of GOSPA^2 at each tick, (t, 3) [m^2].
 
     Of people (t, n, 2) and tracks (t, m, 2) [m]; those that are NaN are not there.
@@ -127,7 +150,7 @@ def gospa_squared(people: Array, tracks: Array, cutoff: float = CUTOFF) -> Array
 
     num_people, num_tracks = (np.isfinite(points[..., 0]).sum(axis=1) for points in (people, tracks))
     squared = ((people[:, :, None] - tracks[:, None]) ** 2).sum(axis=-1)  # (t, n, m)
-    limit = cutoff**2
+    limit = CUTOFF**2
     near = squared < limit
     cost = np.where(near, squared, 0.0).sum(axis=(1, 2))
     pairs = near.sum(axis=(1, 2))
@@ -146,8 +169,7 @@ def gospa_squared(people: Array, tracks: Array, cutoff: float = CUTOFF) -> Array
 NONE, ABSENT = -1, -2  # in place of a track's number: without a track; not to be tracked
 
 
-@dataclass(frozen=True, slots=True)
-class Identity:
+class Identity(NamedTuple):
     """Over a run; a figure is None where nobody was to be tracked."""
 
     switches: int  # a person's track has another number than before
@@ -157,10 +179,28 @@ class Identity:
     first_track_delay: float | None  # [s] from when a person is to be tracked, mean over all of them
 
 
+@figures(
+    "knowledge",
+    Definition("identity_switches", type=INTEGER, better=LOWER, source=_CLEAR_MOT),
+    Definition("track_fragmentations", type=INTEGER, better=LOWER, source="Li, Huang and Nevatia (2009)"),
+    Definition("false_tracks", better=LOWER, words="false tracks at a time", source=_CLEAR_MOT),
+    Definition("tracked_share", better=HIGHER, words="share of time with a track", source=_CLEAR_MOT),
+    Definition("first_track_delay_s", better=LOWER, words="delay of the first track"),
+    null=_NO_TRACKER, over_all=True,
+)  # fmt: skip
 def identity(trajectory: Trajectory, scenario: Scenario) -> Identity | None:
     """Of all ticks with a belief; None without any, and in scenes without people.
 
     A person who never had a track counts in the delay with the time in which it was to be tracked.
+
+    * identity_switches: times that a person's track has another number than the track before; 0 where the sensor says
+      who is who
+    * track_fragmentations: times that a person is tracked again after a time without a track
+    * false_tracks: tracks that are nobody's, mean over ticks
+    * tracked_share: share of the time in which people are to be tracked, summed over them, in which they have a track
+      within 1 m
+    * first_track_delay_s: time from when a person is to be tracked to the first track, mean over people; who never has
+      one counts with all of the time
     """
     believed = int(np.isfinite(trajectory.estimate[:, 0]).sum())
     if not scenario.people or not believed:

@@ -10,7 +10,6 @@ from typing import NamedTuple
 import numpy as np
 
 from mjnav.compile.compiled import Indices, Matrix, exact
-from mjnav.messages import Array
 
 MAX_CELLS_A_POINT = 4  # more would be empty
 FEW = 128  # points that are searched pair by pair, in one cell, in less time than cells take to be sorted
@@ -81,20 +80,3 @@ def near(out, position, x, y, radius, cells):
                     out[place] = j
                     count += 1
     return count
-
-
-@exact
-def _near_all(position: Matrix, radius: float):
-    cells, num = sort_into_cells(position, radius), len(position)
-    found, out = np.full((num, num), -1), np.empty(num, np.int64)
-    for i in range(num):
-        if not np.isnan(position[i, 0]):
-            count = near(out, position, position[i, 0], position[i, 1], radius, cells)
-            found[i, :count] = out[:count]
-    return found
-
-
-def neighbours(position: Array, radius: float) -> list[list[int]]:
-    """For each point of (m, 2) [m] the indices, ascending, of the others within `radius` [m]; NaN has none, is none."""
-    found = _near_all(np.ascontiguousarray(position, dtype=float), float(radius))
-    return [[j for j in row if j not in (-1, i)] for i, row in enumerate(found.tolist())]

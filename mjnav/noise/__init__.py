@@ -3,7 +3,7 @@
 Arrays in, arrays out: `sample(rng, size)` takes the generator, `logpdf(x)` is the exact density of what it draws.
 """
 
-from mjnav.noise.base import Distribution, made
+from mjnav.noise.base import Distribution, made, sample_each
 from mjnav.noise.distributions import Empirical, Gaussian, Mixture, StudentT, Uniform, Zero
 from mjnav.noise.pearson import Pearson, pearson_type
 from mjnav.noise.profiles import (
@@ -38,4 +38,5 @@ __all__ = [
     "pearson_type",
     "profile",
     "profile_names",
+    "sample_each",
 ]

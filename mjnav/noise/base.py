@@ -4,6 +4,7 @@ A user's own is checked where it is made and wherever it is drawn from. The worl
 without a further look, so what is no noise has to be told here.
 """
 
+from collections.abc import Sequence
 from math import inf
 from typing import Annotated, Any, Protocol
 
@@ -46,6 +47,11 @@ class Distribution(Protocol):
     def logpdf(self, x: ArrayLike) -> Array:
         """Natural logarithm of the density at `x`, of the same shape: -inf outside the support, never NaN or +inf."""
         ...
+
+
+def sample_each(noise: Sequence[Distribution], streams: Sequence[np.random.Generator], size: Size) -> list[Array]:
+    """Independent draws of shape `size` of each channel's noise, from a stream of its own."""
+    return [channel.sample(rng, size) for channel, rng in zip(noise, streams, strict=True)]
 
 
 class OnRealLine:

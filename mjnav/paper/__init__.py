@@ -15,8 +15,7 @@ if TYPE_CHECKING:
 ITEMS: Mapping[str, str] = MappingProxyType(  # the name of an item -> module:name of it, in the order of the page
     {
         "surface": "surface:SURFACE",
-        "snapshots": "distributions:SNAPSHOTS",
-        "paths": "distributions:PATHS",
+        "snapshots": "snapshots:SNAPSHOTS",
         "degree": "comparisons:DEGREE",
         "table": "comparisons:TABLE",
         "lane": "comparisons:LANE",
@@ -26,7 +25,7 @@ ITEMS: Mapping[str, str] = MappingProxyType(  # the name of an item -> module:na
         "pareto": "pareto:PARETO",
         "shape": "comparisons:SHAPE",
         "factors": "comparisons:FACTORS",
-        "real_time": "real_time:REAL_TIME",
+        "real_time": "comparisons:REAL_TIME",
     }
 )
 

@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike
 
 from mjnav.messages import Array
 from mjnav.metrics.intervals import SharedBootstrap, holm, paired_bootstrap
+from mjnav.report.figure_text import unit
 from mjnav.rng import stream
 from mjnav.scene.spec import Scenario
 from mjnav.study.compare.cell_rows import CellRows
@@ -142,21 +143,21 @@ def _count(verdicts: Sequence[Verdict]) -> str:
 # ------------------------------------------------------------------------------- tests on rows of studies
 
 
-def measured(where: str, change: Difference, sign: int, unit: str = "") -> Measured:
+def measured(where: str, change: Difference, sign: int, in_unit: str = "") -> Measured:
     """That a difference has this sign; fewer than LEAST_PAIRS pairs decide nothing."""
     e = change.estimate
-    line = f"{where}: {shown(e, unit, signed=True)}"
+    line = f"{where}: {shown(e, in_unit, signed=True)}"
     return Measured(sign * e.value > 0.0, change.p if e.num >= LEAST_PAIRS else None, line)
 
 
-def contrasts(cells: Cells, method: str, reference: str, figure: str, sign: int, unit: str = "") -> list[Measured]:
+def contrasts(cells: Cells, method: str, reference: str, figure: str, sign: int) -> list[Measured]:
     """That `figure` of method - reference has this sign, in every scene and setting that has either."""
     ours, theirs = by_place(cells, method), by_place(cells, reference)
     places = dict.fromkeys((*theirs, *ours))
-    return [effect(place, [(ours.get(place), theirs.get(place))], figure, sign, unit) for place in places]
+    return [effect(place, [(ours.get(place), theirs.get(place))], figure, sign) for place in places]
 
 
-def effect(where: str, pairs: Sequence[Pair], figure: str, sign: int, unit: str = "") -> Measured:
+def effect(where: str, pairs: Sequence[Pair], figure: str, sign: int) -> Measured:
     """That the mean over the pairs of `figure` of method - reference, on common seeds, has this sign.
 
     Pairs of which a cell is missing are left out.
@@ -165,15 +166,15 @@ def effect(where: str, pairs: Sequence[Pair], figure: str, sign: int, unit: str 
     if len(run) < len(pairs) > 1:
         where = f"{where}, over {len(run)} of {len(pairs)} combinations"
     if not run:
-        return measured(where, paired(np.empty(0)), sign, unit)
+        return measured(where, paired(np.empty(0)), sign)
     if len(pairs) == 1:
-        return measured(where, difference(*run[0], figure), sign, unit)
+        return measured(where, difference(*run[0], figure), sign, unit(figure))
     seeds = sorted(set.intersection(*(set(cell.seeds.tolist()) for pair in run for cell in pair)))
     changes = np.array([at_seeds(ours, seeds, figure) - at_seeds(theirs, seeds, figure) for ours, theirs in run])
     known = np.isfinite(changes)
     sums = np.where(known, changes, 0.0).sum(axis=0)
     means = np.divide(sums, known.sum(axis=0), out=np.full(len(seeds), np.nan), where=known.any(axis=0))
-    return measured(where, paired(means), sign, unit)
+    return measured(where, paired(means), sign, unit(figure))
 
 
 def at_seeds(cell: CellRows, seeds: Sequence[int], figure: str) -> Array:
@@ -196,25 +197,16 @@ def short(setting: str) -> str:
     return " ".join(word.rpartition("=")[2] for word in setting.split(" "))
 
 
-def shown(e: Estimate, unit: str = "", *, signed: bool = False) -> str:
+def shown(e: Estimate, in_unit: str = "", *, signed: bool = False) -> str:
     """A figure with its interval and number of seeds."""
     sign = "+" if signed else ""
     if not np.isfinite(e.value):
         return f"undefined (n = {e.num})"
     interval = f" [{e.interval[0]:{sign}.3g}, {e.interval[1]:{sign}.3g}]" if e.interval is not None else ""
-    return f"{e.value:{sign}.3g}{unit and ' ' + unit}{interval} (n = {e.num})"
+    return f"{e.value:{sign}.3g}{in_unit and ' ' + in_unit}{interval} (n = {e.num})"
 
 
 # ----------------------------------------------------------------------------- tests on measurements
-
-
-def bootstrap_p(resampled: Array, boundary: float = 0.0) -> float:
-    """Of the figure being the boundary: how often its resamples (n,) lie on the rarer side of it, twice.
-
-    An interval of level 1 - p just reaches the boundary.
-    """
-    opposite = min((resampled <= boundary).sum(), (resampled >= boundary).sum())
-    return min(1.0, 2.0 * float(1 + opposite) / (1 + resampled.size))
 
 
 def mean_by_run(run: ArrayLike, values: ArrayLike, seed: int, use: str, *, boundary: float = 0.0) -> Difference:

@@ -3,7 +3,7 @@
 Colours are Okabe and Ito's, which all readers can tell apart; lines differ in dashes or markers as well.
 """
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from types import MappingProxyType
 from typing import Any
@@ -14,10 +14,10 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
-from mjnav.messages import Array
 from mjnav.paper.claims import Cells, by_place, place, short
+from mjnav.report.figure_text import figure_name
 from mjnav.study.compare.cell_rows import CellRows
-from mjnav.study.compare.estimates import Estimate, estimate
+from mjnav.study.compare.estimates import estimate
 
 TWO_COLUMNS = 7.16  # [inches] of print
 ROW_HEIGHT = 1.25  # [inches] of bars
@@ -40,43 +40,9 @@ _RC: Mapping[Any, Any] = MappingProxyType(
     }
 )
 
-INK, GREY, PALE = "#222222", "#8c8c8c", "#d9d9d9"
+INK, GREY = "#222222", "#8c8c8c"
 BLUE, SKY, GREEN, ORANGE, VERMILION = "#0072b2", "#56b4e9", "#009e73", "#e69f00", "#d55e00"
-# The degree of the kernel: one hue, darker as it grows; another where the mean's term weighs as much as of degree 1.
-DEGREES: Mapping[int, str] = MappingProxyType({1: "#7fbfe6", 2: "#2b8cc4", 3: "#08416b"})
-LABELS: Mapping[str, str] = MappingProxyType(  # how a label begins or ends -> its colour
-    {
-        "d=1": DEGREES[1],
-        "d=2": DEGREES[2],
-        "d=3": DEGREES[3],
-        "d=1 matched": "#f3d9c4",
-        "d=2 matched": "#e6b07f",
-        "d=3 matched": "#a85a10",
-        "rkhs": BLUE,
-        "gaussian-linearised": VERMILION,
-        "gaussian-moments": ORANGE,
-        "gaussian-moments eta=0.5": "#f7d794",
-        "gaussian-moments eta=0.99": "#8f6200",
-        "kld": GREEN,
-        "mean": GREY,
-        "saa": "#882255",
-    }
-)
-AXES: Mapping[str, str] = MappingProxyType(
-    {
-        "collision": "collision rate",
-        "control_cost": "control cost [m²/s³]",
-        "mean_deviation_m": "deviation [m]",
-        "min_clearance_m": "least clearance [m]",
-        "time_to_avoid_s": "time to avoid [s]",
-        "mean_safe_share": "safe share of samples",
-        "mean_lane_clearance_m": "mean distance [m]",
-        "min_lane_clearance_m": "least distance [m]",
-        "compute_ms_control_p50": "decision [ms]",
-        "infeasible_ticks": "infeasible ticks",
-        "between": "between the legs",
-    }
-)
+COLOURS = (SKY, BLUE, "#08416b", VERMILION, ORANGE, GREEN, "#882255", GREY)  # of methods, in the order of a figure
 
 
 @contextmanager
@@ -91,26 +57,20 @@ def new_figure(width: float, height: float) -> Figure:
     return Figure(figsize=(width, height), dpi=DPI, layout="constrained")
 
 
-def color(label: str) -> str:
-    """The colour of a method's label: that of the longest entry of LABELS which it begins or ends with."""
-    fitting = [name for name in LABELS if label.startswith(name) or label.endswith(name)]
-    degrees = [name for name in fitting if name.startswith("d=")]
-    return LABELS[max(degrees or fitting, key=len)] if fitting else INK
-
-
 def legend(figure: Figure, panels: Iterable[Axes], *, ncols: int) -> None:
     """One legend for all panels, below them."""
     handles = {label: line for axes in panels for line, label in zip(*axes.get_legend_handles_labels(), strict=True)}
     figure.legend(handles.values(), handles.keys(), loc="outside lower center", ncols=ncols)
 
 
-def bars(
-    cells: Cells,
-    methods: Sequence[str],
-    figures: Sequence[str],
-    estimate_of: Callable[[CellRows, str], Estimate] = estimate,
-) -> Figure:
-    """A row of panels for each of `figures` (columns in AXES), a panel a setting, in it a group of bars a scene.
+def axis(figure: str) -> tuple[str, float]:
+    """An axis's label for a figure, and what its values are multiplied by: rates are shown in per cent."""
+    name = figure_name(figure)
+    return f"{name.words}\n[{name.unit}]" if name.unit else name.words, 100.0 if name.unit == "%" else 1.0
+
+
+def bars(cells: Cells, methods: Sequence[str], figures: Sequence[str]) -> Figure:
+    """A row of panels for each of `figures`, a panel a setting, in it a group of bars a scene.
 
     Bars are means (rates: shares), whiskers 95 % intervals over seeds. A panel's title says how many episodes with a
     result its cells have.
@@ -123,57 +83,38 @@ def bars(
         for row, name in zip(panels, figures, strict=True):
             for axes, setting in zip(row, settings, strict=False):
                 for group, scene in enumerate(scenes):
-                    _group(
-                        axes, group, {m: at.get(place(scene, setting)) for m, at in placed.items()}, name, estimate_of
-                    )
+                    _group(axes, group, {m: at.get(place(scene, setting)) for m, at in placed.items()}, name)
                 names = [scene.removeprefix("crossing") for scene in scenes]
                 axes.set_xticks(range(len(scenes)), names if len(scenes) > 1 else [""])
                 axes.grid(axis="y")
-            row[0].set_ylabel(AXES[name])
+            row[0].set_ylabel(axis(name)[0])
         for axes, setting in zip(panels[0], settings, strict=False):
             used = [cell for cell in cells if cell.setting == setting and cell.method in methods]
             words = short(setting).replace(", ", " ").split(" ")
             axes.set_title("\n".join([*words, with_result(used)]), fontsize=6.0)
         if len(scenes) > 1:
             panels[-1, panels.shape[1] // 2].set_xlabel("obstacles")
-        handles = [Patch(facecolor=color(method), label=method) for method in methods]
+        handles = [Patch(facecolor=color, label=method) for method, color in zip(methods, COLOURS, strict=False)]
         figure.legend(handles=handles, loc="outside lower center", ncols=min(len(methods), 5))
     return figure
 
 
-def _group(
-    axes: Axes,
-    group: int,
-    cells: Mapping[str, CellRows | None],
-    name: str,
-    estimate_of: Callable[[CellRows, str], Estimate],
-) -> None:
+def _group(axes: Axes, group: int, cells: Mapping[str, CellRows | None], name: str) -> None:
     """The bars of one scene, around x = group; a word where there is none."""
-    width = 0.84 / len(cells)
-    for i, (method, cell) in enumerate(cells.items()):
+    width, scale = 0.84 / len(cells), axis(name)[1]
+    for i, (cell, color) in enumerate(zip(cells.values(), COLOURS, strict=False)):
         x = group + (i - 0.5 * (len(cells) - 1)) * width
-        e = None if cell is None else estimate_of(cell, name)
+        e = None if cell is None else estimate(cell, name)
         if e is None or not np.isfinite(e.value):
-            axes.text(
-                x, 0.02, "not run" if e is None else "undefined", transform=axes.get_xaxis_transform(), ha="center",
-                rotation=90.0, color=GREY, fontsize=5.0,
-            )  # fmt: skip
+            word, across = "not run" if e is None else "undefined", axes.get_xaxis_transform()
+            axes.text(x, 0.02, word, transform=across, ha="center", rotation=90.0, color=GREY, fontsize=5.0)
             continue
-        axes.bar(x, e.value, width=0.95 * width, color=color(method))
+        axes.bar(x, scale * e.value, width=0.95 * width, color=color)
         if e.interval is not None:
-            axes.vlines(x, *e.interval, color=INK, linewidth=0.7)
+            axes.vlines(x, scale * e.interval[0], scale * e.interval[1], color=INK, linewidth=0.7)
 
 
 def with_result(cells: Cells) -> str:
     """How many episodes with a result these cells have: n = 12–200."""
     counts = [int((~cell.failed).sum()) for cell in cells] or [0]
     return f"n = {min(counts)}" if min(counts) == max(counts) else f"n = {min(counts)}–{max(counts)}"
-
-
-def distributions(axes: Axes, edges: Array, samples: Mapping[str, tuple[Array, Mapping[str, Any]]]) -> None:
-    """Histograms of f / R² by label, as shares of their samples (n,), each with options of `stairs`; unsafe above 0."""
-    axes.axvspan(0.0, edges[-1], color=VERMILION, alpha=0.08, linewidth=0.0)
-    for label, (values, options) in samples.items():
-        shares = np.histogram(np.clip(values, edges[0], edges[-1]), edges)[0] / max(1, values.size)
-        axes.stairs(shares, edges, label=label, **options)
-    axes.set(yscale="log", ylim=(1e-3, 1.0), xlim=(edges[0], edges[-1]), xlabel="f / R²")

@@ -40,6 +40,21 @@ class Basis:
     left_out: int = 0  # rows of other scenarios or seeds
     absent: Sequence[str] = ()  # cells without any episode
 
+    def __str__(self) -> str:
+        episodes = f"; {self.episodes} episodes" if self.asked_for else ""
+        return f"{self.command}; revision {self.revision}{episodes}"
+
+    @property
+    def gaps(self) -> list[str]:
+        """What of the item's episodes is missing, in sentences."""
+        sentences = (
+            (self.episodes < self.asked_for, f"{self.episodes} of {self.asked_for} episodes were run."),
+            (self.failed, f"{self.failed} episodes failed and have no result."),
+            (self.left_out, f"{self.left_out} rows are left out: they are of other scenarios or seeds."),
+            (self.absent, f"{len(self.absent)} cells were not run at all: {'; '.join(self.absent)}."),
+        )
+        return [sentence for applies, sentence in sentences if applies]
+
 
 @dataclass(frozen=True, slots=True)
 class PaperStudy:

@@ -6,12 +6,9 @@ again without running anything, and needs no network.
 
 import csv
 import json
-import os
-import platform
-import re
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict
 from html import escape
 from pathlib import Path
 from types import MappingProxyType
@@ -21,27 +18,17 @@ from matplotlib.figure import Figure
 
 from mjnav.errors import InputError
 from mjnav.log.export.table_files import neutral
-from mjnav.loop.provenance import revision
 from mjnav.output_files import replacement
 from mjnav.paper import ITEMS, load
-from mjnav.paper.claims import LEAST_PAIRS, LEAST_RUNS, TOO_FEW, Finding, Verdict
+from mjnav.paper.claims import LEAST_PAIRS, LEAST_RUNS, Finding, Verdict
 from mjnav.paper.draw import style
 from mjnav.paper.episodes import Basis
 from mjnav.report.look.document import frame
 
 FINDINGS, DATA, PICTURE, PRINT = "findings.json", "data.csv", "figure.png", "figure.pdf"
-FEW = "few"
-KINDS: Mapping[str, tuple[str, str]] = MappingProxyType(  # of a finding, a class of its HTML -> its mark, its name
-    {
-        FEW: ("", "too few runs"),  # in every setting, so that the claim cannot be judged at all
-        "holds": ("✓", Verdict.HOLDS.value),
-        "partly": ("◐", Verdict.PARTLY.value),
-        "mixed": ("±", Verdict.MIXED.value),
-        "fails": ("✗", Verdict.FAILS.value),
-        "open": ("?", Verdict.OPEN.value),
-    }
+MARKS: Mapping[Verdict, str] = MappingProxyType(
+    {Verdict.HOLDS: "✓", Verdict.PARTLY: "◐", Verdict.MIXED: "±", Verdict.FAILS: "✗", Verdict.OPEN: "?"}
 )
-REVISION = re.compile(r"\b([0-9a-f]{10})[0-9a-f]{30}\b")  # of git, of which the first digits are enough
 ABOUT = (
     "What the figures and comparisons of Nair et al., “Non Holonomic Collision Avoidance under Non-Parametric "
     'Uncertainty: A Hilbert Space Approach” (<a href="https://arxiv.org/abs/2112.13034">arXiv 2112.13034</a>) show, '
@@ -56,14 +43,6 @@ RULES = (
     "has no result: it counts neither as a success nor as a collision. The settings of an item share their scene and "
     "their seeds, so in how many of them a claim holds is no measure of how sure it is: read the intervals."
 )
-
-
-@dataclass(frozen=True, slots=True)
-class Published:
-    """What an item's folder says."""
-
-    findings: tuple[Finding, ...]
-    basis: Basis
 
 
 def publish(
@@ -83,14 +62,13 @@ def publish(
         partial.write_text(json.dumps(document, indent=1), encoding="utf-8")
 
 
-def read(folder: Path) -> Published | None:
+def read(folder: Path) -> tuple[list[Finding], Basis] | None:
     """What an item's folder says; None where it has no findings. Raises InputError where they cannot be read."""
     path = folder / FINDINGS
     try:
         document = json.loads(path.read_text(encoding="utf-8"))
-        document.pop("correction", None)  # which versions before wrote
-        findings = tuple(Finding(**{**part, "verdict": Verdict(part["verdict"])}) for part in document.pop("findings"))
-        return Published(findings, Basis(**document))
+        findings = [Finding(**{**part, "verdict": Verdict(part["verdict"])}) for part in document.pop("findings")]
+        return findings, Basis(**document)
     except FileNotFoundError:
         return None
     except (ValueError, KeyError, TypeError, AttributeError) as error:
@@ -99,124 +77,55 @@ def read(folder: Path) -> Published | None:
 
 def page(folder: Path, command: str) -> str:
     """The page of what is in `folder`, whose items each have a folder of their name; `command` made the page."""
-    look = frame("mjnav paper", "mjnav.paper", ["page.css"], ["filter.js"], beside=True)
-    about = (
-        f"made by: {command}",
-        f"revision: {_short(revision())}",
-        f"machine: {platform.machine()}, {os.cpu_count()} processors, Python {platform.python_version()}",
-    )
+    look = frame("mjnav paper", "mjnav.paper", ["page.css"], beside=True)
     items = {name: item for name in ITEMS if (item := read(folder / name)) is not None}
     missing = ", ".join(name for name in ITEMS if name not in items)
-    findings = [finding for item in items.values() for finding in item.findings]
     contents = "".join(
-        f'<li><a href="#{name}">{escape(load(name).title)}</a> <small>{_counts(item.findings)}</small></li>'
-        for name, item in items.items()
+        f'<li><a href="#{name}">{escape(load(name).title)}</a> <small>{_counts(findings)}</small></li>'
+        for name, (findings, _) in items.items()
     )
     return f"""<!doctype html>
 <html lang="en">
 {look.head("The paper, figure by figure")}
 <body><h1>The paper, figure by figure</h1><p>{ABOUT}</p>
 <details><summary>How claims are judged</summary><p>{RULES}</p></details>
-<p><small>{"<br>".join(map(escape, about))}</small></p>
-{_undecided(findings)}
-<div class="columns"><aside>
-{f'<nav aria-label="Figures"><h2>Figures</h2><ol>{contents}</ol></nav>' if items else ""}
-{_filter(findings)}</aside><main>
-{"".join(_item(name, item) for name, item in items.items())}
+<p><small>made by: {escape(command)}</small></p>
+<nav aria-label="Figures"><ol>{contents}</ol></nav>
+{"".join(_item(name, *item) for name, item in items.items())}
 {f'<p class="none">Not run: {missing}.</p>' if missing else ""}
-</main></div>
 {look.script_elements}</body></html>
 """
 
 
-def _short(text: str) -> str:
-    return REVISION.sub(r"\1", text)
-
-
-def _kind(finding: Finding) -> str:
-    lines = finding.evidence.splitlines()[1:]
-    few = finding.verdict == Verdict.OPEN and all(line.endswith(TOO_FEW) for line in lines)
-    return FEW if few else finding.verdict.name.lower()
-
-
-def _undecided(findings: Sequence[Finding]) -> str:
-    """Said once for all claims that too few runs leave without a verdict."""
-    number = [_kind(finding) for finding in findings].count(FEW)
-    if not number:
-        return ""
-    which = f"{number} of {len(findings)} claims cannot"
-    return (
-        f'<p class="notices">{"None of the claims can" if number == len(findings) else which} be judged by what was '
-        f"run: a setting needs {LEAST_PAIRS} seeds for which both methods have a result, a measurement {LEAST_RUNS} "
-        "runs. They stand below without a verdict, with what was measured; <code>mjnav paper</code> without "
-        "<code>--quick</code> runs enough.</p>"
-    )
-
-
 def _counts(findings: Iterable[Finding]) -> str:
-    count = Counter(map(_kind, findings))
+    count = Counter(finding.verdict for finding in findings)
     return " ".join(
-        f'<span class="{kind}" title="{name}">{mark}&#8239;{count[kind]}</span>'
-        for kind, (mark, name) in KINDS.items()
-        if count[kind] and kind != FEW
+        f'<span class="{verdict.name.lower()}" title="{verdict}">{mark}&#8239;{count[verdict]}</span>'
+        for verdict, mark in MARKS.items()
+        if count[verdict]
     )
 
 
-def _filter(findings: Sequence[Finding]) -> str:
-    """The controls, which a script shows: without one all claims are there."""
-    count = Counter(map(_kind, findings))
-    options = "".join(
-        f'<option value="{kind}">{name} ({count[kind]})</option>' for kind, (_, name) in KINDS.items() if count[kind]
-    )
-    return f"""<form id="filter" role="search" aria-label="Claims" hidden><h2>Claims</h2>
-<label>verdict <select id="verdict"><option value="">all ({len(findings)})</option>{options}</select></label>
-<label>text <input type="search" id="words" placeholder="control cost"></label>
-<output id="shown" aria-live="polite"></output></form>"""
-
-
-def _item(name: str, item: Published) -> str:
-    title, limits, basis = escape(load(name).title), load(name).limits, item.basis
+def _item(name: str, findings: Sequence[Finding], basis: Basis) -> str:
+    title, limits = escape(load(name).title), load(name).limits
     parameters = "".join(
         f"<details><summary>Parameters: {escape(what)}</summary><pre>{escape(text)}</pre></details>"
         for what, text in basis.parameters.items()
     )
-    facts = f"{basis.command}; revision {_short(basis.revision)}"
-    facts += f"; {basis.episodes} episodes" if basis.asked_for else ""
+    gaps = "".join(f"<li>{escape(gap)}</li>" for gap in basis.gaps)
     return f"""<section class="item" id="{name}"><h2>{title}</h2>
 <a href="{name}/{PRINT}"><img src="{name}/{PICTURE}" alt="{title}" loading="lazy"></a>
-<p><a href="{name}/{PRINT}">PDF</a> · <a href="{name}/{DATA}">data (CSV)</a> <small>{escape(facts)}</small></p>
-{f'<p class="limits">{escape(limits)}</p>' if limits else ""}{_gaps(basis)}
-<ul class="claims">{"".join(map(_claim, item.findings))}</ul>{parameters}</section>"""
+<p><a href="{name}/{PRINT}">PDF</a> · <a href="{name}/{DATA}">data (CSV)</a> <small>{escape(str(basis))}</small></p>
+{f'<p class="limits">{escape(limits)}</p>' if limits else ""}{f'<ul class="gaps">{gaps}</ul>' if gaps else ""}
+<ul class="claims">{"".join(map(_claim, findings))}</ul>{parameters}</section>"""
 
 
 def _claim(finding: Finding) -> str:
     """A claim with its verdict, and the evidence below it."""
-    heading, *lines = finding.evidence.splitlines()
-    kind = _kind(finding)
-    mark, name = KINDS[kind]
-    verdict = f'<strong class="{kind}">{mark} {name}</strong>'
-    if kind == FEW:
-        verdict, heading = "", ""
-        lines = [line.removesuffix(TOO_FEW).removesuffix("; ") for line in lines]
-    evidence = "".join(f"<li>{escape(line)}</li>" for line in lines)
+    heading, *lines = map(escape, finding.evidence.splitlines())
+    verdict = f'<strong class="{finding.verdict.name.lower()}">{MARKS[finding.verdict]} {finding.verdict}</strong>'
     return (
-        f'<li class="claim" data-verdict="{kind}"><details><summary>{verdict} {escape(finding.claim)} '
-        f"<small>({escape(finding.source)}) {escape(heading)}</small></summary><ul>{evidence}</ul></details></li>"
+        f'<li class="claim"><details><summary>{verdict} {escape(finding.claim)} '
+        f"<small>({escape(finding.source)}) {heading}</small></summary>"
+        f"<ul>{''.join(f'<li>{line}</li>' for line in lines)}</ul></details></li>"
     )
-
-
-def _gaps(basis: Basis) -> str:
-    """What of the item's episodes is missing."""
-    texts = []
-    if basis.episodes < basis.asked_for:
-        texts.append(f"{basis.episodes} of {basis.asked_for} episodes were run.")
-    if basis.failed:
-        texts.append(f"{basis.failed} episodes failed and have no result.")
-    if basis.left_out:
-        texts.append(f"{basis.left_out} rows are left out: they are of other scenarios or seeds.")
-    if basis.absent:
-        rows = "".join(f"<li>{escape(cell)}</li>" for cell in basis.absent)
-        texts.append(
-            f"<details><summary>{len(basis.absent)} cells were not run at all</summary><ul>{rows}</ul></details>"
-        )
-    return f'<div class="gaps">{" ".join(texts)}</div>' if texts else ""

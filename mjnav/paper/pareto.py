@@ -12,8 +12,9 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from mjnav.messages import Array
-from mjnav.paper.claims import Cells, Claim, StudyItem, at_seeds, bootstrap_p, measured, short
-from mjnav.paper.draw import AXES, TWO_COLUMNS, color, legend, new_figure, style, with_result
+from mjnav.paper.claims import Cells, Claim, StudyItem, at_seeds, measured, short
+from mjnav.paper.draw import COLOURS, TWO_COLUMNS, axis, legend, new_figure, style, with_result
+from mjnav.report.figure_text import unit
 from mjnav.rng import stream
 from mjnav.study.compare.cell_rows import CellRows
 from mjnav.study.compare.estimates import Difference, Estimate, estimate, paired
@@ -28,19 +29,19 @@ PAIRS = (
     ("rkhs d=1", "kld"),
     ("rkhs d=3", "rkhs d=1"),
 )
-FIGURES = (("control_cost", "less control", "m²/s³"), ("mean_deviation_m", "less deviation", "m"))
+FIGURES = (("control_cost", "less control"), ("mean_deviation_m", "less deviation"))
 RESAMPLES = 5_000  # so that the least p-value survives the correction
 
 
 def claims(cells: Cells) -> Iterator[Claim]:
     """Cost and deviation at equal clearance, for pairs of methods."""
-    for figure, what, unit in FIGURES:
+    for figure, what in FIGURES:
         for method, rival in PAIRS:
             tests = []
             for setting in _settings(cells):
                 ours, theirs = _curve(cells, setting, method), _curve(cells, setting, rival)
                 where, change = _at_equal_clearance(setting, ours, theirs, figure)
-                tests.append(measured(where, change, -1, unit))
+                tests.append(measured(where, change, -1, unit(figure)))
             text = f"At equal clearance, {method} takes {what} than {rival}"
             yield Claim(text, "what one operating point cannot show", tests)
 
@@ -79,7 +80,16 @@ def _at_equal_clearance(
     least, most = np.quantile(resampled, [0.025, 0.975]).tolist()
     sizes = [int(np.isfinite(at_seeds(cell, seeds, figure)).sum()) for cell in (*ours, *theirs)]
     e = Estimate(float(change[0]), (least, most), min(filter(None, sizes)))
-    return f"{where}, at {at:.2f} m", Difference(e, bootstrap_p(resampled))
+    return f"{where}, at {at:.2f} m", Difference(e, _p_value(resampled))
+
+
+def _p_value(resampled: Array) -> float:
+    """Of the difference being 0: how often its resamples (n,) lie on the rarer side of it, twice.
+
+    An interval of level 1 - p just reaches the boundary.
+    """
+    opposite = min((resampled <= 0.0).sum(), (resampled >= 0.0).sum())
+    return min(1.0, 2.0 * float(1 + opposite) / (1 + resampled.size))
 
 
 def _points(cells: Sequence[CellRows], seeds: Sequence[int], figure: str, counts: Array) -> Array:
@@ -109,27 +119,28 @@ def picture(cells: Cells) -> Figure:
         panels = figure.subplots(len(figures), max(len(settings), 1), sharex="col", sharey="row", squeeze=False)
         for column, setting in zip(panels.T, settings, strict=False):
             for axes, name in zip(column, figures, strict=True):
-                for method in METHODS:
-                    _draw_curve(axes, _curve(cells, setting, method), method, name)
+                for method, color in zip(METHODS, COLOURS, strict=False):
+                    _draw_curve(axes, _curve(cells, setting, method), method, name, color)
                 axes.grid()
             of_setting = [cell for cell in cells if cell.setting == setting]
             column[0].set_title(f"{short(setting)}\n{with_result(of_setting)}")
         for row, name in zip(panels, figures, strict=True):
-            row[0].set_ylabel(AXES[name])
+            row[0].set_ylabel(axis(name)[0])
         for axes in panels[-1]:
             axes.set_xlabel("mean of least clearance [m]")
         legend(figure, panels.flat, ncols=4)
     return figure
 
 
-def _draw_curve(axes: Axes, cells: Sequence[CellRows], method: str, name: str) -> None:
+def _draw_curve(axes: Axes, cells: Sequence[CellRows], method: str, name: str, color: str) -> None:
     points = [(estimate(cell, "min_clearance_m").value, estimate(cell, name)) for cell in cells]
     points.sort(key=lambda point: point[0])
-    shade = color(method)
-    axes.plot([x for x, _ in points], [e.value for _, e in points], color=shade, marker="o", markersize=2, label=method)
-    for x, e in points:
+    scale = axis(name)[1]
+    x, y = [x for x, _ in points], [scale * e.value for _, e in points]
+    axes.plot(x, y, color=color, marker="o", markersize=2, label=method)
+    for at, e in points:
         if e.interval is not None:
-            axes.vlines(x, *e.interval, color=shade, linewidth=0.6, alpha=0.6)
+            axes.vlines(at, scale * e.interval[0], scale * e.interval[1], color=color, linewidth=0.6, alpha=0.6)
 
 
 PARETO = StudyItem(

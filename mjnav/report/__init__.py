@@ -12,7 +12,7 @@ class _CallableFolder(ModuleType):
     """Importing anything from here makes `mjnav.report` this module, whatever `mjnav` itself says that name is."""
 
     def __call__(self, *arguments: Any, **named: Any) -> Any:
-        from mjnav.report.run_page.of_logs import report
+        from mjnav.report.run_page.page import report
 
         return report(*arguments, **named)
 

@@ -11,7 +11,8 @@ from math import floor, isfinite, isnan, log10
 from types import MappingProxyType
 from typing import TYPE_CHECKING, NamedTuple
 
-from mjnav.metrics.definitions import DERIVED, FIGURES, GROUPS, TRUTH, Definition
+from mjnav.metrics.definitions import TRUTH, Definition
+from mjnav.metrics.summary import DERIVED, FIGURES, GROUPS
 
 if TYPE_CHECKING:
     from mjnav.study.compare.estimates import Estimate
@@ -34,15 +35,9 @@ class FigureName(NamedTuple):
 
 
 def figure_name(column: str) -> FigureName:
-    """The words and the unit of a figure; of one that has no words of its own, its name without the unit at its end.
-
-    Rates are shown in per cent.
-    """
-    known = _KNOWN.get(column, Definition(text=""))
-    shown_in = "%" if known.type == TRUTH or column in _SHARES else known.unit
-    if known.words:
-        return FigureName(known.words, shown_in)
-    return FigureName(column.removesuffix(f"_{shown_in}").replace("_", " "), shown_in)
+    """The words and the unit of a figure; rates are shown in per cent."""
+    known = _KNOWN.get(column) or Definition(column, "")
+    return FigureName(known.words, "%" if known.type == TRUTH or column in _SHARES else known.unit)
 
 
 def unit(column: str) -> str:

@@ -365,7 +365,7 @@ def _missing(log: Log, not_json: Mapping[str, int], ticks: InspectedTicks | None
 
 def _figures(log: Log, run: LoggedRun, scenario: Scenario) -> dict[str, Any]:
     outcome = _outcome(log)
-    figures = asdict(summarise(run.trajectory, scenario, outcome=outcome or ""))
+    figures = summarise(run.trajectory, scenario, outcome=outcome or "")
     if outcome is None:
         figures |= {"outcome": None, "success": None, "spl": None}
     return {**figures, **_recorded(log)}

@@ -10,8 +10,8 @@ import numpy as np
 from mjnav.log.read.ticks import LoggedRun
 from mjnav.messages import PHASES, Array
 from mjnav.metrics import consistency, progress, safety
+from mjnav.metrics.ending import INFEASIBLE
 from mjnav.metrics.safety import touches
-from mjnav.metrics.summary import INFEASIBLE
 from mjnav.scene.spec import Scenario
 
 NUM_MOMENTS = 5

@@ -2,6 +2,7 @@
 
 import reprlib
 from functools import cached_property
+from itertools import repeat
 
 import numpy as np
 
@@ -25,15 +26,15 @@ from mjnav.messages import (
 from mjnav.motion.unicycle import command_bounds
 from mjnav.rng import stream
 from mjnav.robot.caution import Caution
-from mjnav.robot.commands import CommandHistory, RobotPrediction, checked_decision, make_latency
 from mjnav.robot.controller import build_controller, num_samples
 from mjnav.robot.estimation import Localizer, Tracker, assumed_noise, make_localizer, make_tracker
 from mjnav.robot.estimation.base import DRAWS
+from mjnav.robot.latency import CommandHistory, RobotPrediction, checked_decision, make_latency
 from mjnav.robot.prediction import Crowd, RobotNow, make_predictor
 from mjnav.robot.sanity import Sanity
 from mjnav.robot.seen_space import FloorMap
 from mjnav.scene.spec import Scenario
-from mjnav.sealed import sealed, sealed_costs, sealed_plan
+from mjnav.sealed import sealed_costs, sealed_message, sealed_plan
 
 
 class Navigator:
@@ -72,6 +73,7 @@ class Navigator:
         self._lane_noise = noise["lane.offset"]
         self._lane_rng = stream(seed, "prediction", "lane.offset")
         self._route = [np.array(point) for point in scenario.robot.route]
+        self.on_last_leg = len(self._route) == 1  # only the goal is left of it
         self._tolerance = scenario.robot.goal_tolerance
         self._decided = np.zeros(2)
         self._lidar = scenario.sensors.scanner
@@ -91,11 +93,6 @@ class Navigator:
     def goal(self) -> Array:
         """The point of the route that the robot is on its way to, (2,)."""
         return self._route[0]
-
-    @property
-    def on_last_leg(self) -> bool:
-        """Whether only the goal is left of the route."""
-        return len(self._route) == 1
 
     def estimate(self, readings: tuple[Reading, ...], beliefs: Beliefs | None) -> Beliefs | None:
         """The beliefs after the readings; those before where there are none. The first tick always has one.
@@ -122,15 +119,16 @@ class Navigator:
 
     def follow_route(self, pose: Array) -> None:
         """Goes on to the next point of the route where this one is reached from a pose (3,)."""
-        while not self.on_last_leg and np.hypot(*(pose[:2] - self.goal)) <= self._tolerance:
+        while not self.on_last_leg and np.hypot(*(pose[:2] - self._route[0])) <= self._tolerance:
             self._route.pop(0)
+            self.on_last_leg = len(self._route) == 1
 
     def predict(self, tick: int, beliefs: Beliefs, *, own: bool = True) -> Observation:
         """Samples of all beliefs at the moment at which the decision of this tick takes effect.
 
         The beliefs are those of `estimate`, or with `own` false somebody else's. Without prediction the moment is taken
         to be now: the robot's samples stay where they are, and people are carried no further than to the time of the
-        robot's belief. Its arrays are sealed, and all else in it is made anew.
+        robot's belief. It is sealed and made anew.
         """
         num = self._num_samples
         belief = beliefs.robot
@@ -141,18 +139,20 @@ class Navigator:
         stretches = self._history.stretches(belief.time, effect)
         robot, people = self._own_samples(num) if own else self._samples_of(beliefs, num)
         pose, noise = self._robot_prediction.robot(robot, belief.time, effect, stretches)
-        return Observation(
-            robot_pose=sealed(pose),
-            control_noise=sealed(noise),
-            twist=sealed(self._decided),
-            obstacles=(*self._predict_people(beliefs.people, people, effect, pose), *self.floor_map.discs),
-            goal=sealed(self.goal),
-            walls=sealed(self.floor_map.walls(pose[:, :2].mean(axis=0))),
+        floor = self.floor_map
+        observation = Observation(
+            robot_pose=pose,
+            control_noise=noise,
+            twist=self._decided,
+            obstacles=(*self._predict_people(beliefs.people, people, effect, pose), *floor.discs),
+            goal=self.goal,
+            walls=floor.walls(pose[:, :2].mean(axis=0)),
             lanes=self._observe_lanes(num),
             time=effect,
             scan=self._observe_scan(),
-            map=self.floor_map.known,
+            map=floor.known,
         )
+        return sealed_message(observation)
 
     def _predict_people(
         self, tracks: tuple[Track, ...], drawn: tuple[Array, ...], effect: float, pose: Array
@@ -161,11 +161,9 @@ class Navigator:
         samples = np.array(drawn).reshape(-1, self._num_samples, 4)
         robot = None if self._scenario.prediction is None else self._robot_now(pose)
         people = self._predictor.predict(Crowd(tracks, samples, effect, self.floor_map.known, robot))
-        positions, velocities = sealed(people.position), sealed(people.velocity)
         radii = [track.radius for track in tracks]
-        if people.ahead is None:
-            return [ObstacleSamples(*person) for person in zip(positions, velocities, radii, strict=True)]
-        rows = zip(positions, velocities, radii, sealed(people.ahead), strict=True)
+        ahead = repeat(None, len(tracks)) if people.ahead is None else people.ahead
+        rows = zip(people.position, people.velocity, radii, ahead, strict=True)
         return [ObstacleSamples(*person, people.step) for person in rows]
 
     def _robot_now(self, pose: Array) -> RobotNow:
@@ -237,10 +235,10 @@ class Navigator:
         reading, lidar = self._scanned, self._lidar
         if reading is None:
             return None
-        return Scan(reading.time, lidar.angles, sealed(reading.scan), sealed(reading.scan_times), lidar.mount)
+        return Scan(reading.time, lidar.angles, reading.scan, reading.scan_times, lidar.mount)
 
     def _observe_lanes(self, num: int) -> Lanes | None:
         if self._lanes is None:
             return None
         left, right = self._lane_noise.sample(self._lane_rng, (2, num))
-        return Lanes(self._lanes.left, self._lanes.right, sealed(left), sealed(right))
+        return Lanes(self._lanes.left, self._lanes.right, left, right)

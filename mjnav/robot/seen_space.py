@@ -27,7 +27,6 @@ from mjnav.noise import Distribution
 from mjnav.robot.estimation.lidar.scan import MotionHistory, TwistSensors, scan_points
 from mjnav.scene.spec import Scenario
 from mjnav.scene.ways import floor_of_lidar
-from mjnav.sealed import sealed
 
 # --------------------------------------------------------------------------------------- static map
 
@@ -43,8 +42,9 @@ class FloorMap(Constant):
             (np.array(p.position), p.radius, name) for p, name in zip(known.pillars, known.pillar_names, strict=True)
         ]
         discs = [*legs, *pillars]
-        self._positions = np.array([at for at, *_ in discs]).reshape(-1, 1, 2)
-        self._radii = tuple(radius for _, radius, _ in discs)
+        positions = np.array([at for at, *_ in discs]).reshape(-1, 1, 2)
+        radii = [radius for _, radius, _ in discs]
+        self.discs = tuple(map(ObstacleSamples, positions, repeat(np.zeros((1, 2))), radii))  # legs, pillars
         self.names = tuple(name for *_, name in discs)
         self.wall_names = known.wall_names
 
@@ -59,21 +59,9 @@ class FloorMap(Constant):
         ends = np.stack([start - half * along, end + half * along], axis=1)
         self._faces = np.stack([ends - self._across[:, None], ends + self._across[:, None]], axis=1)  # (W, 2, 2, 2)
         self._index = np.arange(len(ends))
-        self._walls, self._thickness = sealed(np.stack([start, end], axis=1)), sealed(2.0 * half[:, 0])
-        self._discs = sealed(np.column_stack([self._positions[:, 0], self._radii]))
-        self._lanes = scenario.lanes
-
-    @property
-    def known(self) -> KnownMap:
-        """The map as an observation carries it, sealed."""
-        left, right = (None, None) if self._lanes is None else (self._lanes.left, self._lanes.right)
-        return KnownMap(self._walls, self._thickness, self._discs, left, right)
-
-    @property
-    def discs(self) -> tuple[ObstacleSamples, ...]:
-        """Legs and pillars, sealed, one sample each."""
-        positions, at_rest = sealed(self._positions), sealed(np.zeros((1, 2)))
-        return tuple(map(ObstacleSamples, positions, repeat(at_rest), self._radii))
+        left, right = (None, None) if scenario.lanes is None else (scenario.lanes.left, scenario.lanes.right)
+        rows = np.column_stack([positions[:, 0], radii])
+        self.known = KnownMap(np.stack([start, end], axis=1), 2.0 * half[:, 0], rows, left, right)
 
     def walls(self, position: Array) -> Array:
         """The face of each wall on the side of `position` (2,): start and end, (W, 2, 2)."""

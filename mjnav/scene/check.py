@@ -171,8 +171,8 @@ def check(scenario: Scenario, *, routes: bool = True) -> None:
         for other in around:
             _keep_apart(person, other, f"{person.key}.start", person.centre)
     if routes:
-        check_routes(scenario.people, scenario.walls, scenario.tables, scenario.pillars)
-    check_trips(scenario.people, scenario.walls, scenario.tables, scenario.pillars)
+        check_routes(scenario)
+    check_trips(scenario)
     body = Disc("robot", robot.start[:2], robot.radius)
     there = [disc for disc, person in zip(people, scenario.people, strict=True) if person.from_the_start]
     met = met_by_robot(scenario.walls, scenario.tables, scenario.pillars)

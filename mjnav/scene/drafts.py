@@ -7,7 +7,7 @@ entry, or another key, moves no draw.
 The last part adds drafts to the JSON Schema and to the reference of keys.
 """
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from math import atan2, cos, pi, sin
 from types import MappingProxyType
@@ -18,18 +18,7 @@ import numpy as np
 from mjnav import settings
 from mjnav.errors import InvalidValue, unknown_name
 from mjnav.scene.bodies import Pillar, Table, Wall
-from mjnav.scene.draws import (
-    ANY,
-    Area,
-    Draft,
-    Streams,
-    check_value,
-    draw_count,
-    draw_point,
-    drawing,
-    is_drawn,
-    under,
-)
+from mjnav.scene.draws import Area, Draft, Streams, draw_count, draw_point, drawing, is_draw
 from mjnav.scene.people import AGAIN, BEHAVIOURS, MAX_WALKING_SPEED, ConstantVelocity, Person, StopAndGo, Trip
 from mjnav.scene.ranges import MAX_BODIES, MAX_LENGTH, Angle, Size
 from mjnav.scene.spec import Robot
@@ -115,22 +104,26 @@ class DrawnRobot:
 Values = dict[str, Any]
 
 
-def _furniture(values: Values, streams: Streams, table: Mapping[str, Any]) -> Values:
-    if "area" in values:
-        values["position"] = draw_point(values.pop("area"), streams("area"))
+def _put_point(values: Values, key: str, area: str, streams: Streams) -> None:
+    """Puts a point of an area, where there is one, in its place under `key`."""
+    if area in values:
+        values[key] = draw_point(values.pop(area), streams(area))
+
+
+def _furniture(values: Values, streams: Streams) -> Values:
+    _put_point(values, "position", "area", streams)
     return values
 
 
-def _wall(values: Values, streams: Streams, table: Mapping[str, Any]) -> Values:
-    if "area" in values:
-        values["from"] = draw_point(values.pop("area"), streams("area"))
+def _wall(values: Values, streams: Streams) -> Values:
+    _put_point(values, "from", "area", streams)
     if "from" in values and "length" in values:
         length, yaw = values.pop("length"), values.pop("yaw", 0.0)
         values["to"] = [values["from"][0] + length * cos(yaw), values["from"][1] + length * sin(yaw)]
     return values
 
 
-def _person(values: Values, streams: Streams, table: Mapping[str, Any]) -> Values:
+def _person(values: Values, streams: Streams) -> Values:
     comes_again = values.get("at_end") == AGAIN  # who comes again draws further trips, in the run
     if not comes_again:
         values.pop("clear_of_robot", None)
@@ -139,24 +132,18 @@ def _person(values: Values, streams: Streams, table: Mapping[str, Any]) -> Value
         trip = trips[int(streams("trips").integers(len(trips)))]
         values["start"] = draw_point(trip["from"], streams("trips.from"))
         values.setdefault("waypoints", [draw_point(trip["to"], streams("trips.to"))])
-    if "area" in values:
-        values["start"] = draw_point(values.pop("area"), streams("area"))
-    behaviour = BEHAVIOURS.get(str(values.get("behaviour")))
-    is_straight = behaviour in (ConstantVelocity, StopAndGo)  # whose velocity a speed and a heading stand for
-    if is_straight and "velocity" not in values and "speed" in values:
-        heading = values.get("heading")
-        heading = float(streams("heading").uniform(-pi, pi)) if heading is None else heading
-        values["velocity"] = [values["speed"] * cos(heading), values["speed"] * sin(heading)]
-    drop = {"heading", "speed"} if is_straight else {"heading"}
-    if isinstance(table.get("behaviour"), Mapping):  # the keys that only other behaviours have
-        of_others = {key for other in BEHAVIOURS.values() for key in settings.keys(other)}
-        drop |= of_others - (set() if behaviour is None else set(settings.keys(behaviour)))
-    return {key: value for key, value in values.items() if key not in drop}
+    _put_point(values, "start", "area", streams)
+    heading = values.pop("heading", None)
+    if BEHAVIOURS.get(str(values.get("behaviour"))) in (ConstantVelocity, StopAndGo):
+        speed = values.pop("speed", None)  # with a heading it stands for a velocity
+        if "velocity" not in values and speed is not None:
+            heading = float(streams("heading").uniform(-pi, pi)) if heading is None else heading
+            values["velocity"] = [speed * cos(heading), speed * sin(heading)]
+    return values
 
 
-def _robot(values: Values, streams: Streams, table: Mapping[str, Any]) -> Values:
-    if "goal_area" in values:
-        values["goal"] = draw_point(values.pop("goal_area"), streams("goal_area"))
+def _robot(values: Values, streams: Streams) -> Values:
+    _put_point(values, "goal", "goal_area", streams)
     heading = values.pop("start_heading", None)
     if "start_area" in values:
         x, y = draw_point(values.pop("start_area"), streams("start_area"))
@@ -177,16 +164,17 @@ class Kind:
     drawn: type  # the keys that only a draft has
     redrawn: tuple[str, ...]  # keys that are drawn again where a body has no room
     exclusive: tuple[tuple[str, str], ...]  # keys of which an entry has one
-    as_plain: Callable[[Values, Streams, Mapping[str, Any]], Values]  # the plain table, of values and the draft's table
+    as_plain: Callable[[Values, Streams], Values]  # the plain table of drawn values
 
 
+_AT = (("area", "position"),)
 KINDS: Mapping[str, Kind] = MappingProxyType(
     {
         "walls": Kind(
             Wall, DrawnWalls, ("area", "from", "to", "length", "yaw"), (("area", "from"), ("length", "to")), _wall
         ),
-        "tables": Kind(Table, DrawnFurniture, ("area", "position", "yaw"), (("area", "position"),), _furniture),
-        "pillars": Kind(Pillar, DrawnFurniture, ("area", "position"), (("area", "position"),), _furniture),
+        "tables": Kind(Table, DrawnFurniture, ("area", "position", "yaw"), _AT, _furniture),
+        "pillars": Kind(Pillar, DrawnFurniture, ("area", "position"), _AT, _furniture),
         "people": Kind(
             Person,
             DrawnPeople,
@@ -221,9 +209,9 @@ class Entry:
     @property
     def is_drawn(self) -> bool:
         """Whether it draws something. Raises InvalidValue for a body that draws and does not say how many there are."""
-        draws = any(is_drawn(hint, self.table[key]) for key, hint in self._plain_hints().items() if key in self.table)
+        draws = self._draws(self.table)
         if self.kind is ROBOT:
-            return draws or not settings.keys(DrawnRobot).keys().isdisjoint(self.table)
+            return draws or self._has_drafts_keys
         if draws and "count" not in self.table:
             raise InvalidValue(f"{self.key}.count", None, "count = 1 or more, in an entry that draws values")
         return "count" in self.table
@@ -231,21 +219,26 @@ class Entry:
     @property
     def is_placed(self) -> bool:
         """Whether its place is drawn."""
+        return self._has_drafts_keys or self._draws(self.kind.redrawn)
+
+    @property
+    def _has_drafts_keys(self) -> bool:
+        return not settings.keys(self.kind.drawn).keys().isdisjoint(self.table)
+
+    def _draws(self, keys: Iterable[str]) -> bool:
+        """Whether one of these keys draws its value."""
         hints = self._plain_hints()
-        places = [key for key in self.kind.redrawn if key in self.table and key in hints]
-        return not settings.keys(self.kind.drawn).keys().isdisjoint(self.table) or any(
-            is_drawn(hints[key], self.table[key]) for key in places
-        )
+        return any(is_draw(self.table[key], hints[key]) for key in keys if key in self.table and key in hints)
 
     def check(self) -> None:
         """Raises InvalidValue for a key that is not known and for what may not be drawn."""
         hints = self._hints()
-        with under(self.key):
+        with below(*self.key.split(".")):
             for key, value in self.table.items():
                 if key not in hints and not self._plugins():
                     raise unknown_name(key, key, hints)
                 with below(key):
-                    check_value(hints.get(key, ANY), value)
+                    drawing(hints.get(key, Any), value)
             if "count" in self.table:
                 settings.read(self.kind.drawn, {"count": self.table["count"]})
             for key, other in self.kind.exclusive:
@@ -266,13 +259,17 @@ class Entry:
         def of_body(part: str) -> np.random.Generator:
             return streams(f"{prefix}.{part}")
 
-        hints = self._hints()
-        draws = {key: drawing(hints.get(key, ANY), value) for key, value in self.table.items() if key != "count"}
-        with under(self.key):
+        hints, foreign = self._hints(), set[str]()
+        draws = {key: drawing(hints.get(key, Any), value) for key, value in self.table.items() if key != "count"}
+        with below(*self.key.split(".")):
             fixed = {key: draw(key, of_body) for key, draw in draws.items() if key not in self.kind.redrawn}
+            if isinstance(self.table.get("behaviour"), Mapping):  # drop the keys that only other behaviours have
+                chosen = BEHAVIOURS.get(str(fixed["behaviour"]))
+                foreign = _behaviours_keys() - (set() if chosen is None else settings.keys(chosen).keys())
             while True:
                 placed = {key: draws[key](key, of_body) for key in self.kind.redrawn if key in draws}
-                table = self.kind.as_plain({**fixed, **placed}, of_body, self.table)
+                table = self.kind.as_plain({**fixed, **placed}, of_body)
+                table = {key: value for key, value in table.items() if key not in foreign}
                 yield table, settings.read(self.kind.plain, table)
 
     def _plain_hints(self) -> dict[str, Any]:
@@ -293,6 +290,10 @@ class Entry:
         value = self.table.get("behaviour")
         names = [*value, *value.get("one_of", ())] if isinstance(value, Mapping) else [value]
         return tuple(name for name in names if isinstance(name, str) and ":" in name)
+
+
+def _behaviours_keys() -> set[str]:
+    return {key for behaviour in BEHAVIOURS.values() for key in settings.keys(behaviour)}
 
 
 def entries_of(document: Mapping[str, Any]) -> Iterator[Entry]:

@@ -13,8 +13,7 @@ Arrays may have draws among their items: velocity = [{ low = -0.5, high = 0.5 },
 The value of a key is checked against what the key allows before it is drawn.
 """
 
-from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, is_dataclass
 from math import exp, inf, log
 from types import MappingProxyType
@@ -163,10 +162,10 @@ def kind_of(value: Mapping[str, Any]) -> type | None:
     return next((kind for key, kind in KINDS.items() if key in value), None)
 
 
-def is_draw(value: object) -> bool:
-    """Whether a value stands for one that is drawn, or has one in it."""
+def is_draw(value: object, hint: Any = Any) -> bool:
+    """Whether the value of a key of type `hint` stands for one that is drawn, or has one in it."""
     if isinstance(value, Mapping):
-        return kind_of(value) is not None or any(map(is_draw, value.values()))
+        return kind_of(value) is not None or _choice(hint) is not None or any(map(is_draw, value.values()))
     return isinstance(value, list) and any(map(is_draw, value))
 
 
@@ -224,46 +223,33 @@ def _check_shares(shares: tuple[float, ...]) -> None:
 # ---------------------------------------------------------------------------------- values of a key
 
 
-ANY = Any  # the hint of a key of which nothing is known
 Draw = Callable[[str, Streams], Any]  # the plain value of a key, from the streams of its key
 
 
-def is_drawn(hint: Any, value: Any) -> bool:
-    """Whether a value is drawn, or has a drawn one in it."""
-    return is_draw(value) or _choice_of_shares(hint, value) is not None
-
-
-def check_value(hint: Any, value: Any) -> None:
-    """Raises InvalidValue where a value, or anything that may be drawn for it, is not what its key allows."""
-    drawing(hint, value)
-
-
-def draw_value(hint: Any, value: Any, key: str, streams: Streams) -> Any:
-    """The value as a plain run file has it: itself, or one that is drawn from the streams of its key."""
-    return drawing(hint, value)(key, streams)
-
-
 def drawing(hint: Any, value: Any) -> Draw:
-    """What draws the value of a key of type `hint`. Raises InvalidValue where the key does not allow all of it."""
-    choice = _choice_of_shares(hint, value)
-    if choice is not None:
-        return _drawing_of_shares(choice, value)
-    kind = kind_of(value) if isinstance(value, Mapping) else None
-    if kind is not None:
-        return _drawing_of_kind(hint, value, settings.read(kind, value))
-    if not is_draw(value):
-        if hint is not ANY:
+    """What draws the value of a key of type `hint`, which is Any for a key of which nothing is known.
+
+    Raises InvalidValue where the key does not allow the value, or something that may be drawn for it.
+    """
+    if not is_draw(value, hint):
+        if hint is not Any:
             settings.settled(hint, value)
         return lambda key, streams: value
-    if isinstance(value, Mapping):
-        table = next((bare(one) for one in options(hint) or (hint,) if is_dataclass(bare(one))), None)
-        if table is None and hint is not ANY:
-            raise InvalidValue("", value, describe(hint))
-        hints = {} if table is None else {name: field.hint for name, field in settings.keys(table).items()}
-        parts = {name: _part(name, hints.get(name, ANY), item) for name, item in value.items()}
-        return lambda key, streams: {name: part(f"{key}.{name}", streams) for name, part in parts.items()}
-    items = [_part(str(i), item_hint, item) for i, (item_hint, item) in enumerate(_items(hint, value))]
-    return lambda key, streams: [item(f"{key}.{i}", streams) for i, item in enumerate(items)]
+    if isinstance(value, list):
+        hints = _hints_of_items(hint, value)
+        items = [_part(str(i), item_hint, item) for i, (item_hint, item) in enumerate(zip(hints, value, strict=True))]
+        return lambda key, streams: [item(f"{key}.{i}", streams) for i, item in enumerate(items)]
+    kind, choice = kind_of(value), _choice(hint)
+    if choice is not None and kind is not OneOf:
+        return _drawing_of_names(choice, value)
+    if kind is not None:
+        return _drawing_of_kind(hint, value, settings.read(kind, value))
+    table = next((bare(option) for option in options(hint) or (hint,) if is_dataclass(bare(option))), None)
+    if table is None and hint is not Any:
+        raise InvalidValue("", value, describe(hint))
+    hints = {} if table is None else {name: field.hint for name, field in settings.keys(table).items()}
+    parts = {name: _part(name, hints.get(name, Any), item) for name, item in value.items()}
+    return lambda key, streams: {name: part(f"{key}.{name}", streams) for name, part in parts.items()}
 
 
 def _part(name: str, hint: Any, value: Any) -> Draw:
@@ -283,61 +269,50 @@ def _drawing_of_kind(hint: Any, value: Mapping[str, Any], draw: Uniform | Normal
 
             return one_of_them
         case InArea(area, count):
-            _check_points(hint, draw, value)
             if count is None:
+                _check_points(hint, value, [0.0, 0.0])
                 return lambda key, streams: draw_point(area, streams(key))
+            _check_points(hint, value, [[0.0, 0.0]] * (2 if isinstance(count, tuple) else count))
 
             def points(key: str, streams: Streams) -> list[list[float]]:
                 number = draw_count(count, streams(f"{key}.count"))
                 return [draw_point(area, streams(f"{key}.{i}")) for i in range(number)]
 
             return points
-    number = next((one for one in options(hint) or (hint,) if bare(one) in (float, int)), None)
+    number = next((option for option in options(hint) or (hint,) if bare(option) in (float, int)), None)
     ends = {end: value[end] for end in ("low", "high") if end in value}
-    if number is None and hint is not ANY:
+    if number is None and hint is not Any:
         raise InvalidValue("", value, describe(hint))
-    if number is not None:
-        for end, limit in ends.items():
-            with below(end):
-                settings.settled(number, limit)
+    for end, limit in ends.items() if number is not None else ():
+        with below(end):
+            settings.settled(number, limit)
     are_whole = bool(ends) and all(isinstance(limit, int) for limit in ends.values())
     whole = are_whole if number is None else bare(number) is int
 
     def a_number(key: str, streams: Streams) -> float | int:
-        with under(key):
+        with below(*key.split(".")):
             return draw_number(draw, mark(number, Range), whole, streams(key))
 
     return a_number
 
 
-@contextmanager
-def under(key: str) -> Iterator[None]:
-    """Errors from inside carry a dotted key in front of theirs."""
-    try:
-        yield
-    except InvalidValue as error:
-        raise error.within(key) from None
-
-
-def _check_points(hint: Any, draw: InArea, value: Any) -> None:
-    if hint is ANY:
+def _check_points(hint: Any, value: Any, example: list) -> None:
+    """Raises InvalidValue where a key takes no point, or no array of points, such as `example`."""
+    if hint is Any:
         return
-    num = 2 if isinstance(draw.count, tuple) else draw.count or 0
     try:
-        settings.settled(hint, [0.0, 0.0] if draw.count is None else [[0.0, 0.0]] * num)
+        settings.settled(hint, example)
     except InvalidValue:
         allowed = f"{describe(hint)}; an area with a count is an array of points, without one a point"
         raise InvalidValue("", dict(value), allowed) from None
 
 
-def _choice_of_shares(hint: Any, value: Any) -> Choice | None:
-    """The names of which a table gives the shares; None where it is no such table, or the key takes no names."""
-    if not isinstance(value, Mapping) or hint is ANY or kind_of(value) is OneOf:
-        return None
-    return next((choice for one in options(hint) or (hint,) if (choice := mark(one, Choice)) is not None), None)
+def _choice(hint: Any) -> Choice | None:
+    """The names that a key takes, for which a table may give shares; None where it takes no names."""
+    return next((choice for option in options(hint) or (hint,) if (choice := mark(option, Choice)) is not None), None)
 
 
-def _drawing_of_shares(choice: Choice, value: Mapping[str, Any]) -> Draw:
+def _drawing_of_names(choice: Choice, value: Mapping[str, Any]) -> Draw:
     for name, share in value.items():
         if name not in choice.names:
             raise unknown_name("", name, choice.names)
@@ -348,13 +323,13 @@ def _drawing_of_shares(choice: Choice, value: Mapping[str, Any]) -> Draw:
     return lambda key, streams: names[draw_share(shares, streams(key))]
 
 
-def _items(hint: Any, value: list) -> list[tuple[Any, Any]]:
-    """The items of an array, each with its type. Raises InvalidValue for another number of them."""
-    if hint is ANY:
-        return [(ANY, item) for item in value]
-    kind = next((bare(one) for one in options(hint) or (hint,) if get_origin(bare(one)) is tuple), None)
+def _hints_of_items(hint: Any, value: list) -> tuple[Any, ...]:
+    """The type of each item of an array. Raises InvalidValue for another number of them."""
+    if hint is Any:
+        return (Any,) * len(value)
+    kind = next((bare(option) for option in options(hint) or (hint,) if get_origin(bare(option)) is tuple), None)
     hints = get_args(kind)
     hints = hints[:1] * len(value) if hints and hints[-1] is Ellipsis else hints
     if len(hints) != len(value):
         raise InvalidValue("", value, describe(hint))
-    return list(zip(hints, value, strict=True))
+    return hints

@@ -18,9 +18,10 @@ from mjnav.scene.check import check, check_memory, check_robot_way
 from mjnav.scene.crowd import put_crowd
 from mjnav.scene.drafts import draft_of
 from mjnav.scene.overrides import Overrides, apply, overrides_of
-from mjnav.scene.plugged import with_places
+from mjnav.scene.random_scene import resolved
 from mjnav.scene.spec import Control, Draft, Scenario
 from mjnav.scene.toml import parse, read_regular, toml_text
+from mjnav.settings.plugins import placed
 
 _LOOP = ("rate", "delay", "latency")  # keys of [control] that belong to the loop, not to the method
 _KEPT_LAYOUTS = 64  # of random scenes, in a process: all methods of a study meet one before the next
@@ -62,7 +63,7 @@ def loads(
     """
     document = parse(text, file)
     if folder is not None:
-        document = with_places(document, folder)
+        document = _with_places(document, folder)
     changed: dict[str, str] = {}  # key -> the argument that set it
     if controller is not None:
         control = document.get("control")
@@ -87,6 +88,17 @@ def loads(
     return replace(scenario, source=file)
 
 
+def _with_places(part: Any, folder: Path) -> Any:
+    """The tables of a run file in `folder`, in which every "file.py:Class" that lies there has its absolute path."""
+    if isinstance(part, str):
+        return placed(part, folder)
+    if isinstance(part, dict):
+        return {key: _with_places(item, folder) for key, item in part.items()}
+    if isinstance(part, list):
+        return [_with_places(item, folder) if isinstance(item, str | dict) else item for item in part]
+    return part
+
+
 def _scenario(document: dict[str, Any], *, recorded: bool = False) -> Scenario:
     """The checked scenario of a file's tables; of a random scene, the layout of its seed. A log draws nothing."""
     draft = None if recorded else draft_of(document)
@@ -104,20 +116,14 @@ def _layout_of(document: dict[str, Any], draft: Draft) -> Scenario:
     """The layout of a random scene's tables, drawn once for all controllers: only the loop's keys have a part in it."""
     control = document.get("control")
     if not isinstance(control, dict):
-        return _resolved(document, draft)
+        return resolved(document, draft)
     try:
         tables = json.dumps({**document, "control": {key: control[key] for key in _LOOP if key in control}})
     except (TypeError, ValueError):  # what JSON cannot hold, such as a date
-        return _resolved(document, draft)
+        return resolved(document, draft)
     drawn = _drawn(tables)
     with settings.below("control"):
         return replace(drawn, control=settings.read(Control, control))
-
-
-def _resolved(document: dict[str, Any], draft: Draft) -> Scenario:
-    from mjnav.scene.random_scene import resolved  # loads compiled code, which only random scenes need here
-
-    return resolved(document, draft)
 
 
 def with_seed(scenario: Scenario, seed: int) -> Scenario:
@@ -144,7 +150,7 @@ def _drawn(tables: str) -> Scenario:
     document = json.loads(tables)
     draft = draft_of(document)
     assert draft is not None  # asked for random scenes alone
-    return _resolved(document, draft)
+    return resolved(document, draft)
 
 
 def dumps(scenario: Scenario, *, draft: bool = False) -> str:

@@ -86,7 +86,7 @@ def _document(value: object) -> Any:
         return value
     if isinstance(value, list | tuple):
         return [_document(item) for item in value]
-    if isclass(value) or isroutine(value) or any(kind.is_one(value) for kind in KINDS):
+    if isclass(value) or isroutine(value) or any(kind.has_methods(value) for kind in KINDS):
         return Given(value)
     return settings.tables(value)
 

@@ -8,7 +8,7 @@ goal, and where no control avoids the people at the start.
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import islice
-from math import ceil, cos, hypot, sin
+from math import ceil, hypot
 from typing import Any
 
 import numpy as np
@@ -18,14 +18,10 @@ from mjnav.errors import InvalidValue
 from mjnav.geometry.floor import Floor
 from mjnav.messages import Array
 from mjnav.rng import stream
-from mjnav.scene.bodies import Pillar, Table, Wall
+from mjnav.scene.bodies import Pillar, Table, Wall, top_box, wall_box
 from mjnav.scene.check import check, check_memory, is_avoidable, robot_has_a_way
 from mjnav.scene.drafts import KINDS, Entry, Values, entries_of, robot_of
-from mjnav.scene.draws import (
-    Draft,
-    Layout,
-    under,
-)
+from mjnav.scene.draws import Draft, Layout
 from mjnav.scene.people import Person
 from mjnav.scene.ranges import Point, Seed
 from mjnav.scene.spec import Robot, Scenario
@@ -55,13 +51,11 @@ class Room:
     def holds(self, body: Wall | Table | Pillar | Person | Robot, entry: Entry) -> bool:
         """Whether there is room for one more body, which an entry draws."""
         match body:
-            case Wall():
-                return self._for_furniture(_body_points(body), 0.0, floor_of_people((), self.tables, self.pillars))
             case Robot():
                 return self._for_robot(body, entry.table.get("least_way", 0.0))
             case Person():
                 return self._for_person(body, entry.table.get("clear_of_robot"))
-        floor = floor_of_people(self.walls, self.tables, self.pillars)
+        floor = floor_of_people(() if isinstance(body, Wall) else self.walls, self.tables, self.pillars)
         if isinstance(body, Pillar):
             return self._for_furniture(np.array([body.position]), body.radius, floor)
         return self._for_furniture(_body_points(body), 0.0, floor)
@@ -110,16 +104,13 @@ class Room:
 
 def _body_points(body: Wall | Table) -> Array:
     """Points of a wall or a whole table as seen from above, (n, 2) [m]."""
-    if isinstance(body, Wall):
-        (x0, y0), (x1, y1) = body.start, body.end
-        centre, along, across = (0.5 * (x0 + x1), 0.5 * (y0 + y1)), hypot(x1 - x0, y1 - y0), body.thickness
-        c, s = (x1 - x0) / along, (y1 - y0) / along
-    else:
-        centre, (along, across) = body.position, (side + 2.0 * body.leg_radius for side in body.size)
-        c, s = cos(body.yaw), sin(body.yaw)
-    u, v = (np.linspace(-0.5 * side, 0.5 * side, ceil(side / _SPACING) + 1) for side in (along, across))
+    box = wall_box("", body) if isinstance(body, Wall) else top_box("", body)
+    c, s = box.along
+    u, v = (
+        np.linspace(-0.5 * side, 0.5 * side, ceil(side / _SPACING) + 1) for side in (2.0 * half for half in box.half)
+    )
     u, v = (grid.ravel() for grid in np.meshgrid(u, v))
-    return np.stack([centre[0] + c * u - s * v, centre[1] + s * u + c * v], axis=1)
+    return np.stack([box.centre[0] + c * u - s * v, box.centre[1] + s * u + c * v], axis=1)
 
 
 def _apart(one: Sequence[float], other: Sequence[float]) -> float:
@@ -185,7 +176,7 @@ class _Drawing:
         room = Room(2.0 * body.radius + _GAP if gap is None else gap, robot=None if robot.is_placed else body)
         for entry in entries_of(document):
             if not entry.is_drawn:
-                with under(entry.key):
+                with below(*entry.key.split(".")):
                     getattr(room, entry.name).append(settings.read(entry.kind.plain, entry.table))
         for kind in ("walls", "tables", "pillars"):
             self._place(kind, tables, room)

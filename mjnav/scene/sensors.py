@@ -269,21 +269,17 @@ def lidar_of(spec: LidarSpec, beams: int, max_range: float) -> Lidar:
         other = "max_range" if key == "min_range" else "min_range"
         side = "below" if key == "min_range" else "above"
         raise InvalidValue(key, found[key], f"a range {side} {other} ({found[other]:g} m)")
+    same = ("field_of_view", "min_range", "max_range", "resolution", "beam_width", "mixed")
     return Lidar(
         model=spec.model,
         angles=sealed(beam_angles(found["beams"], found["field_of_view"])),
-        field_of_view=found["field_of_view"],
         mount=sealed(np.array(spec.mount)),
         rate=found.get("rate"),
-        min_range=found["min_range"],
-        max_range=found["max_range"],
-        resolution=found["resolution"],
-        beam_width=found["beam_width"],
-        mixed=found["mixed"],
         calibrated=spec.calibrated,
         bias_rows=_rows(found.get("bias")),
         spread_rows=_rows(found.get("spread")),
         missing_rows=_rows(found["missing"]) or ((0.0, 0.0),),
+        **{key: found[key] for key in same},
     )
 
 

@@ -5,7 +5,6 @@ Field names are the run file's keys, but `start` and `end` of a wall, which the 
 
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
-from html import escape
 from types import MappingProxyType
 from typing import Annotated, Any
 
@@ -15,28 +14,16 @@ from mjnav.constant import Constant
 from mjnav.errors import InvalidValue
 from mjnav.messages import RobotLimits
 from mjnav.noise import CHANNELS, Distribution, NamedDistribution, made, profile, profile_names
-from mjnav.scene.bodies import KnownBodies as KnownBodies
-from mjnav.scene.bodies import LaneSpec as LaneSpec
-from mjnav.scene.bodies import MapDifference as MapDifference
-from mjnav.scene.bodies import Pillar as Pillar
-from mjnav.scene.bodies import Table as Table
-from mjnav.scene.bodies import Wall as Wall
-from mjnav.scene.crowd import Crowd as Crowd
-from mjnav.scene.draws import Draft as Draft
-from mjnav.scene.draws import Layout as Layout
-from mjnav.scene.faults import Faults as Faults
-from mjnav.scene.people import BEHAVIOURS as BEHAVIOURS
-from mjnav.scene.people import Behaviour as Behaviour
-from mjnav.scene.people import ConstantVelocity as ConstantVelocity
-from mjnav.scene.people import Orca as Orca
-from mjnav.scene.people import Person as Person
-from mjnav.scene.people import SocialForce as SocialForce
-from mjnav.scene.people import StopAndGo as StopAndGo
-from mjnav.scene.people import Waypoints as Waypoints
-from mjnav.scene.prediction import Prediction as Prediction
+
+# Users of scenarios find all parts of one here.
+from mjnav.scene.bodies import KnownBodies, LaneSpec, MapDifference, Pillar, Table, Wall
+from mjnav.scene.crowd import Crowd
+from mjnav.scene.draws import Draft, Layout
+from mjnav.scene.faults import Faults
+from mjnav.scene.people import BEHAVIOURS, ConstantVelocity, Orca, Person, SocialForce, StopAndGo, Waypoints  # noqa: F401
+from mjnav.scene.prediction import Prediction
 from mjnav.scene.ranges import MAX_BODIES, MAX_POINTS, MAX_TIME, Angle, Coordinate, Point, Rate, Seed, Size
-from mjnav.scene.sensors import Sensors as Sensors
-from mjnav.scene.top_view import top_view
+from mjnav.scene.sensors import Sensors
 from mjnav.settings import Beside, Choice, Length, Named, Range, Text, below, settle
 from mjnav.settings.plugins import LocalizerPlugin, MetricPlugin, TrackerPlugin, placed
 
@@ -371,14 +358,6 @@ class Scenario(Constant):
             parts.append(f"{len(self.people)} {'people' if len(self.people) > 1 else 'person'}")
         holds = ", ".join(parts) or "nothing but the robot"
         return f"Scenario({self.name!r}, {self.control.method}, seed {self.seed}: {holds}; noise {self.noise.profile})"
-
-    def _repr_html_(self) -> str:
-        """The scene from above, as notebooks show it."""
-        robot = self.robot
-        bodies = (*self.walls, *self.tables, *self.pillars)
-        start = (robot.start, robot.radius)
-        picture = top_view(start, robot.route, robot.goal_tolerance, bodies, self.lanes, self.people)
-        return f"<div>{picture}<br/><code>{escape(repr(self))}</code></div>"
 
 
 def _metrics(given: Iterable[Any]) -> Iterator[Any]:

@@ -33,8 +33,9 @@ from mjnav.scene.bodies import (
     met_by_people,
     met_by_robot,
 )
-from mjnav.scene.people import REACHED, Person, Walker
+from mjnav.scene.people import REACHED, Walker
 from mjnav.scene.ranges import Point
+from mjnav.scene.spec import Scenario
 
 # ------------------------------------------------------------------------------------------- floors
 
@@ -133,23 +134,19 @@ class Leg:
     points: tuple[Point, ...] | None  # walked to one after another; None where there is no way
 
 
-def check_routes(
-    people: Sequence[Person], walls: Sequence[Wall], tables: Sequence[Table], pillars: Sequence[Pillar]
-) -> None:
+def check_routes(scenario: Scenario) -> None:
     """Raises InvalidValue for the first waypoint to which no way leads."""
-    for leg in planned_legs(people, walls, tables, pillars):
+    for leg in planned_legs(scenario):
         if leg.points is None:
-            radius = people[leg.person].radius
+            radius = scenario.people[leg.person].radius
             allowed = f"a point to which a way leads from {leg.start}, {radius:g} m clear of {leg.in_the_way}"
             raise InvalidValue(f"people.{leg.person}.waypoints.{leg.waypoint}", leg.end, allowed)
 
 
-def check_trips(
-    people: Sequence[Person], walls: Sequence[Wall], tables: Sequence[Table], pillars: Sequence[Pillar]
-) -> None:
+def check_trips(scenario: Scenario) -> None:
     """Raises InvalidValue for the first area of a trip in which walls and furniture leave no place for the person."""
-    bodies = met_by_people(walls, tables, pillars)
-    for i, person in enumerate(people):
+    bodies = met_by_people(scenario.walls, scenario.tables, scenario.pillars)
+    for i, person in enumerate(scenario.people):
         trips = person.behaviour.trips if isinstance(person.behaviour, Walker) else None
         for k, trip in enumerate(trips or ()):
             for key, ((x0, y0), (x1, y1)) in (("from", trip.start), ("to", trip.goal)):
@@ -159,12 +156,10 @@ def check_trips(
                     raise InvalidValue(f"people.{i}.trips.{k}.{key}", ((x0, y0), (x1, y1)), allowed)
 
 
-def planned_legs(
-    people: Sequence[Person], walls: Sequence[Wall], tables: Sequence[Table], pillars: Sequence[Pillar]
-) -> Iterator[Leg]:
+def planned_legs(scenario: Scenario) -> Iterator[Leg]:
     """The legs of all who have waypoints and move, in order."""
-    bodies = met_by_people(walls, tables, pillars)
-    for i, person in enumerate(people):
+    bodies = met_by_people(scenario.walls, scenario.tables, scenario.pillars)
+    for i, person in enumerate(scenario.people):
         walk = person.behaviour
         if not isinstance(walk, Walker) or walk.speed == 0.0:
             continue
@@ -173,13 +168,13 @@ def planned_legs(
             if body is None:
                 yield Leg(i, index, start, end, "", (end,))
                 continue
-            found = ways_of(tuple(walls), tuple(tables), tuple(pillars)).plan(start, end, person.radius)
-            if found is None:
+            points = ways_of(scenario.walls, scenario.tables, scenario.pillars).plan(start, end, person.radius)
+            if points is None:
                 nearest = min(bodies, key=lambda body: body.distance(end))
                 body = nearest if nearest.distance(end) < person.radius - REACHED else body
                 yield Leg(i, index, start, end, body.key, None)
             else:
-                yield Leg(i, index, start, end, body.key, tuple((x, y) for x, y in found.tolist()))
+                yield Leg(i, index, start, end, body.key, tuple((x, y) for x, y in points.tolist()))
 
 
 def _first_in_the_way(start: Point, end: Point, radius: float, bodies: Sequence[Disc | Box]) -> Disc | Box | None:

@@ -35,6 +35,21 @@ class AnyValue(ValueType):
         return tables(value)
 
 
+class AnyTable(AnyValue):
+    """A table of any keys, which becomes a dict; the base of all tables."""
+
+    name = "table"
+    words = "a table", "tables"
+
+    def read(self, value: Any) -> Any:
+        """See `ValueType`."""
+        return dict(self._of_type(Mapping, value))
+
+    def schema(self, definitions: dict[str, Schema]) -> Schema:
+        """See `ValueType`."""
+        return {"type": "object"}
+
+
 class Array(AnyValue):
     """An array, which becomes a tuple: of any number of equal items, or of some items one after the other."""
 
@@ -129,11 +144,8 @@ class Union(AnyValue):
             yield from one.inner_tables()
 
 
-class Table(AnyValue):
+class Table(AnyTable):
     """A table, which becomes a dataclass."""
-
-    name = "table"
-    words = "a table", "tables"
 
     def __init__(self, cls: Any):
         self.cls = cls
@@ -155,26 +167,8 @@ class Table(AnyValue):
         yield False, self.cls
 
 
-class FreeTable(AnyValue):
-    """A table of any keys, which becomes a dict."""
-
-    name = "table"
-    words = "a table", "tables"
-
-    def read(self, value: Any) -> TomlTable:
-        """See `ValueType`."""
-        return dict(self._of_type(Mapping, value))
-
-    def schema(self, definitions: dict[str, Schema]) -> Schema:
-        """See `ValueType`."""
-        return {"type": "object"}
-
-
-class Variant(ValueType):
+class Variant(AnyTable):
     """A table that becomes one of several dataclasses, by the name under its key."""
-
-    name = "table"
-    words = "a table", "tables"
 
     def __init__(self, variants: Variants, description: str):
         self.variants, self.description = variants, description
@@ -223,11 +217,8 @@ class Variant(ValueType):
         return with_variants(owner, self.variants.key, kinds, open_end=self.variants.other is not None)
 
 
-class NamedValues(ValueType):
+class NamedValues(AnyTable):
     """A table of values that are all of one type, under some of several names."""
-
-    name = "table"
-    words = "a table", "tables"
 
     def __init__(self, named: Named, hint: Any):
         self.named, self.item = named, value_type(get_args(bare(hint))[1])
@@ -296,7 +287,7 @@ def value_type(hint: Any) -> ValueType:
     if named is not None:
         return NamedValues(named, hint)
     if get_origin(kind) is Mapping:
-        return FreeTable()
+        return AnyTable()
     return Table(kind) if is_dataclass(kind) else AnyValue()
 
 
@@ -428,12 +419,12 @@ def shown_key(key: str) -> str:
 
 
 @contextmanager
-def below(key: str) -> Iterator[None]:
-    """Errors from inside carry `key` in front of theirs."""
+def below(*keys: str) -> Iterator[None]:
+    """Errors from inside carry `keys`, one in the other, in front of theirs."""
     try:
         yield
     except InvalidValue as error:
-        raise error.within(shown_key(key)) if key else error from None
+        raise error.within(".".join(shown_key(key) for key in keys if key)) from None
 
 
 # ---------------------------------------------------------------------------------------- JSON Schema

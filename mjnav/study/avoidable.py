@@ -12,12 +12,12 @@ from pathlib import Path
 from mjnav.errors import InputError, InvalidValue
 from mjnav.log.read.log import open_log
 from mjnav.metrics.intervals import Interval, wilson
-from mjnav.metrics.oracle.avoidable import LEADS, Judgement, judged
+from mjnav.metrics.oracle import Collision, judged
+from mjnav.study.cells import DEFAULT_SETTING
 from mjnav.study.keep import kept_log
 from mjnav.study.results import find_results
 from mjnav.study.store.store import Store
 
-DEFAULT_SETTING = "default"
 _COLUMNS = ("scene", "setting", "method", "seed", "success", "error", "log")
 
 
@@ -29,28 +29,8 @@ class Source:
     method: str | None = None
 
 
-@dataclass(frozen=True, slots=True)
-class Kept:
-    """How many logs a study kept."""
-
-    folder: Path
-    episodes: int
-    failures: int  # episodes with a result that did not succeed
-    logs: int
-    failures_without_log: int
-
-    def __str__(self) -> str:
-        text = f"{self.folder}: logs of {self.logs} of {self.episodes} episodes"
-        if self.failures_without_log:
-            lacking = f"{self.failures_without_log} of {self.failures} failures have none"
-            return f"{text}; {lacking}: mjnav sweep --keep-logs failures keeps them"
-        if self.logs == self.episodes:
-            return text
-        return f"{text}, every failure among them: shares are the study's, times at rest those of these runs alone"
-
-
-def sources(given: str) -> tuple[Sequence[Source], Kept | None]:
-    """The logs that `given` names, and of a study how many it kept.
+def sources(given: str) -> tuple[Sequence[Source], str | None]:
+    """The logs that `given` names, and of a study a line on how many it kept.
 
     A file is a log; a folder with logs stands for these; anything else is a study as `mjnav compare` takes it. Raises
     InputError where there is no log.
@@ -72,8 +52,8 @@ def sources(given: str) -> tuple[Sequence[Source], Kept | None]:
         ) from None
 
 
-def _of_study(store: Store) -> tuple[Sequence[Source], Kept]:
-    found, failures, lacking = [], 0, 0
+def _of_study(store: Store) -> tuple[Sequence[Source], str]:
+    logs, failures, lacking = [], 0, 0
     rows = store.rows(_COLUMNS).to_pylist()
     for row in sorted(rows, key=lambda row: [row[name] for name in ("method", "setting", "scene", "seed")]):
         log = kept_log(store.folder, row["log"])
@@ -82,42 +62,60 @@ def _of_study(store: Store) -> tuple[Sequence[Source], Kept]:
         lacking += failed and log is None
         if log is not None:
             setting = "" if row["setting"] == DEFAULT_SETTING else f", {row['setting']}"
-            found.append(Source(log, f"{row['method']}{setting}"))
-    if not found:
-        raise InputError(
-            f"{store.folder}: kept no logs; mjnav sweep STUDY --keep-logs failures keeps those of episodes that fail"
-        )
-    return tuple(found), Kept(store.folder, len(rows), failures, len(found), lacking)
+            logs.append(Source(log, f"{row['method']}{setting}"))
+    keep = "mjnav sweep STUDY --keep-logs failures keeps those of episodes that fail"
+    if not logs:
+        raise InputError(f"{store.folder}: kept no logs; {keep}")
+    note = f"{store.folder}: logs of {len(logs)} of {len(rows)} episodes"
+    if lacking:
+        note = f"{note}; {lacking} of {failures} failures have none: {keep}"
+    elif len(logs) < len(rows):
+        note = f"{note}, every failure among them: shares are the study's, times at rest those of these runs alone"
+    return logs, note
 
 
 @dataclass(frozen=True, slots=True)
-class JudgedLog:
+class CollisionVerdict:
+    """What the oracle says of the first contact of a run."""
+
+    time_s: float
+    kind: str
+    name: str
+    who_moved: str | None  # in words; this and the next two are None of a thing
+    robot_moved: bool | None
+    robot_at_fault: bool | None
+    avoidable_2s_before: bool
+    avoidable_1s_before: bool
+    last_chance_s_before: float | None  # None without one
+
+
+@dataclass(frozen=True, slots=True)
+class RunVerdict:
     """What the oracle says of one run."""
 
-    path: Path
+    log: str
     scene: str
     method: str
     seed: int | None
     outcome: str | None  # None of a run that did not end
-    judgement: Judgement
+    collision: CollisionVerdict | None
+    timeout_avoidable: bool | None
+    stalled_s: float
+    stalled_way_free_s: float
 
 
 @dataclass(frozen=True, slots=True)
 class Share:
-    """How many of how many."""
+    """How many of how many, with Wilson's interval, 95 %; None of nothing."""
 
     count: int
     of: int
+    interval: Interval
 
     @classmethod
     def of_truths(cls, truths: Sequence[bool]) -> "Share":
         """How many are true."""
-        return cls(sum(truths), len(truths))
-
-    @property
-    def interval(self) -> Interval:
-        """Wilson's, 95 %; None of nothing."""
-        return wilson(self.count, self.of)
+        return cls(sum(truths), len(truths), wilson(sum(truths), len(truths)))
 
 
 @dataclass(frozen=True, slots=True)
@@ -125,38 +123,64 @@ class MethodShares:
     """The runs of one method, over all scenes."""
 
     runs: int
-    at_fault: Share  # collisions with a person that were the robot's fault, of all collisions
-    avoidable: tuple[Share, ...]  # collisions, at each of LEADS before
-    timeouts: Share  # that could have been avoided, of all
-    rest: float  # [s] at rest, mean over the runs
-    rest_free: float  # [s] of it with a way free
+    robot_at_fault: Share  # collisions with a person that were the robot's fault, of all collisions
+    avoidable_2s_before: Share  # of the collisions
+    avoidable_1s_before: Share
+    timeout_avoidable: Share  # of the time-outs
+    mean_stalled_s: float
+    mean_stalled_way_free_s: float
 
 
-def judge(source: Source) -> JudgedLog:
+def judge(source: Source) -> RunVerdict:
     """Opens a log and asks the oracle. Raises what `open_log` and `Log.trajectory` raise."""
     log = open_log(source.path)
     log.check_ours()
     scenario, outcome = log.scenario(), (log.result or {}).get("outcome")
-    method = source.method or (log.run or {}).get("controller", scenario.control.method)
     judgement = judged(log.trajectory(), scenario, outcome=outcome)
-    return JudgedLog(source.path, scenario.name, method, scenario.seed, outcome, judgement)
+    return RunVerdict(
+        log=str(source.path),
+        scene=scenario.name,
+        method=source.method or (log.run or {}).get("controller", scenario.control.method),
+        seed=scenario.seed,
+        outcome=outcome,
+        collision=None if judgement.collision is None else _verdict(judgement.collision),
+        timeout_avoidable=judgement.timeout,
+        stalled_s=judgement.rest.total,
+        stalled_way_free_s=judgement.rest.free,
+    )
 
 
-def by_method(logs: Iterable[JudgedLog]) -> dict[str, MethodShares]:
+def _verdict(collision: Collision) -> CollisionVerdict:
+    contact, touch, (two_seconds, one_second) = collision.contact, collision.touch, collision.avoidable
+    return CollisionVerdict(
+        time_s=contact.time,
+        kind=contact.kind,
+        name=contact.name,
+        who_moved=None if touch is None else str(touch),
+        robot_moved=None if touch is None else touch.moving,
+        robot_at_fault=None if touch is None else touch.at_fault,
+        avoidable_2s_before=two_seconds,
+        avoidable_1s_before=one_second,
+        last_chance_s_before=collision.last_chance,
+    )
+
+
+def by_method(runs: Iterable[RunVerdict]) -> dict[str, MethodShares]:
     """The runs of each method together, in the order in which the methods come."""
-    groups: dict[str, list[Judgement]] = {}
-    for one in logs:
-        groups.setdefault(one.method, []).append(one.judgement)
-    return {method: _shares(found) for method, found in groups.items()}
+    groups: dict[str, list[RunVerdict]] = {}
+    for run in runs:
+        groups.setdefault(run.method, []).append(run)
+    return {method: _shares(of_method) for method, of_method in groups.items()}
 
 
-def _shares(found: Sequence[Judgement]) -> MethodShares:
-    collisions = [one.collision for one in found if one.collision is not None]
+def _shares(runs: Sequence[RunVerdict]) -> MethodShares:
+    collisions = [run.collision for run in runs if run.collision is not None]
     return MethodShares(
-        runs=len(found),
-        at_fault=Share.of_truths([c.touch is not None and c.touch.at_fault for c in collisions]),
-        avoidable=tuple(Share.of_truths([c.avoidable[i] for c in collisions]) for i in range(len(LEADS))),
-        timeouts=Share.of_truths([one.timeout for one in found if one.timeout is not None]),
-        rest=sum(one.rest.total for one in found) / len(found),
-        rest_free=sum(one.rest.free for one in found) / len(found),
+        len(runs),
+        Share.of_truths([bool(collision.robot_at_fault) for collision in collisions]),
+        Share.of_truths([collision.avoidable_2s_before for collision in collisions]),
+        Share.of_truths([collision.avoidable_1s_before for collision in collisions]),
+        Share.of_truths([run.timeout_avoidable for run in runs if run.timeout_avoidable is not None]),
+        mean_stalled_s=sum(run.stalled_s for run in runs) / len(runs),
+        mean_stalled_way_free_s=sum(run.stalled_way_free_s for run in runs) / len(runs),
     )

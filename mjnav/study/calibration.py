@@ -37,9 +37,8 @@ The fresh draws are made once a run and shared by its decisions. A decision that
 """
 
 from collections import deque
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
 from math import inf
 
 import numpy as np
@@ -48,7 +47,7 @@ from mjnav.compile.compiled import Cube, Matrix, Vector, kernel
 from mjnav.constraints.collision_cone import collision_cone, cone_segment
 from mjnav.control.parameters import Parameters
 from mjnav.control.problem.problem import Problem
-from mjnav.errors import InvalidValue, unknown_name
+from mjnav.errors import InvalidValue
 from mjnav.geometry.angles import wrap
 from mjnav.loop.episode import Episode
 from mjnav.loop.prepare import episode_label
@@ -219,26 +218,23 @@ def _columns(channels: Sequence[tuple[Distribution, np.random.Generator]], *size
 
 def around_truth(observation: Observation, truth: WorldState, errors: Errors) -> Observation:
     """The observation with robot and people at their true states minus the errors; the rest stays."""
-    there = ~np.isnan(truth.people_position[:, 0])
-    num_people = int(there.sum())
+    present = np.flatnonzero(~np.isnan(truth.people_position[:, 0]))
     num = len(errors.control)
     pose = np.broadcast_to(truth.robot_pose - errors.pose, (num, 3)).copy()
     pose[:, 2] = wrap(pose[:, 2])
     people = [
-        ObstacleSamples(position - error[:, :2], velocity - error[:, 2:], person.radius)
-        for position, velocity, error, person in zip(
-            truth.people_position[there],
-            truth.people_velocity[there],
-            [error for error, present in zip(errors.people, there, strict=True) if present],
-            observation.obstacles,
-            strict=False,
+        ObstacleSamples(
+            truth.people_position[p] - errors.people[p, :, :2],
+            truth.people_velocity[p] - errors.people[p, :, 2:],
+            person.radius,
         )
+        for p, person in zip(present, observation.obstacles, strict=False)
     ]
     return replace(
         observation,
         robot_pose=pose,
         control_noise=errors.control,
-        obstacles=(*people, *observation.obstacles[num_people:]),
+        obstacles=(*people, *observation.obstacles[len(present) :]),
         time=truth.time,
     )
 
@@ -247,20 +243,17 @@ def around_truth(observation: Observation, truth: WorldState, errors: Errors) ->
 
 
 SETTINGS = ("direct", "filtered", "rollout")
+Control = tuple[float, float]  # v [m/s], omega [rad/s]
 
 
 @dataclass(frozen=True, slots=True)
 class CalibrationPlan:
-    """The settings, the number of fresh draws for each decision, and `every`: each k-th tick's decision counts."""
+    """The number of fresh draws for each decision, and `every`: each k-th tick's decision counts."""
 
-    settings: tuple[str, ...] = SETTINGS
     draws: int = 100_000
     every: int = 5
 
     def __post_init__(self):
-        for setting in self.settings:
-            if setting not in SETTINGS:
-                raise unknown_name("setting", setting, SETTINGS)
         for key in ("draws", "every"):
             if getattr(self, key) < 1:
                 raise InvalidValue(key, getattr(self, key), "a whole number >= 1")
@@ -270,63 +263,53 @@ class ForecastRecorder:
     """Watches a run, and compares every k-th decision with the truth when it takes effect."""
 
     def __init__(self, scenario: Scenario, plan: CalibrationPlan):
-        self._scenario, self._plan = scenario, plan
+        self._scenario, self._every = scenario, plan.every
         self._controller = build_controller(scenario)
         self._sample = ErrorDraws(scenario, scenario.seed, "sample")
+        self._fresh = ErrorDraws(scenario, scenario.seed, "fresh")(plan.draws)
+        rollouts = ErrorDraws(scenario, scenario.seed, "rollout")
+        self._rollout_noise = rollouts.control(plan.draws, NUM_WINDOWS)  # (n, S, 2)
         self._waiting: deque[TickRecord] = deque()
-        self.forecasts: dict[str, list[tuple[float, float]]] = {setting: [] for setting in plan.settings}
+        self.forecasts: dict[str, list[tuple[float, float]]] = {setting: [] for setting in SETTINGS}
 
     def __call__(self, record: TickRecord) -> None:
         """One more tick."""
-        if record.tick % self._plan.every == 0:
+        if record.tick % self._every == 0:
             self._waiting.append(record)
         if self._waiting and self._waiting[0].tick + self._scenario.control.delay == record.tick:
             decided = self._waiting.popleft()
-            for setting, forecasts in self.forecasts.items():
-                forecasts.append(self._forecast(setting, decided, record.truth))
+            for setting, forecast in zip(SETTINGS, self._compared(decided, record.truth), strict=True):
+                self.forecasts[setting].append(forecast)
 
-    def _forecast(self, setting: str, decided: TickRecord, truth: WorldState) -> tuple[float, float]:
-        """Predicted share and frequency; `truth` is the state when the decision takes effect."""
-        limits, num_people = self._scenario.robot.limits, len(truth.people_position)
-        observation, control = decided.seen, _control(decided.decision)
-        if setting == "direct":
-            errors = self._sample(self._controller.parameters.samples)
-            observation = around_truth(observation, truth, errors)
-            control = _control(self._controller.decide(observation))
-        predicted = share_of_pairs(observation, control, limits)
-        if setting == "rollout":
-            known = around_truth(observation, truth, Errors.of_control(np.zeros((1, 2)), num_people))
-            return predicted, share_of_rollouts(known, control, limits, self._rollout_noise)
-        fresh = self._fresh if setting == "direct" else Errors.of_control(self._fresh.control, num_people)
-        return predicted, share_of_draws(around_truth(observation, truth, fresh), control, limits)
+    def _compared(self, decided: TickRecord, truth: WorldState) -> Iterator[tuple[float, float]]:
+        """Predicted share and frequency in each of SETTINGS; `truth` is the state when the decision takes effect."""
+        limits, seen, num_people = self._scenario.robot.limits, decided.seen, len(truth.people_position)
 
-    @cached_property
-    def _fresh(self) -> Errors:
-        return ErrorDraws(self._scenario, self._scenario.seed, "fresh")(self._plan.draws)
+        def frequency(errors: Errors, control: Control) -> float:
+            return share_of_draws(around_truth(seen, truth, errors), control, limits)
 
-    @cached_property
-    def _rollout_noise(self) -> Array:
-        """Actuation noise of every rollout and window, (n, S, 2)."""
-        return ErrorDraws(self._scenario, self._scenario.seed, "rollout").control(self._plan.draws, NUM_WINDOWS)
+        sampled = around_truth(seen, truth, self._sample(self._controller.parameters.samples))
+        control = _control(self._controller.decide(sampled))
+        yield share_of_pairs(sampled, control, limits), frequency(self._fresh, control)
+
+        control = _control(decided.decision)
+        predicted = share_of_pairs(seen, control, limits)
+        yield predicted, frequency(Errors.of_control(self._fresh.control, num_people), control)
+
+        known = around_truth(seen, truth, Errors.of_control(np.zeros((1, 2)), num_people))
+        yield predicted, share_of_rollouts(known, control, limits, self._rollout_noise)
 
 
-def _control(decision: Decision) -> tuple[float, float]:
+def _control(decision: Decision) -> Control:
     return decision.v, decision.omega
 
 
 def forecasts(
-    scenario: Scenario,
-    plan: CalibrationPlan,
-    *,
-    stop: Callable[[], bool] = lambda: False,
-    progress: Callable[[float], None] = lambda time: None,
+    scenario: Scenario, plan: CalibrationPlan, *, progress: Callable[[float], None] = lambda time: None
 ) -> dict[str, Array]:
-    """Predicted share and frequency of the decisions of one run, (n, 2) by setting.
-
-    `stop` and `progress` are as in `Episode`.
-    """
+    """Predicted share and frequency of the decisions of one run, (n, 2) by setting; `progress` is as in `Episode`."""
     recorder = ForecastRecorder(scenario, plan)
-    Episode(scenario, watch=recorder, stop=stop, progress=progress).run()
+    Episode(scenario, watch=recorder, progress=progress).run()
     return {setting: np.array(pairs, float).reshape(-1, 2) for setting, pairs in recorder.forecasts.items()}
 
 
@@ -349,13 +332,13 @@ def calibrate(
     for run in in_order(_forecasts_of, tasks, workers, limit=limit):
         runs.append(run)
         progress(len(runs))
-    found: dict[str, dict[str, Calibration]] = {}
+    by_method: dict[str, dict[str, Calibration]] = {}
     for i, scenario in enumerate(scenarios):
         of_method = runs[i * len(seeds) : (i + 1) * len(seeds)]
-        found[scenario.control.method] = {
-            setting: _calibration([run[setting] for run in of_method], seeds) for setting in plan.settings
+        by_method[scenario.control.method] = {
+            setting: _calibration([run[setting] for run in of_method], seeds) for setting in SETTINGS
         }
-    return found
+    return by_method
 
 
 def run_label(task: tuple[Scenario, CalibrationPlan]) -> str:

@@ -16,7 +16,7 @@ from pathlib import Path
 from mjnav.errors import InputError, MjnavError, unknown_name
 from mjnav.log.log_format import check_path
 from mjnav.log.write.writer import LogError
-from mjnav.loop.faults.fault import RunFault
+from mjnav.loop.supervision import RunFault
 
 LOGS = "logs"  # the folder, below that of the results
 ID_DIGITS = 16  # of the episode's id, in the name of its log

@@ -25,7 +25,7 @@ from mjnav.scene.library import is_random
 from mjnav.scene.people import TEMPERAMENTS
 from mjnav.scene.prediction import MODELS
 from mjnav.scene.spec import BEHAVIOURS, ENGINES, Control, Scenario
-from mjnav.settings.plugins import BEHAVIOUR, CONTROLLER, DISTRIBUTION, LOCALIZER, PREDICTOR, TRACKER, Kind, registered
+from mjnav.settings import plugins
 from mjnav.settings.reference import INDEX, KeyReference, key_references
 from mjnav.settings.table import Schema, first_line, json_schema, table_schema, with_variants
 from mjnav.study.study_file import StudyFile, studies
@@ -33,16 +33,21 @@ from mjnav.study.study_file import StudyFile, studies
 # ------------------------------------------------------------------------------------------ catalogue
 
 
-def _with_registered(kind: Kind, shipped: Mapping[str, str], prefix: str = "") -> dict[str, str]:
+def _with_registered(kind: type[plugins.Plugin], shipped: Mapping[str, str], prefix: str = "") -> dict[str, str]:
     """mjnav's own, and what installed packages register, with the package's name: nothing of it is imported."""
     found = dict(shipped)
-    for name, entries in sorted(registered(kind).items()):
-        owners = " and ".join(f"from {entry.owner} ({entry.place})" for entry in entries)
+    for name, points in plugins.registered(kind).items():
+        owners = " and ".join(f"from {plugins.owner(point)} ({point.value})" for point in points)
         if prefix + name in shipped:
             found[prefix + name] += f"; also {owners}, so that neither can be named"
         else:
-            found[prefix + name] = owners + (", so that neither can be named" if len(entries) > 1 else "")
+            found[prefix + name] = owners + (", so that neither can be named" if len(points) > 1 else "")
     return found
+
+
+def _described(kinds: Mapping[str, type]) -> dict[str, str]:
+    """The first line of each class's docstring."""
+    return {name: first_line(kind) for name, kind in kinds.items()}
 
 
 def _filters() -> dict[str, str]:
@@ -50,9 +55,10 @@ def _filters() -> dict[str, str]:
     from mjnav.robot.estimation import LOCALIZERS, TRACKERS, estimator_class
 
     found: dict[str, str] = {}
-    for place, registry, kind in (("robot", LOCALIZERS, LOCALIZER), ("obstacles", TRACKERS, TRACKER)):
+    places = (("robot", LOCALIZERS, plugins.LocalizerPlugin), ("obstacles", TRACKERS, plugins.TrackerPlugin))
+    for place, registry, kind in places:
         shipped = {f"{place}.{name}": first_line(estimator_class(path)) for name, path in registry.items()}
-        found |= _with_registered(kind, shipped, f"{place}.{kind.name}.")
+        found |= _with_registered(kind, shipped, f"{place}.{kind.noun}.")
     return found
 
 
@@ -65,7 +71,7 @@ def _topics() -> dict[str, str]:
 
 def _metrics() -> dict[str, str]:
     """The figures of a run and of `mjnav compare`, each with unit, definition and source; not the user's own."""
-    from mjnav.metrics.definitions import DERIVED, GROUPS
+    from mjnav.metrics.summary import DERIVED, GROUPS
 
     found = {name: f"{group}: {one.line}" for group, figures in GROUPS.items() for name, one in figures.items()}
     return found | {name: f"compare: {one.line}" for name, one in DERIVED.items()}
@@ -81,18 +87,14 @@ _KINDS: Mapping[str, Callable[[], Mapping[str, str]]] = MappingProxyType(
     {
         "scenes": _scenes,
         "studies": studies,
-        "controllers": lambda: _with_registered(CONTROLLER, control.describe()),
+        "controllers": lambda: _with_registered(plugins.ControllerPlugin, control.describe()),
         "noise profiles": noise.describe_profiles,
-        "behaviours": lambda: _with_registered(
-            BEHAVIOUR, {name: first_line(kind) for name, kind in sorted(BEHAVIOURS.items())}
-        ),
+        "behaviours": lambda: _with_registered(plugins.BehaviourPlugin, _described(dict(sorted(BEHAVIOURS.items())))),
         "temperaments": lambda: TEMPERAMENTS,
         "channels": lambda: noise.CHANNEL_MEANINGS,
-        "distributions": lambda: _with_registered(
-            DISTRIBUTION, {name: first_line(kind) for name, kind in DISTRIBUTIONS.items()}
-        ),
+        "distributions": lambda: _with_registered(plugins.DistributionPlugin, _described(DISTRIBUTIONS)),
         "filters": _filters,
-        "predictors": lambda: _with_registered(PREDICTOR, {name: first_line(kind) for name, kind in MODELS.items()}),
+        "predictors": lambda: _with_registered(plugins.PredictorPlugin, _described(MODELS)),
         "engines": lambda: ENGINES,
         "topics": _topics,
         "metrics": _metrics,

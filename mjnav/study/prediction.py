@@ -8,37 +8,34 @@ those of a mean over people (bootstrap, the same people drawn for every figure).
 
 Moments of a run hold what was believed of the people, or what was true of them, tick by tick.
 
-Moments of a recording of people hold the recorded positions, or what a tracker believes from noisy detections. They
-follow the protocol of Pellegrini et al. 2009 and of those who followed: a person counts who was seen at 8 frames in a
-row, and is predicted over the next 12, all 0.4 s apart; every such window counts. With exact positions the velocity is
-that of the last step. A tracker detects everybody between the frames too, on a cubic spline through the recorded
-positions.
+Moments of a recording of people hold the recorded positions. They follow the protocol of Pellegrini et al. 2009 and of
+those who followed: a person counts who was seen at 8 frames in a row, and is predicted over the next 12, all 0.4 s
+apart; every such window counts. The velocity is that of the last step. What a tracker would believe of such people is
+measured in a scene that `mjnav import crowd` makes of the recording.
 """
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from mjnav import scene
 from mjnav.errors import InvalidValue
-from mjnav.filters.particles import shuffled
 from mjnav.log.read.log import open_log
 from mjnav.loop.simulation import Simulation
-from mjnav.messages import Array, KnownMap, Reading, Track, Trajectory, symmetric
+from mjnav.messages import Array, KnownMap, Track, Trajectory, symmetric
 from mjnav.metrics.intervals import Interval, SharedBootstrap
 from mjnav.metrics.prediction import LEVELS, PathScores, path_scores
 from mjnav.rng import stream
-from mjnav.robot.estimation import make_tracker
 from mjnav.robot.estimation.base import person_names, person_track
 from mjnav.robot.prediction import Crowd, Predictor, make_predictor
 from mjnav.robot.seen_space import FloorMap
 from mjnav.scene import crowd as crowds
-from mjnav.scene.crowd import Recording, TrackSplines, read_recording, tracks_of
+from mjnav.scene.crowd import Recording, read_recording, tracks_of
 from mjnav.scene.overrides import Override
-from mjnav.scene.people import ConstantVelocity, Person
 from mjnav.scene.spec import Scenario
 
 # ------------------------------------------------------------------------------------------ forecasts
@@ -78,8 +75,7 @@ def forecasts(
     """
     ahead = step * np.arange(1, num + 1, dtype=float)
     for moment in moments:
-        found = predictor.predict(Crowd(moment.tracks, moment.samples, moment.time, floor))
-        paths = found.paths(step, num)
+        paths = predictor.predict(Crowd(moment.tracks, moment.samples, moment.time, floor)).paths(step, num)
         for p, track in enumerate(moment.tracks):
             if track.name in moment.scored:
                 observed = whereabouts(track.name, moment.time + ahead)
@@ -90,41 +86,55 @@ def forecasts(
 # ---------------------------------------------------------------------------------- figures of models
 
 
-FIGURES = ("ade_m", "fde_m", "min_ade_m", "energy_m", *(f"inside_{100 * level:g}" for level in LEVELS))
-BY_HORIZON = ("error_m", "energy_m", *(f"inside_{100 * level:g}" for level in LEVELS))
+INSIDE = tuple(f"inside_{100 * level:g}" for level in LEVELS)
+FIGURES = ("ade_m", "fde_m", "min_ade_m", "energy_m", *INSIDE)
+BY_HORIZON = ("error_m", "energy_m", *INSIDE)
+
+
+@dataclass(frozen=True, slots=True)
+class Figure:
+    """A mean over people, and its interval at 95 %; one person's figure has none."""
+
+    value: float | None = None
+    interval: Interval = None
 
 
 @dataclass(frozen=True, slots=True)
 class ModelFigures:
-    """The figures of one model: a mean over people, and its interval at 95 %; one person's figures have none."""
+    """The figures of one model."""
 
     people: int
     predictions: int
-    figures: Mapping[str, tuple[float | None, Interval]]  # of FIGURES; means over the predicted times, but fde_m
-    beyond_first: tuple[float | None, Interval]  # energy_m less that of the first model, person by person
-    by_window: tuple[float | None, float | None]  # ADE and FDE [m] as means over predictions, as others publish them
-    by_horizon: Mapping[str, tuple[tuple[float | None, Interval], ...]]  # of BY_HORIZON, at each predicted time
+    by_window: Mapping[str, float | None]  # ADE and FDE [m] as means over predictions, as others publish them
+    energy_beyond_first: Figure  # energy_m less that of the first model, person by person
+    figures: Mapping[str, Figure]  # of FIGURES; means over the predicted times, but fde_m
+    by_horizon: Sequence[Mapping[str, Any]]  # of each predicted time: `time_s`, and a Figure for each of BY_HORIZON
 
 
-def model_figures(found: Mapping[str, Sequence[Forecast]]) -> dict[str, ModelFigures]:
+def model_figures(forecasts: Mapping[str, Sequence[Forecast]], step: float) -> dict[str, ModelFigures]:
     """The figures of each model, by name. Every model has predicted the same people at the same moments."""
-    people = sorted({forecast.person for forecasts in found.values() for forecast in forecasts})
+    people = sorted({forecast.person for of_model in forecasts.values() for forecast in of_model})
     if not people:
-        return {name: ModelFigures(0, 0, {}, (None, None), (None, None), {}) for name in found}
+        nothing = ModelFigures(0, 0, {"ade_m": None, "fde_m": None}, Figure(), {}, [])
+        return dict.fromkeys(forecasts, nothing)
     bootstrap = SharedBootstrap(len(people), stream(0, "prediction.bootstrap"), resamples=2000)
-    first = next(iter(found.values()))
-    return {name: _figures(forecasts, first, people, bootstrap) for name, forecasts in found.items()}
+    first = next(iter(forecasts.values()))
+    return {name: _figures(of_model, first, people, bootstrap, step) for name, of_model in forecasts.items()}
 
 
 def _figures(
-    forecasts: Sequence[Forecast], first: Sequence[Forecast], people: Sequence[str], bootstrap: SharedBootstrap
+    forecasts: Sequence[Forecast],
+    first: Sequence[Forecast],
+    people: Sequence[str],
+    bootstrap: SharedBootstrap,
+    step: float,
 ) -> ModelFigures:
     place = {person: i for i, person in enumerate(people)}
     unit = np.array([place[forecast.person] for forecast in forecasts])
     scores = [forecast.scores for forecast in forecasts]
     inside = np.array([s.inside for s in scores])  # (n, H, L)
     series = {"error_m": np.array([s.error for s in scores]), "energy_m": np.array([s.energy for s in scores])}
-    series |= {f"inside_{100 * level:g}": inside[:, :, i] for i, level in enumerate(LEVELS)}
+    series |= {name: inside[:, :, i] for i, name in enumerate(INSIDE)}
     whole = {
         "ade_m": series["error_m"].mean(axis=1),
         "fde_m": series["error_m"][:, -1],
@@ -133,7 +143,7 @@ def _figures(
     }
     count = np.bincount(unit, minlength=len(people))
 
-    def means(values: Array) -> list[tuple[float | None, Interval]]:
+    def means(values: Array) -> list[Figure]:
         """Of values (n, F): a mean over people for each column."""
         sums = np.zeros((len(people), values.shape[1]))
         np.add.at(sums, unit, values)
@@ -141,20 +151,23 @@ def _figures(
         averages = by_person.mean(axis=1)
         intervals = bootstrap.intervals(by_person) if len(people) > 1 else [None] * len(averages)
         return [
-            (float(average) if np.isfinite(average) else None, interval)
+            Figure(float(average) if np.isfinite(average) else None, interval)
             for average, interval in zip(averages, intervals, strict=True)
         ]
 
     energy_of_first = np.array([forecast.scores.energy.mean() for forecast in first])
     (beyond_first,) = means((whole["energy_m"] - energy_of_first)[:, None])
-    figures = dict(zip(FIGURES, means(np.column_stack([whole[name] for name in FIGURES])), strict=True))
+    by_horizon = zip(*(means(series[name]) for name in BY_HORIZON), strict=True)
     return ModelFigures(
         people=len(people),
         predictions=len(forecasts),
-        figures=figures,
-        beyond_first=beyond_first,
-        by_window=(float(whole["ade_m"].mean()), float(whole["fde_m"].mean())),
-        by_horizon={name: tuple(means(series[name])) for name in BY_HORIZON},
+        by_window={name: float(whole[name].mean()) for name in ("ade_m", "fde_m")},
+        energy_beyond_first=beyond_first,
+        figures=dict(zip(FIGURES, means(np.column_stack([whole[name] for name in FIGURES])), strict=True)),
+        by_horizon=[
+            {"time_s": (h + 1) * step, **dict(zip(BY_HORIZON, of_time, strict=True))}
+            for h, of_time in enumerate(by_horizon)
+        ],
     )
 
 
@@ -226,7 +239,6 @@ class Frames:
 
     step: float  # [s]
     places: Mapping[str, Mapping[int, Array]]  # by person and number of the step: (2,) [m]
-    tracks: tuple[crowds.Track, ...]
 
     @classmethod
     def of(cls, recording: Recording, frame_rate: float) -> "Frames":
@@ -235,84 +247,38 @@ class Frames:
         if step == 0.0:
             raise InvalidValue("", f"{len(recording.labels)} people", "a recording with people in two rows or more")
         places: dict[str, dict[int, Array]] = {}
-        tracks = tracks_of(recording, crowds.Crowd("", frame_rate, max_gap=1.5 * step)).tracks
-        for track in tracks:
+        for track in tracks_of(recording, crowds.Crowd("", frame_rate, max_gap=1.5 * step)).tracks:
             number = track.rows[:, 0] / step
             whole = np.abs(number - number.round()) < 1e-3
-            found = places.setdefault(track.label, {})
-            found.update(zip(number[whole].round().astype(int).tolist(), track.rows[whole, 1:], strict=True))
-        return cls(step, places, tracks)
+            steps = number[whole].round().astype(int).tolist()
+            places.setdefault(track.label, {}).update(zip(steps, track.rows[whole, 1:], strict=True))
+        return cls(step, places)
 
     def whereabouts(self, person: str, times: Array) -> Array:
         """Where a person was at times (n,) [s]: (n, 2) [m], linear between steps; NaN where they were not there."""
-        found, nowhere = self.places[person], np.full(2, np.nan)
+        places, nowhere = self.places[person], np.full(2, np.nan)
         before = np.floor(times / self.step + 1e-6).astype(int)
         share = (times / self.step - before).clip(min=0.0)[:, None]
-        first = np.array([found.get(k, nowhere) for k in before.tolist()])
-        then = np.array([found.get(k + 1, nowhere) for k in before.tolist()])
+        first = np.array([places.get(k, nowhere) for k in before.tolist()])
+        then = np.array([places.get(k + 1, nowhere) for k in before.tolist()])
         return np.where(share < 1e-6, first, first + share * (then - first))
 
     def moments(self, num: int) -> Iterator[Moment]:
         """One moment a frame, with everybody who was there a step before too; `num` samples, all alike."""
-        last = max(max(found) for found in self.places.values())
+        last = max(map(max, self.places.values()))
         seen = dict.fromkeys(self.places, 0)
         for k in range(last + 1):
             tracks, samples, scored = [], [], []
-            for person, found in self.places.items():
-                seen[person] = seen[person] + 1 if k in found else 0
+            for person, places in self.places.items():
+                seen[person] = seen[person] + 1 if k in places else 0
                 if seen[person] < 2:
                     continue
-                state = np.concatenate([found[k], (found[k] - found[k - 1]) / self.step])
+                state = np.concatenate([places[k], (places[k] - places[k - 1]) / self.step])
                 tracks.append(person_track(person, k * self.step, RADIUS, state[None]))
                 samples.append(np.tile(state, (num, 1)))
                 if seen[person] >= SEEN:
                     scored.append(person)
             yield Moment(k * self.step, tuple(tracks), np.array(samples).reshape(-1, num, 4), tuple(scored))
-
-    def believed(self, num: int, scenario: Scenario, seed: int) -> Iterator[Moment]:
-        """One moment a reading of the scenario's sensors; predictions count at the frames.
-
-        Everybody has a tracker of their own, which the scenario chooses, from where they come in to where they leave.
-        """
-        pieces = [_TrackedPiece(track, scenario, i, seed) for i, track in enumerate(self.tracks)]
-        last = max(piece.end for piece in pieces)
-        for k in range(round(last * scenario.sensors.rate) + 1):
-            time = k / scenario.sensors.rate
-            frame = time / self.step
-            at_frame = abs(frame - round(frame)) < 1e-6
-            found = [
-                piece.update(time, num) for piece in pieces if piece.start <= time + 1e-9 and time <= piece.end + 1e-9
-            ]
-            scored = [track.name for track, seen, _ in found if at_frame and seen >= (SEEN - 1) * self.step - 1e-9]
-            samples = np.array([drawn for _, _, drawn in found]).reshape(-1, num, 4)
-            yield Moment(time, tuple(track for track, _, _ in found), samples, tuple(scored))
-
-
-class _TrackedPiece:
-    """A recorded track, as a tracker sees it through noisy detections."""
-
-    def __init__(self, track: crowds.Track, scenario: Scenario, index: int, seed: int):
-        self._label = track.label
-        self._spline = TrackSplines([track.rows])
-        self.start, self.end = float(track.rows[0, 0]), float(track.rows[-1, 0])
-        person = Person(start=(0.0, 0.0), behaviour=ConstantVelocity((0.0, 0.0)), radius=RADIUS)
-        own = int(stream(seed, "prediction.recording", str(index)).integers(2**32))
-        self._tracker = make_tracker(replace(scenario, people=(person,)), own)
-        noise = scenario.noise.distributions()
-        self._noise = [(noise[f"detection.{axis}"], stream(own, f"detection.{axis}")) for axis in "xy"]
-        self._draws = stream(own, "prediction.draws")
-        self._before: float | None = None
-
-    def update(self, time: float, num: int) -> tuple[Track, float, Array]:
-        """The track after a detection at `time`, for how long the person has been there [s], and samples (num, 4)."""
-        error = np.array([noise.sample(rng, 1)[0] for noise, rng in self._noise])
-        interval = 0.0 if self._before is None else time - self._before
-        self._before = time
-        detections = self._spline.positions(time) + error
-        reading = Reading(time, interval, np.zeros(2), 0.0, np.zeros(3), detections, np.zeros(0))
-        (track,) = self._tracker.update(reading)
-        drawn = shuffled(track.particles, track.weights, num, self._draws)
-        return replace(track, name=self._label), time - self.start, drawn
 
 
 # ------------------------------------------------------------------------------------------ measuring
@@ -327,7 +293,7 @@ class Plan:
     """What is asked for."""
 
     models: tuple[str, ...]
-    exact: bool = False  # the truth in place of the tracker's beliefs
+    exact: bool = False  # the truth in place of the tracker's beliefs; always so of a recording
     samples: int = 25
     every: float = 0.4  # [s] between predictions that count, of a run
     seed: int | None = None  # of the run, and of what is drawn besides
@@ -339,14 +305,14 @@ class Plan:
 class Measured:
     """The figures of each model, and what they were measured on."""
 
-    what: str  # in a line
-    step: float  # [s]
+    source: str  # in a line
+    step_s: float
     steps: int
     exact: bool
     models: dict[str, ModelFigures]
 
 
-def measure(source: str, plan: Plan, progress: Callable[[float], None] = lambda time: None) -> Measured:
+def measure(source: str, plan: Plan) -> Measured:
     """The figures of every model over `source`.
 
     That is a log (.mcap), a recording (any other file but .toml), or a scene, by name or run file: its people walk
@@ -363,15 +329,16 @@ def measure(source: str, plan: Plan, progress: Callable[[float], None] = lambda 
         load = partial(scene.load, source)
         overrides = (Override("stop_on_collision", False), *_with_model(plan, plan.models[0]))
         scenario = replace(load(overrides, seed=plan.seed), prediction=None)
-        trajectory = _walked(scenario, plan, progress)
+        with Simulation(scenario, estimators=not plan.exact) as simulation:
+            while not simulation.done:
+                simulation.step(0.0, 0.0)
+            trajectory = simulation.trajectory
         what = f"{scenario.name}, seed {scenario.seed}, the robot at its start"
     of_models = [load(_with_model(plan, model)) for model in plan.models]
     floor = FloorMap(of_models[0]).known
     seed = of_models[0].seed if plan.seed is None else plan.seed
 
-    def seen() -> Iterable[Moment]:
-        return moments(trajectory, of_models[0], exact=plan.exact, num=plan.samples, every=plan.every, seed=seed)
-
+    seen = partial(moments, trajectory, of_models[0], exact=plan.exact, num=plan.samples, every=plan.every, seed=seed)
     return _measured(what, plan, of_models, seen, partial(whereabouts, trajectory), floor, seed)
 
 
@@ -382,10 +349,9 @@ def _recording(source: str, plan: Plan) -> Measured:
         raise InvalidValue("--frame-rate", None, allowed)
     frames = Frames.of(recording, plan.frame_rate)
     of_models = [scene.loads(_NOWHERE, _with_model(plan, model)) for model in plan.models]
-    seed, what = plan.seed or 0, f"{source}, every window of 8 frames seen, {frames.step:g} s apart"
-    believed = partial(frames.believed, plan.samples, of_models[0], seed)
-    moments = partial(frames.moments, plan.samples) if plan.exact else believed
-    return _measured(what, plan, of_models, moments, frames.whereabouts, None, seed)
+    what = f"{source}, every window of 8 frames seen, {frames.step:g} s apart"
+    seen = partial(frames.moments, plan.samples)
+    return _measured(what, replace(plan, exact=True), of_models, seen, frames.whereabouts, None, plan.seed or 0)
 
 
 def _measured(
@@ -397,24 +363,15 @@ def _measured(
     floor: KnownMap | None,
     seed: int,
 ) -> Measured:
-    found: dict[str, list[Forecast]] = {}
+    of_model: dict[str, list[Forecast]] = {}
     step, steps = 0.0, 0
     for model, scenario in zip(plan.models, of_models, strict=True):
         assert scenario.prediction is not None  # the plan names its model
         step, steps = scenario.prediction.step, scenario.prediction.num_steps
         predictor = make_predictor(scenario, seed)
-        found[model] = list(forecasts(moments(), predictor, whereabouts, step, steps, floor))
-    return Measured(what, step, steps, plan.exact, model_figures(found))
+        of_model[model] = list(forecasts(moments(), predictor, whereabouts, step, steps, floor))
+    return Measured(what, step, steps, plan.exact, model_figures(of_model, step))
 
 
 def _with_model(plan: Plan, model: str) -> tuple[str | Override, ...]:
     return (Override("prediction.model", model, "--model"), *plan.overrides)
-
-
-def _walked(scenario: Scenario, plan: Plan, progress: Callable[[float], None]) -> Trajectory:
-    """A run in which the robot stands."""
-    with Simulation(scenario, estimators=not plan.exact) as simulation:
-        while not simulation.done:
-            simulation.step(0.0, 0.0)
-            progress(simulation.time)
-        return simulation.trajectory

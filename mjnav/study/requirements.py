@@ -21,8 +21,8 @@ from types import MappingProxyType
 
 from mjnav.errors import InputError, InvalidValue, unknown_name
 from mjnav.loop.result import RunSummary
-from mjnav.metrics.safety import KINDS as TOUCHED
-from mjnav.metrics.summary import Figures
+from mjnav.metrics.summary import OF_RUNS
+from mjnav.metrics.timing import compute_ms
 from mjnav.study.compare.before_after import KINDS, BeforeAfter
 from mjnav.study.compare.cell_rows import CellPlace
 from mjnav.study.compare.chosen_figures import is_cost, numbers
@@ -133,9 +133,8 @@ def of_cells(requirements: Iterable[Requirement], cells: "Cells") -> list[Answer
 
 def run_figures() -> list[str]:
     """The figures of any run: its summary's keys, those of inner tables joined by "_" as in the rows of a sweep."""
-    touched = [f"collisions_{kind}" for kind in TOUCHED]
-    inner = [name for name in FIGURES if name in touched or name.startswith("compute_ms_")]
-    return [*(field.name for field in (*fields(Figures), *fields(RunSummary)) if field.name in FIGURES), *inner]
+    figures = [one.column for function in (*OF_RUNS, compute_ms) for one in function.definitions]
+    return [*figures, *(field.name for field in fields(RunSummary) if field.name in FIGURES)]
 
 
 def check_figure(requirement: Requirement, names: Iterable[str]) -> str:
@@ -188,7 +187,7 @@ def of_before_after(results: BeforeAfter) -> Cells:
     return {
         cell.place: _figures(cell.after)
         | {"pairs": cell.pairs, "identical": cell.identical}
-        | {kind: len(cell.named(kind)) for kind in KINDS}
+        | {kind: len(cell.seeds_of(kind)) for kind in KINDS}
         for cell in results.cells
     }
 

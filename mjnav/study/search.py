@@ -2,7 +2,7 @@
 
     search = { count = 24, weight = { low = 1.0, high = 30.0, log = true }, degree = { one_of = [1, 2, 3] } }
 
-A value that is drawn stands as in a random scene (`scenarios.draws`). Of a parameter that is a whole number,
+A value that is drawn stands as in a random scene (`mjnav.scene.draws`). Of a parameter that is a whole number,
 whole numbers are drawn; of a method of one's own, and of other keys of a run file, where the ends are whole numbers.
 """
 
@@ -15,7 +15,7 @@ from typing import Annotated, Any
 from mjnav.control.registry import shipped_parameters
 from mjnav.errors import InvalidValue, unknown_name
 from mjnav.rng import stream
-from mjnav.scene.draws import ANY, check_value, draw_value, is_draw, kind_of
+from mjnav.scene.draws import drawing, is_draw, kind_of
 from mjnav.scene.ranges import Seed
 from mjnav.scene.spec import Control
 from mjnav.settings import Beside, Range, below, keys, settle
@@ -40,7 +40,7 @@ class Search:
             with below(key.removeprefix("control.")):
                 if not is_draw(value):
                     raise InvalidValue("", value, "{ low, high }, also with log = true; { mean, std }; { one_of }")
-                check_value(ANY, value)
+                drawing(Any, value)
 
     def settings(
         self, study: str, label: str, controller: str, standing: Mapping[str, object]
@@ -59,7 +59,7 @@ class Search:
         hints = {key: _hint(key, defaults) for key in values}
         for key, value in values.items():
             with below(key.removeprefix("control.")):
-                check_value(hints[key], value)
+                drawing(hints[key], value)
         streams = self._streams(study, label)
         known = {f"control.{key}": getattr(defaults, key) for key in keys(type(defaults))} if defaults else {}
         first: dict[str, object] = {key: {**known, **standing}.get(key) for key in values}
@@ -67,7 +67,7 @@ class Search:
         for _ in range(MAX_REDRAWS + self.count):
             if len(found) == self.count:
                 break
-            drawn = {key: _rounded(one, draw_value(hints[key], one, key, streams)) for key, one in values.items()}
+            drawn = {key: _rounded(one, drawing(hints[key], one)(key, streams)) for key, one in values.items()}
             if drawn not in found:
                 found.append(drawn)
         if len(found) < self.count:
@@ -92,10 +92,10 @@ def _by_key(table: Mapping[str, object], prefix: str = "") -> dict[str, object]:
 
 
 def _hint(key: str, defaults: Any) -> Any:
-    """The type of a key's values; ANY where it is no shipped method's parameter. Raises InvalidValue."""
+    """The type of a key's values; Any where it is no shipped method's parameter. Raises InvalidValue."""
     group, _, name = key.partition(".")
     if defaults is None or group != "control" or "." in name:
-        return ANY
+        return Any
     known = {**keys(Control), **keys(type(defaults))}
     if name not in known:
         raise unknown_name(name, name, keys(type(defaults)))

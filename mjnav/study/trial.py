@@ -12,12 +12,11 @@ from typing import Any
 from mjnav import scene
 from mjnav.errors import InvalidValue
 from mjnav.loop.episode import Episode
-from mjnav.loop.faults.fault import RunFault, describe_fault
 from mjnav.loop.provenance import digest, provenance, revision
 from mjnav.loop.result import Result
 from mjnav.loop.run import warm_up
-from mjnav.metrics.effort import time_to_avoid
-from mjnav.metrics.safety import lane_clearance
+from mjnav.loop.supervision import RunFault, describe_fault
+from mjnav.metrics.summary import OF_EPISODES, measured
 from mjnav.scene.load import with_seed
 from mjnav.scene.plugged import plugins_of
 from mjnav.scene.spec import Scenario
@@ -172,17 +171,8 @@ def _row(
 
 
 def _figures(result: Result, scenario: Scenario) -> dict[str, Value]:
-    status = result.trajectory.status
-    least, mean = lane_clearance(result.trajectory, scenario) or (None, None)
-    return {
-        **flatten(result.summary),
-        "min_lane_clearance_m": least,
-        "mean_lane_clearance_m": mean,
-        "time_to_avoid_s": time_to_avoid(result.trajectory, scenario),
-        "ticks_without_nominal": status.count("infeasible_nominal"),
-        "ticks_without_own": status.count("infeasible"),
-        "stopped_ticks": status.count("stopped"),
-    }
+    more = measured(OF_EPISODES, result.trajectory, scenario, outcome=result.summary["outcome"])
+    return {**flatten(result.summary), **more}
 
 
 def flatten(summary: Mapping[str, Any], prefix: str = "") -> dict[str, Value]:

@@ -8,8 +8,9 @@ from mjnav.compile.compiled import Matrix, exact
 from mjnav.constant import Constant
 from mjnav.geometry.floor import box_distance
 from mjnav.messages import Array
+from mjnav.scene.bodies import Box, Disc, met_by_robot
 from mjnav.scene.spec import Scenario
-from mjnav.scene.ways import floor_of_robot
+from mjnav.scene.ways import floor_of
 
 
 @dataclass(frozen=True, slots=True)
@@ -25,20 +26,15 @@ class FloorPlan(Constant):
     @classmethod
     def of(cls, scenario: Scenario) -> "FloorPlan":
         """The scenario's tables' legs, pillars and walls."""
-        floor = floor_of_robot(scenario.walls, scenario.tables, scenario.pillars)
-        heights, names = [], []
-        for i, table in enumerate(scenario.tables):
-            heights += [table.height] * 4
-            names += [f"table{i}"] * 4
-        for i, pillar in enumerate(scenario.pillars):
-            heights.append(pillar.height)
-            names.append(f"pillar{i}")
+        shapes = met_by_robot(scenario.walls, scenario.tables, scenario.pillars)
+        floor, discs = floor_of(shapes), [shape for shape in shapes if isinstance(shape, Disc)]
+        boxes = [shape for shape in shapes if isinstance(shape, Box)]
         return cls(
             discs=floor.discs,
-            disc_heights=np.array(heights, float),
+            disc_heights=np.array([disc.height for disc in discs], float),
             boxes=floor.boxes,
-            box_heights=np.array([wall.height for wall in scenario.walls], float),
-            names=(*names, *(f"wall{i}" for i in range(len(scenario.walls)))),
+            box_heights=np.array([box.height for box in boxes], float),
+            names=tuple(shape.key.replace("s.", "") for shape in (*discs, *boxes)),  # tables.0 is table0
         )
 
     def distance(self, x: float, y: float) -> float:

@@ -183,7 +183,7 @@ class Renderer:
         width, height = size
         self._context = open_context(width, height)
         self._scenario = scenario
-        legs = planned_legs(scenario.people, scenario.walls, scenario.tables, scenario.pillars)
+        legs = planned_legs(scenario)
         self._ways = [(leg.person, (leg.start, *leg.points)) for leg in legs if leg.in_the_way and leg.points]
         self._stage = Stage(scenario, size=size, quick=quick)
         model = self._stage.model

@@ -16,39 +16,37 @@ from itertools import count
 
 import scipy.optimize  # noqa: F401 - the figures load it when a run has ended
 from numba.core import event
-from numba.core.dispatcher import Dispatcher
-from numba.np.ufunc.dufunc import DUFunc
 
 import mjnav
-from mjnav.compile.compiled import load_kernels
+from mjnav.compile.compiled import Kernel, load_kernels
 from mjnav.control import names
 from mjnav.loop.episode import Episode
-from mjnav.loop.faults.fault import RunFault
+from mjnav.loop.supervision import RunFault
 from mjnav.scene import library
 
 RATES = (5, 10, 20, 50, 100, 200)  # [Hz]
 ROBOT = (
     'source="pose",filter="particle"',
     'source="pose",filter="ekf"',
+    'source="pose",filter="ukf"',
     'source="direct"',
 )
 PEOPLE = (
     'source="detections",filter="particle"',
     'source="detections",filter="kalman"',
-    'source="detections",filter="rao-blackwell"',
+    'source="detections",filter="imm"',
     'source="direct"',
 )
 
 
 def known() -> set[str]:
     """Every kernel of mjnav for the types that it is loaded for, and every module."""
-    found = set(sys.modules)
+    loaded = set(sys.modules)
     for module in [vars(module) for name, module in list(sys.modules.items()) if name.startswith("mjnav.")]:
-        for value in module.values():
-            kernel = value._dispatcher if isinstance(value, DUFunc) else value
-            if isinstance(value, Dispatcher | DUFunc):
-                found |= {f"{kernel.py_func.__qualname__}{signature}" for signature in kernel.overloads}
-    return found
+        for kernel in [value for value in module.values() if isinstance(value, Kernel) and "compiled" in vars(value)]:
+            dispatcher = getattr(kernel.compiled, "_dispatcher", kernel.compiled)
+            loaded |= {f"{kernel.__qualname__}{signature}" for signature in dispatcher.overloads}
+    return loaded
 
 
 @contextmanager

@@ -4,16 +4,13 @@ from contextlib import contextmanager
 
 import pytest
 
-import mjnav
 from mjnav import scene
 from mjnav.cli.main import main
 from mjnav.errors import InvalidValue
 from mjnav.loop.episode import Episode
-from mjnav.loop.faults.fault import RunFault
-from mjnav.loop.prepare import MAX_STEM, file_stem
+from mjnav.loop.supervision import RunFault
 from mjnav.noise import CHANNELS
 from mjnav.settings.marks import Range, mark
-from mjnav.study.study_file import load_study
 from mjnav.world.engine import DivergedError
 from tests.attacks.run_files import LEAVES, is_number
 
@@ -108,36 +105,9 @@ def suppress_lost_physics():
             raise
 
 
-def test_a_log_is_named_after_a_name_of_a_hundred_wide_characters(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    names = ["界" * 100, "界" * 99 + "面"]
-    logs = [mjnav.run(scene.load("crossing1", [f"name={n}", "time_limit=0.2"]), log=True) for n in names]
-    files = sorted(path.name for path in (tmp_path / "runs" / "out").iterdir())
-    assert files == sorted(result.summary["log"].rpartition("/")[2] for result in logs)
-    assert all(name.startswith("界" * 40) and len(name.encode()) < 255 for name in files)
-    assert mjnav.open_log(logs[0].summary["log"]).scenario().name == names[0]
-
-
-def test_names_that_are_shortened_alike_get_different_files():
-    stems = [file_stem(scene.load("crossing1", [f"name={'界' * 99}{end}"]), "now") for end in ("a", "b")]
-    assert stems[0] != stems[1]
-    assert all(len(stem.encode()) <= MAX_STEM for stem in stems)
-    assert file_stem(scene.load("crossing1"), "now") == "crossing1-rkhs-0-now"
-
-
 @pytest.mark.parametrize(
     "name", ["", ".", "..", "...", ". .", "a/b", "/", "a\\u0000b", "a\\nb", "\\u001b[2J", "x" * 101]
 )
 def test_a_name_that_no_file_could_have_is_refused(name):
     with pytest.raises(InvalidValue, match=r"^overrides: name: found "):
         scene.load("crossing1", [f'name="{name}"'])
-
-
-def test_a_study_name_too_long_for_a_folder_is_refused(tmp_path):
-    path = tmp_path / "study.toml"
-    text = 'schema = 1\nname = "{}"\nscenes = ["crossing1"]\n[[methods]]\ncontroller = "mean"\n'
-    path.write_text(text.format("界" * 66), encoding="utf-8")
-    assert load_study(str(path)).name == "界" * 66
-    path.write_text(text.format("界" * 100), encoding="utf-8")
-    with pytest.raises(InvalidValue, match="at most 200 bytes in UTF-8: a folder is named after it"):
-        load_study(str(path))

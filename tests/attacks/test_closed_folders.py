@@ -12,7 +12,6 @@ CALLS = """
     run hall --log closed/a.mcap
     rate-test hall --log closed/a.mcap
     surface crossing1 --at 1 -o closed/a.png
-    surface crossing1 --at 1 --data closed/a.npz
     calibrate hall --seeds 1 -o closed/a.png
     export whole.mcap --format csv closed/out
     export whole.mcap --format rosbag2 closed/out

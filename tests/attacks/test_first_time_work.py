@@ -13,7 +13,6 @@ from numba import njit
 from mjnav.compile.compiled import load_kernels
 from mjnav.control import names
 from mjnav.filters.particles import ess
-from mjnav.loop.pacer import RealTimePacer
 from tests.attacks.first_time_work import PEOPLE, RATES, ROBOT, first_time_work, late_work, settings
 
 # Every kind of body, and of people: on routes, under the laws of avoidance, with temperaments, coming and going. No
@@ -60,8 +59,6 @@ def test_nothing_is_loaded_late_at_the_second_reading(rate):
         "control.delay=2",
         "control.prediction=false",
         "people=[]",
-        "prediction.model=mixture",
-        "prediction.model=social_force",
         'noise.profile="none"',
         'noise.profile="bimodal"',
         'estimation.assumed_profile="none"',  # unexplained readings: the filters are spread again
@@ -83,12 +80,6 @@ def test_nothing_is_loaded_late_where_no_plan_is_feasible():
     choices = [*met, "control.method=rkhs-plan", "physics.engine=kinematic", "time_limit=2.0"]
     assert late_work("crossing1", choices, watch=records.append) == []
     assert {record.decision.plan.feasible for record in records} == {True, False}
-
-
-@pytest.mark.parametrize("paced", [False, True])
-def test_nothing_is_loaded_late_by_the_log_and_its_thread(tmp_path, paced):
-    pacer = {"pacer": RealTimePacer(0.02)} if paced else {}
-    assert late_work("crossing1", ["control.rate=50", "time_limit=0.8"], log=tmp_path / "a.mcap", **pacer) == []
 
 
 def test_what_is_loaded_compiled_or_imported_is_seen():

@@ -1,5 +1,7 @@
 """Any run file runs five ticks or is refused, and nothing else happens: no traceback, no warning, no hang.
 
+Run files are made from the definitions of their keys (`run_files`), and of shipped ones whose bytes are changed.
+
 MJNAV_FUZZ=N tries N random files in place of 300 fixed ones; 10 000 are a night's work:
 
     MJNAV_FUZZ=10000 nice -n 19 uv run pytest tests/attacks/test_fuzz_run_files.py --hypothesis-show-statistics
@@ -21,8 +23,8 @@ from hypothesis import strategies as st
 import mjnav
 from mjnav.errors import InputError
 from mjnav.loop.episode import Episode
-from mjnav.loop.faults.fault import RunFault
 from mjnav.loop.prepare import load_scenario
+from mjnav.loop.supervision import RunFault
 from mjnav.scene import dumps, library, loads
 from mjnav.scene.spec import Scenario
 from mjnav.scene.toml import toml_text
@@ -193,3 +195,41 @@ def test_any_study_file_is_resolved_or_refused(data):
             check_refusal(str(error), folder)
         else:
             assert cells
+
+
+PIECES = (b"[", b"]]", b"[[people]]\n", b'"', b"'''", b"=", b".", b"\0", b"\xff", b"9" * 5000, b"e999", b"[" * 3000)
+RUN_FILES = tuple(path.read_bytes() for path in sorted(library.data_folder("runs").glob("*.toml")))
+
+
+@st.composite
+def changed_text(draw, content: bytes) -> bytes:
+    """Bytes and lines that are missing, come twice, stand elsewhere or are others."""
+    for _ in range(draw(st.integers(1, 4))):
+        lines = content.splitlines(keepends=True) or [b""]
+        place, line = draw(st.integers(0, len(content))), draw(st.integers(0, len(lines) - 1))
+        match draw(st.sampled_from(("byte", "piece", "cut", "drop", "move"))):
+            case "byte":
+                content = content[:place] + draw(st.binary(max_size=3)) + content[place + 1 :]
+            case "piece":
+                content = content[:place] + draw(st.sampled_from(PIECES)) + content[place:]
+            case "cut":
+                content = content[:place]
+            case "drop":
+                content = b"".join(lines[:line] + lines[line + 1 :])
+            case "move":
+                content = b"".join([lines[line], *lines])
+    return content
+
+
+@settings(fuzzed, max_examples=FILES // 10)
+@given(st.sampled_from(RUN_FILES).flatmap(changed_text))
+def test_a_run_file_of_changed_bytes_is_read_or_refused(content):
+    with TemporaryDirectory() as folder:
+        path = Path(folder) / "changed.toml"
+        path.write_bytes(content)
+        try:
+            scenario = load_scenario(str(path))
+        except InputError as error:
+            check_refusal(str(error), f"{path}: ")
+        else:
+            assert loads(dumps(scenario)) == scenario

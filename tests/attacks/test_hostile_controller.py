@@ -110,18 +110,6 @@ def test_a_controller_that_writes_to_all_it_can_reach_changes_nothing(scenario, 
     assert plain == attacked
 
 
-def test_it_is_told_so_as_its_own_fault(scenario, monkeypatch):
-    def decide(self, observation):
-        observation.goal[0] = 100.0
-        return Decision(0.0, 0.0, Status.OK)
-
-    monkeypatch.setattr(Plain, "decide", decide)
-    with pytest.raises(
-        mjnav.errors.MjnavError, match=r"ValueError: assignment destination is read-only \(.*in decide\)"
-    ):
-        Episode(scenario("Plain")).run()
-
-
 class Greedy:
     """Gives its robot wings."""
 

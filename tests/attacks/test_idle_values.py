@@ -6,7 +6,6 @@ from dataclasses import replace
 import pytest
 
 from mjnav.cli.main import main
-from mjnav.control import names
 from mjnav.log import Recorder
 from mjnav.loop.episode import Episode
 from mjnav.loop.prepare import load_scenario
@@ -79,14 +78,6 @@ def test_a_value_that_another_replaces_is_refused(settings, message, capsys):
     options = [part for setting in settings for part in ("--set", setting)]
     assert main(["run", "crossing1", "--no-log", *options]) == 2
     assert capsys.readouterr().err == f"mjnav: {message}\n"
-
-
-@pytest.mark.parametrize("method", names())
-def test_a_dump_with_every_default_explicit_loads(method, tmp_path):
-    scenario = load_scenario("hall", [DIRECT, "control.latency.trace=[0.01]"], controller=method)
-    file = tmp_path / "dumped.toml"
-    file.write_text(dumps(scenario))
-    assert load_scenario(str(file)) == scenario
 
 
 def test_an_old_log_with_an_idle_parameter_is_read_and_its_replay_refused(tmp_path, capsys):

@@ -2,12 +2,9 @@
 
 import csv
 import json
-import sys
 
 import pytest
 
-from mjnav.errors import missing_extra
-from mjnav.study.compare.chosen_figures import expanded
 from mjnav.study.store.store import Store
 from tests.study.made_up import row
 
@@ -78,58 +75,6 @@ def test_files_are_written_by_their_names(mjnav, study, tmp_path):
     assert (tmp_path / "again.csv").read_bytes() == (tmp_path / "t.csv").read_bytes()
 
 
-def test_the_headline_of_a_study_is_one_command(mjnav, study):
-    words = ["--figure", "headline", "--pool-all", "--rivals", "--ratios", "--win-by", "control_cost"]
-    required = ["--require", "mean: control_cost_ratio<=2", "--require", "mean: win_share==0"]
-    said = mjnav("compare", "two.toml", *words, *required, "--json", "-o", "t.html", "-o", "t.tex", "-o", "t.csv")
-    assert said.code == 0
-    (table,) = json.loads(said.out)["tables"]
-    mean = table["methods"][1]
-    assert {*expanded(["headline"]), "success", "collision"} == set(mean["figures"])
-    assert mean["win_ratio"]["losses"] == 25
-    assert table["methods"][0]["win_ratio"] is None
-    (rivals,) = table["rivals"]
-    won = rivals["win_ratio"]
-    assert (won["value"], won["high"], won["wins"], won["win_share"]) == (None, None, 25, 1.0)  # it never lost
-    printed = mjnav("compare", "two.toml", *words).out
-    assert "win ratio, row against column" in printed
-    assert "×1.8" in printed
-    assert "∞" in printed
-    with open("t.csv", newline="") as file:
-        lines = [line for line in csv.DictReader(file) if line["figure"].endswith("win_ratio")]
-    assert [(line["method"], line["figure"], line["reference"], line["losses"]) for line in lines] == [
-        ("rkhs", "rival_win_ratio", "mean", "0"),
-        ("mean", "win_ratio", "rkhs", "25"),
-        ("mean", "rival_win_ratio", "rkhs", "25"),
-    ]
-
-
-@pytest.mark.parametrize(
-    ("words", "line"),
-    [
-        (["crosings"], "did you mean 'crossings'?"),
-        (["crossings"], "mjnav: runs/out/crossings: no results of a sweep; mjnav sweep crossings makes them"),
-        (["no/such"], "mjnav: no/such: no such folder"),
-        (
-            ["two.toml", "--reference", "men"],
-            "mjnav: --reference: found 'men'; allowed: mean, rkhs; did you mean 'mean'?",
-        ),
-        (["two.toml", "--win-by", "success"], "mjnav: --win-by: found 'success'"),
-        (["two.toml", "two.toml", "--rivals"], "mjnav: --rivals is for the tables of one study"),
-        (["two.toml", "--figure", "time"], "did you mean 'time_s'?"),
-        (["two.toml", "-o", "t.xls"], "mjnav: --output: found 't.xls'"),
-        (["two.toml", "-o", "no/such/t.csv"], "mjnav: no/such/t.csv: there is no folder"),
-        (["two.toml", "two.toml", "--reference", "rkhs"], "mjnav: --reference is for the tables of one study"),
-        (["two.toml", "--rank", "--pool"], "mjnav: --pool is for tables"),
-    ],
-)
-def test_bad_input_is_refused(mjnav, study, tmp_path, words, line):
-    said = mjnav("compare", *words)
-    assert (said.code, said.out) == (2, "")
-    assert line in said.err
-    assert "Traceback" not in said.err
-
-
 def test_a_kept_study_that_cannot_be_read_leaves_the_figures(mjnav, study, tmp_path):
     (tmp_path / "runs/out/two methods/study.toml").write_text("# mjnav sweep of another version\n")
     said = mjnav("compare", "two methods")
@@ -144,43 +89,6 @@ def test_a_damaged_shard_is_told_in_a_line(mjnav, study, tmp_path):
     said = mjnav("compare", "two.toml")
     assert (said.code, said.out) == (1, "")
     assert "part-000009-1f6c0a12.parquet: damaged (" in said.err
-
-
-def test_without_the_extra_it_says_what_to_install(mjnav, study, monkeypatch):
-    monkeypatch.setitem(sys.modules, "pyarrow.parquet", None)
-    said = mjnav("compare", "two.toml")
-    assert (said.code, said.err) == (2, f"mjnav: {missing_extra('pyarrow', 'sweep')}\n")
-
-
-def test_a_query_of_the_shards_finds_the_same(mjnav, study):
-    duckdb = pytest.importorskip("duckdb", reason="the sweep extra is not installed")
-    query = """
-        SELECT scene, setting, method, count(*) AS n, avg(success::int) AS success,
-               avg(control_cost) FILTER (success) AS control_cost
-        FROM 'runs/out/two methods/part-*.parquet' GROUP BY ALL ORDER BY method DESC"""
-    found = duckdb.sql(query).fetchall()
-    (table,) = json.loads(mjnav("compare", "two.toml", "--json").out)["tables"]
-    for (scene, setting, method, n, success, cost), listed in zip(found, table["methods"], strict=True):
-        assert (scene, setting, method, n) == ("crossing1", "default", listed["method"], listed["episodes"])
-        assert success == pytest.approx(listed["figures"]["success"]["value"])
-        assert cost == pytest.approx(listed["figures"]["control_cost"]["value"])
-
-
-def test_two_folders_are_compared_seed_by_seed_in_text_json_and_csv(mjnav, study, tmp_path):
-    after = fill(tmp_path / "after", num=20)
-    after.append([row("kld", 0, 1.0, scene="crossing1", study="two methods")])
-    said = mjnav("compare", "two methods", after.folder, "-o", "changes.csv")
-    assert (said.code, said.err) == (0, "")
-    assert "Of 40 pairs 0 are better, 0 worse, 0 failed otherwise" in said.out
-    assert "Only after: crossing1, default, kld." in said.out
-    assert "crossing1, default, mean: 25 seeds before, 20 after, 20 in both." in said.out
-    with open(tmp_path / "changes.csv") as file:
-        lines = list(csv.DictReader(file))
-    assert {line["method"] for line in lines} == {"rkhs", "mean"}
-    assert {line["pairs"] for line in lines} == {"20"}
-    printed = json.loads(mjnav("compare", "two methods", after.folder, "--json").out)
-    assert {cell["method"] for cell in printed["cells"]} == {"rkhs", "mean"}
-    assert printed["only_after"] == [{"scene": "crossing1", "setting": "default", "method": "kld"}]
 
 
 def test_a_requirement_that_is_not_met_is_a_line_and_exit_1(mjnav, study):
@@ -198,9 +106,3 @@ def test_a_requirement_that_is_not_met_is_a_line_and_exit_1(mjnav, study):
         ("mean", 0.8, False),
         ("rkhs", 10.0, False),
     ]
-
-
-def test_failures_are_named_with_the_command_that_shows_one(mjnav, study):
-    out = mjnav("compare", "two.toml").out
-    assert "\nworst seeds\n  crossing1, default, mean: seed 0 touched a person; seed 1" in out
-    assert "\n    mjnav run crossing1 --controller mean --seed 0 --log seed0.mcap; mjnav report seed0.mcap\n" in out

@@ -36,12 +36,12 @@ def folder(tmp_path_factory):
     ("line", "words"),
     [
         ("mjnav ", {*COMMANDS}),
-        ("mjnav run ", {*scene.names(), "mine.toml"}),
-        ("mjnav run hall --no-log --controller m", {n for n in control.names() if n[0] == "m"}),
+        ("mjnav run ", {*scene.names(), *FILES, "script"}),
+        ("mjnav run hall --no-log --controller m", {"mine.toml", *(n for n in control.names() if n[0] == "m")}),
         ("mjnav run hall --controller p", {"policy.py", *(n for n in control.names() if n[0] == "p")}),
         ("mjnav run hall --overruns ", {"skip", "abort"}),
-        ("mjnav sweep ", {*studies(), "mine.toml"}),
-        ("mjnav report hall.mcap ", {"hall.mcap"}),
+        ("mjnav sweep ", {*studies(), *FILES, "script"}),
+        ("mjnav report hall.mcap h", {"hall.mcap"}),
         ("mjnav schema ", {"run", "study"}),
         ("mjnav keys robot.goal", {"robot.goal", "robot.goal_area", "robot.goal_tolerance"}),
         ("mjnav replay x.mcap --tr", {"--trust", "--traceback"}),
@@ -62,9 +62,3 @@ def test_the_other_shells_get_the_same_names(mjnav, shell, head):
     assert said.out.startswith(head)
     for name in (*COMMANDS, *scene.names(), *studies(), *control.names()):
         assert name in said.out
-
-
-def test_a_shell_that_it_does_not_know_is_bad_input(mjnav):
-    said = mjnav("completion", "tcsh")
-    assert said.code == 2
-    assert "'tcsh'" in said.err

@@ -4,7 +4,6 @@ import json
 import subprocess
 
 import pytest
-from mcap.writer import Writer
 
 SHORT = ("--set", "time_limit=0.3")
 
@@ -50,38 +49,6 @@ def test_json_holds_what_the_run_printed(mjnav, tmp_path):
     }
 
 
-@pytest.mark.parametrize("share", [0.3, 0.6, 0.95])
-def test_any_readable_beginning_is_enough(mjnav, log, share):
-    content = log.read_bytes()
-    log.write_bytes(content[: int(share * len(content))])
-    said = mjnav("inspect", log, "--json")
-    assert (said.code, said.err) == (0, "")
-    printed = json.loads(said.out)
-    assert (printed["truncated"], printed["damage"]) == (True, None)
-    text = mjnav("inspect", log)
-    assert text.code == 0
-    assert text.out.splitlines()[0].endswith("; the file is truncated")
-    assert "no footer: the writer was killed, or the file was not copied whole" in text.out
-
-
-@pytest.mark.parametrize(
-    ("content", "code"),
-    [
-        (b"", 2),
-        (b"garbage, and more than eight bytes of it", 2),
-        (b"\x89MCAP0\r\n", 3),  # nothing in it can be read
-        (b"\x89MCAP0\r\n\x06\xff\xff\xff\xff\xff\xff\xff\x0f", 3),  # a chunk of 2^60 bytes
-    ],
-)
-def test_what_is_no_log_is_told_in_one_line(mjnav, tmp_path, content, code):
-    path = tmp_path / "bad.mcap"
-    path.write_bytes(content)
-    said = mjnav("inspect", path)
-    assert (said.code, said.out) == (code, "")
-    assert said.err.startswith(f"mjnav: {path}: ")
-    assert len(said.err.splitlines()) == 1
-
-
 def test_what_can_be_read_of_a_damaged_log_is_printed_and_the_damage_told(mjnav, log):
     content = bytearray(log.read_bytes())
     content[content.index(b"lz4") + 200] ^= 0xFF
@@ -96,38 +63,6 @@ def test_what_can_be_read_of_a_damaged_log_is_printed_and_the_damage_told(mjnav,
     assert (printed.code, printed.err) == (3, said.err)
     found = json.loads(printed.out)
     assert (found["outcome"], len(found["damage"]["lost"])) == ("timeout", 1)
-
-
-def test_nothing_in_a_foreign_log_moves_the_cursor(mjnav, tmp_path):
-    path = tmp_path / "foreign.mcap"
-    with open(path, "wb") as file:
-        writer = Writer(file)
-        writer.start()
-        channel = writer.register_channel("/clear\x1b[2J[bold]\n", "text", 0)
-        writer.add_message(channel, 5, b"hello", 5)
-        writer.add_metadata("mjnav/run", {"scene": "\x1b]0;title\x07", "version.\r": "\u202e"})
-        writer.finish()
-    said = mjnav("inspect", path)
-    assert said.code == 0
-    assert all(c.isprintable() or c == "\n" for c in said.out)
-    assert "[bold]" in said.out
-
-
-def test_a_recovered_log_says_what_was_lost(mjnav, log):
-    content = bytearray(log.read_bytes())
-    for place in (200, 210):
-        content[content.index(b"lz4") + place] ^= 0xFF
-    log.write_bytes(content)
-    assert mjnav("recover", log, "again.mcap").code == 0
-    said = mjnav("inspect", "again.mcap")
-    assert said.code == 0
-    assert "recovered from another log" in said.out.splitlines()
-    assert json.loads(mjnav("inspect", "again.mcap", "--json").out)["recovered"]["file"] == "a.mcap"
-
-
-def test_missing_files_and_folders_are_bad_input(mjnav, tmp_path):
-    assert mjnav("inspect", "nowhere.mcap").code == 2
-    assert mjnav("inspect", tmp_path).code == 2
 
 
 def test_a_pipe_that_takes_only_the_first_line_is_no_error(start, log):

@@ -21,15 +21,6 @@ def test_json_has_every_row(mjnav):
     assert [row["key"] for row in study] == [row.key for row in study_keys()]
 
 
-def test_what_does_not_exist_is_refused(mjnav):
-    said = mjnav("keys", "robot.raduis")
-    assert (said.code, said.out) == (2, "")
-    assert said.err.startswith("mjnav: PREFIX: found 'robot.raduis'; allowed: a key or its beginning: ")
-    assert said.err.endswith("; did you mean 'robot.radius'?\n")
-    assert mjnav("keys", "--controller", "rkhz").err.endswith("did you mean 'rkhs'?\n")
-    assert mjnav("keys", "--study", "--controller", "rkhs").code == 2
-
-
 def test_a_schema_is_printed_or_written(mjnav, tmp_path):
     assert json.loads(mjnav("schema", "study").out) == study_schema()
     assert mjnav("schema", "run", "-o", str(tmp_path / "run.json")).code == 0

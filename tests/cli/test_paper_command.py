@@ -1,7 +1,6 @@
 """`mjnav paper`, from real episodes to the page."""
 
 import json
-import re
 from dataclasses import replace
 
 import pytest
@@ -33,18 +32,3 @@ def test_a_page_can_be_drawn_of_nothing(mjnav, tmp_path):
     said = mjnav("paper", "--only", "lane", "--draw", "-o", "out")
     assert (said.code, said.err) == (0, "mjnav: lane: no episode was run yet\n")
     assert "Not run: " in (tmp_path / "out/index.html").read_text()
-
-
-@pytest.mark.parametrize(
-    ("words", "text"),
-    [
-        (("--only", "lanes"), "--only: found 'lanes'; allowed: .*did you mean 'lane'"),
-        (("--seeds", 0), "--seeds: found 0"),
-        (("--workers", 0), "--workers: found 0"),
-    ],
-)
-def test_what_makes_no_sense_is_refused_before_anything_runs(mjnav, tmp_path, words, text):
-    said = mjnav("paper", *words)
-    assert said.code == 2
-    assert list(tmp_path.iterdir()) == []
-    assert re.search(text, said.err)

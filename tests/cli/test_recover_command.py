@@ -108,59 +108,6 @@ def test_all_but_a_damaged_chunk_is_kept_and_the_log_says_what_was_lost(mjnav, l
     assert mjnav("inspect", "out.mcap").code == 0
 
 
-def test_the_log_of_a_killed_writer_gets_an_end(mjnav, log, content, tmp_path):
-    (start, end), *_ = chunks(content)[3:]
-    log.write_bytes(content[: (start + end) // 2])
-    said = mjnav("recover", log, "out.mcap")
-    assert said.code == 0
-    assert "messages kept, how many were lost is not known" in said.out
-    assert f"damaged: bytes {start} to {(start + end) // 2}, cut off" in said.out
-    recovered = open_log(tmp_path / "out.mcap")
-    assert not recovered.truncated
-    assert recovered.topics["/command"].messages > 0
-    assert len(recovered.trajectory().status) > 0
-
-
-def test_messages_of_topics_that_nothing_tells_are_kept_under_their_numbers(mjnav, log, content, tmp_path):
-    (start, end), *_, (_, last_end) = chunks(content)
-    log.write_bytes(zeroed(content, start + 100, end)[:last_end])  # topics are in the first chunk and at the end
-    said = mjnav("recover", log, "out.mcap")
-    assert said.code == 0
-    assert "no record says their topics" in said.out
-    data = {message[-1] for message in messages_in(tmp_path / "out.mcap")}
-    log.write_bytes(content)
-    assert data <= {message[-1] for message in messages_in(log)}
-    assert any(topic.startswith("/unknown/") for topic in open_log(tmp_path / "out.mcap").topics)
-
-
-@pytest.mark.parametrize(
-    ("rest", "code"),
-    [
-        (b"", 2),
-        (b"no log, but some bytes of something else", 2),
-        (bytes(10_000), 2),
-        (b"\x89MCAP0\r\n", 3),
-        (b"\x89MCAP0\r\n" + bytes(10_000), 3),
-    ],
-)
-def test_where_nothing_is_left_no_file_is_made(mjnav, tmp_path, rest, code):
-    (tmp_path / "log.mcap").write_bytes(rest)
-    said = mjnav("recover", "log.mcap", "out.mcap")
-    assert (said.code, said.out) == (code, "")
-    assert said.err.startswith("mjnav: log.mcap: ")
-    assert len(said.err.splitlines()) == 1
-    assert os.listdir(tmp_path) == ["log.mcap"]
-
-
-def test_nothing_is_ever_overwritten(mjnav, log, content):
-    for out in (log, log.parent, log.parent / "none" / "out.mcap"):
-        said = mjnav("recover", log, out) if out.exists() else mjnav("recover", log.parent / "none.mcap", out)
-        assert (said.code, said.out) == (2, "")
-        assert len(said.err.splitlines()) == 1
-    assert log.read_bytes() == content
-    assert os.listdir(log.parent) == [log.name]
-
-
 def test_an_interrupt_leaves_nothing_behind(log, content):
     log.write_bytes(zeroed(content, *chunks(content)[1]))
     passes = 0
@@ -190,14 +137,6 @@ def test_a_full_disk_is_told_in_one_line(mjnav, log, content):
     assert (said.code, said.out) == (1, "")
     assert said.err == "mjnav: out.mcap: writing failed: File too large\n"
     assert os.listdir(log.parent) == [log.name]
-
-
-def test_a_log_without_its_last_byte_gets_an_end(mjnav, log, content, tmp_path):
-    log.write_bytes(content[:-1])
-    assert json.loads(mjnav("recover", log, "out.mcap", "--json").out)["how"] == "recovered"
-    kept = messages_in(tmp_path / "out.mcap")
-    log.write_bytes(content)
-    assert kept == messages_in(log)
 
 
 @settings(max_examples=15, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])

@@ -3,17 +3,15 @@
 import os
 import pty
 import signal
-import sys
 from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
 import pytest
-from mcap.writer import Writer
 from PIL import Image
 
 from mjnav import load_scenario, run
-from mjnav.errors import InputError, missing_extra
+from mjnav.errors import InputError
 from mjnav.world.render import open_context
 
 SMALL = ("--size", "160x90")
@@ -69,60 +67,6 @@ def test_a_picture_has_its_size_and_moment(mjnav, log, tmp_path):
     with Image.open(tmp_path / "a.png") as picture:
         assert picture.size == (160, 90)
         assert len(picture.getcolors(160 * 90)) > 100
-
-
-def test_a_run_whose_writer_was_killed_has_a_film_as_far_as_it_goes(mjnav, log, tmp_path):
-    whole = log.read_bytes()
-    (tmp_path / "cut.mcap").write_bytes(whole[: len(whole) * 3 // 4])
-    said = mjnav("render", "cut.mcap", "-o", "a.mp4", "--fps", 5, *SMALL)
-    assert (said.code, said.err) == (0, "")
-    assert 2 <= len(frames(tmp_path / "a.mp4")) < 6
-
-
-def test_another_programs_log_is_refused(mjnav, tmp_path):
-    with open(tmp_path / "foreign.mcap", "wb") as file:
-        writer = Writer(file)
-        writer.start()
-        writer.finish()
-    said = mjnav("render", "foreign.mcap", "-o", "a.mp4")
-    assert said.code == 2
-    assert "was it written by mjnav?" in said.err
-    assert said.err.count("\n") == 1
-    assert files(tmp_path) == ["foreign.mcap"]
-
-
-@pytest.mark.parametrize(
-    ("words", "told"),
-    [
-        (("-o", "a.gif"), "--output: found 'a.gif'; allowed: a file name that ends in .png or .mp4"),
-        (("-o", "no/a.mp4"), "there is no folder"),
-        (("-o", "a.mp4", "--size", "161x90"), "--size: found '161x90'; allowed: WIDTHxHEIGHT, even numbers from 64"),
-        (("-o", "a.png", "--size", "big"), "--size: found 'big'"),
-        (("-o", "a.mp4", "--at", "0.5"), "--at needs a picture: -o OUT.png"),
-        (("-o", "a.png", "--fps", "5"), "--fps needs a film: -o OUT.mp4"),
-        (("-o", "a.png", "--from", "0"), "--from needs a film: -o OUT.mp4"),
-        (("-o", "a.png", "--at", "2"), "--at: found 2.0; allowed: a time from 0 to 1 s"),
-        (("-o", "a.mp4", "--to", "2"), "--to: found 2.0; allowed: a time from 0 to 1 s"),
-        (
-            ("-o", "a.mp4", "--from", "0.5", "--to", "0.5"),
-            "--from: found 0.5; allowed: a time from 0 to before the end",
-        ),
-        (("-o", "a.mp4", "--speed", "-1"), "--speed: found -1.0; allowed: a number from 0.01 to 100"),
-    ],
-)
-def test_what_cannot_be_drawn_is_refused_and_leaves_nothing(mjnav, log, tmp_path, words, told):
-    said = mjnav("render", log, *words)
-    assert said.code == 2
-    assert told in said.err
-    assert "Traceback" not in said.err
-    assert files(tmp_path) == []
-
-
-def test_without_av_the_error_names_the_extra_and_pictures_go_on(mjnav, log, monkeypatch):
-    monkeypatch.setitem(sys.modules, "av", None)
-    said = mjnav("render", log, "-o", "a.mp4")
-    assert (said.code, said.err) == (2, f"mjnav: {missing_extra('av', 'video')}\n")
-    assert mjnav("render", log, "-o", "a.png", *SMALL).code == 0
 
 
 def test_on_a_terminal_it_shows_how_far_it_is_and_interrupted_leaves_what_was_there(start, log, tmp_path):

@@ -42,35 +42,11 @@ def test_one_that_is_not_says_where_it_begins_and_exits_with_1(mjnav, log, monke
     assert printed["differences"] > 3
 
 
-def test_json_is_one_object(mjnav, log):
-    printed = json.loads(mjnav("replay", log, "--json").out)
-    assert (printed["schema"], printed["identical"], printed["ticks"], printed["missing_ticks"]) == (1, True, 5, 0)
-    assert (printed["complete"], printed["first_difference"], printed["differences"]) == (True, None, 0)
-    assert set(printed) == {
-        *("schema", "log", "identical", "ticks", "missing_ticks", "complete", "outcome", "state_hash"),
-        *("first_difference", "differences", "warnings"),
-    }
-
-
 def test_a_log_without_its_end_is_said_to_be_one(mjnav, log):
     log.write_bytes(log.read_bytes()[: log.stat().st_size // 2])
     said = mjnav("replay", log)
     assert said.code == 0
     assert said.out.startswith("identical as far as the log goes: ")
-
-
-@pytest.mark.parametrize(
-    ("content", "code", "message"),
-    [(None, 2, "cannot be read"), (b"no log", 2, "not an MCAP file"), (b"\x89MCAP0\r\n" + bytes(20), 3, "damaged")],
-)
-def test_what_cannot_be_replayed_is_refused_in_one_line(mjnav, tmp_path, content, code, message):
-    path = tmp_path / "b.mcap"
-    if content is not None:
-        path.write_bytes(content)
-    said = mjnav("replay", path)
-    assert (said.code, said.out) == (code, "")
-    assert message in said.err
-    assert len(said.err.splitlines()) == 1
 
 
 def test_a_controller_that_is_not_here_is_an_input_error_with_its_name(mjnav, tmp_path):

@@ -2,14 +2,11 @@
 
 import json
 import re
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
 
 from mjnav import scene
-from mjnav.cli.run import describe
 from mjnav.log import open_log
 from mjnav.robot.navigator import Navigator
 
@@ -51,23 +48,12 @@ def test_json_is_one_object_with_the_documented_keys_and_nothing_else(mjnav):
     assert re.fullmatch("[0-9a-f]{64}", printed["state_hash"])
 
 
-def test_without_a_log_no_file_appears(mjnav, tmp_path):
-    assert mjnav("run", "crossing1", "--no-log", *SHORT).code == 0
-    assert files(tmp_path) == []
-
-
 def test_a_log_goes_below_the_working_directory_and_is_named_after_the_run(mjnav, tmp_path):
     said = mjnav("run", "crossing1", "--controller", "mean", "--seed", "2", *SHORT)
     (path,) = files(tmp_path)
     assert re.fullmatch(r"runs/out/crossing1-mean-2-[0-9T.]+\.mcap", path)
     assert said.out.splitlines()[-1].split() == ["log", path]
     assert open_log(tmp_path / path).complete
-
-
-def test_a_log_goes_where_it_is_told(mjnav, tmp_path):
-    (tmp_path / "folder").mkdir()
-    assert mjnav("run", "crossing1", "--log", "folder/a.mcap", *SHORT).code == 0
-    assert files(tmp_path) == ["folder/a.mcap"]
 
 
 def test_a_run_for_people_says_how_it_went(mjnav):
@@ -105,27 +91,6 @@ def test_on_request_the_first_missed_deadline_ends_the_run_and_the_log_says_whic
     assert (log.complete, log.result["outcome"]) == (True, "aborted")
 
 
-def test_otherwise_a_run_that_cannot_keep_up_goes_on(mjnav):
-    words = ("--real-time", "--overruns", "skip", "--no-log", "--json", "--set", "time_limit=0.05")
-    printed = json.loads(mjnav("run", "crossing1", *words, *TOO_FAST).out)
-    assert (printed["outcome"], printed["ticks"]) == ("timeout", 50)
-    assert printed["deadline_misses"] > 1
-
-
-def test_a_log_that_lacks_something_is_no_secret(mjnav):
-    summary = json.loads(mjnav("run", "crossing1", "--log", "a.mcap", "--json", *SHORT).out)
-    assert describe(summary).splitlines()[-1].split() == ["log", "a.mcap"]
-    assert describe(summary, log_dropped=3).endswith("(3 parts of ticks are missing: the disk could not keep up)")
-
-
-def test_tracks_are_told_of_unless_each_person_had_one_and_nobody_else(mjnav):
-    summary = json.loads(mjnav("run", "crossing1", "--no-log", "--json", *SHORT).out)
-    assert "tracks" not in describe(summary)
-    summary |= {"tracked_share": 0.9, "false_tracks": 0.25, "identity_switches": 1, "gospa_m": 0.5}
-    line = "  tracks          90 % of people's time, 0.25 false at a time, 1 identity switch; GOSPA 0.50 m"
-    assert line in describe(summary).splitlines()
-
-
 def test_a_path_and_several_overrides_are_taken(mjnav, tmp_path):
     path = tmp_path / "mine.toml"
     path.write_text(scene.dumps(scene.load("crossing1")))
@@ -137,67 +102,12 @@ def test_a_path_and_several_overrides_are_taken(mjnav, tmp_path):
 # ------------------------------------------------------------------------------------------- refusals
 
 
-@pytest.mark.parametrize(
-    ("words", "fragments"),
-    [
-        (["hal"], ["scene: found 'hal'", "did you mean 'hall'?"]),
-        (["./hall.toml"], ["./hall.toml", "No such file", "did you mean 'hall'?"]),
-        (["hall", "--controller", "rkh"], ["--controller: control.method: found 'rkh'", "did you mean 'rkhs'?"]),
-        (["hall", "--set", "control.degre=3"], ["--set: control.degre", "did you mean 'degree'?"]),
-        (["hall", "--set", "time_limit"], ["--set: found 'time_limit'; allowed: KEY=VALUE"]),
-        (["hall", "--set", "control.rate=30"], ["control.rate: found 30", "physics.timestep"]),
-        (["hall", "--overruns", "abort"], ["--overruns needs --real-time, --live or --view"]),
-        (["hall", "--real-time", "--overruns", "abrot"], ["--overruns: found 'abrot'", "did you mean 'abort'?"]),
-        (["hall", "--log", "/dev/null"], ["/dev/null: exists already"]),
-        (["hall", "--log", "new/a.mcap"], ["new/a.mcap: there is no folder /", "/new"]),
-    ],
-)
-def test_what_cannot_be_used_is_refused_in_one_line_with_the_nearest_name(mjnav, tmp_path, words, fragments):
-    said = mjnav("run", *words)
-    assert (said.code, said.out) == (2, "")
-    assert len(said.err.splitlines()) == 1
-    assert said.err.startswith("mjnav: ")
-    for fragment in fragments:
-        assert fragment in said.err
-    assert files(tmp_path) == []
-
-
-def test_an_existing_log_is_left_as_it_is(mjnav, tmp_path):
-    path = tmp_path / "a.mcap"
-    path.write_bytes(b"mine")
-    said = mjnav("run", "hall", "--log", path)
-    assert (said.code, said.out) == (2, "")
-    assert "exists already" in said.err
-    assert path.read_bytes() == b"mine"
-
-
-def test_a_folder_that_may_not_be_written_to_is_refused(bound_by_permissions, tmp_path):
-    folder = tmp_path / "closed"
-    folder.mkdir(mode=0o500)
-    words = [sys.executable, "-m", "mjnav.cli.main", "run", "hall", "--log", "closed/a.mcap"]
-    done = subprocess.run([*bound_by_permissions, *words], cwd=tmp_path, capture_output=True, text=True, check=False)
-    assert (done.returncode, done.stdout) == (2, "")
-    assert done.stderr == f"mjnav: closed/a.mcap: the folder {folder} is not writable\n"
-
-
 def test_a_fault_in_the_run_is_one_line_and_exit_1(mjnav, monkeypatch):
     monkeypatch.setattr(Navigator, "predict", lambda *_, **__: 1 // 0)
     said = mjnav("run", "crossing1", "--no-log", "--json", *SHORT)
     assert (said.code, json.loads(said.out)["outcome"]) == (1, "aborted")
     assert said.err.startswith("mjnav: aborted after 0.0 s, 0 ticks: ZeroDivisionError: integer division or modulo by")
     assert len(said.err.splitlines()) == 1
-
-
-def test_a_profile_is_a_table_for_people_and_a_key_of_the_json(mjnav):
-    said = mjnav("run", "crossing1", "--no-log", "--profile", *SHORT)
-    assert [line.split()[0] for line in said.out.splitlines() if line.startswith(("sense ", "advance ", "tick "))] == [
-        "sense",
-        "advance",
-        "tick",
-    ]
-    profile = json.loads(mjnav("run", "crossing1", "--no-log", "--profile", "--json", *SHORT).out)["profile"]
-    assert profile["ticks"] == 3
-    assert set(profile["phases"]["control"]["parts"]) == {"predict", "decide"}
 
 
 def test_a_requirement_on_the_run_is_checked_after_it_and_its_name_before(mjnav):

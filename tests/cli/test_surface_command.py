@@ -14,7 +14,6 @@ from mjnav.loop.run import column_names, record_at
 from mjnav.robot.controller import build_controller
 
 QUICK = ("--grid", "5", "--set", "physics.engine=kinematic")
-KEYS = "schema scene controller seed time_s status window grid chosen nominal minimum picture data"
 
 
 def files(folder: Path) -> list[str]:
@@ -33,27 +32,6 @@ def test_picture_and_arrays_go_below_the_working_folder_named_by_the_moment(mjna
     picture = np.asarray(Image.open(tmp_path / f"{stem}.png"))
     assert min(picture.shape[:2]) > 500
     assert picture.std() > 10.0  # not blank
-
-
-def test_files_go_where_they_are_told_and_one_that_is_replaced_is_said_to_be(mjnav, tmp_path):
-    assert "replaced" not in mjnav("surface", "crossing1", "--at", "0", "-o", "a.png", *QUICK).out
-    assert files(tmp_path) == ["a.npz", "a.png"]
-    said = mjnav("surface", "crossing1", "--at", "0", "-o", "a.png", "--data", "b.npz", *QUICK)
-    assert files(tmp_path) == ["a.npz", "a.png", "b.npz"]
-    assert said.out.splitlines()[-2:] == ["  picture   a.png, replaced", "  arrays    b.npz"]
-
-
-def test_json_is_one_object_with_the_documented_keys_and_nothing_else(mjnav):
-    said = mjnav("surface", "crossing1", "--at", "0.31", "-o", "a.png", "--json", *QUICK)
-    assert said.code == 0
-    printed = json.loads(said.out, parse_constant=pytest.fail)  # NaN and infinity are no JSON
-    assert list(printed) == KEYS.split()
-    assert (printed["schema"], printed["scene"], printed["controller"], printed["seed"]) == (1, "crossing1", "rkhs", 0)
-    assert (printed["time_s"], printed["status"]) == (pytest.approx(0.3), "ok")
-    assert (printed["window"], printed["grid"]) == ("bounds", 5)
-    assert (printed["picture"], printed["data"]) == ("a.png", "a.npz")
-    for control in ("chosen", "nominal", "minimum"):
-        assert sorted(printed[control]) == ["omega", "total", "v"]
 
 
 @pytest.mark.parametrize("scene", ["hall", "lane"])
@@ -84,54 +62,7 @@ def test_the_arrays_are_the_surface_of_the_moments_decision(mjnav, tmp_path, sce
     assert printed["minimum"]["total"] == s.total.min()
 
 
-def test_what_is_infinite_is_null(mjnav, tmp_path):
-    (tmp_path / "timid.py").write_text(
-        """
-from dataclasses import replace
-import numpy as np
-from mjnav.control.methods.mean import Mean
-
-class Timid(Mean):
-    def evaluate(self, problem):
-        costs = super().evaluate(problem)
-        return replace(costs, total=np.where(np.arange(len(costs.v)) == 0, 1.0, np.inf))
-"""
-    )
-    words = ("crossing1", "--controller", "timid:Timid", "--at", "0.1", "-o", "a.png", *QUICK)
-    printed = json.loads(mjnav("surface", *words, "--json").out, parse_constant=pytest.fail)
-    assert (printed["chosen"]["total"], printed["nominal"]["total"], printed["minimum"]) == (1.0, None, None)
-    text = mjnav("surface", *words).out
-    assert re.search(r"  nominal   v .* total cost infinite\n  minimum   nothing on the grid is allowed\n", text)
-
-
 # ------------------------------------------------------------------------------------------- refusals
-
-
-@pytest.mark.parametrize(
-    ("words", "fragments"),
-    [
-        (["hal", "--at", "1"], ["scene: found 'hal'", "did you mean 'hall'?"]),
-        (["crossing1", "--at", "-0.5"], ["--at: time: found -0.5; allowed: 0 to 60 s, the run's time limit"]),
-        (["crossing1", "--at", "1", "--grid", "1"], ["--grid: found 1; allowed: a whole number from 2 to 200"]),
-        (
-            ["crossing1", "--at", "1", "-o", "a.jpg"],
-            ["--output: found 'a.jpg'; allowed: a file name that ends in .png"],
-        ),
-        (
-            ["crossing1", "--at", "1", "--data", "a.csv"],
-            ["--data: found 'a.csv'; allowed: a file name that ends in .npz"],
-        ),
-        (["hall", "--at", "1"], ["control.method: found 'rkhs-plan'; allowed: a method that chooses from candidates"]),
-        (["crossing1", "--at", "0", "-o", "/proc/a.png"], ["/proc/a.png"]),
-    ],
-)
-def test_what_cannot_be_used_is_refused_in_one_line(mjnav, tmp_path, words, fragments):
-    said = mjnav("surface", *words, "--set", "physics.engine=kinematic")
-    assert (said.code, said.out) == (2, "")
-    assert len(said.err.splitlines()) == 1
-    for fragment in fragments:
-        assert fragment in said.err
-    assert files(tmp_path) == []
 
 
 def test_after_the_end_of_the_run_there_is_no_surface(mjnav, tmp_path):
@@ -141,29 +72,3 @@ def test_after_the_end_of_the_run_there_is_no_surface(mjnav, tmp_path):
         r"mjnav: --at: time: found 9.0; allowed: 0 to [0-9.]+ s: there the run ended \(goal\)\n", said.err
     )
     assert files(tmp_path) == []
-
-
-def test_a_method_without_candidates_is_refused_with_those_that_have_them(mjnav, tmp_path):
-    (tmp_path / "still.py").write_text(
-        """
-from mjnav.control.parameters import Parameters
-
-class Still:
-    parameters_type = Parameters
-
-    def __init__(self, limits, period, parameters):
-        self.parameters = parameters
-
-    def decide(self, observation):
-        raise NotImplementedError
-
-    def closest_cone(self, observation, decision):
-        return None
-"""
-    )
-    said = mjnav("surface", "hall", "--at", "1", "--controller", "still:Still", *QUICK)
-    assert (said.code, said.out) == (2, "")
-    assert said.err.startswith(
-        "mjnav: control.method: found 'still:Still'; allowed: a method that chooses from candidates"
-    )
-    assert re.search(r"\bmean\b.*\brkhs\b", said.err)

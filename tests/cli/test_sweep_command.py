@@ -5,7 +5,6 @@ import signal
 
 import pytest
 
-from mjnav.errors import missing_extra
 from mjnav.study.store.store import Store
 
 STUDY = """
@@ -29,34 +28,6 @@ class Failing(Rkhs):
     def decide(self, observation):
         if observation.time > 0.2:
             raise ZeroDivisionError("half way")
-        return super().decide(observation)
-"""
-
-LEAVING = """
-from mjnav.control.methods.mean import Mean
-
-
-class Mute(BaseException):
-    def __str__(self):
-        raise ValueError("no text")
-
-
-class Leaving(Mean):
-    def decide(self, observation):
-        raise {}
-"""
-
-MOVING = """
-import os
-
-from mjnav.control.methods.mean import Mean
-
-os.chdir("/")
-
-
-class Moving(Mean):
-    def decide(self, observation):
-        os.chdir("/")
         return super().decide(observation)
 """
 
@@ -93,17 +64,6 @@ def test_results_are_added_to_on_request_only(sweep):
     assert len(Store("elsewhere").done()) == 4
 
 
-def test_a_label_that_changes_runs_nothing_again_and_shows_in_the_next_table(sweep, mjnav, tmp_path):
-    assert sweep("--seeds", 1).code == 0
-    before = Store("runs/out/two methods").done()
-    (tmp_path / "two.toml").write_text(f'{STUDY}label = "Mean alone"\n')
-    assert "Mean alone" in mjnav("compare", "two.toml").out  # by the file
-    said = sweep("--seeds", 1, "--resume")
-    assert (said.code, said.out.splitlines()[1]) == (0, "2 of them are done")
-    assert Store("runs/out/two methods").done() == before
-    assert "Mean alone" in mjnav("compare", "runs/out/two methods").out  # by the file that the sweep left
-
-
 def test_json_is_one_object_and_nothing_else(sweep):
     printed = json.loads(sweep("--json", "--seeds", 2).out)
     assert (printed["schema"], printed["study"], printed["folder"]) == (1, "two methods", "runs/out/two methods")
@@ -111,23 +71,6 @@ def test_json_is_one_object_and_nothing_else(sweep):
         "episodes": 4, "kept": 0, "run": 4, "failed": 0, "interrupted": False, "causes": {}
     }  # fmt: skip
     assert 0.0 < printed["episode_seconds"] < printed["seconds"]
-
-
-def test_a_dry_run_names_the_cells_and_runs_nothing(sweep, tmp_path):
-    said = sweep("--dry-run", "--scene", "lane", "--set", "noise.profile=none")
-    assert said.out.splitlines()[1:] == [
-        "scene lane, setting default, method rkhs",
-        "scene lane, setting default, method mean",
-    ]
-    assert json.loads(sweep("--dry-run", "--json").out) == {
-        "schema": 1, "study": "two methods", "episodes": 12, "cells": 2
-    }  # fmt: skip
-    assert not (tmp_path / "runs").exists()
-
-
-def test_overrides_of_the_command_line_come_last(sweep):
-    assert sweep("--seeds", 1, "--set", "time_limit=0.3").code == 0
-    assert Store("runs/out/two methods").rows(["time_s"])["time_s"].to_pylist() == [0.3, 0.3]
 
 
 def test_an_episode_that_breaks_is_counted_by_its_cause_and_can_be_retried(sweep, tmp_path, monkeypatch):
@@ -142,53 +85,6 @@ def test_an_episode_that_breaks_is_counted_by_its_cause_and_can_be_retried(sweep
     assert retry == "  --retry-failed runs them again"
     assert "4 episodes, 0 of them" in sweep("--seeds", 2, "--resume").out
     assert "4 episodes, 2 of them" in sweep("--seeds", 2, "--retry-failed").out
-
-
-def test_whatever_a_plugin_raises_is_the_cause_in_its_row(sweep, tmp_path):
-    text = STUDY
-    for method, raised in {"rkhs": "SystemExit(0)", "mean": "Mute"}.items():
-        (tmp_path / f"{method}.py").write_text(LEAVING.format(raised))
-        text = text.replace(f'"{method}"', f'"{method}.py:Leaving"')
-    (tmp_path / "two.toml").write_text(text)
-    said = sweep("--seeds", 1)
-    assert (said.code, said.err) == (1, "")
-    causes = sorted(Store("runs/out/two methods").causes())
-    assert [cause.partition(" (")[0] for cause in causes] == ["Mute: its __str__ raises", "SystemExit: 0"]
-
-
-def test_a_plugin_that_changes_the_working_folder_is_found_by_all_episodes(sweep, tmp_path):
-    (tmp_path / "moving.py").write_text(MOVING)
-    (tmp_path / "two.toml").write_text(STUDY.replace('"mean"', '"moving.py:Moving"'))
-    said = sweep("--seeds", 1, "--scene", "crossing1", "--scene", "lane")
-    assert (said.code, said.err) == (0, "")
-    assert len(Store(tmp_path / "runs/out/two methods").done()) == 4
-
-
-@pytest.mark.parametrize(
-    ("words", "line"),
-    [
-        (["--workers", "0"], "mjnav: --workers: found 0; allowed: a whole number >= 1"),
-        (["--seeds", "0"], "mjnav: --seeds: found 0; allowed: a whole number from 1"),
-        (["--scene", "hal"], "mjnav: --scene: scene: found 'hal'"),
-        (["--set", "time_limt=3"], "mjnav: --set: time_limt: found 'time_limt'"),
-        (["--scheduler", "there", "--workers", "2"], "mjnav: argument --"),
-        (["-o", "two.toml/out"], "mjnav: two.toml/out: Not a directory"),
-    ],
-)
-def test_bad_input_is_refused_before_anything_starts(mjnav, tmp_path, monkeypatch, words, line):
-    monkeypatch.setattr("mjnav.study.trial.Episode", pytest.fail)
-    (tmp_path / "two.toml").write_text(STUDY)
-    said = mjnav("sweep", "two.toml", *words)
-    assert said.code == 2
-    assert line in said.err
-    assert "Traceback" not in said.err
-    assert not (tmp_path / "runs").exists()
-
-
-def test_a_study_that_does_not_exist_is_refused(mjnav):
-    said = mjnav("sweep", "crosings")
-    assert (said.code, said.out) == (2, "")
-    assert "did you mean 'crossings'?" in said.err
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
@@ -207,11 +103,3 @@ def test_an_interrupt_keeps_what_is_done_and_says_how_to_go_on(sweep, monkeypatc
     assert said.err == "mjnav: interrupted: 9 episodes are missing, --resume runs them\n"
     assert len(Store("runs/out/two methods").done()) == 3
     assert signal.getsignal(number) is before
-
-
-def test_without_the_extra_it_says_what_to_install(sweep, monkeypatch):
-    import sys
-
-    monkeypatch.setitem(sys.modules, "pyarrow.parquet", None)
-    said = sweep()
-    assert (said.code, said.err) == (2, f"mjnav: {missing_extra('pyarrow', 'sweep')}\n")

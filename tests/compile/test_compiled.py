@@ -4,6 +4,7 @@ import subprocess
 import sys
 from pathlib import Path
 
+from mjnav.compile.compiled import Vector, exact, kernel
 from tests.attacks.kernel_processes import Kernels
 
 SOURCES = str(Path(__file__).parents[2])
@@ -34,28 +35,23 @@ print(sum(e.is_start for _, e in recorder.buffer), moments.tobytes().hex())
 """
 # Prints each kernel and the functions outside it that are in its machine code.
 FOREIGN = """
-import sys
 from contextlib import suppress
 from importlib import import_module
 from pkgutil import walk_packages
-from numba.core.dispatcher import Dispatcher
-from numba.np.ufunc.dufunc import DUFunc
 import mjnav
-from mjnav.compile.compiled import load_kernels
+from mjnav.compile import compiled
 for module in walk_packages(mjnav.__path__, "mjnav."):
     if not module.name.endswith("__main__"):
         with suppress(ImportError):  # of an extra that is not installed
             import_module(module.name)
-load_kernels()
-modules = [module for name, module in sys.modules.items() if name.startswith("mjnav.")]
-for value in {id(value): value for module in modules for value in vars(module).values()}.values():
-    dispatcher = value._dispatcher if isinstance(value, DUFunc) else value
-    if isinstance(dispatcher, Dispatcher):
-        for kernel in dispatcher.overloads.values():
-            own = kernel.fndesc.mangled_name.removeprefix("_ZN")
-            functions = kernel.library._get_module_for_linking().functions
-            foreign = [f.name for f in functions if not f.is_declaration and own not in f.name]
-            print(kernel.fndesc.qualname, *foreign)
+compiled.load_kernels()
+for each in compiled._kernels:
+    dispatcher = getattr(each.compiled, "_dispatcher", each.compiled)
+    for kernel in dispatcher.overloads.values():
+        mangled = kernel.fndesc.mangled_name.removeprefix("_ZN")
+        functions = kernel.library._get_module_for_linking().functions
+        foreign = [f.name for f in functions if not f.is_declaration and mangled not in f.name]
+        print(kernel.fndesc.qualname, *foreign)
 """
 
 
@@ -83,3 +79,21 @@ def test_no_kernel_calls_the_machine_code_of_another():
         if name.startswith("_ZN") and "quicksort" not in name
     ]
     assert called == []
+
+
+def test_a_power_is_rounded_by_the_rules_of_its_own_kernel_whichever_was_compiled_first():
+    def squares(x: Vector):
+        total = 0.0
+        for i in range(len(x)):
+            total += x[i] ** 2
+        return total
+
+    def others(x: Vector):
+        return squares(x) ** 2
+
+    fast, strict = kernel(squares), exact(others)
+    fast.load()
+    squares = exact(squares)
+    strict.load()
+    codes = ["\n".join(made.inspect_llvm().values()) for made in (fast, strict)]
+    assert ["reassoc" in code for code in codes] == [True, False]

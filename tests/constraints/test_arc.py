@@ -131,11 +131,6 @@ def test_a_robot_that_turns_on_the_spot_touches_nothing():
     assert to_disc(1e-9, 0.0, 2.0, 0.0, 0.5) == 1.5  # from STANDSTILL on it drives
 
 
-def test_a_robot_that_stands_among_those_that_drive_changes_nothing_of_theirs():
-    ways = contact_distance([1.0, 0.0, 0.5], [0.0, 1.0, 0.0], [[2.0, 0.0, 0.5]], *NOTHING[1:])
-    assert ways.tolist() == [[1.5], [inf], [1.5]]
-
-
 @pytest.mark.parametrize("side", [1.0, -1.0])
 def test_an_arc_meets_a_wall_only_between_its_ends_and_else_the_end_that_is_nearer(side):
     # A quarter of the circle of radius 2 ends at (2, 2), 0.5 m before the wall's line.
@@ -146,12 +141,6 @@ def test_an_arc_meets_a_wall_only_between_its_ends_and_else_the_end_that_is_near
     assert beyond != pytest.approx(pi)
 
 
-def test_what_overlaps_a_walls_end_may_come_as_near_again_and_no_nearer():
-    # The robot leaves the end of a wall behind it, drives round the circle of radius 1 and comes upon the wall itself.
-    way = to_wall(1.0, 1.0, (-0.3, 0.0), (-3.0, 0.0), 0.5)
-    assert way == pytest.approx(2.0 * pi - np.arccos(1.0 - 0.3))
-
-
 def test_columns_are_discs_then_walls_then_lines():
     discs = [[2.0, 0.0, 0.5], [3.0, 0.0, 0.5]]
     walls = [[4.0, -1.0, 4.0, 1.0, 0.5], [5.0, -1.0, 5.0, 1.0, 0.5], [6.0, -1.0, 6.0, 1.0, 0.5]]
@@ -159,8 +148,3 @@ def test_columns_are_discs_then_walls_then_lines():
     ways = contact_distance([1.0, 0.5], [0.0, 0.0], discs, walls, lines)
     assert ways == pytest.approx(np.tile([1.5, 2.5, 3.5, 4.5, 5.5, 6.5, 7.5], (2, 1)))
     assert contact_distance([1.0], [0.0], *NOTHING).shape == (1, 0)
-
-
-def test_a_wall_of_no_length_is_a_disc():
-    for omega in (0.0, 0.3):
-        assert to_wall(1.0, omega, (2.0, 0.2), (2.0, 0.2), 0.5) == pytest.approx(to_disc(1.0, omega, 2.0, 0.2, 0.5))

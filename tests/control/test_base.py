@@ -11,45 +11,11 @@ from mjnav.control.methods.dwa import Dwa
 from mjnav.control.methods.mppi import Mppi
 from mjnav.control.methods.orca import Orca
 from mjnav.control.planner import Planner
-from mjnav.messages import Lanes, ObstacleSamples, RobotLimits
+from mjnav.messages import ObstacleSamples, RobotLimits
 
 
 def disc(x, y, radius=0.3):
     return ObstacleSamples(np.array([[x, y]]), np.zeros((1, 2)), radius)
-
-
-# A share of samples does not say by how much the mean's control violates: where all do, `saa` chooses another one.
-@pytest.mark.parametrize(
-    ("name", "key", "values"),
-    [
-        ("cvar", "eta", (0.0, 0.5, 0.95, 1.0)),
-        ("saa", "eta", (0.1, 0.9, 1.0)),
-        ("gaussian-linearised", "delta", (1e-6, 0.05, 0.5)),
-        ("gaussian-moments", "eta", (0.5, 0.99)),
-        ("gaussian-moments", "tail", ("cantelli", "quantile")),
-    ],
-)
-def test_without_uncertainty_a_constrained_method_decides_as_the_mean_does(observe, certain, limits, name, key, values):
-    agreed = set()
-    for seed in range(20):
-        o = certain(observe(seed, num_walls=seed % 3, **({"near": 0.05, "far": 2.5} if seed % 2 else {})))
-        mean = make_controller("mean", limits, 0.1).decide(o)
-        for value in values:
-            decision = make_controller(name, limits, 0.1, **{key: value}).decide(o)
-            if mean.status == Status.INFEASIBLE_NOMINAL:
-                assert decision.status == Status.INFEASIBLE
-            else:
-                assert (decision.v, decision.omega, decision.status) == (mean.v, mean.omega, mean.status)
-            agreed.add(decision.status)
-    assert {Status.OK, Status.INFEASIBLE} <= agreed
-
-
-@pytest.mark.parametrize("name", ["rkhs", "dwa", "mppi"])
-def test_walls_have_the_columns_after_the_obstacles_and_what_is_far_is_zero(alone, limits, name):
-    walls = np.array([[[-9.0, -1.0], [-9.0, 1.0]], [[1.4, -3.0], [1.4, 3.0]]])
-    o = alone(obstacles=(disc(9.0, 0.0), disc(1.2, 0.0)), walls=walls)
-    cone = make_controller(name, limits, 0.1).decide(o).costs.cone
-    assert cone.any(axis=0).tolist() == [False, True, False, True]
 
 
 def test_a_robot_at_rest_that_faces_away_from_its_goal_turns(alone, limits):
@@ -66,14 +32,6 @@ def test_a_robot_without_obstacles_drives_to_its_goal(choosing, alone):
     assert decision.status == Status.OK
     assert decision.v == pytest.approx(0.6)
     assert abs(decision.omega) < 0.1
-
-
-def test_between_lanes_a_robot_near_the_left_one_turns_right(alone, limits):
-    zero = np.zeros(25)
-    lanes = Lanes((0.0, 1.0, -0.25), (0.0, 1.0, 2.0), zero, zero)
-    for name in ("mean", "mppi", "mppi-plus", "rkhs", "rkhs-plan"):
-        decision = make_controller(name, limits, 0.1).decide(alone(heading=0.1, goal=(5.0, 1.0), lanes=lanes))
-        assert decision.omega < 0.0
 
 
 def test_the_status_says_when_no_candidate_meets_the_constraints(controller, alone):
@@ -136,11 +94,3 @@ def test_the_closest_obstacles_samples_are_those_of_the_decision(observe, limits
         assert samples.shape == (5 * len(o.obstacles[index].position),)
         assert (desired <= 0.0).all()
         assert controller.closest_cone(replace(o, obstacles=()), controller.decide(o)) is None
-
-
-@pytest.mark.parametrize("name", ["mppi", "mppi-plus", "orca", "rkhs-plan"])
-def test_a_method_without_a_cone_of_its_own_is_logged_by_the_default_one(observe, limits, name):
-    o = observe(7, num_obstacles=4)
-    own, other = (make_controller(method, limits, 0.1, safety_margin=0.1) for method in (name, "cvar"))
-    decision = own.decide(o)
-    assert own.closest_cone(o, decision)[1].tobytes() == other.closest_cone(o, decision)[1].tobytes()

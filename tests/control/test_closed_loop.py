@@ -24,12 +24,6 @@ def test_a_pillar_at_rest_is_passed(drive, controller, aside):
     assert clearance > 0.0
 
 
-def test_a_person_who_comes_slowly_is_passed(drive, controller):
-    reached, clearance = drive(controller, (6.0, 0.0), discs=[((5.0, 0.2), (-0.2, 0.0), 0.3)])
-    assert reached
-    assert clearance > 0.0
-
-
 def test_the_way_leads_along_a_wall_and_ends_before_one_that_blocks_it(drive, controller):
     assert drive(controller, (4.0, 0.0), walls=[[[-2.0, 0.4], [8.0, 0.4]]], seconds=15.0)[0]
     reached, clearance = drive(controller, (4.0, 0.0), walls=[[[2.0, -50.0], [2.0, 50.0]]], seconds=20.0)

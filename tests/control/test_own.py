@@ -1,8 +1,6 @@
 """Users' own controllers: by module, by file, and as a class or an object."""
 
-import subprocess
 import sys
-from pathlib import Path
 
 import pytest
 
@@ -76,12 +74,6 @@ def test_a_class_below_the_protocol_alone_works_with_its_parameters(limits, obse
     assert controller.parameters.turn_change_weight == pytest.approx(0.01)
 
 
-def test_a_shipped_class_by_its_place_decides_what_it_does_by_its_name(limits, observe):
-    by_place = make_controller("mjnav.control.methods.mean:Mean", limits, 0.1).decide(observe(3))
-    by_name = make_controller("mean", limits, 0.1).decide(observe(3))
-    assert (by_place.v, by_place.omega) == (by_name.v, by_name.omega)
-
-
 @pytest.mark.usefixtures("own")
 @pytest.mark.parametrize(
     ("name", "message"),
@@ -93,13 +85,8 @@ def test_a_shipped_class_by_its_place_decides_what_it_does_by_its_name(limits, o
         ("own_package.own:Unfinished", "a controller, which has evaluate"),
         ("own_package.own:Untyped", "whose parameters_type is a dataclass below LoopParameters"),
         ("own_package.own:Lone", "made as Class(robot_limits, period, parameters) (TypeError: "),
-        ("own_package.own:", "found 'own_package.own:'; allowed: package.module:Class or file.py:Class, a controller"),
-        (":Slow", "allowed: package.module:Class or file.py:Class, a controller"),
-        ("../own:Slow", "allowed: package.module:Class or file.py:Class, a controller"),
         ("__main__:Slow", "the controller itself, handed over in Python"),
-        ("own_package.own:Slow()", "the controller itself, handed over in Python"),
         ("own_nowhere.py:Slow", "found 'own_nowhere.py:Slow'; allowed: a Python file that exists"),
-        ("a:b:c", "allowed: package.module:Class or file.py:Class, a controller"),
     ],
 )
 def test_what_is_no_controller_is_refused_with_what_it_lacks(limits, name, message):
@@ -107,14 +94,6 @@ def test_what_is_no_controller_is_refused_with_what_it_lacks(limits, name, messa
         make_controller(name, limits, 0.1)
     assert raised.value.key == "method"
     assert message in str(raised.value)
-
-
-@pytest.mark.usefixtures("own")
-def test_its_parameters_are_checked_like_all_others(limits):
-    with pytest.raises(InvalidValue, match="did you mean 'speed'"):
-        make_controller("own_package.own:Slow", limits, 0.1, sped=1.0)
-    with pytest.raises(InvalidValue, match="speed: found 'fast'; allowed: a number"):
-        make_controller("own_package.own:Slow", limits, 0.1, speed="fast")
 
 
 @pytest.mark.usefixtures("own")
@@ -140,9 +119,7 @@ class Policy(PolicyController):
 """
 
 
-def test_a_policy_that_cannot_open_its_file_is_refused_with_the_file_and_the_reason(
-    limits, tmp_path, monkeypatch, bound_by_permissions
-):
+def test_a_policy_that_cannot_open_its_file_is_refused_with_the_file_and_the_reason(limits, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "policy.py").write_text(OPENS)
     for reason in ("No such file or directory", "Is a directory"):
@@ -150,16 +127,6 @@ def test_a_policy_that_cannot_open_its_file_is_refused_with_the_file_and_the_rea
             make_controller("policy.py:Policy", limits, 0.1)
         assert str(raised.value) == f"the controller policy.py:Policy cannot open 'weights.txt': {reason}"
         (tmp_path / "weights.txt").mkdir(exist_ok=True)
-    (tmp_path / "folder.py").mkdir()
-    with pytest.raises(InputError, match=r"folder\.py:Policy cannot open '.*/folder\.py': Is a directory"):
-        make_controller("folder.py:Policy", limits, 0.1)
-    (tmp_path / "weights.txt").rmdir()
-    (tmp_path / "weights.txt").touch(mode=0)
-    program = Path(sys.executable).with_name("mjnav")
-    command = [*bound_by_permissions, program, "run", "crossing1", "--controller", "policy.py:Policy", "--no-log"]
-    done = subprocess.run(command, capture_output=True, text=True, check=False)
-    said = f"mjnav: the controller {tmp_path}/policy.py:Policy cannot open 'weights.txt': Permission denied\n"
-    assert (done.returncode, done.stderr) == (2, said)
 
 
 class Still:
@@ -215,17 +182,6 @@ def test_the_working_folder_is_searched_during_that_import_alone(limits, working
         make_controller("own_here.own:Lazy", limits, 0.1)
 
 
-def test_a_module_that_cannot_be_imported_leaves_the_path_as_it_was(limits, working_folder):
-    (working_folder / "own_failing.py").write_text("import sys\nsys.path.clear()\n1 / 0")
-    before = list(sys.path)
-    with pytest.raises(InvalidValue, match="ZeroDivisionError"):
-        make_controller("own_failing:Slow", limits, 0.1)
-    sys.path[:] = before
-    with pytest.raises(InvalidValue, match="No module named 'own_nowhere'"):
-        make_controller("own_nowhere:Slow", limits, 0.1)
-    assert sys.path == before
-
-
 FILE = """
 from dataclasses import dataclass
 from beside_it import SPEED
@@ -263,8 +219,6 @@ def test_a_class_of_a_file_finds_its_neighbours_wherever_it_lies(limits, working
     assert sys.path == before
     monkeypatch.chdir(working_folder / "one")
     assert type(make_controller("policy.py:Policy", limits, 0.1)._controller) is type(first._controller)
-    with pytest.raises(InvalidValue, match=r"did you mean 'policy.py:Policy'\?"):
-        make_controller("polcy.py:Policy", limits, 0.1)
     with pytest.raises(InvalidValue, match="speed: found 'fast'; allowed: a number"):
         make_controller("policy.py:Policy", limits, 0.1, speed="fast")
     with pytest.raises(InvalidValue, match=r"did you mean 'policy.py:Policy'\?"):

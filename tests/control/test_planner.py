@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from mjnav.control import Status, make_controller
-from mjnav.control.planner import effort, progress
+from mjnav.control.planner import effort
 from mjnav.messages import KnownMap, ObstacleSamples, RobotLimits
 from mjnav.metrics.effort import control_cost
 from mjnav.motion.rollouts import Rollouts
@@ -108,14 +108,6 @@ def test_where_nothing_is_feasible_the_plan_leaves_the_most_time(alone, limits, 
     followed = time_to_contact(decision.plan.path, o, limits.radius, step)
     assert followed >= max(times) - 1e-9
     assert max(times) - min(times) > 0.1
-
-
-def test_progress_is_0_for_who_drives_to_the_goal_at_full_speed_and_1_for_who_stands():
-    drives, stands = 5.0 - 0.8 * 0.2 * np.arange(1, 21), np.full(20, 5.0)
-    assert progress(np.stack([drives, stands], axis=1), 5.0, 0.8 * 4.0) == pytest.approx([0.0, 1.0])
-    assert progress(np.zeros((20, 1)), 1.0, 3.2) == pytest.approx([0.0])  # it stands at the goal
-    assert progress(np.full((20, 1), 1.0), 1.0, 3.2) == pytest.approx([1.0])  # and 1 m before it, as far from it
-    assert progress(np.full((20, 1), 0.16), 0.0, 3.2) == pytest.approx([1.0])  # one step of way beyond the goal
 
 
 def test_effort_is_the_control_cost_of_the_metrics(limits):

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from mjnav.metrics.definitions import DERIVED, FIGURES
+from mjnav.metrics.summary import DERIVED, FIGURES
 
 ROOT = Path(__file__).parents[2]
 

@@ -9,13 +9,18 @@ from scipy.sparse import csr_array
 from scipy.sparse.csgraph import dijkstra
 
 from mjnav.geometry.floor import Floor
-from mjnav.geometry.shortest_way import EXCESS, WayMap, length
+from mjnav.geometry.shortest_way import EXCESS, WayMap
 
 NONE = np.zeros((0, 3))
 REACH = 0.35
 SIDE, STEP = 6.0, 0.1  # [m] of the square room, and between the grid's points
 AXIS = np.arange(-0.5 * SIDE, 0.5 * SIDE, STEP)
 DIAGONAL = 1.0 / np.cos(pi / 8)  # how much longer than straight a way in eight directions is at most
+
+
+def length(points):
+    """Of a polyline (k, 2) [m]."""
+    return float(np.linalg.norm(np.diff(np.asarray(points, float), axis=0), axis=1).sum())
 
 
 def around_a_box(half_length, half_thickness, away, reach):
@@ -112,10 +117,3 @@ def test_there_is_no_way_out_of_a_closed_room_and_none_through_a_gap_that_is_too
         doorway = [(0.0, s * (0.5 * gap + half), 0.5 * pi, half, 0.05) for s in (-1, 1)]
         found = WayMap(room(doorway, []), REACH).way([-2.0, 1.0], [2.0, 1.0])
         assert (found is not None) is passes
-
-
-def test_a_point_beside_a_wall_is_moved_to_where_the_disc_has_room():
-    ways = WayMap(room([], []), REACH)
-    assert ways.anchor([2.8, 0.0]) == pytest.approx([0.5 * SIDE - 0.05 - REACH, 0.0])
-    assert ways.anchor([2.8, -2.8]) == pytest.approx([2.6, -2.6])
-    assert ways.anchor([1.0, 1.0]) == pytest.approx([1.0, 1.0])

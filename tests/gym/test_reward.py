@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 import mjnav.gym  # noqa: F401
-from mjnav.gym.reward import TERMS, Reward, Transition
+from mjnav.gym.reward import TERMS, Transition
 from mjnav.loop.prepare import load_scenario
 from mjnav.messages import Contact, WorldState
 from mjnav.metrics.effort import control_cost
@@ -58,8 +58,3 @@ def test_sums_over_an_episode_are_the_metrics():
     assert total["time"] == pytest.approx(-3.0)
     assert total["control"] == pytest.approx(-0.5 * control_cost(decisions, 0.1))
     env.close()
-
-
-def test_weights_scale_their_terms():
-    transition = step(state(0.0, (5.0, 0.0)), state(0.25, (5.0, 0.0)), "goal")
-    assert Reward({"goal": 3.0, "progress": -2.0}).terms(transition) == {"goal": 3.0, "progress": pytest.approx(-0.5)}

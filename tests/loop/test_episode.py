@@ -1,23 +1,17 @@
 """Whole runs: the same seed ends in the same state, whatever else happens, and every end is in order."""
 
-import json
 import re
-from dataclasses import asdict, replace
 from itertools import count
-from typing import ClassVar
 
 import numpy as np
 import pytest
 
 import mjnav
 from mjnav import control
-from mjnav.control.methods.mean import Mean
-from mjnav.errors import InputError
 from mjnav.log import open_log
-from mjnav.loop import run as run_module
 from mjnav.loop.episode import Episode
-from mjnav.loop.faults.fault import RunFault
 from mjnav.loop.pacer import RealTimePacer
+from mjnav.loop.supervision import RunFault
 from mjnav.metrics import summarise
 from mjnav.robot import navigator as navigator_module
 from mjnav.robot.navigator import Navigator
@@ -69,38 +63,6 @@ def test_what_matters_changes_the_hash(room):
     changes = ("control.delay=2", "control.rate=5", "physics.engine=kinematic", "noise.profile=none", "time_limit=1.1")
     hashes = [state_hash(room(change)) for change in ("seed=0", *changes)]
     assert len(set(hashes)) == len(hashes)
-
-
-@pytest.mark.parametrize("rate", [2.5, 10.0, 25.0])
-def test_sensors_of_their_own_rate_serve_any_control_rate(room, rate):
-    result = Episode(room("sensors.rate=4", f"control.rate={rate}", "time_limit=2.0")).run()
-    assert result.summary["ticks"] == round(2.0 * rate)
-    assert result.summary["localization_rmse_m"] < 0.3
-    assert np.isfinite(result.trajectory.estimate).all()
-
-
-class Untouched(Mean):
-    """A user's own controller that counts what it is asked."""
-
-    asked: ClassVar[list] = []
-
-    def decide(self, observation):
-        self.asked.append(observation.time)
-        return super().decide(observation)
-
-
-def test_a_users_own_controller_sees_the_ticks_of_the_run_alone(room):
-    scenario = replace(room(), control=replace(room().control, method=f"{__name__}:Untouched"))
-    result = mjnav.run(scenario)
-    assert len(Untouched.asked) == result.summary["ticks"] == 10
-
-
-@pytest.mark.parametrize("known", [False, True])
-def test_a_run_warms_up_once_or_not_at_all_where_its_caller_has(room, monkeypatch, known):
-    calls = []
-    monkeypatch.setattr(run_module, "warm_up", calls.append)
-    mjnav.run(room("time_limit=0.2"), warmed_up=known)
-    assert len(calls) == (not known)
 
 
 # ------------------------------------------------------------------------------- paired random streams
@@ -157,13 +119,6 @@ def test_a_goal_behind_the_robot_is_reached_by_turning_round(empty, method):
     assert (result.summary["outcome"], result.summary["success"]) == ("goal", True)
 
 
-def test_a_robot_at_its_goal_has_nothing_to_do(empty, tmp_path):
-    result = Episode(empty("robot.goal=[0.1, 0.0]"), log=tmp_path / "a.mcap").run()
-    assert (result.summary["outcome"], result.summary["ticks"], result.summary["time_s"]) == ("goal", 0, 0.0)
-    assert open_log(tmp_path / "a.mcap").complete
-    assert json.loads(json.dumps(result.summary, allow_nan=False)) == result.summary
-
-
 BLOCKED = ("pillars.0.position=[1.0, 0.0]", "control.sensing_range=0.01", "noise.profile=none")  # it sees nothing
 
 
@@ -185,24 +140,6 @@ def test_or_the_run_goes_on_and_is_no_success(room, tmp_path, engine):
     assert result.summary["ticks"] == 35
     texts = [message.value.message for message in open_log(tmp_path / "a.mcap").messages("/events")]
     assert any("contact with pillar pillar0" in text for text in texts)
-
-
-def test_reaching_the_goal_after_a_touch_is_no_success(room):
-    # A person walks into the robot's side, and leaves it able to go on.
-    person = ("people.0.start=[0.45, 1.2]", "people.0.velocity=[0.0, -0.6]")
-    blind = ("control.sensing_range=0.01", "noise.profile=none")
-    rest = ("stop_on_collision=false", "time_limit=20", "physics.engine=kinematic", "robot.goal=[2.0, 0.0]")
-    scenario = room(*person, *blind, *rest)
-    summary = Episode(scenario).run().summary
-    assert (summary["outcome"], summary["success"], summary["collisions"]["person"]) == ("goal", False, 1)
-
-
-def test_a_run_is_aborted_when_it_is_asked_to(room, tmp_path):
-    asked = count()
-    result = Episode(room(), log=tmp_path / "a.mcap", stop=lambda: next(asked) >= 4).run()
-    assert (result.summary["outcome"], result.summary["ticks"]) == ("aborted", 4)
-    log = open_log(tmp_path / "a.mcap")
-    assert (log.complete, log.truncated, log.result["outcome"]) == (True, False, "aborted")
 
 
 # ------------------------------------------------------------------------------------------- faults
@@ -267,33 +204,16 @@ def test_physics_that_diverge_abort_the_run_at_the_last_state_that_is_known(room
     assert [fault.message.partition(":")[0] for fault in faults] == ["MuJoCo lost the physics before 0.500 s"]
 
 
-def test_sensors_quicker_than_the_loop_are_logged_reading_by_reading(room, tmp_path):
-    Episode(room("control.rate=4", "sensors.rate=20"), log=tmp_path / "a.mcap").run()
-    found = [(m.sequence, m.value["time"]) for m in open_log(tmp_path / "a.mcap").messages("/odometry")]
-    times = [0.05 * i for i in range(16)]
-    assert [time for _, time in found] == pytest.approx(times)
-    assert [tick for tick, _ in found] == [0, *([1] * 5), *([2] * 5), *([3] * 5)]
-
-
-def test_a_log_that_appears_after_the_check_is_not_replaced(room, tmp_path):
-    path = tmp_path / "a.mcap"
-    episode = Episode(room(), log=path)
-    path.write_bytes(b"mine")
-    with pytest.raises(InputError, match="cannot be written: File exists"):
-        episode.run()
-    assert path.read_bytes() == b"mine"
-
-
 # --------------------------------------------------------------------------------- memory and the log
 
 
-@pytest.mark.parametrize("scene", ["hall", "lane", "crossing2"])
-def test_metrics_of_the_log_are_those_of_memory(tmp_path, scene):
-    scenario = scene.load(scene, ("time_limit=3",))
+@pytest.mark.parametrize("name", ["hall", "lane", "crossing2"])
+def test_metrics_of_the_log_are_those_of_memory(tmp_path, name):
+    scenario = mjnav.load_scenario(name, ("time_limit=3",))
     result = Episode(scenario, log=tmp_path / "a.mcap").run()
     log = open_log(tmp_path / "a.mcap")
     again = summarise(log.trajectory(), log.scenario(), outcome=log.result["outcome"])
-    for name, value in asdict(again).items():
+    for name, value in again.items():
         expected = result.summary[name]
         assert value == (pytest.approx(expected, rel=1e-9, abs=1e-9) if isinstance(value, float) else expected), name
     assert log.result["state_hash"] == result.summary["state_hash"]

@@ -3,7 +3,7 @@
 import numpy as np
 
 from mjnav.loop.events import Events
-from mjnav.messages import Beliefs, Contact, Decision, Event, RobotBelief, Status, Track, WorldState
+from mjnav.messages import Beliefs, Contact, Decision, RobotBelief, Status, Track, WorldState
 
 TOUCH = (Contact("wall", "wall0", 12.4, 0.25),)
 
@@ -17,7 +17,7 @@ def decided(status: Status = Status.OK, wish: tuple[float, float] | None = None)
 
 
 def test_a_status_is_told_when_it_changes_and_a_clipped_command_once():
-    events = Events(0.1)
+    events = Events()
     found = [events.of_tick(state(), None, decided(*case)) for case in (
         (Status.OK,), (Status.INFEASIBLE, (2.0, 0.0)), (Status.INFEASIBLE, (2.0, 0.0)), (Status.OK,)
     )]  # fmt: skip
@@ -36,16 +36,10 @@ def test_a_contact_with_a_person_says_whose_fault_it_was():
 
     touched = at(0.0, (Contact("person", "person0", 0.0, 0.05),))
     for v, text in ((0.6, "; the robot moved at 0.60 m/s: its own fault"), (0.0, "; the robot stood")):
-        events = Events(0.1, sees=(False,))
+        events = Events((False,))
         events.of_tick(at(v), None, decided())
         (event,) = events.of_tick(touched, None, decided())
         assert event.text.endswith(text)
-
-
-def test_what_no_tick_carries_comes_with_the_end():
-    events = Events(0.1)
-    events.note(Event("error", "fault", "x"))
-    assert [event.name for event in events.at_end(state(TOUCH), "aborted", 3)] == ["fault", "contact", "log", "end"]
 
 
 def test_a_depleted_belief_is_told_once_for_as_long_as_it_lasts():
@@ -54,7 +48,7 @@ def test_a_depleted_belief_is_told_once_for_as_long_as_it_lasts():
         track = Track("person0", 0.0, np.zeros((200, 4)), weights, np.zeros(4), np.eye(4), person, 0.3)
         return Beliefs(RobotBelief(0.0, np.zeros((200, 3)), weights, np.zeros(3), np.eye(3), robot), (track,))
 
-    events = Events(0.1)
+    events = Events()
     cases = [beliefs(150.0, 4.1), beliefs(150.0, 3.9), None, beliefs(3.0, 2.0), beliefs(3.0, 90.0), beliefs(9.0, 3.0)]
     found = [[event.text for event in events.of_tick(state(), case, decided())] for case in cases]
     depleted = "{} of the 200 particles of {} count".format

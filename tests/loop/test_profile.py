@@ -2,10 +2,8 @@
 
 import pytest
 
-import mjnav
 from mjnav.loop.episode import Episode
 from mjnav.loop.pacer import BETWEEN, SPANS
-from mjnav.loop.profile import Profile
 from mjnav.messages import PHASES
 
 
@@ -28,16 +26,3 @@ def test_parts_add_up_to_their_phase_and_phases_to_the_tick(room, tmp_path):
         assert sum(part["share"] for part in phase["parts"].values()) == pytest.approx(phase["share"])
     assert sum(phase["mean"] for phase in figures["phases"].values()) == pytest.approx(figures["tick_us"]["mean"])
     assert sum(phase["share"] for phase in figures["phases"].values()) == pytest.approx(1.0)
-
-
-def test_a_run_without_a_tick_has_a_profile_without_figures():
-    profile = Profile.of([])
-    assert profile.document() == {"ticks": 0, "tick_us": None, "phases": {}}
-    assert profile.table().split() == ["us", "a", "tick", "p50", "p99", "mean", "share"]
-
-
-def test_the_table_has_a_row_for_every_phase_and_part(room):
-    profile = mjnav.run(room("time_limit=0.2"), profile=True).profile
-    parts = [part for phase in profile.phases.values() for part in phase.parts]
-    names = [line.split()[0] for line in profile.table().splitlines()[1:]]
-    assert sorted(names) == sorted([*profile.phases, *parts, "tick"])

@@ -1,12 +1,11 @@
 """The tick at a moment, of a run that goes no further."""
 
-import numpy as np
 import pytest
 
 from mjnav.errors import InvalidValue
 from mjnav.loop.episode import Episode
 from mjnav.loop.prepare import load_scenario
-from mjnav.loop.run import column_names, record_at
+from mjnav.loop.run import record_at
 
 KINEMATIC = ("physics.engine=kinematic",)
 
@@ -37,29 +36,7 @@ def test_it_is_the_tick_then_or_the_last_before(short, whole, time, tick):
     assert (record.decision.v, record.decision.omega) == (expected.decision.v, expected.decision.omega)
 
 
-def test_at_the_end_of_a_run_it_is_its_last_tick(short, whole):
-    records, end = whole
-    assert record_at(short, end).tick == records[-1].tick
-
-
 def test_after_the_end_of_a_run_there_is_none(short, whole):
     _, end = whole
     with pytest.raises(InvalidValue, match=rf"time: found .*; allowed: 0 to {end:g} s: there the run ended \(goal\)"):
         record_at(short, end + 0.05)
-
-
-@pytest.mark.parametrize("time", [-0.1, np.nan, np.inf, 1e9])
-def test_moments_that_no_run_of_the_scene_has_are_refused(short, time):
-    with pytest.raises(InvalidValue, match=f"allowed: 0 to {short.time_limit:g} s, the run's time limit"):
-        record_at(short, time)
-
-
-def test_every_column_of_the_cone_has_a_name():
-    scenario = load_scenario("hall", KINEMATIC)
-    names = column_names(scenario)
-    assert len(set(names)) < len(names)  # the legs of a table share one
-    record = record_at(scenario, 0.0)
-    assert len(names) == record.decision.costs.cone.shape[1]
-    people, walls = len(scenario.people), len(scenario.walls)
-    assert names[:people] == tuple(f"person{i}" for i in range(people))
-    assert names[-walls:] == tuple(f"wall{i}" for i in range(walls))

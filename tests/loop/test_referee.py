@@ -32,12 +32,6 @@ def test_a_collision_counts_before_the_goal_and_the_goal_before_time(room, truth
     assert Referee(room()).outcome(truth, on_last_leg=True) == outcome
 
 
-def test_contacts_end_nothing_where_the_scenario_says_so(room):
-    referee = Referee(room("stop_on_collision=false"))
-    assert referee.outcome(state(0.0, contacts=TOUCH), on_last_leg=True) is None
-    assert referee.outcome(state(6.0, contacts=TOUCH), on_last_leg=True) == "goal"
-
-
 def test_a_routes_last_point_counts_on_the_last_leg_only(room):
     referee = Referee(room("robot.waypoints=[[3.0, 0.0], [0.0, 0.0]]"))
     assert referee.outcome(state(0.0), on_last_leg=False) is None

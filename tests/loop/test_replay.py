@@ -2,7 +2,6 @@
 
 import json
 import os
-import resource
 from dataclasses import replace as changed
 
 import numpy as np
@@ -11,13 +10,11 @@ from mcap.reader import make_reader
 from mcap.writer import Writer
 
 import mjnav
-from mjnav import scene
 from mjnav.errors import DamagedLogError, InputError
 from mjnav.loop.episode import Episode
-from mjnav.loop.faults.fault import RunFault
 from mjnav.loop.provenance import provenance
 from mjnav.loop.replay import TickComparison, replay
-from mjnav.world.mujoco_engine import MujocoEngine
+from mjnav.loop.supervision import RunFault
 
 OWN = """
 from mjnav.control.methods.mean import Mean
@@ -87,37 +84,12 @@ def logged(room, path):
     ],
 )
 def test_every_kind_of_run_is_the_same_again(path, name, overrides):
-    result = Episode(scene.load(name, ("time_limit=1.5", *overrides)), log=path).run()
+    result = Episode(mjnav.load_scenario(name, ("time_limit=1.5", *overrides)), log=path).run()
     found = replay(path)
     assert found.differences == ()
     assert (found.identical, found.complete, found.missing) == (True, True, 0)
     assert found.ticks == result.summary["ticks"] > 5
     assert (found.outcome, found.state_hash) == ("timeout", result.summary["state_hash"])
-
-
-def test_a_paced_run_of_the_same_seed_is_too(room, path):
-    mjnav.run(room("time_limit=0.5"), real_time=True, log=path)
-    assert mjnav.replay(path).identical
-
-
-@pytest.mark.parametrize(
-    ("overrides", "outcome"),
-    [
-        (("robot.goal=[0.5, 0.0]", "time_limit=20"), "goal"),
-        (("pillars.0.position=[1.0, 0.0]", "control.sensing_range=0.01", "time_limit=20"), "collision"),
-        (("robot.goal=[0.1, 0.0]",), "goal"),  # before the first tick
-    ],
-)
-def test_however_it_ended(room, path, overrides, outcome):
-    Episode(room(*overrides, "noise.profile=none"), log=path).run()
-    found = replay(path)
-    assert (found.identical, found.outcome) == (True, outcome)
-
-
-def test_a_run_of_measured_latency_is_repeated_with_its_own_times(room, path):
-    Episode(room('control.latency={model="measured"}'), log=path).run()
-    found = replay(path)
-    assert (found.identical, found.ticks) == (True, 10)
 
 
 def test_also_where_it_was_killed_before_they_were_all_written_down(room, path):
@@ -178,17 +150,6 @@ def test_a_controller_of_ones_own_from_the_working_folder(room, path, tmp_path, 
 # --------------------------------------------------------------------------------------------- it differs
 
 
-def test_under_another_seed_the_first_difference_is_what_was_measured(logged):
-    def reseeded(name, data):
-        return scene.dumps(changed(scene.loads(data.decode()), seed=1)).encode() if name == "scenario.toml" else data
-
-    found = replay(rewrite(logged, attachment=reseeded))
-    assert (found.identical, found.tick, found.time) == (False, 0, 0.0)
-    assert found.differences[0].part == "reading"
-    assert "/odometry v" in {difference.field for difference in found.differences}
-    assert {d.part for d in found.differences} >= {"reading", "estimate", "tracks"}
-
-
 @pytest.mark.parametrize(
     ("topic", "way", "part", "field"),
     [
@@ -233,22 +194,6 @@ def test_a_plan_that_is_another_is_told_and_one_that_an_earlier_log_lacks_is_not
     assert comparison.tick({name: said for name, said in documents.items() if name != "/plan"}, record) == []
 
 
-def test_so_are_a_status_and_a_contact_that_were_not(logged):
-    def altered(topic, tick, document):
-        if (topic, tick) == ("/decision", 4):
-            document["status"] = "infeasible"
-        if (topic, tick) == ("/contacts", 5):
-            document["contacts"] = [{"kind": "wall", "name": "wall0", "force": 1.0, "time": 0.5}]
-        return document
-
-    found = replay(rewrite(logged, altered))
-    (difference,) = found.differences
-    assert (found.tick, difference.field) == (4, "/decision status")
-    assert (difference.logged, difference.again, difference.amount) == ("infeasible", "ok", None)
-    found = replay(rewrite(logged, lambda *told: altered(*told) if told[0] == "/contacts" else told[2]))
-    assert (found.tick, found.differences[0].field) == (5, "/contacts contacts.wall0.kind")
-
-
 def test_the_state_in_which_the_run_ended_counts_and_so_does_the_result(logged):
     def altered(topic, tick, document):
         if (topic, tick) == ("/robot/state", 10):
@@ -279,43 +224,6 @@ def test_a_run_that_its_controller_broke_is_repeated_up_to_there(room, path, tmp
         Episode(room(controller="breaking_for_replay:Timid"), log=path).run()
     found = replay(path, trust=True)
     assert (found.identical, found.complete, found.ticks, found.outcome) == (True, True, 5, "aborted")
-
-
-def test_a_run_whose_disk_was_full_is_repeated_up_to_there(room, path):
-    limits = resource.getrlimit(resource.RLIMIT_FSIZE)
-    episode = Episode(room("time_limit=20"), log=path)
-    resource.setrlimit(resource.RLIMIT_FSIZE, (200_000, limits[1]))
-    try:
-        with pytest.raises(RunFault, match="File too large"):
-            episode.run()
-    finally:
-        resource.setrlimit(resource.RLIMIT_FSIZE, limits)
-    found = replay(path)
-    assert (found.identical, found.complete, found.outcome) == (True, False, "aborted")
-    assert found.ticks > 5
-
-
-def test_physics_that_diverged_do_so_again_or_it_is_told(room, path, monkeypatch):
-    def diverging(self, twists):
-        if self._steps == 250:
-            self.data.qvel[0] = 1e11
-        advance(self, twists)
-
-    advance = MujocoEngine.advance
-    with monkeypatch.context() as patch:
-        patch.setattr(MujocoEngine, "advance", diverging)
-        with pytest.raises(RunFault, match="MuJoCo lost the physics"):
-            Episode(room(), log=path).run()
-        found = replay(path)
-        assert (found.identical, found.complete, found.ticks) == (True, True, 6)
-    found = replay(path)
-    assert (found.identical, found.complete, found.ticks) == (True, False, 6)
-
-
-def test_a_replay_can_be_stopped(logged):
-    left = iter([False] * 4)
-    found = replay(logged, stop=lambda: next(left, True))
-    assert (found.identical, found.ticks) == (True, 4)
 
 
 def test_what_was_another_program_is_told(logged, monkeypatch):

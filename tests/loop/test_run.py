@@ -10,17 +10,9 @@ import mjnav
 from mjnav import scene
 from mjnav.errors import InputError, InvalidValue
 from mjnav.log import open_log
-from mjnav.loop.prepare import default_log_path, load_scenario
+from mjnav.loop.prepare import load_scenario
 
 SHORT = ("time_limit=0.4",)
-
-
-def test_a_scenario_a_name_and_a_path_give_the_same_run(tmp_path):
-    scenario = load_scenario("crossing1", SHORT)
-    path = tmp_path / "mine.toml"
-    path.write_text(scene.dumps(scenario))
-    hashes = {mjnav.run(which).summary["state_hash"] for which in (scenario, path, str(path))}
-    assert len(hashes) == 1
 
 
 def test_seed_and_controller_take_the_place_of_the_scenarios_own():
@@ -32,13 +24,6 @@ def test_seed_and_controller_take_the_place_of_the_scenarios_own():
     assert (scenario.seed, scenario.control.method) == (0, "rkhs")
 
 
-@pytest.mark.parametrize("log", [None, False])
-def test_without_a_log_nothing_is_written(tmp_path, monkeypatch, log):
-    monkeypatch.chdir(tmp_path)
-    assert mjnav.run(load_scenario("crossing1", SHORT), log=log).summary["log"] is None
-    assert list(tmp_path.iterdir()) == []
-
-
 def test_a_default_log_is_named_after_the_run_below_the_working_directory(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     scenario = load_scenario("crossing1", (*SHORT, 'name="my scene"'), seed=3)
@@ -47,11 +32,6 @@ def test_a_default_log_is_named_after_the_run_below_the_working_directory(tmp_pa
         assert re.fullmatch(r"runs/out/my_scene-rkhs-3-\d{8}T\d{6}\.\d{6}\.mcap", str(path))
         assert open_log(path).complete
     assert len(set(paths)) == 2  # also within a second
-
-
-def test_a_name_of_many_signs_makes_a_plain_file_name():
-    scenario = load_scenario("crossing1", ('name="a:b c*é"',))
-    assert default_log_path(scenario).name.startswith("a_b_c_é-rkhs-0-")
 
 
 def test_what_cannot_be_used_is_refused_before_anything_starts(tmp_path):
@@ -74,14 +54,6 @@ def test_what_cannot_be_used_is_refused_before_anything_starts(tmp_path):
             load_scenario("crossing1", overrides)
     with pytest.raises(InvalidValue, match="stop: found 3; allowed: a function"):
         mjnav.run("crossing1", stop=3)
-
-
-def test_what_a_missed_deadline_does_is_asked_of_runs_in_real_time_only():
-    scenario = load_scenario("crossing1", SHORT)
-    with pytest.raises(InvalidValue, match="overruns: found 'abort'; allowed: skip, unless the run is in real time"):
-        mjnav.run(scenario, overruns="abort")
-    with pytest.raises(InvalidValue, match="overruns: found 'abrot'; allowed: abort, skip"):
-        mjnav.run(scenario, real_time=True, overruns="abrot")
 
 
 def test_errors_in_a_methods_parameters_name_where_they_came_from(tmp_path):

@@ -9,7 +9,6 @@ from mjnav.cli.main import main
 from mjnav.log import open_log
 from mjnav.loop.prepare import load_scenario
 from mjnav.loop.run import run
-from mjnav.metrics.summary import summarise
 
 
 @pytest.fixture(scope="module")
@@ -27,18 +26,6 @@ def test_its_nominal_control_and_costs_are_null(logged):
     assert {(d["nominal"], d["cost"], d["status"]) for d in decisions} == {(None, None, "ok")}
     assert np.isnan(result.trajectory.nominal).all()
     assert list(log.messages("/candidates")) == []
-
-
-def test_its_metrics_from_the_log_are_those_in_memory(logged):
-    scenario, path, result = logged
-    log = open_log(path)
-    assert log.complete
-    found = summarise(log.trajectory(), scenario, outcome="timeout")
-    assert found == result.run.figures
-
-
-def test_the_closest_obstacles_samples_are_logged_all_the_same(logged):
-    assert len(list(open_log(logged[1]).messages("/cone"))) == 5
 
 
 def test_inspect_and_render_take_its_log(logged, tmp_path, capsys):

@@ -3,11 +3,9 @@
 from dataclasses import replace
 
 import numpy as np
-import pytest
 
 import mjnav
-from mjnav.loop.simulation import people_without_robot
-from mjnav.scene.spec import Person, Waypoints
+from mjnav.scene.spec import Person
 from mjnav.settings.plugins import BehaviourPlugin
 
 
@@ -25,17 +23,6 @@ class Aside:
 def scene(engine, *people):
     scenario = mjnav.load_scenario("crossing1", (f"physics.engine={engine}", "time_limit=2"), seed=4)
     return replace(scenario, people=people, stop_on_collision=False)
-
-
-@pytest.mark.parametrize("engine", ["kinematic", "mujoco"])
-def test_people_whom_the_robot_does_not_meet_walk_as_without_it(engine):
-    far = Person((0.0, 9.0), Waypoints(((1.0, 9.0), (1.0, 8.0))))
-    result = mjnav.run(scene(engine, far), detour=True)
-    alone = people_without_robot(scene(engine, far), 4, 20)
-    np.testing.assert_allclose(alone, result.trajectory.people_position, atol=1e-9)
-    assert alone.shape == (21, 1, 2)
-    assert result.run.detour.displacement_m == pytest.approx(0.0, abs=1e-9)
-    assert result.run.detour.delay_s == 0.0
 
 
 def test_who_steps_aside_for_the_robot_is_elsewhere_and_the_run_is_the_same():

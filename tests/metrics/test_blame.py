@@ -13,7 +13,6 @@ from mjnav.metrics.timing import (
     FIRST_TIME,
     LOOP,
     MACHINE,
-    MAX_NAMED,
     PASS,
     Schedule,
     blame,
@@ -123,42 +122,6 @@ def test_a_slow_tick_amid_the_machines_misses_stays_the_loops():
     assert rows[2] == (6, 6, "record", LOOP, 25.0)
 
 
-def test_a_deadline_met_only_because_a_gap_skipped_periods_is_met():
-    # But for the gap tick 4 would end 5 ms late, and tick 5 for that 2 ms late.
-    counts, rows = named(machine={(4, "sense"): 75.0}, loop={(4, "control"): 10.0, (5, "control"): 2.0})
-    assert counts == {LOOP: 1}
-    assert rows == [(4, 4, "control", LOOP, 80.0)]
-
-
-def test_a_late_wake_up_that_is_not_the_gaps_stays():
-    stall = {(20, "sense"): 8.0}
-    own = without(paced(usual() + spent({(7, "wake-up"): 2.0}) + spent(stall))[0], spent(stall))
-    assert own.lateness[[6, 7, 8, 20, 21]].tolist() == [0, 2 * MS, 0, 0, 0]
-
-
-def test_a_long_gap_that_skips_periods_is_the_machines_one_miss():
-    stall = {(4, "estimate"): 87.0}
-    found = blame(paced(usual() + spent(stall))[0], spent(stall), spent({}))
-    assert (found.counts, found.own.skipped) == ({LOOP: 0, MACHINE: 1, FIRST_TIME: 0}, 0)
-    assert found.misses[0].milliseconds == 82.0
-
-
-def test_all_misses_are_counted_and_the_longest_are_named():
-    stalls = {(tick, "control"): 6.0 + 0.01 * tick for tick in range(0, N, 2)}
-    counts, rows = named(loop=stalls)
-    assert counts == {LOOP: N // 2}
-    assert [row[0] for row in rows] == list(range(N - 2 * MAX_NAMED, N, 2))
-
-
-def test_nothing_missed_is_nobodys():
-    assert named() == ({}, [])
-    empty = np.zeros((0, len(CAUSES)), np.int64)
-    none = np.zeros(0, np.int64)
-    nothing = Schedule(0.01, 0.0, none, none, np.zeros((0, len(PHASES)), np.int64), none)
-    assert blame(nothing, empty, empty).counts == {LOOP: 0, MACHINE: 0, FIRST_TIME: 0}
-    assert overlap(nothing, np.zeros(0, np.int64), np.array([[1, 2]])).shape == (0, len(CAUSES))
-
-
 # ---------------------------------------------------------------------------------------- the verdict
 
 
@@ -177,11 +140,6 @@ def test_nothing_missed_is_nobodys():
 def test_the_verdict_is_that_of_the_schedule_without_the_machines_gaps(machine, loop, expected):
     found = paced(usual() + spent(machine) + spent(loop))[0]
     assert verdict(blame(found, spent(machine), spent({})).own) == expected
-
-
-def test_first_time_work_counts_in_the_verdict():
-    stall = {(7, "estimate"): 8.0}
-    assert verdict(blame(paced(usual() + spent(stall))[0], spent({}), spent(stall)).own) == DEGRADED
 
 
 milliseconds = st.floats(0.0, 60.0).map(lambda value: round(value * MS))
@@ -203,12 +161,6 @@ def test_a_schedule_without_its_gaps_is_what_the_pacer_would_have_kept(work, gap
     assert found.overrun.tolist() == np.where(stalled.overrun > 0, expected.overrun, 0).tolist()
     counts = blame(stalled, stalls, np.zeros_like(stalls)).counts
     assert (counts[LOOP], counts[LOOP] + counts[MACHINE]) == (found.misses, stalled.misses)
-
-
-@given(work=tables)
-def test_where_nothing_is_taken_off_nothing_changes(work):
-    found = paced(np.array(work))[0]
-    assert without(found, np.zeros((len(work), len(CAUSES)), np.int64)) is found
 
 
 # --------------------------------------------------------------------------------- intervals by phase

@@ -4,18 +4,8 @@ from scipy import stats
 
 from mjnav.messages import triangle
 from mjnav.metrics import consistency
-
-
-def test_localization_rmse_by_hand(trajectory_through):
-    trajectory = trajectory_through([[0, 0], [1, 0], [2, 0]], estimate=np.array([[3.0, 4.0, 0.0], [1.0, 0.0, 0.0]]))
-    assert consistency.localization_rmse(trajectory) == pytest.approx(np.sqrt((25 + 0) / 2))
-
-
-def test_tracking_rmse_skips_people_without_a_track(trajectory_through):
-    people = np.zeros((3, 2, 2))
-    tracks = np.array([[[1.0, 0, 9, 9], [np.nan] * 4], [[0.0, 2.0, 9, 9], [2.0, 2.0, 9, 9]]])
-    trajectory = trajectory_through([[0, 0], [1, 0], [2, 0]], people=people, tracks=tracks)
-    assert consistency.tracking_rmse(trajectory) == pytest.approx(np.sqrt((1 + 4 + 8) / 3))
+from mjnav.metrics.consistency import recoveries
+from mjnav.scene.faults import Faults, Kidnapping
 
 
 def test_the_tracks_error_is_that_of_places_and_velocities_at_the_tick(trajectory_through):
@@ -42,11 +32,6 @@ def test_who_was_not_seen_for_some_time_counts_in_one_error_of_tracks_and_not_in
     assert consistency.seen_tracking_rmse(trajectory) == pytest.approx(np.sqrt((1 + 4) / 2))
     named = trajectory_through(route, people=people, tracks=tracks)
     assert consistency.seen_tracking_rmse(named) == consistency.tracking_rmse(named)
-
-
-def test_a_wrong_heading_is_no_distance(trajectory_through):
-    trajectory = trajectory_through([[0, 0], [1, 0]], estimate=np.array([[3.0, 4.0, 1.0]]))
-    assert consistency.localization_rmse(trajectory) == 5.0
 
 
 def test_nobody_to_track_and_no_tick_have_no_error(trajectory_through):
@@ -144,3 +129,67 @@ def test_beliefs_are_depleted_by_their_own_number_of_particles(trajectory_throug
     assert consistency.depleted_share(trajectory.robot_ess, particles) == pytest.approx(2 / 3)
     assert consistency.depleted_share(np.array([9.0]), 80) == 0.0
     assert consistency.depleted_share(np.array([np.nan]), 80) is None
+
+
+TICKS = 60  # of 0.1 s; the robot stands at x = 0, from tick 20 on at x = 5
+
+
+def run(trajectory_through, *, wrong, ticks=TICKS, jump=20, turned=()):
+    """The believed x is 1 m off in ticks from `wrong[0]` to before `wrong[1]`, and so on; the heading in `turned`."""
+    x = np.where(np.arange(ticks + 1) < jump, 0.0, 5.0)
+    trajectory = trajectory_through(np.stack([x, np.zeros(ticks + 1)], axis=1))
+    for begin, end in wrong:
+        trajectory.estimate[begin:end, 0] += 1.0
+    for begin, end in turned:
+        trajectory.estimate[begin:end, 2] += 2.0 * np.pi - 0.4
+    return trajectory
+
+
+def kidnapped(scenario_with, *times):
+    kidnap = tuple(Kidnapping(time, (5.0, 0.0, 0.0)) for time in times)
+    return scenario_with(faults=Faults(kidnap))
+
+
+@pytest.mark.parametrize(
+    ("wrong", "turned", "expected"),
+    [
+        ([(20, 35)], [], 1.5),
+        ([(20, 35), (40, 45)], [], 2.5),  # right for half a second in between, which is not steady
+        ([(20, 35), (45, 50)], [], 1.5),  # right for a second, and lost again
+        ([(20, 35)], [(35, 41)], 2.1),  # the heading is off by 0.4 rad for longer
+        ([(20, 60)], [], None),
+        ([(20, 57)], [], 3.7),  # to the end of the run
+        ([], [], 0.0),
+    ],
+)
+def test_recovery_counts_to_the_first_steady_second(trajectory_through, scenario_with, wrong, turned, expected):
+    found = recoveries(run(trajectory_through, wrong=wrong, turned=turned), kidnapped(scenario_with, 2.0))
+    assert found is not None
+    assert found.times == (expected,)
+    assert (found.recovered, found.longest) == (int(expected is not None), expected)
+
+
+def test_it_counts_from_when_the_robot_is_seen_elsewhere(trajectory_through, scenario_with):
+    found = recoveries(run(trajectory_through, wrong=[(25, 30)], jump=25), kidnapped(scenario_with, 2.0))
+    assert found is not None
+    assert found.times == (0.5,)
+
+
+def test_the_next_kidnapping_ends_the_time_to_recover(trajectory_through, scenario_with):
+    trajectory = run(trajectory_through, wrong=[(20, 50)])
+    trajectory.robot_pose[40:, 0] = -5.0
+    trajectory.estimate[40:, 0] = np.where(np.arange(40, TICKS) < 50, 0.0, -5.0)
+    found = recoveries(trajectory, kidnapped(scenario_with, 2.0, 4.0))
+    assert found is not None
+    assert found.times == (None, 1.0)
+
+
+def test_localization_rmse_by_hand(trajectory_through):
+    trajectory = trajectory_through([[0, 0], [1, 0], [2, 0]], estimate=np.array([[3.0, 4.0, 0.0], [1.0, 0.0, 0.0]]))
+    assert consistency.localization_rmse(trajectory) == pytest.approx(np.sqrt((25 + 0) / 2))
+
+
+def test_a_kidnapping_that_the_run_does_not_reach_does_not_count(trajectory_through, scenario_with):
+    found = recoveries(run(trajectory_through, wrong=[(20, 25)]), kidnapped(scenario_with, 2.0, 99.0))
+    assert found is not None
+    assert found.times == (0.5,)

@@ -2,7 +2,8 @@
 
 import re
 
-from mjnav.metrics.definitions import DERIVED, FIGURES, GROUPS, HIGHER, LOWER
+from mjnav.metrics.definitions import HIGHER, LOWER
+from mjnav.metrics.summary import DERIVED, FIGURES, GROUPS
 
 UNITS = {"m": "_m", "s": "_s", "ms": "", "rad": "_rad", "m/s": "_m_s", "m/s²": "_m_s2", "m/s³": "_m_s3", "": ""}
 

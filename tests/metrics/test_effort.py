@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from mjnav.metrics import effort
+from mjnav.metrics.effort import Extremes
 
 
 def test_control_cost_of_two_commands_by_hand():
@@ -36,22 +37,9 @@ def test_the_turn_from_the_start_is_no_avoiding(trajectory_through, scenario_wit
     assert effort.time_to_avoid(straight_run(trajectory_through, [turn, turn, keep]), scenario_with()) == 0.0
 
 
-def test_a_stopped_nominal_control_that_faces_the_goal_keeps_the_way(trajectory_through, scenario_with):
-    trajectory = straight_run(trajectory_through, [(0.5, 0.0), (0.0, 0.0), (0.5, 0.0)])
-    assert effort.time_to_avoid(trajectory, scenario_with()) == 0.0
-
-
 def test_small_corrections_keep_the_way(trajectory_through, scenario_with):
     trajectory = straight_run(trajectory_through, [(0.5, 0.1), (0.5, -0.3), (0.5, 0.2)])
     assert effort.time_to_avoid(trajectory, scenario_with()) == 0.0
-
-
-def test_the_way_leads_to_the_next_waypoint_once_one_was_reached(trajectory_through, scenario_with):
-    scenario = scenario_with(waypoints=((1.0, 0.0), (1.0, 5.0)))
-    xy = [[0.0, 0.0], [0.5, 0.0], [0.9, 0.0], [1.0, 0.0], [1.0, 0.2]]
-    trajectory = trajectory_through(xy, nominal=np.array([(0.5, 0.0)] * 4))
-    # from the third tick on the goal is to the left and straight on leads away
-    assert effort.time_to_avoid(trajectory, scenario) == pytest.approx(0.2)
 
 
 def test_waypoints_are_made_for_in_their_order_up_to_the_last(trajectory_through, scenario_with):
@@ -59,12 +47,6 @@ def test_waypoints_are_made_for_in_their_order_up_to_the_last(trajectory_through
     xy = [[0.0, 0.0], [1.0, 0.0], [1.0, 5.0], [2.0, 5.0], [30.0, 5.0], [30.0, 5.0], [30.1, 5.0]]
     trajectory = trajectory_through(xy, nominal=np.array([(0.5, 0.0)] * 6))
     assert effort.time_to_avoid(trajectory, scenario) == pytest.approx(0.1)  # below the second, which is to the left
-
-
-def test_where_the_way_leads_is_seen_from_where_the_robot_is(trajectory_through, scenario_with):
-    # The goal is at (10, 0): nearly ahead from far off, 45 degrees to the right from beside it.
-    trajectory = trajectory_through([[0.0, 1.0], [9.0, 1.0], [9.05, 1.0]], nominal=np.array([(0.5, 0.0)] * 2))
-    assert effort.time_to_avoid(trajectory, scenario_with()) == pytest.approx(0.1)
 
 
 def test_a_world_that_is_turned_and_moved_takes_as_long_to_avoid(trajectory_through, scenario_with):
@@ -92,3 +74,44 @@ def test_ticks_without_a_nominal_control_neither_keep_nor_leave_the_way(trajecto
 
 def test_a_method_without_nominal_controls_has_no_time_to_avoid(trajectory_through, scenario_with):
     assert effort.time_to_avoid(trajectory_through([[0, 0], [1, 0]]), scenario_with()) is None
+
+
+PERIOD = 0.1
+
+
+def driven(trajectory_through, v, heading=None, omega=None):
+    """A run with these true speeds and headings at its states."""
+    rows = len(v)
+    pose = np.column_stack([np.zeros((rows, 2)), np.zeros(rows) if heading is None else heading])
+    twist = np.column_stack([v, np.zeros(rows) if omega is None else omega])
+    return trajectory_through(np.zeros((rows, 2)), robot_pose=pose, robot_twist=twist)
+
+
+def values(extremes: Extremes) -> tuple:
+    return extremes.min, extremes.mean, extremes.max
+
+
+def test_speed_acceleration_and_jerk_by_hand(trajectory_through):
+    trajectory = driven(trajectory_through, [0.0, 0.1, 0.4, 0.4])
+    assert values(effort.extremes(effort.velocity(trajectory))) == pytest.approx((0.0, 0.225, 0.4))
+    assert values(effort.extremes(effort.acceleration(trajectory))) == pytest.approx((0.0, 4.0 / 3.0, 3.0))
+    assert values(effort.extremes(effort.jerk(trajectory))) == pytest.approx((20.0, 25.0, 30.0))
+
+
+def test_turning_at_constant_speed_is_an_acceleration(trajectory_through):
+    turn = 0.5  # [rad/s]
+    trajectory = driven(trajectory_through, np.full(4, 0.8), heading=turn * PERIOD * np.arange(4))
+    chord = 2.0 * 0.8 * np.sin(0.5 * turn * PERIOD) / PERIOD  # v omega, but for the angle between two ticks
+    assert values(effort.extremes(effort.acceleration(trajectory))) == pytest.approx((chord,) * 3)
+
+
+def test_stalled_is_slow_and_not_moving_is_slower_and_does_not_turn(trajectory_through):
+    v, omega = [0.5, -0.05, 0.0, 0.0, 0.0005, 0.0], [0.0, 0.0, 0.5, 0.0, 0.005, 0.0]
+    trajectory = driven(trajectory_through, v, omega=omega)
+    assert effort.stalled_time(trajectory) == pytest.approx(0.4)  # the last state has no period after it
+    assert effort.time_not_moving(trajectory) == pytest.approx(0.2)
+
+
+def test_headings_change_by_the_shorter_way_in_both_directions(trajectory_through):
+    trajectory = driven(trajectory_through, np.zeros(4), heading=[3.0, -3.0, 3.0, 2.5])
+    assert effort.heading_change(trajectory) == pytest.approx(2 * (2 * np.pi - 6.0) + 0.5)

@@ -1,15 +1,12 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
-from hypothesis.extra.numpy import arrays
 
-from mjnav.metrics import progress
+from mjnav.metrics import consistency, progress
+from mjnav.metrics.progress import ROWS, by_blocks
+from mjnav.scene.spec import Person, Waypoints
 from tests.metrics.conftest import make_scenario, make_trajectory
-
-
-def test_the_path_is_the_sum_of_its_steps(trajectory_through):
-    assert progress.path_length(trajectory_through([[0, 0], [3, 4], [3, 5]])) == pytest.approx(6.0)
 
 
 def test_the_ratio_is_to_the_way_over_all_waypoints(trajectory_through, scenario_with):
@@ -26,23 +23,12 @@ def test_a_way_without_length_has_no_ratio(trajectory_through, scenario_with):
     assert progress.deviation(trajectory, scenario) == pytest.approx((0.5, 1.0))
 
 
-def test_a_way_shorter_than_a_metre_has_a_ratio(trajectory_through, scenario_with):
-    trajectory = trajectory_through([[0, 0], [0.5, 0]])
-    assert progress.path_ratio(trajectory, scenario_with(goal=(0.25, 0.0))) == pytest.approx(2.0)
-
-
 @pytest.mark.parametrize("start", [0.0, 5.0])
 def test_deviation_is_the_time_mean_and_the_maximum(trajectory_through, scenario_with, start):
     # a triangle of height 2 over two of four periods: (2 * 2 / 2) / 4
     route = [[0, 0], [1, 0], [2, -2], [3, 0], [4, 0]]
     trajectory = trajectory_through(route, time=start + 0.1 * np.arange(5))
     assert progress.deviation(trajectory, scenario_with()) == pytest.approx((0.5, 2.0))
-
-
-def test_being_behind_the_start_or_past_the_goal_is_no_deviation():
-    corners = np.array([[0.0, 0.0], [10.0, 0.0]])
-    points = np.array([[-3.0, 0.5], [5.0, 1.0], [13.0, -0.25], [-2.0, 0.0]])
-    np.testing.assert_allclose(progress.lateral_distance(points, corners), [0.5, 1.0, 0.25, 0.0])
 
 
 def test_at_a_corner_the_nearest_leg_counts():
@@ -68,10 +54,6 @@ def test_a_leg_of_no_length_changes_no_deviation():
     for legs in ([0, 0, 1, 2], [0, 1, 1, 2], [0, 1, 2, 2], [0, 0, 0, 1, 2, 2]):
         np.testing.assert_array_equal(progress.lateral_distance(points, corners[legs]), expected)
     np.testing.assert_allclose(progress.lateral_distance(points, corners[[0, 0, 0]]), np.hypot(*points.T))
-
-
-def test_a_single_state_deviates_by_its_distance(trajectory_through, scenario_with):
-    assert progress.deviation(trajectory_through([[2.0, 0.75]]), scenario_with()) == pytest.approx((0.75, 0.75))
 
 
 def test_a_failure_to_progress_is_five_seconds_without_ten_centimetres_and_counts_once(
@@ -106,12 +88,67 @@ def test_success_weighted_by_path_length(trajectory_through, scenario_with, rout
     assert progress.spl(trajectory_through(route), scenario_with(), success=success) == expected
 
 
-@given(arrays(float, st.tuples(st.integers(1, 6), st.just(2)), elements=st.floats(-10, 10)), st.booleans())
-def test_success_weighted_by_path_length_is_a_share(route, success):
-    found = progress.spl(make_trajectory(route), make_scenario(), success=success)
-    assert found is not None
-    assert 0.0 <= found <= 1.0
-
-
 def test_a_goal_where_the_robot_starts_has_no_weighted_success(trajectory_through, scenario_with):
     assert progress.spl(trajectory_through([[0, 0]]), scenario_with(goal=(0.0, 0.0)), success=True) is None
+
+
+def walker(*waypoints, loop=False):
+    return Person((0.0, 0.0), Waypoints(waypoints, loop=loop))
+
+
+def test_waypoints_are_passed_in_their_order_also_between_two_ticks():
+    along = np.column_stack([[0.0, 1.0, 2.0, 3.0, 4.0, 3.0], np.zeros(6)])
+    assert progress.passings(walker((1.5, 0.1), (4.0, 0.0), (3.1, 0.0)), along).tolist() == [2, 4, 5]
+    assert progress.passings(walker((3.0, 0.0), (1.0, 0.0)), along).tolist() == [3]  # it never comes back that far
+    assert progress.passings(walker((2.0, 0.5)), along).tolist() == []
+
+
+def test_a_route_that_loops_is_walked_round_and_round():
+    to_and_fro = np.column_stack([[0.0, 1.0, 2.0, 1.0, 0.0, 1.0, 2.0], np.zeros(7)])
+    assert progress.passings(walker((2.0, 0.0), (0.0, 0.0), loop=True), to_and_fro).tolist() == [2, 4, 6]
+
+
+def test_who_is_not_there_passes_nothing():
+    along = np.column_stack([[np.nan, np.nan, 2.0, 3.0, np.nan], [np.nan, np.nan, 0.0, 0.0, np.nan]])
+    assert progress.passings(walker((2.0, 0.0), (3.0, 0.0), (4.0, 0.0)), along).tolist() == [2, 3]
+
+
+def test_the_times_of_all_are_added_once_all_have_arrived():
+    scenario = replace(make_scenario(), people=(walker((2.0, 0.0)), walker((9.0, 0.0), (3.0, 0.0), loop=True)))
+    people = np.zeros((5, 2, 2))
+    people[:, 0, 0] = [0.0, 1.0, 2.0, 2.0, 2.0]
+    trajectory = make_trajectory(np.zeros((5, 2)), people=people)
+    assert progress.aggregated_time(trajectory, scenario, outcome="goal") == pytest.approx(0.4 + 0.2)
+    assert progress.aggregated_time(trajectory, scenario, outcome="timeout") is None
+    still = make_trajectory(np.zeros((5, 2)), people=np.zeros((5, 2, 2)))
+    assert progress.aggregated_time(still, scenario, outcome="goal") is None
+    assert progress.aggregated_time(trajectory, make_scenario(num_people=2), outcome="goal") is None
+
+
+@pytest.mark.parametrize("num", [0, 1, ROWS - 1, ROWS, ROWS + 1, 2 * ROWS, 2 * ROWS + 1])
+def test_the_rows_are_those_of_the_whole(num):
+    first, second = np.arange(num), np.arange(num)[:, None] ** 2
+    found = by_blocks(lambda a, b: a[:, None] - b, first, second)
+    assert np.array_equal(found, first[:, None] - second)
+
+
+def test_the_figures_of_a_long_run_are_those_of_all_its_states(trajectory_through, scenario_with):
+    rng = np.random.default_rng(1)
+    num = 2 * ROWS + 2
+    route, people = rng.uniform(0.0, 9.0, (num, 2)), rng.uniform(0.0, 9.0, (num, 2, 2))
+    trajectory = trajectory_through(route, people=people)
+    trajectory.estimate[:, :2] += rng.normal(size=(num - 1, 2))
+    trajectory.tracks[..., :2] += rng.normal(size=(num - 1, 2, 2))
+    errors = (
+        (consistency.localization_rmse(trajectory), trajectory.estimate[:, :2] - route[:-1]),
+        (consistency.tracking_rmse(trajectory), trajectory.tracks[..., :2] - people[:-1]),
+    )
+    for found, error in errors:
+        assert found == pytest.approx(np.sqrt((error**2).sum(-1).mean()))
+    distance = np.abs(route[:, 1])  # from the way along the x axis
+    expected = np.trapezoid(distance) / (num - 1), distance.max()
+    assert progress.deviation(trajectory, scenario_with()) == pytest.approx(expected)
+
+
+def test_a_single_state_deviates_by_its_distance(trajectory_through, scenario_with):
+    assert progress.deviation(trajectory_through([[2.0, 0.75]]), scenario_with()) == pytest.approx((0.75, 0.75))

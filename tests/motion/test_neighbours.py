@@ -1,7 +1,24 @@
 import numpy as np
 import pytest
 
-from mjnav.motion.neighbours import neighbours
+from mjnav.compile.compiled import Matrix, exact
+from mjnav.motion.neighbours import near, sort_into_cells
+
+
+@exact
+def near_all(position: Matrix, radius: float):
+    cells, num = sort_into_cells(position, radius), len(position)
+    found, out = np.full((num, num), -1), np.empty(num, np.int64)
+    for i in range(num):
+        if not np.isnan(position[i, 0]):
+            count = near(out, position, position[i, 0], position[i, 1], radius, cells)
+            found[i, :count] = out[:count]
+    return found
+
+
+def neighbours(position, radius):
+    """For each point of (m, 2) [m] the indices, ascending, of the others within `radius` [m]."""
+    return [[j for j in row if j not in (-1, i)] for i, row in enumerate(near_all(position, radius).tolist())]
 
 
 @pytest.mark.parametrize(("spread", "radius"), [(0.5, 2.0), (20.0, 2.0), (20.0, 0.01), (1e6, 0.5), (0.0, 1.0)])

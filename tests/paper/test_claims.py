@@ -67,12 +67,12 @@ def test_a_sign_is_judged_by_its_p_value(value, p, num, expected):
 def test_contrasts_are_paired_by_setting_and_say_so(made_up):
     here, there = "direct, physics.engine=kinematic", "filtered, physics.engine=kinematic"
     cells = [made_up("a", setting=here, control_cost=3.0), made_up("b", setting=here, control_cost=1.0)]
-    here, alone = contrasts([*cells, made_up("a", setting=there)], "a", "b", "control_cost", +1, "m")
+    here, alone = contrasts([*cells, made_up("a", setting=there)], "a", "b", "control_cost", +1)
     assert alone.line == "crossing1, filtered, kinematic: undefined (n = 0)"
     (judged,) = judge([Claim("a is more", "figure 1", [here])])
     assert judged.verdict == Verdict.HOLDS
     assert judged.evidence.splitlines()[0] == "settings: 1 for it, 0 against, 0 open"
-    assert "crossing1, direct, kinematic: +2 m [+2, +2] (n = 40); p = 0.0002" in judged.evidence
+    assert "crossing1, direct, kinematic: +2 m²/s³ [+2, +2] (n = 40); p = 0.0002" in judged.evidence
     assert shown(Estimate(np.nan, None, 0)) == "undefined (n = 0)"
     assert short("direct, physics.engine=mujoco noise.profile=bimodal") == "direct, mujoco bimodal"
 

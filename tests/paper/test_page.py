@@ -21,21 +21,21 @@ ROWS = [{"method": HOSTILE, "mean": 0.1 + 0.2}, {"method": "b, c", "mean": None}
 def folder(tmp_path):
     figure = Figure()
     figure.subplots().plot([1, 2])
-    publish(tmp_path / "lane", figure, ROWS, [FINDING], Basis(HOSTILE, {"study": "a = 1 < 2"}))
+    publish(tmp_path / "pareto", figure, ROWS, [FINDING], Basis(HOSTILE, {"study": "a = 1 < 2"}))
     return tmp_path
 
 
 def test_an_item_leaves_its_figure_its_data_and_its_findings(folder):
-    lane = folder / "lane"
-    assert {path.name for path in lane.iterdir()} == {FINDINGS, DATA, PICTURE, PRINT}
-    assert (lane / PICTURE).read_bytes()[:4] == b"\x89PNG"
-    assert (lane / PRINT).read_bytes()[:5] == b"%PDF-"
-    with open(lane / DATA, newline="") as file:
+    item = folder / "pareto"
+    assert {path.name for path in item.iterdir()} == {FINDINGS, DATA, PICTURE, PRINT}
+    assert (item / PICTURE).read_bytes()[:4] == b"\x89PNG"
+    assert (item / PRINT).read_bytes()[:5] == b"%PDF-"
+    with open(item / DATA, newline="") as file:
         rows = list(csv.DictReader(file))
     assert [row["method"] for row in rows] == [HOSTILE, "b, c", "'=1+1"]
     assert [row["mean"] for row in rows] == [str(0.1 + 0.2), "", "-1.0"]
-    found = read(lane)
-    assert (found.findings, found.basis.command) == ((FINDING,), HOSTILE)
+    findings, basis = read(item)
+    assert (findings, basis.command) == ([FINDING], HOSTILE)
 
 
 def test_a_damaged_folder_is_refused(tmp_path):
@@ -64,51 +64,17 @@ class _Tags(HTMLParser):
             self.text += data
 
 
-def test_the_page_shows_every_claim_and_escapes_what_it_is_told(folder):
-    tags = _Tags()
-    tags.feed(page(folder, HOSTILE))
+def test_the_page_shows_every_claim_escapes_what_it_is_told_and_its_links_lead_somewhere(folder):
+    tags, made = _Tags(), page(folder, HOSTILE)
+    tags.feed(made)
     assert "alert" not in tags.code
     assert tags.text.count(HOSTILE) == 2
-    assert tags.text.count("It is <so>") == 1
-    assert "✓ holds It is <so>" in tags.text
-    assert "first: 1 < 2" in tags.text
-    assert "a = 1 < 2" in tags.text
-    missing = ", ".join(name for name in ITEMS if name != "lane")
-    assert f"Not run: {missing}." in tags.text
-
-
-def test_every_link_of_the_page_leads_somewhere(folder):
-    tags = _Tags()
-    tags.feed(page(folder, ""))
+    assert tags.text.count("✓ holds It is <so>") == 1
+    for text in ("first: 1 < 2", "a = 1 < 2", load("pareto").limits):
+        assert tags.text.count(text) == 1
+    assert f"Not run: {', '.join(name for name in ITEMS if name != 'pareto')}." in tags.text
     for link in tags.links:
         if link.startswith("#"):
-            assert f'id="{link[1:]}"' in page(folder, "")
+            assert f'id="{link[1:]}"' in made
         elif not link.startswith(("https://arxiv.org/", "data:")):
             assert (folder / link).is_file()
-
-
-def test_what_too_few_runs_cannot_decide_is_said_once(tmp_path):
-    line = "here: 0.1 m [0, 0.2] (n = 1); too few to judge by"
-    few = [
-        Finding(f"claim {i}", "figure 1", Verdict.OPEN, f"settings: 0 for it, 0 against, 1 open\n{line}")
-        for i in range(5)
-    ]
-    for findings, said in (
-        (few, "None of the claims can be judged"),
-        ([*few, FINDING], "5 of 6 claims cannot be judged"),
-    ):
-        publish(tmp_path / "lane", Figure(), ROWS, findings, Basis("mjnav paper --quick --only lane"))
-        tags = _Tags()
-        tags.feed(page(tmp_path, ""))
-        assert tags.text.count(said) == 1
-        assert "too few to judge by" not in tags.text
-        assert tags.text.count("not decided") == 0
-        assert tags.text.count("here: 0.1 m [0, 0.2] (n = 1)") == 5
-
-
-def test_what_a_comparison_cannot_say_stands_with_its_figure(tmp_path):
-    publish(tmp_path / "pareto", Figure(), ROWS, [FINDING], Basis("mjnav paper --only pareto"))
-    assert load("pareto").limits
-    tags = _Tags()
-    tags.feed(page(tmp_path, ""))
-    assert tags.text.count(load("pareto").limits) == 1

@@ -4,11 +4,10 @@ import pytest
 from matplotlib.figure import Figure
 
 from mjnav.log import Recorder, open_log
-from mjnav.paper import load
 from mjnav.paper.claims import Finding, Verdict
 from mjnav.paper.episodes import Basis
 from mjnav.paper.page import page, publish
-from mjnav.report.comparison.html import background, html
+from mjnav.report.comparison.html import html
 from mjnav.report.inspection import inspect
 from mjnav.report.run_page.page import page as run_page
 from mjnav.report.run_page.playback import playback
@@ -79,8 +78,7 @@ def pages(tmp_path_factory):
         store.append(rows)
     study = load_study("crossings")
     results = compare_study(store, study, figures=("control_cost", "min_clearance_m", "max_deviation_m"))
-    about = background(store, study, results, page=folder / "compare.html", made="on 2026-01-02")
-    (folder / "compare.html").write_text(html(results, about))
+    (folder / "compare.html").write_text(html(results, study, page=folder / "compare.html"))
 
     figure = Figure()
     figure.subplots().plot([1, 2])
@@ -156,22 +154,3 @@ def test_a_heading_sorts_the_table_by_pointer_and_by_keyboard(opened):
     assert column(view, 0) == sorted(before)
     heading.nth(place).locator("button").focus()
     assert "control_cost: sum of" in view.inner_text("#definition")
-
-
-def test_claims_are_found_by_verdict_and_by_words(opened):
-    view = opened("paper")
-    claims, items = view.locator(".claim:visible"), view.locator(".item:visible")
-    assert (claims.count(), items.count()) == (6, 2)
-    assert view.locator("nav a").all_inner_texts() == [load(name).title for name in ("table", "lane")]
-    view.select_option("#verdict", "holds")
-    assert (claims.count(), items.count()) == (2, 2)
-    assert view.inner_text("#shown") == "2 of 6 claims"
-    view.select_option("#verdict", "fails")
-    assert claims.all_inner_texts()[0].startswith("✗ does not hold It is does not hold")
-    assert items.count() == view.locator("nav li:visible").count() == 1
-    view.select_option("#verdict", "")
-    view.fill("#words", "SETTINGS fails")
-    assert claims.count() == 1
-    view.fill("#words", "")
-    assert claims.count() == 6
-    assert view.locator("img").evaluate_all("images => images.every((image) => image.naturalWidth > 0)")

@@ -69,19 +69,6 @@ def test_a_robot_without_what_it_goes_by_brakes_in_time_says_why_and_drives_on(c
     assert result.summary["cautious_ticks"] == stopped.sum()
 
 
-@pytest.mark.parametrize("sources", [{}, DIRECT, BY_LIDAR])
-def test_no_fault_makes_a_command_of_nan(sources):
-    channels = ("lidar", "odometry", "gyro", "pose", "detections", "wheels")
-    faults = {f"faults.{channel}.nan.share": 0.4 for channel in channels}
-    simulation = mjnav.Simulation(load("crossing1", {**QUICK, **sources, **faults, "time_limit": 2}))
-    while not simulation.done:
-        simulation.step(simulation.decide())
-    trajectory = simulation.trajectory
-    assert np.isfinite(trajectory.command).all()
-    assert np.isfinite(trajectory.estimate).all()
-    assert np.isfinite(trajectory.robot_pose).all()
-
-
 def told(scenario: Scenario, pose: np.ndarray, **fields) -> tuple[Caution, RobotBelief]:
     """Caution after the first reading of a scene, with the robot believed to be at a pose."""
     sanity = Sanity(scenario)
@@ -117,13 +104,6 @@ def test_a_robot_that_does_not_see_what_its_map_has_around_it_stays(place, stays
     found = caution.limited(replace(DRIVE, v=0.1), belief, 0.1)
     assert (found.v == 0.0) == stays
     assert ("map" in found.caution) == stays
-
-
-@pytest.mark.parametrize(("key", "value"), [("scan", np.zeros(0)), ("dropped", ("scan",))])
-def test_without_a_scan_a_robot_that_goes_by_its_lidar_stays(key, value):
-    caution, belief = told(load("crossing1", STILL), np.zeros(3), **{key: value})
-    found = caution.limited(DRIVE, belief, 0.1)
-    assert (found.v, found.omega, found.status) == (0.0, 0.0, Status.STOPPED)
 
 
 @pytest.mark.parametrize(

@@ -22,30 +22,3 @@ def test_a_wall_is_its_face_towards_the_robot_longer_by_half_its_thickness(room,
     floor_map = FloorMap(room("walls.0.thickness=0.4"))
     (wall,) = floor_map.walls(np.array([1.0, y]))
     assert wall == pytest.approx(np.array([[-1.2, face], [8.2, face]]))
-
-
-def test_the_face_is_right_for_any_direction_in_which_a_wall_was_drawn(room):
-    there, back = (
-        room("walls.0.thickness=0.4"),
-        room("walls.0.from=[8.0, -2.0]", "walls.0.to=[-1.0, -2.0]", "walls.0.thickness=0.4"),
-    )
-    position = np.array([20.0, -1.9])  # beyond its end
-    there, back = (FloorMap(scenario).walls(position)[0] for scenario in (there, back))
-    assert there == pytest.approx(back[::-1])
-    assert there[0, 1] == pytest.approx(-1.8)
-
-
-def test_an_oblique_walls_face_is_half_a_thickness_away(room):
-    floor_map = FloorMap(room("walls.0.from=[7.0, 3.0]", "walls.0.to=[10.0, 7.0]", "walls.0.thickness=0.2"))
-    (wall,) = floor_map.walls(np.zeros(2))
-    along = np.array([0.6, 0.8])
-    across = np.array([0.8, -0.6])  # towards the origin's side: the line passes it on the left
-    side = np.sign((np.zeros(2) - [7.0, 3.0]) @ across)
-    assert wall[0] == pytest.approx(np.array([7.0, 3.0]) - 0.1 * along + side * 0.1 * across)
-    assert wall[1] == pytest.approx(np.array([10.0, 7.0]) + 0.1 * along + side * 0.1 * across)
-
-
-def test_an_empty_room_has_no_discs_and_no_walls(empty):
-    floor_map = FloorMap(empty())
-    assert (floor_map.discs, floor_map.names) == ((), ())
-    assert floor_map.walls(np.zeros(2)).shape == (0, 2, 2)

@@ -5,12 +5,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-import mjnav
 from mjnav import scene
 from mjnav.errors import InvalidValue
-from mjnav.log import open_log
 from mjnav.loop.episode import Episode
-from mjnav.robot.commands import make_latency
+from mjnav.robot.latency import make_latency
 
 MEASURED = 'control.latency={model="measured"}'
 
@@ -38,12 +36,6 @@ def test_whole_periods_are_expected_and_happen(empty, delay):
     assert model.expected(4) == model.actual(4, 0.08)
 
 
-def test_a_trace_of_one_is_a_constant_rounded_up_to_a_step(empty):
-    assert effects(empty(sampled(0.0301))) == pytest.approx([0.032] * 6)
-    assert effects(empty(sampled(0.03))) == pytest.approx([0.030] * 6)
-    assert effects(empty(sampled(0.0))) == pytest.approx([0.0] * 6)
-
-
 def test_a_recorded_trace_comes_in_its_order_again_and_again(empty):
     found = effects(empty(sampled(0.01, 0.02, 0.25, 0.04, order="recorded")))
     assert found == pytest.approx([0.01, 0.02, 0.25, 0.04, 0.01, 0.02])
@@ -60,12 +52,6 @@ def test_the_prediction_counts_on_the_median_of_the_trace_unless_it_is_told(empt
     assert make_latency(empty(sampled(0.01, 0.05, 0.02)), 0).expected(2) == pytest.approx(0.22)
     assert make_latency(empty(sampled(0.01, planned=0.07)), 0).expected(2) == pytest.approx(0.27)
     assert make_latency(empty(MEASURED), 0).expected(2) == pytest.approx(0.25)
-
-
-def test_a_latency_of_one_period_is_a_delay_of_one(room):
-    assert state_hash(room(sampled(0.1))) == state_hash(room("control.delay=1"))
-    assert state_hash(room(sampled(0.0))) == state_hash(room("control.delay=0"))
-    assert state_hash(room(sampled(0.04))) != state_hash(room("control.delay=1"))
 
 
 @pytest.mark.parametrize("engine", ["mujoco", "kinematic"])
@@ -93,24 +79,6 @@ def test_latency_beyond_the_period_delays_and_never_reorders(room):
     assert np.array_equal(records[3].command, decided[1])
     assert np.array_equal(records[4].command, decided[1])
     assert np.array_equal(records[5].command, decided[3])
-
-
-def test_a_measured_run_is_repeated_by_the_scenario_in_its_log(room, tmp_path):
-    path = tmp_path / "a.mcap"
-    result = mjnav.run(room(MEASURED), log=path)
-    trace = result.replay.control.latency.trace
-    assert len(trace) == result.summary["ticks"]
-    assert all(0.0 < value < 5.0 for value in trace)
-    logged = scene.loads(open_log(path).attachments["replay.toml"].decode())
-    assert logged == result.replay
-    assert state_hash(logged) == result.summary["state_hash"]
-
-
-def test_a_run_that_repeats_itself_needs_no_other_scenario(room, tmp_path):
-    scenario = room(sampled(0.02))
-    result = mjnav.run(scenario, log=tmp_path / "a.mcap")
-    assert result.replay is scenario
-    assert "replay.toml" not in open_log(tmp_path / "a.mcap").attachments
 
 
 def test_a_trace_may_stand_in_a_file_beside_the_run_file_or_in_the_working_folder(tmp_path, monkeypatch):

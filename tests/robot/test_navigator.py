@@ -1,12 +1,9 @@
 """What is on board of the robot: from readings to the command in force."""
 
-from math import inf, nan
-
 import numpy as np
 import pytest
 
 from mjnav.control import make_controller
-from mjnav.errors import PluginFault
 from mjnav.messages import Decision, Observation, Reading, Status
 from mjnav.robot.navigator import Navigator
 
@@ -30,15 +27,6 @@ class Always:
     def decide(self, observation: Observation) -> Decision:
         self.seen.append(observation)
         return Decision(*self._chosen, Status.OK)
-
-
-def test_the_first_tick_needs_a_reading_and_later_ones_do_not(room):
-    scenario = room()
-    board = navigator(scenario)
-    with pytest.raises(RuntimeError, match="no reading"):
-        board.estimate((), None)
-    beliefs = board.estimate((reading(scenario, 0.0),), None)
-    assert board.estimate((), beliefs) is beliefs
 
 
 @pytest.mark.parametrize("delay", [0, 1, 3])
@@ -72,18 +60,6 @@ def test_without_prediction_an_observation_stands_where_the_robot_was_believed(r
         board.actuate(tick, board.decide(observation), spent=0.0)
 
 
-def test_an_observation_has_people_then_the_map_and_the_wanted_number_of_samples(room):
-    scenario = room()
-    board = navigator(scenario, samples=17)
-    observation = board.predict(0, board.estimate((reading(scenario, 0.0),), None))
-    assert observation.robot_pose.shape == (17, 3)
-    assert observation.control_noise.shape == (17, 2)
-    assert [len(o.position) for o in observation.obstacles] == [17] + [1] * 5
-    assert len(observation.obstacles) == len(scenario.people) + len(board.floor_map.names)
-    assert observation.walls.shape == (1, 2, 2)
-    assert observation.lanes is None
-
-
 def test_lanes_come_with_draws_of_their_noise(room):
     scenario = room("lanes={left=[0.0, 1.0, -1.5], right=[0.0, 1.0, 1.5]}")
     board = navigator(scenario, samples=400)
@@ -110,13 +86,3 @@ def test_waypoints_are_made_for_one_after_another_and_the_last_is_never_dropped(
     beliefs = board.estimate((reading(scenario, 2.0, time=0.2),), beliefs)
     assert board.goal.tolist() == [2.0, 0.0]
     assert board.predict(2, beliefs).goal.tolist() == [2.0, 0.0]
-
-
-@pytest.mark.parametrize("command", [(nan, 0.0), (0.0, -inf)])
-def test_what_is_no_number_is_no_command(room, monkeypatch, command):
-    scenario, (v, omega) = room(), command
-    board = navigator(scenario)
-    observation = board.predict(0, board.estimate((reading(scenario, 0.0),), None))
-    monkeypatch.setattr(board.controller, "decide", lambda observation: Decision(v, omega, Status.OK))
-    with pytest.raises(PluginFault, match=r"decide\(\) returned a Decision that cannot be used: (v|omega): found"):
-        board.decide(observation)

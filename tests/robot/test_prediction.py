@@ -6,8 +6,8 @@ from scipy import stats
 
 from mjnav.geometry.angles import wrap
 from mjnav.noise import profile
-from mjnav.robot.commands import CommandHistory, RobotPrediction, Stretch
-from mjnav.robot.prediction.base import carry_people
+from mjnav.robot.latency import CommandHistory, RobotPrediction, Stretch
+from mjnav.robot.prediction import carry_people
 from mjnav.world.simulator import Simulator
 
 DELAYS = (0, 1, 3)
@@ -91,12 +91,6 @@ def test_with_noise_the_truth_is_one_of_the_samples(empty, delay):
         assert 0.85 < ((rank > 0.05) & (rank < 0.95)).mean() < 0.95
 
 
-def test_samples_with_the_noise_of_the_wrong_sign_would_be_found_out(empty):
-    along, heading = ranks(empty("control.delay=1", *ACTUATION_ONLY), range(5), reflected=True)
-    assert stats.kstest(along, "uniform").pvalue < 1e-4
-    assert stats.kstest(heading, "uniform").pvalue < 1e-2
-
-
 # -------------------------------------------------------------------------------------- its noise
 
 
@@ -131,27 +125,6 @@ def test_beyond_a_window_a_new_draw_holds(predictor):
     std = profile("pearson")["actuation.omega"].std
     assert before.std() == pytest.approx(std, rel=0.1)
     assert abs(np.corrcoef(before, noise[:, 1])[0, 1]) < 0.05
-
-
-def test_at_a_windows_end_the_controller_gets_the_draw_of_the_next(predictor):
-    pose, noise = predictor.robot(ORIGIN, 0.2, 0.3, steady(0.2, 0.3))
-    assert abs(np.corrcoef(pose[:, 2], noise[:, 1])[0, 1]) < 0.05
-    assert noise.shape == (4000, 2)
-
-
-def test_prediction_adds_the_noise_with_the_sign_that_actuation_has(predictor):
-    pose, noise = predictor.robot(ORIGIN, 0.0, 0.1, steady(0.0, 0.1))
-    assert stats.skew(travelled(pose)) > 0.8  # 1.5 in the profile
-    assert stats.skew(pose[:, 2]) < -0.5  # -1.0
-    assert stats.skew(noise[:, 0]) > 0.8
-    assert stats.skew(noise[:, 1]) < -0.5
-
-
-def test_without_time_to_pass_poses_stay_and_the_noise_in_force_is_drawn(predictor):
-    start = np.random.default_rng(0).normal(size=(50, 3))
-    pose, noise = predictor.robot(start, 0.3, 0.3, [])
-    assert np.array_equal(pose, start)
-    assert noise.std(axis=0).min() > 0.0
 
 
 def test_people_walk_on_straight():

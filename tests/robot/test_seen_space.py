@@ -10,7 +10,6 @@ from hypothesis import strategies as st
 from mjnav.messages import Reading
 from mjnav.motion.unicycle import integrate
 from mjnav.robot.estimation import assumed_noise
-from mjnav.robot.estimation.base import person_track
 from mjnav.robot.seen_space import HIDDEN, SeenSpace, free_arc
 from mjnav.scene.load import load
 from mjnav.scene.spec import Scenario
@@ -51,13 +50,6 @@ def test_the_free_way_is_that_of_a_disc_that_drives_until_two_points_are_in_it(p
         assert found == pytest.approx(expected, abs=2e-3) or min(grazed) - 2e-3 <= expected <= max(grazed) + 2e-3
 
 
-def test_a_single_point_is_no_obstacle_and_two_are():
-    ahead = np.array([[1.0, 0.0], [1.0, 0.0]])
-    assert free_arc(ahead[:1], 0.5, 0.0, RADIUS) == np.inf
-    assert free_arc(ahead, 0.5, 0.0, RADIUS) == pytest.approx(1.0 - RADIUS)
-    assert free_arc(ahead, -0.5, 0.0, RADIUS) == np.inf
-
-
 def space_of(scenario: Scenario) -> SeenSpace:
     return SeenSpace(scenario, assumed_noise(scenario))
 
@@ -77,14 +69,6 @@ def test_what_the_map_has_is_no_limit_and_what_it_misses_is():
         space = space_of(scenario)
         space.follow(first_reading(scenario), START, ())
         assert space.free_way(0.0, 0.5, 0.0, RADIUS) == pytest.approx(expected, abs=0.01)
-
-
-def test_who_is_tracked_is_no_limit():
-    scenario = load("crossing1", {**PILLAR, "estimation.map.missing": ["pillar0"]})
-    person = person_track("track0", 0.0, 0.2, np.array([[1.5, 0.0, 0.0, 0.0]]))
-    space = space_of(scenario)
-    space.follow(first_reading(scenario), START, (person,))
-    assert space.free_way(0.0, 0.5, 0.0, RADIUS) == np.inf
 
 
 def test_a_robot_that_is_not_where_it_believes_does_not_take_what_it_sees_for_the_map():
@@ -109,13 +93,6 @@ def test_a_gap_counts_from_where_a_thin_thing_would_go_unseen_in_it(value):
         way = space.free_way(0.0, 0.5, 0.0, RADIUS)
         assert way == pytest.approx(distance - RADIUS, abs=0.02 * distance)
         assert space.free_way(0.0, -0.5, 0.0, RADIUS) == np.inf
-
-
-def test_beams_that_meet_nothing_in_the_open_are_free_space():
-    scenario = load("crossing1", KEYS)
-    space = space_of(scenario)
-    space.follow(first_reading(scenario), START, ())
-    assert space.free_way(0.0, 0.5, 0.0, RADIUS) == np.inf
 
 
 def test_what_lies_beyond_the_field_of_view_is_not_seen():

@@ -6,8 +6,8 @@ import pytest
 import mjnav
 from mjnav.errors import InvalidValue
 from mjnav.robot.seen_space import FloorMap
-from mjnav.scene import dumps, loads
-from mjnav.scene.ways import floor_of_lidar, floor_of_robot
+from mjnav.scene import loads
+from mjnav.scene.ways import floor_of_robot
 
 ROOM = """
 schema = 1
@@ -37,14 +37,6 @@ def known(text):
     return loads(ROOM + "[estimation.map]\n" + text).known_bodies
 
 
-def test_without_the_table_the_map_is_the_world():
-    scenario = loads(ROOM)
-    bodies = scenario.known_bodies
-    assert (bodies.walls, bodies.tables, bodies.pillars) == (scenario.walls, scenario.tables, scenario.pillars)
-    assert bodies.names == ("wall0", "wall1", "table0", "table1", "pillar0", "pillar1")
-    assert "map" not in dumps(scenario)
-
-
 def test_what_is_left_keeps_its_name_and_what_the_map_has_beyond_the_world_is_named_on():
     bodies = known('missing = ["table0", "wall0"]\n[[estimation.map.pillars]]\nposition = [1, 1]\n')
     assert bodies.names == ("wall1", "table1", "pillar0", "pillar1", "pillar2")
@@ -63,27 +55,12 @@ def test_a_shift_moves_tables_and_pillars_and_turns_each_about_its_own_centre():
     assert bodies.pillars[0].position == pytest.approx((5.1, 0.8))
 
 
-def test_a_shift_can_be_that_of_a_single_body_and_of_a_wall():
-    bodies = known(f'shift = [0.5, 0.0, {0.5 * np.pi}]\nshifted = ["wall1"]\n')
-    assert bodies.walls[1].start == pytest.approx((3.5, 1.0))
-    assert bodies.walls[1].end == pytest.approx((3.5, 3.0))
-    assert bodies.tables == loads(ROOM).tables
-
-
 @pytest.mark.parametrize("key", ["missing", "shifted"])
 def test_a_name_that_is_none_is_refused_with_the_nearest_one(key):
     with pytest.raises(InvalidValue, match=rf"estimation.map.{key}.1: found 'tabel1'; .*did you mean 'table1'"):
         known(f'{key} = ["pillar0", "tabel1"]\n')
     with pytest.raises(InvalidValue, match="the scene has no walls"):
         mjnav.load_scenario("crossing1", {f"estimation.map.{key}": ["table0"]})
-
-
-def test_a_scenario_with_a_map_of_its_own_comes_back_from_its_dump():
-    text = 'shift = [0.1, 0, 0]\nmissing = ["pillar0"]\n[[estimation.map.walls]]\nfrom = [1, 1]\nto = [2, 1]\n'
-    scenario = loads(ROOM + "[estimation.map]\n" + text)
-    again = loads(dumps(scenario))
-    assert again == scenario
-    assert again.known_bodies == scenario.known_bodies
 
 
 def test_controllers_go_by_the_map_and_the_world_stays_as_it_is():
@@ -96,9 +73,3 @@ def test_controllers_go_by_the_map_and_the_world_stays_as_it_is():
     with mjnav.Simulation(scenario, log=False) as simulation:
         assert len(simulation.observe().obstacles) == len(floor.names)
         assert len(simulation.scenario.tables) == 2
-
-
-def test_the_lidar_passes_over_what_is_lower_than_itself():
-    bodies = loads(ROOM).known_bodies
-    assert len(floor_of_lidar(bodies).discs) == 8 + 1
-    assert len(floor_of_lidar(bodies).boxes) == 2

@@ -34,12 +34,6 @@ def test_people_speeds_overlaps_and_windows_are_counted():
     assert [w.closest_at_start for w in found.windows] == [pytest.approx(0.45)] * 2
 
 
-def test_a_track_between_two_steps_is_surveyed():
-    found = survey([straight(1.0, 4.0, (0.0, 0.0), (1.0, 0.0), step=1.0)], 5.0, 10.0)
-    assert (found.people, found.most_at_once, found.pairs, found.overlapping) == (1, 0, 0, (0, 0, 0))
-    assert [(window.people, window.most_at_once) for window in found.windows] == [(1, 0)]
-
-
 def test_a_window_is_found_by_its_number_of_people():
     tracks = [straight(float(t), t + 3.0, (0.0, 0.0), (1.0, 0.0)) for t in (0, 10, 11, 12, 30, 40, 41)]
     assert choose_window(tracks, 5.0, None) == (8.0, 13.0)

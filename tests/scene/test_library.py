@@ -3,8 +3,6 @@
 import numpy as np
 import pytest
 
-import mjnav.scene.library as library
-from mjnav.errors import InputError
 from mjnav.scene import data_folder, describe, load, names
 from mjnav.scene.spec import ConstantVelocity
 
@@ -23,26 +21,6 @@ def test_a_shipped_scene_loads_and_is_named_after_its_file(name):
     assert scenario.name == name
     assert scenario.source == str(data_folder("runs") / f"{name}.toml")
     assert load(scenario.source) == scenario
-
-
-def test_data_is_found_beside_the_package_and_rather_inside_it(tmp_path, monkeypatch):
-    package = tmp_path / "mjnav"
-    monkeypatch.setattr(library, "_PACKAGE", package)
-    with pytest.raises(InputError, match="the folder 'runs' is missing"):
-        data_folder("runs")
-    (tmp_path / "runs").mkdir()
-    assert data_folder("runs") == tmp_path / "runs"
-    (package / "runs").mkdir(parents=True)
-    assert data_folder("runs") == package / "runs"
-
-
-def test_files_in_the_folder_that_are_no_scenes_are_not_listed(tmp_path, monkeypatch):
-    monkeypatch.setattr(library, "_PACKAGE", tmp_path / "mjnav")
-    (tmp_path / "runs").mkdir()
-    for name, text in {"study": 'name = "s"\n', "broken": "[robot", "notes": ""}.items():
-        (tmp_path / "runs" / f"{name}.toml").write_text(text)
-    (tmp_path / "runs" / "mine.toml").write_text('description = "two\\nlines"\n[robot]\n')
-    assert describe() == (("mine", "two lines"),)
 
 
 def straight_on(robot, time):

@@ -6,7 +6,7 @@ import pytest
 from mjnav.errors import InvalidValue
 from mjnav.noise import Zero, profile
 from mjnav.scene.load import dumps, load, loads
-from mjnav.scene.sensors import LIDARS, LidarSpec, Sensors
+from mjnav.scene.sensors import LidarSpec, Sensors
 
 LAW = profile("pearson")["lidar.range"]
 
@@ -46,32 +46,6 @@ def test_an_estimator_takes_off_the_bias_of_a_calibrated_lidar_alone():
     assert Sensors(lidar=LidarSpec(calibrated=False)).scanner.known_bias(2.0, law) == law.mean == -0.035
 
 
-def test_a_smaller_field_of_view_has_a_beam_at_either_end():
-    lidar = Sensors(lidar=LidarSpec("utm-30lx")).scanner
-    assert lidar.angles[[0, 540, 1080]] == pytest.approx(np.radians([-135.0, 0.0, 135.0]))
-    assert np.diff(lidar.angles) == pytest.approx(np.radians(0.25))
-    assert lidar.turn_offsets[-1] == pytest.approx(0.75 * 0.025)
-
-
-@pytest.mark.parametrize("model", LIDARS)
-def test_own_figures_take_the_place_of_the_model_s(model):
-    own = LidarSpec(
-        model,
-        beams=7,
-        field_of_view=1.0,
-        rate=3.0,
-        min_range=0.3,
-        max_range=5.0,
-        bias=0.01,
-        spread=[(1, 0.1), (2, 0.3)],
-    )
-    lidar = Sensors(lidar=own).scanner
-    assert lidar.angles == pytest.approx(np.linspace(-0.5, 0.5, 7))
-    assert (lidar.rate, lidar.min_range, lidar.max_range) == (3.0, 0.3, 5.0)
-    assert lidar.bias([0.0, 9.0], LAW) == pytest.approx(0.01)
-    assert lidar.std([0.0, 1.0, 1.5, 2.0, 9.0], LAW) == pytest.approx([0.1, 0.1, 0.2, 0.3, 0.3])
-
-
 def test_a_lidar_survives_the_way_to_text_and_back():
     assert "[sensors.lidar]" not in dumps(load("crossing1"))
     given = {"sensors.lidar.model": "lds-02", "sensors.lidar.missing": [[0, 0], [8, 0.2]], "sensors.lidar.beams": 90}
@@ -88,12 +62,3 @@ def test_what_cannot_be_is_refused_at_its_key():
     refused("lidar.max_range", **{"lidar.model": "lds-01", "lidar.max_range": 0.1})
     refused("lidar.bias.1.0", **{"lidar.bias": [[1.0, 0.0], [0.5, 0.0]]})
     refused("lidar.mount", **{"lidar.mount": [0.2, 0.2, 0.0]})
-
-
-@pytest.mark.parametrize(
-    ("sensors", "pause"),
-    [({}, 0.1), ({"rate": 20.0}, 0.05), ({"lidar.model": "lds-01"}, 0.2), ({"lidar.model": "rplidar-a1"}, 0.2)],
-)
-def test_a_scan_comes_at_the_latest_after_whole_periods_that_make_up_a_turn(sensors, pause):
-    given = {f"sensors.{key}": value for key, value in sensors.items()}
-    assert load("crossing1", given).sensors.longest_pause == pytest.approx(pause)

@@ -5,9 +5,7 @@ import os
 import pytest
 
 from mjnav.errors import InvalidValue
-from mjnav.noise import make_distribution
 from mjnav.scene import dumps, load, loads, names
-from mjnav.scene.spec import StopAndGo, Wall
 
 ROBOT = "start = [0.0, 0.0, 0.0]\ngoal = [9.0, 0.0]\n"
 HEAD = 'schema = 1\nname = "bad"\n'
@@ -16,124 +14,43 @@ PERSON = '[[people]]\nstart = [4.0, 2.0]\nbehaviour = "constant_velocity"\n'
 WALKER = '[[people]]\nstart = [4.0, 2.0]\nbehaviour = "waypoints"\nwaypoints = [[6.0, 2.0]]\n'
 
 
-def of_robot(line):
-    return GOOD + line
-
-
 def of_person(*lines):
     return GOOD + PERSON + "\n".join(lines)
 
 
-BAD = {
-    "a misspelt key": (
-        HEAD + "[robot]\nstart = [0, 0, 0]\ngaol = [9, 0]",
-        "robot.gaol: found 'gaol'; allowed: goal, goal_tolerance, max_acceleration, max_speed, max_turn_acceleration, "
-        "max_turn_rate, min_speed, preferred_speed, radius, start, waypoints; did you mean 'goal'?",
-    ),
-    "a key that must be quoted": (
-        '"\\u001b[31m" = 1\n' + GOOD,
-        "file.toml: \"\\u001b[31m\": found '\\x1b[31m'; allowed: control, ",
-    ),
+SOCIAL = '[[people]]\nstart = [4, 2]\nbehaviour = "social_force"\nwaypoints = [[4, 3]]\n'
+TRIP = 'at_end = "again"\ntrips = [{ from = [[2, 5], [8, 5]], to = [[2, 2], [8, 2]] }]'
+BAD = {  # a text, and the message's beginning behind the file
+    "a misspelt key": (HEAD + "[robot]\nstart = [0, 0, 0]\ngaol = [9, 0]", "robot.gaol: found 'gaol'; allowed: goal, "),
+    "a key that must be quoted": ('"\\u001b[31m" = 1\n' + GOOD, "\"\\u001b[31m\": found '\\x1b[31m'; "),
     "another schema": ("schema = 2\nwhatever = 1", "schema: found 2; allowed: 1"),
-    "no schema": ('name = "bad"', "schema: found nothing; allowed: schema = 1, the version of this format"),
-    "no start": (
-        HEAD + "[robot]\ngoal = [9, 0]",
-        "robot.start: found nothing; allowed: an array of 3 numbers; this key is required",
-    ),
-    "neither goal nor waypoints": (
-        HEAD + "[robot]\nstart = [0, 0, 0]",
-        "robot.goal: found nothing; allowed: goal = [x, y] or waypoints = [[x, y], ...]: one of the two is required",
-    ),
-    "both goal and waypoints": (
-        of_robot("waypoints = [[1, 1]]"),
-        "robot.waypoints: found ((1.0, 1.0),); allowed: goal or waypoints, not both",
-    ),
-    "a least speed above the greatest": (
-        of_robot("min_speed = 2.0"),
-        "robot.min_speed: found 2.0; allowed: a number below max_speed (1.0)",
-    ),
-    "a preferred speed above the greatest": (
-        of_robot("max_speed = 0.5\npreferred_speed = 0.6"),
-        "robot.preferred_speed: found 0.6; allowed: a number from 0.01 to 0.5 m/s",
-    ),
-    "a wall of no length": (
-        GOOD + "[[walls]]\nfrom = [1, 2]\nto = [1, 2]",
-        "walls.0.to: found (1.0, 2.0); allowed: a point other than `from`, at least 0.001 m away",
-    ),
-    "one table where several belong": (
-        GOOD + "[walls]\nfrom = [0, 2]\nto = [1, 2]",
-        "walls: found {'from': [0, 2], 'to': [1, 2]}; allowed: an array of tables",
-    ),
-    "a table whose legs touch": (
-        GOOD + "[[tables]]\nposition = [4, 2]\nsize = [1.6, 0.05]",
-        "tables.0.size.1: found 0.05; allowed: a number > 0.06 and <= 10000",
-    ),
-    "a lane without direction": (
-        GOOD + "[lanes]\nleft = [0, 0, 1]\nright = [0, 1, 1]",
-        "lanes.left: found (0.0, 0.0, 1.0); allowed: a line a x + b y + c = 0, (a, b) at least 0.001 long",
-    ),
-    "an unknown behaviour": (
-        of_person("velocity = [0, 0]").replace("constant_velocity", "constant_velocty"),
-        "people.0.behaviour: found 'constant_velocty'; allowed: constant_velocity, orca, replay, "
-        "social_force, stop_and_go, waypoints; did you mean 'constant_velocity'?",
-    ),
-    "a constant of another form of the social force": (
-        GOOD + '[[people]]\nstart = [4, 2]\nbehaviour = "social_force"\nwaypoints = [[4, 3]]\nstep_time = 2.0',
-        'people.0.step_time: found 2.0; allowed: no value with form = "moussaid_2009", which has no such key',
-    ),
-    "two ways to want a velocity": (
-        GOOD + '[[people]]\nstart = [4, 2]\nbehaviour = "social_force"\nwaypoints = [[4, 3]]\n'
-        "relaxation_time = 1.0\ndrive = 1.0",
-        "people.0.drive: found 1.0; allowed: no value beside relaxation_time",
-    ),
-    "who leaves before they come": (
-        of_person("velocity = [0, 0]", "enters = 5\nleaves = 2"),
-        "people.0.leaves: found 2.0; allowed: a time after enters (5 s)",
-    ),
-    "an end of what loops": (
-        GOOD + WALKER + 'loop = true\nat_end = "leave"',
-        "people.0.at_end: found 'leave'; allowed: nothing beside loop = true: who loops has no end",
-    ),
-    "coming again without trips": (
-        GOOD + WALKER + 'at_end = "again"',
-        "people.0.trips: found nothing; allowed: an array of tables with from and to; ",
-    ),
-    "trips of who stays away": (
-        GOOD + WALKER.replace('waypoints"', 'orca"') + 'at_end = "leave"\nclear_of_robot = 1',
-        'people.0.clear_of_robot: found 1.0; allowed: nothing without at_end = "again"',
-    ),
+    "no schema": ('name = "bad"', "schema: found nothing; allowed: schema = 1, the version"),
+    "no start": (HEAD + "[robot]\ngoal = [9, 0]", "robot.start: found nothing; allowed: an array of 3 numbers; this k"),
+    "neither goal nor waypoints": (HEAD + "[robot]\nstart = [0, 0, 0]", "robot.goal: found nothing; allowed: goal = "),
+    "both": (GOOD + "waypoints = [[1, 1]]", "robot.waypoints: found ((1.0, 1.0),); allowed: goal or waypoints, not bo"),
+    "a least speed above the greatest": (GOOD + "min_speed = 2.0", "robot.min_speed: found 2.0; allowed: a number bel"),
+    "a preferred one": (GOOD + "max_speed = 0.5\npreferred_speed = 0.6", "robot.preferred_speed: found 0.6; "),
+    "a wall of no length": (GOOD + "[[walls]]\nfrom = [1, 2]\nto = [1, 2]", "walls.0.to: found (1.0, 2.0); "),
+    "one table of several": (GOOD + "[walls]\nfrom = [0, 2]\nto = [1, 2]", "walls: found {'from': [0, 2], 'to': [1, 2"),
+    "legs that touch": (GOOD + "[[tables]]\nposition = [4, 2]\nsize = [1.6, 0.05]", "tables.0.size.1: found 0.05; "),
+    "a lane without direction": (GOOD + "[lanes]\nleft = [0, 0, 1]\nright = [0, 1, 1]", "lanes.left: found (0.0, 0.0"),
+    "an unknown behaviour": (of_person().replace("t_velocity", "t_velocty"), "people.0.behaviour: found 'constant_vel"),
+    "a constant of another form": (GOOD + SOCIAL + "step_time = 2.0", "people.0.step_time: found 2.0; "),
+    "two ways to want a velocity": (GOOD + SOCIAL + "relaxation_time = 1.0\ndrive = 1.0", "people.0.drive: found 1.0;"),
+    "who leaves before they come": (of_person("velocity = [0, 0]", "enters = 5\nleaves = 2"), "people.0.leaves: found"),
+    "an end of what loops": (GOOD + WALKER + 'loop = true\nat_end = "leave"', "people.0.at_end: found 'leave'; "),
+    "coming again without trips": (GOOD + WALKER + 'at_end = "again"', "people.0.trips: found nothing; "),
+    "trips of who stays away": (GOOD + WALKER + 'at_end = "leave"\nclear_of_robot = 1', "people.0.clear_of_robot: fou"),
     "a trip from within a wall": (
-        GOOD
-        + "[[walls]]\nfrom = [1, 5]\nto = [9, 5]\n"
-        + WALKER
-        + 'at_end = "again"\ntrips = [{ from = [[2, 5], [8, 5]], to = [[2, 2], [8, 2]] }]',
-        "people.0.trips.0.from: found ((2.0, 5.0), (8.0, 5.0)); allowed: an area with room for the person, 0.3 m clear",
+        GOOD + "[[walls]]\nfrom = [1, 5]\nto = [9, 5]\n" + WALKER + TRIP, "people.0.trips.0.from: found ((2.0, 5.0), "
     ),
-    "a person who runs": (
-        of_person("velocity = [4, 4]"),
-        "people.0.velocity: found (4.0, 4.0); allowed: at most 5 m/s",
-    ),
-    "an unknown channel": (
-        GOOD + '[noise.odometry.omga]\ndistribution = "gaussian"',
-        "noise.odometry.omga: found 'odometry.omga'; allowed: actuation.omega, actuation.v, ",
-    ),
-    "a rate between the steps": (
-        GOOD + "[control]\nrate = 30.0",
-        "control.rate: found 30.0; allowed: a rate whose period is a whole number of steps of physics.timestep (0.002 ",
-    ),
-    "nesting without end": (
-        GOOD + "[control]\nclip = " + "[" * 30 + "]" * 30,
-        "allowed: tables and arrays in one another at most 20 deep",
-    ),
-    "not TOML": (
-        HEAD + "[robot]\nstart [0, 0, 0]",
-        "line 4, column 7: found 'start [0, 0, 0]'; allowed: TOML (Expected '=' after a key in a key/value pair)",
-    ),
-    "a key twice": (
-        HEAD + 'name = "b"',
-        "line 3, column 11: found 'name = \"b\"'; allowed: TOML (Cannot overwrite a value)",
-    ),
-}
+    "a person who runs": (of_person("velocity = [4, 4]"), "people.0.velocity: found (4.0, 4.0); allowed: at most 5 m/"),
+    "an unknown channel": (GOOD + '[noise.odometry.omga]\ndistribution = "gaussian"', "noise.odometry.omga: found "),
+    "a rate between the steps": (GOOD + "[control]\nrate = 30.0", "control.rate: found 30.0; allowed: a rate whose"),
+    "nesting without end": (GOOD + "[control]\nclip = " + "[" * 30 + "]" * 30, "control.clip."),
+    "not TOML": (HEAD + "[robot]\nstart [0, 0, 0]", "line 4, column 7: found 'start [0, 0, 0]'; allowed: TOML (Expect"),
+    "a key twice": (HEAD + 'name = "b"', "line 3, column 11: found 'name = \"b\"'; allowed: TOML (Cannot overwrite"),
+}  # fmt: skip
 
 
 @pytest.mark.parametrize("title", BAD)
@@ -143,51 +60,14 @@ def test_a_bad_run_file_is_refused_with_the_message_that_says_what_to_do(title, 
     monkeypatch.chdir(tmp_path)
     with pytest.raises(InvalidValue) as error:
         load("file.toml")
-    assert str(error.value).startswith("file.toml: ")
-    assert message in str(error.value)
+    assert str(error.value).startswith(f"file.toml: {message}")
     assert "\n" not in str(error.value)
     assert error.value.exit_code == 2
 
 
-def test_the_text_that_the_bad_files_spoil_is_good():
-    assert loads(GOOD).robot.goal == (9.0, 0.0)
-    assert loads(of_person("velocity = [0, 0]")).people[0].radius == 0.3
-
-
-def test_what_the_file_names_stands_in_the_scenario():
-    scenario = loads(
-        GOOD
-        + """
-        [[walls]]
-        from = [0, 2]
-        to = [5, 2]
-        [[people]]
-        start = [4, 4]
-        behaviour = "stop_and_go"
-        velocity = [0.5, 0]
-        stop_time = 3
-        [noise.odometry.v]
-        distribution = "gaussian"
-        std = 0.1
-        [noise.gyro]
-        distribution = "gaussian"
-        std = 0.2
-        [control]
-        method = "rkhs"
-        degree = 3
-        weights = { lanes = [1, 2] }
-        """
-    )
-    assert scenario.walls == (Wall((0.0, 2.0), (5.0, 2.0)),)
-    assert scenario.people[0].behaviour == StopAndGo((0.5, 0.0), stop_time=3.0)
-    assert scenario.noise.channels["odometry.v"] == make_distribution("gaussian", std=0.1)
-    assert scenario.noise.distributions()["gyro"].std == 0.2
-    assert scenario.control.parameters == {"degree": 3, "weights": {"lanes": [1, 2]}}
-
-
 def test_a_robot_slower_than_the_default_preferred_speed_prefers_its_full_speed():
-    assert loads(of_robot("max_speed = 0.5")).robot.preferred_speed == 0.5
-    assert loads(of_robot("max_speed = 0.9")).robot.preferred_speed == 0.8
+    assert loads(GOOD + "max_speed = 0.5").robot.preferred_speed == 0.5
+    assert loads(GOOD + "max_speed = 0.9").robot.preferred_speed == 0.8
 
 
 def test_a_missing_shipped_scene_is_answered_with_the_nearest_one():
@@ -200,14 +80,9 @@ def test_a_missing_shipped_scene_is_answered_with_the_nearest_one():
 
 def test_a_missing_path_is_answered_with_the_nearest_file_or_scene(tmp_path):
     (tmp_path / "corridor.toml").write_text(GOOD)
-    with pytest.raises(InvalidValue) as error:
-        load(tmp_path / "coridor.toml")
-    assert (
-        f"found nothing; allowed: a run file that can be read (No such file or directory); did you mean '{tmp_path}"
-        in (str(error.value))
-    )
-    with pytest.raises(InvalidValue, match=r"^hal.toml: found nothing.*did you mean 'hall'\?"):
-        load("hal.toml")
+    for path, nearest in (tmp_path / "coridor.toml", tmp_path), ("hal.toml", "hall'"):
+        with pytest.raises(InvalidValue, match=rf"found nothing; allowed: a run file .*did you mean '{nearest}"):
+            load(path)
 
 
 @pytest.mark.parametrize("path", ["a\0b/", "/", "/dev/null/x.toml", "x" * 1000 + ".toml"])
@@ -235,12 +110,6 @@ def test_a_number_of_thousands_of_digits_is_refused():
         loads("seed = " + "9" * 5000)
     with pytest.raises(InvalidValue, match="seed: found a int; allowed: whole numbers of at most 64 bits"):
         loads("seed = 0x" + "f" * 5000)
-
-
-def test_messages_stay_short_however_long_the_value_is():
-    with pytest.raises(InvalidValue) as error:
-        loads(GOOD.replace("[9.0, 0.0]", str(list(range(100_000)))))
-    assert len(str(error.value)) < 300
 
 
 @pytest.mark.parametrize("name", names())

@@ -4,7 +4,7 @@ import pytest
 
 from mjnav.errors import InvalidValue
 from mjnav.scene import dumps, loads
-from mjnav.scene.spec import LaneSpec, StopAndGo, Waypoints
+from mjnav.scene.spec import StopAndGo, Waypoints
 
 TEXT = """
 schema = 1
@@ -46,39 +46,11 @@ def test_one_key_says_for_all_people_whether_they_see_the_robot():
     assert "people_see_robot" not in dumps(loads(TEXT))
 
 
-def test_values_of_python_are_given_by_dotted_key():
-    scenario = loads(TEXT, {"people.0.start": (5, -2), "name": "1.5", "control.delay": 0, "robot.waypoints": [(1, 1)]})
-    assert scenario.people[0].start == (5.0, -2.0)
-    assert (scenario.name, scenario.control.delay, scenario.robot.route) == ("1.5", 0, ((1.0, 1.0),))
-    with pytest.raises(
-        InvalidValue, match=r"^overrides: people\.0\.radius: found 9\.0; allowed: a number from 0\.1 to"
-    ):
-        loads(TEXT, {"people.0.radius": 9.0})
-    with pytest.raises(InvalidValue, match=r"^overrides: found 'robot\.\.radius'; allowed: a dotted key"):
-        loads(TEXT, {"robot..radius": 0.3})
-
-
 @pytest.mark.parametrize(
     ("text", "value"), [("other", "other"), ('"other"', "other"), ("a=b", "a=b"), ("", ""), ("1\nname = 2",) * 2]
 )
 def test_a_value_that_is_no_toml_is_a_string(text, value):
     assert loads(TEXT, [f"description={text}"]).description == value
-
-
-def test_a_list_that_the_file_leaves_to_its_default_is_indexed_too():
-    assert loads(TEXT, ["tables.0.size.1=2.0"]).tables[0].size == (1.6, 2.0)
-
-
-def test_tables_are_made_as_needed():
-    scenario = loads(
-        TEXT, ["noise.gyro.distribution=gaussian", "noise.gyro.std=0.5", "lanes={left=[0,1,0],right=[0,1,1]}"]
-    )
-    assert scenario.noise.distributions()["gyro"].std == 0.5
-    assert scenario.lanes == LaneSpec((0.0, 1.0, 0.0), (0.0, 1.0, 1.0))
-
-
-def test_overrides_complete_an_incomplete_file():
-    assert loads(TEXT.replace("goal = [9, 0]", ""), ["robot.goal=[3,0]", "seed=1"]).robot.goal == (3.0, 0.0)
 
 
 def test_waypoints_and_goal_replace_one_another():
@@ -91,11 +63,6 @@ def test_another_behaviour_drops_the_keys_that_it_does_not_have():
     overrides = ["people.0.behaviour=waypoints", "people.0.waypoints=[[1, 1]]"]
     assert loads(TEXT, overrides).people[0].behaviour == Waypoints(((1.0, 1.0),))
     assert loads(TEXT, ["people.0.behaviour=stop_and_go"]).people[0].behaviour == StopAndGo((0.0, 0.5))
-
-
-def test_a_controller_keeps_rate_and_delay_and_drops_the_files_parameters():
-    control = loads(TEXT, controller="mean").control
-    assert (control.method, control.rate, control.delay, control.parameters) == ("mean", 20.0, 2, {})
 
 
 def test_overrides_come_after_the_controller_and_the_seed():
@@ -126,13 +93,3 @@ def test_a_bad_override_is_refused_with_its_key(override):
     with pytest.raises(InvalidValue) as error:
         loads(text, [override], file="base.toml")
     assert str(error.value).startswith(REFUSED[override])
-
-
-def test_an_override_that_makes_another_value_impossible_is_mentioned_with_the_file():
-    with pytest.raises(InvalidValue, match=r"^base.toml with overrides: robot.preferred_speed: found 0.8; "):
-        loads(TEXT.replace("goal =", "preferred_speed = 0.8\ngoal ="), ["robot.max_speed=0.5"], file="base.toml")
-
-
-def test_a_bad_seed_is_named_as_such():
-    with pytest.raises(InvalidValue, match=r"^seed: seed: found -1; "):
-        loads(TEXT, seed=-1)

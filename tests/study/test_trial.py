@@ -9,7 +9,7 @@ import pytest
 from mjnav import scene
 from mjnav.loop.episode import Episode
 from mjnav.loop.provenance import FACTS, provenance
-from mjnav.metrics import definitions
+from mjnav.metrics.summary import FIGURES
 from mjnav.scene.spec import Control, Layout
 from mjnav.study.cells import Cell, resolve
 from mjnav.study.store.row import COLUMNS
@@ -55,7 +55,7 @@ def test_a_row_has_every_column_and_every_figure_of_the_summary(small_trials):
 
 def test_figures_beside_the_summarys_are_there(small_trials):
     row: dict[str, Any] = dict(run_trial(small_trials[0]).figures)
-    assert set(row) == set(definitions.FIGURES)
+    assert set(row) == set(FIGURES)
     assert row["infeasible_ticks"] == row["ticks_without_nominal"] + row["ticks_without_own"]
     for name in ("time_to_avoid_s", "robot_skew", "robot_kurtosis", "people_skew", "people_kurtosis"):
         assert isinstance(row[name], float)

@@ -5,21 +5,6 @@ from mjnav.motion.unicycle import ramp_mean
 from mjnav.world.actuation import Actuation
 
 
-def test_the_set_point_moves_by_at_most_a_dt_each_step_and_arrives(scene):
-    actuation = Actuation(scene(), 0)
-    twists = actuation.twists((1.0, -1.5), 600)
-    change = np.diff(twists, axis=0, prepend=[[0.0, 0.0]])
-    assert np.abs(change[:, 0]).max() <= 1.0 * 0.002 + 1e-12
-    assert np.abs(change[:, 1]).max() <= 3.0 * 0.002 + 1e-12
-    assert tuple(twists[-1]) == (1.0, -1.5)
-
-
-def test_the_ramp_is_the_same_bits_however_it_is_sliced(scene):
-    whole, sliced = Actuation(scene(), 0), Actuation(scene(), 0)
-    parts = [sliced.twists((0.83, -1.31), n) for n in (1, 7, 50, 3, 239)]
-    np.testing.assert_array_equal(whole.twists((0.83, -1.31), 300), np.concatenate(parts))
-
-
 def test_the_ramp_is_the_one_by_which_commands_are_predicted(scene):
     scenario = scene()
     twists = Actuation(scenario, 0).twists((0.05, 1.2), 50)

@@ -1,6 +1,5 @@
 """Physics that become nonsense end in an error, not in a robot that is back at its start."""
 
-import mujoco
 import pytest
 
 from mjnav.world.engine import DivergedError
@@ -20,15 +19,3 @@ def test_a_state_that_diverges_is_told_once_and_not_put_back(clutter, speed, tmp
         simulator.advance(0.1, (0.8, 0.0))
     assert capfd.readouterr() == ("", "")
     assert list(tmp_path.iterdir()) == []  # MuJoCo's own MUJOCO_LOG.TXT
-
-
-def test_a_handler_of_mujocos_warnings_is_kept(clutter):
-    heard = []
-    before = mujoco.get_mju_user_warning()
-    mujoco.set_mju_user_warning(heard.append)
-    try:
-        Simulator(clutter(), 0).advance(0.1, (0.8, 0.0))
-        listens = mujoco.get_mju_user_warning()
-    finally:
-        mujoco.set_mju_user_warning(before)
-    assert listens == heard.append

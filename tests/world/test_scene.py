@@ -6,7 +6,6 @@ from mjnav.motion.unicycle import LIDAR_HEIGHT
 from mjnav.scene.sensors import LidarSpec
 from mjnav.scene.spec import ConstantVelocity, Person, Pillar, Sensors, Table
 from mjnav.world.scene import DECORATION, UNSEEN, compose
-from mjnav.world.simulator import Simulator
 
 
 def test_sizes_come_from_the_scenario(scene):
@@ -48,9 +47,3 @@ def test_what_is_for_the_eye_only_touches_nothing_and_hides_from_the_lidar(clutt
     assert not model.geom_conaffinity[decoration].any()
     robot = [i for i in range(model.ngeom) if model.geom(i).name.startswith("robot/")]
     assert set(model.geom_group[robot]) <= {UNSEEN, DECORATION}
-
-
-def test_the_model_can_be_read_back(clutter, engine):
-    model = mujoco.MjModel.from_xml_string(Simulator(clutter(engine=engine), 0).model_xml())
-    assert model.body("person1/body").id > 0
-    assert model.body("wall2/wall").id > 0

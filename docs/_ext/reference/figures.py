@@ -1,6 +1,7 @@
 """Every figure with its unit, definition and source, from the one table of figures."""
 
-from mjnav.metrics.definitions import DERIVED, GROUPS, TRUTH, Definition
+from mjnav.metrics.definitions import TRUTH, Definition
+from mjnav.metrics.summary import DERIVED, GROUPS
 
 from .markdown import escape
 

@@ -1,7 +1,6 @@
 """What a learned policy sees, with the bounds of a robot with the default limits."""
 
-from mjnav.control.policy import Encoder, Features
-from mjnav.control.policy.blocks import BLOCKS, PERSON, ROBOT
+from mjnav.control.policy import BLOCKS, PERSON, ROBOT, Encoder, Features
 from mjnav.messages import RobotLimits
 from mjnav.settings import keys
 

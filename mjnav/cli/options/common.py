@@ -40,17 +40,6 @@ OPTIONS: Mapping[str, str] = MappingProxyType(
         "scheduler": "--scheduler",
     }
 )
-# What does the work of an option that people expect; "mjnav run" and the option, or the option alone.
-INSTEAD: Mapping[str, str] = MappingProxyType(
-    {
-        "mjnav run --seeds": "`mjnav run` takes one --seed, `mjnav sweep` runs many",
-        "mjnav export -o": "OUT stands after LOG: `mjnav export LOG OUT`",
-        "mjnav recover -o": "OUT stands after LOG: `mjnav recover LOG OUT`",
-        "-v": "`mjnav inspect LOG` shows more of a run, --traceback where a fault came from, "
-        "`mjnav --version` prints the version",
-    }
-)
-SAME: Mapping[str, str] = MappingProxyType({"--verbose": "-v", "--output": "-o"})
 _WITH = " with "  # between a file and the arguments that changed it
 
 
@@ -78,10 +67,8 @@ def unknown_words(parser: argparse.ArgumentParser, words: Sequence[str]) -> Inpu
     option = next((word.partition("=")[0] for word in words if word.startswith("-")), None)
     if option is None:
         return InputError(f"{parser.prog} does not take {' '.join(words)!r}; {shows_options(parser.prog)}")
-    same = SAME.get(option, option)
     nearest = get_close_matches(option.lower(), parser._option_string_actions, n=1) if len(option) > 2 else []
-    instead = INSTEAD.get(f"{parser.prog} {same}") or INSTEAD.get(same)
-    instead = instead or (f"did you mean {nearest[0]}?" if nearest else shows_options(parser.prog))
+    instead = f"did you mean {nearest[0]}?" if nearest else shows_options(parser.prog)
     return InputError(f"{parser.prog} has no option {option}; {instead}")
 
 
@@ -99,8 +86,3 @@ def configure(parser: argparse.ArgumentParser, command: str) -> None:
             "-q", "--quiet", action="store_true", help="print neither results nor progress; the exit code says"
         )
     group.add_argument("--traceback", action="store_true", help="where a fault came from, for code of your own")
-
-
-def wants_traceback(words: Sequence[str]) -> bool:
-    """Whether the words of a command line ask for it, also where they cannot be parsed."""
-    return "--traceback" in words

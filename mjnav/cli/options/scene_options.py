@@ -4,7 +4,7 @@ import argparse
 import math
 
 from mjnav.errors import InvalidValue
-from mjnav.loop.faults.heartbeat import MAX_SECONDS
+from mjnav.loop.supervision import MAX_SECONDS
 
 
 def configure(parser: argparse.ArgumentParser) -> None:

@@ -9,24 +9,15 @@ with it.
 """
 
 import ctypes
-import fcntl
+import faulthandler
 import os
 import signal
 import time
 from collections.abc import Callable, Iterator, Set
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 
 from mjnav.cli.terminal.progress import tell
-from mjnav.loop.faults.heartbeat import (
-    ASK,
-    Heartbeat,
-    Watchdog,
-    describe_end,
-    dump_of,
-    dump_to,
-    dumped_frames,
-    read_dump,
-)
+from mjnav.loop.supervision import Heartbeat, describe_end, supervised
 
 # -------------------------------------------------------------------------------------------- signals
 
@@ -68,14 +59,13 @@ def interruptible() -> Iterator[Callable[[], bool]]:
 
 
 PASSED_ON = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
-LOOK = 0.5  # [s] poll interval
 _BY_THE_KERNEL = 0x80  # si_code of what a terminal sends to the whole process group, the child too
 _PR_SET_PDEATHSIG = 1  # from <sys/prctl.h>
-_EPISODE, _BEAT, _REST, _DONE = b"episode", b"beat", b"rest", b"done"
+_DONE = b"the command has ended in order\n"
 
 
 class Guard:
-    """The connection of a command to the process that watches it; without a descriptor, messages are dropped."""
+    """The connection of a command to the process that watches it: a file for its last words."""
 
     def __init__(self, descriptor: int | None = None):
         self._descriptor = descriptor
@@ -83,101 +73,50 @@ class Guard:
     @contextmanager
     def episode(self, name: str, limit: float) -> Iterator[Heartbeat]:
         """Runs an episode of this name on the main thread, with a limit of wall time [s]."""
-        self._send(_EPISODE, repr(limit).encode(), " ".join(name.split()).encode())
-        try:
-            with Heartbeat(limit, lambda: self._send(_BEAT)).on_signal() as heart:
-                yield heart
-        finally:
-            self._send(_REST)
+        with supervised(limit, lambda text: tell(f"{name} {text}"), self._descriptor) as heart:
+            yield heart
 
     def done(self) -> None:
         """Reports that the command has ended in order, whatever its exit code is."""
-        self._send(_DONE)
-
-    def _send(self, *words: bytes) -> None:
         if self._descriptor is not None:
-            os.write(self._descriptor, b" ".join(words) + b"\n")
+            os.write(self._descriptor, _DONE)
 
 
 def guarded(command: Callable[[Guard], int]) -> int:
     """Runs the command in a child and returns its exit code. Call it with one thread, before anything is loaded."""
-    (news, our_news), (words, our_words) = os.pipe(), os.pipe()
+    words = os.memfd_create("last words")
     signal.signal(signal.SIGCHLD, signal.SIG_DFL)
     heard = {*PASSED_ON, signal.SIGCHLD}
     before = signal.pthread_sigmask(signal.SIG_BLOCK, heard)
     parent = os.getpid()
     child = os.fork()
     if child == 0:
-        os.close(news)
-        os.close(words)
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
-        signal.signal(ASK, signal.SIG_IGN)  # without an episode
         ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)
         if os.getppid() != parent:
             os._exit(1)
-        dump_to(our_words)
-        guard = Guard(our_news)
+        faulthandler.enable(words, all_threads=False)  # type: ignore[arg-type] - a descriptor, as documented
+        guard = Guard(words)
         try:
             return command(guard)
         finally:
             guard.done()
-    os.close(our_news)
-    os.close(our_words)
-    return _Child(child, news, words).follow(heard, before)
+    while True:
+        got = signal.sigwaitinfo(heard)
+        if got.si_signo in PASSED_ON and got.si_code != _BY_THE_KERNEL:
+            os.kill(child, got.si_signo)
+        process, status = os.waitpid(child, os.WNOHANG)
+        if process:
+            return _ended(os.waitstatus_to_exitcode(status), words, before)
 
 
-class _Child:
-    """The child, seen from its parent."""
-
-    def __init__(self, process: int, news: int, words: int):
-        self._process, self._news, self._words = process, news, words
-        fcntl.fcntl(news, fcntl.F_SETFL, os.O_NONBLOCK)
-        self._rest = b""
-        self._watch: Watchdog | None = None
-        self._done = False
-        self._cause: str | None = None  # why it was ended
-
-    def follow(self, heard: Set[int], before: Set[int]) -> int:
-        """Its exit code, when it has ended."""
-        while True:
-            got = signal.sigtimedwait(heard, LOOK)
-            # In PASSED_ON: Python makes signal 0 of a wait that was stopped and continued beyond its time.
-            if got is not None and got.si_signo in PASSED_ON and got.si_code != _BY_THE_KERNEL:
-                os.kill(self._process, got.si_signo)
-            self._listen()
-            process, status = os.waitpid(self._process, os.WNOHANG)
-            if process:
-                return self._ended(os.waitstatus_to_exitcode(status), before)
-            if self._cause is None and self._watch is not None and self._watch.must_end(self._process):
-                cause = self._watch.cause(dumped_frames(dump_of(self._process, self._words)))
-                self._cause = f"{self._watch.name}: {cause}"
-                os.kill(self._process, signal.SIGKILL)
-
-    def _listen(self) -> None:
-        with suppress(BlockingIOError):
-            while more := os.read(self._news, 1 << 16):
-                self._rest += more
-        *lines, self._rest = self._rest.split(b"\n")
-        for line in lines:
-            kind, _, text = line.partition(b" ")
-            limit, _, name = text.partition(b" ")
-            if kind == _EPISODE:
-                self._watch = Watchdog(name.decode(), float(limit), tell, time.monotonic)
-            elif kind == _BEAT and self._watch is not None:
-                self._watch.beat()
-            elif kind in (_REST, _DONE):
-                self._watch = None
-            self._done = self._done or kind == _DONE
-
-    def _ended(self, code: int, before: Set[int]) -> int:
-        if self._cause is not None:
-            tell(f"{self._cause}; what was logged before can be read")
-            return 1
-        if -code in PASSED_ON:  # on request: as the parent process expects it
-            signal.signal(-code, signal.SIG_DFL)
-            signal.pthread_sigmask(signal.SIG_SETMASK, before)
-            signal.raise_signal(-code)
-        if code >= 0 and self._done:
-            return code
-        tell(f"the process ended in the middle of its work: {describe_end(code, read_dump(self._words))}")
-        return 1
+def _ended(code: int, words: int, before: Set[int]) -> int:
+    """The exit code for a child that ended with `code`, after its last `words`."""
+    if -code in PASSED_ON:  # on request: as the parent process expects it
+        signal.signal(-code, signal.SIG_DFL)
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+        signal.raise_signal(-code)
+    if code >= 0 and os.pread(words, len(_DONE), max(0, os.fstat(words).st_size - len(_DONE))) == _DONE:
+        return code
+    tell(describe_end("the process ended in the middle of its work", code, words))
+    return 1

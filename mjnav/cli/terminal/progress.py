@@ -29,8 +29,7 @@ def progress(name: str, total: float, unit: str = "s") -> Iterator[Callable[[flo
         return
     from rich.progress import BarColumn, Progress, TextColumn
 
-    done = "{task.completed:.1f}" if unit == "s" else "{task.completed:.0f}"
-    numbers = TextColumn(f"{done} of {{task.total:.0f}} {unit}{{task.fields[pace]}}")
+    numbers = TextColumn(f"{{task.completed:.{int(unit == 's')}f}} of {{task.total:.0f}} {unit}{{task.fields[pace]}}")
     columns = (TextColumn("{task.description}", markup=False), BarColumn(), numbers)
     with Progress(*columns, console=console(stderr=True), refresh_per_second=5, transient=True) as bar:
         bar.add_task(name, total=total, pace="")

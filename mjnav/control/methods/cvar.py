@@ -40,15 +40,11 @@ class Cvar(ConstrainedController[CvarParameters]):
 
     def risk(self, problem: Problem) -> tuple[Array, Array]:
         """CVaR_eta of every constraint."""
-        return stored_risk(problem, lambda samples: _conditional_values(samples, self.parameters.eta))
+        return stored_risk(problem, lambda samples: conditional_value_at_risk(samples, self.parameters.eta))
 
 
-def conditional_value_at_risk(samples: Array, eta: float) -> Array:
+def conditional_value_at_risk(samples: Samples, eta: float) -> Array:
     """CVaR_eta of samples (n, K), each counting the same: (K,)."""
-    return _conditional_values(Samples.of(samples), eta)
-
-
-def _conditional_values(samples: Samples, eta: float) -> Array:
     out = np.empty(samples.f.shape[1])
     # Of less than one sample the mean is that sample.
     tail = max(1.0, (1.0 - eta) * samples.num)

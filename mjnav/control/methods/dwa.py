@@ -94,7 +94,6 @@ class Dwa(GridController[DwaParameters]):
     def excess(self, v: Array, omega: Array, ways: Array) -> Array:
         """By how much the way to a stop goes beyond the first contact [m], (K,)."""
         stop = np.maximum(
-            v * v / (2.0 * self.limits.max_acceleration),
-            np.abs(v * omega) / (2.0 * self.limits.max_turn_acceleration),
+            v * v / (2.0 * self.limits.max_acceleration), np.abs(v * omega) / (2.0 * self.limits.max_turn_acceleration)
         )
         return np.maximum(stop - ways.min(axis=1), 0.0)

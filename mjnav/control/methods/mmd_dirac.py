@@ -14,7 +14,6 @@ from dataclasses import dataclass
 from typing import Annotated
 
 from mjnav.control.base import WeightedController, stored_risk
-from mjnav.control.kernels.cone_kernel import Samples
 from mjnav.control.parameters import GridParameters, LaneWeights, Positive, Weight
 from mjnav.control.problem.problem import Problem
 from mjnav.messages import Array
@@ -35,8 +34,5 @@ class MmdDirac(WeightedController[MmdDiracParameters]):
 
     def risk(self, problem: Problem) -> tuple[Array, Array]:
         """MMD^2 of max(0, f) to a point mass at 0, for every constraint."""
-        return stored_risk(problem, lambda f: _distances(f, self.parameters.bandwidth), hinge=True)
-
-
-def _distances(samples: Samples, bandwidth: float) -> Array:
-    return gaussian_mmd_squared(samples.f, samples.num, bandwidth)
+        bandwidth = self.parameters.bandwidth
+        return stored_risk(problem, lambda samples: gaussian_mmd_squared(samples.f, samples.num, bandwidth), hinge=True)

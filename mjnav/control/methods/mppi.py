@@ -136,7 +136,8 @@ class Mppi(ProblemController[MppiParameters]):
         """The rollouts of wanted controls (2, T, K), brought within the limits, and their costs."""
         p, o, pose = self.parameters, problem.observation, problem.mean_pose
         rollouts = Rollouts.of(wanted, pose[2], limits, p.step)
-        goal = mean_goal_cost(rollouts, o.goal - pose[:2], o.twist, self.limits, self.period, p)
+        goal_x, goal_y = o.goal - pose[:2]
+        goal = mean_goal_cost(rollouts, goal_x - rollouts.x, goal_y - rollouts.y, o.twist, self.limits, self.period, p)
         risk = surroundings.risk(rollouts)
         total = goal + p.weight * risk.cone.sum(axis=1) + risk.lane @ np.array(p.lane_weights)
         return RolloutCosts(rollouts, goal, risk, total)

@@ -42,15 +42,11 @@ class Saa(ConstrainedController[SaaParameters]):
 
     def risk(self, problem: Problem) -> tuple[Array, Array]:
         """The share of colliding samples of every constraint."""
-        return stored_risk(problem, _share, hinge=True)
+        return stored_risk(problem, colliding_share, hinge=True)
 
 
-def colliding_share(samples: Array) -> Array:
+def colliding_share(samples: Samples) -> Array:
     """The share of samples (n, K) above 0, (K,)."""
-    return _share(Samples.of(samples))
-
-
-def _share(samples: Samples) -> Array:
     count = np.zeros(samples.f.shape[1])
     _count_colliding(count, samples.f)
     return count / samples.num

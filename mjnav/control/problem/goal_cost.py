@@ -89,35 +89,13 @@ def _costs_along(
 
 
 def mean_goal_cost(
-    rollouts: Rollouts, goal: Array, twist: Array, limits: RobotLimits, period: float, parameters: GoalParameters
+    rollouts: Rollouts, dx: Array, dy: Array, twist: Array, limits: RobotLimits, period: float, p: GoalParameters
 ) -> Array:
     """J of the states at the ends of all steps, on average, for each of K rollouts, (K,).
 
-    `goal` (2,) is relative to where the rollouts begin, and `twist` (2,) is the command decided last. The first control
-    is reached in one `period`, each of the others in one step.
+    From each state the goal is (dx, dy) away, (T, K) each [m]; `twist` (2,) is the command decided last. The first
+    control is reached in one `period`, each of the others in one step.
     """
-    dx, dy = goal[0] - rollouts.x, goal[1] - rollouts.y
-    return _mean_cost(rollouts, dx, dy, twist, limits, period, parameters)
-
-
-def mean_cost_along(
-    rollouts: Rollouts,
-    left: Array,
-    by_x: Array,
-    by_y: Array,
-    twist: Array,
-    limits: RobotLimits,
-    period: float,
-    parameters: GoalParameters,
-) -> Array:
-    """The same where the way to the goal is `left` (T, K) [m] long and falls against its derivatives, (T, K) each."""
-    dx, dy = 0.0 - left * by_x, 0.0 - left * by_y  # never -0.0, whose bearing is pi, at a goal that is reached
-    return _mean_cost(rollouts, dx, dy, twist, limits, period, parameters)
-
-
-def _mean_cost(
-    rollouts: Rollouts, dx: Array, dy: Array, twist: Array, limits: RobotLimits, period: float, p: GoalParameters
-) -> Array:
     r, (v, omega) = rollouts, twist.tolist()
     cost = _costs_along(
         r.v, r.omega, r.heading, dx, dy, np.arctan2(dy, dx), (v, omega),

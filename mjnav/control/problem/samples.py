@@ -149,10 +149,6 @@ class SampleCone:
             samples = self._stored(out, row, block, circles, controls, rule)
             yield samples if len(samples.row) else samples._replace(f=samples.f[:, :1].copy())
 
-    def by_block(self, v: Array, omega: Array, *, hinge: bool = False) -> Iterator[Array]:
-        """The same, each in whole: (n, K), or (n, 1) for a block out of reach."""
-        return (samples.whole() for samples in self.stored_by_block(v, omega, hinge=hinge))
-
     def reduce(self, v: Array, omega: Array, reduction: Callable[[Samples], Array], *, hinge: bool = False) -> Array:
         """(K, B): `reduction` of each block's samples, as `stored_by_block` gives them."""
         out = np.empty((v.size, len(self.blocks.column)))

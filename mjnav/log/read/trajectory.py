@@ -155,7 +155,7 @@ class TrajectoryBuilder:
             elif (number := track_number(name)) is not None:
                 unnamed.append(track)
                 self._add(track_states=(len(self), number, *track.mean, track.unseen))
-        return found | nearest_tracks(truth.people_position, unnamed)
+        return found | nearest_tracks(truth.people_position, unnamed) if unnamed else found
 
     def add_timing(self, timing: TickTiming) -> None:
         """The timing of one tick; it may be missing for some."""

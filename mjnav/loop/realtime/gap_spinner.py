@@ -1,4 +1,4 @@
-"""gap_spinner.py CPU [SECONDS]: a program that spins on one CPU and sees when the machine stood still.
+"""gap_spinner.py CPU: a program that spins on one CPU and sees when the machine stood still.
 
 It reads the clock over and over, as Linux's hwlatdetect does. Where two readings are far apart, and the kernel does not
 say that this process waited for its CPU meanwhile, it stood still: the hypervisor or the firmware took the machine
@@ -8,9 +8,9 @@ because the kernel throttled it, stands in /proc/self/schedstat and is taken off
 A hypervisor may also take away this one CPU. Where it tells the kernel, as steal time, the kernel does not charge that
 to this process, which has neither left its CPU nor used it: such a gap says nothing of other CPUs.
 
-It prints a line when it begins, and one of JSON after SECONDS, on SIGTERM, or with the end of its parent: the CPU, how
-long it spun and waited [ns], and each gap by its begin, its end (CLOCK_MONOTONIC) [ns] and 1 where it is one of this
-CPU alone. It imports nothing of mjnav, so that it starts quickly.
+It prints a line when it begins, and one of JSON on SIGTERM or with the end of its parent: the CPU, how long it spun and
+waited [ns], and each gap by its begin, its end (CLOCK_MONOTONIC) [ns] and 1 where it is one of this CPU alone. It
+imports nothing of mjnav, so that it starts quickly.
 """
 
 import gc
@@ -19,7 +19,6 @@ import os
 import signal
 import sys
 import time
-from array import array
 
 GAP = 500_000  # [ns] that the machine stood still, at least
 
@@ -35,9 +34,8 @@ def main() -> None:
     os.sched_setscheduler(0, policy, os.sched_param(0))
     cpu, parent = int(sys.argv[1]), os.getppid()
     os.sched_setaffinity(0, {cpu})
-    ends = time.monotonic_ns() + (round(1e9 * float(sys.argv[2])) if len(sys.argv) > 2 else 1 << 62)
     gc.disable()
-    gaps = array("q")
+    gaps: list[tuple[int, int, int]] = []
     with open("/proc/self/schedstat", "rb", buffering=0) as file:
         statistics = file.fileno()
 
@@ -51,17 +49,16 @@ def main() -> None:
         began = before = time.monotonic_ns()
         finished = False
         while not finished:  # a last look after SIGTERM: what it waited until then counts
-            finished = bool(asked) or before >= ends or os.getppid() != parent
+            finished = bool(asked) or os.getppid() != parent
             now = time.monotonic_ns()
             usage = read()
             # What was read before `before` and after `now`: nothing that lies between them is left out.
             stood_still = now - before - (usage[0] - earlier[0])
             if stood_still > GAP and 2 * stood_still > now - before:  # not where most of it was waited
                 stolen = usage[1] == earlier[1] and 2 * (usage[2] - earlier[2]) < stood_still
-                gaps.extend((before, now, stolen))
+                gaps.append((before, now, int(stolen)))
             before, last, earlier = now, usage, last
-    rows = [list(gaps[i : i + 3]) for i in range(0, len(gaps), 3)]
-    print(json.dumps({"cpu": cpu, "spun": before - began, "waited": last[0] - first[0], "gaps": rows}))
+    print(json.dumps({"cpu": cpu, "spun": before - began, "waited": last[0] - first[0], "gaps": gaps}))
 
 
 if __name__ == "__main__":

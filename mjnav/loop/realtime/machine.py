@@ -1,8 +1,11 @@
-"""Detects when the machine itself stood still in a real-time test, by a probe on a CPU that the loop does not use.
+"""What took time in a real-time test beside the loop's own work.
 
-With one CPU, the probe runs for a while before the test instead. That describes the machine, but explains no miss.
+The machine itself stood still, which a probe sees on a CPU that the loop does not use; the hypervisor took the loop's
+CPU away; or the process did work that it does only once and that should not happen in a tick: compiling or loading a
+kernel, importing.
 """
 
+import builtins
 import json
 import os
 import resource
@@ -16,25 +19,23 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
+from numba.core import event
 from numpy.typing import NDArray
 
-CALIBRATION = 2.0  # [s] before the test, where there is one CPU
-PATIENCE = 10.0  # [s] for the probe to start and to answer
+PATIENCE = 10.0  # [s] for the probe to answer
+KERNELS = "numba:compiler_lock"  # held while a kernel is compiled, and while one is loaded from the cache
+NONE = np.empty((0, 2), np.int64)
+
+# ----------------------------------------------------------------------------- the machine stood still
 
 
 @dataclass(slots=True)
 class Gaps:
-    """What the probe saw; filled in when it ends."""
+    """What the probe saw; filled in when it ends. Intervals (m, 2) are begins and ends by CLOCK_MONOTONIC [ns]."""
 
-    seen: str = "nothing: the probe did not answer"  # by whom and when, for people
-    intervals: NDArray[np.int64] = field(default_factory=lambda: np.empty((0, 2), np.int64))  # begin, end [ns]
-    own: NDArray[np.bool_] = field(default_factory=lambda: np.empty(0, np.bool_))  # those of the probe's CPU alone
-    during: bool = False  # the test, not before it
-
-    @property
-    def everywhere(self) -> NDArray[np.int64]:
-        """(m, 2) of the gaps in which the loop stood still, too, by the clock that it is paced by [ns]."""
-        return self.intervals[~self.own] if self.during else self.intervals[:0]
+    seen: str = "nothing: the probe did not answer"  # by whom, for people
+    intervals: NDArray[np.int64] = field(default_factory=NONE.copy)
+    everywhere: NDArray[np.int64] = field(default_factory=NONE.copy)  # those in which the loop stood still, too
 
     @property
     def summary(self) -> dict[str, int | float | str]:
@@ -48,24 +49,16 @@ class Gaps:
 def gap_probe(cpus: set[int]) -> Iterator[Gaps]:
     """Watches the machine while the context lasts; what was seen is there when it has closed.
 
-    `cpus` are those that the process may use, of which `realtime_scheduling` gives the loop the last.
+    `cpus` are those that the process may use, of which `realtime_scheduling` gives the loop the last. With one CPU
+    there is none for the probe.
     """
     gaps = Gaps()
-    program = [sys.executable, "-I", "-S", str(Path(__file__).with_name("gap_spinner.py")), str(min(cpus))]
     if len(cpus) == 1:
-        with suppress(OSError, subprocess.TimeoutExpired):
-            done = subprocess.run([*program, str(CALIBRATION)], capture_output=True, timeout=CALIBRATION + PATIENCE)
-            _fill(gaps, done.stdout)
-            gaps.seen += f" in {CALIBRATION:g} s before the test, for want of another CPU"
+        gaps.seen = "nothing: a probe needs a second CPU"
         yield gaps
         return
-    try:
-        probe = subprocess.Popen(program, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL)
-    except OSError as error:
-        gaps.seen = f"nothing: the probe did not start ({error.strerror})"
-        yield gaps
-        return
-    with probe:
+    program = [sys.executable, "-I", "-S", str(Path(__file__).with_name("gap_spinner.py")), str(min(cpus))]
+    with subprocess.Popen(program, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL) as probe:
         assert probe.stdout is not None
         try:
             probe.stdout.readline()  # until it spins
@@ -73,19 +66,21 @@ def gap_probe(cpus: set[int]) -> Iterator[Gaps]:
             probe.terminate()
             with suppress(subprocess.TimeoutExpired):
                 _fill(gaps, probe.communicate(timeout=PATIENCE)[0])
-                gaps.during = True
         finally:
             probe.kill()
 
 
-def _fill(gaps: Gaps, said: bytes) -> None:
+def _fill(gaps: Gaps, answer: bytes) -> None:
     """Fills `gaps` from the probe's output, if there is any."""
     with suppress(ValueError):
-        found = json.loads(said.strip().rpartition(b"\n")[2])
-        share = 1.0 - found["waited"] / max(1, found["spun"])
-        rows = np.array(found["gaps"], np.int64).reshape(-1, 3)
-        gaps.intervals, gaps.own = rows[:, :2], rows[:, 2] == 1
-        gaps.seen = f"by a probe that had CPU {found['cpu']} {100.0 * share:.0f} % of the time"
+        answered = json.loads(answer)
+        share = 1.0 - answered["waited"] / max(1, answered["spun"])
+        rows = np.array(answered["gaps"], np.int64).reshape(-1, 3)
+        gaps.intervals, gaps.everywhere = rows[:, :2], rows[rows[:, 2] == 0, :2]
+        gaps.seen = f"by a probe that had CPU {answered['cpu']} {100.0 * share:.0f} % of the time"
+
+
+# ------------------------------------------------------------------------------- the loop's own thread
 
 
 class Usage(NamedTuple):
@@ -131,3 +126,53 @@ def stolen(began: Sequence[Usage], ended: Sequence[Usage]) -> NDArray[np.int64]:
     _, ran, waited, yielded, _, _ = (end - begin).T
     wall = end[:, Usage._fields.index("before")] - begin[:, Usage._fields.index("after")]
     return np.where(yielded == 0, np.maximum(0, wall - ran - waited), 0)
+
+
+# ------------------------------------------------------------------------------------ first-time work
+
+
+class FirstTimeWork(event.Listener):
+    """Records when such work was done, on any thread."""
+
+    def __init__(self):
+        self._since: list[int] = []  # of what has begun and not ended
+        self._done: list[tuple[int, int]] = []
+
+    @property
+    def intervals(self) -> NDArray[np.int64]:
+        """(m, 2) begins and ends by CLOCK_MONOTONIC [ns], one within another where such work led to more of it."""
+        return np.array(self._done, np.int64).reshape(-1, 2)
+
+    def on_start(self, event: event.Event) -> None:
+        """A kernel is about to be compiled or loaded."""
+        self._since.append(time.perf_counter_ns())
+
+    def on_end(self, event: event.Event) -> None:
+        """It has been compiled or loaded."""
+        if self._since:
+            self.add(self._since.pop())
+
+    def add(self, since: int) -> None:
+        """Such work began at `since` [ns] and ends now."""
+        self._done.append((since, time.perf_counter_ns()))
+
+
+@contextmanager
+def first_time_work() -> Iterator[FirstTimeWork]:
+    """Records such work while the context lasts."""
+    work, import_module = FirstTimeWork(), builtins.__import__
+
+    def timed(*arguments, **options):
+        since, loaded = time.perf_counter_ns(), len(sys.modules)
+        try:
+            return import_module(*arguments, **options)
+        finally:
+            if len(sys.modules) > loaded:
+                work.add(since)
+
+    builtins.__import__ = timed
+    try:
+        with event.install_listener(KERNELS, work):
+            yield work
+    finally:
+        builtins.__import__ = import_module

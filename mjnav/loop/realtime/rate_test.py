@@ -2,123 +2,59 @@
 
 import os
 import platform
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from contextlib import closing, nullcontext
 from dataclasses import asdict, dataclass
+from itertools import pairwise
 from pathlib import Path
 from tempfile import TemporaryDirectory
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from mjnav.log.log_format import check_path
 from mjnav.loop.episode import Episode
 from mjnav.loop.events import ABORTED
-from mjnav.loop.pacer import MAX_CATCH_UP, Pacer, RealTimePacer, Scheduling, Start, realtime_scheduling
-from mjnav.loop.realtime.machine import Gaps, Usage, UsageMeter, gap_probe, stolen
+from mjnav.loop.pacer import MAX_CATCH_UP, Pacer, RealTimePacer, Start, realtime_scheduling
+from mjnav.loop.realtime.machine import Usage, UsageMeter, first_time_work, gap_probe, stolen
 from mjnav.loop.realtime.stress import stress
 from mjnav.loop.result import Result
 from mjnav.loop.run import warm_up
 from mjnav.messages import PHASES, Event
-from mjnav.metrics.timing import (
-    Blame,
-    Overrun,
-    Schedule,
-    blame,
-    compute_ms,
-    longest_overrun,
-    overlap,
-    quantiles,
-    verdict,
-    wakeup_us,
-    with_stolen,
-)
+from mjnav.metrics import timing
 from mjnav.scene.spec import Scenario
 
 
 @dataclass(frozen=True, slots=True)
-class Machine:
-    """What a test ran on."""
-
-    scheduling: Scheduling
-    load: str  # beside the test, in words
-    load_average: float  # of the last minute, the test's own work included
-    kernel: str
-    cpus: int
-
-
-@dataclass(frozen=True, slots=True)
 class RateTest:
-    """One test's outcome."""
+    """One test's outcome; `summary` is what `mjnav rate-test --json` prints."""
 
-    scene: str
-    controller: str
-    requested_hz: float
-    timestep: float  # [s] of the physics
-    schedule: Schedule
-    status: str
-    wakeup_us: dict[str, float | None]
-    compute_ms: dict[str, dict[str, float | None]]
-    overrun: Overrun | None
-    blame: Blame
-    gaps: Gaps
-    page_faults: dict[str, float | None]  # of a tick
-    state_hash: str
-    machine: Machine
+    schedule: timing.Schedule
+    blame: timing.Blame
+    summary: dict[str, Any]
 
-    @property
-    def summary(self) -> dict[str, object]:
-        """What `mjnav rate-test --json` prints."""
-        s = self.schedule
-        return {
-            "schema": 1,
-            "scene": self.scene,
-            "controller": self.controller,
-            "requested_hz": self.requested_hz,
-            "achieved_hz": s.achieved_hz,
-            "real_time_factor": s.ticks * s.period / s.wall if s.wall > 0.0 else None,
-            "ticks": s.ticks,
-            "timestep_ms": 1e3 * self.timestep,
-            "deadline_misses": s.misses,
-            "misses_by_cause": self.blame.counts,
-            "missed": [asdict(miss) for miss in self.blame.misses],
-            "machine_gaps": self.gaps.summary,
-            "skipped_periods": s.skipped,
-            "longest_overrun_ms": self.overrun.milliseconds if self.overrun else 0.0,
-            "longest_overrun": {"tick": self.overrun.tick, "phase": self.overrun.phase} if self.overrun else None,
-            "lateness_us": quantiles(s.lateness * 1e-3),
-            "wakeup_us": self.wakeup_us,
-            "compute_ms": self.compute_ms,
-            "page_faults": self.page_faults,
-            "log_dropped": s.log_dropped,
-            "stolen": s.stolen,
-            **asdict(self.machine.scheduling),
-            "load": self.machine.load,
-            "load_average": self.machine.load_average,
-            "kernel": self.machine.kernel,
-            "cpus": self.machine.cpus,
-            "state_hash": self.state_hash,
-            "status": self.status,
-        }
+
+class _Wait(NamedTuple):
+    """The time between two ticks, by the pacer's clock [ns]."""
+
+    ended: int  # the work of the tick before it
+    usage_ended: Usage
+    start: Start
+    began: int  # the tick after it
+    usage_began: Usage
 
 
 class _Noting:
-    """A pacer that keeps how every tick began, and when work ended before it [ns]."""
+    """A pacer that notes when every tick began and ended."""
 
     def __init__(self, pacer: Pacer, usage: Callable[[], Usage]):
         self.now, self.real_time, self._pacer, self._usage = pacer.now, pacer.real_time, pacer, usage
-        self.starts: list[Start] = []
-        self.ended: list[int] = []
-        self.began: list[int] = []
-        self.usage_ended: list[Usage] = []
-        self.usage_began: list[Usage] = []
+        self.waits: list[_Wait] = []
 
     def wait(self) -> Start:
-        self.ended.append(self.now())
-        self.usage_ended.append(self._usage())
-        self.starts.append(self._pacer.wait())
-        self.began.append(self.now())
-        self.usage_began.append(self._usage())
-        return self.starts[-1]
+        ended, usage_ended, start = self.now(), self._usage(), self._pacer.wait()
+        self.waits.append(_Wait(ended, usage_ended, start, self.now(), self._usage()))
+        return start
 
 
 def rate_test(
@@ -136,8 +72,6 @@ def rate_test(
     The log goes to `log`, or to a temporary file. `stressed` loads the machine meanwhile; `warmed_up` is as in `run`.
     Raises InputError for what cannot be run.
     """
-    from mjnav.loop.realtime.first_time import first_time_work
-
     log = None if log is None else check_path(log)
     if not warmed_up:
         warm_up(scenario)
@@ -154,57 +88,66 @@ def rate_test(
             before = _processor_time()
             with first_time_work() as work:
                 result = episode.run((Event("info", "real_time", str(got)),))
-            taken = _processor_time() - before
-    kernel = f"{platform.system()} {platform.release()}"
-    machine = Machine(got, load, round(os.getloadavg()[0], 2), kernel, os.cpu_count() or 0)
-    return _assess(scenario, result, noting, taken, gaps, work.intervals, machine)
+            stolen_ticks, all_ticks = _processor_time() - before
+    share = float(stolen_ticks / all_ticks) if all_ticks > 0 else 0.0
+    schedule = _schedule(scenario, result, noting.waits, share)
+    ticks = schedule.ticks
+    began = np.array([wait.began for wait in noting.waits[:ticks]], np.int64)
+    stolen_ns = stolen(
+        [wait.usage_began for wait in noting.waits[:-1]], [wait.usage_ended for wait in noting.waits[1:]]
+    )
+    stood_still = timing.with_stolen(schedule, timing.overlap(schedule, began, gaps.everywhere), stolen_ns)
+    blamed = timing.blame(schedule, stood_still, timing.overlap(schedule, began, work.intervals))
+    overrun = timing.longest_overrun(schedule)
+    summary = {
+        "schema": 1,
+        "scene": scenario.name,
+        "controller": scenario.control.method,
+        "requested_hz": scenario.control.rate,
+        "achieved_hz": schedule.achieved_hz,
+        "real_time_factor": ticks * schedule.period / schedule.wall if schedule.wall > 0.0 else None,
+        "ticks": ticks,
+        "timestep_ms": 1e3 * scenario.physics.timestep,
+        "deadline_misses": schedule.misses,
+        "misses_by_cause": blamed.counts,
+        "missed": [asdict(miss) for miss in blamed.misses],
+        "machine_gaps": gaps.summary,
+        "skipped_periods": schedule.skipped,
+        "longest_overrun_ms": overrun.milliseconds if overrun else 0.0,
+        "longest_overrun": {"tick": overrun.tick, "phase": overrun.phase} if overrun else None,
+        "lateness_us": timing.quantiles(schedule.lateness * 1e-3),
+        "wakeup_us": timing.wakeup_us(schedule),
+        "compute_ms": timing.compute_ms(result.trajectory.timing),
+        "page_faults": timing.quantiles(np.diff([wait.usage_ended.page_faults for wait in noting.waits])),  # of a tick
+        "log_dropped": schedule.log_dropped,
+        "stolen": share,
+        **asdict(got),
+        "load": load,
+        "load_average": round(os.getloadavg()[0], 2),
+        "kernel": f"{platform.system()} {platform.release()}",
+        "cpus": os.cpu_count() or 0,
+        "state_hash": result.run.state_hash,
+        "status": timing.verdict(blamed.own),
+    }
+    return RateTest(schedule, blamed, summary)
 
 
-def _assess(
-    scenario: Scenario,
-    result: Result,
-    noting: _Noting,
-    taken: np.ndarray,
-    gaps: Gaps,
-    first_time: np.ndarray,
-    machine: Machine,
-) -> RateTest:
-    control, figures = scenario.control, result.run.figures
-    period = round(control.period * 1e9)
-    after = noting.starts[1:]  # the last wait is for a tick that does not come: it says how the last one ended
-    schedule = Schedule(
-        period=control.period,
-        wall=1e-9 * (noting.began[-1] - noting.began[0]),
-        lateness=np.array([start.lateness for start in noting.starts[: figures.ticks]], np.int64),
+def _schedule(scenario: Scenario, result: Result, waits: Sequence[_Wait], stolen: float) -> timing.Schedule:
+    """What the run did to its schedule; the last wait is for a tick that does not come: it says how the last ended."""
+    period, figures = round(scenario.control.period * 1e9), result.run.figures
+    after = [wait.start for wait in waits[1:]]
+    return timing.Schedule(
+        period=scenario.control.period,
+        wall=1e-9 * (waits[-1].began - waits[0].began),
+        lateness=np.array([wait.start.lateness for wait in waits[: figures["ticks"]]], np.int64),
         overrun=np.array([start.missed * (start.lateness + start.skipped * period) for start in after], np.int64),
         phases=result.trajectory.timing[:, 1 : 1 + len(PHASES)],
-        busy=np.array(noting.ended[1:], np.int64) - np.array(noting.began[:-1], np.int64),
+        busy=np.array([later.ended - wait.began for wait, later in pairwise(waits)], np.int64),
         skipped=sum(start.skipped for start in after),
         log_dropped=result.log_dropped,
-        stolen=float(taken[0] / taken[1]) if taken[1] > 0 else 0.0,
-        interrupted=figures.outcome == ABORTED,
+        stolen=stolen,
+        interrupted=figures["outcome"] == ABORTED,
         max_catch_up=MAX_CATCH_UP,
-    )
-    began = np.array(noting.began[: figures.ticks], np.int64)
-    stood_still = with_stolen(
-        schedule, overlap(schedule, began, gaps.everywhere), stolen(noting.usage_began[:-1], noting.usage_ended[1:])
-    )
-    found = blame(schedule, stood_still, overlap(schedule, began, first_time))
-    return RateTest(
-        scene=scenario.name,
-        controller=control.method,
-        requested_hz=control.rate,
-        timestep=scenario.physics.timestep,
-        schedule=schedule,
-        status=verdict(found.own),
-        wakeup_us=wakeup_us(schedule),
-        compute_ms=compute_ms(result.trajectory.timing),
-        overrun=longest_overrun(schedule),
-        blame=found,
-        gaps=gaps,
-        page_faults=quantiles(np.diff([usage.page_faults for usage in noting.usage_ended])),
-        state_hash=result.run.state_hash,
-        machine=machine,
     )
 
 

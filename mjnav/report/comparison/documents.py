@@ -19,33 +19,52 @@ Document = dict[str, Any]
 # ----------------------------------------------------------------------------------------- one figure
 
 
-def defined(value: float) -> float | None:
+def _defined(value: float) -> float | None:
     """A figure, None where it is undefined."""
     return value if isfinite(value) else None
 
 
-def _estimate(e: Estimate, num: str) -> Document:
+def _estimate(e: Estimate | None, num: str) -> Document | None:
+    if e is None:
+        return None
     low, high = e.interval or (None, None)
-    return {"value": defined(e.value), "low": low, "high": high, num: e.num}
+    return {"value": _defined(e.value), "low": low, "high": high, num: e.num}
 
 
-def _difference(change: Difference) -> Document:
-    return {**_estimate(change.estimate, "pairs"), "p_holm": change.p}
+def _difference(change: Difference | None) -> Document | None:
+    return change and {**(_estimate(change.estimate, "pairs") or {}), "p_holm": change.p}
 
 
 def _wins(wins: WinRatio | None) -> Document | None:
     """A win ratio with its counts; what is infinite is None."""
     if wins is None:
         return None
-    low, high = (None, None) if wins.interval is None else map(defined, wins.interval)
+    low, high = map(_defined, wins.interval) if wins.interval is not None else (None, None)
     counts = {"wins": wins.wins, "losses": wins.losses, "ties": wins.ties, "pairs": wins.pairs}
-    share = {"win_share": defined(wins.share)}
-    return {"value": defined(wins.value), "low": low, "high": high, **share, **counts, "p_holm": wins.p}
+    share = {"win_share": _defined(wins.share)}
+    return {"value": _defined(wins.value), "low": low, "high": high, **share, **counts, "p_holm": wins.p}
 
 
 def _people(table: Comparison) -> str | None:
     """How many people see the robot: "all", "none", "3 of 5", or several with commas; None where there are none."""
     return ", ".join(table.people) or None
+
+
+def _csv(header: Sequence[str], lines: Iterable[Mapping[str, object]]) -> str:
+    file = io.StringIO(newline="")
+    writer = csv.DictWriter(file, header, restval="", lineterminator="\n")
+    writer.writeheader()
+    writer.writerows({key: neutral(value) for key, value in line.items()} for line in lines)
+    return file.getvalue()
+
+
+def _columns(values: Document | None, name: str, prefix: str, counts: str = "") -> Document:
+    """An estimate as columns of a CSV file: its value, with a prefix the ends of its interval, and the counts."""
+    if values is None:
+        return {}
+    prefixes = {"low": prefix, "high": prefix, "n": counts, "pairs": counts, "p_holm": ""}
+    others = {f"{prefixes[key]}{key}": value for key, value in values.items() if key in prefixes}
+    return {name: values["value"], **others}
 
 
 # -------------------------------------------------------------------------------------------- a study
@@ -62,7 +81,7 @@ def document(results: StudyComparison) -> Document:
         "failed": results.causes.total(),
         "causes": dict(results.causes.most_common()),
         "revisions": list(results.revisions),
-        "made_with": [{"what": found.what, "rows": dict(found.rows)} for found in results.inconsistencies],
+        "made_with": [asdict(inconsistency) for inconsistency in results.inconsistencies],
         "tables": [
             {
                 "scene": table.scene,
@@ -84,15 +103,7 @@ def document(results: StudyComparison) -> Document:
 
 
 def _method(results: StudyComparison, row: MethodRow) -> Document:
-    figures: dict[str, Document] = {}
-    for figure, e in row.figures.items():
-        change = row.differences.get(figure)
-        ratio = None if change is None or change.ratio is None else _estimate(change.ratio, "pairs")
-        figures[figure] = {
-            **_estimate(e, "n"),
-            "difference": None if change is None else _difference(change),
-            "ratio": ratio,
-        }
+    changes = {figure: row.differences.get(figure) for figure in row.figures}
     return {
         "method": row.method,
         "method_label": row.label,
@@ -101,8 +112,15 @@ def _method(results: StudyComparison, row: MethodRow) -> Document:
         "layouts": row.num_layouts,
         "units": row.num_units,
         "missing": row.num_missing if results.num_seeds is not None else None,
-        "figures": figures,
-        **{figure: defined(value) for figure, value in row.plain.items()},
+        "figures": {
+            figure: {
+                **(_estimate(e, "n") or {}),
+                "difference": _difference(changes[figure]),
+                "ratio": _estimate(change.ratio if (change := changes[figure]) is not None else None, "pairs"),
+            }
+            for figure, e in row.figures.items()
+        },
+        **{figure: _defined(value) for figure, value in row.plain.items()},
         "win_ratio": _wins(row.wins),
     }
 
@@ -128,33 +146,16 @@ def _lines(results: StudyComparison, table: Comparison, row: MethodRow) -> Itera
     place |= {"scene": table.scene, "setting": table.setting, "setting_label": table.setting_label}
     place |= {"people_see_robot": _people(table)}
     for figure, values in of_row["figures"].items():
-        line = {**place, "figure": figure, "unit": unit(figure), **_named(values, "", "value")}
+        line = {**place, "figure": figure, "unit": unit(figure), **_columns(values, "value", "")}
         if values["difference"] is not None:
-            line |= {"reference": table.reference, **_named(values["difference"], "diff_", "difference")}
-        if values["ratio"] is not None:
-            line |= _named(values["ratio"], "ratio_", "ratio")
-        yield line
+            line |= {"reference": table.reference, **_columns(values["difference"], "difference", "diff_")}
+        yield line | _columns(values["ratio"], "ratio", "ratio_")
     for figure in row.plain:
         yield {**place, "figure": figure, "value": of_row[figure], "unit": unit(figure)}
     if row.wins is not None:
         yield {**place, "figure": "win_ratio", "reference": table.reference, **(_wins(row.wins) or {})}
     for other, wins in table.rivals_of(row.method):
         yield {**place, "figure": RIVAL_WIN_RATIO, "reference": other, **(_wins(wins) or {})}
-
-
-def _named(values: Document, prefix: str, name: str) -> Document:
-    """An estimate's entries as columns: its value under a name, the ends of its interval with a prefix."""
-    ends = {f"{prefix}low": values["low"], f"{prefix}high": values["high"]}
-    counts = {key: values[key] for key in ("n", "pairs", "p_holm") if key in values}
-    return {name: values["value"], **ends, **counts}
-
-
-def _csv(header: Sequence[str], lines: Iterable[Mapping[str, object]]) -> str:
-    file = io.StringIO(newline="")
-    writer = csv.DictWriter(file, header, restval="", lineterminator="\n")
-    writer.writeheader()
-    writer.writerows({key: neutral(value) for key, value in line.items()} for line in lines)
-    return file.getvalue()
 
 
 # ---------------------------------------------------------------------------------------- two folders
@@ -169,14 +170,9 @@ def changes_document(results: BeforeAfter) -> Document:
         "changed": [asdict(change) for change in results.changed],
         "cells": [
             {
-                **_place(cell.place),
-                "setting_label": cell.labels[1],
-                "method_label": cell.labels[2],
+                **_cell(cell),
                 "episodes_before": cell.num_before,
                 "episodes_after": cell.num_after,
-                "pairs": cell.pairs,
-                "identical": cell.identical,
-                "people_see_robot": _people(cell.table),
                 "win_ratio": _wins(cell.after.wins),
                 "seeds": [asdict(seed) for seed in cell.seeds],
                 "figures": _changes(cell),
@@ -190,6 +186,17 @@ def changes_document(results: BeforeAfter) -> Document:
 
 def _place(place: CellPlace) -> Document:
     return dict(zip(("scene", "setting", "method"), place, strict=True))
+
+
+def _cell(cell: CellChange) -> Document:
+    return {
+        **_place(cell.place),
+        "setting_label": cell.labels[1],
+        "method_label": cell.labels[2],
+        "pairs": cell.pairs,
+        "identical": cell.identical,
+        "people_see_robot": _people(cell.table),
+    }
 
 
 def _changes(cell: CellChange) -> dict[str, Document]:
@@ -217,13 +224,9 @@ def changes_csv(results: BeforeAfter) -> str:
 
 
 def _change_lines(cell: CellChange) -> Iterator[Document]:
-    place = {**_place(cell.place), "setting_label": cell.labels[1], "method_label": cell.labels[2]}
-    place |= {"pairs": cell.pairs, "identical": cell.identical, "people_see_robot": _people(cell.table)}
-    place |= {kind: len(cell.named(kind)) for kind in KINDS}
+    place = {**_cell(cell), **{kind: len(cell.seeds_of(kind)) for kind in KINDS}}
     for figure, values in _changes(cell).items():
         line = {**place, "figure": figure}
         for side, prefix in ((BEFORE, "before_"), (AFTER, "after_"), ("difference", "diff_")):
-            own = dict(values[side])
-            line |= {side: own.pop("value"), "p_holm": own.pop("p_holm", None)}
-            line |= {f"{prefix}{key}": value for key, value in own.items()}
+            line |= _columns(values[side], side, prefix, prefix)
         yield line

@@ -1,13 +1,18 @@
-"""Layers of a run's page: histograms of the constraint's samples, lidar data, and the likelihood of positions.
+"""What a page shows of each tick beside the states: samples, candidates, plans, predictions, lidar and consistency.
 
 The samples F and F^des of every tick become histograms over one common axis.
 
-Where the robot goes by its lidar, the page also shows scans, detections, the lives of tracks, and the robot's map.
+A tick's candidates are kept as the window that they cover, and the rank of each candidate in eight levels. Where the
+candidates are a grid over (v, omega), the window and the ranks are enough; of a method whose candidates are no grid,
+some candidates are kept with their own controls.
 
-The likelihood of a scan is given at positions around the believed one, by the localizer's likelihood field.
+Of a method that plans ahead, the page shows its plan, the rollouts beside it, and the violation of its samples. Of how
+people are predicted to go on, it draws a few points of each way that /scene holds.
+
+Where the robot goes by its lidar, the page also shows scans, detections, the lives of tracks, and the robot's map.
 """
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from math import tau
 from typing import Any
@@ -15,20 +20,27 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from mjnav.messages import Array
-from mjnav.report.lidar_view import BelievedWay, ShownScan, range_noise, scan_points
+from mjnav.log.encode.plan import MOST_PEOPLE, MOST_SAMPLES
+from mjnav.messages import Array, PlanShown, Trajectory
+from mjnav.metrics.consistency import COVERED, people_nees, region, robot_nees, robot_particles
 from mjnav.report.run_page.packed import LARGEST, Packer
-from mjnav.report.run_page.run_frames import RunFrames
-from mjnav.report.scene_outline import body_outline
-from mjnav.robot.estimation.lidar.likelihood_field import LikelihoodField
-from mjnav.robot.estimation.lidar.localizer import TEMPER
+from mjnav.report.run_page.run_frames import POINTS, RunFrames, Ways
 from mjnav.scene.spec import Scenario
-from mjnav.scene.ways import floor_of_lidar
+
+Bytes = NDArray[np.uint8]
+STEP = 1e-3  # m, rad
+NONE = 255  # of a code: nothing
+
+
+def share_codes(shares: Array) -> Bytes:
+    """Shares in 255ths; more than none is at least one."""
+    return np.ceil(255 * shares - 0.5 * (shares > 1 / 255)).astype(np.uint8)
+
 
 # ------------------------------------------------------------------------------ histograms of samples
 
 
-NUM_BINS = 36  # at least; one edge is zero, where safe ends
+CONE_BINS = 36  # at least; one edge is zero, where safe ends
 LOWEST = 0.005  # quantile of all samples where the axis begins: a few that are very safe would squeeze all others
 
 
@@ -38,7 +50,7 @@ class ConeBins:
 
     low: float
     width: float
-    shares: NDArray[np.uint8]  # (T, 2, B) of F and F^des in 255ths, more than none is at least one
+    shares: Bytes  # (T, 2, B) of F and F^des in 255ths, more than none is at least one
 
 
 def cone_bins(cones: Mapping[int, tuple[Array, Array]], num_frames: int) -> ConeBins | None:
@@ -48,7 +60,7 @@ def cone_bins(cones: Mapping[int, tuple[Array, Array]], num_frames: int) -> Cone
     if not every.size:
         return None
     low, high = min(float(np.quantile(every, LOWEST)), -1e-3), max(float(every.max()), 1e-3)
-    width = (high - low) / NUM_BINS
+    width = (high - low) / CONE_BINS
     num_safe, num_unsafe = int(np.ceil(-low / width - 1e-9)), int(np.ceil(high / width - 1e-9))
     edges = width * np.arange(-num_safe, num_unsafe + 1)
     shares = np.zeros((num_frames, 2, num_safe + num_unsafe), np.uint8)
@@ -57,8 +69,97 @@ def cone_bins(cones: Mapping[int, tuple[Array, Array]], num_frames: int) -> Cone
             if part.size:
                 place = np.clip(np.searchsorted(edges, part, side="left") - 1, 0, len(edges) - 2)
                 share = np.bincount(place, minlength=len(edges) - 1) / part.size
-                shares[frame, row] = np.ceil(255 * share - 0.5 * (share > 1 / 255))
+                shares[frame, row] = share_codes(share)
     return ConeBins(-num_safe * width, width, shares)
+
+
+# ---------------------------------------------------------------------------------------------- plans
+
+
+MAX_POINTS = 40  # kept of the plan, evenly over its time
+FAN_POINTS = 8  # of each rollout of the fan; the last is its end
+MAX_FAN = 32
+FINEST_FAN = 0.01  # [m] step of a move of the fan from point to point
+BIN = 0.1  # width of the histogram's bins
+NUM_BINS = 20  # up to MOST
+MOST = 2.0  # of a violation
+CONTACT = 1.0  # violation from which a sample touches
+
+
+def pack_plans(packer: Packer, plans: Mapping[int, PlanShown], num_frames: int) -> dict[str, Any] | None:
+    """Adds the arrays of plans by frame; gives what holds for the whole run, None where no frame has a plan.
+
+    Arrays: `plan` (T, P, 2) and `plan_feasible` (T,); `fan` (T, F, Q, 2), cheapest first, moves from point to point, of
+    which the first is from the plan's first point; `violation` (T, bins) in 255ths, the share of samples at 0, then in
+    each bin, and `violation_shares` (T, 2) at 0 and at a contact or more.
+    """
+    plans = {frame: plan for frame, plan in plans.items() if len(plan.path)}
+    if not plans:
+        return None
+    num_rollouts = min(MAX_FAN, max(len(plan.fan) for plan in plans.values()))
+    paths = np.full((num_frames, min(MAX_POINTS, max(len(plan.path) for plan in plans.values())), 2), np.nan)
+    fans = np.full((num_frames, num_rollouts, FAN_POINTS, 2), np.nan)
+    feasible = np.full(num_frames, NONE, np.uint8)
+    violation = np.zeros((num_frames, NUM_BINS + 1), np.uint8)
+    shares = np.full((num_frames, 2), np.nan)
+    for frame, plan in plans.items():
+        path = plan.path[_evenly(len(plan.path), MAX_POINTS)]
+        fan = plan.fan[:MAX_FAN, _evenly(len(plan.path), FAN_POINTS)]
+        paths[frame, : len(path)] = path
+        fans[frame, : len(fan), : fan.shape[1]] = fan - path[0]
+        feasible[frame] = plan.feasible
+        if (h := plan.violation).size:
+            bins = np.nan_to_num(np.clip(h, 0.0, MOST)) / BIN
+            place = np.where(bins > 0.0, np.minimum(bins + 1.0 + 1e-6, NUM_BINS), 0.0).astype(int)
+            share = np.bincount(place, minlength=NUM_BINS + 1) / h.size
+            violation[frame] = share_codes(share)
+            shares[frame] = share[0], (h >= CONTACT).mean()
+    packer.measured("plan", paths, STEP)
+    packer.numbers("plan_feasible", feasible)
+    _pack_fans(packer, fans)
+    has_samples = bool(np.isfinite(shares).any())
+    if has_samples:
+        packer.numbers("violation", violation)
+        packer.measured("violation_shares", shares, STEP)
+    return {"fan": list(fans.shape[1:3]), "bin": BIN, "violation": has_samples}
+
+
+def _evenly(num: int, most: int) -> NDArray[np.intp]:
+    """The places of at most `most` of `num` points, evenly over them, the last among them."""
+    return np.linspace(0, max(num - 1, 0), min(num, most)).astype(np.intp)
+
+
+def _pack_fans(packer: Packer, fans: Array) -> None:
+    """Positions (T, F, Q, 2) about the plan's first point as moves whose rounding errors do not add up."""
+    moves = np.abs(np.diff(fans, axis=2, prepend=0.0))
+    step = max(FINEST_FAN, float(np.nanmax(moves, initial=0.0)) / 127.0)
+    packer.offsets("fan", np.diff(np.rint(fans / step), axis=2, prepend=0.0) * step, step)
+
+
+# ----------------------------------------------------------------------------------- predicted people
+
+
+FINEST_WAY = 0.01  # [m] step of a move from point to point
+
+
+def pack_ways(packer: Packer, ways: Mapping[int, Ways], tracks: Sequence[str], positions: Array) -> None:
+    """Adds the ways by frame, as moves from point to point, the first from the track's position; nothing without ways.
+
+    `positions` are those of all tracks, (T, tracks, 2) [m].
+    """
+    if not ways:
+        return
+    moves = np.full((len(positions), MOST_PEOPLE, MOST_SAMPLES, POINTS, 2), np.nan)
+    owners = np.full((len(positions), MOST_PEOPLE), NONE, np.uint8)
+    for frame, found in ways.items():
+        for place, (name, samples) in enumerate(found.items()):
+            if name in tracks[:NONE]:
+                owners[frame, place] = track = tracks.index(name)
+                start = np.broadcast_to(positions[frame, track], (MOST_SAMPLES, 1, 2))
+                moves[frame, place] = np.diff(np.concatenate([start, samples], axis=1), axis=1)
+    sizes = np.abs(moves[np.isfinite(moves)])
+    packer.numbers("way_of", owners)
+    packer.offsets("ways", moves, max(FINEST_WAY, float(np.quantile(sizes, 0.999)) / 127.0 if sizes.size else 0.0))
 
 
 # ---------------------------------------------------------------------------------------------- lidar
@@ -68,12 +169,9 @@ MAX_BEAMS = 180  # of a scan, evenly over its beams
 MAX_DETECTIONS = 16  # of a scan
 RANGE_STEP = 0.02  # [m]
 LIFE_STEP = 0.01  # s, m, or of a track's number
-STEP = 1e-3  # m, rad
 
 
-def pack_lidar(
-    packer: Packer, frames: RunFrames, scenario: Scenario, tracks: Sequence[str], way: BelievedWay
-) -> dict[str, Any]:
+def pack_lidar(packer: Packer, frames: RunFrames, scenario: Scenario, tracks: Sequence[str]) -> dict[str, Any]:
     """Adds the layers' arrays; gives what holds for the whole run.
 
     Arrays: `life` (T, tracks, 4) number, age [s], time unseen [s] and radius [m] of each track; `detected` (T, n, 6) x,
@@ -87,15 +185,12 @@ def pack_lidar(
     every = max(1, -(-len(lidar.angles) // MAX_BEAMS))
     angles = lidar.angles[::every]
     _pack_scans(packer, frames, every, len(angles))
-    believed, ellipse = frames.array("estimate", 3), frames.array("ellipse", 3)
     return {
-        "side": SIDE if pack_likelihood(packer, scenario, frames.scans, way, believed, ellipse) else 0,
         "first": round(float(angles[0]), 6),  # [rad]
         "step": round(float(np.diff(angles[:2]).sum()), 8),  # [rad]
         "pause": 0.0 if lidar.rate is None else round(float(np.diff(angles[:2]).sum()) / (tau * lidar.rate), 8),  # [s]
         "mount": lidar.mount.tolist(),
         "longest": scenario.sensors.longest_pause,  # [s] that a track may be unseen between two scans
-        "map": None if scenario.estimation.map is None else body_outline(scenario.known_bodies),
     }
 
 
@@ -121,64 +216,29 @@ def _pack_scans(packer: Packer, frames: RunFrames, every: int, beams: int) -> No
     packer.measured("scan_of", np.where(latest >= 0.0, latest, np.nan), 1.0)
 
 
-# ---------------------------------------------------------------------------- likelihood of positions
+# --------------------------------------------------------------------------------------- consistency
 
 
-SIDE = 15  # cells along each axis
-LEVELS = 16  # of a cell: 0 is nothing, the last one the likeliest
-DEPTH = 8.0  # natural logarithms from the likeliest cell down to none
-REACHES = (0.1, 0.2, 0.4, 0.8, 1.6, 3.2)  # [m] to each side, whichever holds the belief
-HELD = 1.5  # times the longer semi-axis of the 95 % ellipse, at least
+MOST_NEES = 1e6  # over its bound: what is infinite is drawn there
 
 
-def pack_likelihood(
-    packer: Packer,
-    scenario: Scenario,
-    scans: Mapping[int, ShownScan],
-    way: BelievedWay,
-    believed: Array,
-    ellipse: Array,
-) -> bool:
-    """Adds `likelihood` (S, SIDE^2), rows from low y and x on, and `reach` (S,) [m] of each scan; whether it could.
+def pack_consistency(
+    packer: Packer, trajectory: Trajectory, scenario: Scenario, rows: NDArray[np.intp], people_ess: Array
+) -> None:
+    """Packs `nees`, the NEES of the robot and the largest of people's over the bound of their 95 % region, (F, 2).
 
-    `believed` (T, 3) and `ellipse` (T, 3) are those of the frames that show the `scans`. Nothing is added where the law
-    of ranges is somebody's own, or the map is empty.
+    And `ess`, the effective sample size of the robot's belief and the least of people's over the number of particles,
+    (F, 2). `rows` are the frames' rows of the trajectory, of which the last is the state at its end; `people_ess` is
+    the least of people's at each frame.
     """
-    noise = range_noise(scenario)
-    if noise is None or not scans:
-        return False
-    field = LikelihoodField.of(floor_of_lidar(scenario.known_bodies), scenario.sensors.scanner, noise)
-    if field.is_empty:
-        return False
-    cells = list(_cells(field, scans, way, believed, ellipse))
-    packer.numbers("likelihood", np.array([levels for levels, _ in cells], np.uint8))
-    packer.numbers("reach", np.array([reach for _, reach in cells], np.float32))
-    return True
+    largest = np.fmax.reduce(people_nees(trajectory), axis=1, initial=np.nan) / region(COVERED, 4)
+    nees = np.column_stack([robot_nees(trajectory) / region(COVERED, 3), largest])
+    robot = trajectory.robot_ess / robot_particles(trajectory, scenario)
+    ess = np.column_stack([_at(robot, rows), people_ess / scenario.estimation.obstacles.particles])
+    packer.numbers("nees", np.minimum(_at(nees, rows), MOST_NEES).astype(np.float32))
+    packer.numbers("ess", ess.astype(np.float32))
 
 
-def _cells(
-    field: LikelihoodField, scans: Mapping[int, ShownScan], way: BelievedWay, believed: Array, ellipse: Array
-) -> Iterator[tuple[NDArray[np.uint8], float]]:
-    for frame, scan in sorted(scans.items()):
-        pose, longer = believed[frame], HELD * ellipse[frame, 0]
-        reach = next((reach for reach in REACHES if reach >= longer), REACHES[-1])
-        if np.isfinite(pose).all():
-            points = scan_points(scan, field.lidar, way) - pose[:2]
-            c, s = np.cos(pose[2]), np.sin(pose[2])
-            yield likelihood_levels(field, points @ np.array([[c, -s], [s, c]]), pose, reach), reach
-        else:
-            yield np.zeros(SIDE * SIDE, np.uint8), reach
-
-
-def likelihood_levels(field: LikelihoodField, points: Array, pose: Array, reach: float) -> NDArray[np.uint8]:
-    """Levels (SIDE^2,) of the likelihood at positions up to `reach` [m] around a pose (3,), at its heading.
-
-    `points` (n, 2) are where beams ended, in the robot's frame. Equal steps of level are equal factors of likelihood,
-    which counts as it does in the localizer.
-    """
-    steps = np.linspace(-reach, reach, SIDE)
-    offsets = np.stack(np.meshgrid(steps, steps), axis=-1).reshape(-1, 2)
-    poses = np.column_stack([pose[:2] + offsets, np.full(len(offsets), pose[2])])
-    beams = field.beams(np.ascontiguousarray(points), spread=0.5 * float(steps[1] - steps[0]))
-    fit = TEMPER * field.log_ratio(poses, beams)
-    return np.rint((LEVELS - 1) * np.maximum(0.0, 1.0 + (fit - fit.max()) / DEPTH)).astype(np.uint8)
+def _at(values: Array, rows: NDArray[np.intp]) -> Array:
+    """The rows of a figure of ticks; NaN for the state at the end."""
+    return np.concatenate([values, np.full((1, *values.shape[1:]), np.nan)])[rows]

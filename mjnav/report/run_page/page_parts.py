@@ -1,11 +1,4 @@
-"""The parts of a page of runs beside its key figures: the runs, their parameters, notices, events and details.
-
-`ShownRun` is one run of a page: what was found in its log, its place among the page's runs, and what it is called.
-
-`parameters` shows how each run was made: scene, controller, what was set, noise, seed and versions.
-
-The other parts are notices, legends, worst moments, events, topics and metadata.
-"""
+"""The parts of a page of runs beside its key figures: notices, parameters, moments, events, topics and details."""
 
 import json
 from collections.abc import Iterator, Mapping, Sequence
@@ -15,22 +8,35 @@ from types import MappingProxyType
 from typing import Any
 
 from mjnav.log.encode.json_messages import dumps
-from mjnav.report.inspection import Inspection, ShownPerson
-from mjnav.report.run_page.page_figures import element, figure_table, flatten, shown
+from mjnav.report.inspection import Inspection
+from mjnav.report.run_page.page_figures import element, figure_tables, flatten, shown, table
 from mjnav.report.run_page.playback import Playback
 
-# ----------------------------------------------------------------------------------------------- runs
-
-
-_OUTCOMES: Mapping[str, tuple[str, str]] = MappingProxyType(
+_OUTCOMES: Mapping[str | None, tuple[str, str]] = MappingProxyType(
     {
         "goal": ("good", "✓ goal reached"),
         "collision": ("bad", "✕ collision"),
         "timeout": ("fair", "■ out of time"),
         "aborted": ("fair", "■ aborted"),
+        None: ("fair", "■ the run did not end"),
     }
 )
-_UNFINISHED = ("fair", "■ the run did not end")
+FACTS = (  # of the log's metadata `mjnav/run`
+    ("scene", "scene"),
+    ("controller", "controller"),
+    ("seed", "seed"),
+    ("engine", "engine"),
+    ("version.mjnav", "mjnav"),
+    ("git_revision", "revision"),
+    ("version.mujoco", "MuJoCo"),
+    ("python", "Python"),
+    ("argv", "command"),
+)
+_TOPIC_COLUMNS = (
+    *(("messages", "messages", ""), ("hz", "rate", "Hz")),
+    *(("max_gap_s", "longest gap", "s"), ("bytes", "size", "B")),
+)
+_PEOPLE_COLUMNS = (("behaviour", ""), ("temperament", ""), ("sees_robot", ""), ("enters", "s"), ("leaves", "s"))
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,21 +50,26 @@ class ShownRun:
     figures: dict[str, Any]  # the document's leaves by dotted key
     playback: Playback
 
-    @property
-    def scene(self) -> str:
-        """The name of the scene."""
-        return str((self.inspection.run or {}).get("scene", "unknown scene"))
+    @classmethod
+    def of(cls, number: int, letter: str, inspection: Inspection, playback: Playback) -> "ShownRun":
+        """A run, from what `inspect` and `playback` say of it."""
+        document = json.loads(dumps(inspection.document()))
+        return cls(number, letter, inspection, document, flatten(document), playback)
+
+    def said(self, key: str) -> str:
+        """What the log's metadata say of the run."""
+        return str((self.inspection.run or {}).get(key, f"unknown {key}"))
 
     @property
     def driver(self) -> str:
         """Controller and seed, in words."""
-        run = self.inspection.run or {}
-        return f"{run.get('controller', 'unknown controller')}, seed {run.get('seed', 'unknown')}"
+        return f"{self.said('controller')}, seed {self.said('seed')}"
 
     @property
     def heading(self) -> str:
         """Letter, scene, controller and seed, in HTML."""
-        return f"{self.mark}{' ' * bool(self.letter)}{escape(f'{self.scene}, {self.driver}')}"
+        scene = self.said("scene")
+        return f"{self.mark} {escape(f'{scene}, {self.driver}')}".strip()
 
     @property
     def mark(self) -> str:
@@ -69,66 +80,8 @@ class ShownRun:
     def badge(self) -> str:
         """How the run ended, in HTML: a sign, a word and a colour."""
         outcome = self.inspection.outcome
-        kind, text = _UNFINISHED if outcome is None else _OUTCOMES.get(outcome, ("fair", outcome))
+        kind, text = _OUTCOMES.get(outcome) or ("fair", str(outcome))
         return f'<span class="badge {kind}" data-outcome="{self.number}">{escape(text)}</span>'
-
-
-def shown_run(number: int, letter: str, inspection: Inspection, playback: Playback) -> ShownRun:
-    """A run of a page, from what `inspect` and `playback` say of it."""
-    document = json.loads(dumps(inspection.document()))
-    return ShownRun(number, letter, inspection, document, flatten(document), playback)
-
-
-# ----------------------------------------------------------------------------------------- parameters
-
-
-_DIFFERS = ' class="differs"'
-FACTS = (  # of the log's metadata `mjnav/run`
-    ("scene", "scene"),
-    ("controller", "controller"),
-    ("seed", "seed"),
-    ("engine", "engine"),
-    ("version.mjnav", "mjnav"),
-    ("git_revision", "revision"),
-    ("version.mujoco", "MuJoCo"),
-    ("python", "Python"),
-    ("argv", "command"),
-)
-
-
-def parameters(runs: Sequence[ShownRun]) -> str:
-    """The section of a page: a column a run, first what differs between them; HTML."""
-    columns = [_of_run(run) for run in runs]
-    names = list(dict.fromkeys(name for column in columns for name in column))
-    texts = {name: [column.get(name, "") for column in columns] for name in names}
-    names.sort(key=lambda name: len(set(texts[name])) == 1)  # stable: what differs comes first
-    head = "".join(f'<th scope="col">{run.heading}</th>' for run in runs)
-    rows = "".join(
-        f'<tr{_DIFFERS * (len(set(texts[name])) > 1)}><th scope="row">{escape(name)}</th>'
-        f"{''.join(f'<td>{escape(text)}</td>' for text in texts[name])}</tr>"
-        for name in names
-    )
-    top = f"<thead><tr><td></td>{head}</tr></thead>" if len(runs) > 1 else ""
-    return f'<div class="wide"><table class="parameters">{top}<tbody>{rows}</tbody></table></div>'
-
-
-def _of_run(run: ShownRun) -> dict[str, str]:
-    """Names and values: scene, controller and what was set first, then noise, seed and versions."""
-    info = run.inspection.run or {}
-    known = {label: str(info[key]) for key, label in FACTS if info.get(key)}
-    first = {label: known.pop(label) for label in ("scene", "controller") if label in known}
-    return {**first, **run.playback.parameters, "noise": run.playback.noise, **known}
-
-
-# --------------------------------------------------------------- notices, moments, events and details
-
-
-_TOPIC_COLUMNS = (
-    ("messages", "messages", ""),
-    ("hz", "rate", "Hz"),
-    ("max_gap_s", "longest gap", "s"),
-    ("bytes", "size", "B"),
-)
 
 
 def notices(runs: Sequence[ShownRun]) -> str:
@@ -152,80 +105,53 @@ def _notices(run: ShownRun) -> Iterator[str]:
         yield "This run's method logs no candidates."
 
 
-def lidar_legend(runs: Sequence[ShownRun]) -> str:
-    """What the marks of a robot that goes by its lidar mean."""
-    marks = {
-        "scan": "scan, from where the robot believed to be",
-        "detected": "detection, with 95&#8239;% of its place",
-        "track": "track, its number and age",
-        "coasting": "track of which nothing is seen",
-    }
-    if _has_own_map(runs):
-        marks["known"] = "the robot's map"
-    return "".join(f'<li><i class="mark {mark}"></i>{text}</li>' for mark, text in marks.items())
+def parameters(runs: Sequence[ShownRun]) -> str:
+    """How each run was made: a column a run, first what differs between them."""
+    columns = [_of_run(run) for run in runs]
+    texts = {name: [column.get(name, "") for column in columns] for column in columns for name in column}
+    rows = sorted(texts.items(), key=lambda row: len(set(row[1])) == 1)  # stable: what differs comes first
+    cells = [(escape(name), *(_differing(text, values) for text in values)) for name, values in rows]
+    head = ("", *(run.heading for run in runs)) if len(runs) > 1 else ()
+    return f'<div class="wide">{table("parameters", head, cells)}</div>'
 
 
-def lidar_layers(runs: Sequence[ShownRun]) -> str:
-    """The switches of what it shows."""
-    layers = {"scan": "scan", "detections": "detections", **({"map": "the robot's map"} if _has_own_map(runs) else {})}
-    return "".join(
-        f'<label><input type="checkbox" data-layer="{layer}" checked> {text}</label>' for layer, text in layers.items()
-    )
+def _differing(text: str, values: Sequence[str]) -> str:
+    return f"<strong>{escape(text)}</strong>" if len(set(values)) > 1 else escape(text)
 
 
-def plan_legend(runs: Sequence[ShownRun]) -> str:
-    """What the marks of a method that plans ahead mean."""
-    steps = {run.playback.plan["after"] for run in runs if run.playback.plan}
-    dots = f", a dot every {steps.pop():.2g}&#8239;s" if len(steps) == 1 else ""
-    marks = {
-        "plan": f"plan{dots}, and where the robot stands at its end",
-        "unfeasible": "plan that is not feasible",
-        "ramp": "other plans weighed, cheap to costly",
-    }
-    return "".join(f'<li><i class="mark {mark}"></i>{text}</li>' for mark, text in marks.items())
-
-
-def plan_layers() -> str:
-    """The switches of what it shows."""
-    layers = {"plan": "plan", "fan": "other plans"}
-    return "".join(
-        f'<label><input type="checkbox" data-layer="{layer}" checked> {text}</label>' for layer, text in layers.items()
-    )
-
-
-def _has_own_map(runs: Sequence[ShownRun]) -> bool:
-    return any(run.playback.lidar and run.playback.lidar["map"] for run in runs)
+def _of_run(run: ShownRun) -> dict[str, str]:
+    """Names and values: scene, controller and what was set first, then noise, seed and versions."""
+    info = run.inspection.run or {}
+    known = {label: str(info[key]) for key, label in FACTS if info.get(key)}
+    first = {label: known.pop(label) for label in ("scene", "controller") if label in known}
+    return {**first, **run.playback.parameters, "noise": run.playback.noise, **known}
 
 
 def moments(runs: Sequence[ShownRun]) -> str:
     """The worst moments of all runs as buttons, numbered for the keyboard."""
-    rows = []
-    for run in runs:
-        for i, moment in enumerate(run.document["moments"]):
-            number, key = len(rows) + 1, f"moments.{i}"
-            value = (
-                "" if moment["value"] is None else element(run.number, f"{key}.value", moment["value"], moment["unit"])
-            )
-            rows.append(
-                f'<li><button type="button" data-seek="{float(moment["time_s"])!r}" data-moment="{number}" '
-                f'data-kind="{escape(moment["kind"])}">'
-                f'<b class="number">{number}</b>{run.mark}'
-                f'<span class="when">{element(run.number, f"{key}.time_s", moment["time_s"], "s")}</span>'
-                f'<span class="what">{escape(moment["text"])}</span><span>{value}</span></button></li>'
-            )
-    return f'<ol class="moments">{"".join(rows)}</ol>' if rows else '<p class="none">None stands out.</p>'
+    found = [(run, f"moments.{i}", one) for run in runs for i, one in enumerate(run.document["moments"])]
+    rows = "".join(
+        f'<li><button type="button" data-seek="{float(one["time_s"])!r}" data-moment="{number}" '
+        f'data-kind="{escape(one["kind"])}"><b class="number">{number}</b>{run.mark}'
+        f'<span class="when">{element(run.number, f"{key}.time_s", one["time_s"], "s")}</span>'
+        f'<span class="what">{escape(one["text"])}</span>'
+        f"<span>{element(run.number, f'{key}.value', one['value'], one['unit'])}</span></button></li>"
+        for number, (run, key, one) in enumerate(found, start=1)
+    )
+    return f'<ol class="moments">{rows}</ol>' if rows else '<p class="none">None stands out.</p>'
 
 
 def events(runs: Sequence[ShownRun]) -> str:
     """What the logs have under /events, in order of time, as buttons."""
-    rows = [(event.time, run.number, event, run.mark) for run in runs for event in run.playback.events]
+    rows = [(one.time, run.number, run.mark, one) for run in runs for one in run.playback.events]
+    rows.sort(key=lambda row: row[:2])
     if not rows:
         return '<p class="none">None.</p>'
     items = "".join(
         f'<li><button type="button" data-seek="{time!r}" class="{escape(event.level)}">{mark}'
         f'<span class="when">{time:.2f} <span class="unit">s</span></span><b>{escape(event.name)}</b> '
         f'<span class="what">{escape(event.text)}</span></button></li>'
-        for time, _, event, mark in sorted(rows, key=lambda row: row[:2])
+        for time, _, mark, event in rows
     )
     left_out = sum(run.playback.num_events for run in runs) - len(rows)
     more = f'<p class="none">{left_out} more are in the log.</p>' if left_out else ""
@@ -234,59 +160,38 @@ def events(runs: Sequence[ShownRun]) -> str:
 
 def topics(run: ShownRun) -> str:
     """What each topic of a log holds."""
-    head = "".join(
-        f'<th scope="col">{label} <span class="unit">{unit}</span></th>' for _, label, unit in _TOPIC_COLUMNS
-    )
-    rows = "".join(
-        f'<tr><th scope="row">{escape(name)}</th><td class="schema">{escape(topic["schema"])}</td>'
-        + "".join(f"<td>{element(run.number, f'topics.{name}.{key}', topic[key])}</td>" for key, _, _ in _TOPIC_COLUMNS)
-        + "</tr>"
-        for name, topic in run.document["topics"].items()
-    )
-    return (
-        f'<div class="wide" tabindex="0" role="region" aria-label="Topics"><table class="topics"><thead><tr>'
-        f'<th scope="col">topic</th><th scope="col">schema</th>{head}</tr></thead><tbody>{rows}</tbody></table></div>'
-    )
-
-
-def _people(people: Sequence[ShownPerson]) -> str:
-    """A row for each person of the scene."""
-    head = "".join(
-        f'<th scope="col">{label}</th>'
-        for label in (
-            "person",
-            "behaviour",
-            "temperament",
-            "sees the robot",
-            _in_seconds("enters"),
-            _in_seconds("leaves"),
+    rows = [
+        (
+            escape(name),
+            f'<span class="schema">{escape(topic["schema"])}</span>',
+            *(element(run.number, f"topics.{name}.{key}", topic[key]) for key, _, _ in _TOPIC_COLUMNS),
         )
-    )
-    rows = "".join(
-        f'<tr><th scope="row">{i}</th><td>{escape(person.behaviour)}</td><td>{escape(person.temperament)}</td>'
-        f"<td>{shown(person.sees_robot)}</td><td>{shown(person.enters_s)}</td><td>{shown(person.leaves_s)}</td></tr>"
-        for i, person in enumerate(people)
-    )
-    return f'<table class="people"><thead><tr>{head}</tr></thead><tbody>{rows}</tbody></table>'
+        for name, topic in run.document["topics"].items()
+    ]
+    head = ("topic", "schema", *(_headed(label, unit) for _, label, unit in _TOPIC_COLUMNS))
+    return f'<div class="wide" tabindex="0" role="region" aria-label="Topics">{table("topics", head, rows)}</div>'
 
 
-def _in_seconds(label: str) -> str:
-    return f'{label} <span class="unit">s</span>'
+def _headed(label: str, unit: str) -> str:
+    return f'{label} <span class="unit">{unit}</span>' if unit else label
 
 
 def details(run: ShownRun) -> str:
-    """Everything else of the document."""
+    """The people, and everything else of the document."""
     parts = (
         ("All figures", ("figures", "timing", "ticks", "duration_s", "bytes")),
         ("Result in the log", ("result",)),
         ("Run", ("run",)),
     )
     tables = {
-        title: figure_table(run.number, flatten({key: run.document[key] for key in keys})) for title, keys in parts
+        title: figure_tables(run.number, flatten({key: run.document[key] for key in keys})) for title, keys in parts
     }
-    if run.inspection.people:
-        tables = {"People": _people(run.inspection.people), **tables}
+    if people := run.inspection.people:
+        cells = [(one.behaviour, one.temperament, one.sees_robot, one.enters_s, one.leaves_s) for one in people]
+        head = ("person", *(_headed(label.replace("_", " "), unit) for label, unit in _PEOPLE_COLUMNS))
+        rows = [(str(i), *(escape(shown(cell)) for cell in row)) for i, row in enumerate(cells)]
+        tables = {"People": table("people", head, rows), **tables}
     return "".join(
-        f'<details><summary>{title}</summary><div class="wide">{table}</div></details>'
-        for title, table in tables.items()
+        f'<details><summary>{title}</summary><div class="wide">{content}</div></details>'
+        for title, content in tables.items()
     )

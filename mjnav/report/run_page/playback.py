@@ -1,7 +1,8 @@
 """A log as what a page plays back."""
 
-from collections.abc import Iterable, Mapping
-from dataclasses import asdict, dataclass
+import json
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import asdict, dataclass, is_dataclass
 from typing import Any
 
 import numpy as np
@@ -12,17 +13,16 @@ from mjnav.log.encode.candidates import NUM_LEVELS, PREVIEW
 from mjnav.log.read.log import Log
 from mjnav.messages import PHASES, Array
 from mjnav.metrics.safety import clearance
-from mjnav.report.lidar_view import BelievedWay
-from mjnav.report.run_page.layers import cone_bins, pack_lidar
+from mjnav.report.inspection import shown_people
+from mjnav.report.run_page.layers import NONE, STEP, cone_bins, pack_consistency, pack_lidar, pack_plans, pack_ways
 from mjnav.report.run_page.packed import Packer
-from mjnav.report.run_page.page_figures import pack_consistency
-from mjnav.report.run_page.plan_layers import NONE, pack_plans, pack_ways
 from mjnav.report.run_page.run_frames import TRACK_PARTICLES, PageEvent, RunFrames
-from mjnav.report.run_page.set_parameters import set_parameters
-from mjnav.report.scene_outline import scene_outline
+from mjnav.scene.bodies import KnownBodies
+from mjnav.scene.spec import Scenario, Table
+from mjnav.scene.ways import planned_legs
+from mjnav.settings import keys, tables
 
 MAX_FRAMES = 1200  # two minutes at 10 Hz
-STEP = 1e-3  # m, rad, m/s, rad/s, ms, or of 1
 PARTICLE = 4e-3  # [m] step of a particle's offset: half a metre at most
 
 
@@ -56,10 +56,7 @@ class Playback:
 
     def document(self) -> dict[str, Any]:
         """As a page has it."""
-        document = asdict(self)
-        if self.plan is None:
-            del document["plan"]
-        return document
+        return asdict(self)
 
 
 @np.errstate(all="ignore")  # what a damaged log says may be any number
@@ -85,13 +82,12 @@ def playback(log: Log, *, keep: Iterable[int] = (), max_frames: int = MAX_FRAMES
     pack_consistency(packer, run.trajectory, scenario, kept, frames.array("people ess"))
     known = len(scenario.people) == run.trajectory.people_position.shape[1]
     bodies = _pack_clearance(packer, clearance(run.trajectory, scenario) if known else {}, kept)
-    way = BelievedWay.of(run.trajectory.time[: len(run.trajectory.estimate)], run.trajectory.estimate)
     plan = pack_plans(packer, frames.plans, len(frames))
     return Playback(
-        scene=scene_outline(scenario),
+        scene=_scene_outline(scenario),
         people=people,
         tracks=tracks,
-        lidar=pack_lidar(packer, frames, scenario, tracks, way) if frames.by_scans else None,
+        lidar=_pack_lidar(packer, frames, scenario, tracks),
         phases=PHASES,
         preview=PREVIEW,
         levels=NUM_LEVELS,
@@ -109,7 +105,7 @@ def playback(log: Log, *, keep: Iterable[int] = (), max_frames: int = MAX_FRAMES
         stride=stride,
         events=frames.events,
         num_events=frames.num_events,
-        parameters=set_parameters(scenario),
+        parameters=_set_parameters(scenario),
         noise=scenario.noise.profile,
         plan=plan,
         **packer.packed(),
@@ -214,3 +210,78 @@ def _pack_candidates(packer: Packer, frames: RunFrames) -> dict[str, Any] | None
     packer.numbers("level", level)
     packer.numbers("places", places)
     return {"grid": None if free else list(frames.grid)}
+
+
+def _pack_lidar(packer: Packer, frames: RunFrames, scenario: Scenario, tracks: list[str]) -> dict[str, Any] | None:
+    """With the map that the robot has, where that is not the world's own."""
+    if not frames.by_scans:
+        return None
+    known = None if scenario.estimation.map is None else _bodies(scenario.known_bodies)
+    return {**pack_lidar(packer, frames, scenario, tracks), "map": known}
+
+
+# ----------------------------------------------------------------------------- the scene and its keys
+
+
+def _scene_outline(scenario: Scenario) -> dict[str, Any]:
+    """Walls as {from, to, thickness}, tables as {corners, legs, leg_radius}, pillars, lanes, ways and radii."""
+    robot = scenario.robot
+    legs = planned_legs(scenario)
+    return {
+        "start": list(robot.start),
+        "route": [list(point) for point in robot.route],
+        "goal_tolerance": robot.goal_tolerance,
+        "radius": robot.radius,
+        "people_radius": [person.radius for person in scenario.people],
+        "people_legs": [{"person": leg.person, "points": [leg.start, *leg.points]} for leg in legs if leg.points],
+        "people_words": [person.words for person in shown_people(scenario)],
+        **_bodies(scenario),
+        "lanes": [scenario.lanes.left, scenario.lanes.right] if scenario.lanes else [],
+    }
+
+
+def _bodies(bodies: Scenario | KnownBodies) -> dict[str, Any]:
+    """Walls, tables and pillars alone: of the world, or of the map that the robot has."""
+    return {
+        "walls": [{"from": w.start, "to": w.end, "thickness": w.thickness} for w in bodies.walls],
+        "tables": [
+            {"corners": _top(t).tolist(), "legs": t.legs.tolist(), "leg_radius": t.leg_radius} for t in bodies.tables
+        ],
+        "pillars": [{"position": p.position, "radius": p.radius} for p in bodies.pillars],
+    }
+
+
+def _top(table: Table) -> Array:
+    """Corners of a table's top, (4, 2)."""
+    half = 0.5 * np.array(table.size) + table.leg_radius
+    cosine, sine = np.cos(table.yaw), np.sin(table.yaw)
+    corners = half * [[1, 1], [-1, 1], [-1, -1], [1, -1]]
+    return np.array(table.position) + corners @ [[cosine, sine], [-sine, cosine]]
+
+
+# What the map shows, or the page in another place.
+_ELSEWHERE = ("schema", "name", "description", "seed", "walls", "tables", "pillars", "people", "lanes", "log")
+_ELSEWHERE_TOO = ("robot.start", "robot.goal", "robot.waypoints", "control.method")
+
+
+def _set_parameters(scenario: Scenario) -> dict[str, str]:
+    """The keys of the run file whose values are not their defaults, with the values as text; geometry is left out."""
+    return {
+        key: json.dumps(value, ensure_ascii=False) if not isinstance(value, str) else value
+        for key, value in _changed(scenario, "")
+        if key not in (*_ELSEWHERE, *_ELSEWHERE_TOO)
+    }
+
+
+def _changed(value: Any, prefix: str) -> Iterator[tuple[str, Any]]:
+    for name, field in keys(type(value)).items():
+        item = getattr(value, field.name)
+        key = f"{prefix}{name}"
+        if key in _ELSEWHERE or (not field.beside and item == field.default):
+            continue
+        if is_dataclass(item):
+            yield from _changed(item, f"{key}.")
+        elif field.beside and isinstance(item, Mapping):
+            yield from ((f"{prefix}{own}", tables(one)) for own, one in item.items())
+        else:
+            yield key, field.type.write(item)

@@ -5,26 +5,31 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from mjnav.control.parameters import Parameters
 from mjnav.errors import DamagedLogError, InputError
 from mjnav.geometry.distances import ellipse_95
+from mjnav.log.encode.candidates import NUM_LEVELS, level_bounds
 from mjnav.log.encode.particles import decode_particles
-from mjnav.log.encode.plan import decode_plan
+from mjnav.log.encode.plan import MOST_PEOPLE, MOST_SAMPLES, SUFFIX, decode_plan
 from mjnav.log.log_format import epoch_ns
 from mjnav.log.read.log import Log
 from mjnav.log.read.records import EXPORT, FREE_EXPORT, Budget
 from mjnav.log.read.ticks import NOT_OURS
 from mjnav.log.read.trajectory import track_number
-from mjnav.messages import PHASES, Array
+from mjnav.messages import PHASES, Array, PlanShown
 from mjnav.report.lidar_view import ShownScan, goes_by_scans
-from mjnav.report.run_page.plan_layers import CandidateRanks, ShownPlan, Ways, candidate_ranks, predicted_ways
 
 ROBOT_PARTICLES = 40  # kept of a belief
 TRACK_PARTICLES = 16
 ALL_TRACK_PARTICLES = 96  # kept of all tracks together, but for two of each
 MAX_EVENTS = 500
+MAX_FREE = 96  # arcs kept of candidates that are no grid
+POINTS = 5  # kept of a way, evenly over its time; the first is where the sample is now
 LEVELS = ("unknown", "debug", "info", "warning", "error", "fatal")  # foxglove.Log's
+
+Ways = Mapping[str, Array]  # track -> (MOST_SAMPLES, POINTS, 2) [m]
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,6 +40,55 @@ class PageEvent:
     level: str
     name: str
     text: str
+
+
+@dataclass(frozen=True, slots=True)
+class CandidateRanks:
+    """One tick's. `level` goes from 0, the cheapest eighth, to 7."""
+
+    window: Array  # (4,) lowest and highest v [m/s], lowest and highest omega [rad/s]
+    level: NDArray[np.uint8]  # (num_v * num_omega,) of a grid, omega fastest; else (n,)
+    free: NDArray[np.uint8] | None = None  # (n, 2) shares of the window in 255ths; None for a grid
+
+
+def candidate_ranks(v: Array, omega: Array, total: Array, shape: tuple[int, int]) -> CandidateRanks | None:
+    """The ranks of the total costs of K candidates, each array (K,).
+
+    `shape` is the grid that they may be, (num_v, num_omega), before keep and brake. None where the robot cannot move
+    and no arc has a length. Raises ValueError where the arrays differ in length or are empty.
+    """
+    if not v.size == omega.size == total.size > 0:
+        raise ValueError(f"{v.size} speeds, {omega.size} turn rates and {total.size} costs")
+    if not v.any():
+        return None
+    order = np.argsort(total, kind="stable")
+    level = np.empty(v.size, np.uint8)
+    level[order] = np.repeat(np.arange(NUM_LEVELS, dtype=np.uint8), np.diff(level_bounds(v.size)))
+    num_v, num_omega = shape
+    if v.size == num_v * num_omega + 2:
+        rows, columns = v[:-2].reshape(shape), omega[:-2].reshape(shape)
+        if (rows == rows[:, :1]).all() and (columns == columns[:1]).all():
+            return CandidateRanks(np.array([rows[0, 0], rows[-1, 0], columns[0, 0], columns[0, -1]]), level[:-2])
+    window = np.array([v.min(), v.max(), omega.min(), omega.max()])
+    kept = order[np.linspace(0, v.size - 1, min(v.size, MAX_FREE)).astype(int)]
+    low, size = window[[0, 2]], np.maximum(window[[1, 3]] - window[[0, 2]], 1e-9)
+    shares = (np.stack([v, omega], axis=-1)[kept] - low) / size
+    return CandidateRanks(window, level[kept], np.rint(255 * np.clip(shares, 0.0, 1.0)).astype(np.uint8))
+
+
+def predicted_ways(update: Any) -> Ways:
+    """The predicted ways in a foxglove.SceneUpdate; NaN where a track has fewer than MOST_SAMPLES."""
+    entities = [entity for entity in update.entities if entity.id.endswith(SUFFIX)]
+    return {entity.id.removesuffix(SUFFIX): _samples(entity.lines) for entity in entities[:MOST_PEOPLE]}
+
+
+def _samples(lines: Sequence[Any]) -> Array:
+    samples = np.full((MOST_SAMPLES, POINTS, 2), np.nan)
+    for sample, line in zip(samples, lines, strict=False):
+        if (number := len(line.points)) > 0:
+            places = np.linspace(0, number - 1, POINTS).round().astype(int).tolist()
+            sample[:] = [(line.points[place].x, line.points[place].y) for place in places]
+    return samples
 
 
 class RunFrames:
@@ -55,13 +109,18 @@ class RunFrames:
         self.cones: dict[int, tuple[Array, Array]] = {}
         self.cone_obstacles: dict[int, str] = {}
         self.candidates: dict[int, CandidateRanks] = {}
-        self.plans: dict[int, ShownPlan] = {}
+        self.plans: dict[int, PlanShown] = {}
         self.ways: dict[int, Ways] = {}
         self.events: list[PageEvent] = []
         self.num_events = 0
         self._path, self._budget = log.path, Budget(log.path.stat().st_size)
         scenario = log.scenario()
-        self._grid = _grid(scenario.control.parameters)
+        parameters, defaults = scenario.control.parameters, Parameters()
+        # Of candidates that are one: (num_v, num_omega).
+        self.grid: tuple[Any, Any] = (
+            parameters.get("num_v", defaults.num_v),
+            parameters.get("num_omega", defaults.num_omega),
+        )
         self._scenario, self._epoch = scenario, epoch_ns(log.run)
         self.by_scans = goes_by_scans(scenario)
         self._read(log, predicts=scenario.prediction is not None)
@@ -79,11 +138,6 @@ class RunFrames:
         prefix = f"{kind} "
         found = [name.removeprefix(prefix) for name in self._arrays if name.startswith(prefix)]
         return sorted(found, key=lambda name: (len(name), name))
-
-    @property
-    def grid(self) -> tuple[int, int]:
-        """The shape of the candidates' grid, where they are one: (num_v, num_omega)."""
-        return self._grid
 
     def _read(self, log: Log, *, predicts: bool) -> None:
         handlers: Mapping[str, Callable[[int, Any], None]] = {
@@ -181,12 +235,12 @@ class RunFrames:
         self._put("safe share", frame, value.safe_share)
 
     def _candidates(self, frame: int, value: Any) -> None:
-        ranks = candidate_ranks(np.array(value.v), np.array(value.omega), np.array(value.total), self._grid)
+        ranks = candidate_ranks(np.array(value.v), np.array(value.omega), np.array(value.total), self.grid)
         if ranks is not None:
             self.candidates[frame] = ranks
 
     def _plan(self, frame: int, value: Any) -> None:
-        self.plans[frame] = ShownPlan.of(decode_plan(value))
+        self.plans[frame] = decode_plan(value)
 
     def _scene(self, frame: int, value: Any) -> None:
         if ways := predicted_ways(value):
@@ -228,11 +282,6 @@ def columns_of_tracks(names: Sequence[str], before: Mapping[str, str]) -> dict[s
         kept[name] = f"column{column}"
         taken.add(kept[name])
     return kept
-
-
-def _grid(parameters: Mapping[str, Any]) -> tuple[int, int]:
-    defaults = Parameters()
-    return parameters.get("num_v", defaults.num_v), parameters.get("num_omega", defaults.num_omega)
 
 
 def _sum(parts: list[float | None]) -> float | None:

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from mjnav.compile.compiled import Vector, kernel
 from mjnav.constant import Constant
-from mjnav.filters.particles import ess, shuffled, weighted_moments
+from mjnav.filters.particles import ess, shuffled, shuffled_each, weighted_moments
 from mjnav.messages import Array, Detection, Reading, RobotBelief, Track, finite
 from mjnav.noise import Distribution, make_distribution, profile
 from mjnav.rng import stream
@@ -275,18 +275,18 @@ class PeopleTracker:
         """Samples of the latest tracks, (num, 4) each, in random order; an error before the first reading."""
         if self._tracks is None:
             raise RuntimeError(NO_BELIEF)
-        pairs = zip(self._tracked, self._tracks, strict=True)
-        return tuple(shuffled(track.particles, track.weights, num, self._drawing[p]) for p, track in pairs)
+        return shuffled_each(self._tracks, num, [self._drawing[p] for p in self._tracked])
 
     def _conclude(self, time: float, posterior: Posterior, tracked: Sequence[int]) -> tuple[Track, ...]:
         """The latest tracks, of those who are `tracked`, from a posterior of all people."""
         self._tracked = tracked
-        self._tracks = tuple(self._track(p, time, posterior) for p in tracked)
+        names, radii = self._names, self._radii
+        particles, weights, mean, covariance, size, recovered = posterior
+        self._tracks = tuple([
+            Track(
+                names[p], time, particles[p], weights[p], mean[p], covariance[p], float(size[p]), radii[p],
+                bool(recovered[p]),
+            )
+            for p in tracked
+        ])  # fmt: skip
         return self._tracks
-
-    def _track(self, person: int, time: float, posterior: Posterior) -> Track:
-        p = posterior
-        moments = p.mean[person], p.covariance[person], float(p.ess[person])
-        name, radius = self._names[person], self._radii[person]
-        again = bool(p.recovered[person])
-        return Track(name, time, p.particles[person], p.weights[person], *moments, radius, again)

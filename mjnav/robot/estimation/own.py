@@ -9,12 +9,12 @@ import re
 from dataclasses import replace
 from importlib import import_module
 from numbers import Real
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
 from mjnav.errors import InputError, InvalidValue, PluginFault
-from mjnav.filters.particles import shuffled
+from mjnav.filters.particles import shuffled_each
 from mjnav.messages import LARGEST, Array, Beliefs, Detection, Reading, RobotBelief, Track, number
 from mjnav.rng import stream
 from mjnav.robot.estimation.base import DRAWS, PeopleTracker, PoseEstimator
@@ -42,7 +42,7 @@ class OwnLocalizer(PoseEstimator):
             found = self._own.update(sealed_message(reading))
             if not isinstance(found, RobotBelief):
                 raise PluginFault(f"{self._name}: update() returned a {type(found).__name__} in place of a RobotBelief")
-            self._belief = RobotBelief(reading.time, *checked(self._name, found, 3), bool(found.recovered))
+            self._belief = RobotBelief(reading.time, **checked(self._name, found, 3), recovered=bool(found.recovered))
         return self._belief
 
 
@@ -75,23 +75,16 @@ class OwnTracker(PeopleTracker):
         rows = [checked(f"{self._name}, {name}", track, 4) for name, track in zip(names, tracks, strict=True)]
         self._tracked = there
         return tuple(
-            Track(self._names[p], reading.time, *row, self._radii[p], bool(track.recovered))
+            Track(self._names[p], reading.time, **row, radius=self._radii[p], recovered=bool(track.recovered))
             for p, row, track in zip(there, rows, tracks, strict=True)
         )
 
 
-class _Checked(NamedTuple):
-    """Copies of what a belief holds, as the kernels that draw from it take them."""
+def checked(name: str, belief: RobotBelief | Track, size: int) -> dict[str, Any]:
+    """Copies of what a belief about `size` numbers holds, checked. Raises PluginFault.
 
-    particles: Array  # (n, d)
-    weights: Array  # (n,)
-    mean: Array  # (d,)
-    covariance: Array  # (d, d)
-    ess: float
-
-
-def checked(name: str, belief: RobotBelief | Track, size: int) -> _Checked:
-    """A belief about `size` numbers, checked. Raises PluginFault."""
+    `particles` (n, size), `weights` (n,), `mean` (size,), `covariance` (size, size) and `ess`, as kernels draw from it.
+    """
     num = np.shape(belief.particles)[0] if np.ndim(belief.particles) else 0
     particles = checked_copy(f"{name}: particles", belief.particles, (max(num, 1), size))
     weights = checked_copy(f"{name}: weights", belief.weights, (num,))
@@ -102,7 +95,8 @@ def checked(name: str, belief: RobotBelief | Track, size: int) -> _Checked:
     if (weights < 0.0).any() or abs(weights.sum() - 1.0) > WEIGHT_SUM_TOLERANCE:
         found = f"the least is {weights.min()}, the sum {weights.sum()}"
         raise PluginFault(f"{name}: weights must be >= 0 and sum to 1: {found}")
-    return _Checked(particles, weights, mean, covariance, _number_from(name, "ess", belief, open_low=True))
+    ess = _number_from(name, "ess", belief, open_low=True)
+    return {"particles": particles, "weights": weights, "mean": mean, "covariance": covariance, "ess": ess}
 
 
 def _number_from(name: str, part: str, belief: Any, *, open_low: bool = False) -> float:
@@ -129,8 +123,8 @@ def checked_beliefs(beliefs: Beliefs) -> Beliefs:
     for belief in (beliefs.robot, *beliefs.people):
         TIME.check("beliefs.time", belief.time)
     try:
-        robot = replace(beliefs.robot, **checked("beliefs.robot", beliefs.robot, 3)._asdict())
-        people = [replace(track, **checked(f"beliefs, {track.name}", track, 4)._asdict()) for track in beliefs.people]
+        robot = replace(beliefs.robot, **checked("beliefs.robot", beliefs.robot, 3))
+        people = [replace(track, **checked(f"beliefs, {track.name}", track, 4)) for track in beliefs.people]
     except (PluginFault, TypeError, ValueError, OverflowError) as fault:  # of nobody's plug-in
         raise InputError(str(fault)) from None
     return replace(beliefs, robot=robot, people=tuple(people), detections=tuple(beliefs.detections))
@@ -182,13 +176,14 @@ class OwnScanTracker:
         radius, age, unseen = (_number_from(name, part, track) for part in ("radius", "age", "unseen"))
         if radius not in RADIUS:
             raise PluginFault(f"{name}: radius must be a number {RADIUS}, not {track.radius}")
-        return Track(track.name, time, *checked(name, track, 4), radius, bool(track.recovered), age, unseen)
+        given = checked(name, track, 4)
+        return Track(track.name, time, **given, radius=radius, recovered=bool(track.recovered), age=age, unseen=unseen)
 
     def draw(self, num: int) -> tuple[Array, ...]:
         """Samples of the latest tracks, (num, 4) each, in random order; an error before the first reading."""
         if self._tracks is None:
             raise RuntimeError("draw() needs tracks: call update() with a reading first")
-        return tuple(shuffled(track.particles, track.weights, num, self._stream(track.name)) for track in self._tracks)
+        return shuffled_each(self._tracks, num, [self._stream(track.name) for track in self._tracks])
 
     def _stream(self, name: str) -> np.random.Generator:
         if name not in self._streams:

@@ -20,7 +20,7 @@ from mjnav.filters.particles import ess, resample, reweigh, weighted_moments
 from mjnav.geometry.angles import wrap, wrapped
 from mjnav.messages import Array, Reading, RobotBelief, Track
 from mjnav.motion.unicycle import integrate_rows
-from mjnav.noise import Distribution
+from mjnav.noise import Distribution, sample_each
 from mjnav.rng import stream
 from mjnav.robot.estimation.base import (
     HEADING,
@@ -184,10 +184,8 @@ def moved(
     Where the odometry is silent they go on as it said last, each with a change of its own.
     """
     num = len(particles)
-    twist = [
-        measured - channel.sample(rng, num)
-        for measured, channel, rng in zip(reading.odometry, noise, streams, strict=True)
-    ]
+    draws = sample_each(noise, streams, num)
+    twist = [measured - draw for measured, draw in zip(reading.odometry, draws, strict=True)]
     if "odometry" in reading.dropped:
         for values, std, rng in zip(twist, UNKNOWN_TWIST_STD, streams, strict=True):
             values += std * rng.standard_normal(num)

@@ -4,19 +4,9 @@ from collections.abc import Iterable, Mapping
 from types import MappingProxyType
 
 from mjnav.errors import unknown_name
-from mjnav.metrics.definitions import (
-    DERIVED,
-    FIGURES,
-    GROUPS,
-    HIGHER,
-    INTEGER,
-    LOWER,
-    NUMBER,
-    STRING,
-    TRUTH,
-    Definition,
-)
+from mjnav.metrics.definitions import HIGHER, INTEGER, LOWER, NUMBER, STRING, TRUTH, Definition
 from mjnav.metrics.safety import KINDS, PERSON
+from mjnav.metrics.summary import DERIVED, FIGURES, GROUPS
 from mjnav.study.store.row import COLUMNS, columns_of, is_own
 
 COLLISIONS = tuple(f"collisions_{kind}" for kind in KINDS)

@@ -16,7 +16,7 @@ import numpy as np
 from mjnav.errors import unknown_name
 from mjnav.loop.provenance import FACTS
 from mjnav.messages import Array
-from mjnav.metrics import definitions
+from mjnav.metrics import summary
 from mjnav.metrics.definitions import INTEGER, NUMBER, STRING
 
 COLUMN = "metrics"
@@ -97,7 +97,7 @@ LABELS = _columns(
 FIGURES: Mapping[str, Column] = MappingProxyType(
     {
         "error": Column(STRING, "why there is no result, in a line; null where there is one"),
-        **{name: Column(figure.type, figure.line) for name, figure in definitions.FIGURES.items()},
+        **{name: Column(figure.type, figure.line) for name, figure in summary.FIGURES.items()},
     }
 )
 OWN = _columns(

@@ -13,36 +13,151 @@ anything in it is used. Every reader of Parquet reads the shards:
     SELECT method, avg(success::int) FROM 'runs/out/NAME/part-*.parquet' GROUP BY method
 
 A file with one of these names that no sweep wrote is neither overwritten nor removed: the folder is refused.
+
+A few bytes of Parquet can expand to any number of rows and to any length of text. The memory that reading a shard may
+take is therefore limited by the size of the file: a shard of a sweep has 70 bytes or more a row, and unpacks to 20
+times its size.
 """
 
 import fcntl
+import hashlib
 import os
 import re
+import resource
 import stat
 import uuid
 from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
-from mjnav.errors import InputError, MjnavError
+from mjnav.errors import InputError, MjnavError, missing_extra
 from mjnav.scene.toml import read_regular
 from mjnav.study.keep import remove_logs
 from mjnav.study.store.row import COLUMNS, PLACE_IN_STUDY, Row
-from mjnav.study.store.shard import DONE, FAILED, SHARD, digest, parquet, read_shard, schema
 
 if TYPE_CHECKING:
     import pyarrow
 
 STUDY_FILE, LOCK = "study.toml", "lock"
-TEMPORARY = re.compile(rf"({SHARD.pattern}|{re.escape(STUDY_FILE)}\.[0-9a-f]{{8}})\.tmp")
 MAX_STUDY = 10_000_000  # [bytes] of the study file
 MARK = "# mjnav "  # first characters of a study file that a sweep wrote; the command follows
-
+TEMPORARY = ".mjnav-*.tmp"  # files that are being written
 FILE = "a file"
 
+DONE, FAILED = "part", "failed"
+DIGITS = 32  # of a shard's digest: 128 bits
+SHARD = re.compile(rf"({DONE}|{FAILED})-\d{{6,}}-([0-9a-f]{{{DIGITS}}})\.parquet")
+ALWAYS = frozenset(("id", *PLACE_IN_STUDY, "revision"))  # columns without nulls, in every version
+MAX_SIZE = 256 * 2**20  # [bytes] of a shard
+# What any shard may have, and what is added for its size:
+FREE_ROWS, BYTES_A_ROW = 10_000, 8  # rows; one more for each 8 bytes
+FREE_MEMORY, MEMORY = 32 * 2**20, 500  # [bytes] of memory; 500 more for each byte
+MAX_LIST = 10_000  # elements of a list in the footer
+
 EpisodePlace = tuple[str, str, str, str, int]  # the values of PLACE_IN_STUDY
+
+# ---------------------------------------------------------------------------------------------- shard
+
+
+def digest(content: bytes) -> str:
+    """The part of a shard's name that is computed from its content."""
+    return hashlib.sha256(content).hexdigest()[:DIGITS]
+
+
+def parquet() -> Any:
+    """The module that reads and writes Parquet. Raises InputError where it is missing."""
+    try:
+        import pyarrow.parquet
+    except ImportError:
+        raise missing_extra("pyarrow", "sweep") from None
+    return pyarrow.parquet
+
+
+def schema() -> "pyarrow.Schema":
+    """Of all columns."""
+    import pyarrow as pa
+
+    return pa.schema([(name, pa.type_for_alias(column.type)) for name, column in COLUMNS.items()])
+
+
+@contextmanager
+def memory_limit(size: int) -> Iterator[None]:
+    """This process may take at most `size` bytes more meanwhile; Arrow's allocation beyond raises MemoryError.
+
+    Arrow allocates from the system: its own allocator has reserved memory beforehand.
+    """
+    import pyarrow as pa
+
+    pool, (soft, hard) = pa.default_memory_pool(), resource.getrlimit(resource.RLIMIT_DATA)
+    pages = int(Path("/proc/self/statm").read_text().split()[5])  # of data and stack
+    ends = [end for end in (soft, hard) if end != resource.RLIM_INFINITY]
+    resource.setrlimit(resource.RLIMIT_DATA, (min([pages * resource.getpagesize() + size, *ends]), hard))
+    pa.set_memory_pool(pa.system_memory_pool())
+    try:
+        yield
+    finally:
+        pa.set_memory_pool(pool)
+        resource.setrlimit(resource.RLIMIT_DATA, (soft, hard))
+
+
+def read_shard(shard: Path, columns: Sequence[str]) -> "pyarrow.Table":
+    """These columns of a shard, null where a shard of an earlier version lacks one.
+
+    Raises MjnavError where it is damaged or not of a sweep.
+    """
+    import pyarrow as pa
+
+    name = SHARD.fullmatch(shard.name)
+    if name is None:
+        raise MjnavError(f"{shard}: not written by mjnav; move it elsewhere")
+    try:
+        content = read_regular(shard, MAX_SIZE)
+        if digest(content) != name[2]:
+            raise OSError("its content has changed since it was written")
+        with memory_limit(FREE_MEMORY + MEMORY * len(content)):
+            return _read(content, columns)
+    except MemoryError:
+        raise MjnavError(f"{shard}: damaged (takes more memory than a file of its size may); remove it") from None
+    except (OSError, pa.ArrowException) as error:
+        reason = " ".join(str(error.args[-1] if error.args else error).split())
+        raise MjnavError(f"{shard}: damaged ({reason}); remove it, then --resume runs its episodes again") from None
+
+
+def _read(content: bytes, columns: Sequence[str]) -> "pyarrow.Table":
+    """Raises OSError, ArrowException and MemoryError."""
+    import pyarrow as pa
+
+    file = parquet().ParquetFile(
+        pa.BufferReader(content),
+        page_checksum_verification=True,
+        thrift_string_size_limit=len(content),
+        thrift_container_size_limit=MAX_LIST,
+    )
+    present, expected = file.schema_arrow, schema()
+    if not ALWAYS.issubset(present.names) or len(set(present.names)) < len(present):
+        raise OSError("not of a sweep")
+    if file.metadata.num_rows > FREE_ROWS + len(content) // BYTES_A_ROW:
+        raise OSError(f"{file.metadata.num_rows} rows, more than a file of {len(content)} bytes may hold")
+    read = [name for name in columns if name in present.names]
+    for name in read:
+        if present.field(name).type != expected.field(name).type:
+            raise OSError(
+                f"{name} of type {present.field(name).type}, where a sweep writes {expected.field(name).type}"
+            )
+    # On this thread: one of Arrow's that frees `content` while the interpreter ends would abort the process.
+    table = file.read(read, use_threads=False)
+    table.validate(full=True)
+    for name in columns:
+        if name not in read:
+            table = table.append_column(name, pa.nulls(len(table), expected.field(name).type))
+        elif name in ALWAYS and table[name].null_count:
+            raise OSError(f"a row without {name}")
+    return table.select(list(columns))
+
+
+# ---------------------------------------------------------------------------------------------- store
 
 
 class Store:
@@ -63,17 +178,16 @@ class Store:
 
     def num_failed(self) -> int:
         """How many rows have an error."""
-        return sum(len(read_shard(shard, ["id"])) for shard in self._shards(FAILED))
+        return self.causes().total()
 
     def count_by(self, columns: Sequence[str], *, failed: bool = True) -> Counter[tuple[str | None, ...]]:
         """The number of rows for each combination of values of these text columns. Raises MjnavError as `rows` does."""
-        found: Counter[tuple[str | None, ...]] = Counter()
-        for shard in self._shards(DONE, *[FAILED] * failed):
-            table = _completed(read_shard(shard, columns), columns)
-            counted = table.group_by(list(columns)).aggregate([([], "count_all")]).to_pydict()
+        counts: Counter[tuple[str | None, ...]] = Counter()
+        for shard in self._shards(DONE, *[FAILED] * failed):  # one at a time: run files are long
+            counted = read_shard(shard, columns).group_by(list(columns)).aggregate([([], "count_all")]).to_pydict()
             for *values, count in zip(*(counted[name] for name in (*columns, "count_all")), strict=True):
-                found[tuple(values)] += count
-        return found
+                counts[tuple(values)] += count
+        return counts
 
     def causes(self) -> Counter[str]:
         """The number of failed episodes by cause."""
@@ -103,8 +217,10 @@ class Store:
 
         names = list(COLUMNS if columns is None else columns)
         wanted = list(dict.fromkeys(["id", *names]))
-        tables = [read_shard(shard, wanted) for shard in self._shards(DONE, *[FAILED] * failed)]
-        table = pa.concat_tables([_completed(table, wanted) for table in (schema().empty_table(), *tables)])
+        shards = self._shards(DONE, *[FAILED] * failed)
+        table = pa.concat_tables(
+            [schema().empty_table().select(wanted), *(read_shard(path, wanted) for path in shards)]
+        )
         if len(table) != len(table["id"].unique()):
             raise MjnavError(f"{self.folder}: an episode stands in two shards; shards were copied into this folder?")
         return table.select(names)
@@ -117,14 +233,11 @@ class Store:
         self._write_shard(DONE, [row for row in rows if row.error is None])
         self._write_shard(FAILED, [row for row in rows if row.error is not None])
 
-    def forget_failures(self) -> int:
-        """Removes the rows with an error and their logs, so that their episodes are run again; returns their number."""
-        count = self.num_failed()
+    def forget_failures(self) -> None:
+        """Removes the rows with an error and their logs, so that their episodes are run again."""
         for shard in self._shards(FAILED):
-            table = read_shard(shard, ["log"])
-            remove_logs(self.folder, _completed(table, ["log"])["log"].to_pylist())
+            remove_logs(self.folder, read_shard(shard, ["log"])["log"].to_pylist())
             shard.unlink()
-        return count
 
     def check_own(self) -> None:
         """Raises InputError where something has the name of a sweep's file but was not written by one."""
@@ -136,19 +249,11 @@ class Store:
         foreign = [path for path in self._shards(DONE, FAILED) if not SHARD.fullmatch(path.name) or _kind(path) != FILE]
         if os.path.lexists(lock) and (_kind(lock) != FILE or lock.stat().st_size):
             foreign.append(lock)
-        known = os.path.lexists(lock) or self.has_rows()
-        if os.path.lexists(study) and not (known and _kind(study) == FILE and self._marked()):
+        swept = os.path.lexists(lock) or self.has_rows()
+        if os.path.lexists(study) and not (swept and _kind(study) == FILE and self.study()[: len(MARK)] in ("", MARK)):
             foreign.append(study)
         if foreign:
-            more = f" (nor {len(foreign) - 1} more)" * (len(foreign) > 1)
-            raise InputError(
-                f"{foreign[0]}: not written by mjnav{more}, and never overwritten: -o names another folder"
-            )
-
-    def _marked(self) -> bool:
-        """Whether a sweep wrote the study file; an empty one may be overwritten, too."""
-        with open(self.folder / STUDY_FILE, "rb") as file:
-            return file.read(len(MARK)) in (b"", MARK.encode())
+            raise InputError(f"{foreign[0]}: not written by mjnav, and never overwritten: -o names another folder")
 
     @contextmanager
     def writing(self, study: str, check: Callable[[], None] = lambda: None) -> Iterator[None]:
@@ -169,10 +274,9 @@ class Store:
             except OSError:
                 raise InputError(f"{self.folder}: another sweep writes to it") from None
             check()
-            for left in self.folder.glob("*.tmp"):
-                if TEMPORARY.fullmatch(left.name):
-                    left.unlink()
-            self._write(STUDY_FILE, study.encode(), temporary=f"{STUDY_FILE}.{uuid.uuid4().hex[:8]}.tmp")
+            for left in self.folder.glob(TEMPORARY):
+                left.unlink()
+            self._write(STUDY_FILE, study.encode())
             yield
         finally:
             os.close(lock)
@@ -189,12 +293,11 @@ class Store:
         content = pa.BufferOutputStream()
         parquet().write_table(table, content, compression="zstd", write_page_checksum=True)
         data = content.getvalue().to_pybytes()
-        name = f"{kind}-{len(self._shards(DONE, FAILED)):06d}-{digest(data)}.parquet"
-        self._write(name, data, temporary=f"{name}.tmp")
+        self._write(f"{kind}-{len(self._shards(DONE, FAILED)):06d}-{digest(data)}.parquet", data)
 
-    def _write(self, name: str, content: bytes, *, temporary: str) -> None:
+    def _write(self, name: str, content: bytes) -> None:
         """Writes the whole file or none of it."""
-        path, partial = self.folder / name, self.folder / temporary
+        path, partial = self.folder / name, self.folder / TEMPORARY.replace("*", uuid.uuid4().hex)
         try:
             with open(partial, "wb") as file:
                 file.write(content)
@@ -219,13 +322,3 @@ def _kind(path: Path) -> str:
     if stat.S_ISLNK(mode):
         return f"a link to {os.readlink(path)}"
     return FILE if stat.S_ISREG(mode) else "a folder" if stat.S_ISDIR(mode) else "a device"
-
-
-def _completed(table: "pyarrow.Table", columns: Sequence[str]) -> "pyarrow.Table":
-    """These columns in their order, null where a shard of an earlier version lacks one."""
-    import pyarrow as pa
-
-    for name in columns:
-        if name not in table.column_names:
-            table = table.append_column(name, pa.nulls(len(table), pa.type_for_alias(COLUMNS[name].type)))
-    return table.select(list(columns))

@@ -1,32 +1,34 @@
-"""What rows were made with, and what differs: before a sweep adds rows to others, and among the rows of a table."""
+"""What rows were made with, and what differs: before a sweep adds rows to others, in a table, and between folders."""
 
 import json
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any
 
 from mjnav.errors import InvalidValue
-from mjnav.loop.provenance import FACTS, NOT_RECORDED, OWN_SOURCES, changes, shown
+from mjnav.loop.provenance import FACTS, OWN_SOURCES, SOURCES, changes, shown
 from mjnav.scene.toml import parse
-from mjnav.study.cells import Cell
 from mjnav.study.store.row import CELL, MADE_WITH
 from mjnav.study.store.store import Store
 from mjnav.study.trial import Trial, made_with
 
 MAX_LISTED = 12  # changes in one message
 MAX_LENGTH = 60  # characters of a value
+DIGEST = 12  # characters of the digest of mjnav's sources that are shown
+UNKNOWN = "unknown"
 
 
 @dataclass(frozen=True, slots=True)
 class RowOrigin:
-    """What `count` rows were made with. None where the version of mjnav that wrote them did not record it."""
+    """What `count` rows were made with."""
 
     cell: tuple[str, str, str, str]  # the values of `row.CELL`
     controller: str
-    scenario: str | None  # the run file
-    control: str | None  # JSON
-    made_with: Mapping[str, str | None]  # by fact of `loop.provenance`
+    scenario: str  # the run file
+    control: str  # JSON; "" where it was not recorded
+    made_with: Mapping[str, str | None]  # by fact of `loop.provenance`; None where it was not recorded
     count: int
 
 
@@ -38,8 +40,27 @@ class Inconsistency:
     rows: Mapping[str, int]
 
     def __str__(self) -> str:
-        parts = [f"{value} in {_rows(count)}" for value, count in self.rows.items()]
-        return f"{self.what}: {', '.join(parts)}"
+        return f"{self.what}: {', '.join(f'{value} in {_rows(count)}' for value, count in self.rows.items())}"
+
+
+@dataclass(frozen=True, slots=True)
+class KeyChange:
+    """One thing that differs between two folders: a key of the run file, a parameter, a package, the processor."""
+
+    what: str
+    before: str
+    after: str
+    cells: int  # in how many of the compared cells
+
+
+def origins(store: Store, *, failed: bool = True) -> Iterator[RowOrigin]:
+    """What the rows of a store were made with. Raises MjnavError where a shard is damaged."""
+    columns = (*CELL, "controller", "scenario", "control", *MADE_WITH)
+    for values, count in store.count_by(columns, failed=failed).items():
+        value: dict[str, Any] = dict(zip(columns, values, strict=True))
+        cell = value["study"], value["scene"], value["setting"], value["method"]
+        facts = {fact: value[column] for column, fact in MADE_WITH.items()}
+        yield RowOrigin(cell, value["controller"], value["scenario"] or "", value["control"] or "", facts, count)
 
 
 def changes_since(wanted: Sequence[Trial], store: Store, *, failed: bool = True) -> Counter[str]:
@@ -48,29 +69,21 @@ def changes_since(wanted: Sequence[Trial], store: Store, *, failed: bool = True)
     Without `failed`, rows with an error do not count. Raises MjnavError where a shard is damaged.
     """
     cells = {trial.cell_place: trial.cell for trial in wanted}
-    found: Counter[str] = Counter()
+    counts: Counter[str] = Counter()
     for origin in origins(store, failed=failed):
         cell = cells.get(origin.cell)
         if cell is not None:
-            here = made_with(cell.controller, cell.document)
-            texts = [*_scenario_changes(origin, cell), *changes(origin.made_with, here)]
-            found.update(dict.fromkeys(texts, origin.count))
-    return found
+            control = cell.control if origin.control else ""
+            keys = _different_keys([(origin.scenario, origin.control), (cell.document, control)])
+            texts = [f"{key} was {was}, is {now}" for key, (was, now) in keys]
+            texts += changes(origin.made_with, made_with(cell.controller, cell.document))
+            counts.update(dict.fromkeys(texts, origin.count))
+    return counts
 
 
-def _scenario_changes(origin: RowOrigin, cell: Cell) -> Iterator[str]:
-    control = None if origin.control is None else cell.control
-    if (origin.scenario, origin.control) == (cell.document, control):
-        return
-    before, now = content(origin.scenario, origin.control), content(cell.document, control)
-    for key in dict.fromkeys((*before, *now)):
-        if before.get(key) != now.get(key):
-            yield f"{key} was {value_text(before, key)}, is {value_text(now, key)}"
-
-
-def changes_line(found: Mapping[str, int]) -> str:
+def changes_line(counts: Mapping[str, int]) -> str:
     """Changes in one line, those of most rows first."""
-    ordered = sorted(found.items(), key=lambda item: -item[1])
+    ordered = sorted(counts.items(), key=lambda item: -item[1])
     more = f"; {len(ordered) - MAX_LISTED} more" if len(ordered) > MAX_LISTED else ""
     return "; ".join(f"{text} ({_rows(count)})" for text, count in ordered[:MAX_LISTED]) + more
 
@@ -80,70 +93,76 @@ def inconsistencies(store: Store, study: str) -> tuple[Inconsistency, ...]:
 
     Raises MjnavError where a shard is damaged.
     """
-    found = [origin for origin in origins(store) if origin.cell[0] == study]
-    return (*_of_facts(found), *_of_scenarios(found))
-
-
-def _of_facts(among: Sequence[RowOrigin]) -> Iterator[Inconsistency]:
-    known = [origin for origin in among if any(origin.made_with.values())]
-    unknown = sum(origin.count for origin in among) - sum(origin.count for origin in known)
-    if unknown:
-        yield Inconsistency("what rows were made with", {f"{NOT_RECORDED} it": unknown})
+    rows = [origin for origin in origins(store) if origin.cell[0] == study]
+    counts: dict[str, Counter[str]] = {}
     for fact, (name, _) in FACTS.items():
         # The sources of a controller are compared among its own rows only.
-        groups: dict[str, Counter[str]] = {}
-        for origin in known:
-            group = groups.setdefault(origin.controller if fact == OWN_SOURCES else "", Counter())
-            group[origin.made_with[fact] or "unknown"] += origin.count
-        for controller, values in sorted(groups.items()):
-            if len(values) > 1:
-                texts = shown(fact, values)
-                rows = {texts[value]: count for value, count in values.most_common()}
-                yield Inconsistency(f"{name} {controller}".strip(), rows)
+        for controller in sorted({origin.controller for origin in rows}) if fact == OWN_SOURCES else [""]:
+            values: Counter[str] = Counter()
+            for origin in rows:
+                if controller in ("", origin.controller):
+                    values[origin.made_with[fact] or ""] += origin.count
+            texts = shown(fact, values) if len(values) > 1 else {}
+            for value, text in texts.items():
+                counts.setdefault(f"{name} {controller}".strip(), Counter())[text or UNKNOWN] += values[value]
+    for cell in _by_cell(rows).values():
+        for key, texts in _different_keys([(origin.scenario, origin.control) for origin in cell]):
+            for text, origin in zip(texts, cell, strict=True):
+                counts.setdefault(f"{key} within a cell", Counter())[text] += origin.count
+    return tuple(Inconsistency(what, dict(values.most_common())) for what, values in counts.items())
 
 
-def _of_scenarios(rows: Iterable[RowOrigin]) -> Iterator[Inconsistency]:
-    cells: dict[tuple[str, str, str, str], Counter[tuple[str | None, str | None]]] = {}
+def what_changed(before: Store, after: Store, cells: Iterable[tuple[str, str, str]]) -> tuple[KeyChange, ...]:
+    """What differs in these cells (scene, setting and method), which both stores have; keys of the scenario first.
+
+    Raises MjnavError where a shard is damaged.
+    """
+    by_cell = [_by_cell(origins(store)) for store in (before, after)]
+    counts: tuple[Counter[tuple[str, str, str]], ...] = (Counter(), Counter())  # of keys, of facts
+    for cell in cells:
+        was, now = (side[cell] for side in by_cell)
+        of_keys = _different_keys([(origin.scenario, origin.control) for origin in (*was, *now)])
+        for changed, texts_of in zip(counts, (of_keys, _different_facts([*was, *now])), strict=True):
+            for what, texts in texts_of:
+                sides = dict.fromkeys(texts[: len(was)]), dict.fromkeys(texts[len(was) :])
+                if sides[0].keys() != sides[1].keys():
+                    changed[what, " or ".join(sides[0]), " or ".join(sides[1])] += 1
+    return tuple(KeyChange(*change, num) for changed in counts for change, num in changed.items())
+
+
+def _by_cell(rows: Iterable[RowOrigin]) -> dict[tuple[str, str, str], list[RowOrigin]]:
+    cells: dict[tuple[str, str, str], list[RowOrigin]] = {}
     for origin in rows:
-        cells.setdefault(origin.cell, Counter())[origin.scenario, origin.control] += origin.count
-    found: dict[str, Counter[str]] = {}
-    for versions in cells.values():
-        if len(versions) < 2:
-            continue
-        complete = all(control is not None for _, control in versions)
-        tables = [(content(document, control if complete else None), n) for (document, control), n in versions.items()]
-        for key in dict.fromkeys(key for table, _ in tables for key in table):
-            if any(table.get(key) != tables[0][0].get(key) for table, _ in tables):
-                values = found.setdefault(key, Counter())
-                for table, count in tables:
-                    values[value_text(table, key)] += count
-    for key, values in found.items():
-        yield Inconsistency(f"{key} within a cell", values)
+        cells.setdefault(origin.cell[1:], []).append(origin)
+    return cells
 
 
-def origins(store: Store, *, failed: bool = True) -> Iterator[RowOrigin]:
-    """What the rows of a store were made with. Raises MjnavError where a shard is damaged."""
-    columns = (*CELL, "controller", "scenario", "control", *MADE_WITH)
-    for values, count in store.count_by(columns, failed=failed).items():
-        value: dict[str, Any] = dict(zip(columns, values, strict=True))
-        yield RowOrigin(
-            cell=(value["study"], value["scene"], value["setting"], value["method"]),
-            controller=value["controller"],
-            scenario=value["scenario"],
-            control=value["control"],
-            made_with={fact: value[column] for column, fact in MADE_WITH.items()},
-            count=count,
-        )
+def _different_keys(written: Sequence[tuple[str, str]]) -> Iterator[tuple[str, list[str]]]:
+    """The keys that are not the same in all of these run files with their parameters, each with its value in each."""
+    if len(set(written)) > 1:
+        tables = [_content(*each) for each in written]
+        for key in dict.fromkeys(key for table in tables for key in table):
+            if any(table.get(key) != tables[0].get(key) for table in tables):
+                yield key, [_value_text(table, key) for table in tables]
 
 
-def content(document: str | None, control: str | None) -> dict[str, object]:
-    """Every value of a run file by its dotted key; the controller's from `control` where that is known."""
+def _different_facts(rows: Sequence[RowOrigin]) -> Iterator[tuple[str, list[str]]]:
+    """The programs and processors that are not the same in all of these rows, each with its value in each."""
+    for fact, (name, _) in FACTS.items():
+        values = [origin.made_with[fact] or "" for origin in rows]
+        if len(set(values)) > 1:
+            texts = shown(fact, set(values))
+            yield name, [(texts[value][:DIGEST] if fact == SOURCES else texts[value]) or UNKNOWN for value in values]
+
+
+@lru_cache
+def _content(document: str, control: str) -> Mapping[str, object]:
+    """Every value of a run file by its dotted key, with the controller's parameters."""
     try:
-        table = parse(document or "", "scenario")
+        table = parse(document, "scenario")
     except InvalidValue:
         return {"scenario": document}
-    parameters = {} if control is None else {f"control.{k}": v for k, v in json.loads(control).items()}
-    return dict(_leaves(table)) | parameters
+    return dict(_leaves(table)) | {f"control.{key}": value for key, value in json.loads(control or "{}").items()}
 
 
 def _leaves(value: Mapping[str, Any] | Sequence[Any], path: str = "") -> Iterator[tuple[str, object]]:
@@ -154,7 +173,7 @@ def _leaves(value: Mapping[str, Any] | Sequence[Any], path: str = "") -> Iterato
             yield f"{path}{key}", item
 
 
-def value_text(table: Mapping[str, object], key: str) -> str:
+def _value_text(table: Mapping[str, object], key: str) -> str:
     """The value of a dotted key, shortened for a message."""
     if key not in table:
         return "absent"

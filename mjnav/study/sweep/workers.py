@@ -5,6 +5,7 @@ at a time through a pipe, so that the task of a worker that dies is known. Worke
 `TimeLimit` are watched: one that hangs is reported, and ended when its time is up.
 """
 
+import faulthandler
 import multiprocessing
 import os
 import pickle
@@ -21,17 +22,7 @@ from types import MappingProxyType, ModuleType
 from typing import Any, TypeVar
 
 from mjnav.errors import MjnavError, said
-from mjnav.loop.faults.heartbeat import (
-    ASK,
-    MAX_SECONDS,
-    Heartbeat,
-    Watchdog,
-    describe_end,
-    dump_of,
-    dump_to,
-    dumped_frames,
-    read_dump,
-)
+from mjnav.loop.supervision import MAX_SECONDS, describe_end, supervised
 
 Task = TypeVar("Task")
 Answer = TypeVar("Answer")
@@ -119,20 +110,15 @@ def as_done(
                 try:
                     answer = worker.answer() if worker.pipe in ready else None
                     if answer is None:
-                        cause = worker.hangs()
-                        if cause is None:
-                            continue
-                        leave(worker)
-                        answer = False, given_up(task, cause)
+                        continue
                 except (EOFError, OSError):  # it died
-                    killed, cause = worker.death()
-                    leave(worker)
                     deaths[number] += 1
+                    killed, cause = worker.death(deaths[number])
+                    leave(worker)
                     if killed and deaths[number] < MAX_DEATHS:
                         join(number, task)
                         continue
-                    times = f", {deaths[number]} times" if deaths[number] > 1 else ""
-                    answer = False, given_up(task, f"the worker died{times}: {cause}")
+                    answer = False, given_up(task, cause)
                 # First the next task: the caller may take long with this answer.
                 following = next(source, None)
                 if following is None:
@@ -154,52 +140,44 @@ class _Worker:
         context = multiprocessing.get_context("spawn")
         self._limit = limit
         self.pipe, theirs = context.Pipe()
-        self._words, their_words = context.Pipe(duplex=False)
-        seconds = None if limit is None else limit.seconds
-        self._process = context.Process(target=_serve, args=(function, theirs, their_words, seconds), daemon=True)
+        self._words = os.memfd_create("last words")
+        words, seconds = f"/proc/{os.getpid()}/fd/{self._words}", None if limit is None else limit.seconds
+        self._process = context.Process(target=_serve, args=(function, theirs, words, seconds), daemon=True)
         with _environment():
             self._process.start()
         theirs.close()  # the worker has the only other end: when it dies, ours says so
-        their_words.close()
         self.give(number, task)
 
     def give(self, number: int, task: object) -> None:
         """Gives a task to this idle worker."""
         self.task: tuple[int, Any] = number, task
-        limit = self._limit
-        self._watch = None if limit is None else Watchdog(limit.name(task), limit.seconds, limit.tell)
         with suppress(BrokenPipeError, ConnectionResetError):  # it died; `answer` raises
             self.pipe.send(task)
 
     def answer(self) -> tuple[bool, Any] | None:
-        """Whether the function raised, and its error or answer; None where the message is only a heartbeat.
+        """Whether the function raised, and its error or answer; None where the message is only news of the task.
 
         Raises EOFError or OSError where the process died.
         """
         answer = self.pipe.recv()
-        if answer is None and self._watch is not None:
-            self._watch.beat()
+        if self._limit is not None and isinstance(answer, str):
+            self._limit.tell(f"{self._limit.name(self.task[1])} {answer}")
+            return None
         return answer
 
-    def hangs(self) -> str | None:
-        """Why it has to be ended now; None where it has not."""
-        pid = self._process.pid
-        if self._watch is None or pid is None or not self._watch.must_end(pid):
-            return None
-        return self._watch.cause(dumped_frames(dump_of(pid, self._words.fileno())))
-
-    def death(self) -> tuple[bool, str]:
-        """Whether it was killed from outside, and how it died."""
+    def death(self, times: int) -> tuple[bool, str]:
+        """Whether it was killed from outside, and how it died, for the `times`th time."""
         self._process.join(DYING)
-        code = self._process.exitcode
+        code, died = self._process.exitcode, "the worker died" + (f", {times} times" if times > 1 else "")
         if code is None:
-            return False, "its pipe broke"
-        return -code in KILLS, describe_end(code, read_dump(self._words.fileno()))
+            return False, f"{died}: its pipe broke"
+        limit = None if self._limit is None else self._limit.seconds
+        return -code in KILLS, describe_end(died, code, self._words, limit)
 
     def end(self) -> None:
         """Ends it at once."""
         self.pipe.close()
-        self._words.close()
+        os.close(self._words)
         self._process.kill()
         self._process.join()
 
@@ -211,11 +189,14 @@ def _opened(answer: tuple[bool, Any]) -> Any:
     return value
 
 
-def _serve(function: Callable[..., Any], pipe: Connection, words: Connection, seconds: float | None) -> None:
-    """The main function of a worker: tasks in, answers out, until the pipe or its parent ends."""
+def _serve(function: Callable[..., Any], pipe: Connection, words: str, seconds: float | None) -> None:
+    """The main function of a worker: tasks in, answers out, until the pipe or its parent ends.
+
+    A stack that faulthandler writes goes to the file at `words`.
+    """
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # a terminal interrupts all its processes; the parent ends this one
-    signal.signal(ASK, signal.SIG_IGN)  # without a task
-    dump_to(words.fileno())
+    descriptor = os.open(words, os.O_WRONLY | os.O_APPEND)
+    faulthandler.enable(descriptor, all_threads=False)  # type: ignore[arg-type] - a descriptor, as documented
     threading.Thread(target=_die_with_parent, daemon=True).start()
     while True:
         try:
@@ -226,7 +207,7 @@ def _serve(function: Callable[..., Any], pipe: Connection, words: Connection, se
             if seconds is None:
                 answer = False, function(task)
             else:
-                with Heartbeat(seconds, lambda: pipe.send(None)).on_signal() as heart:
+                with supervised(seconds, pipe.send, descriptor) as heart:
                     answer = False, function(task, heart)
         except BaseException as error:  # of a plug-in
             answer = True, _sendable(error)

@@ -53,8 +53,7 @@ class AvoidingWalk(Walk):
 
     def __init__(self, scenario: Scenario, index: Indices, seed: int):
         super().__init__(scenario, index, seed)
-        found = [scenario.people[i].behaviour for i in index]
-        behaviours = [behaviour for behaviour in found if isinstance(behaviour, Avoiding)]
+        behaviours = self.behaviours(scenario, Avoiding)
         self._route = Route(scenario, index, seed)
         self._temperaments = Temperaments(scenario, index)
         self._speed = np.array([behaviour.speed for behaviour in behaviours], float)
@@ -159,9 +158,7 @@ class OrcaWalk(AvoidingWalk):
 
     def __init__(self, scenario: Scenario, index: Indices, seed: int):
         super().__init__(scenario, index, seed)
-        found = [scenario.people[i].behaviour for i in index]
-        settings = [settings_of(behaviour) for behaviour in found if isinstance(behaviour, Orca)]
-        self._groups = groups(settings)
+        self._groups = groups([settings_of(behaviour) for behaviour in self.behaviours(scenario, Orca)])
 
     def velocities(self, world: WorldState) -> Array:
         """See `Walk`."""
@@ -225,9 +222,7 @@ class SocialForceWalk(AvoidingWalk):
 
     def __init__(self, scenario: Scenario, index: Indices, seed: int):
         super().__init__(scenario, index, seed)
-        found = [scenario.people[i].behaviour for i in index]
-        laws = [law_of(behaviour) for behaviour in found if isinstance(behaviour, SocialForceKeys)]
-        self._groups = groups(laws)
+        self._groups = groups([law_of(behaviour) for behaviour in self.behaviours(scenario, SocialForceKeys)])
         # In MuJoCo bodies that touch slide past one another; in the kinematic world they stand.
         self.sidesteps = scenario.physics.engine == "kinematic"
         self._will = np.full((len(index), 2), np.nan)

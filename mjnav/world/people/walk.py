@@ -7,7 +7,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from math import hypot
 from types import MappingProxyType
-from typing import ClassVar
+from typing import ClassVar, TypeVar
 
 import numpy as np
 
@@ -19,6 +19,7 @@ from mjnav.scene.ranges import Point
 from mjnav.scene.spec import ConstantVelocity, Scenario, StopAndGo
 from mjnav.world.people.guide import Guide
 
+B = TypeVar("B")
 ARRIVAL_TIME = 0.8  # [s] in which the distance to the last waypoint falls to 1/e
 NEARLY = 1.0 + 1e-9  # of squares of distances: who is left out by it is too far by any rounding
 
@@ -39,6 +40,11 @@ class Walk(ABC):
 
     def __init__(self, scenario: Scenario, index: Indices, seed: int):
         self.index = index
+
+    def behaviours(self, scenario: Scenario, kind: type[B]) -> list[B]:
+        """Of its people, who all have one of this kind."""
+        behaviours = [scenario.people[i].behaviour for i in self.index]
+        return [behaviour for behaviour in behaviours if isinstance(behaviour, kind)]
 
     @abstractmethod
     def velocities(self, world: WorldState) -> Array:
@@ -65,8 +71,7 @@ class Route(Walk):
 
     def __init__(self, scenario: Scenario, index: Indices, seed: int):
         super().__init__(scenario, index, seed)
-        found = [scenario.people[i].behaviour for i in index]
-        routes = [behaviour for behaviour in found if isinstance(behaviour, Walker)]
+        routes = self.behaviours(scenario, Walker)
         within = [-1.0 if route.leaves_within is None else route.leaves_within for route in routes]
         self._leaves_within = np.array(within, float)  # of the last waypoint [m]; negative for who stays
         self._leaves = bool((self._leaves_within >= 0.0).any())
@@ -154,8 +159,7 @@ class Straight(Walk):
 
     def __init__(self, scenario: Scenario, index: Indices, seed: int):
         super().__init__(scenario, index, seed)
-        found = [scenario.people[i].behaviour for i in index]
-        behaviours = [behaviour for behaviour in found if isinstance(behaviour, ConstantVelocity | StopAndGo)]
+        behaviours = [*self.behaviours(scenario, ConstantVelocity), *self.behaviours(scenario, StopAndGo)]
         self._velocity = np.array([behaviour.velocity for behaviour in behaviours], float)  # (n, 2)
         self._phases = [
             (behaviour.go_time, behaviour.go_time + behaviour.stop_time) if isinstance(behaviour, StopAndGo) else None
@@ -189,8 +193,7 @@ class Replayed(Walk):
 
     def __init__(self, scenario: Scenario, index: Indices, seed: int):
         super().__init__(scenario, index, seed)
-        found = [scenario.people[i].behaviour for i in index]
-        self._splines = TrackSplines([np.array(one.track) for one in found if isinstance(one, Replay)])
+        self._splines = TrackSplines([np.array(replay.track) for replay in self.behaviours(scenario, Replay)])
         self._lag = LAG[scenario.physics.engine]
 
     def velocities(self, world: WorldState) -> Array:

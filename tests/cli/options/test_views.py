@@ -37,20 +37,6 @@ def test_a_port_that_is_taken_is_one_line(mjnav, tmp_path):
     assert list(tmp_path.iterdir()) == []
 
 
-@pytest.mark.parametrize(
-    ("words", "told"),
-    [
-        (("--port", "8765"), "mjnav: --port needs --live\n"),
-        (("--live", "--port", "70000"), "mjnav: --port: found 70000; allowed: a whole number from 0 to 65535\n"),
-        (("--overruns", "abort"), "mjnav: --overruns needs --real-time, --live or --view\n"),
-    ],
-)
-def test_what_makes_no_sense_is_refused(mjnav, tmp_path, words, told):
-    said = mjnav("run", "crossing1", *words)
-    assert (said.code, said.out, said.err) == (2, "", told)
-    assert list(tmp_path.iterdir()) == []
-
-
 def test_without_a_display_a_window_is_refused_in_one_line(mjnav, tmp_path, monkeypatch):
     monkeypatch.delenv("DISPLAY", raising=False)
     monkeypatch.delenv("WAYLAND_DISPLAY", raising=False)

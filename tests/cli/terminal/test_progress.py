@@ -8,18 +8,12 @@ import pytest
 from numba import njit
 from rich.progress import Progress
 
-from mjnav.cli.terminal.progress import compile_notice, pace, progress
+from mjnav.cli.terminal.progress import compile_notice, progress
 
 
 class Terminal(io.StringIO):
     def isatty(self) -> bool:
         return True
-
-
-def test_in_a_pipe_nothing_is_said(capsys):
-    with progress("hall", 60.0) as show:
-        show(30.0)
-    assert capsys.readouterr() == ("", "")
 
 
 def test_compiling_is_told_once_and_only_where_something_is_compiled(capsys):
@@ -55,15 +49,3 @@ def test_a_count_comes_with_its_rate_and_the_time_that_is_left(monkeypatch):
         show(41)
     assert "41 of 50 episodes, " in terminal.getvalue()
     assert " a second, " in terminal.getvalue()
-
-
-@pytest.mark.parametrize(
-    ("done", "left", "seconds", "text"),
-    [
-        (10, 50, 4.0, "2.5 a second, 20 s left"),
-        (10, 1000, 4.0, "2.5 a second, 7 min left"),
-        (100, 100_000, 40.0, "2.5 a second, 11.1 h left"),
-    ],
-)
-def test_the_pace_is_what_was_done_over_its_time(done, left, seconds, text):
-    assert pace(done, left, seconds) == text

@@ -26,12 +26,6 @@ def controls(rows, pose, goal, limits, steps, twist=(0.0, 0.0)):
     return found, Rollouts.of(found, pose[2], within, STEP)
 
 
-@given(headings, goals)
-def test_the_straight_guide_drives_to_the_goal_in_an_empty_floor(heading, goal):
-    _, r = controls([(0.0, 0.0, 0.0, 0.8)], (0.0, 0.0, heading), goal, RobotLimits(), 80)
-    assert np.hypot(goal[0] - r.x[-1, 0], goal[1] - r.y[-1, 0]) < 0.05
-
-
 @given(st.sampled_from([0.8, 1.6, 2.4]), headings, goals)
 def test_a_waiting_guide_stands_as_long_as_it_waits_and_then_goes(wait, heading, goal):
     found, r = controls([(wait, 0.0, 0.0, 0.8)], (0.0, 0.0, heading), goal, RobotLimits(), 80)

@@ -98,16 +98,3 @@ def test_where_nothing_is_admissible_it_brakes_and_says_so(alone, dwa):
     assert decision.status == Status.INFEASIBLE
     assert decision.v == pytest.approx(0.7)
     assert np.isfinite(decision.costs.total).any()
-
-
-def test_a_robot_that_touches_something_may_drive_away_from_it(alone, dwa):
-    decision = dwa.decide(alone(twist=(0.3, 0.0), obstacles=(disc(-0.3, 0.0),)))
-    assert decision.v == pytest.approx(0.4)
-
-
-def test_a_wall_within_the_clearance_counts_from_afar(alone):
-    o = alone(walls=np.array([[[3.9, -9.0], [3.9, 9.0]]]))
-    controller = make_controller("dwa", RobotLimits(), PERIOD, clearance=4.0)
-    ways = controller.ways(controller.problem(o), np.array([0.5]), np.array([0.0]))
-    assert ways[0].tolist() == pytest.approx([3.9 - 0.22 - 0.05, inf, inf])
-    assert controller.decide(o).costs.cone.any()

@@ -13,7 +13,7 @@ from scipy.stats import norm
 from mjnav.constraints import collision_cone, lane_distance, wall_clearance
 from mjnav.control import make_controller
 from mjnav.control.methods.gaussian_moments import deviations, gaussian, white
-from mjnav.messages import ObstacleSamples, RobotLimits
+from mjnav.messages import RobotLimits
 from mjnav.rng import stream
 
 NAME = "gaussian-moments"
@@ -130,11 +130,6 @@ def test_the_risk_is_the_one_written_down(observe, seed, parameters):
         assert literal.allowed == (max(costs.cone[k].max(), costs.lane[k].max()) <= controller.bound)
 
 
-@given(st.floats(1e-9, 1.0 - 1e-9))
-def test_cantellis_k_is_never_less_than_the_quantile(eta):
-    assert deviations(eta, "cantelli") >= deviations(eta, "quantile") == pytest.approx(norm.ppf(eta), rel=1e-9)
-
-
 @given(arrays(float, (6, 3), elements=st.floats(-5.0, 5.0)), st.integers(4, 30))
 def test_the_fit_has_the_mean_and_covariance_of_the_samples_exactly(states, num):
     drawn = gaussian(states, white(np.random.default_rng(num).standard_normal((num, 3))))
@@ -147,19 +142,3 @@ def test_draws_too_few_for_a_covariance_have_mean_0_and_variance_1(num):
     draws = white(np.random.default_rng(num).standard_normal((num, 4)))
     assert draws.mean(axis=0) == pytest.approx(np.zeros(4), abs=1e-15)
     assert draws.var(axis=0) == pytest.approx(np.ones(4))
-
-
-@pytest.mark.parametrize("samples", [1, 2, 5, 7, 8])
-def test_any_number_of_draws_gives_a_decision(observe, samples):
-    costs = make_controller(NAME, LIMITS, 0.2, **SMALL, samples=samples).decide(observe(2)).costs
-    assert np.isfinite(costs.cone).all()
-    assert np.isfinite(costs.lane).all()
-
-
-def test_a_disc_known_exactly_adds_no_spread(alone):
-    disc = ObstacleSamples(np.array([[1.0, 0.1]]), np.zeros((1, 2)), 0.3)
-    low, high = (
-        make_controller(NAME, LIMITS, 0.2, eta=eta).decide(alone(obstacles=(disc,))).costs.cone for eta in (0.1, 0.99)
-    )
-    assert low.any()
-    assert low == pytest.approx(high, abs=1e-12)

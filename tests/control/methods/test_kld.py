@@ -7,7 +7,6 @@ import pytest
 
 from mjnav.control import make_controller
 from mjnav.control.kernels.mixture import NUM_CELLS
-from mjnav.messages import ObstacleSamples
 
 SMALL = {"num_v": 3, "num_omega": 4}
 CROWDED = {"spread": 0.2, "near": 0.05, "far": 2.5, "num_samples": 7, "num_walls": 1}
@@ -93,19 +92,3 @@ def test_in_a_crowd_the_risk_is_as_written_down_with_empty_desired_sets_too(asse
     options = {"desired_min": 0} if seed % 2 else {}
     sizes = assert_as_written_down(observe(seed, **{**CROWDED, **one}), window="bounds", **options)
     assert 0 in sizes or seed not in (1, 3, 5)
-
-
-@pytest.mark.parametrize("sizes", [{"num_obstacles": 0}, {"num_walls": 0}, {"lanes": False}, {"num_obstacles": 1}])
-def test_the_risk_is_as_written_down_where_something_is_missing(assert_as_written_down, observe, sizes):
-    assert_as_written_down(observe(4, **sizes))
-
-
-def test_of_two_atoms_the_one_nearer_to_the_desired_one_costs_less(alone, limits):
-    aside = ObstacleSamples(np.array([[2.5, 0.7]]), np.zeros((1, 2)), 0.3)
-    controller = make_controller("kld", limits, 0.1, std_floor=0.5)
-    problem = controller.problem(alone(obstacles=(aside,)))
-    c = problem.candidates
-    f = problem.cone.samples(0, c.v, c.omega)[0]
-    wanted = f[problem.nominal]
-    assert wanted <= 0.0 < f.max()
-    assert controller.risk(problem)[0][:, 0] == pytest.approx((f - wanted) ** 2 / (2.0 * 0.5**2), abs=1e-9)

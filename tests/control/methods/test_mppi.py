@@ -1,4 +1,3 @@
-import json
 from dataclasses import replace
 from math import exp, log, sqrt
 
@@ -8,22 +7,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from mjnav.control import Status, make_controller
-from mjnav.control.kernels.guides import approach
-from mjnav.control.parameters import Parameters
 from mjnav.control.problem.fan import Plan, perturbations, softmin
 from mjnav.geometry.angles import circular_mean
-from mjnav.log.encode.json_messages import encode_decision
 from mjnav.messages import RobotLimits
-from mjnav.motion.rollouts import ControlLimits
 from mjnav.motion.unicycle import integrate, reachable
 
 LIMITS = RobotLimits(max_speed=1.1, min_speed=-0.2, max_turn_rate=1.4, max_acceleration=1.5, max_turn_acceleration=4.0)
-PERIOD = 0.15
 SMALL = {"rollouts": 12, "steps": 6, "step": 0.3, "knots": 3}
 CROWDED = {"spread": 0.2, "near": 0.05, "far": 2.5, "num_samples": 7}
-NUM_UNPERTURBED = 3
-
-
 # -------------------------------------------------------------------------------------------- the update
 
 
@@ -48,18 +39,6 @@ def test_the_plan_is_the_weighted_mean_of_the_rollouts(observe, limits):
             assert decided == pytest.approx(sum(w * u for w, u in zip(weights, controls, strict=False)) / sum(weights))
         checked += 1
     assert checked >= 7
-
-
-def test_the_decided_plan_is_the_last_candidate_and_the_log_has_its_cost(observe, limits):
-    decision = make_controller("mppi", limits, 0.1, rollouts=21).decide(observe(3, num_obstacles=2))
-    costs = decision.costs
-    assert costs.v.shape == costs.omega.shape == costs.goal.shape == costs.total.shape == (21 + NUM_UNPERTURBED + 1,)
-    assert costs.cone.shape == (25, 4)
-    assert costs.lane.shape == (25, 2)
-    assert (decision.v, decision.omega) == (costs.v[-1], costs.omega[-1])
-    written = json.loads(encode_decision(0, decision))
-    assert written["cost"]["total"] == costs.total[-1]
-    assert written["nominal"] == {"v": costs.v[costs.nominal], "omega": costs.omega[costs.nominal]}
 
 
 def test_perturbations_come_in_opposite_pairs_and_are_linear_between_knots():
@@ -99,16 +78,6 @@ def test_a_plan_is_dropped_where_time_does_not_advance_or_leaps(observe, limits,
     assert (after.costs.total.tobytes() != fresh.costs.total.tobytes()) == kept
 
 
-def test_the_plan_so_far_is_the_nominal_one(alone, limits):
-    controller = make_controller("mppi", limits, 0.1)
-    o = alone(twist=(0.5, 0.2), goal=(3.0, 2.0))
-    controller.decide(at(o, 1.0))
-    plan = controller._plan.after(0.1, 0.2)[:, 0]
-    costs = controller.decide(at(o, 1.1)).costs
-    low, high = reachable(o.twist, limits, 0.1)
-    assert (costs.v[costs.nominal], costs.omega[costs.nominal]) == tuple(np.clip(plan, low, high))
-
-
 def test_the_shown_plan_is_where_its_controls_lead_and_the_fan_is_spread_over_the_order_of_cost(observe, limits):
     controller = make_controller("mppi", limits, 0.1)
     o = observe(3, near=2.0, far=6.0)
@@ -145,18 +114,6 @@ def test_a_decided_control_is_within_reach_and_so_is_the_whole_plan(observe, fir
         assert (change <= np.array([1.5, 4.0]) * SMALL["step"] + 1e-9).all()
 
 
-def test_the_straight_way_turns_to_the_goal_and_slows_down_there():
-    limits, p = ControlLimits.of(np.zeros(2), LIMITS, 0.1, 0.1), Parameters()
-    v, omega = approach(np.array([0.0, 1.5]), 0.0, limits, p.preferred_speed, 0.1, 80, p)
-    assert omega[0] == pytest.approx(0.4)  # all that one period allows
-    assert v[0] == pytest.approx(0.0, abs=1e-12)
-    pose = np.zeros(3)
-    for control in zip(v, omega, strict=True):
-        pose = integrate(pose, *control, 0.1)
-    assert pose[:2] == pytest.approx([0.0, 1.5], abs=0.02)
-    assert v.max() <= 0.8
-
-
 # ---------------------------------------------------------------------------------------------- statuses
 
 
@@ -169,14 +126,6 @@ def test_without_uncertainty_a_status_is_infeasible_where_no_rollout_is_free(obs
     assert (decision.status == Status.INFEASIBLE) == (not free.any())
     if not free.any():
         assert decision.costs.total[-1] == decision.costs.total[:-1].min()
-
-
-def test_the_seeds_above_cover_both_cases(observe, limits):
-    seen = set()
-    for seed in range(12):
-        o = observe(seed, **{**CROWDED, "num_samples": 1, "most": 1, "num_walls": 1})
-        seen.add(make_controller("mppi", limits, 0.1).decide(o).status)
-    assert {Status.OK, Status.INFEASIBLE} <= seen
 
 
 # -------------------------------------------------------------------------------------------- degenerate

@@ -82,12 +82,6 @@ def test_what_obeys_the_half_planes_keeps_the_effective_disc_clear_for_the_horiz
         assert side * d + radius <= 1e-6
 
 
-def test_feasible_and_infeasible_observations_both_occur(observe):
-    controller = make_controller("orca", FREE, PERIOD)
-    found = [controller.decide(observe(seed, near=1.5, num_walls=1)).status for seed in range(40)]
-    assert 3 <= found.count(Status.INFEASIBLE) <= 37
-
-
 def test_half_the_responsibility_is_half_the_change(alone):
     o = alone(twist=(0.8, 0.0), obstacles=(disc(2.0, 0.2),))
     offsets, normals = [], []
@@ -99,22 +93,6 @@ def test_half_the_responsibility_is_half_the_change(alone):
     assert normals[0] == pytest.approx(normals[1])
     assert offsets[0] == pytest.approx(0.5 * offsets[1])
     assert offsets[1] > 0.0
-
-
-def test_a_wall_bounds_the_speed_towards_it_and_nothing_else(alone):
-    controller = make_controller("orca", RobotLimits(), PERIOD, effective_centre=0.2, wall_horizon=2.0)
-    wall = np.array([[[-9.0, 1.0], [9.0, 1.0]]])
-    normal, offset = controller.half_planes(controller.problem(alone(walls=wall)))
-    assert normal == pytest.approx(np.array([[0.0, -1.0]]))
-    assert offset == pytest.approx([-(1.0 - 0.22 - 0.2 - 0.05) / 2.0])
-    # Nearer than the radii: no nearer still, but along and away from it as it likes.
-    normal, offset = controller.half_planes(controller.problem(alone(walls=wall * np.array([1.0, 0.3]))))
-    assert (normal == [[0.0, -1.0]]).all()
-    assert offset == [0.0]
-    # Abreast of its end the end is what counts.
-    end = np.array([[[0.2, 1.0], [0.2, 9.0]]])
-    normal, _ = controller.half_planes(controller.problem(alone(walls=end)))
-    assert normal == pytest.approx(np.array([[0.0, -1.0]]))
 
 
 def test_lanes_are_half_planes_on_the_velocity(alone):
@@ -146,9 +124,3 @@ def test_the_preferred_velocity_leads_to_the_goal_and_slows_near_it(alone, orca)
 
 
 # ------------------------------------------------------------------------------------------ infeasible
-
-
-def test_what_cannot_be_avoided_is_reported_and_braked_for(alone, orca):
-    decision = orca.decide(alone(twist=(0.8, 0.0), obstacles=(disc(0.75, 0.0),)))
-    assert decision.status == Status.INFEASIBLE
-    assert decision.v == pytest.approx(0.7)  # all that one period allows

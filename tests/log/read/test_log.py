@@ -8,7 +8,8 @@ from hypothesis import strategies as st
 from mcap.writer import MCAP0_MAGIC, Writer
 
 from mjnav.errors import DamagedLogError, InputError
-from mjnav.log import Recorder, TrajectoryBuilder, open_log
+from mjnav.log import Recorder, open_log
+from mjnav.log.read.trajectory import TrajectoryBuilder
 from mjnav.messages import Status
 
 

@@ -15,9 +15,9 @@ from mcap.writer import Writer
 from mcap_protobuf.decoder import DecoderFactory
 
 from mjnav.errors import InputError
-from mjnav.log import Recorder, check_path, open_log
+from mjnav.log import Recorder, open_log
 from mjnav.log.encode.topics import topics
-from mjnav.log.log_format import FRAMES, FRAMES_KEY
+from mjnav.log.log_format import FRAMES, FRAMES_KEY, check_path
 from mjnav.log.write.sink import QUEUE_SIZE
 from mjnav.log.write.writer import LogError
 from mjnav.scene.spec import LogContent

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from mjnav.loop.provenance import FACTS, changes, digest, provenance, shown
+from mjnav.loop.provenance import FACTS, changes, digest, provenance
 
 HERE = provenance("rkhs")
 
@@ -54,8 +54,3 @@ def test_what_an_earlier_version_did_not_record_is_one_line():
 @pytest.mark.parametrize("text", ["[1]", "{", "[" * 100_000, '"x"'])
 def test_a_record_of_sources_that_is_none_does_no_harm(text):
     assert changes(changed(sources_controller=text), HERE) == ("the record of the plug-ins' sources is gone",)
-
-
-def test_values_are_shown_by_what_sets_them_apart():
-    assert shown("cpu.numpy", ["A B C", "A"]) == {"A B C": "B C", "A": "none"}
-    assert shown("version.numpy", ["1", "2"]) == {"1": "1", "2": "2"}

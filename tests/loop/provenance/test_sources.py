@@ -1,16 +1,13 @@
 """The files behind a controller of one's own: all that its module may import from the user's sources, and no others."""
 
-import hashlib
 import importlib
 import sys
 from pathlib import Path
 
 import pytest
 
-import mjnav
 from mjnav.loop.provenance import mjnav_sources, plugin_sources
-from mjnav.scene.library import data_folder
-from mjnav.settings.plugins import CONTROLLER
+from mjnav.settings.plugins import ControllerPlugin
 
 
 @pytest.fixture
@@ -26,7 +23,7 @@ def sources(tmp_path, monkeypatch):
             path.write_text(text)
         importlib.invalidate_caches()
         importlib.import_module(module)
-        return set(plugin_sources(CONTROLLER, f"{module}:Own"))
+        return set(plugin_sources(ControllerPlugin, f"{module}:Own"))
 
     yield write
     for name in set(sys.modules) - before:
@@ -35,8 +32,8 @@ def sources(tmp_path, monkeypatch):
 
 
 def test_mjnavs_own_controllers_have_none():
-    assert plugin_sources(CONTROLLER, "rkhs") == {}
-    assert plugin_sources(CONTROLLER, "never_imported:Own") == {}
+    assert plugin_sources(ControllerPlugin, "rkhs") == {}
+    assert plugin_sources(ControllerPlugin, "never_imported:Own") == {}
     assert len(mjnav_sources()) == 16
 
 
@@ -78,16 +75,7 @@ def test_a_broken_or_circular_sibling_is_digested_and_does_no_harm(sources):
 def test_a_digest_is_of_the_content_and_finding_it_imports_nothing(sources, tmp_path):
     files = {"lab_digest": "def later():\n    import lab_never\n", "lab_never": "raise SystemExit\n"}
     sources("lab_digest", **files)
-    found = plugin_sources(CONTROLLER, "lab_digest:Own")
+    found = plugin_sources(ControllerPlugin, "lab_digest:Own")
     assert len(set(found.values())) == 2
     assert "lab_never" not in sys.modules
     assert Path(tmp_path / "lab_digest.py").exists()
-
-
-def test_mjnavs_own_sources_are_the_files_of_the_package_and_of_the_models_alone():
-    package, digest = Path(mjnav.__file__).parent, hashlib.sha256()
-    for folder, pattern in ((package, "*.py"), (data_folder("models"), "*")):
-        for path in sorted(path for path in folder.rglob(pattern) if path.is_file()):
-            content = path.read_bytes()
-            digest.update(f"{path.relative_to(folder).as_posix()}\0{len(content)}\0".encode() + content)
-    assert mjnav_sources() == digest.hexdigest()[:16]

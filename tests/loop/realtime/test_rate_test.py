@@ -193,7 +193,7 @@ def test_a_schedule_that_is_kept_passes_with_exact_figures(on_time):
 def test_an_interrupted_test_reports_what_was_done(on_time):
     asked = iter(range(1000))
     found = on_time(shuttling(space(), 50.0, 60.0), stop=lambda: next(asked) >= 400)
-    assert (found.status, found.schedule.ticks, found.schedule.interrupted) == ("INCONCLUSIVE", 400, True)
+    assert (found.summary["status"], found.schedule.ticks, found.schedule.interrupted) == ("INCONCLUSIVE", 400, True)
     nothing = on_time(shuttling(space(), 50.0, 60.0), stop=lambda: True).summary
     assert (nothing["status"], nothing["ticks"], nothing["achieved_hz"]) == ("INCONCLUSIVE", 0, 0.0)
     assert nothing["wakeup_us"]["p50"] is nothing["page_faults"]["max"] is None
@@ -210,6 +210,6 @@ def test_everything_is_logged_where_it_is_told_or_nowhere(on_time, tmp_path, mon
     log = open_log(tmp_path / "a.mcap")
     assert log.complete
     assert log.topics["/tick"].messages == found.schedule.ticks == 10
-    assert log.result["state_hash"] == found.state_hash
+    assert log.result["state_hash"] == found.summary["state_hash"]
     with pytest.raises(InputError, match="exists already"):
         on_time(scenario, log=tmp_path / "a.mcap")

@@ -53,12 +53,3 @@ def test_crowds_agree_where_half_planes_leave_a_velocity_and_where_they_leave_no
             apart += np.abs(found - by_rvo2(position, velocity, desired)).max(axis=1).tolist()
     assert np.median(apart) < 1e-6
     assert np.quantile(apart, 0.97) < 1e-3
-
-
-def test_straight_at_a_wall_the_speeds_agree(people):
-    position, velocity = np.array([(0.0, 0.0)]), np.array([(1.2, 0.0)])
-    theirs = by_rvo2(position, velocity, velocity, wall=[(1.5, -4.0), (1.5, 4.0)])
-    box = np.array([[1.5, 0.0, 0.0, 1.0, 4.0, 0.0]])
-    ours = people(position, velocity, boxes=box).orca(max_speed=1.5, wall_horizon=2.0, period=PERIOD)
-    assert ours == pytest.approx(theirs, abs=1e-5)
-    assert ours[0, 0] == pytest.approx(0.6)

@@ -6,9 +6,9 @@ from base64 import b64decode
 import numpy as np
 import pytest
 
-from mjnav.report.run_page.layers import NUM_BINS, cone_bins
+from mjnav.report.run_page.layers import CONE_BINS, cone_bins
 from mjnav.report.run_page.packed import Packer
-from mjnav.report.run_page.plan_layers import MAX_FREE, candidate_ranks
+from mjnav.report.run_page.run_frames import MAX_FREE, candidate_ranks
 
 
 def unpacked(document, name):
@@ -60,7 +60,7 @@ def test_every_sample_is_counted_on_its_side_of_zero():
     bins = cone_bins({1: (samples, desired), 2: (np.array([0.0, 1e-9]), np.zeros(0))}, 3)
     safe = round(-bins.low / bins.width)
     shares = bins.shares / 255
-    assert bins.shares.shape[2] >= NUM_BINS
+    assert bins.shares.shape[2] >= CONE_BINS
     assert shares[1, 0, :safe].sum() == pytest.approx(np.mean(samples <= 0), abs=0.5 * safe / 255)
     assert shares[1, 0].sum() == pytest.approx(1.0, abs=0.05)
     assert not bins.shares[1, 1, safe:].any()

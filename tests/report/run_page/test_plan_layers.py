@@ -5,8 +5,8 @@ import pytest
 
 from mjnav.log import open_log
 from mjnav.report.inspection import inspect
+from mjnav.report.run_page.layers import FAN_POINTS
 from mjnav.report.run_page.page import page
-from mjnav.report.run_page.plan_layers import FAN_POINTS
 from mjnav.report.run_page.playback import playback
 from tests.report.planning import NUM_TICKS, written
 from tests.report.run_page.test_packed import unpacked

@@ -2,6 +2,7 @@
 
 import gzip
 from base64 import b64decode
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -10,8 +11,8 @@ import mjnav
 from mjnav.log import open_log
 from mjnav.log.encode.plan import SUFFIX
 from mjnav.loop.prepare import load_scenario
-from mjnav.report.run_page.plan_layers import POINTS
 from mjnav.report.run_page.playback import playback
+from mjnav.report.run_page.run_frames import POINTS
 from tests.report.run_page.test_packed import unpacked
 
 
@@ -24,8 +25,9 @@ def stored(document, name, kind):
 
 @pytest.fixture(scope="module")
 def predicted(tmp_path_factory):
-    path = tmp_path_factory.mktemp("logs") / "mixture.mcap"
-    given = ("physics.engine=kinematic", "time_limit=1", "prediction.model=mixture")
+    path = tmp_path_factory.mktemp("logs") / "arcs.mcap"
+    arcs = Path(__file__).parents[3] / "examples" / "predictor" / "arcs.py"
+    given = ("physics.engine=kinematic", "time_limit=1", f"prediction.model={arcs}:Arcs")
     mjnav.run(load_scenario("five", given, seed=3), log=path)
     return open_log(path)
 

@@ -2,7 +2,6 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from mjnav.noise import profile
 from mjnav.robot.estimation.direct import DirectLocalizer, DirectTracker
 
 
@@ -24,13 +23,6 @@ def test_the_truth_lies_within_direct_samples_as_one_of_them(drive, pearson):
     assert stats.kstest(ranks, "uniform").pvalue > 1e-3
 
 
-def test_position_samples_of_people_have_the_skew_the_other_way_round(drive, pearson):
-    (reading,), _ = drive(pearson, 1, ticks=1, people=[(1.0, 2.0, 0.0, 0.0)])
-    (track,) = DirectTracker(pearson, 50_000, [0.3], 1).update(reading)
-    assert stats.skew(track.particles[:, 0]) == pytest.approx(-1.2, abs=0.2)
-    assert track.mean[:2] == pytest.approx(reading.detections[0], abs=0.005)
-
-
 def test_before_a_second_detection_the_velocity_is_the_prior(drive, pearson):
     (reading,), _ = drive(pearson, 2, ticks=1, people=[(1.0, 2.0, 1.0, 0.0)])
     (track,) = DirectTracker(pearson, 20_000, [0.3], 2).update(reading)
@@ -48,14 +40,3 @@ def test_after_a_window_the_velocity_is_the_least_squares_slope_with_its_varianc
     assert track.mean[2:] == pytest.approx(slope, abs=0.03)  # the prior weighs 1 %
     deviation = np.sum((times - times.mean()) ** 2)
     assert track.covariance[2, 2] == pytest.approx(pearson["detection.x"].std ** 2 / deviation, rel=0.1)
-
-
-def test_without_noise_samples_are_the_truth(drive):
-    noise = dict(profile("none"))
-    readings, truth = drive(noise, 4, ticks=20, people=[(1.0, 2.0, 1.0, -0.5)])
-    localizer, tracker = DirectLocalizer(noise, 50, 4), DirectTracker(noise, 50, [0.3], 4)
-    for reading, pose in zip(readings, truth, strict=True):
-        belief, (track,) = localizer.update(reading), tracker.update(reading)
-        assert np.abs(belief.particles - pose).max() < 1e-12
-    assert track.mean == pytest.approx([2.9, 1.05, 1.0, -0.5], abs=1e-3)
-    assert np.isfinite(track.covariance).all()

@@ -8,8 +8,6 @@ import pytest
 from mjnav.messages import Reading
 from mjnav.motion.unicycle import integrate
 from mjnav.robot.estimation import LOCALIZERS, TRACKERS, make_localizer, make_tracker
-from mjnav.robot.estimation.kalman import KalmanLocalizer
-from mjnav.robot.estimation.tracker import KalmanTracker
 from mjnav.scene.load import load
 from mjnav.scene.spec import (
     ConstantVelocity,
@@ -90,28 +88,10 @@ def test_every_tracker_is_finite_seeded_and_deterministic(drive, name, profile):
     assert not np.array_equal(tracks[0].particles, differs[0].particles)
 
 
-def test_the_scenario_names_its_estimators():
-    scenario = choose("pose.ekf", "detections.kalman")
-    assert type(make_localizer(scenario, 0)) is KalmanLocalizer
-    assert type(make_tracker(scenario, 0)) is KalmanTracker
-    with pytest.raises(ValueError, match="allowed: ekf, particle"):
-        RobotEstimation(filter="ukf")
-    with pytest.raises(ValueError, match="pose"):
-        RobotEstimation(source="posse")
-
-
 def test_an_assumed_profile_takes_the_place_of_the_worlds_noise(drive):
     scenario = choose("direct", assumed_profile="none")
     (reading,), _ = drive(scenario.noise.distributions(), 0, ticks=1)
     assert np.abs(make_localizer(scenario, 0).update(reading).particles - reading.pose).max() < 1e-15
-
-
-@pytest.mark.parametrize("name", WITH_IDENTITY)
-def test_no_people_make_no_tracks(drive, name):
-    scenario = replace(choose(tracker=name), people=())
-    (reading,), _ = drive(scenario.noise.distributions(), 0, ticks=1)
-    tracker = make_tracker(scenario, 0)
-    assert (tracker.update(reading), tracker.draw(25)) == ((), ())
 
 
 # ---------------------------------------------------------------------------- parts that are missing
@@ -181,12 +161,3 @@ def test_without_detections_people_go_on_as_they_walked(name):
     assert np.trace(track.covariance[:2, :2]) > np.trace(before.covariance[:2, :2])
     (found,) = tracker.update(reading(25))
     np.testing.assert_allclose(found.mean[:2], [2.5, 2.0], atol=0.3)
-
-
-@pytest.mark.parametrize("name", WITH_IDENTITY)
-def test_nobody_is_known_before_the_first_detections(name):
-    tracker = make_tracker(made("obstacles", name), 1)
-    nothing = np.full((1, 2), np.nan)
-    for k in range(2):
-        assert tracker.update(replace(reading(k), detections=nothing, dropped=("detections",))) == ()
-    assert [track.name for track in tracker.update(reading(2))] == ["person0"]

@@ -53,17 +53,3 @@ def test_what_is_no_track_is_refused_by_the_classs_name(found, said):
     with pytest.raises(PluginFault, match=r"^mine\.py:Own") as refused:
         update(Returning(*found))
     assert said in str(refused.value)
-
-
-def test_a_track_has_draws_of_its_own():
-    particles = np.arange(40.0).reshape(10, 4)
-    one, other = (person_track(name, 0.0, 0.3, particles) for name in ("track1", "track2"))
-
-    def drawn(*tracks):
-        tracker = OwnScanTracker("mine.py:Own", Returning(*tracks), 3)
-        tracker.update(READING, None)
-        return tracker.draw(6)
-
-    both = drawn(one, other)
-    np.testing.assert_array_equal(both[1], drawn(other)[0])
-    assert not np.array_equal(*both)

@@ -1,17 +1,10 @@
 """The filter of a person by histories of walks, turns and stops."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 from filterpy.kalman import KalmanFilter
 
 from mjnav.filters.mixture_kalman import GaussianSum, moments
-from mjnav.messages import Reading
-from mjnav.noise import profile
-from mjnav.rng import stream
-from mjnav.robot.estimation.particle import ParticleTracker
-from mjnav.robot.estimation.tracker import RaoBlackwellTracker, detection_noise
 from mjnav.robot.estimation.walk_filter import StopAndGo, WalkFilter, gone_on
 
 MOTION = StopAndGo(walking_speed=1.0, sway=0.5, turn_rate=1.0, stop_rate=0.6, start_rate=0.8, unrest=0.1, shuffle=0.2)
@@ -45,14 +38,6 @@ def test_the_ways_of_going_on_have_the_moments_of_states_that_are_moved_one_by_p
     mean, covariance = moments(w, m, P)
     assert mean == pytest.approx(x.mean(axis=0), abs=0.01)
     assert covariance == pytest.approx(np.cov(x.T), abs=0.01)
-
-
-def test_a_way_that_never_happens_is_left_out():
-    weights, mode, mean, covariance = particle(True)
-    w, *_ = gone_on(weights, mode, mean, covariance, T, StopAndGo(turn_rate=0.0, stop_rate=0.0))
-    assert w.tolist() == [1.0]
-    w, modes, *_ = gone_on(weights, mode, mean, covariance, T, StopAndGo(turn_rate=0.0, stop_rate=0.5))
-    assert modes.tolist() == [True, False]
 
 
 PERIOD = 0.1
@@ -106,64 +91,3 @@ def test_a_person_who_was_not_detected_is_where_they_would_have_been_missed():
     # The heaviest first, one std to one side and then to the other: 0 of who stands, 1/2 of who walks.
     assert walk.missed(lambda points: np.array([0.0, 1.0, 0.0, 0.0])) == pytest.approx(0.25 * 0.5)
     assert walk.covariance[2, 2] == pytest.approx(0.125 / 0.875, abs=0.01)
-
-
-def means(make, path, seeds):
-    """Mean states (S, T, 4) of trackers along a path (T, 2) under the default noise."""
-    noise = dict(profile("pearson"))
-    found = []
-    for seed in seeds:
-        tracker = make(noise, 200, [0.3], seed)
-        error = np.stack([noise[f"detection.{c}"].sample(stream(seed, f"detection.{c}"), len(path)) for c in "xy"], 1)
-        readings = [
-            Reading(PERIOD * k, PERIOD * bool(k), np.zeros(2), 0.0, np.zeros(3), z[None], np.zeros(0))
-            for k, z in enumerate(path + error)
-        ]
-        found.append([tracker.update(reading)[0].mean for reading in readings])
-    return np.array(found)
-
-
-def test_velocities_tremble_half_as_much_as_the_bootstrap_filters_and_follow_a_stop_and_a_turn_no_later():
-    time = PERIOD * np.arange(70)
-    stops = np.stack([1.2 * np.minimum(time, 5.0), 0.0 * time], axis=1)
-    turns = np.stack([1.2 * np.minimum(time, 5.0), 1.2 * np.maximum(time - 5.0, 0.0)], axis=1)
-    tremble, stopped, turned = [], [], []
-    for make in (ParticleTracker, RaoBlackwellTracker):
-        stop, turn = (means(make, path, range(4)) for path in (stops, turns))
-        tremble.append(np.diff(np.concatenate([stop, turn])[:, 15:50, 2:], axis=1).std())
-        stopped.append(PERIOD * np.argmax(stop[:, 50:, 2].mean(axis=0) < 0.3))
-        turned.append(PERIOD * np.argmax(turn[:, 50:, 3].mean(axis=0) > 0.9))
-    assert tremble[1] < 0.6 * tremble[0]
-    assert stopped[1] <= stopped[0] + 0.15
-    assert turned[1] <= turned[0] + 0.05
-    assert max(stopped[1], turned[1]) <= 0.6
-
-
-def test_the_noise_of_detections_keeps_its_skew():
-    noise = dict(profile("pearson"))
-    found = detection_noise(noise)
-    assert np.diagonal(found.variance) == pytest.approx(2 * [0.12**2], rel=0.05)
-    # The third central moment of a sum of Gaussians; 1.2 is the noise's skew.
-    m, C, w = found.means[:, 0], found.covariances[:, 0, 0], found.weights
-    assert w @ (m**3 + 3.0 * m * C) / 0.12**3 == pytest.approx(1.2, abs=0.25)
-
-
-def test_who_is_not_reported_goes_on_and_is_not_looked_for_anew():
-    path = np.stack([0.8 * PERIOD * np.arange(40), np.zeros(40)], axis=1)
-    tracker = RaoBlackwellTracker(dict(profile("gaussian")), 100, [0.3], 0)
-    for k, z in enumerate(path):
-        lost = 20 <= k < 30
-        z = np.full(2, np.nan) if lost else z
-        reading = Reading(PERIOD * k, PERIOD * bool(k), np.zeros(2), 0.0, np.zeros(3), z[None], np.zeros(0))
-        (track,) = tracker.update(replace(reading, dropped=("detections",) if lost else ()))
-        if k == 29:
-            assert track.mean[0] == pytest.approx(path[k, 0], abs=0.4)
-    assert track.mean[:2] == pytest.approx(path[-1], abs=0.1)
-
-
-def test_a_person_carried_away_is_found_again():
-    path = np.zeros((40, 2))
-    path[20:] = [4.0, -3.0]
-    found = means(RaoBlackwellTracker, path, [0])[0]
-    assert found[21, :2] == pytest.approx([0.0, 0.0], abs=0.2)
-    assert found[-1, :2] == pytest.approx([4.0, -3.0], abs=0.2)

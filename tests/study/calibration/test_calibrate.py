@@ -41,23 +41,16 @@ def test_a_decision_is_judged_by_the_truth_of_the_moment_at_which_it_takes_effec
         return around_truth(observation, truth, errors)
 
     monkeypatch.setattr(study, "around_truth", spy)
-    forecasts(person(f"control.delay={delay}", "time_limit=1.0"), CalibrationPlan(("filtered",), draws=10, every=4))
+    forecasts(person(f"control.delay={delay}", "time_limit=1.0"), CalibrationPlan(draws=10, every=4))
     judged = [tick + delay for tick in (0, 4, 8) if tick + delay < 10]
-    assert np.array(times) == pytest.approx(np.array([[0.1 * tick] * 2 for tick in judged]))
+    assert np.unique(times, axis=0) == pytest.approx(np.array([[0.1 * tick] * 2 for tick in judged]))
 
 
 def test_what_the_world_does_is_known_without_noise(pillar):
-    found = forecasts(pillar("noise.profile=none", controller="mean"), CalibrationPlan(("direct",), draws=10, every=1))
+    found = forecasts(pillar("noise.profile=none", controller="mean"), CalibrationPlan(draws=10, every=1))
     predicted, observed = found["direct"].T
     assert set(predicted) <= {0.0, 1.0}
     assert np.array_equal(predicted, observed)
-
-
-def test_a_setting_is_the_same_by_itself_as_among_others(person):
-    together = forecasts(person(), SHORT)
-    for setting in SETTINGS:
-        alone = forecasts(person(), CalibrationPlan((setting,), SHORT.draws, SHORT.every))
-        assert np.array_equal(alone[setting], together[setting])
 
 
 def test_more_fresh_draws_change_no_prediction_and_watching_changes_no_run(person):
@@ -120,15 +113,7 @@ def test_at_the_chosen_control_it_is_too_low(pillar, known, true):
     assert abs(better.mean()) < 0.5 * abs(error.mean())
 
 
-@pytest.mark.parametrize(
-    ("values", "message"),
-    [
-        ({"settings": ("filterd",)}, "setting: found 'filterd'; allowed: direct, filtered, rollout; did you mean"),
-        ({"draws": 0}, "draws: found 0; allowed: a whole number >= 1"),
-        ({"every": 0}, "every: found 0; allowed: a whole number >= 1"),
-    ],
-)
-def test_a_plan_that_makes_no_sense_is_refused(values, message):
-    with pytest.raises(InvalidValue) as error:
-        CalibrationPlan(**values)
-    assert message in str(error.value)
+@pytest.mark.parametrize("key", ["draws", "every"])
+def test_a_plan_that_makes_no_sense_is_refused(key):
+    with pytest.raises(InvalidValue, match=f"{key}: found 0; allowed: a whole number >= 1"):
+        CalibrationPlan(**{key: 0})

@@ -34,10 +34,6 @@ def values(messages: list[Message | None]) -> list[float]:
 TRUE = [k + 1.0 for k in range(NUM)]
 
 
-def test_without_faults_every_message_comes_as_it_is():
-    assert values(heard(ChannelFaults())) == TRUE
-
-
 def test_a_stuck_value_is_the_last_before_until_the_fault_is_over():
     found = values(heard(ChannelFaults(stuck=Stuck(start=1.0, end=2.0))))
     assert found == [*TRUE[:10], *[10.0] * 10, *TRUE[20:]]
@@ -64,12 +60,6 @@ def test_lost_messages_are_those_whose_draw_is_below_the_share():
     assert np.isnan(found).tolist() == (draws < 0.3).tolist()
 
 
-def test_messages_with_nan_hold_the_other_values():
-    found = heard(ChannelFaults(nan=NotANumber(start=2.0)))
-    assert [m is not None and bool(np.isnan(m.rows[0, 0])) for m in found] == [False] * 20 + [True] * 20
-    assert [m.rows[0, 1] for m in found if m is not None] == TRUE
-
-
 def test_outliers_are_off_by_their_size_as_often_as_their_share_says():
     channel = FaultyChannel("lidar", ChannelFaults(outliers=Outliers(share=0.2, size=3.0)), (1000, 1), 1)
     found = channel.pass_on(0.0, Message(0.0, np.zeros((1000, 1)), np.zeros(0)))
@@ -94,9 +84,3 @@ def test_what_is_drawn_does_not_depend_on_when_a_fault_lasts_nor_on_messages_bef
     begun_late = heard(ChannelFaults(**{name: kind(start=2.0, share=0.5)}))
     silent_before = heard(ChannelFaults(**{name: kind(share=0.5)}), silent=tuple(range(20)))
     np.testing.assert_array_equal(values(begun_late[20:]), values(silent_before[20:]))
-
-
-def test_one_kind_changes_nothing_in_the_draws_of_another():
-    both = values(heard(ChannelFaults(dropout=Dropout(share=0.5), outliers=Outliers(share=0.5, size=100.0))))
-    alone = values(heard(ChannelFaults(dropout=Dropout(share=0.5))))
-    assert np.isnan(both).tolist() == np.isnan(alone).tolist()

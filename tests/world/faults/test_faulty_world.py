@@ -1,25 +1,20 @@
 """Faults and kidnappings in a world that runs, in both engines."""
 
 from collections.abc import Callable
-from copy import deepcopy
 
 import numpy as np
 import pytest
 
 from mjnav.geometry.angles import wrap
 from mjnav.messages import Reading
-from mjnav.motion.unicycle import integrate
 from mjnav.scene.faults import (
     Blocked,
     ChannelFaults,
     Dropout,
     Faults,
     Kidnapping,
-    Late,
     LidarFaults,
-    NotANumber,
     Slip,
-    Stuck,
     WheelFaults,
 )
 from mjnav.scene.spec import Pillar, Scenario
@@ -57,20 +52,6 @@ def test_the_same_faults_end_in_the_same_bits_however_calls_divide_the_time(scen
     np.testing.assert_array_equal(of(readings, "gyro"), of(again, "gyro"))
 
 
-def test_a_copy_goes_on_with_the_same_faults(scene, engine):
-    faults = Faults(
-        kidnap=Kidnapping(1.55, (2.0, 1.0, 1.0)),
-        pose=ChannelFaults(late=Late(delay=0.3), dropout=Dropout(share=0.5)),
-        wheels=WheelFaults(slip=Slip()),
-    )
-    world, _ = drive(scene(engine=engine, profile="pearson", faults=faults), seconds=1.0)
-    twin = deepcopy(world)
-    for one in (world, twin):
-        one.advance(1.0, COMMAND)
-    assert world.state_hash() == twin.state_hash()
-    np.testing.assert_array_equal(*(of(list(one.sense()), "pose") for one in (world, twin)))
-
-
 def test_a_kidnapping_is_noticed_by_the_pose_sensor_and_the_lidar_alone(scene, engine):
     pose = (2.0, 1.0, 2.5)
     plain = scene(engine=engine, pillars=(Pillar((2.0, 3.0)),))
@@ -89,24 +70,6 @@ def test_a_kidnapping_is_noticed_by_the_pose_sensor_and_the_lidar_alone(scene, e
     np.testing.assert_allclose(moved, expected, atol=5e-3 if engine == "mujoco" else 1e-9)
 
 
-def test_a_kidnapped_robot_is_put_down_when_nobody_stands_there(clutter, engine):
-    place = (1.75, 0.05, 0.0)  # on the way of both people
-    world = Simulator(clutter(engine=engine, faults=Faults(Kidnapping(1.0, place))), 1)
-    contacts = []
-    for _ in range(100):
-        world.advance(0.05, (0.0, 0.0))
-        state = world.state()
-        contacts += state.contacts
-        if np.hypot(*(state.robot_pose[:2] - place[:2])) < 0.05:
-            break
-    else:
-        pytest.fail("the robot never came there")
-    assert not contacts
-    assert state.time >= 1.0
-    distance = np.hypot(*(state.people_position - place[:2]).T)
-    assert distance.min() > 0.22 + 0.2
-
-
 @pytest.mark.parametrize("factor", [0.0, 0.5])
 def test_slipping_wheels_turn_as_commanded_and_move_the_robot_less(scene, engine, factor):
     _, plain = drive(scene(engine=engine))
@@ -118,25 +81,12 @@ def test_slipping_wheels_turn_as_commanded_and_move_the_robot_less(scene, engine
     np.testing.assert_allclose(of(readings[-5:], "gyro"), factor * COMMAND[1], atol=5e-3)
 
 
-def test_one_slipping_wheel_turns_the_robot_to_its_side(scene):
-    left = Faults(wheels=WheelFaults(slip=Slip(side="left", factor=0.0)))
-    world, _ = drive(scene(engine="kinematic", faults=left))
-    v, omega = world.state().robot_twist
-    assert v == pytest.approx(0.5 * omega * 0.34)  # turns about the wheel that stands
-
-
 def test_a_base_that_hears_no_command_keeps_the_last_one_and_then_stops(scene):
     lost = Faults(wheels=WheelFaults(dropout=Dropout(start=1.0)))
     _, readings = drive(scene(engine="kinematic", faults=lost), seconds=3.0)
     speeds = of(readings, "odometry")[:, 0]
     assert speeds[14] == pytest.approx(0.5)
     assert speeds[-1] == pytest.approx(0.0, abs=1e-12)
-
-
-def test_a_base_obeys_no_nan(scene):
-    _, readings = drive(scene(engine="kinematic", faults=Faults(wheels=WheelFaults(nan=NotANumber(start=1.0)))))
-    assert np.isfinite(of(readings, "odometry")).all()
-    assert of(readings, "odometry")[-1, 0] == pytest.approx(0.0, abs=1e-12)
 
 
 SENSORS = {"odometry": "odometry", "gyro": "gyro", "pose": "pose", "detections": "detections", "lidar": "scan"}
@@ -164,25 +114,6 @@ def test_a_reading_names_what_did_not_arrive_and_the_others_stay_as_they_are(clu
     for other in set(SENSORS.values()) - {field}:
         np.testing.assert_array_equal(of(readings, other), of(plain, other))
     assert np.isfinite(of(readings, "odometry_pose")).all()
-
-
-def test_the_pose_by_odometry_follows_the_odometry_that_arrives(scene):
-    _, readings = drive(scene(engine="kinematic", faults=Faults(odometry=ChannelFaults(stuck=Stuck(start=0.3)))))
-    pose = np.zeros(3)
-    for reading in readings:
-        pose = integrate(pose, reading.odometry[0], reading.odometry[1], reading.interval)
-    np.testing.assert_allclose(readings[-1].odometry_pose, pose, atol=1e-12)
-    assert readings[-1].odometry[0] < 0.3  # stuck while the robot still gained speed
-
-
-def test_late_messages_say_how_old_they_are(scene):
-    faults = Faults(pose=ChannelFaults(late=Late(delay=0.25)), lidar=LidarFaults(late=Late(delay=0.2)))
-    _, plain = drive(scene(engine="kinematic", pillars=(Pillar((2.0, 3.0)),)))
-    _, late = drive(scene(engine="kinematic", pillars=(Pillar((2.0, 3.0)),), faults=faults))
-    assert late[5].ages == (("pose", pytest.approx(0.3)),)
-    np.testing.assert_array_equal(late[5].pose, plain[2].pose)
-    np.testing.assert_array_equal(late[5].scan, plain[3].scan)
-    np.testing.assert_allclose(late[5].scan_times, plain[3].time)
 
 
 def test_covered_beams_measure_the_cover_and_the_others_what_they_did(scene: Callable[..., Scenario]):

@@ -46,16 +46,6 @@ def test_errors_have_the_maker_s_size_and_the_profile_s_shape(model, distance, b
     np.testing.assert_allclose(np.round((errors + distance) / lidar.resolution) * lidar.resolution, errors + distance)
 
 
-def test_without_noise_the_bias_and_the_steps_are_left():
-    ranges = measured(np.array([0.3, 1.0, 2.0]), "none", model="lds-01", missing=0.0)
-    np.testing.assert_allclose(ranges, [0.308, 1.025, 2.05], atol=1e-9)
-
-
-def test_nothing_returns_from_beyond_the_limits_or_from_too_near():
-    ranges = measured(np.array([0.05, 0.119, 0.121, 3.49, 3.6, np.inf]), model="lds-01", **CLEAN)
-    np.testing.assert_allclose(ranges, [np.inf, np.inf, 0.121, 3.49, np.inf, np.inf])
-
-
 def test_the_share_of_missing_returns_is_that_of_the_range():
     shares = [[1.0, 0.1], [3.0, 0.5]]
     for distance, share in ((0.5, 0.1), (2.0, 0.3), (3.0, 0.5)):
@@ -80,11 +70,6 @@ def test_a_beam_on_one_flat_surface_is_never_mixed_however_it_is_inclined():
     rays = 1.0 / np.cos(angles + np.array([[0.0], [half], [-half]]))
     ranges = footprint(np.where(rays > 0.0, rays, np.inf), 2 * half, 1.0, np.full((2, 999), 0.5))
     np.testing.assert_array_equal(ranges, rays[0])
-
-
-def test_an_edge_beside_nothing_returns_its_own_range():
-    rays = np.array([[np.inf, 2.0, np.inf], [1.0, np.inf, np.inf], [np.inf, 2.0, np.inf]])
-    np.testing.assert_array_equal(footprint(rays, 0.01, 1.0, np.full((2, 3), 0.5)), [1.0, 2.0, np.inf])
 
 
 def test_the_draws_of_a_scan_do_not_depend_on_what_the_scans_before_met():

@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 
-import mjnav
 from mjnav.scene.sensors import LidarSpec
 from mjnav.scene.spec import ConstantVelocity, Person, Pillar, Sensors, Wall
 from mjnav.world.simulator import Simulator
@@ -83,44 +82,8 @@ def to_disc(origin, direction, centre, radius) -> float:
     return ahead - np.sqrt(radius**2 - aside**2) if ahead > 0.0 and aside < radius else np.inf
 
 
-def test_mixed_pixels_are_at_edges_alone_and_between_the_surfaces(scene, engine):
-    """A pillar of 0.3 m before a wall: the footprints over its two edges, and no others, are mixed."""
-    width = 0.03
-    lidar = LidarSpec("ideal", beams=720, beam_width=width, **{**CLEAN, "mixed": 1.0})
-    room = {"walls": (Wall((3.0, -30.0), (3.0, 30.0)),), "pillars": (Pillar((1.5, 0.0), 0.3),)}
-    scenario = scene(engine=engine, **room, sensors=Sensors(lidar=lidar))
-    ranges = Simulator(scenario, 0).sense()[0].scan
-    plain = Simulator(scene(engine=engine, **room, sensors=Sensors(lidar_beams=720)), 0).sense()[0].scan
-    angles = scenario.sensors.scanner.angles
-    at_edge = np.abs(np.abs(angles) - np.arcsin(0.3 / 1.5)) < 0.5 * width
-    assert at_edge.sum() == 6
-    both = np.isfinite(plain)
-    np.testing.assert_array_equal(ranges[both & ~at_edge], plain[both & ~at_edge])
-    near = np.sqrt(1.5**2 - 0.3**2)  # of the tangent
-    far = 2.95 / np.cos(np.abs(angles[at_edge]) + 0.5 * width)
-    assert ((ranges[at_edge] > near - 0.11) & (ranges[at_edge] < far)).all()
-    assert len(np.unique(ranges[at_edge].round(6))) == 6
-
-
 def test_the_same_bits_however_time_is_sliced(clutter, engine):
     scenario = clutter(engine=engine, profile="pearson", sensors=Sensors(lidar=LidarSpec("lds-01", rate=7.0)))
     for one, other in zip(readings_of(scenario, 0.9), readings_of(scenario, 0.9, slices=25), strict=True):
         np.testing.assert_array_equal(one.scan, other.scan)
         np.testing.assert_array_equal(one.scan_times, other.scan_times)
-
-
-def test_a_copy_goes_on_with_the_turn_that_was_under_way():
-    keys = {"physics.engine": "kinematic", "sensors.lidar.model": "lds-01", "sensors.rate": 5.0}
-    simulation = mjnav.Simulation(mjnav.load_scenario("crossing1", keys), seed=2, estimators=False, scan=True)
-    for _ in range(3):  # 0.3 s: in the middle of the second turn
-        simulation.step(0.5, 1.0)
-    twin, scans = simulation.copy(), []
-    for branch in (simulation, twin):
-        found = []
-        for _ in range(6):
-            branch.step(0.2, -1.0)
-            found += [(reading.scan, reading.scan_times) for reading in branch.readings if reading.scan.size]
-        scans.append(found)
-    assert len(scans[0]) == len(scans[1]) == 3
-    for one, same in zip(scans[0], scans[1], strict=True):
-        np.testing.assert_array_equal(one, same)

@@ -1,19 +1,14 @@
 """People who avoid others: both laws in both worlds."""
 
-from dataclasses import replace
 from itertools import combinations
-from math import hypot, pi, sqrt
+from math import pi, sqrt
 
 import numpy as np
 import pytest
 
-from mjnav.errors import InvalidValue
 from mjnav.messages import WorldState
-from mjnav.motion.social_force import FORMS
-from mjnav.scene.people import FORM_NAMES, Diagonal
-from mjnav.scene.spec import Orca, Person, Pillar, Scenario, SocialForce, Table, Wall
-from mjnav.scene.ways import floor_of_people
-from mjnav.world.people.avoiding import law_of
+from mjnav.scene.people import Diagonal
+from mjnav.scene.spec import Orca, Person, Scenario, SocialForce
 from mjnav.world.people.pedestrians import Pedestrians
 from mjnav.world.simulator import Simulator
 
@@ -47,28 +42,6 @@ def test_people_who_cross_pass_without_touching_and_arrive(scene, engine, law):
         assert np.hypot(*(positions[:, i] - positions[:, j]).T).min() > 0.59
     for person, end in zip(scenario.people, positions[-1], strict=True):
         assert end == pytest.approx(person.behaviour.waypoints[-1], abs=0.15)
-
-
-@pytest.mark.parametrize("law", LAWS)
-def test_two_who_meet_exactly_head_on_pass(scene, law):
-    people = (Person((-3.0, 0.0), to(law, (3.0, 0.0))), Person((3.0, 0.0), to(law, (-3.0, 0.0))))
-    end = walked(scene(engine="kinematic", start=FAR, people=people), 9.0)[-1]
-    assert end == pytest.approx(np.array([(3.0, 0.0), (-3.0, 0.0)]), abs=0.15)
-
-
-@pytest.mark.parametrize("law", LAWS)
-def test_people_go_through_a_door_one_after_the_other_and_keep_clear_of_walls_and_furniture(scene, law):
-    fixed = {
-        "walls": (Wall((0.0, -4.0), (0.0, -0.5)), Wall((0.0, 0.5), (0.0, 4.0))),
-        "tables": (Table((2.5, 1.0)),),
-        "pillars": (Pillar((1.6, -0.6)),),
-    }
-    people = tuple(Person((-2.0, y), to(law, (4.5, y))) for y in (-0.8, 0.0, 0.8))
-    scenario = scene(engine="kinematic", start=FAR, people=people, **fixed)
-    positions = walked(scenario, 14.0)
-    assert (positions[-1, :, 0] > 4.0).all()
-    floor = floor_of_people(scenario.walls, scenario.tables, scenario.pillars)
-    assert floor.clearance(positions).min() > 0.25
 
 
 @pytest.mark.parametrize("law", LAWS)
@@ -129,36 +102,3 @@ def test_a_change_of_mind_turns_the_way_by_45_degrees_for_good(scene):
     assert (turned[1:] >= turned[:-1]).all()
     share = turned.mean(axis=1)
     assert share[[0, 3, 4, 7, 8]] == pytest.approx([0.4, 0.4, 0.64, 0.64, 0.784], abs=3.5 * sqrt(0.25 / 200))
-
-
-def test_constants_that_are_given_take_the_place_of_the_forms(scene):
-    assert set(FORMS) == set(FORM_NAMES)
-    for form in FORM_NAMES:
-        assert law_of(SocialForce(waypoints=((1.0, 0.0),), form=form)) == FORMS[form]
-    given = SocialForce(waypoints=((1.0, 0.0),), form="moussaid", strength=1.0, relaxation_time=0.5, cut=3.0)
-    expected = FORMS["moussaid"]._replace(strength=1.0, relaxation_time=0.5, drive=0.0, cut=3.0)
-    assert law_of(given) == expected
-    half = SocialForce(waypoints=((1.0, 0.0),), form="helbing", field_of_view=pi)
-    assert law_of(half).view_cosine == pytest.approx(0.0, abs=1e-12)
-
-
-@pytest.mark.parametrize(
-    ("form", "key"), [("helbing", "velocity_weight"), ("moussaid", "step_time"), ("moussaid_2009", "unseen")]
-)
-def test_a_constant_that_a_form_does_not_have_is_refused(form, key):
-    with pytest.raises(InvalidValue, match=f"{key}: found 0.5; allowed: no value with form"):
-        SocialForce(waypoints=((1.0, 0.0),), form=form, **{key: 0.5})
-
-
-@pytest.mark.parametrize("law", LAWS)
-def test_who_stands_at_the_end_of_the_way_is_still_and_who_is_absent_disturbs_nobody(scene, law):
-    people = (Person((0.0, 0.0), to(law, (0.0, 0.0))), Person((3.0, 0.0), to(law, (9.0, 0.0))))
-    scenario = scene(engine="kinematic", start=FAR, people=people)
-    positions = walked(scenario, 3.0)
-    assert np.abs(positions[:, 0]).max() < 0.01
-    walk = Pedestrians(scenario, 0)
-    place = np.array([(np.nan, np.nan), (3.0, 0.0)])
-    world = WorldState(0.0, np.array(FAR), np.zeros(2), place, np.array([(np.nan, np.nan), (1.2, 0.0)]))
-    for _ in range(5):
-        assert hypot(*(walk.velocities(world)[1] - (1.2, 0.0))) < 0.05
-    assert np.isfinite(walk.velocities(replace(world, people_position=np.array([p.start for p in people])))).all()

@@ -5,9 +5,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from mjnav.scene.spec import ConstantVelocity, Person, Physics, Pillar, Robot, Scenario, Wall, Waypoints
+from mjnav.scene.spec import ConstantVelocity, Person, Physics, Pillar, Robot, Scenario, Wall
 from mjnav.world.kinematic_engine import KinematicEngine
-from mjnav.world.people.pedestrians import sidestepped
 from mjnav.world.simulator import Simulator
 
 FAR = (0.0, -8.0, 0.0)
@@ -49,27 +48,6 @@ def test_no_two_people_come_closer_than_touching_whatever_they_want(data):
         assert (np.hypot(*(position - engine.robot_pose()[:2]).T) - radii).min() > robot.radius - 1e-6
 
 
-def test_a_dense_crowd_moves_alike_whether_a_call_makes_one_step_or_many():
-    # Each call looks only for those whom it can bring together: one step at a time these are others.
-    rng = np.random.default_rng(0)
-    starts = 0.62 * np.stack(np.meshgrid(np.arange(6), np.arange(6)), -1).reshape(-1, 2) + rng.uniform(
-        -0.05, 0.05, (36, 2)
-    )
-    people = tuple(Person((x, y), ConstantVelocity((0.0, 0.0))) for x, y in starts.tolist())
-    pillars, walls = (Pillar((4.2, 1.0)), Pillar((1.0, 4.2))), (Wall((-1.0, -0.8), (5.0, -0.8)),)
-    robot, physics = Robot((-0.9, 0.0, 0.0), (9.0, 0.0)), Physics("kinematic")
-    scenario = Scenario("t", robot, people=people, pillars=pillars, walls=walls, physics=physics)
-    at_once, singly = (KinematicEngine(scenario, np.zeros((36, 2))) for _ in range(2))
-    for _ in range(10):
-        wanted, twists = rng.uniform(-3.0, 3.0, (36, 2)), np.tile([0.5, 0.3], (40, 1))
-        for engine in (at_once, singly):
-            engine.walk(wanted)
-        at_once.advance(twists)
-        for row in twists:
-            singly.advance(row[None])
-        assert at_once.state_bytes() == singly.state_bytes()
-
-
 @pytest.mark.parametrize("offset", [0.0, 0.2])
 def test_two_who_meet_head_on_get_past_each_other(scene, engine, offset):
     people = (Person((0.0, 0.0), ConstantVelocity((1.0, 0.0))), Person((2.0, offset), ConstantVelocity((-1.0, 0.0))))
@@ -81,33 +59,9 @@ def test_two_who_meet_head_on_get_past_each_other(scene, engine, offset):
         assert position[-1, 0, 1] < 0.0 < position[-1, 1, 1]  # each to their own right
 
 
-def test_who_walks_into_a_wall_at_an_angle_slides_along_it(scene, engine):
-    person = Person((0.0, 0.0), ConstantVelocity((0.5, 1.0)))
-    position = walked(scene(engine=engine, start=FAR, people=(person,), walls=(Wall((-5.0, 1.0), (9.0, 1.0)),)), 4.0)
-    assert position[-1, 0, 0] > 1.5
-    assert position[:, 0, 1].max() < 0.66
-
-
-def test_a_crowd_with_one_aim_does_not_overlap(scene, engine):
-    starts = [(1.5 * np.cos(a), 1.5 * np.sin(a)) for a in np.linspace(0.0, 2.0 * np.pi, 6, endpoint=False)]
-    people = tuple(Person(start, Waypoints(((0.0, 0.0),), loop=False)) for start in starts)
-    position = walked(scene(engine=engine, start=FAR, people=people), 3.0)
-    assert gaps(position, np.full(6, 0.3)).min() > -TOLERANCE[engine]
-
-
 @pytest.mark.parametrize("second", [(0.3, 0.1), (0.0, 0.0)])
 def test_people_who_overlap_at_the_start_step_apart_and_are_not_thrown(scene, engine, second):
     people = tuple(Person(start, ConstantVelocity((0.0, 0.0))) for start in ((0.0, 0.0), second))
     position = walked(scene(engine=engine, start=FAR, people=people), 2.0)
     assert -TOLERANCE[engine] < gaps(position[-1], np.array([0.3, 0.3])).min() < 0.12
     assert np.hypot(*np.diff(position, axis=0).T).max() < 0.4 * 0.02  # [m] in 0.02 s
-
-
-def test_who_is_not_in_the_way_turns_nobody_aside():
-    desired = np.array([[1.0, 0.0], [0.0, 1.0], [-1.0, 0.0], [1.0, 0.0]])
-    position = np.array([[0.0, 0.0], [0.0, -0.62], [-0.62, 0.0], [np.nan, np.nan]])
-    turned = sidestepped(desired, position, np.full(4, 0.3), np.zeros(4, bool))
-    np.testing.assert_array_equal(
-        turned[[0, 2, 3]], desired[[0, 2, 3]]
-    )  # the one beside, the one ahead who goes, nobody
-    np.testing.assert_allclose(turned[1], [0.6, 0.0])  # round the one ahead, to the right

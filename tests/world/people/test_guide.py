@@ -5,8 +5,6 @@ import pytest
 
 from mjnav.scene import loads
 from mjnav.scene.ways import Ways, floor_of_people
-from mjnav.world.people.guide import LOOK, REPLAN, Guide
-from mjnav.world.people.pedestrians import Presence
 from mjnav.world.simulator import Simulator
 
 SCENE = """schema = 1
@@ -50,37 +48,3 @@ def test_a_person_walks_around_a_wall_to_the_waypoint_and_touches_nothing(engine
     assert planned is not None
     length = np.linalg.norm(np.diff([(-2.0, 0.0), *planned], axis=0), axis=1).sum()
     assert walked == pytest.approx(length, rel=0.02)
-
-
-def test_who_is_pushed_off_the_way_walks_to_a_corner_in_sight():
-    scenario = scene()
-    floor = floor_of_people(scenario.walls, scenario.tables, scenario.pillars)
-    guide = Guide(scenario, np.array([0]))
-    goal = np.array([[2.0, 0.5]])
-    below, above = np.array([[-1.0, -2.0]]), np.array([[-1.0, 2.2]])
-    assert guide.towards(below, goal)[0, 1] < -2.0
-    for _ in range(LOOK):  # carried to the other end of the wall, from where the first corner is out of sight
-        found = guide.towards(above, goal)
-    assert found[0, 1] > 2.0
-    assert floor.blocking(above[0], found[0], 0.3) is None
-    beyond = np.array([[1.5, 2.2]])
-    for _ in range(REPLAN):
-        found = guide.towards(beyond, goal)
-    assert found == pytest.approx(goal)
-
-
-def test_the_goal_itself_is_the_next_point_where_nothing_stands_between():
-    guide = Guide(scene(), np.array([0]))
-    goals = np.array([[-2.0, 3.0]])
-    assert np.array_equal(guide.towards(np.array([[-2.0, 0.0]]), goals), goals)
-
-
-def test_who_comes_again_takes_a_trip_on_which_there_is_a_way():
-    room = "".join(
-        f"[[walls]]\nfrom = {a}\nto = {b}\n"
-        for a, b in (([5, 5], [9, 5]), ([9, 5], [9, 9]), ([9, 9], [5, 9]), ([5, 9], [5, 5]))
-    )
-    presence = Presence(loads(SCENE.replace("ENGINE", "kinematic") + room), 0)
-    outside, around, inside = (-2.0, 0.0), (2.0, 0.5), (7.0, 7.0)
-    assert presence._leads(0, outside, around)
-    assert not presence._leads(0, outside, inside)

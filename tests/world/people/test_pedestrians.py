@@ -4,7 +4,6 @@ import pytest
 from mjnav.messages import WorldState
 from mjnav.scene.spec import ConstantVelocity, Person, Pillar, Robot, Scenario, StopAndGo, Table, Wall, Waypoints
 from mjnav.world.people.pedestrians import Pedestrians
-from mjnav.world.people.walk import ARRIVAL_TIME
 from mjnav.world.simulator import Simulator
 
 FAR = (0.0, -8.0, 0.0)
@@ -17,15 +16,6 @@ def walk(simulator: Simulator, duration: float, every: float = 0.02) -> tuple[np
         simulator.advance(every, (0.0, 0.0))
         states.append(simulator.state())
     return np.array([s.people_position for s in states]), np.array([s.people_velocity for s in states])
-
-
-def test_a_person_of_constant_velocity_has_it_from_the_start_and_keeps_it(scene, engine):
-    scenario = scene(engine=engine, start=FAR, people=(Person((1.0, 2.0), ConstantVelocity((0.6, -0.3))),))
-    simulator = Simulator(scenario, 0)
-    np.testing.assert_allclose(simulator.state().people_velocity, [[0.6, -0.3]])
-    position, velocity = walk(simulator, 2.0)
-    np.testing.assert_allclose(velocity[:, 0], np.broadcast_to([0.6, -0.3], (100, 2)), atol=1e-9)
-    np.testing.assert_allclose(position[-1, 0], [2.2, 1.4], atol=1e-6)
 
 
 def test_stop_and_go_walks_for_go_time_and_stands_for_stop_time(scene, engine):
@@ -47,14 +37,6 @@ def test_waypoints_are_visited_in_turn_and_again(scene, engine):
         for corner in corners:
             assert np.hypot(*(lap[:, 0] - corner).T).min() < 0.25
     assert np.hypot(*velocity[:, 0].T).max() < 1.0 + 1e-6
-
-
-def test_without_loop_a_person_stands_at_the_last_waypoint(scene, engine):
-    behaviour = Waypoints(((1.0, 0.0), (1.0, 1.0)), speed=1.2, loop=False)
-    simulator = Simulator(scene(engine=engine, start=FAR, people=(Person((0.0, 0.0), behaviour),)), 0)
-    position, velocity = walk(simulator, 2.0 + 8.0 * ARRIVAL_TIME)
-    np.testing.assert_allclose(position[-1, 0], [1.0, 1.0], atol=0.01)
-    assert np.hypot(*velocity[-1, 0]) < 0.01
 
 
 def test_behaviours_are_mixed_without_mixing_up_people():

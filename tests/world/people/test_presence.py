@@ -6,7 +6,7 @@ import pytest
 import mjnav
 from mjnav.loop.simulation import Simulation
 from mjnav.scene.people import Trip
-from mjnav.scene.spec import ConstantVelocity, Person, Pillar, SocialForce, Wall, Waypoints
+from mjnav.scene.spec import ConstantVelocity, Person, Pillar, SocialForce, Waypoints
 from mjnav.world.simulator import Simulator
 
 FAR = (0.0, -8.0, 0.0)
@@ -47,19 +47,6 @@ def test_the_lidar_does_not_see_the_absent_nor_does_the_robot_touch_them(scene, 
     assert there(with_absent) == [False, False]
 
 
-def test_noise_of_those_who_are_there_is_the_same_whoever_is_away(scene):
-    always, later = (Person((1.0, 1.0), STANDING, enters=enters) for enters in (None, 0.35))
-    other = Person((3.0, 1.0), STANDING)
-    readings = []
-    for first in (always, later):
-        simulator = Simulator(scene(engine="kinematic", profile="pearson", start=FAR, people=(first, other)), 0)
-        simulator.advance(1.0, (0.0, 0.0))
-        readings.append(np.array([reading.detections for reading in simulator.sense()]))
-    np.testing.assert_array_equal(readings[0][:, 1], readings[1][:, 1])
-    np.testing.assert_array_equal(readings[0][4:], readings[1][4:])
-    assert np.isnan(readings[1][:4, 0]).all()
-
-
 def test_a_newcomer_waits_until_people_and_robot_have_gone(scene, engine):
     people = (
         Person((0.0, 0.0), ConstantVelocity((1.0, 0.0))),
@@ -74,15 +61,6 @@ def test_a_newcomer_waits_until_people_and_robot_have_gone(scene, engine):
     # 0.6 m between centres and 0.1 m of room at 1 m/s; 0.52 m and 0.5 m at 0.5 m/s
     assert 0.7 <= came[1] < 1.0
     assert 1.9 <= came[2] < 2.4
-
-
-def test_who_is_at_the_end_leaves_for_good(scene, engine):
-    leaving = Waypoints(((1.0, 0.0),), loop=False, at_end="leave")
-    simulator = Simulator(scene(engine=engine, start=FAR, people=(Person((0.0, 0.0), leaving),)), 0)
-    simulator.advance(0.7, (0.0, 0.0))
-    assert there(simulator) == [True]
-    simulator.advance(3.0, (0.0, 0.0))
-    assert there(simulator) == [False]
 
 
 @pytest.mark.parametrize("behaviour", [Waypoints, SocialForce])
@@ -164,19 +142,3 @@ def test_tracks_follow_who_comes_and_goes_in_copies_logs_and_replays_too(estimat
             simulation = simulation.copy()
         simulation.step(simulation.decide())
     assert simulation.summary["state_hash"] == result.summary["state_hash"]
-
-
-def test_who_is_to_come_again_where_no_way_leads_is_told_as_away_for_good_once(scene, tmp_path):
-    closed = ((-1.0, 2.0), (4.0, 2.0), (4.0, 5.0), (-1.0, 5.0))  # walls around TO
-    walls = tuple(Wall(a, b) for a, b in zip(closed, (*closed[1:], closed[0]), strict=True))
-    people = (
-        Person((0.0, 0.0), Waypoints(((1.0, 0.0),), **AGAIN)),
-        Person((3.0, 1.0), Waypoints(((3.0, 0.0),), **{**AGAIN, "trips": (Trip(FROM, FROM),)})),
-    )
-    told = []
-    for number in range(2):
-        log = tmp_path / f"{number}.mcap"
-        mjnav.run(scene(engine="kinematic", start=FAR, walls=walls, people=people[number:], time_limit=2.0), log=log)
-        events = [message.value.message for message in mjnav.open_log(log).messages("/events")]
-        told.append([event for event in events if "for good" in event])
-    assert told == [["person0 stays away for good: no way leads along any trip drawn"], []]

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from mjnav.scene.crowd import TrackSplines
-from mjnav.scene.people import ConstantVelocity, Person, Replay
+from mjnav.scene.people import Person, Replay
 from mjnav.world.people.walk import CATCH_UP
 from mjnav.world.simulator import Simulator
 
@@ -41,20 +41,3 @@ def test_who_was_put_off_the_track_walks_back_to_it_without_a_leap(scene, engine
     assert distance[0] > 0.7
     assert distance[-1] < 0.05
     assert max(speed) <= fastest + CATCH_UP + 0.05
-
-
-def test_who_waits_for_a_taken_place_comes_in_where_the_track_has_led_meanwhile(scene):
-    standing = Person((CURVE[1, 1], CURVE[1, 2]), ConstantVelocity((0.0, 0.0)), radius=0.25)
-    late = Person(tuple(CURVE[1, 1:]), Replay(tuple(map(tuple, CURVE))), radius=0.25, enters=0.4, leaves=5.0)
-    simulator = Simulator(scene(engine="kinematic", start=FAR, people=(standing, late)), 0)
-    spline = TrackSplines([CURVE])
-    there = []
-    for _ in range(300):
-        simulator.advance(0.02, (0.0, 0.0))
-        position = simulator.state().people_position[1]
-        if np.isfinite(position).all():
-            there.append(simulator.time)
-            np.testing.assert_allclose(position, spline.positions(simulator.time)[0], atol=1e-9)
-            assert np.hypot(*(position - standing.start)) >= 0.5 - 1e-9
-    assert 0.5 < there[0] < 2.0
-    assert np.isnan(position).all()  # gone at the end

@@ -6,11 +6,9 @@ import numpy as np
 import pytest
 
 from mjnav.messages import WorldState
-from mjnav.scene.people import TEMPERAMENTS
-from mjnav.scene.spec import ConstantVelocity, Orca, Person, SocialForce, Wall, Waypoints
+from mjnav.scene.spec import ConstantVelocity, Person, Wall
 from mjnav.world.people.pedestrians import Pedestrians
-from mjnav.world.people.temperament import FIELD_OF_VIEW, PERIOD
-from mjnav.world.simulator import Simulator
+from mjnav.world.people.temperament import FIELD_OF_VIEW
 
 WALK = (1.0, 0.0)  # of everybody, from the origin
 
@@ -58,41 +56,3 @@ def test_the_robot_counts_while_it_is_seen(taken, temperament, sight):
         assert same(2.0 * cos(angle), 2.0 * sin(angle)) != seen
     assert same(2.0, 0.0, walls=(Wall((1.5, -1.0), (1.5, 1.0)),))
     assert same(2.0, 0.0, sees_robot=False)
-
-
-@pytest.mark.parametrize(("temperament", "patience"), [("yields", 30.0), ("curious", 30.0), ("threatening", 40.0)])
-def test_patience_ends(taken, temperament, patience):
-    decisions = round(patience / PERIOD)
-    assert taken(temperament, (2.0, 1.0), times=decisions - 1) != [1.0, 0.0]
-    assert taken(temperament, (2.0, 1.0), times=decisions + 2) == [1.0, 0.0]
-
-
-def test_a_temperament_opens_a_persons_eyes_and_the_impassive_see_no_robot():
-    blind, seeing = Waypoints(((1.0, 0.0),)), Orca(waypoints=((1.0, 0.0),))
-    for name in TEMPERAMENTS:
-        assert Person((0.0, 0.0), blind, temperament=name).sees == (name not in ("regular", "impassive"))
-        assert Person((0.0, 0.0), seeing, temperament=name).sees == (name != "impassive")
-        assert not Person((0.0, 0.0), seeing, temperament=name, sees_robot=False).sees
-    assert not Person((0.0, 0.0), blind).sees
-
-
-@pytest.mark.parametrize("behaviour", [SocialForce, Orca])
-def test_under_a_law_of_avoidance_the_curious_come_near_and_the_scared_keep_away(scene, behaviour):
-    def least_distance(temperament):
-        walk = behaviour(waypoints=((6.0, 0.3),), speed=1.2, loop=False)
-        person = Person((-4.0, 0.3), walk, temperament=temperament)
-        simulator = Simulator(scene(engine="kinematic", people=(person,)), 0, lidar=False)
-        found = []
-        for _ in range(120):
-            simulator.advance(0.1, (0.0, 0.0))
-            found.append(simulator.state().people_position[0])
-        return np.hypot(*np.array(found).T).min(), found[-1][0]
-
-    nearest, end = least_distance("regular")
-    assert 0.5 < nearest < 1.2
-    assert end > 5.0
-    nearest, end = least_distance("curious")
-    assert nearest == pytest.approx(1.5, abs=0.2)
-    assert end < 0.0
-    assert least_distance("scared")[0] > 2.0
-    assert least_distance("impassive")[0] < 0.55

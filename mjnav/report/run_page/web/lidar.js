@@ -38,96 +38,10 @@ function scanPoints(run, frame) {
   return points.filter(([x]) => Number.isFinite(x));
 }
 
-/** The likelihood of a scan around the believed pose, the belief, and where the robot really was. */
-class PosePanel extends Drawing {
-  constructor(panel, run) {
-    super(panel.querySelector('canvas'));
-    Object.assign(this, { run, places: {} });
-    for (const place of panel.querySelectorAll('[data-pose]')) this.places[place.dataset.pose] = place;
-  }
-
-  recolour() {
-    for (const name of ['floor', 'scan', 'robot', 'ink', 'muted']) this.ink[name] = colour(name);
-  }
-
-  resize() {
-    const side = this.canvas.clientWidth || 150;
-    this.fit(side, side + FOOT);
-  }
-
-  draw(shown) {
-    const { run, context, ink } = this, { side } = run.lidar, frame = scanFrame(run, run.tickOf(shown));
-    const number = run.at('scan_of', frame), [x, y, heading] = run.row('estimate', frame), pose = run.row('pose', frame);
-    this.clear();
-    if (!Number.isFinite(number) || !Number.isFinite(x)) return;
-    const reach = run.at('reach', number), half = reach / (side - 1), levels = run.row('likelihood', number);
-    const edge = reach + half;
-    this.show([x - edge, y - edge, x + edge, y + edge]);
-    context.save();
-    context.beginPath();
-    context.rect(0, 0, this.width, this.height - FOOT);
-    context.clip();
-    context.fillStyle = ink.scan;
-    levels.forEach((level, i) => {
-      const column = i % side, row = Math.floor(i / side), corner = (across, up) =>
-        this.at([x - edge + 2 * half * across, y - edge + 2 * half * up]).map((value) => Math.round(value * this.ratio) / this.ratio);
-      const [left, top] = corner(column, row + 1), [right, bottom] = corner(column + 1, row);
-      context.globalAlpha = (0.9 * level) / 15;
-      context.fillRect(left, top, right - left, bottom - top);
-    });
-    context.globalAlpha = 0.6;
-    context.fillStyle = ink.ink;
-    const particles = run.row('robot_particles', frame), [a, b, direction] = run.row('ellipse', frame);
-    for (let i = 0; i < particles.length; i += 2) {
-      const [px, py] = this.at([x + particles[i], y + particles[i + 1]]);
-      context.fillRect(px - 1, py - 1, 2, 2);
-    }
-    context.globalAlpha = 1;
-    const ray = (from, toward) => this.path([from, [from[0] + reach * Math.cos(toward), from[1] + reach * Math.sin(toward)]]);
-    context.beginPath();
-    context.ellipse(...this.at([x, y]), a * this.scale, b * this.scale, -direction, 0, 2 * Math.PI);
-    this.stroke(ink.ink, 1.4, [4, 3]);
-    ray([x, y], heading);
-    this.stroke(ink.ink, 1.4, [4, 3]);
-    this.cross([x, y], 4, ink.ink);
-    ray(pose, pose[2]);
-    this.stroke(ink.robot, 2);
-    this.disc(pose, 4 / this.scale, ink.robot);
-    context.restore();
-    context.fillStyle = ink.muted;
-    context.font = '11px system-ui, sans-serif';
-    context.textAlign = 'center';
-    context.fillText(`${quantity(2 * edge, 2, 'm')} wide`, 0.5 * this.width, this.height - 3);
-    const away = Math.hypot(pose[0] - x, pose[1] - y), turned = Math.atan2(Math.sin(pose[2] - heading), Math.cos(pose[2] - heading));
-    this.places.place.textContent = quantity(away, 3, 'm');
-    this.places.heading.textContent = quantity((Math.abs(turned) * 180) / Math.PI, 1, '\u00b0');
-    this.places.within.textContent = quantity(a, 3, 'm');
-    this.canvas.setAttribute('aria-label', `The robot is ${quantity(away, 3, 'm')} from where it believes to be.`);
-  }
-}
-
 class LidarMap extends RunMap {
-  constructor(canvas, run, layers) {
-    super(canvas, run, layers);
-    const panel = canvas.closest('.run').querySelector('.pose');
-    this.panel = panel && new PosePanel(panel, run);
-    this.panel?.recolour();
-  }
-
   recolour() {
     super.recolour();
-    this.panel?.recolour();
     for (const name of ['scan', 'detected', 'known']) this.ink[name] = colour(name);
-  }
-
-  resize() {
-    super.resize();
-    this.panel?.resize();
-  }
-
-  draw(frame) {
-    super.draw(frame);
-    this.panel?.draw(frame);
   }
 
   room() {

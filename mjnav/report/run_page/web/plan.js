@@ -62,7 +62,8 @@ RunMap = class PlanMap extends RunMap {
   constructor(canvas, run, layers) {
     super(canvas, run, layers);
     const panel = canvas.closest('.run').querySelector('.violation');
-    if (panel) this.violation = new ViolationPanel(panel, run);
+    panel.hidden = !run.plan?.violation;
+    if (!panel.hidden) this.violation = new ViolationPanel(panel, run);
   }
 
   recolour() {
@@ -82,7 +83,7 @@ RunMap = class PlanMap extends RunMap {
 
   /** Below people and the robot: the fan, and the plan above it. */
   people(frame) {
-    const tick = this.run.tickOf(frame), path = this.run.row('plan', tick);
+    const tick = this.run.tickOf(frame), path = this.run.plan ? this.run.row('plan', tick) : [];
     if (Number.isFinite(path[0])) {
       if (this.layers.fan) this.fan(tick, path);
       if (this.layers.plan) this.plan(tick, path);

@@ -5,8 +5,8 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from mjnav.geometry.distances import beam_angles, cast
-from mjnav.geometry.floor import Floor
+from mjnav.geometry.distances import beam_angles
+from mjnav.geometry.floor import Floor, cast
 
 NUM_BEAMS = 360
 

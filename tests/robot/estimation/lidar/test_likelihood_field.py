@@ -10,7 +10,6 @@ from mjnav.noise import profile
 from mjnav.robot.estimation.lidar.likelihood_field import (
     LOG_CONTRADICTION,
     MODEL_STD,
-    NUM_BEAMS,
     SHORT_RATE,
     Z_HIT,
     Z_RANDOM,
@@ -65,25 +64,6 @@ def test_the_far_face_of_a_wall_explains_nothing():
     assert far < 0.25 * near  # it is 0.1 m off, three standard deviations
 
 
-def test_people_before_the_wall_and_beams_without_a_return_pull_no_pose():
-    points = np.column_stack([np.full(40, 2.95), np.linspace(-2.0, 2.0, 40)])
-    blocked = points.copy()
-    blocked[10:30, 0] = 1.5
-    blocked[30:35] = np.nan
-    poses = np.array([[x, 0.0, 0.0] for x in np.linspace(-0.3, 0.3, 121)])
-    best = [poses[FIELD.log_ratio(poses, FIELD.beams(seen)).argmax(), 0] for seen in (points, blocked)]
-    assert best == pytest.approx([0.0, 0.0], abs=0.006)
-
-
-def test_beams_are_chosen_evenly_among_the_returns():
-    points = np.column_stack([np.arange(360.0) + 1.0, np.zeros(360)])
-    points[::3] = np.nan
-    chosen = FIELD.beams(points).points[:, 0]
-    assert len(chosen) == NUM_BEAMS
-    assert np.diff(chosen).max() <= 8.0
-    assert not np.isnan(chosen).any()
-
-
 def test_beams_that_would_have_gone_through_a_surface_speak_against_a_pose():
     points = np.column_stack([np.full(30, 4.0), np.linspace(-1.0, 1.0, 30)])
     ways = ways_of(points, FIELD, 30)
@@ -112,10 +92,3 @@ def test_an_error_that_all_ranges_share_is_taken_off(scan, error):
     points, grid = scan
     wrong = points * (1.0 + error / np.hypot(*points.T))[:, None]
     np.testing.assert_allclose(put_right(wrong, LIDAR, POSE, SURE, grid), points, atol=0.02)
-
-
-def test_nothing_is_taken_off_that_the_pose_may_explain_or_where_the_map_explains_nothing(scan):
-    points, grid = scan
-    wrong = points * (1.0 + 0.2 / np.hypot(*points.T))[:, None]
-    for seen, pose, covariance in ((points, POSE, SURE), (wrong, POSE, UNSURE), (points, ELSEWHERE, SURE)):
-        np.testing.assert_array_equal(put_right(seen, LIDAR, pose, covariance, grid), seen)

@@ -9,8 +9,7 @@ from scipy.stats import chi2
 import mjnav
 from mjnav.geometry.angles import wrap
 from mjnav.robot.estimation import make_localizer
-from mjnav.robot.estimation.lidar.localizer import BIN, EPSILON, Cloud, kld_bound, occupied_bins
-from mjnav.robot.estimation.lidar.scan import Twist, TwistSensors
+from mjnav.robot.estimation.lidar.localizer import EPSILON, kld_bound
 
 ROOM = {"physics.engine": "kinematic", "stop_on_collision": False, "time_limit": 6.0}
 LIDAR = {**ROOM, "estimation.robot.source": "lidar"}
@@ -70,14 +69,6 @@ def test_the_pose_is_known_to_centimetres_and_the_ellipses_say_so(lidar):
     assert 0.85 < np.mean([inside(b, e) for b, e in zip(beliefs, errors, strict=True)]) <= 1.0
 
 
-def test_the_number_of_particles_follows_the_spread_and_keys_bound_it(drive):
-    beliefs, _ = followed(localizer(**{"estimation.robot.particles": 300}), *drive)
-    counts = [len(belief.particles) for belief in beliefs]
-    assert max(counts) <= 300
-    assert min(counts) >= 200
-    assert all(belief.weights.sum() == pytest.approx(1.0) for belief in beliefs)
-
-
 def test_a_robot_carried_away_is_found_and_says_so(drive, elsewhere):
     estimator = localizer()
     before, _ = followed(estimator, *drive)
@@ -125,36 +116,9 @@ def test_whatever_does_not_arrive_the_belief_is_finite_and_about_right(drive, fa
     assert np.hypot(*errors[-1, :2]) < 0.1
 
 
-def test_where_the_map_has_nothing_the_belief_grows_with_the_way(drive):
-    scenario = mjnav.load_scenario("crossing1", LIDAR)
-    beliefs, _ = followed(make_localizer(scenario, 0), *drive)
-    spread = [np.trace(belief.covariance[:2, :2]) for belief in beliefs]
-    assert spread[-1] > spread[len(spread) // 2] > spread[0]
-
-
-def test_a_belief_after_a_turn_of_the_lidar_has_the_motion_since_its_beams():
-    scenario = mjnav.load_scenario("hall", LIDAR)
-    noise = scenario.noise.distributions()
-    twist = Twist(0.1, 0.1, 0.5, 0.0, (0.03, 0.02), 0.0, knows_v=True, knows_omega=True)
-    cloud = Cloud(
-        np.tile([1.0, 2.0, 0.5 * np.pi], (20_000, 1)), TwistSensors.of(noise, scenario.robot.limits), 0, "test"
-    )
-    cloud.blur(0.09, twist)
-    reach = np.sqrt(0.09 * 0.1)
-    assert cloud.particles.std(axis=0) == pytest.approx([0.0, 0.03 * reach, 0.02 * reach], rel=0.02, abs=1e-12)
-    assert cloud.particles.mean(axis=0) == pytest.approx([1.0, 2.0, 0.5 * np.pi], abs=1e-4)
-
-
 def test_the_number_of_particles_is_foxs_bound_with_the_quantile_of_wilson_and_hilferty():
     for num_bins in (5, 20, 100, 1000):
         exact = chi2.ppf(0.99, num_bins - 1) / (2.0 * EPSILON)
         assert kld_bound(num_bins) == pytest.approx(exact, rel=0.01, abs=1.0)
     # Fox 2003, section 3.2: epsilon 0.05, delta 0.01, by hand for k = 2: 10 (1 - 2/9 + sqrt(2/9) 2.3263)^3 = 65.9.
     assert (kld_bound(1), kld_bound(2)) == (1, 66)
-
-
-def test_bins_are_counted_once_whatever_they_hold():
-    particles = np.array([[0.01, 0.01, 0.01], [0.04, 0.02, 0.03], [-0.01, 0.01, 0.01], [5.0, -7.0, 3.0]])
-    assert occupied_bins(particles) == 3
-    many = np.random.default_rng(3).normal(size=(2000, 3))
-    assert occupied_bins(many) == len(np.unique(np.floor(many / BIN), axis=0))

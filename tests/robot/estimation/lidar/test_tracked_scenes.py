@@ -53,15 +53,3 @@ def test_a_copy_goes_on_with_the_same_tracks_and_a_restored_run_as_well():
         assert [track.name for track in row] == [track.name for track in rows[0]]
         for track, expected in zip(row, rows[0], strict=True):
             assert np.array_equal(track.particles, expected.particles)
-
-
-def test_furniture_that_the_map_lacks_is_tracked_at_rest():
-    with simulation("table", 0, 'estimation.map.missing=["table0"]') as run:
-        table = run.scenario.tables[0]
-        for _ in range(25):
-            run.step(0.0, 0.0)
-        legs = [track for track in run.beliefs.people if np.hypot(*(track.mean[:2] - table.position)) < 1.5]
-        speeds = [np.hypot(*track.mean[2:]) for track in legs]
-    assert len(legs) >= 2
-    assert max(speeds) < 0.15
-    assert all(0.0 < track.radius < 0.2 for track in legs)

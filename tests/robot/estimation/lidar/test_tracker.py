@@ -9,14 +9,8 @@ import pytest
 
 from mjnav.messages import Detection, Reading, RobotBelief
 from mjnav.robot.estimation.lidar.tracker import (
-    CLUTTER,
-    COASTING,
-    DETECTED,
-    SPREAD,
-    SUREST,
     KalmanLidarTracker,
     LidarTracker,
-    Life,
     assigned,
     mahalanobis,
 )
@@ -132,16 +126,6 @@ def test_who_is_hidden_for_two_seconds_comes_back_under_the_same_name(kind):
         assert 1.8 <= unseen <= 2.6
 
 
-def test_who_leaves_while_in_view_is_soon_gone_and_who_returns_is_somebody_new():
-    path = walk((20, 0.5, 0.0), (20, 1e4, 0.0), (10, -2e4, 0.0), start=(2.0, 0.0))
-    path[40:] = [3.0, 0.0]
-    rows = followed(path[:, None])
-    assert rows[19][0].name == "track0"
-    gone = next(k for k in range(20, 40) if not rows[k])
-    assert 23 <= gone <= 28
-    assert [track.name for track in rows[-1]] == ["track1"]
-
-
 @FILTERS
 def test_without_scans_tracks_go_on_spread_and_end(kind):
     path = walk((120, 0.4, 0.0), start=(2.0, 1.0))
@@ -152,23 +136,6 @@ def test_without_scans_tracks_go_on_spread_and_end(kind):
     assert np.trace(later.covariance[:2, :2]) > 20.0 * np.trace(before.covariance[:2, :2])
     assert all(np.isfinite(track.particles).all() for row in rows for track in row)
     assert rows[-1] == ()
-
-
-def test_false_detections_seldom_become_tracks():
-    path = walk((100, 0.3, 0.0), start=(1.0, 1.0))
-    rows = followed(path[:, None], clutter=0.005)  # two in every scan
-    false = sum(len(row) - 1 for row in rows[3:])
-    assert all(any(np.hypot(*(t.mean[:2] - x)) < 0.2 for t in row) for row, x in zip(rows[3:], path[3:], strict=True))
-    assert false <= 5
-
-
-@FILTERS
-def test_a_detection_counts_for_the_time_at_which_it_was_made(kind):
-    path = walk((60, 1.2, 0.0), start=(-3.0, 2.0))
-    for age in (0.0, 0.09):
-        rows = followed(path[:, None], age=age, kind=kind)
-        errors = [row[0].mean[0] - x[0] for row, x in zip(rows[20:], path[20:], strict=True)]
-        assert abs(np.mean(errors)) < 0.01
 
 
 def test_a_robot_that_does_not_know_where_it_is_only_predicts_and_its_tracks_stay_numbers():
@@ -200,13 +167,6 @@ def test_the_robots_own_error_spreads_its_tracks_the_more_the_farther_they_are()
         own = track.covariance[1 - axis, 1 - axis]  # along the line of sight
         assert track.covariance[axis, axis] - own == pytest.approx(0.5 * (std * distance) ** 2, rel=0.15)
         assert np.cov(track.particles.T)[axis, axis] == pytest.approx(track.covariance[axis, axis], rel=0.25)
-
-
-def test_a_detection_that_is_no_number_is_left_out():
-    path = walk((20, 0.5, 0.0), start=(2.0, 1.0))
-    paths = np.stack([path, np.full_like(path, np.nan)], axis=1)
-    rows = followed(paths)
-    assert [len(row) for row in rows[3:]] == [1] * 17
 
 
 def test_a_robot_that_finds_itself_elsewhere_forgets_what_it_had_placed_by_the_wrong_pose():
@@ -283,67 +243,7 @@ def test_the_assignment_is_the_most_likely_of_all():
         assert likelihood(assigned(density, detectable, FALSE)) == pytest.approx(best)
 
 
-def test_a_detection_that_is_likelier_to_be_false_belongs_to_nobody():
-    tracks = still((0.0, 0.0))
-    inside, outside = (log_density(tracks, at((x, 0.0))) for x in (0.4, 0.5))
-    assert outside[0, 0] < np.log(FALSE) < inside[0, 0]
-    assert assigned(inside, np.array([0.0]), FALSE).tolist() == [0]
-    assert assigned(outside, np.array([0.9]), FALSE).tolist() == [-1]
-
-
-def test_without_tracks_or_detections_nothing_is_assigned():
-    assert assigned(log_density(still(), at((1.0, 1.0))), np.zeros(0), FALSE).shape == (0,)
-    assert assigned(log_density(still((1.0, 1.0)), at()), np.array([0.9]), FALSE).tolist() == [-1]
-
-
 # ---------------------------------------------------------------------------------- life of a track
 
 
 NEAR = log(5.0)  # of the density of a detection beside where it was expected [1/m^2]
-
-
-def detected(times):
-    life = Life(born=0.0, seen=0.0)
-    for k in range(1, times):
-        life.detected(0.1 * k, NEAR)
-    return life
-
-
-def test_the_score_is_the_log_odds_of_a_body():
-    life = detected(2)
-    assert life.score == pytest.approx(log(DETECTED * 5.0 / CLUTTER))
-    life.missed(0.5)
-    assert life.score == pytest.approx(log(DETECTED * 5.0 / CLUTTER * 0.5))
-
-
-def test_what_was_seen_once_and_then_not_where_it_should_be_ends_after_two_scans():
-    life = detected(1)
-    life.missed(DETECTED)
-    assert not life.over(0.1, spread=0.1)
-    life.missed(DETECTED)
-    assert life.over(0.2, spread=0.1)
-
-
-def test_a_long_known_body_in_full_view_is_given_up_after_six_scans_and_not_before():
-    life = detected(50)
-    assert life.score == SUREST
-    over = []
-    for k in range(8):
-        life.missed(DETECTED)
-        over.append(life.over(5.0 + 0.1 * k, spread=0.1))
-    assert over.index(True) == 5
-
-
-def test_scans_that_could_not_see_it_count_nothing_against_it():
-    life = detected(50)
-    for _ in range(40):
-        life.missed(0.0)
-    assert life.score == SUREST
-    assert not life.over(life.seen + 4.0, spread=0.5)
-
-
-def test_it_ends_when_it_has_been_out_of_sight_too_long_or_might_be_anywhere():
-    life = detected(50)
-    assert not life.over(life.seen + COASTING - 0.01, spread=SPREAD - 0.01)
-    assert life.over(life.seen + COASTING + 0.01, spread=0.1)
-    assert life.over(life.seen, spread=SPREAD + 0.01)

@@ -1,1 +1,0 @@
-"""What stops an episode: an exception, a tick that hangs, a process that dies."""

@@ -1,1 +1,0 @@
-"""What a robot that knew the true paths of all people could have done."""

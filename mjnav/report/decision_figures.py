@@ -1,0 +1,157 @@
+"""Pictures of single decisions: the cost over (v, omega), and how far predicted risks can be believed.
+
+Nothing here touches pyplot, so nothing is shared between figures.
+"""
+
+from collections.abc import Mapping
+from types import MappingProxyType
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.colors import AsinhNorm, Normalize
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch, Rectangle
+from matplotlib.patheffects import withStroke
+from matplotlib.ticker import AsinhLocator
+
+from mjnav.control.decision_surface import DecisionSurface
+from mjnav.messages import Array
+from mjnav.metrics.prediction import Calibration
+
+DPI = 120
+EDGE = withStroke(linewidth=4.0, foreground="#00000099")  # by which white shows on grey as well
+
+# -------------------------------------------------------------------------------------- a cost surface
+
+SIZE = (10.0, 8.6)  # [inches]
+NUM_LINES = 9  # contour lines a panel
+LARGE_SPAN = 50.0  # of the range over the size of its lowest tenth: beyond it the scale is asinh
+LOG_SPAN = 1e9  # of an asinh scale's logarithmic part at most
+ZERO_SPAN = 1e3  # the same of a term that is as good as zero in many places
+Style = Mapping[str, Any]
+CHOSEN: Style = MappingProxyType(
+    {"marker": "o", "markersize": 6, "markerfacecolor": "#ff5a36", "markeredgecolor": "white", "linestyle": "none"}
+)
+NOMINAL: Style = MappingProxyType(
+    {"marker": "D", "markersize": 12, "markerfacecolor": "none", "markeredgecolor": "white", "markeredgewidth": 2}
+    | {"linestyle": "none", "path_effects": [EDGE]}
+)
+WINDOW: Style = MappingProxyType({"fill": False, "edgecolor": "white", "linestyle": "--", "path_effects": [EDGE]})
+FORBIDDEN: Style = MappingProxyType({"facecolor": "#cfcfcf", "hatch": "////", "edgecolor": "#9a9a9a"})
+
+
+def decision_surface_figure(surface: DecisionSurface, title: str) -> Figure:
+    """Four panels over (v, omega): goal cost, cone and wall terms, lane terms, and their total; `title` is above them.
+
+    Where a term spans more than the eye can tell apart on a linear scale, its colours follow asinh: linear near its
+    least value, logarithmic far above it. What a method forbids is hatched.
+    """
+    s = surface
+    figure = Figure(figsize=SIZE, dpi=DPI, layout="constrained")
+    figure.suptitle(title, fontsize=13)
+    kind = "weighted risk" if s.weighted else "greatest risk"
+    panels = (
+        ("goal cost", s.goal),
+        (f"obstacles and walls: {kind}", s.cone_term),
+        (f"lanes: {kind}", s.lane_term),
+        ("total cost", s.total),
+    )
+    grid = figure.subplots(2, 2, sharex=True, sharey=True)
+    for axes, (name, values) in zip(grid.flat, panels, strict=True):
+        axes.set_title(name, fontsize=11)
+        axes.patch.set(**FORBIDDEN)
+        if np.isfinite(values).any():
+            _draw_values(figure, axes, s, values)
+        else:
+            axes.set(xlim=(s.v[0], s.v[-1]), ylim=(s.omega[0], s.omega[-1]))
+        axes.add_patch(Rectangle(s.reachable[0], *(s.reachable[1] - s.reachable[0]), **WINDOW))
+        axes.plot(*s.nominal, clip_on=False, **NOMINAL)
+        axes.plot(s.decision.v, s.decision.omega, clip_on=False, **CHOSEN)
+    for axes in grid[1]:
+        axes.set_xlabel("speed v [m/s]")
+    for axes in grid[:, 0]:
+        axes.set_ylabel("turn rate ω [rad/s], left is positive")
+    handles = [
+        Line2D([], [], label="chosen", **CHOSEN),
+        Line2D([], [], label="nominal", **NOMINAL),
+        Patch(label="reachable in one period", **WINDOW),
+        *([Patch(label="forbidden", **FORBIDDEN)] if np.isinf(s.total).any() else ()),
+    ]
+    figure.legend(
+        handles=handles, loc="outside lower center", ncols=4, facecolor="#3b528b", framealpha=1.0, labelcolor="white"
+    )
+    return figure
+
+
+def _draw_values(figure: Figure, axes: Axes, s: DecisionSurface, values: Array) -> None:
+    """The values (V, W) as colours and contour lines, with their scale."""
+    finite = np.isfinite(values)
+    shown, norm = np.ma.masked_where(~finite, values).T, _norm(values[finite])
+    mesh = axes.pcolormesh(s.v, s.omega, shown, shading="nearest", norm=norm, rasterized=True)
+    if norm.vmin == norm.vmax:
+        return
+    levels = np.asarray(norm.inverse(np.linspace(0.0, 1.0, NUM_LINES + 2)))
+    axes.contour(s.v, s.omega, shown, levels=levels[1:-1], colors="black", linewidths=0.5, alpha=0.5)
+    ticks = AsinhLocator(norm.linear_width, numticks=7) if isinstance(norm, AsinhNorm) else None
+    figure.colorbar(mesh, ax=axes, pad=0.02, ticks=ticks)
+
+
+def _norm(values: Array) -> Normalize:
+    """The colour scale of finite values (n,)."""
+    least, low, high = np.quantile(values, [0.0, 0.1, 1.0])
+    if high - least <= LARGE_SPAN * max(abs(low), low - least):
+        return Normalize(least, high)
+    width = abs(low) if abs(low) >= abs(high) / LOG_SPAN else abs(high) / ZERO_SPAN
+    return AsinhNorm(width, least, high)
+
+
+# ---------------------------------------------------------------------------------- reliability curves
+
+PANEL, LEGEND = (4.6, 6.0), 2.0  # [inches]
+TICKS = (0.0, 0.01, 0.05, 0.1, 0.2, 0.4, 0.6, 0.8, 1.0)
+MARKERS = "osD^v<>Pp*hX"
+ROOT = (lambda share: np.sqrt(np.maximum(share, 0.0)), np.square)  # most risks are small
+
+
+def calibration_figure(calibrations: Mapping[str, Mapping[str, Calibration]], title: str) -> Figure:
+    """What was predicted against what came to be, by method and setting: a panel a setting, a curve a method.
+
+    Below each panel stands how many decisions each bin holds. All shares are drawn by their square root.
+    """
+    settings = list(next(iter(calibrations.values())))
+    figure = Figure(figsize=(PANEL[0] * len(settings) + LEGEND, PANEL[1]), dpi=DPI, layout="constrained")
+    figure.suptitle(title, fontsize=12)
+    grid = figure.subplots(2, len(settings), height_ratios=(3, 1), sharex=True, sharey="row", squeeze=False)
+    labels = [f"{tick:g}" for tick in TICKS]
+    for setting, curve, counts in zip(settings, *grid, strict=True):
+        curve.set_title(setting, fontsize=11)
+        curve.plot([0.0, 1.0], [0.0, 1.0], color="0.6", linestyle="--", linewidth=1.0, zorder=0)
+        for i, (method, by_setting) in enumerate(calibrations.items()):
+            errors = ", ".join("-" if c.ece is None else f"{c.ece:.3f}" for c in by_setting.values())
+            _draw_curve(curve, counts, by_setting[setting], f"{method}\n{errors}", i)
+        curve.set_xscale("function", functions=ROOT)
+        curve.set_yscale("function", functions=ROOT)
+        curve.set(xlim=(0.0, 1.0), ylim=(0.0, 1.0), yticks=TICKS, yticklabels=labels)
+        counts.set(yscale="log", xlabel="predicted share of colliding samples", xticks=TICKS, xticklabels=labels)
+        counts.set(xlim=(0.0, 1.0), ylim=(0.8, None))
+        for axes in (curve, counts):
+            axes.grid(color="0.92", linewidth=0.7)
+            axes.tick_params(labelsize=8)
+            axes.minorticks_off()
+    grid[0, 0].set_ylabel("observed frequency, 95 % interval")
+    grid[1, 0].set_ylabel("decisions")
+    lines = grid[0, 0].get_legend_handles_labels()
+    figure.legend(*lines, title="ECE by panel", loc="outside right upper", fontsize=9, labelspacing=1.0)
+    return figure
+
+
+def _draw_curve(curve: Axes, counts: Axes, calibration: Calibration, label: str, i: int) -> None:
+    bins = [b for b in calibration.bins if b.count]
+    style: Style = {"color": f"C{i % 10}", "marker": MARKERS[i % len(MARKERS)]}
+    x, y = (np.array([getattr(b, key) for b in bins], float) for key in ("predicted", "observed"))
+    low, high = np.array([b.observed_interval or (b.observed, b.observed) for b in bins], float).reshape(-1, 2).T
+    curve.plot(x, y, markersize=5, linewidth=1.2, label=label, clip_on=False, **style)
+    curve.vlines(x, low, high, color=style["color"], linewidth=1.0, alpha=0.6, clip_on=False)
+    counts.plot(x, [b.count for b in bins], markersize=4, linewidth=1.0, **style)
