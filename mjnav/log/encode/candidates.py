@@ -75,7 +75,7 @@ def encode_candidates(pose: Array, decision: Decision, costs: CandidateCosts) ->
     """mjnav.Candidates of a decision taken at the believed pose (3,)."""
     chosen = chosen_candidate(decision)
     columns = np.ascontiguousarray(costs.cone.T)
-    used = columns.any(axis=1).tolist()
+    used = set(np.flatnonzero(columns.any(axis=1)).tolist())
     return encode_fields(
         _CANDIDATES,
         pose,
@@ -83,7 +83,7 @@ def encode_candidates(pose: Array, decision: Decision, costs: CandidateCosts) ->
         costs.v,
         costs.omega,
         costs.goal,
-        [encode_fields(_COLUMN, columns[j]) if used[j] else b"" for j in range(len(used))],
+        [encode_fields(_COLUMN, column) if j in used else b"" for j, column in enumerate(columns)],
         costs.lane[:, 0],
         costs.lane[:, 1],
         costs.total,

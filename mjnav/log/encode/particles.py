@@ -31,8 +31,8 @@ _TYPES = MappingProxyType({"<f4": _FIELD.FLOAT32, "<i2": _FIELD.INT16, "<u2": _F
 def _cloud(time: float, epoch: int, table: np.ndarray) -> bytes:
     """foxglove.PointCloud of the rows of a table."""
     fields = [
-        PackedElementField(name=name, offset=offset, type=_TYPES[kind.str])
-        for name, (kind, offset) in (table.dtype.fields or {}).items()
+        PackedElementField(name=name, offset=place[1], type=_TYPES[place[0].str])
+        for name, place in (table.dtype.fields or {}).items()
     ]
     cloud = PointCloud(
         timestamp=stamp(time, epoch),

@@ -88,7 +88,8 @@ def plan_entity(plan: PlanShown, radius: float) -> bytes:
     )
     entity.cylinders.append(stand)
     size = len(plan.path)
-    fan = plan.fan[:, np.linspace(0, size - 1, min(FAN_POINTS, size), dtype=int)]
+    kept = min(FAN_POINTS, size)
+    fan = plan.fan[:, np.arange(kept) * (size - 1) // max(kept - 1, 1)]
     followed = drawn_paths(plan.path[np.newaxis], _FEASIBLE if plan.feasible else _INFEASIBLE)
     return b"".join((entity.SerializeToString(), *drawn_paths(fan), *followed))
 

@@ -85,6 +85,8 @@ def delimited(number: int, data: bytes) -> bytes:
 
 def _varint(value: int) -> bytes:
     """A non-negative integer, seven bits a byte."""
+    if value <= 0x7F:  # most are
+        return bytes((value,))
     out = bytearray()
     while value > 0x7F:
         out.append(value & 0x7F | 0x80)

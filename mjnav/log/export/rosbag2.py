@@ -8,15 +8,13 @@ A function takes a message of the log and its time [ns] and gives the fields of 
 a field that it leaves out is zero or empty. `built` makes the message of a type from them. The types are the same in
 every distribution.
 
-People are nav_msgs/Odometry: every ROS 2 has this type, and RViz draws it; messages for people (people_msgs,
-derived_object_msgs) have to be built. A twist is in the frame of its child, which faces the way it moves: linear.x is a
-person's speed.
+People are poses that face the way they walk: messages for people (people_msgs, derived_object_msgs) have to be built.
 """
 
 import json
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
-from math import atan2, hypot, isnan, sqrt
+from math import atan2, isnan, sqrt
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -172,12 +170,6 @@ def wheel_odometry(document: Mapping, _: int, *, noise: Array) -> Fields | None:
     }
 
 
-def odometry(document: Mapping, _: int) -> Fields:
-    """The wheels' mean twist since the reading before."""
-    twist = _twist(*_floats([document["v"], document["omega"]]))
-    return {"header": header(time_ns(document["time"]), ROBOT_FRAME), "twist": twist}
-
-
 def measured_pose(document: Mapping, _: int) -> Fields:
     """The pose sensor's of mjnav.Odometry."""
     return {"header": header(time_ns(document["time"])), "pose": _pose(*_floats(document["pose"]))}
@@ -249,24 +241,6 @@ def people(document: Mapping, now: int) -> Fields:
     states = [_floats([*person["position"], *person["velocity"]]) for person in document["people"]]
     poses = [_pose(x, y, atan2(vy, vx)) for x, y, vx, vy in states if not isnan(x)]
     return {"header": header(now), "poses": poses}
-
-
-def person(document: Mapping, now: int, *, name: str) -> Fields | None:
-    """One person of mjnav.People, whose heading is that of the velocity; None where it is not there."""
-    found = next((one for one in document["people"] if one["name"] == name), None)
-    if found is None or found["position"][0] is None:
-        return None
-    (x, y), (vx, vy) = _floats(found["position"]), _floats(found["velocity"])
-    heading = atan2(vy, vx)
-    place = np.zeros((3, 3))
-    if "covariance" in found:
-        place[:2, :2] = np.array(found["covariance"], float)[:2, :2]
-    return {
-        "header": header(now),
-        "child_frame_id": name,
-        "pose": {"pose": _pose(x, y, heading), "covariance": _covariance(place)},
-        "twist": {"twist": _twist(hypot(vx, vy), 0.0)},
-    }
 
 
 def detections(document: Mapping, now: int) -> Fields | None:
@@ -370,36 +344,29 @@ class RosTopic(NamedTuple):
 def ros_topics(scenario: Scenario) -> dict[str, tuple[RosTopic, ...]]:
     """The bag's topics by those of the log; the log's /robot/truth and /robot/estimate repeat /robot/state."""
     poses, cloud = "geometry_msgs/msg/PoseArray", "sensor_msgs/msg/PointCloud2"
-    twist, moving, text = "geometry_msgs/msg/TwistStamped", "nav_msgs/msg/Odometry", "std_msgs/msg/String"
+    moving, text = "nav_msgs/msg/Odometry", "std_msgs/msg/String"
     channels = scenario.noise.distributions()
     noise = np.diag([channels["odometry.v"].std ** 2, 0.0, channels["odometry.omega"].std ** 2])
     scans = partial(scan, lidar=scenario.sensors.scanner, period=1.0 / scenario.sensors.rate)
-    names = [f"person{i}" for i in range(len(scenario.people))]  # a topic each: ROS has no list of odometries
-    people_topics = {
-        kind: [RosTopic(f"/people/{name}/{kind}", moving, partial(person, name=name)) for name in names]
-        for kind in ("truth", "estimate")
-    }
     return {
         "/tf": (RosTopic("/tf", "tf2_msgs/msg/TFMessage", transforms),),
         "/robot/state": (
             RosTopic("/robot/truth", moving, truth),
             RosTopic("/robot/estimate", "geometry_msgs/msg/PoseWithCovarianceStamped", estimate),
         ),
-        "/people/truth": (RosTopic("/people/truth", poses, people), *people_topics["truth"]),
+        "/people/truth": (RosTopic("/people/truth", poses, people),),
         "/people/estimate": (
             RosTopic("/people/estimate", poses, people),
             RosTopic("/people/detections", poses, detections),
-            *people_topics["estimate"],
         ),
         "/detections": (RosTopic("/detections", poses, detections),),
         "/odometry": (
             RosTopic("/odom", moving, partial(wheel_odometry, noise=noise)),
-            RosTopic("/odometry", twist, odometry),
             RosTopic("/imu", "sensor_msgs/msg/Imu", gyro),
             RosTopic("/measured_pose", "geometry_msgs/msg/PoseStamped", measured_pose),
         ),
         "/scan": (RosTopic("/scan", "sensor_msgs/msg/LaserScan", scans),),
-        "/command": (RosTopic("/cmd_vel", twist, command),),
+        "/command": (RosTopic("/cmd_vel", "geometry_msgs/msg/TwistStamped", command),),
         "/belief/robot": (RosTopic("/belief/robot/points", cloud, particles),),
         "/belief/obstacles": (RosTopic("/belief/obstacles/points", cloud, particles),),
         "/scene": (RosTopic("/scene", "visualization_msgs/msg/MarkerArray", markers),),

@@ -65,11 +65,6 @@ def test_the_chosen_candidate_is_the_cheapest_with_the_control_that_was_wished_f
     assert chosen_candidate(replace(decision, costs=None)) is None
 
 
-def test_a_decision_that_is_no_candidate_has_none_chosen(made_up):
-    record = made_up.record(0)
-    assert logged(replace(record, decision=replace(record.decision, v=0.123))).chosen is None
-
-
 def test_arrays_that_differ_in_length_or_columns_by_the_million_are_refused(made_up):
     record = made_up.record(0)
     data = encode_candidates(record.belief.mean, record.decision, record.decision.costs)
@@ -129,10 +124,3 @@ def test_cheap_candidates_are_green_and_dear_ones_red(made_up):
     greenness = [line.color.g - line.color.r for line in thin]
     assert greenness == sorted(greenness, reverse=True)
     assert greenness[0] > 0 > greenness[-1]
-
-
-def test_candidates_of_infinite_cost_are_drawn(made_up):
-    record = made_up.record(0)
-    costs = record.decision.costs
-    *thin, _ = drawn(record, total=np.where(costs.v > 0.5, np.inf, costs.total)).lines
-    assert sum(len(arcs(line)) for line in thin) == 402

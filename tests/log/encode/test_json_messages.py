@@ -75,16 +75,6 @@ def test_numbers_that_json_lacks_become_null(made_up):
     np.testing.assert_array_equal(decoded.robot_pose, [np.nan, np.nan, 1.0])
 
 
-def test_a_decision_shows_its_nominal_control_and_what_the_chosen_one_cost(made_up):
-    decision = made_up.record(0).decision
-    costs = decision.costs
-    document = json.loads(json_messages.encode_decision(5, decision))
-    chosen = int(np.argmin(costs.total))
-    assert document["cost"]["total"] == costs.total[chosen]
-    assert document["cost"]["cone"] == costs.cone[chosen].tolist()
-    assert document["nominal"] == {"v": costs.v[costs.nominal], "omega": costs.omega[costs.nominal]}
-
-
 def test_a_track_that_came_about_by_scans_says_its_age_and_how_long_it_was_not_seen(made_up):
     record = made_up.record(3)
     named, found = (json.loads(json_messages.encode_people_estimate(one)) for one in (record, by_scan(record)))

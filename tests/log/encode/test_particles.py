@@ -1,7 +1,6 @@
 from dataclasses import replace
 
 import numpy as np
-import pytest
 from foxglove_schemas_protobuf.PackedElementField_pb2 import PackedElementField
 from foxglove_schemas_protobuf.PointCloud_pb2 import PointCloud
 
@@ -58,11 +57,3 @@ def test_the_float32_columns_of_format_1_are_read():
     assert {name: values.tolist() for name, values in found.items()} == {
         name: table[:, i].tolist() for i, name in enumerate(names)
     }
-
-
-@pytest.mark.parametrize("changes", [{"point_stride": 3}, {"data": b"odd"}, {"fields": []}])
-def test_what_is_no_cloud_of_particles_is_refused(made_up, changes):
-    cloud = PointCloud.FromString(encode_robot_particles(made_up.record(0).belief))
-    sound = {"fields": list(cloud.fields), "point_stride": cloud.point_stride, "data": cloud.data}
-    with pytest.raises((ValueError, LookupError)):
-        decode_particles(PointCloud(**{**sound, **changes}))

@@ -7,7 +7,6 @@ from foxglove_schemas_protobuf.SceneUpdate_pb2 import SceneUpdate
 
 from mjnav.log.encode.scene import SceneEncoder
 from mjnav.messages import Detection
-from mjnav.scene.spec import Robot, Scenario
 
 
 @pytest.fixture
@@ -15,14 +14,6 @@ def entities(scenario, made_up):
     truth = made_up.truth(4)
     update = SceneUpdate.FromString(SceneEncoder(scenario).encode(truth))
     return truth, {entity.id: entity for entity in update.entities}
-
-
-def test_a_wall_is_a_box_between_its_ends(scenario, entities):
-    _, named = entities
-    wall, cube = scenario.walls[1], named["walls"].cubes[1]
-    assert (cube.pose.position.x, cube.pose.position.y) == (5.0, 3.0)
-    assert (cube.size.x, cube.size.y, cube.size.z) == (14.0, wall.thickness, wall.height)
-    assert cube.pose.position.z == wall.height / 2
 
 
 def test_a_table_stands_on_four_legs_below_its_top(scenario, entities):
@@ -34,13 +25,6 @@ def test_a_table_stands_on_four_legs_below_its_top(scenario, entities):
     assert top.pose.position.z + top.size.z / 2 == pytest.approx(table.height)
     assert 2 * atan2(top.pose.orientation.z, top.pose.orientation.w) == pytest.approx(table.yaw)
     assert entity.cylinders[0].size.z == pytest.approx(top.pose.position.z - top.size.z / 2)
-
-
-def test_an_empty_room_is_drawn(made_up):
-    made_up.num_people = 0
-    scenario = Scenario(name="empty", robot=Robot(start=(0.0, 0.0, 0.0), goal=(1.0, 0.0)))
-    update = SceneUpdate.FromString(SceneEncoder(scenario).encode(made_up.truth(0)))
-    assert [entity.id for entity in update.entities] == ["walls", "pillars", "lanes", "goal", "robot"]
 
 
 def test_a_person_has_a_name_and_the_estimate_its_own_entity_beside_it(scenario, made_up):

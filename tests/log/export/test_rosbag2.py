@@ -2,7 +2,7 @@
 
 import json
 from collections import Counter
-from math import atan2, cos, hypot, isinf, pi, sin
+from math import atan2, cos, sin
 
 import numpy as np
 import pytest
@@ -84,32 +84,7 @@ def test_its_types_are_the_same_in_every_distribution_since_humble(scenario):
             assert get_typestore(store).hash_rihs01(name) == humble.hash_rihs01(name)
 
 
-def test_evos_error_of_the_bag_is_the_results(driven, tmp_path, tmp_path_factory, monkeypatch):
-    monkeypatch.setenv("HOME", str(tmp_path_factory.mktemp("home")))  # where evo keeps its settings
-    from evo.core import metrics, sync
-    from evo.tools import file_interface
-
-    export(driven, "rosbag2", tmp_path / "bag")
-    with Reader(tmp_path / "bag") as reader:
-        pair = [file_interface.read_bag_trajectory(reader, f"/robot/{name}") for name in ("truth", "estimate")]
-    error = metrics.APE(metrics.PoseRelation.translation_part)
-    error.process_data(sync.associate_trajectories(*pair))
-    rmse = error.get_statistic(metrics.StatisticsType.rmse)
-    assert rmse == pytest.approx(driven.result["localization_rmse_m"], abs=1e-12)
-
-
 # ---------------------------------------------------------------------------------------- the robot
-
-
-def test_the_truth_is_an_odometry_without_covariance(log, bag):
-    for time, value, message in pairs(log, "/robot/state", bag, "/robot/truth"):
-        assert_header(message.header, time)
-        assert message.child_frame_id == "base_link_truth"
-        assert_pose(message.pose.pose, *value["pose"])
-        assert same(message.twist.twist.linear) == (value["twist"][0], 0.0, 0.0)
-        assert same(message.twist.twist.angular) == (0.0, 0.0, value["twist"][1])
-        assert not message.pose.covariance.any()
-        assert not message.twist.covariance.any()
 
 
 def test_the_estimates_covariance_is_that_of_x_y_and_yaw(log, bag):
@@ -123,38 +98,6 @@ def test_the_estimates_covariance_is_that_of_x_y_and_yaw(log, bag):
         for i, row in zip((0, 1, 5), estimate["covariance"], strict=True):
             assert [covariance[i, 0], covariance[i, 1], covariance[i, 5]] == row
         assert np.count_nonzero(covariance) == np.count_nonzero(estimate["covariance"])
-
-
-def test_odometry_becomes_a_turn_rate_and_a_measured_pose_too(log, bag):
-    for time, value, message in pairs(log, "/odometry", bag, "/imu"):
-        assert_header(message.header, time, "base_link")
-        assert same(message.angular_velocity) == (0.0, 0.0, value["gyro"])
-        assert message.orientation_covariance[0] == message.linear_acceleration_covariance[0] == -1.0
-    for time, value, message in pairs(log, "/odometry", bag, "/measured_pose"):
-        assert_header(message.header, time)
-        assert_pose(message.pose, *value["pose"])
-
-
-def test_a_scan_keeps_its_beams_and_their_infinities(log, bag):
-    missed = 0
-    for time, value, message in pairs(log, "/scan", bag, "/scan"):
-        assert_header(message.header, time, "lidar")
-        np.testing.assert_array_equal(message.ranges, np.array(value.ranges, np.float32))
-        assert message.angle_min == np.float32(-pi)
-        assert message.angle_increment == pytest.approx(2 * pi / 360)
-        assert message.angle_max == pytest.approx(pi - 2 * pi / 360)
-        assert message.scan_time == pytest.approx(1 / log.scenario().sensors.rate)
-        assert (message.range_min, message.range_max) == (0.0, log.scenario().sensors.lidar_range)
-        missed += sum(map(isinf, message.ranges))
-    assert missed > 0
-
-
-@pytest.mark.parametrize(("topic", "ros_topic"), [("/command", "/cmd_vel"), ("/odometry", "/odometry")])
-def test_commands_and_odometry_are_stamped_twists(log, bag, topic, ros_topic):
-    for time, value, message in pairs(log, topic, bag, ros_topic):
-        assert_header(message.header, time, "base_link")
-        assert same(message.twist.linear) == (value["v"], 0.0, 0.0)
-        assert same(message.twist.angular) == (0.0, 0.0, value["omega"])
 
 
 # ------------------------------------------------------------------------------- people and particles
@@ -263,24 +206,6 @@ def test_the_map_has_every_obstacle_and_nothing_else(log, bag):
         assert cells[np.argmin(np.abs(y - leg[1])), np.argmin(np.abs(x - leg[0]))] == 100
 
 
-def test_each_person_has_an_odometry_with_its_speed_along_its_way(log, bag):
-    for kind in ("truth", "estimate"):
-        for name in ("person0", "person1", "person2"):
-            found = dict(bag[f"/people/{name}/{kind}"])
-            states = [(t, one) for t, v in logged(log, f"/people/{kind}") for one in v["people"] if one["name"] == name]
-            states = [(time, one) for time, one in states if None not in one["position"]]
-            assert list(found) == [time for time, _ in states]
-            for time, one in states:
-                message, (vx, vy) = found[time], one["velocity"]
-                assert_header(message.header, time)
-                assert message.child_frame_id == name
-                heading = atan2(vy, vx)
-                x, y = one["position"]
-                assert_pose(message.pose.pose, x, y, heading)
-                assert same(message.twist.twist.linear) == (hypot(vx, vy), 0.0, 0.0)
-    assert len(bag["/people/person0/estimate"]) == 4  # one of six ticks is without this track, in another it is nowhere
-
-
 # --------------------------------------------------------------------------------- markers and words
 
 
@@ -317,9 +242,3 @@ def test_topics_without_a_ros_type_are_json(log, bag):
         cone = json.loads(message.data)
         assert (cone["obstacle"], cone["safe_share"]) == ("person1", value.safe_share)
         np.testing.assert_array_equal(np.float32(cone["samples"]), np.array(value.samples, np.float32))
-
-
-def test_events_are_lines_of_a_ros_log(log, bag):
-    for time, value, message in pairs(log, "/events", bag, "/events"):
-        assert (message.level, message.name, message.msg) == (30, "contact", value.message)
-        assert message.stamp.sec * 10**9 + message.stamp.nanosec == time

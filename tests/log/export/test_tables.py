@@ -157,20 +157,6 @@ def test_the_scene_has_a_row_a_solid_and_a_segment(log, folder):
     assert one == [["lanes", 0, 0.0, 2.5, 10.0, 2.5], ["lanes", 1, 0.0, -2.5, 10.0, -2.5]]
 
 
-def test_every_candidate_has_a_row_with_its_costs_and_what_it_was(log, folder):
-    table, cone = read(folder, "candidates"), read(folder, "candidates_cone")
-    assert table["tick"].value_counts().to_dict() == dict.fromkeys((0, 1, 3, 4, 5), 21)  # tick 2 had none
-    for tick, _, decision in stamped(log, "/decision"):
-        if decision["cost"] is None:
-            continue
-        rows = (table["tick"] == tick) & table["role"].str.contains("chosen", na=False)
-        ((_, chosen),) = table[rows].iterrows()
-        assert (chosen["v"], chosen["omega"]) == (decision["v"], decision["omega"])
-        assert np.float32(chosen["total"]) == np.float32(decision["cost"]["total"])
-        terms = cone[(cone["tick"] == tick) & (cone["candidate"] == chosen["candidate"])]
-        assert np.float32(terms["cost"]).tolist() == np.float32(decision["cost"]["cone"]).tolist()
-
-
 def test_columns_csv_names_every_column_of_every_table_in_order(folder):
     units = pd.read_csv(folder / "columns.csv", keep_default_na=False)
     tables = sorted(path.stem for path in folder.iterdir() if path.stem != "columns")
@@ -240,12 +226,6 @@ def test_units_are_in_the_frame_in_each_field_and_in_the_file(log, folders):
     query = f"select decode(value) from parquet_kv_metadata('{path}') where decode(key) = 'units'"
     assert json.loads(duckdb.sql(query).fetchall()[0][0]) == frame.attrs["units"]
     assert str(pyarrow.parquet.read_schema(folders / "parquet" / "belief_robot.parquet").field("x").type) == "float"
-
-
-def test_a_topic_without_messages_is_an_empty_typed_table(driven):
-    frame = driven.table("/candidates/arcs")
-    assert len(frame) == 0
-    assert frame["from_x"].dtype == np.float64
 
 
 def test_an_unknown_name_gives_the_nearest(log):

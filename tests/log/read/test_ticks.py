@@ -2,7 +2,6 @@
 
 import json
 
-import numpy as np
 import pytest
 
 from mjnav.log.encode import json_messages
@@ -78,23 +77,6 @@ def test_a_tick_with_another_number_of_people_is_left_out(ticks):
     assert assembled(ticks, across_gaps=True).ticks.tolist() == [0, 1, 2, 4, 5, 6, 7, 8, 9]
     with pytest.raises(BadDocument, match="2 people have become 1"):
         assembled(ticks, across_gaps=False)
-
-
-def test_repeated_ticks_count_once(ticks):
-    again = [*ticks[:5], *ticks[2:4], *ticks[5:]]
-    assert assembled(again, across_gaps=True).ticks.tolist() == list(range(10))
-    assert assembled(again, across_gaps=False).ticks.tolist() == list(range(5))
-
-
-def test_effective_sample_sizes_are_given_by_tick(ticks):
-    ticks[4][1]["/people/estimate"]["people"].pop(0)
-    ticks[5][1]["/robot/state"]["estimate"]["ess"] = None
-    ticks[6][1]["/people/estimate"]["people"][0]["recovered"] = True
-    run = assembled(ticks, across_gaps=True).trajectory
-    assert (run.robot_ess.shape, run.people_ess.shape, run.recoveries) == ((9,), (9, 2), 1)
-    assert run.robot_ess[3] == ticks[3][1]["/robot/state"]["estimate"]["ess"]
-    assert np.flatnonzero(np.isnan(run.robot_ess)).tolist() == [5]
-    assert np.argwhere(np.isnan(run.people_ess)).tolist() == [[4, 0]]
 
 
 def test_no_documents_give_no_run_and_truth_alone_gives_no_tick(ticks):

@@ -52,12 +52,6 @@ def test_the_room_shows_topics_that_can_be_drawn_and_follows_a_frame_that_exists
     assert room["followTf"] == TRUE_FRAME
 
 
-def test_events_and_raw_messages_have_topics_of_their_kind(schemas):
-    (events,), (raw,) = of_kind("RosOut"), of_kind("RawMessages")
-    assert schemas[events["topicToRender"]].name == "foxglove.Log"
-    assert raw["topicPath"] in schemas
-
-
 PATHS = [path["value"] for config in of_kind("Plot") for path in config["paths"]]
 
 

@@ -79,40 +79,6 @@ def test_a_full_queue_drops_and_counts_what_may_go_and_keeps_the_rest(full):
     assert sink.dropped == 5
 
 
-def test_once_there_is_room_again_batches_are_taken_again(full):
-    sink, writer = full
-    sink.put(batch(-1), may_drop=True)
-    writer.go_on.set()
-    sink.put(batch(500))  # waits until the queue has room
-    while len(writer.added) < QUEUE_SIZE + 2:
-        time.sleep(0.001)
-    sink.put(batch(501), may_drop=True)
-    sink.close()
-    assert writer.added == [*range(QUEUE_SIZE + 1), 500, 501]
-    assert sink.dropped == 1
-
-
-def test_an_error_ends_the_wait_for_a_place():
-    writer, sink = attached(ThreadSink(), FullDisk())
-    for number in range(QUEUE_SIZE + 1):
-        sink.put(batch(number))
-    threading.Thread(target=writer.go_on.set).start()
-    with suppress(OSError):  # where it is known by now
-        sink.put(batch(-1))  # would wait for ever
-    with pytest.raises(OSError, match="No space"):
-        sink.close()
-
-
-def test_what_was_handed_over_is_flushed_although_nothing_follows():
-    writer, thread = attached(ThreadSink(), CountingWriter())
-    thread.put(batch(7))
-    deadline = time.monotonic() + 20 * FLUSH_INTERVAL
-    while not writer.flushes and time.monotonic() < deadline:
-        time.sleep(0.01)
-    thread.close()
-    assert [count for _, count in writer.flushes] == [1]
-
-
 def raising(error: BaseException):
     yield Message(1, 0, 0, b"")
     raise error
@@ -148,18 +114,6 @@ def told(call) -> list[str]:
             found.append(str(error))
         else:
             return found
-
-
-def test_every_fault_is_told_once_and_in_order():
-    writer, thread = attached(ThreadSink(), BlockedWriter())
-    thread.put(batch(0))
-    for number in range(5):
-        thread.put(raising(ValueError(f"fault {number}")))
-    thread.put(batch(1))
-    writer.go_on.set()
-    while len(writer.added) < 2:
-        time.sleep(0.001)
-    assert told(thread.close) == [f"fault {number}" for number in range(5)]
 
 
 def test_no_fault_is_lost_however_the_threads_take_turns():
@@ -253,13 +207,3 @@ def test_simulated_time_calls_for_a_flush_too_however_fast_it_goes():
     assert [count for _, count in writer.flushes][:2] == [1, 3]
     assert len(writer.flushes) == 6  # one for the first tick, and one for every two
     assert sink.flushed_ns == 1_000_000_000
-
-
-def test_a_direct_sink_raises_at_the_call_that_failed_and_writes_no_more():
-    writer, sink = attached(DirectSink(), FullDisk())
-    writer.go_on.set()
-    for _ in range(2):  # and at every one after it: the writer has lost its place
-        with pytest.raises(OSError, match="No space"):
-            sink.put([Message(1, 0, 0, b"")])
-    with pytest.raises(OSError, match="No space"):
-        sink.close()

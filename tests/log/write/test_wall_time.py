@@ -35,13 +35,6 @@ def stamps(path):
             yield channels[record.channel_id], record.log_time, record.publish_time, record.data
 
 
-def test_without_the_option_a_run_is_logged_alike_every_time(logs):
-    folder, *_ = logs
-    a, b = ([message for message in stamps(folder / name) if message[0] != "/tick"] for name in ("a.mcap", "b.mcap"))
-    assert a == b
-    assert a[0][1] == 0
-
-
 def test_players_see_the_time_of_day_in_the_records_and_in_the_stamps(logs):
     folder, before, after = logs
     (simulated, walled) = ([*stamps(folder / name)] for name in ("a.mcap", "wall.mcap"))
