@@ -18,8 +18,7 @@ if TYPE_CHECKING:
     from mjnav.report.log_pictures import render
     from mjnav.report.run_page.of_logs import report
     from mjnav.study.key_reference import names
-    from mjnav.study.results import compare
-    from mjnav.study.sweep_study import sweep
+    from mjnav.study.results import compare, sweep
 
 __all__ = ["Simulation", "compare", "load_scenario", "names", "open_log", "render", "replay", "report", "run", "sweep"]
 
@@ -35,7 +34,7 @@ _API = MappingProxyType(
         "replay": "mjnav.loop.replay",
         "report": "mjnav.report.run_page.of_logs",
         "run": "mjnav.loop.run",
-        "sweep": "mjnav.study.sweep_study",
+        "sweep": "mjnav.study.results",
     }
 )
 

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from mjnav.cli.options import require
-from mjnav.cli.terminal.progress import progress, tell
+from mjnav.cli.terminal.progress import tell
 from mjnav.cli.terminal.tables import print_drawn, print_table
 from mjnav.errors import InputError, InvalidValue
 from mjnav.metrics.definitions import GROUPS
@@ -27,8 +27,6 @@ from mjnav.study.study_file import StudyFile
 
 if TYPE_CHECKING:
     from rich.console import Console
-
-    from mjnav.study.compare.study_comparison import StudyComparison
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
@@ -89,8 +87,10 @@ def _refuse(arguments: argparse.Namespace, options: tuple[str, ...], reason: str
 
 
 def _methods(arguments: argparse.Namespace) -> int:
+    from mjnav.loop.provenance import revision
     from mjnav.report.comparison import text
     from mjnav.report.comparison.documents import csv_text, document
+    from mjnav.report.comparison.html import html
     from mjnav.report.comparison.latex import latex
     from mjnav.study.compare.study_comparison import compare_study
     from mjnav.study.compare.worst_seeds import run_commands, worst_seeds
@@ -99,7 +99,7 @@ def _methods(arguments: argparse.Namespace) -> int:
     outputs = [output_path("--output", given, *forms) for given in arguments.output or ()]
     store, study = _results(arguments.study)
     required = require.parsed(arguments)
-    with progress("compare", 100.0, "%") as show, _figure_option():
+    with _figure_option():
         results = compare_study(
             store,
             study,
@@ -110,7 +110,6 @@ def _methods(arguments: argparse.Namespace) -> int:
             win_by=arguments.win_by or WIN_BY,
             rivals=arguments.rivals,
             ratios=arguments.ratios,
-            progress=lambda done, total: show(100.0 * done / total),
         )
 
     def content(path: Path) -> str:
@@ -120,7 +119,8 @@ def _methods(arguments: argparse.Namespace) -> int:
             case ".tex":
                 return latex(results)
             case _:
-                return _page(path, store, study, results)
+                made = f"Page made on {date.today().isoformat()} by mjnav {revision()}."
+                return html(results, study, page=path, made=made)
 
     def draw(console: "Console") -> None:
         commands = run_commands(study, store.study()) if study is not None else {}
@@ -171,14 +171,6 @@ def _finish(
         for path in outputs:
             print(f"{path}: {path.stat().st_size / 1000:.0f} kB")
     return require.exit_code(answers)
-
-
-def _page(path: Path, store: Store, study: StudyFile | None, results: "StudyComparison") -> str:
-    from mjnav.loop.provenance import revision
-    from mjnav.report.comparison.html import background, html
-
-    made = f"on {date.today().isoformat()} by mjnav {revision()}"
-    return html(results, background(store, study, results, page=path, made=made))
 
 
 def _results(given: str) -> tuple[Store, StudyFile | None]:
@@ -241,15 +233,13 @@ def _rank(arguments: argparse.Namespace) -> int:
 def _line(setting: RankedSetting) -> tuple[str, ...]:
     from mjnav.report.figure_text import Format
 
-    def shown(e: Estimate, form: Format) -> str:
-        return str(form.shown(e, e.num))
-
     of, failed = setting.figures, f" ({setting.failed} failed)" if setting.failed else ""
+    costs = (Estimate(of[name].value, None, of[name].num) for name in ("time_s", "control_cost"))
+    columns = [(setting.score, Format(3)), *((of[name], Format(0, 100.0)) for name in ("success", "collision"))]
+    columns += [(cost, Format(1)) for cost in costs]
     return (
         f"{setting.episodes}{failed}",
-        shown(setting.score, Format(3)),
-        *(shown(of[name], Format(0, 100.0)) for name in ("success", "collision")),
-        *(shown(Estimate(of[name].value, None, of[name].num), Format(1)) for name in ("time_s", "control_cost")),
+        *(str(form.shown(e, e.num)) for e, form in columns),
         ", ".join(f"{key} = {value}" for key, value in setting.values.items()) or "as they stand",
     )
 

@@ -12,8 +12,8 @@ from mjnav.cli.options import scene_options, sweep_options
 from mjnav.cli.terminal.guard import interruptible
 from mjnav.cli.terminal.progress import pace, progress, tell
 from mjnav.errors import InputError, MjnavError, unknown_name
+from mjnav.loop.prepare import OUT_FOLDER
 from mjnav.study.keep import KINDS
-from mjnav.study.results import OUT_FOLDER
 from mjnav.study.store.row import Row
 from mjnav.study.study_file import load_study, study_text
 
@@ -61,7 +61,11 @@ def execute(arguments: argparse.Namespace) -> int:
     store = Store(folder)
     cells = resolve(study, arguments.overrides, arguments.scene)
     wanted = trials(study, cells)
-    say = _nothing if arguments.json else _print
+
+    def say(text: str) -> None:
+        if not arguments.json:
+            print(text, flush=True)
+
     say(f"{study.name}: {len(cells)} cells under {len(study.all_seeds)} seeds are {len(wanted)} episodes")
     if arguments.dry_run:
         check(wanted, store, resume=True, failed=not arguments.retry_failed, accept=arguments.accept_changed)
@@ -71,11 +75,8 @@ def execute(arguments: argparse.Namespace) -> int:
         return 0
     scheduler = workers.scheduler()
     with interruptible() as interrupted, progress(study.name, len(wanted), "episodes") as show:
-        watch = _Watch(say, show)
-
-        def begin(kept: int) -> None:
-            watch.begin(kept, len(wanted), changes_since(wanted, store) if arguments.accept_changed else {})
-
+        watch = _Watch(len(wanted), say, show)
+        changed = changes_since(wanted, store) if arguments.accept_changed else {}
         try:
             report = sweep(
                 wanted,
@@ -87,22 +88,21 @@ def execute(arguments: argparse.Namespace) -> int:
                 accept_changed=arguments.accept_changed,
                 keep_logs=arguments.keep_logs,
                 stop=interrupted,
-                begin=begin,
+                begin=lambda kept: watch.begin(kept, changed),
                 progress=watch.progress,
             )
-        except InputError:
-            raise
         except MjnavError as error:
-            if not watch.began:
+            if isinstance(error, InputError) or watch.kept is None:
                 raise
             raise MjnavError(f"{error}\nfinished episodes are kept: --resume continues") from None
+    causes = store.causes()
     if arguments.json:
-        causes = dict(store.causes())
-        print(json.dumps({"schema": 1, "study": study.name, "folder": str(folder), **asdict(report), "causes": causes}))
+        document = {"study": study.name, "folder": str(folder), **asdict(report), "causes": dict(causes)}
+        print(json.dumps({"schema": 1, **document}))
     else:
         speed = f", {report.run / report.seconds:.1f} a second" if report.run else ""
         print(f"{folder}: {report.kept + report.run} episodes, {report.run} of them in {report.seconds:.1f} s{speed}")
-        for cause, count in store.causes().most_common(MAX_CAUSES):
+        for cause, count in causes.most_common(MAX_CAUSES):
             print(f"  {count} failed: {cause}")
         if report.failed:
             print("  --retry-failed runs them again")
@@ -115,43 +115,36 @@ def execute(arguments: argparse.Namespace) -> int:
 
 
 class _Watch:
-    """Reports the progress of a sweep."""
+    """Reports the progress of a sweep of so many episodes."""
 
-    def __init__(self, say: Callable[[str], None], show: Callable[[float], None]):
-        self._say, self._show = say, show
-        self.began = False  # whether episodes are under way
+    def __init__(self, total: int, say: Callable[[str], None], show: Callable[[float], None]):
+        self._total, self._say, self._show = total, say, show
+        self.kept: int | None = None  # rows from before, once episodes are under way
         self._first_done = 0.0  # when
-        self._differing: set[tuple[str, ...]] = set()  # differences of workers that were reported
+        self._told: set[str] = set()  # differences of workers
 
-    def begin(self, kept: int, total: int, changes: Mapping[str, int]) -> None:
+    def begin(self, kept: int, changed: Mapping[str, int]) -> None:
         """Called before the first episode, with the changes since the kept rows were made."""
         from mjnav.study.sweep.changes import changes_line
 
-        self.began, self._kept, self._total = True, kept, total
+        self.kept = kept
         if kept:
             self._say(f"{kept} of them are done")
-        if changes:
-            tell(f"rows are kept that were made before these changes: {changes_line(changes)}")
+        if changed:
+            tell(f"rows are kept that were made before these changes: {changes_line(changed)}")
 
     def progress(self, done: int, row: Row) -> None:
         """After an episode."""
         from mjnav.study.sweep.sweep import worker_changes
 
+        done_before = self.kept or 0
         if done == 1:
             self._first_done = time.monotonic()
-        left = self._total - self._kept - done
+        left = self._total - done_before - done
         if done in TOLD_AFTER and left > 0:
             self._say(f"the rest: {pace(done - 1, left, time.monotonic() - self._first_done)}")
-        found = worker_changes(row)
-        if found and found not in self._differing:
-            self._differing.add(found)
-            tell(f"the worker on {row.machine} differs from this process: {'; '.join(found)}")
-        self._show(self._kept + done)
-
-
-def _print(text: str) -> None:
-    print(text, flush=True)
-
-
-def _nothing(text: str) -> None:
-    pass
+        differences = "; ".join(worker_changes(row))
+        if differences and differences not in self._told:
+            self._told.add(differences)
+            tell(f"the worker on {row.machine} differs from this process: {differences}")
+        self._show(done_before + done)

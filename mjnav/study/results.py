@@ -1,21 +1,44 @@
-"""Where the results of studies are, the study files that their sweeps left beside them, and `mjnav.compare` of them."""
+"""`mjnav.sweep` and `mjnav.compare`: a study in, a folder of results out, and what two folders of them say.
 
+Results are below runs/out, or in any folder, with the study file that their sweep left beside them.
+"""
+
+import json
 import os
-from collections.abc import Sequence
+import shlex
+from collections import Counter
+from collections.abc import Callable, Sequence
 from contextlib import suppress
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, overload
+from typing import TYPE_CHECKING, Annotated, Any
 
 from mjnav.errors import InputError, unknown_name
-from mjnav.loop.prepare import OUT_FOLDER
+from mjnav.log.read.data_frame import check_pandas
+from mjnav.loop.faults.heartbeat import MAX_SECONDS
+from mjnav.loop.prepare import OUT_FOLDER, check_functions
 from mjnav.output_files import path_text
+from mjnav.scene.overrides import Overrides, overrides_of
+from mjnav.scene.ranges import MAX_TIME
+from mjnav.settings import Range, below, settled
+from mjnav.study.cells import resolve
 from mjnav.study.compare.before_after import BeforeAfter, before_after
-from mjnav.study.compare.chosen_figures import DEFAULT_FIGURES, WIN_BY
+from mjnav.study.compare.chosen_figures import DEFAULT_FIGURES
 from mjnav.study.compare.study_comparison import StudyComparison, compare_study
+from mjnav.study.keep import NONE
+from mjnav.study.store.row import Row
 from mjnav.study.store.store import STUDY_FILE, Store
-from mjnav.study.study_file import StudyFile, load_study, studies
+from mjnav.study.study_file import StudyFile, load_study, studies, study_text
+from mjnav.study.sweep.schedulers import dask, local
+from mjnav.study.sweep.sweep import SweepSummary, trials
+from mjnav.study.sweep.sweep import sweep as sweep_trials
+
+if TYPE_CHECKING:
+    import pyarrow
 
 PathText = str | os.PathLike[str]
+Workers = Annotated[int, Range(1, 10_000, "processes")]
+Seconds = Annotated[float, Range(0.0, MAX_TIME, "s", open_low=True, or_inf=True)]
 
 
 def find_results(given: PathText) -> tuple[Store, StudyFile | None]:
@@ -49,20 +72,6 @@ def kept_study(store: Store) -> StudyFile | None:
     return load_study(store.folder / STUDY_FILE) if store.study() else None
 
 
-@overload
-def compare(
-    results: PathText,
-    after: None = None,
-    *,
-    reference: str | None = None,
-    figures: Sequence[str] = DEFAULT_FIGURES,
-    pool: bool = False,
-    pool_all: bool = False,
-    win_by: str = WIN_BY,
-    rivals: bool = False,
-) -> StudyComparison: ...
-@overload
-def compare(results: PathText, after: PathText, *, figures: Sequence[str] = DEFAULT_FIGURES) -> BeforeAfter: ...
 def compare(
     results: PathText, after: PathText | None = None, *, figures: Sequence[str] = DEFAULT_FIGURES, **options: Any
 ) -> StudyComparison | BeforeAfter:
@@ -88,3 +97,96 @@ def compare(
         with suppress(InputError):  # a file that cannot be read gives no labels
             study = kept_study(other)
     return before_after(store, other, figures=figures, study=study, **options)
+
+
+@dataclass(frozen=True, slots=True)
+class SweepResult:
+    """The results of a study in a folder, and what this sweep added."""
+
+    study: str
+    folder: Path
+    summary: SweepSummary
+
+    @property
+    def causes(self) -> Counter[str]:
+        """The number of failed episodes by cause."""
+        return Store(self.folder).causes()
+
+    def rows(self, columns: Sequence[str] | None = None) -> "pyarrow.Table":
+        """These columns of all rows, `mjnav.study.store.row.COLUMNS` by default, in no particular order."""
+        return Store(self.folder).rows(columns)
+
+    def table(self, columns: Sequence[str] | None = None) -> Any:
+        """The same as a DataFrame of pandas. Raises InputError where pandas is missing."""
+        check_pandas()
+        return self.rows(columns).to_pandas()
+
+    def __repr__(self) -> str:
+        s = self.summary
+        return (
+            f"SweepResult({self.study!r} in {str(self.folder)!r}: {s.kept + s.run} of {s.episodes} episodes, "
+            f"{s.failed} failed)"
+        )
+
+    def compare(self, *, reference: str | None = None, figures: Sequence[str] = DEFAULT_FIGURES) -> StudyComparison:
+        """The methods in tables, as `mjnav.compare` gives them."""
+        return compare_study(Store(self.folder), kept_study(Store(self.folder)), reference=reference, figures=figures)
+
+
+def sweep(
+    study: StudyFile | str | os.PathLike[str],
+    *,
+    folder: str | os.PathLike[str] | None = None,
+    seeds: int | None = None,
+    scenes: Sequence[str] = (),
+    overrides: Overrides = (),
+    workers: int | None = None,
+    scheduler: str | None = None,
+    resume: bool = False,
+    retry_failed: bool = False,
+    accept_changed: bool = False,
+    keep_logs: str = NONE,
+    max_seconds: float = MAX_SECONDS,
+    stop: Callable[[], bool] = lambda: False,
+    progress: Callable[[int, Row], None] = lambda done, row: None,
+    tell: Callable[[str], None] = lambda text: None,
+) -> SweepResult:
+    """Runs a study's episodes in processes of this machine or on a Dask cluster; the rows go into a folder.
+
+    `study` is a shipped study's name, the path of a study file or a StudyFile. `folder` is runs/out/<study's name> by
+    default. `seeds` is their number, from the study's first on; `scenes` replace the study's; `overrides` are values
+    for all episodes as `load_scenario` takes them. `workers` is the number of processes, one per processor by default;
+    `scheduler` the address of a Dask scheduler in their place. A folder that has results is refused, unless `resume`
+    adds what is missing or `retry_failed` runs failed episodes again, too; `accept_changed` adds also where scenes,
+    sources or programs have changed. `keep_logs` is "none", "failures" or "all". An episode that takes more than
+    `max_seconds` of wall time has failed. `stop` is asked after every episode whether to end, and `progress` gets the
+    number of episodes that were run and the latest row; `tell` gets a line about an episode that makes no progress.
+
+    Raises InputError before anything starts where something cannot be used; MjnavError where the disk refuses or the
+    scheduler is lost: the rows of finished episodes are kept.
+    """
+    study = study if isinstance(study, StudyFile) else load_study(study)
+    if seeds is not None:
+        study = study.with_seeds(seeds)
+    given = tuple(overrides_of(overrides))
+    words = [f"--set={one.key}={one.value if isinstance(one.value, str) else json.dumps(one.value)}" for one in given]
+    wanted = trials(study, resolve(study, given, scenes))
+    store = Store(OUT_FOLDER / study.name if folder is None else path_text("folder", folder))
+    with below("workers"):
+        num = len(os.sched_getaffinity(0)) if workers is None else settled(Workers, workers)
+    with below("max_seconds"):
+        max_seconds = settled(Seconds, max_seconds)
+    check_functions(stop=stop, progress=progress, tell=tell)
+    summary = sweep_trials(
+        wanted,
+        store,
+        local(num, max_seconds, tell) if scheduler is None else dask(scheduler, max_seconds),
+        text=f"# {shlex.join(['mjnav', 'sweep', study.name, *words])}\n{study_text(study)}",
+        resume=resume,
+        retry_failed=retry_failed,
+        accept_changed=accept_changed,
+        keep_logs=keep_logs,
+        stop=stop,
+        progress=progress,
+    )
+    return SweepResult(study.name, store.folder, summary)

@@ -77,7 +77,7 @@ class MethodEntry:
         "in place of a grid: settings that are drawn. Beside `count` the same keys, each with { low, high }, also with "
         "log = true, { mean, std } or { one_of }",
     ] = None
-    label: Annotated[str, "in tables and charts; by default the name, of file.py:Class the class"] = ""
+    label: Annotated[str, "in tables; by default the name, of file.py:Class the class"] = ""
 
     def __post_init__(self):
         settle(self)
@@ -101,7 +101,7 @@ class SettingEntry:
 
     name: Annotated[str, "in the rows of results"]
     set: Annotated[Overrides, "keys of a run file"] = field(default_factory=dict)
-    label: Annotated[str, "in tables and charts; the name by default"] = ""
+    label: Annotated[str, "in tables; the name by default"] = ""
 
     def __post_init__(self):
         settle(self)
@@ -149,8 +149,6 @@ class StudyFile:
         _check_distinct("scenes", self.scenes)
         _check_distinct("methods", [method.identifier for method in self.methods])
         _check_distinct("settings", [setting.name for setting in self.settings])
-        _check_labels("methods", self.methods)
-        _check_labels("settings", self.settings)
         if not isinstance(self.seeds, SeedRange):
             _check_distinct("seeds", self.seeds)
 
@@ -206,13 +204,3 @@ def _check_distinct(key: str, values: Sequence[object]) -> None:
     for i, value in enumerate(values):
         if value in values[:i]:
             raise InvalidValue(f"{key}.{i}", value, "every one once")
-
-
-def _check_labels(key: str, entries: Sequence[MethodEntry] | Sequence[SettingEntry]) -> None:
-    """Raises InvalidValue for a label under which another entry is shown, too."""
-    for i, entry in enumerate(entries):
-        other = next((j for j, other in enumerate(entries) if j != i and other.shown == entry.label), None)
-        if entry.label and other is not None:
-            raise InvalidValue(
-                f"{key}.{i}.label", entry.label, f"a label of its own: {key}.{other} is shown as the same"
-            )

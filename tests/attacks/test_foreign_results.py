@@ -7,8 +7,6 @@ from itertools import cycle
 import pytest
 
 from mjnav.cli.main import main
-from mjnav.errors import InputError
-from mjnav.study.store.store import Store
 
 OURS = "# mjnav sweep two.toml\nschema = 1\n"
 
@@ -106,23 +104,3 @@ def test_a_folder_that_is_none_is_refused_and_stays(refused, tmp_path, what):
     place = tmp_path / "results"
     place.write_text("mine") if what == "a file" else place.symlink_to("nowhere")
     assert refused() == f"mjnav: results: found {what}; allowed: a folder for results, or none yet\n"
-
-
-def test_other_files_in_the_folder_stay_also_those_with_the_names_of_leftovers(tmp_path):
-    others = ("notes.txt", "part-0.parquet.tmp", "study.toml.tmp", "x.tmp", "study.toml.bak")
-    for name in others:
-        (tmp_path / name).write_text("mine")
-    for _ in range(2):
-        with Store(tmp_path).writing(OURS):
-            pass
-    assert [(tmp_path / name).read_text() for name in others] == ["mine"] * len(others)
-    assert sorted(path.name for path in tmp_path.iterdir()) == sorted(["lock", "study.toml", *others])
-
-
-def test_a_study_file_is_a_sweeps_own_by_its_first_line(tmp_path):
-    with Store(tmp_path).writing(OURS):
-        pass
-    Store(tmp_path).check_own()
-    (tmp_path / "study.toml").write_text(OURS.replace("# mjnav", "# not mjnav"))
-    with pytest.raises(InputError, match=r"study\.toml: not written by mjnav"):
-        Store(tmp_path).check_own()

@@ -18,8 +18,7 @@ import pyarrow.parquet as pq
 import pytest
 
 import mjnav
-from mjnav.study.store.store import Store
-from mjnav.study.sweep.changes import inconsistencies
+from mjnav.study.store.store import Store, digest
 
 STUDY = """
 schema = 1
@@ -187,13 +186,11 @@ def test_a_folder_of_an_earlier_version_is_read_and_told(forked, copy):
     table = pq.read_table(shard)
     new = [name for name in table.column_names if name.startswith(("version_", "sources_", "cpu", "kernels", "blas"))]
     older = table.drop_columns([*new, "python", "libc", "row_schema", "control"])
-    pq.write_table(older, shard.with_name("part-000000-1f6c0a12.parquet"))
-    shard.unlink()
+    pq.write_table(older, shard)
+    shard.rename(shard.with_name(f"part-000000-{digest(shard.read_bytes())}.parquet"))
     said = sweep(forked, copy, "--resume")
     assert said.code == 2
     assert "written by an earlier version of mjnav, which did not record " in said.err
-    (mixture,) = inconsistencies(Store(copy / RESULTS), "own")
-    assert list(mixture.rows.values()) == [1]
 
 
 def test_an_unchanged_sweep_goes_on_without_a_word(forked, copy):

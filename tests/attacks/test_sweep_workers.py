@@ -54,22 +54,6 @@ def test_a_worker_that_begins_after_an_edit_ends_the_sweep_with_one_line(own_tri
     assert multiprocessing.active_children() == []
 
 
-@pytest.mark.nightly
-def test_a_worker_that_lacks_the_controller_ends_the_sweep_with_one_line(own_trials, tmp_path):
-    store = Store(tmp_path / "out")
-
-    def remove_and_kill(done, row):
-        (tmp_path / "own_controllers.py").unlink(missing_ok=True)
-        for process in multiprocessing.active_children():
-            process.kill()
-
-    told = r"^the worker on .* cannot import own_controllers: start it in the folder that has this module; "
-    with pytest.raises(MjnavError, match=told):
-        sweep(own_trials, store, local(1), progress=remove_and_kill, accept_changed=True)
-    check_rows(store)
-    assert multiprocessing.active_children() == []
-
-
 def elsewhere(wanted):
     """Rows as a worker with another NumPy would return them, except for the first."""
     for number, trial in enumerate(wanted):
@@ -84,13 +68,3 @@ def test_rows_of_another_numpy_are_kept_on_request_alone(own_trials, tmp_path):
     assert len(store.done()) == 1
     assert sweep(own_trials, store, elsewhere, resume=True, accept_changed=True).run == 2
     assert sweep(own_trials, store, elsewhere, resume=True, accept_changed=True).run == 0
-
-
-def test_a_row_of_an_earlier_mjnav_on_a_worker_is_told(own_trials, tmp_path):
-    def earlier(wanted):
-        for row in map(run_trial, wanted):
-            known = {fact: value for fact, value in row.made_with.items() if not fact.startswith(("version", "cpu"))}
-            yield replace(row, made_with=known)
-
-    with pytest.raises(MjnavError, match="written by an earlier version of mjnav, which did not record "):
-        sweep(own_trials, Store(tmp_path / "out"), earlier)

@@ -2,11 +2,9 @@
 
 import csv
 import json
-import sys
 
 import pytest
 
-from mjnav.errors import missing_extra
 from mjnav.study.compare.chosen_figures import expanded
 from mjnav.study.store.store import Store
 from tests.study.made_up import row
@@ -109,17 +107,12 @@ def test_the_headline_of_a_study_is_one_command(mjnav, study):
     [
         (["crosings"], "did you mean 'crossings'?"),
         (["crossings"], "mjnav: runs/out/crossings: no results of a sweep; mjnav sweep crossings makes them"),
-        (["no/such"], "mjnav: no/such: no such folder"),
         (
             ["two.toml", "--reference", "men"],
             "mjnav: --reference: found 'men'; allowed: mean, rkhs; did you mean 'mean'?",
         ),
-        (["two.toml", "--win-by", "success"], "mjnav: --win-by: found 'success'"),
         (["two.toml", "two.toml", "--rivals"], "mjnav: --rivals is for the tables of one study"),
-        (["two.toml", "--figure", "time"], "did you mean 'time_s'?"),
         (["two.toml", "-o", "t.xls"], "mjnav: --output: found 't.xls'"),
-        (["two.toml", "-o", "no/such/t.csv"], "mjnav: no/such/t.csv: there is no folder"),
-        (["two.toml", "two.toml", "--reference", "rkhs"], "mjnav: --reference is for the tables of one study"),
         (["two.toml", "--rank", "--pool"], "mjnav: --pool is for tables"),
     ],
 )
@@ -137,33 +130,6 @@ def test_a_kept_study_that_cannot_be_read_leaves_the_figures(mjnav, study, tmp_p
     assert said.err.startswith("mjnav: runs/out/two methods/study.toml: ")
     assert said.err.endswith("; what is missing, and labels, are not known\n")
     assert "No study file is there" in said.out
-
-
-def test_a_damaged_shard_is_told_in_a_line(mjnav, study, tmp_path):
-    (tmp_path / "runs/out/two methods/part-000009-1f6c0a12.parquet").write_bytes(b"PAR1")
-    said = mjnav("compare", "two.toml")
-    assert (said.code, said.out) == (1, "")
-    assert "part-000009-1f6c0a12.parquet: damaged (" in said.err
-
-
-def test_without_the_extra_it_says_what_to_install(mjnav, study, monkeypatch):
-    monkeypatch.setitem(sys.modules, "pyarrow.parquet", None)
-    said = mjnav("compare", "two.toml")
-    assert (said.code, said.err) == (2, f"mjnav: {missing_extra('pyarrow', 'sweep')}\n")
-
-
-def test_a_query_of_the_shards_finds_the_same(mjnav, study):
-    duckdb = pytest.importorskip("duckdb", reason="the sweep extra is not installed")
-    query = """
-        SELECT scene, setting, method, count(*) AS n, avg(success::int) AS success,
-               avg(control_cost) FILTER (success) AS control_cost
-        FROM 'runs/out/two methods/part-*.parquet' GROUP BY ALL ORDER BY method DESC"""
-    found = duckdb.sql(query).fetchall()
-    (table,) = json.loads(mjnav("compare", "two.toml", "--json").out)["tables"]
-    for (scene, setting, method, n, success, cost), listed in zip(found, table["methods"], strict=True):
-        assert (scene, setting, method, n) == ("crossing1", "default", listed["method"], listed["episodes"])
-        assert success == pytest.approx(listed["figures"]["success"]["value"])
-        assert cost == pytest.approx(listed["figures"]["control_cost"]["value"])
 
 
 def test_two_folders_are_compared_seed_by_seed_in_text_json_and_csv(mjnav, study, tmp_path):

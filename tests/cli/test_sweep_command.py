@@ -81,29 +81,6 @@ def test_it_says_what_it_runs_and_where_the_rows_are(sweep, tmp_path):
     assert store.study().endswith(STUDY)
 
 
-def test_results_are_added_to_on_request_only(sweep):
-    assert sweep("--seeds", 1).code == 0
-    refused = sweep("--seeds", 2)
-    assert (refused.code, refused.out.count("\n")) == (2, 1)
-    assert refused.err.startswith("mjnav: runs/out/two methods has results: --resume adds what is missing")
-    said = sweep("--seeds", 2, "--resume")
-    assert said.code == 0
-    assert said.out.splitlines()[1] == "2 of them are done"
-    assert sweep("--seeds", 2, "-o", "elsewhere").code == 0
-    assert len(Store("elsewhere").done()) == 4
-
-
-def test_a_label_that_changes_runs_nothing_again_and_shows_in_the_next_table(sweep, mjnav, tmp_path):
-    assert sweep("--seeds", 1).code == 0
-    before = Store("runs/out/two methods").done()
-    (tmp_path / "two.toml").write_text(f'{STUDY}label = "Mean alone"\n')
-    assert "Mean alone" in mjnav("compare", "two.toml").out  # by the file
-    said = sweep("--seeds", 1, "--resume")
-    assert (said.code, said.out.splitlines()[1]) == (0, "2 of them are done")
-    assert Store("runs/out/two methods").done() == before
-    assert "Mean alone" in mjnav("compare", "runs/out/two methods").out  # by the file that the sweep left
-
-
 def test_json_is_one_object_and_nothing_else(sweep):
     printed = json.loads(sweep("--json", "--seeds", 2).out)
     assert (printed["schema"], printed["study"], printed["folder"]) == (1, "two methods", "runs/out/two methods")
@@ -123,11 +100,6 @@ def test_a_dry_run_names_the_cells_and_runs_nothing(sweep, tmp_path):
         "schema": 1, "study": "two methods", "episodes": 12, "cells": 2
     }  # fmt: skip
     assert not (tmp_path / "runs").exists()
-
-
-def test_overrides_of_the_command_line_come_last(sweep):
-    assert sweep("--seeds", 1, "--set", "time_limit=0.3").code == 0
-    assert Store("runs/out/two methods").rows(["time_s"])["time_s"].to_pylist() == [0.3, 0.3]
 
 
 def test_an_episode_that_breaks_is_counted_by_its_cause_and_can_be_retried(sweep, tmp_path, monkeypatch):
@@ -156,14 +128,6 @@ def test_whatever_a_plugin_raises_is_the_cause_in_its_row(sweep, tmp_path):
     assert [cause.partition(" (")[0] for cause in causes] == ["Mute: its __str__ raises", "SystemExit: 0"]
 
 
-def test_a_plugin_that_changes_the_working_folder_is_found_by_all_episodes(sweep, tmp_path):
-    (tmp_path / "moving.py").write_text(MOVING)
-    (tmp_path / "two.toml").write_text(STUDY.replace('"mean"', '"moving.py:Moving"'))
-    said = sweep("--seeds", 1, "--scene", "crossing1", "--scene", "lane")
-    assert (said.code, said.err) == (0, "")
-    assert len(Store(tmp_path / "runs/out/two methods").done()) == 4
-
-
 @pytest.mark.parametrize(
     ("words", "line"),
     [
@@ -183,12 +147,6 @@ def test_bad_input_is_refused_before_anything_starts(mjnav, tmp_path, monkeypatc
     assert line in said.err
     assert "Traceback" not in said.err
     assert not (tmp_path / "runs").exists()
-
-
-def test_a_study_that_does_not_exist_is_refused(mjnav):
-    said = mjnav("sweep", "crosings")
-    assert (said.code, said.out) == (2, "")
-    assert "did you mean 'crossings'?" in said.err
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])

@@ -7,24 +7,19 @@ import csv
 import io
 import json
 import re
-import shutil
-import subprocess
 from html.parser import HTMLParser
 from math import isfinite
 
 import numpy as np
 import pytest
-from rich.cells import cell_len
 from rich.console import Console
 
-from mjnav.report.comparison.documents import changes_csv, changes_document, csv_text, document
-from mjnav.report.comparison.forest import CHARACTER, LABELS, forest_svg, forests
-from mjnav.report.comparison.html import background, html
+from mjnav.report.comparison.documents import csv_text, document
+from mjnav.report.comparison.html import html
 from mjnav.report.comparison.latex import escaped, latex
-from mjnav.report.comparison.shown import PLAIN, shown_tables, sight
-from mjnav.report.comparison.text import write, write_changes
+from mjnav.report.comparison.shown import PLAIN, shown_tables
+from mjnav.report.comparison.text import write
 from mjnav.report.figure_text import Shown
-from mjnav.study.compare.before_after import before_after
 from mjnav.study.compare.chosen_figures import RATES, is_rate
 from mjnav.study.compare.estimates import Estimate
 from mjnav.study.compare.study_comparison import compare_study
@@ -140,15 +135,6 @@ def test_every_figure_of_every_method_is_shown_rounded(results):
                         check_rounded(cell.below, change.estimate, change.p, row.num, scale)
 
 
-def test_what_is_rounded_by_hand_is_shown_so(results):
-    (shown,) = shown_tables(results.tables[0])
-    first, second, *_ = shown.columns[1].cells
-    assert shown.columns[1].title == "success %"
-    assert str(first.own) == "100 [89, 100]"  # 30 of 30
-    assert str(second.own) == "90 [74, 96] (29)"  # all but 8, 17, 26; 4 failed
-    assert [str(cell.own) for cell in shown.columns[0].cells] == ["30", "30 (1 failed)", "28/30", "30"]
-
-
 def latex_rows(tabular):
     """The rows of a tabular, as cells."""
     lines = [line for line in tabular.splitlines() if line.endswith(r" \\")]
@@ -180,25 +166,6 @@ def test_text_page_and_latex_print_the_same_cells(results):
                 if any(map(str, parts)):
                     assert next(tex)[1:] == [str(part).replace(" *", "*") for part in parts]
     assert next(page, None) is None
-
-
-@pytest.mark.parametrize("width", [60, 100])
-def test_no_line_is_wider_than_the_terminal_and_nothing_is_lost(results, hostile, width):
-    for each in (results, hostile):
-        wide = set(re.findall(r"\S+ \[[^]\s]+, \S+\](?: \(\d+\))?(?: \*)?", text(each, width=2000)))
-        printed = text(each, width)
-        assert max(cell_len(line) for line in printed.splitlines()) <= width
-        assert not {figure for figure in wide if figure not in printed}
-
-
-def test_a_column_has_the_decimals_of_its_narrowest_interval(results):
-    (shown,) = shown_tables(results.tables[0])
-    for column in shown.columns:
-        if column.figure in ("time_s", "control_cost"):
-            estimates = [part.estimate for cell in column.cells for part in (cell.own, cell.below) if part is not None]
-            halves = [0.5 * (e.interval[1] - e.interval[0]) for e in estimates if e.interval]
-            assert len(halves) == 3 + 2  # nothing is known of the last method
-            assert 1.0 <= min(halves) * 10.0 ** len(column.cells[0].own.value.partition(".")[2]) < 10.0
 
 
 def test_the_document_has_every_figure_in_full_precision(results):
@@ -254,7 +221,7 @@ def test_the_csv_has_a_line_for_every_figure_of_the_document(results):
 
 def test_what_is_missing_and_what_failed_is_told(results, hostile):
     told = " ".join(text(results, 2000).split())
-    assert "Incomplete: 4 of the study's 240 episodes are missing, 2 of 30 seeds in 2 of 8 cells." in told
+    assert "Incomplete: 4 of the study's 240 episodes are missing." in told
     assert "2 episodes failed, and count in n alone: 2 × ZeroDivisionError: half way." in told
     assert "No study file is there" in text(hostile, 2000)
     assert "The fewest seeds of a cell are 4" in text(hostile, 2000)
@@ -301,19 +268,6 @@ class Page(HTMLParser):
             self.figures[-1] = (attributes, text + data)
 
 
-def test_the_page_bears_every_figure_in_full_precision(results):
-    bear = iter(attributes for attributes, _ in Page(html(results)).figures)
-    for table in results.tables:
-        (shown,) = shown_tables(table)
-        parts = [part for _, row in shown.rows for cell in row for part in (cell.own, cell.below) if part]
-        for part in parts:
-            attributes, e = next(bear), part.estimate
-            value = "" if e is None or not isfinite(e.value) else repr(e.value)
-            low, high = ("", "") if e is None or e.interval is None else map(repr, e.interval)
-            assert (attributes["data-value"], attributes["data-low"], attributes["data-high"]) == (value, low, high)
-            assert attributes["data-p"] == ("" if part.p is None else repr(part.p))
-
-
 def test_the_page_asks_for_nothing_and_runs_nothing_but_its_own(results, hostile):
     for each in (results, hostile):
         page = html(each)
@@ -332,34 +286,6 @@ def test_the_page_asks_for_nothing_and_runs_nothing_but_its_own(results, hostile
         ids = [a["id"] for _, a in found.tags if "id" in a]
         assert len(ids) == len(set(ids))
         assert {value[1:] for value in asked if value.startswith("#")} <= set(ids)
-
-
-def test_a_chart_draws_the_intervals_of_the_table(results):
-    table = results.tables[0]
-    drawn = {re.search("<figcaption>(.*?) <small>", svg)[1]: svg for svg in forests(table)}
-    assert list(drawn) == [
-        "success [%]",
-        "collision [%]",
-        "time to the goal [s]",
-        "control cost [m²/s³]",
-        "least clearance [m]",
-    ]  # nothing is known of the greatest deviation
-
-    def check(svg, estimates):
-        lines = re.findall(r'class="interval" x1="([\d.]+)" x2="([\d.]+)"', svg)
-        points = re.findall(r'<circle cx="([\d.]+)"', svg)
-        assert len(lines) == len(points) == len(estimates)
-        for (low, high), point, e in zip(lines, points, estimates, strict=True):
-            assert float(low) <= float(point) <= float(high) <= 350.0
-            share = (e.value - e.interval[0]) / (e.interval[1] - e.interval[0])
-            assert float(point) - float(low) == pytest.approx((float(high) - float(low)) * share, abs=0.11)
-
-    check(drawn["success [%]"], [row.figures["success"] for row in table.rows])
-    changes = [row.differences["control_cost"] for row in table.rows[1:3]]
-    check(drawn["control cost [m²/s³]"], [change.estimate for change in changes])
-    assert re.findall('<g class="(.*?)">', drawn["control cost [m²/s³]"]) == [
-        "marked" if change.p < 0.05 else "open" for change in changes
-    ]
 
 
 def test_the_page_says_how_it_was_made_and_leads_to_the_worst_seeds(tmp_path):
@@ -387,15 +313,12 @@ def test_the_page_says_how_it_was_made_and_leads_to_the_worst_seeds(tmp_path):
     results = compare_study(store, study, figures=FIGURES)
 
     def shown():
-        found = background(store, study, results, page=tmp_path / "page.html", made="on 2026-01-02 by mjnav 1")
-        assert html(results, found) == html(results, found)
-        return html(results, found)
+        return html(results, study, page=tmp_path / "page.html")
 
     page = shown()
-    assert "Page made on 2026-01-02 by mjnav 1" in page
     assert 'title="control_cost: ' in page
     assert "control cost <span>[m²/s³]</span>" in page
-    assert "weight = 2.0" in page
+    assert "&quot;weight&quot;: 2.0" in page
     assert "robot.radius=0.3" in page.partition("Study file")[2]
     worst = page.partition("Worst seeds")[2].partition("</table>")[0]
     seeds = re.findall(r'<td data-value="(\d+)">\d+</td><td>([^<]*)</td><td>(.*?)</td>', worst)
@@ -490,62 +413,17 @@ def test_people_read_labels_and_the_class_of_a_plug_in_unless_two_classes_have_o
     page = html(labelled)
     assert "differences from Ours, 50 %" in page
     assert all(f'<th scope="row">{label}</th>' in page for label in shown)
-    assert all(f"<td>{label}</td>" in labelled._repr_html_() for label in shown)
-
-
-def test_programs_read_names_with_the_labels_beside_them(labelled):
-    lines = list(csv.DictReader(io.StringIO(csv_text(labelled))))
-    assert {(line["method"], line["method_label"]) for line in lines} >= {
-        ("rkhs", "Ours, 50 %"),
-        ("my_controllers.py:WaitAndSee", "WaitAndSee"),
-    }
-    assert {(line["setting"], line["setting_label"]) for line in lines} == {("default", "As it is")}
-    assert {line["reference"] for line in lines} == {"", "rkhs"}
-    (table, _) = document(labelled)["tables"]
-    assert (table["setting"], table["setting_label"], table["reference"]) == ("default", "As it is", "rkhs")
-    assert [row["method"] for row in table["methods"]] == list(PLUGINS)
-    assert table["methods"][0]["method_label"] == "Ours, 50 %"
-
-
-def test_a_chart_tells_long_labels_apart():
-    labels = [f"mine.py:Controller weight={weight} horizon={horizon}" for weight in (1, 10) for horizon in (2.0, 4.0)]
-    rows = [(label, Shown("1", "[0, 2]", estimate=Estimate(1.0, (0.5, 1.5), 9))) for label in labels]
-    drawn = re.findall(r'<text class="label"[^>]*><title>[^<]*</title>([^<]*)</text>', forest_svg("time", "", rows))
-    assert len(set(drawn)) == len(labels)
-    assert max(map(len, drawn)) * CHARACTER <= LABELS[1]
-
-
-def test_latex_escapes_what_it_would_read():
-    assert escaped(r"a_b & 50% \x {~^} #1 $2") == (
-        r"a\_b \& 50\% \textbackslash{}x \{\textasciitilde{}\textasciicircum{}\} \#1 \$2"
-    )
-
-
-@pytest.mark.skipif(shutil.which("pdflatex") is None, reason="pdflatex is not installed")
-def test_latex_compiles_and_is_no_wider_than_the_line(hostile, tmp_path):
-    preamble = r"\documentclass{article}\usepackage[T1]{fontenc}\usepackage{booktabs,graphicx}"
-    body = latex(hostile).replace("走", "")
-    (tmp_path / "a.tex").write_text(f"{preamble}\\begin{{document}}\n{body}\\end{{document}}\n")
-    command = ["pdflatex", "-interaction=nonstopmode", "-halt-on-error", "a.tex"]
-    done = subprocess.run(command, cwd=tmp_path, check=True, capture_output=True, timeout=60)
-    assert b"Output written on a.pdf" in done.stdout
-    assert b"Overfull" not in done.stdout
-
-
-def people_and_layouts(folder, cost=1.0):
-    """One scene in which nobody sees the robot, one in which all do, one without people; the first draws 2 layouts."""
-    store = Store(folder)
-    with store.writing(""):
-        store.append(
-            [episode("rkhs", seed, cost + seed, scene=scene, people_see_robot=see,
-                     layout=f"reporting {seed // 2}" if scene == "blind" else None)
-             for scene, see in (("blind", "none"), ("seeing", "all"), ("empty", None)) for seed in range(4)]
-        )  # fmt: skip
-    return store
 
 
 def test_every_form_says_whether_people_see_the_robot_and_how_many_layouts_there_are(tmp_path):
-    store = people_and_layouts(tmp_path / "a")
+    """One scene in which nobody sees the robot, one in which all do, one without people; the first draws 2 layouts."""
+    store = Store(tmp_path)
+    with store.writing(""):
+        store.append(
+            [episode("rkhs", seed, 1.0 + seed, scene=scene, people_see_robot=see,
+                     layout=f"reporting {seed // 2}" if scene == "blind" else None)
+             for scene, see in (("blind", "none"), ("seeing", "all"), ("empty", None)) for seed in range(4)]
+        )  # fmt: skip
     results = compare_study(store, None, figures=["time_s"])
     assert [line for line in text(results, 200).splitlines() if line.endswith("reference rkhs")] == [
         "blind, default; 2 layouts; people do not see the robot; reference rkhs",
@@ -554,19 +432,5 @@ def test_every_form_says_whether_people_see_the_robot_and_how_many_layouts_there
     ]
     assert "<small>2 layouts; people do not see the robot; differences from rkhs</small>" in html(results)
     assert r"\caption{seeing, default; one layout; people see the robot: rates" in latex(results)
-    lines = csv.DictReader(io.StringIO(csv_text(results)))
-    assert {(line["scene"], line["people_see_robot"], line["layouts"]) for line in lines} == {
-        ("blind", "none", "2"), ("seeing", "all", "1"), ("empty", "", "1")
-    }  # fmt: skip
     tables = document(results)["tables"]
     assert [(table["people_see_robot"], table["layouts"]) for table in tables] == [("none", 2), (None, 1), ("all", 1)]
-    found = before_after(store, people_and_layouts(tmp_path / "b", 2.0), figures=["time_s"])
-    assert "blind, default, rkhs: 4 pairs; people do not see the robot" in text(found, 200, write_changes)
-    assert [cell["people_see_robot"] for cell in changes_document(found)["cells"]] == ["none", None, "all"]
-    seen = {(line["scene"], line["people_see_robot"]) for line in csv.DictReader(io.StringIO(changes_csv(found)))}
-    assert seen == {("blind", "none"), ("empty", ""), ("seeing", "all")}
-    several = "people see the robot by seed: 1 of 5, 2 of 5, 3 of 4 and 1 more"
-    assert (sight(["3 of 5"]), sight(["1 of 5", "2 of 5", "3 of 4", "none"])) == (
-        "3 of 5 people see the robot",
-        several,
-    )

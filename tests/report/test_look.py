@@ -8,7 +8,7 @@ from mjnav.paper import load
 from mjnav.paper.claims import Finding, Verdict
 from mjnav.paper.episodes import Basis
 from mjnav.paper.page import page, publish
-from mjnav.report.comparison.html import background, html
+from mjnav.report.comparison.html import html
 from mjnav.report.inspection import inspect
 from mjnav.report.run_page.page import page as run_page
 from mjnav.report.run_page.playback import playback
@@ -79,8 +79,7 @@ def pages(tmp_path_factory):
         store.append(rows)
     study = load_study("crossings")
     results = compare_study(store, study, figures=("control_cost", "min_clearance_m", "max_deviation_m"))
-    about = background(store, study, results, page=folder / "compare.html", made="on 2026-01-02")
-    (folder / "compare.html").write_text(html(results, about))
+    (folder / "compare.html").write_text(html(results, study, page=folder / "compare.html"))
 
     figure = Figure()
     figure.subplots().plot([1, 2])

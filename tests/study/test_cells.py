@@ -71,31 +71,13 @@ def test_a_cell_is_the_scenario_that_run_makes_of_the_same_overrides(cells):
     assert own == expected
 
 
-def test_settings_come_after_set_and_the_command_line_last(cells):
-    def limits(*overrides):
-        return [loads(cell.document).time_limit for cell in cells(STUDY, *overrides, scenes=["crossing1"])]
-
-    assert limits() == [1.0] * 6 + [2.0] * 6
-    assert limits("time_limit=0.5") == [0.5] * 12
-
-
-def test_without_settings_and_grid_there_is_the_default_one(cells):
-    (cell,) = cells('schema = 1\nname = "s"\nscenes = ["lane"]\n[[methods]]\ncontroller = "rkhs"')
-    assert (cell.scene, cell.setting, cell.method, cell.parameters) == ("lane", "default", "rkhs", "{}")
-
-
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [
         ('"crossing1"', '"crosing1"', "study.toml: scenes.0: scene: found 'crosing1'.*did you mean 'crossing1'?"),
-        ('"mine.toml"', '"nine.toml"', "nine.toml: found nothing; allowed: a run file that can be read"),
-        ("degree", "degre", "method mine weight=0.3 form=line: control.degre: .*did you mean 'degree'?"),
         ("degree = 2", "degree = 0", "scene crossing1, setting plain, rate=10.0, method .*: control.degree: found 0"),
         ('"bimodal"', '"bimodel"', "setting loud, rate=10.0, .*noise.profile: .*did you mean 'bimodal'?"),
-        ("time_limit = 1.0", "time_limt = 1.0", "study.toml: .*time_limt: .*did you mean 'time_limit'?"),
-        ('controller = "mean"', 'controller = "maen"', "control.method: .*did you mean 'mean'?"),
         ("[10.0, 20.0]", "10.0", "study.toml: grid.control.rate: found 10.0; allowed: an array of one or more"),
-        ("[0.3, 3.0]", "[3.0, 3.0]", r"study.toml: method mine: grid.control.weight: found \[3.0, 3.0\]; allowed"),
         (
             'name = "loud"\nset',
             'name = "loud"\n# set',
@@ -108,10 +90,3 @@ def test_without_settings_and_grid_there_is_the_default_one(cells):
 def test_what_is_wrong_is_told_with_its_cell(cells, old, new, message):
     with pytest.raises(InvalidValue, match=message):
         cells(STUDY.replace(old, new, 1))
-
-
-def test_what_is_wrong_on_the_command_line_is_told_as_that(cells):
-    with pytest.raises(InvalidValue, match=r"^overrides: time_limt: .*did you mean 'time_limit'?"):
-        cells(STUDY, "time_limt=3")
-    with pytest.raises(InvalidValue, match=r"^scenes: scene: found 'hal'"):
-        cells(STUDY, scenes=["hal"])

@@ -3,7 +3,7 @@
 import pytest
 
 from mjnav.errors import InvalidValue
-from mjnav.study.study_file import MethodEntry, SeedRange, StudyFile, load_study, scene_path, studies
+from mjnav.study.study_file import MethodEntry, SeedRange, StudyFile, load_study, studies
 
 LEAST = """
 schema = 1
@@ -39,13 +39,6 @@ def test_seeds_are_a_range_or_a_list(study):
     assert study(LEAST.replace("[[", "seeds = [9, 2]\n[[", 1)).with_seeds(3).all_seeds == range(9, 12)
 
 
-def test_scenes_by_path_count_from_the_study_files_folder(study, tmp_path):
-    loaded = study(LEAST)
-    assert scene_path(loaded, "hall") == "hall"
-    assert scene_path(loaded, "mine/corner.toml") == str(tmp_path / "mine/corner.toml")
-    assert scene_path(loaded, "/a/b.toml") == "/a/b.toml"
-
-
 @pytest.mark.parametrize("name", studies())
 def test_a_shipped_study_loads_by_name_and_is_named_after_its_file(name):
     assert load_study(name).name == name
@@ -55,52 +48,18 @@ def test_a_shipped_study_loads_by_name_and_is_named_after_its_file(name):
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [
-        ("schema = 1\n", "", "schema: found nothing; allowed: schema = 1"),
         ("schema = 1", "schema = 2", "schema: found 2; allowed: 1"),
         ("scenes = ", "scene = ", "scene: found 'scene'; allowed: .*did you mean 'scenes'?"),
-        ('["crossing1"]', "[]", r"scenes: found \[\]; allowed: from 1 to 10000 of them"),
         ('["crossing1"]', '["hall", "hall"]', "scenes.1: found 'hall'; allowed: every one once"),
-        ('"least"', '"a/b"', "name: found 'a/b'; allowed: up to 100 printable characters"),
         ("controller =", "controler =", "methods.0.controler: .*did you mean 'controller'?"),
         ('"rkhs"', '"rkhs"\n[[methods]]\ncontroller = "rkhs"', "methods.1: found 'rkhs'; allowed: every one once"),
-        ('"rkhs"', '"rkhs"\nset = 3', "methods.0.set: found 3; allowed: a table"),
         ("[[methods]]\n", "[[settings]]\nset = {}\n[[methods]]\n", "settings.0.name: found nothing"),
-        (
-            '"rkhs"',
-            '"rkhs"\nlabel = "Ours"\n[[methods]]\ncontroller = "mean"\nlabel = "Ours"',
-            "methods.0.label: found 'Ours'; allowed: a label of its own: methods.1 is shown as the same",
-        ),
-        (
-            '"rkhs"',
-            '"rkhs"\n[[methods]]\ncontroller = "mean"\nlabel = "rkhs"',
-            "methods.1.label: found 'rkhs'; allowed: a label of its own: methods.0 is shown as the same",
-        ),
-        (
-            "[[methods]]\n",
-            '[[settings]]\nname = "a"\n[[settings]]\nname = "b"\nlabel = "a"\n[[methods]]\n',
-            "settings.1.label: found 'a'; allowed: a label of its own: settings.0 is shown as the same",
-        ),
         ("[[methods]]\n", "seeds = 5\n[[methods]]\n", "seeds: found 5; allowed: an array of whole numbers"),
-        ("[[methods]]\n", "seeds = []\n[[methods]]\n", r"seeds: found \[\]; allowed: from 1 to 10000000 of them"),
-        ("[[methods]]\n", "seeds = [1, -1]\n[[methods]]\n", "seeds.1: found -1; allowed: a whole number from 0 to"),
         ("[[methods]]\n", "seeds = [1, 1]\n[[methods]]\n", "seeds.1: found 1; allowed: every one once"),
-        (
-            "[[methods]]\n",
-            "seeds = { count = 0 }\n[[methods]]\n",
-            "seeds.count: found 0; allowed: a whole number from 1 to",
-        ),
         ("[[methods]]\n", "seeds = { cuont = 3 }\n[[methods]]\n", "seeds.cuont: .*did you mean 'count'?"),
-        ("schema = 1", "schema = 1 1", "line 2, column 12: .*allowed: TOML"),
     ],
 )
 def test_what_is_wrong_is_told_with_file_and_key(study, tmp_path, old, new, message):
     with pytest.raises(InvalidValue, match=message) as told:
         study(LEAST.replace(old, new, 1))
     assert str(told.value).startswith(f"{tmp_path / 'mine.toml'}: ")
-
-
-def test_a_study_that_does_not_exist_is_told_with_the_nearest():
-    with pytest.raises(InvalidValue, match=r"study: found 'crosings'.*did you mean 'crossings'?"):
-        load_study("crosings")
-    with pytest.raises(InvalidValue, match=r"nowhere\.toml: found nothing; allowed: a run file that can be read"):
-        load_study("./nowhere.toml")

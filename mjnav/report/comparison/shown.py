@@ -4,13 +4,14 @@ A row is a method, a column a figure: its estimate, and below it the difference 
 The win ratios of every two methods are one more table, in which a row is compared with a column.
 """
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from types import MappingProxyType
 
 from mjnav.printable import printable
 from mjnav.report.figure_text import FigureName, Format, Shown, column_format, definition, figure_name, shown_ratio
-from mjnav.study.compare.chosen_figures import FAULT, RATES, is_cost, is_rate, over_all
+from mjnav.study.compare.before_after import BeforeAfter
+from mjnav.study.compare.chosen_figures import FAULT, RATES, WIN_BY, is_cost, is_rate, over_all
 from mjnav.study.compare.estimates import RESAMPLES, Estimate, WinRatio
 from mjnav.study.compare.study_comparison import Comparison, MethodRow, StudyComparison
 
@@ -65,45 +66,28 @@ class ShownTable:
 def shown_tables(table: Comparison, *, ratios: bool = False) -> Iterator[ShownTable]:
     """The figures of a table, and where they were asked for, the win ratios of every two methods."""
     methods = tuple(row.label for row in table.rows)
-    figures = [name for name in table.rows[0].figures if name not in RATES]
-    columns = [
-        Column(
-            EPISODES, "n", FigureName(EPISODES), "rows, and of how many where some are missing", _each(table, _episodes)
-        )
-    ]
-    columns += [_figure(table, figure, ratios=False) for figure in RATES]
+    episodes = tuple(map(_episodes, table.rows))
+    about_episodes = "rows, and of how many where some are missing"
+    columns = [Column(EPISODES, "n", FigureName(EPISODES), about_episodes, episodes)]
+    columns += [_figure(table, figure) for figure in RATES]
     if any(row.wins is not None for row in table.rows):
-        wins = _each(table, lambda row: Cell(_wins(row.wins, row)))
-        columns.append(Column(WINS, WINS, figure_name(WINS), _about(WINS), wins))
+        columns.append(_column(WINS, WINS, [Cell(_wins(row.wins, row)) for row in table.rows]))
     for figure, (title, form) in PLAIN.items():
-        values = _each(table, lambda row, figure=figure, form=form: _plain(row, figure, form))
-        columns.append(Column(figure, title, figure_name(figure), _about(figure), values))
-    columns += [_figure(table, figure, ratios=ratios) for figure in figures]
+        estimates = [Estimate(row.plain[figure], None, row.num) for row in table.rows]
+        columns.append(_column(figure, title, [Cell(form.shown(e, e.num)) for e in estimates]))
+    columns += [_figure(table, name, ratios=ratios) for name in table.rows[0].figures if name not in RATES]
     yield ShownTable("", methods, tuple(columns))
     if table.rivals:
         against = [(row, dict(table.rivals_of(row.method))) for row in table.rows]
-        yield ShownTable(
-            RIVALS,
-            methods,
-            tuple(
-                Column(
-                    WINS,
-                    other.label,
-                    FigureName(f"against {other.label}"),
-                    "",
-                    tuple(Cell(_wins(of.get(other.method), row)) for row, of in against),
-                )
-                for other in table.rows
-            ),
-        )
+        columns = []
+        for other in table.rows:
+            cells = tuple(Cell(_wins(ratios_of.get(other.method), row)) for row, ratios_of in against)
+            columns.append(Column(WINS, other.label, FigureName(f"against {other.label}"), "", cells))
+        yield ShownTable(RIVALS, methods, tuple(columns))
 
 
-def _each(table: Comparison, cell: Callable[[MethodRow], Cell]) -> tuple[Cell, ...]:
-    return tuple(cell(row) for row in table.rows)
-
-
-def _about(figure: str) -> str:
-    return f"{figure}: {definition(figure)}"
+def _column(figure: str, title: str, cells: Iterable[Cell]) -> Column:
+    return Column(figure, title, figure_name(figure), f"{figure}: {definition(figure)}", tuple(cells))
 
 
 def _episodes(row: MethodRow) -> Cell:
@@ -113,10 +97,6 @@ def _episodes(row: MethodRow) -> Cell:
     return Cell(Shown(f"{row.num}{wanted}", count=failed, estimate=Estimate(row.num, None, row.num)))
 
 
-def _plain(row: MethodRow, figure: str, form: Format) -> Cell:
-    return Cell(form.shown(Estimate(row.plain[figure], None, row.num), row.num))
-
-
 def _wins(wins: WinRatio | None, row: MethodRow) -> Shown:
     """Nothing of a method against itself."""
     if wins is None:
@@ -124,7 +104,7 @@ def _wins(wins: WinRatio | None, row: MethodRow) -> Shown:
     return shown_ratio(Estimate(wins.value, wins.interval, wins.pairs), row.num, p=wins.p)
 
 
-def _figure(table: Comparison, figure: str, *, ratios: bool) -> Column:
+def _figure(table: Comparison, figure: str, *, ratios: bool = False) -> Column:
     rate = is_rate(figure)
     estimates = [row.figures[figure] for row in table.rows]
     if not rate:  # whose differences are no finer than they
@@ -139,8 +119,7 @@ def _figure(table: Comparison, figure: str, *, ratios: bool) -> Column:
             return Cell(own, shown_ratio(change.ratio, row.num, "×", change.p))
         return Cell(own, form.shown(change.estimate, row.num, "+", change.p))
 
-    title = f"{figure} %" if rate else figure
-    return Column(figure, title, figure_name(figure), _about(figure), _each(table, cell))
+    return _column(figure, f"{figure} %" if rate else figure, map(cell, table.rows))
 
 
 # ----------------------------------------------------------------------------------- what a table is of
@@ -179,37 +158,10 @@ MAX_NAMED = 5
 
 
 def meaning(results: StudyComparison) -> Iterator[str]:
-    """What figures, intervals, differences and marks are."""
-    of_all = [figure for figure in results.figures if over_all(figure) and not is_rate(figure)]
-    of_all_text = f" ({', '.join(of_all)}: over all)" * bool(of_all)
-    below = "ratios of means (×), of other figures differences," if results.ratios else "differences"
-    fault = "; fault % a person touched by the robot's fault" * (FAULT in results.figures)
-    yield (
-        f"success % is the goal reached without contact, in time; collision % any contact{fault}; with Wilson 95 % "
-        "intervals."
-    )
-    yield (
-        f"Other figures are means over the seeds that succeeded{of_all_text}, with 95 % bootstrap intervals "
-        f"({RESAMPLES} resamples); in parentheses from how many seeds, where not from all n."
-    )
-    yield (
-        f"Below them are {below} against the table's reference, over the seeds on which both succeeded "
-        "(rates, and what is over all: over all common seeds), with paired bootstrap intervals."
-    )
-    for by in sorted({table.win_by for table, row in results.rows if row.wins is not None}):
-        yield (
-            "win_ratio is the number of pairs in which a method did better than the other over those in which it did "
-            f"worse. A contact is worst, then a goal not reached in time; two successes are compared by {by}; what is "
-            "equal is a tie. Its interval is Wilson's of the share of wins among the pairs that are no ties."
-        )
-    yield (
-        "* p < 0.05 by a sign-flip test on the pairs (rates: McNemar's; win ratios: binomial), with Holm's "
-        "correction over the methods of a table, each figure by itself."
-    )
-    yield (
-        "infeasible % is the share of all ticks at which nothing met the constraints; decision ms and decision p99 ms "
-        "are medians over episodes of their median and 99th percentile of the wall time of a decision."
-    )
+    """What figures, intervals, differences and marks of a study are."""
+    reference = "the table's reference"
+    win_by = sorted({table.win_by for table, row in results.rows if row.wins is not None})
+    yield from _meaning(results.figures, win_by, reference, "the methods of a table", ratios=results.ratios)
     if results.settings_per_table > 1:
         yield (
             f"{results.scenes_per_table} scenes and {results.settings_per_table} settings in one table: a pair is one "
@@ -221,28 +173,64 @@ def meaning(results: StudyComparison) -> Iterator[str]:
         yield f"{results.scenes_per_table} scenes in one table: a pair is one scene and seed."
 
 
+def meaning_of_changes(results: BeforeAfter) -> Iterator[str]:
+    """The same of two folders of results."""
+    figures = dict.fromkeys(figure for cell in results.cells for figure in cell.before.figures)
+    yield from _meaning(list(figures), [WIN_BY], "before, of the seeds that both folders have", "the cells")
+
+
+def _meaning(
+    figures: Sequence[str], win_by: Sequence[str], reference: str, holm_over: str, *, ratios: bool = False
+) -> Iterator[str]:
+    of_all = [figure for figure in figures if over_all(figure) and not is_rate(figure)]
+    of_all_text = f" ({', '.join(of_all)}: over all)" * bool(of_all)
+    below = "ratios of means (×), of other figures differences," if ratios else "differences"
+    fault = "; fault % a person touched by the robot's fault" * (FAULT in figures)
+    yield (
+        f"success % is the goal reached without contact, in time; collision % any contact{fault}; with Wilson 95 % "
+        "intervals."
+    )
+    yield (
+        f"Other figures are means over the seeds that succeeded{of_all_text}, with 95 % bootstrap intervals "
+        f"({RESAMPLES} resamples); in parentheses from how many seeds, where not from all n."
+    )
+    yield (
+        f"Below them are {below} against {reference}, over the seeds on which both succeeded "
+        "(rates, and what is over all: over all common seeds), with paired bootstrap intervals."
+    )
+    for by in win_by:
+        yield (
+            "win_ratio is the number of pairs in which a method did better than the other over those in which it did "
+            f"worse. A contact is worst, then a goal not reached in time; two successes are compared by {by}; what is "
+            "equal is a tie. Its interval is Wilson's of the share of wins among the pairs that are no ties."
+        )
+    yield (
+        "* p < 0.05 by a sign-flip test on the pairs (rates: McNemar's; win ratios: binomial), with Holm's "
+        f"correction over {holm_over}, each figure by itself."
+    )
+    yield (
+        "infeasible % is the share of all ticks at which nothing met the constraints; decision ms and decision p99 ms "
+        "are medians over episodes of their median and 99th percentile of the wall time of a decision."
+    )
+
+
 def warnings(results: StudyComparison) -> Iterator[str]:
     """What is missing, what failed, and what calls for care."""
-    rows = [row for _, row in results.rows]
+    fewest = min((row.num_units for _, row in results.rows), default=0)
     if results.num_seeds is None:
         yield "No study file is there to say which episodes are missing."
     if results.num_missing:
         wanted = results.num_episodes + results.num_missing
-        text = f"Incomplete: {results.num_missing} of the study's {wanted} episodes are missing"
-        lacking = [row.num_missing for row in rows if row.num_missing]
-        if lacking:
-            least, most = min(lacking), max(lacking)
-            seeds = (results.num_seeds or 0) * results.scenes_per_table
-            span = f"{least}" if least == most else f"{least} to {most}"
-            text += f", {span} of {seeds} seeds in {len(lacking)} of {len(rows)} cells"
-        yield f"{text}. `mjnav sweep --resume` adds them."
+        yield (
+            f"Incomplete: {results.num_missing} of the study's {wanted} episodes are missing. `mjnav sweep --resume` "
+            "adds them."
+        )
     if results.absent:
         cells = [f"scene {scene}, setting {setting}, method {method}" for scene, setting, method in results.absent]
         yield f"{len(cells)} cells have no episode at all: {_some(cells)}."
     if results.causes:
         causes = [f"{count} × {cause}" for cause, count in results.causes.most_common()]
         yield f"{results.causes.total()} episodes failed, and count in n alone: {_some(causes)}."
-    fewest = min((row.num_units for row in rows), default=0)
     if fewest < FEW_SEEDS:
         what = "layouts" if results.settings_per_table > 1 else "seeds"
         yield f"The fewest {what} of a cell are {fewest}: bootstrap intervals of fewer than {FEW_SEEDS} are too narrow."

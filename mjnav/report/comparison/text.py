@@ -14,12 +14,10 @@ from rich.table import Table
 from rich.text import Text
 
 from mjnav.printable import printable
-from mjnav.report.comparison.shown import Cell, ShownTable, about, meaning, shown_tables, warnings
+from mjnav.report.comparison.shown import Cell, ShownTable, about, meaning, meaning_of_changes, shown_tables, warnings
 from mjnav.report.figure_text import ALPHA, is_marked
 from mjnav.study.compare.before_after import AFTER, BEFORE, BETTER, KINDS, BeforeAfter, CellChange
 from mjnav.study.compare.cell_rows import CellPlace
-from mjnav.study.compare.chosen_figures import WIN_BY
-from mjnav.study.compare.estimates import RESAMPLES
 from mjnav.study.compare.study_comparison import StudyComparison
 from mjnav.study.compare.worst_seeds import WorstSeed
 from mjnav.study.keep import kept_log
@@ -130,18 +128,6 @@ def _report(folder: str, logs: Sequence[str | None]) -> str | None:
 MAX_KEYS = 20  # that are printed
 MAX_SEEDS = 20  # of a cell and a kind
 MAX_NAMED = 5  # cells in one folder only
-MEANING = (
-    "All is over the seeds that both folders have: success % is the goal reached without contact, in time; "
-    "collision % any contact; with Wilson 95 % intervals.",
-    f"Other figures are means over the seeds that succeeded, with 95 % bootstrap intervals ({RESAMPLES} resamples); in "
-    "parentheses from how many seeds, where not from all n.",
-    "Signed figures are after - before, over the seeds that succeeded in both (rates, clearances, distances: "
-    "over all), with paired bootstrap intervals.",
-    "win_ratio is the number of pairs that are better after over those that are worse: a contact is worst, then a "
-    f"goal not reached in time; two successes are compared by {WIN_BY}.",
-    "* p < 0.05 by a sign-flip test on the pairs (rates: McNemar's exact test; win ratios: binomial), with Holm's "
-    "correction over the cells, each figure by itself.",
-)
 
 
 def write_changes(results: BeforeAfter, console: Console) -> None:
@@ -166,7 +152,7 @@ def write_changes(results: BeforeAfter, console: Console) -> None:
             for line in _seeds(results, cell, kind):
                 console.print(line)
         console.print()
-    for sentence in MEANING:
+    for sentence in meaning_of_changes(results):
         console.print(sentence, style="dim")
     for sentence in summary(results):
         console.print(printable(sentence), style="bold")

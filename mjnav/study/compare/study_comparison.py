@@ -10,10 +10,9 @@ episodes.
 """
 
 from collections import Counter
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from html import escape
-from math import isfinite, nan
+from math import nan
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -252,15 +251,6 @@ class StudyComparison:
     def __repr__(self) -> str:
         return f"StudyComparison({self.folder!r}: {self.num_episodes} episodes, tables: {len(self.tables)})"
 
-    def _repr_html_(self) -> str:
-        """The rates of all methods, as notebooks show them; `mjnav compare -o FILE.html` has every figure."""
-        heads = ("scene", "setting", "method", "n", "success %", "collision %")
-        rows = [
-            (t.scene, t.setting_label, r.label, r.num, percent(r.figures["success"]), percent(r.figures["collision"]))
-            for t, r in self.rows
-        ]
-        return html_table(f"{self.study} in {self.folder}; Wilson 95 % intervals", heads, rows)
-
 
 def compare_study(
     store: Store,
@@ -273,14 +263,13 @@ def compare_study(
     win_by: str = WIN_BY,
     rivals: bool = False,
     ratios: bool = False,
-    progress: Callable[[int, int], None] = lambda done, total: None,
 ) -> StudyComparison:
     """The study's rows in a store as tables; the rates are always among the figures.
 
     With `pool`, one table for each setting has the episodes of all scenes; with `pool_all`, one table has all episodes.
     `win_by` is the cost that decides between two successes; with `rivals`, every two methods are compared so.
 
-    `progress` gets the number of tables that are done and of all. Raises InputError where there are no rows or rows of
+    Raises InputError where there are no rows or rows of
     several studies, InvalidValue for an unknown figure or reference, MjnavError for a damaged store.
     """
     asked = expanded(figures)
@@ -289,11 +278,13 @@ def compare_study(
     if not store.has_rows():
         raise InputError(f"{store.folder}: no results of a sweep")
     table = store.rows(list(dict.fromkeys((*NEEDED, win_by, *TEXTS, *columns_for(asked)))))
-    table, name, others = _of_study(table, study, store)
+    names = _distinct_values(table, "study")
+    name = _name_of_study(names, study, store)
+    table = rows_of(table, name)
     cells = cell_rows(table, [method.identifier for method in study.methods] if study else ())
     check_distinct(cells, store)
     check_own(asked, cells[0].columns)
-    figures = _defined(asked, figures, cells)
+    figures = _measured(figures, cells)
     wanted = np.array(study.all_seeds if study else [])
     cells = [replace(cell, num_missing=len(np.setdiff1d(wanted, cell.seeds))) for cell in cells]
     places = {cell.place for cell in cells}
@@ -303,11 +294,7 @@ def compare_study(
     absent = tuple(labels.place(place) for place in _cells_of(study, cells) if place not in places)
     if pool or pool_all:
         cells = pooled(cells, settings=pool_all)
-    num_tables = len({(cell.scene, cell.setting) for cell in cells})
-    tables = []
-    for made in compare(cells, reference=reference, figures=figures, win_by=win_by, rivals=rivals, labels=labels):
-        tables.append(made)
-        progress(len(tables), num_tables)
+    tables = compare(cells, reference=reference, figures=figures, win_by=win_by, rivals=rivals, labels=labels)
     return StudyComparison(
         folder=str(store.folder),
         study=name,
@@ -316,9 +303,9 @@ def compare_study(
         num_seeds=len(wanted) if study else None,
         absent=absent,
         causes=Counter(error for error in table["error"].to_pylist() if error is not None),
-        revisions=tuple(sorted(table["revision"].unique().to_pylist())),
-        machines=tuple(sorted(table["machine"].unique().to_pylist())),
-        others=others,
+        revisions=_distinct_values(table, "revision"),
+        machines=_distinct_values(table, "machine"),
+        others=tuple(other for other in names if other != name),
         inconsistencies=inconsistencies(store, name),
         scenes_per_table=num_scenes,
         settings_per_table=num_settings,
@@ -326,34 +313,33 @@ def compare_study(
     )
 
 
-def _defined(asked: Sequence[str], figures: Sequence[str], cells: Sequence[CellRows]) -> tuple[str, ...]:
+def _measured(figures: Sequence[str], cells: Sequence[CellRows]) -> tuple[str, ...]:
     """The figures without default ones that no row has: those of people in scenes without, and of older rows.
 
     What is asked for by name beside the default ones stays.
     """
     num = len(DEFAULT_FIGURES)
-    if tuple(figures[:num]) != DEFAULT_FIGURES:
-        return tuple(asked)
-    by_name = expanded(figures[num:])
+    named = expanded(figures[num:] if tuple(figures[:num]) == DEFAULT_FIGURES else figures)
 
     def measured(figure: str) -> bool:
         return any(np.isfinite(cell.columns[name]).any() for cell in cells for name in columns_for([figure]))
 
-    return tuple(figure for figure in asked if figure not in DEFAULT_FIGURES or figure in by_name or measured(figure))
+    return tuple(figure for figure in expanded(figures) if figure in named or measured(figure))
 
 
-def _of_study(
-    table: "pyarrow.Table", study: StudyFile | None, store: Store
-) -> tuple["pyarrow.Table", str, tuple[str, ...]]:
-    """The rows of one study, its name, and the other studies, whose rows are left out."""
-    names = sorted(table["study"].unique().to_pylist())
+def _name_of_study(names: Sequence[str], study: StudyFile | None, store: Store) -> str:
+    """The study whose rows are compared. Raises InputError."""
     if study is not None and study.name in names:
-        return rows_of(table, study.name), study.name, tuple(name for name in names if name != study.name)
-    if len(names) > 1:
-        raise InputError(f"{store.folder}: rows of several studies: {', '.join(names)}")
+        return study.name
     if study is not None:
         raise InputError(f"{store.folder}: rows of study {names[0]!r}, none of {study.name!r}")
-    return table, names[0], ()
+    if len(names) > 1:
+        raise InputError(f"{store.folder}: rows of several studies: {', '.join(names)}")
+    return names[0]
+
+
+def _distinct_values(table: "pyarrow.Table", column: str) -> tuple[str, ...]:
+    return tuple(sorted(table[column].unique().to_pylist()))
 
 
 def rows_of(table: "pyarrow.Table", study: str) -> "pyarrow.Table":
@@ -385,24 +371,3 @@ def check_distinct(cells: Iterable[CellRows], store: Store) -> None:
                 f"{store.folder}: scene {cell.scene}, setting {cell.setting}, method {cell.method} has seed {twice[0]} "
                 "under two scenarios: the study was changed between sweeps; sweep it into a folder of its own with -o"
             )
-
-
-# ------------------------------------------------------------------------------------------- notebooks
-
-
-def html_table(caption: str, heads: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
-    """An HTML table; the first cell of a row is its head."""
-    top = "".join(f"<th scope='col'>{escape(head)}</th>" for head in heads)
-    body = ""
-    for first, *others in rows:
-        cells = "".join(f"<td>{escape(str(cell))}</td>" for cell in others)
-        body += f"<tr><th scope='row'>{escape(str(first))}</th>{cells}</tr>"
-    return f"<table><caption>{escape(caption)}</caption><thead><tr>{top}</tr></thead><tbody>{body}</tbody></table>"
-
-
-def percent(rate: Estimate) -> str:
-    """A rate with its interval, in per cent."""
-    if not isfinite(rate.value):
-        return "-"
-    interval = "" if rate.interval is None else f" [{', '.join(f'{100.0 * end:.0f}' for end in rate.interval)}]"
-    return f"{100.0 * rate.value:.0f}{interval}"

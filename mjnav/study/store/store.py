@@ -84,15 +84,21 @@ def schema() -> "pyarrow.Schema":
 
 @contextmanager
 def memory_limit(size: int) -> Iterator[None]:
-    """This process may take at most `size` bytes more meanwhile; an allocation beyond raises MemoryError."""
-    soft, hard = resource.getrlimit(resource.RLIMIT_DATA)
+    """This process may take at most `size` bytes more meanwhile; Arrow's allocation beyond raises MemoryError.
+
+    Arrow allocates from the system: its own allocator has reserved memory beforehand.
+    """
+    import pyarrow as pa
+
+    pool, (soft, hard) = pa.default_memory_pool(), resource.getrlimit(resource.RLIMIT_DATA)
     pages = int(Path("/proc/self/statm").read_text().split()[5])  # of data and stack
-    limit = pages * resource.getpagesize() + size
-    given = [end for end in (soft, hard) if end != resource.RLIM_INFINITY]
-    resource.setrlimit(resource.RLIMIT_DATA, (min([limit, *given]), hard))
+    ends = [end for end in (soft, hard) if end != resource.RLIM_INFINITY]
+    resource.setrlimit(resource.RLIMIT_DATA, (min([pages * resource.getpagesize() + size, *ends]), hard))
+    pa.set_memory_pool(pa.system_memory_pool())
     try:
         yield
     finally:
+        pa.set_memory_pool(pool)
         resource.setrlimit(resource.RLIMIT_DATA, (soft, hard))
 
 
@@ -137,7 +143,9 @@ def _read(content: bytes, columns: Sequence[str]) -> "pyarrow.Table":
     read = [name for name in columns if name in present.names]
     for name in read:
         if present.field(name).type != expected.field(name).type:
-            raise OSError(f"{name} of type {present.field(name).type}, where a sweep writes {expected.field(name).type}")
+            raise OSError(
+                f"{name} of type {present.field(name).type}, where a sweep writes {expected.field(name).type}"
+            )
     # On this thread: one of Arrow's that frees `content` while the interpreter ends would abort the process.
     table = file.read(read, use_threads=False)
     table.validate(full=True)
@@ -210,7 +218,9 @@ class Store:
         names = list(COLUMNS if columns is None else columns)
         wanted = list(dict.fromkeys(["id", *names]))
         shards = self._shards(DONE, *[FAILED] * failed)
-        table = pa.concat_tables([schema().empty_table().select(wanted), *(read_shard(path, wanted) for path in shards)])
+        table = pa.concat_tables(
+            [schema().empty_table().select(wanted), *(read_shard(path, wanted) for path in shards)]
+        )
         if len(table) != len(table["id"].unique()):
             raise MjnavError(f"{self.folder}: an episode stands in two shards; shards were copied into this folder?")
         return table.select(names)

@@ -27,7 +27,7 @@ class RowOrigin:
     cell: tuple[str, str, str, str]  # the values of `row.CELL`
     controller: str
     scenario: str  # the run file
-    control: str  # JSON
+    control: str  # JSON; "" where it was not recorded
     made_with: Mapping[str, str | None]  # by fact of `loop.provenance`; None where it was not recorded
     count: int
 
@@ -60,7 +60,7 @@ def origins(store: Store, *, failed: bool = True) -> Iterator[RowOrigin]:
         value: dict[str, Any] = dict(zip(columns, values, strict=True))
         cell = value["study"], value["scene"], value["setting"], value["method"]
         facts = {fact: value[column] for column, fact in MADE_WITH.items()}
-        yield RowOrigin(cell, value["controller"], value["scenario"] or "", value["control"] or "{}", facts, count)
+        yield RowOrigin(cell, value["controller"], value["scenario"] or "", value["control"] or "", facts, count)
 
 
 def changes_since(wanted: Sequence[Trial], store: Store, *, failed: bool = True) -> Counter[str]:
@@ -73,7 +73,8 @@ def changes_since(wanted: Sequence[Trial], store: Store, *, failed: bool = True)
     for origin in origins(store, failed=failed):
         cell = cells.get(origin.cell)
         if cell is not None:
-            keys = _different_keys([(origin.scenario, origin.control), (cell.document, cell.control)])
+            control = cell.control if origin.control else ""
+            keys = _different_keys([(origin.scenario, origin.control), (cell.document, control)])
             texts = [f"{key} was {was}, is {now}" for key, (was, now) in keys]
             texts += changes(origin.made_with, made_with(cell.controller, cell.document))
             counts.update(dict.fromkeys(texts, origin.count))
@@ -161,7 +162,7 @@ def _content(document: str, control: str) -> Mapping[str, object]:
         table = parse(document, "scenario")
     except InvalidValue:
         return {"scenario": document}
-    return dict(_leaves(table)) | {f"control.{key}": value for key, value in json.loads(control).items()}
+    return dict(_leaves(table)) | {f"control.{key}": value for key, value in json.loads(control or "{}").items()}
 
 
 def _leaves(value: Mapping[str, Any] | Sequence[Any], path: str = "") -> Iterator[tuple[str, object]]:

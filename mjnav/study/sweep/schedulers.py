@@ -13,7 +13,6 @@ heartbeat to Dask, which ends the worker after `distributed.scheduler.worker-ttl
 import ctypes
 import logging
 import os
-import socket
 import sys
 import threading
 from collections.abc import Callable, Generator, Iterable, Iterator
@@ -107,7 +106,7 @@ def dask(address: str, max_seconds: float = MAX_SECONDS, *, patience: float = PA
     Raises InputError where nothing answers at the address or distributed is not installed. The generator raises
     MjnavError where the scheduler is lost: the connection is closed, or there is no answer for `patience` [s].
     """
-    _check_address(address)
+    _connect(address).close(timeout=CLOSE_TIMEOUT)
 
     def run(trials: Iterable[Trial]) -> Rows:
         source, done = iter(trials), SimpleQueue[Any]()
@@ -153,43 +152,17 @@ def _row(future: Any, trial: Trial) -> Row:
     return failed_row(trial, DIED if isinstance(error, KilledWorker) else describe_fault(error))
 
 
-def _check_address(address: str) -> None:
+def _connect(address: str) -> Any:
+    """The client of a scheduler. Raises InputError."""
     try:
-        from distributed.comm.addressing import parse_address, parse_host_port
+        from distributed import Client
     except ImportError:
         raise missing_extra("distributed", "sweep") from None
-    try:
-        scheme, place = parse_address(address)
-        if scheme == "tls":
-            _check_tls(address)
-        host_and_port = parse_host_port(place)
-        socket.create_connection(host_and_port, timeout=CONNECT_TIMEOUT).close()
-    except InvalidValue:
-        raise
-    except (OSError, ValueError) as error:
-        allowed = f"the address of a Dask scheduler, as in tcp://host:8786 ({error})"
-        raise InvalidValue("", address, allowed, file="scheduler") from None
-
-
-def _check_tls(address: str) -> None:
-    """Raises InvalidValue where Dask's configuration names no certificates, OSError where they cannot be read."""
-    from distributed.security import Security
-
-    settings = Security().get_tls_config_for_role("client")
-    missing = [key for key in ("ca_file", "cert", "key") if not settings[key]]
-    if missing:
-        names = ("DASK_DISTRIBUTED__COMM__TLS__CA_FILE", "..._TLS__CLIENT__CERT", "..._TLS__CLIENT__KEY")
-        raise InvalidValue("", address, f"tls:// with Dask's settings {', '.join(names)}", file="scheduler")
-    Security().get_connection_args("client")
-
-
-def _connect(address: str) -> Any:
-    from distributed import Client
-
     for name in logging.root.manager.loggerDict:
         if name.partition(".")[0] == "distributed":
             logging.getLogger(name).setLevel(logging.CRITICAL)  # errors are reported in one line
     try:
         return Client(address, timeout=CONNECT_TIMEOUT, set_as_default=False)
-    except OSError as error:
-        raise MjnavError(f"no Dask scheduler answers at {address}: {error}") from None
+    except (OSError, ValueError, TypeError, RuntimeError) as error:  # the last two without certificates for tls://
+        allowed = f"the address of a Dask scheduler, as in tcp://host:8786 ({error})"
+        raise InvalidValue("", address, allowed, file="scheduler") from None

@@ -1,13 +1,11 @@
 """A kept log is that of its row's episode, whatever is killed and however full the disk is; the rows are the same."""
 
-import subprocess
 from dataclasses import replace
 from itertools import count
 
 import pytest
 
 import mjnav
-from mjnav.cli.main import main
 from mjnav.control.methods.rkhs import Rkhs
 from mjnav.errors import InputError, InvalidValue
 from mjnav.study.keep import kept_log
@@ -123,20 +121,3 @@ def test_the_folder_of_logs_is_no_link(tmp_path, small_trials):
     (tmp_path / "out" / "logs").symlink_to(tmp_path / "elsewhere")
     with pytest.raises(InputError, match="logs: found a link; allowed: a folder"):
         sweep(small_trials[:1], Store(tmp_path / "out"), in_process, keep_logs="all")
-
-
-@pytest.mark.nightly
-def test_a_full_disk_is_a_line_and_the_sweep_goes_on_with_room(small_study, serial_hashes, small_disk, capsys):
-    with small_disk(DISK) as disk:
-        words = ["sweep", str(small_study), "-o", str(disk / "out"), "--workers", "1"]
-        assert main([*words, "--keep-logs", "all"]) == 1
-        told = capsys.readouterr().err
-        assert "No space left on device" in told
-        assert told.endswith("finished episodes are kept: --resume continues\n")
-        done = logs(Store(disk / "out"))
-        assert 0 < len(done) < 16
-        assert all(kept_log(disk / "out", name) for name in done.values())
-        subprocess.run(["mount", "-o", f"remount,size={DISK + ROOM}", str(disk)], check=True)
-        assert main([*words, "--resume"]) == 0
-        rows = Store(disk / "out").rows(["id", "state_hash"]).to_pylist()
-        assert {row["id"]: row["state_hash"] for row in rows} == serial_hashes

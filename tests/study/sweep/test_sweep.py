@@ -13,9 +13,8 @@ from hypothesis import strategies as st
 from mjnav.errors import InputError, MjnavError
 from mjnav.study.cells import Cell
 from mjnav.study.store.store import Store
-from mjnav.study.study_file import load_study
 from mjnav.study.sweep.schedulers import local
-from mjnav.study.sweep.sweep import sweep, trials
+from mjnav.study.sweep.sweep import sweep
 from mjnav.study.trial import Trial, failed_row, run_trial
 
 
@@ -28,11 +27,6 @@ def hashes(store: Store) -> dict[str, str]:
 def serial(trials):
     """A scheduler without worker processes."""
     yield from map(run_trial, trials)
-
-
-def test_episodes_come_seed_by_seed(small_study):
-    found = trials(load_study(small_study), [Cell(name, "", "", "", "", "") for name in "ab"])
-    assert [(trial.cell.scene, trial.seed) for trial in found] == [(n, s) for s in range(5, 9) for n in "ab"]
 
 
 def test_workers_give_the_serial_rows_also_where_one_is_killed(tmp_path, small_trials, serial_hashes):
