@@ -5,6 +5,7 @@ import json
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import asdict
+from datetime import date
 from math import isfinite
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -86,6 +87,7 @@ def _refuse(arguments: argparse.Namespace, options: tuple[str, ...], reason: str
 
 
 def _methods(arguments: argparse.Namespace) -> int:
+    from mjnav.loop.provenance import revision
     from mjnav.report.comparison import text
     from mjnav.report.comparison.documents import csv_text, document
     from mjnav.report.comparison.html import html
@@ -117,7 +119,8 @@ def _methods(arguments: argparse.Namespace) -> int:
             case ".tex":
                 return latex(results)
             case _:
-                return html(results, study, page=path)
+                made = f"Page made on {date.today().isoformat()} by mjnav {revision()}."
+                return html(results, study, page=path, made=made)
 
     def draw(console: "Console") -> None:
         commands = run_commands(study, store.study()) if study is not None else {}

@@ -77,7 +77,7 @@ class MethodEntry:
         "in place of a grid: settings that are drawn. Beside `count` the same keys, each with { low, high }, also with "
         "log = true, { mean, std } or { one_of }",
     ] = None
-    label: Annotated[str, "in tables and charts; by default the name, of file.py:Class the class"] = ""
+    label: Annotated[str, "in tables; by default the name, of file.py:Class the class"] = ""
 
     def __post_init__(self):
         settle(self)
@@ -101,7 +101,7 @@ class SettingEntry:
 
     name: Annotated[str, "in the rows of results"]
     set: Annotated[Overrides, "keys of a run file"] = field(default_factory=dict)
-    label: Annotated[str, "in tables and charts; the name by default"] = ""
+    label: Annotated[str, "in tables; the name by default"] = ""
 
     def __post_init__(self):
         settle(self)

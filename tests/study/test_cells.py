@@ -71,14 +71,6 @@ def test_a_cell_is_the_scenario_that_run_makes_of_the_same_overrides(cells):
     assert own == expected
 
 
-def test_settings_come_after_set_and_the_command_line_last(cells):
-    def limits(*overrides):
-        return [loads(cell.document).time_limit for cell in cells(STUDY, *overrides, scenes=["crossing1"])]
-
-    assert limits() == [1.0] * 6 + [2.0] * 6
-    assert limits("time_limit=0.5") == [0.5] * 12
-
-
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [

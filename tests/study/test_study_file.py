@@ -3,7 +3,7 @@
 import pytest
 
 from mjnav.errors import InvalidValue
-from mjnav.study.study_file import MethodEntry, SeedRange, StudyFile, load_study, scene_path, studies
+from mjnav.study.study_file import MethodEntry, SeedRange, StudyFile, load_study, studies
 
 LEAST = """
 schema = 1
@@ -37,13 +37,6 @@ def test_seeds_are_a_range_or_a_list(study):
     assert study(LEAST.replace("[[", "seeds = { first = 3, count = 4 }\n[[", 1)).all_seeds == range(3, 7)
     assert study(LEAST.replace("[[", "seeds = [9, 2]\n[[", 1)).all_seeds == (9, 2)
     assert study(LEAST.replace("[[", "seeds = [9, 2]\n[[", 1)).with_seeds(3).all_seeds == range(9, 12)
-
-
-def test_scenes_by_path_count_from_the_study_files_folder(study, tmp_path):
-    loaded = study(LEAST)
-    assert scene_path(loaded, "hall") == "hall"
-    assert scene_path(loaded, "mine/corner.toml") == str(tmp_path / "mine/corner.toml")
-    assert scene_path(loaded, "/a/b.toml") == "/a/b.toml"
 
 
 @pytest.mark.parametrize("name", studies())

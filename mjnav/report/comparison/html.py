@@ -12,13 +12,11 @@ import os
 import re
 import shlex
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from datetime import date
 from html import escape
 from math import inf, isfinite
 from pathlib import Path
 from urllib.parse import quote
 
-from mjnav.loop.provenance import revision
 from mjnav.printable import printable
 from mjnav.report.comparison.shown import Cell, Column, ShownTable, about, meaning, shown_tables, warnings
 from mjnav.report.figure_text import Shown
@@ -157,8 +155,12 @@ DRAWN = (
 )
 
 
-def html(results: StudyComparison, study: StudyFile | None = None, *, page: Path = Path("compare.html")) -> str:
+def html(
+    results: StudyComparison, study: StudyFile | None = None, *, page: Path = Path("compare.html"), made: str = ""
+) -> str:
     """The page, which will be at `page`, with how the study was made and where its worst episodes can be seen.
+
+    `made` says when the page was made, and by which version.
 
     Raises MjnavError as `Store.rows` does.
     """
@@ -167,7 +169,7 @@ def html(results: StudyComparison, study: StudyFile | None = None, *, page: Path
     way = _way(store.folder, run_commands(study, store.study()) if study is not None else {}, page)
     own = frame("mjnav compare", "mjnav.report.comparison", ["page.css"], ["sort.js"])
     tables = "table" if len(results.tables) == 1 else "tables"
-    made = f"Episodes run with mjnav {', '.join(results.revisions)}. Page made on {date.today()} by mjnav {revision()}."
+    made = f"Episodes run with mjnav {', '.join(results.revisions)}. {made}"
     made = REVISION.sub(r"\1", made)
     links = [f'<li><a href="#table{i}">{_text(table.title)}</a></li>' for i, table in enumerate(results.tables)]
     parts = [

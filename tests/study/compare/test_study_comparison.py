@@ -77,20 +77,6 @@ def test_methods_come_in_the_order_of_the_study_and_their_values_as_numbers():
     assert natural("a 9") < natural("a 10.5") < natural("a 1e2")
 
 
-def test_methods_with_other_seeds_are_compared_as_each_would_be_alone():
-    rng = np.random.default_rng(1)
-    rows = [row(name, seed, float(rng.gamma(3.0)), hit=seed % 7 == 3) for name in "abc" for seed in range(25)]
-    rows = [r for r in rows if not (r.method == "c" and r.seed < 5)]
-    (together,) = compared(rows, methods=tuple("abc"))
-    for i, name in enumerate("bc", start=1):
-        (alone,) = compared([r for r in rows if r.method in ("a", name)], methods=("a", name))
-        for figure in ("success", "collision", "control_cost", "min_clearance_m"):
-            d, own = together.rows[i].differences[figure].estimate, together.rows[i].figures[figure]
-            assert d.value == alone.rows[1].differences[figure].estimate.value
-            assert d.interval == pytest.approx(alone.rows[1].differences[figure].estimate.interval, rel=1e-6)
-            assert own.interval == pytest.approx(alone.rows[1].figures[figure].interval, rel=1e-6)
-
-
 # ------------------------------------------------------------------------------- figures of a table
 
 
