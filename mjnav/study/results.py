@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 from mjnav.errors import InputError, unknown_name
-from mjnav.log.read.data_frame import check_pandas
+from mjnav.log.read.tables import check_pandas
 from mjnav.loop.prepare import OUT_FOLDER, check_functions
 from mjnav.loop.supervision import MAX_SECONDS
 from mjnav.output_files import path_text

@@ -34,7 +34,9 @@ def test_an_item_leaves_its_figure_its_data_and_its_findings(folder):
         rows = list(csv.DictReader(file))
     assert [row["method"] for row in rows] == [HOSTILE, "b, c", "'=1+1"]
     assert [row["mean"] for row in rows] == [str(0.1 + 0.2), "", "-1.0"]
-    findings, basis = read(item)
+    kept = read(item)
+    assert kept is not None
+    findings, basis = kept
     assert (findings, basis.command) == ([FINDING], HOSTILE)
 
 
