@@ -76,11 +76,6 @@ def clearances(trajectory: Trajectory, scenario: Scenario) -> Clearances:
     return Clearances(min(known, default=None), person, thing, mean)
 
 
-def min_clearance(trajectory: Trajectory, scenario: Scenario) -> float | None:
-    """Least distance between the robot's surface and any other [m]; None in an empty room, negative in contact."""
-    return clearances(trajectory, scenario).least
-
-
 def _is_person(name: str) -> bool:
     return name.startswith(PERSON)
 

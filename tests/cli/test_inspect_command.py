@@ -36,20 +36,6 @@ def test_it_says_how_the_run_went(mjnav, log):
     assert "\x1b" not in said.out
 
 
-def test_json_holds_what_the_run_printed(mjnav, tmp_path):
-    ran = json.loads(mjnav("run", "crossing1", "--log", "b.mcap", "--json", *SHORT).out)
-    printed = json.loads(mjnav("inspect", "b.mcap", "--json").out, parse_constant=pytest.fail)
-    assert (printed["outcome"], printed["complete"], printed["truncated"]) == ("timeout", True, False)
-    assert printed["duration_s"] == pytest.approx(0.3)
-    assert printed["topics"]["/scan"]["messages"] == 3
-    assert printed["run"]["scene"] == "crossing1"
-    assert printed["result"] == ran
-    assert {key: printed["figures"][key] for key in ("ticks", "path_length_m")} == {
-        "ticks": 3,
-        "path_length_m": pytest.approx(ran["path_length_m"], abs=1e-9),
-    }
-
-
 @pytest.mark.parametrize("share", [0.3, 0.6, 0.95])
 def test_any_readable_beginning_is_enough(mjnav, log, share):
     content = log.read_bytes()
@@ -111,23 +97,6 @@ def test_nothing_in_a_foreign_log_moves_the_cursor(mjnav, tmp_path):
     assert said.code == 0
     assert all(c.isprintable() or c == "\n" for c in said.out)
     assert "[bold]" in said.out
-
-
-def test_a_recovered_log_says_what_was_lost(mjnav, log):
-    content = bytearray(log.read_bytes())
-    for place in (200, 210):
-        content[content.index(b"lz4") + place] ^= 0xFF
-    log.write_bytes(content)
-    assert mjnav("recover", log, "again.mcap").code == 0
-    said = mjnav("inspect", "again.mcap")
-    assert said.code == 0
-    assert "recovered from another log" in said.out.splitlines()
-    assert json.loads(mjnav("inspect", "again.mcap", "--json").out)["recovered"]["file"] == "a.mcap"
-
-
-def test_missing_files_and_folders_are_bad_input(mjnav, tmp_path):
-    assert mjnav("inspect", "nowhere.mcap").code == 2
-    assert mjnav("inspect", tmp_path).code == 2
 
 
 def test_a_pipe_that_takes_only_the_first_line_is_no_error(start, log):

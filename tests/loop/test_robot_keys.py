@@ -3,7 +3,7 @@
 import pytest
 
 import mjnav
-from mjnav.metrics.safety import min_clearance
+from mjnav.metrics.safety import clearances
 
 QUICK = {"physics.engine": "kinematic", "time_limit": 2.0, "noise.profile": "none"}
 LIMITS = {"max_speed": 0.5, "min_speed": -0.3, "max_turn_rate": 0.7, "max_acceleration": 0.4}
@@ -35,5 +35,5 @@ def test_a_wider_robot_is_nearer_and_touches_sooner(engine):
                 simulation.step(0.5, 0.0)
         touched.append(simulation.trajectory.robot_pose[-1, 0])
         assert simulation.outcome == "collision"
-        assert min_clearance(simulation.trajectory, scenario) == pytest.approx(0.0, abs=0.06)
+        assert clearances(simulation.trajectory, scenario).least == pytest.approx(0.0, abs=0.06)
     assert touched[0] - touched[1] == pytest.approx(0.3, abs=0.05)

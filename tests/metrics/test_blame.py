@@ -104,43 +104,10 @@ def test_a_gap_that_does_not_explain_a_miss_leaves_it_to_the_loop():
     assert named(machine={(8, "sense"): 4.0}, loop={(7, "control"): 6.0})[0] == {LOOP: 1}  # elsewhere
 
 
-def test_what_only_both_explain_is_first_time_work():
-    assert named(machine={(7, "sense"): 6.0}, first_time={(7, "estimate"): 6.0}) == (
-        {MACHINE: 1, FIRST_TIME: 1},  # tick 8 only began too late for both
-        [(7, 7, "estimate", FIRST_TIME, 7.0), (8, 7, "sense", MACHINE, 2.0)],
-    )
-
-
 def test_the_misses_that_a_gap_leads_to_are_the_machines_and_name_it():
     counts, rows = named(machine={(4, "control"): 32.0})  # the ticks after it begin 27, 22, 17, 12, 7 and 2 ms late
     assert counts == {MACHINE: 6}
     assert rows == [(4 + k, 4, "control", MACHINE, 27.0 - 5.0 * k) for k in range(6)]
-
-
-def test_a_slow_tick_amid_the_machines_misses_stays_the_loops():
-    counts, rows = named(machine={(4, "control"): 32.0}, loop={(6, "record"): 8.0})
-    assert counts == {MACHINE: 6, LOOP: 1}
-    assert rows[2] == (6, 6, "record", LOOP, 25.0)
-
-
-def test_a_deadline_met_only_because_a_gap_skipped_periods_is_met():
-    # But for the gap tick 4 would end 5 ms late, and tick 5 for that 2 ms late.
-    counts, rows = named(machine={(4, "sense"): 75.0}, loop={(4, "control"): 10.0, (5, "control"): 2.0})
-    assert counts == {LOOP: 1}
-    assert rows == [(4, 4, "control", LOOP, 80.0)]
-
-
-def test_a_late_wake_up_that_is_not_the_gaps_stays():
-    stall = {(20, "sense"): 8.0}
-    own = without(paced(usual() + spent({(7, "wake-up"): 2.0}) + spent(stall))[0], spent(stall))
-    assert own.lateness[[6, 7, 8, 20, 21]].tolist() == [0, 2 * MS, 0, 0, 0]
-
-
-def test_a_long_gap_that_skips_periods_is_the_machines_one_miss():
-    stall = {(4, "estimate"): 87.0}
-    found = blame(paced(usual() + spent(stall))[0], spent(stall), spent({}))
-    assert (found.counts, found.own.skipped) == ({LOOP: 0, MACHINE: 1, FIRST_TIME: 0}, 0)
-    assert found.misses[0].milliseconds == 82.0
 
 
 def test_all_misses_are_counted_and_the_longest_are_named():
@@ -179,11 +146,6 @@ def test_the_verdict_is_that_of_the_schedule_without_the_machines_gaps(machine, 
     assert verdict(blame(found, spent(machine), spent({})).own) == expected
 
 
-def test_first_time_work_counts_in_the_verdict():
-    stall = {(7, "estimate"): 8.0}
-    assert verdict(blame(paced(usual() + spent(stall))[0], spent({}), spent(stall)).own) == DEGRADED
-
-
 milliseconds = st.floats(0.0, 60.0).map(lambda value: round(value * MS))
 tables = st.lists(st.lists(milliseconds, min_size=len(CAUSES), max_size=len(CAUSES)), min_size=1, max_size=12)
 
@@ -203,12 +165,6 @@ def test_a_schedule_without_its_gaps_is_what_the_pacer_would_have_kept(work, gap
     assert found.overrun.tolist() == np.where(stalled.overrun > 0, expected.overrun, 0).tolist()
     counts = blame(stalled, stalls, np.zeros_like(stalls)).counts
     assert (counts[LOOP], counts[LOOP] + counts[MACHINE]) == (found.misses, stalled.misses)
-
-
-@given(work=tables)
-def test_where_nothing_is_taken_off_nothing_changes(work):
-    found = paced(np.array(work))[0]
-    assert without(found, np.zeros((len(work), len(CAUSES)), np.int64)) is found
 
 
 # --------------------------------------------------------------------------------- intervals by phase

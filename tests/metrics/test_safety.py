@@ -18,7 +18,7 @@ routes = arrays(float, st.tuples(st.integers(1, 6), st.just(2)), elements=coordi
 def test_an_encounter_between_two_ticks_is_seen(trajectory_through, scenario_with):
     # they pass at x = 0.5, half-way between the ticks, 1 m apart
     trajectory = trajectory_through([[0, 0], [1, 0]], people=[[[1.0, 1.0]], [[0.0, 1.0]]])
-    assert safety.min_clearance(trajectory, scenario_with(num_people=1)) == pytest.approx(1.0 - 0.55)
+    assert safety.clearances(trajectory, scenario_with(num_people=1)).least == pytest.approx(1.0 - 0.55)
 
 
 @pytest.mark.parametrize("num", [ROWS, ROWS + 1, ROWS + 2, 2 * ROWS + 2])  # of states
@@ -28,12 +28,12 @@ def test_an_encounter_in_whichever_step_of_a_long_run_is_seen(trajectory_through
         people = np.full((num, 1, 2), 50.0)
         people[step], people[step + 1] = [-30.0, 1.0], [30.0, 1.0]
         trajectory = trajectory_through(np.zeros((num, 2)), people=people)
-        assert safety.min_clearance(trajectory, scenario) == pytest.approx(1.0 - 0.3 - 0.25)
+        assert safety.clearances(trajectory, scenario).least == pytest.approx(1.0 - 0.3 - 0.25)
 
 
 def test_overlap_is_negative_clearance(trajectory_through, scenario_with):
     trajectory = trajectory_through([[0, 0], [0, 0]], people=[[[0.5, 0.0]], [[0.5, 0.0]]])
-    assert safety.min_clearance(trajectory, scenario_with(num_people=1)) == pytest.approx(-0.05)
+    assert safety.clearances(trajectory, scenario_with(num_people=1)).least == pytest.approx(-0.05)
 
 
 def test_people_and_things_are_told_apart_and_who_is_not_there_is_at_no_distance(trajectory_through, scenario_with):
@@ -51,7 +51,7 @@ def test_people_and_things_are_told_apart_and_who_is_not_there_is_at_no_distance
 
 
 def test_an_empty_room_has_no_clearance(trajectory_through, scenario_with):
-    assert safety.min_clearance(trajectory_through([[0, 0], [1, 0]]), scenario_with()) is None
+    assert safety.clearances(trajectory_through([[0, 0], [1, 0]]), scenario_with()).least is None
 
 
 @pytest.mark.parametrize(
@@ -65,7 +65,7 @@ def test_an_empty_room_has_no_clearance(trajectory_through, scenario_with):
 )
 def test_clearance_from_still_bodies(trajectory_through, scenario_with, bodies, expected):
     trajectory = trajectory_through([[0, 0], [2, 0]])
-    assert safety.min_clearance(trajectory, scenario_with(**bodies)) == pytest.approx(expected - 0.25)
+    assert safety.clearances(trajectory, scenario_with(**bodies)).least == pytest.approx(expected - 0.25)
 
 
 def test_every_step_has_its_own_clearance_from_every_body(trajectory_through, scenario_with):
@@ -88,7 +88,7 @@ def test_every_step_has_its_own_clearance_from_every_body(trajectory_through, sc
     assert list(found) == list(from_centre)
     for name, distance in from_centre.items():
         assert found[name] == pytest.approx(np.array(distance) - size[name] - 0.25), name
-    assert safety.min_clearance(trajectory, scenario) == pytest.approx(1.5 - 0.3 - 0.25)
+    assert safety.clearances(trajectory, scenario).least == pytest.approx(1.5 - 0.3 - 0.25)
 
 
 def sampled_wall_distance(route, wall):
