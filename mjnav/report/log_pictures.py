@@ -10,7 +10,7 @@ from fractions import Fraction
 from numbers import Integral
 from os import PathLike
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any, overload
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,6 +21,9 @@ from mjnav.log.read.log import Log, open_log
 from mjnav.messages import Array, Trajectory, WorldState, number
 from mjnav.output_files import output_path, replacement, written
 from mjnav.report.lidar_view import LoggedViews
+
+if TYPE_CHECKING:
+    from PIL.Image import Image
 
 # ---------------------------------------------------------------------------------------------- films
 
@@ -133,6 +136,22 @@ _PERIOD_ERROR = 1e-6  # of a period, at most, that sums of physics steps are off
 LogOrPath = Log | str | os.PathLike[str]
 
 
+@overload
+def render(
+    log: LogOrPath, output: None = None, *, at: float | None = None, size: tuple[int, int] | None = None
+) -> "Image": ...
+@overload
+def render(
+    log: LogOrPath,
+    output: str | os.PathLike[str],
+    *,
+    at: float | None = None,
+    size: tuple[int, int] | None = None,
+    fps: int = FPS,
+    speed: float = 1.0,
+    start: float = 0.0,
+    end: float | None = None,
+) -> Path: ...
 def render(
     log: LogOrPath,
     output: str | os.PathLike[str] | None = None,
@@ -143,7 +162,7 @@ def render(
     speed: float = 1.0,
     start: float = 0.0,
     end: float | None = None,
-) -> Any:
+) -> "Image | Path":
     """Draws a moment of a run, or films it. Returns the picture (PIL), or the path where `output` names a file.
 
     `output` is a picture, .png, or a film, .mp4, which replaces a file of that name. `at` is the time of a picture [s],
