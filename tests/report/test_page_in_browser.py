@@ -138,7 +138,7 @@ def test_a_definition_shows_by_pointer_keyboard_and_touch(opened):
     view.keyboard.press("Escape")
     assert box.is_hidden()
     phone = opened("hall", PHONE, has_touch=True)
-    phone.locator(".card .term", has_text="Deviation").tap()
+    phone.locator(".card .term", has_text="Mean deviation").tap()
     assert "lateral distance" in phone.inner_text("#definition")
     assert phone.evaluate("document.documentElement.scrollWidth") == PHONE["width"]
 
