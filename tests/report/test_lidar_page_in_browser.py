@@ -45,7 +45,7 @@ def test_its_points_are_those_of_the_log_each_from_where_the_robot_believed_to_b
     np.testing.assert_allclose(found, scan_points(every, lidar, way), atol=0.012)
 
 
-def test_each_layer_can_be_switched_off_and_the_panel_tells_the_error(view):
+def test_each_layer_can_be_switched_off(view):
     seen = {pixels(view)}
     for layer in ("scan", "detections", "map", "estimates"):
         view.locator(f"[data-layer={layer}]").click()
