@@ -4,7 +4,6 @@ import argparse
 import sys
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import fields
-from functools import partial
 from itertools import islice
 from typing import TYPE_CHECKING, Any
 
@@ -13,8 +12,6 @@ from mjnav.errors import DamagedLogError
 from mjnav.printable import printable
 
 if TYPE_CHECKING:
-    from rich.console import Console
-
     from mjnav.report.inspection import InspectedTiming, InspectedTopic, Inspection, JudgedBelief
     from mjnav.report.worst_moments import WorstMoment
 
@@ -23,6 +20,18 @@ _VERSION = "version."
 _WIDE = 110  # [characters] from which on the table of topics has room for schemas
 _MAX_LINES = 500  # of a section, and topics
 _MAX_WIDTH = 60  # [characters] that a short name is padded to, because of a long one
+
+# Attribute, head and form of the numbers of a row.
+_BELIEFS = (
+    *(("ticks", "ticks", "d"), ("rmse_m", "RMSE [m]", ".3f"), ("nees", "NEES", ".2f"), ("coverage", "coverage", ".1%")),
+    *(("divergences", "diverged", "d"), ("ess_min", "least ESS", ".1f"), ("ess_mean", "mean ESS", ".1f")),
+    ("depleted_share", "depleted", ".1%"),
+)
+_TOPICS = (
+    *(("messages", "messages", "d"), ("missing", "missing", "d"), ("hz", "Hz", ".2f")),
+    *(("max_gap_s", "max gap [s]", ".3f"), ("max_gap_at_s", "at [s]", ".2f")),
+    *(("bytes", "bytes", "d"), ("share", "share", ".1%")),
+)
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
@@ -49,7 +58,7 @@ def execute(arguments: argparse.Namespace) -> int:
 
 def _print(found: "Inspection") -> None:
     print_drawn(lambda console: console.print(_headline(found), style="bold", soft_wrap=True))
-    _show(list(_origin(found)))
+    _show("", list(_origin(found)))
     for title, lines in (
         ("missing", [f"  {printable(sentence)}" for sentence in found.missing]),
         ("recovered from another log", list(_named(found.recovered or {}))),
@@ -58,13 +67,9 @@ def _print(found: "Inspection") -> None:
         ("timing", list(_timing(found.timing))),
         ("result", list(_named(_not_yet_said(found)))),
     ):
-        if lines:
-            print()
-            print_drawn(partial(_title, title))
-        _show(lines)
+        _show(title, lines)
     if found.beliefs:
-        print()
-        print_drawn(partial(_title, "beliefs"))
+        _print_title("beliefs")
         _print_beliefs(found.beliefs)
     print()
     _print_topics(found.topics)
@@ -72,12 +77,15 @@ def _print(found: "Inspection") -> None:
         print(f"{len(found.topics) - _MAX_LINES} topics more, which --json has")
 
 
-def _title(text: str, console: "Console") -> None:
-    console.print(text, style="bold")
+def _print_title(text: str) -> None:
+    print()
+    print_drawn(lambda console: console.print(text, style="bold"))
 
 
-def _show(lines: Sequence[str]) -> None:
+def _show(title: str, lines: Sequence[str]) -> None:
     """As many as somebody reads; a stranger's log may name a hundred thousand things."""
+    if title and lines:
+        _print_title(title)
     print_lines(lines[:_MAX_LINES])
     if len(lines) > _MAX_LINES:
         print(f"  {len(lines) - _MAX_LINES} lines more, which --json has")
@@ -133,45 +141,26 @@ def _not_yet_said(found: "Inspection") -> dict[str, Any]:
 
 
 def _print_beliefs(beliefs: Sequence["JudgedBelief"]) -> None:
-    """A row for each body; the interval of NEES is that of the mean of as many independent errors."""
+    """A row for each body."""
+    heads, texts = [head for _, head, _ in _BELIEFS], ("of", "by")
     rows = [
-        (
-            one.body,
-            printable(one.by),
-            str(one.ticks),
-            _number(one.rmse_m, ".3f"),
-            _number(one.nees, ".2f"),
-            " to ".join(f"{end:.2f}" for end in one.nees_interval or ()) or "-",
-            _number(one.coverage, ".1%"),
-            str(one.divergences),
-            _number(one.ess_min, ".1f"),
-            _number(one.ess_mean, ".1f"),
-            _number(one.depleted_share, ".1%"),
-        )
+        (one.body, printable(one.by), *(_number(getattr(one, key), form) for key, _, form in _BELIEFS))
         for one in beliefs[:_MAX_LINES]
     ]
-    numbers = ("ticks", "RMSE [m]", "NEES", "consistent", "coverage", "diverged", "least ESS", "mean ESS", "depleted")
-    print_table(rows, ("of", "by", *numbers), numbers=range(2, 2 + len(numbers)))
+    print_table(rows, (*texts, *heads), numbers=range(2, 2 + len(heads)))
 
 
 def _print_topics(topics: "Mapping[str, InspectedTopic]") -> None:
     """A row for each topic; its schema where there is room."""
-    names = ("messages", "missing", "Hz", "max gap [s]", "at [s]", "size", "share")
-    texts = ("topic", "schema") if width() >= _WIDE else ("topic",)
+    heads, texts = [head for _, head, _ in _TOPICS], ("topic", "schema") if width() >= _WIDE else ("topic",)
     rows = [
         (
             *(printable(name), printable(topic.schema))[: len(texts)],
-            str(topic.messages),
-            _number(topic.missing, "d"),
-            _number(topic.hz, ".2f"),
-            _number(topic.max_gap_s, ".3f"),
-            _number(topic.max_gap_at_s, ".2f"),
-            _size(topic.bytes),
-            _number(topic.share, ".1%"),
+            *(_number(getattr(topic, key), form) for key, _, form in _TOPICS),
         )
         for name, topic in islice(topics.items(), _MAX_LINES)
     ]
-    print_table(rows, (*texts, *names), numbers=range(len(texts), len(texts) + len(names)))
+    print_table(rows, (*texts, *heads), numbers=range(len(texts), len(texts) + len(heads)))
 
 
 def _figures(figures: Mapping[str, Any]) -> Iterator[str]:

@@ -2,15 +2,14 @@
 
 import argparse
 import re
-from pathlib import Path
 
 from mjnav.cli.options.common import check_needs
 from mjnav.cli.terminal.guard import interruptible
 from mjnav.cli.terminal.progress import progress
 from mjnav.errors import InvalidValue
-from mjnav.log import Log, open_log
-from mjnav.output_files import output_path, written
-from mjnav.report.log_pictures import FILM_SIZE, FPS, PICTURE_SIZE, SIDES, Film, picture, require_codec
+from mjnav.log import open_log
+from mjnav.output_files import output_path
+from mjnav.report.log_pictures import FILM_SIZE, FPS, PICTURE_SIZE, Film, picture, save_picture
 
 _FILM_ONLY = ("fps", "speed", "from", "to")
 
@@ -30,54 +29,26 @@ def configure(parser: argparse.ArgumentParser) -> None:
 def execute(arguments: argparse.Namespace) -> int:
     """Draws off screen."""
     output = output_path("--output", arguments.output, ".png", ".mp4")
-    film = output.suffix.lower() == ".mp4"
-    check_needs("--at", "a picture: -o OUT.png", given=arguments.at is not None, met=not film)
+    is_film = output.suffix.lower() == ".mp4"
+    check_needs("--at", "a picture: -o OUT.png", given=arguments.at is not None, met=not is_film)
     for name in _FILM_ONLY:
-        check_needs(f"--{name}", "a film: -o OUT.mp4", given=getattr(arguments, name) is not None, met=film)
-    size = _size(arguments.size, even=film) or (FILM_SIZE if film else PICTURE_SIZE)
-    if film:
-        require_codec()
+        check_needs(f"--{name}", "a film: -o OUT.mp4", given=getattr(arguments, name) is not None, met=is_film)
+    size = _size(arguments.size)
     log = open_log(arguments.log)
     log.scenario()  # says best what another program's file lacks
-    if film:
-        _film(arguments, output, log, size)
-    else:
-        _picture(arguments, output, log, size)
-    return 0
-
-
-def _size(given: str | None, *, even: bool) -> tuple[int, int] | None:
-    if given is None:
-        return None
-    found = re.fullmatch(r"(\d{1,5})x(\d{1,5})", given)
-    sides = tuple(map(int, found.groups())) if found else ()
-    if not sides or not all(SIDES[0] <= side <= SIDES[1] and not (even and side % 2) for side in sides):
-        kind = "even numbers" if even else "numbers"
-        raise InvalidValue("--size", given, f"WIDTHxHEIGHT, {kind} from {SIDES[0]} to {SIDES[1]}")
-    width, height = sides
-    return width, height
-
-
-def _picture(arguments: argparse.Namespace, output: Path, log: Log, size: tuple[int, int]) -> None:
-    from PIL import Image
-
     try:
-        pixels, time = picture(log, arguments.at, size=size)
-    except InvalidValue as error:
-        raise _of_option(error) from None
-    with written(output) as file:
-        Image.fromarray(pixels).save(file, format="png", optimize=True)
-    print(f"{output}: {time:.1f} s")
-
-
-def _film(arguments: argparse.Namespace, output: Path, log: Log, size: tuple[int, int]) -> None:
-    film = Film(log, size)
-    fps = FPS if arguments.fps is None else arguments.fps
-    speed = 1.0 if arguments.speed is None else arguments.speed
-    try:
+        if not is_film:
+            pixels, time = picture(log, arguments.at, size=size)
+            save_picture(pixels, output)
+            print(f"{output}: {time:.1f} s")
+            return 0
+        film = Film(log, size)
+        fps = FPS if arguments.fps is None else arguments.fps
+        speed = 1.0 if arguments.speed is None else arguments.speed
         timing = film.timing(getattr(arguments, "from"), arguments.to, fps=fps, speed=speed)
     except InvalidValue as error:
-        raise _of_option(error) from None
+        option = {"start": "from", "end": "to"}.get(error.key, error.key)
+        raise InvalidValue(f"--{option}", error.found, error.allowed) from None
     count = len(timing.times())
     with interruptible() as interrupted, progress(output.name, count, unit="frames") as show:
 
@@ -88,9 +59,13 @@ def _film(arguments: argparse.Namespace, output: Path, log: Log, size: tuple[int
 
         film.write(output, timing, progress=step)
     print(f"{output}: {count} frames, {count / timing.fps:.1f} s, {1e-3 * output.stat().st_size:.0f} kB")
+    return 0
 
 
-def _of_option(error: InvalidValue) -> InvalidValue:
-    """The error with the option's name in place of the argument's."""
-    name = {"start": "from", "end": "to"}.get(error.key, error.key)
-    return InvalidValue(f"--{name}", error.found, error.allowed)
+def _size(given: str | None) -> tuple[int, int] | None:
+    if given is None:
+        return None
+    sides = re.fullmatch(r"(\d{1,5})x(\d{1,5})", given)
+    if sides is None:
+        raise InvalidValue("--size", given, "WIDTHxHEIGHT in pixels")
+    return int(sides[1]), int(sides[2])

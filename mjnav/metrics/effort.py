@@ -8,7 +8,6 @@ smooths.
 """
 
 from collections.abc import Iterator
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -85,14 +84,6 @@ NOT_MOVING_SPEED = 0.001  # [m/s], NOT_MOVING_TURN_RATE = 0.01 rad/s: Perez-Higu
 NOT_MOVING_TURN_RATE = 0.01  # [rad/s]
 
 
-class Extremes(NamedTuple):
-    """Minimum, mean and maximum over the ticks; None of nothing."""
-
-    min: float | None
-    mean: float | None
-    max: float | None
-
-
 def velocity(trajectory: Trajectory) -> Array:
     """The robot's true velocity u_k in the plane at every state, (T + 1, 2) [m/s]."""
     heading, v = trajectory.robot_pose[:, 2], trajectory.robot_twist[:, 0]
@@ -109,15 +100,15 @@ def jerk(trajectory: Trajectory) -> Array:
     return np.diff(acceleration(trajectory), axis=0) / np.diff(trajectory.time)[1:, None]
 
 
-def extremes(vectors: Array) -> Extremes:
-    """Of the lengths of vectors (n, 2).
+def extremes(vectors: Array) -> tuple[float | None, float | None, float | None]:
+    """Minimum, mean and maximum of the lengths of vectors (n, 2).
 
     Source: Francis et al., Principles and Guidelines for Evaluating Social Robot Navigation Algorithms (2023), table 1.
     """
     if not len(vectors):
-        return Extremes(None, None, None)
+        return None, None, None
     size = np.hypot(vectors[:, 0], vectors[:, 1])
-    return Extremes(float(size.min()), float(size.mean()), float(size.max()))
+    return float(size.min()), float(size.mean()), float(size.max())
 
 
 def _definitions(what: str, unit: str, text: str, equation: str, better: str = "") -> Iterator[Definition]:

@@ -23,7 +23,6 @@ not, and differ for that reason.
 """
 
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 
@@ -39,16 +38,6 @@ from mjnav.scene.spec import Scenario
 
 INTIMATE, PERSONAL, SOCIAL = 0.45, 1.2, 3.6  # [m] outer ends of the spaces; Hall (1966)
 COMPLIANT = 0.5  # [m] from which on space is kept; Francis et al. (2023), table 1
-
-
-class Proximity(NamedTuple):
-    """Shares of the states at the ticks."""
-
-    mean_distance: float | None  # [m] from the nearest person, over the states at which somebody is there
-    compliance: float  # at least COMPLIANT from everybody
-    intimate: float  # somebody nearer than INTIMATE
-    personal: float  # nearer than PERSONAL, so at least as much as `intimate`
-    social: float  # nearer than SOCIAL
 
 
 def nearest_person(trajectory: Trajectory, scenario: Scenario) -> Array:
@@ -80,7 +69,7 @@ def radii(scenario: Scenario) -> Array:
     ),
     null=NOBODY, over_all=True,
 )  # fmt: skip
-def proximity(trajectory: Trajectory, scenario: Scenario) -> Proximity | None:
+def proximity(trajectory: Trajectory, scenario: Scenario) -> tuple[float | None, ...] | None:
     """How close the robot was to the nearest person; None in a scene without people.
 
     * mean_human_distance_m: distance of the robot's surface from the nearest person's, mean over the ticks at which
@@ -91,13 +80,9 @@ def proximity(trajectory: Trajectory, scenario: Scenario) -> Proximity | None:
         return None
     distance = nearest_person(trajectory, scenario)
     there = np.isfinite(distance)
-    return Proximity(
-        mean_distance=float(distance[there].mean()) if there.any() else None,
-        compliance=float((distance >= COMPLIANT).mean()),
-        intimate=float((distance < INTIMATE).mean()),
-        personal=float((distance < PERSONAL).mean()),
-        social=float((distance < SOCIAL).mean()),
-    )
+    mean = float(distance[there].mean()) if there.any() else None
+    shares = (float((distance < space).mean()) for space in (INTIMATE, PERSONAL, SOCIAL))
+    return mean, float((distance >= COMPLIANT).mean()), *shares
 
 
 @figures(
@@ -150,18 +135,6 @@ OBSTACLE_RANGE = 0.2  # [m] B_o
 STRAIGHT = 1e-9  # [rad] of theta that are rounding: there sign(theta) is 0
 
 
-class SocialForces(NamedTuple):
-    """Integrals over time of forces per unit of mass [m/s]; each tick's force stands for the period after it.
-
-    HuNavSim adds up the samples in place of integrating: its sums are these over the sampling period. Its force on the
-    robot adds the sizes of the single forces, and so is that on the people; here it is the size of their sum.
-    """
-
-    on_people: float  # sum over people of |f_ir|
-    on_robot: float  # |sum over people of f_ri|
-    work: float  # on_people + on_robot + |the force of the nearest thing on the robot|
-
-
 @figures(
     "social",
     Definition("social_force_on_people_m_s", words="social force on people",
@@ -171,8 +144,12 @@ class SocialForces(NamedTuple):
     Definition("social_work_m_s", words="social work"),
     better=LOWER, null=NOBODY, source=HUNAVSIM,
 )  # fmt: skip
-def social_forces(trajectory: Trajectory, scenario: Scenario) -> SocialForces | None:
-    """The forces of a run; None without people. People count whether they see the robot or not.
+def social_forces(trajectory: Trajectory, scenario: Scenario) -> tuple[float, float, float] | None:
+    """The forces of a run per unit of mass, integrated over time; None without people.
+
+    People count whether they see the robot or not. Each tick's force stands for the period after it. HuNavSim adds up
+    the samples in place of integrating: its sums are these over the sampling period. Its force on the robot adds the
+    sizes of the single forces, and so is that on the people; here it is the size of their sum.
 
     * social_force_on_people_m_s: sizes of the social forces of the robot on people, each as if they saw it, summed over
       people and integrated over time, per unit of mass; law and constants are HuNavSim's
@@ -188,7 +165,7 @@ def social_forces(trajectory: Trajectory, scenario: Scenario) -> SocialForces | 
     of_things = OBSTACLE_STRENGTH * np.exp(-distance / OBSTACLE_RANGE)
     period = np.diff(trajectory.time)
     people, robot, things = (float(period @ force) for force in (on_people, on_robot, of_things))
-    return SocialForces(people, robot, people + robot + things)
+    return people, robot, people + robot + things
 
 
 def _sizes(pose: Array, own: Array, people: Array, walking: Array) -> Array:

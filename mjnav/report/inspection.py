@@ -9,7 +9,7 @@ import os
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from itertools import pairwise
-from math import isfinite
+from math import isfinite, sqrt
 from typing import Any
 
 import numpy as np
@@ -49,30 +49,23 @@ class JudgedBelief:
 def judged_beliefs(trajectory: Trajectory, scenario: Scenario) -> list[JudgedBelief]:
     """The robot's, then each person's: where tracks carry no name, of the tracks that figures take for the person's."""
     robot, people = scenario.estimation.robot, scenario.estimation.obstacles
-    found = [
-        _judged(
-            "robot",
-            _by(robot.source, robot.filter, robot.localizer),
-            consistency.consistency(consistency.robot_nees(trajectory), 3, trajectory.time),
-            consistency.robot_error(trajectory),
-            trajectory.robot_ess,
-            consistency.robot_particles(trajectory, scenario),
-        )
-    ]
     errors, nees = consistency.track_error(trajectory), consistency.people_nees(trajectory)
     particles = np.full(len(trajectory.status), float(people.particles))
-    found += [
+    by = _by(people.source, people.filter, people.tracker)
+    return [
         _judged(
-            f"person{i}",
-            _by(people.source, people.filter, people.tracker),
-            consistency.consistency(nees[:, i], 4, trajectory.time),
-            errors[:, i],
-            trajectory.people_ess[:, i],
-            particles,
-        )
-        for i in range(errors.shape[1])
+            *("robot", _by(robot.source, robot.filter, robot.localizer), consistency.of_robot(trajectory)),
+            *(consistency.robot_error(trajectory), trajectory.robot_ess),
+            consistency.robot_particles(trajectory, scenario),
+        ),
+        *(
+            _judged(
+                *(f"person{i}", by, consistency.consistency(nees[:, i], 4, trajectory.time)),
+                *(errors[:, i], trajectory.people_ess[:, i], particles),
+            )
+            for i in range(errors.shape[1])
+        ),
     ]
-    return found
 
 
 def _by(source: str, kind: str, own: object) -> str:
@@ -82,22 +75,18 @@ def _by(source: str, kind: str, own: object) -> str:
 
 
 def _judged(
-    body: str, by: str, found: consistency.Consistency, error: Array, ess: Array, particles: Array
+    body: str, by: str, judged: consistency.Consistency, error: Array, ess: Array, particles: Array
 ) -> JudgedBelief:
-    squared = (error[:, :2] ** 2).sum(axis=1)
-    squared = squared[np.isfinite(squared)]
+    squared = consistency.mean((error[:, :2] ** 2).sum(axis=1))
+    finite = judged.nees is not None and isfinite(judged.nees)
     return JudgedBelief(
-        body=body,
-        by=by,
-        ticks=found.ticks,
-        rmse_m=float(np.sqrt(squared.mean())) if squared.size else None,
-        nees=found.nees if found.nees is not None and isfinite(found.nees) else None,
-        nees_interval=found.nees_interval,
-        coverage=found.coverage,
-        divergences=found.divergences,
+        body,
+        by,
+        rmse_m=None if squared is None else sqrt(squared),
         ess_min=consistency.least(ess),
         ess_mean=consistency.mean(ess),
         depleted_share=consistency.depleted_share(ess, particles),
+        **{**asdict(judged), "nees": judged.nees if finite else None},
     )
 
 
@@ -135,20 +124,9 @@ def _behaviour(person: Person) -> str:
 
 
 def people_lines(people: Sequence[ShownPerson]) -> Iterator[str]:
-    """A line for all people who are alike, such as "0, 3 to 5: orca, scared, sees the robot"."""
-    alike: dict[str, list[int]] = {}
-    for i, person in enumerate(people):
-        alike.setdefault(person.words, []).append(i)
-    for words, numbers in alike.items():
-        yield f"{', '.join(_ranges(numbers))}: {words}"
-
-
-def _ranges(numbers: Sequence[int]) -> Iterator[str]:
-    """Numbers in order as "0" and "3 to 5"."""
-    starts = [number for number in numbers if number - 1 not in numbers]
-    ends = [number for number in numbers if number + 1 not in numbers]
-    for first, last in zip(starts, ends, strict=True):
-        yield f"{first}" if first == last else f"{first} to {last}"
+    """A line for all people who are alike, such as "0, 3, 4: orca, scared, sees the robot"."""
+    for words in dict.fromkeys(person.words for person in people):
+        yield f"{', '.join(str(i) for i, person in enumerate(people) if person.words == words)}: {words}"
 
 
 # ----------------------------------------------------------------------------------------- inspection
@@ -182,21 +160,12 @@ class InspectedTicks:
 
 
 @dataclass(frozen=True, slots=True)
-class LostPart:
-    """Bytes `start` to `end` of the file, which cannot be read."""
-
-    start: int
-    end: int
-    why: str
-
-
-@dataclass(frozen=True, slots=True)
 class Damage:
     """What is wrong with a file that is not only cut off."""
 
     error: str
     lost_bytes: int
-    lost: list[LostPart]
+    lost: list[dict[str, int | str]]  # bytes "from" and "to" that cannot be read, and "why"
 
 
 @dataclass(frozen=True, slots=True)
@@ -237,8 +206,6 @@ class Inspection:
     def document(self) -> dict[str, Any]:
         """What `mjnav inspect --json` prints."""
         found = {"schema": 1, **asdict(self)}
-        if self.damage is not None:
-            found["damage"]["lost"] = [{"from": p.start, "to": p.end, "why": p.why} for p in self.damage.lost]
         for moment in found["moments"]:
             del moment["severity"]
         return found
@@ -334,8 +301,8 @@ def _ticks(run: LoggedRun, expected: int | None) -> InspectedTicks:
 def _damage(log: Log) -> Damage | None:
     if log.error is None:
         return None
-    lost = [LostPart(part.start, part.end, part.why) for part in log.lost]
-    return Damage(str(log.error), sum(part.end - part.start for part in lost), lost[:NUM_RANGES])
+    lost: list[dict[str, int | str]] = [{"from": p.start, "to": p.end, "why": p.why} for p in log.lost[:NUM_RANGES]]
+    return Damage(str(log.error), sum(part.end - part.start for part in log.lost), lost)
 
 
 def _missing(log: Log, not_json: Mapping[str, int], ticks: InspectedTicks | None, refused: str) -> Iterator[str]:

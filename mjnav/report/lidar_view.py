@@ -1,19 +1,20 @@
-"""For pictures and films: what a robot that localizes or tracks people by its lidar sees and believes at each moment.
+"""For pictures and films: what a robot sees by its lidar, believes and plans at each moment.
 
 `scan_points` places a scan as the robot did: by the pose that it believed when each beam was taken.
 """
 
 from bisect import bisect_right
-from collections.abc import Mapping
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from mjnav.errors import DamagedLogError
+from mjnav.log.encode.plan import decode_plan
 from mjnav.log.log_format import epoch_ns
 from mjnav.log.read.log import Log
-from mjnav.messages import Array
+from mjnav.messages import Array, PlanShown
 from mjnav.noise import Distribution, profile
 from mjnav.scene.sensors import Lidar
 from mjnav.scene.spec import Scenario
@@ -90,68 +91,66 @@ def scan_points(scan: ShownScan, lidar: Lidar, way: BelievedWay) -> Array:
 _SAME = 1e-6  # [s] between two moments that are one
 
 
-@dataclass(frozen=True, slots=True)
-class LidarView:
-    """One moment; None where the robot does not go by scans, or there was none yet."""
+class LoggedViews:
+    """What a robot saw, believed and planned at every moment of a log.
 
-    scan: Array | None = None  # (n, 2) [m] where its beams end
-    detections: Array | None = None  # (n, 3) x, y, radius [m]
-    tracks: Array | None = None  # (n, 4) x, y, vx, vy; where they are by now
-    coasts: NDArray[np.bool_] | None = None  # (n,) nothing is seen of them
-
-    @property
-    def drawn(self) -> dict[str, Any]:
-        """As `world.render.Renderer.draw` takes it."""
-        names = ("scan", "detections", "tracks", "coasts")
-        return {name: value for name in names if (value := getattr(self, name)) is not None}
-
-
-class LidarViews:
-    """All moments of a log."""
+    Raises DamagedLogError where a plan is not as mjnav writes it.
+    """
 
     def __init__(self, log: Log):
-        self._scans: dict[float, Array] = {}
-        self._detections: dict[float, Array] = {}
-        self._tracks: dict[float, Array] = {}  # (n, 5), the last column is the time unseen [s]
         scenario = log.scenario()
+        self._period = scenario.control.period
         self._seen = scenario.sensors.longest_pause - _SAME  # [s] that a track may be unseen between two scans
-        if not goes_by_scans(scenario):
-            return
-        run, epoch, lidar = log.trajectory(), epoch_ns(log.run), scenario.sensors.scanner
+        self._moments: dict[str, dict[float, Any]] = {"/plan": {}}  # by topic and time [s]
+        if goes_by_scans(scenario):
+            by_scan = scenario.estimation.obstacles.source == "lidar"
+            topics = ("/scan", "/detections", "/people/estimate") if by_scan else ("/scan",)
+            self._moments |= {topic: {} for topic in topics}
+        run, epoch = log.trajectory(), epoch_ns(log.run)
         way = BelievedWay.of(run.time[: len(run.estimate)], run.estimate)
-        by_scan = scenario.estimation.obstacles.source == "lidar"
-        for message in log.messages("/scan", *(("/detections", "/people/estimate") if by_scan else ())):
-            time = 1e-9 * message.time_ns
-            if message.topic == "/scan":
-                self._scans[time] = scan_points(ShownScan.of(message.value, scenario, epoch), lidar, way)
+        for message in log.messages(*self._moments):
+            value = message.value
+            if message.topic == "/plan":
+                value = _decoded(log, value)
+            elif message.topic == "/scan":
+                value = scan_points(ShownScan.of(value, scenario, epoch), scenario.sensors.scanner, way)
             elif message.topic == "/detections":
-                self._detections[time] = _rows(
-                    3, ([*one["position"], one["radius"]] for one in message.value["detections"])
-                )
+                value = _rows(3, ([*one["position"], one["radius"]] for one in value["detections"]))
             else:
-                self._tracks[time] = _rows(5, map(_track, message.value["people"]))
+                people = value["people"]
+                value = _rows(5, ([*one["position"], *one["velocity"], one.get("unseen", 0.0)] for one in people))
+            self._moments[message.topic][1e-9 * message.time_ns] = value
 
-    def at(self, time: float) -> LidarView:
-        """The latest of each at a time [s]; tracks have moved on at their velocities since."""
-        (_, scan), (_, detections) = _latest(self._scans, time), _latest(self._detections, time)
-        since, tracks = _latest(self._tracks, time)
-        if tracks is None:
-            return LidarView(scan, detections)
-        moved = tracks[:, :4].copy()
-        moved[:, :2] += (time - since) * moved[:, 2:]
-        return LidarView(scan, detections, moved, tracks[:, 4] > self._seen)
+    def at(self, time: float) -> dict[str, Any]:
+        """The latest of each at a time [s], as `world.render.Renderer.draw` takes it.
+
+        Tracks have moved on at their velocities since; a plan holds for a period.
+        """
+        latest = {topic: (since, value) for topic in self._moments for since, value in self._latest(topic, time)}
+        drawn = {topic[1:]: latest[topic][1] for topic in ("/scan", "/detections") if topic in latest}
+        if "/people/estimate" in latest:
+            since, tracks = latest["/people/estimate"]
+            moved = tracks[:, :4].copy()
+            moved[:, :2] += (time - since) * moved[:, 2:]
+            drawn |= {"tracks": moved, "coasts": tracks[:, 4] > self._seen}
+        since, plan = latest.get("/plan", (-np.inf, None))
+        if plan is not None and time - since <= self._period + _SAME:
+            drawn |= {"plan": plan.path, "fan": plan.fan, "feasible": plan.feasible}
+        return drawn
+
+    def _latest(self, topic: str, time: float) -> Iterator[tuple[float, Any]]:
+        """The latest moment of a topic and its time; nothing before the first."""
+        times = [*self._moments[topic]]
+        if place := bisect_right(times, time + _SAME):
+            yield times[place - 1], self._moments[topic][times[place - 1]]
 
 
 def _rows(columns: int, rows: Any) -> Array:
     return np.array([*rows], float).reshape(-1, columns)
 
 
-def _track(document: Mapping[str, Any]) -> list[float]:
-    return [*document["position"], *document["velocity"], document.get("unseen", 0.0)]
-
-
-def _latest(moments: Mapping[float, Array], time: float) -> tuple[float, Array | None]:
-    """The latest of moments in order, and when it was."""
-    times = [*moments]
-    place = bisect_right(times, time + _SAME)
-    return (times[place - 1], moments[times[place - 1]]) if place else (0.0, None)
+def _decoded(log: Log, message: Any) -> PlanShown:
+    try:
+        return decode_plan(message)
+    except ValueError as error:
+        raise DamagedLogError(f"{log.path}: damaged: /plan holds {error}") from error

@@ -1,12 +1,9 @@
 """A moment of a logged run as a picture, and the run as a film: `mjnav render` and `mjnav.render`.
 
-`PlanViews` has what a robot that plans ahead compared at each moment.
-
 A film shows the run's states at and between ticks, in a file that browsers play.
 """
 
 import os
-from bisect import bisect_right
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from fractions import Fraction
@@ -20,45 +17,13 @@ from numpy.typing import NDArray
 
 from mjnav.errors import DamagedLogError, InputError, InvalidValue, missing_extra
 from mjnav.geometry.angles import wrap
-from mjnav.log.encode.plan import decode_plan
 from mjnav.log.read.log import Log, open_log
-from mjnav.messages import Array, PlanShown, Trajectory, WorldState, number
+from mjnav.messages import Array, Trajectory, WorldState, number
 from mjnav.output_files import output_path, replacement, written
-from mjnav.report.lidar_view import LidarViews
+from mjnav.report.lidar_view import LoggedViews
 
 if TYPE_CHECKING:
     from PIL.Image import Image
-
-
-# ---------------------------------------------------------------------------------------------- plans
-
-
-_SAME = 1e-6  # [s] between two moments that are one
-
-
-class PlanViews:
-    """All plans of a log. Raises DamagedLogError where one is not as mjnav writes it."""
-
-    def __init__(self, log: Log):
-        messages = log.messages("/plan")
-        self._plans = [(1e-9 * message.time_ns, _decoded(log, message.value)) for message in messages]
-        self._period = log.scenario().control.period
-
-    def at(self, time: float) -> dict[str, Any]:
-        """The plan at a time [s], as `Renderer.draw` takes it: the latest one, for a period."""
-        place = bisect_right(self._plans, time + _SAME, key=lambda found: found[0]) - 1
-        if place < 0 or time - self._plans[place][0] > self._period + _SAME:
-            return {}
-        plan = self._plans[place][1]
-        return {"plan": plan.path, "fan": plan.fan, "feasible": plan.feasible}
-
-
-def _decoded(log: Log, message: Any) -> PlanShown:
-    try:
-        return decode_plan(message)
-    except ValueError as error:
-        raise DamagedLogError(f"{log.path}: damaged: /plan holds {error}") from error
-
 
 # ---------------------------------------------------------------------------------------------- films
 
@@ -198,7 +163,7 @@ def render(
     start: float = 0.0,
     end: float | None = None,
 ) -> "Image | Path":
-    """Draws a moment of a run, or films it. Returns the picture, or the path where `output` names a file.
+    """Draws a moment of a run, or films it. Returns the picture (PIL), or the path where `output` names a file.
 
     `output` is a picture, .png, or a film, .mp4, which replaces a file of that name. `at` is the time of a picture [s],
     the end of the run by default; a film goes from `start` to `end` [s], `speed` times as fast as the run, with `fps`
@@ -208,45 +173,51 @@ def render(
     path = None if output is None else output_path("output", output, ".png", ".mp4")
     log = log if isinstance(log, Log) else open_log(log)
     is_film = path is not None and path.suffix.lower() == ".mp4"
-    if size is not None:
-        _check_size(size, even=is_film)
     if path is not None and is_film:
         if at is not None:
             raise InvalidValue("at", at, "start and end, for a film")
-        require_codec()
-        film = Film(log, size or FILM_SIZE)
+        film = Film(log, size)
         film.write(path, film.timing(start, end, fps=fps, speed=speed))
         return path
     from PIL import Image
 
-    pixels, _ = picture(log, at, size=size or PICTURE_SIZE)
-    image = Image.fromarray(pixels)
+    pixels, _ = picture(log, at, size=size)
     if path is None:
-        return image
-    with written(path) as file:
-        image.save(file, format="png", optimize=True)
+        return Image.fromarray(pixels)
+    save_picture(pixels, path)
     return path
 
 
-def picture(log: Log, at: float | None = None, *, size: tuple[int, int]) -> tuple[NDArray[np.uint8], float]:
+def save_picture(pixels: NDArray[np.uint8], path: Path) -> None:
+    """Writes a picture (height, width, 3) as PNG."""
+    from PIL import Image
+
+    with written(path) as file:
+        Image.fromarray(pixels).save(file, format="png", optimize=True)
+
+
+def picture(log: Log, at: float | None, *, size: tuple[int, int] | None) -> tuple[NDArray[np.uint8], float]:
     """The scene at the tick nearest to `at` [s], (height, width, 3), and the time of that tick; else the end."""
     from mjnav.world.render import render as draw
 
+    size = _checked_size(size or PICTURE_SIZE, even=False)
     trajectory = log.trajectory()
     last = len(trajectory.time) - 1
     if at is not None and not 0.0 <= number("at", at, "s") <= trajectory.time[last]:
         raise InvalidValue("at", at, f"a time from 0 to {trajectory.time[last]:g} s")
     index = last if at is None else int(np.abs(trajectory.time - at).argmin())
     shown = frame_at(trajectory, float(trajectory.time[index]))
-    drawn = LidarViews(log).at(shown.state.time).drawn | PlanViews(log).at(shown.state.time)
+    drawn = LoggedViews(log).at(shown.state.time)
     return draw(log.scenario(), shown.state, size=size, trail=shown.trail, **drawn), shown.state.time
 
 
 class Film:
     """A run as a film. Raises DamagedLogError where its states are not a period apart."""
 
-    def __init__(self, log: Log, size: tuple[int, int]):
-        self._log, self._size, self._trajectory = log, size, log.trajectory()
+    def __init__(self, log: Log, size: tuple[int, int] | None):
+        self._size = _checked_size(size or FILM_SIZE, even=True)
+        require_codec()
+        self._log, self._trajectory = log, log.trajectory()
         _check_times(log, self._trajectory)
 
     def timing(self, start: float | None, end: float | None, *, fps: int, speed: float) -> FilmTiming:
@@ -267,22 +238,23 @@ class Film:
 
         run, trajectory = self._log.run or {}, self._trajectory
         title = ", ".join(run[key] for key in ("scene", "controller") if key in run)
-        floor, views, plans = trajectory.robot_pose[:, :2], LidarViews(self._log), PlanViews(self._log)
+        floor, views = trajectory.robot_pose[:, :2], LoggedViews(self._log)
         with Renderer(self._log.scenario(), floor, size=self._size, quick=True) as renderer:
             for number, time in enumerate(timing.times().tolist()):
                 progress(number)
                 shown = frame_at(trajectory, time)
                 text = f"{title}\n{time:.1f} s"
-                beliefs: dict[str, Any] = {"tracks": shown.tracks} | views.at(time).drawn | plans.at(time)
+                beliefs: dict[str, Any] = {"tracks": shown.tracks} | views.at(time)
                 yield renderer.draw(shown.state, trail=shown.trail, text=text, **beliefs)
 
 
-def _check_size(size: tuple[int, int], *, even: bool) -> None:
+def _checked_size(size: tuple[int, int], *, even: bool) -> tuple[int, int]:
     sides = size if isinstance(size, tuple | list) and len(size) == 2 else ()
     fit = [isinstance(side, Integral) and SIDES[0] <= side <= SIDES[1] and not (even and side % 2) for side in sides]
     if not fit or not all(fit):
         kind = "even numbers" if even else "numbers"
         raise InvalidValue("size", size, f"(width, height), {kind} from {SIDES[0]} to {SIDES[1]}")
+    return size
 
 
 def _check_times(log: Log, trajectory: Trajectory) -> None:

@@ -64,6 +64,14 @@ def _worst(values: Array) -> tuple[int, ...] | None:
     return tuple(int(i) for i in np.unravel_index(np.where(finite, values, -inf).argmax(), values.shape))
 
 
+def _largest(run: LoggedRun, kind: str, metres: Array, text: str, bad: float) -> WorstMoment | None:
+    """The tick with the largest of distances (T,) or (T, P); `bad` is as severe as 1. `text` may name the person."""
+    if (place := _worst(metres)) is None:
+        return None
+    value = metres[place]
+    return _at(run, place[0], kind, value, "m", text.format(value=value, person=place[-1]), value / bad)
+
+
 def _contact(run: LoggedRun, scenario: Scenario) -> WorstMoment | None:
     """The hardest contact; before any other kind."""
     contacts = run.trajectory.contacts
@@ -125,18 +133,12 @@ def _infeasible(run: LoggedRun, scenario: Scenario) -> WorstMoment | None:
 
 def _localization(run: LoggedRun, scenario: Scenario) -> WorstMoment | None:
     error = np.hypot(*consistency.robot_error(run.trajectory)[:, :2].T)
-    if (place := _worst(error)) is None:
-        return None
-    (row,), value = place, error[place]
-    return _at(run, row, "localization", value, "m", f"believes itself {value:.2f} m off", value / LOST)
+    return _largest(run, "localization", error, "believes itself {value:.2f} m off", LOST)
 
 
 def _tracking(run: LoggedRun, scenario: Scenario) -> WorstMoment | None:
     error = np.linalg.norm(consistency.track_error(run.trajectory)[..., :2], axis=-1)
-    if (place := _worst(error)) is None:
-        return None
-    value, (row, person) = error[place], place
-    return _at(run, row, "tracking", value, "m", f"believes person{person} {value:.2f} m off", value / MISJUDGED)
+    return _largest(run, "tracking", error, "believes person{person} {value:.2f} m off", MISJUDGED)
 
 
 def _ess(run: LoggedRun, scenario: Scenario) -> WorstMoment | None:
@@ -155,10 +157,7 @@ def _ess(run: LoggedRun, scenario: Scenario) -> WorstMoment | None:
 
 def _deviation(run: LoggedRun, scenario: Scenario) -> WorstMoment | None:
     distance = progress.lateral_distance(run.trajectory.robot_pose[:, :2], progress.way(scenario))
-    if (place := _worst(distance)) is None:
-        return None
-    (row,), value = place, distance[place]
-    return _at(run, row, "deviation", value, "m", f"{value:.2f} m beside the way", value / ASTRAY)
+    return _largest(run, "deviation", distance, "{value:.2f} m beside the way", ASTRAY)
 
 
 def _gap(run: LoggedRun, scenario: Scenario) -> WorstMoment | None:
@@ -171,14 +170,6 @@ def _gap(run: LoggedRun, scenario: Scenario) -> WorstMoment | None:
 
 
 _KINDS: tuple[Callable[[LoggedRun, Scenario], WorstMoment | None], ...] = (
-    _contact,
-    _clearance,
-    _infeasible,
-    _gap,
-    _lateness,
-    _longest_tick,
-    _localization,
-    _tracking,
-    _ess,
-    _deviation,
+    *(_contact, _clearance, _infeasible, _gap, _lateness, _longest_tick),
+    *(_localization, _tracking, _ess, _deviation),
 )

@@ -103,13 +103,6 @@ def test_a_gap_that_does_not_explain_a_miss_leaves_it_to_the_loop():
     assert named(machine={(8, "sense"): 4.0}, loop={(7, "control"): 6.0})[0] == {LOOP: 1}  # elsewhere
 
 
-def test_what_only_both_explain_is_first_time_work():
-    assert named(machine={(7, "sense"): 6.0}, first_time={(7, "estimate"): 6.0}) == (
-        {MACHINE: 1, FIRST_TIME: 1},  # tick 8 only began too late for both
-        [(7, 7, "estimate", FIRST_TIME, 7.0), (8, 7, "sense", MACHINE, 2.0)],
-    )
-
-
 def test_the_misses_that_a_gap_leads_to_are_the_machines_and_name_it():
     counts, rows = named(machine={(4, "control"): 32.0})  # the ticks after it begin 27, 22, 17, 12, 7 and 2 ms late
     assert counts == {MACHINE: 6}

@@ -13,7 +13,7 @@ from mjnav.metrics import Figure
 from mjnav.study.cells import Cell
 from mjnav.study.compare.cell_rows import cell_rows
 from mjnav.study.compare.study_comparison import compare
-from mjnav.study.store.row import Row, own_columns
+from mjnav.study.store.row import Row
 
 QUICK = {"physics.engine": "kinematic", "time_limit": 0.3}
 
@@ -109,11 +109,3 @@ def _row(method, seed, gap):
     }
     origin = {"machine": "", "revision": "", "wall_s": 1.0, "made_with": {}, "figures": figures}
     return Row(id="", study="", seed=seed, scenario="", metrics=json.dumps({"gap": gap}), **named, **origin)
-
-
-def test_rows_whose_metrics_are_no_figures_have_none():
-    texts = [None, "", "[1]", "{", '{"a": "x", "b": 1}', '{"a": NaN}', '{"a": 1e999}', '{"a": ' + "9" * 400 + "}"]
-    found = own_columns(texts)
-    assert list(found) == ["metrics_a", "metrics_b"]
-    assert np.isnan(found["metrics_a"]).all()
-    assert found["metrics_b"][4] == 1.0

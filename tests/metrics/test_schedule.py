@@ -79,19 +79,6 @@ def test_the_verdict_is_that_of_the_first_rule_that_holds(found, expected):
     assert verdict(found) == expected
 
 
-def test_ticks_misses_and_the_rate_are_counted():
-    found = missing(7, wall=10.5)
-    assert (found.ticks, found.misses, found.achieved_hz) == (N, 7, pytest.approx(N / 10.5))
-    assert (schedule(0).ticks, schedule(0).misses, schedule(0).achieved_hz) == (0, 0, 0.0)
-    assert schedule(50).achieved_hz == pytest.approx(100.0)
-
-
-def test_what_a_tick_took_is_its_wake_up_its_phases_and_the_rest():
-    took = schedule(3, overrun={1: MS}).took  # tick 2 had nothing to wait for
-    usual = [MS] * len(PHASES) + [10 * US]
-    assert took.tolist() == [[0, *usual], [2 * US, *usual], [0, *usual]]
-
-
 # -------------------------------------------------------------------------------------------- wake-up
 
 

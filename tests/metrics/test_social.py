@@ -39,10 +39,8 @@ def test_forces_and_work_by_hand():
     scenario = make_scenario(num_people=2, **things)
     found = social.social_forces(make_trajectory(np.zeros((3, 2)), people=people), scenario)
     one = 2.1 * np.exp(-1.0 / 0.35)
-    assert found is not None
-    assert found.on_people == pytest.approx(0.1 * 3 * one)
-    assert found.on_robot == pytest.approx(0.1 * one)  # from both sides they cancel
-    assert found.work == pytest.approx(0.4 * one + 0.2 * 10.0 * np.exp(-(1.9 - 0.25) / 0.2))
+    work = 0.4 * one + 0.2 * 10.0 * np.exp(-(1.9 - 0.25) / 0.2)
+    assert found == pytest.approx((0.1 * 3 * one, 0.1 * one, work))  # on the robot, those from both sides cancel
 
 
 REACH = 0.25 + 0.3
@@ -138,4 +136,5 @@ def test_without_people_there_are_none_and_without_things_none_of_theirs():
     scenario = replace(make_scenario(num_people=1))
     found = social.social_forces(make_trajectory([[0, 0]] * 3, people=[[[2.0, 0.0]]] * 3), scenario)
     assert found is not None
-    assert found.work == found.on_people + found.on_robot
+    on_people, on_robot, work = found
+    assert work == on_people + on_robot

@@ -85,21 +85,6 @@ def test_figures_from_the_messages_are_the_results(runs, name):
     assert found["bytes"] == path.stat().st_size
 
 
-def test_the_runs_of_these_tests_hit_and_leave_their_lane(runs):
-    figures = inspect(runs["hit"][1])["figures"]
-    assert figures["collisions"]["person"] > 0
-    assert figures["lane_violation_s"] > 0.0
-
-
-@pytest.mark.parametrize("name", ["short", "hit", "slow sensors"])
-def test_effective_sample_sizes_are_the_least_of_the_log(runs, name):
-    path = runs[name][1]
-    log = open_log(path)
-    states = [m.value["estimate"]["ess"] for m in log.messages("/robot/state") if m.value["estimate"]]
-    people = [track["ess"] for m in log.messages("/people/estimate") for track in m.value["people"]]
-    assert inspect(path)["figures"]["ess_min"] == {"robot": min(states), "people": min(people)}
-
-
 def test_the_topics_that_no_tick_goes_without_have_a_message_each(runs):
     for result, path in runs.values():
         counted = {name: topic for name, topic in inspect(path)["topics"].items() if topic["missing"] is not None}
@@ -107,12 +92,6 @@ def test_the_topics_that_no_tick_goes_without_have_a_message_each(runs):
         assert {topic["missing"] for topic in counted.values()} == {0}
         assert {topic["messages"] - result.summary["ticks"] for topic in counted.values()} == {0, 1}
     assert inspect(runs["slow sensors"][1])["topics"]["/scan"]["messages"] == 10  # of 20 ticks: not each has one
-
-
-def test_shares_are_of_all_bytes(runs):
-    topics = inspect(runs["short"][1])["topics"]
-    assert sum(topic["share"] for topic in topics.values()) == pytest.approx(1.0)
-    assert topics["/scan"]["share"] == topics["/scan"]["bytes"] / sum(topic["bytes"] for topic in topics.values())
 
 
 def test_a_run_that_was_killed_has_the_figures_of_its_whole_ticks(runs, tmp_path):

@@ -4,14 +4,14 @@ import numpy as np
 
 from mjnav.cli.main import main
 from mjnav.log import open_log
-from mjnav.report.log_pictures import PlanViews
+from mjnav.report.lidar_view import LoggedViews
 from tests.report.planning import written
 from tests.report.test_page_in_browser import DESK, pixels
 
 
 def test_a_moment_has_the_latest_plan_for_a_period(tmp_path):
     plans = written(tmp_path / "a.mcap")
-    views = PlanViews(open_log(tmp_path / "a.mcap"))
+    views = LoggedViews(open_log(tmp_path / "a.mcap"))
     for time, tick in ((0.0, 0), (0.05, 0), (0.1, 0), (0.2, 2), (0.35, 3), (0.4, 3)):
         shown = views.at(time)
         np.testing.assert_array_equal(shown["plan"], plans[tick].path.astype("f4"))

@@ -10,5 +10,5 @@ def test_people_who_are_alike_share_a_line():
     )
     assert list(people_lines([blind, scared, scared, scared, blind])) == [
         "0, 4: waypoints, takes no account of the robot",
-        "1 to 3: orca, scared, sees the robot",
+        "1, 2, 3: orca, scared, sees the robot",
     ]

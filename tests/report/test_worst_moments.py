@@ -54,12 +54,6 @@ def test_the_longest_infeasible_stretch_ends_where_ticks_are_missing():
     assert (moment.tick, moment.text) == (3, "for 3 ticks no control met the constraints")
 
 
-def test_missing_ticks_are_a_moment():
-    ticks = np.arange(TICKS + 1) + 7 * (np.arange(TICKS + 1) >= 20)
-    moment = only("gap", worst_moments(make_run(ticks=ticks), make_scenario()))
-    assert (moment.tick, moment.text) == (19, "the 7 ticks after this one are missing")
-
-
 def test_the_longest_and_the_latest_tick_say_how_long_and_by_which_phase():
     timing = np.zeros((TICKS, len(PHASES) + 2), np.int64)
     timing[:, 0] = np.arange(TICKS)
@@ -95,16 +89,6 @@ def test_the_hardest_contact_comes_first_and_clearance_then_says_nothing_new():
     assert "clearance" not in [moment.kind for moment in moments]
 
 
-def test_there_are_at_most_five_of_different_kinds():
-    contacts = (Contact("table", "table0", 5.0, 0.55),)
-    timing = np.ones((TICKS, len(PHASES) + 2), np.int64)
-    ticks = np.arange(TICKS + 1) + 7 * (np.arange(TICKS + 1) >= 20)
-    run = make_run(contacts=contacts, timing=timing, ticks=ticks, status=("infeasible",) * TICKS)
-    moments = worst_moments(run, make_scenario())
-    assert len(moments) == NUM_MOMENTS == len({moment.kind for moment in moments})
-    assert moments == sorted(moments, key=lambda moment: -moment.severity)
-
-
 def test_the_least_clearance_is_among_the_five_however_many_are_more_severe():
     from mjnav.scene.spec import Pillar
 
@@ -116,9 +100,3 @@ def test_the_least_clearance_is_among_the_five_however_many_are_more_severe():
     moments = worst_moments(make_run(timing=timing, ticks=ticks, **worse), scenario)
     assert len(moments) == NUM_MOMENTS
     assert moments[-1].kind == "clearance"
-
-
-def test_a_run_without_a_tick_has_moments_all_the_same():
-    trajectory = make_trajectory([[0.0, 0.5]])
-    run = replace(make_run(), trajectory=trajectory, ticks=np.array([0]))
-    assert [moment.kind for moment in worst_moments(run, make_scenario())] == ["deviation"]

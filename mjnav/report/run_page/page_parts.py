@@ -21,16 +21,10 @@ _OUTCOMES: Mapping[str | None, tuple[str, str]] = MappingProxyType(
         None: ("fair", "■ the run did not end"),
     }
 )
-FACTS = (  # of the log's metadata `mjnav/run`
-    ("scene", "scene"),
-    ("controller", "controller"),
-    ("seed", "seed"),
-    ("engine", "engine"),
-    ("version.mjnav", "mjnav"),
-    ("git_revision", "revision"),
-    ("version.mujoco", "MuJoCo"),
-    ("python", "Python"),
-    ("argv", "command"),
+# Of the log's metadata `mjnav/run`.
+_FACTS = (
+    *("scene", "controller", "seed", "engine", "version.mjnav", "git_revision"),
+    *("version.mujoco", "python", "argv"),
 )
 _TOPIC_COLUMNS = (
     *(("messages", "messages", ""), ("hz", "rate", "Hz")),
@@ -122,8 +116,8 @@ def _differing(text: str, values: Sequence[str]) -> str:
 def _of_run(run: ShownRun) -> dict[str, str]:
     """Names and values: scene, controller and what was set first, then noise, seed and versions."""
     info = run.inspection.run or {}
-    known = {label: str(info[key]) for key, label in FACTS if info.get(key)}
-    first = {label: known.pop(label) for label in ("scene", "controller") if label in known}
+    known = {key: str(info[key]) for key in _FACTS if info.get(key)}
+    first = {key: known.pop(key) for key in ("scene", "controller") if key in known}
     return {**first, **run.playback.parameters, "noise": run.playback.noise, **known}
 
 
