@@ -17,6 +17,7 @@ process that loads the caller alone calls the copy.
 # pyright: reportAttributeAccessIssue=false
 # numba's modules carry no types.
 
+import sys
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property, update_wrapper
@@ -119,7 +120,6 @@ class Kernel:
         self.py_func, self.targetoptions = function, options
         self._elementwise = elementwise
         update_wrapper(self, function)
-        _kernels.append(self)
 
     @cached_property
     def compiled(self) -> Any:
@@ -164,11 +164,9 @@ class Kernel:
             self.compiled.add(arguments)
 
 
-_kernels: list[Kernel] = []  # in the order of their definition
-
-
 def load_kernels() -> None:
     """Loads, or compiles, every kernel with annotated arguments in the modules of mjnav that are imported."""
-    for each in _kernels:
-        if each.py_func.__module__.startswith("mjnav."):
-            each.load()
+    modules = [module for name, module in list(sys.modules.items()) if name.startswith("mjnav.")]
+    for value in {id(value): value for module in modules for value in list(vars(module).values())}.values():
+        if isinstance(value, Kernel):
+            value.load()

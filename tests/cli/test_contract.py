@@ -29,7 +29,7 @@ WORKING = {
     "sweep": "two.toml --dry-run -o rows",
     "compare": "two.toml",
     "avoidable": "a.mcap",
-    "calibrate": f"crossing1 --seeds 1 --draws 20 --setting direct {QUICK}",
+    "calibrate": f"crossing1 --seeds 1 --draws 20 {QUICK}",
     "predict": f"crossing1 --model constant_velocity {QUICK}",
     "rate-test": f"crossing1 --controller mean --duration 0.1 {QUICK}",
     "import": "crowd walkers.txt --frame-rate 25",

@@ -163,25 +163,21 @@ def kidnapped(scenario_with, *times):
     ],
 )
 def test_recovery_counts_to_the_first_steady_second(trajectory_through, scenario_with, wrong, turned, expected):
-    found = recoveries(run(trajectory_through, wrong=wrong, turned=turned), kidnapped(scenario_with, 2.0))
-    assert found is not None
-    assert found.times == (expected,)
-    assert (found.recovered, found.longest) == (int(expected is not None), expected)
+    times = recoveries(run(trajectory_through, wrong=wrong, turned=turned), kidnapped(scenario_with, 2.0))
+    assert times == (expected,)
 
 
 def test_it_counts_from_when_the_robot_is_seen_elsewhere(trajectory_through, scenario_with):
-    found = recoveries(run(trajectory_through, wrong=[(25, 30)], jump=25), kidnapped(scenario_with, 2.0))
-    assert found is not None
-    assert found.times == (0.5,)
+    times = recoveries(run(trajectory_through, wrong=[(25, 30)], jump=25), kidnapped(scenario_with, 2.0))
+    assert times == (0.5,)
 
 
 def test_the_next_kidnapping_ends_the_time_to_recover(trajectory_through, scenario_with):
     trajectory = run(trajectory_through, wrong=[(20, 50)])
     trajectory.robot_pose[40:, 0] = -5.0
     trajectory.estimate[40:, 0] = np.where(np.arange(40, TICKS) < 50, 0.0, -5.0)
-    found = recoveries(trajectory, kidnapped(scenario_with, 2.0, 4.0))
-    assert found is not None
-    assert found.times == (None, 1.0)
+    times = recoveries(trajectory, kidnapped(scenario_with, 2.0, 4.0))
+    assert times == (None, 1.0)
 
 
 def test_localization_rmse_by_hand(trajectory_through):
@@ -190,6 +186,5 @@ def test_localization_rmse_by_hand(trajectory_through):
 
 
 def test_a_kidnapping_that_the_run_does_not_reach_does_not_count(trajectory_through, scenario_with):
-    found = recoveries(run(trajectory_through, wrong=[(20, 25)]), kidnapped(scenario_with, 2.0, 99.0))
-    assert found is not None
-    assert found.times == (0.5,)
+    times = recoveries(run(trajectory_through, wrong=[(20, 25)]), kidnapped(scenario_with, 2.0, 99.0))
+    assert times == (0.5,)

@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 from mjnav.metrics import effort
-from mjnav.metrics.effort import Extremes
 
 
 def test_control_cost_of_two_commands_by_hand():
@@ -87,22 +86,18 @@ def driven(trajectory_through, v, heading=None, omega=None):
     return trajectory_through(np.zeros((rows, 2)), robot_pose=pose, robot_twist=twist)
 
 
-def values(extremes: Extremes) -> tuple:
-    return extremes.min, extremes.mean, extremes.max
-
-
 def test_speed_acceleration_and_jerk_by_hand(trajectory_through):
     trajectory = driven(trajectory_through, [0.0, 0.1, 0.4, 0.4])
-    assert values(effort.extremes(effort.velocity(trajectory))) == pytest.approx((0.0, 0.225, 0.4))
-    assert values(effort.extremes(effort.acceleration(trajectory))) == pytest.approx((0.0, 4.0 / 3.0, 3.0))
-    assert values(effort.extremes(effort.jerk(trajectory))) == pytest.approx((20.0, 25.0, 30.0))
+    assert effort.extremes(effort.velocity(trajectory)) == pytest.approx((0.0, 0.225, 0.4))
+    assert effort.extremes(effort.acceleration(trajectory)) == pytest.approx((0.0, 4.0 / 3.0, 3.0))
+    assert effort.extremes(effort.jerk(trajectory)) == pytest.approx((20.0, 25.0, 30.0))
 
 
 def test_turning_at_constant_speed_is_an_acceleration(trajectory_through):
     turn = 0.5  # [rad/s]
     trajectory = driven(trajectory_through, np.full(4, 0.8), heading=turn * PERIOD * np.arange(4))
     chord = 2.0 * 0.8 * np.sin(0.5 * turn * PERIOD) / PERIOD  # v omega, but for the angle between two ticks
-    assert values(effort.extremes(effort.acceleration(trajectory))) == pytest.approx((chord,) * 3)
+    assert effort.extremes(effort.acceleration(trajectory)) == pytest.approx((chord,) * 3)
 
 
 def test_stalled_is_slow_and_not_moving_is_slower_and_does_not_turn(trajectory_through):
