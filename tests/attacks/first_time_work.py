@@ -28,13 +28,11 @@ RATES = (5, 10, 20, 50, 100, 200)  # [Hz]
 ROBOT = (
     'source="pose",filter="particle"',
     'source="pose",filter="ekf"',
-    'source="pose",filter="ukf"',
     'source="direct"',
 )
 PEOPLE = (
     'source="detections",filter="particle"',
     'source="detections",filter="kalman"',
-    'source="detections",filter="imm"',
     'source="direct"',
 )
 

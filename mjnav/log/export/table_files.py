@@ -16,6 +16,7 @@ are compressed with Zstandard.
 import csv
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import ExitStack
+from itertools import chain
 from pathlib import Path
 from typing import Any
 
@@ -26,6 +27,7 @@ from mjnav.log.read.tables import TABLES, Block, LogMessage, Table, arrow_batch,
 
 STARTS = ("=", "+", "-", "@", "\t", "\r", "\n", "＝", "＋", "－", "＠")  # of a formula (OWASP, CSV injection)
 TOPICS = tuple(TABLES)
+PART = 10_000  # numbers that are texts at once: a text takes ten times the memory of its number
 
 
 def neutral(value: object) -> object:
@@ -102,6 +104,7 @@ def _cells(block: Block) -> Iterator[Iterable[Any]]:
     """The columns as they are written; a number in single precision as the shortest text that reads back as it."""
     for column, values in zip(block.table.columns.values(), block.columns, strict=True):
         if column.type == "float32":
-            yield np.array(values, "<f4").astype("U").tolist()
+            parts = (values[start : start + PART] for start in range(0, len(values), PART))
+            yield chain.from_iterable(np.array(part, "<f4").astype("U").tolist() for part in parts)
         else:
             yield map(neutral, values)
