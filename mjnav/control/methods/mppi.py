@@ -35,8 +35,8 @@ from mjnav.control.problem.goal_cost import mean_goal_cost
 from mjnav.control.problem.mppi_risk import Risk, Surroundings
 from mjnav.control.problem.obstacles import Reach, walls_in_reach
 from mjnav.control.problem.problem import Problem
+from mjnav.control.rollouts import ControlLimits, Rollouts
 from mjnav.messages import Array, CandidateCosts, Decision, Observation, RobotLimits, Status
-from mjnav.motion.rollouts import ControlLimits, Rollouts
 from mjnav.settings import Range
 
 
