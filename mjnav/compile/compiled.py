@@ -145,7 +145,7 @@ class Kernel:
 
         return cpu_target.typing_context.resolve_value_type(self.compiled)
 
-    __call__ = property(attrgetter("compiled"))  # a call is numba's alone, without a frame of Python's between
+    __call__: Any = property(attrgetter("compiled"))  # a call is numba's alone, without a frame of Python's between
 
     def __getattr__(self, name: str) -> Any:
         if name.startswith("__"):  # asked for by copies and by whoever looks through a module
