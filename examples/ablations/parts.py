@@ -20,9 +20,9 @@ from mjnav.control.planner import Risks
 from mjnav.control.problem.joint_samples import JointSamples
 from mjnav.control.problem.obstacles import Reach
 from mjnav.control.problem.problem import Problem
+from mjnav.control.rollouts import Rollouts
 from mjnav.geometry.way_field import WayField
 from mjnav.messages import Array, KnownMap
-from mjnav.motion.rollouts import Rollouts
 from mjnav.rkhs.gaussian import gaussian_mmd_squared
 from mjnav.rkhs.mmd import PolynomialKernel, moment_distance, raw_moments
 from mjnav.settings import Range
@@ -80,7 +80,7 @@ class EachObstacle(RkhsPlan):
         distance, parts = self.distance(samples), _bodies(samples)
 
         def risks(rollouts: Rollouts) -> Risks:
-            h = np.zeros((rollouts.v.shape[1], samples.offsets.shape[1]))
+            h = np.zeros((rollouts.x.shape[1], samples.offsets.shape[1]))
             cost = np.zeros(len(h))
             for part in parts:
                 own = self.violation(part, rollouts)

@@ -14,7 +14,7 @@ from mjnav.cli.terminal.tables import print_lines
 from mjnav.errors import InvalidValue
 from mjnav.log.log_format import check_path
 from mjnav.loop.prepare import load_scenario
-from mjnav.loop.realtime.stress import crowd, shuttling
+from mjnav.loop.realtime.stress import shuttling
 from mjnav.loop.run import warm_up
 from mjnav.metrics.timing import FAIL, PASS, RULES
 
@@ -31,7 +31,6 @@ def configure(parser: argparse.ArgumentParser) -> None:
     rates = parser.add_mutually_exclusive_group()
     rates.add_argument("--rate", type=float, default=RATE, metavar="HZ", help=f"of control; {RATE:g} by default")
     rates.add_argument("--sweep", metavar="HZ,HZ,...", help="several rates: which is the highest that passes?")
-    parser.add_argument("--people", type=int, metavar="N", help="this number of people in place of the scene's")
     parser.add_argument("--duration", type=float, default=60.0, metavar="S", help="of each test [s]; 60 by default")
     parser.add_argument("--stress", action="store_true", help="load every processor and the disk meanwhile")
     parser.add_argument("--log", "-o", "--output", metavar="PATH", help="keep the log of a single test")
@@ -47,8 +46,6 @@ def execute(arguments: argparse.Namespace) -> int:
     if arguments.log is not None:
         check_path(arguments.log)
     scenario = load_scenario(arguments.scene, arguments.overrides, controller=arguments.controller, seed=arguments.seed)
-    if arguments.people is not None:
-        scenario = crowd(scenario, arguments.people)
     rates = [arguments.rate] if single else _rates(arguments.sweep)
     cases = [shuttling(scenario, rate, arguments.duration) for rate in sorted(rates)]  # checked before the first runs
 
@@ -68,7 +65,7 @@ def execute(arguments: argparse.Namespace) -> int:
                 break
     highest = max((s["requested_hz"] for s in summaries if s["status"] == PASS), default=None)
     if arguments.json:
-        setting = {"people": arguments.people, "samples": None}
+        setting = {"people": None, "samples": None}  # of earlier versions
         sweep = {
             "schema": 1,
             "tests": [{**setting, **summary} for summary in summaries],

@@ -16,7 +16,7 @@ from mjnav.cli.terminal.tables import print_lines
 from mjnav.errors import InvalidValue, unknown_name
 from mjnav.log.live import PORT, LiveServer
 from mjnav.log.log_format import check_path
-from mjnav.loop.pacer import POLICIES
+from mjnav.loop.pacer import POLICIES, profile_table
 from mjnav.loop.prepare import episode_label, load_scenario
 from mjnav.messages import TickRecord
 from mjnav.scene.spec import Scenario
@@ -118,7 +118,7 @@ def execute(arguments: argparse.Namespace) -> int:
     else:
         print_lines([*describe(result)])
         if result.profile is not None:
-            print(f"\n{result.profile.table()}")
+            print(f"\n{profile_table(result.profile)}")
     for text in result.metrics.faults:
         tell(text)
     if fault is not None:

@@ -21,6 +21,7 @@ import sys
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property, update_wrapper
+from operator import attrgetter
 from typing import TYPE_CHECKING, Annotated, Any, get_args, get_origin, get_type_hints
 
 import numpy as np
@@ -144,9 +145,7 @@ class Kernel:
 
         return cpu_target.typing_context.resolve_value_type(self.compiled)
 
-    def __call__(self, *arguments: Any) -> Any:
-        """What numba's object gives."""
-        return self.compiled(*arguments)
+    __call__: Any = property(attrgetter("compiled"))  # a call is numba's alone, without a frame of Python's between
 
     def __getattr__(self, name: str) -> Any:
         if name.startswith("__"):  # asked for by copies and by whoever looks through a module

@@ -61,8 +61,7 @@ class DecisionSurface:
     @property
     def nominal(self) -> Array:
         """The nominal control of the decision, (2,)."""
-        c = self.costs
-        return np.array([c.v[c.nominal], c.omega[c.nominal]])
+        return np.array([values[self.costs.nominal] for values in (self.costs.v, self.costs.omega)])
 
     @property
     def minimum(self) -> tuple[int, int] | None:

@@ -40,10 +40,10 @@ from mjnav.control.problem.goal_cost import mean_goal_cost
 from mjnav.control.problem.joint_samples import JointSamples
 from mjnav.control.problem.obstacles import Reach, walls_in_reach
 from mjnav.control.problem.problem import Problem
+from mjnav.control.rollouts import ControlLimits, Rollouts
 from mjnav.geometry.floor import Floor, floor_of_map
 from mjnav.geometry.way_field import WayField, WayGrid
 from mjnav.messages import Array, CandidateCosts, Decision, KnownMap, Observation, RobotLimits, Status
-from mjnav.motion.rollouts import ControlLimits, Rollouts
 from mjnav.settings import Range
 
 

@@ -108,14 +108,6 @@ def turned(vectors: Array, angle: float) -> Array:
     return np.stack([cos * x - sin * y, sin * x + cos * y], axis=-1)
 
 
-@dataclass(frozen=True, slots=True)
-class BlockKind:
-    """One block: its bounds, low and high in the block's shape, and its values before they are clipped."""
-
-    bounds: Callable[[Features, RobotLimits], Bounds]
-    values: Callable[[Features, RobotLimits, Observation, Frame], Array]
-
-
 def _robot_bounds(features: Features, limits: RobotLimits) -> Bounds:
     (v_low, turn_low), (v_high, turn_high) = command_bounds(limits)
     low = [0.0, -1.0, -1.0, v_low, turn_low, 0.0, 0.0, 0.0, -1.0, -1.0, -1.0]
@@ -221,12 +213,13 @@ def cell_centres(cells: int, resolution: float) -> Array:
     return np.column_stack([x.ravel(), y.ravel()]).astype(float)
 
 
-KINDS: Mapping[str, BlockKind] = MappingProxyType(
+# Of each block its bounds, low and high in the block's shape, and its values before they are clipped.
+KINDS: Mapping[str, tuple[Callable[..., Bounds], Callable[..., Array]]] = MappingProxyType(
     {
-        "robot": BlockKind(_robot_bounds, _robot),
-        "people": BlockKind(_people_bounds, _people),
-        "scan": BlockKind(_scan_bounds, _scan),
-        "grid": BlockKind(_grid_bounds, _grid),
+        "robot": (_robot_bounds, _robot),
+        "people": (_people_bounds, _people),
+        "scan": (_scan_bounds, _scan),
+        "grid": (_grid_bounds, _grid),
     }
 )
 
@@ -264,7 +257,7 @@ class Encoder:
 
     def __init__(self, features: Features, limits: RobotLimits):
         self.features, self._limits = features, limits
-        bounds = {name: KINDS[name].bounds(features, limits) for name in sorted(features.blocks)}
+        bounds = {name: KINDS[name][0](features, limits) for name in sorted(features.blocks)}
         self.bounds = {name: (low.astype(np.float32), high.astype(np.float32)) for name, (low, high) in bounds.items()}
 
     def encode(self, observation: Observation) -> dict[str, Array32]:
@@ -274,7 +267,7 @@ class Encoder:
         """
         frame, blocks = Frame.of(observation), {}
         for name, (low, high) in self.bounds.items():
-            values = KINDS[name].values(self.features, self._limits, observation, frame)
+            values = KINDS[name][1](self.features, self._limits, observation, frame)
             blocks[name] = np.clip(values.astype(np.float32), low, high)
         return blocks
 

@@ -6,8 +6,7 @@ from pathlib import Path
 
 from mjnav.log.live import LiveServer
 from mjnav.log.write.writer import LogError
-from mjnav.loop.pacer import FreePacer, Pacer, Start, Stopwatch
-from mjnav.loop.profile import Profile
+from mjnav.loop.pacer import FreePacer, Pacer, Start, Stopwatch, profile_of
 from mjnav.loop.result import Result
 from mjnav.loop.simulation import Attached, Simulation
 from mjnav.loop.supervision import RunFault, describe_fault
@@ -77,7 +76,7 @@ class Episode:
             errors.append(error)
         result = simulation.result
         if result is not None and self._profile is not None:
-            result = replace(result, profile=Profile.of(self._profile))
+            result = replace(result, profile=profile_of(self._profile))
         if not errors and result is not None:
             return result
         for error in errors:

@@ -13,14 +13,16 @@ import resource
 import sys
 import threading
 import time
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import asdict, dataclass
 from types import MappingProxyType
-from typing import Protocol
+from typing import Any, Protocol
+
+import numpy as np
 
 from mjnav.errors import unknown_name
-from mjnav.messages import PHASES
+from mjnav.messages import PHASES, Array
 
 # --------------------------------------------------------------------------------------- scheduling
 
@@ -299,3 +301,47 @@ class Stopwatch:
         for span, time_ns in self.spans.items():
             taken[SPANS[span]] += time_ns
         return tuple(taken.values())
+
+
+# ------------------------------------------------------------------------------------------ profile
+
+
+def profile_of(ticks: Sequence[Mapping[str, int]]) -> dict[str, Any]:
+    """Where a run's time went, from the spans [ns] of every tick, as `Stopwatch.spans` has them.
+
+    {"ticks", "tick_us", "phases": {phase: {"p50", "p99", "mean", "share", "parts"}}}, times in us; `parts` are a
+    phase's spans where it has more than one. Inside a span, `python -m cProfile -m mjnav.cli.main run SCENE` looks.
+    """
+    if not ticks:
+        return {"ticks": 0, "tick_us": None, "phases": {}}
+    spans = {name: np.array([tick.get(name, 0) for tick in ticks], float) for name in (*SPANS, BETWEEN)}
+    whole = np.sum(list(spans.values()), axis=0)
+    phases = {}
+    for phase in (*PHASES, BETWEEN):
+        own = {name: taken for name, taken in spans.items() if SPANS.get(name, BETWEEN) == phase}
+        parts = {name: _figures(taken, whole) for name, taken in own.items()} if len(own) > 1 else {}
+        phases[phase] = {**_figures(np.sum(list(own.values()), axis=0), whole), "parts": parts}
+    tick = _figures(whole, whole)
+    del tick["share"]
+    return {"ticks": len(ticks), "tick_us": tick, "phases": phases}
+
+
+def profile_table(profile: Mapping[str, Any]) -> str:
+    """The figures of `profile_of` as a table for people."""
+    lines = [f"{'us a tick':20s}{'p50':>9s}{'p99':>9s}{'mean':>9s}{'share':>8s}"]
+    for name, phase in profile["phases"].items():
+        lines += [_row(name, phase), *(_row(f"  {part}", taken) for part, taken in phase["parts"].items())]
+    return "\n".join(
+        lines if profile["tick_us"] is None else [*lines, _row("tick", {**profile["tick_us"], "share": 1.0})]
+    )
+
+
+def _figures(taken: Array, whole: Array) -> dict[str, float]:
+    """What one span or phase took of every tick [us], and its share of all ticks' time."""
+    p50, p99 = (1e-3 * np.quantile(taken, (0.5, 0.99))).tolist()
+    share = float(taken.sum() / whole.sum()) if whole.any() else 0.0
+    return {"p50": p50, "p99": p99, "mean": 1e-3 * float(taken.mean()), "share": share}
+
+
+def _row(name: str, taken: Mapping[str, float]) -> str:
+    return f"{name:20s}{taken['p50']:9.1f}{taken['p99']:9.1f}{taken['mean']:9.1f}{100.0 * taken['share']:7.1f}%"

@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import Any
 
 from mjnav.loop.pacer import Scheduling
-from mjnav.loop.profile import Profile
 from mjnav.messages import PHASES, Trajectory
 from mjnav.metrics.own import Measured
 from mjnav.metrics.social import Detour
@@ -58,14 +57,14 @@ class Result:
     replay: Scenario
     real_time: Scheduling | None = None
     log_dropped: int = 0
-    profile: Profile | None = None
+    profile: Mapping[str, Any] | None = None  # of `pacer.profile_of`
     metrics: Measured = field(default_factory=Measured)
 
     @property
     def summary(self) -> dict[str, Any]:
         """What `mjnav run --json` prints: `result.summary["outcome"]`."""
         document = self.run.document()
-        return document if self.profile is None else {**document, "profile": self.profile.document()}
+        return document if self.profile is None else {**document, "profile": self.profile}
 
     def __repr__(self) -> str:
         s = self.run

@@ -165,8 +165,9 @@ class Simulation:
         self._recorder: Recorder | None = None
         if recorded:
             self.prepare()  # the log names the controller's source files, which importing it finds
-            info = run_info(scenario, scenario.seed, self._world.parts_hash())
-            xml = self._world.model_xml()
+            from mjnav.world.scene import compose, parts_hash
+
+            info, xml = run_info(scenario, scenario.seed, parts_hash()), compose(scenario).to_xml()
             self._recorder = Recorder(path, scenario, info, xml, threaded=attached.threaded, live=attached.live)
         self._record = RunRecord(
             self._robot,

@@ -41,6 +41,7 @@ class Tick:
         self.decision: Decision | None = None  # the controller's, until `decide`
         watch.start()
         self.truth: WorldState = world.state()
+        self._stranded = world.stranded  # people who stay away for good
         watch.lap("truth")
 
     @property
@@ -90,9 +91,9 @@ class Tick:
             robot.follow_route(self.truth.robot_pose)
         watch.resume()
         command, switches = robot.actuate(self.k, decision, watch.elapsed)
+        noticed = robot.take_events()
         watch.lap("actuate")
-        stranded, noticed = self._world.stranded, robot.take_events()
-        record.strand(stranded)
+        record.strand(self._stranded)
         record.note(*noticed)
         asked = self.observation if decision is self.decision else None
         record.add(self.k, self.truth, readings, self.beliefs, self._recorded, decision, command, asked=asked)

@@ -3,11 +3,10 @@
 `integrate` takes arrays and needs no compiler: reading a log uses it. `integrate_rows` is compiled and takes one row a
 sample: particles and robot samples move by it at every tick.
 
-The differential drive has the base's dimensions, wheel speeds from (v, omega) and back, and the limits of a command.
+The differential drive has the base's dimensions and the limits of a command.
 """
 
 from math import copysign, cos, sin
-from typing import TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -79,18 +78,6 @@ def integrate_rows(pose: Matrix, v: Vector, omega: Vector, duration: float):
 WHEEL_RADIUS = 0.05  # [m]
 TRACK_WIDTH = 0.34  # [m] between the wheels' contact points
 LIDAR_HEIGHT = 0.33  # [m] of the scan above the floor: over the robot's back, under every table's top
-
-Speed = TypeVar("Speed", float, Array)
-
-
-def wheel_speeds(v: Speed, omega: Speed) -> tuple[Speed, Speed]:
-    """Left and right wheel speed [rad/s] for (v [m/s], omega [rad/s]), numbers or arrays."""
-    return (v - 0.5 * TRACK_WIDTH * omega) / WHEEL_RADIUS, (v + 0.5 * TRACK_WIDTH * omega) / WHEEL_RADIUS
-
-
-def twist_of_wheels(left: Speed, right: Speed) -> tuple[Speed, Speed]:
-    """(v, omega) for the wheel speeds [rad/s]: the inverse of `wheel_speeds`."""
-    return 0.5 * WHEEL_RADIUS * (left + right), WHEEL_RADIUS * (right - left) / TRACK_WIDTH
 
 
 def command_bounds(limits: RobotLimits) -> tuple[Array, Array]:

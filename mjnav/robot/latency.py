@@ -54,14 +54,17 @@ class CommandHistory:
 
     def append(self, start: float, command: Array) -> None:
         """One more command (2,), in force from `start` [s] on; no command overtakes the one before it."""
+        duration, set_point = max(start - self._starts[-1], 0.0), self._set_points[-1]
+        if duration > ROUNDING:
+            _, set_point = ramp_mean(set_point, self._commands[-1], self._limits, duration)
         self._starts.append(max(start, self._starts[-1]))
         self._commands.append(command)
+        self._set_points.append(set_point)
 
     def forget(self, before: float) -> None:
         """Drops the commands that are no longer in force at a moment [s]; earlier ones will not be asked for."""
         over = bisect_right(self._starts, before + ROUNDING) - 1
         if over > 0:
-            self._set_point(over)
             del self._starts[:over], self._commands[:over], self._set_points[:over]
 
     def in_force(self, time: float) -> Array:
@@ -84,22 +87,11 @@ class CommandHistory:
             until = min(end, self._starts[j + 1]) if j + 1 < len(self._starts) else end
             if until - begin <= ROUNDING:
                 continue
-            before = self._set_point(j)
+            before = self._set_points[j]
             if begin > self._starts[j] + ROUNDING:
                 _, before = ramp_mean(before, self._commands[j], self._limits, begin - self._starts[j])
             found.append(Stretch(begin, until, before, self._commands[j]))
         return found
-
-    def _set_point(self, index: int) -> Array:
-        """The set-point when command `index` begins."""
-        while len(self._set_points) <= index:
-            j = len(self._set_points) - 1
-            duration = self._starts[j + 1] - self._starts[j]
-            end = self._set_points[j]
-            if duration > ROUNDING:
-                _, end = ramp_mean(end, self._commands[j], self._limits, duration)
-            self._set_points.append(end)
-        return self._set_points[index]
 
 
 # ------------------------------------------------------------------------------------------ latency
@@ -213,17 +205,17 @@ def _window(time: float) -> int:
 def given_decision(v: float | Decision, omega: float | None) -> Decision:
     """A decision as it is, or one for the command v [m/s], omega [rad/s].
 
-    Raises InvalidValue for what is not finite, is missing or is too much.
+    Raises InvalidValue for a number that is not finite, is missing or is too much.
     """
     if not isinstance(v, Decision):
         return Decision(number("v", v, "m/s"), number("omega", omega, "rad/s"), Status.OK)
     if omega is not None:
         raise InvalidValue("omega", omega, "nothing beside a decision")
-    return checked_decision(v)
+    return v
 
 
-def checked_decision(decision: Decision) -> Decision:
-    """The decision. Raises InvalidValue where its command is not finite or another part is of another type."""
+def check_decision(decision: Decision) -> None:
+    """Raises InvalidValue where the command is not finite or another part is of another type."""
     number("v", decision.v, "m/s")
     number("omega", decision.omega, "rad/s")
     if not isinstance(decision.status, Status):
@@ -231,4 +223,3 @@ def checked_decision(decision: Decision) -> Decision:
     for key, kind in (("costs", CandidateCosts), ("plan", PlanShown)):
         if not isinstance(getattr(decision, key), kind | None):
             raise InvalidValue(key, getattr(decision, key), f"{kind.__name__} or None")
-    return decision

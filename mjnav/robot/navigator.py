@@ -29,7 +29,7 @@ from mjnav.robot.caution import Caution
 from mjnav.robot.controller import build_controller, num_samples
 from mjnav.robot.estimation import Localizer, Tracker, assumed_noise, make_localizer, make_tracker
 from mjnav.robot.estimation.base import DRAWS
-from mjnav.robot.latency import CommandHistory, RobotPrediction, checked_decision, make_latency
+from mjnav.robot.latency import CommandHistory, RobotPrediction, check_decision, make_latency
 from mjnav.robot.prediction import Crowd, RobotNow, make_predictor
 from mjnav.robot.sanity import Sanity
 from mjnav.robot.seen_space import FloorMap
@@ -183,7 +183,7 @@ class Navigator:
             found = f"{reprlib.repr(decision)} ({type(decision).__name__})"
             raise PluginFault(f"{name}: decide() returned {found} in place of a Decision")
         try:
-            decision = self.limited(checked_decision(decision))
+            decision = self.limited(decision)
         except InvalidValue as error:
             raise PluginFault(f"{name}: decide() returned a Decision that cannot be used: {error}") from error
         if self._caution is None or self._believed is None:
@@ -191,15 +191,17 @@ class Navigator:
         return self._caution.limited(decision, self._believed, self._effect)
 
     def limited(self, decision: Decision) -> Decision:
-        """A decision of finite numbers within the robot's limits; what was chosen beyond them is its `wish`.
+        """A decision within the robot's limits; what was chosen beyond them is its `wish`.
 
+        Raises InvalidValue for what is no decision of finite numbers.
         The acceleration limits are the base's, which ramps towards every command. A controller may go on to write to
         what it returned: this is a copy.
         """
-        wish = np.array([decision.v, decision.omega], float)
-        within = np.clip(wish, self._low, self._high)
+        check_decision(decision)
         costs = None if decision.costs is None else sealed_costs(decision.costs)
         plan = None if decision.plan is None else sealed_plan(decision.plan)
+        wish = np.array([decision.v, decision.omega], float)
+        within = np.clip(wish, self._low, self._high)
         v, omega = within.tolist()
         changed = None if (within == wish).all() else (float(decision.v), float(decision.omega))
         return Decision(v, omega, decision.status, costs, wish=changed, plan=plan)

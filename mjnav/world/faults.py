@@ -14,10 +14,11 @@ import numpy as np
 
 from mjnav.geometry.angles import wrap
 from mjnav.messages import Array, Reading
-from mjnav.motion.unicycle import integrate, twist_of_wheels, wheel_speeds
+from mjnav.motion.unicycle import integrate
 from mjnav.rng import stream
 from mjnav.scene.faults import Blocked, ChannelFaults, Faults, Slip, WheelFaults
 from mjnav.scene.spec import Scenario
+from mjnav.world.actuation import twist_of_wheels, wheel_speeds
 from mjnav.world.draws import NEVER, Grid
 from mjnav.world.engine import Engine
 

@@ -13,8 +13,9 @@ from mjnav.geometry.angles import wrap
 from mjnav.geometry.distances import placed
 from mjnav.geometry.floor import box_distance, cast, surface
 from mjnav.messages import Array
-from mjnav.motion.unicycle import LIDAR_HEIGHT, wheel_speeds
+from mjnav.motion.unicycle import LIDAR_HEIGHT
 from mjnav.scene.spec import Scenario
+from mjnav.world.actuation import wheel_speeds
 from mjnav.world.engine import ContactLog
 from mjnav.world.floor_plan import FloorPlan
 

@@ -38,7 +38,7 @@ class Returns:
     """What a lidar returns, and its draws: as many from every stream for each scan, whatever there is to see."""
 
     def __init__(self, lidar: Lidar, noise: Distribution, seed: int):
-        self._lidar, self._noise = lidar, noise
+        self._lidar, self._noise, self._has_own_errors = lidar, noise, lidar.has_own_errors
         self._errors = stream(seed, "lidar.range")
         is_wide = lidar.beam_width > 0.0
         self._mixed = stream(seed, "lidar.mixed") if is_wide else None
@@ -68,7 +68,7 @@ class Returns:
         measured = ranges + self._draw_errors(ranges)
         if lidar.resolution > 0.0:
             measured = lidar.resolution * np.round(measured / lidar.resolution)
-        if lidar.has_own_errors:
+        if self._has_own_errors:
             hits &= (measured >= lidar.min_range) & (measured <= lidar.max_range)
         else:
             measured = np.clip(measured, lidar.min_range, lidar.max_range)
@@ -78,7 +78,7 @@ class Returns:
         """Of each beam [m]: the lidar's own by range, in the shape of the noise profile's law, or that law's."""
         lidar, noise = self._lidar, self._noise
         draws = noise.sample(self._errors, len(ranges))
-        if not lidar.has_own_errors:
+        if not self._has_own_errors:
             return draws
         shape = (draws - noise.mean) / noise.std if noise.std > 0.0 else np.zeros(len(ranges))
         return lidar.bias(ranges, noise) + lidar.std(ranges, noise) * shape

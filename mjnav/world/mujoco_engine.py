@@ -22,9 +22,10 @@ from numpy.typing import ArrayLike
 from mjnav.compile.compiled import Matrix, Vector, exact
 from mjnav.geometry.distances import placed
 from mjnav.messages import Array
-from mjnav.motion.unicycle import LIDAR_HEIGHT, wheel_speeds
+from mjnav.motion.unicycle import LIDAR_HEIGHT
 from mjnav.scene.ranges import MAX_LENGTH
 from mjnav.scene.spec import Scenario
+from mjnav.world.actuation import wheel_speeds
 from mjnav.world.engine import ContactLog, DivergedError
 from mjnav.world.floor_plan import FloorPlan
 from mjnav.world.scene import SEEN_BY_LIDAR, compose
@@ -227,15 +228,15 @@ class MujocoEngine:
         """See `Engine`."""
         model, data, ctrl = self.model, self.data, self._ctrl
         (left, right), timestep, num_steps = self._drive, self._timestep, len(twists)
-        rows = twists.tolist()  # a few steps: numbers are quicker than arrays
+        speeds = list(zip(*(side.tolist() for side in wheel_speeds(twists[:, 0], twists[:, 1])), strict=True))
         near, people = not self._is_untouched(num_steps * timestep), self._people
         with _silence():
-            if not near and not people.overlap and rows.count(rows[0]) == num_steps:
-                ctrl[left], ctrl[right] = wheel_speeds(*rows[0])
+            if not near and not people.overlap and speeds.count(speeds[0]) == num_steps:
+                ctrl[left], ctrl[right] = speeds[0]
                 mujoco.mj_step(model, data, num_steps)
             else:
-                for i, (v, omega) in enumerate(rows):
-                    ctrl[left], ctrl[right] = wheel_speeds(v, omega)
+                for i, speed in enumerate(speeds):
+                    ctrl[left], ctrl[right] = speed
                     mujoco.mj_step(model, data)
                     if near:
                         self._record_contacts((self._steps + i) * timestep)

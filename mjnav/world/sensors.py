@@ -4,8 +4,9 @@ import numpy as np
 
 from mjnav.geometry.angles import wrap
 from mjnav.messages import Reading
-from mjnav.motion.unicycle import integrate, twist_of_wheels
+from mjnav.motion.unicycle import integrate
 from mjnav.scene.spec import Scenario
+from mjnav.world.actuation import twist_of_wheels
 from mjnav.world.draws import NEVER, Draws
 from mjnav.world.engine import Engine
 from mjnav.world.lidar import scanner

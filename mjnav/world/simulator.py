@@ -123,18 +123,6 @@ class Simulator:
         """SHA-256 over time and everything in the engine on which the future depends, hexadecimal."""
         return hashlib.sha256(struct.pack("<qd", self._step, self._timestep) + self._engine.state_bytes()).hexdigest()
 
-    def model_xml(self) -> str:
-        """The composed MuJoCo model as MJCF, to look at: it has six digits a number. Of either engine."""
-        from mjnav.world.scene import compose
-
-        return compose(self._scenario).to_xml()
-
-    def parts_hash(self) -> str:
-        """SHA-256 over the MJCF parts in models/, hexadecimal: says whether a replay composes the same world."""
-        from mjnav.world.scene import parts_hash
-
-        return parts_hash()
-
 
 def _make_engine(scenario: Scenario, velocities: Array) -> Engine:
     """The engine that the scenario names; people start with `velocities` (P, 2)."""

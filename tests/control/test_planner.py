@@ -9,9 +9,9 @@ from hypothesis import strategies as st
 
 from mjnav.control import Status, make_controller
 from mjnav.control.planner import effort
+from mjnav.control.rollouts import Rollouts
 from mjnav.messages import KnownMap, ObstacleSamples, RobotLimits
 from mjnav.metrics.effort import control_cost
-from mjnav.motion.rollouts import Rollouts
 
 FEW = {"rollouts": 20}
 SLOW = RobotLimits(max_acceleration=0.3, max_turn_rate=1.5, max_turn_acceleration=0.5)

@@ -5,7 +5,8 @@ from hypothesis import strategies as st
 
 from mjnav.geometry.angles import wrap
 from mjnav.messages import RobotLimits
-from mjnav.motion.unicycle import integrate, integrate_rows, ramp_mean, reachable, twist_of_wheels, wheel_speeds
+from mjnav.motion.unicycle import integrate, integrate_rows, ramp_mean, reachable
+from mjnav.world.actuation import twist_of_wheels, wheel_speeds
 
 
 def runge_kutta(pose, v, omega, duration, steps=200):

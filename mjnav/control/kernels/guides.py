@@ -8,10 +8,10 @@ import numpy as np
 
 from mjnav.compile.compiled import Matrix, Vector, kernel, scalar
 from mjnav.control.parameters import GoalParameters
+from mjnav.control.rollouts import ControlLimits, chord
 from mjnav.geometry.angles import shortest_turn
 from mjnav.geometry.way_field import WayGrid, way_lookup
 from mjnav.messages import Array
-from mjnav.motion.rollouts import ControlLimits, chord
 
 turn_by = scalar(shortest_turn)
 

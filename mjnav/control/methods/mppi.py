@@ -35,8 +35,8 @@ from mjnav.control.problem.goal_cost import mean_goal_cost
 from mjnav.control.problem.mppi_risk import Risk, Surroundings
 from mjnav.control.problem.obstacles import Reach, walls_in_reach
 from mjnav.control.problem.problem import Problem
+from mjnav.control.rollouts import ControlLimits, Rollouts
 from mjnav.messages import Array, CandidateCosts, Decision, Observation, RobotLimits, Status
-from mjnav.motion.rollouts import ControlLimits, Rollouts
 from mjnav.settings import Range
 
 
@@ -67,11 +67,6 @@ class RolloutCosts:
     risk: Risk
     total: Array  # (K,)
 
-    @property
-    def controls(self) -> Array:
-        """(2, T, K)."""
-        return self.rollouts.controls
-
     def only(self, k: int) -> "RolloutCosts":
         """Rollout k alone."""
         risk = Risk(self.risk.cone[[k]], self.risk.lane[[k]], self.risk.worst[[k]])
@@ -79,7 +74,7 @@ class RolloutCosts:
 
     def candidates(self, new: "RolloutCosts") -> CandidateCosts:
         """The message: these rollouts, of which the plan so far is nominal, and then the new plan."""
-        v, omega = np.concatenate([self.controls[:, 0], new.controls[:, 0]], axis=1)
+        v, omega = np.concatenate([self.rollouts.controls[:, 0], new.rollouts.controls[:, 0]], axis=1)
         return CandidateCosts(
             v=v,
             omega=omega,
@@ -118,12 +113,13 @@ class Mppi(ProblemController[MppiParameters]):
         surroundings = Surroundings.of(problem, reach, p.steps, p.step)
         limits = ControlLimits.of(observation.twist, self.limits, self.period, p.step)
         rows = self.costs(problem, surroundings, limits, self._wanted(problem, limits))
-        new = self.costs(problem, surroundings, limits, rows.controls @ softmin(rows.total, p.temperature)[:, None])
+        mean = rows.rollouts.controls @ softmin(rows.total, p.temperature)[:, None]
+        new = self.costs(problem, surroundings, limits, mean)
         feasible = rows.risk.worst <= p.risk_bound
         best = int(cheapest(np.where(feasible | ~feasible.any(), rows.total, np.inf)))
         if new.risk.worst[0] > p.risk_bound or best == STAND:  # a mean of rollouts never stops completely
             new = rows.only(best)
-        self._plan = Plan(observation.time, new.controls[:, :, 0])
+        self._plan = Plan(observation.time, new.rollouts.controls[:, :, 0])
         v, omega = self._plan.controls[:, 0].tolist()
         infeasible = Status.INFEASIBLE if new.risk.worst[0] > p.risk_bound else None
         shown = shown_plan(

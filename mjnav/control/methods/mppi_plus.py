@@ -24,7 +24,7 @@ from mjnav.control.problem.joint_samples import JointSamples
 from mjnav.control.problem.mppi_risk import Surroundings
 from mjnav.control.problem.obstacles import Reach
 from mjnav.control.problem.problem import Problem
-from mjnav.motion.rollouts import Rollouts
+from mjnav.control.rollouts import Rollouts
 from mjnav.settings import Range
 
 

@@ -30,8 +30,8 @@ from mjnav.control.planner import Planner, PlannerParameters, Risks
 from mjnav.control.problem.joint_samples import JointSamples
 from mjnav.control.problem.obstacles import Reach
 from mjnav.control.problem.problem import Problem
-from mjnav.messages import Array
-from mjnav.motion.rollouts import Rollouts
+from mjnav.control.rollouts import Rollouts
+from mjnav.messages import Array, RobotLimits
 from mjnav.rkhs.mmd import PolynomialKernel, distance_from_dirac
 from mjnav.settings import Range
 
@@ -55,6 +55,10 @@ class RkhsPlanParameters(PlannerParameters):
 class RkhsPlan(Planner[RkhsPlanParameters]):
     """Plans by the distance of the violations' distribution from none."""
 
+    def __init__(self, limits: RobotLimits, period: float, parameters: RkhsPlanParameters):
+        super().__init__(limits, period, parameters)
+        self._kernel = PolynomialKernel(parameters.degree)
+
     def risks_of(self, problem: Problem, reach: Reach, samples: JointSamples) -> Callable[[Rollouts], Risks]:
         """lambda times the distance of h from 0, P(h >= 1), and h."""
         distance = self.distance(samples)
@@ -73,5 +77,4 @@ class RkhsPlan(Planner[RkhsPlanParameters]):
 
     def distance(self, samples: JointSamples) -> Callable[[Array], Array]:
         """What gives the distance (K,) of violations (K, S) from none in one decision."""
-        kernel = PolynomialKernel(self.parameters.degree)
-        return lambda h: distance_from_dirac(h, kernel)
+        return lambda h: distance_from_dirac(h, self._kernel)

@@ -15,9 +15,9 @@ from math import pi
 import numpy as np
 
 from mjnav.control.kernels.guides import guide
+from mjnav.control.rollouts import ControlLimits, Rollouts
 from mjnav.geometry.way_field import WayGrid
 from mjnav.messages import Array, PlanShown
-from mjnav.motion.rollouts import ControlLimits, Rollouts
 from mjnav.rng import stream
 
 FAN = 32  # rollouts shown, at most

@@ -16,8 +16,8 @@ import numpy as np
 from mjnav.compile.compiled import Matrix, elementwise, exact
 from mjnav.control.parameters import GoalParameters
 from mjnav.control.problem.candidates import Candidates
+from mjnav.control.rollouts import Rollouts
 from mjnav.messages import Array, RobotLimits
-from mjnav.motion.rollouts import Rollouts
 
 TINY = 1e-300  # [m], so that the way to a goal that is reached has a length
 
@@ -98,7 +98,7 @@ def mean_goal_cost(
     """
     r, (v, omega) = rollouts, twist.tolist()
     cost = _costs_along(
-        r.v, r.omega, r.heading, dx, dy, np.arctan2(dy, dx), (v, omega),
+        *r.controls, r.heading, dx, dy, np.arctan2(dy, dx), (v, omega),
         (limits.max_acceleration * period, limits.max_turn_acceleration * period),
         (limits.max_acceleration * r.step, limits.max_turn_acceleration * r.step),
         (p.speed_change_weight, p.turn_change_weight),

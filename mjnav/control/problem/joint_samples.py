@@ -16,8 +16,8 @@ from mjnav.constraints.walls import lane_distance
 from mjnav.control.kernels.violation import DEEPEST, meet_discs, meet_lane, meet_walls
 from mjnav.control.problem.obstacles import Reach, positions_at
 from mjnav.control.problem.problem import Problem
+from mjnav.control.rollouts import Rollouts
 from mjnav.messages import Array, ObstacleSamples
-from mjnav.motion.rollouts import Rollouts
 
 
 def robot_offsets(problem: Problem) -> Array:
@@ -89,7 +89,7 @@ class JointSamples:
         `lasting` (T,).
         """
         r, ones = rollouts, np.ones(len(self.moving_radius))
-        h = np.zeros((r.v.shape[1], self.offsets.shape[1]))
+        h = np.zeros((r.x.shape[1], self.offsets.shape[1]))
         m = margin[:, None] * ones
         meet_discs(h, r.x, r.y, *self.moving, self.moving_radius + m, 1.0 / m, fading[:, None] * ones)
         reach = self.standing_radius + standing

@@ -17,8 +17,8 @@ from mjnav.compile.compiled import Indices, Matrix, Vector, kernel
 from mjnav.control.problem.joint_samples import lane_excesses, robot_offsets
 from mjnav.control.problem.obstacles import Discs, Reach, positions_at
 from mjnav.control.problem.problem import Problem
+from mjnav.control.rollouts import Rollouts
 from mjnav.messages import Array, ObstacleSamples
-from mjnav.motion.rollouts import Rollouts
 
 SLACK = 1e-9  # relative, by which a cloud's reach is rounded up
 TINY = 1e-300
@@ -265,7 +265,7 @@ class Surroundings:
 
     def risk(self, rollouts: Rollouts) -> Risk:
         """The risk of rollouts here."""
-        r, num_discs, num = rollouts, len(self.disc_radius), rollouts.v.shape[1]
+        r, num_discs, num = rollouts, len(self.disc_radius), rollouts.x.shape[1]
         time, lane, worst = np.zeros((len(self.columns), num)), np.zeros((2, num)), np.zeros(num)
         _meet_discs(
             time[:num_discs], worst, r.x, r.y, *self.offsets, *self.paths, self.start,

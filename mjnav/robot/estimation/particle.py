@@ -95,9 +95,9 @@ class Bootstrap:
     def _conclude(self, particles: Array, recovered: NDArray[np.bool_]) -> Posterior:
         """The posterior by the weights; what to predict from is resampled where they have become uneven."""
         weights, num, strength = self._weights, particles.shape[1], self._settings.roughening
+        offsets = [rng.random() for rng in self._resampling]  # one a reading, used or not, so that seeds stay paired
         mean, covariance = weighted_moments(particles, weights, self._heading)
         size = ess(weights)
-        offsets = [rng.random() for rng in self._resampling]  # one a reading, used or not, so that seeds stay paired
         uneven = np.flatnonzero(size < self._settings.resample_below * num).tolist()
         self.particles = particles
         if uneven:
@@ -184,8 +184,7 @@ def moved(
     Where the odometry is silent they go on as it said last, each with a change of its own.
     """
     num = len(particles)
-    draws = [channel.sample(rng, num) for channel, rng in zip(noise, streams, strict=True)]
-    twist = [measured - draw for measured, draw in zip(reading.odometry, draws, strict=True)]
+    twist = reading.odometry[:, None] - [channel.sample(rng, num) for channel, rng in zip(noise, streams, strict=True)]
     if "odometry" in reading.dropped:
         for values, std, rng in zip(twist, UNKNOWN_TWIST_STD, streams, strict=True):
             values += std * rng.standard_normal(num)

@@ -7,10 +7,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from mjnav.control.problem.fan import guided, guides
+from mjnav.control.rollouts import ControlLimits, Rollouts
 from mjnav.geometry.floor import Floor
 from mjnav.geometry.way_field import WayField
 from mjnav.messages import RobotLimits
-from mjnav.motion.rollouts import ControlLimits, Rollouts
 
 STEP, PERIOD = 0.2, 0.1
 EMPTY = Floor(np.zeros((0, 3)), np.zeros((0, 6)))

@@ -10,9 +10,9 @@ from mjnav.constraints import lane_distance
 from mjnav.control import make_controller
 from mjnav.control.problem.joint_samples import JointSamples
 from mjnav.control.problem.obstacles import Reach, positions_at
+from mjnav.control.rollouts import ControlLimits, Rollouts
 from mjnav.geometry.distances import segment_distance
 from mjnav.messages import ObstacleSamples
-from mjnav.motion.rollouts import ControlLimits, Rollouts
 
 STEPS, STEP = 6, 0.4
 TIMES = STEP * np.arange(1, STEPS + 1)

@@ -8,8 +8,8 @@ import pytest
 from mjnav.control import make_controller
 from mjnav.control.problem.mppi_risk import Surroundings
 from mjnav.control.problem.obstacles import Reach
+from mjnav.control.rollouts import ControlLimits
 from mjnav.messages import RobotLimits
-from mjnav.motion.rollouts import ControlLimits
 
 LIMITS = RobotLimits(max_speed=1.1, min_speed=-0.2, max_turn_rate=1.4, max_acceleration=1.5, max_turn_acceleration=4.0)
 PERIOD = 0.15

@@ -87,13 +87,3 @@ class Rollouts:
     def only(self, k: int) -> "Rollouts":
         """Rollout k alone."""
         return Rollouts(self.controls[:, :, [k]], self.x[:, [k]], self.y[:, [k]], self.heading[:, [k]], self.step)
-
-    @property
-    def v(self) -> Array:
-        """(T, K) [m/s]."""
-        return self.controls[0]
-
-    @property
-    def omega(self) -> Array:
-        """(T, K) [rad/s]."""
-        return self.controls[1]
