@@ -1,8 +1,7 @@
 """Comparisons of methods as one HTML page: sortable tables and the study's background; it loads nothing else.
 
 Every figure is there in full precision: what is printed is rounded; `data-` attributes bear the values themselves. A
-table cell has one figure of one method: its numbers, its difference from the reference, and below each its interval on
-an axis that the column shares.
+table cell has one figure of one method: its numbers, and its difference from the reference.
 
 The background is what the page says of a study beside its tables: how it was made, with which parameters, and its worst
 episodes.
@@ -53,36 +52,21 @@ def _shown(shown: ShownTable, label: str) -> str:
 
 
 def _cell(column: Column, cell: Cell) -> str:
-    own, below = [other.own for other in column.cells], [other.below for other in column.cells if other.below]
-    text = _numbers("strong", cell.own, "marked" * cell.own.marked, own)
+    text = _numbers("strong", cell.own, "marked" * cell.own.marked)
     if cell.below is not None:
-        text += _numbers("b", cell.below, "difference" + " marked" * cell.below.marked, below)
+        text += _numbers("b", cell.below, "difference" + " marked" * cell.below.marked)
     return f'<td data-figure="{_text(column.figure)}">{text}</td>'
 
 
-def _numbers(element: str, shown: Shown, kind: str, column: Sequence[Shown]) -> str:
-    """The printed numbers, in attributes the values themselves, and a drawing of the interval."""
+def _numbers(element: str, shown: Shown, kind: str) -> str:
+    """The printed numbers, and in attributes the values themselves."""
     e = shown.estimate
     low, high = (None, None) if e is None else e.interval or (None, None)
     values = {"value": e and e.value, "low": low, "high": high, "n": e and e.num, "p": shown.p}
     data = "".join(f' data-{name}="{_raw(value)}"' for name, value in values.items())
     rest = " ".join(part for part in (shown.interval, shown.count) if part)
     text = f"<{element}>{shown.value}{' *' * shown.marked}</{element}>{f' <span>{rest}</span>' if rest else ''}"
-    return f'<div class="{kind}"{data}>{text.replace("-", "−")}{_drawn(shown, column)}</div>'
-
-
-def _drawn(shown: Shown, column: Sequence[Shown]) -> str:
-    """The value and its interval on an axis from the least to the greatest end in a column."""
-    intervals = [part.estimate.interval for part in column if part.estimate is not None and part.estimate.interval]
-    ends = [end for interval in intervals for end in interval if isfinite(end)]
-    e = shown.estimate
-    if e is None or e.interval is None or not isfinite(sum(e.interval)) or min(ends) == max(ends):
-        return ""
-    low, value, high = (
-        100.0 * (x - min(ends)) / (max(ends) - min(ends)) for x in (e.interval[0], e.value, e.interval[1])
-    )
-    line = f'<line x1="{low:.1f}" x2="{high:.1f}" y1="3" y2="3"/><circle cx="{value:.1f}" cy="3" r="2.5"/>'
-    return f'<svg viewBox="-3 0 106 6" aria-hidden="true">{line}</svg>'
+    return f'<div class="{kind}"{data}>{text.replace("-", "−")}</div>'
 
 
 def _raw(value: float | None) -> str:
@@ -150,9 +134,7 @@ def _way(folder: Path, commands: Mapping[CellPlace, str], page: Path) -> Way:
 
 
 REVISION = re.compile(r"\b([0-9a-f]{10})[0-9a-f]{30}\b")  # of git, of which the first digits are enough
-DRAWN = (
-    "Lines below figures are their 95 % intervals, those of a column on one axis. A heading of a table sorts its rows."
-)
+SORTING = "A heading of a table sorts its rows."
 
 
 def html(
@@ -181,7 +163,7 @@ def html(
         _sentences("notices", warnings(results)),
         f'<nav aria-label="Tables"><ul>{"".join(links)}</ul></nav>' if len(links) > 1 else "",
         *(_section(f"table{i}", results, table, worst, way) for i, table in enumerate(results.tables)),
-        f"<h2>How to read it</h2>{_sentences('about', [*meaning(results), DRAWN])}",
+        f"<h2>How to read it</h2>{_sentences('about', [*meaning(results), SORTING])}",
         _parameters(store, results),
         f"<footer>Made by <code>mjnav compare</code>.</footer>\n{own.script_elements}\n</body>\n</html>\n",
     ]
