@@ -41,7 +41,6 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 def execute(arguments: argparse.Namespace) -> int:
     """Runs the missing episodes and prints where the rows are; 1 where episodes failed."""
-    workers = sweep_options.checked_workers(arguments)
     if arguments.keep_logs not in KINDS:
         raise unknown_name("--keep-logs", arguments.keep_logs, KINDS)
     study = load_study(arguments.study)
@@ -56,6 +55,7 @@ def execute(arguments: argparse.Namespace) -> int:
     store = Store(folder)
     cells = resolve(study, arguments.overrides, arguments.scene)
     wanted = trials(study, cells)
+    scheduler = sweep_options.chosen_scheduler(arguments)
 
     def say(text: str) -> None:
         if not arguments.json:
@@ -68,7 +68,6 @@ def execute(arguments: argparse.Namespace) -> int:
         if arguments.json:
             print(json.dumps({"schema": 1, "study": study.name, "episodes": len(wanted), "cells": len(cells)}))
         return 0
-    scheduler = workers.scheduler()
     with interruptible() as interrupted, progress(study.name, len(wanted), "episodes") as show:
         kept_before: int | None = None
 

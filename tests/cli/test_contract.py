@@ -155,7 +155,6 @@ list chanels -> KIND: found 'chanels'
 keys robot.raduis -> did you mean 'robot.radius'?
 keys --controller rkhz -> did you mean 'rkhs'?
 keys --study --controller rkhs -> --controller needs run files: leave out --study
-schema run -o none/run.json -> there is no folder
 completion tcsh -> 'tcsh'
 sweep crosings -> did you mean 'crossings'?
 sweep two.toml --workers 0 -> --workers: found 0; allowed: a whole number >= 1
