@@ -2,24 +2,24 @@
 
 import argparse
 import json
-import signal
-from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Mapping
+from contextlib import AbstractContextManager
 from dataclasses import asdict
 from itertools import product
 
 from mjnav.cli.options import scene_options
 from mjnav.cli.options.common import check_whole
-from mjnav.cli.terminal.progress import compile_notice, progress, tell
+from mjnav.cli.terminal.progress import compile_notice, progress
 from mjnav.cli.terminal.tables import print_table
 from mjnav.errors import InvalidValue
-from mjnav.loop.prepare import load_scenario
+from mjnav.loop.prepare import episode_label, load_scenario
 from mjnav.loop.run import warm_up
+from mjnav.loop.supervision import Heartbeat
 from mjnav.metrics.prediction import Calibration, Interval
 from mjnav.output_files import output_path, written
 from mjnav.scene.ranges import MAX_SEED
-from mjnav.study.calibration import EVENT, SETTINGS, CalibrationPlan, calibrate, run_label
-from mjnav.study.sweep.workers import TimeLimit
+from mjnav.scene.spec import Scenario
+from mjnav.study.calibration import EVENT, SETTINGS, CalibrationPlan, calibrate
 
 PLAN = CalibrationPlan()
 
@@ -43,7 +43,6 @@ def configure(parser: argparse.ArgumentParser) -> None:
         "--draws", type=int, default=PLAN.draws, metavar="N", help=f"fresh draws a decision; {PLAN.draws} by default"
     )
     scene_options.overrides(parser)
-    parser.add_argument("--workers", type=int, default=1, metavar="N", help="processes; 1 by default")
     scene_options.max_seconds(parser)
     parser.add_argument("--json", action="store_true", help="one JSON object in place of text")
     parser.add_argument("-o", "--output", metavar="OUT.png", help="a picture of the reliability curves")
@@ -51,7 +50,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 def execute(arguments: argparse.Namespace) -> int:
     """Runs every controller under every seed and prints the tables."""
-    for key, low in (("seeds", 1), ("first", 0), ("every", 1), ("draws", 1), ("workers", 1)):
+    for key, low in (("seeds", 1), ("first", 0), ("every", 1), ("draws", 1)):
         check_whole(f"--{key}", getattr(arguments, key), low)
     last = arguments.first + arguments.seeds - 1
     if last > MAX_SEED:
@@ -63,13 +62,15 @@ def execute(arguments: argparse.Namespace) -> int:
     plan = CalibrationPlan(arguments.draws, arguments.every)
     seeds = range(arguments.first, last + 1)
 
-    with _terminable():
-        with compile_notice():
-            for scenario in scenarios:
-                warm_up(scenario)
-        with progress(scenarios[0].name, len(scenarios) * len(seeds), "runs") as show:
-            limit = TimeLimit(run_label, max_seconds, tell)
-            calibrations = calibrate(scenarios, seeds, plan, workers=arguments.workers, limit=limit, progress=show)
+    with compile_notice():
+        for scenario in scenarios:
+            warm_up(scenario)
+
+    def watched(run: Scenario) -> AbstractContextManager[Heartbeat]:
+        return arguments.guard.episode(episode_label(run), max_seconds)
+
+    with progress(scenarios[0].name, len(scenarios) * len(seeds), "runs") as show:
+        calibrations = calibrate(scenarios, seeds, plan, watched=watched, progress=show)
     runs = f"seed {last}" if len(seeds) == 1 else f"seeds {seeds[0]} to {last}"
     heading = f"{scenarios[0].name}, {runs}, every {plan.every} ticks, {plan.draws} draws"
     if picture is not None:
@@ -119,13 +120,3 @@ def _share(value: float | None, interval: Interval | None = None, sign: str = ""
         return "-"
     ends = "" if interval is None else f" [{', '.join(format(end, f'{sign}.3f') for end in interval)}]"
     return f"{value:{sign}.3f}{ends}"
-
-
-@contextmanager
-def _terminable() -> Iterator[None]:
-    """SIGTERM ends workers too: it is taken for an interrupt."""
-    before = signal.signal(signal.SIGTERM, signal.default_int_handler)
-    try:
-        yield
-    finally:
-        signal.signal(signal.SIGTERM, before)

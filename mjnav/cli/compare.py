@@ -63,8 +63,8 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 
 # Options that only some of a command's three forms take.
-OF_METHODS = ("reference", "pool", "pool_all", "rivals", "ratios", "win_by")
-OF_TABLES = ("after", *OF_METHODS, "figure", "output", "require")
+OF_METHODS = ("reference", "pool", "pool_all", "rivals", "ratios", "win_by", "output")
+OF_TABLES = ("after", *OF_METHODS, "figure", "require")
 
 
 def execute(arguments: argparse.Namespace) -> int:
@@ -128,15 +128,21 @@ def _methods(arguments: argparse.Namespace) -> int:
         text.write_worst(results, worst_seeds(store, results.study), commands, console)
 
     answers = requirements.of_cells(required, requirements.of_study(results))
-    return _finish(arguments, dict.fromkeys(outputs, content), lambda: document(results), draw, answers)
+    for path in outputs:
+        with replacement(path) as partial:
+            partial.write_text(content(path), encoding="utf-8")
+    code = _print(arguments, lambda: document(results), draw, answers)
+    if not arguments.json:
+        for path in outputs:
+            print(f"{path}: {path.stat().st_size / 1000:.0f} kB")
+    return code
 
 
 def _before_after(arguments: argparse.Namespace) -> int:
     from mjnav.report.comparison import text
-    from mjnav.report.comparison.documents import changes_csv, changes_document
+    from mjnav.report.comparison.documents import changes_document
     from mjnav.study.compare.before_after import before_after
 
-    outputs = [output_path("--output", given, ".csv") for given in arguments.output or ()]
     store = find_results(arguments.study)[0]
     after, study = _results(arguments.after)
     required = require.parsed(arguments)
@@ -144,32 +150,22 @@ def _before_after(arguments: argparse.Namespace) -> int:
     with _figure_option():
         results = before_after(store, after, figures=figures, study=study)
     answers = requirements.of_cells(required, requirements.of_before_after(results))
-    return _finish(
-        arguments,
-        dict.fromkeys(outputs, lambda path: changes_csv(results)),
-        lambda: changes_document(results),
-        lambda console: text.write_changes(results, console),
-        answers,
+    return _print(
+        arguments, lambda: changes_document(results), lambda console: text.write_changes(results, console), answers
     )
 
 
-def _finish(
+def _print(
     arguments: argparse.Namespace,
-    outputs: Mapping[Path, Callable[[Path], str]],
     document: Callable[[], Mapping[str, Any]],
     draw: Callable[["Console"], None],
     answers: list[requirements.Answer],
 ) -> int:
-    """Writes the files, prints one form of the results, and answers the requirements."""
-    for path, content in outputs.items():
-        with replacement(path) as partial:
-            partial.write_text(content(path), encoding="utf-8")
+    """Prints one form of the results, and answers the requirements."""
     if arguments.json:
         print(json.dumps({**document(), **require.documents(answers)}))
     else:
         print_drawn(draw)
-        for path in outputs:
-            print(f"{path}: {path.stat().st_size / 1000:.0f} kB")
     return require.exit_code(answers)
 
 

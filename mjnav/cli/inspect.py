@@ -2,26 +2,25 @@
 
 import argparse
 import sys
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import fields
 from itertools import islice
 from typing import TYPE_CHECKING, Any
 
-from mjnav.cli.terminal.tables import print_drawn, print_lines, print_table, width
+from mjnav.cli.terminal.tables import print_drawn, print_lines, print_table
 from mjnav.errors import DamagedLogError
 from mjnav.printable import printable
 
 if TYPE_CHECKING:
-    from mjnav.report.inspection import InspectedTiming, InspectedTopic, Inspection, JudgedBelief
+    from mjnav.report.inspection import InspectedTiming, Inspection
     from mjnav.report.worst_moments import WorstMoment
 
 _RUN = ("scene", "controller", "seed", "engine")  # of the metadata, in one line
 _VERSION = "version."
-_WIDE = 110  # [characters] from which on the table of topics has room for schemas
 _MAX_LINES = 500  # of a section, and topics
 _MAX_WIDTH = 60  # [characters] that a short name is padded to, because of a long one
 
-# Attribute, head and form of the numbers of a row.
+Columns = Sequence[tuple[str, str, str]]  # attribute, head and form of the numbers of a row
 _BELIEFS = (
     *(("ticks", "ticks", "d"), ("rmse_m", "RMSE [m]", ".3f"), ("nees", "NEES", ".2f"), ("coverage", "coverage", ".1%")),
     *(("divergences", "diverged", "d"), ("ess_min", "least ESS", ".1f"), ("ess_mean", "mean ESS", ".1f")),
@@ -70,9 +69,10 @@ def _print(found: "Inspection") -> None:
         _show(title, lines)
     if found.beliefs:
         _print_title("beliefs")
-        _print_beliefs(found.beliefs)
+        _print_rows(("of", "by"), _BELIEFS, [(belief.body, belief.by) for belief in found.beliefs], found.beliefs)
     print()
-    _print_topics(found.topics)
+    names = [(name, topic.schema) for name, topic in found.topics.items()]
+    _print_rows(("topic", "schema"), _TOPICS, names, found.topics.values())
     if len(found.topics) > _MAX_LINES:
         print(f"{len(found.topics) - _MAX_LINES} topics more, which --json has")
 
@@ -140,27 +140,12 @@ def _not_yet_said(found: "Inspection") -> dict[str, Any]:
     return {key: value for key, value in (found.result or {}).items() if key not in said and value != {}}
 
 
-def _print_beliefs(beliefs: Sequence["JudgedBelief"]) -> None:
-    """A row for each body."""
-    heads, texts = [head for _, head, _ in _BELIEFS], ("of", "by")
-    rows = [
-        (one.body, printable(one.by), *(_number(getattr(one, key), form) for key, _, form in _BELIEFS))
-        for one in beliefs[:_MAX_LINES]
-    ]
-    print_table(rows, (*texts, *heads), numbers=range(2, 2 + len(heads)))
-
-
-def _print_topics(topics: "Mapping[str, InspectedTopic]") -> None:
-    """A row for each topic; its schema where there is room."""
-    heads, texts = [head for _, head, _ in _TOPICS], ("topic", "schema") if width() >= _WIDE else ("topic",)
-    rows = [
-        (
-            *(printable(name), printable(topic.schema))[: len(texts)],
-            *(_number(getattr(topic, key), form) for key, _, form in _TOPICS),
-        )
-        for name, topic in islice(topics.items(), _MAX_LINES)
-    ]
-    print_table(rows, (*texts, *heads), numbers=range(len(texts), len(texts) + len(heads)))
+def _print_rows(texts: Sequence[str], columns: Columns, rows: Iterable[tuple[str, ...]], values: Iterable[Any]) -> None:
+    """A row for each of the values: its texts under the first heads, then its numbers."""
+    numbers = ([_number(getattr(value, key), form) for key, _, form in columns] for value in values)
+    lines = [(*map(printable, row), *line) for row, line in islice(zip(rows, numbers, strict=True), _MAX_LINES)]
+    heads = (*texts, *(head for _, head, _ in columns))
+    print_table(lines, heads, numbers=range(len(texts), len(heads)))
 
 
 def _figures(figures: Mapping[str, Any]) -> Iterator[str]:

@@ -43,12 +43,11 @@ def execute(arguments: argparse.Namespace) -> int:
     for name in names:
         if name not in ITEMS:
             raise unknown_name("--only", name, ITEMS)
-    workers = sweep_options.checked_workers(arguments)
     seeds = arguments.seeds if arguments.seeds is not None else QUICK_SEEDS if arguments.quick else None
     folder = Path(arguments.output or (QUICK_FOLDER if arguments.quick else FOLDER))
     wanted = studies(map(load, names), seeds)
     store = Store(folder / ROWS)
-    scheduler = workers.scheduler()
+    scheduler = sweep_options.chosen_scheduler(arguments)
     with interruptible() as stop:
         complete = arguments.draw or _run(wanted, store, scheduler, stop, arguments)
         for name in names:

@@ -7,16 +7,14 @@ from typing import Any
 
 from mjnav.cli.main import INTERRUPTED
 from mjnav.cli.options import scene_options
-from mjnav.cli.options.common import check_needs
 from mjnav.cli.terminal.guard import interruptible
 from mjnav.cli.terminal.progress import compile_notice, progress, tell
 from mjnav.cli.terminal.tables import print_lines
-from mjnav.errors import InvalidValue
 from mjnav.log.log_format import check_path
 from mjnav.loop.prepare import load_scenario
 from mjnav.loop.realtime.stress import shuttling
 from mjnav.loop.run import warm_up
-from mjnav.metrics.timing import FAIL, PASS, RULES
+from mjnav.metrics.timing import FAIL, RULES
 
 MAX_NAMED = 10  # misses that are named in text
 RATE = 50.0  # [Hz]
@@ -28,64 +26,36 @@ def configure(parser: argparse.ArgumentParser) -> None:
         "Where the process may, a test takes SCHED_FIFO, one CPU and locked memory, as run --real-time does."
     )
     scene_options.configure(parser)
-    rates = parser.add_mutually_exclusive_group()
-    rates.add_argument("--rate", type=float, default=RATE, metavar="HZ", help=f"of control; {RATE:g} by default")
-    rates.add_argument("--sweep", metavar="HZ,HZ,...", help="several rates: which is the highest that passes?")
-    parser.add_argument("--duration", type=float, default=60.0, metavar="S", help="of each test [s]; 60 by default")
+    parser.add_argument("--rate", type=float, default=RATE, metavar="HZ", help=f"of control; {RATE:g} by default")
+    parser.add_argument("--duration", type=float, default=60.0, metavar="S", help="of the test [s]; 60 by default")
     parser.add_argument("--stress", action="store_true", help="load every processor and the disk meanwhile")
-    parser.add_argument("--log", "-o", "--output", metavar="PATH", help="keep the log of a single test")
+    parser.add_argument("--log", "-o", "--output", metavar="PATH", help="keep the log")
     parser.add_argument("--json", action="store_true", help="one JSON object in place of text")
 
 
 def execute(arguments: argparse.Namespace) -> int:
-    """Runs the tests and prints their verdicts; 1 where the test, or every test of a sweep, fails."""
+    """Runs the test and prints its verdict; 1 where it fails."""
     from mjnav.loop.realtime.rate_test import rate_test
 
-    single = arguments.sweep is None
-    check_needs("--log", "a single test", given=arguments.log is not None, met=single)
     if arguments.log is not None:
         check_path(arguments.log)
     scenario = load_scenario(arguments.scene, arguments.overrides, controller=arguments.controller, seed=arguments.seed)
-    rates = [arguments.rate] if single else _rates(arguments.sweep)
-    cases = [shuttling(scenario, rate, arguments.duration) for rate in sorted(rates)]  # checked before the first runs
-
-    summaries: list[Mapping[str, Any]] = []
+    case = shuttling(scenario, arguments.rate, arguments.duration)
     with interruptible() as interrupted:
-        for case in cases:
-            with compile_notice():
-                warm_up(case)
-            with progress(f"{case.name} at {case.control.rate:g} Hz", arguments.duration) as show:
-                test = rate_test(
-                    case, stressed=arguments.stress, log=arguments.log, stop=interrupted, progress=show, warmed_up=True
-                )
-            summaries.append(test.summary)
-            if not arguments.json:
-                print_lines([*describe(test.summary)] if single else [_line(test.summary)])
-            if interrupted():
-                break
-    highest = max((s["requested_hz"] for s in summaries if s["status"] == PASS), default=None)
+        with compile_notice():
+            warm_up(case)
+        with progress(f"{case.name} at {case.control.rate:g} Hz", arguments.duration) as show:
+            summary = rate_test(
+                case, stressed=arguments.stress, log=arguments.log, stop=interrupted, progress=show, warmed_up=True
+            ).summary
     if arguments.json:
-        setting = {"people": None, "samples": None}  # of earlier versions
-        sweep = {
-            "schema": 1,
-            "tests": [{**setting, **summary} for summary in summaries],
-            "highest_passing_hz": [{**setting, "hz": highest}],
-        }
-        print(json.dumps(summaries[0] if single else sweep))
-    elif not single:
-        print(f"the highest rate that passes is {highest:g} Hz" if highest else "no rate passes")
+        print(json.dumps(summary))
+    else:
+        print_lines([*describe(summary)])
     if interrupted():
         tell("interrupted")
         return INTERRUPTED
-    return 1 if all(summary["status"] == FAIL for summary in summaries) else 0
-
-
-def _rates(text: str) -> list[float]:
-    """The rates of --sweep [Hz]."""
-    try:
-        return [float(word) for word in text.split(",")]
-    except ValueError:
-        raise InvalidValue("--sweep", text, "numbers with commas between them") from None
+    return 1 if summary["status"] == FAIL else 0
 
 
 def describe(s: Mapping[str, Any]) -> Iterator[str]:
@@ -134,16 +104,6 @@ def _longest(misses: Sequence[Mapping[str, Any]]) -> Iterator[str]:
         yield f"    tick {miss['tick']:<6d}  {miss['milliseconds']:.2f} ms over, {where}: the {miss['cause']}"
     if len(misses) > MAX_NAMED:
         yield f"    the longest {MAX_NAMED}"
-
-
-def _line(s: Mapping[str, Any]) -> str:
-    """One test of several."""
-    tick = s["compute_ms"]["tick"]
-    share = 0.1 * (tick["p99"] or 0.0) * s["requested_hz"]
-    return (
-        f"{s['requested_hz']:6g} Hz: {s['status']:12}  {_missed(s)}, longest overrun {s['longest_overrun_ms']:.2f} ms; "
-        f"tick {_text(tick['p50'], '.2f')} ms p50, {_text(tick['p99'], '.2f')} p99, {share:.0f} % of the period"
-    )
 
 
 def _text(value: float | None, form: str) -> str:

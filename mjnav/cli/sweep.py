@@ -2,22 +2,18 @@
 
 import argparse
 import json
-import time
-from collections.abc import Callable, Mapping
 from dataclasses import asdict
 from pathlib import Path
 
 from mjnav.cli.main import INTERRUPTED
 from mjnav.cli.options import scene_options, sweep_options
 from mjnav.cli.terminal.guard import interruptible
-from mjnav.cli.terminal.progress import pace, progress, tell
+from mjnav.cli.terminal.progress import progress, tell
 from mjnav.errors import InputError, MjnavError, unknown_name
 from mjnav.loop.prepare import OUT_FOLDER
 from mjnav.study.keep import KINDS
-from mjnav.study.store.row import Row
 from mjnav.study.study_file import load_study, study_text
 
-TOLD_AFTER = (10, 100, 1000)  # episodes after which the remaining time is printed; the first ones load and compile
 MAX_CAUSES = 5  # of failures that are printed
 
 
@@ -45,7 +41,6 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 def execute(arguments: argparse.Namespace) -> int:
     """Runs the missing episodes and prints where the rows are; 1 where episodes failed."""
-    workers = sweep_options.checked_workers(arguments)
     if arguments.keep_logs not in KINDS:
         raise unknown_name("--keep-logs", arguments.keep_logs, KINDS)
     study = load_study(arguments.study)
@@ -55,12 +50,12 @@ def execute(arguments: argparse.Namespace) -> int:
 
     from mjnav.study.cells import resolve
     from mjnav.study.store.store import Store
-    from mjnav.study.sweep.changes import changes_since
     from mjnav.study.sweep.sweep import check, sweep, trials
 
     store = Store(folder)
     cells = resolve(study, arguments.overrides, arguments.scene)
     wanted = trials(study, cells)
+    scheduler = sweep_options.chosen_scheduler(arguments)
 
     def say(text: str) -> None:
         if not arguments.json:
@@ -73,10 +68,15 @@ def execute(arguments: argparse.Namespace) -> int:
         if arguments.json:
             print(json.dumps({"schema": 1, "study": study.name, "episodes": len(wanted), "cells": len(cells)}))
         return 0
-    scheduler = workers.scheduler()
     with interruptible() as interrupted, progress(study.name, len(wanted), "episodes") as show:
-        watch = _Watch(len(wanted), say, show)
-        changed = changes_since(wanted, store) if arguments.accept_changed else {}
+        kept_before: int | None = None
+
+        def begin(kept: int) -> None:
+            nonlocal kept_before
+            kept_before = kept
+            if kept:
+                say(f"{kept} of them are done")
+
         try:
             report = sweep(
                 wanted,
@@ -88,11 +88,11 @@ def execute(arguments: argparse.Namespace) -> int:
                 accept_changed=arguments.accept_changed,
                 keep_logs=arguments.keep_logs,
                 stop=interrupted,
-                begin=lambda kept: watch.begin(kept, changed),
-                progress=watch.progress,
+                begin=begin,
+                progress=lambda done, row: show((kept_before or 0) + done),
             )
         except MjnavError as error:
-            if isinstance(error, InputError) or watch.kept is None:
+            if isinstance(error, InputError) or kept_before is None:
                 raise
             raise MjnavError(f"{error}\nfinished episodes are kept: --resume continues") from None
     causes = store.causes()
@@ -107,44 +107,8 @@ def execute(arguments: argparse.Namespace) -> int:
         if report.failed:
             print("  --retry-failed runs them again")
         if report.unlogged:
-            print(f"  {report.unlogged} have no log: their process died or was ended, or a second run ended otherwise")
+            print(f"  {report.unlogged} have no log: their process died or was ended")
     if report.interrupted:
         tell(f"interrupted: {report.episodes - report.kept - report.run} episodes are missing, --resume runs them")
         return INTERRUPTED
     return 1 if report.failed else 0
-
-
-class _Watch:
-    """Reports the progress of a sweep of so many episodes."""
-
-    def __init__(self, total: int, say: Callable[[str], None], show: Callable[[float], None]):
-        self._total, self._say, self._show = total, say, show
-        self.kept: int | None = None  # rows from before, once episodes are under way
-        self._first_done = 0.0  # when
-        self._told: set[str] = set()  # differences of workers
-
-    def begin(self, kept: int, changed: Mapping[str, int]) -> None:
-        """Called before the first episode, with the changes since the kept rows were made."""
-        from mjnav.study.sweep.changes import changes_line
-
-        self.kept = kept
-        if kept:
-            self._say(f"{kept} of them are done")
-        if changed:
-            tell(f"rows are kept that were made before these changes: {changes_line(changed)}")
-
-    def progress(self, done: int, row: Row) -> None:
-        """After an episode."""
-        from mjnav.study.sweep.sweep import worker_changes
-
-        done_before = self.kept or 0
-        if done == 1:
-            self._first_done = time.monotonic()
-        left = self._total - done_before - done
-        if done in TOLD_AFTER and left > 0:
-            self._say(f"the rest: {pace(done - 1, left, time.monotonic() - self._first_done)}")
-        differences = "; ".join(worker_changes(row))
-        if differences and differences not in self._told:
-            self._told.add(differences)
-            tell(f"the worker on {row.machine} differs from this process: {differences}")
-        self._show(done_before + done)

@@ -106,10 +106,6 @@ class Heartbeat:
     def __init__(self, limit: float = MAX_SECONDS, descriptor: int | None = None):
         self.over: str | None = None  # why the episode was ended
         self._limit, self._descriptor = limit, descriptor
-        self.begin_again()
-
-    def begin_again(self) -> None:
-        """The episode is run once more, with all of its time."""
         self._begun = False
         self._allow(START + self._limit)
 

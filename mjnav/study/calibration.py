@@ -38,6 +38,7 @@ The fresh draws are made once a run and shared by its decisions. A decision that
 
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
+from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass, replace
 from math import inf
 
@@ -50,7 +51,6 @@ from mjnav.control.problem.problem import Problem
 from mjnav.errors import InvalidValue
 from mjnav.geometry.angles import wrap
 from mjnav.loop.episode import Episode
-from mjnav.loop.prepare import episode_label
 from mjnav.messages import Array, Decision, Observation, ObstacleSamples, RobotLimits, TickRecord, WorldState
 from mjnav.metrics.prediction import Calibration, calibration
 from mjnav.motion.unicycle import ramp_mean
@@ -59,7 +59,6 @@ from mjnav.rng import stream
 from mjnav.robot.controller import build_controller
 from mjnav.scene.load import with_seed
 from mjnav.scene.spec import Scenario
-from mjnav.study.sweep.workers import TimeLimit, in_order
 
 # ---------------------------------------------------------------------------------------------- event
 
@@ -318,19 +317,18 @@ def calibrate(
     seeds: Sequence[int],
     plan: CalibrationPlan,
     *,
-    workers: int = 1,
-    limit: TimeLimit | None = None,
+    watched: Callable[[Scenario], AbstractContextManager[Callable[[float], None]]] = lambda run: nullcontext(_no_beat),
     progress: Callable[[int], None] = lambda done: None,
 ) -> dict[str, dict[str, Calibration]]:
     """The calibration by method and setting, from a run of every scenario (one for each method) under every seed.
 
-    With a `limit`, whose labels are `run_label`, every run is in a worker process. `progress` gets the number of runs
-    that are done. Raises InputError before anything starts, and MjnavError where a run breaks or takes too long.
+    `watched` gives the context of a run, and what it calls before every tick; `progress` gets the number of runs that
+    are done. Raises InputError before anything starts, and MjnavError where a run breaks.
     """
-    tasks = [(with_seed(scenario, seed), plan) for scenario in scenarios for seed in seeds]
     runs: list[dict[str, Array]] = []
-    for run in in_order(_forecasts_of, tasks, workers, limit=limit):
-        runs.append(run)
+    for run in [with_seed(scenario, seed) for scenario in scenarios for seed in seeds]:
+        with watched(run) as beat:
+            runs.append(forecasts(run, plan, progress=beat))
         progress(len(runs))
     by_method: dict[str, dict[str, Calibration]] = {}
     for i, scenario in enumerate(scenarios):
@@ -341,15 +339,8 @@ def calibrate(
     return by_method
 
 
-def run_label(task: tuple[Scenario, CalibrationPlan]) -> str:
-    """The name of a run of `calibrate` in messages."""
-    return episode_label(task[0])
-
-
-def _forecasts_of(
-    task: tuple[Scenario, CalibrationPlan], beat: Callable[[float], None] = lambda time: None
-) -> dict[str, Array]:
-    return forecasts(*task, progress=beat)
+def _no_beat(time: float) -> None:
+    """Of a run that is not watched."""
 
 
 def _calibration(runs: Sequence[Array], seeds: Sequence[int]) -> Calibration:

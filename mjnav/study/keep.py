@@ -81,13 +81,8 @@ class Keep:
         """Its name where the file is there."""
         return None if kept_log(Path(self.folder), self.name) is None else self.name
 
-    def first_log(self) -> Path | None:
-        """Where the first run of the episode writes its log, if it is to write one. Raises LogFault."""
-        self.remove()
-        return self.new_log() if self.every else None
-
     def new_log(self) -> Path:
-        """Where a run of the episode writes its log. Raises LogFault where that is not possible."""
+        """Where the episode writes its log. Raises LogFault where that is not possible."""
         self.remove()  # what a killed process left
         try:
             return check_path(Path(self.folder) / self.name)

@@ -5,7 +5,7 @@ import json
 import platform
 import time
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import lru_cache
 from math import nan, sqrt
 from typing import Any
@@ -84,39 +84,16 @@ def run_trial(trial: Trial, beat: Callable[[float], None] = lambda time: None) -
         scenario = prepared(trial)
         began = time.perf_counter()
         shape = SampleShape()
-        log = trial.keep.first_log() if trial.keep is not None else None
+        log = trial.keep.new_log() if trial.keep is not None else None
         result = Episode(scenario, log=log, watch=shape, progress=beat, cones=True, detour=trial.detour).run()
         figures = {**_figures(result, scenario), **shape.figures()}
+        if trial.keep is not None and not trial.keep.every and figures["success"]:
+            trial.keep.remove()
         own = result.run.metrics
         return _row(trial, time.perf_counter() - began, figures, metrics=json.dumps(own) if own else None)
     except BaseException as error:  # whatever a plug-in raises: Ctrl-C does not reach workers
         raise_log_fault(error, trial.keep)
         return failed_row(trial, cause_of(error), time.perf_counter() - began)
-
-
-def wants_log(trial: Trial, row: Row) -> bool:
-    """Whether the episode has to be run again for its log."""
-    return trial.keep is not None and not trial.keep.every and not row.figures.get("success")
-
-
-def with_log(trial: Trial, row: Row, beat: Callable[[float], None] = lambda time: None) -> Row:
-    """The row with the log of a second run of its episode; as it was where that did not end in the same state hash.
-
-    Writing every log costs 1.4 to 1.9 times the time of an episode without one: so where only failures keep theirs,
-    they are run twice. Everything else in the row, times included, is that of the first run. `beat` is as in
-    `run_trial`. Raises LogFault where the log cannot be written.
-    """
-    keep = trial.keep
-    if keep is None:
-        return row
-    try:
-        ended = Episode(prepared(trial), log=keep.new_log(), progress=beat).run().run.state_hash
-    except BaseException as error:  # as in `run_trial`
-        raise_log_fault(error, keep)
-        ended = cause_of(error)
-    if ended != (row.error or row.figures["state_hash"]):
-        keep.remove()
-    return replace(row, log=keep.kept)
 
 
 def made_with(controller: str, document: str) -> Mapping[str, str]:

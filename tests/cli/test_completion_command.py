@@ -8,7 +8,7 @@ from mjnav import control, scene
 from mjnav.cli.main import COMMANDS
 from mjnav.study.study_file import studies
 
-FILES = ("mine.toml", "hall.mcap", "policy.py")
+FILES = ("mine.toml", "hall.mcap")
 ASK = """
 source ./script
 while IFS= read -r line; do
@@ -36,11 +36,10 @@ def folder(tmp_path_factory):
     ("line", "words"),
     [
         ("mjnav ", {*COMMANDS}),
-        ("mjnav run ", {*scene.names(), *FILES, "script"}),
-        ("mjnav run hall --no-log --controller m", {"mine.toml", *(n for n in control.names() if n[0] == "m")}),
-        ("mjnav run hall --controller p", {"policy.py", *(n for n in control.names() if n[0] == "p")}),
+        ("mjnav run ", {*scene.names()}),
+        ("mjnav run hall --no-log --controller m", {n for n in control.names() if n[0] == "m"}),
         ("mjnav run hall --overruns ", {"skip", "abort"}),
-        ("mjnav sweep ", {*studies(), *FILES, "script"}),
+        ("mjnav sweep ", {*studies()}),
         ("mjnav report hall.mcap h", {"hall.mcap"}),
         ("mjnav schema ", {"run", "study"}),
         ("mjnav keys robot.goal", {"robot.goal", "robot.goal_area", "robot.goal_tolerance"}),

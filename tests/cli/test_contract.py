@@ -139,10 +139,6 @@ rate-test hal -> did you mean 'hall'?
 rate-test hall --rate 0 -> rate: found 0.0; allowed: a number from 0.1 to 1000 Hz
 rate-test hall --rate 33.3333 -> a rate with a time step in common with sensors.rate (10 Hz)
 rate-test hall --duration 0 -> duration: found 0.0; allowed: a number > 0
-rate-test hall --sweep '' -> --sweep: found ''; allowed: numbers with commas between them
-rate-test hall --sweep 10,-20 -> rate: found -20.0
-rate-test hall --rate 10 --sweep 10 -> not allowed with argument
-rate-test hall --log a.mcap --sweep 10,20 -> --log needs a single test
 rate-test hall --set robot.goal_tolerance=9.0 -> robot.goal: found
 surface hal --at 1 -> did you mean 'hall'?
 surface crossing1 --at 1 --grid 1 -> --grid: found 1; allowed: a whole number from 2
@@ -159,7 +155,6 @@ list chanels -> KIND: found 'chanels'
 keys robot.raduis -> did you mean 'robot.radius'?
 keys --controller rkhz -> did you mean 'rkhs'?
 keys --study --controller rkhs -> --controller needs run files: leave out --study
-schema run -o none/run.json -> there is no folder
 completion tcsh -> 'tcsh'
 sweep crosings -> did you mean 'crossings'?
 sweep two.toml --workers 0 -> --workers: found 0; allowed: a whole number >= 1

@@ -44,19 +44,6 @@ def test_a_rate_that_cannot_be_kept_fails_with_exit_1(mjnav, monkeypatch):
     assert printed["achieved_hz"] < 1000.0
 
 
-def test_a_sweep_is_a_line_for_each_rate_in_order_and_the_highest_that_passes(mjnav):
-    words = ("rate-test", "crossing1", "--sweep", "20,10", "--duration", "0.2", *TINY)
-    said = mjnav(*words)
-    assert said.code == 0  # nothing failed
-    first, second, last = said.out.splitlines()
-    assert re.match(r" +10 Hz: INCONCLUSIVE +\d of 2 missed.*, longest overrun .* of the period$", first)
-    assert re.match(r" +20 Hz: INCONCLUSIVE +\d of 4 missed", second)
-    assert last == "no rate passes"
-    printed = json.loads(mjnav(*words, "--json").out)
-    assert [test["requested_hz"] for test in printed["tests"]] == [10.0, 20.0]
-    assert printed["highest_passing_hz"] == [{"people": None, "samples": None, "hz": None}]
-
-
 def test_an_interrupted_test_reports_what_was_done_and_keeps_its_log(start, tmp_path):
     path = tmp_path / "a.mcap"
     process = start("rate-test", "crossing1", "--duration", "600", "--json", "--log", path, *TINY)

@@ -2,7 +2,6 @@
 
 import argparse
 import os
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from mjnav.cli.options import scene_options
@@ -11,23 +10,6 @@ from mjnav.cli.terminal.progress import tell
 
 if TYPE_CHECKING:
     from mjnav.study.sweep.schedulers import Scheduler
-
-
-@dataclass(frozen=True, slots=True)
-class Workers:
-    """Where episodes run."""
-
-    num: int
-    max_seconds: float  # of wall time for an episode
-    address: str | None  # of a Dask scheduler, in place of processes
-
-    def scheduler(self) -> "Scheduler":
-        """The scheduler. Raises InputError where nothing answers at the address."""
-        from mjnav.study.sweep import schedulers
-
-        if self.address is not None:
-            return schedulers.dask(self.address, self.max_seconds)
-        return schedulers.local(self.num, self.max_seconds, tell)
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
@@ -43,8 +25,13 @@ def configure(parser: argparse.ArgumentParser) -> None:
     )
 
 
-def checked_workers(arguments: argparse.Namespace) -> Workers:
-    """What these options say. Raises InputError."""
+def chosen_scheduler(arguments: argparse.Namespace) -> "Scheduler":
+    """Where these options let episodes run. Raises InputError, also where nothing answers at the address."""
+    from mjnav.study.sweep import schedulers
+
     num = len(os.sched_getaffinity(0)) if arguments.workers is None else arguments.workers
     check_whole("--workers", num, 1)
-    return Workers(num, scene_options.checked_max_seconds(arguments), arguments.scheduler)
+    max_seconds = scene_options.checked_max_seconds(arguments)
+    if arguments.scheduler is not None:
+        return schedulers.dask(arguments.scheduler, max_seconds)
+    return schedulers.local(num, max_seconds, tell)

@@ -13,11 +13,6 @@ PIPE_WIDTH = 10_000  # [characters] where there is no terminal: no line is broke
 GAP = 2
 
 
-def width() -> int:
-    """Of the terminal [characters], or PIPE_WIDTH."""
-    return streams.console().width if streams.on_terminal() else PIPE_WIDTH
-
-
 def print_table(rows: Sequence[Sequence[str]], heads: Sequence[str] = (), *, numbers: Collection[int] = ()) -> None:
     """Prints a table, in which the columns `numbers` are flush right; on a terminal its cells wrap."""
     if not rows:

@@ -9,7 +9,7 @@ from typing import Any
 
 from mjnav.log.export.table_files import neutral
 from mjnav.report.figure_text import unit
-from mjnav.study.compare.before_after import AFTER, BEFORE, KINDS, BeforeAfter, CellChange
+from mjnav.study.compare.before_after import AFTER, BEFORE, BeforeAfter, CellChange
 from mjnav.study.compare.cell_rows import CellPlace
 from mjnav.study.compare.estimates import Difference, Estimate, WinRatio
 from mjnav.study.compare.study_comparison import Comparison, MethodRow, StudyComparison
@@ -58,11 +58,11 @@ def _csv(header: Sequence[str], lines: Iterable[Mapping[str, object]]) -> str:
     return file.getvalue()
 
 
-def _columns(values: Document | None, name: str, prefix: str, counts: str = "") -> Document:
+def _columns(values: Document | None, name: str, prefix: str) -> Document:
     """An estimate as columns of a CSV file: its value, with a prefix the ends of its interval, and the counts."""
     if values is None:
         return {}
-    prefixes = {"low": prefix, "high": prefix, "n": counts, "pairs": counts, "p_holm": ""}
+    prefixes = {"low": prefix, "high": prefix, "n": "", "pairs": "", "p_holm": ""}
     others = {f"{prefixes[key]}{key}": value for key, value in values.items() if key in prefixes}
     return {name: values["value"], **others}
 
@@ -170,7 +170,12 @@ def changes_document(results: BeforeAfter) -> Document:
         "changed": [asdict(change) for change in results.changed],
         "cells": [
             {
-                **_cell(cell),
+                **_place(cell.place),
+                "setting_label": cell.labels[1],
+                "method_label": cell.labels[2],
+                "pairs": cell.pairs,
+                "identical": cell.identical,
+                "people_see_robot": _people(cell.table),
                 "episodes_before": cell.num_before,
                 "episodes_after": cell.num_after,
                 "win_ratio": _wins(cell.after.wins),
@@ -188,17 +193,6 @@ def _place(place: CellPlace) -> Document:
     return dict(zip(("scene", "setting", "method"), place, strict=True))
 
 
-def _cell(cell: CellChange) -> Document:
-    return {
-        **_place(cell.place),
-        "setting_label": cell.labels[1],
-        "method_label": cell.labels[2],
-        "pairs": cell.pairs,
-        "identical": cell.identical,
-        "people_see_robot": _people(cell.table),
-    }
-
-
 def _changes(cell: CellChange) -> dict[str, Document]:
     return {
         figure: {
@@ -208,25 +202,3 @@ def _changes(cell: CellChange) -> dict[str, Document]:
         }
         for figure, change in cell.after.differences.items()
     }
-
-
-CHANGES_HEADER = (
-    *("scene", "setting", "method", "pairs", "identical", *KINDS, "figure"),
-    *("before", "before_low", "before_high", "before_n", "after", "after_low", "after_high", "after_n"),
-    *("difference", "diff_low", "diff_high", "diff_pairs", "p_holm", "people_see_robot"),
-    *("setting_label", "method_label"),
-)
-
-
-def changes_csv(results: BeforeAfter) -> str:
-    """A line for every figure of every cell."""
-    return _csv(CHANGES_HEADER, (line for cell in results.cells for line in _change_lines(cell)))
-
-
-def _change_lines(cell: CellChange) -> Iterator[Document]:
-    place = {**_cell(cell), **{kind: len(cell.seeds_of(kind)) for kind in KINDS}}
-    for figure, values in _changes(cell).items():
-        line = {**place, "figure": figure}
-        for side, prefix in ((BEFORE, "before_"), (AFTER, "after_"), ("difference", "diff_")):
-            line |= _columns(values[side], side, prefix, prefix)
-        yield line

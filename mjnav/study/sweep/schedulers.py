@@ -27,7 +27,7 @@ from mjnav.loop.supervision import END_TIMEOUT, MAX_SECONDS, STALL, Heartbeat, T
 from mjnav.study.keep import LogFault
 from mjnav.study.store.row import Row
 from mjnav.study.sweep.workers import POLL, TimeLimit, as_done
-from mjnav.study.trial import Trial, failed_row, run_trial, wants_log, with_log
+from mjnav.study.trial import Trial, failed_row, run_trial
 
 _POLL = 0.5  # [s]
 
@@ -36,12 +36,7 @@ def run_in_thread(trial: Trial, max_seconds: float) -> Row:
     """The trial's row, run on this thread; a failed row where it took longer than `max_seconds` of wall time."""
     with _watched(trial, max_seconds) as heart:
         row = run_trial(trial, beat=heart)
-    if heart.over is not None:
-        return failed_row(trial, heart.over, row.wall_s)
-    if not wants_log(trial, row):
-        return row
-    with _watched(trial, max_seconds) as heart:
-        return with_log(trial, row, heart)
+    return row if heart.over is None else failed_row(trial, heart.over, row.wall_s)
 
 
 @contextmanager
@@ -85,18 +80,10 @@ def local(workers: int, max_seconds: float = MAX_SECONDS, tell: Callable[[str], 
     limit = TimeLimit(lambda trial: trial.label, max_seconds, tell)
 
     def run(trials: Iterable[Trial]) -> Rows:
-        for news in as_done(_run, trials, workers, given_up=failed_row, limit=limit):
+        for news in as_done(run_trial, trials, workers, given_up=failed_row, limit=limit):
             yield news and news[1]
 
     return run
-
-
-def _run(trial: Trial, heart: Heartbeat) -> Row:
-    row = run_trial(trial, beat=heart)
-    if heart.over is None and wants_log(trial, row):
-        heart.begin_again()
-        return with_log(trial, row, heart)
-    return row
 
 
 def dask(address: str, max_seconds: float = MAX_SECONDS, *, patience: float = PATIENCE) -> Scheduler:

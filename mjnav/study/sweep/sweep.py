@@ -157,16 +157,12 @@ def check_worker(row: Row, *, accept_changed: bool) -> None:
             f"the worker on {row.machine} cannot import {controller.partition(':')[0]}: start it in the folder that "
             f"has this module; its episode was left out ({row.error})"
         )
-    if row.error is None and not accept_changed and (found := worker_changes(row)):
+    differences = changes(made_with(controller, row.scenario), row.made_with)
+    if row.error is None and not accept_changed and differences:
         raise MjnavError(
-            f"the worker on {row.machine} differs from this process: {'; '.join(found)}; its episode was left out. "
-            "Make them the same, or keep the episodes of both with --accept-changed"
+            f"the worker on {row.machine} differs from this process: {'; '.join(differences)}; its episode was left "
+            "out. Make them the same, or keep the episodes of both with --accept-changed"
         )
-
-
-def worker_changes(row: Row) -> tuple[str, ...]:
-    """How the process that made a row differs from this one, in words: "numpy was 2.4.6, is 2.4.5" there."""
-    return changes(made_with(row.controller, row.scenario), row.made_with)
 
 
 class _Buffer:

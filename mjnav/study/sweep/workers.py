@@ -1,8 +1,8 @@
-"""The same function over many tasks, in this process or in worker processes.
+"""The same function over many tasks in worker processes.
 
 A worker is a fresh interpreter (a fork would copy the locks of our threads) with one compute thread. It gets one task
-at a time through a pipe, so that the task of a worker that dies is known. Workers end with this process. Tasks with a
-`TimeLimit` are watched: one that hangs is reported, and ended when its time is up.
+at a time through a pipe, so that the task of a worker that dies is known. Workers end with this process. A task
+that hangs is reported, and ended when its time is up.
 """
 
 import faulthandler
@@ -13,8 +13,8 @@ import signal
 import sys
 import threading
 from collections import Counter
-from collections.abc import Callable, Generator, Iterable, Iterator, Mapping, Sequence
-from contextlib import closing, contextmanager, suppress
+from collections.abc import Callable, Generator, Iterable, Iterator, Mapping
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from itertools import islice
 from multiprocessing.connection import Connection, wait
@@ -41,7 +41,7 @@ ENVIRONMENT: Mapping[str, str] = MappingProxyType(
 
 @dataclass(frozen=True, slots=True)
 class TimeLimit:
-    """Wall time [s] that a task may take; its function then has a second argument, a `Heartbeat`, and calls it.
+    """Wall time [s] that a task may take; its function calls its second argument, a `Heartbeat`.
 
     `tell` gets a line about a task that makes no progress, in which `name` is its name.
     """
@@ -51,34 +51,13 @@ class TimeLimit:
     tell: Callable[[str], None] = lambda text: None
 
 
-def in_order(
-    function: Callable[..., Answer], tasks: Sequence[Task], workers: int = 1, *, limit: TimeLimit | None = None
-) -> Iterator[Answer]:
-    """The answers in the order of the tasks; with one worker and no limit, from this process.
-
-    Closing the iterator ends the workers. Raises what the function raises, and MjnavError where the workers of a task
-    were killed MAX_DEATHS times or it took longer than the limit.
-    """
-    if limit is None and (workers <= 1 or len(tasks) <= 1):
-        yield from map(function, tasks)
-        return
-    early: dict[int, Answer] = {}
-    following = 0
-    with closing(as_done(function, tasks, workers, given_up=_refuse, limit=limit)) as news:
-        for number, answer in filter(None, news):
-            early[number] = answer
-            while following in early:
-                yield early.pop(following)
-                following += 1
-
-
 def as_done(
     function: Callable[..., Answer],
     tasks: Iterable[Task],
     workers: int,
     *,
     given_up: Callable[[Task, str], Answer],
-    limit: TimeLimit | None = None,
+    limit: TimeLimit,
 ) -> Generator[tuple[int, Answer] | None]:
     """Each task's number and answer in the order in which they are done; None after POLL seconds without an answer.
 
@@ -136,13 +115,13 @@ def as_done(
 class _Worker:
     """A process and the task that it has."""
 
-    def __init__(self, function: Callable[..., Any], limit: TimeLimit | None, number: int, task: object):
+    def __init__(self, function: Callable[..., Any], limit: TimeLimit, number: int, task: object):
         context = multiprocessing.get_context("spawn")
         self._limit = limit
         self.pipe, theirs = context.Pipe()
         self._words = os.memfd_create("last words")
-        words, seconds = f"/proc/{os.getpid()}/fd/{self._words}", None if limit is None else limit.seconds
-        self._process = context.Process(target=_serve, args=(function, theirs, words, seconds), daemon=True)
+        words = f"/proc/{os.getpid()}/fd/{self._words}"
+        self._process = context.Process(target=_serve, args=(function, theirs, words, limit.seconds), daemon=True)
         with _environment():
             self._process.start()
         theirs.close()  # the worker has the only other end: when it dies, ours says so
@@ -160,7 +139,7 @@ class _Worker:
         Raises EOFError or OSError where the process died.
         """
         answer = self.pipe.recv()
-        if self._limit is not None and isinstance(answer, str):
+        if isinstance(answer, str):
             self._limit.tell(f"{self._limit.name(self.task[1])} {answer}")
             return None
         return answer
@@ -171,8 +150,7 @@ class _Worker:
         code, died = self._process.exitcode, "the worker died" + (f", {times} times" if times > 1 else "")
         if code is None:
             return False, f"{died}: its pipe broke"
-        limit = None if self._limit is None else self._limit.seconds
-        return -code in KILLS, describe_end(died, code, self._words, limit)
+        return -code in KILLS, describe_end(died, code, self._words, self._limit.seconds)
 
     def end(self) -> None:
         """Ends it at once."""
@@ -189,7 +167,7 @@ def _opened(answer: tuple[bool, Any]) -> Any:
     return value
 
 
-def _serve(function: Callable[..., Any], pipe: Connection, words: str, seconds: float | None) -> None:
+def _serve(function: Callable[..., Any], pipe: Connection, words: str, seconds: float) -> None:
     """The main function of a worker: tasks in, answers out, until the pipe or its parent ends.
 
     A stack that faulthandler writes goes to the file at `words`.
@@ -204,11 +182,8 @@ def _serve(function: Callable[..., Any], pipe: Connection, words: str, seconds: 
         except EOFError:
             return
         try:
-            if seconds is None:
-                answer = False, function(task)
-            else:
-                with supervised(seconds, pipe.send, descriptor) as heart:
-                    answer = False, function(task, heart)
+            with supervised(seconds, pipe.send, descriptor) as heart:
+                answer = False, function(task, heart)
         except BaseException as error:  # of a plug-in
             answer = True, _sendable(error)
         pipe.send(answer)
@@ -228,10 +203,6 @@ def _sendable(error: BaseException) -> Exception:
     except BaseException:
         return MjnavError(said(error))
     return error if isinstance(error, Exception) else MjnavError(said(error))
-
-
-def _refuse(task: object, cause: str) -> Any:
-    raise MjnavError(cause)
 
 
 @contextmanager

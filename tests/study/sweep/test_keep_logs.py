@@ -1,18 +1,16 @@
 """A kept log is that of its row's episode, whatever is killed and however full the disk is; the rows are the same."""
 
 from dataclasses import replace
-from itertools import count
 
 import pytest
 
 import mjnav
-from mjnav.control.methods.rkhs import Rkhs
 from mjnav.errors import InputError, InvalidValue
 from mjnav.study.keep import kept_log
 from mjnav.study.store.store import Store
 from mjnav.study.sweep.schedulers import local
 from mjnav.study.sweep.sweep import keeping, sweep
-from mjnav.study.trial import run_trial, wants_log, with_log
+from mjnav.study.trial import run_trial
 
 ROOM = 2**20  # [bytes] for the rows that are left
 DISK = 2**21  # [bytes]: fewer than the logs of the small study take
@@ -21,8 +19,7 @@ DISK = 2**21  # [bytes]: fewer than the logs of the small study take
 def in_process(trials):
     """A scheduler without worker processes."""
     for trial in trials:
-        row = run_trial(trial)
-        yield with_log(trial, row) if wants_log(trial, row) else row
+        yield run_trial(trial)
 
 
 def logs(store: Store) -> dict[str, str | None]:
@@ -47,9 +44,10 @@ def test_the_rows_are_the_same_and_each_log_is_that_of_its_row(tmp_path, small_t
 
 def test_a_success_keeps_no_log_and_none_are_kept_unasked(tmp_path, small_trials):
     (kept,) = keeping(small_trials[:1], tmp_path, "failures")
-    row = run_trial(kept)
-    assert (wants_log(kept, row), wants_log(small_trials[0], row)) == (True, False)
-    assert not wants_log(kept, replace(row, figures={**row.figures, "success": True}))
+    at_goal = kept.cell.document.replace("goal_tolerance = ", "goal_tolerance = 1")
+    assert run_trial(kept).log is not None
+    row = run_trial(replace(kept, cell=replace(kept.cell, document=at_goal)))
+    assert (row.figures["success"], row.log) == (True, None)
     (tmp_path / "logs").rmdir()
     store = Store(tmp_path)
     sweep(small_trials[:1], store, in_process)
@@ -75,32 +73,6 @@ def test_what_a_killed_sweep_left_is_replaced_or_removed(tmp_path, small_trials)
         shard.unlink()
     sweep(small_trials[:2], store, in_process, resume=True)
     assert list((store.folder / "logs").iterdir()) == [stranger]
-
-
-class Fickle(Rkhs):
-    """Decides otherwise in every run."""
-
-    runs = count()
-
-    def __init__(self, *given, **options):
-        super().__init__(*given, **options)
-        self._run = next(self.runs)
-
-    def decide(self, observation):
-        decision = super().decide(observation)
-        return replace(decision, v=0.1 + 1e-3 * self._run)
-
-
-def test_a_second_run_that_ends_otherwise_leaves_no_log(tmp_path, small_trials):
-    trial = small_trials[0]
-    document = trial.cell.document.replace('method = "rkhs"', f'method = "{__name__}:Fickle"')
-    assert document != trial.cell.document
-    fickle = replace(trial, cell=replace(trial.cell, document=document))
-    store = Store(tmp_path)
-    report = sweep([fickle], store, in_process, keep_logs="failures")
-    assert (report.run, report.unlogged) == (1, 1)
-    assert list(logs(store).values()) == [None]
-    assert list((tmp_path / "logs").iterdir()) == []
 
 
 def test_a_retry_forgets_the_logs_of_failed_episodes(tmp_path, small_trials):

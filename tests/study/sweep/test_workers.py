@@ -11,38 +11,44 @@ from pathlib import Path
 import pytest
 
 from mjnav.errors import InvalidValue
-from mjnav.study.sweep.workers import ENVIRONMENT, as_done, in_order
+from mjnav.study.sweep.workers import ENVIRONMENT, TimeLimit, as_done
 
 PATIENCE = 30.0  # [s]
 
 
-def square(x: int) -> tuple[int, int]:
+LIMIT = TimeLimit(str, 60.0)
+
+
+def answers(function, tasks):
+    return as_done(function, tasks, 2, given_up=lambda task, cause: f"{task!r}: {cause}", limit=LIMIT)
+
+
+def square(x: int, beat) -> tuple[int, int]:
     if x < 0:
         raise InvalidValue("x", x, "a number >= 0")
     return x * x, os.getpid()
 
 
-def test_answers_come_in_the_order_of_the_tasks():
-    here, there = list(in_order(square, range(6))), list(in_order(square, range(6), workers=2))
-    assert [answer for answer, _ in here] == [answer for answer, _ in there] == [0, 1, 4, 9, 16, 25]
-    assert {process for _, process in here} == {os.getpid()}
-    assert os.getpid() not in {process for _, process in there}
+def test_every_answer_comes_once_from_another_process():
+    found = dict(filter(None, answers(square, range(6))))
+    assert {number: answer for number, (answer, _) in found.items()} == {x: x * x for x in range(6)}
+    assert os.getpid() not in {process for _, process in found.values()}
 
 
 def test_an_error_is_the_workers_own_and_ends_all():
     with pytest.raises(InvalidValue, match="x: found -1; allowed: a number >= 0"):
-        list(in_order(square, [1, -1, 2], workers=2))
+        list(answers(square, [1, -1, 2]))
     assert multiprocessing.active_children() == []
 
 
 def test_who_stops_listening_ends_the_workers():
-    answers = in_order(square, range(1000), workers=2)
-    assert next(answers)[0] == 0
-    answers.close()
+    under_way = answers(square, range(1000))
+    next(filter(None, under_way))
+    under_way.close()
     assert multiprocessing.active_children() == []
 
 
-def die_once(path: str) -> str:
+def die_once(path: str, beat) -> str:
     """Dies where the file is not there yet, and leaves it."""
     if not path or not os.path.exists(path):
         if path:
@@ -55,7 +61,7 @@ def test_the_task_of_a_killed_worker_is_done_by_another_until_it_is_given_up(tmp
     once, there = str(tmp_path / "once"), str(tmp_path / "there")
     Path(there).touch()
     tasks = [once, "", there, there]
-    found = dict(filter(None, as_done(die_once, tasks, 2, given_up=lambda task, cause: f"{task!r}: {cause}")))
+    found = dict(filter(None, answers(die_once, tasks)))
     assert found == {
         0: f"{once} done",
         1: "'': the worker died, 3 times: SIGKILL",
@@ -65,20 +71,24 @@ def test_the_task_of_a_killed_worker_is_done_by_another_until_it_is_given_up(tmp
     assert multiprocessing.active_children() == []
 
 
-def threads(_: int) -> list[str | None]:
+def threads(_: int, beat=None) -> list[str | None]:
     return [os.environ.get(name) for name in ENVIRONMENT]
 
 
 def test_a_worker_computes_in_one_thread_and_we_in_as_many_as_before(monkeypatch):
     monkeypatch.setenv("OMP_NUM_THREADS", "7")
     before = threads(0)
-    assert list(in_order(threads, range(2), workers=2)) == [["1"] * len(ENVIRONMENT)] * 2
+    assert dict(filter(None, answers(threads, range(2)))) == dict.fromkeys(range(2), ["1"] * len(ENVIRONMENT))
     assert threads(0) == before
 
 
+def hang(_: int, beat) -> None:
+    time.sleep(60.0)
+
+
 def test_workers_end_with_a_parent_that_is_killed():
-    code = "import time; from mjnav.study.sweep.workers import in_order\n"
-    code += "if __name__ == '__main__': next(in_order(time.sleep, [60.0, 60.0], workers=2))"
+    code = f"import sys; sys.path.insert(0, {str(Path(__file__).parent)!r})\n"
+    code += "from test_workers import answers, hang\nlist(answers(hang, range(2)))"
     with subprocess.Popen([sys.executable, "-c", code]) as parent:
         children = Path(f"/proc/{parent.pid}/task/{parent.pid}/children")
         wait_for(lambda: len(workers := processes(children)) == 2 and all(map(is_waiting, workers)))
