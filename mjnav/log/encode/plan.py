@@ -75,7 +75,8 @@ def plan_entity(plan: PlanShown, radius: float) -> bytes:
     """
     if not len(plan.path):
         return SceneEntity(frame_id=WORLD_FRAME, id="plan").SerializeToString()
-    stand = cylinder(*plan.path[-1].tolist(), radius, HEIGHT, _PALE_BLUE if plan.feasible else _PALE_RED)
+    x, y = plan.path[-1].tolist()
+    stand = cylinder(x, y, radius, HEIGHT, _PALE_BLUE if plan.feasible else _PALE_RED)
     entity = SceneEntity(frame_id=WORLD_FRAME, id="plan", cylinders=[stand])
     size = len(plan.path)
     kept = min(FAN_POINTS, size)

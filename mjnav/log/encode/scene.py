@@ -12,18 +12,13 @@ from typing import Any
 
 from foxglove_schemas_protobuf.ArrowPrimitive_pb2 import ArrowPrimitive
 from foxglove_schemas_protobuf.Color_pb2 import Color
-from foxglove_schemas_protobuf.CubePrimitive_pb2 import CubePrimitive
 from foxglove_schemas_protobuf.LinePrimitive_pb2 import LinePrimitive
-from foxglove_schemas_protobuf.Point3_pb2 import Point3
 from foxglove_schemas_protobuf.SceneEntity_pb2 import SceneEntity
 from foxglove_schemas_protobuf.SceneEntityDeletion_pb2 import SceneEntityDeletion
 from foxglove_schemas_protobuf.SceneUpdate_pb2 import SceneUpdate
-from foxglove_schemas_protobuf.TextPrimitive_pb2 import TextPrimitive
-from foxglove_schemas_protobuf.Vector3_pb2 import Vector3
-from google.protobuf.duration_pb2 import Duration
 
 from mjnav.geometry.distances import ellipse_95
-from mjnav.log.encode.geometry import TRUE_FRAME, WORLD_FRAME, cylinder, pose, stamp, time_ns
+from mjnav.log.encode.geometry import TRUE_FRAME, WORLD_FRAME, cylinder, pose, stamp
 from mjnav.log.encode.plan import future_entities, plan_entity
 from mjnav.log.encode.protobuf import delimited
 from mjnav.messages import Detection, Observation, PlanShown, Track, WorldState
@@ -60,24 +55,17 @@ def _walls(scenario: Scenario) -> SceneEntity:
     cubes = []
     for wall in scenario.walls:
         (x0, y0), (x1, y1) = wall.start, wall.end
-        cubes.append(
-            CubePrimitive(
-                pose=pose(0.5 * (x0 + x1), 0.5 * (y0 + y1), 0.5 * wall.height, atan2(y1 - y0, x1 - x0)),
-                size=Vector3(x=hypot(x1 - x0, y1 - y0), y=wall.thickness, z=wall.height),
-                color=_GREY,
-            )
-        )
+        middle = pose(0.5 * (x0 + x1), 0.5 * (y0 + y1), 0.5 * wall.height, atan2(y1 - y0, x1 - x0))
+        size = {"x": hypot(x1 - x0, y1 - y0), "y": wall.thickness, "z": wall.height}
+        cubes.append({"pose": middle, "size": size, "color": _GREY})
     return _entity("walls", cubes=cubes)
 
 
 def _table(name: str, table: Table) -> SceneEntity:
     legs = [cylinder(x, y, table.leg_radius, table.height - TABLE_TOP, _WOOD) for x, y in table.legs.tolist()]
     width, depth = (side + 2.0 * table.leg_radius for side in table.size)
-    top = CubePrimitive(
-        pose=pose(*table.position, table.height - 0.5 * TABLE_TOP, table.yaw),
-        size=Vector3(x=width, y=depth, z=TABLE_TOP),
-        color=_GLASS,
-    )
+    middle = pose(*table.position, table.height - 0.5 * TABLE_TOP, table.yaw)
+    top = {"pose": middle, "size": {"x": width, "y": depth, "z": TABLE_TOP}, "color": _GLASS}
     return _entity(name, cylinders=legs, cubes=[top])
 
 
@@ -90,15 +78,8 @@ def _lanes(scenario: Scenario) -> SceneEntity:
             (x - a * (a * x + b * y + c) / (a * a + b * b), y - b * (a * x + b * y + c) / (a * a + b * b))
             for x, y in route
         ]
-        lines.append(
-            LinePrimitive(
-                type=LinePrimitive.LINE_STRIP,
-                pose=pose(0.0, 0.0, 0.01),
-                thickness=0.05,
-                points=[Point3(x=x, y=y) for x, y in feet],
-                color=_YELLOW,
-            )
-        )
+        strip = {"type": LinePrimitive.LINE_STRIP, "pose": pose(0.0, 0.0, 0.01), "thickness": 0.05, "color": _YELLOW}
+        lines.append({**strip, "points": [{"x": x, "y": y} for x, y in feet]})
     return _entity("lanes", lines=lines)
 
 
@@ -148,8 +129,7 @@ class SceneEncoder:
         self._tracks: dict[str, SceneEntity] = {}  # of those that live
         self._seen = scenario.sensors.longest_pause - SAME_TIME  # [s] that a track may be unseen between two scans
         # A person who is no longer tracked disappears.
-        self._lifetime = Duration()
-        self._lifetime.FromNanoseconds(time_ns(2.0 * scenario.control.period))
+        self._lifetime = stamp(2.0 * scenario.control.period)  # a Duration has the fields of a Timestamp
 
     def encode(
         self,
@@ -225,8 +205,8 @@ def _track(name: str, *, labelled: bool) -> SceneEntity:
     )
 
 
-def _text(text: str, height: float, size: float) -> TextPrimitive:
-    return TextPrimitive(pose=pose(0.0, 0.0, height), billboard=True, font_size=size, color=_BLACK, text=text)
+def _text(text: str, height: float, size: float) -> dict[str, Any]:
+    return {"pose": pose(0.0, 0.0, height), "billboard": True, "font_size": size, "color": _BLACK, "text": text}
 
 
 def _bodies(detections: Sequence[Detection]) -> Iterator[Any]:
