@@ -8,7 +8,9 @@ import os
 import threading
 import time
 from collections.abc import Callable, Collection, Mapping, Sequence
-from typing import TYPE_CHECKING, Protocol, Self
+from typing import TYPE_CHECKING, Self
+
+from mcap.writer import Writer
 
 from mjnav.errors import InputError, InvalidValue, missing_extra
 from mjnav.log.encode.topics import topics
@@ -23,18 +25,6 @@ PORT = 8765
 LAST_MESSAGES = 0.2  # [s] that clients have to receive them before the server stops
 STOP_TIMEOUT = 2.0  # [s] to wait for a client that receives nothing
 _PORTS = range(65536)
-
-
-class Writer(Protocol):
-    """Where messages are written: the file's `mcap.writer.Writer`, or an object that also sends them to clients."""
-
-    def add_message(self, channel_id: int, log_time: int, data: bytes, publish_time: int, sequence: int = 0) -> None:
-        """Writes one message; times in simulated nanoseconds."""
-        ...
-
-    def flush(self) -> None:
-        """Writes all messages so far to the disk."""
-        ...
 
 
 class LiveServer:
@@ -94,7 +84,7 @@ class LiveServer:
         """Whether any client subscribes to any topic."""
         return any(channel.has_sinks() for channel in self._channels.values())
 
-    def writer(self, channels: Mapping[str, int], file: Writer | None, live_only: Collection[str] = ()) -> Writer:
+    def writer(self, channels: Mapping[str, int], file: Writer | None, live_only: Collection[str] = ()) -> "LiveWriter":
         """Sends every message of a run to the clients before it goes to the file, if there is one.
 
         `channels` holds the number that messages bear for each topic; the topics in `live_only` do not go to the file.
@@ -103,7 +93,7 @@ class LiveServer:
             self._server.clear_session()  # simulated time starts at 0 again
         self._served = True
         clients = {number: self._channels[name] for name, number in channels.items()}
-        return _LiveWriter(self._server, clients, file, frozenset(channels[name] for name in live_only))
+        return LiveWriter(self._server, clients, file, frozenset(channels[name] for name in live_only))
 
     def close(self) -> None:
         """Stops the server after its clients had time to receive the last messages."""
@@ -122,7 +112,7 @@ class LiveServer:
         self.close()
 
 
-class _LiveWriter:
+class LiveWriter:
     """A `Writer` that sends to clients and writes to the file."""
 
     def __init__(
@@ -136,7 +126,7 @@ class _LiveWriter:
         self._time_ns = -1
 
     def add_message(self, channel_id: int, log_time: int, data: bytes, publish_time: int, sequence: int = 0) -> None:
-        """See `Writer`."""
+        """Sends and writes one message; times in simulated nanoseconds."""
         if log_time > self._time_ns:
             self._time_ns = log_time
             self._server.broadcast_time(log_time)
@@ -145,6 +135,6 @@ class _LiveWriter:
             self._file.add_message(channel_id, log_time, data, publish_time, sequence)
 
     def flush(self) -> None:
-        """See `Writer`."""
+        """Writes all messages so far to the disk."""
         if self._file is not None:
             self._file.flush()

@@ -11,10 +11,8 @@ it, and a log has it where its run file says `[log] drawings = true`.
 """
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from functools import lru_cache
 from itertools import pairwise
-from typing import Any
 
 import numpy as np
 from foxglove_schemas_protobuf.Color_pb2 import Color
@@ -39,7 +37,6 @@ from mjnav.motion.unicycle import integrate
 
 
 NONE_CHOSEN = -1
-MAX_COSTS = 10_000_000  # of all constraints in one message; a damaged one may name millions of empty columns
 
 _COLUMN: Fields = (("values", "float", True),)
 _CANDIDATES: Fields = (
@@ -90,35 +87,6 @@ def encode_candidates(pose: Array, decision: Decision, costs: CandidateCosts) ->
         costs.nominal,
         NONE_CHOSEN if chosen is None else chosen,
     )
-
-
-@dataclass(frozen=True, slots=True)
-class LoggedCandidates:
-    """What one message of /candidates says."""
-
-    pose: Array  # (3,) believed x, y [m], heading [rad]
-    decision: Array  # (2,) v [m/s], omega [rad/s]
-    costs: CandidateCosts
-    chosen: int | None  # place in the arrays; None where the decision is no candidate
-
-
-def decode_candidates(message: Any) -> LoggedCandidates:
-    """The inverse of `encode_candidates`, from the decoded message. Raises ValueError where the sizes do not agree."""
-    arrays = {name: np.array(getattr(message, name), float) for name in ("v", "omega", "goal", "total")}
-    size = arrays["v"].size
-    if size * len(message.cone) > MAX_COSTS:
-        raise ValueError(f"{size} candidates with {len(message.cone)} constraints each")
-    cone = np.zeros((size, len(message.cone)))
-    for j, column in enumerate(message.cone):
-        if len(column.values):
-            cone[:, j] = column.values
-    lane = np.stack([np.array(side, float) for side in (message.lane_left, message.lane_right)], axis=-1)
-    if any(array.shape[0] != size for array in (*arrays.values(), lane)):
-        raise ValueError("arrays of candidates that differ in length")
-    costs = CandidateCosts(**arrays, cone=cone, lane=lane, nominal=message.nominal)
-    chosen = None if message.chosen == NONE_CHOSEN else message.chosen
-    pose, decision = (np.array(values, float) for values in (message.pose, message.decision))
-    return LoggedCandidates(pose.reshape(3), decision.reshape(2), costs, chosen)
 
 
 # ---------------------------------------------------------------------------------------- drawn paths

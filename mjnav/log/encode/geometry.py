@@ -5,22 +5,21 @@ odometry leads from odom to base_link, without jumps but with drift. From map to
 base_link to the mean of the belief. The transform from base_link to lidar is constant. Messages are stamped with
 simulated time, or with wall time where `epoch` [ns] is added to it.
 
+Parts of a message are dicts, from which protobuf builds a message in half the time that it takes to copy another one.
+
 Source: https://ros.org/reps/rep-0105.html
 """
 
 from collections.abc import Mapping
 from math import cos, sin
 from types import MappingProxyType
+from typing import Any
 
 import numpy as np
-from foxglove_schemas_protobuf.FrameTransform_pb2 import FrameTransform
+from foxglove_schemas_protobuf.Color_pb2 import Color
 from foxglove_schemas_protobuf.FrameTransforms_pb2 import FrameTransforms
 from foxglove_schemas_protobuf.LaserScan_pb2 import LaserScan
-from foxglove_schemas_protobuf.Pose_pb2 import Pose
 from foxglove_schemas_protobuf.PoseInFrame_pb2 import PoseInFrame
-from foxglove_schemas_protobuf.Quaternion_pb2 import Quaternion
-from foxglove_schemas_protobuf.Vector3_pb2 import Vector3
-from google.protobuf.timestamp_pb2 import Timestamp
 
 from mjnav.geometry.angles import wrap
 from mjnav.log.encode.protobuf import delimited
@@ -42,32 +41,46 @@ def time_ns(time: float, epoch: int = 0) -> int:
     return round(time * 1e9) + epoch
 
 
-def stamp(time: float, epoch: int = 0) -> Timestamp:
-    """Simulated time [s] as protobuf has it."""
+def stamp(time: float, epoch: int = 0) -> Any:
+    """Simulated time [s] as a google.protobuf.Timestamp."""
     seconds, nanos = divmod(time_ns(time, epoch), 1_000_000_000)
-    return Timestamp(seconds=seconds, nanos=nanos)
+    return {"seconds": seconds, "nanos": nanos}
 
 
-def rotation(heading: float) -> Quaternion:
-    """The turn by `heading` [rad] about z."""
-    return Quaternion(z=sin(0.5 * heading), w=cos(0.5 * heading))
+def rotation(heading: float) -> Any:
+    """The turn by `heading` [rad] about z as a foxglove.Quaternion."""
+    return {"z": sin(0.5 * heading), "w": cos(0.5 * heading)}
 
 
-def pose(x: float, y: float, z: float = 0.0, heading: float = 0.0) -> Pose:
-    """A planar pose at height z."""
-    return Pose(position=Vector3(x=x, y=y, z=z), orientation=rotation(heading))
+def pose(x: float, y: float, z: float = 0.0, heading: float = 0.0) -> Any:
+    """A planar pose at height z as a foxglove.Pose."""
+    return {"position": {"x": x, "y": y, "z": z}, "orientation": rotation(heading)}
 
 
-def transform(time: Timestamp | None, parent: str, child: str, placed: Array, z: float = 0.0) -> FrameTransform:
-    """The pose (3,) of the frame `child` in `parent`, at height z."""
+def cylinder(x: float, y: float, radius: float, height: float, color: Color) -> Any:
+    """A foxglove.CylinderPrimitive that stands on the floor."""
+    return {
+        "pose": pose(x, y, 0.5 * height),
+        "size": {"x": 2.0 * radius, "y": 2.0 * radius, "z": height},
+        "bottom_scale": 1.0,
+        "top_scale": 1.0,
+        "color": color,
+    }
+
+
+def _transform(time: Any, parent: str, child: str, placed: Array, z: float = 0.0) -> Any:
+    """The pose (3,) of the frame `child` in `parent`, at height z, as a foxglove.FrameTransform."""
     x, y, heading = placed.tolist()
-    return FrameTransform(
-        timestamp=time,
-        parent_frame_id=parent,
-        child_frame_id=child,
-        translation=Vector3(x=x, y=y, z=z),
-        rotation=rotation(heading),
-    )
+    return {
+        "timestamp": time,
+        "parent_frame_id": parent,
+        "child_frame_id": child,
+        "translation": {"x": x, "y": y, "z": z},
+        "rotation": rotation(heading),
+    }
+
+
+_ORIGIN = pose(0.0, 0.0)
 
 
 def correction(believed: Array, odometry: Array) -> Array:
@@ -92,15 +105,15 @@ def encode_transforms(record: TickRecord, mount: Array, epoch: int = 0) -> bytes
     time, moved = stamp(reading.time, epoch), []
     if record.belief is not None:
         corrected = correction(record.belief.mean, reading.odometry_pose)
-        moved.append(transform(time, WORLD_FRAME, ODOMETRY_FRAME, corrected))
-    moved.append(transform(time, ODOMETRY_FRAME, ROBOT_FRAME, reading.odometry_pose))
-    moved.append(transform(time, ROBOT_FRAME, LIDAR_FRAME, mount, LIDAR_HEIGHT))
+        moved.append(_transform(time, WORLD_FRAME, ODOMETRY_FRAME, corrected))
+    moved.append(_transform(time, ODOMETRY_FRAME, ROBOT_FRAME, reading.odometry_pose))
+    moved.append(_transform(time, ROBOT_FRAME, LIDAR_FRAME, mount, LIDAR_HEIGHT))
     return data + FrameTransforms(transforms=moved).SerializeToString()
 
 
 def encode_true_transform(truth: WorldState, epoch: int = 0) -> bytes:
     """foxglove.FrameTransforms with map -> base_link_truth alone."""
-    moved = transform(stamp(truth.time, epoch), WORLD_FRAME, TRUE_FRAME, truth.robot_pose)
+    moved = _transform(stamp(truth.time, epoch), WORLD_FRAME, TRUE_FRAME, truth.robot_pose)
     return FrameTransforms(transforms=[moved]).SerializeToString()
 
 
@@ -119,12 +132,11 @@ def encode_scan(reading: Reading, lidar: Lidar, epoch: int = 0) -> bytes | None:
     if not reading.scan.size:
         return None
     taken = reading.scan_times[0] if reading.scan_times.size else reading.time
-    start, end = lidar.angles[[0, -1]].tolist()
     scan = LaserScan(
         timestamp=stamp(float(taken), epoch),
         frame_id=LIDAR_FRAME,
-        pose=pose(0.0, 0.0),
-        start_angle=start,
-        end_angle=end,
+        pose=_ORIGIN,
+        start_angle=float(lidar.angles[0]),
+        end_angle=float(lidar.angles[-1]),
     )
     return scan.SerializeToString() + delimited(6, np.asarray(reading.scan, "<f8").tobytes())

@@ -14,14 +14,12 @@ from typing import Any
 
 import numpy as np
 from foxglove_schemas_protobuf.Color_pb2 import Color
-from foxglove_schemas_protobuf.CylinderPrimitive_pb2 import CylinderPrimitive
 from foxglove_schemas_protobuf.LinePrimitive_pb2 import LinePrimitive
 from foxglove_schemas_protobuf.Point3_pb2 import Point3
 from foxglove_schemas_protobuf.SceneEntity_pb2 import SceneEntity
-from foxglove_schemas_protobuf.Vector3_pb2 import Vector3
 
 from mjnav.log.encode.candidates import drawn_paths, line_header
-from mjnav.log.encode.geometry import WORLD_FRAME, pose
+from mjnav.log.encode.geometry import WORLD_FRAME, cylinder
 from mjnav.log.encode.protobuf import Fields, Schema, encode_fields, protobuf_schema
 from mjnav.messages import Array, Observation, PlanShown, Track
 
@@ -75,18 +73,11 @@ def plan_entity(plan: PlanShown, radius: float) -> bytes:
 
     A plan that is not feasible is red. `radius` is the robot's [m].
     """
-    entity = SceneEntity(frame_id=WORLD_FRAME, id="plan")
     if not len(plan.path):
-        return entity.SerializeToString()
+        return SceneEntity(frame_id=WORLD_FRAME, id="plan").SerializeToString()
     x, y = plan.path[-1].tolist()
-    stand = CylinderPrimitive(
-        pose=pose(x, y, 0.5 * HEIGHT),
-        size=Vector3(x=2.0 * radius, y=2.0 * radius, z=HEIGHT),
-        bottom_scale=1.0,
-        top_scale=1.0,
-        color=_PALE_BLUE if plan.feasible else _PALE_RED,
-    )
-    entity.cylinders.append(stand)
+    stand = cylinder(x, y, radius, HEIGHT, _PALE_BLUE if plan.feasible else _PALE_RED)
+    entity = SceneEntity(frame_id=WORLD_FRAME, id="plan", cylinders=[stand])
     size = len(plan.path)
     kept = min(FAN_POINTS, size)
     fan = plan.fan[:, np.arange(kept) * (size - 1) // max(kept - 1, 1)]

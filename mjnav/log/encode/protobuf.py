@@ -11,6 +11,7 @@ Source: https://protobuf.dev/programming-guides/encoding/
 import struct
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from types import MappingProxyType
 from typing import Any
 
@@ -83,10 +84,9 @@ def delimited(number: int, data: bytes) -> bytes:
     return _varint(number << 3 | _LENGTH_DELIMITED) + _varint(len(data)) + data
 
 
+@lru_cache(maxsize=1024)  # tags and lengths come again in every tick
 def _varint(value: int) -> bytes:
     """A non-negative integer, seven bits a byte."""
-    if value <= 0x7F:  # most are
-        return bytes((value,))
     out = bytearray()
     while value > 0x7F:
         out.append(value & 0x7F | 0x80)

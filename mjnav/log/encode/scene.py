@@ -8,22 +8,17 @@ tracked by scans, estimates are `track7_estimate` and labelled, those that the l
 
 from collections.abc import Iterator, Sequence
 from math import atan2, cos, hypot, isnan, sin
+from typing import Any
 
 from foxglove_schemas_protobuf.ArrowPrimitive_pb2 import ArrowPrimitive
 from foxglove_schemas_protobuf.Color_pb2 import Color
-from foxglove_schemas_protobuf.CubePrimitive_pb2 import CubePrimitive
-from foxglove_schemas_protobuf.CylinderPrimitive_pb2 import CylinderPrimitive
 from foxglove_schemas_protobuf.LinePrimitive_pb2 import LinePrimitive
-from foxglove_schemas_protobuf.Point3_pb2 import Point3
 from foxglove_schemas_protobuf.SceneEntity_pb2 import SceneEntity
 from foxglove_schemas_protobuf.SceneEntityDeletion_pb2 import SceneEntityDeletion
 from foxglove_schemas_protobuf.SceneUpdate_pb2 import SceneUpdate
-from foxglove_schemas_protobuf.TextPrimitive_pb2 import TextPrimitive
-from foxglove_schemas_protobuf.Vector3_pb2 import Vector3
-from google.protobuf.duration_pb2 import Duration
 
 from mjnav.geometry.distances import ellipse_95
-from mjnav.log.encode.geometry import TRUE_FRAME, WORLD_FRAME, pose, rotation, stamp, time_ns
+from mjnav.log.encode.geometry import TRUE_FRAME, WORLD_FRAME, cylinder, pose, stamp
 from mjnav.log.encode.plan import future_entities, plan_entity
 from mjnav.log.encode.protobuf import delimited
 from mjnav.messages import Detection, Observation, PlanShown, Track, WorldState
@@ -51,16 +46,6 @@ _TEAL, _PALE_TEAL = Color(r=0.0, g=0.5, b=0.5, a=1.0), Color(r=0.0, g=0.6, b=0.6
 _BLACK = Color(r=0.1, g=0.1, b=0.1, a=1.0)
 
 
-def _cylinder(x: float, y: float, radius: float, height: float, color: Color, *, bottom: float = 0.0):
-    return CylinderPrimitive(
-        pose=pose(x, y, bottom + 0.5 * height),
-        size=Vector3(x=2.0 * radius, y=2.0 * radius, z=height),
-        bottom_scale=1.0,
-        top_scale=1.0,
-        color=color,
-    )
-
-
 def _entity(name: str, *, frame: str = WORLD_FRAME, **primitives) -> SceneEntity:
     """An entity that stays until it is replaced, and with its frame where that moves."""
     return SceneEntity(frame_id=frame, id=name, frame_locked=True, **primitives)
@@ -70,24 +55,17 @@ def _walls(scenario: Scenario) -> SceneEntity:
     cubes = []
     for wall in scenario.walls:
         (x0, y0), (x1, y1) = wall.start, wall.end
-        cubes.append(
-            CubePrimitive(
-                pose=pose(0.5 * (x0 + x1), 0.5 * (y0 + y1), 0.5 * wall.height, atan2(y1 - y0, x1 - x0)),
-                size=Vector3(x=hypot(x1 - x0, y1 - y0), y=wall.thickness, z=wall.height),
-                color=_GREY,
-            )
-        )
+        middle = pose(0.5 * (x0 + x1), 0.5 * (y0 + y1), 0.5 * wall.height, atan2(y1 - y0, x1 - x0))
+        size = {"x": hypot(x1 - x0, y1 - y0), "y": wall.thickness, "z": wall.height}
+        cubes.append({"pose": middle, "size": size, "color": _GREY})
     return _entity("walls", cubes=cubes)
 
 
 def _table(name: str, table: Table) -> SceneEntity:
-    legs = [_cylinder(x, y, table.leg_radius, table.height - TABLE_TOP, _WOOD) for x, y in table.legs.tolist()]
+    legs = [cylinder(x, y, table.leg_radius, table.height - TABLE_TOP, _WOOD) for x, y in table.legs.tolist()]
     width, depth = (side + 2.0 * table.leg_radius for side in table.size)
-    top = CubePrimitive(
-        pose=pose(*table.position, table.height - 0.5 * TABLE_TOP, table.yaw),
-        size=Vector3(x=width, y=depth, z=TABLE_TOP),
-        color=_GLASS,
-    )
+    middle = pose(*table.position, table.height - 0.5 * TABLE_TOP, table.yaw)
+    top = {"pose": middle, "size": {"x": width, "y": depth, "z": TABLE_TOP}, "color": _GLASS}
     return _entity(name, cylinders=legs, cubes=[top])
 
 
@@ -100,15 +78,8 @@ def _lanes(scenario: Scenario) -> SceneEntity:
             (x - a * (a * x + b * y + c) / (a * a + b * b), y - b * (a * x + b * y + c) / (a * a + b * b))
             for x, y in route
         ]
-        lines.append(
-            LinePrimitive(
-                type=LinePrimitive.LINE_STRIP,
-                pose=pose(0.0, 0.0, 0.01),
-                thickness=0.05,
-                points=[Point3(x=x, y=y) for x, y in feet],
-                color=_YELLOW,
-            )
-        )
+        strip = {"type": LinePrimitive.LINE_STRIP, "pose": pose(0.0, 0.0, 0.01), "thickness": 0.05, "color": _YELLOW}
+        lines.append({**strip, "points": [{"x": x, "y": y} for x, y in feet]})
     return _entity("lanes", lines=lines)
 
 
@@ -124,14 +95,14 @@ def _robot(scenario: Scenario) -> SceneEntity:
         color=_YELLOW,
     )
     return _entity(
-        "robot", frame=TRUE_FRAME, cylinders=[_cylinder(0.0, 0.0, radius, ROBOT_HEIGHT, _BLUE)], arrows=[arrow]
+        "robot", frame=TRUE_FRAME, cylinders=[cylinder(0.0, 0.0, radius, ROBOT_HEIGHT, _BLUE)], arrows=[arrow]
     )
 
 
 def _still(scenario: Scenario) -> bytes:
     robot = scenario.robot
-    goals = [_cylinder(x, y, robot.goal_tolerance, 0.02, _GREEN) for x, y in robot.route]
-    pillars = [_cylinder(*pillar.position, pillar.radius, pillar.height, _GREY) for pillar in scenario.pillars]
+    goals = [cylinder(x, y, robot.goal_tolerance, 0.02, _GREEN) for x, y in robot.route]
+    pillars = [cylinder(*pillar.position, pillar.radius, pillar.height, _GREY) for pillar in scenario.pillars]
     entities = [
         _walls(scenario),
         *(_table(f"table{i}", table) for i, table in enumerate(scenario.tables)),
@@ -158,8 +129,7 @@ class SceneEncoder:
         self._tracks: dict[str, SceneEntity] = {}  # of those that live
         self._seen = scenario.sensors.longest_pause - SAME_TIME  # [s] that a track may be unseen between two scans
         # A person who is no longer tracked disappears.
-        self._lifetime = Duration()
-        self._lifetime.FromNanoseconds(time_ns(2.0 * scenario.control.period))
+        self._lifetime = stamp(2.0 * scenario.control.period)  # a Duration has the fields of a Timestamp
 
     def encode(
         self,
@@ -180,7 +150,8 @@ class SceneEncoder:
                 parts.append(SceneUpdate(deletions=[gone]).SerializeToString())
             else:
                 for shape in (person.cylinders[0], person.texts[0]):
-                    shape.pose.position.x, shape.pose.position.y = x, y
+                    place = shape.pose.position
+                    place.x, place.y = x, y
                 entities.append(present + person.SerializeToString())
         kept = self._tracks
         self._tracks = {t.name: kept.get(t.name) or _track(t.name, labelled=t.name not in self._people) for t in tracks}
@@ -203,11 +174,12 @@ class SceneEncoder:
         (disc,), (arrow,) = entity.cylinders, entity.arrows
         x, y, vx, vy = track.mean.tolist()
         for shape in (disc, arrow, *entity.texts):
-            shape.pose.position.x, shape.pose.position.y = x, y
-        half = 0.5 * atan2(vy, vx)
-        arrow.pose.orientation.z, arrow.pose.orientation.w = sin(half), cos(half)
+            place = shape.pose.position
+            place.x, place.y = x, y
+        half, turn, size = 0.5 * atan2(vy, vx), arrow.pose.orientation, disc.size
+        turn.z, turn.w = sin(half), cos(half)
         arrow.shaft_length = AHEAD * hypot(vx, vy)
-        disc.size.x = disc.size.y = 2.0 * track.radius
+        size.x = size.y = 2.0 * track.radius
         disc.color.a = arrow.color.a = _PALE if not named and track.unseen > self._seen else _ORANGE.a
         return entity.SerializeToString()
 
@@ -216,7 +188,7 @@ def _person(name: str, radius: float) -> SceneEntity:
     """A person's body, and its name above it."""
     return _entity(
         name,
-        cylinders=[_cylinder(0.0, 0.0, radius, PERSON_HEIGHT, _RED)],
+        cylinders=[cylinder(0.0, 0.0, radius, PERSON_HEIGHT, _RED)],
         texts=[_text(name, PERSON_HEIGHT + LETTERS, LETTERS)],
     )
 
@@ -227,23 +199,24 @@ def _track(name: str, *, labelled: bool) -> SceneEntity:
     )
     return _entity(
         f"{name}_estimate",
-        cylinders=[_cylinder(0.0, 0.0, 0.0, ESTIMATE_HEIGHT, _ORANGE)],
+        cylinders=[cylinder(0.0, 0.0, 0.0, ESTIMATE_HEIGHT, _ORANGE)],
         arrows=[arrow],
         texts=[_text(name, LETTERS, 0.5 * LETTERS)] if labelled else [],
     )
 
 
-def _text(text: str, height: float, size: float) -> TextPrimitive:
-    return TextPrimitive(pose=pose(0.0, 0.0, height), billboard=True, font_size=size, color=_BLACK, text=text)
+def _text(text: str, height: float, size: float) -> dict[str, Any]:
+    return {"pose": pose(0.0, 0.0, height), "billboard": True, "font_size": size, "color": _BLACK, "text": text}
 
 
-def _bodies(detections: Sequence[Detection]) -> Iterator[CylinderPrimitive]:
+def _bodies(detections: Sequence[Detection]) -> Iterator[Any]:
     """Two discs each: the body, and the 95 % region of its centre."""
     for detection in detections:
         x, y = detection.position.tolist()
         longer, shorter, direction = ellipse_95(detection.covariance)
-        yield _cylinder(x, y, detection.radius, FLAT, _PALE_TEAL)
-        region = _cylinder(x, y, 0.0, FLAT, _TEAL)
-        region.pose.orientation.CopyFrom(rotation(direction))
-        region.size.x, region.size.y = 2.0 * longer, 2.0 * shorter
-        yield region
+        yield cylinder(x, y, detection.radius, FLAT, _PALE_TEAL)
+        yield {
+            **cylinder(x, y, 0.0, FLAT, _TEAL),
+            "pose": pose(x, y, 0.5 * FLAT, direction),
+            "size": {"x": 2.0 * longer, "y": 2.0 * shorter, "z": FLAT},
+        }

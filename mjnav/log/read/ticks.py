@@ -113,14 +113,6 @@ class LoggedRun:
     deadline_misses: int
 
 
-@dataclass(frozen=True, slots=True)
-class _Parts:
-    """A whole tick without its truth."""
-
-    states: Mapping[str, Any]  # arguments of TrajectoryBuilder.add_states
-    timing: TickTiming | None
-
-
 class TickAssembler:
     """Takes a log's documents in the order in which they were written.
 
@@ -133,7 +125,8 @@ class TickAssembler:
         self._across_gaps = across_gaps
         self._builder = TrajectoryBuilder()
         self._number, self._documents = -1, {}  # of the tick that is being read
-        self._held: tuple[int, WorldState, _Parts | None] | None = None  # the last one: committed when another follows
+        # The last one, with arguments of TrajectoryBuilder.add_states if it is whole: committed when another follows.
+        self._held: tuple[int, WorldState, Mapping[str, Any] | None, TickTiming | None] | None = None
         self._ended = False
         self._ticks, self._timing = array("q"), array("q")
         self._misses = 0
@@ -150,7 +143,7 @@ class TickAssembler:
         self._close()
         if self._held is None:
             return None
-        number, final, _ = self._held
+        number, final, *_ = self._held
         return LoggedRun(
             self._builder.finish(final),
             ticks=np.array([*self._ticks, number], np.int64),
@@ -171,32 +164,33 @@ class TickAssembler:
             num_people = len(truth.people_position if self._held is None else self._held[1].people_position)
             if not len(truth.people_position) == len(truth.people_velocity) == num_people:
                 raise ValueError(f"{num_people} people have become {len(truth.people_position)}")
-            whole = all(topic in found for topic in TICK)
-            parts = _parts(found, timing) if whole else None
+            states = _states(found) if all(topic in found for topic in TICK) else None
         except NOT_OURS as error:
             if not self._across_gaps:
                 raise BadDocument(f"tick {self._number} is not one of mjnav's ({error!r})") from error
             return
-        self._hold(truth, parts)
+        self._hold(truth, states, timing)
 
-    def _hold(self, truth: WorldState, parts: _Parts | None) -> None:
+    def _hold(self, truth: WorldState, states: Mapping[str, Any] | None, timing: TickTiming | None) -> None:
         before = -1 if self._held is None else self._held[0]
         if self._across_gaps and self._number <= before:
             return
         if not self._across_gaps:
-            self._ended = self._number != before + 1 or parts is None
+            self._ended = self._number != before + 1 or states is None
             if self._number != before + 1:
                 return
-        if self._held is not None:
-            self._commit(*self._held)
-        self._held = (self._number, truth, parts)
+        self._commit()
+        self._held = (self._number, truth, states, timing)
 
-    def _commit(self, number: int, truth: WorldState, parts: _Parts | None) -> None:
-        if parts is None:
+    def _commit(self) -> None:
+        if self._held is None:
             return
-        self._builder.add_states(truth, **parts.states)
-        if parts.timing is not None:
-            self._builder.add_timing(parts.timing)
+        number, truth, states, timing = self._held
+        if states is None:
+            return
+        self._builder.add_states(truth, **states)
+        if timing is not None:
+            self._builder.add_timing(timing)
         self._ticks.append(number)
 
     def _read_timing(self, document: Any) -> TickTiming | None:
@@ -208,22 +202,19 @@ class TickAssembler:
         return timing
 
 
-def _parts(found: Mapping[str, Any], timing: TickTiming | None) -> _Parts:
-    """A tick that has a document of every topic in TICK."""
+def _states(found: Mapping[str, Any]) -> dict[str, Any]:
+    """Arguments of TrajectoryBuilder.add_states, from a tick that has a document of every topic in TICK."""
     decision, people = found["/decision"], found["/people/estimate"]
     if found["/command"] is None:  # a nominal control may be
         raise TypeError("no command")
-    return _Parts(
-        states={
-            "estimate": decode_estimate(found["/robot/state"]),
-            "tracks": decode_tracks(people),
-            "updated": "detections" in people,
-            "command": decode_twist(found["/command"]),
-            "decision": decode_twist(decision),
-            "nominal": decode_twist(decision["nominal"]),
-            "status": intern(decision["status"]),
-            "clipped": decision.get("wish") is not None and not decision.get("caution"),
-            "cautious": bool(decision.get("caution")),
-        },
-        timing=timing,
-    )
+    return {
+        "estimate": decode_estimate(found["/robot/state"]),
+        "tracks": decode_tracks(people),
+        "updated": "detections" in people,
+        "command": decode_twist(found["/command"]),
+        "decision": decode_twist(decision),
+        "nominal": decode_twist(decision["nominal"]),
+        "status": intern(decision["status"]),
+        "clipped": decision.get("wish") is not None and not decision.get("caution"),
+        "cautious": bool(decision.get("caution")),
+    }

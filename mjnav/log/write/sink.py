@@ -12,8 +12,10 @@ from collections.abc import Callable, Iterable
 from contextlib import suppress
 from typing import NamedTuple
 
+from mcap.writer import Writer
+
 from mjnav.errors import said
-from mjnav.log.live import Writer
+from mjnav.log.live import LiveWriter
 
 FLUSH_INTERVAL = 0.2  # [s] of wall time, and of simulated time, between which everything reaches the file
 QUEUE_SIZE = 64  # batches, two a tick
@@ -44,7 +46,7 @@ class DirectSink:
     def __init__(self):
         self.flushed_ns: int | None = None  # simulated time of the latest message that a killed process leaves behind
         self.error: OSError | None = None  # the writer cannot be used any more
-        self._writer: Writer | None = None
+        self._writer: Writer | LiveWriter | None = None
         self._due: float | None = None  # when to flush; None while nothing was written since
         self._latest_ns = 0
 
@@ -53,7 +55,7 @@ class DirectSink:
         """[s] until a flush is due; None where none is."""
         return None if self._due is None else max(0.0, self._due - time.monotonic())
 
-    def attach(self, writer: Writer) -> None:
+    def attach(self, writer: Writer | LiveWriter) -> None:
         """Sets the writer of all later batches."""
         self._writer = writer
 
@@ -113,7 +115,7 @@ class ThreadSink:
         """See `DirectSink`."""
         return self._sink.flushed_ns
 
-    def attach(self, writer: Writer) -> None:
+    def attach(self, writer: Writer | LiveWriter) -> None:
         """See `DirectSink`."""
         self._sink.attach(writer)
 

@@ -5,7 +5,6 @@
 
 import errno
 import gzip
-import io
 import json
 import os
 import time
@@ -43,7 +42,7 @@ from mjnav.printable import printable
 from mjnav.scene import Scenario, dumps
 
 
-class LogFile(io.BufferedIOBase):
+class LogFile:
     """A new file, to which each call of `write` appends all of its bytes, whole MCAP records, or none.
 
     Nothing is buffered in the process, so that what was written outlives it. Raises FileExistsError where the file
@@ -53,19 +52,14 @@ class LogFile(io.BufferedIOBase):
 
     def __init__(self, path: Path):
         self._file = open(path, "xb", buffering=0)  # noqa: SIM115 - closed in close
-        self._identity = _identity(os.fstat(self._file.fileno()))
+        state = os.fstat(self._file.fileno())
+        self._identity = state.st_dev, state.st_ino
         self._size = 0
 
-    def writable(self) -> bool:
-        """Always true."""
-        return True
-
-    def write(self, data, /) -> int:
+    def write(self, data: bytes) -> int:
         """Appends all of `data`, or raises OSError and leaves the file as it was."""
         rest = memoryview(data)
-        if not rest.nbytes:
-            return 0
-        self._check()
+        self.check()
         try:
             while rest.nbytes:
                 rest = rest[self._file.write(rest) :]
@@ -81,48 +75,29 @@ class LogFile(io.BufferedIOBase):
         """The number of bytes written."""
         return self._size
 
+    def flush(self) -> None:
+        """Does nothing."""
+
     def close(self) -> None:
         """Closes the file. Raises OSError where the system reports only now what it could not write."""
         try:
-            if hasattr(self, "_file"):  # false where opening it failed
-                self._file.close()
+            self._file.close()
         except OSError as error:
             if error.errno != errno.EBADF:  # the descriptor was closed before
                 raise
-        finally:
-            super().close()
 
-    @property
-    def exists(self) -> bool:
-        """Whether the file still has a name, as far as is known."""
-        state = self._state()
-        return state is None or state.st_nlink > 0
-
-    @property
-    def whole(self) -> bool:
-        """Whether the file still has all the bytes that were written."""
-        state = self._state()
-        return state is not None and state.st_size >= self._size
-
-    def _state(self) -> os.stat_result | None:
-        """None where the descriptor was closed; its number may belong to another file by now."""
+    def check(self) -> None:
+        """Raises OSError where the descriptor was closed, or the file was deleted or truncated."""
         try:
             state = os.fstat(self._file.fileno())
         except OSError:
-            return None
-        return state if _identity(state) == self._identity else None
-
-    def _check(self) -> None:
-        if self._state() is None:
+            state = None
+        if state is None or (state.st_dev, state.st_ino) != self._identity:  # its number may belong to another file
             raise OSError(errno.EBADF, "its descriptor was closed")
-        if not self.exists:
-            raise OSError(errno.ENOENT, "it was deleted")
-        if not self.whole:
+        if not state.st_nlink:
+            raise FileNotFoundError(errno.ENOENT, "it was deleted")
+        if state.st_size < self._size:
             raise OSError(errno.EIO, "it was truncated")
-
-
-def _identity(state: os.stat_result) -> tuple[int, int]:
-    return state.st_dev, state.st_ino
 
 
 class LogError(MjnavError):
@@ -353,9 +328,13 @@ class Recorder:
     def _left(self) -> str:
         """How much can be read of a log that cannot be written any more."""
         flushed = self._sink.flushed_ns
-        if self._file is None or not self._file.exists or flushed is None:
+        if self._file is None or flushed is None:
             return "nothing of it is left"
-        if not self._file.whole:
+        try:
+            self._file.check()
+        except FileNotFoundError:
+            return "nothing of it is left"
+        except OSError:
             return "what is left of it can be read"
         return f"it can be read at least up to {(flushed - self._epoch) // 10**8 / 10:.1f} s"
 

@@ -132,6 +132,5 @@ def _headline(runs: Sequence[ShownRun]) -> str:
 
 
 def _log_section(run: ShownRun) -> str:
-    topics, details = page_parts.topics(run), page_parts.details(run)
     path = escape(printable(run.inspection.path))
-    return f'<h3>{run.mark}{path}</h3><div class="log">{topics}<div>{details}</div></div>'
+    return f'<h3>{run.mark}{path}</h3><div class="log">{page_parts.details(run)}</div>'

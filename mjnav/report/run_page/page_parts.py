@@ -1,4 +1,4 @@
-"""The parts of a page of runs beside its key figures: notices, parameters, moments, events, topics and details."""
+"""The parts of a page of runs beside its key figures: notices, parameters, moments, events and details."""
 
 import json
 from collections.abc import Iterator, Mapping, Sequence
@@ -25,10 +25,6 @@ _OUTCOMES: Mapping[str | None, tuple[str, str]] = MappingProxyType(
 _FACTS = (
     *("scene", "controller", "seed", "engine", "version.mjnav", "git_revision"),
     *("version.mujoco", "python", "argv"),
-)
-_TOPIC_COLUMNS = (
-    *(("messages", "messages", ""), ("hz", "rate", "Hz")),
-    *(("max_gap_s", "longest gap", "s"), ("bytes", "size", "B")),
 )
 _PEOPLE_COLUMNS = (("behaviour", ""), ("temperament", ""), ("sees_robot", ""), ("enters", "s"), ("leaves", "s"))
 
@@ -150,20 +146,6 @@ def events(runs: Sequence[ShownRun]) -> str:
     left_out = sum(run.playback.num_events for run in runs) - len(rows)
     more = f'<p class="none">{left_out} more are in the log.</p>' if left_out else ""
     return f'<ol class="events" tabindex="0" aria-label="Events">{items}</ol>{more}'
-
-
-def topics(run: ShownRun) -> str:
-    """What each topic of a log holds."""
-    rows = [
-        (
-            escape(name),
-            f'<span class="schema">{escape(topic["schema"])}</span>',
-            *(element(run.number, f"topics.{name}.{key}", topic[key]) for key, _, _ in _TOPIC_COLUMNS),
-        )
-        for name, topic in run.document["topics"].items()
-    ]
-    head = ("topic", "schema", *(_headed(label, unit) for _, label, unit in _TOPIC_COLUMNS))
-    return f'<div class="wide" tabindex="0" role="region" aria-label="Topics">{table("topics", head, rows)}</div>'
 
 
 def _headed(label: str, unit: str) -> str:

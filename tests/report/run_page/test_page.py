@@ -130,7 +130,7 @@ def test_every_figure_is_that_of_inspect(made, logs, capsys, names):
         assert text == shown(value), attributes
     keys = {(int(attributes["data-run"]), attributes["data-key"]) for attributes, _ in found.figures}
     for run, document in enumerate(documents):
-        for key in ("figures.min_clearance_m", "figures.control_cost", "timing.compute_ms.tick.p99", "topics./tick.hz"):
+        for key in ("figures.min_clearance_m", "figures.control_cost", "timing.compute_ms.tick.p99"):
             assert (run, key) in keys
         assert {key for key in document if key.startswith(("figures.", "timing.", "result."))} <= {
             key for of, key in keys if of == run
