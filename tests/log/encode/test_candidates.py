@@ -38,22 +38,17 @@ def test_every_candidate_reads_back_with_each_term_of_its_cost(made_up, num_cand
     costs = record.decision.costs
     cone = costs.cone.copy()
     cone[:, 2] = 0.0
-    found = logged(with_costs(record, cone=cone))
+    total = costs.total.copy()
+    total[1:5] = [np.inf, np.nan, 1e300, -1e300][: num_candidates - 1]  # the last two are beyond a float32
+    found = logged(with_costs(record, cone=cone, total=total))
     for exact in ("v", "omega", "nominal"):
         np.testing.assert_array_equal(getattr(found.costs, exact), getattr(costs, exact))
-    for name, values in (("goal", costs.goal), ("cone", cone), ("lane", costs.lane), ("total", costs.total)):
-        np.testing.assert_array_equal(getattr(found.costs, name), values.astype("f4"))
+    for name, values in (("goal", costs.goal), ("cone", cone), ("lane", costs.lane), ("total", total)):
+        with np.errstate(over="ignore"):
+            np.testing.assert_array_equal(getattr(found.costs, name), values.astype("f4"))
     np.testing.assert_array_equal(found.pose, record.belief.mean)
     assert (*found.decision,) == (record.decision.v, record.decision.omega)
     assert found.chosen == int(np.argmin(costs.total))
-
-
-def test_costs_that_are_not_finite_or_too_large_for_a_float32_read_back_as_such(made_up):
-    record = made_up.record(0)
-    total = record.decision.costs.total.copy()
-    total[:4] = np.inf, np.nan, 1e300, -1e300
-    found = logged(with_costs(record, total=total))
-    np.testing.assert_array_equal(found.costs.total[:4], [np.inf, np.nan, np.inf, -np.inf])
 
 
 def test_the_chosen_candidate_is_the_cheapest_with_the_control_that_was_wished_for(made_up):
@@ -117,10 +112,3 @@ def test_every_candidate_is_drawn_once_and_the_chosen_one_bold(made_up, num_cand
     np.testing.assert_allclose(lines[:, 0] - record.belief.mean[:2], 0.0, atol=RESOLUTION)
     np.testing.assert_array_equal(arcs(bold)[0], lines[0])
     assert bold.thickness > 5 * thin[0].thickness
-
-
-def test_cheap_candidates_are_green_and_dear_ones_red(made_up):
-    *thin, _ = drawn(made_up.record(0)).lines
-    greenness = [line.color.g - line.color.r for line in thin]
-    assert greenness == sorted(greenness, reverse=True)
-    assert greenness[0] > 0 > greenness[-1]
