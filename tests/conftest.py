@@ -63,28 +63,6 @@ def pytest_addoption(parser):
     parser.addoption("--no-skips", action="store_true", help="a test that skips fails and says what it misses")
 
 
-PEOPLE_DATA = (
-    "MJNAV_PEOPLE_DATA"  # a folder with biwi_hotel.txt (ETH) and crowds_zara01.txt (UCY), rows of frame id x y
-)
-
-
-def pytest_collection_modifyitems(config, items):
-    """Tests of real recordings, which the project does not have, are collected where the variable names their folder.
-
-    Elsewhere they are deselected, which is no skip: `--no-skips` asks for nothing that cannot be installed.
-    """
-    without = [] if os.environ.get(PEOPLE_DATA) else [item for item in items if "people_data" in item.fixturenames]
-    if without:
-        config.hook.pytest_deselected(items=without)
-        items[:] = [item for item in items if item not in without]
-
-
-@pytest.fixture(scope="session")
-def people_data():
-    """The folder of real recordings."""
-    return Path(os.environ[PEOPLE_DATA])
-
-
 @pytest.hookimpl(wrapper=True, tryfirst=True)
 def pytest_runtest_makereport(item):
     report = yield

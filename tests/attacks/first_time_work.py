@@ -1,14 +1,9 @@
-"""first_time_work.py: what a run compiles, loads or imports after tick 0, for every scene, method, filter and rate.
+"""What a run compiles, loads or imports after tick 0.
 
-    uv run python tests/attacks/first_time_work.py [--ticks N]
-
-Takes some minutes and prints a row a scene. All runs share a process, so that a kernel counts where it is first needed
-and only there; the kernels that modules declare are loaded before each run, as `warm_up` does, but no tick is thrown
-away.
+All runs share a process, so that a kernel counts where it is first needed and only there; the kernels that modules
+declare are loaded before each run, as `warm_up` does, but no tick is thrown away.
 """
 
-import argparse
-import itertools
 import sys
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
@@ -19,10 +14,8 @@ from numba.core import event
 
 import mjnav
 from mjnav.compile.compiled import Kernel, load_kernels
-from mjnav.control import names
 from mjnav.loop.episode import Episode
 from mjnav.loop.supervision import RunFault
-from mjnav.scene import library
 
 RATES = (5, 10, 20, 50, 100, 200)  # [Hz]
 ROBOT = (
@@ -33,6 +26,7 @@ ROBOT = (
 PEOPLE = (
     'source="detections",filter="particle"',
     'source="detections",filter="kalman"',
+    'source="detections",filter="rao-blackwell"',
     'source="direct"',
 )
 
@@ -82,25 +76,3 @@ def settings(method: str, robot: str, people: str, rate: float, *more: str) -> l
     estimation += [f"estimation.obstacles.{part}" for part in people.split(",")]
     timestep = "physics.timestep=0.001"  # whose multiples the periods of all rates are
     return [f'control.method="{method}"', timestep, f"control.rate={rate}", *estimation, *more]
-
-
-def main() -> int:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--ticks", type=int, default=0, help="of each run; 0 for three readings")
-    arguments = parser.parse_args()
-    failed = 0
-    for scene in library.names():
-        late: set[str] = set()
-        runs = 0
-        for method, robot, people, rate in itertools.product(names(), ROBOT, PEOPLE, RATES):
-            ticks = arguments.ticks or max(3, 2 * rate // 10 + 2)
-            engine = 'physics.engine="kinematic"' if runs % 2 else 'physics.engine="mujoco"'
-            late |= set(late_work(scene, settings(method, robot, people, rate, engine), ticks=ticks))
-            runs += 1
-        print(f"{scene:12} {runs:5} runs  {', '.join(sorted(late)) or 'nothing after tick 0'}", flush=True)
-        failed += bool(late)
-    return 1 if failed else 0
-
-
-if __name__ == "__main__":
-    sys.exit(main())

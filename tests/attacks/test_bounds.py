@@ -1,7 +1,5 @@
 """What a run file may ask for ends where a machine does: refused with the key, what came and what is allowed."""
 
-from contextlib import contextmanager
-
 import pytest
 
 from mjnav import scene
@@ -29,19 +27,11 @@ def test_every_number_of_a_run_file_has_an_upper_bound():
 # --set on crossing1 -> what the one line on standard error holds
 TOO_MUCH = {
     "noise.pose.x={distribution='gaussian', std=1e8}": "noise.pose.x.std: found 100000000.0; allowed: ",
-    "noise.gyro={distribution='student_t', std=1.0, df=1e300}": "noise.gyro.df: found 1e+300; allowed: a number > 2",
-    "control.latency={trace=[1e6]}": "control.latency.trace.0: found 1000000.0; allowed: a number from 0 to 1000 s",
     "control.latency={trace=[0.01], planned=500.0}": "control.latency.planned: found '500 s at a period of 0.1 s'; ",
     "control.num_v=1000000000000": "control.num_v: found 1000000000000; allowed: a whole number from 1 to 1000000",
     "control={method='rkhs', num_v=1000, num_omega=1000}": "this takes 10 GB",
     "control={method='mppi', rollouts=1000000, steps=1000}": "'1000000 rollouts of 1000 steps, 25 samples",
-    "control={method='rkhs-plan', step=1e-6}": "320 rollouts of 20 steps and 1000000 of braking, 48 samples",
-    "control.samples=1000000": "allowed: what takes at most 2 GB of memory a decision; this takes 6.4e+06 GB",
-    "physics.timestep=1e-6": "physics.timestep: found 1e-06; allowed: a number from 1e-05 to 0.02 s",
-    "estimation.robot.particles=1000000000": "estimation.robot.particles: found 1000000000; allowed: ",
-    "people.0.radius=1e6": "people.0.radius: found 1000000.0; allowed: ",
     "walls=[{from=[0, 1e300], to=[1, 1e300]}]": "walls.0.from.1: found 1e+300; allowed: ",
-    "time_limit=1e9": "time_limit: found 1000000000.0; allowed: ",
 }
 
 
@@ -58,11 +48,6 @@ HEAD = 'schema = 1\nname = "many"\n[robot]\nstart = [0, 0, 0]\n'
 PERSON = '[[people]]\nstart = [{}, 4]\nbehaviour = "constant_velocity"\nvelocity = [0, 0]\n'
 TOO_MANY = {
     "people": (HEAD + "goal = [9, 0]\n" + "".join(PERSON.format(2 + 2 * i) for i in range(501)), "found '501 of them'"),
-    "robot.waypoints": (f"{HEAD}waypoints = [{'[1, 1], ' * 100_000}[1, 1]]", "found '100001 of them'; allowed: at"),
-    "noise.gyro.samples": (
-        f"{HEAD}goal = [9, 0]\n[noise.gyro]\ndistribution = 'empirical'\nsamples = [{'0, 1, ' * 6000}]",
-        "found '12000 of them'; allowed: from 2 to 10000 of them",
-    ),
     "time_limit": (
         f"time_limit = 1e6\n{HEAD}goal = [9, 0]\n[control]\nrate = 100\n",
         "found '1e+06 s: 1e+08 ticks, 0 people'; allowed: what takes at most 8 GB of memory in all; this takes 25.6 GB",
@@ -92,22 +77,8 @@ def test_a_run_with_the_widest_noise_allowed_ends(engine, robot):
         f"physics.engine={engine}", f"estimation.robot.filter={robot}", "time_limit=2", "stop_on_collision=false",
         *(f"noise.{channel}={{distribution='gaussian', std=1e4}}" for channel in CHANNELS),
     ])  # fmt: skip
-    with suppress_lost_physics():
-        assert Episode(scenario).run().summary["outcome"] == "timeout"
-
-
-@contextmanager
-def suppress_lost_physics():
     try:
-        yield
+        assert Episode(scenario).run().summary["outcome"] == "timeout"
     except RunFault as fault:
         if not isinstance(fault.__cause__, DivergedError):
             raise
-
-
-@pytest.mark.parametrize(
-    "name", ["", ".", "..", "...", ". .", "a/b", "/", "a\\u0000b", "a\\nb", "\\u001b[2J", "x" * 101]
-)
-def test_a_name_that_no_file_could_have_is_refused(name):
-    with pytest.raises(InvalidValue, match=r"^overrides: name: found "):
-        scene.load("crossing1", [f'name="{name}"'])

@@ -16,13 +16,6 @@ from tests.log.conftest import make_scenario
 pytest.importorskip("foxglove", reason="foxglove-sdk is not installed")
 
 
-@pytest.fixture(scope="module")
-def live():
-    refused: list[str] = []
-    with LiveServer(make_scenario(1), port=0, origins=["http://friend.example:1"], refused=refused.append) as server:
-        yield server, refused
-
-
 def request(**headers: str) -> bytes:
     given = {"Host": "127.0.0.1:8765", "Upgrade": "websocket"} | {name: text for name, text in headers.items() if text}
     lines = [f"{name}: {text}" for name, text in given.items()]
@@ -35,21 +28,11 @@ ALLOWED = (
     *("https://viewer.example.org:8080", ""),
 )
 REFUSED = (
-    *(
-        "null",
-        "https://studio.foxglove.dev",
-        "https://evil.example",
-        "https://app.foxglove.dev.evil.example",
-        "https://evil.example/localhost",
-    ),
-    *(
-        "https://app.foxglove.dev:444",
-        "http://app.foxglove.dev",
-        "http://localhost@evil.example",
-        "http://127.0.0.1.nip.io",
-    ),
-    *("https://viewer.example.org", "chrome-extension://abc", "http://localhost:8080\x00", "http://2130706433", " "),
-)
+    *("null", "https://studio.foxglove.dev", "https://evil.example", "https://app.foxglove.dev.evil.example"),
+    *("https://evil.example/localhost", "https://app.foxglove.dev:444", "http://app.foxglove.dev"),
+    *("http://localhost@evil.example", "http://127.0.0.1.nip.io", "https://viewer.example.org"),
+    *("chrome-extension://abc", "http://localhost:8080\x00", "http://2130706433", " "),
+)  # fmt: skip
 
 
 @pytest.mark.parametrize("origin", ALLOWED)
@@ -81,13 +64,12 @@ def test_a_handshake_that_is_read_two_ways_is_refused(head):
     assert why_refused(head, ())
 
 
-def test_the_server_behind_the_door_is_at_an_address_that_nobody_can_guess(live):
+def test_the_server_behind_the_door_is_at_an_address_that_nobody_can_guess():
     """A page cannot try 2^39 addresses and ports; and each server has its own."""
-    behind = live[0]._door._behind
-    with LiveServer(make_scenario(1), port=0) as other:
-        assert other._door._behind[0] != behind[0]
-    assert behind[0] not in ("127.0.0.1", "127.0.1.1")
-    table = Path("/proc/net/tcp").read_text().splitlines()
+    with LiveServer(make_scenario(1), port=0) as live, LiveServer(make_scenario(1), port=0) as other:
+        behind = live._door._behind
+        assert behind[0] not in (other._door._behind[0], "127.0.0.1", "127.0.1.1")
+        table = Path("/proc/net/tcp").read_text().splitlines()
     (listening,) = [line.split()[1] for line in table if f":{behind[1]:04X} 00000000:0000 0A" in line]
     assert listening.startswith(bytes(reversed(socket.inet_aton(behind[0]))).hex().upper())
 

@@ -8,7 +8,7 @@ import pytest
 
 from mjnav.cli.main import main
 
-OURS = "# mjnav sweep two.toml\nschema = 1\n"
+OURS = b"# mjnav sweep two.toml\nschema = 1\n"
 
 
 SWEEP = ("sweep", "crossings", "--scene", "crossing1", "--seeds", "1", "-o", "results")
@@ -36,57 +36,30 @@ def tree(folder) -> dict[str, bytes | str]:
     }
 
 
-def a_study(folder):
-    (folder / "study.toml").write_text("schema = 1\nname = 'mine'\n")
-
-
-def a_study_that_calls_itself_ours(folder):
-    (folder / "study.toml").write_text(OURS)
-
-
-def a_study_of_bytes(folder):
-    (folder / "lock").touch()
-    (folder / "study.toml").write_bytes(b"\xff\xfe\0\n" * 100)
-
-
-def a_study_that_is_a_link(folder):
-    (folder / "lock").touch()
-    (folder / "elsewhere").write_text(OURS)
-    (folder / "study.toml").symlink_to("elsewhere")
-
-
-def a_lock(folder):
-    (folder / "lock").write_text("pid 4711\n")
-
-
-def a_lock_that_is_a_link(folder):
-    (folder / "lock").symlink_to("not yet there")
-
-
-def a_shard_of_another_program(folder):
-    (folder / "part-0.parquet").write_bytes(b"PAR1 of another program PAR1")
-
-
-def a_failed_shard_of_another_program(folder):
-    (folder / "failed-us-east.parquet").write_bytes(b"PAR1")
-
-
-def a_folder_for_a_shard(folder):
-    (folder / "part-000000-1f6c0a12.parquet").mkdir()
-    (folder / "part-000000-1f6c0a12.parquet" / "x").touch()
-
-
+# What lies in the folder: bytes, the target of a link, or None for a folder.
 FOREIGN = (
-    a_study,
-    a_study_that_calls_itself_ours,
-    a_study_of_bytes,
-    a_study_that_is_a_link,
-    a_lock,
-    a_lock_that_is_a_link,
-    a_shard_of_another_program,
-    a_failed_shard_of_another_program,
-    a_folder_for_a_shard,
+    {"study.toml": b"schema = 1\nname = 'mine'\n"},
+    {"study.toml": OURS},
+    {"lock": b"", "study.toml": b"\xff\xfe\0\n" * 100},
+    {"lock": b"", "elsewhere": OURS, "study.toml": "elsewhere"},
+    {"lock": b"pid 4711\n"},
+    {"lock": "not yet there"},
+    {"part-0.parquet": b"PAR1 of another program PAR1"},
+    {"failed-us-east.parquet": b"PAR1"},
+    {"part-000000-1f6c0a12.parquet": None, "part-000000-1f6c0a12.parquet/x": b""},
 )
+
+
+def make(folder, files):
+    folder.mkdir()
+    for name, content in files.items():
+        path = folder / name
+        if content is None:
+            path.mkdir()
+        elif isinstance(content, str):
+            path.symlink_to(content)
+        else:
+            path.write_bytes(content)
 
 
 WORDS = ((), ("--resume", "--accept-changed"), ("--retry-failed",), ("--dry-run",))
@@ -94,8 +67,7 @@ WORDS = ((), ("--resume", "--accept-changed"), ("--retry-failed",), ("--dry-run"
 
 @pytest.mark.parametrize(("foreign", "words"), list(zip(FOREIGN, cycle(WORDS), strict=False)))
 def test_a_file_that_no_sweep_wrote_is_refused_and_stays(refused, tmp_path, foreign, words):
-    (tmp_path / "results").mkdir()
-    foreign(tmp_path / "results")
+    make(tmp_path / "results", foreign)
     assert "not written by mjnav" in refused(*words)
 
 

@@ -28,10 +28,8 @@ from mjnav.loop.supervision import RunFault
 from mjnav.scene import dumps, library, loads
 from mjnav.scene.spec import Scenario
 from mjnav.scene.toml import toml_text
-from mjnav.study.cells import resolve
-from mjnav.study.study_file import load_study
 from mjnav.world.engine import DivergedError
-from tests.attacks.run_files import ANY_LEAF, NAMES, ODD, RECORDING, modest, run_files
+from tests.attacks.run_files import ANY_LEAF, ODD, RECORDING, modest, run_files
 
 TICKS = 5
 MOST_WORK = 1e9  # see `work`
@@ -169,55 +167,17 @@ def test_any_settings_on_the_command_line_run_or_are_refused(document, data):
             assert loads(dumps(scenario)) == scenario
 
 
-@settings(fuzzed, max_examples=FILES // 3)
-@given(st.data())
-def test_any_study_file_is_resolved_or_refused(data):
-    """Its overrides and grids are keys of a run file, so what they say is checked like a run file."""
-    own = data.draw(st.lists(ANY_LEAF, max_size=2))
-    values = {".".join(map(str, leaf.path)): data.draw(modest(leaf) | ODD) for leaf in own}
-    study = {
-        "schema": 1,
-        "name": data.draw(NAMES),
-        "scenes": data.draw(st.lists(st.sampled_from(("crossing1", "lane", "nowhere", "../x.toml")), max_size=2)),
-        "methods": [{"controller": data.draw(st.sampled_from(("rkhs", "mppi", "no-such"))), "set": {"samples": 5}}],
-        "seeds": data.draw(st.just([0, 1]) | st.just({"count": 2}) | ODD),
-        "set": values,
-        "grid": {key: [value] for key, value in values.items()} if data.draw(st.booleans()) else {},
-    }
-    if data.draw(st.integers(0, 3)) == 0:
-        study[data.draw(st.sampled_from((*study, "other")))] = data.draw(ODD)
-    with TemporaryDirectory() as folder:
-        path = Path(folder) / "study.toml"
-        path.write_text(toml_text(study), encoding="utf-8", errors="surrogatepass")
-        try:
-            cells = resolve(load_study(str(path)))
-        except InputError as error:
-            check_refusal(str(error), folder)
-        else:
-            assert cells
-
-
 PIECES = (b"[", b"]]", b"[[people]]\n", b'"', b"'''", b"=", b".", b"\0", b"\xff", b"9" * 5000, b"e999", b"[" * 3000)
 RUN_FILES = tuple(path.read_bytes() for path in sorted(library.data_folder("runs").glob("*.toml")))
 
 
 @st.composite
 def changed_text(draw, content: bytes) -> bytes:
-    """Bytes and lines that are missing, come twice, stand elsewhere or are others."""
+    """Bytes and pieces that are missing, come twice or are others."""
     for _ in range(draw(st.integers(1, 4))):
-        lines = content.splitlines(keepends=True) or [b""]
-        place, line = draw(st.integers(0, len(content))), draw(st.integers(0, len(lines) - 1))
-        match draw(st.sampled_from(("byte", "piece", "cut", "drop", "move"))):
-            case "byte":
-                content = content[:place] + draw(st.binary(max_size=3)) + content[place + 1 :]
-            case "piece":
-                content = content[:place] + draw(st.sampled_from(PIECES)) + content[place:]
-            case "cut":
-                content = content[:place]
-            case "drop":
-                content = b"".join(lines[:line] + lines[line + 1 :])
-            case "move":
-                content = b"".join([lines[line], *lines])
+        place, other = draw(st.integers(0, len(content))), draw(st.integers(0, len(content)))
+        between = draw(st.binary(max_size=3) | st.sampled_from(PIECES))
+        content = content[:place] + between + content[draw(st.sampled_from((place, place + 1, other))) :]
     return content
 
 

@@ -127,13 +127,25 @@ class Greedy:
         return None
 
 
-def test_its_limits_and_parameters_are_copies(scenario):
+class Fast(Greedy):
+    """Drives as fast as a robot without wings."""
+
+    def decide(self, observation):
+        return Decision(RobotLimits().max_speed, 0.0, Status.OK)
+
+
+def test_its_limits_and_parameters_are_copies_and_a_command_beyond_the_limits_does_not_count(scenario):
     seen = []
     made = scenario("Greedy")
     result = Episode(made, watch=seen.append).run()
     assert result.trajectory.command.max() == made.robot.limits.max_speed == RobotLimits().max_speed
     assert {len(record.observation.robot_pose) for record in seen} == {Parameters().samples}
     assert type(seen[0].decision.v) is float
+    within = mjnav.run(scenario("Fast"))
+    for key in ("state_hash", "control_cost"):
+        assert result.summary[key] == within.summary[key], key
+    assert result.summary["clipped_ticks"] == result.summary["ticks"]
+    assert within.summary["clipped_ticks"] == 0
 
 
 def test_a_watcher_cannot_write_either(scenario):

@@ -8,7 +8,8 @@ from pathlib import Path
 import pytest
 
 from mjnav.cli.main import main
-from tests.attacks.test_bombs import channel, chunk, text, with_chunks, written
+from tests.attacks.test_bombs import channel, chunk, text, with_chunks
+from tests.log.conftest import made_up_log
 from tests.log.mutated_logs import MESSAGE, Record, joined, split
 
 METADATA, CHANNEL = 12, 4
@@ -17,7 +18,7 @@ _MESSAGE = struct.Struct("<HIQQ")
 
 @pytest.fixture(scope="module")
 def sound(tmp_path_factory) -> bytes:
-    return written(tmp_path_factory.mktemp("hostile") / "a.mcap", 4).read_bytes()
+    return made_up_log(tmp_path_factory.mktemp("hostile") / "a.mcap", 4).read_bytes()
 
 
 @pytest.fixture
@@ -61,11 +62,6 @@ def test_a_page_is_made_of_numbers_whose_difference_overflows(sound, folder, cap
     assert capsys.readouterr().err == ""
 
 
-def test_a_page_has_no_moment_at_an_unknown_time(sound, folder):
-    (folder / "a.mcap").write_bytes(altered(sound, "/robot/state", lambda document, _: document.update(time=None)))
-    assert main(["report", "a.mcap"]) == 0
-
-
 def test_a_number_beyond_a_double_is_bad_input(sound, folder, capsys):
     content = altered(sound, "/decision", lambda document, _: document["cost"].update(goal=10**400))
     (folder / "a.mcap").write_bytes(content)
@@ -94,7 +90,7 @@ def test_a_page_with_new_names_in_every_tick_is_refused(sound, folder, capsys, m
     assert "the columns of its page" in capsys.readouterr().err
 
 
-@pytest.mark.parametrize("last", [1e18, float("inf"), float("nan"), -1.0])
+@pytest.mark.parametrize("last", [1e18, float("nan")])
 def test_a_film_of_a_log_with_impossible_times_is_refused(sound, folder, capsys, last):
     pytest.importorskip("av")
     content = altered(sound, "/robot/state", lambda document, tick: tick == 4 and document.update(time=last))
@@ -103,24 +99,10 @@ def test_a_film_of_a_log_with_impossible_times_is_refused(sound, folder, capsys,
     assert "states are not 0.1 s apart" in capsys.readouterr().err
 
 
-@pytest.mark.parametrize("command", [["inspect", "a.mcap"], ["recover", "a.mcap", "b.mcap"]])
-def test_printed_text_is_bounded_however_many_topics_there_are(sound, folder, capsys, command):
+def test_printed_text_is_bounded_however_many_topics_there_are(sound, folder, capsys):
     names = [channel(100 + i, b"/%d" % i) for i in range(2000)] + [channel(99, b"/" + b"x" * 100_000)]
     (folder / "a.mcap").write_bytes(with_chunks(sound, chunk(b"".join(names))))
-    main(command)
+    main(["inspect", "a.mcap"])
     said = capsys.readouterr().out
     assert "topics more, which --json has" in said
     assert len(said) < 400_000
-
-
-def test_result_names_are_not_padded_to_the_longest(sound, folder, capsys):
-    pairs = [(b"x" * 100_000, b"1"), *((b"k%d" % i, b"1") for i in range(1000))]
-    body = b"".join(text(key) + text(value) for key, value in pairs)
-    result = Record(METADATA, text(b"mjnav/result") + struct.pack("<I", len(body)) + body)
-    records = split(sound)
-    old = [one for one in records if one.opcode == METADATA and one.body.startswith(text(b"mjnav/result"))]
-    (folder / "a.mcap").write_bytes(joined(tuple(result if one in old else one for one in records)))
-    assert main(["inspect", "a.mcap"]) == 0
-    said = capsys.readouterr().out
-    assert "lines more, which --json has" in said
-    assert len(said) < 300_000

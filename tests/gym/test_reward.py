@@ -35,12 +35,6 @@ def test_discomfort_is_the_published_line_below_20_cm_and_sees_between_the_ends_
     assert value("discomfort", passes) == pytest.approx(-0.05)
 
 
-def test_a_contact_costs_a_quarter_and_no_discomfort():
-    touch = Contact("person", "person0", 1.0, 0.0)
-    hit = step(state(0.0, (0.55, 0.0)), state(0.04, (0.55, 0.0), touch), "collision")
-    assert (value("collision", hit), value("discomfort", hit), value("goal", hit)) == (-0.25, 0.0, 0.0)
-
-
 def test_sums_over_an_episode_are_the_metrics():
     weights = {"progress": 2.0, "time": 1.0, "control": 0.5}
     overrides = ("physics.engine=kinematic", "time_limit=3")

@@ -149,6 +149,19 @@ class MadeUpRun:
         return TickTiming(tick, phases, int(self.rng.integers(0, 9_000)), deadline_missed=tick % 7 == 3)
 
 
+def made_up_log(path: Path, num_ticks: int, num_people: int = 2, num_candidates: int = 5) -> Path:
+    """A log with a chunk for every three ticks."""
+    run = MadeUpRun(num_people, num_candidates)
+    with Recorder(path, make_scenario(num_people), {"seed": "3", "scene": "made-up"}, "<mujoco/>") as recorder:
+        for tick in range(num_ticks):
+            recorder.write(run.record(tick))
+            recorder.write_timing(run.timing(tick))
+            if tick % 3 == 2:
+                recorder._writer.flush()
+        recorder.finish(run.truth(num_ticks), {"outcome": "goal", "ticks": num_ticks, "deadline_misses": 1})
+    return path
+
+
 @pytest.fixture
 def scenario() -> Scenario:
     return make_scenario()
@@ -212,12 +225,4 @@ def driven(tmp_path_factory) -> Log:
 @pytest.fixture(scope="session")
 def whole(tmp_path_factory) -> Path:
     """A log of twelve made-up ticks in several chunks."""
-    run, path = MadeUpRun(num_people=1, num_candidates=5), tmp_path_factory.mktemp("whole") / "whole.mcap"
-    with Recorder(path, make_scenario(1), {"seed": "3"}, "<mujoco/>") as recorder:
-        for tick in range(12):
-            recorder.write(run.record(tick))
-            recorder.write_timing(run.timing(tick))
-            if tick % 3 == 2:
-                recorder._writer.flush()
-        recorder.finish(run.truth(12), {"outcome": "goal"})
-    return path
+    return made_up_log(tmp_path_factory.mktemp("whole") / "whole.mcap", 12, num_people=1, num_candidates=5)

@@ -1,10 +1,14 @@
+import subprocess
+import sys
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy import stats
 
-from mjnav.noise import Empirical, Gaussian, Mixture, Pearson, StudentT, Uniform, Zero
+from mjnav.errors import InvalidValue
+from mjnav.noise import Empirical, Gaussian, Mixture, Pearson, StudentT, Uniform, Zero, make_distribution
 
 SAMPLES = tuple(np.random.default_rng(1).gamma(2.0, 0.3, 60).tolist())
 EVERY = {
@@ -88,3 +92,27 @@ def test_empirical_density_is_a_literal_sum_of_kernels_of_silvermans_width():
     x = np.linspace(-0.5, 3.0, 8)
     literal = stats.norm.pdf(x[:, None], data, h).mean(axis=1)
     np.testing.assert_allclose(noise.logpdf(x), np.log(literal), rtol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("name", "arguments", "key", "message"),
+    [
+        ("pearsn", {}, "distribution", "found 'pearsn'; allowed: .*did you mean 'pearson'"),
+        ("pearson", {"std": 1, "skew": 1, "kurtosi": 5}, "kurtosi", "allowed: .*did you mean 'kurtosis'"),
+        ("gaussian", {}, "std", "a number > 0 and <= 10000; this key is required$"),
+        ("gaussian", {"std": float("nan")}, "std", "found nan"),
+        ("mixture", {"weights": [0.4, 0.4], "means": [0, 1], "stds": [1, 1]}, "weights", r"sum is 1, not 0\.8"),
+        ("mixture", {"weights": [0.4, 0.6], "means": [0], "stds": [1, 1]}, "means", "as many numbers as weights: 2"),
+        ("empirical", {"samples": [1.0, 1.0]}, "samples", "two different numbers"),
+    ],
+)
+def test_a_wrong_argument_is_named_with_what_is_allowed(name, arguments, key, message):
+    with pytest.raises(InvalidValue, match=message) as error:
+        make_distribution(name, **arguments)
+    assert error.value.key == key
+
+
+def test_import_brings_neither_scipy_nor_numba():
+    code = "import sys, mjnav.noise; print({'scipy', 'numba'} & set(sys.modules))"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "set()"

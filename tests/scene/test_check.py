@@ -38,20 +38,13 @@ NARROW = CLOSED + pillar(5, 1.2, "radius = 0.6") + walker((2, 1), (8, 1))
 REFUSED = {  # bodies, the key that is refused, and the body that is in the way
     "a start in a wall": (wall(-1, 0.1, 5, 0.1), "robot.start", "walls.0, 0.170 m further away"),
     "a start in a table leg": (table(0.8, 0.4), "robot.start", "tables.0, 0.25"),
-    "a start in a person": (person(0, 0.5), "robot.start", "people.0, 0.020"),
     "a person in a wall": (ROOM + person(4, -1.8), "people.0.start", "walls.0, 0.150 m further away"),
     "a person in a table": (table(4, 2) + person(4, 2), "people.0.start", "tables.0"),
-    "two pillars in one place": (pillar(4, 2) + pillar(4.1, 2), "pillars.1.position", "pillars.0"),
     "a pillar through a table": (table(4, 2) + pillar(4, 2), "pillars.0.position", "tables.0"),
-    "a low one in a leg": (table(4, 2) + pillar(4.8, 2.4, "height = 0.3"), "pillars.0.position", "tables.0"),
-    "two tables crosswise": (table(4, 2, LONG) + table(4, 2, LONG + "\nyaw = 1.57"), "tables.1.position", "tables.0"),
     "a wall through a table": (wall(3, 1, 5, 3) + table(4, 2), "tables.0.position", "walls.0"),
-    "a low one": (wall(3, 2.4, 5, 2.4, "height = 0.3") + table(4, 2), "tables.0.position", "walls.0"),
     "a goal in a leg": (table(9.8, 0.4), "robot.goal", "tables.0"),
-    "a goal behind a wall": (CLOSED + wall(5, -2, 5, 2), "robot.goal", "walls"),
     "a goal in a ring": ("".join(pillar(9 + x, y) for x, y in RING), "robot.goal", "walls, legs and pillars"),
     "a leg out of the room": (CLOSED + walker((4, 0), (4, -4)), "people.0.waypoints.0", "walls.0"),
-    "a later leg": (CLOSED + walker((4, 0), (4, -1), (-3, 0), more=ONCE), "people.0.waypoints.1", "walls.1"),
     "a narrow gap": (NARROW + pillar(5, -1.2, "radius = 1.21"), "people.0.waypoints.0", "pillars.0"),
     "a waypoint under a table": (table(4, 2) + walker((4, 0), (4, 2)), "people.0.waypoints.0", "tables.0"),
     "one close behind a thin wall": (
@@ -76,20 +69,14 @@ def test_what_was_recorded_before_routes_were_planned_still_loads():
 
 
 ALLOWED = {
-    "walls that cross, a pillar in one": wall(3, 1, 5, 3) + wall(3, 3, 5, 1) + pillar(4, 2),
     "a person who touches a pillar": pillar(4, 2) + person(4.5, 2),
     "two people who overlap: they step apart": person(4, 2) + person(4.5, 2),
     "a start between a table's legs": table(0, 0),
     "a low pillar below a table": table(4, 2) + pillar(4, 2, "height = 0.3"),
-    "a low wall below a table": wall(3, 2, 5, 2, "height = 0.3") + table(4, 2),
-    "a turned table beside another": table(4, 2) + table(5.7, 2, "yaw = 1.5707963"),
     "a start off the end of a thick wall": wall(0.3, 0, 5, 0, "thickness = 1.0"),
     "a way past a wall's end": wall(4, 0.31, 4, 3) + walker((2, 1), (2, 0), (6, 0), more="loop = false"),
-    "a waypoint near a wall, before which the person turns": ROOM + walker((4, 0), (4, -1.75)),
-    "a route through a wall at no speed": ROOM + walker((4, 0), (4, -4), more="speed = 0"),
     "a wall in the way, around which there is a way": ROOM + walker((4, 0), (4, -4)),
     "a gap between pillars that is wide enough": NARROW + pillar(5, -1.2, "radius = 1.18"),
-    "a straight walk into a wall": ROOM + person(4, 0).replace("velocity = [0, 0]", "velocity = [0, -1]"),
 }
 
 

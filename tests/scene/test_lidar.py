@@ -5,7 +5,7 @@ import pytest
 
 from mjnav.errors import InvalidValue
 from mjnav.noise import Zero, profile
-from mjnav.scene.load import dumps, load, loads
+from mjnav.scene.load import load
 from mjnav.scene.sensors import LidarSpec, Sensors
 
 LAW = profile("pearson")["lidar.range"]
@@ -44,14 +44,6 @@ def test_an_estimator_takes_off_the_bias_of_a_calibrated_lidar_alone():
     assert unknown.known_bias(2.0, LAW) == 0.0
     law = profile("measured")["lidar.range"]
     assert Sensors(lidar=LidarSpec(calibrated=False)).scanner.known_bias(2.0, law) == law.mean == -0.035
-
-
-def test_a_lidar_survives_the_way_to_text_and_back():
-    assert "[sensors.lidar]" not in dumps(load("crossing1"))
-    given = {"sensors.lidar.model": "lds-02", "sensors.lidar.missing": [[0, 0], [8, 0.2]], "sensors.lidar.beams": 90}
-    scenario = load("crossing1", given)
-    assert loads(dumps(scenario)) == scenario
-    assert scenario.sensors.lidar == LidarSpec("lds-02", missing=((0.0, 0.0), (8.0, 0.2)), beams=90)
 
 
 def test_what_cannot_be_is_refused_at_its_key():

@@ -34,16 +34,6 @@ def test_a_key_of_very_many_parts_is_refused_at_once(text, part, dot):
         parse(text.format(dot.join([part] * 100_000)), "a.toml")
 
 
-def test_many_dots_that_are_no_long_key_are_read():
-    numbers = [0.25] * 5000
-    text = f'a.b.c = {numbers}\nd = "{"x." * 5000}"\n[[e]]\nf = [[1.5, 2.5], [3.5, 4.5]]\n'
-    assert parse(text, "a.toml") == {
-        "a": {"b": {"c": numbers}},
-        "d": "x." * 5000,
-        "e": [{"f": [[1.5, 2.5], [3.5, 4.5]]}],
-    }
-
-
 @unhurried
 @given(st.dictionaries(st.text(), TABLES, max_size=5))
 def test_any_table_survives_the_round_trip(table):

@@ -57,18 +57,18 @@ def test_robot_and_people_are_where_the_state_has_them(renderer, state):
 
 def test_trail_tracks_and_text_are_drawn_over_the_scene(renderer, state):
     plain = renderer.draw(state)
-    trail = [[-0.8, -1.0, 0.0], [2.0, -0.2, 0.0]]
-    assert changed(plain, renderer.draw(state, trail=trail)) > 50
-    assert changed(plain, renderer.draw(state, tracks=[[0.0, -1.0, 1.0, 0.0], [np.nan] * 4])) > 20
-    assert changed(plain, renderer.draw(state, text="12.3 s")) > 50
-    assert changed(plain, renderer.draw(state, scan=[[0.5 + 0.1 * i, -1.0] for i in range(10)])) > 5
-    assert changed(plain, renderer.draw(state, detections=[[0.5, -1.0, 0.3]])) > 20
     plan = [[0.5 + 0.1 * i, -1.0] for i in range(10)]
-    drawn = renderer.draw(state, plan=plan, fan=[plan, [[x, -y] for x, y in plan]])
-    assert changed(plain, drawn) > 50
-    assert changed(drawn, renderer.draw(state, plan=plan)) > 5
-    assert changed(drawn, renderer.draw(state, plan=plan, fan=[plan, plan], feasible=False)) > 20
     tracks = [[0.0, -1.0, 1.0, 0.0]]
+    for drawing, pixels in (
+        ({"trail": [[-0.8, -1.0, 0.0], [2.0, -0.2, 0.0]]}, 50),
+        ({"tracks": [*tracks, [np.nan] * 4]}, 20),
+        ({"text": "12.3 s"}, 50),
+        ({"scan": plan}, 5),
+        ({"detections": [[0.5, -1.0, 0.3]]}, 20),
+        ({"plan": plan, "fan": [plan, [[x, -y] for x, y in plan]]}, 50),
+    ):
+        assert changed(plain, renderer.draw(state, **drawing)) > pixels, drawing
+    assert changed(renderer.draw(state, plan=plan), renderer.draw(state, plan=plan, fan=[plan], feasible=False)) > 20
     assert changed(renderer.draw(state, tracks=tracks), renderer.draw(state, tracks=tracks, coasts=[True])) > 20
 
 

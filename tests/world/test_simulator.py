@@ -2,6 +2,7 @@ import numpy as np
 import pytest
 
 from mjnav.errors import InvalidValue
+from mjnav.world.engine import DivergedError
 from mjnav.world.simulator import Simulator
 
 COMMANDS = [(0.5, 0.3), (0.9, -1.0), (0.2, 1.5), (0.6, 0.0), (0.0, 0.0)]
@@ -72,3 +73,18 @@ def test_times_and_commands_that_cannot_be_are_refused(scene):
         simulator.advance(0.003, (0.0, 0.0))
     with pytest.raises(InvalidValue, match="finite v"):
         simulator.advance(0.1, (np.nan, 0.0))
+
+
+@pytest.mark.parametrize("speed", [1e11, float("nan")])
+def test_a_state_that_diverges_is_told_once_and_not_put_back(clutter, speed, tmp_path, monkeypatch, capfd):
+    monkeypatch.chdir(tmp_path)
+    simulator = Simulator(clutter(), 0)
+    simulator.advance(0.5, (0.8, 0.0))
+    simulator._engine.data.qvel[0] = speed
+    with pytest.raises(DivergedError, match=r"^MuJoCo lost the physics before 0\.\d+ s: Nan, Inf or huge value in Q"):
+        simulator.advance(0.1, (0.8, 0.0))
+    assert not abs(simulator._engine.data.qpos).max() < 1e3
+    with pytest.raises(DivergedError):
+        simulator.advance(0.1, (0.8, 0.0))
+    assert capfd.readouterr() == ("", "")
+    assert list(tmp_path.iterdir()) == []  # MuJoCo's own MUJOCO_LOG.TXT

@@ -38,13 +38,6 @@ def test_the_tree_of_frames_leads_to_the_belief_by_way_of_odometry(made_up):
     assert {t.timestamp.ToNanoseconds() for t in message.transforms} == {300_000_000}
 
 
-def test_between_readings_only_the_truth_moves(made_up):
-    record = made_up.record(3, reading=None)
-    message = FrameTransforms.FromString(geometry.encode_transforms(record, MOUNT, epoch=10**18))
-    assert [t.child_frame_id for t in message.transforms] == ["base_link_truth"]
-    assert message.transforms[0].timestamp.ToNanoseconds() == 10**18 + 300_000_000
-
-
 def matrix(x: float, y: float, theta: float) -> np.ndarray:
     return np.array([[cos(theta), -sin(theta), x], [sin(theta), cos(theta), y], [0.0, 0.0, 1.0]])
 

@@ -73,21 +73,3 @@ def test_numbers_that_json_lacks_become_null(made_up):
         json.loads(json_messages.encode_contacts(0, truth)),
     )
     np.testing.assert_array_equal(decoded.robot_pose, [np.nan, np.nan, 1.0])
-
-
-def test_a_track_that_came_about_by_scans_says_its_age_and_how_long_it_was_not_seen(made_up):
-    record = made_up.record(3)
-    named, found = (json.loads(json_messages.encode_people_estimate(one)) for one in (record, by_scan(record)))
-    assert {"age", "unseen"}.isdisjoint(named["people"][0])
-    assert [(p["name"], p["age"], p["unseen"]) for p in found["people"][:2]] == [
-        ("track7", 1.5, 0.0),
-        ("track8", 1.5, 0.2),
-    ]
-    (detection,) = json.loads(json_messages.encode_detections(3, by_scan(record).detections))["detections"]
-    assert detection == {
-        "time": record.truth.time,
-        "position": [1.0, 2.0],
-        "covariance": [[0.01, 0.0], [0.0, 0.04]],
-        "radius": 0.3,
-        "beams": 12,
-    }

@@ -44,12 +44,6 @@ def test_what_16_bits_cannot_hold_is_brought_to_what_they_can(made_up):
     assert decode_particles(cloud)["vx"][:3].tolist() == [-32.768, 32.767, -32.768]
 
 
-def test_no_tracks_are_an_empty_cloud():
-    cloud = PointCloud.FromString(encode_track_particles(0.1, ()))
-    assert (cloud.data, cloud.point_stride) == (b"", 16)
-    assert decode_particles(cloud)["weight"].size == 0
-
-
 def test_the_float32_columns_of_format_1_are_read():
     names, table = ("x", "y", "theta", "weight"), np.array([[1.0, 2.0, 0.5, 0.25], [3.0, 4.0, -0.5, 0.75]], "<f4")
     fields = [PackedElementField(name=n, offset=4 * i, type=PackedElementField.FLOAT32) for i, n in enumerate(names)]

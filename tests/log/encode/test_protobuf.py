@@ -1,14 +1,12 @@
 """Protobuf's wire format: what is written as bytes is what protobuf reads."""
 
 import numpy as np
-import pytest
-from foxglove_schemas_protobuf.LaserScan_pb2 import LaserScan
 from foxglove_schemas_protobuf.LinePrimitive_pb2 import LinePrimitive
 from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from mjnav.log.encode.protobuf import delimited, encode_fields, encode_points, protobuf_schema
+from mjnav.log.encode.protobuf import encode_fields, encode_points, protobuf_schema
 from tests.log.conftest import message_class
 
 finite = st.floats(allow_nan=False, allow_infinity=False)
@@ -21,11 +19,6 @@ PART = (("values", "float", True),)
 def test_points_are_what_protobuf_reads_as_the_same_points(xy):
     parsed = LinePrimitive.FromString(encode_points(5, xy))
     assert [(p.x, p.y, p.z) for p in parsed.points] == [(*row, 0.0) for row in xy.tolist()]
-
-
-@pytest.mark.parametrize("length", [0, 1, 127, 128, 20_000])
-def test_a_delimited_field_of_any_length_parses(length):
-    assert LaserScan.FromString(delimited(2, b"x" * length)).frame_id == "x" * length
 
 
 @given(arrays(float, st.integers(0, 50), elements=st.floats(allow_nan=False)), st.integers(-(2**31), 2**31 - 1))

@@ -9,24 +9,6 @@ from mjnav.log.encode.scene import SceneEncoder
 from mjnav.messages import Detection
 
 
-@pytest.fixture
-def entities(scenario, made_up):
-    truth = made_up.truth(4)
-    update = SceneUpdate.FromString(SceneEncoder(scenario).encode(truth))
-    return truth, {entity.id: entity for entity in update.entities}
-
-
-def test_a_table_stands_on_four_legs_below_its_top(scenario, entities):
-    _, named = entities
-    table, entity = scenario.tables[1], named["table1"]
-    legs = [(leg.pose.position.x, leg.pose.position.y) for leg in entity.cylinders]
-    np.testing.assert_allclose(legs, table.legs)
-    top = entity.cubes[0]
-    assert top.pose.position.z + top.size.z / 2 == pytest.approx(table.height)
-    assert 2 * atan2(top.pose.orientation.z, top.pose.orientation.w) == pytest.approx(table.yaw)
-    assert entity.cylinders[0].size.z == pytest.approx(top.pose.position.z - top.size.z / 2)
-
-
 def test_a_person_has_a_name_and_the_estimate_its_own_entity_beside_it(scenario, made_up):
     record = made_up.record(4)
     track = replace(record.tracks[2], mean=np.array([1.0, 2.0, -0.3, 0.4]))
@@ -44,17 +26,6 @@ def test_a_person_has_a_name_and_the_estimate_its_own_entity_beside_it(scenario,
     assert 2 * atan2(arrow.pose.orientation.z, arrow.pose.orientation.w) == pytest.approx(atan2(0.4, -0.3))
     assert arrow.shaft_length == pytest.approx(0.5)
     assert [name for name in named if name.endswith("_estimate")] == ["person2_estimate"]
-
-
-def test_a_track_by_scans_is_labelled_and_pale_while_it_is_not_seen(scenario, made_up):
-    record = made_up.record(4)
-    first, second = (replace(track, mean=np.array([1.0, 2.0, 0.1, 0.0])) for track in record.tracks[:2])
-    tracks = (replace(first, name="track7", radius=0.25, age=2.0), replace(second, name="track8", age=2.0, unseen=0.3))
-    update = SceneUpdate.FromString(SceneEncoder(scenario).encode(record.truth, tracks))
-    named = {entity.id: entity for entity in update.entities}
-    seen, coasting = named["track7_estimate"], named["track8_estimate"]
-    assert (seen.texts[0].text, seen.texts[0].pose.position.x, seen.cylinders[0].size.x) == ("track7", 1.0, 0.5)
-    assert seen.cylinders[0].color.a > coasting.cylinders[0].color.a
 
 
 def test_a_detection_is_a_disc_with_its_95_percent_ellipse(scenario, made_up):

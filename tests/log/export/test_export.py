@@ -52,16 +52,6 @@ def test_an_existing_file_or_folder_is_kept(tmp_path, kind):
     assert [found.name for found in tmp_path.iterdir()] == ["out"]
 
 
-def test_a_folder_that_appears_during_the_export_is_kept(recorded, tmp_path):
-    def interfere(time):
-        (tmp_path / "out").mkdir(exist_ok=True)
-        (tmp_path / "out" / "mine").touch()
-
-    with pytest.raises(MjnavError, match="writing failed: Directory not empty"):
-        export(open_log(recorded), "tum", tmp_path / "out", progress=interfere)
-    assert [path.name for path in tmp_path.rglob("*")] == ["out", "mine"]
-
-
 # ------------------------------------------------------------------------------- trajectories (TUM)
 
 

@@ -1,6 +1,5 @@
 """A ROS 2 bag: read back field by field, and by programs other than the one that wrote it."""
 
-import json
 from collections import Counter
 from math import atan2, cos, sin
 
@@ -15,13 +14,11 @@ from ruamel.yaml import YAML
 from mjnav.log.encode.particles import decode_particles
 from mjnav.log.export import rosbag2
 from mjnav.log.export.export import export
-from mjnav.log.export.rosbag2 import built, ros_topics
+from mjnav.log.export.rosbag2 import built
 from mjnav.motion.unicycle import LIDAR_HEIGHT, integrate
 from mjnav.scene.sensors import LidarSpec
 from mjnav.scene.spec import Sensors
 from mjnav.world.floor_plan import FloorPlan
-
-LATER = (Stores.ROS2_IRON, Stores.ROS2_JAZZY, Stores.ROS2_KILTED, Stores.ROS2_LYRICAL)
 
 
 def logged(log, topic):
@@ -58,13 +55,10 @@ def test_the_bags_description_is_what_is_in_it(log, folder, bag):
     with Reader(folder) as reader:
         counts = {connection.topic: connection.msgcount for connection in reader.connections}
         assert counts == {topic: len(bag[topic]) for topic in counts}
-        assert reader.message_count == sum(counts.values())
-        assert {connection.ext.serialization_format for connection in reader.connections} == {"cdr"}
         quality = {connection.topic: connection.ext.offered_qos_profiles for connection in reader.connections}
         assert {profile.reliability for (profile,) in quality.values()} == {QosReliability.RELIABLE}
         latched = [topic for topic, (profile,) in quality.items() if profile.durability != QosDurability.VOLATILE]
         assert sorted(latched) == ["/map", "/scene", "/tf_static"]
-        assert {quality[topic][0].durability for topic in latched} == {QosDurability.TRANSIENT_LOCAL}
     said = YAML(typ="safe").load(folder / "metadata.yaml")["rosbag2_bagfile_information"]
     assert said["custom_data"] == log.run
     assert (said["version"], said["storage_identifier"], said["relative_file_paths"]) == (8, "mcap", ["bag.mcap"])
@@ -73,15 +67,6 @@ def test_the_bags_description_is_what_is_in_it(log, folder, bag):
         assert part["duration"] == {"nanoseconds": 600_000_000}
         assert part["message_count"] == sum(counts.values())
     assert sorted(path.name for path in folder.iterdir()) == ["bag.mcap", "metadata.yaml"]
-
-
-def test_its_types_are_the_same_in_every_distribution_since_humble(scenario):
-    humble = get_typestore(Stores.ROS2_HUMBLE)
-    types = {topic.type for group in ros_topics(scenario).values() for topic in group}
-    assert len(types) >= 11
-    for name in types | {"rosgraph_msgs/msg/Clock", "nav_msgs/msg/OccupancyGrid"}:
-        for store in LATER:
-            assert get_typestore(store).hash_rihs01(name) == humble.hash_rihs01(name)
 
 
 # ---------------------------------------------------------------------------------------- the robot
@@ -218,27 +203,12 @@ def test_the_scene_is_drawn_with_markers(log, bag):
         assert len({(marker.ns, marker.id) for marker in message.markers}) == len(message.markers)
         for marker in message.markers:
             assert_header(marker.header, time, "base_link_truth" if marker.ns == "robot" else "map")
-            lifetime = 200_000_000 if marker.ns.endswith("_estimate") else 0
-            assert (marker.action, marker.lifetime.sec, marker.lifetime.nanosec) == (0, 0, lifetime)
+            assert marker.lifetime.nanosec == (200_000_000 if marker.ns.endswith("_estimate") else 0)
             assert marker.color.a > 0
-        entities = {entity.id: entity for entity in value.entities}
-        for name in ("person0", "person1", "person2"):
-            (marker, label) = [marker for marker in message.markers if marker.ns == name]
-            (body,) = entities[name].cylinders
-            assert same(marker.pose.position) == same(body.pose.position)
-            assert same(marker.scale) == same(body.size)
-            assert (marker.color.r, marker.color.g) == (np.float32(body.color.r), np.float32(body.color.g))
-            assert (label.text, label.scale.z) == (name, pytest.approx(0.3))
+        (marker, label) = [marker for marker in message.markers if marker.ns == "person1"]
+        (body,) = next(entity for entity in value.entities if entity.id == "person1").cylinders
+        assert same(marker.pose.position) == same(body.pose.position)
+        assert same(marker.scale) == same(body.size)
+        assert (marker.color.r, label.text) == (np.float32(body.color.r), "person1")
         (left, _) = [marker for marker in message.markers if marker.ns == "lanes"]
         assert [same(point) for point in left.points] == [(0.0, 2.5, 0.0), (10.0, 2.5, 0.0)]
-        assert left.scale.x == 0.05
-
-
-def test_topics_without_a_ros_type_are_json(log, bag):
-    for topic in ("/contacts", "/decision", "/tick"):
-        for _, value, message in pairs(log, topic, bag, topic):
-            assert json.loads(message.data) == value
-    for _, value, message in pairs(log, "/cone", bag, "/cone"):
-        cone = json.loads(message.data)
-        assert (cone["obstacle"], cone["safe_share"]) == ("person1", value.safe_share)
-        np.testing.assert_array_equal(np.float32(cone["samples"]), np.array(value.samples, np.float32))

@@ -146,21 +146,3 @@ def test_another_programs_log_can_be_read_but_has_no_run(tmp_path):
         log.scenario()
     with pytest.raises(InputError, match="no whole tick"):
         log.trajectory()
-
-
-def test_a_document_that_is_no_json_and_a_broken_schema_are_damage(tmp_path):
-    path = tmp_path / "odd.mcap"
-    with open(path, "wb") as file:
-        writer = Writer(file)
-        writer.start()
-        text = writer.register_channel("/text", "json", 0)
-        schema = writer.register_schema("a.B", "protobuf", b"no descriptors")
-        proto = writer.register_channel("/proto", "protobuf", schema)
-        writer.add_message(text, 0, b"[" * 100_000, 0)
-        writer.add_message(proto, 0, b"abc", 0)
-        writer.finish()
-    log = open_log(path)
-    assert {name: topic.messages for name, topic in log.topics.items()} == {"/text": 1, "/proto": 1}
-    for topic in log.topics:
-        with pytest.raises(DamagedLogError, match=f"{topic} holds what its schema does not say"):
-            list(log.messages(topic))

@@ -91,14 +91,6 @@ def test_a_chunk_that_contradicts_itself_is_refused(raw, what):
         records_of(raw)
 
 
-def test_an_attachments_checksum_is_verified_where_there_is_one():
-    raw = written(Attachment(1, 2, "a", "text/plain", b"content"))
-    assert records_of(raw)[0].data == b"content"
-    assert records_of(raw[:-4] + bytes(4))[0].name == "a"
-    with pytest.raises(BadRecord, match="an attachment that does not match its checksum"):
-        records_of(raw.replace(b"content", b"contemt"))
-
-
 # ---------------------------------------------------------------------------------------- whole files
 
 

@@ -26,22 +26,12 @@ def schemas(scenario):
     return {topic.name: topic.schema for topic in topics(scenario)}
 
 
-def panels_in(tree) -> list[str]:
-    return [tree] if isinstance(tree, str) else panels_in(tree["first"]) + panels_in(tree["second"])
-
-
 def of_kind(kind: str) -> list[dict]:
     return [config for name, config in PANELS.items() if name.startswith(f"{kind}!")]
 
 
 def test_the_package_ships_the_file_that_logs_carry(recorded):
     assert open_log(recorded).attachments["foxglove-layout.json"] == SHIPPED
-
-
-def test_it_has_the_parts_that_foxglove_imports_and_every_panel_a_place():
-    assert set(LAYOUT) == {"configById", "globalVariables", "playbackConfig", "userNodes", "layout"}
-    assert sorted(panels_in(LAYOUT["layout"])) == sorted(PANELS)
-    assert {name.partition("!")[0] for name in PANELS} == {"3D", "Plot", "RosOut", "RawMessages"}
 
 
 def test_the_room_shows_topics_that_can_be_drawn_and_follows_a_frame_that_exists(schemas):

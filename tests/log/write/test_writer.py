@@ -1,23 +1,18 @@
 import json
 import resource
-import subprocess
-import sys
 import threading
-import time
 from dataclasses import replace
 from pathlib import Path
 
-import mcap.records as records
 import pytest
-from mcap.reader import NonSeekingReader, make_reader
-from mcap.stream_reader import StreamReader
+from mcap.reader import make_reader
 from mcap.writer import Writer
 from mcap_protobuf.decoder import DecoderFactory
 
 from mjnav.errors import InputError
 from mjnav.log import Recorder, open_log
 from mjnav.log.encode.topics import topics
-from mjnav.log.log_format import FRAMES, FRAMES_KEY, check_path
+from mjnav.log.log_format import check_path
 from mjnav.log.write.sink import QUEUE_SIZE
 from mjnav.log.write.writer import LogError
 from mjnav.scene.spec import LogContent
@@ -60,22 +55,6 @@ def test_mcaps_own_reader_decodes_every_topic_by_the_schema_in_the_file(log_path
         assert at == (
             [200_000_000, 400_000_000] if topic == "/events" else whole + [400_000_000] * (topic in FINAL_TOPICS)
         ), topic
-
-
-def test_the_run_comes_first_and_the_result_last(log_path):
-    with open(log_path, "rb") as file:
-        found = [
-            record
-            for record in StreamReader(file, emit_chunks=True).records
-            if isinstance(record, records.Metadata | records.Attachment | records.Chunk)
-        ]
-    assert (found[0].name, found[0].metadata) == (
-        "mjnav/run",
-        {"log_format": "2", "seed": "3", "scene": "made-up", FRAMES_KEY: FRAMES},
-    )
-    assert [record.name for record in found[1:4]] == ["scenario.toml", "model.xml.gz", "foxglove-layout.json"]
-    assert found[-1].name == "mjnav/result"
-    assert all(isinstance(record, records.Chunk) for record in found[4:-1])
 
 
 def test_paths_that_cannot_be_written_are_refused_and_nothing_is_made(tmp_path):
@@ -131,18 +110,6 @@ def test_a_full_disk_is_an_error_of_one_line_and_what_was_written_stays(tmp_path
     assert kept == list(range(len(kept)))
     assert f"up to {0.1 * kept[-1]:.1f} s" in str(raised.value)
     assert 200_000 < path.stat().st_size <= 400_000
-
-
-def test_a_disk_that_has_no_room_for_the_beginning_is_left_without_a_file(tmp_path, scenario):
-    limits = resource.getrlimit(resource.RLIMIT_FSIZE)
-    with Recorder(tmp_path / "run.mcap", scenario, {}, "<mujoco/>") as recorder:
-        resource.setrlimit(resource.RLIMIT_FSIZE, (1000, limits[1]))
-        try:
-            with pytest.raises(LogError, match="File too large; nothing of it is left"):
-                recorder.open()
-        finally:
-            resource.setrlimit(resource.RLIMIT_FSIZE, limits)
-    assert list(tmp_path.iterdir()) == []
 
 
 def test_every_reading_of_a_tick_is_there_at_its_own_time(tmp_path, scenario, made_up):
@@ -205,28 +172,3 @@ def test_a_log_that_cannot_keep_up_counts_what_it_drops_and_readers_see_the_gap(
     assert sequences(log, "/robot/truth") == [*range(whole + 1), whole + 4]  # the end is never dropped
     trajectory = log.trajectory()  # reaches to the gap
     assert (len(trajectory.command), len(trajectory.time), len(trajectory.timing)) == (whole, whole + 1, whole)
-
-
-@pytest.mark.parametrize("sink", ["direct", "thread"])
-@pytest.mark.parametrize(("pause", "lifetime"), [(0.0, 0.6), (0.003, 0.93), (0.05, 0.71)])
-def test_a_killed_writer_loses_at_most_the_last_moments(tmp_path, pause, lifetime, sink):
-    path = tmp_path / "run.mcap"
-    command = [sys.executable, str(Path(__file__).parent / "killed_writer.py"), str(path), str(pause), sink]
-    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
-        first = process.stdout.readline()
-        time.sleep(lifetime)
-        process.kill()
-        lines = (first + process.stdout.read()).split("\n")[:-1]  # the last may be cut off
-        handed_over = [line.split() for line in lines]
-    log = open_log(path)
-    assert (log.complete, log.truncated, log.run["scene"]) == (False, True, "made-up")
-    kept = sequences(log, "/command")  # of ticks; where the disk cannot keep up, a thread's log drops some between them
-    assert kept == sorted(set(kept))
-    assert len(kept) == kept[-1] + 1 or (sink, pause) == ("thread", 0.0)
-    if kept[-1] + 1 < len(handed_over):
-        lost = float(handed_over[-1][1]) - float(handed_over[kept[-1] + 1][1])
-        assert lost <= 0.3
-    assert len(kept) <= len(handed_over) + 1
-    assert len(log.trajectory().status) >= (len(kept) - 2 if len(kept) == kept[-1] + 1 else 1)
-    with open(path, "rb") as file:
-        assert next(NonSeekingReader(file).iter_metadata()).name == "mjnav/run"

@@ -81,14 +81,6 @@ def test_slipping_wheels_turn_as_commanded_and_move_the_robot_less(scene, engine
     np.testing.assert_allclose(of(readings[-5:], "gyro"), factor * COMMAND[1], atol=5e-3)
 
 
-def test_a_base_that_hears_no_command_keeps_the_last_one_and_then_stops(scene):
-    lost = Faults(wheels=WheelFaults(dropout=Dropout(start=1.0)))
-    _, readings = drive(scene(engine="kinematic", faults=lost), seconds=3.0)
-    speeds = of(readings, "odometry")[:, 0]
-    assert speeds[14] == pytest.approx(0.5)
-    assert speeds[-1] == pytest.approx(0.0, abs=1e-12)
-
-
 SENSORS = {"odometry": "odometry", "gyro": "gyro", "pose": "pose", "detections": "detections", "lidar": "scan"}
 
 

@@ -2,7 +2,9 @@ import numpy as np
 import pytest
 
 from mjnav.messages import WorldState
+from mjnav.scene import loads
 from mjnav.scene.spec import ConstantVelocity, Person, Pillar, Robot, Scenario, StopAndGo, Table, Wall, Waypoints
+from mjnav.scene.ways import Ways, floor_of_people
 from mjnav.world.people.pedestrians import Pedestrians
 from mjnav.world.simulator import Simulator
 
@@ -71,3 +73,41 @@ def test_a_blocked_person_stays_where_it_is(scene, engine, obstacle):
     assert position[:, 0, 0].max() < 1.76
     np.testing.assert_allclose(position[-1, 0], position[-50, 0], atol=0.005)
     assert np.hypot(*velocity[-1, 0]) < 0.01
+
+
+WALL_IN_THE_WAY = """schema = 1
+name = "around"
+[robot]
+start = [-6.0, 0.0, 0.0]
+goal = [9.0, 0.0]
+[physics]
+engine = "ENGINE"
+[[walls]]
+from = [0.0, -2.0]
+to = [0.0, 2.0]
+[[tables]]
+position = [0.2, 3.6]
+[[people]]
+start = [-2.0, 0.0]
+behaviour = "waypoints"
+waypoints = [[2.0, 0.5]]
+speed = 1.2
+loop = false
+"""
+
+
+def test_a_person_walks_around_a_wall_to_the_waypoint_and_touches_nothing(engine):
+    scenario = loads(WALL_IN_THE_WAY.replace("ENGINE", engine))
+    floor = floor_of_people(scenario.walls, scenario.tables, scenario.pillars)
+    simulator = Simulator(scenario, 0, lidar=False)
+    places = []
+    for _ in range(80):
+        simulator.advance(0.1, (0.0, 0.0))
+        places.append(simulator.state().people_position[0])
+    assert places[-1] == pytest.approx([2.0, 0.5], abs=0.01)
+    assert floor.clearance(places).min() >= scenario.people[0].radius
+    walked = np.linalg.norm(np.diff([scenario.people[0].start, *places], axis=0), axis=1).sum()
+    planned = Ways(floor).plan((-2.0, 0.0), (2.0, 0.5), 0.3)
+    assert planned is not None
+    length = np.linalg.norm(np.diff([(-2.0, 0.0), *planned], axis=0), axis=1).sum()
+    assert walked == pytest.approx(length, rel=0.02)
