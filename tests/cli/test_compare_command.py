@@ -25,14 +25,7 @@ controller = "mean"
 def fill(folder, study="two methods", num=25):
     store = Store(folder)
     rows = [
-        row(
-            method,
-            seed,
-            1.0 + 0.01 * (7 * seed % 25) + i,
-            hit=i == 1 and seed < 5,
-            scene="crossing1",
-            study=study,
-        )
+        row(method, seed, 1.0 + 0.01 * (7 * seed % 25) + i, hit=i == 1 and seed < 5, scene="crossing1", study=study)
         for i, method in enumerate(("rkhs", "mean"))
         for seed in range(num)
     ]
@@ -73,13 +66,6 @@ def test_files_are_written_by_their_names(mjnav, study, tmp_path):
     printed = json.loads(quiet.out)
     assert (printed["schema"], printed["folder"], printed["episodes"]) == (1, "runs/out/two methods", 50)
     assert (tmp_path / "again.csv").read_bytes() == (tmp_path / "t.csv").read_bytes()
-
-
-def test_a_damaged_shard_is_told_in_a_line(mjnav, study, tmp_path):
-    (tmp_path / "runs/out/two methods/part-000009-1f6c0a12.parquet").write_bytes(b"PAR1")
-    said = mjnav("compare", "two.toml")
-    assert (said.code, said.out) == (1, "")
-    assert "part-000009-1f6c0a12.parquet: damaged (" in said.err
 
 
 def test_two_folders_are_compared_seed_by_seed_in_text_json_and_csv(mjnav, study, tmp_path):

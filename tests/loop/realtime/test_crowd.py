@@ -43,11 +43,6 @@ def test_they_follow_the_seed_and_a_larger_crowd_holds_the_smaller(room):
     assert large.people[:6] == small.people
 
 
-def test_a_scene_without_walls_has_room_around_what_it_holds(empty):
-    starts = [person.start for person in crowd(empty(), 8).people]
-    assert all(-2.0 <= x <= 5.0 and -2.0 <= y <= 2.0 for x, y in starts)
-
-
 def test_a_room_that_is_full_takes_no_more():
     text = """
     schema = 1
@@ -62,8 +57,3 @@ def test_a_room_that_is_full_takes_no_more():
     """
     with pytest.raises(InvalidValue, match=r"people: found 50; allowed: at most [1-4]: there is no room for more"):
         crowd(scene.loads(text), 50)
-
-
-def test_fewer_than_none_are_refused(room):
-    with pytest.raises(InvalidValue, match="people: found -1; allowed: a number >= 0"):
-        crowd(room(), -1)
