@@ -34,11 +34,6 @@ def test_it_offers_what_it_lists():
     assert all(callable(getattr(mjnav, name)) for name in mjnav.__all__)
 
 
-def test_a_name_that_it_does_not_have_is_an_attribute_error():
-    with pytest.raises(AttributeError, match="module 'mjnav' has no attribute 'runn'"):
-        _ = mjnav.runn
-
-
 def test_every_call_is_typed(path: Path, tmp_path: Path, capsys):
     """What pyright sees is what comes."""
     scenario = assert_type(mjnav.load_scenario(*SCENE), Scenario)

@@ -1,7 +1,5 @@
 """Objects of the Python interface have reprs of one line and HTML for notebooks."""
 
-from xml.etree import ElementTree
-
 import pytest
 
 from mjnav import load_scenario, open_log, run
@@ -31,11 +29,3 @@ def test_what_holds_arrays_says_their_shapes_in_one_line(ran):
         "Scenario('hall', rkhs-plan, seed 0: 4 walls, 2 tables, 2 pillars, 5 people; noise pearson)"
     )
     assert f"{str(log.path)!r}: crossing1, rkhs, seed 3, 1.0 s" in repr(log)
-
-
-def test_a_result_is_a_table_in_a_notebook(ran):
-    table = ElementTree.fromstring(ran[0]._repr_html_())
-    rows = {row[0].text: row[1].text for row in table.iter("tr")}
-    assert table.find("caption").text == repr(ran[0])
-    assert rows["min_clearance_m"] == f"{ran[0].summary['min_clearance_m']:.4g}"
-    assert rows["outcome"] == "timeout"

@@ -1,8 +1,5 @@
 """`mjnav calibrate`: what it prints, what it draws and what it refuses."""
 
-import pickle
-
-from mjnav import scene
 from mjnav.study.calibration import SETTINGS
 
 SHORT = ("--set", "time_limit=1.0", "--set", "physics.engine=kinematic", "--draws", "100", "--seeds", "2")
@@ -22,8 +19,3 @@ def test_every_method_and_setting_has_a_row_and_a_curve_and_the_picture_is_drawn
     for method in ("rkhs", "mean"):
         for setting in SETTINGS:
             assert sum(int(row[2]) for row in curves if row[:2] == [setting, method]) == 4
-
-
-def test_a_scenario_can_be_sent_to_a_worker():
-    scenario = scene.load("hall", ["noise.odometry.v={distribution='student_t', std=0.1, df=4.0}"])
-    assert pickle.loads(pickle.dumps(scenario)) == scenario

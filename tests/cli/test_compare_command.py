@@ -25,14 +25,7 @@ controller = "mean"
 def fill(folder, study="two methods", num=25):
     store = Store(folder)
     rows = [
-        row(
-            method,
-            seed,
-            1.0 + 0.01 * (7 * seed % 25) + i,
-            hit=i == 1 and seed < 5,
-            scene="crossing1",
-            study=study,
-        )
+        row(method, seed, 1.0 + 0.01 * (7 * seed % 25) + i, hit=i == 1 and seed < 5, scene="crossing1", study=study)
         for i, method in enumerate(("rkhs", "mean"))
         for seed in range(num)
     ]

@@ -46,19 +46,3 @@ def test_json_holds_what_the_run_printed(mjnav, tmp_path):
         "ticks": 3,
         "path_length_m": pytest.approx(ran["path_length_m"], abs=1e-9),
     }
-
-
-def test_what_can_be_read_of_a_damaged_log_is_printed_and_the_damage_told(mjnav, log):
-    content = bytearray(log.read_bytes())
-    content[content.index(b"lz4") + 200] ^= 0xFF
-    log.write_bytes(content)
-    said = mjnav("inspect", log)
-    assert said.code == 3
-    assert said.out.splitlines()[0] == "timeout: 0.3 s of simulated time; the file is damaged"
-    assert said.err.startswith(f"mjnav: {log}: damaged: bytes ")
-    assert len(said.err.splitlines()) == 1
-    assert "a chunk that does not match its checksum" in said.out
-    printed = mjnav("inspect", log, "--json")
-    assert (printed.code, printed.err) == (3, said.err)
-    found = json.loads(printed.out)
-    assert (found["outcome"], len(found["damage"]["lost"])) == ("timeout", 1)

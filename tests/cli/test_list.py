@@ -42,8 +42,3 @@ def test_what_packages_register_is_marked_with_the_package(mjnav, tmp_path, monk
     text = "from arm-planner 1.2 (not_importable:Thing)"
     assert listed["controllers"]["careful"] == listed["behaviours"]["jog"] == listed["distributions"]["t"] == text
     assert listed["filters"]["robot.localizer.gps"] == listed["filters"]["obstacles.tracker.joint"] == text
-
-    (package / "entry_points.txt").write_text("[mjnav.controllers]\nmppi = not_importable:Other\n")
-    monkeypatch.syspath_prepend(tmp_path / "again")  # metadata is read once for a search path
-    clash = json.loads(mjnav("list", "controllers", "--json").out)["controllers"]["mppi"]
-    assert clash.endswith("; also from arm-planner 1.2 (not_importable:Other), so that neither can be named")

@@ -58,6 +58,3 @@ def test_the_arrays_are_the_surface_of_the_moments_decision(mjnav, tmp_path, sce
     assert printed["chosen"] == {"v": record.decision.v, "omega": record.decision.omega, "total": costs.total.min()}
     assert printed["nominal"]["total"] == costs.total[costs.nominal]
     assert printed["minimum"]["total"] == s.total.min()
-
-
-# ------------------------------------------------------------------------------------------- refusals

@@ -1,8 +1,5 @@
 """`mjnav sweep`: what it prints, where it puts results and what it refuses."""
 
-import signal
-from contextlib import nullcontext
-
 import pytest
 
 from mjnav.study.store.store import Store
@@ -51,18 +48,6 @@ def test_it_says_what_it_runs_and_where_the_rows_are(sweep, tmp_path):
     assert store.study().endswith(STUDY)
 
 
-def test_results_are_added_to_on_request_only(sweep):
-    assert sweep("--seeds", 1).code == 0
-    refused = sweep("--seeds", 2)
-    assert (refused.code, refused.out.count("\n")) == (2, 1)
-    assert refused.err.startswith("mjnav: runs/out/two methods has results: --resume adds what is missing")
-    said = sweep("--seeds", 2, "--resume")
-    assert said.code == 0
-    assert said.out.splitlines()[1] == "2 of them are done"
-    assert sweep("--seeds", 2, "-o", "elsewhere").code == 0
-    assert len(Store("elsewhere").done()) == 4
-
-
 def test_an_episode_that_breaks_is_counted_by_its_cause_and_can_be_retried(sweep, tmp_path, monkeypatch):
     monkeypatch.syspath_prepend(tmp_path)
     (tmp_path / "failing_controllers.py").write_text(FAILING)
@@ -75,21 +60,3 @@ def test_an_episode_that_breaks_is_counted_by_its_cause_and_can_be_retried(sweep
     assert retry == "  --retry-failed runs them again"
     assert "4 episodes, 0 of them" in sweep("--seeds", 2, "--resume").out
     assert "4 episodes, 2 of them" in sweep("--seeds", 2, "--retry-failed").out
-
-
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-def test_an_interrupt_keeps_what_is_done_and_says_how_to_go_on(sweep, monkeypatch, number):
-    before = signal.getsignal(number)
-    asked = []
-
-    def interrupt(done):
-        asked.append(done)
-        if done == 3:
-            signal.raise_signal(number)
-
-    monkeypatch.setattr("mjnav.cli.sweep.progress", lambda *given: nullcontext(interrupt))
-    said = sweep()
-    assert (said.code, asked) == (130, [1, 2, 3])
-    assert said.err == "mjnav: interrupted: 9 episodes are missing, --resume runs them\n"
-    assert len(Store("runs/out/two methods").done()) == 3
-    assert signal.getsignal(number) is before

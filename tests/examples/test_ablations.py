@@ -2,7 +2,6 @@
 
 import importlib.util
 from itertools import combinations
-from math import exp
 from pathlib import Path
 
 import numpy as np
@@ -53,14 +52,6 @@ def test_the_gram_matrix_is_that_of_standardised_samples_by_the_median_distance(
     median = np.median([squared[0, 1], squared[0, 2], squared[1, 2]])
     assert parts.joint_gram(unit, 0.5) == pytest.approx(np.exp(-squared / (2.0 * 0.25 * median)))
     assert parts.joint_gram(np.full((4, 3), 0.1)).tolist() == np.ones((4, 4)).tolist()
-
-
-def test_the_norm_of_two_samples_is_known_exactly(parts):
-    # One median distance apart, k = exp(-1/2): the eigenvalues are 1 + mu + k for a sum, 1 + mu - k for a difference.
-    gram = parts.joint_gram(np.array([[0.0], [7.0]]))
-    same, opposite = 2.0 / (1.25 + exp(-0.5)), 2.0 / (1.25 - exp(-0.5))
-    norms = parts.norms(np.array([[1.0, 1.0], [2.0, 0.0]]), gram, 0.25)
-    assert norms**2 == pytest.approx([same, same + opposite], rel=1e-12)
 
 
 def test_herded_samples_of_two_clusters_have_the_least_distance_of_all_subsets(parts):

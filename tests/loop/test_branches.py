@@ -29,6 +29,7 @@ CASES = {
     "latency drawn": ("mean", (*KINEMATIC, 'control.latency={model="sampled", trace=[0.02, 0.15, 0.31]}')),
     "kalman": ("mean", (*KINEMATIC, "estimation.robot.filter=ekf", "estimation.obstacles.filter=kalman")),
     "direct": ("mean", (*KINEMATIC, "estimation.robot.source=direct", "estimation.obstacles.source=direct")),
+    "by lidar": ("mean", (*KINEMATIC, "estimation.robot.source=lidar", "estimation.obstacles.source=lidar")),
     "rates": ("mean", (*KINEMATIC, "sensors.rate=4", "control.rate=25")),
 }
 

@@ -32,17 +32,10 @@ SCHEDULES = {
     "on time": ([10, 99, 0, 50], [(0, False, 0)] * 4),
     "late once": ([130, 20, 20], [(30, True, 0), (0, False, 0), (0, False, 0)]),
     "a little late again and again": ([110, 95, 110, 80], [(10, True, 0), (5, True, 0), (15, True, 0), (0, False, 0)]),
-    "very late": (
-        [430, 10, 10, 10, 10],
-        [(330, True, 0), (240, True, 0), (150, True, 0), (60, True, 0), (0, False, 0)],
-    ),
     "late beyond the bound": ([570, 10, 10], [(70, True, 4), (0, False, 0), (0, False, 0)]),
     "stalled": ([12_345, 40], [(45, True, 122), (0, False, 0)]),
     "stalled, then slow": ([12_345, 90, 90], [(45, True, 122), (35, True, 0), (25, True, 0)]),
-    "overloaded": (
-        [160] * 8,
-        [(60 * n, True, 0) for n in range(1, 7)] + [(20, True, 4), (80, True, 0)],
-    ),
+    "overloaded": ([160] * 8, [(60 * n, True, 0) for n in range(1, 7)] + [(20, True, 4), (80, True, 0)]),
 }
 
 

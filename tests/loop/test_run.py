@@ -1,7 +1,6 @@
-"""`mjnav.run`: what it takes, and where its log goes."""
+"""`mjnav.run`: what it takes, where its log goes, which limits hold; and the tick at a moment."""
 
 import re
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -9,8 +8,9 @@ import pytest
 import mjnav
 from mjnav import scene
 from mjnav.errors import InputError, InvalidValue
-from mjnav.log import open_log
+from mjnav.loop.episode import Episode
 from mjnav.loop.prepare import load_scenario
+from mjnav.loop.run import record_at
 
 SHORT = ("time_limit=0.4",)
 
@@ -24,28 +24,12 @@ def test_seed_and_controller_take_the_place_of_the_scenarios_own():
     assert (scenario.seed, scenario.control.method) == (0, "rkhs")
 
 
-def test_a_default_log_is_named_after_the_run_below_the_working_directory(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    scenario = load_scenario("crossing1", (*SHORT, 'name="my scene"'), seed=3)
-    paths = [Path(mjnav.run(scenario, log=True).summary["log"]) for _ in range(2)]
-    for path in paths:
-        assert re.fullmatch(r"runs/out/my_scene-rkhs-3-\d{8}T\d{6}\.\d{6}\.mcap", str(path))
-        assert open_log(path).complete
-    assert len(set(paths)) == 2  # also within a second
-
-
 def test_what_cannot_be_used_is_refused_before_anything_starts(tmp_path):
     existing = tmp_path / "a.mcap"
     existing.write_bytes(b"mine")
     with pytest.raises(InputError, match="exists already"):
         mjnav.run("crossing1", log=existing)
     assert existing.read_bytes() == b"mine"
-    with pytest.raises(InputError, match="a folder"):
-        mjnav.run("crossing1", log=tmp_path)
-    with pytest.raises(InvalidValue, match="did you mean 'crossing1'"):
-        mjnav.run("crosing1")
-    with pytest.raises(InvalidValue, match=r"control\.method.*did you mean 'mean'"):
-        mjnav.run("crossing1", controller="meen")
     for seed in (-1, 1.5, "a", np.nan, 10**400):
         with pytest.raises(InvalidValue, match=r"seed: found .*; allowed: (a )?whole number"):
             mjnav.run("crossing1", seed=seed)
@@ -65,3 +49,54 @@ def test_errors_in_a_methods_parameters_name_where_they_came_from(tmp_path):
     path.write_text(scene.dumps(load_scenario("crossing1")).replace("[control]", "[control]\ndegre = 2"))
     with pytest.raises(InvalidValue, match=rf"^{re.escape(str(path))}: control\.degre: "):
         load_scenario(path)
+
+
+STILL = {"physics.engine": "kinematic", "time_limit": 2.0, "noise.profile": "none"}
+LIMITS = {"max_speed": 0.5, "min_speed": -0.3, "max_turn_rate": 0.7, "max_acceleration": 0.4}
+
+
+def test_candidates_and_commands_keep_the_limits_and_reverse():
+    overrides = {**STILL, **{f"robot.{key}": value for key, value in LIMITS.items()}}
+    seen = []
+    result = mjnav.run(mjnav.load_scenario("crossing1", overrides), watch=seen.append)
+    first = seen[0].decision.costs
+    assert first.v.min() == pytest.approx(-0.04)  # 0.4 m/s² for a period of 0.1 s, from rest
+    assert abs(first.omega).max() == pytest.approx(0.3)
+    assert result.trajectory.command[:, 0].max() <= 0.5 + 1e-12
+    assert abs(result.trajectory.command[:, 1]).max() <= 0.7 + 1e-12
+    assert result.trajectory.clipped_ticks == 0
+
+
+KINEMATIC = ("physics.engine=kinematic",)
+
+
+@pytest.fixture(scope="module")
+def short():
+    """It reaches its goal within two seconds."""
+    return load_scenario("crossing1", (*KINEMATIC, "robot.goal=[0.9, 0.0]", "control.rate=5"))
+
+
+@pytest.fixture(scope="module")
+def whole(short):
+    """All ticks of `short`, and when it ended."""
+    records = []
+    result = Episode(short, watch=records.append).run()
+    assert result.summary["outcome"] == "goal"
+    return records, result.summary["time_s"]
+
+
+@pytest.mark.parametrize(
+    ("time", "tick"), [(0.0, 0), (0.1999, 0), (0.2, 1), (0.6, 3), (0.6000001, 3), (0.79, 3), (1.0, 5)]
+)
+def test_it_is_the_tick_then_or_the_last_before(short, whole, time, tick):
+    record, expected = record_at(short, time), whole[0][tick]
+    assert record.tick == tick
+    assert record.truth.time == pytest.approx(0.2 * tick)
+    assert (record.observation.robot_pose == expected.observation.robot_pose).all()
+    assert (record.decision.v, record.decision.omega) == (expected.decision.v, expected.decision.omega)
+
+
+def test_after_the_end_of_a_run_there_is_none(short, whole):
+    _, end = whole
+    with pytest.raises(InvalidValue, match=rf"time: found .*; allowed: 0 to {end:g} s: there the run ended \(goal\)"):
+        record_at(short, end + 0.05)

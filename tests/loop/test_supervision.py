@@ -1,7 +1,6 @@
 """What is told of a run that broke, and what ends one that takes too long."""
 
 import json
-import pickle
 import time
 import traceback
 
@@ -10,16 +9,7 @@ import pytest
 
 from mjnav.errors import MjnavError
 from mjnav.loop import supervision
-from mjnav.loop.supervision import (
-    Heartbeat,
-    RunFault,
-    TimeUp,
-    describe_fault,
-    dumped_frames,
-    fault_events,
-    location,
-    supervised,
-)
+from mjnav.loop.supervision import Heartbeat, TimeUp, describe_fault, fault_events, location, supervised
 
 
 def raised(call) -> Exception:
@@ -39,11 +29,6 @@ def test_mjnavs_own_words_stand_for_themselves():
     assert describe_fault(error) == "the disk is full"
     assert [event.name for event in fault_events(error)] == ["fault"]
     assert [event.name for event in fault_events(raised(lambda: 1 // 0))] == ["fault", "traceback"]
-
-
-def test_a_fault_survives_the_way_between_processes_with_its_result():
-    fault = pickle.loads(pickle.dumps(RunFault("broke", result={"ticks": 3})))
-    assert (str(fault), fault.result, fault.exit_code) == ("broke", {"ticks": 3}, 1)
 
 
 def test_a_heartbeat_ends_the_first_tick_after_its_time_and_all_later_ones():
@@ -69,16 +54,3 @@ def test_an_episode_without_progress_is_named_once_and_ended_where_it_hangs(monk
             hang()
         time.sleep(0.05)  # while it ends in order, it is not ended again
     assert told == ["has made no progress for 0 s; it is ended in 0 s"]
-
-
-def test_the_frames_of_a_dump_are_the_main_threads_outermost_first():
-    dump = """Timeout (0:00:01)!
-Thread 0x1 (most recent call first):
-  File "/other.py", line 1 in g
-
-Thread 0x2 (most recent call first):
-  File "/a/b c.py", line 3 in f
-  File "/d.py", line 7 in <module>
-"""
-    frames = [(f.filename, f.lineno, f.name) for f in dumped_frames(dump)]
-    assert frames == [("/d.py", 7, "<module>"), ("/a/b c.py", 3, "f")]

@@ -1,7 +1,6 @@
 """What an item leaves behind, and the page that is made of it."""
 
 import csv
-from html.parser import HTMLParser
 
 import pytest
 from matplotlib.figure import Figure
@@ -11,6 +10,7 @@ from mjnav.paper import ITEMS, load
 from mjnav.paper.claims import Finding, Verdict
 from mjnav.paper.episodes import Basis
 from mjnav.paper.page import DATA, FINDINGS, PICTURE, PRINT, page, publish, read
+from tests.report.parsed_page import ParsedPage
 
 HOSTILE = '</td><script>alert("1")</script>'
 FINDING = Finding("It is <so>", "figure 1", Verdict.HOLDS, "first: 1 < 2\nsecond: 2 > 1")
@@ -48,34 +48,18 @@ def test_a_damaged_folder_is_refused(tmp_path):
             read(tmp_path)
 
 
-class _Tags(HTMLParser):
-    def __init__(self):
-        super().__init__()
-        self.names: list[str] = []
-        self.links: list[str] = []
-        self.text = self.code = ""
-
-    def handle_starttag(self, tag, attrs):
-        self.names.append(tag)
-        self.links += [value for key, value in attrs if key in ("href", "src")]
-
-    def handle_data(self, data):
-        if self.names[-1:] == ["script"]:
-            self.code += data
-        else:
-            self.text += data
-
-
 def test_the_page_shows_every_claim_escapes_what_it_is_told_and_its_links_lead_somewhere(folder):
-    tags, made = _Tags(), page(folder, HOSTILE)
-    tags.feed(made)
-    assert "alert" not in tags.code
-    assert tags.text.count(HOSTILE) == 2
-    assert tags.text.count("✓ holds It is <so>") == 1
+    made = page(folder, HOSTILE)
+    parsed = ParsedPage(made)
+    text_of_all = "".join(part.text for tag in ("title", "body") for part in parsed.all(tag))
+    assert not any("alert" in code for code in parsed.code)
+    assert text_of_all.count(HOSTILE) == 2
+    assert text_of_all.count("✓ holds It is <so>") == 1
     for text in ("first: 1 < 2", "a = 1 < 2", load("pareto").limits):
-        assert tags.text.count(text) == 1
-    assert f"Not run: {', '.join(name for name in ITEMS if name != 'pareto')}." in tags.text
-    for link in tags.links:
+        assert text_of_all.count(text) == 1
+    assert f"Not run: {', '.join(name for name in ITEMS if name != 'pareto')}." in text_of_all
+    links = [e.attributes[key] for e in parsed.elements for key in ("href", "src") if key in e.attributes]
+    for link in links:
         if link.startswith("#"):
             assert f'id="{link[1:]}"' in made
         elif not link.startswith(("https://arxiv.org/", "data:")):

@@ -10,15 +10,7 @@ from mjnav.loop.prepare import load_scenario
 from mjnav.paper import snapshots
 from mjnav.paper.claims import Verdict, judge
 from mjnav.paper.episodes import DIRECT
-from mjnav.paper.snapshots import (
-    GAP,
-    GOAL,
-    MATCHED,
-    NUM_SNAPSHOTS,
-    SETTLED,
-    draw_snapshots,
-    snapshot_claims,
-)
+from mjnav.paper.snapshots import GOAL, MATCHED, draw_snapshots, snapshot_claims
 
 
 def measure(scenario):
@@ -42,17 +34,6 @@ def test_the_matched_control_is_the_run_s_choice_and_leaves_most_samples_safe(da
         decision = snapshot.record.decision
         assert snapshot.controls[MATCHED].tolist() == [decision.v, decision.omega]
         assert snapshot.matters == (snapshot.controls[GOAL].tolist() != snapshot.controls[MATCHED].tolist())
-
-
-def test_drawn_are_the_hardest_decisions_that_matter_apart_and_in_order(data):
-    drawn = data.hardest()
-    times = [snapshot.time for snapshot in drawn]
-    assert len(times) <= NUM_SNAPSHOTS
-    assert (np.diff(times) >= GAP - 1e-9).all()
-    assert times[0] >= SETTLED
-    assert all(snapshot.matters and snapshot.run == 0 for snapshot in drawn)
-    rivals = [s.share[GOAL] for s in data.decisions if s.matters and s.run == 0 and s.time >= SETTLED]
-    assert min(snapshot.share[GOAL] for snapshot in drawn) == min(rivals)
 
 
 def as_many_runs(data, shares):

@@ -11,13 +11,7 @@ from mjnav.loop.prepare import load_scenario
 from mjnav.paper import surface
 from mjnav.paper.claims import Verdict, judge
 from mjnav.paper.episodes import changed, spread
-from mjnav.paper.surface import (
-    VARIANTS,
-    by_gradient,
-    claims,
-    continuous_cost,
-    goal_cost_excess,
-)
+from mjnav.paper.surface import VARIANTS, by_gradient, claims, continuous_cost, goal_cost_excess
 from mjnav.robot.controller import build_controller
 
 LOW, HIGH = np.array([0.0, -1.5]), np.array([1.0, 1.5])

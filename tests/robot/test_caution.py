@@ -9,14 +9,7 @@ import pytest
 import mjnav
 from mjnav.loop.episode import Episode
 from mjnav.messages import Beliefs, Decision, RobotBelief, Status
-from mjnav.robot.caution import (
-    CONFLICTS,
-    FIRST_REST,
-    MAX_HEADING_STD,
-    MAX_POSITION_STD,
-    PATIENCE,
-    Caution,
-)
+from mjnav.robot.caution import CONFLICTS, FIRST_REST, MAX_HEADING_STD, MAX_POSITION_STD, PATIENCE, Caution
 from mjnav.robot.estimation.base import robot_belief
 from mjnav.robot.sanity import Sanity
 from mjnav.scene.load import load

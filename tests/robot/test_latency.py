@@ -1,4 +1,4 @@
-"""When decisions take effect."""
+"""When decisions take effect, and what was and will be commanded, by time."""
 
 from pathlib import Path
 
@@ -8,7 +8,7 @@ import pytest
 from mjnav import scene
 from mjnav.errors import InvalidValue
 from mjnav.loop.episode import Episode
-from mjnav.robot.latency import make_latency
+from mjnav.robot.latency import CommandHistory, make_latency
 
 MEASURED = 'control.latency={model="measured"}'
 
@@ -98,16 +98,11 @@ def test_a_trace_may_stand_in_a_file_beside_the_run_file_or_in_the_working_folde
 @pytest.mark.parametrize(
     ("latency", "message"),
     [
-        ('{model="sampeld", trace=[0.1]}', "did you mean 'sampled'?"),
         ("{}", "control.latency.trace: found nothing; allowed: compute times [s], or the path of a text file"),
         ('{trace="none.txt"}', "control.latency.trace: found 'none.txt'; allowed: a text file of numbers that can be"),
         ('{trace="bad.txt"}', "found 'fast'; allowed: numbers, one or more a line (line 2 of "),
         ("{trace=[0.1, -0.1]}", "control.latency.trace.1: found -0.1; allowed: a number from 0 to 1000 s"),
-        ("{trace=[nan]}", "control.latency.trace.0: found nan"),
         ('{model="measured", trace=[0.1]}', "control.latency.trace: found"),
-        ('{trace=[0.1], order="sorted"}', "control.latency.order: found 'sorted'; allowed: drawn, recorded"),
-        ("{trace=[0.1], planned=-1.0}", "control.latency.planned: found -1.0"),
-        ("{trace=[0.1], delay=1}", "control.latency.delay: found 'delay'; allowed: model, order, planned, trace"),
     ],
 )
 def test_a_latency_that_makes_no_sense_is_refused(empty, tmp_path, monkeypatch, latency, message):
@@ -116,3 +111,40 @@ def test_a_latency_that_makes_no_sense_is_refused(empty, tmp_path, monkeypatch, 
     with pytest.raises(InvalidValue) as raised:
         empty(f"control.latency={latency}", folder=Path())
     assert message in str(raised.value)
+
+
+DELAYS = (0, 1, 3)
+
+
+@pytest.mark.parametrize("delay", DELAYS)
+def test_the_stretches_reach_from_the_belief_to_the_moment_of_effect_without_a_gap(limits, delay):
+    history = CommandHistory(limits)
+    for tick in range(12):
+        effect = (tick + delay) * 0.1
+        for lag in (0.0, 0.04, 0.1, 0.13):  # the reading may be older than the tick
+            start = max(0.0, tick * 0.1 - lag)
+            stretches = history.stretches(start, effect)
+            if effect - start < 1e-9:
+                assert stretches == []
+                continue
+            assert stretches[0].start == pytest.approx(start)
+            assert stretches[-1].end == pytest.approx(effect)
+            assert [a.end for a in stretches[:-1]] == pytest.approx([b.start for b in stretches[1:]])
+        history.append(effect, np.array([0.05 * tick, 0.0]))
+
+
+def test_commands_switch_within_a_period_in_order_and_none_overtakes_another(limits):
+    history = CommandHistory(limits)
+    first, second, third = np.array([0.1, 0.0]), np.array([0.2, 0.0]), np.array([0.3, 0.0])
+    history.append(0.13, first)
+    history.append(0.27, second)
+    history.append(0.22, third)  # computed sooner, but it waits for its turn
+    assert np.array_equal(history.in_force(0.1), [0.0, 0.0])
+    assert [(pytest.approx(0.03), 0.1)] == [(at, c[0]) for at, c in history.switches(0.1, 0.2)]
+    assert [(at, c[0]) for at, c in history.switches(0.2, 0.3)] == [
+        (pytest.approx(0.07), 0.2),
+        (pytest.approx(0.07), 0.3),
+    ]
+    assert history.switches(0.3, 0.4) == []
+    assert np.array_equal(history.in_force(0.3), third)
+    assert [s.command[0] for s in history.stretches(0.1, 0.3)] == [0.0, 0.1, 0.3]

@@ -1,4 +1,4 @@
-"""What a scan saw that neither the map nor a track explains, and the way that it leaves."""
+"""The map that controllers get, what a scan saw that neither it nor a track explains, and the way that it leaves."""
 
 from dataclasses import replace
 
@@ -10,10 +10,29 @@ from hypothesis import strategies as st
 from mjnav.messages import Reading
 from mjnav.motion.unicycle import integrate
 from mjnav.robot.estimation import assumed_noise
-from mjnav.robot.seen_space import HIDDEN, SeenSpace, free_arc
+from mjnav.robot.seen_space import HIDDEN, FloorMap, SeenSpace, free_arc
 from mjnav.scene.load import load
 from mjnav.scene.spec import Scenario
 from mjnav.world.simulator import Simulator
+
+
+def test_legs_and_pillars_are_discs_at_rest_under_their_bodies_names(room):
+    scenario = room()
+    floor_map = FloorMap(scenario)
+    assert floor_map.names == ("table0",) * 4 + ("pillar0",)
+    assert [disc.radius for disc in floor_map.discs] == [0.03] * 4 + [scenario.pillars[0].radius]
+    assert all(disc.position.shape == (1, 2) and not disc.velocity.any() for disc in floor_map.discs)
+    legs = sorted(tuple(disc.position[0].round(9).tolist()) for disc in floor_map.discs[:4])
+    assert legs == [(3.2, 0.6), (3.2, 1.4), (4.8, 0.6), (4.8, 1.4)]
+    assert floor_map.discs[4].position.tolist() == [[3.0, -1.0]]
+
+
+@pytest.mark.parametrize(("y", "face"), [(0.0, -1.8), (-5.0, -2.2)])
+def test_a_wall_is_its_face_towards_the_robot_longer_by_half_its_thickness(room, y, face):
+    floor_map = FloorMap(room("walls.0.thickness=0.4"))
+    (wall,) = floor_map.walls(np.array([1.0, y]))
+    assert wall == pytest.approx(np.array([[-1.2, face], [8.2, face]]))
+
 
 RADIUS = 0.22
 
@@ -93,14 +112,6 @@ def test_a_gap_counts_from_where_a_thin_thing_would_go_unseen_in_it(value):
         way = space.free_way(0.0, 0.5, 0.0, RADIUS)
         assert way == pytest.approx(distance - RADIUS, abs=0.02 * distance)
         assert space.free_way(0.0, -0.5, 0.0, RADIUS) == np.inf
-
-
-def test_what_lies_beyond_the_field_of_view_is_not_seen():
-    scenario = load("crossing1", {**KEYS, "sensors.lidar.field_of_view": 4.0})
-    space = space_of(scenario)
-    space.follow(first_reading(scenario), START, ())
-    assert space.free_way(0.0, 0.5, 0.0, RADIUS) == np.inf
-    assert space.free_way(0.0, -0.5, 0.0, RADIUS) == 0.0
 
 
 def test_the_way_shrinks_as_the_robot_drives_on_without_a_new_scan():

@@ -74,18 +74,6 @@ def test_the_share_of_draws_takes_sample_i_of_everything_together(seed):
     assert share_of_draws(o, (0.7, 0.2), LIMITS) == pytest.approx(sum(hits) / 30)
 
 
-def test_nothing_in_the_room_is_never_hit_and_what_is_touched_already_always(known):
-    for share in (share_of_pairs, share_of_draws):
-        assert share(known(), (1.0, 0.0), LIMITS) == 0.0
-        assert share(known((3.0, 2.0, 0.0, 0.0, 0.2)), (1.0, 0.0), LIMITS) == 0.0
-        assert share(known((0.1, 0.0, 0.0, 0.0, 0.2)), (0.0, 0.0), LIMITS) == 1.0
-
-
-def test_discs_beyond_the_sensing_range_and_the_largest_number_count_too(known):
-    far = known(*[(50.0, float(y), 0.0, 0.0, 0.2) for y in range(2, 30)], (9.0, 0.0, -2.0, 0.0, 0.3))
-    assert share_of_pairs(far, (0.0, 0.0), LIMITS) == share_of_draws(far, (0.0, 0.0), LIMITS) == 1.0
-
-
 def quiet(num: int = 1) -> np.ndarray:
     return np.zeros((num, NUM_WINDOWS, 2))
 
@@ -116,12 +104,6 @@ def test_rollouts_are_those_of_a_fine_simulation(known):
     assert share_of_rollouts(truth, (0.8, 0.3), LIMITS, noise) == pytest.approx(hits.mean())
 
 
-def test_people_walk_on_for_five_seconds_and_no_longer(known):
-    for distance, expected in ((4.9, 1.0), (5.1, 0.0)):
-        coming = known((distance + 0.5, 0.0, -1.0, 0.0, 0.25), twist=(0.0, 0.0))
-        assert share_of_rollouts(coming, (0.0, 0.0), LIMITS, quiet()) == expected
-
-
 NUM_ERRORS = 20_000
 
 
@@ -144,13 +126,6 @@ def test_every_error_has_its_channels_distribution(person):
     for axis in (2, 3):
         assert stats.ks_2samp(errors.people[0, :, axis], velocity).pvalue > 0.001
     assert np.abs(np.corrcoef(errors.people[0].T) - np.eye(4)).max() < 0.04
-
-
-def test_a_seed_and_a_use_have_their_own_draws(person):
-    draws = [ErrorDraws(person(), seed, use)(5).pose for seed, use in ((0, "fresh"), (0, "fresh"), (1, "fresh"))]
-    assert np.array_equal(draws[0], draws[1])
-    assert not np.isclose(draws[0], draws[2]).any()
-    assert not np.isclose(draws[0], ErrorDraws(person(), 0, "sample")(5).pose).any()
 
 
 def test_the_state_is_the_truth_less_the_error_and_what_stands_stays(known, true):

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 import mjnav
-from mjnav.errors import InvalidValue
 from mjnav.scene.crowd import read_recording
 from mjnav.study.prediction import Frames, Plan, measure
 
@@ -62,8 +61,3 @@ def test_whoever_walks_straight_is_foretold_exactly_where_the_truth_is_known():
     found = measure("crossing1", Plan(("constant_velocity",), exact=True, overrides=QUICK)).models
     assert found["constant_velocity"].figures["fde_m"].value == pytest.approx(0.0, abs=1e-6)
     assert found["constant_velocity"].energy_beyond_first.value == 0.0
-
-
-def test_a_model_that_is_none_is_told_by_its_option():
-    with pytest.raises(InvalidValue, match=r"^--model: prediction\.model: found 'constant'.*'constant_velocity'"):
-        measure("crossing1", Plan(("constant",), overrides=QUICK))

@@ -99,7 +99,6 @@ def test_a_setting_that_the_method_has_as_it_stands_is_not_drawn():
         ("weight =", "wieght =", "study.toml: method rkhs: search.wieght: .*did you mean 'weight'?"),
         ("low = 1,", "low = 40,", r"methods.0.search.weight.high: found 30.0; allowed: .*least one \(40\)"),
         ("-0.5", "-500.0", "method rkhs #2: robot.min_speed: found -"),
-        ("count = 4, ", "", "methods.0.search.count: found nothing"),
         ("{ degree = 2 }", "{ degree = 2 }\ngrid = { degree = [1] }", "methods.0.search: .*one of the two"),
     ],
 )

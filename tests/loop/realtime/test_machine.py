@@ -21,11 +21,7 @@ def usage(at: float, ran: float, waited: float = 0.0, yielded: int = 0) -> Usage
 
 def test_stolen_is_what_was_neither_run_nor_waited_nor_given_away():
     began = usage(100.0, 50.0, 7.0, 3)
-    ended = {
-        10.0: usage(120.1, 60.0, 7.0, 3),
-        4.0: usage(120.1, 60.0, 13.0, 3),
-        0.0: usage(120.1, 70.0, 7.0, 3),
-    }
+    ended = {10.0: usage(120.1, 60.0, 7.0, 3), 4.0: usage(120.1, 60.0, 13.0, 3), 0.0: usage(120.1, 70.0, 7.0, 3)}
     assert stolen([began] * len(ended), list(ended.values())).tolist() == [ms * MS for ms in ended]
     slept = usage(120.1, 60.0, 7.0, 4)  # or was stopped, or waited for a lock
     assert stolen([began], [slept]).tolist() == [0]

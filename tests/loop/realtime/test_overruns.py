@@ -106,21 +106,6 @@ def test_a_wake_up_that_comes_too_late_is_to_blame_itself(measure, clock, monkey
 # -------------------------------------------------------------------------------- the end on request
 
 
-def test_with_abort_the_first_missed_deadline_ends_the_run_and_the_log_says_why(room, clock, stall, tmp_path):
-    stall("control", {5: 130.0})
-    pacer = RealTimePacer(0.1, clock=clock, sleep=clock.sleep, policy="abort")
-    result = Episode(room(), log=tmp_path / "a.mcap", pacer=pacer).run()
-    assert (result.summary["outcome"], result.summary["ticks"], result.summary["deadline_misses"]) == ("aborted", 6, 1)
-    log = open_log(tmp_path / "a.mcap")
-    assert (log.complete, log.result["outcome"]) == (True, "aborted")
-    *_, event, end = (message.value for message in log.messages("/events"))
-    assert (event.name, end.name) == ("overrun", "end")
-    assert (
-        event.message
-        == "tick 5 was still at work 30.0 ms after the deadline of the next, which ends the run on request"
-    )
-
-
 # --------------------------------------------------------------------------- the states stay the same
 
 

@@ -1,19 +1,14 @@
 """Two folders of results: every seed that ended otherwise is named, and the figures are paired by seed."""
 
-import io
 import json
 
 import pytest
-from rich.console import Console
 
 from mjnav.errors import InputError, InvalidValue, MjnavError
 from mjnav.metrics.intervals import mcnemar
-from mjnav.report.comparison.documents import changes_document
-from mjnav.report.comparison.text import write_changes
 from mjnav.study.compare.before_after import before_after
 from mjnav.study.results import compare
 from mjnav.study.store.store import Store
-from mjnav.study.study_file import load_study
 from tests.study.made_up import row
 
 pytest.importorskip("pyarrow", reason="the sweep extra is not installed")
@@ -51,26 +46,13 @@ def folders(tmp_path):
         facts = {"version.numpy": "2.5" if late else "2.4", "python": "3.11"}
         common = {"scenario": document, "made_with": facts, "control": json.dumps({"weight": 9 if late else 3})}
         with store.writing("# mjnav sweep\n"):
-            store.append(
-                [
-                    row(
-                        "a",
-                        seed,
-                        1.0 + late,
-                        **end(outcome),
-                        **common,
-                        error="it broke" if late and seed == 10 else None,
-                    )
-                    for seed, outcome in outcomes(late).items()
-                ]
-            )
-            store.append(
-                [
-                    row("b", seed, 1.0, **end("goal") | {"state_hash": f"bits {late and seed == 0}"})
-                    for seed in range(NUM)
-                ]
-            )
-            store.append([row("d" if late else "c", 0, 1.0, **end("goal"))])
+            of_a = [
+                row("a", seed, 1.0 + late, **end(ended), **common, error="it broke" if late and seed == 10 else None)
+                for seed, ended in outcomes(late).items()
+            ]
+            bits = [{"state_hash": f"bits {late and seed == 0}"} for seed in range(NUM)]
+            of_b = [row("b", seed, 1.0, **end("goal") | hashed) for seed, hashed in enumerate(bits)]
+            store.append([*of_a, *of_b, row("d" if late else "c", 0, 1.0, **end("goal"))])
     return before, after
 
 
@@ -96,25 +78,7 @@ def test_the_figures_are_paired_by_seed_and_corrected_for_the_number_of_cells(fo
 
 def test_what_changed_is_named_with_both_values(folders):
     found = {change.what: (change.before, change.after, change.cells) for change in before_after(*folders).changed}
-    assert found == {
-        "noise.scale": ("1.0", "2.0", 1),
-        "control.weight": ("3", "9", 1),
-        "numpy": ("2.4", "2.5", 1),
-    }
-
-
-def test_people_read_labels_and_programs_names_with_them(folders, tmp_path):
-    (tmp_path / "labelled.toml").write_text(
-        'schema = 1\nname = "x"\nscenes = ["s"]\nmethods = [{ controller = "a", label = "Ours" }]\n'
-    )
-    found = before_after(*folders, study=load_study(tmp_path / "labelled.toml"))
-    file = io.StringIO()
-    write_changes(found, Console(width=200, file=file))
-    assert "\ns, default, Ours: " in file.getvalue()
-    assert "s, default, a" not in file.getvalue()
-    (cell,) = [cell for cell in changes_document(found)["cells"] if cell["method"] == "a"]
-    assert cell["method_label"] == "Ours"
-    assert repr(found).startswith(f"BeforeAfter({found.before!r}, {found.after!r}: {2 * NUM} pairs, ")
+    assert found == {"noise.scale": ("1.0", "2.0", 1), "control.weight": ("3", "9", 1), "numpy": ("2.4", "2.5", 1)}
 
 
 def test_folders_that_cannot_be_compared_are_refused_with_the_reason(folders, tmp_path):

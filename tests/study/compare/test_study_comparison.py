@@ -5,7 +5,7 @@ import pytest
 
 from mjnav.errors import InputError
 from mjnav.metrics.intervals import wilson
-from mjnav.study.compare.cell_rows import cell_rows, natural
+from mjnav.study.compare.cell_rows import cell_rows
 from mjnav.study.compare.chosen_figures import DEFAULT_FIGURES
 from mjnav.study.compare.study_comparison import compare, compare_study
 from mjnav.study.store.row import COLUMNS
@@ -67,14 +67,6 @@ def test_an_episode_without_a_result_counts_as_failed_and_in_nothing_else():
     assert (b.num, b.num_failed) == (3, 1)
     assert (b.figures["success"].value, b.figures["success"].num) == (1.0, 2)
     assert b.differences["control_cost"].estimate.num == 2
-
-
-def test_methods_come_in_the_order_of_the_study_and_their_values_as_numbers():
-    names = ["rkhs weight=10.0", "mean", "rkhs weight=3.0", "rkhs d=3"]
-    rows = [row(name, 0, 1.0) for name in names]
-    (found,) = compared(rows, methods=("mean", "rkhs", "rkhs d=3"))
-    assert [r.method for r in found.rows] == ["mean", "rkhs weight=3.0", "rkhs weight=10.0", "rkhs d=3"]
-    assert natural("a 9") < natural("a 10.5") < natural("a 1e2")
 
 
 # ------------------------------------------------------------------------------- figures of a table
@@ -186,15 +178,6 @@ def test_a_seed_under_two_scenarios_is_refused(store):
     )
     with pytest.raises(InputError, match="method mean has seed 2 under two scenarios"):
         read(store)
-
-
-def test_causes_and_revisions_are_those_of_the_rows(store):
-    store.append([row("a", 0, 1.0), row("a", 1, 1.0, error="it broke"), row("b", 0, 1.0, error="it broke")])
-    store.append([row("b", 2, 1.0, revision="2")])
-    found = read(store)
-    assert (found.causes, found.revisions) == ({"it broke": 2}, ("1", "2"))
-    assert (found.num_seeds, found.num_missing, found.absent) == (None, 0, ())  # without a study
-    assert [(r.num, r.num_failed) for r in found.tables[0].rows] == [(2, 1), (2, 1)]
 
 
 def test_pooled_scenes_pair_within_a_scene_and_count_every_layout(store, study):

@@ -42,31 +42,6 @@ def test_what_was_added_is_there(store):
     assert (store.study(), store.has_rows()) == ("# mjnav the study", True)
 
 
-def test_shards_are_zstd_and_duckdb_reads_them(store):
-    duckdb = pytest.importorskip("duckdb")
-    store.append([row(number) for number in range(3)])
-    (shard,) = store.folder.glob("*.parquet")
-    assert pq.read_metadata(shard).row_group(0).column(0).compression == "ZSTD"
-    query = f"SELECT count(*), sum(time_s) FROM '{store.folder}/part-*.parquet'"
-    assert duckdb.sql(query).fetchall() == [(3, 1.5)]
-
-
-def test_no_thread_frees_what_was_read(store):
-    """One that does so while the interpreter ends takes its lock, and aborts the process."""
-    store.append([row(number) for number in range(3)])
-    program = """if True:
-        import os, sys
-        from pathlib import Path
-        import mjnav.study.store.store as shard
-        shard.parquet()
-        threads = lambda: len(os.listdir("/proc/self/task"))
-        before = threads()
-        shard.read_shard(Path(sys.argv[1]), list(shard.COLUMNS))
-        assert threads() == before"""
-    (path,) = store.folder.glob("part-*.parquet")
-    subprocess.run([sys.executable, "-c", program, path], check=True)
-
-
 def test_an_id_in_two_shards_is_told(store):
     store.append([row(0)])
     store.append([row(0)])

@@ -22,34 +22,34 @@ SCHEDULER = ("dask_scheduler", "--no-dashboard", "--host", "127.0.0.1", "--port"
 
 @pytest.fixture
 def cluster(tmp_path):
-    """The scheduler's address, its process, and those of two workers."""
-    where = tmp_path / "scheduler.json"
+    """Starts a scheduler and workers with these options: its address, its process, and those of the workers."""
     started = []
 
     def start(program, *options):
-        command = [sys.executable, "-m", f"distributed.cli.{program}", *options, "--scheduler-file", str(where)]
+        file = ("--scheduler-file", str(tmp_path / "scheduler.json"))
+        command = [sys.executable, "-m", f"distributed.cli.{program}", *options, *file]
         started.append(subprocess.Popen(command, cwd=tmp_path, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL))
         return started[-1]
 
-    try:
-        scheduler = start(*SCHEDULER)
-        ends = time.monotonic() + PATIENCE
-        while not where.exists():
+    def cluster(num_workers, *options):
+        scheduler, ends = start(*SCHEDULER, *options), time.monotonic() + PATIENCE
+        while not (tmp_path / "scheduler.json").exists():
             assert time.monotonic() < ends
             time.sleep(0.05)
-        workers = [start(*WORKER) for _ in range(2)]
-        yield json.loads(where.read_text())["address"], scheduler, workers
-    finally:
-        for process in started:
-            process.kill()
-            process.wait()
+        workers = [start(*WORKER, *options) for _ in range(num_workers)]
+        return json.loads((tmp_path / "scheduler.json").read_text())["address"], scheduler, workers
+
+    yield cluster
+    for process in started:
+        process.kill()
+        process.wait()
 
 
 @pytest.mark.nightly
 def test_dask_gives_the_serial_rows_and_tells_a_lost_scheduler_in_a_line(
     cluster, tmp_path, small_trials, serial_hashes
 ):
-    address, scheduler, workers = cluster
+    address, scheduler, workers = cluster(2)
     store = Store(tmp_path / "out")
 
     def kill(done, row):
@@ -77,38 +77,21 @@ def test_dask_gives_the_serial_rows_and_tells_a_lost_scheduler_in_a_line(
 
 
 @pytest.mark.nightly
-def test_a_tls_address_wants_settings_and_works_with_them(tmp_path, small_trials, serial_hashes, monkeypatch):
-    cert, key, where = tmp_path / "cert.pem", tmp_path / "key.pem", tmp_path / "scheduler.json"
+def test_a_tls_address_wants_settings_and_works_with_them(cluster, tmp_path, small_trials, serial_hashes):
+    cert, key = str(tmp_path / "cert.pem"), str(tmp_path / "key.pem")
     made = f"openssl req -x509 -newkey rsa:2048 -nodes -days 1 -subj /CN=mjnav -keyout {key} -out {cert}"
     subprocess.run(made.split(), capture_output=True, check=True)
-    tls = ("--tls-ca-file", str(cert), "--tls-cert", str(cert), "--tls-key", str(key))
-    started = []
-
-    def start(program, *options):
-        command = [sys.executable, "-m", f"distributed.cli.{program}", *options, *tls, "--scheduler-file", str(where)]
-        started.append(subprocess.Popen(command, cwd=tmp_path, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL))
-
-    try:
-        start(*SCHEDULER, "--protocol", "tls")
-        ends = time.monotonic() + PATIENCE
-        while not where.exists():
-            assert time.monotonic() < ends
-            time.sleep(0.05)
-        start(*WORKER, "--protocol", "tls")
-        address = json.loads(where.read_text())["address"]
-        assert address.startswith("tls://127.0.0.1:")
-        with pytest.raises(InputError, match=f"^scheduler: found '{address}'; allowed: the address"):
-            dask(address)
-        settings = {"ca-file": str(cert), "client.cert": str(cert), "client.key": str(key)}
-        with configuration.set({f"distributed.comm.tls.{name}": path for name, path in settings.items()}):
-            sweep(small_trials[:2], store := Store(tmp_path / "out"), dask(address))
-        rows = store.rows(["id", "state_hash"]).to_pylist()
-        assert {row["id"]: row["state_hash"] for row in rows}.items() <= serial_hashes.items()
-        assert len(rows) == 2
-    finally:
-        for process in started:
-            process.kill()
-            process.wait()
+    files = ("--tls-ca-file", cert, "--tls-cert", cert, "--tls-key", key)
+    address, *_ = cluster(1, "--protocol", "tls", *files)
+    assert address.startswith("tls://127.0.0.1:")
+    with pytest.raises(InputError, match=f"^scheduler: found '{address}'; allowed: the address"):
+        dask(address)
+    settings = {"ca-file": cert, "client.cert": cert, "client.key": key}
+    with configuration.set({f"distributed.comm.tls.{name}": path for name, path in settings.items()}):
+        sweep(small_trials[:2], store := Store(tmp_path / "out"), dask(address))
+    rows = store.rows(["id", "state_hash"]).to_pylist()
+    assert {row["id"]: row["state_hash"] for row in rows}.items() <= serial_hashes.items()
+    assert len(rows) == 2
 
 
 def test_what_is_no_address_is_told_at_once():

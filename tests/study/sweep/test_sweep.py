@@ -57,14 +57,6 @@ def test_results_are_not_mixed_up_with_others_unasked(tmp_path, small_trials, se
     assert sweep(small_trials[:3], store, serial, resume=True).run == 0
 
 
-def test_who_stops_keeps_what_is_done(tmp_path, small_trials, serial_hashes):
-    done = []
-    store = Store(tmp_path)
-    report = sweep(small_trials, store, serial, stop=lambda: len(done) >= 3, progress=lambda n, row: done.append(n))
-    assert (report.run, report.interrupted) == (3, True)
-    assert hashes(store) == {trial.id: serial_hashes[trial.id] for trial in small_trials[:3]}
-
-
 def test_a_failure_is_a_row_and_is_retried_on_request(tmp_path, small_trials, serial_hashes):
     broken = replace(small_trials[0], cell=replace(small_trials[0].cell, document="schema = 2"))
     store = Store(tmp_path)

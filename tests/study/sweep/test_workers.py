@@ -3,9 +3,6 @@
 import multiprocessing
 import os
 import signal
-import subprocess
-import sys
-import time
 from pathlib import Path
 
 import pytest
@@ -80,35 +77,3 @@ def test_a_worker_computes_in_one_thread_and_we_in_as_many_as_before(monkeypatch
     before = threads(0)
     assert dict(filter(None, answers(threads, range(2)))) == dict.fromkeys(range(2), ["1"] * len(ENVIRONMENT))
     assert threads(0) == before
-
-
-def hang(_: int, beat) -> None:
-    time.sleep(60.0)
-
-
-def test_workers_end_with_a_parent_that_is_killed():
-    code = f"import sys; sys.path.insert(0, {str(Path(__file__).parent)!r})\n"
-    code += "from test_workers import answers, hang\nlist(answers(hang, range(2)))"
-    with subprocess.Popen([sys.executable, "-c", code]) as parent:
-        children = Path(f"/proc/{parent.pid}/task/{parent.pid}/children")
-        wait_for(lambda: len(workers := processes(children)) == 2 and all(map(is_waiting, workers)))
-        workers = processes(children)
-        parent.kill()
-    wait_for(lambda: not any(Path(f"/proc/{pid}").exists() for pid in workers))
-
-
-def processes(children: Path) -> list[int]:
-    pids = [int(pid) for pid in children.read_text().split()]
-    return [pid for pid in pids if "spawn_main" in Path(f"/proc/{pid}/cmdline").read_text()]
-
-
-def is_waiting(pid: int) -> bool:
-    """Whether the thread that looks after the parent is there."""
-    return len(list(Path(f"/proc/{pid}/task").iterdir())) >= 2
-
-
-def wait_for(condition) -> None:
-    ends = time.monotonic() + PATIENCE
-    while not condition():
-        assert time.monotonic() < ends
-        time.sleep(0.02)

@@ -79,8 +79,10 @@ def test_a_robot_carried_away_is_found_and_says_so(drive, elsewhere):
     assert np.abs(errors[-20:, 2]).max() < 0.05
 
 
-def test_a_start_anywhere_on_the_floor_finds_the_robot(elsewhere):
-    beliefs, errors = followed(localizer(**{"estimation.robot.start": "global"}), *elsewhere)
+@pytest.mark.parametrize("kind", ["particle", "ekf"])
+def test_a_start_anywhere_on_the_floor_finds_the_robot(elsewhere, kind):
+    keys = {"estimation.robot.start": "global", "estimation.robot.filter": kind}
+    beliefs, errors = followed(localizer(**keys), *elsewhere)
     assert np.hypot(*errors[-20:, :2].T).max() < 0.1
     assert len(beliefs[-1].particles) <= 500
 

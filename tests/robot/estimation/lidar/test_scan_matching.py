@@ -180,14 +180,3 @@ def test_a_robot_that_was_carried_away_is_found_again(localizer, circle):
     after = [found.update(replace(reading, time=2.0 + reading.time, interval=0.1)) for reading in there]
     assert any(belief.recovered for belief in after[:20])
     assert np.abs(error_of(after[-1].mean, truth[-1])).max() < 0.02
-
-
-def test_without_a_start_the_first_scan_says_where_the_robot_is(localizer, circle):
-    readings, truth = circle(10, 5)
-    found = localizer(start=None)
-    belief = found.update(replace(readings[0], scan=np.zeros(0), dropped=("scan",)))
-    assert np.isfinite(belief.particles).all()
-    assert belief.covariance[0, 0] > 1.0
-    for reading, pose in zip(readings[1:], truth[1:], strict=True):
-        belief = found.update(reading)
-        assert np.abs(error_of(belief.mean, pose)).max() < 0.02

@@ -13,10 +13,6 @@ def simulation(scene, seed, *more):
     return mjnav.Simulation(mjnav.load_scenario(scene, [*QUICK, *more]), seed=seed)
 
 
-def nearest(tracks, position):
-    return min(tracks, key=lambda track: np.hypot(*(track.mean[:2] - position)))
-
-
 @pytest.mark.parametrize(("scene", "ticks", "speed"), [("hall", 80, 0.4), ("corridor12", 60, 1.2)])
 def test_the_truth_lies_in_the_95_percent_regions_of_people_who_are_seen(scene, ticks, speed):
     inside = []
@@ -32,24 +28,3 @@ def test_the_truth_lies_in_the_95_percent_regions_of_people_who_are_seen(scene, 
                 run.step(speed, 0.0)
     assert len(inside) > 200
     assert 0.90 <= np.mean(inside) <= 0.995
-
-
-def test_a_copy_goes_on_with_the_same_tracks_and_a_restored_run_as_well():
-    with simulation("crossing3", 1) as run:
-        for _ in range(15):
-            run.step(run.decide())
-        twin, before = run.copy(), run.copy()
-        rows = []
-        for one in (run, twin):
-            for _ in range(8):
-                one.step(one.decide())
-            rows.append(one.beliefs.people)
-        run.restore(before)
-        for _ in range(8):
-            run.step(run.decide())
-        rows.append(run.beliefs.people)
-    assert rows[0]
-    for row in rows[1:]:
-        assert [track.name for track in row] == [track.name for track in rows[0]]
-        for track, expected in zip(row, rows[0], strict=True):
-            assert np.array_equal(track.particles, expected.particles)

@@ -2,18 +2,12 @@
 
 from dataclasses import dataclass, replace
 from itertools import permutations
-from math import log
 
 import numpy as np
 import pytest
 
 from mjnav.messages import Detection, Reading, RobotBelief
-from mjnav.robot.estimation.lidar.tracker import (
-    KalmanLidarTracker,
-    LidarTracker,
-    assigned,
-    mahalanobis,
-)
+from mjnav.robot.estimation.lidar.tracker import KalmanLidarTracker, LidarTracker, assigned, mahalanobis
 
 STD, RADIUS = 0.03, 0.3  # [m]
 PERIOD = 0.1  # [s]
@@ -186,27 +180,6 @@ def test_a_robot_that_finds_itself_elsewhere_forgets_what_it_had_placed_by_the_w
 FALSE = 0.02  # [1/m^2]
 
 
-def still(*places, std=0.1):
-    """Moments of tracks at rest."""
-    means = np.array([[x, y, 0.0, 0.0] for x, y in places]).reshape(-1, 4)
-    return means, np.tile(np.diag([std**2, std**2, 0.01, 0.01]), (len(places), 1, 1))
-
-
-def at(*places, std=0.05):
-    """Detections of no age."""
-    return (
-        np.array(places, float).reshape(-1, 2),
-        np.tile(std**2 * np.eye(2), (len(places), 1, 1)),
-        np.zeros(len(places)),
-    )
-
-
-def log_density(tracks, detections):
-    """Of the Gaussians of tracks' and detections' moments."""
-    covariance = tracks[1][:, None, :2, :2] + detections[1]
-    return -0.5 * mahalanobis(*tracks, *detections) - 0.5 * np.log(np.linalg.det(2.0 * np.pi * covariance))
-
-
 def test_a_detection_is_judged_by_where_the_track_was_when_it_was_made():
     rng = np.random.default_rng(0)
     means, positions, ages = rng.normal(size=(3, 4)), rng.normal(size=(2, 2)), np.array([0.0, 0.15])
@@ -244,6 +217,3 @@ def test_the_assignment_is_the_most_likely_of_all():
 
 
 # ---------------------------------------------------------------------------------- life of a track
-
-
-NEAR = log(5.0)  # of the density of a detection beside where it was expected [1/m^2]
