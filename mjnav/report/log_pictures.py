@@ -10,7 +10,7 @@ from fractions import Fraction
 from numbers import Integral
 from os import PathLike
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, overload
 
 import numpy as np
 from numpy.typing import NDArray
@@ -136,6 +136,22 @@ _PERIOD_ERROR = 1e-6  # of a period, at most, that sums of physics steps are off
 LogOrPath = Log | str | os.PathLike[str]
 
 
+@overload
+def render(
+    log: LogOrPath, output: None = None, *, at: float | None = None, size: tuple[int, int] | None = None
+) -> "Image": ...
+@overload
+def render(
+    log: LogOrPath,
+    output: str | os.PathLike[str],
+    *,
+    at: float | None = None,
+    size: tuple[int, int] | None = None,
+    fps: int = FPS,
+    speed: float = 1.0,
+    start: float = 0.0,
+    end: float | None = None,
+) -> Path: ...
 def render(
     log: LogOrPath,
     output: str | os.PathLike[str] | None = None,

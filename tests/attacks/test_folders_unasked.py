@@ -65,8 +65,8 @@ def test_every_command_that_writes_refuses_a_closed_folder_in_one_line(bound_by_
     pytest.importorskip("pyarrow", reason="the sweep extra is not installed")
     closed, calls = folder / "new", lines(CALLS + MAKING)
     closed.mkdir(mode=0o500)
-    command, pipes = [*bound_by_permissions, sys.executable, "-c", RUN_ALL], {"capture_output": True, "text": True}
-    done = subprocess.run(command, input=json.dumps(calls), cwd=folder, check=True, **pipes)
+    command, asked = [*bound_by_permissions, sys.executable, "-c", RUN_ALL], json.dumps(calls)
+    done = subprocess.run(command, input=asked, cwd=folder, check=True, capture_output=True, text=True)
     for words, (code, err) in zip(calls, json.loads(done.stdout), strict=True):
         (line,) = [line for line in err.splitlines() if "compiling" not in line]
         assert code == 2, words

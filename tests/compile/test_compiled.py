@@ -3,6 +3,7 @@
 import subprocess
 import sys
 from pathlib import Path
+from typing import Any
 
 from mjnav.compile.compiled import Vector, exact, kernel
 from tests.attacks.kernel_processes import Kernels
@@ -84,7 +85,7 @@ def test_no_kernel_calls_the_machine_code_of_another():
 
 
 def test_a_power_is_rounded_by_the_rules_of_its_own_kernel_whichever_was_compiled_first():
-    def squares(x: Vector):
+    def sum_of_squares(x: Vector):
         total = 0.0
         for i in range(len(x)):
             total += x[i] ** 2
@@ -93,8 +94,8 @@ def test_a_power_is_rounded_by_the_rules_of_its_own_kernel_whichever_was_compile
     def others(x: Vector):
         return squares(x) ** 2
 
-    fast, strict = kernel(squares), exact(others)
-    squares = exact(squares)
+    fast, strict = kernel(sum_of_squares), exact(others)
+    squares: Any = exact(sum_of_squares)
     for made in (fast, squares, strict):
         vars(made.compiled._cache)["_code"] = None  # kept nowhere: what is loaded cannot be inspected
     fast.load()
