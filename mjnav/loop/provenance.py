@@ -91,7 +91,8 @@ def _files(name: str, origin: Path) -> Mapping[str, str]:
             continue
         seen.add(module)
         waiting += filter(None, [module.rpartition(".")[0]])
-        file = _module_file(module, [root] if first == top else folders)
+        # a plug-in "file.py:Class" is a module whose name is not its file's
+        file = origin if module == name else _module_file(module, [root] if first == top else folders)
         if file is not None:
             content = file.read_bytes()
             digests[file.relative_to(root).as_posix() if file.is_relative_to(root) else file.name] = _digest(content)

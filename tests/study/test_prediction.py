@@ -10,7 +10,7 @@ from mjnav.scene.crowd import read_recording
 from mjnav.study.prediction import Frames, Plan, measure
 
 QUICK = ("physics.engine=kinematic", "time_limit=3", "prediction.horizon=0.8")
-ARCS = f"{Path(__file__).parents[3] / 'examples' / 'predictor' / 'arcs.py'}:Arcs"
+ARCS = f"{Path(__file__).parents[2] / 'examples' / 'predictor' / 'arcs.py'}:Arcs"
 MODELS = ("constant_velocity", ARCS)
 
 

@@ -16,7 +16,6 @@ are compressed with Zstandard.
 import csv
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import ExitStack
-from itertools import chain
 from pathlib import Path
 from typing import Any
 
@@ -101,10 +100,15 @@ def _write(
 
 
 def _cells(block: Block) -> Iterator[Iterable[Any]]:
-    """The columns as they are written; a number in single precision as the shortest text that reads back as it."""
+    """The columns as they are written."""
     for column, values in zip(block.table.columns.values(), block.columns, strict=True):
         if column.type == "float32":
-            parts = (values[start : start + PART] for start in range(0, len(values), PART))
-            yield chain.from_iterable(np.array(part, "<f4").astype("U").tolist() for part in parts)
+            yield _texts(values)
         else:
             yield map(neutral, values)
+
+
+def _texts(values: Sequence[Any]) -> Iterator[str]:
+    """Numbers in single precision, each as the shortest text that reads back as it."""
+    for start in range(0, len(values), PART):
+        yield from np.array(values[start : start + PART], "<f4").astype("U").tolist()

@@ -134,7 +134,7 @@ def test_every_rollout_costs_what_is_written_down(observe, seed, sizes):
     found = controller.costs(problem, Surroundings.of(problem, everything, 6, 0.3), limits, wanted)
     for k in range(9):
         literal = Literal(o, controller.parameters, wanted[:, :, k].T.tolist())
-        assert np.allclose(found.controls[:, :, k].T, literal.controls, rtol=0.0, atol=1e-12)
+        assert np.allclose(found.rollouts.controls[:, :, k].T, literal.controls, rtol=0.0, atol=1e-12)
         assert found.goal[k] == pytest.approx(literal.goal)
         assert found.risk.cone[k] == pytest.approx(literal.cone, abs=1e-12)
         assert found.risk.lane[k] == pytest.approx(literal.lane, abs=1e-12)
