@@ -58,6 +58,7 @@ def _color(color: Any) -> list[float]:
 def solids(update: Any) -> Iterator[tuple[Any, ...]]:
     """Boxes, cylinders and arrows; an arrow's size is its length and its head's diameter, twice."""
     for entity in update.entities:
+        name, frame = entity.id, entity.frame_id  # as in `lines`
         for shape, found in (("box", entity.cubes), ("cylinder", entity.cylinders), ("arrow", entity.arrows)):
             for number, solid in enumerate(found):
                 if shape == "arrow":
@@ -65,7 +66,7 @@ def solids(update: Any) -> Iterator[tuple[Any, ...]]:
                 else:
                     size = [solid.size.x, solid.size.y, solid.size.z]
                 placed = _pose_figures(solid.pose.position, solid.pose.orientation)
-                yield entity.id, shape, number, entity.frame_id, *placed, *size, *_color(solid.color)
+                yield name, shape, number, frame, *placed, *size, *_color(solid.color)
 
 
 def segments(line: Any) -> Iterator[tuple[Any, Any]]:
@@ -81,10 +82,11 @@ def segments(line: Any) -> Iterator[tuple[Any, Any]]:
 def lines(update: Any) -> Iterator[tuple[Any, ...]]:
     """A row a segment: entity, number of its line, both ends, colour."""
     for entity in update.entities:
+        name = entity.id  # one text for all rows: protobuf makes a new one each time
         for number, line in enumerate(entity.lines):
             color, lift = _color(line.color), line.pose.position.z
             for a, b in segments(line):
-                yield entity.id, number, a.x, a.y, a.z + lift, b.x, b.y, b.z + lift, *color
+                yield name, number, a.x, a.y, a.z + lift, b.x, b.y, b.z + lift, *color
 
 
 # ------------------------------------------------------------------------------------ form of a table
