@@ -143,3 +143,7 @@ def test_a_line_without_direction_is_refused(line):
 def test_a_position_that_is_not_in_the_plane_is_refused():
     with pytest.raises(InvalidValue, match="position"):
         lane_distance((0.0, 0.0, 0.0), (0.0, 1.0, 0.0))
+
+
+def test_every_position_of_an_array_has_its_lane_distance():
+    assert lane_distance([[0.0, 1.0], [2.0, 3.0], [4.0, -5.0]], (0.0, 1.0, 0.0)).tolist() == [1.0, 3.0, -5.0]
