@@ -26,7 +26,6 @@ from mjnav.log.read.tables import TABLES, Block, LogMessage, Table, arrow_batch,
 
 STARTS = ("=", "+", "-", "@", "\t", "\r", "\n", "＝", "＋", "－", "＠")  # of a formula (OWASP, CSV injection)
 TOPICS = tuple(TABLES)
-PART = 10_000  # numbers that are texts at once: a text takes ten times the memory of its number
 
 
 def neutral(value: object) -> object:
@@ -100,15 +99,9 @@ def _write(
 
 
 def _cells(block: Block) -> Iterator[Iterable[Any]]:
-    """The columns as they are written."""
+    """The columns as they are written; a number in single precision as the shortest text that reads back as it."""
     for column, values in zip(block.table.columns.values(), block.columns, strict=True):
         if column.type == "float32":
-            yield _texts(values)
+            yield np.array(values, "<f4").astype("U").tolist()
         else:
             yield map(neutral, values)
-
-
-def _texts(values: Sequence[Any]) -> Iterator[str]:
-    """Numbers in single precision, each as the shortest text that reads back as it."""
-    for start in range(0, len(values), PART):
-        yield from np.array(values[start : start + PART], "<f4").astype("U").tolist()

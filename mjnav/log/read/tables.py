@@ -58,7 +58,6 @@ def _color(color: Any) -> list[float]:
 def solids(update: Any) -> Iterator[tuple[Any, ...]]:
     """Boxes, cylinders and arrows; an arrow's size is its length and its head's diameter, twice."""
     for entity in update.entities:
-        name, frame = entity.id, entity.frame_id  # as in `lines`
         for shape, found in (("box", entity.cubes), ("cylinder", entity.cylinders), ("arrow", entity.arrows)):
             for number, solid in enumerate(found):
                 if shape == "arrow":
@@ -66,7 +65,7 @@ def solids(update: Any) -> Iterator[tuple[Any, ...]]:
                 else:
                     size = [solid.size.x, solid.size.y, solid.size.z]
                 placed = _pose_figures(solid.pose.position, solid.pose.orientation)
-                yield name, shape, number, frame, *placed, *size, *_color(solid.color)
+                yield entity.id, shape, number, entity.frame_id, *placed, *size, *_color(solid.color)
 
 
 def segments(line: Any) -> Iterator[tuple[Any, Any]]:
@@ -82,11 +81,10 @@ def segments(line: Any) -> Iterator[tuple[Any, Any]]:
 def lines(update: Any) -> Iterator[tuple[Any, ...]]:
     """A row a segment: entity, number of its line, both ends, colour."""
     for entity in update.entities:
-        name = entity.id  # one text for all rows: protobuf makes a new one each time
         for number, line in enumerate(entity.lines):
             color, lift = _color(line.color), line.pose.position.z
             for a, b in segments(line):
-                yield name, number, a.x, a.y, a.z + lift, b.x, b.y, b.z + lift, *color
+                yield entity.id, number, a.x, a.y, a.z + lift, b.x, b.y, b.z + lift, *color
 
 
 # ------------------------------------------------------------------------------------ form of a table
@@ -335,6 +333,7 @@ def find_table(name: str) -> tuple[str, Table]:
 
 
 BLOCK = 16_384  # rows
+_LONG_TEXT = 1 << 20  # characters, beyond which a block is smaller: every row may hold a long text of its own
 _NUMBER_SIZE = 20  # [bytes] of a number
 
 
@@ -345,6 +344,39 @@ class Block(NamedTuple):
     columns: Sequence[Sequence[Any]]
 
 
+class _Rows:
+    """Rows of one table that wait to become a block."""
+
+    def __init__(self, table: Table):
+        self._table = table
+        self._texts = [i for i, column in enumerate(table.columns.values()) if column.type == "string"]
+        self._rows: list[tuple] = []
+        self._characters = 0
+
+    @property
+    def full(self) -> bool:
+        return len(self._rows) >= BLOCK or self._characters > _LONG_TEXT
+
+    def add(self, row: tuple) -> None:
+        """Raises ValueError for a row that has not a value for each column."""
+        if len(row) != len(self._table.columns):
+            raise ValueError(f"{self._table.name}: {len(row)} values for {len(self._table.columns)} columns")
+        self._rows.append(row)
+        self._characters += sum(len(row[i]) for i in self._texts if isinstance(row[i], str))
+
+    def block(self, budget: Budget, path: Path) -> Iterator[Block]:
+        """All rows, which are gone afterwards; nothing where there are none."""
+        if not self._rows:
+            return
+        columns = list(zip(*self._rows, strict=True))
+        numbers = len(self._rows) * (len(columns) - len(self._texts))
+        if not budget.allows_export(self._characters + _NUMBER_SIZE * numbers):
+            what = f"{FREE_EXPORT} bytes and {EXPORT} for each of the log's"
+            raise DamagedLogError(f"{path}: damaged: its tables would take more than {what}")
+        self._rows, self._characters = [], 0
+        yield Block(self._table, columns)
+
+
 def blocks(path: Path, tables: Iterable[Table], messages: Iterable[LogMessage]) -> Iterator[Block]:
     """The rows that these messages of the log at `path` give in these tables, in their order.
 
@@ -352,34 +384,18 @@ def blocks(path: Path, tables: Iterable[Table], messages: Iterable[LogMessage]) 
     into a DamagedLogError where a message is not one of mjnav's.
     """
     budget = Budget(path.stat().st_size)
-    waiting: dict[str, list[tuple]] = {table.name: [] for table in tables}
+    waiting = {table.name: _Rows(table) for table in tables}
     chosen = {topic: [table for table in found if table.name in waiting] for topic, found in TABLES.items()}
     for message in messages:
         first = (message.sequence, message.time_ns / 1e9)
         for table in chosen[message.topic]:
             rows = waiting[table.name]
             for row in table.rows(message.value):
-                rows.append((*first, *row))
-                if len(rows) >= BLOCK:
-                    yield _block(table, rows, budget, path)
-                    rows.clear()
-    for table in (table for found in chosen.values() for table in found):
-        if waiting[table.name]:
-            yield _block(table, waiting[table.name], budget, path)
-
-
-def _block(table: Table, rows: Sequence[tuple], budget: Budget, path: Path) -> Block:
-    columns = list(zip(*rows, strict=True))
-    if len(columns) != len(table.columns):
-        raise ValueError(f"{table.name}: {len(columns)} values for {len(table.columns)} columns")
-    size = sum(
-        sum(len(text or "") for text in values) if column.type == "string" else _NUMBER_SIZE * len(rows)
-        for column, values in zip(table.columns.values(), columns, strict=True)
-    )
-    if not budget.allows_export(size):
-        what = f"{FREE_EXPORT} bytes and {EXPORT} for each of the log's"
-        raise DamagedLogError(f"{path}: damaged: its tables would take more than {what}")
-    return Block(table, columns)
+                rows.add((*first, *row))
+                if rows.full:
+                    yield from rows.block(budget, path)
+    for rows in waiting.values():
+        yield from rows.block(budget, path)
 
 
 @contextmanager
