@@ -143,8 +143,11 @@ def _digest(parts: Any) -> str:
 # ---------------------------------------------------------------------------------------------- files
 
 
-UNUSED = 30 * 86_400.0  # [s] after which a file that no process read is deleted
-_SUFFIX = ".kernel"
+DAY = 86_400.0  # [s]
+UNUSED = 30.0 * DAY  # [s] after which a file that no process read is deleted
+UNFINISHED = DAY  # [s] after which a file that a killed process left half written is deleted
+MAX_BYTES = 256_000_000  # of all files; the least recently used go first
+_SUFFIX, _TEMPORARY = ".kernel", ".tmp"
 
 
 class CacheFolder:
@@ -180,16 +183,16 @@ class CacheFolder:
         if not content.startswith(checksum):
             self._complain(f"a damaged file is replaced, its kernel compiled anew: {self._path / (name + _SUFFIX)}")
             return None
-        if time.time() - status.st_mtime > UNUSED / 30:  # it is in use: the sweep of another process leaves it alone
+        if time.time() - status.st_mtime > DAY:  # it is in use: the sweep of another process leaves it alone
             with suppress(OSError):
                 os.utime(name + _SUFFIX, dir_fd=self._folder)
         return content[len(checksum) :]
 
     def write(self, name: str, data: bytes) -> None:
-        """Writes a file, whole or not at all, in place of an older one; deletes what no process read for long."""
+        """Writes a file, whole or not at all, in place of an older one; the first time, it deletes old ones."""
         if self._folder is None:
             return
-        temporary = f"{name}.{uuid4().hex}.tmp"
+        temporary = f"{name}.{uuid4().hex}{_TEMPORARY}"
         try:
             file = os.open(temporary, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600, dir_fd=self._folder)
             with open(file, "wb") as opened:
@@ -202,14 +205,8 @@ class CacheFolder:
             return
         if not self._swept:
             self._swept = True
-            self._sweep(self._folder)
-
-    def _sweep(self, folder: int) -> None:
-        with suppress(OSError), os.scandir(folder) as entries:
-            for entry in entries:
-                mine = entry.name.endswith((_SUFFIX, ".tmp"))
-                if mine and time.time() - entry.stat(follow_symlinks=False).st_mtime > UNUSED:
-                    os.unlink(entry.name, dir_fd=folder)
+            with suppress(OSError):
+                _sweep(self._folder)
 
     def _complain(self, text: str) -> None:
         """One line on stderr, the first time: later failures have the same cause."""
@@ -242,6 +239,23 @@ def _open_private(path: Path) -> int:
 
 def _is_private(status: os.stat_result) -> bool:
     return status.st_uid == os.geteuid() and not status.st_mode & (stat.S_IWGRP | stat.S_IWOTH)
+
+
+def _sweep(folder: int) -> None:
+    """Deletes files that no process used for long, then the least recently used beyond MAX_BYTES."""
+    now, kept = time.time(), []
+    with os.scandir(folder) as entries:
+        for entry in entries:
+            limit = {_SUFFIX: UNUSED, _TEMPORARY: UNFINISHED}.get(os.path.splitext(entry.name)[1])
+            if limit is not None:
+                status = entry.stat(follow_symlinks=False)
+                kept.append((status.st_mtime, status.st_size, entry.name, now - status.st_mtime > limit))
+    excess = sum(size for _, size, _, old in kept if not old) - MAX_BYTES
+    for _, size, name, old in sorted(kept):
+        if old or excess > 0:
+            excess -= 0 if old else size
+            with suppress(OSError):  # another process deletes, too
+                os.unlink(name, dir_fd=folder)
 
 
 @cache

@@ -18,8 +18,9 @@ from hypothesis import strategies as st
 from numba import types
 
 import mjnav
+from mjnav.compile import kernel_cache
 from mjnav.compile.compiled import Kernel, exact, kernel, scalar
-from mjnav.compile.kernel_cache import UNUSED, CacheFolder, code_digest, types_digest
+from mjnav.compile.kernel_cache import UNFINISHED, UNUSED, CacheFolder, code_digest, types_digest
 from mjnav.filters import particles
 
 # --------------------------------------------------------------------------------------------- digest
@@ -238,7 +239,7 @@ def test_a_full_disk_leaves_no_half_file(path, folder, capsys):
 def test_what_no_process_read_for_weeks_is_deleted_and_what_is_read_stays(path, folder):
     for name in ("old", "read", "young"):
         folder.write(name, DATA)
-    for name, age in (("old.kernel", UNUSED), ("read.kernel", UNUSED), ("x.tmp", UNUSED), ("y.tmp", 0.0)):
+    for name, age in (("old.kernel", UNUSED), ("read.kernel", UNUSED), ("x.tmp", UNFINISHED), ("y.tmp", 0.0)):
         (path / name).touch()
         moment = time.time() - age - 3600.0
         os.utime(path / name, (moment, moment))
@@ -246,3 +247,12 @@ def test_what_no_process_read_for_weeks_is_deleted_and_what_is_read_stays(path, 
     assert CacheFolder(path).read("read") == DATA
     CacheFolder(path).write("new", DATA)
     assert sorted(os.listdir(path)) == ["a note", "new.kernel", "read.kernel", "y.tmp", "young.kernel"]
+
+
+def test_the_least_recently_used_go_where_there_are_too_many(path, folder, monkeypatch):
+    for i in range(4):
+        folder.write(str(i), DATA)
+        os.utime(path / f"{i}.kernel", (time.time() - i, time.time() - i))
+    monkeypatch.setattr(kernel_cache, "MAX_BYTES", 3 * (len(DATA) + 32))
+    CacheFolder(path).write("new", DATA)
+    assert sorted(os.listdir(path)) == ["0.kernel", "1.kernel", "new.kernel"]
