@@ -1,6 +1,6 @@
 """Plug-ins of every kind in a run: their seeds, what they may touch, what they may return."""
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
@@ -61,6 +61,17 @@ def test_a_behaviour_has_its_own_stream_a_person_that_follows_the_seed():
     velocity = first.trajectory.people_velocity
     assert not np.allclose(velocity[:, 0], velocity[:, 1])
     assert not np.allclose(velocity[:, 0], other.trajectory.people_velocity[:, 0])
+
+
+@dataclass(frozen=True)
+class Counting:
+    count: int = 3
+
+
+def test_a_behaviour_has_no_parameter_that_is_called_count_which_says_how_many_are_drawn(monkeypatch):
+    monkeypatch.setattr(Drawn, "parameters_type", Counting, raising=False)
+    with pytest.raises(InvalidValue, match=r"people.0.behaviour.*parameters that are not called count"):
+        mjnav.load_scenario("crossing1", {**QUICK, "people.0.behaviour": Drawn})
 
 
 @pytest.mark.parametrize(

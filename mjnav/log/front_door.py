@@ -90,10 +90,11 @@ class FrontDoor:
         self._loop = asyncio.new_event_loop()
         # asyncio goes on after an error of a connection, or where no file descriptor is free; it only reports it.
         self._loop.set_exception_handler(lambda loop, context: None)
-        starting = asyncio.start_server(self._serve, sock=listener, limit=_MAX_HEAD)
-        self._server = self._loop.run_until_complete(starting)
         self._thread = threading.Thread(target=self._loop.run_forever, name="mjnav-door", daemon=True)
         self._thread.start()
+        # On that thread: this one may be in an event loop already, as a notebook's is.
+        starting = asyncio.start_server(self._serve, sock=listener, limit=_MAX_HEAD)
+        self._server = asyncio.run_coroutine_threadsafe(starting, self._loop).result()
 
     def close(self, timeout: float) -> None:
         """Stops listening; waits at most `timeout` [s] for the server behind to end its connections."""

@@ -253,6 +253,14 @@ class BehaviourPlugin(Plugin):
     made = "Class(scenario, person, rng, parameters)"
     walk, heeds_robot = "pedestrians:OwnWalk", True  # as of every behaviour, in `mjnav.scene.people`
 
+    def make(self, *arguments: Any) -> Any:
+        """See `Plugin`."""
+        parameters = getattr(find(type(self), self.name), "parameters_type", None)
+        if is_dataclass(parameters) and "count" in keys(parameters):
+            allowed = "parameters that are not called count, which says how many people are drawn"
+            raise InvalidValue(self.key, self.name, allowed)
+        return super().make(*arguments)
+
 
 class MetricPlugin(Plugin):
     """A metric of one's own: its name, and its parameters beside it."""

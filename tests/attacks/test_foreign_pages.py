@@ -1,6 +1,10 @@
 """A web page from elsewhere gets nothing from the live server; pages that may connect get all."""
 
+import http.server
+import os
+import shutil
 import socket
+import threading
 import time
 from contextlib import suppress
 from pathlib import Path
@@ -14,6 +18,90 @@ from mjnav.log.live import LiveServer
 from tests.log.conftest import make_scenario
 
 pytest.importorskip("foxglove", reason="foxglove-sdk is not installed")
+playwright = pytest.importorskip("playwright.sync_api")
+
+CHROMIUM = os.environ.get("CHROMIUM") or shutil.which("chromium") or shutil.which("google-chrome")
+# A name for every address: the page's server, and this machine by a name of the attacker's (DNS rebinding).
+OPTIONS = ("--no-sandbox", "--disable-gpu", "--host-resolver-rules=MAP *.example 127.0.0.1")
+PATIENCE = 30.0  # [s]
+CONNECT = """([url, frame]) => new Promise((done) => {
+    const script = `const socket = new WebSocket(${JSON.stringify(url)}, 'foxglove.sdk.v1');
+        let heard = 0;
+        socket.onmessage = () => { heard += 1; };
+        socket.onerror = socket.onclose = () => tell(-1);
+        setTimeout(() => tell(heard), 2000);`;
+    if (!frame) { new Function('tell', script)(done); return; }
+    window.onmessage = (message) => done(message.data);
+    const inner = document.createElement('iframe');
+    inner.sandbox = 'allow-scripts';
+    inner.srcdoc = `<script>const tell = (value) => parent.postMessage(value, '*');${script}</` + 'script>';
+    document.body.append(inner);
+})"""
+
+
+class Page(http.server.BaseHTTPRequestHandler):
+    """The same page under every name."""
+
+    def do_GET(self):
+        self.send_response(200)
+        self.send_header("Content-Type", "text/html")
+        self.end_headers()
+        self.wfile.write(b"<!doctype html><title>page</title><body></body>")
+
+    def log_message(self, format, *args):
+        pass
+
+
+@pytest.fixture(scope="module")
+def site():
+    """The port at which the page is."""
+    with http.server.ThreadingHTTPServer(("127.0.0.1", 0), Page) as server:
+        threading.Thread(target=server.serve_forever, daemon=True).start()
+        yield server.server_address[1]
+        server.shutdown()
+
+
+@pytest.fixture(scope="module")
+def live():
+    refused: list[str] = []
+    with LiveServer(make_scenario(1), port=0, origins=["http://friend.example:1"], refused=refused.append) as server:
+        yield server, refused
+
+
+@pytest.fixture(scope="module")
+def browser():
+    with playwright.sync_playwright() as started:
+        chromium = started.chromium.launch(executable_path=CHROMIUM, args=OPTIONS)
+        yield chromium
+        chromium.close()
+
+
+@pytest.mark.nightly
+@pytest.mark.skipif(CHROMIUM is None, reason="there is no chromium")
+def test_a_browser_gets_messages_on_pages_that_may_connect_alone(browser, site, live):
+    server, refused = live
+    port = int(server.url.rpartition(":")[2])
+    page = browser.new_page()
+
+    def heard(origin: str, host: str = "127.0.0.1", *, frame: bool = False) -> int:
+        page.goto(f"{origin}:{site}/")
+        return page.evaluate(CONNECT, [f"ws://{host}:{port}", frame])
+
+    assert heard("http://localhost") > 0
+    assert refused == []
+    assert heard("http://evil.example") == -1
+    assert heard("http://localhost", frame=True) == -1  # a sandboxed frame: its origin is "null"
+    assert heard("http://evil.example", "evil.example") == -1  # this machine by the attacker's name for it
+    assert heard("http://localhost.evil.example", "localhost") == -1
+    ends = time.monotonic() + PATIENCE  # a refusal is told after the connection was closed
+    while len(refused) < 4:
+        assert time.monotonic() < ends, refused
+        time.sleep(0.01)
+    for found, part in zip(
+        refused, ("evil.example", "'null'", "the host 'evil.example'", "localhost.evil"), strict=True
+    ):
+        assert part in found
+    page.close()
 
 
 def request(**headers: str) -> bytes:
