@@ -32,6 +32,8 @@ def test_who_was_not_seen_for_some_time_counts_in_one_error_of_tracks_and_not_in
     assert consistency.seen_tracking_rmse(trajectory) == pytest.approx(np.sqrt((1 + 4) / 2))
     named = trajectory_through(route, people=people, tracks=tracks)
     assert consistency.seen_tracking_rmse(named) == consistency.tracking_rmse(named)
+    people[2] = 50.0  # after the last tick
+    assert consistency.seen_tracking_rmse(trajectory) == pytest.approx(np.sqrt((1 + 4) / 2))
 
 
 def test_nobody_to_track_and_no_tick_have_no_error(trajectory_through):
@@ -94,6 +96,17 @@ def test_nees_of_errors_drawn_from_their_covariance_is_chi_squared_and_lies_in_i
     assert found.nees_interval == pytest.approx((low, high))
     assert stats.binomtest(round(found.coverage * ticks), ticks, 0.95).pvalue > 0.01
     assert (found.ticks, found.divergences) == (ticks, 0)
+
+
+def test_all_people_are_judged_together_by_the_four_numbers_of_a_track(trajectory_through):
+    people = np.zeros((6, 2, 2))
+    tracks = np.tile([[[1.0, 0.0, 0.0, 2.0], [np.nan] * 4]], (5, 1, 1))
+    found = consistency.of_people(trajectory_through(np.zeros((6, 2)), people=people, tracks=tracks))
+    low, high = stats.chi2(4 * 5).ppf([0.025, 0.975]) / 5
+    assert (found.ticks, found.nees, found.nees_interval) == (5, 5.0, pytest.approx((low, high)))
+    tracks[:] = np.nan
+    nobody = consistency.of_people(trajectory_through(np.zeros((6, 2)), people=people, tracks=tracks))
+    assert nobody == consistency.Consistency(0, None, None, None, 0)
 
 
 def test_an_estimate_that_claims_to_be_exact_is_right_or_infinitely_wrong():
